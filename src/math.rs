@@ -1,0 +1,133 @@
+//! Boxes, the scalar multiply-add that matches [`simd`](crate::simd), and vector helpers in a fixed order
+//! of operations.
+//!
+//! glam's own `dot`, `cross` and `normalize` leave the order and the rounding of their operations to glam;
+//! what decides a hit or a colour goes through the functions here, whose eight-wide twins in `simd` do the
+//! same operations in the same order.
+
+use glam::Vec3;
+
+/// Whether [`mul_add`] and its eight-wide twin round once (fused) or twice in this build.
+pub const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
+
+/// `a * b + c`, fused in exactly the builds in which `simd::mul_add` is fused.
+#[inline(always)]
+#[must_use]
+pub fn mul_add(a: f32, b: f32, c: f32) -> f32 {
+    if FUSED { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// Dot product: `a.x b.x + (a.y b.y + a.z b.z)`, by [`mul_add`].
+#[inline(always)]
+#[must_use]
+pub fn dot(a: Vec3, b: Vec3) -> f32 {
+    mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z))
+}
+
+/// Cross product; each component is `a * b - c * d` with the first product fused.
+#[inline(always)]
+#[must_use]
+pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
+    Vec3::new(
+        mul_add(a.y, b.z, -(a.z * b.y)),
+        mul_add(a.z, b.x, -(a.x * b.z)),
+        mul_add(a.x, b.y, -(a.y * b.x)),
+    )
+}
+
+/// `a + b * s` by [`mul_add`].
+#[inline(always)]
+#[must_use]
+pub fn mul_add3(b: Vec3, s: f32, a: Vec3) -> Vec3 {
+    Vec3::new(mul_add(b.x, s, a.x), mul_add(b.y, s, a.y), mul_add(b.z, s, a.z))
+}
+
+/// `v / |v|`: three divisions, because `1 / |v|` would round twice. NaN for a zero vector.
+#[inline(always)]
+#[must_use]
+pub fn normalize(v: Vec3) -> Vec3 {
+    let length = dot(v, v).sqrt();
+    Vec3::new(v.x / length, v.y / length, v.z / length)
+}
+
+/// The larger of two numbers, by comparison: `b` if either is NaN. Twin of `simd::max`.
+#[inline(always)]
+#[must_use]
+pub fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers, by comparison: `b` if either is NaN. Twin of `simd::min`.
+#[inline(always)]
+#[must_use]
+pub fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The largest absolute component.
+#[inline(always)]
+#[must_use]
+pub fn max_abs(v: Vec3) -> f32 {
+    max(max(v.x.abs(), v.y.abs()), v.z.abs())
+}
+
+/// An axis-aligned box, closed on all sides. The empty box has `lower > upper`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// The smallest coordinate on each axis.
+    pub lower: Vec3,
+    /// The largest coordinate on each axis.
+    pub upper: Vec3,
+}
+
+impl Aabb {
+    /// Contains nothing; the neutral element of [`Aabb::union`]. Finite, so that arithmetic on it is.
+    pub const EMPTY: Self = Self {
+        lower: Vec3::splat(1e30),
+        upper: Vec3::splat(-1e30),
+    };
+
+    /// The smallest box around `points`.
+    #[must_use]
+    pub fn around(points: impl IntoIterator<Item = Vec3>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| Self {
+            lower: b.lower.min(p),
+            upper: b.upper.max(p),
+        })
+    }
+
+    /// The smallest box around both.
+    #[must_use]
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            lower: self.lower.min(other.lower),
+            upper: self.upper.max(other.upper),
+        }
+    }
+
+    /// Whether the box contains no point.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.lower.cmpgt(self.upper).any()
+    }
+
+    /// Length of the diagonal; 0 for the empty box.
+    #[must_use]
+    pub fn diagonal(self) -> f32 {
+        if self.is_empty() {
+            0.0
+        } else {
+            (self.upper - self.lower).length()
+        }
+    }
+
+    /// The largest absolute coordinate of the box; 0 for the empty box.
+    #[must_use]
+    pub fn max_abs(self) -> f32 {
+        if self.is_empty() {
+            0.0
+        } else {
+            max(max_abs(self.lower), max_abs(self.upper))
+        }
+    }
+}

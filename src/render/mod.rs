@@ -1,0 +1,160 @@
+//! From a scene, its BVH and a camera to a picture. Knows no terminal and no window.
+
+mod film;
+mod frame;
+
+pub use film::Film;
+pub use frame::render;
+
+use crate::course;
+use std::{fmt, ops::ControlFlow, time::Duration};
+
+/// The largest width or height of a picture, pixels, times the samples along a side of a pixel: sample
+/// offsets are whole numbers that must be exact in `f32`.
+pub const MAX_SIDE_SAMPLES: u32 = 1 << 23;
+
+/// The most pixels of a picture.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// Which code traces the rays. Both make the same bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// SIMD packets, batched shading.
+    #[default]
+    Packet,
+    /// The scalar reference, one ray at a time over the BVH.
+    Scalar,
+}
+
+/// How to render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Samples along each side of a pixel: 1, 2, 3, ... for 1, 4, 9, ... samples a pixel on a regular grid.
+    pub samples_per_axis: u32,
+    /// A ray of this level returns the background; camera rays are level 0.
+    pub max_depth: u32,
+    /// Whether lights are tested for being hidden.
+    pub shadows: bool,
+    /// Which code traces the rays.
+    pub mode: Mode,
+    /// How many threads; `None` for as many as the machine has.
+    pub threads: Option<usize>,
+}
+
+impl Default for Settings {
+    /// The course's picture: 512x512, one sample, three levels, shadows.
+    fn default() -> Self {
+        Self {
+            width: course::IMAGE_SIZE,
+            height: course::IMAGE_SIZE,
+            samples_per_axis: 1,
+            max_depth: course::MAX_DEPTH,
+            shadows: true,
+            mode: Mode::Packet,
+            threads: None,
+        }
+    }
+}
+
+/// Rays traced, by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// Rays from the eye.
+    pub camera: u64,
+    /// Rays between a light and a surface.
+    pub shadow: u64,
+    /// Mirrored rays.
+    pub reflection: u64,
+}
+
+impl RayCounts {
+    /// All kinds together.
+    #[must_use]
+    pub fn total(self) -> u64 {
+        self.camera + self.shadow + self.reflection
+    }
+}
+
+/// A finished picture and what it took.
+#[derive(Debug)]
+pub struct Frame {
+    /// The picture.
+    pub film: Film,
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Wall-clock time of the rendering alone.
+    pub elapsed: Duration,
+}
+
+/// Where the rendering stands, as the progress callback sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Pixels finished.
+    pub pixels_done: u64,
+    /// Pixels of the whole picture.
+    pub pixels_total: u64,
+}
+
+/// Called from the render threads after every tile; `Break` stops the rendering.
+pub type OnProgress<'a> = &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync);
+
+/// Why there is no picture.
+#[derive(Debug, PartialEq, Eq)]
+pub enum RenderError {
+    /// Width, height or samples are 0 or too large; the text says which and what would do.
+    Limit(String),
+    /// The progress callback said `Break`.
+    Cancelled,
+    /// The threads could not be started.
+    Threads(String),
+}
+
+impl fmt::Display for RenderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Limit(what) => write!(f, "{what}"),
+            Self::Cancelled => write!(f, "cancelled"),
+            Self::Threads(why) => write!(f, "cannot start the render threads: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for RenderError {}
+
+impl Settings {
+    /// Checks the sizes against the limits above.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`].
+    pub fn validate(&self) -> Result<(), RenderError> {
+        let limit = |what: String| Err(RenderError::Limit(what));
+        let &Self {
+            width,
+            height,
+            samples_per_axis: n,
+            ..
+        } = self;
+        if width == 0 || height == 0 {
+            return limit(format!("a picture of {width}x{height} has no pixels"));
+        }
+        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+            return limit(format!(
+                "a picture of {width}x{height} has more than {MAX_PIXELS} pixels"
+            ));
+        }
+        if n == 0 || u64::from(width.max(height)) * u64::from(n) > u64::from(MAX_SIDE_SAMPLES) {
+            return limit(format!(
+                "{n}x{n} samples for each pixel of a picture of {width}x{height}: \
+                 expected 1x1 or more, and at most {MAX_SIDE_SAMPLES} samples along a side of the picture"
+            ));
+        }
+        if self.max_depth == 0 || self.threads == Some(0) {
+            return limit("the depth and the number of threads must be at least 1".into());
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,300 @@
+//! Collects the pieces of a scene, refuses what cannot be rendered, and finishes the columns.
+
+use super::{Lights, MAX_COORDINATE, Material, MaterialId, Scene, Spheres, Triangles, Vertices};
+use crate::{
+    course,
+    error::SceneError,
+    math::{Aabb, max_abs},
+};
+use glam::{DVec3, Vec3};
+
+/// The most primitives, and the most vertices, that a scene may have: ids are 32 bits, and one value stands
+/// for "none".
+const MAX_COUNT: usize = u32::MAX as usize - 8;
+
+/// A mesh as columns, on its way into a scene.
+#[derive(Debug, Default)]
+pub struct MeshColumns {
+    /// Vertex positions, scene units. Columns of equal length.
+    pub x: Vec<f32>,
+    /// Vertex positions, scene units.
+    pub y: Vec<f32>,
+    /// Vertex positions, scene units.
+    pub z: Vec<f32>,
+    /// A normal for every vertex, of any length (zero: none), or empty.
+    pub normals: Vec<Vec3>,
+    /// Indices of each triangle's corners, 0-based.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Builds a [`Scene`]. Pieces are validated as they are added, so that an error can name their place.
+///
+/// ```
+/// use glam::Vec3;
+/// use octray::scene::SceneBuilder;
+///
+/// # fn main() -> Result<(), octray::error::SceneError> {
+/// let mut builder = SceneBuilder::new();
+/// builder.add_light(Vec3::new(9.0, -4.0, 10.0), 0.7)?;
+/// let matte = builder.classic_material(1)?;
+/// builder.add_sphere(Vec3::new(0.0, 0.0, 0.4), 0.4, matte)?;
+/// let scene = builder.finish();
+/// assert_eq!(scene.primitive_count(), 1);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct SceneBuilder {
+    vertices: Vertices,
+    triangles: Triangles,
+    spheres: Spheres,
+    lights: Lights,
+    materials: Vec<Material>,
+    ambient: f32,
+    background: [f32; 3],
+}
+
+impl Default for SceneBuilder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+fn usable(what: &'static str, value: f32) -> Result<(), SceneError> {
+    if value.abs() <= MAX_COORDINATE {
+        Ok(())
+    } else {
+        Err(SceneError::NotUsable { what, value })
+    }
+}
+
+fn usable_point(p: Vec3) -> Result<(), SceneError> {
+    usable("x", p.x)?;
+    usable("y", p.y)?;
+    usable("z", p.z)
+}
+
+fn expect_length(what: &'static str, found: usize, expected: usize) -> Result<(), SceneError> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(SceneError::ColumnLength {
+            what,
+            found,
+            expected,
+        })
+    }
+}
+
+/// Whether a triangle has an area. Decided in f64, where edges of `f32` corners and their products are
+/// (nearly always) exact, so that collinear corners give exactly zero.
+#[must_use]
+pub(super) fn has_area([v0, v1, v2]: [Vec3; 3]) -> bool {
+    let [v0, v1, v2] = [v0, v1, v2].map(Vec3::as_dvec3);
+    (v1 - v0).cross(v2 - v0) != DVec3::ZERO
+}
+
+impl SceneBuilder {
+    /// An empty scene with the four classic materials and the course's ambient light and background.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            vertices: Vertices::default(),
+            triangles: Triangles::default(),
+            spheres: Spheres::default(),
+            lights: Lights::default(),
+            materials: Material::CLASSIC.to_vec(),
+            ambient: course::AMBIENT,
+            background: course::BACKGROUND,
+        }
+    }
+
+    /// The id of classic material `number`: 0 silhouette, 1 matte, 2 Blinn-Phong, 3 reflection.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownMaterial`] for another number.
+    pub fn classic_material(&self, number: u32) -> Result<MaterialId, SceneError> {
+        let materials = Material::CLASSIC.len();
+        if (number as usize) < materials {
+            Ok(MaterialId(number))
+        } else {
+            Err(SceneError::UnknownMaterial {
+                index: number,
+                materials,
+            })
+        }
+    }
+
+    fn check_material(&self, material: MaterialId) -> Result<(), SceneError> {
+        if (material.0 as usize) < self.materials.len() {
+            Ok(())
+        } else {
+            Err(SceneError::UnknownMaterial {
+                index: material.0,
+                materials: self.materials.len(),
+            })
+        }
+    }
+
+    fn check_room(&self, more: usize) -> Result<(), SceneError> {
+        let primitives = self.triangles.v0.len() + self.spheres.radius.len();
+        if primitives.saturating_add(more) > MAX_COUNT {
+            return Err(SceneError::TooMany {
+                what: "primitives",
+                limit: MAX_COUNT,
+            });
+        }
+        Ok(())
+    }
+
+    /// Adds a point light.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`] or [`SceneError::IntensityNegative`].
+    pub fn add_light(&mut self, position: Vec3, intensity: f32) -> Result<(), SceneError> {
+        usable_point(position)?;
+        usable("intensity", intensity)?;
+        if intensity < 0.0 {
+            return Err(SceneError::IntensityNegative { intensity });
+        }
+        self.lights.x.push(position.x);
+        self.lights.y.push(position.y);
+        self.lights.z.push(position.z);
+        self.lights.intensity.push(intensity);
+        Ok(())
+    }
+
+    /// Adds a sphere.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::RadiusNotPositive`], [`SceneError::UnknownMaterial`] or
+    /// [`SceneError::TooMany`].
+    pub fn add_sphere(&mut self, center: Vec3, radius: f32, material: MaterialId) -> Result<(), SceneError> {
+        usable_point(center)?;
+        usable("radius", radius)?;
+        if radius <= 0.0 {
+            return Err(SceneError::RadiusNotPositive { radius });
+        }
+        self.check_material(material)?;
+        self.check_room(1)?;
+        self.spheres.center_x.push(center.x);
+        self.spheres.center_y.push(center.y);
+        self.spheres.center_z.push(center.z);
+        self.spheres.radius.push(radius);
+        self.spheres.material.push(material);
+        Ok(())
+    }
+
+    /// Adds a mesh. Triangles without area are kept (their ids count) and never hit.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::ColumnLength`], [`SceneError::VertexIndex`],
+    /// [`SceneError::UnknownMaterial`] or [`SceneError::TooMany`]; the scene is as before then.
+    pub fn add_mesh(&mut self, mesh: MeshColumns, material: MaterialId) -> Result<(), SceneError> {
+        self.check_mesh(&mesh)?;
+        self.check_material(material)?;
+        let MeshColumns {
+            x,
+            y,
+            z,
+            normals,
+            triangles,
+        } = mesh;
+        let base = self.vertices.x.len();
+        if base.saturating_add(x.len()) > MAX_COUNT {
+            return Err(SceneError::TooMany {
+                what: "vertices",
+                limit: MAX_COUNT,
+            });
+        }
+        self.check_room(triangles.len())?;
+
+        let all = &mut self.vertices;
+        if !normals.is_empty() || !all.normals.is_empty() {
+            all.normals.resize(base, Vec3::ZERO);
+            all.normals.extend(&normals);
+            all.normals.resize(base + x.len(), Vec3::ZERO);
+        }
+        append(&mut all.x, x);
+        append(&mut all.y, y);
+        append(&mut all.z, z);
+        let base = base as u32;
+        self.triangles.v0.extend(triangles.iter().map(|t| t[0] + base));
+        self.triangles.v1.extend(triangles.iter().map(|t| t[1] + base));
+        self.triangles.v2.extend(triangles.iter().map(|t| t[2] + base));
+        self.triangles.material.resize(self.triangles.v0.len(), material);
+        Ok(())
+    }
+
+    fn check_mesh(&self, mesh: &MeshColumns) -> Result<(), SceneError> {
+        let vertices = mesh.x.len();
+        expect_length("y coordinates", mesh.y.len(), vertices)?;
+        expect_length("z coordinates", mesh.z.len(), vertices)?;
+        if !mesh.normals.is_empty() {
+            expect_length("normals", mesh.normals.len(), vertices)?;
+        }
+        for (what, column) in [("x", &mesh.x), ("y", &mesh.y), ("z", &mesh.z)] {
+            column.iter().try_for_each(|&value| usable(what, value))?;
+        }
+        mesh.normals
+            .iter()
+            .try_for_each(|n| usable("normal", max_abs_or_nan(*n)))?;
+        for (triangle, corners) in mesh.triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|&&index| index as usize >= vertices) {
+                return Err(SceneError::VertexIndex {
+                    triangle,
+                    index,
+                    vertices,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Finishes the columns: bounds and the count of triangles without area.
+    #[must_use]
+    pub fn finish(self) -> Scene {
+        let Self {
+            vertices,
+            triangles,
+            spheres,
+            lights,
+            materials,
+            ambient,
+            background,
+        } = self;
+        let mut scene = Scene {
+            vertices,
+            triangles,
+            spheres,
+            lights,
+            materials,
+            ambient,
+            background,
+            bounds: Aabb::EMPTY,
+            degenerate: 0,
+        };
+        for i in 0..scene.triangles.v0.len() {
+            let corners = scene.triangle(i);
+            scene.bounds = scene.bounds.union(Aabb::around(corners));
+            scene.degenerate += usize::from(!has_area(corners));
+        }
+        for i in 0..scene.spheres.radius.len() {
+            scene.bounds = scene.bounds.union(scene.sphere_bounds(i));
+        }
+        scene
+    }
+}
+
+/// Moves `from` to the end of `to`; no copy where `to` is empty.
+fn append(to: &mut Vec<f32>, mut from: Vec<f32>) {
+    if to.is_empty() {
+        *to = from;
+    } else {
+        to.append(&mut from);
+    }
+}
+
+fn max_abs_or_nan(v: Vec3) -> f32 {
+    if v.is_finite() { max_abs(v) } else { f32::NAN }
+}

@@ -1,0 +1,180 @@
+//! A pinhole camera, and the rays through its pixels.
+
+use crate::{
+    course,
+    math::{mul_add3, normalize},
+    simd::{F32x8, LANES, Vec3x8, splat},
+};
+use glam::{DVec3, Vec3};
+use std::fmt;
+
+/// Why a camera cannot be set up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CameraError {
+    /// A coordinate is NaN or infinite.
+    NotFinite,
+    /// The eye stands on the target.
+    EyeOnTarget,
+    /// The view direction is parallel to the up vector, or the up vector is zero.
+    UpParallel,
+    /// The field of view is not between 0 and 180 degrees.
+    FieldOfView(f64),
+}
+
+impl fmt::Display for CameraError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite => write!(f, "the camera has a coordinate that is not finite"),
+            Self::EyeOnTarget => write!(f, "the eye stands on the target, so there is no view direction"),
+            Self::UpParallel => {
+                write!(
+                    f,
+                    "the up vector is zero or parallel to the view direction; choose another one"
+                )
+            }
+            Self::FieldOfView(degrees) => {
+                write!(
+                    f,
+                    "a field of view of {degrees} degrees, expected between 0 and 180"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for CameraError {}
+
+/// A pinhole camera: where it stands, where it looks, how wide it sees. Its frame is right-handed:
+/// `right = forward x up`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    eye: DVec3,
+    forward: DVec3,
+    right: DVec3,
+    up: DVec3,
+    half_height: f64,
+}
+
+impl Camera {
+    /// A camera at `eye` that looks at `target`; `fov_degrees` is the vertical field of view.
+    ///
+    /// # Errors
+    /// [`CameraError`], where these do not make a view.
+    pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, fov_degrees: f64) -> Result<Self, CameraError> {
+        if !(eye.is_finite() && target.is_finite() && up.is_finite()) {
+            return Err(CameraError::NotFinite);
+        }
+        if !(fov_degrees > 0.0 && fov_degrees < 180.0) {
+            return Err(CameraError::FieldOfView(fov_degrees));
+        }
+        let forward = (target - eye).try_normalize().ok_or(CameraError::EyeOnTarget)?;
+        let up = up.try_normalize().ok_or(CameraError::UpParallel)?;
+        let right = forward.cross(up);
+        if right.length() < 1e-9 {
+            return Err(CameraError::UpParallel);
+        }
+        let right = right.normalize();
+        let half_height = libm::tan(fov_degrees.to_radians() * 0.5);
+        Ok(Self {
+            eye,
+            forward,
+            right,
+            up: right.cross(forward),
+            half_height,
+        })
+    }
+
+    /// The course's viewpoint 1 to 6; `None` for another number.
+    #[must_use]
+    pub fn course_view(view: u32) -> Option<Self> {
+        let eye = course::viewpoint(view)?;
+        Self::look_at(eye, course::TARGET, course::UP, course::FOV_DEGREES).ok()
+    }
+
+    /// Where the camera stands, scene units.
+    #[must_use]
+    pub fn eye(&self) -> Vec3 {
+        self.eye.as_vec3()
+    }
+
+    /// The rays of a picture of `width` x `height` pixels with `samples_per_axis`² samples a pixel.
+    #[must_use]
+    pub fn pixel_rays(&self, width: u32, height: u32, samples_per_axis: u32) -> PixelRays {
+        let n = samples_per_axis;
+        // Half a sample's width, so that odd multiples of it are the samples' centres.
+        let step = (self.half_height / (f64::from(height) * f64::from(n))) as f32;
+        PixelRays {
+            eye: self.eye(),
+            forward: self.forward.as_vec3(),
+            right: self.right.as_vec3(),
+            up: self.up.as_vec3(),
+            step,
+            samples_per_axis: n as i32,
+            width_samples: (width * n) as i32,
+            height_samples: (height * n) as i32,
+        }
+    }
+}
+
+/// The camera's rays for one picture size: pixel and sample in, direction out. Depends on absolute indices
+/// alone, so that a crop repeats the whole picture's rays.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelRays {
+    eye: Vec3,
+    forward: Vec3,
+    right: Vec3,
+    up: Vec3,
+    step: f32,
+    samples_per_axis: i32,
+    width_samples: i32,
+    height_samples: i32,
+}
+
+impl PixelRays {
+    /// The shared origin of all rays, scene units.
+    #[must_use]
+    pub fn eye(&self) -> Vec3 {
+        self.eye
+    }
+
+    /// Samples along one side of a pixel.
+    #[must_use]
+    pub fn samples_per_axis(&self) -> u32 {
+        self.samples_per_axis as u32
+    }
+
+    /// Offsets of a sample from the picture's centre to the right and upwards, in half samples: integers,
+    /// so exact up to 2^24.
+    #[inline(always)]
+    fn offsets(&self, x: u32, y: u32, sample: [u32; 2]) -> (f32, f32) {
+        let n = self.samples_per_axis;
+        let right = 2 * (x as i32 * n + sample[0] as i32) + 1 - self.width_samples;
+        let down = 2 * (y as i32 * n + sample[1] as i32) + 1 - self.height_samples;
+        (right as f32, -down as f32)
+    }
+
+    /// Unit direction of the ray through sample `sample` (column, row) of pixel (`x`, `y`); row 0 on top.
+    #[must_use]
+    pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {
+        let (right, up) = self.offsets(x, y, sample);
+        let along_right = mul_add3(self.right, right * self.step, self.forward);
+        normalize(mul_add3(self.up, up * self.step, along_right))
+    }
+
+    /// Twin of [`PixelRays::direction`] for the 4x2 pixels whose top left one is (`x`, `y`); lane
+    /// `4 * row + column`.
+    #[must_use]
+    pub fn directions8(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3x8 {
+        let (right, up) = self.offsets(x, y, sample);
+        let pitch = splat((2 * self.samples_per_axis) as f32);
+        const COLUMN: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
+        const ROW: [f32; LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+        let right8 = splat(right) + F32x8::from(COLUMN) * pitch;
+        let up8 = splat(up) - F32x8::from(ROW) * pitch;
+        let step8 = splat(self.step);
+        let along_right = Vec3x8::splat(self.right).mul_add(right8 * step8, Vec3x8::splat(self.forward));
+        Vec3x8::splat(self.up)
+            .mul_add(up8 * step8, along_right)
+            .normalize()
+    }
+}

@@ -1,0 +1,318 @@
+//! A scene as columns: built and validated once by [`SceneBuilder`], immutable after.
+
+mod builder;
+mod camera;
+
+pub use builder::{MeshColumns, SceneBuilder};
+pub use camera::{Camera, PixelRays};
+
+use crate::{course, math::Aabb, ray::PrimitiveId};
+use glam::Vec3;
+
+/// The largest absolute coordinate, radius or intensity that a scene may hold: the kernels take products of up
+/// to four differences of coordinates, which must stay finite in `f32`.
+pub const MAX_COORDINATE: f32 = 1e9;
+
+/// An index into [`Scene::materials`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct MaterialId(pub u32);
+
+/// How a surface answers light. The formulas are those of the course (see [`course`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Material {
+    /// One colour, whatever the light.
+    Silhouette {
+        /// The colour, linear RGB.
+        color: [f32; 3],
+    },
+    /// `color * min(1, I_a + sum I_i max(0, n.l_i))`.
+    Matte {
+        /// The colour, linear RGB; white in the course's scenes.
+        color: [f32; 3],
+    },
+    /// `c_d (I_a + k_d sum I_i max(0, n.l_i)) + c_s k_s sum I_i max(0, n.h_i)^alpha`, clamped to [0, 1].
+    BlinnPhong {
+        /// c_d, linear RGB.
+        diffuse: [f32; 3],
+        /// c_s, linear RGB.
+        specular: [f32; 3],
+        /// k_d.
+        k_d: f32,
+        /// k_s.
+        k_s: f32,
+        /// The exponent.
+        alpha: u32,
+    },
+    /// `(1 - mirror_share) matte + mirror_share * (what the mirrored ray sees)`.
+    Reflection {
+        /// The matte part's colour, linear RGB; white in the course's scenes.
+        color: [f32; 3],
+        /// The mirror's share, 0 to 1.
+        mirror_share: f32,
+    },
+}
+
+impl Material {
+    /// The four materials of a classic `.scn`, by their number there.
+    pub const CLASSIC: [Self; 4] = [
+        Self::Silhouette {
+            color: course::SILHOUETTE,
+        },
+        Self::Matte { color: [1.0; 3] },
+        Self::BlinnPhong {
+            diffuse: course::DIFFUSE,
+            specular: course::SPECULAR,
+            k_d: course::K_D,
+            k_s: course::K_S,
+            alpha: course::ALPHA,
+        },
+        Self::Reflection {
+            color: [1.0; 3],
+            mirror_share: course::MIRROR_SHARE,
+        },
+    ];
+}
+
+/// Vertices, shared by the triangles of a mesh. Columns of equal length.
+#[derive(Debug, Default)]
+pub struct Vertices {
+    /// Position, scene units.
+    pub x: Vec<f32>,
+    /// Position, scene units.
+    pub y: Vec<f32>,
+    /// Position, scene units.
+    pub z: Vec<f32>,
+    /// Vertex normals (not necessarily unit length; zero where a vertex has none). Empty if no vertex of
+    /// the scene has one, else as long as the positions.
+    pub normals: Vec<Vec3>,
+}
+
+impl Vertices {
+    /// Position of vertex `i`.
+    #[inline]
+    #[must_use]
+    pub fn position(&self, i: u32) -> Vec3 {
+        let i = i as usize;
+        Vec3::new(self.x[i], self.y[i], self.z[i])
+    }
+}
+
+/// Triangles: three indices into [`Vertices`] each. Columns of equal length.
+#[derive(Debug, Default)]
+pub struct Triangles {
+    /// Index of the first vertex.
+    pub v0: Vec<u32>,
+    /// Index of the second vertex.
+    pub v1: Vec<u32>,
+    /// Index of the third vertex.
+    pub v2: Vec<u32>,
+    /// Material of each triangle.
+    pub material: Vec<MaterialId>,
+}
+
+/// Spheres. Columns of equal length.
+#[derive(Debug, Default)]
+pub struct Spheres {
+    /// Centre, scene units.
+    pub center_x: Vec<f32>,
+    /// Centre, scene units.
+    pub center_y: Vec<f32>,
+    /// Centre, scene units.
+    pub center_z: Vec<f32>,
+    /// Radius, scene units, above 0.
+    pub radius: Vec<f32>,
+    /// Material of each sphere.
+    pub material: Vec<MaterialId>,
+}
+
+impl Spheres {
+    /// Centre of sphere `i`.
+    #[inline]
+    #[must_use]
+    pub fn center(&self, i: usize) -> Vec3 {
+        Vec3::new(self.center_x[i], self.center_y[i], self.center_z[i])
+    }
+}
+
+/// Point lights. Columns of equal length.
+#[derive(Debug, Default)]
+pub struct Lights {
+    /// Position, scene units.
+    pub x: Vec<f32>,
+    /// Position, scene units.
+    pub y: Vec<f32>,
+    /// Position, scene units.
+    pub z: Vec<f32>,
+    /// Intensity I_i; it does not fall off with distance.
+    pub intensity: Vec<f32>,
+}
+
+impl Lights {
+    /// Position of light `i`.
+    #[inline]
+    #[must_use]
+    pub fn position(&self, i: usize) -> Vec3 {
+        Vec3::new(self.x[i], self.y[i], self.z[i])
+    }
+}
+
+/// A finished scene: immutable columns. Primitive ids count the triangles first, then the spheres.
+#[derive(Debug)]
+pub struct Scene {
+    vertices: Vertices,
+    triangles: Triangles,
+    spheres: Spheres,
+    lights: Lights,
+    materials: Vec<Material>,
+    ambient: f32,
+    background: [f32; 3],
+    bounds: Aabb,
+    degenerate: usize,
+}
+
+impl Scene {
+    /// The vertices of all meshes.
+    #[must_use]
+    pub fn vertices(&self) -> &Vertices {
+        &self.vertices
+    }
+
+    /// The triangles of all meshes, in the order in which they were added.
+    #[must_use]
+    pub fn triangles(&self) -> &Triangles {
+        &self.triangles
+    }
+
+    /// The spheres, in the order in which they were added.
+    #[must_use]
+    pub fn spheres(&self) -> &Spheres {
+        &self.spheres
+    }
+
+    /// The lights, in the order in which they were added.
+    #[must_use]
+    pub fn lights(&self) -> &Lights {
+        &self.lights
+    }
+
+    /// The materials that [`MaterialId`]s index.
+    #[must_use]
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Ambient light I_a.
+    #[must_use]
+    pub fn ambient(&self) -> f32 {
+        self.ambient
+    }
+
+    /// Colour of a ray that hits nothing, linear RGB.
+    #[must_use]
+    pub fn background(&self) -> [f32; 3] {
+        self.background
+    }
+
+    /// The smallest box around all primitives; empty if there are none.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// How many triangles have no area; no ray ever hits them.
+    #[must_use]
+    pub fn degenerate_triangles(&self) -> usize {
+        self.degenerate
+    }
+
+    /// Triangles and spheres together.
+    #[must_use]
+    pub fn primitive_count(&self) -> usize {
+        self.triangles.v0.len() + self.spheres.radius.len()
+    }
+
+    /// The three corners of triangle `i`.
+    #[inline]
+    #[must_use]
+    pub fn triangle(&self, i: usize) -> [Vec3; 3] {
+        [self.triangles.v0[i], self.triangles.v1[i], self.triangles.v2[i]].map(|v| self.vertices.position(v))
+    }
+
+    /// What a primitive id stands for.
+    #[inline]
+    #[must_use]
+    pub fn primitive(&self, id: PrimitiveId) -> Primitive {
+        let i = id.0 as usize;
+        match i.checked_sub(self.triangles.v0.len()) {
+            None => Primitive::Triangle(i),
+            Some(sphere_i) => Primitive::Sphere(sphere_i),
+        }
+    }
+
+    /// The smallest box around sphere `i`, from its rounded extremes.
+    #[inline]
+    #[must_use]
+    pub fn sphere_bounds(&self, i: usize) -> Aabb {
+        let (center, radius) = (self.spheres.center(i), Vec3::splat(self.spheres.radius[i]));
+        Aabb {
+            lower: center - radius,
+            upper: center + radius,
+        }
+    }
+
+    /// Whether triangle `i` has an area; no ray ever hits one that has none.
+    #[inline]
+    #[must_use]
+    pub fn has_area(&self, i: usize) -> bool {
+        builder::has_area(self.triangle(i))
+    }
+
+    /// The material of a primitive.
+    #[inline]
+    #[must_use]
+    pub fn material_of(&self, id: PrimitiveId) -> MaterialId {
+        match self.primitive(id) {
+            Primitive::Triangle(i) => self.triangles.material[i],
+            Primitive::Sphere(i) => self.spheres.material[i],
+        }
+    }
+
+    /// Bytes that the columns take.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        fn bytes<T>(column: &[T]) -> usize {
+            std::mem::size_of_val(column)
+        }
+        let (v, t, s, l) = (&self.vertices, &self.triangles, &self.spheres, &self.lights);
+        [
+            &v.x,
+            &v.y,
+            &v.z,
+            &s.center_x,
+            &s.center_y,
+            &s.center_z,
+            &s.radius,
+            &l.x,
+            &l.y,
+            &l.z,
+            &l.intensity,
+        ]
+        .iter()
+        .map(|c| bytes(c))
+        .sum::<usize>()
+            + [&t.v0, &t.v1, &t.v2].iter().map(|c| bytes(c)).sum::<usize>()
+            + bytes(&v.normals)
+            + bytes(&t.material)
+            + bytes(&s.material)
+            + bytes(&self.materials)
+    }
+}
+
+/// A primitive, by its index in its own columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Primitive {
+    /// Index into [`Scene::triangles`].
+    Triangle(usize),
+    /// Index into [`Scene::spheres`].
+    Sphere(usize),
+}

@@ -1,0 +1,363 @@
+//! Eight lanes of `f32`, masks, vectors of lanes. The only file that names `wide`.
+//!
+//! Every function that has a scalar twin in [`math`](crate::math) does the same operations in the same order
+//! with the same rounding, in every build. `wide` picks its instructions at compile time, by target feature.
+
+use crate::math;
+use glam::Vec3;
+use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
+
+pub use wide::f32x8 as F32x8;
+use wide::{CmpEq, CmpGe, CmpGt, CmpLe, CmpLt};
+
+/// Lanes of [`F32x8`].
+pub const LANES: usize = 8;
+
+/// The instruction set that this build's kernels use.
+pub const ISA: &str = if cfg!(target_feature = "avx512f") {
+    "x86-64 AVX2+FMA (AVX-512 encodings)"
+} else if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
+    "x86-64 AVX2+FMA"
+} else if cfg!(target_feature = "avx") {
+    "x86-64 AVX"
+} else if cfg!(target_arch = "x86_64") {
+    "x86-64 SSE2"
+} else if cfg!(target_arch = "aarch64") {
+    "aarch64 NEON"
+} else {
+    "portable"
+};
+
+/// `a * b + c`, fused in exactly the builds in which [`math::mul_add`] is fused.
+#[inline(always)]
+#[must_use]
+pub fn mul_add(a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
+    if math::FUSED { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// `a * b - c`, with the rounding of [`mul_add`].
+#[inline(always)]
+#[must_use]
+pub fn mul_sub(a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
+    if math::FUSED { a.mul_sub(b, c) } else { a * b - c }
+}
+
+/// The larger of two lanes, by comparison: `b` if either is NaN (one `maxps` on x86-64). Twin of [`math::max`].
+#[inline(always)]
+#[must_use]
+pub fn max(a: F32x8, b: F32x8) -> F32x8 {
+    if cfg!(target_arch = "x86_64") {
+        a.fast_max(b)
+    } else {
+        a.simd_gt(b).select(a, b)
+    }
+}
+
+/// The smaller of two lanes, by comparison: `b` if either is NaN (one `minps` on x86-64). Twin of [`math::min`].
+#[inline(always)]
+#[must_use]
+pub fn min(a: F32x8, b: F32x8) -> F32x8 {
+    if cfg!(target_arch = "x86_64") {
+        a.fast_min(b)
+    } else {
+        a.simd_lt(b).select(a, b)
+    }
+}
+
+/// All lanes the same.
+#[inline(always)]
+#[must_use]
+pub fn splat(a: f32) -> F32x8 {
+    F32x8::splat(a)
+}
+
+/// Lane `i` of `a`.
+#[inline(always)]
+#[must_use]
+pub fn lane(a: &F32x8, i: usize) -> f32 {
+    a.as_array()[i]
+}
+
+/// The smallest lane.
+#[inline]
+#[must_use]
+pub fn min_lane(a: F32x8) -> f32 {
+    a.to_array().into_iter().fold(f32::INFINITY, math::min)
+}
+
+/// The largest lane.
+#[inline]
+#[must_use]
+pub fn max_lane(a: F32x8) -> f32 {
+    a.to_array().into_iter().fold(f32::NEG_INFINITY, math::max)
+}
+
+/// One truth value a lane: all bits of a lane set, or none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mask8(F32x8);
+
+impl Mask8 {
+    /// No lane.
+    pub const NONE: Self = Self(F32x8::ZERO);
+
+    /// A bit a lane, lane 0 the lowest.
+    #[inline(always)]
+    #[must_use]
+    pub fn bits(self) -> u32 {
+        self.0.to_bitmask()
+    }
+
+    /// The mask with the lanes of `bits`.
+    #[inline(always)]
+    #[must_use]
+    pub fn from_bits(bits: u32) -> Self {
+        let lane_bit8 = wide::i32x8::new([1, 2, 4, 8, 16, 32, 64, 128]);
+        let set8 = (wide::i32x8::splat(bits.cast_signed()) & lane_bit8).simd_eq(lane_bit8);
+        Self(bytemuck::cast(set8))
+    }
+
+    /// Whether any lane is set.
+    #[inline(always)]
+    #[must_use]
+    pub fn any(self) -> bool {
+        self.bits() != 0
+    }
+
+    /// `if_true` where set, else `if_false`.
+    #[inline(always)]
+    #[must_use]
+    pub fn select(self, if_true: F32x8, if_false: F32x8) -> F32x8 {
+        self.0.select(if_true, if_false)
+    }
+}
+
+impl BitAnd for Mask8 {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+impl BitOr for Mask8 {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl Not for Mask8 {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
+
+/// Lanes with `a < b`.
+#[inline(always)]
+#[must_use]
+pub fn lt(a: F32x8, b: F32x8) -> Mask8 {
+    Mask8(a.simd_lt(b))
+}
+
+/// Lanes with `a <= b`.
+#[inline(always)]
+#[must_use]
+pub fn le(a: F32x8, b: F32x8) -> Mask8 {
+    Mask8(a.simd_le(b))
+}
+
+/// Lanes with `a > b`.
+#[inline(always)]
+#[must_use]
+pub fn gt(a: F32x8, b: F32x8) -> Mask8 {
+    Mask8(a.simd_gt(b))
+}
+
+/// Lanes with `a >= b`.
+#[inline(always)]
+#[must_use]
+pub fn ge(a: F32x8, b: F32x8) -> Mask8 {
+    Mask8(a.simd_ge(b))
+}
+
+/// Lanes with `a == b`.
+#[inline(always)]
+#[must_use]
+pub fn eq(a: F32x8, b: F32x8) -> Mask8 {
+    Mask8(a.simd_eq(b))
+}
+
+/// Lanes whose sign bit is clear in all of `values` (so -0.0 counts as negative): one `or` and one
+/// `movmskps` instead of comparisons.
+#[inline(always)]
+#[must_use]
+pub fn signs_clear<const N: usize>(values: [F32x8; N]) -> u32 {
+    let all8 = values.into_iter().fold(F32x8::ZERO, |a, b| a | b);
+    !all8.to_bitmask() & 0xff
+}
+
+/// Eight vectors, a column an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vec3x8 {
+    /// First components.
+    pub x: F32x8,
+    /// Second components.
+    pub y: F32x8,
+    /// Third components.
+    pub z: F32x8,
+}
+
+impl Vec3x8 {
+    /// Eight zero vectors.
+    pub const ZERO: Self = Self {
+        x: F32x8::ZERO,
+        y: F32x8::ZERO,
+        z: F32x8::ZERO,
+    };
+
+    /// From its columns.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(x: F32x8, y: F32x8, z: F32x8) -> Self {
+        Self { x, y, z }
+    }
+
+    /// All lanes the same.
+    #[inline(always)]
+    #[must_use]
+    pub fn splat(v: Vec3) -> Self {
+        Self {
+            x: splat(v.x),
+            y: splat(v.y),
+            z: splat(v.z),
+        }
+    }
+
+    /// From eight vectors, one a lane.
+    #[inline]
+    #[must_use]
+    pub fn from_lanes(v: [Vec3; LANES]) -> Self {
+        Self {
+            x: v.map(|v| v.x).into(),
+            y: v.map(|v| v.y).into(),
+            z: v.map(|v| v.z).into(),
+        }
+    }
+
+    /// Lane `i`.
+    #[inline(always)]
+    #[must_use]
+    pub fn lane(&self, i: usize) -> Vec3 {
+        Vec3::new(lane(&self.x, i), lane(&self.y, i), lane(&self.z, i))
+    }
+
+    /// Twin of [`math::dot`].
+    #[inline(always)]
+    #[must_use]
+    pub fn dot(self, b: Self) -> F32x8 {
+        mul_add(self.x, b.x, mul_add(self.y, b.y, self.z * b.z))
+    }
+
+    /// Twin of [`math::cross`].
+    #[inline(always)]
+    #[must_use]
+    pub fn cross(self, b: Self) -> Self {
+        Self {
+            x: mul_sub(self.y, b.z, self.z * b.y),
+            y: mul_sub(self.z, b.x, self.x * b.z),
+            z: mul_sub(self.x, b.y, self.y * b.x),
+        }
+    }
+
+    /// `self * s + a`, twin of [`math::mul_add3`].
+    #[inline(always)]
+    #[must_use]
+    pub fn mul_add(self, s: F32x8, a: Self) -> Self {
+        Self {
+            x: mul_add(self.x, s, a.x),
+            y: mul_add(self.y, s, a.y),
+            z: mul_add(self.z, s, a.z),
+        }
+    }
+
+    /// Twin of [`math::normalize`].
+    #[inline(always)]
+    #[must_use]
+    pub fn normalize(self) -> Self {
+        let length8 = self.dot(self).sqrt();
+        Self {
+            x: self.x / length8,
+            y: self.y / length8,
+            z: self.z / length8,
+        }
+    }
+
+    /// Twin of [`math::max_abs`].
+    #[inline(always)]
+    #[must_use]
+    pub fn max_abs(self) -> F32x8 {
+        max(max(self.x.abs(), self.y.abs()), self.z.abs())
+    }
+
+    /// `if_true` where `mask8` is set, else `if_false`.
+    #[inline(always)]
+    #[must_use]
+    pub fn select(mask8: Mask8, if_true: Self, if_false: Self) -> Self {
+        Self {
+            x: mask8.select(if_true.x, if_false.x),
+            y: mask8.select(if_true.y, if_false.y),
+            z: mask8.select(if_true.z, if_false.z),
+        }
+    }
+}
+
+impl Add for Vec3x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Self {
+            x: self.x + b.x,
+            y: self.y + b.y,
+            z: self.z + b.z,
+        }
+    }
+}
+
+impl Sub for Vec3x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self {
+            x: self.x - b.x,
+            y: self.y - b.y,
+            z: self.z - b.z,
+        }
+    }
+}
+
+impl Neg for Vec3x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self {
+            x: -self.x,
+            y: -self.y,
+            z: -self.z,
+        }
+    }
+}
+
+impl Mul<F32x8> for Vec3x8 {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, s: F32x8) -> Self {
+        Self {
+            x: self.x * s,
+            y: self.y * s,
+            z: self.z * s,
+        }
+    }
+}
