@@ -8,7 +8,6 @@ use glam::Vec3;
 use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Not, Sub};
 
 pub use wide::f32x8 as F32x8;
-use wide::{CmpEq, CmpGe, CmpGt, CmpLe, CmpLt};
 
 /// Lanes of [`F32x8`].
 pub const LANES: usize = 8;
