@@ -64,11 +64,41 @@ pub fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
+/// `d`, moved away from 0 to at least 1e-18 with its sign kept: what the slab test divides by, so that its
+/// reciprocals are finite and 0 times one of them is 0.
+#[inline(always)]
+#[must_use]
+pub fn min_abs_direction(d: f32) -> f32 {
+    if d.abs() < MIN_ABS_DIRECTION {
+        MIN_ABS_DIRECTION.copysign(d)
+    } else {
+        d
+    }
+}
+
+/// See [`min_abs_direction`].
+pub const MIN_ABS_DIRECTION: f32 = 1e-18;
+
 /// The largest absolute component.
 #[inline(always)]
 #[must_use]
 pub fn max_abs(v: Vec3) -> f32 {
     max(max(v.x.abs(), v.y.abs()), v.z.abs())
+}
+
+/// `x` to the power of a whole number, by repeated squaring.
+#[inline(always)]
+#[must_use]
+pub fn powi(x: f32, exponent: u32) -> f32 {
+    let (mut result, mut square, mut bits) = (1.0, x, exponent);
+    while bits > 0 {
+        if bits & 1 == 1 {
+            result *= square;
+        }
+        square *= square;
+        bits >>= 1;
+    }
+    result
 }
 
 /// An axis-aligned box, closed on all sides. The empty box has `lower > upper`.

@@ -198,6 +198,21 @@ pub fn signs_clear<const N: usize>(values: [F32x8; N]) -> u32 {
     !all8.to_bitmask() & 0xff
 }
 
+/// Twin of [`math::powi`].
+#[inline(always)]
+#[must_use]
+pub fn powi(x: F32x8, exponent: u32) -> F32x8 {
+    let (mut result, mut square, mut bits) = (splat(1.0), x, exponent);
+    while bits > 0 {
+        if bits & 1 == 1 {
+            result *= square;
+        }
+        square = square * square;
+        bits >>= 1;
+    }
+    result
+}
+
 /// Eight vectors, a column an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vec3x8 {

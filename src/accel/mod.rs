@@ -1,13 +1,40 @@
-//! The bounding volume hierarchy: built with obvhs, stored in our own layout. The only folder that names
+//! The bounding volume hierarchies: built with obvhs, stored in our own layout. The only folder that names
 //! `obvhs`.
+//!
+//! - [`Bvh`]: eight children a node, leaves that are blocks of up to eight primitives of one kind, for packets
+//!   and SIMD single rays.
+//! - [`BinaryBvh`]: two children a node, for the scalar baseline; built only when that is asked for.
+//!
+//! Both come from the same binary tree (PLOC: Meister and Bittner, *Parallel Locally-Ordered Clustering for
+//! Bounding Volume Hierarchy Construction*, 2018, with reinsertion: Meister and Bittner, *Parallel Reinsertion
+//! for Bounding Volume Hierarchy Optimization*, 2018).
 
-use crate::scene::Scene;
-use std::time::Duration;
+mod binary;
+mod collapse;
+mod node;
+mod source;
+
+pub use binary::{BinaryBvh, BinaryNode};
+pub use node::{Child, Node8};
+
+use crate::{
+    geometry::{SphereBlock, TriangleBlock},
+    scene::Scene,
+};
+use std::{
+    sync::OnceLock,
+    time::{Duration, Instant},
+};
 
 /// A wide bounding volume hierarchy over one scene.
 #[derive(Debug)]
 pub struct Bvh {
+    nodes: Vec<Node8>,
+    triangle_blocks: Vec<TriangleBlock>,
+    sphere_blocks: Vec<SphereBlock>,
+    root: Child,
     stats: BvhStats,
+    binary: OnceLock<BinaryBvh>,
 }
 
 /// What a BVH is made of.
@@ -32,18 +59,62 @@ pub struct BvhStats {
 }
 
 impl Bvh {
-    /// Builds the hierarchy over the scene's spheres and its triangles that have an area.
+    /// Builds the hierarchy over the scene's spheres and its triangles that have an area, on the threads of
+    /// the current rayon pool.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
-        let _ = scene;
-        Self {
-            stats: BvhStats::default(),
-        }
+        let start = Instant::now();
+        let tree = source::build_binary(scene);
+        let mut bvh = collapse::collapse(scene, &tree);
+        bvh.stats.memory_bytes = std::mem::size_of_val(&bvh.nodes[..])
+            + std::mem::size_of_val(&bvh.triangle_blocks[..])
+            + std::mem::size_of_val(&bvh.sphere_blocks[..]);
+        bvh.stats.build_time = start.elapsed();
+        bvh
     }
 
     /// What the hierarchy is made of.
     #[must_use]
     pub fn stats(&self) -> &BvhStats {
         &self.stats
+    }
+
+    /// Inner nodes, indexed by [`Child::index`].
+    #[inline(always)]
+    #[must_use]
+    pub fn nodes(&self) -> &[Node8] {
+        &self.nodes
+    }
+
+    /// Leaf blocks of triangles, indexed by [`Child::index`].
+    #[inline(always)]
+    #[must_use]
+    pub fn triangle_blocks(&self) -> &[TriangleBlock] {
+        &self.triangle_blocks
+    }
+
+    /// Leaf blocks of spheres, indexed by [`Child::index`].
+    #[inline(always)]
+    #[must_use]
+    pub fn sphere_blocks(&self) -> &[SphereBlock] {
+        &self.sphere_blocks
+    }
+
+    /// Where traversal starts: an inner node, even if all primitives would fit into one leaf.
+    #[inline(always)]
+    #[must_use]
+    pub fn root(&self) -> Child {
+        self.root
+    }
+
+    /// The most entries that a depth-first traversal keeps on its stack.
+    #[must_use]
+    pub fn stack_size(&self) -> usize {
+        7 * self.stats.depth + 8
+    }
+
+    /// The binary hierarchy of the scalar baseline, built from `scene` at the first call.
+    pub fn binary(&self, scene: &Scene) -> &BinaryBvh {
+        self.binary.get_or_init(|| BinaryBvh::build(scene))
     }
 }

@@ -2,6 +2,8 @@
 
 mod film;
 mod frame;
+mod scalar;
+mod tile;
 
 pub use film::Film;
 pub use frame::render;
@@ -76,6 +78,17 @@ impl RayCounts {
     #[must_use]
     pub fn total(self) -> u64 {
         self.camera + self.shadow + self.reflection
+    }
+}
+
+impl std::ops::Add for RayCounts {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            camera: self.camera + other.camera,
+            shadow: self.shadow + other.shadow,
+            reflection: self.reflection + other.reflection,
+        }
     }
 }
 

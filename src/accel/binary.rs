@@ -1,0 +1,107 @@
+//! The binary layout of the scalar baseline: 32 bytes a node, siblings side by side (after Wald's and Bikker's
+//! common layout).
+
+use super::source::{self, BinaryTree, BinaryTreeNode};
+use crate::{math::Aabb, ray::PrimitiveId, scene::Scene};
+use glam::Vec3;
+
+/// The most primitives of a leaf.
+const LEAF_SIZE: u32 = 4;
+
+/// A node: its own box, and either the first of two adjacent children or a range of primitives.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub struct BinaryNode {
+    /// Lower corner of the box.
+    pub lower: Vec3,
+    /// Index of the first child, or of the first primitive.
+    pub first: u32,
+    /// Upper corner of the box.
+    pub upper: Vec3,
+    /// Primitives of a leaf; 0 for an inner node.
+    pub count: u32,
+}
+
+impl BinaryNode {
+    /// The node's box.
+    #[inline]
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        Aabb {
+            lower: self.lower,
+            upper: self.upper,
+        }
+    }
+}
+
+/// A binary bounding volume hierarchy over one scene.
+#[derive(Debug)]
+pub struct BinaryBvh {
+    /// Nodes; the root is node 0. Empty for a scene of nothing.
+    pub nodes: Vec<BinaryNode>,
+    /// Primitives in the order of the leaves.
+    pub primitives: Vec<PrimitiveId>,
+}
+
+impl BinaryBvh {
+    /// Builds the hierarchy over the scene's spheres and its triangles that have an area.
+    #[must_use]
+    pub fn build(scene: &Scene) -> Self {
+        let tree = source::build_binary(scene);
+        let mut bvh = Self {
+            nodes: Vec::new(),
+            primitives: Vec::new(),
+        };
+        if tree.is_empty() {
+            return bvh;
+        }
+        let sizes = subtree_sizes(&tree);
+        bvh.nodes.push(box_only(tree.bounds(0)));
+        let mut todo = vec![(0_usize, 0_usize)];
+        while let Some((own_i, tree_i)) = todo.pop() {
+            match tree.node(tree_i) {
+                BinaryTreeNode::Inner(children) if sizes[tree_i] > LEAF_SIZE => {
+                    let first = bvh.nodes.len();
+                    bvh.nodes.extend(children.map(|c| box_only(tree.bounds(c))));
+                    bvh.nodes[own_i].first = first as u32;
+                    todo.extend([(first + 1, children[1]), (first, children[0])]);
+                }
+                _ => {
+                    bvh.nodes[own_i].first = bvh.primitives.len() as u32;
+                    bvh.nodes[own_i].count = sizes[tree_i];
+                    bvh.push_primitives(&tree, tree_i);
+                }
+            }
+        }
+        bvh
+    }
+
+    fn push_primitives(&mut self, tree: &BinaryTree, tree_i: usize) {
+        let mut stack = vec![tree_i];
+        while let Some(node_i) = stack.pop() {
+            match tree.node(node_i) {
+                BinaryTreeNode::Leaf(id) => self.primitives.push(id),
+                BinaryTreeNode::Inner([left, right]) => stack.extend([right, left]),
+            }
+        }
+    }
+}
+
+fn box_only(bounds: Aabb) -> BinaryNode {
+    BinaryNode {
+        lower: bounds.lower,
+        first: 0,
+        upper: bounds.upper,
+        count: 0,
+    }
+}
+
+fn subtree_sizes(tree: &BinaryTree) -> Vec<u32> {
+    let mut sizes = vec![1_u32; tree.len()];
+    for &node_i in tree.parents_first().iter().rev() {
+        if let BinaryTreeNode::Inner([left, right]) = tree.node(node_i as usize) {
+            sizes[node_i as usize] = sizes[left] + sizes[right];
+        }
+    }
+    sizes
+}

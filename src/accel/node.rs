@@ -1,0 +1,120 @@
+//! The wide node.
+
+use crate::{math::Aabb, simd::F32x8};
+
+/// What a child word stands for; see [`Child`].
+const TRIANGLES: u32 = 1 << 30;
+const SPHERES: u32 = 2 << 30;
+const EMPTY: u32 = 3 << 30;
+const KIND: u32 = 3 << 30;
+
+/// A child: an inner node, or a block of 1 to 8 triangles or spheres. Two bits of kind, for a leaf three of
+/// its count less one, and the index of a node or block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Child(u32);
+
+impl Child {
+    /// No child.
+    pub const NONE: Self = Self(EMPTY);
+    /// The most blocks of a kind.
+    pub const MAX_BLOCKS: usize = 1 << 27;
+
+    /// Inner node `index`.
+    #[must_use]
+    pub fn inner(index: usize) -> Self {
+        debug_assert!(index < TRIANGLES as usize);
+        Self(index as u32)
+    }
+
+    /// Block `index` of `count` triangles.
+    #[must_use]
+    pub fn triangles(index: usize, count: usize) -> Self {
+        debug_assert!((1..=8).contains(&count) && index < Self::MAX_BLOCKS);
+        Self(TRIANGLES | (count as u32 - 1) << 27 | index as u32)
+    }
+
+    /// Block `index` of `count` spheres.
+    #[must_use]
+    pub fn spheres(index: usize, count: usize) -> Self {
+        debug_assert!((1..=8).contains(&count) && index < Self::MAX_BLOCKS);
+        Self(SPHERES | (count as u32 - 1) << 27 | index as u32)
+    }
+
+    /// Whether this is an inner node.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_inner(self) -> bool {
+        self.0 & KIND == 0
+    }
+
+    /// Whether this is a block of triangles.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_triangles(self) -> bool {
+        self.0 & KIND == TRIANGLES
+    }
+
+    /// Index of the node or block.
+    #[inline(always)]
+    #[must_use]
+    pub fn index(self) -> usize {
+        (if self.is_inner() {
+            self.0
+        } else {
+            self.0 & 0x07ff_ffff
+        }) as usize
+    }
+
+    /// Primitives of a block.
+    #[inline(always)]
+    #[must_use]
+    pub fn count(self) -> usize {
+        (self.0 >> 27 & 7) as usize + 1
+    }
+}
+
+/// An inner node: the boxes of up to eight children, a column an axis, filled from lane 0 on. Empty lanes have
+/// finite boxes that are turned inside out.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Node8 {
+    /// Lower bounds by axis.
+    pub lower: [F32x8; 3],
+    /// Upper bounds by axis.
+    pub upper: [F32x8; 3],
+    /// The children.
+    pub child: [Child; 8],
+    /// How many children there are.
+    pub count: u32,
+}
+
+impl Node8 {
+    /// A node of at most eight children and their boxes.
+    #[must_use]
+    pub fn new(children: &[(Child, Aabb)]) -> Self {
+        let bounds = |i: usize| children.get(i).map_or(Aabb::EMPTY, |c| c.1);
+        let column = |of: &dyn Fn(Aabb) -> f32| F32x8::from(std::array::from_fn(|i| of(bounds(i))));
+        Self {
+            lower: [
+                column(&|b| b.lower.x),
+                column(&|b| b.lower.y),
+                column(&|b| b.lower.z),
+            ],
+            upper: [
+                column(&|b| b.upper.x),
+                column(&|b| b.upper.y),
+                column(&|b| b.upper.z),
+            ],
+            child: std::array::from_fn(|i| children.get(i).map_or(Child::NONE, |c| c.0)),
+            count: children.len() as u32,
+        }
+    }
+
+    /// A bit for each child there is.
+    #[inline(always)]
+    #[must_use]
+    pub fn valid_bits(&self) -> u32 {
+        (1 << self.count) - 1
+    }
+}

@@ -1,0 +1,18 @@
+//! One primitive against eight rays, and eight primitives against one ray: the canonical tests.
+//!
+//! What counts as a hit is decided here and nowhere else (and, separately written, in
+//! [`reference`](crate::reference), which must agree bit for bit). A path may hoist subexpressions that its
+//! rays share, such as the edge functions of a triangle as seen from a shared origin; it may not reorder or
+//! replace an operation.
+//!
+//! Every candidate must also lie in the interval in which its ray passes the primitive's own padded box. So a
+//! hit lies in every box of the tree above it, whatever the tree looks like, and no rounding puts a sliver's
+//! hit far from the sliver.
+
+mod bounds;
+mod sphere;
+mod triangle;
+
+pub use bounds::{Slabs8, pad, padded};
+pub use sphere::{SphereBlock, intersect_spheres};
+pub use triangle::{EDGE_TOLERANCE, EdgeFunctions, TriangleBlock};

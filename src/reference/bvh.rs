@@ -1,0 +1,109 @@
+//! The baseline: one ray over the binary BVH, nearer child first.
+
+use super::{RaySlabs, intersect_primitive};
+use crate::{
+    accel::BinaryBvh,
+    ray::{Hit, Ray},
+    scene::Scene,
+};
+
+/// Memory of a traversal, reused from ray to ray.
+#[derive(Debug, Default)]
+pub struct Stack(Vec<(u32, f32)>);
+
+/// Visits the leaves that the ray enters before `limit(..)` of what was found so far; `leaf` is given a range
+/// of `bvh.primitives` and answers the new limit, or `None` to stop.
+#[inline(always)]
+fn traverse(
+    bvh: &BinaryBvh,
+    slabs: &RaySlabs,
+    t_max: f32,
+    Stack(stack): &mut Stack,
+    mut leaf: impl FnMut(std::ops::Range<usize>) -> Option<f32>,
+) {
+    stack.clear();
+    let Some(root) = bvh.nodes.first() else { return };
+    let mut limit = t_max;
+    let (near, far) = slabs.interval(root.bounds());
+    if near > far || near > limit {
+        return;
+    }
+    let mut node_i = 0_usize;
+    loop {
+        let node = &bvh.nodes[node_i];
+        if node.count > 0 {
+            let first = node.first as usize;
+            let Some(new_limit) = leaf(first..first + node.count as usize) else {
+                return;
+            };
+            limit = new_limit;
+        } else {
+            let first = node.first as usize;
+            let enter = |i: usize| {
+                let (near, far) = slabs.interval(bvh.nodes[i].bounds());
+                (near <= far && near <= limit, near)
+            };
+            let ((hit0, near0), (hit1, near1)) = (enter(first), enter(first + 1));
+            match (hit0, hit1) {
+                (true, true) => {
+                    let (nearer, farther, far_near) = if near0 <= near1 {
+                        (first, first + 1, near1)
+                    } else {
+                        (first + 1, first, near0)
+                    };
+                    stack.push((farther as u32, far_near));
+                    node_i = nearer;
+                    continue;
+                }
+                (true, false) => {
+                    node_i = first;
+                    continue;
+                }
+                (false, true) => {
+                    node_i = first + 1;
+                    continue;
+                }
+                (false, false) => {}
+            }
+        }
+        loop {
+            let Some((next, near)) = stack.pop() else { return };
+            if near <= limit {
+                node_i = next as usize;
+                break;
+            }
+        }
+    }
+}
+
+/// The nearest hit; of several equally near, the one with the lowest id.
+#[must_use]
+pub fn closest_hit(scene: &Scene, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
+    let slabs = RaySlabs::new(ray);
+    let mut best = Hit::miss(ray.t_max);
+    traverse(bvh, &slabs, ray.t_max, stack, |range| {
+        for &id in &bvh.primitives[range] {
+            if let Some(hit) = intersect_primitive(scene, id, ray, &slabs)
+                && best.loses_to(hit.t, id)
+            {
+                best = hit;
+            }
+        }
+        Some(best.t)
+    });
+    best
+}
+
+/// Whether anything is hit before the ray's end.
+#[must_use]
+pub fn occluded(scene: &Scene, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
+    let slabs = RaySlabs::new(ray);
+    let mut found = false;
+    traverse(bvh, &slabs, ray.t_max, stack, |range| {
+        found = bvh.primitives[range]
+            .iter()
+            .any(|&id| intersect_primitive(scene, id, ray, &slabs).is_some_and(|hit| hit.t < ray.t_max));
+        (!found).then_some(ray.t_max)
+    });
+    found
+}

@@ -1,0 +1,231 @@
+//! The colour of one camera ray: Whitted's algorithm as a loop. Written apart from `shade`, with the same
+//! operations in the same order.
+
+use crate::{
+    math::{cross, dot, max, max_abs, min, mul_add, mul_add3, normalize, powi},
+    ray::{Hit, Ray},
+    scene::{Material, Primitive, Scene},
+};
+use glam::Vec3;
+
+const SURFACE_OFFSET: f32 = 128.0 / 16_777_216.0;
+const LIGHT_OFFSET: f32 = 32.0 / 16_777_216.0;
+
+/// Something that answers rays: brute force or a BVH.
+pub trait Intersect {
+    /// The nearest hit; of several equally near, the one with the lowest id.
+    fn closest_hit(&mut self, ray: &Ray) -> Hit;
+    /// Whether anything is hit before the ray's end.
+    fn occluded(&mut self, ray: &Ray) -> bool;
+}
+
+/// A point on a surface; see `shade::surface` for the fields.
+struct Surface {
+    point: Vec3,
+    geometric_normal: Vec3,
+    normal: Vec3,
+    direction: Vec3,
+    magnitude: f32,
+}
+
+/// Rays traced for one colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SecondaryRays {
+    /// Between a light and a surface.
+    pub shadow: u64,
+    /// Mirrored.
+    pub reflection: u64,
+}
+
+/// The colour that comes back along a camera ray, linear RGB.
+pub fn radiance(
+    scene: &Scene,
+    intersect: &mut impl Intersect,
+    camera_ray: Ray,
+    max_depth: u32,
+    shadows: bool,
+    rays: &mut SecondaryRays,
+) -> [f32; 3] {
+    let mut color = [0.0; 3];
+    let mut ray = camera_ray;
+    let mut weight = 1.0;
+    for level in 0.. {
+        if level == max_depth {
+            add(&mut color, weight, scene.background());
+            break;
+        }
+        rays.reflection += u64::from(level > 0);
+        let hit = intersect.closest_hit(&ray);
+        if !hit.is_hit() {
+            add(&mut color, weight, scene.background());
+            break;
+        }
+        let material = &scene.materials()[scene.material_of(hit.primitive).0 as usize];
+        if let Material::Silhouette { color: red } = material {
+            add(&mut color, weight, *red);
+            break;
+        }
+        let surface = surface(scene, &ray, &hit);
+        let light = gather_light(scene, intersect, &surface, material, shadows, rays);
+        match *material {
+            Material::Silhouette { .. } => {}
+            Material::Matte { color: own } => add(&mut color, weight, matte(scene, own, &light)),
+            Material::BlinnPhong {
+                diffuse,
+                specular,
+                k_d,
+                k_s,
+                ..
+            } => {
+                let body = mul_add(k_d, light.diffuse, scene.ambient());
+                let gloss = k_s * light.specular;
+                let channel = |i: usize| {
+                    let sum = mul_add(diffuse[i], body, specular[i] * gloss);
+                    min(max(sum, 0.0), 1.0)
+                };
+                add(&mut color, weight, [channel(0), channel(1), channel(2)]);
+            }
+            Material::Reflection {
+                color: own,
+                mirror_share,
+            } => {
+                add(
+                    &mut color,
+                    weight * (1.0 - mirror_share),
+                    matte(scene, own, &light),
+                );
+                weight *= mirror_share;
+                ray = mirrored(&surface);
+                continue;
+            }
+        }
+        break;
+    }
+    color
+}
+
+fn add(color: &mut [f32; 3], weight: f32, more: [f32; 3]) {
+    for (sum, c) in color.iter_mut().zip(more) {
+        *sum = mul_add(weight, c, *sum);
+    }
+}
+
+fn matte(scene: &Scene, color: [f32; 3], light: &Light) -> [f32; 3] {
+    let brightness = min(scene.ambient() + light.diffuse, 1.0);
+    color.map(|c| c * brightness)
+}
+
+fn mirrored(s: &Surface) -> Ray {
+    let along = dot(s.direction, s.normal);
+    let direction = normalize(mul_add3(s.normal, -2.0 * along, s.direction));
+    Ray::new(
+        mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
+        direction,
+    )
+}
+
+/// Light that arrives at a point: sums over the lights that reach it.
+struct Light {
+    diffuse: f32,
+    specular: f32,
+}
+
+fn gather_light(
+    scene: &Scene,
+    intersect: &mut impl Intersect,
+    s: &Surface,
+    material: &Material,
+    shadows: bool,
+    rays: &mut SecondaryRays,
+) -> Light {
+    let lights = scene.lights();
+    let mut sum = Light {
+        diffuse: 0.0,
+        specular: 0.0,
+    };
+    for i in 0..lights.intensity.len() {
+        let (position, intensity) = (lights.position(i), lights.intensity[i]);
+        let to_light = normalize(position - s.point);
+        let facing = dot(s.normal, to_light);
+        if facing <= 0.0 || facing.is_nan() {
+            continue;
+        }
+        if shadows {
+            rays.shadow += 1;
+            if intersect.occluded(&shadow_ray(position, s)) {
+                continue;
+            }
+        }
+        sum.diffuse = mul_add(intensity, facing, sum.diffuse);
+        if let Material::BlinnPhong { alpha, .. } = material {
+            let halfway = normalize(to_light - s.direction);
+            let highlight = powi(max(dot(s.normal, halfway), 0.0), *alpha);
+            sum.specular = mul_add(intensity, highlight, sum.specular);
+        }
+    }
+    sum
+}
+
+/// From the light to the point, a little off the surface.
+fn shadow_ray(light: Vec3, s: &Surface) -> Ray {
+    let to_light = light - s.point;
+    let distance = dot(to_light, to_light).sqrt();
+    let offset = mul_add(distance, LIGHT_OFFSET, s.magnitude * SURFACE_OFFSET);
+    let from_light = mul_add3(s.geometric_normal, offset, s.point) - light;
+    let length = dot(from_light, from_light).sqrt();
+    let direction = Vec3::new(
+        from_light.x / length,
+        from_light.y / length,
+        from_light.z / length,
+    );
+    Ray {
+        origin: light,
+        direction,
+        t_max: length,
+    }
+}
+
+fn surface(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
+    let (point, geometric, normal, magnitude) = match scene.primitive(hit.primitive) {
+        Primitive::Triangle(i) => triangle(scene, i, hit),
+        Primitive::Sphere(i) => {
+            let (center, radius) = (scene.spheres().center(i), scene.spheres().radius[i]);
+            let outward = normalize(mul_add3(ray.direction, hit.t, ray.origin) - center);
+            (
+                mul_add3(outward, radius, center),
+                outward,
+                outward,
+                max_abs(center) + radius,
+            )
+        }
+    };
+    let away = dot(geometric, ray.direction) > 0.0;
+    Surface {
+        point,
+        geometric_normal: if away { -geometric } else { geometric },
+        normal: if away { -normal } else { normal },
+        direction: ray.direction,
+        magnitude,
+    }
+}
+
+fn triangle(scene: &Scene, i: usize, hit: &Hit) -> (Vec3, Vec3, Vec3, f32) {
+    let [v0, v1, v2] = scene.triangle(i);
+    let (u, v) = (hit.u, hit.v);
+    let w = 1.0 - u - v;
+    let interpolate = |a: Vec3, b: Vec3, c: Vec3| mul_add3(b, u, mul_add3(c, v, a * w));
+    let facet = cross(v1 - v0, v2 - v0);
+    let geometric = normalize(facet / max_abs(facet));
+    let mut normal = geometric;
+    let normals = &scene.vertices().normals;
+    if !normals.is_empty() {
+        let t = scene.triangles();
+        let [n0, n1, n2] = [t.v0[i], t.v1[i], t.v2[i]].map(|vertex| normals[vertex as usize]);
+        let smooth = interpolate(n0, n1, n2);
+        if [n0, n1, n2].iter().all(|&n| n != Vec3::ZERO) && max_abs(smooth) > 0.0 {
+            normal = normalize(smooth / max_abs(smooth));
+        }
+    }
+    let magnitude = max(max(max_abs(v0), max_abs(v1)), max_abs(v2));
+    (interpolate(v0, v1, v2), geometric, normal, magnitude)
+}

@@ -1,0 +1,79 @@
+//! One tile by the scalar reference, pixel by pixel.
+
+use super::{
+    RayCounts,
+    frame::{FrameContext, TileRect},
+};
+use crate::{
+    accel::BinaryBvh,
+    ray::{Hit, Ray},
+    reference::{
+        bvh::{self, Stack},
+        shade::{Intersect, SecondaryRays, radiance},
+    },
+    scene::Scene,
+};
+
+struct OverBvh<'a> {
+    scene: &'a Scene,
+    bvh: &'a BinaryBvh,
+    stack: Stack,
+}
+
+impl Intersect for OverBvh<'_> {
+    fn closest_hit(&mut self, ray: &Ray) -> Hit {
+        bvh::closest_hit(self.scene, self.bvh, &mut self.stack, ray)
+    }
+
+    fn occluded(&mut self, ray: &Ray) -> bool {
+        bvh::occluded(self.scene, self.bvh, &mut self.stack, ray)
+    }
+}
+
+/// Renders the tile into its columns of `band`, the rows of the picture from `rect.y` on.
+pub(super) fn render_tile(context: &FrameContext<'_>, rect: TileRect, band: &mut [[f32; 3]]) -> RayCounts {
+    let &FrameContext {
+        scene,
+        bvh,
+        pixel_rays,
+        settings,
+    } = context;
+    let mut intersect = OverBvh {
+        scene,
+        bvh: bvh.binary(scene),
+        stack: Stack::default(),
+    };
+    let n = settings.samples_per_axis;
+    let mut rays = SecondaryRays::default();
+    for (row, y) in band
+        .chunks_exact_mut(settings.width as usize)
+        .zip(rect.y..rect.y + rect.height)
+    {
+        for (pixel, x) in row[rect.x as usize..][..rect.width as usize]
+            .iter_mut()
+            .zip(rect.x..)
+        {
+            let mut sum = [0.0; 3];
+            for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
+                let ray = Ray::new(pixel_rays.eye(), pixel_rays.direction(x, y, sample));
+                let color = radiance(
+                    scene,
+                    &mut intersect,
+                    ray,
+                    settings.max_depth,
+                    settings.shadows,
+                    &mut rays,
+                );
+                for (sum, c) in sum.iter_mut().zip(color) {
+                    *sum += c;
+                }
+            }
+            *pixel = sum.map(|sum| sum / (n * n) as f32);
+        }
+    }
+    RayCounts {
+        camera: u64::from(rect.width) * u64::from(rect.height) * u64::from(n * n),
+        shadow: rays.shadow,
+        reflection: rays.reflection,
+    }
+}

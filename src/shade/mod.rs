@@ -1,0 +1,168 @@
+//! Batched Whitted shading: each pass is one function over a queue, eight lanes at a time.
+//!
+//! A pass order, for one sample of all pixels of a tile: [`queue::sort`] files hits by material (misses take
+//! the background), [`surface::gather`] turns each material's hits into surface packets, [`shadow::pass`] traces
+//! one bundle of occlusion rays per light, and the passes of [`material`] turn light into colour and push mirrored rays into the next queue. No recursion, no branch on the material
+//! within a lane.
+//!
+//! All arithmetic here has its scalar twin in [`reference::shade`](crate::reference::shade): the same
+//! operations in the same order.
+
+pub mod material;
+pub mod queue;
+pub mod shadow;
+pub mod surface;
+
+use crate::{
+    ray::HitPacket,
+    scene::Scene,
+    simd::F32x8,
+    trace::{Origins, Tracer},
+};
+use material::Light8;
+use queue::{HitQueue, RayQueue};
+use surface::SurfacePacket;
+
+/// Secondary rays start off the surface by this share of the primitive's largest absolute coordinate: 128
+/// half-ulps, many times the rounding error of a point on it. (After Wächter and Binder, *A Fast and Robust
+/// Method for Avoiding Self-Intersection*, Ray Tracing Gems ch. 6, 2019; scaled by the primitive instead of the
+/// point, so that scenes of any scale and place behave alike.)
+pub const SURFACE_OFFSET: f32 = 128.0 / (1 << 24) as f32;
+
+/// Shadow rays end further off the surface by this share of the light's distance, the rounding error of a
+/// plane as seen from there: 32 half-ulps.
+pub const LIGHT_OFFSET: f32 = 32.0 / (1 << 24) as f32;
+
+/// What to shade with.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadeSettings {
+    /// A ray of this level returns the background; camera rays are level 0.
+    pub max_depth: u32,
+    /// Whether lights are tested for being hidden.
+    pub shadows: bool,
+}
+
+/// The memory of shading one tile, reused from tile to tile.
+#[derive(Debug, Default)]
+pub struct Shader {
+    hits: Vec<HitPacket>,
+    by_material: HitQueue,
+    surfaces: Vec<SurfacePacket>,
+    light: Vec<Light8>,
+    arriving: Vec<F32x8>,
+    shadow: shadow::Scratch,
+    next: RayQueue,
+    /// Occlusion rays traced so far.
+    pub shadow_rays: u64,
+    /// Mirrored rays traced so far.
+    pub reflection_rays: u64,
+}
+
+/// The colours of one sample of each pixel of a tile, linear RGB, a column a channel.
+#[derive(Debug, Default)]
+pub struct TileColors {
+    /// One column a channel.
+    pub channels: [Vec<f32>; 3],
+}
+
+impl TileColors {
+    /// All black, for `pixels` pixels.
+    pub fn reset(&mut self, pixels: usize) {
+        for channel in &mut self.channels {
+            channel.clear();
+            channel.resize(pixels, 0.0);
+        }
+    }
+
+    /// Adds the colours of `other`, pixel by pixel.
+    pub fn add_all(&mut self, other: &Self) {
+        for (channel, other) in self.channels.iter_mut().zip(&other.channels) {
+            for (sum, c) in channel.iter_mut().zip(other) {
+                *sum += c;
+            }
+        }
+    }
+
+    /// The colour of one pixel.
+    #[must_use]
+    pub fn pixel(&self, i: usize) -> [f32; 3] {
+        [self.channels[0][i], self.channels[1][i], self.channels[2][i]]
+    }
+
+    /// Adds weight x colour to the pixels of the lanes in `bits`.
+    #[inline(always)]
+    fn add(&mut self, bits: u32, pixel: &[u32; 8], weight: F32x8, color: [F32x8; 3]) {
+        for (channel, color8) in self.channels.iter_mut().zip(color) {
+            for (lane, &p) in pixel.iter().enumerate() {
+                if bits >> lane & 1 == 1 {
+                    let sum = &mut channel[p as usize];
+                    *sum = crate::math::mul_add(weight.as_array()[lane], color8.as_array()[lane], *sum);
+                }
+            }
+        }
+    }
+}
+
+impl Shader {
+    /// Traces and shades `rays`, which are camera rays with a shared origin, and what they lead to, and adds
+    /// the colours to `colors`. Leaves `rays` empty.
+    pub fn shade(
+        &mut self,
+        scene: &Scene,
+        tracer: &mut Tracer<'_>,
+        settings: ShadeSettings,
+        rays: &mut RayQueue,
+        colors: &mut TileColors,
+    ) {
+        let mut origins = Origins::Shared;
+        for level in 1..=settings.max_depth {
+            self.hits.clear();
+            self.hits.resize(rays.packets.len(), HitPacket::miss(F32x8::ZERO));
+            tracer.closest_hit(origins, &rays.packets, &mut self.hits);
+            queue::sort(scene, rays, &self.hits, &mut self.by_material, colors);
+
+            surface::gather(scene, rays, &self.hits, &self.by_material, &mut self.surfaces);
+            self.light.clear();
+            self.light.resize(self.surfaces.len(), Light8::NONE);
+            self.add_lights(scene, tracer, settings.shadows);
+
+            self.next.clear();
+            for (material, range) in self.by_material.ranges() {
+                let material = &scene.materials()[material.0 as usize];
+                let (surfaces, light) = (&self.surfaces[range.clone()], &self.light[range]);
+                material::color(scene, material, surfaces, light, colors, &mut self.next);
+            }
+            if level == settings.max_depth {
+                material::end_of_depth(scene, &self.next, colors);
+                self.next.clear();
+            }
+            std::mem::swap(rays, &mut self.next);
+            self.reflection_rays += rays.active_rays();
+            origins = Origins::Separate;
+            if rays.packets.is_empty() {
+                break;
+            }
+        }
+        rays.clear();
+    }
+
+    fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, shadows: bool) {
+        let lights = scene.lights();
+        let lit = self.by_material.lit_surfaces(scene, &self.surfaces);
+        for light_i in 0..lights.intensity.len() {
+            let (position, intensity) = (lights.position(light_i), lights.intensity[light_i]);
+            let tracer = shadows.then_some(&mut *tracer);
+            self.shadow_rays += shadow::pass(position, tracer, lit, &mut self.arriving, &mut self.shadow);
+            for (material, range) in self.by_material.ranges().take_while(|(_, r)| r.end <= lit.len()) {
+                material::add_light(
+                    &scene.materials()[material.0 as usize],
+                    position,
+                    intensity,
+                    &self.surfaces[range.clone()],
+                    &self.arriving[range.clone()],
+                    &mut self.light[range],
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Leaf blocks against bundles, packets and single rays.
+
+use super::{
+    frustum::Frustum,
+    state::{LaneHit, PacketState},
+};
+use crate::{
+    accel::{Bvh, Child},
+    geometry::{EdgeFunctions, Slabs8, SphereBlock, TriangleBlock, intersect_spheres},
+    simd::{Mask8, Vec3x8, lane, splat},
+};
+
+/// Calls `f` with the index of each set bit, lowest first.
+#[inline(always)]
+pub(super) fn for_each_bit(mut bits: u32, mut f: impl FnMut(usize)) {
+    while bits != 0 {
+        f(bits.trailing_zeros() as usize);
+        bits &= bits - 1;
+    }
+}
+
+/// A triangle against the eight rays of a packet.
+#[inline(always)]
+fn triangle<const ANY: bool>(edges: &EdgeFunctions, corners: &[Vec3x8; 3], id: u32, state: &mut PacketState) {
+    let (inside, weights) = edges.inside(&state.direction);
+    if inside != 0 {
+        let (ahead, t) = edges.distance(corners, &state.slabs, &state.direction);
+        let [u, v, w] = weights;
+        state.offer::<ANY>(ahead & Mask8::from_bits(inside), t, id, || [u, v, u + v + w]);
+    }
+}
+
+#[inline(always)]
+fn sphere<const ANY: bool>(block: &SphereBlock, i: usize, state: &mut PacketState) {
+    let (center, radius) = block.splat(i);
+    let (hit, t) = intersect_spheres(center, radius, &state.slabs, &state.direction);
+    if hit.any() {
+        state.offer::<ANY>(hit, t, block.id[i], || [splat(0.0), splat(0.0), splat(1.0)]);
+    }
+}
+
+/// A block against the packets of `packets` that share their origin. The block's edge functions are taken
+/// once, and triangles that no ray of the frustum can hit are dropped eight at a time.
+#[inline(always)]
+pub(super) fn shared_origin<const ANY: bool>(
+    bvh: &Bvh,
+    leaf: Child,
+    frustum: &Frustum,
+    packets: u32,
+    states: &mut [PacketState],
+) {
+    let count_bits = (1_u32 << leaf.count()) - 1;
+    if !leaf.is_triangles() {
+        let block = &bvh.sphere_blocks()[leaf.index()];
+        for_each_bit(count_bits, |i| {
+            for_each_bit(packets, |p| sphere::<ANY>(block, i, &mut states[p]));
+        });
+        return;
+    }
+    let block = &bvh.triangle_blocks()[leaf.index()];
+    let edges8 = block.edge_functions(states[0].slabs.origin);
+    // One tolerance for the kernel's rounding, twice it for the rounding here, and a factor of 1/|d_k| < 2.
+    let margin = edges8.tolerance * splat(6.0);
+    let reachable = count_bits
+        & frustum.may_reach_zero(&edges8.u, margin)
+        & frustum.may_reach_zero(&edges8.v, margin)
+        & frustum.may_reach_zero(&edges8.w, margin);
+    for_each_bit(reachable, |i| {
+        let edges = edges8.splat(i);
+        let corners = block.splat(i);
+        for_each_bit(packets, |p| {
+            triangle::<ANY>(&edges, &corners, block.id[i], &mut states[p])
+        });
+    });
+}
+
+/// A block against one packet with any origins.
+#[inline(always)]
+pub(super) fn packet<const ANY: bool>(bvh: &Bvh, leaf: Child, state: &mut PacketState) {
+    if leaf.is_triangles() {
+        let block = &bvh.triangle_blocks()[leaf.index()];
+        for i in 0..leaf.count() {
+            let corners = block.splat(i);
+            let [v0, v1, v2] = corners;
+            let edges = EdgeFunctions::new(v0, v1, v2, state.slabs.origin);
+            triangle::<ANY>(&edges, &corners, block.id[i], state);
+        }
+    } else {
+        let block = &bvh.sphere_blocks()[leaf.index()];
+        for i in 0..leaf.count() {
+            sphere::<ANY>(block, i, state);
+        }
+    }
+}
+
+/// A block against one ray, in all lanes of `slabs` and `direction`.
+#[inline(always)]
+pub(super) fn single<const ANY: bool>(
+    bvh: &Bvh,
+    leaf: Child,
+    slabs: &Slabs8,
+    direction: &Vec3x8,
+    hit: &mut LaneHit,
+) {
+    let count_bits = (1_u32 << leaf.count()) - 1;
+    if leaf.is_triangles() {
+        let block: &TriangleBlock = &bvh.triangle_blocks()[leaf.index()];
+        let edges = block.edge_functions(slabs.origin);
+        let (inside, [u, v, w]) = edges.inside(direction);
+        if inside & count_bits != 0 {
+            let (ahead, t) = edges.distance(&[block.v0, block.v1, block.v2], slabs, direction);
+            let sum = u + v + w;
+            for_each_bit(ahead.bits() & inside & count_bits, |i| {
+                hit.offer::<ANY>(
+                    lane(&t, i),
+                    block.id[i],
+                    [lane(&u, i), lane(&v, i), lane(&sum, i)],
+                );
+            });
+        }
+    } else {
+        let block = &bvh.sphere_blocks()[leaf.index()];
+        let (ahead, t) = intersect_spheres(block.center, block.radius, slabs, direction);
+        for_each_bit(ahead.bits() & count_bits, |i| {
+            hit.offer::<ANY>(lane(&t, i), block.id[i], [0.0, 0.0, 1.0]);
+        });
+    }
+}
