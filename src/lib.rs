@@ -1,6 +1,7 @@
 //! octray traces rays through scenes of triangle meshes and spheres on the CPU.
 
 pub mod accel;
+pub mod bench;
 pub mod course;
 pub mod error;
 pub mod format;

@@ -1,7 +1,8 @@
 //! The frame loop: tiles to threads, each with its own scratch.
 
 use super::{
-    Film, Frame, Mode, OnProgress, Progress, RayCounts, RenderError, Settings, scalar, tile::TileScratch,
+    Film, Frame, Mode, OnProgress, Progress, RayCounts, RenderError, Settings, TileTimes, scalar,
+    tile::TileScratch,
 };
 use crate::{
     accel::Bvh,
@@ -84,14 +85,14 @@ fn render_on_pool(
     let pixels_done = AtomicU64::new(0);
     let pixels_total = u64::from(width) * u64::from(height);
     // A band of tile rows is one piece of the film; its tiles are rendered left to right by one thread.
-    let rays = film
+    let (rays, tile_times) = film
         .pixels_mut()
         .par_chunks_mut((width * TILE) as usize)
         .enumerate()
         .map_init(
             || TileScratch::new(bvh),
             |scratch, (band_i, band)| {
-                let mut counts = RayCounts::default();
+                let mut counts = (RayCounts::default(), TileTimes::default());
                 let y = band_i as u32 * TILE;
                 for x in (0..width).step_by(TILE as usize) {
                     if cancelled.load(Ordering::Relaxed) {
@@ -105,9 +106,9 @@ fn render_on_pool(
                     };
                     let tile_counts = match settings.mode {
                         Mode::Packet => scratch.render(&context, rect, band),
-                        Mode::Scalar => scalar::render_tile(&context, rect, band),
+                        Mode::Scalar => (scalar::render_tile(&context, rect, band), TileTimes::default()),
                     };
-                    counts = counts + tile_counts;
+                    counts = (counts.0 + tile_counts.0, counts.1 + tile_counts.1);
                     let pixels = u64::from(rect.width) * u64::from(rect.height);
                     let pixels_done = pixels_done.fetch_add(pixels, Ordering::Relaxed) + pixels;
                     if on_progress(Progress {
@@ -121,7 +122,7 @@ fn render_on_pool(
                 counts
             },
         )
-        .reduce(RayCounts::default, |a, b| a + b);
+        .reduce(<(RayCounts, TileTimes)>::default, |a, b| (a.0 + b.0, a.1 + b.1));
     if cancelled.into_inner() {
         return Err(RenderError::Cancelled);
     }
@@ -129,5 +130,6 @@ fn render_on_pool(
         film,
         rays,
         elapsed: start.elapsed(),
+        tile_times,
     })
 }

@@ -92,6 +92,25 @@ impl std::ops::Add for RayCounts {
     }
 }
 
+/// Time spent in tiles, summed over the threads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TileTimes {
+    /// Making camera rays.
+    pub ray_generation: Duration,
+    /// Tracing rays of all kinds.
+    pub tracing: Duration,
+}
+
+impl std::ops::Add for TileTimes {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            ray_generation: self.ray_generation + other.ray_generation,
+            tracing: self.tracing + other.tracing,
+        }
+    }
+}
+
 /// A finished picture and what it took.
 #[derive(Debug)]
 pub struct Frame {
@@ -101,6 +120,8 @@ pub struct Frame {
     pub rays: RayCounts,
     /// Wall-clock time of the rendering alone.
     pub elapsed: Duration,
+    /// Time within tiles by what it was for, in packet mode.
+    pub tile_times: TileTimes,
 }
 
 /// Where the rendering stands, as the progress callback sees it.

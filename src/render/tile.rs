@@ -1,7 +1,7 @@
 //! One tile: camera rays in packets of 4x2 pixels, traced and shaded sample by sample.
 
 use super::{
-    RayCounts,
+    RayCounts, TileTimes,
     frame::{FrameContext, TileRect},
 };
 use crate::{
@@ -11,6 +11,7 @@ use crate::{
     simd::{LANES, Mask8, Vec3x8, splat},
     trace::Tracer,
 };
+use std::time::Instant;
 
 /// Pixels of a bundle's side: eight packets of 4x2 pixels.
 const BLOCK: u32 = 8;
@@ -38,7 +39,12 @@ impl<'a> TileScratch<'a> {
     }
 
     /// Renders the tile into its columns of `band`, the rows of the picture from `rect.y` on.
-    pub fn render(&mut self, context: &FrameContext<'_>, rect: TileRect, band: &mut [[f32; 3]]) -> RayCounts {
+    pub fn render(
+        &mut self,
+        context: &FrameContext<'_>,
+        rect: TileRect,
+        band: &mut [[f32; 3]],
+    ) -> (RayCounts, TileTimes) {
         let &FrameContext { scene, settings, .. } = context;
         let shade = ShadeSettings {
             max_depth: settings.max_depth,
@@ -46,11 +52,14 @@ impl<'a> TileScratch<'a> {
         };
         let pixels = rect.width * rect.height;
         let n = settings.samples_per_axis;
-        (self.shader.shadow_rays, self.shader.reflection_rays) = (0, 0);
+        self.shader.reset_counts();
+        let mut times = TileTimes::default();
         self.sum.reset(pixels as usize);
         for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
             self.sample.reset(pixels as usize);
+            let start = Instant::now();
             fill(context, rect, sample, &mut self.rays);
+            times.ray_generation += start.elapsed();
             self.shader
                 .shade(scene, &mut self.tracer, shade, &mut self.rays, &mut self.sample);
             self.sum.add_all(&self.sample);
@@ -65,11 +74,13 @@ impl<'a> TileScratch<'a> {
                     .map(|sum| sum / samples);
             }
         }
-        RayCounts {
+        times.tracing = self.shader.tracing;
+        let counts = RayCounts {
             camera: u64::from(pixels) * u64::from(n * n),
             shadow: self.shader.shadow_rays,
             reflection: self.shader.reflection_rays,
-        }
+        };
+        (counts, times)
     }
 }
 

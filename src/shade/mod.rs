@@ -21,6 +21,7 @@ use crate::{
 };
 use material::Light8;
 use queue::{HitQueue, RayQueue};
+use std::time::{Duration, Instant};
 use surface::SurfacePacket;
 
 /// Secondary rays start off the surface by this share of the primitive's largest absolute coordinate: 128
@@ -56,6 +57,8 @@ pub struct Shader {
     pub shadow_rays: u64,
     /// Mirrored rays traced so far.
     pub reflection_rays: u64,
+    /// Time spent in the tracer so far.
+    pub tracing: Duration,
 }
 
 /// The colours of one sample of each pixel of a tile, linear RGB, a column a channel.
@@ -104,6 +107,11 @@ impl TileColors {
 }
 
 impl Shader {
+    /// Counts of rays and time start at 0 again.
+    pub fn reset_counts(&mut self) {
+        (self.shadow_rays, self.reflection_rays, self.tracing) = (0, 0, Duration::ZERO);
+    }
+
     /// Traces and shades `rays`, which are camera rays with a shared origin, and what they lead to, and adds
     /// the colours to `colors`. Leaves `rays` empty.
     pub fn shade(
@@ -118,7 +126,9 @@ impl Shader {
         for level in 1..=settings.max_depth {
             self.hits.clear();
             self.hits.resize(rays.packets.len(), HitPacket::miss(F32x8::ZERO));
+            let start = Instant::now();
             tracer.closest_hit(origins, &rays.packets, &mut self.hits);
+            self.tracing += start.elapsed();
             queue::sort(scene, rays, &self.hits, &mut self.by_material, colors);
 
             surface::gather(scene, rays, &self.hits, &self.by_material, &mut self.surfaces);
@@ -152,7 +162,9 @@ impl Shader {
         for light_i in 0..lights.intensity.len() {
             let (position, intensity) = (lights.position(light_i), lights.intensity[light_i]);
             let tracer = shadows.then_some(&mut *tracer);
-            self.shadow_rays += shadow::pass(position, tracer, lit, &mut self.arriving, &mut self.shadow);
+            let (rays, time) = shadow::pass(position, tracer, lit, &mut self.arriving, &mut self.shadow);
+            self.shadow_rays += rays;
+            self.tracing += time;
             for (material, range) in self.by_material.ranges().take_while(|(_, r)| r.end <= lit.len()) {
                 material::add_light(
                     &scene.materials()[material.0 as usize],

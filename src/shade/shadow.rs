@@ -7,6 +7,7 @@ use crate::{
     trace::{Origins, Tracer},
 };
 use glam::Vec3;
+use std::time::{Duration, Instant};
 
 /// Memory of a pass, reused.
 #[derive(Debug, Default)]
@@ -16,7 +17,7 @@ pub struct Scratch {
 }
 
 /// For each point max(0, n.l) of the light at `light`, and 0 where the light is hidden; `tracer` is absent
-/// where shadows are off. Answers how many rays were traced.
+/// where shadows are off. Answers how many rays were traced, and in what time.
 ///
 /// A shadow ray runs from the light to the point, offset to the viewer's side: so all rays of a pass share
 /// their origin.
@@ -26,7 +27,7 @@ pub fn pass(
     surfaces: &[SurfacePacket],
     arriving: &mut Vec<F32x8>,
     scratch: &mut Scratch,
-) -> u64 {
+) -> (u64, Duration) {
     let light8 = Vec3x8::splat(light);
     arriving.clear();
     arriving.extend(
@@ -34,7 +35,9 @@ pub fn pass(
             .iter()
             .map(|s| max(s.normal.dot((light8 - s.point).normalize()), splat(0.0))),
     );
-    let Some(tracer) = tracer else { return 0 };
+    let Some(tracer) = tracer else {
+        return (0, Duration::ZERO);
+    };
 
     scratch.rays.clear();
     scratch.rays.extend(
@@ -45,12 +48,14 @@ pub fn pass(
     );
     scratch.blocked.clear();
     scratch.blocked.resize(surfaces.len(), 0);
+    let start = Instant::now();
     tracer.occluded(Origins::Shared, &scratch.rays, &mut scratch.blocked);
+    let time = start.elapsed();
     for (facing, &blocked) in arriving.iter_mut().zip(&scratch.blocked) {
         *facing = Mask8::from_bits(blocked.into()).select(splat(0.0), *facing);
     }
     let active = |rays: &RayPacket| u64::from(gt(rays.t_max, splat(0.0)).bits().count_ones());
-    scratch.rays.iter().map(active).sum()
+    (scratch.rays.iter().map(active).sum(), time)
 }
 
 /// From the light to eight points; lanes that face away from it, or hold no point, get no ray.

@@ -1,0 +1,282 @@
+//! Timing ways of tracing against each other on the same rays, interleaved, and checking that all agree.
+
+use super::workload::{Kind, RaySet};
+use crate::{
+    accel::{BinaryBvh, Bvh},
+    ray::{HitPacket, PrimitiveId, Ray, RayPacket},
+    reference::bvh::{self, Stack},
+    render::{Mode, OnProgress, RenderError, Settings},
+    scene::{Camera, Scene},
+    simd::{F32x8, LANES, Vec3x8},
+    trace::{self, BUNDLE, Origins, Tracer},
+};
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
+
+/// A way of tracing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The scalar reference over the binary BVH: the baseline, and the truth that the others are held to.
+    Scalar,
+    /// Packets of eight, each on its own.
+    Packet,
+    /// One ray against eight boxes at a time.
+    Single,
+    /// What the renderer uses: bundles, packets or single rays, as the rays want it.
+    Render,
+}
+
+impl Method {
+    /// All methods.
+    pub const ALL: [Self; 4] = [Self::Scalar, Self::Packet, Self::Single, Self::Render];
+
+    /// "scalar", "packet", "single" or "render".
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scalar => "scalar",
+            Self::Packet => "packet",
+            Self::Single => "single",
+            Self::Render => "render",
+        }
+    }
+}
+
+/// One row of results.
+#[derive(Clone, Copy, Debug)]
+pub struct Measurement {
+    /// What the rays are for.
+    pub kind: Kind,
+    /// How they were traced.
+    pub method: Method,
+    /// How many rays.
+    pub rays: u64,
+    /// How many hit (shadow rays: were blocked).
+    pub hits: u64,
+    /// Sum of the distances to all hits; 0 for shadow rays.
+    pub t_sum: f64,
+    /// Millions of rays a second, median of the repetitions.
+    pub mrays_per_s: f64,
+    /// (slowest - fastest) / median.
+    pub spread: f64,
+    /// Whether every hit is the scalar reference's, bit for bit.
+    pub agree: bool,
+}
+
+/// Results of one method over a set: hits, or a bit a lane in `blocked`.
+#[derive(Default)]
+struct Results {
+    hits: Vec<HitPacket>,
+    blocked: Vec<u8>,
+}
+
+impl Results {
+    /// Hits of two methods, compared bit for bit.
+    fn same(&self, other: &Self) -> bool {
+        let bits = |h: &HitPacket| {
+            let lanes = |v: F32x8| v.to_array().map(f32::to_bits);
+            (lanes(h.t), lanes(h.u), lanes(h.v), h.primitive)
+        };
+        self.blocked == other.blocked
+            && self.hits.len() == other.hits.len()
+            && self.hits.iter().zip(&other.hits).all(|(a, b)| bits(a) == bits(b))
+    }
+
+    fn count(&self) -> (u64, f64) {
+        let blocked = self
+            .blocked
+            .iter()
+            .map(|b| u64::from(b.count_ones()))
+            .sum::<u64>();
+        let mut sum = (blocked, 0.0);
+        for packet in &self.hits {
+            for lane in 0..LANES {
+                if packet.primitive[lane] != PrimitiveId::NONE.0 {
+                    sum = (sum.0 + 1, sum.1 + f64::from(packet.t.as_array()[lane]));
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// A shadow ray from its light to the surface.
+fn reversed(light: glam::Vec3, packet: &RayPacket) -> RayPacket {
+    RayPacket {
+        origin: Vec3x8::splat(light),
+        direction: -packet.direction,
+        t_max: packet.t_max,
+    }
+}
+
+fn run_scalar(scene: &Scene, binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
+    let mut stack = Stack::default();
+    for (light, packets) in &set.groups {
+        for packet in packets {
+            let rays: [Ray; LANES] = std::array::from_fn(|lane| match light {
+                Some(light) => {
+                    let ray = packet.ray(lane);
+                    Ray {
+                        origin: *light,
+                        direction: -ray.direction,
+                        ..ray
+                    }
+                }
+                None => packet.ray(lane),
+            });
+            if set.kind == Kind::Shadow {
+                let blocked = |lane: &usize| {
+                    rays[*lane].t_max > 0.0 && bvh::occluded(scene, binary, &mut stack, &rays[*lane])
+                };
+                results
+                    .blocked
+                    .push((0..LANES).filter(blocked).fold(0, |bits, lane| bits | 1 << lane));
+            } else {
+                let mut hits = HitPacket::miss(packet.t_max);
+                for (lane, ray) in rays.iter().enumerate().filter(|(_, ray)| ray.t_max > 0.0) {
+                    hits.set_hit(lane, &bvh::closest_hit(scene, binary, &mut stack, ray));
+                }
+                results.hits.push(hits);
+            }
+        }
+    }
+}
+
+fn run_simd(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
+    let mut reversed_rays = Vec::with_capacity(BUNDLE);
+    for (light, packets) in &set.groups {
+        for bundle in packets.chunks(BUNDLE) {
+            if let Some(light) = light {
+                reversed_rays.clear();
+                reversed_rays.extend(bundle.iter().map(|p| reversed(*light, p)));
+                let start = results.blocked.len();
+                results.blocked.resize(start + bundle.len(), 0);
+                tracer.occluded(Origins::Shared, &reversed_rays, &mut results.blocked[start..]);
+            } else {
+                let start = results.hits.len();
+                results
+                    .hits
+                    .resize(start + bundle.len(), HitPacket::miss(F32x8::ZERO));
+                let origins = if set.kind == Kind::Camera {
+                    Origins::Shared
+                } else {
+                    Origins::Separate
+                };
+                tracer.closest_hit(origins, bundle, &mut results.hits[start..]);
+            }
+        }
+    }
+}
+
+/// Times `methods` on the rays of `set`, `repeat` times each, in turn; on this thread alone. Everything that a
+/// method needs between rays in memory and hit records in memory is timed, the reversal of shadow rays
+/// included.
+#[must_use]
+pub fn compare(
+    scene: &Scene,
+    bvh: &Bvh,
+    set: &RaySet,
+    methods: &[Method],
+    repeat: usize,
+) -> Vec<Measurement> {
+    let binary = bvh.binary(scene);
+    let packets = set.groups.iter().map(|(_, packets)| packets.len()).sum();
+    let mut truth = Results::default();
+    run_scalar(scene, binary, set, &mut truth);
+
+    let mut tracers = [
+        trace::Method::Packet,
+        trace::Method::Single,
+        trace::Method::Adaptive,
+    ]
+    .map(|method| Tracer::with_method(bvh, method));
+    let mut times = vec![Vec::with_capacity(repeat); methods.len()];
+    let mut rows: Vec<(u64, f64, bool)> = vec![(0, 0.0, true); methods.len()];
+    let mut results = Results {
+        hits: Vec::with_capacity(packets),
+        blocked: Vec::with_capacity(packets),
+    };
+    for _ in 0..repeat.max(1) {
+        for (method_i, method) in methods.iter().enumerate() {
+            results.hits.clear();
+            results.blocked.clear();
+            let start = Instant::now();
+            match method {
+                Method::Scalar => run_scalar(scene, binary, set, &mut results),
+                Method::Packet => run_simd(&mut tracers[0], set, &mut results),
+                Method::Single => run_simd(&mut tracers[1], set, &mut results),
+                Method::Render => run_simd(&mut tracers[2], set, &mut results),
+            }
+            times[method_i].push(start.elapsed().as_secs_f64());
+            let (hits, t_sum) = results.count();
+            rows[method_i] = (hits, t_sum, rows[method_i].2 && results.same(&truth));
+        }
+    }
+    methods
+        .iter()
+        .zip(times)
+        .zip(rows)
+        .map(|((&method, mut times), (hits, t_sum, agree))| {
+            times.sort_by(f64::total_cmp);
+            let median = times[times.len() / 2].max(1e-9);
+            Measurement {
+                kind: set.kind,
+                method,
+                rays: set.count,
+                hits,
+                t_sum,
+                mrays_per_s: set.count as f64 / median / 1e6,
+                spread: (times[times.len() - 1] - times[0]) / median,
+                agree,
+            }
+        })
+        .collect()
+}
+
+/// Where the time of a frame goes, on one thread.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FrameTimes {
+    /// Making camera rays.
+    pub ray_generation: Duration,
+    /// Tracing rays of all kinds.
+    pub tracing: Duration,
+    /// Everything else: sorting hits, shading, film.
+    pub shading: Duration,
+    /// The whole frame.
+    pub frame: Duration,
+}
+
+/// Renders a frame `repeat` times on one thread and answers where the time of the median one went.
+///
+/// # Errors
+/// [`RenderError`], if the settings are out of their limits.
+pub fn frame_times(
+    scene: &Scene,
+    bvh: &Bvh,
+    camera: &Camera,
+    settings: &Settings,
+    repeat: usize,
+) -> Result<FrameTimes, RenderError> {
+    let settings = Settings {
+        threads: Some(1),
+        mode: Mode::Packet,
+        ..*settings
+    };
+    let silent: OnProgress<'_> = &|_| ControlFlow::Continue(());
+    let mut frames = Vec::new();
+    for _ in 0..repeat.max(1) {
+        let frame = crate::render::render(scene, bvh, camera, &settings, silent)?;
+        frames.push((frame.elapsed, frame.tile_times));
+    }
+    frames.sort_by_key(|f| f.0);
+    let (frame, tiles) = frames[frames.len() / 2];
+    let shading = frame.saturating_sub(tiles.ray_generation + tiles.tracing);
+    Ok(FrameTimes {
+        ray_generation: tiles.ray_generation,
+        tracing: tiles.tracing,
+        shading,
+        frame,
+    })
+}

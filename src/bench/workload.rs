@@ -1,0 +1,195 @@
+//! Camera, shadow and mirror rays of one view of a scene, in memory before anything is timed.
+
+use crate::{
+    accel::Bvh,
+    math::{cross, dot, max_abs, mul_add3, normalize},
+    ray::{Hit, HitPacket, Ray, RayPacket, T_MAX},
+    scene::{Camera, Primitive, Scene},
+    simd::{F32x8, LANES, gt, splat},
+    trace::{Origins, Tracer},
+};
+use glam::Vec3;
+
+/// Shadow and mirror rays start off the surface by this share of the diagonal of the scene's bounds. (The
+/// renderer's own offset is finer.)
+const OFFSET: f32 = 1e-4;
+
+/// Pixels of a bundle's side, and of a packet.
+const BLOCK: u32 = 8;
+const PACKET: [u32; 2] = [4, 2];
+
+/// What rays are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// From the eye: closest hit.
+    Camera,
+    /// From camera hits to each light that they face: any hit before the light.
+    Shadow,
+    /// Mirrored at camera hits: closest hit.
+    Mirror,
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::Camera, Self::Shadow, Self::Mirror];
+
+    /// "camera", "shadow" or "mirror".
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Shadow => "shadow",
+            Self::Mirror => "mirror",
+        }
+    }
+}
+
+/// Rays of one kind, in packets, eight packets a bundle of neighbours; lanes without a ray have `t_max` 0.
+/// Shadow rays start at the surface and end at their light.
+#[derive(Debug)]
+pub struct RaySet {
+    /// What the rays are for.
+    pub kind: Kind,
+    /// The rays, in groups. A group of shadow rays has its light's position.
+    pub groups: Vec<(Option<Vec3>, Vec<RayPacket>)>,
+    /// Lanes that hold a ray.
+    pub count: u64,
+}
+
+impl RaySet {
+    fn new(kind: Kind, groups: Vec<(Option<Vec3>, Vec<RayPacket>)>) -> Self {
+        let active = |p: &RayPacket| u64::from(gt(p.t_max, splat(0.0)).bits().count_ones());
+        let count = groups.iter().flat_map(|(_, packets)| packets).map(active).sum();
+        Self { kind, groups, count }
+    }
+}
+
+/// The rays of one view of a scene.
+#[derive(Debug)]
+pub struct Workload {
+    /// One set a kind, in the order of [`Kind::ALL`].
+    pub sets: [RaySet; 3],
+}
+
+impl Workload {
+    /// The rays of `camera`'s view, `width` x `height` pixels.
+    #[must_use]
+    pub fn new(scene: &Scene, bvh: &Bvh, camera: &Camera, width: u32, height: u32) -> Self {
+        let camera_rays = camera_packets(camera, width, height);
+        let mut hits = vec![HitPacket::miss(F32x8::ZERO); camera_rays.len()];
+        Tracer::new(bvh).closest_hit(Origins::Shared, &camera_rays, &mut hits);
+        let offset = scene.bounds().diagonal() * OFFSET;
+
+        let lights = (0..scene.lights().intensity.len()).map(|i| scene.lights().position(i));
+        let shadow = lights
+            .map(|light| {
+                let ray = |_: &Ray, point: Vec3, normal: Vec3| {
+                    let to_light = light - point;
+                    let distance = dot(to_light, to_light).sqrt();
+                    let faces = dot(normal, to_light) > 0.0;
+                    faces.then(|| Ray {
+                        origin: point,
+                        direction: to_light / distance,
+                        t_max: distance,
+                    })
+                };
+                (Some(light), secondary(scene, &camera_rays, &hits, offset, ray))
+            })
+            .collect();
+        let mirrored = |ray: &Ray, point: Vec3, normal: Vec3| {
+            let along = dot(ray.direction, normal);
+            Some(Ray::new(
+                point,
+                normalize(mul_add3(normal, -2.0 * along, ray.direction)),
+            ))
+        };
+        let mirror = vec![(None, secondary(scene, &camera_rays, &hits, offset, mirrored))];
+        Self {
+            sets: [
+                RaySet::new(Kind::Camera, vec![(None, camera_rays)]),
+                RaySet::new(Kind::Shadow, shadow),
+                RaySet::new(Kind::Mirror, mirror),
+            ],
+        }
+    }
+}
+
+/// The camera rays of a picture: bundles of 8x8 pixels, row by row; packets of 4x2 pixels.
+#[must_use]
+pub fn camera_packets(camera: &Camera, width: u32, height: u32) -> Vec<RayPacket> {
+    let pixel_rays = camera.pixel_rays(width, height, 1);
+    let mut packets = Vec::with_capacity((width.div_ceil(8) * height.div_ceil(8) * 8) as usize);
+    for block_y in (0..height).step_by(BLOCK as usize) {
+        for block_x in (0..width).step_by(BLOCK as usize) {
+            for packet_i in 0..8 {
+                let x = block_x + packet_i % 2 * PACKET[0];
+                let y = block_y + packet_i / 2 * PACKET[1];
+                let inside =
+                    |lane: usize| x + lane as u32 % PACKET[0] < width && y + lane as u32 / PACKET[0] < height;
+                let t_max: [f32; LANES] = std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 });
+                packets.push(RayPacket {
+                    origin: crate::simd::Vec3x8::splat(pixel_rays.eye()),
+                    direction: pixel_rays.directions8(x, y, [0, 0]),
+                    t_max: t_max.into(),
+                });
+            }
+        }
+    }
+    packets
+}
+
+/// A packet for each camera packet, with the rays that `ray_from` makes of the camera ray, the hit point off
+/// the surface, and the geometric normal there, turned to the viewer. Lanes without one point like a
+/// neighbour.
+fn secondary(
+    scene: &Scene,
+    camera_rays: &[RayPacket],
+    hits: &[HitPacket],
+    offset: f32,
+    ray_from: impl Fn(&Ray, Vec3, Vec3) -> Option<Ray>,
+) -> Vec<RayPacket> {
+    let mut neighbour = Ray {
+        origin: Vec3::ZERO,
+        direction: Vec3::Z,
+        t_max: 0.0,
+    };
+    let mut packets = Vec::with_capacity(camera_rays.len());
+    for (packet, hits) in camera_rays.iter().zip(hits) {
+        let rays: [Option<Ray>; LANES] = std::array::from_fn(|lane| {
+            let (ray, hit) = (packet.ray(lane), hits.hit(lane));
+            if !hit.is_hit() {
+                return None;
+            }
+            let normal = geometric_normal(scene, &ray, &hit);
+            let point = mul_add3(ray.direction, hit.t, ray.origin) + normal * offset;
+            ray_from(&ray, point, normal)
+        });
+        if let Some(ray) = rays.iter().flatten().next() {
+            neighbour = Ray { t_max: 0.0, ..*ray };
+        }
+        let mut packet = RayPacket::inactive();
+        for (lane, ray) in rays.iter().enumerate() {
+            packet.set_ray(lane, &ray.unwrap_or(neighbour));
+        }
+        packets.push(packet);
+    }
+    packets
+}
+
+fn geometric_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
+    let normal = match scene.primitive(hit.primitive) {
+        Primitive::Triangle(i) => {
+            let [v0, v1, v2] = scene.triangle(i);
+            let facet = cross(v1 - v0, v2 - v0);
+            normalize(facet / max_abs(facet))
+        }
+        Primitive::Sphere(i) => {
+            normalize(mul_add3(ray.direction, hit.t, ray.origin) - scene.spheres().center(i))
+        }
+    };
+    if dot(normal, ray.direction) > 0.0 {
+        -normal
+    } else {
+        normal
+    }
+}
