@@ -244,7 +244,7 @@ fn records_that_do_not_fit_their_lines() {
         "10:7: found `7` after vertex 1 of 2, expected the end of the line"
     );
     assert_eq!(
-        fault(ascii("0 0 0\n1 0\n1 0 0\n1 1 1\n", 4, 0)),
+        fault(ascii("0 0 0\n1 0\n1 0 0\n1.0 1.0 1.0\n", 4, 0)),
         "11:4: the line ends within vertex 2 of 4, expected more numbers"
     );
     assert_eq!(
