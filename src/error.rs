@@ -1,6 +1,15 @@
 //! Errors: what was found, what was expected, and where.
 
-use std::{fmt, path::PathBuf, sync::Arc};
+mod text;
+
+pub use text::{Excerpt, escape, quote};
+
+use std::{
+    fmt,
+    ops::Range,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 /// A place in a text or mesh file: 1-based line and column (in bytes). For binary data the line is the
 /// record's number and the column is 1.
@@ -14,9 +23,21 @@ pub struct SourcePos {
     pub column: u32,
 }
 
+impl SourcePos {
+    /// No place in particular of a file.
+    #[must_use]
+    pub fn whole_file(file: &Path) -> Self {
+        Self {
+            file: Arc::new(file.to_path_buf()),
+            line: 0,
+            column: 0,
+        }
+    }
+}
+
 impl fmt::Display for SourcePos {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
+        write!(f, "{}", escape(&self.file.to_string_lossy()))?;
         if self.line > 0 {
             write!(f, ":{}", self.line)?;
             if self.column > 0 {
@@ -123,14 +144,152 @@ impl fmt::Display for SceneError {
 impl std::error::Error for SceneError {}
 
 /// Why a file could not be loaded, and where.
-#[derive(Debug)]
+///
+/// `Display` gives the place, what was found and what was expected, then the causes, one line each; nothing
+/// in it can act on a terminal. [`LoadError::report`] adds the faulty lines with carets below.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadError {
     /// Where the fault is.
     pub at: SourcePos,
-    /// What is wrong.
+    /// What is wrong; safe to print.
     pub message: String,
     /// The line of the fault, where there is one to show.
-    pub line_text: Option<String>,
+    pub excerpt: Option<Excerpt>,
     /// What led to it, in another file perhaps.
     pub cause: Option<Box<LoadError>>,
+}
+
+impl LoadError {
+    /// A fault at a place, without a line to show. What stands in `message` is escaped for a terminal.
+    #[must_use]
+    pub fn new(at: SourcePos, message: impl AsRef<str>) -> Self {
+        Self {
+            at,
+            message: escape(message.as_ref()).into_owned(),
+            excerpt: None,
+            cause: None,
+        }
+    }
+
+    /// A fault of a file as a whole.
+    #[must_use]
+    pub fn whole_file(file: &Path, message: impl AsRef<str>) -> Self {
+        Self::new(SourcePos::whole_file(file), message)
+    }
+
+    /// The same with the line of the fault; `word` is the part of it that is at fault, in bytes.
+    #[must_use]
+    pub fn with_line(self, line: &[u8], word: Range<usize>) -> Self {
+        Self {
+            excerpt: Some(Excerpt::new(line, word)),
+            ..self
+        }
+    }
+
+    /// The same with what led to it.
+    #[must_use]
+    pub fn caused_by(self, cause: Self) -> Self {
+        Self {
+            cause: Some(Box::new(cause)),
+            ..self
+        }
+    }
+
+    /// This error, its cause, the cause's cause, ...
+    pub fn chain(&self) -> impl Iterator<Item = &Self> {
+        std::iter::successors(Some(self), |error| error.cause.as_deref())
+    }
+
+    /// The error as a compiler would show it: each place with its line and carets below. Several lines,
+    /// without a newline at the end.
+    #[must_use]
+    pub fn report(&self) -> String {
+        let mut report = String::new();
+        for (depth, error) in self.chain().enumerate() {
+            let prefix = if depth == 0 { "" } else { "\n  caused by: " };
+            report.push_str(&format!("{prefix}{}: {}", error.at, error.message));
+            if let Some(excerpt) = &error.excerpt {
+                let number = error.at.line.to_string();
+                let indent = " ".repeat(number.len() + if depth == 0 { 0 } else { 2 });
+                let number = format!("{number:>width$}", width = indent.len());
+                report.push_str(&format!("\n{indent} |\n{number} | {}", excerpt.text()));
+                report.push_str(&format!("\n{indent} | {}", excerpt.carets()));
+            }
+        }
+        report
+    }
+}
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (depth, error) in self.chain().enumerate() {
+            let prefix = if depth == 0 { "" } else { "\n  caused by: " };
+            write!(f, "{prefix}{}: {}", error.at, error.message)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for LoadError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.cause.as_deref().map(|cause| cause as _)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh_error() -> LoadError {
+        let at = |file: &str, line, column| SourcePos {
+            file: Arc::new(PathBuf::from(file)),
+            line,
+            column,
+        };
+        let cause = LoadError::new(
+            at("meshes/cow.ply", 812, 1),
+            "vertex index 9001, but the file has only 2904 vertices",
+        );
+        LoadError::new(at("scenes/cow.scn", 4, 10), "cannot load meshes/cow.ply")
+            .with_line(b"ply_file meshes/cow.ply", 9..23)
+            .caused_by(cause.with_line(b"3 0 1 9001", 0..10))
+    }
+
+    #[test]
+    fn display_names_both_places() {
+        assert_eq!(
+            mesh_error().to_string(),
+            "scenes/cow.scn:4:10: cannot load meshes/cow.ply\n  \
+             caused by: meshes/cow.ply:812:1: vertex index 9001, but the file has only 2904 vertices"
+        );
+    }
+
+    #[test]
+    fn report_shows_both_lines() {
+        let expected = "\
+scenes/cow.scn:4:10: cannot load meshes/cow.ply
+  |
+4 | ply_file meshes/cow.ply
+  |          ^^^^^^^^^^^^^^
+  caused by: meshes/cow.ply:812:1: vertex index 9001, but the file has only 2904 vertices
+      |
+  812 | 3 0 1 9001
+      | ^^^^^^^^^^";
+        assert_eq!(mesh_error().report(), expected);
+    }
+
+    #[test]
+    fn the_cause_is_the_source() {
+        use std::error::Error as _;
+        let error = mesh_error();
+        let source = error.source().expect("a cause");
+        assert!(source.to_string().starts_with("meshes/cow.ply:812:1: "));
+        assert!(source.source().is_none());
+    }
+
+    #[test]
+    fn nothing_in_an_error_acts_on_a_terminal() {
+        let error = LoadError::whole_file(Path::new("a\x1b[2J.scn"), "found \u{7}");
+        assert_eq!(error.to_string(), "a\\u{1b}[2J.scn: found \\u{7}");
+    }
 }

@@ -1,13 +1,55 @@
 //! From bytes to a scene. No rendering.
+//!
+//! [`load`] reads a `.scn` file and the meshes that it names; [`load_from_bytes`] does the same without
+//! touching the disk. Every error says where it is, what was found there and what was expected.
+
+mod files;
+pub mod ply;
+mod scn;
 
 use crate::{error::LoadError, scene::Scene};
-use std::path::Path;
+use std::{io, path::Path};
 
-/// Loads a `.scn` file and the meshes that it names.
+/// Gives the bytes of a mesh file. The path is the one written in the scene, joined to the scene's folder.
+pub type OpenMesh<'a> = &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>;
+
+/// Loads a `.scn` file and the meshes that it names. A mesh's path is relative to the scene file.
 ///
 /// # Errors
-/// [`LoadError`], with the place of the fault.
+/// [`LoadError`], with the place of the fault: a file that cannot be read or is none, a statement that is
+/// not understood, a mesh that is broken.
 pub fn load(path: &Path) -> Result<Scene, LoadError> {
-    let _ = path;
-    Ok(crate::scene::SceneBuilder::new().finish())
+    let text = files::read(path).map_err(|error| files::load_error(path, &error))?;
+    load_from_bytes(&text, path, &mut files::read)
+}
+
+/// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and mesh paths are
+/// relative to its folder; `open_mesh` gives a mesh file's bytes.
+///
+/// ```
+/// use octray::format::load_from_bytes;
+/// use std::{io, path::Path};
+///
+/// # fn main() -> Result<(), octray::error::LoadError> {
+/// let triangle = "ply\nformat ascii 1.0\n\
+///     element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+///     element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+///     0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+/// let scene = load_from_bytes(
+///     b"light 9 -4 10 0.7\nmaterial 1\nsphere 0 0 0.4 0.4\nply_file triangle.ply\n",
+///     Path::new("example.scn"),
+///     &mut |path| match path.to_str() {
+///         Some("triangle.ply") => Ok(triangle.into()),
+///         _ => Err(io::ErrorKind::NotFound.into()),
+///     },
+/// )?;
+/// assert_eq!(scene.primitive_count(), 2);
+/// # Ok(())
+/// # }
+/// ```
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+pub fn load_from_bytes(text: &[u8], name: &Path, open_mesh: OpenMesh<'_>) -> Result<Scene, LoadError> {
+    scn::parse(text, name, open_mesh)
 }

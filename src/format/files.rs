@@ -1,0 +1,74 @@
+//! Reading whole files, and only files.
+
+use crate::error::LoadError;
+use std::{
+    fs::{self, File},
+    io::{self, Read},
+    path::Path,
+};
+
+/// The largest file that is read, bytes. Offsets and counts beyond have no use: ids are 32 bits.
+const MAX_BYTES: u64 = 1 << 32;
+
+/// Reads a regular file. Anything else (a folder, a pipe, a device) is refused before it is opened: opening
+/// a pipe may wait forever, and a device may have no end.
+pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let kind = fs::metadata(path)?.file_type();
+    if kind.is_dir() {
+        return Err(io::Error::other("this is a folder, expected a file"));
+    }
+    if !kind.is_file() {
+        return Err(io::Error::other("this is a pipe or a device, expected a file"));
+    }
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let too_large = || io::Error::other(format!("the file is larger than {MAX_BYTES} bytes"));
+    if length > MAX_BYTES {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::new();
+    let room = usize::try_from(length).map_err(|_| too_large())?;
+    bytes.try_reserve_exact(room).map_err(io::Error::other)?;
+    // The file may grow while it is read; some of /proc claim to be empty.
+    if file.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes)? as u64 > MAX_BYTES {
+        return Err(too_large());
+    }
+    Ok(bytes)
+}
+
+/// What went wrong with a file, in plain words.
+pub(super) fn load_error(path: &Path, error: &io::Error) -> LoadError {
+    let message = match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        io::ErrorKind::PermissionDenied => "the file may not be read: permission denied".to_owned(),
+        io::ErrorKind::OutOfMemory => "the file does not fit into memory".to_owned(),
+        _ => error.to_string(),
+    };
+    LoadError::whole_file(path, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(path: &str) -> String {
+        let path = Path::new(path);
+        read(path).map_or_else(
+            |error| load_error(path, &error).to_string(),
+            |_| "read".to_owned(),
+        )
+    }
+
+    #[test]
+    fn only_files_are_read() {
+        assert_eq!(message("/no/such.scn"), "/no/such.scn: there is no such file");
+        assert_eq!(message("."), ".: this is a folder, expected a file");
+        if cfg!(unix) {
+            assert_eq!(
+                message("/dev/zero"),
+                "/dev/zero: this is a pipe or a device, expected a file"
+            );
+        }
+        assert!(message("a\0b").starts_with("a\\u{0}b: "));
+    }
+}

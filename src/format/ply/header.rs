@@ -1,0 +1,350 @@
+//! The header: what serde-ply makes of it, checked, and turned into steps for reading a record.
+
+use super::rows::{Fault, Place};
+use crate::error::quote;
+use serde_ply::{PlyFormat, PlyReader, PropertyType, ScalarType};
+use std::{io::Cursor, ops::Range};
+
+/// The longest header, bytes. Without a limit, a file of comments would be kept in memory several times.
+const MAX_HEADER: usize = 1 << 20;
+
+/// A header that has been understood, and that the rest of the file is long enough for.
+#[derive(Debug)]
+pub(super) struct Header {
+    /// Text, or binary of which byte order.
+    pub(super) format: PlyFormat,
+    /// The elements, in the order in which they follow.
+    pub(super) elements: Vec<Element>,
+    /// Where the header ends and the first record starts, bytes.
+    pub(super) body: usize,
+    /// How many vertices are promised.
+    pub(super) vertices: usize,
+    /// Whether the vertices have normals.
+    pub(super) has_normals: bool,
+}
+
+/// What an element's records are read for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Positions and normals.
+    Vertex,
+    /// Triangles.
+    Face,
+    /// Nothing.
+    Other,
+}
+
+/// An element and how to read a record of it.
+#[derive(Debug)]
+pub(super) struct Element {
+    pub(super) role: Role,
+    pub(super) name: String,
+    pub(super) count: usize,
+    /// One step and name a property.
+    pub(super) steps: Vec<Step>,
+    pub(super) property_names: Vec<String>,
+}
+
+/// What to do with one property of a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    /// Keep a number: 0, 1, 2 are the position, 3, 4, 5 the normal.
+    Keep { slot: usize, scalar: ScalarType },
+    /// Make triangles of a list.
+    Indices { count: ScalarType, item: ScalarType },
+    /// Skip a number.
+    Skip(ScalarType),
+    /// Skip a list.
+    SkipList { count: ScalarType, item: ScalarType },
+}
+
+const VERTEX_SLOTS: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+const INDEX_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// Bytes of a scalar in a binary file.
+pub(super) fn scalar_size(scalar: ScalarType) -> usize {
+    match scalar {
+        ScalarType::I8 | ScalarType::U8 => 1,
+        ScalarType::I16 | ScalarType::U16 => 2,
+        ScalarType::I32 | ScalarType::U32 | ScalarType::F32 => 4,
+        ScalarType::F64 => 8,
+    }
+}
+
+impl Header {
+    pub(super) fn parse(bytes: &[u8]) -> Result<Self, Fault> {
+        let body = find_end(bytes)?;
+        // Comments may be in any encoding: read what is not UTF-8 as replacement characters. The end of the
+        // file may stand for the last newline.
+        let mut text = String::from_utf8_lossy(bytes.get(..body).unwrap_or(bytes)).into_owned();
+        if !text.ends_with('\n') {
+            text.push('\n');
+        }
+        let length = text.len() as u64;
+        let mut cursor = Cursor::new(text.as_bytes());
+        let parsed = PlyReader::from_reader(&mut cursor).map(|reader| reader.header().clone());
+        let consumed = cursor.position();
+        let parsed = parsed.map_err(|error| not_understood(bytes, &text, consumed, &error.0.to_string()))?;
+        if consumed != length {
+            // Unusual blanks around an earlier `end_header`: which one is meant?
+            let before = text.get(..consumed as usize).unwrap_or_default();
+            let line = line_range(bytes, before.matches('\n').count().saturating_sub(1));
+            return Err(Fault::text(line, "two `end_header` lines, expected one"));
+        }
+
+        let mut header = Self {
+            format: parsed.format,
+            elements: Vec::with_capacity(parsed.elem_defs.len()),
+            body,
+            vertices: 0,
+            has_normals: false,
+        };
+        for (i, definition) in parsed.elem_defs.iter().enumerate() {
+            let element =
+                Element::plan(definition).map_err(|message| Fault::text(element_line(bytes, i), message))?;
+            if element.role != Role::Other && header.elements.iter().any(|e| e.role == element.role) {
+                let message = format!(
+                    "a second element {}, expected one",
+                    quote(element.name.as_bytes())
+                );
+                return Err(Fault::text(element_line(bytes, i), message));
+            }
+            if element.role == Role::Vertex {
+                header.vertices = element.count;
+                header.has_normals = element.keeps(3);
+            }
+            header.elements.push(element);
+        }
+        header.check_room(bytes)?;
+        Ok(header)
+    }
+
+    /// Refuses counts that the rest of the file is too short for, before anything is allocated for them.
+    fn check_room(&self, bytes: &[u8]) -> Result<(), Fault> {
+        let room = bytes.len().saturating_sub(self.body);
+        let mut needed = 0_u128;
+        for (i, element) in self.elements.iter().enumerate() {
+            needed += element.count as u128 * element.least_bytes(self.format) as u128;
+            // The last number of a text needs no blank behind it.
+            let spare = u128::from(self.format == PlyFormat::Ascii);
+            if needed.saturating_sub(spare) > room as u128 {
+                let message = format!(
+                    "{} records of {} need {needed} bytes or more, but only {room} bytes follow the header: \
+                     the file is cut short or the count is wrong",
+                    element.count,
+                    quote(element.name.as_bytes()),
+                );
+                return Err(Fault::text(element_line(bytes, i), message));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Element {
+    fn plan(definition: &serde_ply::ElementDef) -> Result<Self, String> {
+        let role = match definition.name.as_str() {
+            "vertex" => Role::Vertex,
+            "face" => Role::Face,
+            _ => Role::Other,
+        };
+        let mut element = Self {
+            role,
+            name: definition.name.clone(),
+            count: definition.count,
+            steps: Vec::with_capacity(definition.properties.len()),
+            property_names: definition.properties.iter().map(|p| p.name.clone()).collect(),
+        };
+        let all_normals = VERTEX_SLOTS[3..].iter().all(|name| definition.has_property(name));
+        for property in &definition.properties {
+            let slot = VERTEX_SLOTS
+                .iter()
+                .position(|name| role == Role::Vertex && *name == property.name)
+                .filter(|&slot| slot < 3 || all_normals);
+            let is_indices = role == Role::Face && INDEX_NAMES.contains(&property.name.as_str());
+            element.steps.push(match (&property.property_type, slot) {
+                (&PropertyType::Scalar(scalar), Some(slot)) => {
+                    if element.keeps(slot) {
+                        return Err(format!("a second property `{}`, expected one", property.name));
+                    }
+                    Step::Keep { slot, scalar }
+                }
+                (&PropertyType::List { .. }, Some(_)) => {
+                    return Err(format!("`{}` is a list, expected a number", property.name));
+                }
+                (&PropertyType::Scalar(_), None) if is_indices => {
+                    return Err(format!("`{}` is a number, expected a list", property.name));
+                }
+                (
+                    &PropertyType::List {
+                        count_type,
+                        data_type,
+                    },
+                    None,
+                ) if is_indices => {
+                    if element
+                        .steps
+                        .iter()
+                        .any(|step| matches!(step, Step::Indices { .. }))
+                    {
+                        return Err("a second list of vertex indices, expected one".to_owned());
+                    }
+                    Step::Indices {
+                        count: count_type,
+                        item: data_type,
+                    }
+                }
+                (&PropertyType::Scalar(scalar), None) => Step::Skip(scalar),
+                (
+                    &PropertyType::List {
+                        count_type,
+                        data_type,
+                    },
+                    None,
+                ) => Step::SkipList {
+                    count: count_type,
+                    item: data_type,
+                },
+            });
+        }
+        element.expect_complete()?;
+        Ok(element)
+    }
+
+    /// A mesh needs positions and lists of corners, unless it has no records that lack them.
+    fn expect_complete(&self) -> Result<(), String> {
+        if self.count == 0 {
+            return Ok(());
+        }
+        let has_indices = self.steps.iter().any(|step| matches!(step, Step::Indices { .. }));
+        match self.role {
+            Role::Vertex => match (0..3).find(|&slot| !self.keeps(slot)) {
+                Some(slot) => Err(format!(
+                    "element `vertex` has no property `{}`, expected `x`, `y` and `z`",
+                    VERTEX_SLOTS.get(slot).unwrap_or(&"")
+                )),
+                None => Ok(()),
+            },
+            Role::Face if !has_indices => {
+                Err("element `face` has no list `vertex_indices` or `vertex_index`, expected one".to_owned())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether a property goes to this slot.
+    fn keeps(&self, wanted: usize) -> bool {
+        self.steps
+            .iter()
+            .any(|step| matches!(step, Step::Keep { slot, .. } if *slot == wanted))
+    }
+
+    /// The least bytes that a record can take: lists may be empty.
+    fn least_bytes(&self, format: PlyFormat) -> usize {
+        let size = |scalar| match format {
+            // A digit and what ends it.
+            PlyFormat::Ascii => 2,
+            PlyFormat::BinaryLittleEndian | PlyFormat::BinaryBigEndian => scalar_size(scalar),
+        };
+        let of_step = |step: &Step| match *step {
+            Step::Keep { scalar, .. } | Step::Skip(scalar) => size(scalar),
+            Step::Indices { count, .. } | Step::SkipList { count, .. } => size(count),
+        };
+        self.steps.iter().map(of_step).sum()
+    }
+
+    /// Bytes of every record of a binary file; `None` if records differ.
+    pub(super) fn stride(&self) -> Option<usize> {
+        self.steps
+            .iter()
+            .map(|step| match *step {
+                Step::Keep { scalar, .. } | Step::Skip(scalar) => Some(scalar_size(scalar)),
+                Step::Indices { .. } | Step::SkipList { .. } => None,
+            })
+            .sum()
+    }
+}
+
+/// Where the line after `end_header` starts.
+fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
+    if bytes.is_empty() {
+        return Err(Fault {
+            place: Place::File,
+            message: "the file is empty, expected a PLY mesh".to_owned(),
+        });
+    }
+    let mut end = 0;
+    for (i, line) in bytes.split_inclusive(|&byte| byte == b'\n').enumerate() {
+        let start = end;
+        end += line.len();
+        let line = line.trim_ascii();
+        if i == 0 && line != b"ply" {
+            let message = format!(
+                "this is not a PLY mesh: it starts with {}, expected `ply`",
+                quote(line)
+            );
+            return Err(Fault::text(0..line.len(), message));
+        }
+        if line == b"end_header" {
+            return Ok(end);
+        }
+        if end > MAX_HEADER {
+            let message =
+                format!("no `end_header` in the first {MAX_HEADER} bytes, expected the header to end");
+            return Err(Fault::text(start..start, message));
+        }
+    }
+    let message = "the file ends within its header, expected `end_header`";
+    Err(Fault::text(bytes.len()..bytes.len(), message))
+}
+
+/// serde-ply's complaint, with the line that it stopped at and what would do there.
+fn not_understood(bytes: &[u8], text: &str, consumed: u64, complaint: &str) -> Fault {
+    let read = text.get(..consumed as usize).unwrap_or(text);
+    let line = line_range(bytes, read.matches('\n').count().saturating_sub(1));
+    let keyword = read
+        .lines()
+        .last()
+        .and_then(|line| line.split_whitespace().next());
+    let expected = match keyword {
+        Some("format") => {
+            "expected `format ascii 1.0`, `format binary_little_endian 1.0` or `format binary_big_endian 1.0`"
+        }
+        Some("element") => "expected `element NAME COUNT`",
+        Some("property") => {
+            "expected `property TYPE NAME` or `property list TYPE TYPE NAME` after an `element` line, with types \
+             char, uchar, short, ushort, int, uint, float, double or int8, uint8, ... float64"
+        }
+        _ => "expected a `format` line and an `end_header` line",
+    };
+    let mut complaint = complaint.to_owned();
+    if let Some(first) = complaint.get_mut(..1) {
+        first.make_ascii_lowercase();
+    }
+    Fault::text(line, format!("{complaint}; {expected}"))
+}
+
+/// Where the words of line `wanted` are, 0-based.
+fn line_range(bytes: &[u8], wanted: usize) -> Range<usize> {
+    let mut start = 0;
+    for (i, line) in bytes.split_inclusive(|&byte| byte == b'\n').enumerate() {
+        if i == wanted {
+            let lead = line.len() - line.trim_ascii_start().len();
+            return start + lead..start + lead + line.trim_ascii().len();
+        }
+        start += line.len();
+    }
+    start..start
+}
+
+/// Where the header's `element` line number `wanted` is, 0-based.
+fn element_line(bytes: &[u8], wanted: usize) -> Range<usize> {
+    let is_element =
+        |line: &[u8]| line.trim_ascii_start().split(u8::is_ascii_whitespace).next() == Some(b"element");
+    let line = bytes
+        .split(|&byte| byte == b'\n')
+        .enumerate()
+        .filter(|(_, line)| is_element(line))
+        .nth(wanted);
+    line.map_or(0..0, |(i, _)| line_range(bytes, i))
+}

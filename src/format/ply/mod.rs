@@ -1,0 +1,84 @@
+//! PLY meshes: text and binary of both byte orders, any scalar types, elements and properties in any order;
+//! what a mesh does not need is skipped. Polygons become fans; faces of fewer than three corners are
+//! skipped.
+//!
+//! The header is parsed by serde-ply. The values are read by loops of our own: they know where they are when
+//! something is wrong, write straight into the columns, and never believe a count that the file is too short
+//! for.
+//!
+//! Format: Greg Turk, *The PLY Polygon File Format*, 1994.
+
+mod ascii;
+mod binary;
+mod header;
+mod rows;
+
+use crate::{
+    error::{LoadError, SourcePos},
+    scene::MeshColumns,
+};
+use ascii::Text;
+use binary::Binary;
+use header::Header;
+use rows::{Fault, Place};
+use serde_ply::PlyFormat;
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// Reads a mesh. `name` stands for the file in errors. A file without vertices or faces is an empty mesh.
+///
+/// In a binary file the place of an error is the record of the element, 1-based, instead of the line.
+///
+/// ```
+/// let bytes = b"ply\nformat ascii 1.0\n\
+///     element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+///     element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+///     0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+/// let mesh = octray::format::ply::parse(bytes, "square.ply".as_ref())?;
+/// assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+/// # Ok::<(), octray::error::LoadError>(())
+/// ```
+///
+/// # Errors
+/// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is no
+/// number, not finite or too large, an index of a vertex that the file does not have, the end of the file.
+pub fn parse(bytes: &[u8], name: &Path) -> Result<MeshColumns, LoadError> {
+    let file = Arc::new(name.to_path_buf());
+    let header = Header::parse(bytes).map_err(|fault| fault_to_error(bytes, &file, &fault))?;
+    let mesh = match header.format {
+        PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body)),
+        PlyFormat::BinaryLittleEndian => {
+            rows::read_all(&header, &mut Binary::<false>::new(bytes, header.body))
+        }
+        PlyFormat::BinaryBigEndian => rows::read_all(&header, &mut Binary::<true>::new(bytes, header.body)),
+    };
+    mesh.map_err(|fault| fault_to_error(bytes, &file, &fault))
+}
+
+/// Finds the line of a fault. Done only once, so it may count lines from the start.
+fn fault_to_error(bytes: &[u8], file: &Arc<PathBuf>, fault: &Fault) -> LoadError {
+    let at = |line: usize, column: usize| SourcePos {
+        file: Arc::clone(file),
+        line: u32::try_from(line).unwrap_or(u32::MAX),
+        column: u32::try_from(column).unwrap_or(u32::MAX),
+    };
+    match &fault.place {
+        Place::File => LoadError::whole_file(file, &fault.message),
+        Place::Record(record) => LoadError::new(at(*record, 1), &fault.message),
+        Place::Text(range) => {
+            let (before, rest) = bytes.split_at(range.start.min(bytes.len()));
+            let line_start = before.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
+            let column = before.len() - line_start;
+            let line = 1 + before.iter().filter(|&&b| b == b'\n').count();
+            let line_end = before.len() + rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+            let text = bytes.get(line_start..line_end).unwrap_or_default();
+            let width = range.end.min(line_end).saturating_sub(range.start).max(1);
+            LoadError::new(at(line, column + 1), &fault.message).with_line(text, column..column + width)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,390 @@
+//! Records to columns, whatever the encoding.
+
+use super::header::{Element, Header, Role, Step};
+use crate::{
+    error::{SceneError, quote},
+    scene::{MAX_COORDINATE, MeshColumns},
+};
+use glam::Vec3;
+use serde_ply::ScalarType;
+use std::ops::Range;
+
+/// Where a fault is.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// Nowhere in particular.
+    File,
+    /// Bytes of a text.
+    Text(Range<usize>),
+    /// A record of a binary element, 1-based.
+    Record(usize),
+}
+
+/// What is wrong with a mesh, and where.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub(super) place: Place,
+    pub(super) message: String,
+}
+
+impl Fault {
+    pub(super) fn text(place: Range<usize>, message: impl Into<String>) -> Self {
+        Self {
+            place: Place::Text(place),
+            message: message.into(),
+        }
+    }
+}
+
+/// Why a value could not be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wrong {
+    /// The file is over.
+    End,
+    /// A word that is no number.
+    NotANumber,
+    /// A number that is not a whole one.
+    NotWhole,
+}
+
+/// The values of a mesh's records, one after the other, in text or binary.
+pub(super) trait Values {
+    /// Bytes by which the last number of the file may be shorter than `least_bytes`.
+    const SPARE: usize;
+
+    /// The next number.
+    fn real(&mut self, scalar: ScalarType) -> Result<f32, Wrong>;
+    /// The next number, which counts something.
+    fn whole(&mut self, scalar: ScalarType) -> Result<i64, Wrong>;
+    /// Passes over numbers.
+    fn skip(&mut self, scalar: ScalarType, count: usize) -> Result<(), Wrong>;
+    /// Goes to where the next record starts, and says where that is.
+    fn begin_record(&mut self) -> usize;
+    /// Whether the record ends here.
+    fn end_record(&mut self) -> bool;
+    /// What is wrong if it does not. The record started at `start` and is called `record`.
+    fn leftover(&self, start: usize, record: &str) -> Fault;
+    /// Bytes that have not been read.
+    fn bytes_left(&self) -> usize;
+    /// The least bytes of a number.
+    fn least_bytes(scalar: ScalarType) -> usize;
+    /// The value read last as it stands in the file, if that is text.
+    fn last_word(&self) -> Option<&[u8]>;
+    /// The place of the value read last, or of the whole record; `start` is where the record starts,
+    /// `record` its number.
+    fn place(&self, start: usize, record: usize, whole_record: bool) -> Place;
+    /// Adds to a message where the record is, if the place cannot say it.
+    fn where_in_file(&self, start: usize) -> String;
+    /// Reads the vertices by a faster way, if there is one for their layout.
+    fn fast_vertices(&mut self, _element: &Element, _mesh: &mut MeshColumns) -> Option<Result<(), Fault>> {
+        None
+    }
+    /// Skips all records by a faster way, if there is one for their layout.
+    fn fast_skip(&mut self, _element: &Element) -> bool {
+        false
+    }
+}
+
+/// Reads all elements up to the last one that a mesh needs.
+pub(super) fn read_all<V: Values>(header: &Header, values: &mut V) -> Result<MeshColumns, Fault> {
+    let mut mesh = MeshColumns::default();
+    let needed = header
+        .elements
+        .iter()
+        .rposition(|element| element.role != Role::Other);
+    for element in header.elements.iter().take(needed.map_or(0, |last| last + 1)) {
+        match element.role {
+            // Records of nothing: there may be any number of them.
+            _ if element.steps.is_empty() => {}
+            Role::Vertex => read_vertices(element, header, values, &mut mesh)?,
+            Role::Face => read_faces(element, header, values, &mut mesh)?,
+            Role::Other if values.fast_skip(element) => {}
+            Role::Other => read_others(element, values)?,
+        }
+    }
+    Ok(mesh)
+}
+
+fn read_vertices<V: Values>(
+    element: &Element,
+    header: &Header,
+    values: &mut V,
+    mesh: &mut MeshColumns,
+) -> Result<(), Fault> {
+    if let Some(done) = values.fast_vertices(element, mesh) {
+        return done;
+    }
+    // The header was refused if the file is too short for this.
+    for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
+        column.reserve_exact(element.count);
+    }
+    if header.has_normals {
+        mesh.normals.reserve_exact(element.count);
+    }
+    for record in 1..=element.count {
+        let start = values.begin_record();
+        let mut kept = [0.0; 6];
+        for (step_i, step) in element.steps.iter().enumerate() {
+            let at = At {
+                element,
+                step_i,
+                start,
+                record,
+            };
+            match *step {
+                Step::Keep { slot, scalar } => {
+                    let value = values.real(scalar).map_err(|wrong| at.wrong(values, wrong))?;
+                    if !is_usable(value) {
+                        return Err(at.unusable(values, value));
+                    }
+                    if let Some(kept) = kept.get_mut(slot) {
+                        *kept = value;
+                    }
+                }
+                _ => skip(step, values, &at)?,
+            }
+        }
+        end_record(
+            &At {
+                element,
+                step_i: 0,
+                start,
+                record,
+            },
+            values,
+        )?;
+        let [x, y, z, nx, ny, nz] = kept;
+        mesh.x.push(x);
+        mesh.y.push(y);
+        mesh.z.push(z);
+        if header.has_normals {
+            mesh.normals.push(Vec3::new(nx, ny, nz));
+        }
+    }
+    Ok(())
+}
+
+fn read_faces<V: Values>(
+    element: &Element,
+    header: &Header,
+    values: &mut V,
+    mesh: &mut MeshColumns,
+) -> Result<(), Fault> {
+    // Room for what can be triangles: the count is no proof.
+    let least = element.steps.iter().map(|step| match *step {
+        Step::Indices { count, item } => V::least_bytes(count) + 3 * V::least_bytes(item),
+        Step::SkipList { count: scalar, .. } | Step::Skip(scalar) | Step::Keep { scalar, .. } => {
+            V::least_bytes(scalar)
+        }
+    });
+    let possible = values.bytes_left() / least.sum::<usize>().max(1);
+    mesh.triangles.reserve(element.count.min(possible + 1));
+
+    for record in 1..=element.count {
+        let start = values.begin_record();
+        for (step_i, step) in element.steps.iter().enumerate() {
+            let at = At {
+                element,
+                step_i,
+                start,
+                record,
+            };
+            match *step {
+                Step::Indices { count, item } => {
+                    let corners = list_length(count, item, values, &at)?;
+                    read_corners(corners, item, header.vertices, values, mesh, &at)?;
+                }
+                _ => skip(step, values, &at)?,
+            }
+        }
+        end_record(
+            &At {
+                element,
+                step_i: 0,
+                start,
+                record,
+            },
+            values,
+        )?;
+    }
+    Ok(())
+}
+
+/// One polygon as a fan around its first corner.
+fn read_corners<V: Values>(
+    corners: usize,
+    item: ScalarType,
+    vertices: usize,
+    values: &mut V,
+    mesh: &mut MeshColumns,
+    at: &At<'_>,
+) -> Result<(), Fault> {
+    let (mut first, mut previous) = (0, 0);
+    for corner in 0..corners {
+        let index = values.whole(item).map_err(|wrong| at.wrong(values, wrong))?;
+        let vertex = match u32::try_from(index) {
+            Ok(vertex) if (vertex as usize) < vertices => vertex,
+            _ => return Err(at.bad_index(values, index, vertices)),
+        };
+        match corner {
+            0 => first = vertex,
+            1 => {}
+            _ => mesh.triangles.push([first, previous, vertex]),
+        }
+        previous = vertex;
+    }
+    Ok(())
+}
+
+fn read_others<V: Values>(element: &Element, values: &mut V) -> Result<(), Fault> {
+    for record in 1..=element.count {
+        let start = values.begin_record();
+        for (step_i, step) in element.steps.iter().enumerate() {
+            skip(
+                step,
+                values,
+                &At {
+                    element,
+                    step_i,
+                    start,
+                    record,
+                },
+            )?;
+        }
+        end_record(
+            &At {
+                element,
+                step_i: 0,
+                start,
+                record,
+            },
+            values,
+        )?;
+    }
+    Ok(())
+}
+
+fn skip<V: Values>(step: &Step, values: &mut V, at: &At<'_>) -> Result<(), Fault> {
+    let (scalar, count) = match *step {
+        Step::Keep { scalar, .. } | Step::Skip(scalar) => (scalar, 1),
+        Step::Indices { count, item } | Step::SkipList { count, item } => {
+            (item, list_length(count, item, values, at)?)
+        }
+    };
+    values
+        .skip(scalar, count)
+        .map_err(|wrong| at.wrong(values, wrong))
+}
+
+/// Reads a list's length and holds it against the rest of the file.
+fn list_length<V: Values>(
+    count: ScalarType,
+    item: ScalarType,
+    values: &mut V,
+    at: &At<'_>,
+) -> Result<usize, Fault> {
+    let length = values.whole(count).map_err(|wrong| at.wrong(values, wrong))?;
+    let possible = (values.bytes_left() + V::SPARE) / V::least_bytes(item);
+    match usize::try_from(length) {
+        Ok(length) if length <= possible => Ok(length),
+        _ => Err(at.bad_length(values, length)),
+    }
+}
+
+fn end_record<V: Values>(at: &At<'_>, values: &mut V) -> Result<(), Fault> {
+    if values.end_record() {
+        Ok(())
+    } else {
+        Err(values.leftover(at.start, &at.record()))
+    }
+}
+
+/// Whether a scene may hold this number. False for NaN.
+pub(super) fn is_usable(value: f32) -> bool {
+    value.abs() <= MAX_COORDINATE
+}
+
+/// Which value is being read. Its methods make the errors, out of the hot loops' way.
+pub(super) struct At<'a> {
+    pub(super) element: &'a Element,
+    pub(super) step_i: usize,
+    pub(super) start: usize,
+    pub(super) record: usize,
+}
+
+impl At<'_> {
+    fn property(&self) -> String {
+        let name = self.element.property_names.get(self.step_i);
+        name.map_or_else(String::new, |name| quote(name.as_bytes()))
+    }
+
+    /// "vertex 12 of 34".
+    fn record(&self) -> String {
+        let Self { element, record, .. } = self;
+        match element.role {
+            Role::Vertex => format!("vertex {record} of {}", element.count),
+            Role::Face => format!("face {record} of {}", element.count),
+            Role::Other => format!(
+                "record {record} of {} of {}",
+                element.count,
+                quote(element.name.as_bytes())
+            ),
+        }
+    }
+
+    fn fault<V: Values>(&self, values: &V, whole_record: bool, message: String) -> Fault {
+        let Self { start, record, .. } = *self;
+        Fault {
+            place: values.place(start, record, whole_record),
+            message: message + &values.where_in_file(start),
+        }
+    }
+
+    #[cold]
+    fn wrong<V: Values>(&self, values: &V, wrong: Wrong) -> Fault {
+        let (record, property) = (self.record(), self.property());
+        let found = || {
+            values
+                .last_word()
+                .map_or_else(String::new, |word| format!(" is {}", quote(word)))
+        };
+        let message = match wrong {
+            Wrong::End => format!("the file ends within {record}, expected {property}"),
+            Wrong::NotANumber => format!("{property} of {record}{}, expected a number", found()),
+            Wrong::NotWhole => format!("{property} of {record}{}, expected a whole number", found()),
+        };
+        self.fault(values, false, message)
+    }
+
+    #[cold]
+    pub(super) fn unusable<V: Values>(&self, values: &V, value: f32) -> Fault {
+        let name = self.element.property_names.get(self.step_i);
+        let what = match name.map_or("", String::as_str) {
+            "x" => "x",
+            "y" => "y",
+            "z" => "z",
+            "nx" => "nx",
+            "ny" => "ny",
+            _ => "nz",
+        };
+        let reason = SceneError::NotUsable { what, value };
+        self.fault(values, false, format!("{}: {reason}", self.record()))
+    }
+
+    #[cold]
+    fn bad_index<V: Values>(&self, values: &V, index: i64, vertices: usize) -> Fault {
+        let message = format!("vertex index {index}, but the file has only {vertices} vertices");
+        self.fault(values, true, message)
+    }
+
+    #[cold]
+    fn bad_length<V: Values>(&self, values: &V, length: i64) -> Fault {
+        let (property, record, left) = (self.property(), self.record(), values.bytes_left());
+        let message = if length < 0 {
+            format!("{property} of {record} is a list of {length} values, expected 0 or more")
+        } else {
+            format!("{property} of {record} is a list of {length} values, but only {left} bytes follow")
+        };
+        self.fault(values, false, message)
+    }
+}

@@ -1,0 +1,175 @@
+use super::*;
+use crate::error::LoadError;
+use std::io;
+
+const TRIANGLE: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+    property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+fn load(text: &[u8]) -> Result<Scene, LoadError> {
+    parse(text, Path::new("dir/a.scn"), &mut |path| match path
+        .to_str()
+        .map(|path| path.replace('\\', "/"))
+        .as_deref()
+    {
+        Some("dir/t.ply" | "dir/my mesh.ply") => Ok(TRIANGLE.into()),
+        Some("dir/bad.ply") => Ok(TRIANGLE.replace("3 0 1 2", "3 0 1 9").into()),
+        _ => Err(io::ErrorKind::NotFound.into()),
+    })
+}
+
+fn scene(text: &str) -> Scene {
+    load(text.as_bytes()).unwrap_or_else(|error| panic!("{text:?}: {}", error.report()))
+}
+
+fn fault(text: impl AsRef<[u8]>) -> String {
+    let error = load(text.as_ref()).expect_err("must be refused");
+    error.to_string().trim_start_matches("dir/a.scn:").to_owned()
+}
+
+#[test]
+fn statements() {
+    let scene = scene(
+        "// a comment\n\n  light 9 -4.0 10.0  0.7 // trailing\n\tsphere 0 .5 1. 1e-1\r\nmaterial 3\n\
+         sphere +0 0 0 1//close\nmaterial 1\nply_file t.ply\nply_file \"my mesh.ply\" // quoted\nmaterial 2",
+    );
+    assert_eq!(scene.lights().intensity, [0.7]);
+    assert_eq!(scene.spheres().center_y, [0.5, 0.0]);
+    assert_eq!(scene.spheres().radius, [0.1, 1.0]);
+    assert_eq!(scene.spheres().material, [MaterialId(0), MaterialId(3)]);
+    assert_eq!(scene.triangles().material, [MaterialId(1); 2]);
+}
+
+#[test]
+fn nothing_is_a_scene() {
+    for text in ["", "\n", "\r\n\r\n", "//", "\u{feff}", "\u{feff}// caf\u{e9}\n"] {
+        assert_eq!(scene(text).primitive_count(), 0, "{text:?}");
+    }
+    assert_eq!(
+        load(b"// \xff latin-1")
+            .expect("comments may have any bytes")
+            .primitive_count(),
+        0
+    );
+    assert_eq!(scene("\u{feff}sphere 0 0 0 1").primitive_count(), 1);
+}
+
+#[test]
+fn unknown_statements() {
+    assert_eq!(
+        fault("\n sphre 0 0 0 1"),
+        "2:2: unknown statement `sphre`, did you mean `sphere`?"
+    );
+    assert_eq!(
+        fault("Light 0 0 0 1"),
+        "1:1: unknown statement `Light`, did you mean `light`?"
+    );
+    assert_eq!(
+        fault("plyfile a"),
+        "1:1: unknown statement `plyfile`, did you mean `ply_file`?"
+    );
+    assert_eq!(
+        fault("materials 1"),
+        "1:1: unknown statement `materials`, did you mean `material`?"
+    );
+    let expected = "expected `light`, `sphere`, `material` or `ply_file`";
+    assert_eq!(
+        fault("cube"),
+        format!("1:1: unknown statement `cube`, {expected}")
+    );
+    assert_eq!(
+        fault(b"\xff\x1b"),
+        format!("1:1: unknown statement `\\xff\\u{{1b}}`, {expected}")
+    );
+    assert!(fault("ply\nformat ascii 1.0").starts_with("1:1: found `ply`: this looks like a mesh"));
+}
+
+#[test]
+fn counts() {
+    assert_eq!(
+        fault("sphere 0 0 0 1 2 3"),
+        "1:16: found `2` after `sphere x y z radius`, expected the end of the line"
+    );
+    assert_eq!(
+        fault("light 0 0 "),
+        "1:10: `light` with 2 of 4 numbers, expected `light x y z intensity`"
+    );
+    assert_eq!(
+        fault("material"),
+        "1:9: `material` stands alone, expected `material number`"
+    );
+    assert!(fault("ply_file my mesh.ply").starts_with("1:13: found `mesh.ply` after `ply_file path`"));
+    assert_eq!(
+        fault("ply_file \"a"),
+        "1:10: a path without its closing quote, expected `\"` before the end of the line"
+    );
+    assert_eq!(
+        fault("ply_file \"\""),
+        "1:10: an empty path, expected the path of a .ply file"
+    );
+}
+
+#[test]
+fn numbers() {
+    assert_eq!(fault("sphere 0 0,5 0 1"), "1:10: y is `0,5`, expected a number");
+    assert_eq!(
+        fault("sphere 0 0 nan 1"),
+        "1:12: z is `nan`, expected a finite number"
+    );
+    assert_eq!(
+        fault("light -inf 0 0 1"),
+        "1:7: x is `-inf`, expected a finite number"
+    );
+    assert_eq!(
+        fault("light 0 0 0 1e999"),
+        "1:13: intensity is `1e999`, expected a finite number"
+    );
+    assert_eq!(
+        fault("light 0 1e30 0 1"),
+        "1:9: y is 1e30, but numbers above 1e9 are not supported"
+    );
+    assert_eq!(
+        fault("sphere 0 0 0 0"),
+        "1:14: radius is 0, expected a number above 0"
+    );
+    assert_eq!(
+        fault("sphere 0 0 0 -0.5"),
+        "1:14: radius is -0.5, expected a number above 0"
+    );
+    assert_eq!(
+        fault("light 0 0 0 -1"),
+        "1:13: intensity is -1, expected 0 or more"
+    );
+    for word in ["4", "-1", "1.0", "99999999999", "matte"] {
+        let expected = "expected 0 (silhouette), 1 (matte), 2 (Blinn-Phong) or 3 (reflection)";
+        assert_eq!(
+            fault(format!("material {word}")),
+            format!("1:10: material `{word}`, {expected}")
+        );
+    }
+}
+
+#[test]
+fn binary_and_endless_lines() {
+    assert_eq!(
+        fault(b"sphere 0 0 0 1\n//\0\n"),
+        "2:3: found a NUL byte: this is binary data, expected the text of a scene"
+    );
+    let line = format!("//{}\n", "x".repeat(MAX_LINE - 2));
+    assert_eq!(scene(&line).primitive_count(), 0);
+    assert!(fault(format!("\n/{line}")).starts_with("2:1: a line of 65537 bytes"));
+}
+
+#[test]
+fn meshes() {
+    assert_eq!(
+        fault("ply_file no.ply"),
+        "1:10: cannot load dir/no.ply\n  caused by: dir/no.ply: there is no such file"
+    );
+    assert_eq!(
+        fault("ply_file bad.ply"),
+        "1:10: cannot load dir/bad.ply\n  \
+         caused by: dir/bad.ply:13:1: vertex index 9, but the file has only 3 vertices"
+    );
+    assert_eq!(fault(b"ply_file \xff"), "1:10: path `\\xff` is not valid UTF-8");
+}

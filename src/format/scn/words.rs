@@ -1,0 +1,142 @@
+//! A line's words and where they stand.
+
+/// A word of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Word<'a> {
+    /// The word, without quotes.
+    pub(super) text: &'a [u8],
+    /// Where it starts in the line, quotes included, bytes.
+    pub(super) start: usize,
+    quoted: bool,
+}
+
+impl<'a> Word<'a> {
+    /// Bytes that the word takes in the line.
+    pub(super) fn width(&self) -> usize {
+        self.text.len() + if self.quoted { 2 } else { 0 }
+    }
+
+    /// Where the word ends in the line, bytes.
+    pub(super) fn end(&self) -> usize {
+        self.start + self.width()
+    }
+
+    /// The word as text; `None` if it is not UTF-8.
+    pub(super) fn as_str(&self) -> Option<&'a str> {
+        std::str::from_utf8(self.text).ok()
+    }
+}
+
+/// A line that cannot be split.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Fault {
+    /// Where, bytes.
+    pub(super) start: usize,
+    /// Why.
+    pub(super) message: &'static str,
+}
+
+/// Splits a line at blanks, up to a `//` comment. The path of `ply_file` may stand in double quotes and then
+/// have blanks and `//` in it; without quotes it may still have `//` behind its first letter (`..//mesh.ply`).
+pub(super) fn split(line: &[u8]) -> Result<Vec<Word<'_>>, Fault> {
+    let mut words: Vec<Word<'_>> = Vec::new();
+    let mut at = 0;
+    loop {
+        at += line.get(at..).map_or(0, blanks);
+        let rest = line.get(at..).unwrap_or_default();
+        if rest.is_empty() || rest.starts_with(b"//") {
+            return Ok(words);
+        }
+        let is_path = words.len() == 1 && words.first().is_some_and(|word| word.text == b"ply_file");
+        let word = match rest {
+            [b'"', inside @ ..] if is_path => quoted(inside, at)?,
+            _ => Word {
+                text: rest.get(..plain_length(rest, is_path)).unwrap_or(rest),
+                start: at,
+                quoted: false,
+            },
+        };
+        at = word.end();
+        words.push(word);
+    }
+}
+
+fn blanks(rest: &[u8]) -> usize {
+    rest.iter().take_while(|byte| byte.is_ascii_whitespace()).count()
+}
+
+fn plain_length(rest: &[u8], is_path: bool) -> usize {
+    rest.iter()
+        .enumerate()
+        .position(|(i, byte)| {
+            byte.is_ascii_whitespace() || (!is_path && rest.get(i..).is_some_and(|r| r.starts_with(b"//")))
+        })
+        .unwrap_or(rest.len())
+}
+
+fn quoted(inside: &[u8], start: usize) -> Result<Word<'_>, Fault> {
+    let length = inside.iter().position(|&byte| byte == b'"').ok_or(Fault {
+        start,
+        message: "a path without its closing quote, expected `\"` before the end of the line",
+    })?;
+    let (text, behind) = inside.split_at(length);
+    let next = behind.get(1).copied();
+    if next.is_some_and(|byte| !byte.is_ascii_whitespace() && byte != b'/') {
+        return Err(Fault {
+            start: start + length + 2,
+            message: "a letter right behind the closing quote, expected a blank or the end of the line",
+        });
+    }
+    Ok(Word {
+        text,
+        start,
+        quoted: true,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texts(line: &str) -> Vec<(usize, String)> {
+        let words = split(line.as_bytes()).expect("words");
+        words
+            .iter()
+            .map(|word| (word.start, String::from_utf8_lossy(word.text).into_owned()))
+            .collect()
+    }
+
+    fn own(words: &[(usize, &str)]) -> Vec<(usize, String)> {
+        words
+            .iter()
+            .map(|&(start, text)| (start, text.to_owned()))
+            .collect()
+    }
+
+    #[test]
+    fn blanks_and_comments() {
+        assert_eq!(texts(""), []);
+        assert_eq!(texts(" \t\r"), []);
+        assert_eq!(texts("// sphere 1"), []);
+        assert_eq!(texts("//"), []);
+        assert_eq!(texts("material\t 2\r"), own(&[(0, "material"), (10, "2")]));
+        assert_eq!(texts("  material 2// matte?"), own(&[(2, "material"), (11, "2")]));
+        assert_eq!(texts("a/b /"), own(&[(0, "a/b"), (4, "/")]));
+    }
+
+    #[test]
+    fn paths() {
+        assert_eq!(
+            texts("ply_file ..//a.ply // b"),
+            own(&[(0, "ply_file"), (9, "..//a.ply")])
+        );
+        assert_eq!(
+            texts("ply_file \"a // b.ply\" //"),
+            own(&[(0, "ply_file"), (9, "a // b.ply")])
+        );
+        assert_eq!(texts("ply_file \"\""), own(&[(0, "ply_file"), (9, "")]));
+        assert_eq!(texts("light \"1"), own(&[(0, "light"), (6, "\"1")]));
+        assert_eq!(split(b"ply_file \"a.ply").expect_err("open").start, 9);
+        assert_eq!(split(b"ply_file \"a\"b").expect_err("letter").start, 12);
+    }
+}

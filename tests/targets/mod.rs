@@ -1,0 +1,99 @@
+//! What the fuzz targets do with their bytes. `fuzz/` calls these functions with bytes that it makes up;
+//! `tests/replay.rs` calls them with the seeds and with every input that once failed.
+
+use octray::{
+    accel::Bvh,
+    format::{load_from_bytes, ply},
+    render::{Film, Mode, Settings, render as render_frame},
+    scene::{Camera, Scene},
+};
+use std::{io, ops::ControlFlow, path::Path};
+
+/// The mesh that every `ply_file` of a fuzzed scene names.
+const MESH: &[u8] = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+    property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0 0\n1 0 0\n0 1 0\n0 0 1\n4 0 1 2 3\n3 1 2 3\n";
+
+/// An input must be loaded or refused; and an error must be shown.
+fn load(text: &[u8]) -> Option<Scene> {
+    let open = &mut |path: &Path| match path.to_str() {
+        Some("no.ply") => Err(io::ErrorKind::NotFound.into()),
+        _ => Ok(MESH.to_vec()),
+    };
+    load_from_bytes(text, Path::new("fuzz.scn"), open)
+        .map_err(|error| show(&error))
+        .ok()
+}
+
+fn show(error: &octray::error::LoadError) {
+    let text = format!("{error}{}", error.report());
+    assert!(
+        !text.contains(|c: char| c.is_control() && c != '\n'),
+        "acts on a terminal: {text:?}"
+    );
+    assert!(text.len() < 20_000, "an error of {} bytes", text.len());
+}
+
+/// Scene text.
+pub fn scn(bytes: &[u8]) {
+    if let Some(scene) = load(bytes) {
+        let columns = scene.triangles().material.len() + scene.spheres().material.len();
+        assert_eq!(scene.primitive_count(), columns);
+    }
+}
+
+/// A mesh file.
+pub fn ply(bytes: &[u8]) {
+    match ply::parse(bytes, Path::new("fuzz.ply")) {
+        Ok(mesh) => {
+            let vertices = mesh.x.len();
+            assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
+            assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
+            assert!(mesh.x.iter().chain(&mesh.y).chain(&mesh.z).all(|value| value.is_finite()));
+            assert!(mesh.triangles.iter().flatten().all(|&index| (index as usize) < vertices));
+            assert!(vertices <= bytes.len() && mesh.triangles.len() <= bytes.len());
+        }
+        Err(error) => show(&error),
+    }
+}
+
+/// Scene text, rendered by packets and by the scalar reference: the same picture, bit by bit.
+pub fn render(bytes: &[u8]) {
+    let Some(scene) = load(bytes) else { return };
+    let bvh = Bvh::build(&scene);
+    let view = 1 + bytes.len() as u32 % 6;
+    let Some(camera) = Camera::course_view(view) else { return };
+    let film = |mode| -> Film {
+        let settings = Settings {
+            width: 16,
+            height: 16,
+            mode,
+            threads: Some(1),
+            ..Settings::default()
+        };
+        let frame = render_frame(&scene, &bvh, &camera, &settings, &|_| ControlFlow::Continue(()));
+        frame.expect("16x16 pixels are within every limit").film
+    };
+    let (packet, scalar) = (film(Mode::Packet), film(Mode::Scalar));
+    let pixels = packet.pixels().iter().zip(scalar.pixels()).enumerate();
+    for (i, (packet, scalar)) in pixels {
+        let (x, y) = (i % 16, i / 16);
+        assert_eq!(
+            packet.map(f32::to_bits),
+            scalar.map(f32::to_bits),
+            "view {view}, pixel {x},{y}: packet {packet:?}, scalar {scalar:?}"
+        );
+    }
+    assert_eq!(packet.to_rgb8(), scalar.to_rgb8());
+}
+
+/// A target by its name.
+#[allow(dead_code, reason = "a fuzz target calls its function itself")]
+pub fn by_name(name: &str) -> Option<fn(&[u8])> {
+    match name {
+        "scn" => Some(scn),
+        "ply" => Some(ply),
+        "render" => Some(render),
+        _ => None,
+    }
+}
