@@ -1,6 +1,9 @@
 //! octray traces rays through scenes of triangle meshes and spheres on the CPU.
 
 pub mod accel;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 pub mod course;
 pub mod error;
 pub mod format;
