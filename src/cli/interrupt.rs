@@ -1,12 +1,16 @@
 //! Ctrl-C and friends: a command that has something to clean up stops at its own pace, any other at once.
 
 use super::CliError;
+use signal_hook::{consts, flag};
 use std::sync::{
     Arc,
     atomic::{AtomicBool, Ordering},
 };
 
-const SIGNALS: [i32; 2] = [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM];
+#[cfg(unix)]
+const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM, consts::SIGHUP];
+#[cfg(not(unix))]
+const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM];
 
 /// Whether a signal has asked us to stop.
 pub struct Interrupt {
@@ -22,12 +26,17 @@ impl Interrupt {
             at_once: Arc::default(),
         };
         let exit_code = i32::from(CliError::Interrupted.exit_code());
-        for signal in SIGNALS {
+        let refused = |error| CliError::Failed(format!("cannot watch for signals: {error}"));
+        for &signal in SIGNALS {
             // They run in this order.
-            signal_hook::flag::register_conditional_shutdown(signal, exit_code, Arc::clone(&this.at_once))
-                .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&this.requested)))
-                .map_err(|error| CliError::Failed(format!("cannot watch for signals: {error}")))?;
+            flag::register_conditional_shutdown(signal, exit_code, Arc::clone(&this.at_once))
+                .and_then(|_| flag::register(signal, Arc::clone(&this.requested)))
+                .map_err(refused)?;
         }
+        // A file above the process's size limit kills it, unless somebody listens: then the write fails,
+        // and the temporary file is cleaned up.
+        #[cfg(unix)]
+        flag::register(consts::SIGXFSZ, Arc::default()).map_err(refused)?;
         Ok(this)
     }
 
