@@ -2,6 +2,9 @@
 
 pub mod accel;
 pub mod bench;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 pub mod course;
 pub mod error;
 pub mod format;

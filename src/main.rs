@@ -1,1 +1,14 @@
-fn main() {}
+//! The program: checks the CPU, then hands over to the library's command line and passes its exit code on.
+
+mod cpu;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    // On Linux the check has run before `main`; elsewhere it is the first thing here.
+    if !cfg!(target_os = "linux") && cpu::lacks_instructions() {
+        eprint!("{}", cpu::MESSAGE);
+        return ExitCode::from(cpu::EXIT_CODE);
+    }
+    octray::cli::main()
+}

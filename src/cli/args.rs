@@ -1,0 +1,311 @@
+//! Every argument of every command.
+
+use super::{
+    value::{self, Size},
+    version,
+};
+use crate::course;
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
+use std::{
+    ffi::{OsStr, OsString},
+    path::PathBuf,
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  octray cow.scn                                  cow.png, 512x512, the course's first view
+  octray cow.scn -o big.png --size 3840x2160      a large picture
+  octray cow.scn --view 3 --samples 16            another view, 4x4 samples a pixel
+  octray cow.scn --eye -3,2,1.5 --target 0,0,0.5  a view of your own
+  octray cow.scn -o cow.exr                       linear floats instead of 8 bits
+  octray cow.scn -o - | magick - cow.webp         a PNG into a pipe
+  octray info cow.scn                             what is in a scene
+  octray bench cow.scn                            how fast this machine traces it
+
+`octray SCENE` is short for `octray render SCENE`, whose options `octray render --help` lists. A scene whose
+name is that of a command needs a path, such as ./info, or the command's name before it.
+
+Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 4 this CPU cannot run this build;
+130 interrupted.";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  octray render cow.scn -o cow.jpg --size 1920x1080 --samples 9
+  octray render cow.scn --eye -3,2,1.5 --target 0,0,0.5 --up 0,0,1 --fov 30
+  octray render cow.scn --quiet --stats=json 2> stats.json";
+
+const RENDER_USAGE: &str = "octray [render] [OPTIONS] <SCENE>";
+
+const USAGE: &str = "octray [render] [OPTIONS] <SCENE>\n       octray <COMMAND> ...";
+
+/// A fast CPU ray tracer for scenes of triangle meshes and spheres.
+#[derive(Debug, Parser)]
+#[command(
+    name = "octray",
+    version = version::short(),
+    long_version = version::long(),
+    propagate_version = true,
+    override_usage = USAGE,
+    after_help = EXAMPLES,
+    max_term_width = 110
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene into a picture
+    #[command(override_usage = RENDER_USAGE, after_help = RENDER_EXAMPLES)]
+    Render(RenderArgs),
+    /// Show what is in a scene and what its BVH is made of
+    Info(InfoArgs),
+    /// Time single rays against packets, on one thread
+    Bench(BenchArgs),
+}
+
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// The scene, a .scn file
+    pub scene: PathBuf,
+
+    /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - for a PNG to standard
+    /// output [default: the scene's name with .png, in the current folder]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Width and height, pixels
+    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512")]
+    pub size: Size,
+
+    /// One of the course's viewpoints
+    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), default_value_t = 1)]
+    pub view: u32,
+
+    /// Where the camera stands, instead of the viewpoint
+    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
+    pub eye: Option<DVec3>,
+
+    /// What the camera looks at [default: 0,0,0.5]
+    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
+    pub target: Option<DVec3>,
+
+    /// Which way is up [default: 0,0,1]
+    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
+    pub up: Option<DVec3>,
+
+    /// Vertical field of view, degrees
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, default_value_t = course::FOV_DEGREES)]
+    pub fov: f64,
+
+    /// How many threads render [default: as many as the machine has]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+
+    /// Which code traces the rays; both make the same picture
+    #[arg(long, value_enum, default_value_t = ModeArg::Packet)]
+    pub mode: ModeArg,
+
+    /// Let light through everything
+    #[arg(long)]
+    pub no_shadows: bool,
+
+    /// A ray of this level returns the background, so 1 traces camera rays only
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH)]
+    pub max_depth: u32,
+
+    /// Samples for each pixel on a regular grid: 1, 4, 9, 16, ...
+    #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1")]
+    pub samples_per_axis: u32,
+
+    /// Print rays, times and memory to standard error, as text or as one JSON object
+    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text")]
+    pub stats: Option<StatsFormat>,
+
+    /// No progress bar, no closing line, no warnings
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// See [`Mode`](crate::render::Mode).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModeArg {
+    /// SIMD packets, batched shading
+    Packet,
+    /// One ray at a time
+    Scalar,
+}
+
+/// How `--stats` prints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StatsFormat {
+    /// A few lines to read
+    Text,
+    /// One JSON object
+    Json,
+}
+
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// The scene, a .scn file
+    pub scene: PathBuf,
+
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `octray bench`.
+#[derive(Args, Debug)]
+pub struct BenchArgs {
+    /// The scene, a .scn file
+    pub scene: PathBuf,
+
+    /// Camera rays across and down
+    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "1024x1024")]
+    pub size: Size,
+
+    /// One of the course's viewpoints
+    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), default_value_t = 1)]
+    pub view: u32,
+
+    /// How often each method runs; the median counts
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 9)]
+    pub repeat: u32,
+
+    /// What to time, all by default; may be given several times or separated by commas
+    #[arg(long = "method", value_name = "METHOD", value_enum, value_delimiter = ',')]
+    pub methods: Vec<BenchMethod>,
+
+    /// Write the results as JSON to a file, or to standard output (-)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// What `octray bench` can time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum BenchMethod {
+    /// The scalar reference over the BVH, one ray at a time
+    Scalar,
+    /// SIMD packets
+    Packet,
+    /// One ray against eight primitives at a time
+    Single,
+    /// Whole pictures
+    Render,
+}
+
+/// Puts `render` before arguments that do not begin with a command, so that `octray SCENE` works.
+///
+/// Only the first argument counts. A default command is done here and not by clap, whose usage errors for
+/// optional subcommands mix both levels.
+pub fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let render = match arguments.get(1) {
+        Some(first) => !is_top_level(first),
+        None => false,
+    };
+    if render {
+        arguments.insert(1, "render".into());
+    }
+    arguments
+}
+
+fn is_top_level(argument: &OsStr) -> bool {
+    let Some(argument) = argument.to_str() else {
+        return false;
+    };
+    matches!(argument, "help" | "-h" | "--help" | "-V" | "--version")
+        || Cli::command()
+            .get_subcommands()
+            .any(|command| command.get_name() == argument)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(arguments: &[&str]) -> Result<Command, clap::Error> {
+        let arguments = std::iter::once("octray").chain(arguments.iter().copied());
+        Cli::try_parse_from(with_default_command(arguments.map(OsString::from).collect()))
+            .map(|cli| cli.command)
+    }
+
+    fn parse_render(arguments: &[&str]) -> RenderArgs {
+        match parse(arguments) {
+            Ok(Command::Render(args)) => args,
+            other => panic!("{arguments:?}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn clap_accepts_the_definition() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn render_is_the_default_command() {
+        for arguments in [
+            &["a.scn", "--view", "2"][..],
+            &["render", "a.scn", "--view=2"],
+            &["--view", "2", "a.scn"],
+            &["--view", "2", "--", "a.scn"],
+        ] {
+            let args = parse_render(arguments);
+            assert_eq!((args.scene, args.view), ("a.scn".into(), 2));
+        }
+        assert_eq!(parse_render(&["./info"]).scene, PathBuf::from("./info"));
+        assert_eq!(parse_render(&["render", "info"]).scene, PathBuf::from("info"));
+        assert!(matches!(parse(&["info", "render"]), Ok(Command::Info(_))));
+    }
+
+    #[test]
+    fn coordinates_may_be_negative() {
+        let args = parse_render(&[
+            "a.scn",
+            "--eye",
+            "-1,2,3",
+            "--target=-0.5,0,-1e3",
+            "--up",
+            "-0,0,1",
+        ]);
+        assert_eq!(args.eye, Some(DVec3::new(-1.0, 2.0, 3.0)));
+        assert_eq!(args.target, Some(DVec3::new(-0.5, 0.0, -1000.0)));
+    }
+
+    #[test]
+    fn stats_take_their_value_after_an_equals_sign_only() {
+        assert_eq!(parse_render(&["--stats", "a.scn"]).stats, Some(StatsFormat::Text));
+        assert_eq!(
+            parse_render(&["a.scn", "--stats=json"]).stats,
+            Some(StatsFormat::Json)
+        );
+        assert_eq!(parse_render(&["a.scn"]).stats, None);
+    }
+
+    #[test]
+    fn bench_methods_may_be_listed() {
+        let Ok(Command::Bench(args)) = parse(&[
+            "bench",
+            "a.scn",
+            "--method",
+            "scalar,packet",
+            "--method",
+            "render",
+        ]) else {
+            panic!("not bench");
+        };
+        assert_eq!(
+            args.methods,
+            [BenchMethod::Scalar, BenchMethod::Packet, BenchMethod::Render]
+        );
+        assert_eq!(
+            args.size,
+            Size {
+                width: 1024,
+                height: 1024
+            }
+        );
+    }
+}

@@ -1,0 +1,110 @@
+//! A picture as the bytes of a file.
+
+use super::CliError;
+use crate::render::Film;
+use image::{
+    ExtendedColorType, ImageEncoder, ImageResult,
+    codecs::{
+        bmp::BmpEncoder,
+        jpeg::JpegEncoder,
+        openexr::OpenExrEncoder,
+        png::{CompressionType, FilterType, PngEncoder},
+        pnm::{PnmEncoder, PnmSubtype, SampleEncoding},
+        qoi::QoiEncoder,
+        tiff::TiffEncoder,
+    },
+};
+use std::{ffi::OsStr, io::Cursor};
+
+/// High enough that no block shows in smooth shading.
+const JPEG_QUALITY: u8 = 92;
+/// The format's own limit.
+const JPEG_MAX_SIDE: u32 = 65535;
+
+/// A file format for pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    Png,
+    Ppm,
+    Qoi,
+    Jpeg,
+    Bmp,
+    Tiff,
+    Exr,
+}
+
+impl Format {
+    /// All extensions, for messages.
+    pub const EXTENSIONS: &'static str = ".png, .ppm, .qoi, .jpg, .jpeg, .bmp, .tiff, .tif or .exr";
+
+    /// The format that a file name's extension stands for, in upper or lower case.
+    pub fn from_extension(extension: &OsStr) -> Option<Self> {
+        Some(match extension.to_str()?.to_ascii_lowercase().as_str() {
+            "png" => Self::Png,
+            "ppm" => Self::Ppm,
+            "qoi" => Self::Qoi,
+            "jpg" | "jpeg" => Self::Jpeg,
+            "bmp" => Self::Bmp,
+            "tiff" | "tif" => Self::Tiff,
+            "exr" => Self::Exr,
+            _ => return None,
+        })
+    }
+
+    /// Whether a picture of this size can be written.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] with the format's limit.
+    pub fn check_size(self, width: u32, height: u32) -> Result<(), CliError> {
+        if self == Self::Jpeg && width.max(height) > JPEG_MAX_SIDE {
+            return Err(CliError::Failed(format!(
+                "a picture of {width}x{height} is too large for JPEG, whose sides have at most \
+                 {JPEG_MAX_SIDE} pixels"
+            )));
+        }
+        Ok(())
+    }
+
+    /// The file's bytes. In memory, because TIFF and EXR go back to fill in their tables, and a pipe cannot.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] if the encoder refuses the picture.
+    pub fn encode(self, film: &Film) -> Result<Vec<u8>, CliError> {
+        let mut bytes = Cursor::new(Vec::new());
+        self.encode_into(film, &mut bytes)
+            .map_err(|error| CliError::Failed(format!("cannot encode the picture: {error}")))?;
+        Ok(bytes.into_inner())
+    }
+
+    fn encode_into(self, film: &Film, to: &mut Cursor<Vec<u8>>) -> ImageResult<()> {
+        match self {
+            // Flat backgrounds and smooth shading: `Up` costs next to nothing and suits both.
+            Self::Png => write_rgb8(
+                film,
+                PngEncoder::new_with_quality(to, CompressionType::Fast, FilterType::Up),
+            ),
+            Self::Ppm => {
+                let subtype = PnmSubtype::Pixmap(SampleEncoding::Binary);
+                write_rgb8(film, PnmEncoder::new(to).with_subtype(subtype))
+            }
+            Self::Qoi => write_rgb8(film, QoiEncoder::new(to)),
+            Self::Jpeg => write_rgb8(film, JpegEncoder::new_with_quality(to, JPEG_QUALITY)),
+            Self::Bmp => write_rgb8(film, BmpEncoder::new(to)),
+            Self::Tiff => write_rgb8(film, TiffEncoder::new(to)),
+            Self::Exr => {
+                let floats = bytemuck::cast_slice(film.pixels());
+                let color = ExtendedColorType::Rgb32F;
+                OpenExrEncoder::new(to).write_image(floats, film.width(), film.height(), color)
+            }
+        }
+    }
+}
+
+fn write_rgb8(film: &Film, encoder: impl ImageEncoder) -> ImageResult<()> {
+    encoder.write_image(
+        &film.to_rgb8(),
+        film.width(),
+        film.height(),
+        ExtendedColorType::Rgb8,
+    )
+}

@@ -1,0 +1,103 @@
+//! Why a command did not do what was asked, and its exit code.
+
+use crate::{error::LoadError, render::RenderError, scene::CameraError};
+use std::{fmt::Write, io};
+
+/// Why a command failed.
+#[derive(Debug)]
+pub enum CliError {
+    /// The arguments make no sense together. Exit code 2.
+    Usage(String),
+    /// The arguments make no sense, and clap has said so already. Exit code 2.
+    UsageShown,
+    /// The scene cannot be loaded. Exit code 1.
+    Load(LoadError),
+    /// The disk or a limit failed. Exit code 1.
+    Failed(String),
+    /// Whoever read our output has stopped; nobody needs to be told. Exit code 1.
+    ClosedPipe,
+    /// Stopped by a signal. Exit code 130.
+    Interrupted,
+}
+
+impl CliError {
+    /// The program's exit code.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Load(_) | Self::Failed(_) | Self::ClosedPipe => 1,
+            Self::Usage(_) | Self::UsageShown => 2,
+            Self::Interrupted => 130,
+        }
+    }
+
+    /// What to print, if anything.
+    #[must_use]
+    pub fn text(&self) -> Option<String> {
+        match self {
+            Self::Usage(text) | Self::Failed(text) => Some(text.clone()),
+            Self::Load(error) => Some(load_text(error)),
+            Self::UsageShown | Self::ClosedPipe | Self::Interrupted => None,
+        }
+    }
+
+    /// `what` could not be written.
+    #[must_use]
+    pub fn writing(what: &str, error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Self::ClosedPipe,
+            _ => Self::Failed(format!("cannot write {what}: {}", reason(error))),
+        }
+    }
+}
+
+impl From<LoadError> for CliError {
+    fn from(error: LoadError) -> Self {
+        Self::Load(error)
+    }
+}
+
+impl From<RenderError> for CliError {
+    fn from(error: RenderError) -> Self {
+        match error {
+            RenderError::Cancelled => Self::Interrupted,
+            other => Self::Failed(other.to_string()),
+        }
+    }
+}
+
+impl From<CameraError> for CliError {
+    /// A camera comes from the arguments alone.
+    fn from(error: CameraError) -> Self {
+        Self::Usage(error.to_string())
+    }
+}
+
+/// Why, in words rather than the system's error numbers where there are some.
+fn reason(error: &io::Error) -> String {
+    use io::ErrorKind as Kind;
+    match error.kind() {
+        Kind::NotFound => "there is no such file or folder".into(),
+        Kind::PermissionDenied => "permission denied".into(),
+        Kind::ReadOnlyFilesystem => "the file system is read-only".into(),
+        Kind::StorageFull => "no space left on the device".into(),
+        Kind::QuotaExceeded => "the disk quota is used up".into(),
+        Kind::FileTooLarge => "the file would be too large".into(),
+        Kind::InvalidFilename => "the name is too long or not allowed".into(),
+        Kind::IsADirectory => "it is a folder".into(),
+        Kind::NotADirectory => "a part of the path is not a folder".into(),
+        _ => error.to_string(),
+    }
+}
+
+/// The error and its causes, a line each.
+fn load_text(error: &LoadError) -> String {
+    let mut text = format!("{}: {}", error.at, error.message);
+    let mut cause = error.cause.as_deref();
+    while let Some(error) = cause {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "\n  caused by: {}: {}", error.at, error.message);
+        cause = error.cause.as_deref();
+    }
+    text
+}

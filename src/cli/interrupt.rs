@@ -1,0 +1,66 @@
+//! Ctrl-C and friends: a command that has something to clean up stops at its own pace, any other at once.
+
+use super::CliError;
+use signal_hook::{consts, flag};
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering},
+};
+
+#[cfg(unix)]
+const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM, consts::SIGHUP];
+#[cfg(not(unix))]
+const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM];
+
+/// Whether a signal has asked us to stop.
+pub struct Interrupt {
+    requested: Arc<AtomicBool>,
+    at_once: Arc<AtomicBool>,
+}
+
+impl Interrupt {
+    /// Takes over the signals: from now on they set a flag.
+    pub fn install() -> Result<Self, CliError> {
+        let this = Self {
+            requested: Arc::default(),
+            at_once: Arc::default(),
+        };
+        let exit_code = i32::from(CliError::Interrupted.exit_code());
+        let refused = |error| CliError::Failed(format!("cannot watch for signals: {error}"));
+        for &signal in SIGNALS {
+            // They run in this order.
+            flag::register_conditional_shutdown(signal, exit_code, Arc::clone(&this.at_once))
+                .and_then(|_| flag::register(signal, Arc::clone(&this.requested)))
+                .map_err(refused)?;
+        }
+        // A file above the process's size limit kills it, unless somebody listens: then the write fails,
+        // and the temporary file is cleaned up.
+        #[cfg(unix)]
+        flag::register(consts::SIGXFSZ, Arc::default()).map_err(refused)?;
+        Ok(this)
+    }
+
+    /// Whether a signal has come.
+    pub fn requested(&self) -> bool {
+        self.requested.load(Ordering::Relaxed)
+    }
+
+    /// [`CliError::Interrupted`] if a signal has come.
+    pub fn check(&self) -> Result<(), CliError> {
+        if self.requested() {
+            Err(CliError::Interrupted)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Runs something that leaves nothing to clean up: a signal ends the process there and then.
+    pub fn exit_at_once_during<T>(&self, work: impl FnOnce() -> T) -> Result<T, CliError> {
+        self.at_once.store(true, Ordering::SeqCst);
+        // A signal before the line above has only set the flag.
+        self.check()?;
+        let result = work();
+        self.at_once.store(false, Ordering::SeqCst);
+        Ok(result)
+    }
+}

@@ -1,0 +1,223 @@
+//! Where a picture goes: checked before rendering, written whole or not at all.
+
+use super::{CliError, encode::Format, interrupt::Interrupt};
+use crate::render::Film;
+use std::{
+    fs::{self, File, OpenOptions, Permissions},
+    io::{self, IsTerminal, Write},
+    path::{Path, PathBuf},
+};
+use tempfile::NamedTempFile;
+
+/// Bytes between two looks at the interrupt flag.
+const CHUNK: usize = 1 << 20;
+/// Symbolic links followed by hand, as many as Linux follows.
+const MAX_LINKS: usize = 40;
+
+/// Where to write, and how.
+#[derive(Debug)]
+enum Place {
+    /// Standard output.
+    Stdout,
+    /// A device, a named pipe, ...: written through, for replacing it would make it a file.
+    Special(PathBuf),
+    /// A file, old or new: replaced in one step. Symbolic links are resolved, so that they stay.
+    File {
+        path: PathBuf,
+        /// Those of the file that is there already.
+        permissions: Option<Permissions>,
+    },
+}
+
+/// A checked place for a picture.
+#[derive(Debug)]
+pub struct Output {
+    name: String,
+    place: Place,
+    format: Format,
+}
+
+impl Output {
+    /// Checks that a picture of `width` x `height` can be written to `path`, as far as that can be known
+    /// without writing it.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] for an unknown extension or a terminal, [`CliError::Failed`] for a folder that is
+    /// missing or not writable, and the like.
+    pub fn prepare(path: &Path, scene: &Path, width: u32, height: u32) -> Result<Self, CliError> {
+        let output = if path.as_os_str() == "-" {
+            Self::stdout()?
+        } else {
+            Self::file(path, scene)?
+        };
+        output.format.check_size(width, height)?;
+        Ok(output)
+    }
+
+    /// What to call it in messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn stdout() -> Result<Self, CliError> {
+        if io::stdout().is_terminal() {
+            return Err(CliError::Usage(
+                "a PNG is not for a terminal; send it to a file or a program with > or |".into(),
+            ));
+        }
+        Ok(Self {
+            name: "standard output".into(),
+            place: Place::Stdout,
+            format: Format::Png,
+        })
+    }
+
+    fn file(path: &Path, scene: &Path) -> Result<Self, CliError> {
+        let name = path.display().to_string();
+        let found = fs::metadata(path).ok();
+        if found.as_ref().is_some_and(fs::Metadata::is_dir) {
+            return Err(CliError::Failed(format!("cannot write {name}: it is a folder")));
+        }
+        let special = found.as_ref().is_some_and(|found| !found.is_file());
+        let format = match path.extension() {
+            Some(extension) => Format::from_extension(extension),
+            None if special => Some(Format::Png),
+            None => None,
+        };
+        let format = format.ok_or_else(|| {
+            CliError::Usage(format!(
+                "cannot tell the format of {name} from its name: expected {}",
+                Format::EXTENSIONS
+            ))
+        })?;
+        let place = if special {
+            Place::Special(path.to_owned())
+        } else {
+            let path = follow_links(path).map_err(|error| CliError::writing(&name, &error))?;
+            if found.is_some() && fs::canonicalize(scene).is_ok_and(|scene| scene == path) {
+                return Err(CliError::Usage(format!(
+                    "the picture {name} would replace the scene"
+                )));
+            }
+            check_writable(&path, found.is_some(), &name)?;
+            Place::File {
+                path,
+                permissions: found.map(|found| found.permissions()),
+            }
+        };
+        Ok(Self { name, place, format })
+    }
+
+    /// Encodes and writes the picture. On failure the place is as it was before (a device or a pipe may have
+    /// got a part).
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn write(&self, film: &Film, interrupt: &Interrupt) -> Result<(), CliError> {
+        let bytes = interrupt.exit_at_once_during(|| self.format.encode(film))??;
+        let written = match &self.place {
+            Place::Stdout => interrupt.exit_at_once_during(|| {
+                let mut stdout = io::stdout().lock();
+                stdout.write_all(&bytes).and_then(|()| stdout.flush())
+            })?,
+            Place::Special(path) => interrupt.exit_at_once_during(|| {
+                let mut file = OpenOptions::new().write(true).open(path)?;
+                file.write_all(&bytes).and_then(|()| file.flush())
+            })?,
+            Place::File { path, permissions } => replace(path, permissions.as_ref(), &bytes, interrupt),
+        };
+        interrupt.check()?;
+        written.map_err(|error| CliError::writing(&self.name, &error))
+    }
+}
+
+/// Writes a new file beside `path` and then gives it that name. The temporary file goes with every failure.
+///
+/// There is no `fsync`: a picture can be rendered again, and waiting for the disk takes longer than most.
+fn replace(
+    path: &Path,
+    permissions: Option<&Permissions>,
+    bytes: &[u8],
+    interrupt: &Interrupt,
+) -> io::Result<()> {
+    let mut file = temporary_file(folder_of(path))?;
+    if let Some(permissions) = permissions {
+        file.as_file().set_permissions(permissions.clone())?;
+    }
+    for chunk in bytes.chunks(CHUNK) {
+        if interrupt.requested() {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
+        file.as_file_mut().write_all(chunk)?;
+    }
+    file.as_file_mut().flush()?;
+    file.persist(path).map_err(|error| error.error)?;
+    Ok(())
+}
+
+/// A temporary file with the permissions of any new file: what the process's umask leaves of 0666.
+fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".octray-").suffix(".tmp");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(Permissions::from_mode(0o666));
+    }
+    // The error would name the temporary file, which means nothing to anybody: keep its kind alone.
+    builder
+        .tempfile_in(folder)
+        .map_err(|error| match error.raw_os_error() {
+            Some(code) => io::Error::from_raw_os_error(code),
+            None => io::Error::from(error.kind()),
+        })
+}
+
+/// The folder of a file, "." for a bare name.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Whether the file may be replaced or made, found out without changing it.
+fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError> {
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        let what = if folder.exists() {
+            "is not a folder"
+        } else {
+            "does not exist"
+        };
+        return Err(CliError::Failed(format!(
+            "cannot write {name}: the folder {} {what}",
+            folder.display()
+        )));
+    }
+    // Replacing would not ask for the old file's permission, so ask here.
+    let old: io::Result<Option<File>> = if exists {
+        OpenOptions::new().write(true).open(path).map(Some)
+    } else {
+        Ok(None)
+    };
+    old.and_then(|_| temporary_file(folder))
+        .map(drop)
+        .map_err(|error| CliError::writing(name, &error))
+}
+
+/// What a path stands for after all symbolic links at its end, whether that exists or not.
+fn follow_links(path: &Path) -> io::Result<PathBuf> {
+    if let Ok(path) = fs::canonicalize(path) {
+        return Ok(path);
+    }
+    let mut path = path.to_owned();
+    for _ in 0..MAX_LINKS {
+        match fs::read_link(&path) {
+            // An absolute link replaces the whole path.
+            Ok(link) => path = folder_of(&path).join(link),
+            Err(_) => return Ok(path),
+        }
+    }
+    Err(io::Error::other("too many symbolic links"))
+}

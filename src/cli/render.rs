@@ -1,0 +1,194 @@
+//! `octray render`: load, build, render, write.
+
+use super::{
+    CliError,
+    args::{ModeArg, RenderArgs, StatsFormat},
+    interrupt::Interrupt,
+    output::Output,
+    progress::Bar,
+    report::{Memory, Primitives, Rays, Report, SCHEMA, Seconds},
+};
+use crate::{
+    accel::Bvh,
+    course, format,
+    render::{Frame, Mode, Settings, render},
+    scene::{Camera, Scene},
+    simd,
+};
+use glam::DVec3;
+use std::{
+    io::{self, IsTerminal, Write},
+    path::PathBuf,
+    time::{Duration, Instant},
+};
+
+/// Renders a scene into a picture. `start` is when the program began.
+///
+/// # Errors
+/// [`CliError`]. The output is as it was before.
+pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
+    let settings = settings(args)?;
+    let camera = camera(args)?;
+    let output = Output::prepare(&output_path(args), &args.scene, settings.width, settings.height)?;
+    let talkative = !args.quiet && io::stderr().is_terminal();
+
+    let interrupt = Interrupt::install()?;
+    let (scene, load_time) = interrupt.exit_at_once_during(|| timed(|| format::load(&args.scene)))?;
+    let scene = scene?;
+    if !args.quiet {
+        warn_of_degenerate_triangles(args, &scene);
+    }
+    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build(&scene)))?;
+
+    let bar = Bar::new(talkative, &interrupt);
+    let frame = render(&scene, &bvh, &camera, &settings, &|progress| bar.report(progress));
+    bar.clear();
+    let frame = frame?;
+    interrupt.check()?;
+
+    let (written, write_time) = timed(|| output.write(&frame.film, &interrupt));
+    written?;
+
+    let times = Times {
+        load: load_time,
+        build: build_time,
+        write: write_time,
+        total: start.elapsed(),
+    };
+    let closing = match args.stats {
+        Some(StatsFormat::Json) => report(args, &settings, &scene, &bvh, &frame, &output, &times).json(),
+        Some(StatsFormat::Text) => report(args, &settings, &scene, &bvh, &frame, &output, &times).text(),
+        None if talkative => format!(
+            "{}: {}x{} in {:.2} s\n",
+            output.name(),
+            settings.width,
+            settings.height,
+            times.total.as_secs_f64()
+        ),
+        None => String::new(),
+    };
+    // The picture is written: that nobody reads standard error is no failure.
+    let _ = io::stderr().write_all(closing.as_bytes());
+    Ok(())
+}
+
+fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
+    let settings = Settings {
+        width: args.size.width,
+        height: args.size.height,
+        samples_per_axis: args.samples_per_axis,
+        max_depth: args.max_depth,
+        shadows: !args.no_shadows,
+        mode: match args.mode {
+            ModeArg::Packet => Mode::Packet,
+            ModeArg::Scalar => Mode::Scalar,
+        },
+        threads: args.threads.map(|threads| threads as usize),
+    };
+    settings.validate()?;
+    Ok(settings)
+}
+
+fn camera(args: &RenderArgs) -> Result<Camera, CliError> {
+    // The arguments allow 1 to 6 alone, so the origin is never taken.
+    let eye = args
+        .eye
+        .or_else(|| course::viewpoint(args.view))
+        .unwrap_or(DVec3::ZERO);
+    let target = args.target.unwrap_or(course::TARGET);
+    let up = args.up.unwrap_or(course::UP);
+    Ok(Camera::look_at(eye, target, up, args.fov)?)
+}
+
+/// The scene's name with .png, in the current folder, unless another is asked for.
+fn output_path(args: &RenderArgs) -> PathBuf {
+    args.output.clone().unwrap_or_else(|| {
+        let mut name = args.scene.file_stem().unwrap_or("octray".as_ref()).to_owned();
+        name.push(".png");
+        name.into()
+    })
+}
+
+fn warn_of_degenerate_triangles(args: &RenderArgs, scene: &Scene) {
+    let (degenerate, all) = (scene.degenerate_triangles(), scene.triangles().v0.len());
+    // A few are normal in meshes made by programs; more than 1 % hint at a broken one.
+    if degenerate > all / 100 {
+        let _ = writeln!(
+            io::stderr(),
+            "octray: warning: {}: {degenerate} of {all} triangles have no area and are never hit",
+            args.scene.display()
+        );
+    }
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed())
+}
+
+/// Wall-clock times that are not in [`Frame`].
+struct Times {
+    load: Duration,
+    build: Duration,
+    write: Duration,
+    total: Duration,
+}
+
+fn report(
+    args: &RenderArgs,
+    settings: &Settings,
+    scene: &Scene,
+    bvh: &Bvh,
+    frame: &Frame,
+    output: &Output,
+    times: &Times,
+) -> Report {
+    let render = frame.elapsed.as_secs_f64();
+    let rays = frame.rays;
+    Report {
+        schema: SCHEMA,
+        scene: args.scene.display().to_string(),
+        output: output.name().to_owned(),
+        width: settings.width,
+        height: settings.height,
+        samples: u64::from(settings.samples_per_axis).pow(2),
+        max_depth: settings.max_depth,
+        shadows: settings.shadows,
+        mode: match settings.mode {
+            Mode::Packet => "packet",
+            Mode::Scalar => "scalar",
+        },
+        isa: simd::ISA,
+        threads: settings
+            .threads
+            .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
+        primitives: Primitives {
+            triangles: scene.triangles().v0.len(),
+            spheres: scene.spheres().radius.len(),
+            degenerate_triangles: scene.degenerate_triangles(),
+        },
+        rays: Rays {
+            camera: rays.camera,
+            shadow: rays.shadow,
+            reflection: rays.reflection,
+            total: rays.total(),
+        },
+        seconds: Seconds {
+            load: times.load.as_secs_f64(),
+            build: times.build.as_secs_f64(),
+            render,
+            write: times.write.as_secs_f64(),
+            total: times.total.as_secs_f64(),
+        },
+        rays_per_s: if render > 0.0 {
+            rays.total() as f64 / render
+        } else {
+            0.0
+        },
+        memory_bytes: Memory {
+            scene: scene.memory_bytes(),
+            bvh: bvh.stats().memory_bytes,
+        },
+    }
+}

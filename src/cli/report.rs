@@ -1,0 +1,197 @@
+//! What `--stats` prints.
+
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Bumped when a field changes its meaning or goes.
+pub const SCHEMA: u32 = 1;
+
+/// The figures of one picture.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    pub schema: u32,
+    pub scene: String,
+    pub output: String,
+    pub width: u32,
+    pub height: u32,
+    pub samples: u64,
+    pub max_depth: u32,
+    pub shadows: bool,
+    pub mode: &'static str,
+    pub isa: &'static str,
+    pub threads: usize,
+    pub primitives: Primitives,
+    pub rays: Rays,
+    pub seconds: Seconds,
+    /// All rays over the seconds of `render`.
+    pub rays_per_s: f64,
+    pub memory_bytes: Memory,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Primitives {
+    pub triangles: usize,
+    pub spheres: usize,
+    pub degenerate_triangles: usize,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Rays {
+    pub camera: u64,
+    pub shadow: u64,
+    pub reflection: u64,
+    pub total: u64,
+}
+
+/// Wall-clock times. `total` runs from the start of the program, so it is more than the sum.
+#[derive(Debug, Serialize)]
+pub struct Seconds {
+    pub load: f64,
+    pub build: f64,
+    pub render: f64,
+    pub write: f64,
+    pub total: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Memory {
+    pub scene: usize,
+    pub bvh: usize,
+}
+
+impl Report {
+    /// One line.
+    pub fn json(&self) -> String {
+        // Plain structs of numbers and strings always serialize.
+        let mut line = serde_json::to_string(self).unwrap_or_default();
+        line.push('\n');
+        line
+    }
+
+    /// A few lines to read.
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        let ms = |seconds: f64| seconds * 1e3;
+        let mut line = |name: &str, value: String| {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{name:11} {value}");
+        };
+        let Self {
+            primitives,
+            rays,
+            seconds,
+            memory_bytes,
+            ..
+        } = self;
+        line("scene", self.scene.clone());
+        line(
+            "primitives",
+            format!(
+                "{} triangles ({} without area), {} spheres",
+                grouped(primitives.triangles as u64),
+                grouped(primitives.degenerate_triangles as u64),
+                grouped(primitives.spheres as u64)
+            ),
+        );
+        line(
+            "picture",
+            format!(
+                "{}, {}x{}, {} {} a pixel, depth {}, shadows {}",
+                self.output,
+                self.width,
+                self.height,
+                self.samples,
+                if self.samples == 1 { "sample" } else { "samples" },
+                self.max_depth,
+                if self.shadows { "on" } else { "off" },
+            ),
+        );
+        line(
+            "traced by",
+            format!(
+                "{}, {}, {} {}",
+                self.mode,
+                self.isa,
+                self.threads,
+                if self.threads == 1 { "thread" } else { "threads" }
+            ),
+        );
+        line(
+            "rays",
+            format!(
+                "{}: {} camera, {} shadow, {} reflection",
+                grouped(rays.total),
+                grouped(rays.camera),
+                grouped(rays.shadow),
+                grouped(rays.reflection)
+            ),
+        );
+        line("speed", format!("{:.2} million rays/s", self.rays_per_s / 1e6));
+        line(
+            "time",
+            format!(
+                "{:.1} ms: load {:.1}, build {:.1}, render {:.1}, write {:.1}",
+                ms(seconds.total),
+                ms(seconds.load),
+                ms(seconds.build),
+                ms(seconds.render),
+                ms(seconds.write)
+            ),
+        );
+        line(
+            "memory",
+            format!(
+                "scene {}, BVH {}",
+                bytes(memory_bytes.scene),
+                bytes(memory_bytes.bvh)
+            ),
+        );
+        text
+    }
+}
+
+/// `1234567` as `1 234 567`.
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A number of bytes with a unit that suits it.
+pub fn bytes(number: usize) -> String {
+    let mut value = number as f64;
+    if number < 1024 {
+        return format!("{number} B");
+    }
+    let mut unit = "B";
+    for larger in ["KiB", "MiB", "GiB", "TiB"] {
+        if value < 1024.0 {
+            break;
+        }
+        value /= 1024.0;
+        unit = larger;
+    }
+    format!("{value:.1} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_readable() {
+        assert_eq!(grouped(0), "0");
+        assert_eq!(grouped(999), "999");
+        assert_eq!(grouped(1000), "1 000");
+        assert_eq!(grouped(12_345_678), "12 345 678");
+        assert_eq!(bytes(1023), "1023 B");
+        assert_eq!(bytes(1536), "1.5 KiB");
+        assert_eq!(bytes(3 << 30), "3.0 GiB");
+    }
+}

@@ -1,0 +1,114 @@
+//! Values of options, from text.
+
+use crate::scene::MAX_COORDINATE;
+use glam::DVec3;
+
+/// Width and height of a picture, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+}
+
+/// `WxH`, both above 0.
+pub fn size(text: &str) -> Result<Size, String> {
+    let parts = text.split_once(['x', 'X']).and_then(|(width, height)| {
+        let side = |side: &str| side.parse().ok().filter(|&pixels| pixels > 0);
+        Some(Size {
+            width: side(width)?,
+            height: side(height)?,
+        })
+    });
+    parts.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, both 1 or more, such as 512x512".into())
+}
+
+/// `x,y,z`.
+pub fn vector(text: &str) -> Result<DVec3, String> {
+    let mut numbers = text.split(',').map(|number| number.trim().parse::<f64>().ok());
+    let mut next = || numbers.next().flatten();
+    let vector = match (next(), next(), next()) {
+        (Some(x), Some(y), Some(z)) => DVec3::new(x, y, z),
+        _ => return Err("expected three numbers x,y,z such as -1,2.5,3".into()),
+    };
+    if numbers.next().is_some() {
+        return Err("expected three numbers x,y,z, found more".into());
+    }
+    if vector.is_finite() && vector.abs().max_element() <= f64::from(MAX_COORDINATE) {
+        Ok(vector)
+    } else {
+        Err(format!("expected numbers of at most {MAX_COORDINATE:e}"))
+    }
+}
+
+/// A number of samples for each pixel that makes a regular grid; returns its square root.
+pub fn samples(text: &str) -> Result<u32, String> {
+    let samples = match text.parse::<u32>() {
+        Ok(samples) if samples > 0 => samples,
+        _ => return Err("expected 1, 4, 9, 16 or another square number".into()),
+    };
+    let root = samples.isqrt();
+    let (below, above) = (u64::from(root).pow(2), u64::from(root + 1).pow(2));
+    if below == u64::from(samples) {
+        Ok(root)
+    } else {
+        Err(format!(
+            "samples lie on a regular grid, so expected a square number: {below} or {above}"
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(
+            size("333x217"),
+            Ok(Size {
+                width: 333,
+                height: 217
+            })
+        );
+        for text in [
+            "",
+            "x",
+            "12",
+            "12x",
+            "x12",
+            "0x5",
+            "5x0",
+            "1x2x3",
+            "-1x5",
+            "1.5x2",
+            "99999999999x1",
+        ] {
+            assert!(size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn vectors() {
+        assert_eq!(vector("-1,2.5,3e2"), Ok(DVec3::new(-1.0, 2.5, 300.0)));
+        assert_eq!(vector("1, 2, 3"), Ok(DVec3::new(1.0, 2.0, 3.0)));
+        for text in [
+            "", "1,2", "1,2,3,4", "a,b,c", "1,,3", "nan,0,0", "inf,0,0", "1e10,0,0", "--target",
+        ] {
+            assert!(vector(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn samples_are_squares() {
+        assert_eq!(samples("1"), Ok(1));
+        assert_eq!(samples("16"), Ok(4));
+        assert_eq!(samples("4294836225"), Ok(65535));
+        let error = samples("5").unwrap_err();
+        assert!(error.contains("4 or 9"), "{error}");
+        assert!(samples("4294967295").is_err());
+        assert!(samples("0").is_err());
+        assert!(samples("-4").is_err());
+    }
+}

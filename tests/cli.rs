@@ -1,0 +1,347 @@
+//! The command line: arguments, exit codes, what is said where. See `cli_output.rs` for files and pipes.
+
+mod program;
+
+use program::{Folder, Run};
+use serde_json::Value;
+
+#[test]
+fn a_scene_alone_makes_a_png_of_its_name_here() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("deep")).unwrap();
+    folder.write("deep/b.c.scn", "sphere 0 0 0.5 0.5\n");
+    let run = folder.run(&["deep/b.c.scn"]);
+    assert!(run.succeeded().stdout.is_empty());
+    assert_eq!(folder.names(), ["a.scn", "b.c.png", "deep"]);
+    let picture = image::open(folder.path("b.c.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (512, 512));
+}
+
+#[test]
+fn render_is_the_default_command() {
+    let folder = Folder::new();
+    folder.run(&["a.scn", "-o", "1.ppm", "--view", "2"]).succeeded();
+    folder
+        .run(&["render", "--view=2", "a.scn", "-o2.ppm"])
+        .succeeded();
+    folder
+        .run(&["--view", "2", "--output", "3.ppm", "--", "a.scn"])
+        .succeeded();
+    let read = |name| std::fs::read(folder.path(name)).unwrap();
+    assert_eq!(read("1.ppm"), read("2.ppm"));
+    assert_eq!(read("1.ppm"), read("3.ppm"));
+}
+
+#[test]
+fn scenes_may_have_the_names_of_commands() {
+    let folder = Folder::new();
+    for name in ["render", "bench", "info"] {
+        folder.write(name, "sphere 0 0 0.5 0.5\n");
+        folder.run(&[&format!("./{name}"), "--size", "9x9"]).succeeded();
+        assert!(folder.path(&format!("{name}.png")).exists());
+    }
+    folder.run(&["render", "render", "-o", "again.png"]).succeeded();
+    folder.run(&["info", "bench"]).succeeded();
+    folder.fails(&["render"], 2, "<SCENE>");
+    folder.fails(&["bench"], 2, "<SCENE>");
+}
+
+#[test]
+fn every_option_is_taken() {
+    let folder = Folder::new();
+    let all = "a.scn -o a.qoi --size 33x17 --view 6 --eye -1,2,-3 --target -0.5,0,0 --up 0,-1,0.1 --fov 30.5 \
+               --threads 2 --mode scalar --no-shadows --max-depth 1 --samples 4 --stats=text --quiet";
+    let run = folder.run(&all.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(run.code, Some(0), "{run:?}");
+    assert!(run.stdout.is_empty());
+    let picture = image::open(folder.path("a.qoi")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (33, 17));
+    for words in ["33x17, 4 samples", "depth 1, shadows off", "scalar", "2 threads"] {
+        assert!(run.stderr.contains(words), "{words}: {}", run.stderr);
+    }
+    folder
+        .run(&[
+            "a.scn",
+            "--mode=packet",
+            "--target",
+            "0,0,0",
+            "--up=-1,0,0",
+            "--fov=179",
+        ])
+        .succeeded();
+}
+
+#[test]
+fn wrong_values_are_usage_errors() {
+    let folder = Folder::new();
+    for (arguments, words) in [
+        ("--samples 5", "4 or 9"),
+        ("--samples 0", "square"),
+        ("--samples -1", "-1"),
+        ("--size 0x5", "WIDTHxHEIGHT"),
+        ("--size 12", "WIDTHxHEIGHT"),
+        ("--size 5000000000x1", "WIDTHxHEIGHT"),
+        ("--view 7", "1..=6"),
+        ("--view 0", "1..=6"),
+        ("--threads 0", "--threads"),
+        ("--threads many", "--threads"),
+        ("--max-depth 0", "--max-depth"),
+        ("--mode fast", "packet, scalar"),
+        ("--stats=xml", "text, json"),
+        ("--eye 1,2", "x,y,z"),
+        ("--eye 1,2,3,4", "x,y,z"),
+        ("--eye nan,0,0", "1e9"),
+        ("--eye --up", "x,y,z"),
+        ("--fov wide", "--fov"),
+        ("--fov 0", "field of view"),
+        ("--fov -30", "field of view"),
+        ("--fov 180", "field of view"),
+        ("--fov nan", "field of view"),
+        // Straight down: parallel to the default up.
+        ("--eye 0,0,5", "up vector"),
+        ("--eye 0,0,5 --target 0,0,-1", "up vector"),
+        ("--up 0,0,0", "up vector"),
+        ("--eye 1,2,3 --target 1,2,3", "eye stands on the target"),
+        ("--sise 5x5", "--size"),
+        ("--size", "--size"),
+        ("--size 5x5 --size 5x5", "multiple times"),
+        ("b.scn", "b.scn"),
+        ("-o a.gif", ".png"),
+        ("-o a", ".png"),
+        ("-o .png", ".png"),
+        ("-o a.scn", ".png"),
+    ] {
+        let arguments: Vec<_> = std::iter::once("a.scn").chain(arguments.split(' ')).collect();
+        folder.fails(&arguments, 2, words);
+    }
+    folder.fails(&["info"], 2, "<SCENE>");
+    folder.fails(&["info", "a.scn", "--size", "5x5"], 2, "--size");
+    folder.fails(
+        &["bench", "a.scn", "--method", "guess"],
+        2,
+        "scalar, packet, single, render",
+    );
+    folder.fails(&["bench", "a.scn", "--repeat", "0"], 2, "--repeat");
+}
+
+#[test]
+fn limits_are_no_usage_errors() {
+    let folder = Folder::new();
+    folder.fails(&["a.scn", "--size", "100000x100000"], 1, "pixels");
+    folder.fails(&["a.scn", "--size", "8000000x1", "--samples", "4"], 1, "samples");
+    folder.fails(&["a.scn", "--size", "70000x1", "-o", "a.jpg"], 1, "JPEG");
+}
+
+#[test]
+fn without_arguments_the_usage_is_shown() {
+    let run = Folder::new().run(&[]);
+    assert_eq!(run.code, Some(2));
+    assert!(run.stdout.is_empty());
+    assert!(
+        run.stderr.contains("Usage: octray [render] [OPTIONS] <SCENE>"),
+        "{}",
+        run.stderr
+    );
+}
+
+#[test]
+fn help_has_the_options_and_examples() {
+    let folder = Folder::new();
+    let top = folder.run(&["--help"]);
+    for words in ["Examples:", "render", "info", "bench", "Exit codes"] {
+        assert!(top.succeeded().text().contains(words), "{words}");
+    }
+    for arguments in [
+        &["render", "--help"][..],
+        &["a.scn", "--help"],
+        &["help", "render"],
+    ] {
+        let help = folder.run(arguments);
+        for option in [
+            "Examples:",
+            "--output",
+            "--size",
+            "--view",
+            "--eye",
+            "--target",
+            "--up",
+            "--fov",
+            "--threads",
+            "--mode",
+            "--no-shadows",
+            "--max-depth",
+            "--samples",
+            "--stats",
+            "--quiet",
+        ] {
+            assert!(help.succeeded().text().contains(option), "{option}");
+        }
+    }
+    let short = folder.run(&["render", "-h"]);
+    assert!(short.succeeded().text().contains("--samples"));
+    assert_eq!(folder.names(), ["a.scn"]);
+}
+
+#[test]
+fn the_version_names_the_instruction_set() {
+    let folder = Folder::new();
+    let line = format!("octray {} ({})", env!("CARGO_PKG_VERSION"), octray::simd::ISA);
+    let short = folder.run(&["-V"]);
+    assert_eq!(short.succeeded().text(), format!("{line}\n"));
+    let long = folder.run(&["--version"]);
+    assert_eq!(long.succeeded().text().lines().next(), Some(line.as_str()));
+    assert!(long.text().contains("compiled for: "));
+}
+
+fn json(text: &str) -> Value {
+    assert_eq!(text.lines().count(), 1, "{text}");
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn statistics_go_to_standard_error() {
+    let folder = Folder::new();
+    let run = folder.run(&["a.scn", "--stats=json", "--threads", "1", "-o", "-"]);
+    assert_eq!(run.code, Some(0));
+    assert!(run.stdout.starts_with(b"\x89PNG"));
+    let stats = json(&run.stderr);
+    assert_eq!(stats["schema"], 1);
+    assert_eq!(stats["scene"], "a.scn");
+    assert_eq!((&stats["width"], &stats["height"]), (&512.into(), &512.into()));
+    assert_eq!(stats["threads"], 1);
+    assert_eq!(stats["isa"], octray::simd::ISA);
+    for kind in ["camera", "shadow", "reflection", "total"] {
+        assert!(stats["rays"][kind].is_u64(), "{kind}");
+    }
+    for time in ["load", "build", "render", "write", "total"] {
+        assert!(
+            stats["seconds"][time].as_f64().is_some_and(|s| s >= 0.0),
+            "{time}"
+        );
+    }
+    for count in ["triangles", "spheres", "degenerate_triangles"] {
+        assert!(stats["primitives"][count].is_u64(), "{count}");
+    }
+    assert!(stats["rays_per_s"].is_f64());
+    assert!(stats["memory_bytes"]["scene"].is_u64() && stats["memory_bytes"]["bvh"].is_u64());
+
+    let text = folder.run(&["--stats", "a.scn"]);
+    assert_eq!(text.code, Some(0));
+    assert!(text.stdout.is_empty());
+    for words in ["primitives", "camera", "rays/s", "load", "memory"] {
+        assert!(text.stderr.contains(words), "{words}");
+    }
+}
+
+#[test]
+fn info_prints_text_or_json() {
+    let folder = Folder::new();
+    let text = folder.run(&["info", "a.scn"]);
+    for words in [
+        "triangles",
+        "spheres",
+        "bounds",
+        "columns",
+        "depth",
+        "nodes",
+        "leaf sizes",
+        "build time",
+    ] {
+        assert!(text.succeeded().text().contains(words), "{words}");
+    }
+    let info = folder.run(&["info", "a.scn", "--json"]);
+    let info = json(info.succeeded().text());
+    assert_eq!(info["schema"], 1);
+    for count in [
+        "vertices",
+        "triangles",
+        "degenerate_triangles",
+        "spheres",
+        "lights",
+        "scene_bytes",
+    ] {
+        assert!(info[count].is_u64(), "{count}");
+    }
+    assert!(info["columns"].is_array() && info["materials"].is_array());
+    assert_eq!(info["bvh"]["leaf_sizes"].as_array().map(Vec::len), Some(8));
+    assert_eq!(folder.names(), ["a.scn"]);
+}
+
+#[test]
+#[ignore = "needs the loader"]
+fn info_counts() {
+    let folder = Folder::new();
+    let info = json(folder.run(&["info", "a.scn", "--json"]).succeeded().text());
+    assert_eq!((&info["spheres"], &info["lights"]), (&2.into(), &1.into()));
+    assert_eq!(info["materials"].as_array().map(Vec::len), Some(2));
+    assert_eq!(info["materials"][1]["kind"], "reflection");
+    let bytes: u64 = info["columns"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|column| column["bytes"].as_u64().unwrap())
+        .sum();
+    assert_eq!(info["scene_bytes"], bytes);
+}
+
+#[test]
+#[ignore = "needs the loader"]
+fn a_broken_scene_is_one_error() {
+    let folder = Folder::new();
+    folder.write("broken.scn", "sphere 0 0 0.5\n");
+    for command in [
+        &["broken.scn"][..],
+        &["info", "broken.scn"],
+        &["bench", "broken.scn"],
+    ] {
+        let run = folder.run(command);
+        assert_eq!(run.code, Some(1));
+        assert!(run.stderr.starts_with("octray: error: broken.scn:1:"), "{run:?}");
+        assert_eq!(run.stderr.matches("error:").count(), 1);
+        assert!(run.stdout.is_empty());
+    }
+    let missing = folder.run(&["missing.scn"]);
+    assert_eq!(missing.code, Some(1));
+    assert!(missing.stderr.contains("missing.scn"), "{missing:?}");
+    assert_eq!(folder.names(), ["a.scn", "broken.scn"]);
+}
+
+/// On a terminal, by way of util-linux's `script`; `None` where that is not installed.
+fn on_a_terminal(folder: &Folder, arguments: &str) -> Option<Run> {
+    let command = format!("{} {arguments}", program::PROGRAM);
+    match folder
+        .any_command("script", &["-qec", &command, "/dev/null"])
+        .output()
+    {
+        Ok(output) => Some(Run::new(output)),
+        Err(_) => {
+            println!("skipped: this needs `script`");
+            None
+        }
+    }
+}
+
+#[test]
+fn a_terminal_gets_one_line_unless_quiet() {
+    let folder = Folder::new();
+    let Some(run) = on_a_terminal(&folder, "a.scn") else {
+        return;
+    };
+    assert_eq!(run.code, Some(0), "{run:?}");
+    assert!(run.text().contains("a.png: 512x512 in "), "{run:?}");
+    assert_eq!(run.text().trim_end().lines().count(), 1, "{run:?}");
+    let quiet = on_a_terminal(&folder, "a.scn --quiet").unwrap();
+    assert_eq!((quiet.code, quiet.text()), (Some(0), ""));
+}
+
+#[test]
+fn a_terminal_gets_no_png() {
+    let folder = Folder::new();
+    if let Some(run) = on_a_terminal(&folder, "a.scn -o -") {
+        assert_eq!(run.code, Some(2), "{run:?}");
+        assert!(
+            run.text().contains("octray: error: a PNG is not for a terminal"),
+            "{run:?}"
+        );
+    }
+}

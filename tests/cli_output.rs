@@ -1,0 +1,268 @@
+//! Where pictures go: files, folders, devices, pipes, and what is left after a failure.
+#![cfg(unix)]
+
+mod program;
+
+use program::{Folder, Run};
+use std::{
+    fs,
+    io::Read,
+    os::unix::fs::{FileTypeExt, PermissionsExt, symlink},
+    process::Command,
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+fn mode(folder: &Folder, name: &str) -> u32 {
+    fs::metadata(folder.path(name)).unwrap().permissions().mode() & 0o777
+}
+
+#[test]
+fn the_extension_chooses_the_format() {
+    let folder = Folder::new();
+    let picture = |name: &str| {
+        folder
+            .run(&["a.scn", "--size", "37x23", "--view", "2", "-o", name])
+            .succeeded();
+        let picture = image::ImageReader::open(folder.path(name))
+            .unwrap()
+            .with_guessed_format()
+            .unwrap();
+        let format = picture.format().unwrap();
+        (format, picture.decode().unwrap())
+    };
+    use image::ImageFormat as Format;
+    let (format, png) = picture("a.png");
+    assert_eq!((format, png.width(), png.height()), (Format::Png, 37, 23));
+    for (name, expected) in [
+        ("a.ppm", Format::Pnm),
+        ("a.qoi", Format::Qoi),
+        ("a.bmp", Format::Bmp),
+        ("a.tiff", Format::Tiff),
+        ("a.tif", Format::Tiff),
+        ("UPPER.PNG", Format::Png),
+    ] {
+        let (format, lossless) = picture(name);
+        assert_eq!(format, expected, "{name}");
+        assert_eq!(lossless.to_rgb8(), png.to_rgb8(), "{name}");
+    }
+    for name in ["a.jpg", "a.jpeg"] {
+        let (format, lossy) = picture(name);
+        assert_eq!((format, lossy.width(), lossy.height()), (Format::Jpeg, 37, 23));
+    }
+    let (format, exr) = picture("a.exr");
+    assert_eq!(format, Format::OpenExr);
+    let (floats, bytes) = (exr.to_rgb32f(), png.to_rgb8());
+    for (&float, &byte) in floats.iter().zip(bytes.iter()) {
+        assert_eq!((float.clamp(0.0, 1.0) * 255.0) as u8, byte);
+    }
+}
+
+#[test]
+fn standard_output_gets_a_png() {
+    let folder = Folder::new();
+    let run = folder.run(&["a.scn", "-o", "-", "--size", "5x3"]);
+    let picture = image::load_from_memory(&run.succeeded().stdout).unwrap();
+    assert_eq!((picture.width(), picture.height()), (5, 3));
+    assert_eq!(folder.names(), ["a.scn"]);
+}
+
+#[test]
+fn a_new_file_has_the_permissions_of_any_other() {
+    let folder = Folder::new();
+    folder.shell("umask 027; exec \"$0\" a.scn").succeeded();
+    assert_eq!(mode(&folder, "a.png"), 0o640);
+}
+
+#[test]
+fn an_old_file_keeps_its_permissions_and_links_stay() {
+    let folder = Folder::new();
+    folder.write("old.png", "old");
+    fs::set_permissions(folder.path("old.png"), fs::Permissions::from_mode(0o604)).unwrap();
+    symlink("old.png", folder.path("link.png")).unwrap();
+    symlink("new.png", folder.path("dangling.png")).unwrap();
+    folder.run(&["a.scn", "-o", "link.png"]).succeeded();
+    folder.run(&["a.scn", "-o", "dangling.png"]).succeeded();
+    assert_eq!(mode(&folder, "old.png"), 0o604);
+    for name in ["link.png", "dangling.png"] {
+        assert!(fs::symlink_metadata(folder.path(name)).unwrap().is_symlink());
+    }
+    image::open(folder.path("old.png")).unwrap();
+    image::open(folder.path("new.png")).unwrap();
+    assert_eq!(
+        folder.names(),
+        ["a.scn", "dangling.png", "link.png", "new.png", "old.png"]
+    );
+}
+
+#[test]
+fn what_cannot_be_written_is_said_before_rendering() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("folder.png")).unwrap();
+    symlink("loop.png", folder.path("loop.png")).unwrap();
+    folder.fails(&["a.scn", "-o", "folder.png"], 1, "it is a folder");
+    folder.fails(&["a.scn", "-o", "."], 1, "it is a folder");
+    folder.fails(
+        &["a.scn", "-o", "no/such/a.png"],
+        1,
+        "the folder no/such does not exist",
+    );
+    folder.fails(
+        &["a.scn", "-o", "a.scn/a.png"],
+        1,
+        "the folder a.scn is not a folder",
+    );
+    folder.fails(&["a.scn", "-o", "loop.png"], 1, "symbolic links");
+    folder.fails(
+        &["a.scn", "-o", &format!("{}.png", "n".repeat(300))],
+        1,
+        "too long",
+    );
+    folder.fails(&["a.scn", "-o", ""], 2, "");
+}
+
+#[test]
+fn the_scene_is_not_overwritten() {
+    let folder = Folder::new();
+    folder.write("scene.png", "sphere 0 0 0.5 0.5\n");
+    folder.fails(&["scene.png"], 2, "would replace the scene");
+    folder.fails(&["./scene.png", "-o", "scene.png"], 2, "would replace the scene");
+    assert_eq!(
+        fs::read_to_string(folder.path("scene.png")).unwrap(),
+        "sphere 0 0 0.5 0.5\n"
+    );
+}
+
+#[test]
+fn read_only_folders_and_files() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("locked")).unwrap();
+    folder.write("locked.png", "old");
+    for name in ["locked", "locked.png"] {
+        fs::set_permissions(folder.path(name), fs::Permissions::from_mode(0o555)).unwrap();
+    }
+    if fs::write(folder.path("locked/probe"), "").is_ok() {
+        println!("skipped: this user may write to read-only folders");
+        return;
+    }
+    folder.fails(&["a.scn", "-o", "locked/a.png"], 1, "permission denied");
+    folder.fails(&["a.scn", "-o", "locked.png"], 1, "permission denied");
+    assert_eq!(fs::read_to_string(folder.path("locked.png")).unwrap(), "old");
+}
+
+#[test]
+fn a_write_that_fails_half_way_leaves_the_old_file() {
+    let folder = Folder::new();
+    folder.write("a.bmp", "old");
+    // Files of at most 8 blocks; the picture needs many more.
+    let run = folder.shell("ulimit -f 8; exec \"$0\" a.scn -o a.bmp");
+    run.failed(1, "cannot write a.bmp: the file would be too large");
+    assert_eq!(folder.names(), ["a.bmp", "a.scn"]);
+    assert_eq!(fs::read_to_string(folder.path("a.bmp")).unwrap(), "old");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn devices_are_written_through() {
+    let folder = Folder::new();
+    folder.run(&["a.scn", "-o", "/dev/null"]).succeeded();
+    assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+    folder.fails(&["a.scn", "-o", "/dev/full"], 1, "no space left");
+    assert!(fs::metadata("/dev/full").unwrap().file_type().is_char_device());
+    let piped = folder.shell("\"$0\" a.scn --size 5x3 -o /dev/stdout | cat");
+    assert!(piped.succeeded().stdout.starts_with(b"\x89PNG"));
+    folder
+        .shell("\"$0\" a.scn -o - > /dev/full")
+        .failed(1, "cannot write standard output: no space");
+    folder
+        .shell("\"$0\" info a.scn > /dev/full")
+        .failed(1, "cannot write standard output: no space");
+}
+
+#[test]
+fn a_named_pipe_is_written_through() {
+    let folder = Folder::new();
+    let made = folder.any_command("mkfifo", &["pipe.ppm"]).status();
+    if !made.is_ok_and(|status| status.success()) {
+        println!("skipped: this needs `mkfifo`");
+        return;
+    }
+    let child = folder
+        .command(&["a.scn", "-o", "pipe.ppm", "--size", "5x3"])
+        .spawn()
+        .unwrap();
+    let mut bytes = Vec::new();
+    fs::File::open(folder.path("pipe.ppm"))
+        .unwrap()
+        .read_to_end(&mut bytes)
+        .unwrap();
+    Run::new(child.wait_with_output().unwrap()).succeeded();
+    assert!(bytes.starts_with(b"P6"));
+    assert!(
+        fs::metadata(folder.path("pipe.ppm"))
+            .unwrap()
+            .file_type()
+            .is_fifo()
+    );
+}
+
+#[test]
+fn a_closed_pipe_is_not_worth_a_word() {
+    let folder = Folder::new();
+    // More bytes than a pipe holds, so that the program must notice.
+    let mut child = folder
+        .command(&["a.scn", "-o", "-", "--size", "6000x6000"])
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let run = Run::new(child.wait_with_output().unwrap());
+    assert_eq!((run.code, run.stderr.as_str()), (Some(1), ""));
+    for arguments in ["--help", "info a.scn", "info a.scn --json", "--version"] {
+        let run = folder.shell(&format!("(sleep 0.2; \"$0\" {arguments}) | true"));
+        assert_eq!(run.stderr, "", "{arguments}");
+    }
+}
+
+/// Sends the signal and returns how the program ended, and how long that took.
+fn signal_after(folder: &Folder, arguments: &[&str], wait: Duration, signal: &str) -> (Run, Duration) {
+    let child = folder.command(arguments).spawn().unwrap();
+    sleep(wait);
+    let start = Instant::now();
+    // It may have ended already; then nobody is there to be told.
+    let _ = Command::new("kill")
+        .args([signal, &child.id().to_string()])
+        .output();
+    let run = Run::new(child.wait_with_output().unwrap());
+    (run, start.elapsed())
+}
+
+#[test]
+fn a_signal_while_waiting_for_a_reader_ends_it() {
+    let folder = Folder::new();
+    let made = folder.any_command("mkfifo", &["pipe.png"]).status();
+    if !made.is_ok_and(|status| status.success()) {
+        println!("skipped: this needs `mkfifo`");
+        return;
+    }
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        let wait = Duration::from_millis(500);
+        let (run, _) = signal_after(&folder, &["a.scn", "-o", "pipe.png"], wait, signal);
+        assert_eq!((run.code, run.stderr.as_str()), (Some(130), ""), "{signal}");
+    }
+}
+
+#[test]
+fn a_signal_while_rendering_leaves_nothing() {
+    let folder = Folder::new();
+    // Billions of rays.
+    let arguments = "a.scn --size 3000x3000 --samples 400 --mode scalar --quiet";
+    let arguments: Vec<_> = arguments.split(' ').collect();
+    let (run, took) = signal_after(&folder, &arguments, Duration::from_millis(700), "-INT");
+    if run.code == Some(0) {
+        println!("skipped: the picture was ready before the signal came");
+        return;
+    }
+    assert_eq!((run.code, run.stderr.as_str()), (Some(130), ""));
+    assert_eq!(folder.names(), ["a.scn"]);
+    assert!(took < Duration::from_secs(5), "{took:?}");
+}
