@@ -1,1 +1,3 @@
+//! The octray command.
+
 fn main() {}
