@@ -4,6 +4,7 @@ pub mod accel;
 pub mod course;
 pub mod error;
 pub mod format;
+pub mod generate;
 pub mod math;
 pub mod ray;
 pub mod render;

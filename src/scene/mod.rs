@@ -4,7 +4,7 @@ mod builder;
 mod camera;
 
 pub use builder::{MeshColumns, SceneBuilder};
-pub use camera::{Camera, PixelRays};
+pub use camera::{Camera, CameraError, PixelRays};
 
 use crate::{course, math::Aabb, ray::PrimitiveId};
 use glam::Vec3;
