@@ -9,6 +9,7 @@ pub mod course;
 pub mod error;
 pub mod format;
 pub mod geometry;
+pub mod generate;
 pub mod math;
 pub mod ray;
 pub mod reference;

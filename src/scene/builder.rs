@@ -191,7 +191,7 @@ impl SceneBuilder {
     /// [`SceneError::NotUsable`], [`SceneError::ColumnLength`], [`SceneError::VertexIndex`],
     /// [`SceneError::UnknownMaterial`] or [`SceneError::TooMany`]; the scene is as before then.
     pub fn add_mesh(&mut self, mesh: MeshColumns, material: MaterialId) -> Result<(), SceneError> {
-        self.check_mesh(&mesh)?;
+        Self::check_mesh(&mesh)?;
         self.check_material(material)?;
         let MeshColumns {
             x,
@@ -226,7 +226,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    fn check_mesh(&self, mesh: &MeshColumns) -> Result<(), SceneError> {
+    fn check_mesh(mesh: &MeshColumns) -> Result<(), SceneError> {
         let vertices = mesh.x.len();
         expect_length("y coordinates", mesh.y.len(), vertices)?;
         expect_length("z coordinates", mesh.z.len(), vertices)?;

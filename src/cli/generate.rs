@@ -1,0 +1,171 @@
+//! `octray generate`: a made-up scene as files.
+
+use crate::generate::{Generated, Kind, Options, Shape, generate, write_ply};
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
+use std::{
+    fmt::Write as _,
+    fs,
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+/// What `octray generate` takes.
+#[derive(Args, Debug)]
+pub struct GenerateArgs {
+    /// What to make
+    #[arg(value_parser = kind_parser())]
+    pub kind: Kind,
+    /// Folder for KIND.scn and its meshes; made if it is missing
+    #[arg(short, long, value_name = "FOLDER", default_value = ".")]
+    pub output: PathBuf,
+    /// Another seed makes another scene of the same kind
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+    /// Spheres (flake, spheres: exactly) or triangles (the others: at most, and nearly) [default: 100000 spheres;
+    /// terrain and blobs 1000000, interior 370000, figure 70000 triangles]
+    #[arg(long, value_name = "N")]
+    pub count: Option<usize>,
+}
+
+fn kind_parser() -> impl TypedValueParser<Value = Kind> {
+    PossibleValuesParser::new(Kind::ALL.map(|kind| PossibleValue::new(kind.name()).help(kind.summary())))
+        .try_map(|name| {
+            Kind::ALL
+                .into_iter()
+                .find(|kind| kind.name() == name)
+                .ok_or("not a kind")
+        })
+}
+
+/// Writes the scene and its meshes, each whole or not at all, and returns what to tell the user.
+///
+/// # Errors
+/// A sentence for the user: a count out of its limits, or a file that cannot be written.
+pub fn run(args: &GenerateArgs) -> Result<String, String> {
+    let options = Options {
+        seed: args.seed,
+        count: args.count,
+    };
+    let generated = generate(args.kind, options).map_err(|error| error.to_string())?;
+    let folder = &args.output;
+    fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+
+    let mut told = String::new();
+    // The meshes first: a scene file that is there can be loaded.
+    for part in &generated.parts {
+        if let (Shape::Mesh(mesh), Some(name)) = (&part.shape, generated.mesh_file_name(part)) {
+            let path = folder.join(name);
+            write_whole(&path, |out| write_ply(mesh, out))?;
+            let _ = writeln!(told, "{}: {} triangles", path.display(), mesh.triangles.len());
+        }
+    }
+    let path = folder.join(format!("{}.scn", args.kind.name()));
+    write_whole(&path, |out| generated.write_scn(out))?;
+    let _ = writeln!(
+        told,
+        "{}: {} spheres, {} lights",
+        path.display(),
+        sphere_count(&generated),
+        generated.lights.len()
+    );
+    let _ = writeln!(
+        told,
+        "render it with: octray {} {}",
+        quoted(&path),
+        generated.render_arguments()
+    );
+    Ok(told)
+}
+
+fn sphere_count(generated: &Generated) -> usize {
+    let balls = |shape: &Shape| match shape {
+        Shape::Balls(balls) => balls.len(),
+        Shape::Mesh(_) => 0,
+    };
+    generated.parts.iter().map(|part| balls(&part.shape)).sum()
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/\\._-:+,".contains(c);
+    if text.chars().all(plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
+/// Writes a file beside its place and moves it there when it is complete.
+fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut fs::File>) -> io::Result<()>,
+) -> Result<(), String> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let attempt = || -> io::Result<()> {
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".octray-");
+        // As other files: what the umask leaves of 666, not only for the owner.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let mut file = builder.tempfile_in(folder)?;
+        let mut out = BufWriter::with_capacity(1 << 16, file.as_file_mut());
+        write(&mut out)?;
+        out.flush()?;
+        drop(out);
+        file.persist(path)?;
+        Ok(())
+    };
+    attempt().map_err(|error| format!("cannot write {}: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{GenerateArgs, run};
+    use clap::Parser;
+    use std::fs;
+
+    #[derive(Parser)]
+    struct Alone {
+        #[command(flatten)]
+        args: GenerateArgs,
+    }
+
+    fn parse(words: &[&str]) -> Result<GenerateArgs, clap::Error> {
+        Alone::try_parse_from([&["generate"], words].concat()).map(|alone| alone.args)
+    }
+
+    #[test]
+    fn files_appear_and_the_command_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("made here");
+        let place = folder.to_str().unwrap();
+        let args = parse(&["terrain", "-o", place, "--count", "200", "--seed", "3"]).unwrap();
+        let told = run(&args).unwrap();
+        assert!(told.contains("made here/terrain.scn' --eye="), "{told}");
+        let mut names: Vec<_> = fs::read_dir(&folder)
+            .unwrap()
+            .map(|f| f.unwrap().file_name())
+            .collect();
+        names.sort();
+        assert_eq!(names, ["terrain.ply", "terrain.scn"]);
+        let text = fs::read_to_string(folder.join("terrain.scn")).unwrap();
+        assert!(text.contains("\nply_file terrain.ply\n"), "{text}");
+    }
+
+    #[test]
+    fn what_cannot_be_made_is_refused() {
+        assert!(parse(&["teapot"]).is_err());
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().to_str().unwrap();
+        let args = parse(&["blobs", "-o", place, "--count", "3"]).unwrap();
+        assert!(run(&args).unwrap_err().contains("expected 1000 to"));
+    }
+}

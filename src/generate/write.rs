@@ -1,0 +1,102 @@
+//! Generated scenes as files: `.scn` text, and meshes as binary little-endian PLY.
+
+use super::{Generated, Shape};
+use crate::scene::MeshColumns;
+use std::io::{self, Write};
+
+impl Generated {
+    /// The arguments for `octray` that show the scene best.
+    #[must_use]
+    pub fn render_arguments(&self) -> String {
+        let view = &self.view;
+        let list = |p: glam::DVec3| format!("{},{},{}", p.x, p.y, p.z);
+        format!(
+            "--eye={} --target={} --fov={}",
+            list(view.eye),
+            list(view.target),
+            view.fov_degrees
+        )
+    }
+
+    /// Writes the scene file. Numbers are written so that reading them gives the same bits.
+    ///
+    /// # Errors
+    /// What `out` says.
+    pub fn write_scn(&self, out: &mut impl Write) -> io::Result<()> {
+        let name = self.kind.name();
+        writeln!(out, "// {name}: {}", self.kind.summary())?;
+        writeln!(
+            out,
+            "// made by: octray generate {name} --seed {} --count {}",
+            self.seed, self.count
+        )?;
+        writeln!(out, "// octray {name}.scn {}\n", self.render_arguments())?;
+        for light in &self.lights {
+            let p = light.position;
+            writeln!(out, "light {} {} {} {}", p.x, p.y, p.z, light.intensity)?;
+        }
+        for part in &self.parts {
+            writeln!(out, "\nmaterial {}", part.material)?;
+            if let Some(file) = self.mesh_file_name(part) {
+                writeln!(out, "ply_file {file}")?;
+            }
+            if let Shape::Balls(balls) = &part.shape {
+                for ball in balls {
+                    let c = ball.center;
+                    writeln!(out, "sphere {} {} {} {}", c.x, c.y, c.z, ball.radius)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes a mesh as binary little-endian PLY: float positions and normals, triangles with int indices.
+///
+/// # Errors
+/// What `out` says; [`io::ErrorKind::InvalidInput`] if the mesh's columns disagree in length.
+pub fn write_ply(mesh: &MeshColumns, out: &mut impl Write) -> io::Result<()> {
+    let vertices = mesh.x.len();
+    let has_normals = !mesh.normals.is_empty();
+    if mesh.y.len() != vertices || mesh.z.len() != vertices || (has_normals && mesh.normals.len() != vertices)
+    {
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "the mesh's columns disagree in length",
+        ));
+    }
+    writeln!(
+        out,
+        "ply\nformat binary_little_endian 1.0\ncomment made by octray"
+    )?;
+    writeln!(out, "element vertex {vertices}")?;
+    let names: &[&str] = if has_normals {
+        &["x", "y", "z", "nx", "ny", "nz"]
+    } else {
+        &["x", "y", "z"]
+    };
+    for name in names {
+        writeln!(out, "property float {name}")?;
+    }
+    writeln!(out, "element face {}", mesh.triangles.len())?;
+    writeln!(out, "property list uchar int vertex_indices\nend_header")?;
+
+    let mut normals = mesh.normals.iter();
+    for ((x, y), z) in mesh.x.iter().zip(&mesh.y).zip(&mesh.z) {
+        for value in [x, y, z] {
+            out.write_all(&value.to_le_bytes())?;
+        }
+        if let Some(normal) = normals.next() {
+            for value in normal.to_array() {
+                out.write_all(&value.to_le_bytes())?;
+            }
+        }
+    }
+    for triangle in &mesh.triangles {
+        out.write_all(&[3])?;
+        for index in triangle {
+            out.write_all(&index.to_le_bytes())?;
+        }
+    }
+    Ok(())
+}
