@@ -1,0 +1,93 @@
+//! The shipped scenes against pictures that were looked at and kept. `OCTRAY_BLESS=1 cargo test --test golden`
+//! makes them anew.
+
+#[path = "common/images.rs"]
+mod images;
+
+use glam::DVec3;
+use images::{assert_all, compare_golden, package, to_image};
+use octray::{
+    accel::Bvh,
+    course, format,
+    generate::{Kind, Options, generate},
+    render::{Settings, render},
+    scene::{Camera, Scene},
+};
+use std::ops::ControlFlow;
+
+/// At most one pixel in a thousand may differ: edges may fall on either side where builds round differently.
+const SHARE: f64 = 0.001;
+
+fn picture(scene: &Scene, camera: &Camera, settings: &Settings) -> image::RgbImage {
+    let bvh = Bvh::build(scene);
+    let frame = render(scene, &bvh, camera, settings, &|_| ControlFlow::Continue(())).expect("it renders");
+    to_image(&frame.film)
+}
+
+fn settings(width: u32, height: u32) -> Settings {
+    Settings {
+        width,
+        height,
+        ..Settings::default()
+    }
+}
+
+fn shipped(name: &str) -> Scene {
+    let path = package().join("scenes").join(format!("{name}.scn"));
+    format::load(&path).unwrap_or_else(|error| panic!("{error:?}"))
+}
+
+#[test]
+fn the_course_figure_from_all_sides() {
+    assert_all(
+        [
+            ("silhouette", 1),
+            ("matte", 1),
+            ("matte", 2),
+            ("matte", 4),
+            ("blinn_phong", 1),
+            ("blinn_phong", 5),
+            ("reflections", 1),
+            ("reflections", 3),
+            ("reflections", 6),
+        ]
+        .map(|(name, view)| {
+            let camera = Camera::course_view(view).expect("views are 1 to 6");
+            let actual = picture(&shipped(name), &camera, &settings(160, 160));
+            compare_golden(&format!("{name}-{view}"), &actual, SHARE)
+        }),
+    );
+}
+
+#[test]
+fn the_hall_of_mirrors() {
+    let (eye, target) = (DVec3::new(-2.2, -1.3, 1.25), DVec3::new(0.6, 0.35, 0.55));
+    let camera = Camera::look_at(eye, target, course::UP, 70.0).expect("a view");
+    let settings = Settings {
+        max_depth: 12,
+        samples_per_axis: 2,
+        ..settings(160, 120)
+    };
+    let actual = picture(&shipped("hall_of_mirrors"), &camera, &settings);
+    assert_all([compare_golden("hall_of_mirrors", &actual, SHARE)]);
+}
+
+#[test]
+fn small_generated_scenes() {
+    assert_all(Kind::ALL.map(|kind| {
+        let count = Some(match kind {
+            Kind::Interior => 40_000,
+            _ => 10_000,
+        });
+        let generated = generate(kind, Options { seed: 1, count }).expect("a count within its limits");
+        let camera = generated.view.camera().expect("a view");
+        let scene = generated.into_scene().expect("a scene");
+        // Triangles and spheres near a pixel's size: four samples make edges less of a matter of rounding.
+        let settings = Settings {
+            samples_per_axis: 2,
+            ..settings(160, 120)
+        };
+        let actual = picture(&scene, &camera, &settings);
+        compare_golden(&format!("generated-{}", kind.name()), &actual, SHARE)
+    }));
+}

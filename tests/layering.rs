@@ -1,0 +1,403 @@
+//! The house's order: which room of `src/` may use which, and what each must not contain. `ARCHITECTURE.md`
+//! gives the reasons. Sources are read as tokens, so that comments, strings and doc examples do not count;
+//! neither do items under `#[cfg(test)]`.
+
+use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// What each room may use, besides itself. `None`: everything.
+const ROOMS: [(&str, Option<&str>); 18] = [
+    ("error", Some("")),
+    ("math", Some("")),
+    ("course", Some("")),
+    ("simd", Some("math")),
+    ("ray", Some("simd math")),
+    ("geometry", Some("ray simd math")),
+    ("scene", Some("course ray math simd error")),
+    ("format", Some("scene error")),
+    ("generate", Some("scene format math course error")),
+    ("accel", Some("scene geometry course ray simd math error")),
+    ("trace", Some("accel scene geometry course ray simd math error")),
+    (
+        "shade",
+        Some("trace accel scene geometry course ray simd math error"),
+    ),
+    ("reference", Some("scene course ray math")),
+    (
+        "render",
+        Some("shade reference trace accel scene geometry course ray simd math error"),
+    ),
+    ("cli", None),
+    ("viewer", None),
+    // The program: it speaks to the library as any other user does.
+    ("main", Some("cpu")),
+    ("cpu", Some("")),
+];
+
+/// One file may use more than its room.
+const EXTRA: [(&str, &str); 1] = [("reference/bvh.rs", "accel")];
+
+/// Crates that only one place names.
+const ONLY_IN: [(&str, &str); 2] = [("wide", "simd.rs"), ("obvhs", "accel/")];
+
+/// Rooms that may print and end the program.
+const PRINTING: [&str; 4] = ["cli", "viewer", "main", "cpu"];
+
+/// Rooms without `unsafe`; the CPU check excepted, which has to ask the CPU itself.
+const SAFE: [&str; 4] = ["format", "scene", "shade", "cli"];
+
+const MOST_LINES: usize = 600;
+
+/// What a source file does that others may object to.
+#[derive(Debug, Default)]
+struct Facts {
+    /// Rooms named by `crate::` or `super::`.
+    uses: BTreeSet<String>,
+    /// Outside crates of [`ONLY_IN`] that are named.
+    crates: BTreeSet<String>,
+    /// `println!` and the like, and `process::exit`.
+    output: BTreeSet<String>,
+    has_unsafe: bool,
+    /// Modules declared as `#[cfg(test)] mod name;`.
+    test_modules: Vec<String>,
+}
+
+/// How deep below the crate's root the module in this file is: `simd.rs` and `scene/mod.rs` 1,
+/// `scene/camera.rs` 2.
+fn depth(path: &str) -> usize {
+    let stem = path.trim_end_matches(".rs");
+    if matches!(stem, "lib" | "main") {
+        return 0;
+    }
+    stem.trim_end_matches("/mod").split('/').count()
+}
+
+fn room(path: &str) -> &str {
+    path.trim_end_matches(".rs").split('/').next().unwrap_or(path)
+}
+
+fn ident(tree: Option<&TokenTree>) -> Option<String> {
+    match tree {
+        Some(TokenTree::Ident(ident)) => Some(ident.to_string()),
+        _ => None,
+    }
+}
+
+fn is_punct(tree: Option<&TokenTree>, c: char) -> bool {
+    matches!(tree, Some(TokenTree::Punct(punct)) if punct.as_char() == c)
+}
+
+/// Whether `::` starts at `i`.
+fn is_path_sep(trees: &[TokenTree], i: usize) -> bool {
+    matches!(trees.get(i), Some(TokenTree::Punct(p)) if p.as_char() == ':' && p.spacing() == Spacing::Joint)
+        && is_punct(trees.get(i + 1), ':')
+}
+
+impl Facts {
+    fn of(source: &str, path: &str) -> Self {
+        let tokens: TokenStream = source
+            .parse()
+            .unwrap_or_else(|error| panic!("{path}: not Rust: {error}"));
+        let mut facts = Self::default();
+        facts.scan(tokens, depth(path));
+        facts
+    }
+
+    fn scan(&mut self, tokens: TokenStream, depth: usize) {
+        let trees: Vec<TokenTree> = tokens.into_iter().collect();
+        let mut i = 0;
+        while i < trees.len() {
+            if is_punct(trees.get(i), '#') && is_cfg_test(trees.get(i + 1)) {
+                i = self.skip_item(&trees, i + 2);
+                continue;
+            }
+            match &trees[i] {
+                TokenTree::Group(group) => {
+                    let inline_module = i >= 2 && ident(trees.get(i - 2)).as_deref() == Some("mod");
+                    self.scan(group.stream(), depth + usize::from(inline_module));
+                }
+                TokenTree::Ident(_) => self.look_at(&trees, i, depth),
+                _ => {}
+            }
+            i += 1;
+        }
+    }
+
+    /// Past the item that starts at `i`: its block or its semicolon.
+    fn skip_item(&mut self, trees: &[TokenTree], mut i: usize) -> usize {
+        let start = i;
+        while i < trees.len() {
+            let ends = match &trees[i] {
+                TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
+                TokenTree::Punct(punct) => punct.as_char() == ';',
+                _ => false,
+            };
+            if ends {
+                let is_mod = ident(trees.get(start)).as_deref() == Some("mod");
+                if is_mod && is_punct(trees.get(i), ';') {
+                    self.test_modules.extend(ident(trees.get(start + 1)));
+                }
+                return i + 1;
+            }
+            i += 1;
+        }
+        i
+    }
+
+    fn look_at(&mut self, trees: &[TokenTree], i: usize, depth: usize) {
+        let Some(word) = ident(trees.get(i)) else { return };
+        let follows_path = i >= 2 && is_path_sep(trees, i - 2);
+        match word.as_str() {
+            "crate" if is_path_sep(trees, i + 1) => self.first_segments(trees, i + 3),
+            "super" if !follows_path => {
+                let (mut ups, mut at) = (1, i + 1);
+                while is_path_sep(trees, at) && ident(trees.get(at + 2)).as_deref() == Some("super") {
+                    ups += 1;
+                    at += 3;
+                }
+                if ups >= depth && is_path_sep(trees, at) {
+                    self.first_segments(trees, at + 2);
+                }
+            }
+            "unsafe" => self.has_unsafe = true,
+            "print" | "println" | "eprint" | "eprintln" | "dbg" if is_punct(trees.get(i + 1), '!') => {
+                self.output.insert(format!("{word}!"));
+            }
+            "process" if is_path_sep(trees, i + 1) && ident(trees.get(i + 3)).as_deref() == Some("exit") => {
+                self.output.insert("process::exit".into());
+            }
+            _ => {}
+        }
+        let named = ONLY_IN.iter().any(|(name, _)| *name == word);
+        let used = is_path_sep(trees, i + 1) || (i > 0 && ident(trees.get(i - 1)).as_deref() == Some("use"));
+        if named && used && !follows_path {
+            self.crates.insert(word);
+        }
+    }
+
+    /// `crate::room` or `crate::{room::..., other}`: the word at `i`, or each one that starts a branch.
+    fn first_segments(&mut self, trees: &[TokenTree], i: usize) {
+        match trees.get(i) {
+            Some(TokenTree::Group(group)) => {
+                let inner: Vec<TokenTree> = group.stream().into_iter().collect();
+                for branch in inner.split(|tree| matches!(tree, TokenTree::Punct(p) if p.as_char() == ',')) {
+                    self.uses.extend(ident(branch.first()));
+                }
+            }
+            tree => self.uses.extend(ident(tree)),
+        }
+    }
+}
+
+fn is_cfg_test(tree: Option<&TokenTree>) -> bool {
+    let Some(TokenTree::Group(group)) = tree else {
+        return false;
+    };
+    let text: String = group.stream().to_string().split_whitespace().collect();
+    group.delimiter() == Delimiter::Bracket && text == "cfg(test)"
+}
+
+/// What is wrong with a file of `src/`; `path` is relative to it, with `/`.
+fn complaints(path: &str, source: &str) -> Vec<String> {
+    let facts = Facts::of(source, path);
+    let room = room(path);
+    let mut found = Vec::new();
+    let lines = source.lines().count();
+    if lines > MOST_LINES {
+        found.push(format!("{path}: {lines} lines, at most {MOST_LINES} are allowed"));
+    }
+    for (name, place) in ONLY_IN {
+        if facts.crates.contains(name) && !path.starts_with(place) {
+            found.push(format!("{path}: names `{name}`, which only {place} may"));
+        }
+    }
+    if !PRINTING.contains(&room) {
+        for what in &facts.output {
+            found.push(format!(
+                "{path}: {what}, but the library never prints and never exits"
+            ));
+        }
+    }
+    if facts.has_unsafe && SAFE.contains(&room) && path != "cli/cpu.rs" {
+        found.push(format!("{path}: `unsafe`, which {room} does without"));
+    }
+    // The crate's root names its rooms.
+    if room == "lib" {
+        return found;
+    }
+    let Some((_, allowed)) = ROOMS.iter().find(|(name, _)| *name == room) else {
+        found.push(format!(
+            "{path}: room `{room}` is not in the table of tests/layering.rs"
+        ));
+        return found;
+    };
+    let Some(allowed) = allowed else { return found };
+    let extra = EXTRA
+        .iter()
+        .filter(|(file, _)| *file == path)
+        .map(|(_, room)| *room);
+    let allowed: BTreeSet<&str> = allowed
+        .split_whitespace()
+        .chain(extra)
+        .chain([room, "self"])
+        .collect();
+    for used in &facts.uses {
+        if !allowed.contains(used.as_str()) {
+            found.push(format!("{path}: uses `{used}`, which {room} may not"));
+        }
+    }
+    found
+}
+
+fn source_files() -> Vec<(String, String)> {
+    fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).expect("a folder of src") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                walk(&path, files);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    walk(&src, &mut files);
+    files.sort();
+    files
+        .into_iter()
+        .map(|file| {
+            let text = fs::read_to_string(&file).expect("UTF-8");
+            let relative = file.strip_prefix(&src).expect("a file of src");
+            (relative.to_string_lossy().replace('\\', "/"), text)
+        })
+        .collect()
+}
+
+/// Files that only tests compile: declared by `#[cfg(test)] mod name;`.
+fn test_only(files: &[(String, String)]) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for (path, source) in files {
+        let stem = path.trim_end_matches(".rs");
+        let folder = match stem.rsplit_once('/') {
+            Some((folder, "mod")) => format!("{folder}/"),
+            None if matches!(stem, "lib" | "main") => String::new(),
+            _ => format!("{stem}/"),
+        };
+        for module in Facts::of(source, path).test_modules {
+            found.insert(format!("{folder}{module}.rs"));
+            found.insert(format!("{folder}{module}/mod.rs"));
+        }
+    }
+    found
+}
+
+#[test]
+fn every_room_keeps_to_its_place() {
+    let files = source_files();
+    assert!(files.len() > 10, "src was not found");
+    let test_only = test_only(&files);
+    let found: Vec<String> = files
+        .iter()
+        .filter(|(path, _)| !test_only.contains(path))
+        .flat_map(|(path, source)| complaints(path, source))
+        .collect();
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+#[test]
+fn the_table_has_no_circle() {
+    // Each room's list names only rooms that stand above it in the table.
+    for (i, (room, allowed)) in ROOMS.iter().enumerate().filter(|(_, (room, _))| *room != "main") {
+        for used in allowed.unwrap_or("").split_whitespace() {
+            let above = ROOMS[..i].iter().any(|(name, _)| *name == used);
+            assert!(above, "{room} uses {used}, which does not stand above it");
+        }
+    }
+}
+
+#[test]
+fn offenders_are_caught() {
+    let caught = |path: &str, source: &str| {
+        let found = complaints(path, source);
+        assert_eq!(found.len(), 1, "{path}: {source}: {found:?}");
+    };
+    caught("scene/mod.rs", "use crate::accel::Bvh;");
+    caught("scene/mod.rs", "use crate::{course, render::{Film, render}};");
+    caught("scene/camera.rs", "use super::super::render;");
+    caught("simd.rs", "fn f() { super::scene::g(); }");
+    caught("math.rs", "fn f() { vec![crate::ray::T_MAX]; }");
+    caught("reference/brute.rs", "use crate::accel::Bvh;");
+    caught("trace/mod.rs", "use wide::f32x8;");
+    caught("shade/mod.rs", "fn f(x: wide::f32x8) {}");
+    caught("scene/mod.rs", "use obvhs::cwbvh;");
+    caught("accel/mod.rs", "fn f() { println!(\"x\"); }");
+    caught("render/mod.rs", "fn f() { std::process::exit(1); }");
+    caught("format/ply.rs", "fn f() { unsafe { g() } }");
+    caught("cli/output.rs", "unsafe fn f() {}");
+    caught("attic/mod.rs", "fn f() {}");
+    caught("math.rs", &"\n".repeat(MOST_LINES + 1));
+    caught("math.rs", "mod inner { use super::super::simd; }");
+}
+
+#[test]
+fn the_innocent_are_left_alone() {
+    for (path, source) in [
+        (
+            "scene/mod.rs",
+            "//! See crate::render.\n/// `println!`\nfn f() { g(\"unsafe wide::f32x8\"); }",
+        ),
+        (
+            "scene/mod.rs",
+            "use crate::{course, scene::Camera, math::Aabb}; use super::scene as s;",
+        ),
+        (
+            "scene/camera.rs",
+            "use super::builder; use crate::error::SceneError;",
+        ),
+        (
+            "math.rs",
+            "#[cfg(test)]\nmod tests { use crate::render::render; fn f() { println!(); } }",
+        ),
+        ("math.rs", "#[cfg(test)] mod tests;"),
+        ("reference/bvh.rs", "use crate::accel::Bvh;"),
+        ("simd.rs", "pub use wide::f32x8; use crate::math;"),
+        (
+            "accel/build.rs",
+            "use obvhs::ploc; fn f() { let wide = 1; g(wide); }",
+        ),
+        (
+            "cli/cpu.rs",
+            "fn f() { unsafe { g() } println!(); std::process::exit(4); }",
+        ),
+        ("cpu.rs", "fn f() { unsafe { g() } eprintln!(); }"),
+        (
+            "main.rs",
+            "mod cpu; fn main() { octray::cli::main(); crate::cpu::check(); }",
+        ),
+        ("lib.rs", "pub mod render; pub use crate::render::render;"),
+    ] {
+        assert!(
+            complaints(path, source).is_empty(),
+            "{path}: {source}: {:?}",
+            complaints(path, source)
+        );
+    }
+}
+
+#[test]
+fn files_of_test_modules_are_known() {
+    let files = [
+        (
+            "generate/mod.rs".to_string(),
+            "#[cfg(test)] mod tests;".to_string(),
+        ),
+        ("math.rs".to_string(), "#[cfg(test)]\nmod checks;".to_string()),
+    ];
+    let found = test_only(&files);
+    assert!(found.contains("generate/tests.rs") && found.contains("math/checks.rs"));
+}
