@@ -295,7 +295,8 @@ fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
         }
     }
     let message = "the file ends within its header, expected `end_header`";
-    Err(Fault::text(bytes.len()..bytes.len(), message))
+    let end = bytes.trim_ascii_end().len();
+    Err(Fault::text(end..end, message))
 }
 
 /// serde-ply's complaint, with the line that it stopped at and what would do there.
