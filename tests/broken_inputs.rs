@@ -223,6 +223,14 @@ fn long_inputs() {
     let deep = format!("ply_file {}a.ply", "a/".repeat(20_000));
     scene("a deep path", deep.as_bytes());
     let start = header("ascii", "1", "1").into_bytes();
+    let word = "x".repeat(500_000);
+    let odd = format!("ply\nformat ascii 1.0\nelement face 1\nproperty {word} {word}\nend_header\n");
+    let error = ply::parse(odd.as_bytes(), Path::new("a.ply")).expect_err("no such type");
+    assert!(
+        error.report().len() < 1000,
+        "an error of {} bytes",
+        error.report().len()
+    );
     mesh(
         "a long number",
         &[start.as_slice(), &vec![b'1'; million], b" 0 0\n0\n"].concat(),
@@ -338,7 +346,7 @@ fn pipes_devices_and_locked_files() {
 
     let locked = inside("locked.scn");
     fs::write(&locked, "").expect("written");
-    fs::set_permissions(&locked, fs::Permissions::from_mode(0)).expect("locked");
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o000)).expect("locked");
     // The super-user may read it nevertheless.
     if fs::read(&locked).is_err() {
         assert!(refused("locked", &locked).contains("permission denied"));
