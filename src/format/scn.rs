@@ -17,6 +17,9 @@ use words::{Word, split};
 /// The longest line, bytes. A file of one endless line is no scene.
 const MAX_LINE: usize = 1 << 16;
 
+/// The longest path of a mesh, bytes; no system takes longer ones, and an error repeats it.
+const MAX_PATH: usize = 4096;
+
 /// The statements and the names of their arguments.
 const STATEMENTS: [(&str, &[&str]); 4] = [
     ("light", &["x", "y", "z", "intensity"]),
@@ -176,6 +179,10 @@ impl Reader<'_> {
     fn mesh(&mut self, line: &Line<'_>, word: &Word<'_>) -> Result<(), LoadError> {
         let path = match word.as_str() {
             Some("") => return Err(line.error_at(word, "an empty path, expected the path of a .ply file")),
+            Some(path) if path.len() > MAX_PATH => {
+                let message = format!("a path of {} bytes, expected at most {MAX_PATH}", path.len());
+                return Err(line.error_at(word, message));
+            }
             Some(path) => self.folder.join(path),
             None => {
                 let message = format!("path {} is not valid UTF-8", quote(word.text));

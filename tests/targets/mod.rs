@@ -31,7 +31,8 @@ fn show(error: &octray::error::LoadError) {
         !text.contains(|c: char| c.is_control() && c != '\n'),
         "acts on a terminal: {text:?}"
     );
-    assert!(text.len() < 20_000, "an error of {} bytes", text.len());
+    // A path of 4096 bytes, escaped, several times.
+    assert!(text.len() < 200_000, "an error of {} bytes", text.len());
 }
 
 /// Scene text.
@@ -49,8 +50,19 @@ pub fn ply(bytes: &[u8]) {
             let vertices = mesh.x.len();
             assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
             assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
-            assert!(mesh.x.iter().chain(&mesh.y).chain(&mesh.z).all(|value| value.is_finite()));
-            assert!(mesh.triangles.iter().flatten().all(|&index| (index as usize) < vertices));
+            assert!(
+                mesh.x
+                    .iter()
+                    .chain(&mesh.y)
+                    .chain(&mesh.z)
+                    .all(|value| value.is_finite())
+            );
+            assert!(
+                mesh.triangles
+                    .iter()
+                    .flatten()
+                    .all(|&index| (index as usize) < vertices)
+            );
             assert!(vertices <= bytes.len() && mesh.triangles.len() <= bytes.len());
         }
         Err(error) => show(&error),
@@ -62,7 +74,9 @@ pub fn render(bytes: &[u8]) {
     let Some(scene) = load(bytes) else { return };
     let bvh = Bvh::build(&scene);
     let view = 1 + bytes.len() as u32 % 6;
-    let Some(camera) = Camera::course_view(view) else { return };
+    let Some(camera) = Camera::course_view(view) else {
+        return;
+    };
     let film = |mode| -> Film {
         let settings = Settings {
             width: 16,

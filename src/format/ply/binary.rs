@@ -142,8 +142,8 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         Place::Record(record)
     }
 
-    fn where_in_file(&self, start: usize) -> String {
-        format!(" (the record starts at byte {start})")
+    fn where_in_file(&self, record: &str, start: usize) -> String {
+        format!(" ({record} starts at byte {start})")
     }
 
     /// Column by column, which takes the decision about types out of the loops.

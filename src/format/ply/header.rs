@@ -295,7 +295,8 @@ fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
         }
     }
     let message = "the file ends within its header, expected `end_header`";
-    Err(Fault::text(bytes.len()..bytes.len(), message))
+    let end = bytes.trim_ascii_end().len();
+    Err(Fault::text(end..end, message))
 }
 
 /// serde-ply's complaint, with the line that it stopped at and what would do there.
@@ -317,7 +318,8 @@ fn not_understood(bytes: &[u8], text: &str, consumed: u64, complaint: &str) -> F
         }
         _ => "expected a `format` line and an `end_header` line",
     };
-    let mut complaint = complaint.to_owned();
+    // It repeats words of the file, of any length.
+    let mut complaint: String = complaint.chars().take(80).collect();
     if let Some(first) = complaint.get_mut(..1) {
         first.make_ascii_lowercase();
     }

@@ -73,8 +73,8 @@ pub(super) trait Values {
     /// The place of the value read last, or of the whole record; `start` is where the record starts,
     /// `record` its number.
     fn place(&self, start: usize, record: usize, whole_record: bool) -> Place;
-    /// Adds to a message where the record is, if the place cannot say it.
-    fn where_in_file(&self, start: usize) -> String;
+    /// What a message adds about where `record` starts, if the place cannot say it.
+    fn where_in_file(&self, record: &str, start: usize) -> String;
     /// Reads the vertices by a faster way, if there is one for their layout.
     fn fast_vertices(&mut self, _element: &Element, _mesh: &mut MeshColumns) -> Option<Result<(), Fault>> {
         None
@@ -332,11 +332,10 @@ impl At<'_> {
         }
     }
 
-    fn fault<V: Values>(&self, values: &V, whole_record: bool, message: String) -> Fault {
-        let Self { start, record, .. } = *self;
+    fn fault<V: Values>(&self, values: &V, message: String) -> Fault {
         Fault {
-            place: values.place(start, record, whole_record),
-            message: message + &values.where_in_file(start),
+            place: values.place(self.start, self.record, false),
+            message: message + &values.where_in_file("the record", self.start),
         }
     }
 
@@ -353,7 +352,7 @@ impl At<'_> {
             Wrong::NotANumber => format!("{property} of {record}{}, expected a number", found()),
             Wrong::NotWhole => format!("{property} of {record}{}, expected a whole number", found()),
         };
-        self.fault(values, false, message)
+        self.fault(values, message)
     }
 
     #[cold]
@@ -368,13 +367,17 @@ impl At<'_> {
             _ => "nz",
         };
         let reason = SceneError::NotUsable { what, value };
-        self.fault(values, false, format!("{}: {reason}", self.record()))
+        self.fault(values, format!("{}: {reason}", self.record()))
     }
 
     #[cold]
     fn bad_index<V: Values>(&self, values: &V, index: i64, vertices: usize) -> Fault {
-        let message = format!("vertex index {index}, but the file has only {vertices} vertices");
-        self.fault(values, true, message)
+        let noun = if vertices == 1 { "vertex" } else { "vertices" };
+        let place = values.where_in_file(&self.record(), self.start);
+        Fault {
+            place: values.place(self.start, self.record, true),
+            message: format!("vertex index {index}, but the file has only {vertices} {noun}{place}"),
+        }
     }
 
     #[cold]
@@ -385,6 +388,6 @@ impl At<'_> {
         } else {
             format!("{property} of {record} is a list of {length} values, but only {left} bytes follow")
         };
-        self.fault(values, false, message)
+        self.fault(values, message)
     }
 }

@@ -190,7 +190,7 @@ fn indices() {
     assert_eq!(
         fault(&bytes),
         format!(
-            "2:1: vertex index -1, but the file has only 1 vertices (the record starts at byte {})",
+            "2:1: vertex index -1, but the file has only 1 vertex (face 2 of 2 starts at byte {})",
             bytes.len() - 13
         )
     );
@@ -248,7 +248,7 @@ fn records_that_do_not_fit_their_lines() {
         "11:4: the line ends within vertex 2 of 4, expected more numbers"
     );
     assert_eq!(
-        fault(ascii("0 0 0\n1 0 0\n1 0", 3, 0)),
+        fault(ascii("0.0 0.0 0.0\n1.0 0.0 0.0\n1 0\n\n", 3, 0)),
         "12:4: the file ends within vertex 3 of 3, expected `z`"
     );
     assert_eq!(mesh(ascii("0 0\n0\n1\n0\n\n0", 2, 0)).x, [0.0, 1.0]);

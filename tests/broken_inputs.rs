@@ -1,0 +1,354 @@
+//! Broken scenes and meshes by the hundred: each must be loaded or refused, soon, and without a panic.
+
+use octray::format::{load, load_from_bytes, ply};
+use std::{
+    fs, io,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+/// Far more than any of these inputs needs, on a slow and busy machine.
+const TIME_LIMIT: Duration = Duration::from_secs(5);
+
+const SCENE: &[u8] = b"// a scene\nlight 9 -4 10 0.7\nmaterial 2\r\nsphere 0.65 -0.6 0.4 0.2 // ball\n\
+    ply_file a.ply\nply_file \"b c.ply\"\nmaterial 1";
+
+fn header(format: &str, vertices: &str, faces: &str) -> String {
+    format!(
+        "ply\nformat {format} 1.0\ncomment a mesh\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
+         property float z\nelement face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+}
+
+fn ascii_mesh() -> Vec<u8> {
+    (header("ascii", "4", "2") + "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n3 0 1 2\n").into_bytes()
+}
+
+fn binary_mesh() -> Vec<u8> {
+    let mut bytes = header("binary_little_endian", "4", "1").into_bytes();
+    let corners = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0];
+    bytes.extend(corners.iter().flat_map(|value| value.to_le_bytes()));
+    bytes.push(4);
+    bytes.extend([0_i32, 1, 2, 3].iter().flat_map(|index| index.to_le_bytes()));
+    bytes
+}
+
+/// Pseudo-random numbers that are the same in every run: Marsaglia, *Xorshift RNGs*, 2003.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    fn below(&mut self, limit: usize) -> usize {
+        (self.next() % limit as u64) as usize
+    }
+
+    fn bytes(&mut self, count: usize) -> Vec<u8> {
+        (0..count).map(|_| self.next() as u8).collect()
+    }
+}
+
+/// Runs `work`; says what it was if it panics or takes too long.
+fn must_end<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let done = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| panic!("{what}: a panic"));
+    let took = start.elapsed();
+    assert!(took < TIME_LIMIT, "{what}: {took:?}");
+    done
+}
+
+/// Whether the scene was loaded.
+fn scene(what: &str, text: &[u8]) -> bool {
+    must_end(what, || {
+        let open = &mut |path: &Path| match path.to_str() {
+            Some("a.ply") => Ok(ascii_mesh()),
+            Some("b c.ply") => Ok(binary_mesh()),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        };
+        match load_from_bytes(text, Path::new("broken.scn"), open) {
+            Ok(_) => true,
+            Err(error) => !error.report().starts_with("broken.scn:"),
+        }
+    })
+}
+
+fn mesh(what: &str, bytes: &[u8]) -> bool {
+    must_end(what, || match ply::parse(bytes, Path::new("broken.ply")) {
+        Ok(mesh) => {
+            assert!(mesh.triangles.len() <= bytes.len());
+            true
+        }
+        Err(error) => !error.report().starts_with("broken.ply:"),
+    })
+}
+
+/// Every truncation, two flips of every byte, and random bytes spliced in.
+fn broken(valid: &[u8], random: &mut Random) -> Vec<(String, Vec<u8>)> {
+    let mut inputs = Vec::new();
+    for length in 0..valid.len() {
+        inputs.push((format!("cut at {length}"), valid[..length].to_vec()));
+        for _ in 0..2 {
+            let bit = random.below(8);
+            let mut flipped = valid.to_vec();
+            flipped[length] ^= 1 << bit;
+            inputs.push((format!("bit {bit} of byte {length} flipped"), flipped));
+        }
+    }
+    for i in 0..200 {
+        let mut spliced = valid.to_vec();
+        let (at, count) = (random.below(valid.len()), 1 + random.below(16));
+        let bytes = random.bytes(count);
+        let replaced = at..valid.len().min(at + random.below(16));
+        spliced.splice(replaced, bytes);
+        inputs.push((format!("splice {i}"), spliced));
+    }
+    inputs
+}
+
+#[test]
+fn broken_scenes() {
+    assert!(scene("valid", SCENE));
+    let mut random = Random(1);
+    let loaded = broken(SCENE, &mut random)
+        .iter()
+        .filter(|(what, text)| scene(what, text))
+        .count();
+    assert!(loaded > 0, "a scene cut behind a line is a scene");
+    for count in 0..300 {
+        scene("random bytes", &random.bytes(count * 7));
+    }
+}
+
+#[test]
+fn broken_text_meshes() {
+    assert!(mesh("valid", &ascii_mesh()));
+    for (what, bytes) in broken(&ascii_mesh(), &mut Random(2)) {
+        mesh(&what, &bytes);
+    }
+}
+
+#[test]
+fn broken_binary_meshes() {
+    let valid = binary_mesh();
+    assert!(mesh("valid", &valid));
+    let mut random = Random(3);
+    for (what, bytes) in broken(&valid, &mut random) {
+        let loaded = mesh(&what, &bytes);
+        assert!(!(loaded && what.starts_with("cut")), "{what} was not noticed");
+    }
+    for count in 0..300 {
+        let bytes = random.bytes(count * 7);
+        mesh("random bytes", &bytes);
+        for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+            let vertices = (count / 2).to_string();
+            mesh(
+                "random body",
+                &[header(format, &vertices, "50").as_bytes(), &bytes].concat(),
+            );
+        }
+    }
+}
+
+#[test]
+fn huge_counts_and_odd_types() {
+    let counts = [
+        "-1",
+        "1e9",
+        "99999999",
+        "4294967295",
+        "4294967296",
+        "18446744073709551615",
+        "18446744073709551616",
+        "",
+    ];
+    let types = [
+        "char", "uchar", "short", "ushort", "int", "uint", "float", "double", "string", "",
+    ];
+    for format in ["ascii", "binary_little_endian", "binary_big_endian", "text", ""] {
+        for count in counts {
+            for element in ["vertex", "face", "other"] {
+                let text =
+                    header(format, "1", "1").replace(&format!("{element} 1"), &format!("{element} {count}"));
+                mesh(
+                    &format!("{format} {element} {count}"),
+                    (text + "0 0 0\n3 0 0 0\n").as_bytes(),
+                );
+            }
+        }
+        for count in types {
+            for item in types {
+                let text = header(format, "1", "1").replace("uchar int", &format!("{count} {item}"));
+                for body in [
+                    "0 0 0\n3 0 0 0\n",
+                    "0 0 0\n-1 0",
+                    "nan inf 1e999",
+                    "\u{ff}\u{ff}\u{ff}\u{ff}\u{ff}\u{ff}",
+                ] {
+                    mesh(
+                        &format!("{format} {count} {item}"),
+                        (text.clone() + body).as_bytes(),
+                    );
+                }
+            }
+        }
+    }
+    // No property takes no bytes: any count of such records fits, and none may be walked through.
+    let nothing = format!(
+        "ply\nformat ascii 1.0\nelement nothing {}\nelement vertex 0\nend_header\n",
+        u64::MAX
+    );
+    assert!(mesh("records of nothing", nothing.as_bytes()));
+}
+
+#[test]
+fn long_inputs() {
+    let million = 1_000_000;
+    scene("one long word", &vec![b'x'; million]);
+    scene(
+        "one long comment",
+        &[b"//".as_slice(), &vec![b'/'; million]].concat(),
+    );
+    scene("only newlines", &vec![b'\n'; million]);
+    scene("only quotes", &vec![b'"'; million]);
+    scene(
+        "long numbers",
+        &[b"sphere 0 0 0 0.".as_slice(), &vec![b'1'; 60_000], b"\n"].concat(),
+    );
+    let deep = format!("ply_file {}a.ply", "a/".repeat(20_000));
+    scene("a deep path", deep.as_bytes());
+    let start = header("ascii", "1", "1").into_bytes();
+    let word = "x".repeat(500_000);
+    let odd = format!("ply\nformat ascii 1.0\nelement face 1\nproperty {word} {word}\nend_header\n");
+    let error = ply::parse(odd.as_bytes(), Path::new("a.ply")).expect_err("no such type");
+    assert!(
+        error.report().len() < 1000,
+        "an error of {} bytes",
+        error.report().len()
+    );
+    mesh(
+        "a long number",
+        &[start.as_slice(), &vec![b'1'; million], b" 0 0\n0\n"].concat(),
+    );
+    mesh(
+        "a long header",
+        &[b"ply\n".as_slice(), &vec![b'p'; 2 * million]].concat(),
+    );
+    let properties = "property list uchar uchar vertex_indices\n".repeat(20_000);
+    mesh(
+        "many lists",
+        format!("ply\nformat ascii 1.0\nelement face 1\n{properties}end_header\n").as_bytes(),
+    );
+    let polygon = [
+        header("ascii", "1", "1").as_bytes(),
+        b"0 0 0\n500000",
+        &b" 0".repeat(500_000),
+    ]
+    .concat();
+    assert!(!mesh(
+        "a polygon of a list type too small",
+        &polygon[..polygon.len() - 3]
+    ));
+    assert!(mesh("a polygon of many corners", &polygon));
+}
+
+/// A folder for this test, empty.
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+/// The error of a scene file, without its name.
+fn refused(what: &str, path: &Path) -> String {
+    let error = must_end(what, || load(path)).expect_err(what);
+    error.to_string().replace(&*path.to_string_lossy(), "SCENE")
+}
+
+#[test]
+fn files_that_are_none() {
+    let folder = folder();
+    let inside = |name: &str| folder.path().join(name);
+    assert_eq!(
+        refused("missing", &inside("no.scn")),
+        "SCENE: there is no such file"
+    );
+    assert_eq!(
+        refused("a folder", folder.path()),
+        "SCENE: this is a folder, expected a file"
+    );
+    assert!(load(Path::new("")).is_err());
+    let deep: PathBuf = std::iter::repeat_n("deep", 2000).collect();
+    assert!(refused("a deep path", &deep).starts_with("SCENE: "));
+    assert!(refused("a long name", &inside(&"x".repeat(5000))).starts_with("SCENE: "));
+
+    fs::write(inside("empty.scn"), "").expect("written");
+    assert_eq!(
+        load(&inside("empty.scn"))
+            .expect("nothing is a scene")
+            .primitive_count(),
+        0
+    );
+    for (mesh, reason) in [
+        (".", "this is a folder, expected a file"),
+        ("no.ply", "there is no such file"),
+    ] {
+        fs::write(inside("mesh.scn"), format!("\n  ply_file {mesh}")).expect("written");
+        let error = refused(mesh, &inside("mesh.scn"));
+        assert!(
+            error.starts_with("SCENE:2:12: cannot load ") && error.ends_with(reason),
+            "{error}"
+        );
+    }
+    fs::write(inside("self.scn"), "ply_file self.scn").expect("written");
+    assert!(refused("itself", &inside("self.scn")).contains("this is not a PLY mesh"));
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_devices_and_locked_files() {
+    use std::{
+        os::unix::{ffi::OsStrExt, fs::PermissionsExt},
+        process::Command,
+    };
+    let folder = folder();
+    let inside = |name: &str| folder.path().join(name);
+    let message = "SCENE: this is a pipe or a device, expected a file";
+    for device in ["/dev/zero", "/dev/null"] {
+        assert_eq!(refused(device, Path::new(device)), message);
+    }
+    let pipe = inside("pipe.scn");
+    if Command::new("mkfifo")
+        .arg(&pipe)
+        .status()
+        .is_ok_and(|status| status.success())
+    {
+        assert_eq!(refused("a pipe", &pipe), message);
+        fs::write(inside("mesh.scn"), "ply_file pipe.scn").expect("written");
+        assert!(refused("a pipe as mesh", &inside("mesh.scn")).ends_with("expected a file"));
+    }
+    fs::write(inside("zero.scn"), "ply_file /dev/zero").expect("written");
+    assert!(refused("zeros as mesh", &inside("zero.scn")).ends_with("expected a file"));
+
+    std::os::unix::fs::symlink(inside("loop.scn"), inside("loop.scn")).expect("a link");
+    assert!(refused("a link to itself", &inside("loop.scn")).starts_with("SCENE: "));
+
+    let odd = folder
+        .path()
+        .join(std::ffi::OsStr::from_bytes(b"\x1b[2J\xff.scn"));
+    let error = must_end("an odd name", || load(&odd))
+        .expect_err("missing")
+        .to_string();
+    assert!(!error.contains('\x1b'), "{error:?}");
+
+    let locked = inside("locked.scn");
+    fs::write(&locked, "").expect("written");
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o000)).expect("locked");
+    // The super-user may read it nevertheless.
+    if fs::read(&locked).is_err() {
+        assert!(refused("locked", &locked).contains("permission denied"));
+    }
+}

@@ -1,0 +1,93 @@
+//! Errors as text: every case of `tests/errors/*.txt` is a scene (and sometimes a mesh) that must be
+//! refused with exactly the report that stands below it. `OCTRAY_BLESS=1 cargo test --test errors` writes
+//! the reports anew; read the difference before you commit it.
+//!
+//! A case is a name, the files, and the report:
+//! ```text
+//! ==== a radius of zero
+//! sphere 0 0 0 0
+//! ---- mesh.ply          (if the case has a mesh)
+//! ...
+//! ---- report
+//! case.scn:1:14: radius is 0, expected a number above 0
+//! ...
+//! ```
+//! `\xNN` stands for a byte.
+
+use octray::format::load_from_bytes;
+use std::{env, fs, io, path::Path};
+
+/// A case's lines before its report, and its report.
+struct Case {
+    head: String,
+    report: String,
+}
+
+fn cases(text: &str) -> Vec<Case> {
+    text.split("==== ")
+        .skip(1)
+        .map(|case| {
+            let (head, report) = case.split_once("---- report\n").unwrap_or((case, ""));
+            Case {
+                head: head.to_owned(),
+                report: report.trim_end().to_owned(),
+            }
+        })
+        .collect()
+}
+
+/// Turns `\xNN` into bytes.
+fn bytes(text: &str) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut parts = text.split("\\x");
+    bytes.extend(parts.next().unwrap_or_default().bytes());
+    for part in parts {
+        let (hex, rest) = part.split_at(2);
+        bytes.push(u8::from_str_radix(hex, 16).expect("two hexadecimal digits"));
+        bytes.extend(rest.bytes());
+    }
+    bytes
+}
+
+fn report(head: &str) -> String {
+    let (_name, files) = head.split_once('\n').expect("a name and a scene");
+    let (scene, mesh) = files.split_once("---- mesh.ply\n").unwrap_or((files, ""));
+    let open = &mut |path: &Path| match path.to_str() {
+        Some("mesh.ply") => Ok(bytes(mesh)),
+        Some("locked.ply") => Err(io::ErrorKind::PermissionDenied.into()),
+        _ => Err(io::ErrorKind::NotFound.into()),
+    };
+    match load_from_bytes(&bytes(scene), Path::new("case.scn"), open) {
+        Ok(_) => "loaded without an error".to_owned(),
+        Err(error) => error.report(),
+    }
+}
+
+#[test]
+fn reports_are_as_agreed() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors");
+    let bless = env::var_os("OCTRAY_BLESS").is_some();
+    let mut differences = 0;
+    for file in ["scene.txt", "mesh.txt"] {
+        let path = folder.join(file);
+        let text = fs::read_to_string(&path).expect("a readable file");
+        let mut blessed = String::new();
+        for Case {
+            head,
+            report: expected,
+        } in cases(&text)
+        {
+            let found = report(&head);
+            if found != expected {
+                println!("{file}: {head}expected:\n{expected}\nfound:\n{found}\n");
+                differences += 1;
+            }
+            assert_ne!(found, "loaded without an error", "{file}: {head}");
+            blessed += &format!("==== {head}---- report\n{found}\n\n");
+        }
+        if bless {
+            fs::write(&path, blessed).expect("a writable file");
+        }
+    }
+    assert!(bless || differences == 0, "{differences} reports differ");
+}
