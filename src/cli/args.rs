@@ -1,10 +1,14 @@
 //! Every argument of every command.
 
+use super::generate::GenerateArgs;
 use super::{
     value::{self, Size},
     version,
 };
-use crate::course;
+use crate::{
+    course,
+    scene::{Camera, CameraError},
+};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::{
@@ -62,8 +66,10 @@ pub enum Command {
     Render(RenderArgs),
     /// Show what is in a scene and what its BVH is made of
     Info(InfoArgs),
-    /// Time single rays against packets, on one thread
+    /// Time ways of tracing against each other on the same rays, on one thread
     Bench(BenchArgs),
+    /// Make up a scene of any size, from a seed
+    Generate(GenerateArgs),
 }
 
 #[derive(Args, Debug)]
@@ -80,25 +86,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512")]
     pub size: Size,
 
-    /// One of the course's viewpoints
-    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), default_value_t = 1)]
-    pub view: u32,
-
-    /// Where the camera stands, instead of the viewpoint
-    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
-    pub eye: Option<DVec3>,
-
-    /// What the camera looks at [default: 0,0,0.5]
-    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
-    pub target: Option<DVec3>,
-
-    /// Which way is up [default: 0,0,1]
-    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
-    pub up: Option<DVec3>,
-
-    /// Vertical field of view, degrees
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, default_value_t = course::FOV_DEGREES)]
-    pub fov: f64,
+    #[command(flatten)]
+    pub camera: CameraArgs,
 
     /// How many threads render [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
@@ -127,6 +116,43 @@ pub struct RenderArgs {
     /// No progress bar, no closing line, no warnings
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// Which way to look.
+#[derive(Args, Debug)]
+pub struct CameraArgs {
+    /// One of the course's viewpoints
+    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), default_value_t = 1)]
+    pub view: u32,
+
+    /// Where the camera stands, instead of the viewpoint
+    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
+    pub eye: Option<DVec3>,
+
+    /// What the camera looks at [default: 0,0,0.5]
+    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
+    pub target: Option<DVec3>,
+
+    /// Which way is up [default: 0,0,1]
+    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
+    pub up: Option<DVec3>,
+
+    /// Vertical field of view, degrees
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, default_value_t = course::FOV_DEGREES)]
+    pub fov: f64,
+}
+
+impl CameraArgs {
+    /// The camera that these arguments describe.
+    pub fn camera(&self) -> Result<Camera, CameraError> {
+        // The arguments allow 1 to 6 alone, so the origin is never taken.
+        let eye = self
+            .eye
+            .or_else(|| course::viewpoint(self.view))
+            .unwrap_or(DVec3::ZERO);
+        let target = self.target.unwrap_or(course::TARGET);
+        Camera::look_at(eye, target, self.up.unwrap_or(course::UP), self.fov)
+    }
 }
 
 /// See [`Mode`](crate::render::Mode).
@@ -167,9 +193,8 @@ pub struct BenchArgs {
     #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "1024x1024")]
     pub size: Size,
 
-    /// One of the course's viewpoints
-    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), default_value_t = 1)]
-    pub view: u32,
+    #[command(flatten)]
+    pub camera: CameraArgs,
 
     /// How often each method runs; the median counts
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 9)]
@@ -189,11 +214,11 @@ pub struct BenchArgs {
 pub enum BenchMethod {
     /// The scalar reference over the BVH, one ray at a time
     Scalar,
-    /// SIMD packets
+    /// Packets of eight rays
     Packet,
-    /// One ray against eight primitives at a time
+    /// One ray against eight boxes at a time
     Single,
-    /// Whole pictures
+    /// What the renderer uses: up to 64 rays together, packets or single rays
     Render,
 }
 

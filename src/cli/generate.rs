@@ -8,7 +8,7 @@ use clap::{
 use std::{
     fmt::Write as _,
     fs,
-    io::{self, BufWriter, Write},
+    io::{self, BufWriter},
     path::{Path, PathBuf},
 };
 
@@ -100,30 +100,12 @@ fn quoted(path: &Path) -> String {
     }
 }
 
-/// Writes a file beside its place and moves it there when it is complete.
+/// Writes a file whole or not at all.
 fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut fs::File>) -> io::Result<()>,
 ) -> Result<(), String> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let attempt = || -> io::Result<()> {
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".octray-");
-        // As other files: what the umask leaves of 666, not only for the owner.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = builder.tempfile_in(folder)?;
-        let mut out = BufWriter::with_capacity(1 << 16, file.as_file_mut());
-        write(&mut out)?;
-        out.flush()?;
-        drop(out);
-        file.persist(path)?;
-        Ok(())
-    };
-    attempt().map_err(|error| format!("cannot write {}: {error}", path.display()))
+    super::whole_file::write(path, write).map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod encode;
 mod error;
+mod generate;
 mod info;
 mod interrupt;
 mod output;
@@ -12,6 +13,7 @@ mod render;
 mod report;
 mod value;
 mod version;
+mod whole_file;
 
 pub use args::BenchArgs;
 pub use error::CliError;
@@ -59,6 +61,7 @@ fn run(arguments: Vec<OsString>, start: Instant) -> Result<(), CliError> {
         Command::Render(args) => render::run(&args, start),
         Command::Info(args) => info::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Generate(args) => print(&generate::run(&args).map_err(CliError::Failed)?),
     }
 }
 

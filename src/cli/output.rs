@@ -1,13 +1,17 @@
 //! Where a picture goes: checked before rendering, written whole or not at all.
 
-use super::{CliError, encode::Format, interrupt::Interrupt};
+use super::{
+    CliError,
+    encode::Format,
+    interrupt::Interrupt,
+    whole_file::{folder_of, persist, temporary_in},
+};
 use crate::render::Film;
 use std::{
     fs::{self, File, OpenOptions, Permissions},
     io::{self, IsTerminal, Write},
     path::{Path, PathBuf},
 };
-use tempfile::NamedTempFile;
 
 /// Bytes between two looks at the interrupt flag.
 const CHUNK: usize = 1 << 20;
@@ -132,15 +136,13 @@ impl Output {
 }
 
 /// Writes a new file beside `path` and then gives it that name. The temporary file goes with every failure.
-///
-/// There is no `fsync`: a picture can be rendered again, and waiting for the disk takes longer than most.
 fn replace(
     path: &Path,
     permissions: Option<&Permissions>,
     bytes: &[u8],
     interrupt: &Interrupt,
 ) -> io::Result<()> {
-    let mut file = temporary_file(folder_of(path))?;
+    let mut file = temporary_in(folder_of(path))?;
     if let Some(permissions) = permissions {
         file.as_file().set_permissions(permissions.clone())?;
     }
@@ -151,34 +153,7 @@ fn replace(
         file.as_file_mut().write_all(chunk)?;
     }
     file.as_file_mut().flush()?;
-    file.persist(path).map_err(|error| error.error)?;
-    Ok(())
-}
-
-/// A temporary file with the permissions of any new file: what the process's umask leaves of 0666.
-fn temporary_file(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".octray-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(Permissions::from_mode(0o666));
-    }
-    // The error would name the temporary file, which means nothing to anybody: keep its kind alone.
-    builder
-        .tempfile_in(folder)
-        .map_err(|error| match error.raw_os_error() {
-            Some(code) => io::Error::from_raw_os_error(code),
-            None => io::Error::from(error.kind()),
-        })
-}
-
-/// The folder of a file, "." for a bare name.
-fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
+    persist(file, path)
 }
 
 /// Whether the file may be replaced or made, found out without changing it.
@@ -201,7 +176,7 @@ fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError>
     } else {
         Ok(None)
     };
-    old.and_then(|_| temporary_file(folder))
+    old.and_then(|_| temporary_in(folder))
         .map(drop)
         .map_err(|error| CliError::writing(name, &error))
 }

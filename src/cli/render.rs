@@ -10,12 +10,11 @@ use super::{
 };
 use crate::{
     accel::Bvh,
-    course, format,
+    format,
     render::{Frame, Mode, Settings, render},
-    scene::{Camera, Scene},
+    scene::Scene,
     simd,
 };
-use glam::DVec3;
 use std::{
     io::{self, IsTerminal, Write},
     path::PathBuf,
@@ -28,7 +27,7 @@ use std::{
 /// [`CliError`]. The output is as it was before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
-    let camera = camera(args)?;
+    let camera = args.camera.camera()?;
     let output = Output::prepare(&output_path(args), &args.scene, settings.width, settings.height)?;
     let talkative = !args.quiet && io::stderr().is_terminal();
 
@@ -87,17 +86,6 @@ fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
     };
     settings.validate()?;
     Ok(settings)
-}
-
-fn camera(args: &RenderArgs) -> Result<Camera, CliError> {
-    // The arguments allow 1 to 6 alone, so the origin is never taken.
-    let eye = args
-        .eye
-        .or_else(|| course::viewpoint(args.view))
-        .unwrap_or(DVec3::ZERO);
-    let target = args.target.unwrap_or(course::TARGET);
-    let up = args.up.unwrap_or(course::UP);
-    Ok(Camera::look_at(eye, target, up, args.fov)?)
 }
 
 /// The scene's name with .png, in the current folder, unless another is asked for.
