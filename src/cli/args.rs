@@ -221,10 +221,11 @@ fn is_top_level(argument: &OsStr) -> bool {
     if matches!(argument, "help" | "-h" | "--help" | "-V" | "--version") {
         return true;
     }
+    let may_be_misspelt = argument.bytes().all(|b| b.is_ascii_alphabetic()) && !Path::new(argument).exists();
     Cli::command().get_subcommands().any(|command| {
         let name = command.get_name();
         // Two letters: one wrong, or two swapped.
-        argument == name || (strsim::levenshtein(argument, name) <= 2 && !Path::new(argument).exists())
+        argument == name || (may_be_misspelt && strsim::levenshtein(argument, name) <= 2)
     })
 }
 
