@@ -114,6 +114,7 @@ fn wrong_values_are_usage_errors() {
         let arguments: Vec<_> = std::iter::once("a.scn").chain(arguments.split(' ')).collect();
         folder.fails(&arguments, 2, words);
     }
+    folder.fails(&["bnech", "a.scn"], 2, "'bench'");
     folder.fails(&["info"], 2, "<SCENE>");
     folder.fails(&["info", "a.scn", "--size", "5x5"], 2, "--size");
     folder.fails(
@@ -179,6 +180,7 @@ fn help_has_the_options_and_examples() {
     }
     let short = folder.run(&["render", "-h"]);
     assert!(short.succeeded().text().contains("--samples"));
+    assert!(!short.text().contains("Examples:"));
     assert_eq!(folder.names(), ["a.scn"]);
 }
 

@@ -13,7 +13,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::{
     ffi::{OsStr, OsString},
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
 const EXAMPLES: &str = "\
@@ -27,10 +27,10 @@ Examples:
   octray info cow.scn                             what is in a scene
   octray bench cow.scn                            how fast this machine traces it
 
-`octray SCENE` is short for `octray render SCENE`, whose options `octray render --help` lists. A scene whose
+`octray SCENE` is short for `octray render SCENE`, whose options `octray render --help` lists. A scene whose \
 name is that of a command needs a path, such as ./info, or the command's name before it.
 
-Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 4 this CPU cannot run this build;
+Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 4 this CPU cannot run this build; \
 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
@@ -51,7 +51,7 @@ const USAGE: &str = "octray [render] [OPTIONS] <SCENE>\n       octray <COMMAND> 
     long_version = version::long(),
     propagate_version = true,
     override_usage = USAGE,
-    after_help = EXAMPLES,
+    after_long_help = EXAMPLES,
     max_term_width = 110
 )]
 pub struct Cli {
@@ -62,7 +62,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene into a picture
-    #[command(override_usage = RENDER_USAGE, after_help = RENDER_EXAMPLES)]
+    #[command(override_usage = RENDER_USAGE, after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
     /// Show what is in a scene and what its BVH is made of
     Info(InfoArgs),
@@ -237,14 +237,21 @@ pub fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     arguments
 }
 
+/// Whether clap should read the argument as a command: because it is one, or because it looks like a
+/// misspelt one and no such scene exists, so that clap answers with the one that was meant.
 fn is_top_level(argument: &OsStr) -> bool {
     let Some(argument) = argument.to_str() else {
         return false;
     };
-    matches!(argument, "help" | "-h" | "--help" | "-V" | "--version")
-        || Cli::command()
-            .get_subcommands()
-            .any(|command| command.get_name() == argument)
+    if matches!(argument, "help" | "-h" | "--help" | "-V" | "--version") {
+        return true;
+    }
+    let may_be_misspelt = argument.bytes().all(|b| b.is_ascii_alphabetic()) && !Path::new(argument).exists();
+    Cli::command().get_subcommands().any(|command| {
+        let name = command.get_name();
+        // Two letters: one wrong, or two swapped.
+        argument == name || (may_be_misspelt && strsim::levenshtein(argument, name) <= 2)
+    })
 }
 
 #[cfg(test)]

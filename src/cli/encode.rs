@@ -78,10 +78,11 @@ impl Format {
 
     fn encode_into(self, film: &Film, to: &mut Cursor<Vec<u8>>) -> ImageResult<()> {
         match self {
-            // Flat backgrounds and smooth shading: `Up` costs next to nothing and suits both.
+            // 3840x2160 (three course pictures scaled up, one core): Paeth 19-34 ms and 0.5-0.9 MB, Up 15-33 ms
+            // and 0.7-1.3 MB, Adaptive 110-210 ms and 0.5-0.9 MB, no filter 90-230 ms and 13-25 MB.
             Self::Png => write_rgb8(
                 film,
-                PngEncoder::new_with_quality(to, CompressionType::Fast, FilterType::Up),
+                PngEncoder::new_with_quality(to, CompressionType::Fast, FilterType::Paeth),
             ),
             Self::Ppm => {
                 let subtype = PnmSubtype::Pixmap(SampleEncoding::Binary);

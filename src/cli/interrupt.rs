@@ -13,6 +13,7 @@ const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM, consts::SIGHUP];
 const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM];
 
 /// Whether a signal has asked us to stop.
+#[derive(Debug, Default)]
 pub struct Interrupt {
     requested: Arc<AtomicBool>,
     at_once: Arc<AtomicBool>,
@@ -21,10 +22,7 @@ pub struct Interrupt {
 impl Interrupt {
     /// Takes over the signals: from now on they set a flag.
     pub fn install() -> Result<Self, CliError> {
-        let this = Self {
-            requested: Arc::default(),
-            at_once: Arc::default(),
-        };
+        let this = Self::default();
         let exit_code = i32::from(CliError::Interrupted.exit_code());
         let refused = |error| CliError::Failed(format!("cannot watch for signals: {error}"));
         for &signal in SIGNALS {
@@ -62,5 +60,30 @@ impl Interrupt {
         let result = work();
         self.at_once.store(false, Ordering::SeqCst);
         Ok(result)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::progress::Bar;
+    use super::*;
+    use crate::render::Progress;
+    use std::ops::ControlFlow;
+
+    #[test]
+    fn a_signal_breaks_the_rendering_and_stops_what_follows() {
+        let interrupt = Interrupt::default();
+        let progress = Progress {
+            pixels_done: 1,
+            pixels_total: 2,
+        };
+        let bar = Bar::new(false, &interrupt);
+        assert_eq!(bar.report(progress), ControlFlow::Continue(()));
+        assert!(matches!(interrupt.exit_at_once_during(|| 5), Ok(5)));
+
+        interrupt.requested.store(true, Ordering::Relaxed);
+        assert_eq!(bar.report(progress), ControlFlow::Break(()));
+        let late = interrupt.exit_at_once_during(|| panic!("done after the signal"));
+        assert!(matches!(late, Err(CliError::Interrupted)));
     }
 }
