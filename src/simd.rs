@@ -1,6 +1,6 @@
 //! Eight lanes of `f32`, masks, vectors of lanes. The only file that names `wide`.
 //!
-//! Every function that has a scalar twin in [`math`](crate::math) does the same operations in the same order
+//! Every function that has a scalar twin in [`math`] does the same operations in the same order
 //! with the same rounding, in every build. `wide` picks its instructions at compile time, by target feature.
 
 use crate::math;
