@@ -311,15 +311,14 @@ fn a_broken_scene_is_one_error() {
 /// On a terminal, by way of util-linux's `script`; `None` where that is not installed.
 fn on_a_terminal(folder: &Folder, arguments: &str) -> Option<Run> {
     let command = format!("{} {arguments}", program::PROGRAM);
-    match folder
+    if let Ok(output) = folder
         .any_command("script", &["-qec", &command, "/dev/null"])
         .output()
     {
-        Ok(output) => Some(Run::new(output)),
-        Err(_) => {
-            println!("skipped: this needs `script`");
-            None
-        }
+        Some(Run::new(output))
+    } else {
+        println!("skipped: this needs `script`");
+        None
     }
 }
 

@@ -285,7 +285,7 @@ mod tests {
             &["--view", "2", "--", "a.scn"],
         ] {
             let args = parse_render(arguments);
-            assert_eq!((args.scene, args.view), ("a.scn".into(), 2));
+            assert_eq!((args.scene, args.camera.view), ("a.scn".into(), 2));
         }
         assert_eq!(parse_render(&["./info"]).scene, PathBuf::from("./info"));
         assert_eq!(parse_render(&["render", "info"]).scene, PathBuf::from("info"));
@@ -302,8 +302,8 @@ mod tests {
             "--up",
             "-0,0,1",
         ]);
-        assert_eq!(args.eye, Some(DVec3::new(-1.0, 2.0, 3.0)));
-        assert_eq!(args.target, Some(DVec3::new(-0.5, 0.0, -1000.0)));
+        assert_eq!(args.camera.eye, Some(DVec3::new(-1.0, 2.0, 3.0)));
+        assert_eq!(args.camera.target, Some(DVec3::new(-0.5, 0.0, -1000.0)));
     }
 
     #[test]

@@ -19,7 +19,7 @@ const RATE_HZ: u8 = 10;
 pub struct Bar<'a> {
     start: Instant,
     visible: bool,
-    bar: OnceLock<ProgressBar>,
+    shown: OnceLock<ProgressBar>,
     interrupt: &'a Interrupt,
 }
 
@@ -29,7 +29,7 @@ impl<'a> Bar<'a> {
         Self {
             start: Instant::now(),
             visible,
-            bar: OnceLock::new(),
+            shown: OnceLock::new(),
             interrupt,
         }
     }
@@ -37,7 +37,7 @@ impl<'a> Bar<'a> {
     /// Shows where the rendering stands; `Break` if it should stop.
     pub fn report(&self, progress: Progress) -> ControlFlow<()> {
         if self.visible && self.start.elapsed() > PATIENCE {
-            self.bar
+            self.shown
                 .get_or_init(|| new_bar(progress.pixels_total).with_elapsed(self.start.elapsed()))
                 .set_position(progress.pixels_done);
         }
@@ -50,7 +50,7 @@ impl<'a> Bar<'a> {
 
     /// Takes the bar away.
     pub fn clear(self) {
-        if let Some(bar) = self.bar.get() {
+        if let Some(bar) = self.shown.get() {
             bar.finish_and_clear();
         }
     }

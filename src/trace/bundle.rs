@@ -35,14 +35,11 @@ impl Tracer<'_> {
             Some(frustum) => self.traverse_bundle::<ANY, SHARED>(&frustum),
             None => {
                 for p in 0..self.states.len() {
-                    match BundleFrustum::new(&self.states[p..=p]) {
-                        Some(frustum) => {
-                            self.traverse_packet::<ANY, true>(p, Some(&frustum.all), self.bvh.root());
-                        }
-                        None => {
-                            let live = self.states[p].live_bits();
-                            for_each_bit(live, |i| self.trace_lane::<ANY>(p, i, self.bvh.root()));
-                        }
+                    if let Some(frustum) = BundleFrustum::new(&self.states[p..=p]) {
+                        self.traverse_packet::<ANY, true>(p, Some(&frustum.all), self.bvh.root());
+                    } else {
+                        let live = self.states[p].live_bits();
+                        for_each_bit(live, |i| self.trace_lane::<ANY>(p, i, self.bvh.root()));
                     }
                 }
             }

@@ -69,7 +69,7 @@ pub(super) fn shared_origin<const ANY: bool>(
         let edges = edges8.splat(i);
         let corners = block.splat(i);
         for_each_bit(packets, |p| {
-            triangle::<ANY>(&edges, &corners, block.id[i], &mut states[p])
+            triangle::<ANY>(&edges, &corners, block.id[i], &mut states[p]);
         });
     });
 }
