@@ -270,7 +270,6 @@ fn info_prints_text_or_json() {
 }
 
 #[test]
-#[ignore = "needs the loader"]
 fn info_counts() {
     let folder = Folder::new();
     let info = json(folder.run(&["info", "a.scn", "--json"]).succeeded().text());
@@ -287,7 +286,6 @@ fn info_counts() {
 }
 
 #[test]
-#[ignore = "needs the loader"]
 fn a_broken_scene_is_one_error() {
     let folder = Folder::new();
     folder.write("broken.scn", "sphere 0 0 0.5\n");

@@ -100,11 +100,11 @@ fn compare(scene: &Scene, bvh: &Bvh, origins: Origins, rays: &[Ray]) -> Result<(
         ))
     };
     for (i, ray) in rays.iter().enumerate() {
-        let found = bvh::closest_hit(scene, binary, &mut stack, ray);
+        let found = bvh::closest_hit(binary, &mut stack, ray);
         if bits(found) != bits(expected[i]) {
             return differ("scalar BVH".into(), i, &found, &expected[i]);
         }
-        let found = bvh::occluded(scene, binary, &mut stack, ray);
+        let found = bvh::occluded(binary, &mut stack, ray);
         if found != blocked[i] {
             return differ("scalar BVH, occlusion".into(), i, &found, &blocked[i]);
         }

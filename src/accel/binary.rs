@@ -2,7 +2,11 @@
 //! common layout).
 
 use super::source::{self, BinaryTree, BinaryTreeNode};
-use crate::{math::Aabb, ray::PrimitiveId, scene::Scene};
+use crate::{
+    math::Aabb,
+    ray::PrimitiveId,
+    scene::{Scene, Shape},
+};
 use glam::Vec3;
 
 /// The most primitives of a leaf.
@@ -41,6 +45,8 @@ pub struct BinaryBvh {
     pub nodes: Vec<BinaryNode>,
     /// Primitives in the order of the leaves.
     pub primitives: Vec<PrimitiveId>,
+    /// Their shapes, so that a leaf reads memory in one run.
+    pub shapes: Vec<Shape>,
 }
 
 impl BinaryBvh {
@@ -51,6 +57,7 @@ impl BinaryBvh {
         let mut bvh = Self {
             nodes: Vec::new(),
             primitives: Vec::new(),
+            shapes: Vec::new(),
         };
         if tree.is_empty() {
             return bvh;
@@ -73,6 +80,7 @@ impl BinaryBvh {
                 }
             }
         }
+        bvh.shapes = bvh.primitives.iter().map(|&id| scene.shape(id)).collect();
         bvh
     }
 

@@ -111,7 +111,7 @@ fn reversed(light: glam::Vec3, packet: &RayPacket) -> RayPacket {
     }
 }
 
-fn run_scalar(scene: &Scene, binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
+fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
     let mut stack = Stack::default();
     for (light, packets) in &set.groups {
         for packet in packets {
@@ -127,16 +127,15 @@ fn run_scalar(scene: &Scene, binary: &BinaryBvh, set: &RaySet, results: &mut Res
                 None => packet.ray(lane),
             });
             if set.kind == Kind::Shadow {
-                let blocked = |lane: &usize| {
-                    rays[*lane].t_max > 0.0 && bvh::occluded(scene, binary, &mut stack, &rays[*lane])
-                };
+                let blocked =
+                    |lane: &usize| rays[*lane].t_max > 0.0 && bvh::occluded(binary, &mut stack, &rays[*lane]);
                 results
                     .blocked
                     .push((0..LANES).filter(blocked).fold(0, |bits, lane| bits | 1 << lane));
             } else {
                 let mut hits = HitPacket::miss(packet.t_max);
                 for (lane, ray) in rays.iter().enumerate().filter(|(_, ray)| ray.t_max > 0.0) {
-                    hits.set_hit(lane, &bvh::closest_hit(scene, binary, &mut stack, ray));
+                    hits.set_hit(lane, &bvh::closest_hit(binary, &mut stack, ray));
                 }
                 results.hits.push(hits);
             }
@@ -184,7 +183,7 @@ pub fn compare(
     let binary = bvh.binary(scene);
     let packets = set.groups.iter().map(|(_, packets)| packets.len()).sum();
     let mut truth = Results::default();
-    run_scalar(scene, binary, set, &mut truth);
+    run_scalar(binary, set, &mut truth);
 
     let mut tracers = [
         trace::Method::Packet,
@@ -204,7 +203,7 @@ pub fn compare(
             results.blocked.clear();
             let start = Instant::now();
             match method {
-                Method::Scalar => run_scalar(scene, binary, set, &mut results),
+                Method::Scalar => run_scalar(binary, set, &mut results),
                 Method::Packet => run_simd(&mut tracers[0], set, &mut results),
                 Method::Single => run_simd(&mut tracers[1], set, &mut results),
                 Method::Render => run_simd(&mut tracers[2], set, &mut results),

@@ -1,7 +1,7 @@
 //! Why a command did not do what was asked, and its exit code.
 
 use crate::{error::LoadError, render::RenderError, scene::CameraError};
-use std::{fmt::Write, io};
+use std::io;
 
 /// Why a command failed.
 #[derive(Debug)]
@@ -39,7 +39,7 @@ impl CliError {
     pub fn text(&self) -> Option<String> {
         match self {
             Self::Usage(text) | Self::Failed(text) | Self::Differs(text) => Some(text.clone()),
-            Self::Load(error) => Some(load_text(error)),
+            Self::Load(error) => Some(error.report()),
             Self::UsageShown | Self::ClosedPipe | Self::Interrupted => None,
         }
     }
@@ -91,16 +91,4 @@ fn reason(error: &io::Error) -> String {
         Kind::NotADirectory => "a part of the path is not a folder".into(),
         _ => error.to_string(),
     }
-}
-
-/// The error and its causes, a line each.
-fn load_text(error: &LoadError) -> String {
-    let mut text = format!("{}: {}", error.at, error.message);
-    let mut cause = error.cause.as_deref();
-    while let Some(error) = cause {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "\n  caused by: {}: {}", error.at, error.message);
-        cause = error.cause.as_deref();
-    }
-    text
 }

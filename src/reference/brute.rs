@@ -1,6 +1,6 @@
 //! The oracle: every primitive is tested.
 
-use super::{RaySlabs, intersect_primitive};
+use super::{RaySlabs, intersect_shape};
 use crate::{
     ray::{Hit, PrimitiveId, Ray},
     scene::{Primitive, Scene},
@@ -16,7 +16,7 @@ fn candidates<'a>(scene: &'a Scene, ray: &'a Ray) -> impl Iterator<Item = Hit> +
             {
                 return None;
             }
-            intersect_primitive(scene, id, ray, &slabs)
+            intersect_shape(id, &scene.shape(id), ray, &slabs)
         })
 }
 

@@ -1,10 +1,9 @@
 //! The baseline: one ray over the binary BVH, nearer child first.
 
-use super::{RaySlabs, intersect_primitive};
+use super::{RaySlabs, intersect_shape};
 use crate::{
     accel::BinaryBvh,
     ray::{Hit, Ray},
-    scene::Scene,
 };
 
 /// Memory of a traversal, reused from ray to ray.
@@ -78,12 +77,12 @@ fn traverse(
 
 /// The nearest hit; of several equally near, the one with the lowest id.
 #[must_use]
-pub fn closest_hit(scene: &Scene, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
+pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
     traverse(bvh, &slabs, ray.t_max, stack, |range| {
-        for &id in &bvh.primitives[range] {
-            if let Some(hit) = intersect_primitive(scene, id, ray, &slabs)
+        for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
+            if let Some(hit) = intersect_shape(id, shape, ray, &slabs)
                 && best.loses_to(hit.t, id)
             {
                 best = hit;
@@ -96,13 +95,14 @@ pub fn closest_hit(scene: &Scene, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray)
 
 /// Whether anything is hit before the ray's end.
 #[must_use]
-pub fn occluded(scene: &Scene, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
+pub fn occluded(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
     let slabs = RaySlabs::new(ray);
     let mut found = false;
     traverse(bvh, &slabs, ray.t_max, stack, |range| {
-        found = bvh.primitives[range]
+        found = bvh.primitives[range.clone()]
             .iter()
-            .any(|&id| intersect_primitive(scene, id, ray, &slabs).is_some_and(|hit| hit.t < ray.t_max));
+            .zip(&bvh.shapes[range])
+            .any(|(&id, shape)| intersect_shape(id, shape, ray, &slabs).is_some_and(|hit| hit.t < ray.t_max));
         (!found).then_some(ray.t_max)
     });
     found

@@ -6,4 +6,4 @@ pub mod bvh;
 mod primitive;
 pub mod shade;
 
-pub use primitive::{RaySlabs, intersect_primitive};
+pub use primitive::{RaySlabs, intersect_shape};

@@ -3,7 +3,7 @@
 use crate::{
     math::{Aabb, cross, dot, max, max_abs, min, min_abs_direction, mul_add, mul_add3},
     ray::{Hit, PrimitiveId, Ray},
-    scene::{Primitive, Scene},
+    scene::Shape,
 };
 use glam::Vec3;
 
@@ -49,29 +49,20 @@ impl RaySlabs {
     }
 }
 
-/// Where `ray` hits primitive `id`, regardless of the ray's `t_max`.
+/// Where `ray` hits primitive `id`, which has this shape, regardless of the ray's `t_max`.
+#[inline]
 #[must_use]
-pub fn intersect_primitive(scene: &Scene, id: PrimitiveId, ray: &Ray, slabs: &RaySlabs) -> Option<Hit> {
-    match scene.primitive(id) {
-        Primitive::Triangle(i) => {
-            let (t, u, v) = triangle(scene.triangle(i), ray, slabs)?;
-            Some(Hit {
-                t,
-                u,
-                v,
-                primitive: id,
-            })
-        }
-        Primitive::Sphere(i) => {
-            let t = sphere(scene.spheres().center(i), scene.spheres().radius[i], ray, slabs)?;
-            Some(Hit {
-                t,
-                u: 0.0,
-                v: 0.0,
-                primitive: id,
-            })
-        }
-    }
+pub fn intersect_shape(id: PrimitiveId, shape: &Shape, ray: &Ray, slabs: &RaySlabs) -> Option<Hit> {
+    let (t, u, v) = match *shape {
+        Shape::Triangle(corners) => triangle(corners, ray, slabs)?,
+        Shape::Sphere(center, radius) => (sphere(center, radius, ray, slabs)?, 0.0, 0.0),
+    };
+    Some(Hit {
+        t,
+        u,
+        v,
+        primitive: id,
+    })
 }
 
 fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32, f32, f32)> {

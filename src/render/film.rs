@@ -45,7 +45,7 @@ impl Film {
     /// Eight bits a channel, as the course does: trunc(255 x clamp(c)), no gamma.
     #[must_use]
     pub fn to_rgb8(&self) -> Vec<u8> {
-        self.pixels.iter().flatten().map(|&c| quantize(c)).collect()
+        self.pixels.as_flattened().iter().map(|&c| quantize(c)).collect()
     }
 }
 

@@ -11,22 +11,20 @@ use crate::{
         bvh::{self, Stack},
         shade::{Intersect, SecondaryRays, radiance},
     },
-    scene::Scene,
 };
 
 struct OverBvh<'a> {
-    scene: &'a Scene,
     bvh: &'a BinaryBvh,
     stack: Stack,
 }
 
 impl Intersect for OverBvh<'_> {
     fn closest_hit(&mut self, ray: &Ray) -> Hit {
-        bvh::closest_hit(self.scene, self.bvh, &mut self.stack, ray)
+        bvh::closest_hit(self.bvh, &mut self.stack, ray)
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {
-        bvh::occluded(self.scene, self.bvh, &mut self.stack, ray)
+        bvh::occluded(self.bvh, &mut self.stack, ray)
     }
 }
 
@@ -39,7 +37,6 @@ pub(super) fn render_tile(context: &FrameContext<'_>, rect: TileRect, band: &mut
         settings,
     } = context;
     let mut intersect = OverBvh {
-        scene,
         bvh: bvh.binary(scene),
         stack: Stack::default(),
     };

@@ -249,6 +249,16 @@ impl Scene {
         }
     }
 
+    /// The shape of a primitive.
+    #[inline]
+    #[must_use]
+    pub fn shape(&self, id: PrimitiveId) -> Shape {
+        match self.primitive(id) {
+            Primitive::Triangle(i) => Shape::Triangle(self.triangle(i)),
+            Primitive::Sphere(i) => Shape::Sphere(self.spheres.center(i), self.spheres.radius[i]),
+        }
+    }
+
     /// The smallest box around sphere `i`, from its rounded extremes.
     #[inline]
     #[must_use]
@@ -306,6 +316,15 @@ impl Scene {
             + bytes(&s.material)
             + bytes(&self.materials)
     }
+}
+
+/// The shape of a primitive, out of the columns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Three corners, scene units.
+    Triangle([Vec3; 3]),
+    /// Centre and radius, scene units.
+    Sphere(Vec3, f32),
 }
 
 /// A primitive, by its index in its own columns.
