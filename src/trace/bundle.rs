@@ -36,7 +36,7 @@ impl Tracer<'_> {
             None => {
                 for p in 0..self.states.len() {
                     if let Some(frustum) = BundleFrustum::new(&self.states[p..=p]) {
-                        self.traverse_packet::<ANY, true>(p, Some(&frustum.all), self.bvh.root());
+                        self.traverse_packet::<ANY, SHARED, true>(p, Some(&frustum.all), self.bvh.root());
                     } else {
                         let live = self.states[p].live_bits();
                         for_each_bit(live, |i| self.trace_lane::<ANY>(p, i, self.bvh.root()));
@@ -75,7 +75,7 @@ impl Tracer<'_> {
             }
             if packets.count_ones() <= FEW {
                 for_each_bit(packets, |p| {
-                    self.traverse_packet::<ANY, true>(p, Some(&frustum.packet(p)), child);
+                    self.traverse_packet::<ANY, SHARED, true>(p, Some(&frustum.packet(p)), child);
                     self.update_limit(frustum, &mut q_limit8, p);
                 });
             } else if child.is_inner() {
@@ -95,7 +95,7 @@ impl Tracer<'_> {
                 for_each_bit(packets, |p| self.update_limit(frustum, &mut q_limit8, p));
             } else {
                 for_each_bit(packets, |p| {
-                    leaf::packet::<ANY>(bvh, child, &mut self.states[p]);
+                    leaf::packet::<ANY, SHARED>(bvh, child, None, &mut self.states[p]);
                     self.update_limit(frustum, &mut q_limit8, p);
                 });
             }

@@ -59,12 +59,7 @@ pub(super) fn shared_origin<const ANY: bool>(
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
     let edges8 = block.edge_functions(states[0].slabs.origin);
-    // One tolerance for the kernel's rounding, twice it for the rounding here, and a factor of 1/|d_k| < 2.
-    let margin = edges8.tolerance * splat(6.0);
-    let reachable = count_bits
-        & frustum.may_reach_zero(&edges8.u, margin)
-        & frustum.may_reach_zero(&edges8.v, margin)
-        & frustum.may_reach_zero(&edges8.w, margin);
+    let reachable = reachable(leaf, &edges8, Some(frustum));
     for_each_bit(reachable, |i| {
         let edges = edges8.splat(i);
         let corners = block.splat(i);
@@ -74,23 +69,49 @@ pub(super) fn shared_origin<const ANY: bool>(
     });
 }
 
-/// A block against one packet with any origins.
+/// A block against one packet; `SHARED`: its rays share their origin.
 #[inline(always)]
-pub(super) fn packet<const ANY: bool>(bvh: &Bvh, leaf: Child, state: &mut PacketState) {
-    if leaf.is_triangles() {
-        let block = &bvh.triangle_blocks()[leaf.index()];
+pub(super) fn packet<const ANY: bool, const SHARED: bool>(
+    bvh: &Bvh,
+    leaf: Child,
+    frustum: Option<&Frustum>,
+    state: &mut PacketState,
+) {
+    if !leaf.is_triangles() {
+        let block = &bvh.sphere_blocks()[leaf.index()];
+        for i in 0..leaf.count() {
+            sphere::<ANY>(block, i, state);
+        }
+        return;
+    }
+    let block = &bvh.triangle_blocks()[leaf.index()];
+    if SHARED {
+        let edges8 = block.edge_functions(state.slabs.origin);
+        let reachable = reachable(leaf, &edges8, frustum);
+        for_each_bit(reachable, |i| {
+            triangle::<ANY>(&edges8.splat(i), &block.splat(i), block.id[i], state);
+        });
+    } else {
         for i in 0..leaf.count() {
             let corners = block.splat(i);
             let [v0, v1, v2] = corners;
             let edges = EdgeFunctions::new(v0, v1, v2, state.slabs.origin);
             triangle::<ANY>(&edges, &corners, block.id[i], state);
         }
-    } else {
-        let block = &bvh.sphere_blocks()[leaf.index()];
-        for i in 0..leaf.count() {
-            sphere::<ANY>(block, i, state);
-        }
     }
+}
+
+/// The triangles of a block that some ray of the frustum may hit: those none of whose edges is wholly outside.
+#[inline(always)]
+fn reachable(leaf: Child, edges8: &EdgeFunctions, frustum: Option<&Frustum>) -> u32 {
+    let count_bits = (1_u32 << leaf.count()) - 1;
+    let Some(frustum) = frustum else { return count_bits };
+    // One tolerance for the kernel's rounding, twice it for the rounding here, and a factor of 1/|d_k| < 2.
+    let margin = edges8.tolerance * splat(6.0);
+    count_bits
+        & frustum.may_reach_zero(&edges8.u, margin)
+        & frustum.may_reach_zero(&edges8.v, margin)
+        & frustum.may_reach_zero(&edges8.w, margin)
 }
 
 /// A block against one ray, in all lanes of `slabs` and `direction`.

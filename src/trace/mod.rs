@@ -108,7 +108,8 @@ impl<'a> Tracer<'a> {
         match (self.method, origins) {
             (Method::Adaptive, Origins::Shared) => self.trace_bundle::<ANY, true>(),
             (Method::Adaptive, Origins::Separate) => self.trace_bundle::<ANY, false>(),
-            (Method::Packet, _) => self.trace_packets::<ANY>(),
+            (Method::Packet, Origins::Shared) => self.trace_packets::<ANY, true>(),
+            (Method::Packet, Origins::Separate) => self.trace_packets::<ANY, false>(),
             (Method::Single, _) => self.trace_singles::<ANY>(),
         }
     }

@@ -26,15 +26,16 @@ const FEW: u32 = 2;
 
 impl Tracer<'_> {
     /// Traces all packets one by one.
-    pub(super) fn trace_packets<const ANY: bool>(&mut self) {
+    pub(super) fn trace_packets<const ANY: bool, const SHARED: bool>(&mut self) {
         for p in 0..self.states.len() {
             let frustum = BundleFrustum::new(&self.states[p..=p]).map(|f| f.all);
-            self.traverse_packet::<ANY, false>(p, frustum.as_ref(), self.bvh.root());
+            self.traverse_packet::<ANY, SHARED, false>(p, frustum.as_ref(), self.bvh.root());
         }
     }
 
-    /// Traces packet `p` through the subtree of `start`. `REGROUP`: few rays left go on one by one.
-    pub(super) fn traverse_packet<const ANY: bool, const REGROUP: bool>(
+    /// Traces packet `p` through the subtree of `start`. `SHARED`: its rays share their origin; `REGROUP`:
+    /// few rays left go on one by one.
+    pub(super) fn traverse_packet<const ANY: bool, const SHARED: bool, const REGROUP: bool>(
         &mut self,
         p: usize,
         frustum: Option<&Frustum>,
@@ -67,7 +68,7 @@ impl Tracer<'_> {
                 let node = &bvh.nodes()[child.index()];
                 push_children(node, frustum, &self.states[p], &mut self.packet_stack);
             } else {
-                leaf::packet::<ANY>(bvh, child, &mut self.states[p]);
+                leaf::packet::<ANY, SHARED>(bvh, child, frustum, &mut self.states[p]);
                 farthest = self.states[p].farthest();
             }
             if ANY && farthest <= 0.0 {
