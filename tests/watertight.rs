@@ -1,0 +1,173 @@
+//! Closed meshes let no ray slip through an edge or a vertex: from inside, every ray hits.
+//!
+//! `OCTRAY_LONG=1` shoots a hundred times as many rays.
+
+mod common;
+
+use common::random_scene::Random;
+use glam::{Mat3, Vec3};
+use octray::{
+    accel::Bvh,
+    ray::{HitPacket, Ray, RayPacket},
+    reference::brute,
+    scene::{MeshColumns, Scene, SceneBuilder},
+    simd::{F32x8, LANES},
+    trace::{BUNDLE, Method, Origins, Tracer},
+};
+
+/// A closed mesh: corners, and triangles that index them.
+struct Closed {
+    corners: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+fn octahedron() -> Closed {
+    let corners = vec![Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+    let triangles = vec![
+        [0, 2, 4],
+        [2, 1, 4],
+        [1, 3, 4],
+        [3, 0, 4],
+        [2, 0, 5],
+        [1, 2, 5],
+        [3, 1, 5],
+        [0, 3, 5],
+    ];
+    Closed { corners, triangles }
+}
+
+/// Every triangle in four, corners pushed by `place`.
+fn subdivided(mesh: &Closed, place: impl Fn(Vec3) -> Vec3) -> Closed {
+    let mut corners = mesh.corners.clone();
+    let mut middles = std::collections::HashMap::new();
+    let mut triangles = Vec::new();
+    for &[a, b, c] in &mesh.triangles {
+        let mut middle = |a: u32, b: u32| {
+            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                corners.push(place((corners[a as usize] + corners[b as usize]) * 0.5));
+                corners.len() as u32 - 1
+            })
+        };
+        let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+        triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+    }
+    Closed { corners, triangles }
+}
+
+/// The mesh as files have it: corners duplicated for each triangle if `split`.
+fn scene(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> Scene {
+    let corners: Vec<Vec3> = mesh.corners.iter().map(|&c| place(c)).collect();
+    let (corners, triangles) = if split {
+        let all = mesh
+            .triangles
+            .iter()
+            .flatten()
+            .map(|&i| corners[i as usize])
+            .collect::<Vec<_>>();
+        let triangles = (0..mesh.triangles.len() as u32)
+            .map(|t| [3 * t, 3 * t + 1, 3 * t + 2])
+            .collect();
+        (all, triangles)
+    } else {
+        (corners, mesh.triangles.clone())
+    };
+    let column = |axis: usize| corners.iter().map(|c| c[axis]).collect();
+    let mut builder = SceneBuilder::new();
+    let material = builder.classic_material(1).unwrap();
+    let mesh = MeshColumns {
+        x: column(0),
+        y: column(1),
+        z: column(2),
+        normals: Vec::new(),
+        triangles,
+    };
+    builder.add_mesh(mesh, material).unwrap();
+    builder.finish()
+}
+
+/// A point of the mesh where rays slip through: a vertex, an edge's middle, a point of an edge.
+fn weak_point(random: &mut Random, scene: &Scene) -> Vec3 {
+    let [a, b, _] = scene.triangle(random.usize(0..scene.triangles().v0.len()));
+    match random.u32(0..3) {
+        0 => a,
+        1 => (a + b) * 0.5,
+        _ => a + (b - a) * random.f32(),
+    }
+}
+
+fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32, bundles: usize) {
+    let bvh = Bvh::build(scene);
+    let mut tracers =
+        [Method::Adaptive, Method::Packet, Method::Single].map(|m| Tracer::with_method(&bvh, m));
+    for bundle in 0..bundles {
+        let shared = bundle % 2 == 0;
+        let inside = |random: &mut Random| {
+            center + Vec3::new(random.f32() - 0.5, random.f32() - 0.5, random.f32() - 0.5) * size
+        };
+        let origin = inside(random);
+        let near = weak_point(random, scene);
+        let mut packets = Vec::new();
+        for _ in 0..BUNDLE {
+            let mut packet = RayPacket::inactive();
+            for lane in 0..LANES {
+                let origin = if shared { origin } else { inside(random) };
+                let target = if random.bool() {
+                    near
+                } else {
+                    weak_point(random, scene)
+                };
+                let ray = Ray::new(origin, (target - origin).normalize());
+                packet.set_ray(lane, &ray);
+            }
+            packets.push(packet);
+        }
+        let origins = if shared {
+            Origins::Shared
+        } else {
+            Origins::Separate
+        };
+        for tracer in &mut tracers {
+            let mut hits = vec![HitPacket::miss(F32x8::ZERO); BUNDLE];
+            tracer.closest_hit(origins, &packets, &mut hits);
+            for (packet, hits) in packets.iter().zip(&hits) {
+                for lane in 0..LANES {
+                    let (ray, hit) = (packet.ray(lane), hits.hit(lane));
+                    assert!(
+                        hit.is_hit(),
+                        "{name}: {ray:?} slips out; brute: {:?}",
+                        brute::closest_hit(scene, &ray)
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn no_ray_leaves_a_closed_mesh() {
+    let bundles = if std::env::var_os("OCTRAY_LONG").is_some() {
+        40_000
+    } else {
+        400
+    };
+    let mut random = Random::with_seed(7);
+    let mut mesh = octahedron();
+    for level in 0..5 {
+        let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+        for split in [false, true] {
+            let name = |what| format!("{what}, level {level}, split {split}");
+            let as_is = scene(&mesh, split, |p| p);
+            shoot(&mut random, &name("octahedron"), &as_is, Vec3::ZERO, 0.5, bundles);
+            let turned = scene(&mesh, split, |p| turn * p);
+            shoot(&mut random, &name("turned"), &turned, Vec3::ZERO, 0.5, bundles);
+            let flat = scene(&mesh, split, |p| turn * (p * Vec3::new(1.0, 1e-3, 1.0)));
+            shoot(&mut random, &name("flat"), &flat, Vec3::ZERO, 1e-4, bundles);
+            let shift = Vec3::new(1e3, -2e3, 5e2);
+            let far = scene(&mesh, split, |p| p + shift);
+            shoot(&mut random, &name("far"), &far, shift, 0.5, bundles);
+            let tiny = scene(&mesh, split, |p| turn * p * 1e-4);
+            shoot(&mut random, &name("tiny"), &tiny, Vec3::ZERO, 5e-5, bundles);
+        }
+        mesh = subdivided(&mesh, Vec3::normalize);
+    }
+}
