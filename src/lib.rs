@@ -88,7 +88,7 @@
 //! | [`error`], [`math`], [`course`] | errors with places; boxes and scalar arithmetic; the numbers of a classic scene |
 //! | [`simd`], [`ray`] | eight lanes, their masks and vectors; rays and hits, single and in packets |
 //! | [`geometry`] | the canonical tests of one primitive against eight rays and eight against one |
-//! | [`scene`], [`format`], [`generate`] | columns, from files or from a seed |
+//! | [`scene`], [`mod@format`], [`generate`] | columns, from files or from a seed |
 //! | [`accel`], [`trace`] | the hierarchies; closest hits and occlusion |
 //! | [`shade`], [`render`] | batched passes; tiles, frames and film |
 //! | [`mod@reference`] | the scalar truth that all of this is held to |
