@@ -15,4 +15,4 @@ mod triangle;
 
 pub use bounds::{Slabs8, pad, padded};
 pub use sphere::{SphereBlock, intersect_spheres};
-pub use triangle::{EDGE_TOLERANCE, EdgeFunctions, TriangleBlock};
+pub use triangle::{EDGE_ERROR, EdgeFunctions, TriangleBlock, TriangleHits};

@@ -1,7 +1,7 @@
 //! One ray against one primitive. The operations and their order are those of `geometry`; see there for why.
 
 use crate::{
-    math::{Aabb, cross, dot, max, max_abs, min, min_abs_direction, mul_add, mul_add3},
+    math::{Aabb, cross, dot, max, max_abs, min, min_abs_direction, mul_add3},
     ray::{Hit, PrimitiveId, Ray},
     scene::Shape,
 };
@@ -9,7 +9,7 @@ use glam::Vec3;
 
 const GEOMETRIC_PAD: f32 = 1.0 / 4_194_304.0;
 const INTERVAL_PAD: f32 = 4.0 / 16_777_216.0;
-const EDGE_TOLERANCE: f32 = 24.0 / 16_777_216.0;
+const EDGE_ERROR: f32 = 9.5 / 16_777_216.0;
 
 /// What the slab test needs of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -67,33 +67,31 @@ pub fn intersect_shape(id: PrimitiveId, shape: &Shape, ray: &Ray, slabs: &RaySla
 
 fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32, f32, f32)> {
     let d = ray.direction;
-    let (a, b) = (v0 - ray.origin, v1 - ray.origin);
-    let (e1, e2, e3) = (v1 - v0, v2 - v0, v2 - v1);
-    let normal = cross(e1, e2);
+    let [a, b, c] = [v0, v1, v2].map(|v| v - ray.origin);
+    let normal = cross(v1 - v0, v2 - v0);
     let plane = dot(normal, a);
     let side = if plane.is_sign_negative() { -1.0 } else { 1.0 };
 
-    let longest = max(max(max_abs(e1), max_abs(e2)), max_abs(e3));
-    let farthest = max(max_abs(a), max_abs(b));
-    let tolerance = longest * farthest * EDGE_TOLERANCE;
-    let edge = |e: Vec3| {
-        let e = e * side;
-        mul_add(d.x, e.x, mul_add(d.y, e.y, mul_add(d.z, e.z, tolerance)))
-    };
-    let (u, v, w) = (edge(cross(e2, a)), edge(cross(a, e1)), edge(cross(b, e3)));
-    if u.is_sign_negative() || v.is_sign_negative() || w.is_sign_negative() {
-        return None;
-    }
-    let determinant = dot(d, normal * side);
-    if determinant <= 0.0 || determinant.is_nan() {
-        return None;
+    let edges = [(a, c), (b, a), (c, b)];
+    let weights = edges.map(|(from, to)| dot(d, cross(to - from, to + from) * side));
+    let is_outside = |weight: f32| weight < 0.0 || weight.is_nan();
+    if weights.into_iter().any(is_outside) {
+        let errors = edges.map(|(from, to)| {
+            let (edge, sum) = (to - from, to + from);
+            dot(edge, edge).sqrt() * dot(sum, sum).sqrt() * EDGE_ERROR
+        });
+        let within = (0..3).filter(|&i| weights[i].abs() <= errors[i]).count();
+        if within < 2 || (0..3).any(|i| weights[i] < -errors[i]) {
+            return None;
+        }
     }
     let (near, far) = slabs.primitive_interval(Aabb {
         lower: v0.min(v1).min(v2),
         upper: v0.max(v1).max(v2),
     });
-    let t = min(max(plane * side / determinant, near), far);
-    let sum = u + v + w;
+    let t = min(max(plane * side / dot(d, normal * side), near), far);
+    let [u, v, w] = weights.map(|weight| max(weight, 0.0));
+    let sum = max(u + v + w, f32::MIN_POSITIVE);
     (near <= far && t > 0.0).then_some((t, u / sum, v / sum))
 }
 

@@ -20,7 +20,7 @@ const SLACK: f32 = 2e-6;
 
 /// A frustum needs all its rays to go at least this much along k, else its slopes are too far apart to be of
 /// use.
-const LEAST_ALONG_K: f32 = 0.1;
+const LEAST_ALONG_K: f32 = 0.3;
 
 /// Which axes stand for k, i and j, which way the rays go along k, and where they start.
 #[derive(Clone, Copy, Debug)]

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     accel::{Bvh, Child},
     geometry::{EdgeFunctions, Slabs8, SphereBlock, TriangleBlock, intersect_spheres},
-    simd::{Mask8, Vec3x8, lane, splat},
+    simd::{Vec3x8, lane, splat},
 };
 
 /// Calls `f` with the index of each set bit, lowest first.
@@ -22,11 +22,10 @@ pub(super) fn for_each_bit(mut bits: u32, mut f: impl FnMut(usize)) {
 /// A triangle against the eight rays of a packet.
 #[inline(always)]
 fn triangle<const ANY: bool>(edges: &EdgeFunctions, corners: &[Vec3x8; 3], id: u32, state: &mut PacketState) {
-    let (inside, weights) = edges.inside(&state.direction);
-    if inside != 0 {
-        let (ahead, t) = edges.distance(corners, &state.slabs, &state.direction);
-        let [u, v, w] = weights;
-        state.offer::<ANY>(ahead & Mask8::from_bits(inside), t, id, || [u, v, u + v + w]);
+    let first_look = edges.first_look(&state.direction);
+    if first_look != 0 {
+        let found = edges.intersect(first_look, corners, &state.slabs, &state.direction);
+        state.offer::<ANY>(found.hit, found.t, id, || found.weights);
     }
 }
 
@@ -106,7 +105,7 @@ pub(super) fn packet<const ANY: bool, const SHARED: bool>(
 fn reachable(leaf: Child, edges8: &EdgeFunctions, frustum: Option<&Frustum>) -> u32 {
     let count_bits = (1_u32 << leaf.count()) - 1;
     let Some(frustum) = frustum else { return count_bits };
-    // One tolerance for the kernel's rounding, twice it for the rounding here, and a factor of 1/|d_k| < 2.
+    // The kernel's tolerance over |d_k|, which is above 0.3, and twice it for the rounding here.
     let margin = edges8.tolerance * splat(6.0);
     count_bits
         & frustum.may_reach_zero(&edges8.u, margin)
@@ -127,15 +126,16 @@ pub(super) fn single<const ANY: bool>(
     if leaf.is_triangles() {
         let block: &TriangleBlock = &bvh.triangle_blocks()[leaf.index()];
         let edges = block.edge_functions(slabs.origin);
-        let (inside, [u, v, w]) = edges.inside(direction);
-        if inside & count_bits != 0 {
-            let (ahead, t) = edges.distance(&[block.v0, block.v1, block.v2], slabs, direction);
-            let sum = u + v + w;
-            for_each_bit(ahead.bits() & inside & count_bits, |i| {
+        let first_look = edges.first_look(direction) & count_bits;
+        if first_look != 0 {
+            let corners = [block.v0, block.v1, block.v2];
+            let found = edges.intersect(first_look, &corners, slabs, direction);
+            let [u, v, sum] = &found.weights;
+            for_each_bit(found.hit.bits(), |i| {
                 hit.offer::<ANY>(
-                    lane(&t, i),
+                    lane(&found.t, i),
                     block.id[i],
-                    [lane(&u, i), lane(&v, i), lane(&sum, i)],
+                    [lane(u, i), lane(v, i), lane(sum, i)],
                 );
             });
         }
