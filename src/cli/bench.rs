@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     accel::Bvh,
-    bench::{FrameTimes, Measurement, Method, Workload, compare, frame_times},
+    bench::{FrameTimes, Measurement, Method, Workload, compare, frame_times, machine},
     format,
     render::Settings,
     simd,
@@ -129,16 +129,6 @@ fn frame_text(frame: &FrameTimes) -> String {
         ms(frame.tracing),
         ms(frame.shading)
     )
-}
-
-/// The processor's name, where the system tells it.
-fn machine() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find(|line| line.starts_with("model name"));
-    match model.and_then(|line| line.split_once(':')) {
-        Some((_, name)) => name.trim().to_string(),
-        None => std::env::consts::ARCH.to_string(),
-    }
 }
 
 #[derive(Serialize)]
