@@ -60,6 +60,10 @@ struct Arguments {
     #[arg(long)]
     robust: bool,
 
+    /// Print what every mode of Embree does at the first look
+    #[arg(long)]
+    all_modes: bool,
+
     /// Leave out the builds, which take long for large scenes
     #[arg(long)]
     no_builds: bool,
@@ -100,6 +104,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         size: arguments.size,
         repeat: arguments.repeat as usize,
         robust: arguments.robust,
+        all_modes: arguments.all_modes,
         cpu: arguments.cpu.map(|cpu| cpu as usize),
     };
     println!("{}", report::heading(plan.repeat, plan.size));

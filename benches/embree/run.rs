@@ -145,6 +145,8 @@ pub struct Plan {
     pub size: u32,
     pub repeat: usize,
     pub robust: bool,
+    /// Print each mode's speed at the first look, and what it finds.
+    pub all_modes: bool,
     /// Which CPU to stay on; the last one if not told.
     pub cpu: Option<usize>,
 }
@@ -171,7 +173,7 @@ pub fn rows_of(api: &Api, input: &Input, plan: Plan) -> Result<Vec<Row>, String>
                 pin(plan.cpu)?;
                 let sets = workload.sets.iter().filter(|set| set.count > 0);
                 Ok(sets
-                    .map(|set| row(input, &bvh, set, &scenes, plan.repeat, robust))
+                    .map(|set| row(input, &bvh, set, &scenes, plan, robust))
                     .collect())
             };
             scope.spawn(tracing).join()
@@ -181,35 +183,69 @@ pub fn rows_of(api: &Api, input: &Input, plan: Plan) -> Result<Vec<Row>, String>
     Ok(rows)
 }
 
-fn row(
-    input: &Input,
-    bvh: &Bvh,
-    set: &RaySet,
-    scenes: &[EmbreeScene<'_>],
-    repeat: usize,
-    robust: bool,
-) -> Row {
-    eprintln!("{}: {} rays", input.name, set.kind.name());
-    // From the surface, and for shadow rays from the light.
-    let mut prepared: Vec<Prepared> = vec![Prepared::new(set, false)];
-    if set.kind == Kind::Shadow {
-        prepared.push(Prepared::new(set, true));
+/// Embree with one set of rays in all its layouts.
+struct Embree<'a> {
+    scenes: &'a [EmbreeScene<'a>],
+    /// From the surface, and for shadow rays from the light.
+    prepared: Vec<Prepared>,
+}
+
+impl<'a> Embree<'a> {
+    fn new(scenes: &'a [EmbreeScene<'a>], set: &RaySet) -> Self {
+        let directions: &[bool] = if set.kind == Kind::Shadow {
+            &[false, true]
+        } else {
+            &[false]
+        };
+        let prepared = directions
+            .iter()
+            .map(|&from_light| Prepared::new(set, from_light));
+        Self {
+            scenes,
+            prepared: prepared.collect(),
+        }
     }
-    let mut time_embree = |mode: &Mode| {
-        let scene = scenes.iter().find(|scene| scene.build == mode.build);
+
+    /// Seconds for the whole set.
+    fn time(&mut self, mode: &Mode) -> f64 {
+        let scene = self.scenes.iter().find(|scene| scene.build == mode.build);
+        let prepared = &mut self.prepared[usize::from(mode.from_light)];
         let start = Instant::now();
         if let Some(scene) = scene {
-            prepared[usize::from(mode.from_light)].trace(scene, mode.width, mode.coherent);
+            prepared.trace(scene, mode.width, mode.coherent);
         }
         start.elapsed().as_secs_f64()
-    };
-    let mut looked_at: Vec<(f64, Mode)> = Mode::all(set.kind, robust)
-        .into_iter()
-        .map(|mode| {
-            let looks = (0..LOOKS).map(|_| time_embree(&mode));
-            (looks.fold(f64::INFINITY, f64::min), mode)
-        })
-        .collect();
+    }
+
+    /// Of what the last mode of that width and direction found.
+    fn differences(&self, mode: &Mode, ours: &Results) -> Differences {
+        self.prepared[usize::from(mode.from_light)].differences(mode.width, ours)
+    }
+}
+
+fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan: Plan, robust: bool) -> Row {
+    eprintln!("{}: {} rays", input.name, set.kind.name());
+    let mut embree = Embree::new(scenes, set);
+    let mut tracer = Tracer::new(bvh);
+    let mut results = Results::default();
+    trace_set(&mut tracer, set, &mut results);
+    let exact = results.same(&reference(&input.scene, bvh, set));
+
+    let mut looked_at = Vec::new();
+    for mode in Mode::all(set.kind, robust) {
+        let looks = (0..LOOKS).map(|_| embree.time(&mode));
+        looked_at.push((looks.fold(f64::INFINITY, f64::min), mode));
+        if plan.all_modes {
+            let d = embree.differences(&mode, &results);
+            let speed = set.count as f64 / looked_at[looked_at.len() - 1].0 / 1e6;
+            println!(
+                "  {speed:>8.2} Mrays/s, differ {} in hit/miss and {} in distance: {}",
+                d.hit_miss,
+                d.distance,
+                mode.name()
+            );
+        }
+    }
     looked_at.sort_by(|a, b| a.0.total_cmp(&b.0));
     let worth = looked_at[0].0 * WORTH_MEASURING;
     let modes: Vec<Mode> = looked_at
@@ -218,18 +254,14 @@ fn row(
         .map(|&(_, mode)| mode)
         .collect();
 
-    let mut tracer = Tracer::new(bvh);
-    let mut results = Results::default();
-    trace_set(&mut tracer, set, &mut results);
-    let exact = results.same(&reference(&input.scene, bvh, set));
     let mut our_times = Vec::new();
     let mut embree_times = vec![Vec::new(); modes.len()];
-    for _ in 0..repeat {
+    for _ in 0..plan.repeat {
         let start = Instant::now();
         trace_set(&mut tracer, set, &mut results);
         our_times.push(start.elapsed().as_secs_f64());
         for (mode, times) in modes.iter().zip(&mut embree_times) {
-            times.push(time_embree(mode));
+            times.push(embree.time(mode));
         }
     }
     let speed = |times: &mut Vec<f64>| {
@@ -238,21 +270,21 @@ fn row(
         let spread = (times[times.len() - 1] - times[0]) / median;
         (set.count as f64 / median / 1e6, spread)
     };
-    let (mode, embree) = modes.iter().zip(embree_times.iter_mut().map(speed)).fold(
+    let (mode, embree_speed) = modes.iter().zip(embree_times.iter_mut().map(speed)).fold(
         (modes[0], (0.0, 0.0)),
         |best, (&mode, speed)| {
             if speed.0 > best.1.0 { (mode, speed) } else { best }
         },
     );
     // Once more, because other modes of that width may have traced since.
-    time_embree(&mode);
-    let differences = prepared[usize::from(mode.from_light)].differences(mode.width, &results);
+    embree.time(&mode);
+    let differences = embree.differences(&mode, &results);
     Row {
         scene: input.name.clone(),
         kind: set.kind,
         robust,
         ours: speed(&mut our_times),
-        embree,
+        embree: embree_speed,
         mode,
         differences,
         exact,
