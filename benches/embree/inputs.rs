@@ -1,10 +1,11 @@
 //! The scenes that are measured: the suite, or the files that are named.
 
+use crate::view;
 use clap::Args;
 use glam::{DVec3, Vec3};
 use octray::{
+    bench::SuiteScene,
     course, format,
-    generate::{self, Options},
     math::Aabb,
     scene::{Camera, Scene, SceneBuilder},
 };
@@ -17,8 +18,8 @@ pub enum Source {
     File(PathBuf),
     /// A file with a name of its own.
     Course(PathBuf),
-    /// Made up, of about so many primitives.
-    Generated(generate::Kind, usize),
+    /// Made up.
+    Generated(SuiteScene),
 }
 
 /// A scene with something to look at.
@@ -48,36 +49,27 @@ pub struct View {
     fov: f64,
 }
 
-fn vector(text: &str) -> Result<DVec3, String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(str::parse).collect();
-    match numbers.as_deref() {
-        Ok([x, y, z]) => Ok(DVec3::new(*x, *y, *z)),
-        _ => Err("expected three numbers, such as 1,2.5,-3".into()),
-    }
+fn vector(text: &str) -> Result<DVec3, &'static str> {
+    view::vector(text).ok_or("expected three numbers, such as 1,2.5,-3")
 }
 
-/// The suite: scenes of five kinds, and spheres. Without the course's cow where its file is not at hand.
+/// `octray bench --all`'s suite, with so many triangles in its blobs; the course's cow takes the figurine's place
+/// where its file is at hand.
 pub fn suite(blobs: usize) -> Vec<Source> {
-    use generate::Kind;
     let shared = std::env::var_os("OCTRAY_SHARED").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
         PathBuf::from,
     );
     let cow = shared.join("course/framework/cow.scn");
-    let mut sources = Vec::new();
-    if cow.is_file() {
-        sources.push(Source::Course(cow));
-    } else {
-        eprintln!("no cow: there is no {}", cow.display());
-    }
-    sources.extend([Kind::Figure, Kind::Interior, Kind::Terrain].map(generated));
-    sources.push(Source::Generated(Kind::Blobs, blobs));
-    sources.push(generated(Kind::Spheres));
-    sources
-}
-
-fn generated(kind: generate::Kind) -> Source {
-    Source::Generated(kind, kind.default_count())
+    let source = |scene: SuiteScene| match scene.name {
+        "figurine" if cow.is_file() => Source::Course(cow.clone()),
+        "blobs" => Source::Generated(SuiteScene {
+            count: blobs,
+            ..scene
+        }),
+        _ => Source::Generated(scene),
+    };
+    octray::bench::suite().map(source).into()
 }
 
 impl Source {
@@ -85,7 +77,7 @@ impl Source {
         match self {
             Self::File(path) => path.display().to_string(),
             Self::Course(path) => path.file_stem().unwrap_or_default().to_string_lossy().into(),
-            Self::Generated(kind, _) => kind.name().into(),
+            Self::Generated(scene) => scene.name.into(),
         }
     }
 
@@ -93,19 +85,11 @@ impl Source {
     /// What the user has to know.
     pub fn load(&self, view: &View) -> Result<Input, String> {
         let (scene, camera) = match self {
-            Self::Generated(kind, count) => {
-                let options = Options {
-                    seed: 0,
-                    count: Some(*count),
-                };
-                let generated = generate::generate(*kind, options).map_err(text)?;
-                let camera = generated.view.camera().map_err(text)?;
-                (generated.into_scene().map_err(text)?, camera)
-            }
+            Self::Generated(scene) => scene.make().map_err(text)?,
             Self::Course(path) => (load_file(path)?, course_camera(1)?),
             Self::File(path) => {
                 let scene = load_file(path)?;
-                let camera = view.camera(&scene, is_mesh(path))?;
+                let camera = view.camera(&scene, path)?;
                 (scene, camera)
             }
         };
@@ -150,30 +134,35 @@ fn load_file(path: &Path) -> Result<Scene, String> {
 }
 
 impl View {
-    /// Without any word on the view: the course's first viewpoint, and for a mesh, or where that shows nothing
-    /// of a scene, one from which all of it is seen.
-    fn camera(&self, scene: &Scene, mesh: bool) -> Result<Camera, String> {
-        let bounds = scene.bounds();
-        let center = ((bounds.lower + bounds.upper) * 0.5).as_dvec3();
-        let told = self.view.is_some() || self.eye.is_some() || self.target.is_some();
-        let away = DVec3::new(1.0, -0.8, 0.6).normalize();
-        let fits = |camera_target: DVec3, distance: f64| {
-            let diagonal = f64::from(bounds.diagonal());
-            camera_target.distance(center) < diagonal
-                && distance < 5.0 * diagonal
-                && distance > 0.2 * diagonal
-        };
+    /// Without any word on the view: the one that the file's comments tell, as those of `octray generate` do.
+    /// Else the course's first viewpoint, if the scene is where the course's are. Else all of the scene is seen.
+    fn camera(&self, scene: &Scene, path: &Path) -> Result<Camera, String> {
         let course_eye = course::viewpoint(self.view.unwrap_or(1)).unwrap_or(DVec3::X);
-        let (eye, target) = if told {
-            (
+        let look =
+            |eye: DVec3, target: DVec3| Camera::look_at(eye, target, course::UP, self.fov).map_err(text);
+        if self.view.is_some() || self.eye.is_some() || self.target.is_some() {
+            return look(
                 self.eye.unwrap_or(course_eye),
                 self.target.unwrap_or(course::TARGET),
-            )
-        } else if mesh || !fits(course::TARGET, course_eye.distance(center)) {
-            (center + away * f64::from(bounds.diagonal()) * 1.2, center)
-        } else {
-            (course_eye, course::TARGET)
-        };
-        Camera::look_at(eye, target, course::UP, self.fov).map_err(text)
+            );
+        }
+        if !is_mesh(path) {
+            let told = std::fs::read_to_string(path)
+                .ok()
+                .as_deref()
+                .and_then(view::told_in);
+            if let Some(camera) = told {
+                return Ok(camera);
+            }
+        }
+        let bounds = scene.bounds();
+        let center = ((bounds.lower + bounds.upper) * 0.5).as_dvec3();
+        let size = f64::from(bounds.diagonal());
+        let at_home = course::TARGET.distance(center) < size && (1.0..30.0).contains(&size);
+        if at_home && !is_mesh(path) {
+            return look(course_eye, course::TARGET);
+        }
+        let away = DVec3::new(1.0, -0.8, 0.6).normalize();
+        look(center + away * size * 1.2, center)
     }
 }

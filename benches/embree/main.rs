@@ -20,6 +20,8 @@ mod inputs;
 mod rays;
 mod report;
 mod run;
+#[path = "../common/view.rs"]
+mod view;
 
 use clap::Parser;
 use inputs::{Source, View};

@@ -3,8 +3,10 @@
 
 mod machine;
 mod measure;
+mod suite;
 mod workload;
 
 pub use machine::machine;
 pub use measure::{FrameTimes, Measurement, Method, Results, compare, frame_times, reference, trace_set};
+pub use suite::{SuiteError, SuiteScene, quick_suite, suite};
 pub use workload::{Kind, RaySet, Workload};
