@@ -65,16 +65,19 @@ pub struct Measurement {
     pub agree: bool,
 }
 
-/// Results of one method over a set: hits, or a bit a lane in `blocked`.
-#[derive(Default)]
-struct Results {
-    hits: Vec<HitPacket>,
-    blocked: Vec<u8>,
+/// Results of one method over a set, packets in the set's order.
+#[derive(Debug, Default)]
+pub struct Results {
+    /// Camera and mirror rays: what they hit first.
+    pub hits: Vec<HitPacket>,
+    /// Shadow rays: a bit a lane, set where something blocks the ray.
+    pub blocked: Vec<u8>,
 }
 
 impl Results {
-    /// Hits of two methods, compared bit for bit.
-    fn same(&self, other: &Self) -> bool {
+    /// Whether two methods found the same, bit for bit.
+    #[must_use]
+    pub fn same(&self, other: &Self) -> bool {
         let bits = |h: &HitPacket| {
             let lanes = |v: F32x8| v.to_array().map(f32::to_bits);
             (lanes(h.t), lanes(h.u), lanes(h.v), h.primitive)
@@ -167,6 +170,22 @@ fn run_simd(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
             }
         }
     }
+}
+
+/// What the scalar reference finds: the truth that every method is held to.
+#[must_use]
+pub fn reference(scene: &Scene, bvh: &Bvh, set: &RaySet) -> Results {
+    let mut results = Results::default();
+    run_scalar(scene, bvh.binary(scene), set, &mut results);
+    results
+}
+
+/// Traces a set into `results`, whose memory is reused: from rays in memory to hit records in memory, with
+/// everything that the tracer needs in between.
+pub fn trace_set(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
+    results.hits.clear();
+    results.blocked.clear();
+    run_simd(tracer, set, results);
 }
 
 /// Times `methods` on the rays of `set`, `repeat` times each, in turn; on this thread alone. Everything that a

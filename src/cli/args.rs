@@ -26,6 +26,7 @@ Examples:
   octray cow.scn -o - | magick - cow.webp         a PNG into a pipe
   octray info cow.scn                             what is in a scene
   octray bench cow.scn                            how fast this machine traces it
+  octray bench --all --quick                      how fast it traces scenes of many kinds
 
 `octray SCENE` is short for `octray render SCENE`, whose options `octray render --help` lists. A scene whose \
 name is that of a command needs a path, such as ./info, or the command's name before it.
@@ -187,7 +188,16 @@ pub struct InfoArgs {
 #[derive(Args, Debug)]
 pub struct BenchArgs {
     /// The scene, a .scn file
-    pub scene: PathBuf,
+    #[arg(required_unless_present = "all", conflicts_with = "all")]
+    pub scene: Option<PathBuf>,
+
+    /// Instead of a scene: a suite of generated ones, from a few thousand triangles to ten million
+    #[arg(long, conflicts_with_all = ["view", "eye", "target", "up", "fov"])]
+    pub all: bool,
+
+    /// With --all: smaller scenes
+    #[arg(long, requires = "all")]
+    pub quick: bool,
 
     /// Camera rays across and down
     #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "1024x1024")]

@@ -7,20 +7,27 @@ use super::{
 };
 use crate::{
     accel::Bvh,
-    bench::{FrameTimes, Measurement, Method, Workload, compare, frame_times},
+    bench::{
+        FrameTimes, Kind, Measurement, Method, Workload, compare, frame_times, machine, quick_suite, suite,
+    },
     format,
     render::Settings,
+    scene::{Camera, Scene},
     simd,
 };
 use serde::Serialize;
 use std::{fmt::Write as _, io::Write as _, path::Path};
 
-/// Times ways of tracing a scene's rays, on one thread.
+/// Times ways of tracing a scene's rays, or those of a suite of scenes, on one thread.
 ///
 /// # Errors
 /// [`CliError`]; [`CliError::Differs`] if a method does not find the reference's hits.
 pub fn run(args: &BenchArgs) -> Result<(), CliError> {
-    let camera = args.camera.camera()?;
+    let methods: Vec<Method> = if args.methods.is_empty() {
+        Method::ALL.to_vec()
+    } else {
+        args.methods.iter().map(|&m| method(m)).collect()
+    };
     let settings = Settings {
         width: args.size.width,
         height: args.size.height,
@@ -28,40 +35,115 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         ..Settings::default()
     };
     settings.validate()?;
-    let scene = format::load(&args.scene)?;
-    let bvh = Bvh::build(&scene);
-    let methods: Vec<Method> = if args.methods.is_empty() {
-        Method::ALL.to_vec()
-    } else {
-        args.methods.iter().map(|&m| method(m)).collect()
+    let bench = Bench {
+        methods,
+        settings,
+        repeat: args.repeat as usize,
+        quiet: args.json.as_deref() == Some(Path::new("-")),
     };
-    let repeat = args.repeat as usize;
-    let name = args.scene.display().to_string();
 
-    let workload = Workload::new(&scene, &bvh, &camera, args.size.width, args.size.height);
     let mut results = Vec::new();
-    let quiet = args.json.as_deref() == Some(Path::new("-"));
-    let mut text = heading(&name, args);
-    for set in workload.sets.iter().filter(|set| set.count > 0) {
-        let rows = compare(&scene, &bvh, set, &methods, repeat);
-        text.push_str(&table(&rows));
-        results.extend(rows);
-    }
-    let frame = frame_times(&scene, &bvh, &camera, &settings, repeat)?;
-    text.push_str(&frame_text(&frame));
-    if !quiet {
-        super::print(&text)?;
+    if let Some(path) = &args.scene {
+        let camera = args.camera.camera()?;
+        let scene = format::load(path)?;
+        let name = path.display().to_string();
+        bench.print(&bench.heading())?;
+        let rows = bench.scene(&name, &scene, &camera)?;
+        results.push((name, rows));
+    } else {
+        bench.print(&bench.heading())?;
+        for suite_scene in if args.quick { quick_suite() } else { suite() } {
+            let (scene, camera) = suite_scene
+                .make()
+                .map_err(|error| CliError::Failed(error.to_string()))?;
+            let rows = bench.scene(suite_scene.name, &scene, &camera)?;
+            results.push((suite_scene.name.to_string(), rows));
+        }
+        bench.print(&means(&results))?;
     }
     if let Some(path) = &args.json {
-        write_json(path, &Json::new(&name, &results))?;
+        write_json(path, &Json::new(&results))?;
     }
-    if results.iter().all(|row| row.agree) {
+    if results.iter().flat_map(|(_, rows)| rows).all(|row| row.agree) {
         Ok(())
     } else {
         Err(CliError::Differs(
             "some hits differ from the scalar reference's".into(),
         ))
     }
+}
+
+/// What is done with each scene.
+struct Bench {
+    methods: Vec<Method>,
+    settings: Settings,
+    repeat: usize,
+    quiet: bool,
+}
+
+impl Bench {
+    fn scene(&self, name: &str, scene: &Scene, camera: &Camera) -> Result<Vec<Measurement>, CliError> {
+        self.print(&format!("\n{name}\n"))?;
+        let bvh = Bvh::build(scene);
+        let Settings { width, height, .. } = self.settings;
+        let workload = Workload::new(scene, &bvh, camera, width, height);
+        let mut results = Vec::new();
+        for set in workload.sets.iter().filter(|set| set.count > 0) {
+            let rows = compare(scene, &bvh, set, &self.methods, self.repeat);
+            self.print(&table(&rows))?;
+            results.extend(rows);
+        }
+        let frame = frame_times(scene, &bvh, camera, &self.settings, self.repeat)?;
+        self.print(&frame_text(&frame))?;
+        Ok(results)
+    }
+
+    fn print(&self, text: &str) -> Result<(), CliError> {
+        if self.quiet { Ok(()) } else { super::print(text) }
+    }
+
+    fn heading(&self) -> String {
+        format!(
+            "{}x{}, one thread, median of {}\n{}, {}\n\n{:8}{:8}{:>12}{:>12}{:>10}{:>9}{:>10}  hits agree\n",
+            self.settings.width,
+            self.settings.height,
+            self.repeat,
+            machine(),
+            simd::ISA,
+            "rays",
+            "method",
+            "rays",
+            "hits",
+            "Mrays/s",
+            "spread",
+            "speed-up"
+        )
+    }
+}
+
+/// The speed-ups over the scalar method, where that was measured: geometric means over the scenes.
+fn means(results: &[(String, Vec<Measurement>)]) -> String {
+    let mut text = format!(
+        "\ngeometric mean of the speed-ups over {} scenes\n",
+        results.len()
+    );
+    for kind in Kind::ALL {
+        for method in Method::ALL {
+            let speed = |rows: &[Measurement], method: Method| {
+                let row = rows.iter().find(|row| row.kind == kind && row.method == method);
+                row.map(|row| row.mrays_per_s)
+            };
+            let ratio = |rows: &[Measurement]| Some(speed(rows, method)? / speed(rows, Method::Scalar)?);
+            let ratios = results.iter().filter_map(|(_, rows)| ratio(rows));
+            let logarithms: Vec<f64> = ratios.map(f64::ln).collect();
+            if method != Method::Scalar && !logarithms.is_empty() {
+                let mean = (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp();
+                // Writing to a string cannot fail.
+                let _ = writeln!(text, "{:8}{:8}{mean:.2}x", kind.name(), method.name());
+            }
+        }
+    }
+    text
 }
 
 fn method(method: BenchMethod) -> Method {
@@ -71,24 +153,6 @@ fn method(method: BenchMethod) -> Method {
         BenchMethod::Single => Method::Single,
         BenchMethod::Render => Method::Render,
     }
-}
-
-fn heading(name: &str, args: &BenchArgs) -> String {
-    format!(
-        "{name}, {}x{}, one thread, median of {}\n{}, {}\n\n{:8}{:8}{:>12}{:>12}{:>10}{:>9}{:>10}  hits agree\n",
-        args.size.width,
-        args.size.height,
-        args.repeat,
-        machine(),
-        simd::ISA,
-        "rays",
-        "method",
-        "rays",
-        "hits",
-        "Mrays/s",
-        "spread",
-        "speed-up"
-    )
 }
 
 fn table(rows: &[Measurement]) -> String {
@@ -122,23 +186,13 @@ fn table(rows: &[Measurement]) -> String {
 fn frame_text(frame: &FrameTimes) -> String {
     let ms = |time: std::time::Duration| time.as_secs_f64() * 1e3;
     format!(
-        "\nframe with shadows and reflections, one thread: {:.2} ms \
+        "frame with shadows and reflections, one thread: {:.2} ms \
          (ray generation {:.2}, tracing {:.2}, shading and the rest {:.2})\n",
         ms(frame.frame),
         ms(frame.ray_generation),
         ms(frame.tracing),
         ms(frame.shading)
     )
-}
-
-/// The processor's name, where the system tells it.
-fn machine() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = info.lines().find(|line| line.starts_with("model name"));
-    match model.and_then(|line| line.split_once(':')) {
-        Some((_, name)) => name.trim().to_string(),
-        None => std::env::consts::ARCH.to_string(),
-    }
 }
 
 #[derive(Serialize)]
@@ -163,8 +217,8 @@ struct JsonRow {
 }
 
 impl Json {
-    fn new(scene: &str, rows: &[Measurement]) -> Self {
-        let row = |row: &Measurement| JsonRow {
+    fn new(results: &[(String, Vec<Measurement>)]) -> Self {
+        let row = |scene: &str, row: &Measurement| JsonRow {
             scene: scene.to_string(),
             kind: row.kind.name(),
             method: row.method.name(),
@@ -179,7 +233,10 @@ impl Json {
             machine: machine(),
             isa: simd::ISA,
             threads: 1,
-            results: rows.iter().map(row).collect(),
+            results: results
+                .iter()
+                .flat_map(|(scene, rows)| rows.iter().map(|r| row(scene, r)))
+                .collect(),
         }
     }
 }

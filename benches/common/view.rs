@@ -1,0 +1,34 @@
+//! Where a scene file says that it is best seen from: `octray generate` and the shipped scenes put
+//! `--eye=x,y,z --target=x,y,z --fov=DEG` into a comment.
+
+use glam::DVec3;
+use octray::{course, scene::Camera};
+
+/// The camera of the first comment that has one; `None` if there is none.
+pub fn told_in(scene_file: &str) -> Option<Camera> {
+    let comments = scene_file
+        .lines()
+        .filter(|line| line.trim_start().starts_with("//"));
+    comments.filter_map(camera).next()
+}
+
+fn camera(comment: &str) -> Option<Camera> {
+    let option = |name: &str| {
+        comment
+            .split_whitespace()
+            .find_map(|word| word.strip_prefix(name))
+    };
+    let eye = vector(option("--eye=")?)?;
+    let target = option("--target=").map_or(Some(course::TARGET), vector)?;
+    let fov = option("--fov=").map_or(Some(course::FOV_DEGREES), |text| text.parse().ok())?;
+    Camera::look_at(eye, target, course::UP, fov).ok()
+}
+
+/// `x,y,z`.
+pub fn vector(text: &str) -> Option<DVec3> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(str::parse).collect();
+    match numbers.as_deref() {
+        Ok([x, y, z]) => Some(DVec3::new(*x, *y, *z)),
+        _ => None,
+    }
+}

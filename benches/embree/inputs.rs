@@ -1,0 +1,168 @@
+//! The scenes that are measured: the suite, or the files that are named.
+
+use crate::view;
+use clap::Args;
+use glam::{DVec3, Vec3};
+use octray::{
+    bench::SuiteScene,
+    course, format,
+    math::Aabb,
+    scene::{Camera, Scene, SceneBuilder},
+};
+use std::path::{Path, PathBuf};
+
+/// A scene that can be loaded when its turn comes.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// A .scn or .ply file.
+    File(PathBuf),
+    /// A file with a name of its own.
+    Course(PathBuf),
+    /// Made up.
+    Generated(SuiteScene),
+}
+
+/// A scene with something to look at.
+pub struct Input {
+    pub name: String,
+    pub scene: Scene,
+    pub camera: Camera,
+}
+
+/// Where to look from in named files.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct View {
+    /// Named scenes: one of the course's viewpoints, 1 to 6
+    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6))]
+    view: Option<u32>,
+
+    /// Named scenes: where the camera stands
+    #[arg(long, value_name = "x,y,z", value_parser = vector, allow_hyphen_values = true)]
+    eye: Option<DVec3>,
+
+    /// Named scenes: what the camera looks at
+    #[arg(long, value_name = "x,y,z", value_parser = vector, allow_hyphen_values = true)]
+    target: Option<DVec3>,
+
+    /// Named scenes: vertical field of view, degrees
+    #[arg(long, value_name = "DEG", default_value_t = course::FOV_DEGREES)]
+    fov: f64,
+}
+
+fn vector(text: &str) -> Result<DVec3, &'static str> {
+    view::vector(text).ok_or("expected three numbers, such as 1,2.5,-3")
+}
+
+/// `octray bench --all`'s suite, with so many triangles in its blobs; the course's cow takes the figurine's place
+/// where its file is at hand.
+pub fn suite(blobs: usize) -> Vec<Source> {
+    let shared = std::env::var_os("OCTRAY_SHARED").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
+        PathBuf::from,
+    );
+    let cow = shared.join("course/framework/cow.scn");
+    let source = |scene: SuiteScene| match scene.name {
+        "figurine" if cow.is_file() => Source::Course(cow.clone()),
+        "blobs" => Source::Generated(SuiteScene {
+            count: blobs,
+            ..scene
+        }),
+        _ => Source::Generated(scene),
+    };
+    octray::bench::suite().map(source).into()
+}
+
+impl Source {
+    pub fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Course(path) => path.file_stem().unwrap_or_default().to_string_lossy().into(),
+            Self::Generated(scene) => scene.name.into(),
+        }
+    }
+
+    /// # Errors
+    /// What the user has to know.
+    pub fn load(&self, view: &View) -> Result<Input, String> {
+        let (scene, camera) = match self {
+            Self::Generated(scene) => scene.make().map_err(text)?,
+            Self::Course(path) => (load_file(path)?, course_camera(1)?),
+            Self::File(path) => {
+                let scene = load_file(path)?;
+                let camera = view.camera(&scene, path)?;
+                (scene, camera)
+            }
+        };
+        Ok(Input {
+            name: self.name(),
+            scene,
+            camera,
+        })
+    }
+}
+
+fn text(error: impl ToString) -> String {
+    error.to_string()
+}
+
+fn course_camera(view: u32) -> Result<Camera, String> {
+    Camera::course_view(view).ok_or_else(|| format!("there is no viewpoint {view}"))
+}
+
+fn is_mesh(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply"))
+}
+
+fn load_file(path: &Path) -> Result<Scene, String> {
+    if !is_mesh(path) {
+        return format::load(path).map_err(|error| error.report());
+    }
+    let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let mesh = format::ply::parse(&bytes, path).map_err(|error| error.report())?;
+    let corners = (0..mesh.x.len()).map(|i| Vec3::new(mesh.x[i], mesh.y[i], mesh.z[i]));
+    let bounds = Aabb::around(corners);
+    let mut builder = SceneBuilder::new();
+    let material = builder.classic_material(1).map_err(text)?;
+    builder.add_mesh(mesh, material).map_err(text)?;
+    // Where the course's two lights stand relative to its figure, scaled to the mesh.
+    let center = (bounds.lower + bounds.upper) * 0.5;
+    for (direction, intensity) in [([3.0, -1.5, 3.0], 0.7), ([-3.0, 0.6, 4.5], 0.3)] {
+        let position = center + Vec3::from(direction) * bounds.diagonal();
+        builder.add_light(position, intensity).map_err(text)?;
+    }
+    Ok(builder.finish())
+}
+
+impl View {
+    /// Without any word on the view: the one that the file's comments tell, as those of `octray generate` do.
+    /// Else the course's first viewpoint, if the scene is where the course's are. Else all of the scene is seen.
+    fn camera(&self, scene: &Scene, path: &Path) -> Result<Camera, String> {
+        let course_eye = course::viewpoint(self.view.unwrap_or(1)).unwrap_or(DVec3::X);
+        let look =
+            |eye: DVec3, target: DVec3| Camera::look_at(eye, target, course::UP, self.fov).map_err(text);
+        if self.view.is_some() || self.eye.is_some() || self.target.is_some() {
+            return look(
+                self.eye.unwrap_or(course_eye),
+                self.target.unwrap_or(course::TARGET),
+            );
+        }
+        if !is_mesh(path) {
+            let told = std::fs::read_to_string(path)
+                .ok()
+                .as_deref()
+                .and_then(view::told_in);
+            if let Some(camera) = told {
+                return Ok(camera);
+            }
+        }
+        let bounds = scene.bounds();
+        let center = ((bounds.lower + bounds.upper) * 0.5).as_dvec3();
+        let size = f64::from(bounds.diagonal());
+        let at_home = course::TARGET.distance(center) < size && (1.0..30.0).contains(&size);
+        if at_home && !is_mesh(path) {
+            return look(course_eye, course::TARGET);
+        }
+        let away = DVec3::new(1.0, -0.8, 0.6).normalize();
+        look(center + away * size * 1.2, center)
+    }
+}

@@ -1,0 +1,148 @@
+//! octray against Intel's Embree 4.4: the same rays, in one process, on one thread, in turn.
+//!
+//! ```text
+//! bash benches/embree/fetch.sh
+//! cargo bench --bench embree --features embree-bench -- --json embree.json
+//! cargo bench --bench embree --features embree-bench -- --only cow,terrain
+//! cargo bench --bench embree --features embree-bench -- my.scn --eye 3,2,1 --target 0,0,0.5
+//! ```
+//!
+//! The rays are those of [`octray::bench::Workload`]. Timed is the way from rays in memory to hit records in
+//! memory. octray traces them as the renderer does; Embree in every mode that could win: 1, 8 and 16 rays a
+//! call, flagged coherent or not, with the CPU's best instruction set or AVX2, built with medium or high
+//! quality, shadow rays from the surface or from the light. All modes are tried briefly, those near the
+//! fastest are then measured in turn with octray, and the best by its median counts. Embree's rays lie ready in
+//! the layout of its own packets, 16 rays as blocks of 4x4 pixels, and packets without any ray are left out.
+
+mod device;
+mod ffi;
+mod inputs;
+mod rays;
+mod report;
+mod run;
+#[path = "../common/view.rs"]
+mod view;
+
+use clap::Parser;
+use inputs::{Source, View};
+use std::{path::PathBuf, process::ExitCode};
+
+/// octray against Embree on the same rays.
+#[derive(Parser)]
+#[command(
+    name = "cargo bench --bench embree --features embree-bench --",
+    max_term_width = 110
+)]
+struct Arguments {
+    /// Scenes (.scn) or meshes (.ply) instead of the suite
+    #[arg(value_name = "SCENE_OR_MESH")]
+    files: Vec<PathBuf>,
+
+    /// Write the results as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+
+    /// Suite: only these scenes
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
+    only: Vec<String>,
+
+    /// How often each contender traces the rays; the median counts
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 7)]
+    repeat: u32,
+
+    /// Camera rays across and down
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192), default_value_t = 1024)]
+    size: u32,
+
+    /// Suite: triangles of the blobs
+    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    blobs: usize,
+
+    /// Also against Embree's robust scene flag
+    #[arg(long)]
+    robust: bool,
+
+    /// Print what every mode of Embree does at the first look
+    #[arg(long)]
+    all_modes: bool,
+
+    /// Leave out the builds, which take long for large scenes
+    #[arg(long)]
+    no_builds: bool,
+
+    /// Trace on this CPU [default: the last one]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..1024))]
+    cpu: Option<u32>,
+
+    #[command(flatten)]
+    view: View,
+
+    /// What cargo bench adds
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), String> {
+    let sources = sources(arguments)?;
+    let api = match ffi::Api::load() {
+        Ok(api) => api,
+        Err(missing) => {
+            println!("skipped: {missing}");
+            return Ok(());
+        }
+    };
+    device::self_check(&api)?;
+    let plan = run::Plan {
+        size: arguments.size,
+        repeat: arguments.repeat as usize,
+        robust: arguments.robust,
+        all_modes: arguments.all_modes,
+        cpu: arguments.cpu.map(|cpu| cpu as usize),
+    };
+    println!("{}", report::heading(plan.repeat, plan.size));
+    let (mut rows, mut builds) = (Vec::new(), Vec::new());
+    for source in sources {
+        let input = source.load(&arguments.view)?;
+        if !arguments.no_builds {
+            eprintln!("{}: builds", input.name);
+            let of_scene = run::builds_of(&api, &input.scene)?;
+            println!("{}", report::build_line(&input.name, &of_scene));
+            builds.push((input.name.clone(), of_scene));
+        }
+        for row in run::rows_of(&api, &input, plan)? {
+            println!("{}", report::line(&row));
+            rows.push(row);
+        }
+    }
+    print!("{}", report::means(&rows, &builds));
+    match &arguments.json {
+        Some(path) => report::write_json(path, &rows, &builds),
+        None => Ok(()),
+    }
+}
+
+fn sources(arguments: &Arguments) -> Result<Vec<Source>, String> {
+    if !arguments.files.is_empty() {
+        return Ok(arguments.files.iter().cloned().map(Source::File).collect());
+    }
+    let suite = inputs::suite(arguments.blobs);
+    if arguments.only.is_empty() {
+        return Ok(suite);
+    }
+    let names: Vec<String> = suite.iter().map(Source::name).collect();
+    if let Some(unknown) = arguments.only.iter().find(|name| !names.contains(name)) {
+        return Err(format!("{unknown} is not in the suite: {}", names.join(", ")));
+    }
+    let wanted = |source: &Source| arguments.only.contains(&source.name());
+    Ok(suite.into_iter().filter(wanted).collect())
+}

@@ -1,0 +1,308 @@
+//! octray's rays as Embree reads them, prepared before anything is timed, and the loops that are timed: copy a
+//! packet, reset what the last call left, call, store the hits.
+
+use crate::{
+    device::{EmbreeScene, empty},
+    ffi::{self, Arguments, RayHits},
+};
+use octray::{
+    bench::{Kind, RaySet, Results},
+    ray::RayPacket,
+    trace::BUNDLE,
+};
+use std::ops::{Deref, DerefMut};
+
+/// What the two make of the same rays.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Differences {
+    pub rays: u64,
+    /// One hits (or is blocked), the other not.
+    pub hit_miss: u64,
+    /// Both hit, but the distances differ by more than 1e-4 of them.
+    pub distance: u64,
+}
+
+impl Differences {
+    /// At most 50 in a million of either.
+    pub fn agree(&self) -> bool {
+        self.hit_miss.max(self.distance) * 1_000_000 <= 50 * self.rays
+    }
+
+    pub fn per_million(&self, count: u64) -> f64 {
+        count as f64 * 1e6 / self.rays.max(1) as f64
+    }
+}
+
+/// N rays, a column a field. Its 32 N bytes put `valid` where Embree wants it.
+#[repr(C)]
+#[derive(Clone, Copy)]
+struct Packet<const N: usize> {
+    origin: [[f32; N]; 3],
+    direction: [[f32; N]; 3],
+    t_far: [f32; N],
+    /// -1 for lanes with a ray.
+    valid: [i32; N],
+}
+
+/// The hit records that the timed loop leaves in memory.
+#[repr(C)]
+#[derive(Clone, Copy)]
+struct Hits<const N: usize> {
+    t: [f32; N],
+    u: [f32; N],
+    v: [f32; N],
+    primitive: [u32; N],
+    geometry: [u32; N],
+}
+
+/// Rays of one set, in packets of N. Packets without any ray are left out.
+struct Width<const N: usize> {
+    packets: Lines<Packet<N>>,
+    /// Which lane of the set each lane is; `u32::MAX` for none.
+    sources: Vec<[u32; N]>,
+    hits: Lines<Hits<N>>,
+    /// Shadow rays: minus infinity where blocked.
+    t_far: Lines<[f32; N]>,
+}
+
+/// One set of rays in every width.
+pub struct Prepared {
+    kind: Kind,
+    one: Width<1>,
+    eight: Width<8>,
+    sixteen: Width<16>,
+}
+
+impl Prepared {
+    /// `from_light`: shadow rays run from their light to the surface instead.
+    pub fn new(set: &RaySet, from_light: bool) -> Self {
+        // Eight packets of 4x2 pixels are two columns of four: one upon another makes 4x4.
+        const PAIRS: [[usize; 2]; 4] = [[0, 2], [1, 3], [4, 6], [5, 7]];
+        let mut lanes8 = Vec::new();
+        let mut lanes16 = Vec::new();
+        let mut first = 0;
+        for (light, packets) in &set.groups {
+            for bundle in packets.chunks(BUNDLE) {
+                let lanes_of = |packet_i: usize| {
+                    let packet = &bundle[packet_i];
+                    (0..8).map(move |lane| {
+                        let source = ((first + packet_i) * 8 + lane) as u32;
+                        Lane::new(packet, lane, source, light.filter(|_| from_light))
+                    })
+                };
+                lanes8.extend((0..bundle.len()).flat_map(lanes_of));
+                if bundle.len() == BUNDLE {
+                    lanes16.extend(PAIRS.into_iter().flatten().flat_map(lanes_of));
+                } else {
+                    lanes16.extend((0..bundle.len()).flat_map(lanes_of));
+                }
+                first += bundle.len();
+            }
+        }
+        Self {
+            kind: set.kind,
+            one: Width::new(&lanes8),
+            eight: Width::new(&lanes8),
+            sixteen: Width::new(&lanes16),
+        }
+    }
+
+    /// Traces the set, `width` rays a call. This is what is timed.
+    pub fn trace(&mut self, scene: &EmbreeScene<'_>, width: usize, coherent: bool) {
+        let arguments = &Arguments::new(coherent);
+        if self.kind == Kind::Shadow {
+            match width {
+                1 => self.one.occluded(|_, rays| scene.occluded1(rays, arguments)),
+                8 => self
+                    .eight
+                    .occluded(|valid, rays| scene.occluded8(valid, rays, arguments)),
+                _ => self
+                    .sixteen
+                    .occluded(|valid, rays| scene.occluded16(valid, rays, arguments)),
+            }
+        } else {
+            match width {
+                1 => self.one.closest(|_, rays| scene.intersect1(rays, arguments)),
+                8 => self
+                    .eight
+                    .closest(|valid, rays| scene.intersect8(valid, rays, arguments)),
+                _ => self
+                    .sixteen
+                    .closest(|valid, rays| scene.intersect16(valid, rays, arguments)),
+            }
+        }
+    }
+
+    /// Compares what [`Self::trace`] left in that width with octray's results.
+    pub fn differences(&self, width: usize, ours: &Results) -> Differences {
+        let shadow = self.kind == Kind::Shadow;
+        match width {
+            1 => self.one.differences(shadow, ours),
+            8 => self.eight.differences(shadow, ours),
+            _ => self.sixteen.differences(shadow, ours),
+        }
+    }
+}
+
+/// A ray of the set, or a lane without one.
+#[derive(Clone, Copy)]
+struct Lane {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    t_far: f32,
+    source: u32,
+}
+
+impl Lane {
+    const NONE: Self = Self {
+        origin: [0.0; 3],
+        direction: [0.0, 0.0, 1.0],
+        t_far: 0.0,
+        source: u32::MAX,
+    };
+
+    fn new(packet: &RayPacket, lane: usize, source: u32, light: Option<glam::Vec3>) -> Self {
+        let ray = packet.ray(lane);
+        let (origin, direction) = match light {
+            Some(light) => (light, -ray.direction),
+            None => (ray.origin, ray.direction),
+        };
+        Self {
+            origin: origin.to_array(),
+            direction: direction.to_array(),
+            t_far: ray.t_max,
+            source: if ray.t_max > 0.0 { source } else { u32::MAX },
+        }
+    }
+}
+
+impl<const N: usize> Width<N> {
+    fn new(lanes: &[Lane]) -> Self {
+        let is_ray = |lane: &Lane| lane.source != u32::MAX;
+        let chosen = lanes.chunks(N).filter(|chunk| chunk.iter().any(is_ray));
+        let chosen: Vec<[Lane; N]> = chosen
+            .map(|chunk| std::array::from_fn(|i| *chunk.get(i).unwrap_or(&Lane::NONE)))
+            .collect();
+        let packet = |lanes: &[Lane; N]| Packet {
+            origin: [0, 1, 2].map(|axis| lanes.map(|lane| lane.origin[axis])),
+            direction: [0, 1, 2].map(|axis| lanes.map(|lane| lane.direction[axis])),
+            t_far: lanes.map(|lane| lane.t_far),
+            valid: lanes.map(|lane| if is_ray(&lane) { -1 } else { 0 }),
+        };
+        let miss = Hits {
+            t: [0.0; N],
+            u: [0.0; N],
+            v: [0.0; N],
+            primitive: [ffi::NONE; N],
+            geometry: [ffi::NONE; N],
+        };
+        Self {
+            packets: Lines::new(chosen.iter().map(packet)),
+            sources: chosen.iter().map(|lanes| lanes.map(|lane| lane.source)).collect(),
+            hits: Lines::new(chosen.iter().map(|_| miss)),
+            t_far: Lines::new(chosen.iter().map(|_| [0.0; N])),
+        }
+    }
+
+    #[inline(always)]
+    fn closest(&mut self, call: impl Fn(&[i32; N], &mut RayHits<N>)) {
+        let mut work = empty::<N>();
+        for (packet, hits) in self.packets.iter().zip(self.hits.iter_mut()) {
+            work.rays.origin = packet.origin;
+            work.rays.direction = packet.direction;
+            work.rays.t_far = packet.t_far;
+            work.geometry = [ffi::NONE; N];
+            call(&packet.valid, &mut work);
+            *hits = Hits {
+                t: work.rays.t_far,
+                u: work.u,
+                v: work.v,
+                primitive: work.primitive,
+                geometry: work.geometry,
+            };
+        }
+    }
+
+    #[inline(always)]
+    fn occluded(&mut self, call: impl Fn(&[i32; N], &mut RayHits<N>)) {
+        let mut work = empty::<N>();
+        for (packet, t_far) in self.packets.iter().zip(self.t_far.iter_mut()) {
+            work.rays.origin = packet.origin;
+            work.rays.direction = packet.direction;
+            work.rays.t_far = packet.t_far;
+            call(&packet.valid, &mut work);
+            *t_far = work.rays.t_far;
+        }
+    }
+
+    fn differences(&self, shadow: bool, ours: &Results) -> Differences {
+        let mut differences = Differences::default();
+        for (packet_i, sources) in self.sources.iter().enumerate() {
+            for (lane, &source) in sources.iter().enumerate() {
+                if source == u32::MAX {
+                    continue;
+                }
+                differences.rays += 1;
+                let (i, our_lane) = (source as usize / 8, source as usize % 8);
+                if shadow {
+                    let blocked = ours.blocked[i] >> our_lane & 1 == 1;
+                    differences.hit_miss += u64::from(blocked != (self.t_far[packet_i][lane] < 0.0));
+                    continue;
+                }
+                let (ours, hits) = (ours.hits[i].hit(our_lane), &self.hits[packet_i]);
+                if ours.is_hit() != (hits.geometry[lane] != ffi::NONE) {
+                    differences.hit_miss += 1;
+                } else if ours.is_hit() && (hits.t[lane] - ours.t).abs() > 1e-4 * ours.t {
+                    differences.distance += 1;
+                }
+            }
+        }
+        differences
+    }
+}
+
+/// Items from the start of a cache line on, without gaps.
+struct Lines<T> {
+    lines: Vec<Line>,
+    items: usize,
+    item: std::marker::PhantomData<T>,
+}
+
+#[repr(align(64))]
+#[derive(Clone, Copy)]
+struct Line(#[expect(dead_code, reason = "read through pointers alone")] [u8; 64]);
+
+impl<T: Copy> Lines<T> {
+    fn new(items: impl ExactSizeIterator<Item = T>) -> Self {
+        const { assert!(align_of::<T>() <= 64) };
+        let count = items.len();
+        let bytes = count * size_of::<T>();
+        let mut lines = vec![Line([0; 64]); bytes.div_ceil(64)];
+        let start = lines.as_mut_ptr().cast::<T>();
+        for (i, item) in items.take(count).enumerate() {
+            // SAFETY: `lines` has room for `count` items and is aligned for them.
+            unsafe { start.add(i).write(item) };
+        }
+        Self {
+            lines,
+            items: count,
+            item: std::marker::PhantomData,
+        }
+    }
+}
+
+impl<T: Copy> Deref for Lines<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        // SAFETY: `new` has written that many items there; the fields are private.
+        unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast(), self.items) }
+    }
+}
+
+impl<T: Copy> DerefMut for Lines<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        // SAFETY: as in `deref`; the borrow is exclusive.
+        unsafe { std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast(), self.items) }
+    }
+}

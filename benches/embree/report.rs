@@ -1,0 +1,170 @@
+//! The table and the JSON.
+
+use crate::run::{Builds, Row};
+use octray::{
+    bench::{Kind, machine},
+    simd,
+};
+use serde::Serialize;
+use std::path::Path;
+
+/// The table's heading, with what it was measured on.
+pub fn heading(repeat: usize, size: u32) -> String {
+    format!(
+        "{}, octray built for {}; one thread, {size}x{size} rays, median of {repeat}, alternating\n\n\
+         {:<10} {:<7} {:>8} {:>6} {:>8} {:>6}  {:<34} {:>6}  {:>9} {:>9}  {}\n\
+         {:<10} {:<7} {:>15} {:>15}  {:<34} {:>6}  {:>19}\n",
+        machine(),
+        simd::ISA,
+        "scene",
+        "rays",
+        "octray",
+        "spread",
+        "Embree",
+        "spread",
+        "Embree's best mode",
+        "ratio",
+        "hit/miss",
+        "distance",
+        "agree",
+        "",
+        "",
+        "Mrays/s",
+        "Mrays/s",
+        "",
+        "",
+        "differ per million"
+    )
+}
+
+/// A line of the table.
+pub fn line(row: &Row) -> String {
+    let d = &row.differences;
+    format!(
+        "{:<10} {:<7} {:>8.2} {:>5.0}% {:>8.2} {:>5.0}%  {:<34} {:>5.2}x  {:>9.1} {:>9.1}  {}",
+        row.scene,
+        row.kind.name(),
+        row.ours.0,
+        row.ours.1 * 100.0,
+        row.embree.0,
+        row.embree.1 * 100.0,
+        row.mode.name(),
+        row.ratio(),
+        d.per_million(d.hit_miss),
+        d.per_million(d.distance),
+        match (row.exact, d.agree()) {
+            (true, true) => "yes",
+            (true, false) => "no",
+            (false, _) => "NO: octray differs from its own reference",
+        }
+    )
+}
+
+/// A line on builds.
+pub fn build_line(scene: &str, builds: &Builds) -> String {
+    let [ours, embree] = [builds.ours, builds.embree_medium].map(|b| b.map(|seconds| seconds * 1e3));
+    format!(
+        "{scene:<10} build   1 thread: octray {:.1} ms, Embree medium {:.1} ms ({:.2}x its time); 2 threads: \
+         octray {:.1} ms, Embree medium {:.1} ms ({:.2}x)",
+        ours[0],
+        embree[0],
+        ours[0] / embree[0],
+        ours[1],
+        embree[1],
+        ours[1] / embree[1],
+    )
+}
+
+/// Geometric means of the ratios, by kind of rays; and of the builds' times relative to Embree's.
+pub fn means(rows: &[Row], builds: &[(String, Builds)]) -> String {
+    let mut text = format!("\ngeometric means over {} scenes\n", builds.len());
+    for robust in [false, true] {
+        for kind in Kind::ALL {
+            let chosen = rows.iter().filter(|row| row.kind == kind && row.robust == robust);
+            let ratios: Vec<f64> = chosen.map(Row::ratio).collect();
+            if let Some(worst) = ratios.iter().copied().reduce(f64::min) {
+                let name = kind.name();
+                let against = if robust { " against robust Embree" } else { "" };
+                text += &format!(
+                    "{name:<7} {:.2}x, worst {worst:.2}x{against}\n",
+                    geometric_mean(&ratios)
+                );
+            }
+        }
+    }
+    for (i, threads) in ["1 thread", "2 threads"].into_iter().enumerate() {
+        let ratio = |(_, b): &(String, Builds)| b.ours[i] / b.embree_medium[i];
+        let ratios: Vec<f64> = builds.iter().map(ratio).collect();
+        if let Some(worst) = ratios.iter().copied().reduce(f64::max) {
+            let mean = geometric_mean(&ratios);
+            text += &format!("build, {threads}: {mean:.2}x Embree medium's time, worst {worst:.2}x\n");
+        }
+    }
+    text
+}
+
+fn geometric_mean(ratios: &[f64]) -> f64 {
+    (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64).exp()
+}
+
+#[derive(Serialize)]
+struct Json {
+    schema: u32,
+    machine: String,
+    isa: &'static str,
+    results: Vec<JsonRow>,
+    builds: Vec<JsonBuilds>,
+}
+
+#[derive(Serialize)]
+struct JsonRow {
+    scene: String,
+    kind: &'static str,
+    ours: f64,
+    embree: f64,
+    embree_mode: String,
+    ratio: f64,
+    agree: bool,
+}
+
+#[derive(Serialize)]
+struct JsonBuilds {
+    scene: String,
+    ours_1: f64,
+    ours_2: f64,
+    embree_medium_1: f64,
+    embree_medium_2: f64,
+}
+
+/// Writes the results, the robust rows left out; times in seconds, speeds in Mrays/s.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_json(path: &Path, rows: &[Row], builds: &[(String, Builds)]) -> Result<(), String> {
+    let row = |row: &Row| JsonRow {
+        scene: row.scene.clone(),
+        kind: row.kind.name(),
+        ours: row.ours.0,
+        embree: row.embree.0,
+        embree_mode: row.mode.name(),
+        ratio: row.ratio(),
+        agree: row.agree(),
+    };
+    let build = |(scene, b): &(String, Builds)| JsonBuilds {
+        scene: scene.clone(),
+        ours_1: b.ours[0],
+        ours_2: b.ours[1],
+        embree_medium_1: b.embree_medium[0],
+        embree_medium_2: b.embree_medium[1],
+    };
+    let json = Json {
+        schema: 1,
+        machine: machine(),
+        isa: simd::ISA,
+        results: rows.iter().filter(|row| !row.robust).map(row).collect(),
+        builds: builds.iter().map(build).collect(),
+    };
+    let mut text = serde_json::to_string_pretty(&json).map_err(|error| error.to_string())?;
+    text.push('\n');
+    std::fs::write(path, text).map_err(|error| format!("cannot write {}: {error}", path.display()))
+}

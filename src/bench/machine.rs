@@ -1,0 +1,12 @@
+//! On what a result was measured.
+
+/// The processor's name, where the system tells it; else its architecture.
+#[must_use]
+pub fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info.lines().find(|line| line.starts_with("model name"));
+    match model.and_then(|line| line.split_once(':')) {
+        Some((_, name)) => name.trim().to_string(),
+        None => std::env::consts::ARCH.to_string(),
+    }
+}
