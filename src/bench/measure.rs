@@ -176,7 +176,7 @@ fn run_simd(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
 #[must_use]
 pub fn reference(scene: &Scene, bvh: &Bvh, set: &RaySet) -> Results {
     let mut results = Results::default();
-    run_scalar(scene, bvh.binary(scene), set, &mut results);
+    run_scalar(bvh.binary(scene), set, &mut results);
     results
 }
 
