@@ -268,6 +268,22 @@ fn refused(what: &str, path: &Path) -> String {
     error.to_string().replace(&*path.to_string_lossy(), "SCENE")
 }
 
+/// Ten thousand lines of a few bytes must not become ten thousand meshes in memory, however the path is written.
+#[test]
+fn one_mesh_named_ten_thousand_times() {
+    let folder = folder();
+    let inside = |name: &str| folder.path().join(name);
+    fs::create_dir(inside("folder")).expect("created");
+    let corners = 100_000;
+    let mut mesh = header("binary_little_endian", &corners.to_string(), "0").into_bytes();
+    mesh.extend(std::iter::repeat_n(0, corners * 12));
+    fs::write(inside("mesh.ply"), mesh).expect("written");
+    let text = "ply_file mesh.ply\nply_file ././mesh.ply\nply_file folder/../mesh.ply\n".repeat(4000);
+    fs::write(inside("many.scn"), text).expect("written");
+    let scene = must_end("many times", || load(&inside("many.scn"))).expect("loaded");
+    assert_eq!(scene.vertices().x.len(), corners);
+}
+
 #[test]
 fn files_that_are_none() {
     let folder = folder();

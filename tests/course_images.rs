@@ -1,5 +1,17 @@
 //! The course's own scenes against the pictures of the course's own code. Neither is part of octray: the tests
 //! are skipped, with a line that says so, where they are absent.
+//!
+//! Shares of pixels that differ by more than 2/255, as measured (x86-64-v3; allowed are 0.1 %, cow 0.5 %), all of
+//! them at edges of surfaces and shadows:
+//!
+//! | scene | viewpoint 1 | viewpoint 3 |
+//! |---|---|---|
+//! | silhouette | 0.0015 % | 0 |
+//! | matte | 0.0027 % | 0.0046 % |
+//! | matte, no shadows | 0.0019 % | – |
+//! | blinn_phong | 0.0027 % | 0.0046 % |
+//! | reflections | 0.0038 % | 0.0057 % |
+//! | cow | 0.0069 % | 0.0172 % |
 
 #[path = "common/images.rs"]
 mod images;

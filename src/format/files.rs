@@ -7,12 +7,26 @@ use std::{
     path::Path,
 };
 
-/// The largest file that is read, bytes. Offsets and counts beyond have no use: ids are 32 bits.
+/// The largest mesh file that is read, bytes. Offsets and counts beyond have no use: ids are 32 bits.
 const MAX_BYTES: u64 = 1 << 32;
+
+/// The largest text of a scene, bytes: some twenty million spheres. What is larger is no scene, and to find that
+/// out would take its size in memory.
+const MAX_TEXT_BYTES: u64 = 1 << 29;
+
+/// Reads the text of a scene, as [`read_up_to`] does.
+pub(super) fn read_text(path: &Path) -> io::Result<Vec<u8>> {
+    read_up_to(path, MAX_TEXT_BYTES)
+}
+
+/// Reads a mesh, as [`read_up_to`] does.
+pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
+    read_up_to(path, MAX_BYTES)
+}
 
 /// Reads a regular file. Anything else (a folder, a pipe, a device) is refused before it is opened: opening
 /// a pipe may wait forever, and a device may have no end.
-pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
+fn read_up_to(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let kind = fs::metadata(path)?.file_type();
     if kind.is_dir() {
         return Err(io::Error::other("this is a folder, expected a file"));
@@ -22,15 +36,15 @@ pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
     }
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
-    let too_large = || io::Error::other(format!("the file is larger than {MAX_BYTES} bytes"));
-    if length > MAX_BYTES {
+    let too_large = || io::Error::other(format!("the file is larger than {limit} bytes"));
+    if length > limit {
         return Err(too_large());
     }
     let mut bytes = Vec::new();
     let room = usize::try_from(length).map_err(|_| too_large())?;
     bytes.try_reserve_exact(room).map_err(io::Error::other)?;
     // The file may grow while it is read; some of /proc claim to be empty.
-    if file.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes)? as u64 > MAX_BYTES {
+    if file.by_ref().take(limit + 1).read_to_end(&mut bytes)? as u64 > limit {
         return Err(too_large());
     }
     Ok(bytes)

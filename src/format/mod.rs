@@ -8,23 +8,30 @@ pub mod ply;
 mod scn;
 
 use crate::{error::LoadError, scene::Scene};
-use std::{io, path::Path};
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
 
 /// Gives the bytes of a mesh file. The path is the one written in the scene, joined to the scene's folder.
 pub type OpenMesh<'a> = &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>;
 
-/// Loads a `.scn` file and the meshes that it names. A mesh's path is relative to the scene file.
+/// Loads a `.scn` file and the meshes that it names. A mesh's path is relative to the scene file. A mesh that is
+/// named again is not read again: its copy would be hidden in the first, which keeps its material.
 ///
 /// # Errors
 /// [`LoadError`], with the place of the fault: a file that cannot be read or is none, a statement that is
 /// not understood, a mesh that is broken.
 pub fn load(path: &Path) -> Result<Scene, LoadError> {
-    let text = files::read(path).map_err(|error| files::load_error(path, &error))?;
-    load_from_bytes(&text, path, &mut files::read)
+    let text = files::read_text(path).map_err(|error| files::load_error(path, &error))?;
+    // What cannot be resolved cannot be read either, and is refused then.
+    let identify = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    scn::parse(&text, path, &mut files::read, identify)
 }
 
 /// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and mesh paths are
-/// relative to its folder; `open_mesh` gives a mesh file's bytes.
+/// relative to its folder; `open_mesh` gives a mesh file's bytes, and is asked once for each path (`.` within
+/// a path does not count).
 ///
 /// ```
 /// use octray::format::load_from_bytes;
@@ -51,5 +58,7 @@ pub fn load(path: &Path) -> Result<Scene, LoadError> {
 /// # Errors
 /// [`LoadError`], as for [`load`].
 pub fn load_from_bytes(text: &[u8], name: &Path, open_mesh: OpenMesh<'_>) -> Result<Scene, LoadError> {
-    scn::parse(text, name, open_mesh)
+    scn::parse(text, name, open_mesh, |path| {
+        path.components().collect::<PathBuf>()
+    })
 }

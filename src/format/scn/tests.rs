@@ -1,5 +1,5 @@
 use super::*;
-use crate::error::LoadError;
+use crate::{error::LoadError, format::load_from_bytes};
 use std::io;
 
 const TRIANGLE: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
@@ -7,12 +7,12 @@ const TRIANGLE: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float 
     0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
 fn load(text: &[u8]) -> Result<Scene, LoadError> {
-    parse(text, Path::new("dir/a.scn"), &mut |path| match path
+    load_from_bytes(text, Path::new("dir/a.scn"), &mut |path| match path
         .to_str()
         .map(|path| path.replace('\\', "/"))
         .as_deref()
     {
-        Some("dir/t.ply" | "dir/my mesh.ply") => Ok(TRIANGLE.into()),
+        Some("dir/t.ply" | "dir/my mesh.ply" | "dir/./t.ply") => Ok(TRIANGLE.into()),
         Some("dir/bad.ply") => Ok(TRIANGLE.replace("3 0 1 2", "3 0 1 9").into()),
         _ => Err(io::ErrorKind::NotFound.into()),
     })
@@ -38,6 +38,15 @@ fn statements() {
     assert_eq!(scene.spheres().radius, [0.1, 1.0]);
     assert_eq!(scene.spheres().material, [MaterialId(0), MaterialId(3)]);
     assert_eq!(scene.triangles().material, [MaterialId(1); 2]);
+}
+
+/// A copy would lie exactly in the first; of equal t the lowest id wins, so the first material is seen.
+#[test]
+fn a_mesh_named_again_is_there_once() {
+    let scene = scene(
+        "material 1\nply_file t.ply\nmaterial 2\nply_file ./t.ply\nply_file \"my mesh.ply\"\nply_file t.ply",
+    );
+    assert_eq!(scene.triangles().material, [MaterialId(1), MaterialId(2)]);
 }
 
 #[test]
