@@ -10,7 +10,7 @@ use std::{
 };
 
 /// What each room may use, besides itself. `None`: everything.
-const ROOMS: [(&str, Option<&str>); 18] = [
+const ROOMS: [(&str, Option<&str>); 19] = [
     ("error", Some("")),
     ("math", Some("")),
     ("course", Some("")),
@@ -30,6 +30,10 @@ const ROOMS: [(&str, Option<&str>); 18] = [
     (
         "render",
         Some("shade reference trace accel scene geometry course ray simd math error"),
+    ),
+    (
+        "bench",
+        Some("render generate reference shade trace accel scene geometry course ray simd math error"),
     ),
     ("cli", None),
     ("viewer", None),
