@@ -120,7 +120,6 @@ fn odd_scenes_are_the_same_in_both_modes() {
 /// distances are equal everybody chooses the same side: one pair a round, time grows with the square of the count,
 /// and the tree becomes a chain.
 #[test]
-#[ignore = "fails: the build takes quadratic time where nearest neighbours tie"]
 fn many_equal_primitives_build_soon() {
     let limit = Duration::from_secs(5);
     let count = 20_000;

@@ -6,10 +6,10 @@ use octray::{course, scene::Camera};
 
 /// The camera of the first comment that has one; `None` if there is none.
 pub fn told_in(scene_file: &str) -> Option<Camera> {
-    let comments = scene_file
+    let mut comments = scene_file
         .lines()
         .filter(|line| line.trim_start().starts_with("//"));
-    comments.filter_map(camera).next()
+    comments.find_map(camera)
 }
 
 fn camera(comment: &str) -> Option<Camera> {

@@ -1,6 +1,9 @@
 //! Embree's devices and scenes, with lifetimes.
 
-use crate::ffi::{self, Api, Arguments, Handle, RayHits, Rays};
+use crate::{
+    ffi::{self, Api, Arguments, Handle, RayHits, Rays},
+    spheres,
+};
 use octray::scene::Scene;
 use std::{ffi::CString, marker::PhantomData, time::Instant};
 
@@ -25,6 +28,10 @@ impl Buffers {
         }
     }
 
+    pub fn has_spheres(&self) -> bool {
+        !self.spheres.is_empty()
+    }
+
     /// The id of the first primitive of each geometry, by its number.
     fn first_ids(&self) -> [u32; 2] {
         if self.triangles.is_empty() {
@@ -36,7 +43,7 @@ impl Buffers {
 }
 
 /// What decides how a scene is built and which code traces it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Build {
     /// The instruction set is held to AVX2 instead of the best that the CPU has.
     pub avx2: bool,
@@ -44,6 +51,8 @@ pub struct Build {
     pub high: bool,
     /// With Embree's robust flag.
     pub robust: bool,
+    /// Spheres are geometry of our own instead of Embree's.
+    pub own_spheres: bool,
 }
 
 /// A built scene.
@@ -97,8 +106,17 @@ impl<'a> EmbreeScene<'a> {
                 geometries.push(geometry);
             }
             if !buffers.spheres.is_empty() {
-                let geometry = (api.new_geometry)(device, ffi::SPHERE_POINT);
-                share(api, geometry, ffi::VERTEX, ffi::FLOAT4, &buffers.spheres);
+                let kind = if build.own_spheres {
+                    ffi::USER
+                } else {
+                    ffi::SPHERE_POINT
+                };
+                let geometry = (api.new_geometry)(device, kind);
+                if build.own_spheres {
+                    spheres::set(api, geometry, &buffers.spheres);
+                } else {
+                    share(api, geometry, ffi::VERTEX, ffi::FLOAT4, &buffers.spheres);
+                }
                 geometries.push(geometry);
             }
             let start = Instant::now();
@@ -218,12 +236,17 @@ pub fn self_check(api: &Api) -> Result<(), String> {
         buffers.spheres.push([x + 2.0, 0.0, 0.0, 0.5]);
     }
     buffers.vertices.push([0.0; 3]);
-    let build = Build {
-        avx2: false,
-        high: false,
-        robust: false,
-    };
-    let scene = EmbreeScene::new(api, &buffers, build, 1)?;
+    for own_spheres in [false, true] {
+        let build = Build {
+            own_spheres,
+            ..Build::default()
+        };
+        check_answers(&EmbreeScene::new(api, &buffers, build, 1)?, at)?;
+    }
+    Ok(())
+}
+
+fn check_answers(scene: &EmbreeScene<'_>, at: impl Fn(usize) -> f32) -> Result<(), String> {
     let arguments = Arguments::new(true);
     let x = |lane: usize| match lane {
         4 => at(lane) + 3.0,

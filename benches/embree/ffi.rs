@@ -19,6 +19,8 @@ pub const NONE: u32 = u32::MAX;
 pub const TRIANGLE: c_uint = 0;
 /// `RTC_GEOMETRY_TYPE_SPHERE_POINT`.
 pub const SPHERE_POINT: c_uint = 50;
+/// `RTC_GEOMETRY_TYPE_USER`.
+pub const USER: c_uint = 120;
 /// `RTC_BUFFER_TYPE_INDEX`.
 pub const INDEX: c_uint = 0;
 /// `RTC_BUFFER_TYPE_VERTEX`.
@@ -91,6 +93,34 @@ impl Arguments {
     }
 }
 
+/// `RTCBoundsFunctionArguments`.
+#[repr(C)]
+pub struct BoundsArguments {
+    pub user_data: *mut c_void,
+    pub primitive: c_uint,
+    pub time_step: c_uint,
+    /// `RTCBounds`: lower corner, a gap, upper corner, a gap.
+    pub bounds: *mut [f32; 8],
+}
+
+/// `RTCIntersectFunctionNArguments` and `RTCOccludedFunctionNArguments`, which differ in the packet alone: rays and
+/// hits, or rays.
+#[repr(C)]
+pub struct UserArguments {
+    pub valid: *const c_int,
+    pub user_data: *mut c_void,
+    pub primitive: c_uint,
+    pub context: *const c_void,
+    pub packet: *mut c_void,
+    pub width: c_uint,
+    pub geometry: c_uint,
+}
+
+/// `RTCBoundsFunction`.
+pub type BoundsFunction = unsafe extern "C" fn(*const BoundsArguments);
+/// `RTCIntersectFunctionN`, `RTCOccludedFunctionN`.
+pub type UserFunction = unsafe extern "C" fn(*const UserArguments);
+
 /// `rtcIntersect8`, `rtcOccluded8` and the like: an occluded call reads and writes the rays alone.
 pub type TracePacket<const N: usize> =
     unsafe extern "C" fn(*const c_int, Handle, *mut RayHits<N>, *const Arguments);
@@ -131,6 +161,15 @@ api! {
     set_geometry_build_quality: b"rtcSetGeometryBuildQuality\0": unsafe extern "C" fn(Handle, c_uint),
     set_shared_geometry_buffer: b"rtcSetSharedGeometryBuffer\0":
         unsafe extern "C" fn(Handle, c_uint, c_uint, c_uint, *const c_void, usize, usize, usize),
+    set_geometry_user_primitive_count: b"rtcSetGeometryUserPrimitiveCount\0":
+        unsafe extern "C" fn(Handle, c_uint),
+    set_geometry_user_data: b"rtcSetGeometryUserData\0": unsafe extern "C" fn(Handle, *mut c_void),
+    set_geometry_bounds_function: b"rtcSetGeometryBoundsFunction\0":
+        unsafe extern "C" fn(Handle, BoundsFunction, *mut c_void),
+    set_geometry_intersect_function: b"rtcSetGeometryIntersectFunction\0":
+        unsafe extern "C" fn(Handle, UserFunction),
+    set_geometry_occluded_function: b"rtcSetGeometryOccludedFunction\0":
+        unsafe extern "C" fn(Handle, UserFunction),
     commit_geometry: b"rtcCommitGeometry\0": unsafe extern "C" fn(Handle),
     attach_geometry: b"rtcAttachGeometry\0": unsafe extern "C" fn(Handle, Handle) -> c_uint,
     intersect1: b"rtcIntersect1\0": TraceOne,

@@ -33,8 +33,8 @@ pub struct Input {
 #[derive(Args, Clone, Copy, Debug)]
 pub struct View {
     /// Named scenes: one of the course's viewpoints, 1 to 6
-    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6))]
-    view: Option<u32>,
+    #[arg(long = "view", value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6))]
+    viewpoint: Option<u32>,
 
     /// Named scenes: where the camera stands
     #[arg(long, value_name = "x,y,z", value_parser = vector, allow_hyphen_values = true)]
@@ -101,6 +101,7 @@ impl Source {
     }
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "map_err passes errors by value")]
 fn text(error: impl ToString) -> String {
     error.to_string()
 }
@@ -137,10 +138,10 @@ impl View {
     /// Without any word on the view: the one that the file's comments tell, as those of `octray generate` do.
     /// Else the course's first viewpoint, if the scene is where the course's are. Else all of the scene is seen.
     fn camera(&self, scene: &Scene, path: &Path) -> Result<Camera, String> {
-        let course_eye = course::viewpoint(self.view.unwrap_or(1)).unwrap_or(DVec3::X);
+        let course_eye = course::viewpoint(self.viewpoint.unwrap_or(1)).unwrap_or(DVec3::X);
         let look =
             |eye: DVec3, target: DVec3| Camera::look_at(eye, target, course::UP, self.fov).map_err(text);
-        if self.view.is_some() || self.eye.is_some() || self.target.is_some() {
+        if self.viewpoint.is_some() || self.eye.is_some() || self.target.is_some() {
             return look(
                 self.eye.unwrap_or(course_eye),
                 self.target.unwrap_or(course::TARGET),

@@ -263,7 +263,7 @@ impl<const N: usize> Width<N> {
 
 /// Items from the start of a cache line on, without gaps.
 struct Lines<T> {
-    lines: Vec<Line>,
+    memory: Vec<Line>,
     items: usize,
     item: std::marker::PhantomData<T>,
 }
@@ -277,14 +277,14 @@ impl<T: Copy> Lines<T> {
         const { assert!(align_of::<T>() <= 64) };
         let count = items.len();
         let bytes = count * size_of::<T>();
-        let mut lines = vec![Line([0; 64]); bytes.div_ceil(64)];
-        let start = lines.as_mut_ptr().cast::<T>();
+        let mut memory = vec![Line([0; 64]); bytes.div_ceil(64)];
+        let start = memory.as_mut_ptr().cast::<T>();
         for (i, item) in items.take(count).enumerate() {
-            // SAFETY: `lines` has room for `count` items and is aligned for them.
+            // SAFETY: `memory` has room for `count` items and is aligned for them.
             unsafe { start.add(i).write(item) };
         }
         Self {
-            lines,
+            memory,
             items: count,
             item: std::marker::PhantomData,
         }
@@ -296,13 +296,13 @@ impl<T: Copy> Deref for Lines<T> {
 
     fn deref(&self) -> &[T] {
         // SAFETY: `new` has written that many items there; the fields are private.
-        unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast(), self.items) }
+        unsafe { std::slice::from_raw_parts(self.memory.as_ptr().cast(), self.items) }
     }
 }
 
 impl<T: Copy> DerefMut for Lines<T> {
     fn deref_mut(&mut self) -> &mut [T] {
         // SAFETY: as in `deref`; the borrow is exclusive.
-        unsafe { std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast(), self.items) }
+        unsafe { std::slice::from_raw_parts_mut(self.memory.as_mut_ptr().cast(), self.items) }
     }
 }

@@ -12,8 +12,8 @@ use std::path::Path;
 pub fn heading(repeat: usize, size: u32) -> String {
     format!(
         "{}, octray built for {}; one thread, {size}x{size} rays, median of {repeat}, alternating\n\n\
-         {:<10} {:<7} {:>8} {:>6} {:>8} {:>6}  {:<34} {:>6}  {:>9} {:>9}  {}\n\
-         {:<10} {:<7} {:>15} {:>15}  {:<34} {:>6}  {:>19}\n",
+         {:<10} {:<7} {:>8} {:>6} {:>8} {:>6}  {:<42} {:>6}  {:>9} {:>9}  {}\n\
+         {:<10} {:<7} {:>15} {:>15}  {:<42} {:>6}  {:>19}\n",
         machine(),
         simd::ISA,
         "scene",
@@ -41,7 +41,7 @@ pub fn heading(repeat: usize, size: u32) -> String {
 pub fn line(row: &Row) -> String {
     let d = &row.differences;
     format!(
-        "{:<10} {:<7} {:>8.2} {:>5.0}% {:>8.2} {:>5.0}%  {:<34} {:>5.2}x  {:>9.1} {:>9.1}  {}",
+        "{:<10} {:<7} {:>8.2} {:>5.0}% {:>8.2} {:>5.0}%  {:<42} {:>5.2}x  {:>9.1} {:>9.1}  {}",
         row.scene,
         row.kind.name(),
         row.ours.0,
@@ -75,29 +75,43 @@ pub fn build_line(scene: &str, builds: &Builds) -> String {
     )
 }
 
-/// Geometric means of the ratios, by kind of rays; and of the builds' times relative to Embree's.
+/// Geometric means of the ratios, by kind of rays, and of the builds' times relative to Embree's. Where the suite's
+/// spheres are among other scenes, once without them: the five kinds of triangle scenes.
 pub fn means(rows: &[Row], builds: &[(String, Builds)]) -> String {
-    let mut text = format!("\ngeometric means over {} scenes\n", builds.len());
-    for robust in [false, true] {
-        for kind in Kind::ALL {
-            let chosen = rows.iter().filter(|row| row.kind == kind && row.robust == robust);
-            let ratios: Vec<f64> = chosen.map(Row::ratio).collect();
-            if let Some(worst) = ratios.iter().copied().reduce(f64::min) {
-                let name = kind.name();
-                let against = if robust { " against robust Embree" } else { "" };
-                text += &format!(
-                    "{name:<7} {:.2}x, worst {worst:.2}x{against}\n",
-                    geometric_mean(&ratios)
-                );
+    let mut text = String::from("\ngeometric means\n");
+    let is_triangles = |scene: &str| scene != "spheres";
+    let mixed =
+        rows.iter().any(|row| is_triangles(&row.scene)) && !rows.iter().all(|row| is_triangles(&row.scene));
+    for without_spheres in if mixed { vec![true, false] } else { vec![false] } {
+        let chosen = |scene: &str| !without_spheres || is_triangles(scene);
+        let note = if without_spheres {
+            ", without the spheres"
+        } else {
+            ""
+        };
+        for robust in [false, true] {
+            for kind in Kind::ALL {
+                let wanted = |row: &&Row| row.kind == kind && row.robust == robust && chosen(&row.scene);
+                let ratios: Vec<f64> = rows.iter().filter(wanted).map(Row::ratio).collect();
+                if let Some(worst) = ratios.iter().copied().reduce(f64::min) {
+                    let against = if robust { ", against robust Embree" } else { "" };
+                    text += &format!(
+                        "{:<7} {:.2}x over {}, worst {worst:.2}x{note}{against}\n",
+                        kind.name(),
+                        geometric_mean(&ratios),
+                        ratios.len()
+                    );
+                }
             }
         }
-    }
-    for (i, threads) in ["1 thread", "2 threads"].into_iter().enumerate() {
-        let ratio = |(_, b): &(String, Builds)| b.ours[i] / b.embree_medium[i];
-        let ratios: Vec<f64> = builds.iter().map(ratio).collect();
-        if let Some(worst) = ratios.iter().copied().reduce(f64::max) {
-            let mean = geometric_mean(&ratios);
-            text += &format!("build, {threads}: {mean:.2}x Embree medium's time, worst {worst:.2}x\n");
+        for (i, threads) in ["1 thread", "2 threads"].into_iter().enumerate() {
+            let of_scenes = builds.iter().filter(|(scene, _)| chosen(scene));
+            let ratios: Vec<f64> = of_scenes.map(|(_, b)| b.ours[i] / b.embree_medium[i]).collect();
+            if let Some(worst) = ratios.iter().copied().reduce(f64::max) {
+                let mean = geometric_mean(&ratios);
+                text +=
+                    &format!("build, {threads}: {mean:.2}x Embree medium's time, worst {worst:.2}x{note}\n");
+            }
         }
     }
     text

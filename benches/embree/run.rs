@@ -37,6 +37,7 @@ impl Mode {
             (self.build.avx2, "avx2"),
             (self.build.high, "high"),
             (self.build.robust, "robust"),
+            (self.build.own_spheres, "own spheres"),
             (self.from_light, "from light"),
         ] {
             if told {
@@ -46,9 +47,9 @@ impl Mode {
         name
     }
 
-    fn all(kind: Kind, robust: bool) -> Vec<Self> {
+    fn all(kind: Kind, builds: impl Iterator<Item = Build>) -> Vec<Self> {
         let mut modes = Vec::new();
-        for build in builds(robust) {
+        for build in builds {
             for width in [1, 8, 16] {
                 for coherent in [true, false] {
                     for from_light in [false, true] {
@@ -68,12 +69,26 @@ impl Mode {
     }
 }
 
-fn builds(robust: bool) -> [Build; 4] {
-    [(false, false), (false, true), (true, false), (true, true)].map(|(avx2, high)| Build {
-        avx2,
-        high,
-        robust,
-    })
+/// What can be built; the scene with medium quality and Embree's own spheres comes first.
+fn builds(robust: bool, has_spheres: bool) -> Vec<Build> {
+    let mut builds = Vec::new();
+    for own_spheres in if has_spheres {
+        vec![false, true]
+    } else {
+        vec![false]
+    } {
+        for avx2 in [false, true] {
+            for high in [false, true] {
+                builds.push(Build {
+                    avx2,
+                    high,
+                    robust,
+                    own_spheres,
+                });
+            }
+        }
+    }
+    builds
 }
 
 /// One line of results.
@@ -113,7 +128,7 @@ pub struct Builds {
 /// What Embree or the system says.
 pub fn builds_of(api: &Api, scene: &Scene) -> Result<Builds, String> {
     let buffers = Buffers::new(scene);
-    let medium = builds(false)[0];
+    let medium = Build::default();
     let mut best = Builds {
         ours: [f64::INFINITY; 2],
         embree_medium: [f64::INFINITY; 2],
@@ -164,7 +179,7 @@ pub fn rows_of(api: &Api, input: &Input, plan: Plan) -> Result<Vec<Row>, String>
     let robust_or_not: &[bool] = if plan.robust { &[false, true] } else { &[false] };
     for &robust in robust_or_not {
         let mut scenes = Vec::new();
-        for build in builds(robust) {
+        for build in builds(robust, buffers.has_spheres()) {
             scenes.push(EmbreeScene::new(api, &buffers, build, 1)?);
         }
         // A thread of its own, so that builds keep all CPUs.
@@ -232,7 +247,7 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
     let exact = results.same(&reference(&input.scene, bvh, set));
 
     let mut looked_at = Vec::new();
-    for mode in Mode::all(set.kind, robust) {
+    for mode in Mode::all(set.kind, scenes.iter().map(|scene| scene.build)) {
         let looks = (0..LOOKS).map(|_| embree.time(&mode));
         looked_at.push((looks.fold(f64::INFINITY, f64::min), mode));
         if plan.all_modes {

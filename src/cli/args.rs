@@ -196,7 +196,7 @@ pub struct BenchArgs {
     pub all: bool,
 
     /// With --all: smaller scenes
-    #[arg(long, requires = "all")]
+    #[arg(long, requires = "all", conflicts_with = "scene")]
     pub quick: bool,
 
     /// Camera rays across and down
@@ -324,6 +324,22 @@ mod tests {
             Some(StatsFormat::Json)
         );
         assert_eq!(parse_render(&["a.scn"]).stats, None);
+    }
+
+    #[test]
+    fn bench_takes_a_scene_or_the_suite() {
+        let Ok(Command::Bench(args)) = parse(&["bench", "--all", "--quick"]) else {
+            panic!("not bench");
+        };
+        assert!(args.all && args.quick && args.scene.is_none());
+        for arguments in [
+            &["bench"][..],
+            &["bench", "a.scn", "--all"],
+            &["bench", "a.scn", "--quick"],
+            &["bench", "--all", "--view", "2"],
+        ] {
+            assert!(parse(arguments).is_err(), "{arguments:?}");
+        }
     }
 
     #[test]
