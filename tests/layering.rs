@@ -33,7 +33,7 @@ const ROOMS: [(&str, Option<&str>); 19] = [
     ),
     (
         "bench",
-        Some("render shade reference trace accel scene geometry course ray simd math error"),
+        Some("render generate shade reference trace accel scene geometry course ray simd math error"),
     ),
     ("cli", None),
     ("viewer", None),

@@ -18,6 +18,8 @@ use rayon::prelude::*;
 pub(super) struct BinaryTree {
     nodes: Vec<Bvh2Node>,
     primitives: Vec<PrimitiveId>,
+    /// Node indices, parents before children.
+    parents_first: Vec<u32>,
 }
 
 /// A node of [`BinaryTree`].
@@ -60,7 +62,11 @@ impl BinaryTree {
     }
 
     /// Node indices, parents before children.
-    pub(super) fn parents_first(&self) -> Vec<u32> {
+    pub(super) fn parents_first(&self) -> &[u32] {
+        &self.parents_first
+    }
+
+    fn sort_parents_first(&mut self) {
         let mut order = Vec::with_capacity(self.len());
         let mut stack = vec![0_u32];
         while let Some(node_i) = stack.pop() {
@@ -69,7 +75,7 @@ impl BinaryTree {
                 stack.extend(children.map(|c| c as u32));
             }
         }
-        order
+        self.parents_first = order;
     }
 }
 
@@ -84,6 +90,72 @@ fn primitive_bounds(scene: &Scene, id: PrimitiveId) -> ObvhsAabb {
     }
 }
 
+/// Reinsertion looks for a better place for a subtree wherever that may be; where all boxes overlap, that is
+/// everywhere, and takes quadratic time (100,000 equal boxes: 3.5 s). No tree is good there anyway.
+const MAX_OVERLAP: f32 = 256.0;
+
+/// In how many of the boxes a random line through all of them is at once: the sum of their areas as a share of
+/// the area of the box around them.
+fn overlap(boxes: &[ObvhsAabb]) -> f32 {
+    let sum_and_union = |(sum, all): (f32, ObvhsAabb), b: &ObvhsAabb| (sum + b.half_area(), all.union(b));
+    let (sum, all) = boxes
+        .par_chunks(1 << 14)
+        .map(|chunk| chunk.iter().fold((0.0, ObvhsAabb::empty()), sum_and_union))
+        .reduce(|| (0.0, ObvhsAabb::empty()), |a, b| (a.0 + b.0, a.1.union(&b.1)));
+    sum / all.half_area()
+}
+
+/// How many boxes are looked at to find out whether many are equal.
+const SAMPLE: usize = 4096;
+
+/// Whether many boxes are equal, as far as a sample tells. Two of a kind do not count: both triangles of an
+/// upright rectangle have one box.
+fn has_repeated_boxes(boxes: &[ObvhsAabb]) -> bool {
+    let stride = boxes.len().div_ceil(SAMPLE);
+    let bits = |b: &ObvhsAabb| [b.min, b.max].map(|corner| corner.to_array().map(f32::to_bits));
+    let mut sample: Vec<_> = boxes.iter().step_by(stride).map(bits).collect();
+    sample.sort_unstable();
+    sample.windows(3).any(|three| three[0] == three[2])
+}
+
+/// Of primitives of the same shape, bit for bit, keeps the one with the lowest id: all are hit at the same t,
+/// where the lowest id wins, so the others are never seen. Else a ray that hits one of a million equal triangles
+/// would test them all.
+fn drop_repeated_shapes(scene: &Scene, primitives: &mut Vec<PrimitiveId>) {
+    let mut keyed: Vec<_> = primitives
+        .par_iter()
+        .map(|&id| (scene.shape(id).bits(), id))
+        .collect();
+    keyed.par_sort_unstable();
+    keyed.dedup_by_key(|(bits, _)| *bits);
+    *primitives = keyed.into_iter().map(|(_, id)| id).collect();
+    primitives.par_sort_unstable();
+}
+
+/// By how much boxes are roughened, as a share of their diagonals.
+const ROUGHNESS: f32 = 1.0 / 4096.0;
+/// The same where boxes overlap so much that many are inside others.
+const ROUGHNESS_OF_CROWDS: f32 = 1.0 / 16.0;
+
+/// The box with each side moved out by up to `roughness` times its diagonal, as the id says. PLOC merges what
+/// is mutually nearest; where distances are equal, as in a row of equal boxes or for boxes inside one another,
+/// hardly any two are, and it takes quadratic time (10,000 spheres in a row: 3 s).
+fn roughened(bounds: &ObvhsAabb, id: PrimitiveId, roughness: f32) -> ObvhsAabb {
+    // Knuth's multiplicative hash, stretched to four bits a side.
+    let mut bits = u64::from(id.0).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+    let step = bounds.diagonal().length() * roughness / 15.0;
+    let mut side = || {
+        let steps = (bits & 15) as f32;
+        bits >>= 4;
+        steps * step
+    };
+    let mut corner = || Vec3A::new(side(), side(), side());
+    ObvhsAabb {
+        min: bounds.min - corner(),
+        max: bounds.max + corner(),
+    }
+}
+
 /// PLOC and a little reinsertion: obvhs' "medium" preset with one primitive a leaf (our collapse makes the
 /// leaves).
 pub(super) fn build_binary(scene: &Scene) -> BinaryTree {
@@ -94,7 +166,7 @@ pub(super) fn build_binary(scene: &Scene) -> BinaryTree {
     let ids = (0..scene.primitive_count() as u32)
         .into_par_iter()
         .map(PrimitiveId);
-    let primitives: Vec<PrimitiveId> = if scene.degenerate_triangles() == 0 {
+    let mut primitives: Vec<PrimitiveId> = if scene.degenerate_triangles() == 0 {
         ids.collect()
     } else {
         ids.filter(has_box).collect()
@@ -103,12 +175,26 @@ pub(super) fn build_binary(scene: &Scene) -> BinaryTree {
         return BinaryTree {
             nodes: Vec::new(),
             primitives,
+            parents_first: Vec::new(),
         };
     }
-    let boxes: Vec<ObvhsAabb> = primitives
+    let mut boxes: Vec<ObvhsAabb> = primitives
         .par_iter()
         .map(|&id| primitive_bounds(scene, id))
         .collect();
+    if has_repeated_boxes(&boxes) {
+        drop_repeated_shapes(scene, &mut primitives);
+        boxes = primitives
+            .par_iter()
+            .map(|&id| primitive_bounds(scene, id))
+            .collect();
+    }
+    let crowded = overlap(&boxes) > MAX_OVERLAP;
+    let roughness = if crowded { ROUGHNESS_OF_CROWDS } else { ROUGHNESS };
+    boxes
+        .par_iter_mut()
+        .zip(&primitives)
+        .for_each(|(b, &id)| *b = roughened(b, id, roughness));
     let mut bvh: Bvh2 = PlocBuilder::with_capacity(boxes.len()).build(
         PlocSearchDistance::Medium,
         &boxes,
@@ -116,14 +202,19 @@ pub(super) fn build_binary(scene: &Scene) -> BinaryTree {
         SortPrecision::U64,
         3,
     );
-    ReinsertionOptimizer::default().run(&mut bvh, 0.05, None);
+    if !crowded {
+        ReinsertionOptimizer::default().run(&mut bvh, 0.05, None);
+    }
     let primitives = bvh
         .primitive_indices
         .par_iter()
         .map(|&i| primitives[i as usize])
         .collect();
-    BinaryTree {
+    let mut tree = BinaryTree {
         nodes: bvh.nodes,
         primitives,
-    }
+        parents_first: Vec::new(),
+    };
+    tree.sort_parents_first();
+    tree
 }

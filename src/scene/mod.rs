@@ -327,6 +327,20 @@ pub enum Shape {
     Sphere(Vec3, f32),
 }
 
+impl Shape {
+    /// The shape's numbers as bits, after a 0 for triangles and a 1 for spheres: equal for shapes that are
+    /// the same bit for bit (unlike `==` this tells 0 from -0).
+    #[must_use]
+    pub fn bits(&self) -> [u32; 10] {
+        match self {
+            Self::Triangle([a, b, c]) => [0.0, a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z].map(f32::to_bits),
+            Self::Sphere(c, radius) => {
+                [1.0, c.x, c.y, c.z, *radius, 0.0, 0.0, 0.0, 0.0, 0.0].map(f32::to_bits)
+            }
+        }
+    }
+}
+
 /// A primitive, by its index in its own columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Primitive {
