@@ -1,6 +1,6 @@
 //! From hits to surface packets: where the points are, and which way they face.
 
-use super::queue::{HitQueue, RayQueue};
+use super::queue::{HitQueue, RayIndex, RayQueue};
 use crate::{
     ray::{HitPacket, PrimitiveId},
     scene::{Primitive, Scene},
@@ -29,79 +29,54 @@ pub struct SurfacePacket {
     pub weight: F32x8,
 }
 
-/// The corners or the sphere of eight hits, a lane a hit, before anything is computed from them.
-struct Gathered {
-    sphere_bits: u32,
-    smooth_bits: u32,
-    corners: [[Vec3; LANES]; 3],
-    normals: [[Vec3; LANES]; 3],
-    center: [Vec3; LANES],
-    radius: [f32; LANES],
-    u: [f32; LANES],
-    v: [f32; LANES],
-    t: [f32; LANES],
-    origin: [Vec3; LANES],
-    direction: [Vec3; LANES],
+/// Eight hits and the rays that hit, a lane a hit.
+struct Hits8 {
+    direction: Vec3x8,
+    origin: Vec3x8,
     pixel: [u32; LANES],
-    weight: [f32; LANES],
+    weight: F32x8,
+    t: F32x8,
+    u: F32x8,
+    v: F32x8,
+    primitive: [u32; LANES],
 }
 
-/// A triangle of no interest, for lanes that hold a sphere.
-const UNIT_CORNERS: [Vec3; 3] = [Vec3::ZERO, Vec3::X, Vec3::Y];
+impl Hits8 {
+    fn new(rays: &RayQueue, hits: &[HitPacket], ray_i: &[RayIndex; LANES]) -> Self {
+        let first = ray_i[0];
+        if (first as usize).is_multiple_of(LANES)
+            && ray_i.iter().zip(first..).all(|(&i, expected)| i == expected)
+        {
+            return Self::whole_packet(rays, hits, first as usize / LANES);
+        }
+        let place = ray_i.map(|i| (i as usize / LANES, i as usize % LANES));
+        let lanes = |of: &dyn Fn(usize) -> F32x8| F32x8::from(place.map(|(p, lane)| of(p).as_array()[lane]));
+        let vectors =
+            |of: &dyn Fn(usize) -> Vec3x8| Vec3x8::from_lanes(place.map(|(p, lane)| of(p).lane(lane)));
+        Self {
+            direction: vectors(&|p| rays.packets[p].direction),
+            origin: vectors(&|p| rays.packets[p].origin),
+            pixel: place.map(|(p, lane)| rays.pixel[p][lane]),
+            weight: lanes(&|p| rays.weight[p]),
+            t: lanes(&|p| hits[p].t),
+            u: lanes(&|p| hits[p].u),
+            v: lanes(&|p| hits[p].v),
+            primitive: place.map(|(p, lane)| hits[p].primitive[lane]),
+        }
+    }
 
-impl Gathered {
-    const EMPTY: Self = Self {
-        sphere_bits: 0,
-        smooth_bits: 0,
-        corners: [
-            [UNIT_CORNERS[0]; LANES],
-            [UNIT_CORNERS[1]; LANES],
-            [UNIT_CORNERS[2]; LANES],
-        ],
-        normals: [[Vec3::Z; LANES]; 3],
-        center: [Vec3::ZERO; LANES],
-        radius: [1.0; LANES],
-        u: [0.0; LANES],
-        v: [0.0; LANES],
-        t: [1.0; LANES],
-        origin: [Vec3::ZERO; LANES],
-        direction: [Vec3::Z; LANES],
-        pixel: [0; LANES],
-        weight: [0.0; LANES],
-    };
-
-    fn set(&mut self, lane: usize, scene: &Scene, rays: &RayQueue, hits: &[HitPacket], ray_i: usize) {
-        let (packet_i, ray_lane) = (ray_i / LANES, ray_i % LANES);
-        let packet = &rays.packets[packet_i];
-        let hit = hits[packet_i].hit(ray_lane);
-        self.direction[lane] = packet.direction.lane(ray_lane);
-        self.pixel[lane] = rays.pixel[packet_i][ray_lane];
-        self.weight[lane] = rays.weight[packet_i].as_array()[ray_lane];
-        match scene.primitive(PrimitiveId(hit.primitive.0)) {
-            Primitive::Triangle(i) => {
-                let (vertices, triangles) = (scene.vertices(), scene.triangles());
-                let index = [triangles.v0[i], triangles.v1[i], triangles.v2[i]];
-                (self.u[lane], self.v[lane]) = (hit.u, hit.v);
-                for (corner, &vertex) in self.corners.iter_mut().zip(&index) {
-                    corner[lane] = vertices.position(vertex);
-                }
-                if !vertices.normals.is_empty() {
-                    let normals = index.map(|vertex| vertices.normals[vertex as usize]);
-                    if normals.iter().all(|&n| n != Vec3::ZERO) {
-                        self.smooth_bits |= 1 << lane;
-                        for (own, new) in self.normals.iter_mut().zip(normals) {
-                            own[lane] = new;
-                        }
-                    }
-                }
-            }
-            Primitive::Sphere(i) => {
-                self.sphere_bits |= 1 << lane;
-                self.center[lane] = scene.spheres().center(i);
-                self.radius[lane] = scene.spheres().radius[i];
-                self.t[lane] = hit.t;
-                self.origin[lane] = packet.origin.lane(ray_lane);
-            }
+    /// Most often all rays of a packet hit the same material: then nothing moves between lanes.
+    fn whole_packet(rays: &RayQueue, hits: &[HitPacket], p: usize) -> Self {
+        let (packet, hits) = (&rays.packets[p], &hits[p]);
+        Self {
+            direction: packet.direction,
+            origin: packet.origin,
+            pixel: rays.pixel[p],
+            weight: rays.weight[p],
+            t: hits.t,
+            u: hits.u,
+            v: hits.v,
+            primitive: hits.primitive,
         }
     }
 }
@@ -117,73 +92,120 @@ pub fn gather(
     surfaces.clear();
     for (_, bucket) in by_material.buckets() {
         for chunk in bucket.chunks(LANES) {
-            let mut gathered = Gathered::EMPTY;
-            for lane in 0..LANES {
-                let ray_i = chunk[lane.min(chunk.len() - 1)];
-                gathered.set(lane, scene, rays, hits, ray_i as usize);
-            }
-            surfaces.push(surface(&gathered, (1 << chunk.len()) - 1));
+            let last = chunk.len() - 1;
+            let ray_i = std::array::from_fn(|lane| chunk[lane.min(last)]);
+            let hits8 = Hits8::new(rays, hits, &ray_i);
+            surfaces.push(surface(scene, &hits8, (1 << chunk.len()) - 1));
         }
     }
 }
 
-fn surface(gathered: &Gathered, active: u32) -> SurfacePacket {
-    let direction = Vec3x8::from_lanes(gathered.direction);
-    let sphere8 = Mask8::from_bits(gathered.sphere_bits);
-    let (mut point, mut geometric, mut normal, mut magnitude) = triangles(gathered);
-    if gathered.sphere_bits != 0 {
-        let (on_sphere, outward, size) = spheres(gathered, direction);
-        point = Vec3x8::select(sphere8, on_sphere, point);
-        geometric = Vec3x8::select(sphere8, outward, geometric);
-        normal = Vec3x8::select(sphere8, outward, normal);
-        magnitude = sphere8.select(size, magnitude);
-    }
-    let away = gt(geometric.dot(direction), splat(0.0));
+/// Where points are and which way their surfaces face, before that is turned to the viewer.
+struct Facing {
+    point: Vec3x8,
+    geometric: Vec3x8,
+    normal: Vec3x8,
+    magnitude: F32x8,
+}
+
+fn surface(scene: &Scene, hits: &Hits8, active: u32) -> SurfacePacket {
+    let shapes = hits.primitive.map(|id| scene.primitive(PrimitiveId(id)));
+    let triangle_of = |shape: &Primitive| match *shape {
+        Primitive::Triangle(i) => Some(i),
+        Primitive::Sphere(_) => None,
+    };
+    let sphere_of = |shape: &Primitive| match *shape {
+        Primitive::Triangle(_) => None,
+        Primitive::Sphere(i) => Some(i),
+    };
+    // Lanes of the other kind compute on a neighbour's triangle or sphere.
+    let triangle = shapes.iter().find_map(triangle_of);
+    let sphere = shapes.iter().find_map(sphere_of);
+    let on_triangles =
+        triangle.map(|other| triangles(scene, hits, shapes.map(|s| triangle_of(&s).unwrap_or(other))));
+    let on_spheres = sphere.map(|other| spheres(scene, hits, shapes.map(|s| sphere_of(&s).unwrap_or(other))));
+    let facing = match (on_triangles, on_spheres) {
+        (Some(facing), None) | (None, Some(facing)) => facing,
+        (Some(flat), Some(round)) => {
+            let bits = (0..LANES)
+                .filter(|&i| sphere_of(&shapes[i]).is_some())
+                .fold(0, |bits, i| bits | 1 << i);
+            let round8 = Mask8::from_bits(bits);
+            Facing {
+                point: Vec3x8::select(round8, round.point, flat.point),
+                geometric: Vec3x8::select(round8, round.geometric, flat.geometric),
+                normal: Vec3x8::select(round8, round.normal, flat.normal),
+                magnitude: round8.select(round.magnitude, flat.magnitude),
+            }
+        }
+        // A primitive is a triangle or a sphere.
+        (None, None) => unreachable!("eight shapes of no kind"),
+    };
+    let away = gt(facing.geometric.dot(hits.direction), splat(0.0));
     SurfacePacket {
         active,
-        point,
-        geometric_normal: Vec3x8::select(away, -geometric, geometric),
-        normal: Vec3x8::select(away, -normal, normal),
-        direction,
-        magnitude,
-        pixel: gathered.pixel,
-        weight: gathered.weight.into(),
+        point: facing.point,
+        geometric_normal: Vec3x8::select(away, -facing.geometric, facing.geometric),
+        normal: Vec3x8::select(away, -facing.normal, facing.normal),
+        direction: hits.direction,
+        magnitude: facing.magnitude,
+        pixel: hits.pixel,
+        weight: hits.weight,
     }
 }
 
-/// Points, geometric normals, shading normals and magnitudes of triangles.
-fn triangles(gathered: &Gathered) -> (Vec3x8, Vec3x8, Vec3x8, F32x8) {
-    let [v0, v1, v2] = gathered.corners.map(Vec3x8::from_lanes);
-    let (u, v) = (F32x8::from(gathered.u), F32x8::from(gathered.v));
-    let w = splat(1.0) - u - v;
-    let interpolate = |a: Vec3x8, b: Vec3x8, c: Vec3x8| b.mul_add(u, c.mul_add(v, a * w));
-    let point = interpolate(v0, v1, v2);
+fn triangles(scene: &Scene, hits: &Hits8, triangle_i: [usize; LANES]) -> Facing {
+    let (vertices, triangles) = (scene.vertices(), scene.triangles());
+    let index =
+        [&triangles.v0, &triangles.v1, &triangles.v2].map(|column| triangle_i.map(|i| column[i] as usize));
+    let [v0, v1, v2] = index.each_ref().map(|vertex_i| {
+        let column = |of: &[f32]| F32x8::from(vertex_i.map(|i| of[i]));
+        Vec3x8::new(column(&vertices.x), column(&vertices.y), column(&vertices.z))
+    });
+    let w = splat(1.0) - hits.u - hits.v;
+    let interpolate = |a: Vec3x8, b: Vec3x8, c: Vec3x8| b.mul_add(hits.u, c.mul_add(hits.v, a * w));
     let facet = (v1 - v0).cross(v2 - v0);
     // Scaled first, so that squares of tiny or huge triangles' normals stay within f32.
     let size = facet.max_abs();
     let geometric = Vec3x8::new(facet.x / size, facet.y / size, facet.z / size).normalize();
-    let magnitude = max(max(v0.max_abs(), v1.max_abs()), v2.max_abs());
     let mut normal = geometric;
-    if gathered.smooth_bits != 0 {
-        let [n0, n1, n2] = gathered.normals.map(Vec3x8::from_lanes);
+    if !vertices.normals.is_empty() {
+        let normals = index.map(|vertex_i| vertex_i.map(|i| vertices.normals[i]));
+        let missing = |lane: usize| normals.iter().any(|n| n[lane] == Vec3::ZERO);
+        let missing_bits = (0..LANES)
+            .filter(|&lane| missing(lane))
+            .fold(0, |bits, lane| bits | 1 << lane);
+        let [n0, n1, n2] = normals.map(Vec3x8::from_lanes);
         let smooth = interpolate(n0, n1, n2);
         let size = smooth.max_abs();
-        let usable = gt(size, splat(0.0)) & Mask8::from_bits(gathered.smooth_bits);
+        let usable = gt(size, splat(0.0)) & !Mask8::from_bits(missing_bits);
         let smooth = Vec3x8::new(smooth.x / size, smooth.y / size, smooth.z / size).normalize();
         normal = Vec3x8::select(usable, smooth, geometric);
     }
-    (point, geometric, normal, magnitude)
+    let magnitude = max(max(v0.max_abs(), v1.max_abs()), v2.max_abs());
+    Facing {
+        point: interpolate(v0, v1, v2),
+        geometric,
+        normal,
+        magnitude,
+    }
 }
 
-/// Points, outward normals and magnitudes of spheres.
-fn spheres(gathered: &Gathered, direction: Vec3x8) -> (Vec3x8, Vec3x8, F32x8) {
-    let center = Vec3x8::from_lanes(gathered.center);
-    let radius = F32x8::from(gathered.radius);
-    let hit = direction.mul_add(gathered.t.into(), Vec3x8::from_lanes(gathered.origin));
+fn spheres(scene: &Scene, hits: &Hits8, sphere_i: [usize; LANES]) -> Facing {
+    let spheres = scene.spheres();
+    let column = |of: &[f32]| F32x8::from(sphere_i.map(|i| of[i]));
+    let center = Vec3x8::new(
+        column(&spheres.center_x),
+        column(&spheres.center_y),
+        column(&spheres.center_z),
+    );
+    let radius = column(&spheres.radius);
+    let hit = hits.direction.mul_add(hits.t, hits.origin);
     let outward = (hit - center).normalize();
-    (
-        outward.mul_add(radius, center),
-        outward,
-        center.max_abs() + radius,
-    )
+    Facing {
+        point: outward.mul_add(radius, center),
+        geometric: outward,
+        normal: outward,
+        magnitude: center.max_abs() + radius,
+    }
 }
