@@ -134,7 +134,8 @@ impl EdgeFunctions {
             w: turn(e_w.cross(s_w)),
             normal: turn(normal),
             plane: plane ^ flip,
-            tolerance: longest.sqrt() * farthest.sqrt() * splat(FIRST_LOOK),
+            // One root of the product: where that underflows, the least normal number is more than enough.
+            tolerance: max(longest * farthest, splat(f32::MIN_POSITIVE)).sqrt() * splat(FIRST_LOOK),
         }
     }
 
