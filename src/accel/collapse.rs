@@ -14,71 +14,103 @@ use std::sync::OnceLock;
 /// The most children of a node, and primitives of a block.
 const WIDTH: usize = 8;
 
-/// Cost of a step from a binary node to its children, in units of a wide node's visit: a wide node replaces
-/// about seven of them.
-const STEP_COST: f32 = 0.22;
-/// Cost of a visit to a block, and of each primitive in it.
+/// Cost of a visit to an inner node, to a block, and of each primitive in a block.
+const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = 0.8;
 const PRIMITIVE_COST: f32 = 0.05;
 
-/// Which primitives are below a binary node.
+/// The best that a subtree of the binary tree can become, by the surface area heuristic.
 #[derive(Clone, Copy, Default)]
-struct Below {
+struct Plan {
+    /// Cost as one to seven children of a wide node: `cost[i - 1]` with at most i of them.
+    cost: [f32; WIDTH - 1],
+    /// Primitives below, up to one more than fit a block.
     triangles: u8,
     spheres: u8,
-    /// Whether the subtree becomes one block.
+    /// Whether the subtree, as one child, is a block.
     is_block: bool,
-    cost: f32,
 }
 
-impl Below {
-    fn fits_block(self) -> bool {
+impl Plan {
+    fn fits_block(&self) -> bool {
         let (t, s) = (usize::from(self.triangles), usize::from(self.spheres));
         (t == 0 && s <= WIDTH) || (s == 0 && t <= WIDTH)
     }
+
+    fn block_cost(&self, area: f32) -> f32 {
+        area * (BLOCK_COST + PRIMITIVE_COST * f32::from(self.triangles + self.spheres))
+    }
+
+    fn leaf(is_triangle: bool, area: f32) -> Self {
+        let (triangles, spheres) = if is_triangle { (1, 0) } else { (0, 1) };
+        let mut plan = Self {
+            cost: [0.0; WIDTH - 1],
+            triangles,
+            spheres,
+            is_block: true,
+        };
+        plan.cost = [plan.block_cost(area); WIDTH - 1];
+        plan
+    }
+
+    fn inner(left: &Self, right: &Self, area: f32) -> Self {
+        let most = WIDTH as u8 + 1;
+        let mut plan = Self {
+            cost: [0.0; WIDTH - 1],
+            triangles: left.triangles.saturating_add(right.triangles).min(most),
+            spheres: left.spheres.saturating_add(right.spheres).min(most),
+            is_block: false,
+        };
+        plan.cost[0] = area * NODE_COST + best_split(left, right, WIDTH).1;
+        if plan.fits_block() {
+            let block = plan.block_cost(area);
+            plan.is_block = block <= plan.cost[0];
+            plan.cost[0] = plan.cost[0].min(block);
+        }
+        for i in 2..WIDTH {
+            plan.cost[i - 1] = plan.cost[i - 2].min(best_split(left, right, i).1);
+        }
+        plan
+    }
 }
 
-/// Decides from the leaves up which subtrees become blocks, by the surface area heuristic.
-fn decide(scene: &Scene, tree: &BinaryTree) -> Vec<Below> {
-    let mut below = vec![Below::default(); tree.len()];
+/// How to share `children` slots out between two subtrees: the left one's share, and the cost.
+fn best_split(left: &Plan, right: &Plan, children: usize) -> (usize, f32) {
+    let cost = |share: usize| left.cost[share - 1] + right.cost[children - share - 1];
+    (1..children)
+        .map(|share| (share, cost(share)))
+        .fold(
+            (1, f32::INFINITY),
+            |best, split| {
+                if split.1 < best.1 { split } else { best }
+            },
+        )
+}
+
+/// Plans from the leaves up: the optimal collapse of Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal
+/// on GPUs Through Compressed Wide BVHs*, 2017, with blocks of one kind of primitive.
+///
+/// Tried: opening the largest child until there are eight (Wald, Benthin and Boulos 2008), with blocks decided
+/// beforehand. A third of the nodes had two children.
+fn plan(scene: &Scene, tree: &BinaryTree) -> Vec<Plan> {
+    let mut plans = vec![Plan::default(); tree.len()];
     for &node_i in tree.parents_first().iter().rev() {
         let node_i = node_i as usize;
         let area = tree.half_area(node_i);
-        below[node_i] = match tree.node(node_i) {
+        plans[node_i] = match tree.node(node_i) {
             BinaryTreeNode::Leaf(id) => {
-                let triangle = matches!(scene.primitive(id), Primitive::Triangle(_));
-                Below {
-                    triangles: u8::from(triangle),
-                    spheres: u8::from(!triangle),
-                    is_block: true,
-                    cost: area * (BLOCK_COST + PRIMITIVE_COST),
-                }
+                Plan::leaf(matches!(scene.primitive(id), Primitive::Triangle(_)), area)
             }
-            BinaryTreeNode::Inner([left, right]) => {
-                let (l, r) = (below[left], below[right]);
-                let mut node = Below {
-                    triangles: l.triangles.saturating_add(r.triangles).min(WIDTH as u8 + 1),
-                    spheres: l.spheres.saturating_add(r.spheres).min(WIDTH as u8 + 1),
-                    is_block: false,
-                    cost: area * STEP_COST + l.cost + r.cost,
-                };
-                if node.fits_block() {
-                    let count = f32::from(node.triangles + node.spheres);
-                    let block = area * (BLOCK_COST + PRIMITIVE_COST * count);
-                    node.is_block = block <= node.cost;
-                    node.cost = node.cost.min(block);
-                }
-                node
-            }
+            BinaryTreeNode::Inner([left, right]) => Plan::inner(&plans[left], &plans[right], area),
         };
     }
-    below
+    plans
 }
 
 struct Collapse<'a> {
     scene: &'a Scene,
     tree: &'a BinaryTree,
-    below: &'a [Below],
+    plans: &'a [Plan],
     nodes: Vec<Node8>,
     triangle_blocks: Vec<TriangleBlock>,
     sphere_blocks: Vec<SphereBlock>,
@@ -88,15 +120,15 @@ struct Collapse<'a> {
 
 /// The wide hierarchy of a binary one.
 pub(super) fn collapse(scene: &Scene, tree: &BinaryTree) -> Bvh {
-    let below = if tree.is_empty() {
+    let plans = if tree.is_empty() {
         Vec::new()
     } else {
-        decide(scene, tree)
+        plan(scene, tree)
     };
     let mut collapse = Collapse {
         scene,
         tree,
-        below: &below,
+        plans: &plans,
         nodes: vec![Node8::new(&[])],
         triangle_blocks: Vec::new(),
         sphere_blocks: Vec::new(),
@@ -114,7 +146,7 @@ pub(super) fn collapse(scene: &Scene, tree: &BinaryTree) -> Bvh {
         depth = depth.max(level);
         let mut children = Vec::with_capacity(WIDTH);
         for child_i in collapse.widen(binary_i) {
-            let child = if below[child_i].is_block {
+            let child = if plans[child_i].is_block {
                 collapse.block(child_i)
             } else {
                 collapse.nodes.push(Node8::new(&[]));
@@ -154,25 +186,26 @@ pub(super) fn collapse(scene: &Scene, tree: &BinaryTree) -> Bvh {
 }
 
 impl Collapse<'_> {
-    /// The up to eight binary nodes that become the children of the node for `binary_i`: the largest by
-    /// area is opened until there are eight or only blocks are left (Wald, Benthin and Boulos 2008).
+    /// The up to eight binary nodes that become the children of the node for `binary_i`, as planned.
     fn widen(&self, binary_i: usize) -> Vec<usize> {
-        let mut open = vec![binary_i];
-        while open.len() < WIDTH {
-            let largest = (0..open.len())
-                .filter(|&slot| !self.below[open[slot]].is_block)
-                .max_by(|&a, &b| {
-                    self.tree
-                        .half_area(open[a])
-                        .total_cmp(&self.tree.half_area(open[b]))
-                });
-            let Some(slot) = largest else { break };
-            if let BinaryTreeNode::Inner([left, right]) = self.tree.node(open[slot]) {
-                open[slot] = left;
-                open.insert(slot + 1, right);
+        let mut children = Vec::with_capacity(WIDTH);
+        let mut todo = vec![(binary_i, WIDTH)];
+        while let Some((node_i, mut slots)) = todo.pop() {
+            let plan = &self.plans[node_i];
+            let opened = node_i == binary_i && !plan.is_block;
+            // Fewer slots where more do not pay.
+            while !opened && slots > 1 && (slots == WIDTH || plan.cost[slots - 1] == plan.cost[slots - 2]) {
+                slots -= 1;
+            }
+            match self.tree.node(node_i) {
+                BinaryTreeNode::Inner([left, right]) if slots > 1 => {
+                    let share = best_split(&self.plans[left], &self.plans[right], slots).0;
+                    todo.extend([(right, slots - share), (left, share)]);
+                }
+                _ => children.push(node_i),
             }
         }
-        open
+        children
     }
 
     fn block(&mut self, binary_i: usize) -> Child {
@@ -185,7 +218,7 @@ impl Collapse<'_> {
             }
         }
         self.leaf_sizes[ids.len() - 1] += 1;
-        if self.below[binary_i].triangles > 0 {
+        if self.plans[binary_i].triangles > 0 {
             let triangles: Vec<_> = ids
                 .iter()
                 .map(|&id| (id, self.scene.triangle(id.0 as usize)))

@@ -31,8 +31,8 @@ Examples:
 `octray SCENE` is short for `octray render SCENE`, whose options `octray render --help` lists. A scene whose \
 name is that of a command needs a path, such as ./info, or the command's name before it.
 
-Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 4 this CPU cannot run this build; \
-130 interrupted.";
+Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 4 this CPU cannot run this
+build; 5 a comparison differs; 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
