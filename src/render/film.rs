@@ -1,5 +1,7 @@
 //! The picture in memory: linear colour, and how it becomes bytes.
 
+use rayon::prelude::*;
+
 /// A picture of linear RGB, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
@@ -42,10 +44,22 @@ impl Film {
         &mut self.pixels
     }
 
-    /// Eight bits a channel, as the course does: trunc(255 x clamp(c)), no gamma.
+    /// Eight bits a channel, as the course does: trunc(255 x clamp(c)), no gamma. On the threads of the current
+    /// rayon pool.
     #[must_use]
     pub fn to_rgb8(&self) -> Vec<u8> {
-        self.pixels.as_flattened().iter().map(|&c| quantize(c)).collect()
+        const CHUNK: usize = 1 << 16;
+        let channels = self.pixels.as_flattened();
+        let mut bytes = vec![0; channels.len()];
+        bytes
+            .par_chunks_mut(CHUNK)
+            .zip(channels.par_chunks(CHUNK))
+            .for_each(|(bytes, channels)| {
+                for (byte, &channel) in bytes.iter_mut().zip(channels) {
+                    *byte = quantize(channel);
+                }
+            });
+        bytes
     }
 }
 
