@@ -22,8 +22,10 @@ pub(super) struct Entry {
     near: f32,
 }
 
-/// Bound on the rounding of `origin * (1 / direction)`, as a share of it: one half-ulp, and one to spare.
-const OFFSET_ERROR: f32 = 2.0 / (1 << 24) as f32;
+/// Bound on the rounding of `plane * inv - origin * inv` beyond that of its result, as a share of `origin * inv`: a
+/// half-ulp for that product, one for the sum with this bound, one for the other product where multiply-add is not
+/// fused, and one to spare.
+const OFFSET_ERROR: f32 = 4.0 / (1 << 24) as f32;
 
 /// Entry distances shrink and exit distances grow by this share: the canonical interval's own margin of 4
 /// half-ulps and 3 roundings, and the rounding of the multiply-add here.
