@@ -6,12 +6,12 @@
 //!
 //! | scene | viewpoint 1 | viewpoint 3 |
 //! |---|---|---|
-//! | silhouette | 0.0015 % | 0 |
-//! | matte | 0.0027 % | 0.0046 % |
-//! | matte, no shadows | 0.0019 % | – |
-//! | blinn_phong | 0.0027 % | 0.0046 % |
-//! | reflections | 0.0038 % | 0.0057 % |
-//! | cow | 0.0069 % | 0.0172 % |
+//! | silhouette | 0.0000 % | 0 |
+//! | matte | 0.0008 % | 0.0027 % |
+//! | matte, no shadows | 0.0004 % | – |
+//! | blinn_phong | 0.0008 % | 0.0027 % |
+//! | reflections | 0.0015 % | 0.0046 % |
+//! | cow | 0.0050 % | 0.0149 % |
 
 #[path = "common/images.rs"]
 mod images;
