@@ -109,7 +109,12 @@ fn compare(scene: &Scene, bvh: &Bvh, origins: Origins, rays: &[Ray]) -> Result<(
             return differ("scalar BVH, occlusion".into(), i, &found, &blocked[i]);
         }
     }
-    for method in [Method::Adaptive, Method::Packet, Method::Single] {
+    for method in [
+        Method::Adaptive,
+        Method::Adaptive8,
+        Method::Packet,
+        Method::Single,
+    ] {
         let mut tracer = Tracer::with_method(bvh, method);
         let mut hits = vec![HitPacket::miss(F32x8::ZERO); packets.len()];
         tracer.closest_hit(origins, &packets, &mut hits);

@@ -97,8 +97,13 @@ fn weak_point(random: &mut Random, scene: &Scene) -> Vec3 {
 
 fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32, bundles: usize) {
     let bvh = Bvh::build(scene);
-    let mut tracers =
-        [Method::Adaptive, Method::Packet, Method::Single].map(|m| Tracer::with_method(&bvh, m));
+    let mut tracers = [
+        Method::Adaptive,
+        Method::Adaptive8,
+        Method::Packet,
+        Method::Single,
+    ]
+    .map(|m| Tracer::with_method(&bvh, m));
     for bundle in 0..bundles {
         let shared = bundle % 2 == 0;
         let inside = |random: &mut Random| {

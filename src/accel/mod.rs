@@ -12,13 +12,17 @@
 mod binary;
 mod collapse;
 mod node;
+mod pages;
+mod prefetch;
 mod source;
 
 pub use binary::{BinaryBvh, BinaryNode};
 pub use node::{Child, Node8};
+pub use prefetch::prefetch;
 
 use crate::{
     geometry::{SphereBlock, TriangleBlock},
+    math::Aabb,
     scene::Scene,
 };
 use std::{
@@ -66,6 +70,14 @@ impl Bvh {
         let start = Instant::now();
         let tree = source::build_binary(scene);
         let mut bvh = collapse::collapse(scene, &tree);
+        fn settled<T: Copy>(from: &[T]) -> Vec<T> {
+            let mut to = pages::column(from.len());
+            to.extend_from_slice(from);
+            to
+        }
+        bvh.nodes = settled(&bvh.nodes);
+        bvh.triangle_blocks = settled(&bvh.triangle_blocks);
+        bvh.sphere_blocks = settled(&bvh.sphere_blocks);
         bvh.stats.memory_bytes = std::mem::size_of_val(&bvh.nodes[..])
             + std::mem::size_of_val(&bvh.triangle_blocks[..])
             + std::mem::size_of_val(&bvh.sphere_blocks[..]);
@@ -105,6 +117,12 @@ impl Bvh {
     #[must_use]
     pub fn root(&self) -> Child {
         self.root
+    }
+
+    /// The box around everything.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        self.nodes.first().map_or(Aabb::EMPTY, Node8::bounds)
     }
 
     /// The most entries that a depth-first traversal keeps on its stack.

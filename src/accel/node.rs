@@ -1,6 +1,10 @@
 //! The wide node.
 
-use crate::{math::Aabb, simd::F32x8};
+use crate::{
+    math::Aabb,
+    simd::{F32x8, LANES},
+};
+use glam::Vec3;
 
 /// What a child word stands for; see [`Child`].
 const TRIANGLES: u32 = 1 << 30;
@@ -41,6 +45,20 @@ impl Child {
         Self(SPHERES | (count as u32 - 1) << 27 | index as u32)
     }
 
+    /// As one number.
+    #[inline(always)]
+    #[must_use]
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// From [`bits`](Self::bits).
+    #[inline(always)]
+    #[must_use]
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
     /// Whether this is an inner node.
     #[inline(always)]
     #[must_use]
@@ -79,10 +97,8 @@ impl Child {
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Node8 {
-    /// Lower bounds by axis.
-    pub lower: [F32x8; 3],
-    /// Upper bounds by axis.
-    pub upper: [F32x8; 3],
+    /// Lower bounds by axis, then upper bounds by axis.
+    pub planes: [F32x8; 6],
     /// The children.
     pub child: [Child; 8],
     /// How many children there are.
@@ -96,12 +112,10 @@ impl Node8 {
         let bounds = |i: usize| children.get(i).map_or(Aabb::EMPTY, |c| c.1);
         let column = |of: &dyn Fn(Aabb) -> f32| F32x8::from(std::array::from_fn(|i| of(bounds(i))));
         Self {
-            lower: [
+            planes: [
                 column(&|b| b.lower.x),
                 column(&|b| b.lower.y),
                 column(&|b| b.lower.z),
-            ],
-            upper: [
                 column(&|b| b.upper.x),
                 column(&|b| b.upper.y),
                 column(&|b| b.upper.z),
@@ -109,6 +123,31 @@ impl Node8 {
             child: std::array::from_fn(|i| children.get(i).map_or(Child::NONE, |c| c.0)),
             count: children.len() as u32,
         }
+    }
+
+    /// The box of child `i`: lower and upper corner.
+    #[inline(always)]
+    #[must_use]
+    pub fn corners(&self, i: usize) -> (Vec3, Vec3) {
+        let [lx, ly, lz, ux, uy, uz] = self.planes.each_ref().map(|plane| plane.as_array()[i % LANES]);
+        (Vec3::new(lx, ly, lz), Vec3::new(ux, uy, uz))
+    }
+
+    /// The box around all children.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        let child = |i: usize| {
+            let (lower, upper) = self.corners(i);
+            Aabb { lower, upper }
+        };
+        (0..self.count as usize).map(child).fold(Aabb::EMPTY, Aabb::union)
+    }
+
+    /// The children as numbers.
+    #[inline(always)]
+    #[must_use]
+    pub fn child_bits(&self) -> [u32; 8] {
+        self.child.map(Child::bits)
     }
 
     /// A bit for each child there is.

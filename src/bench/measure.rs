@@ -8,7 +8,7 @@ use crate::{
     render::{Mode, OnProgress, RenderError, Settings},
     scene::{Camera, Scene},
     simd::{F32x8, LANES, Vec3x8},
-    trace::{self, BUNDLE, Origins, Tracer},
+    trace::{self, Origins, Tracer},
 };
 use std::{
     ops::ControlFlow,
@@ -105,6 +105,9 @@ impl Results {
     }
 }
 
+/// Ray packets that are handed to the tracer at a time: as many as the renderer's tile of 32x32 pixels holds.
+const BATCH: usize = 128;
+
 /// A shadow ray from its light to the surface.
 fn reversed(light: glam::Vec3, packet: &RayPacket) -> RayPacket {
     RayPacket {
@@ -147,9 +150,9 @@ fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
 }
 
 fn run_simd(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
-    let mut reversed_rays = Vec::with_capacity(BUNDLE);
+    let mut reversed_rays = Vec::with_capacity(BATCH);
     for (light, packets) in &set.groups {
-        for bundle in packets.chunks(BUNDLE) {
+        for bundle in packets.chunks(BATCH) {
             if let Some(light) = light {
                 reversed_rays.clear();
                 reversed_rays.extend(bundle.iter().map(|p| reversed(*light, p)));

@@ -122,8 +122,9 @@ pub fn camera_packets(camera: &Camera, width: u32, height: u32) -> Vec<RayPacket
     for block_y in (0..height).step_by(BLOCK as usize) {
         for block_x in (0..width).step_by(BLOCK as usize) {
             for packet_i in 0..8 {
-                let x = block_x + packet_i % 2 * PACKET[0];
-                let y = block_y + packet_i / 2 * PACKET[1];
+                // Along a Z-order curve, so that pairs are 4x4 pixels.
+                let x = block_x + (packet_i >> 1 & 1) * PACKET[0];
+                let y = block_y + ((packet_i & 1) + (packet_i >> 2) * 2) * PACKET[1];
                 let inside =
                     |lane: usize| x + lane as u32 % PACKET[0] < width && y + lane as u32 / PACKET[0] < height;
                 let t_max: [f32; LANES] = std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 });

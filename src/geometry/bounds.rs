@@ -45,6 +45,11 @@ pub struct Slabs8 {
 }
 
 impl Slabs8 {
+    /// What the interval's entry and exit are multiplied with.
+    pub const ENTRY_SCALE: f32 = 1.0 - INTERVAL_PAD;
+    /// See [`Self::ENTRY_SCALE`].
+    pub const EXIT_SCALE: f32 = 1.0 + INTERVAL_PAD;
+
     /// From rays of unit direction.
     #[inline(always)]
     #[must_use]
@@ -77,7 +82,7 @@ impl Slabs8 {
         let (near_z, far_z) = axis(lower.z, upper.z, o.z, inv.z);
         let near = max(max(near_x, near_y), max(near_z, splat(0.0)));
         let far = min(min(far_x, far_y), far_z);
-        (near * splat(1.0 - INTERVAL_PAD), far * splat(1.0 + INTERVAL_PAD))
+        (near * splat(Self::ENTRY_SCALE), far * splat(Self::EXIT_SCALE))
     }
 
     /// The rays that may hit something in the box not beyond `t_max`, and where they enter.

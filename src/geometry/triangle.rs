@@ -6,7 +6,8 @@
 //!
 //! - An edge function is `d . ((C - A) x (C + A))`, twice d.(CxA). Swapping A and C negates it exactly, fused or
 //!   not, so of two triangles that share an edge at least one has the ray on its inner side. (The form is that of
-//!   Embree's robust mode. It also cancels before it multiplies, which keeps small far triangles accurate.)
+//!   Embree's robust mode. It also cancels before it multiplies, which keeps small far triangles accurate.) The
+//!   difference is taken of the corners themselves, not as seen from the origin: it is then the same for all rays.
 //! - Near a vertex the signs of the edges that meet there may contradict each other: each is right only up to
 //!   rounding, and around a fan all of them could say "outside". So where two edge functions are within the bound
 //!   on their rounding error, both may be negative up to that bound.
@@ -22,16 +23,25 @@
 use super::bounds::{Slabs8, pad};
 use crate::{
     ray::PrimitiveId,
-    simd::{F32x8, LANES, Mask8, Vec3x8, ge, gt, lane, le, max, min, mul_add, signs_clear, splat},
+    simd::{F32x8, LANES, Mask8, Vec3x8, ge, gt, le, max, min, splat},
 };
 use glam::Vec3;
 
-/// Bound on the rounding error of an edge function, as a share of |C - A| |C + A|: one half-ulp each for the two
-/// vectors, 3.5 for the cross product, 3 for the dot product, and one to spare.
-pub const EDGE_ERROR: f32 = 9.5 / (1 << 24) as f32;
+/// Bound on the rounding error of an edge function near its corners, as a share of |C - A| |C + A|: one half-ulp each
+/// for the two vectors, two for corners that the sum sees rounded and the difference does not, 3.5 for the cross
+/// product, 3 for the dot product, and one to spare.
+pub const EDGE_ERROR: f32 = 11.5 / (1 << 24) as f32;
 
-/// What the first look at an edge allows for: the bound above, and the rounding of adding it.
-const FIRST_LOOK: f32 = 16.0 / (1 << 24) as f32;
+/// What the first look at an edge allows for: the bound above, and the rounding of all that it is made of.
+const FIRST_LOOK: f32 = 20.0 / (1 << 24) as f32;
+
+/// What [`EdgeFunctions::tolerance`] is of a triangle whose longest edge is 1, if no corner is farther from the origins
+/// than `distance`.
+#[inline(always)]
+#[must_use]
+pub fn first_look_reach(distance: f32) -> f32 {
+    FIRST_LOOK * 2.0 * distance
+}
 
 /// Up to eight triangles, a column a coordinate. Lanes past the last triangle repeat a point: they have no
 /// area and are never hit.
@@ -65,18 +75,86 @@ impl TriangleBlock {
         }
     }
 
-    /// The edge functions of all eight triangles as seen from one origin (all lanes of `origin` the same).
+    /// The edge functions of all eight triangles as seen from one origin (all lanes of `origin` the same); for `reach`
+    /// see [`first_look_reach`].
     #[inline(always)]
     #[must_use]
-    pub fn edge_functions(&self, origin: Vec3x8) -> EdgeFunctions {
-        EdgeFunctions::new(self.v0, self.v1, self.v2, origin)
+    pub fn edge_functions(&self, origin: Vec3x8, reach: F32x8) -> EdgeFunctions {
+        let edges = self.edges();
+        let (a, b, c) = (self.v0 - origin, self.v1 - origin, self.v2 - origin);
+        let plane = edges.normal.dot(a);
+        let flip = plane & splat(-0.0);
+        let turn = |v: Vec3x8| Vec3x8::new(v.x ^ flip, v.y ^ flip, v.z ^ flip);
+        EdgeFunctions {
+            u: turn(edges.u.cross(c + a)),
+            v: turn(edges.v.cross(a + b)),
+            w: turn(edges.w.cross(b + c)),
+            normal: turn(edges.normal),
+            plane: plane ^ flip,
+            tolerance: edges.longest() * reach,
+        }
     }
 
-    /// Triangle `i` in all lanes.
+    /// What does not depend on the origin.
     #[inline(always)]
     #[must_use]
-    pub fn splat(&self, i: usize) -> [Vec3x8; 3] {
-        [&self.v0, &self.v1, &self.v2].map(|v| Vec3x8::splat(v.lane(i)))
+    pub fn edges(&self) -> Edges {
+        Edges {
+            u: self.v2 - self.v0,
+            v: self.v0 - self.v1,
+            w: self.v1 - self.v2,
+            normal: (self.v1 - self.v0).cross(self.v2 - self.v0),
+        }
+    }
+
+    /// The padded boxes of the triangles: lower and upper corners. Distances are held to these.
+    #[inline(always)]
+    #[must_use]
+    pub fn padded_boxes(&self) -> (Vec3x8, Vec3x8) {
+        let Self { v0, v1, v2, .. } = self;
+        let low = |a, b, c| min(min(a, b), c);
+        let high = |a, b, c| max(max(a, b), c);
+        let lower = Vec3x8::new(
+            low(v0.x, v1.x, v2.x),
+            low(v0.y, v1.y, v2.y),
+            low(v0.z, v1.z, v2.z),
+        );
+        let upper = Vec3x8::new(
+            high(v0.x, v1.x, v2.x),
+            high(v0.y, v1.y, v2.y),
+            high(v0.z, v1.z, v2.z),
+        );
+        let pad = pad(max(lower.max_abs(), upper.max_abs()));
+        let pad = Vec3x8::new(pad, pad, pad);
+        (lower - pad, upper + pad)
+    }
+}
+
+/// The edges of up to eight triangles, each turned the way its edge function takes it, and their normals.
+#[derive(Clone, Copy, Debug)]
+pub struct Edges {
+    /// From the first corner to the third.
+    pub u: Vec3x8,
+    /// From the second corner to the first.
+    pub v: Vec3x8,
+    /// From the third corner to the second.
+    pub w: Vec3x8,
+    /// Twice the area long.
+    pub normal: Vec3x8,
+}
+
+impl Edges {
+    /// The lengths of the longest edges. Where their squares underflow, the root of the least normal number is more
+    /// than enough.
+    #[inline(always)]
+    #[must_use]
+    pub fn longest(&self) -> F32x8 {
+        let Self { u, v, w, .. } = self;
+        max(
+            max(u.dot(*u), v.dot(*v)),
+            max(w.dot(*w), splat(f32::MIN_POSITIVE)),
+        )
+        .sqrt()
     }
 }
 
@@ -94,7 +172,7 @@ pub struct EdgeFunctions {
     pub normal: Vec3x8,
     /// normal.(v0 - origin), at least 0: t times the determinant.
     pub plane: F32x8,
-    /// Added to each edge function at first look: more than its rounding error.
+    /// How far below 0 an edge function may be at first look: more than its rounding error.
     pub tolerance: F32x8,
 }
 
@@ -109,105 +187,50 @@ pub struct TriangleHits {
     pub weights: [F32x8; 3],
 }
 
-/// Edge and sum of the two corners of an edge, as seen from the origin.
-#[inline(always)]
-fn edge(from: Vec3x8, to: Vec3x8) -> (Vec3x8, Vec3x8) {
-    (to - from, to + from)
-}
-
 impl EdgeFunctions {
-    /// Of triangles with these corners as seen from these origins.
+    /// The barycentric weights of first look and canonical test: second corner, third, first; times twice the
+    /// determinant.
     #[inline(always)]
     #[must_use]
-    pub fn new(v0: Vec3x8, v1: Vec3x8, v2: Vec3x8, origin: Vec3x8) -> Self {
-        let (a, b, c) = (v0 - origin, v1 - origin, v2 - origin);
-        let normal = (v1 - v0).cross(v2 - v0);
-        let plane = normal.dot(a);
-        let flip = plane & splat(-0.0);
-        let turn = |v: Vec3x8| Vec3x8::new(v.x ^ flip, v.y ^ flip, v.z ^ flip);
-        let ((e_u, s_u), (e_v, s_v), (e_w, s_w)) = (edge(a, c), edge(b, a), edge(c, b));
-        let longest = max(max(e_u.dot(e_u), e_v.dot(e_v)), e_w.dot(e_w));
-        let farthest = max(max(s_u.dot(s_u), s_v.dot(s_v)), s_w.dot(s_w));
-        Self {
-            u: turn(e_u.cross(s_u)),
-            v: turn(e_v.cross(s_v)),
-            w: turn(e_w.cross(s_w)),
-            normal: turn(normal),
-            plane: plane ^ flip,
-            // One root of the product: where that underflows, the least normal number is more than enough.
-            tolerance: max(longest * farthest, splat(f32::MIN_POSITIVE)).sqrt() * splat(FIRST_LOOK),
-        }
-    }
-
-    /// Lane `i` in all lanes.
-    #[inline(always)]
-    #[must_use]
-    pub fn splat(&self, i: usize) -> Self {
-        let vector = |v: &Vec3x8| Vec3x8::splat(v.lane(i));
-        Self {
-            u: vector(&self.u),
-            v: vector(&self.v),
-            w: vector(&self.w),
-            normal: vector(&self.normal),
-            plane: splat(lane(&self.plane, i)),
-            tolerance: splat(lane(&self.tolerance, i)),
-        }
+    pub fn weights(&self, direction: &Vec3x8) -> [F32x8; 3] {
+        [
+            direction.dot(self.u),
+            direction.dot(self.v),
+            direction.dot(self.w),
+        ]
     }
 
     /// The first look, which most rays do not survive: lanes whose rays do not clearly pass outside an edge (a
     /// bit a lane).
     #[inline(always)]
     #[must_use]
-    pub fn first_look(&self, direction: &Vec3x8) -> u32 {
-        let edge = |e: &Vec3x8| {
-            let z = mul_add(direction.z, e.z, self.tolerance);
-            mul_add(direction.x, e.x, mul_add(direction.y, e.y, z))
-        };
-        signs_clear([edge(&self.u), edge(&self.v), edge(&self.w)])
+    pub fn first_look(&self, [u, v, w]: [F32x8; 3]) -> u32 {
+        ge(min(min(u, v), w), -self.tolerance).bits()
     }
 
-    /// The canonical test of the lanes that survived the first look. Distances are held to the triangles' own
-    /// boxes.
+    /// The canonical test of the lanes that survived the first look, one ray in all lanes of `slabs` and `direction`.
+    /// Distances are held to the triangles' own boxes.
     #[inline(always)]
     #[must_use]
     pub fn intersect(
         &self,
         first_look: u32,
-        corners: &[Vec3x8; 3],
+        weights: [F32x8; 3],
+        block: &TriangleBlock,
         slabs: &Slabs8,
         direction: &Vec3x8,
     ) -> TriangleHits {
         let zero = splat(0.0);
-        let weights = [
-            direction.dot(self.u),
-            direction.dot(self.v),
-            direction.dot(self.w),
-        ];
         let [u, v, w] = weights;
         let inside = ge(min(min(u, v), w), zero);
         let mut hit = inside & Mask8::from_bits(first_look);
         if inside.bits() & first_look != first_look {
+            let corners = [block.v0, block.v1, block.v2];
             hit = hit | near_vertex(weights, corners, slabs.origin) & Mask8::from_bits(first_look);
         }
-
-        let determinant = direction.dot(self.normal);
-        let [v0, v1, v2] = corners;
-        let low = |a, b, c| min(min(a, b), c);
-        let high = |a, b, c| max(max(a, b), c);
-        let lower = Vec3x8::new(
-            low(v0.x, v1.x, v2.x),
-            low(v0.y, v1.y, v2.y),
-            low(v0.z, v1.z, v2.z),
-        );
-        let upper = Vec3x8::new(
-            high(v0.x, v1.x, v2.x),
-            high(v0.y, v1.y, v2.y),
-            high(v0.z, v1.z, v2.z),
-        );
-        let pad = pad(max(lower.max_abs(), upper.max_abs()));
-        let pad = Vec3x8::new(pad, pad, pad);
-        let (near, far) = slabs.interval(lower - pad, upper + pad);
-        let t = min(max(self.plane / determinant, near), far);
+        let (lower, upper) = block.padded_boxes();
+        let (near, far) = slabs.interval(lower, upper);
+        let t = min(max(self.plane / direction.dot(self.normal), near), far);
         let [u, v, w] = weights.map(|weight| max(weight, zero));
         let sum = max(u + v + w, splat(f32::MIN_POSITIVE));
         TriangleHits {
@@ -219,13 +242,18 @@ impl EdgeFunctions {
 }
 
 /// The lanes whose rays pass so near a vertex that the signs of its edges mean nothing: no edge function is
-/// below its error bound, and two are within it.
+/// below its error bound, and two are within it. Each lane has its own triangle, or its own origin, or both.
 #[cold]
 #[inline(never)]
-fn near_vertex(weights: [F32x8; 3], corners: &[Vec3x8; 3], origin: Vec3x8) -> Mask8 {
-    let [a, b, c] = corners.map(|v| v - origin);
-    let bound = |(e, s): (Vec3x8, Vec3x8)| e.dot(e).sqrt() * s.dot(s).sqrt() * splat(EDGE_ERROR);
-    let bounds = [bound(edge(a, c)), bound(edge(b, a)), bound(edge(c, b))];
+#[must_use]
+pub fn near_vertex(weights: [F32x8; 3], [v0, v1, v2]: [Vec3x8; 3], origin: Vec3x8) -> Mask8 {
+    let (a, b, c) = (v0 - origin, v1 - origin, v2 - origin);
+    let bound = |e: Vec3x8, s: Vec3x8| e.dot(e).sqrt() * s.dot(s).sqrt() * splat(EDGE_ERROR);
+    let bounds = [
+        bound(v2 - v0, c + a),
+        bound(v0 - v1, a + b),
+        bound(v1 - v2, b + c),
+    ];
     let [u, v, w] = [0, 1, 2].map(|i| ge(weights[i], -bounds[i]));
     let [small_u, small_v, small_w] = [0, 1, 2].map(|i| le(weights[i].abs(), bounds[i]));
     u & v & w & (small_u & small_v | small_v & small_w | small_w & small_u)

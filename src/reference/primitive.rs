@@ -9,7 +9,7 @@ use glam::Vec3;
 
 const GEOMETRIC_PAD: f32 = 1.0 / 4_194_304.0;
 const INTERVAL_PAD: f32 = 4.0 / 16_777_216.0;
-const EDGE_ERROR: f32 = 9.5 / 16_777_216.0;
+const EDGE_ERROR: f32 = 11.5 / 16_777_216.0;
 
 /// What the slab test needs of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -72,14 +72,12 @@ fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32
     let plane = dot(normal, a);
     let side = if plane.is_sign_negative() { -1.0 } else { 1.0 };
 
-    let edges = [(a, c), (b, a), (c, b)];
-    let weights = edges.map(|(from, to)| dot(d, cross(to - from, to + from) * side));
+    let edges = [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)];
+    let weights = edges.map(|(edge, sum)| dot(d, cross(edge, sum) * side));
     let is_outside = |weight: f32| weight < 0.0 || weight.is_nan();
     if weights.into_iter().any(is_outside) {
-        let errors = edges.map(|(from, to)| {
-            let (edge, sum) = (to - from, to + from);
-            dot(edge, edge).sqrt() * dot(sum, sum).sqrt() * EDGE_ERROR
-        });
+        let error = |(edge, sum)| dot(edge, edge).sqrt() * dot(sum, sum).sqrt() * EDGE_ERROR;
+        let errors = edges.map(error);
         let within = (0..3).filter(|&i| weights[i].abs() <= errors[i]).count();
         if within < 2 || (0..3).any(|i| weights[i] < -errors[i]) {
             return None;

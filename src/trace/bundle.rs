@@ -1,18 +1,27 @@
-//! Up to 64 rays together: eight packets whose frustum is tested against eight boxes at once, then each box
-//! left against the frusta of the eight packets at once (a lane a packet). Descends from packet tracing with
+//! Up to eight packets of rays together: their frustum is tested against eight boxes at once, then each box left
+//! against the frusta of the eight packets at once (a lane a packet). Descends from packet tracing with
 //! frusta (Boulos et al. 2006; Overbeck, Ramamoorthi and Mark, *Large Ray Packets for Real-time Whitted Ray
 //! Tracing*, 2008); a mask of packets takes the place of their first-active index, as eight packets fit a byte.
 
 use super::{
-    BUNDLE, Tracer, frustum::BundleFrustum, leaf, leaf::for_each_bit, packet::enter_child,
-    single::insert_nearest_last, state::PacketState,
+    PACKETS, Tracer, bits,
+    frustum::{BundleFrustum, Seen8},
+    leaf,
+    rays::Packet,
+    single::{Item, insert_nearest_last},
 };
 use crate::{
     accel::{Child, Node8},
-    simd::{F32x8, LANES, lane, le, splat},
+    simd::{
+        F32x8, LANES, lane,
+        lanes::{LaneMask, Lanes, Vec3Lanes},
+        le, splat,
+    },
 };
+use glam::Vec3;
 
-/// A subtree still to visit, the packets that may hit something in it, and the least q of it.
+/// A subtree still to visit, the packets that may hit something in it, and the least q of it (the least t, without
+/// a frustum).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     child: Child,
@@ -20,41 +29,37 @@ pub(super) struct Entry {
     q_near: f32,
 }
 
-/// With this many packets left in a subtree they go on one by one.
-const FEW: u32 = 1;
+/// With this many rays left in a subtree they go on one by one.
+const FEW: u32 = 3;
+
+/// How the rays of a bundle are culled.
+pub(super) struct Culling<'a> {
+    pub frustum: Option<&'a BundleFrustum>,
+    /// Boxes are also tested ray by ray.
+    pub exact: bool,
+    /// Few rays left go on one by one.
+    pub regroup: bool,
+    /// See [`first_look_reach`](crate::geometry::first_look_reach).
+    pub reach: f32,
+}
 
 impl Tracer<'_> {
-    /// Traces the bundle of all states, as long as it holds together.
-    pub(super) fn trace_bundle<const ANY: bool, const SHARED: bool>(&mut self) {
-        let frustum = if self.states.len() > 1 {
-            BundleFrustum::new(&self.states)
-        } else {
-            None
-        };
-        match frustum {
-            Some(frustum) => self.traverse_bundle::<ANY, SHARED>(&frustum),
-            None => {
-                for p in 0..self.states.len() {
-                    if let Some(frustum) = BundleFrustum::new(&self.states[p..=p]) {
-                        self.traverse_packet::<ANY, SHARED, true>(p, Some(&frustum.all), self.bvh.root());
-                    } else {
-                        let live = self.states[p].live_bits();
-                        for_each_bit(live, |i| self.trace_lane::<ANY>(p, i, self.bvh.root()));
-                    }
-                }
-            }
-        }
-    }
-
-    fn traverse_bundle<const ANY: bool, const SHARED: bool>(&mut self, frustum: &BundleFrustum) {
+    /// Traces the first `count` packets through the whole tree; rays that are left to go on one by one are put into
+    /// `items`.
+    #[inline(always)]
+    pub(super) fn traverse_bundle<V: Lanes, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        packets: u32,
+        culling: &Culling<'_>,
+    ) {
         let bvh = self.bvh;
         // Packets that can take hits, and up to where: -1 for those that are done.
         let mut q_limit8 = splat(-1.0);
         let mut all = 0;
-        for p in 0..self.states.len().min(BUNDLE) {
-            if self.states[p].live_bits() != 0 {
+        for p in bits(packets) {
+            if self.packets[p & 7].live_bits::<V>() != 0 {
                 all |= 1 << p;
-                self.update_limit(frustum, &mut q_limit8, p);
+                self.update_limit::<V>(culling, &mut q_limit8, p);
             }
         }
         self.bundle_stack.clear();
@@ -73,88 +78,152 @@ impl Tracer<'_> {
             if packets == 0 {
                 continue;
             }
-            if packets.count_ones() <= FEW {
-                for_each_bit(packets, |p| {
-                    self.traverse_packet::<ANY, SHARED, true>(p, Some(&frustum.packet(p)), child);
-                    self.update_limit(frustum, &mut q_limit8, p);
+            if child.is_inner() {
+                self.push_children::<V, ANY, SHARED>(&bvh.nodes()[child.index()], culling, packets, q_limit8);
+                continue;
+            }
+            if SHARED {
+                let one = culling.frustum.map(|f| {
+                    if packets.is_power_of_two() {
+                        f.packet(packets.trailing_zeros() as usize)
+                    } else {
+                        f.all
+                    }
                 });
-            } else if child.is_inner() {
-                let node = &bvh.nodes()[child.index()];
-                let exact = ANY || !SHARED;
-                push_children(
-                    node,
-                    frustum,
+                leaf::shared_origin::<V, ANY>(
+                    bvh,
+                    child,
+                    one.as_ref(),
+                    culling.reach,
                     packets,
-                    q_limit8,
-                    exact,
-                    &self.states,
-                    &mut self.bundle_stack,
+                    &mut self.packets,
                 );
-            } else if SHARED {
-                leaf::shared_origin::<ANY>(bvh, child, &frustum.all, packets, &mut self.states);
-                for_each_bit(packets, |p| self.update_limit(frustum, &mut q_limit8, p));
             } else {
-                for_each_bit(packets, |p| {
-                    leaf::packet::<ANY, SHARED>(bvh, child, None, &mut self.states[p]);
-                    self.update_limit(frustum, &mut q_limit8, p);
-                });
+                leaf::separate_origins::<V, ANY>(bvh, child, culling.reach, packets, &mut self.packets);
+            }
+            for p in bits(packets) {
+                self.update_limit::<V>(culling, &mut q_limit8, p);
             }
         }
     }
 
     #[inline(always)]
-    fn update_limit(&self, frustum: &BundleFrustum, q_limit8: &mut F32x8, p: usize) {
-        q_limit8.as_mut_array()[p] = frustum.q_limit(p, self.states[p].farthest());
+    fn update_limit<V: Lanes>(&self, culling: &Culling<'_>, q_limit8: &mut F32x8, p: usize) {
+        let t = self.packets[p & 7].farthest::<V>();
+        q_limit8.as_mut_array()[p & 7] = match culling.frustum {
+            _ if t <= 0.0 => -1.0,
+            Some(frustum) => frustum.q_limit(p & 7, t),
+            None => t,
+        };
     }
-}
 
-/// Pushes the children that some of `packets` may hit, nearest last.
-///
-/// `exact`: rays spread wider than their frusta tell, so boxes are also tested ray by ray: a leaf for all its
-/// packets, an inner node only until one packet is known to enter.
-#[inline(always)]
-fn push_children(
-    node: &Node8,
-    frustum: &BundleFrustum,
-    packets: u32,
-    q_limit8: F32x8,
-    exact: bool,
-    states: &[PacketState],
-    stack: &mut Vec<Entry>,
-) {
-    let (candidates, seen) = frustum.all.children(node);
-    let base = stack.len();
-    for_each_bit(candidates, |c| {
-        let mut packets = packets & frustum.packets_of(&seen, c, q_limit8);
-        let child = node.child[c % LANES];
-        if exact {
-            packets = entering(node, c, child.is_inner(), packets, states);
-        }
-        if packets != 0 {
-            let entry = Entry {
-                child,
-                packets,
-                q_near: lane(&seen.q_near, c),
-            };
-            insert_nearest_last(stack, base, entry, |e| e.q_near);
-        }
-    });
-}
-
-/// Those of `packets` of which a ray enters box `c`; with `first_only` all from the first such packet on.
-#[inline(always)]
-fn entering(node: &Node8, c: usize, first_only: bool, packets: u32, states: &[PacketState]) -> u32 {
-    let mut left = packets;
-    let mut entering = 0;
-    while left != 0 {
-        let p = left.trailing_zeros() as usize;
-        if enter_child(node, c, &states[p]).0 != 0 {
-            if first_only {
-                return left;
+    /// Pushes the children that some of `packets` may hit, nearest last.
+    #[inline(always)]
+    fn push_children<V: Lanes, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        node: &Node8,
+        culling: &Culling<'_>,
+        packets: u32,
+        q_limit8: F32x8,
+    ) {
+        let base = self.bundle_stack.len();
+        let (candidates, seen): (u32, Option<Seen8>) = match culling.frustum {
+            Some(frustum) => {
+                let (candidates, seen) = frustum.all.children(node);
+                (candidates, Some(seen))
             }
-            entering |= 1 << p;
+            None => (node.valid_bits(), None),
+        };
+        for c in bits(candidates) {
+            let child = node.child[c % LANES];
+            let (mut packets, mut q_near) = (packets, 0.0);
+            if let (Some(frustum), Some(seen)) = (culling.frustum, &seen) {
+                packets &= frustum.packets_of(seen, c, q_limit8);
+                q_near = lane(&seen.q_near, c);
+            }
+            if culling.exact && packets != 0 {
+                let entering = entering::<V, SHARED>(node, c, packets, &self.packets);
+                packets = entering.packets;
+                if culling.frustum.is_none() {
+                    q_near = entering.near;
+                }
+                if culling.regroup && entering.rays <= FEW {
+                    for p in bits(packets) {
+                        for i in bits(entering.lanes[p & 7]) {
+                            self.items.push(Item {
+                                ray: (p * V::COUNT + i) as u32,
+                                child,
+                                near: entering.near,
+                            });
+                        }
+                    }
+                    continue;
+                }
+            }
+            if packets != 0 {
+                self.bvh.prefetch(child);
+                let entry = Entry {
+                    child,
+                    packets,
+                    q_near,
+                };
+                insert_nearest_last(&mut self.bundle_stack, base, entry, |e| e.q_near);
+            }
         }
-        left &= left - 1;
     }
+}
+
+/// Which rays enter a box.
+struct Entering {
+    /// Packets with such rays.
+    packets: u32,
+    /// How many rays.
+    rays: u32,
+    /// By packet.
+    lanes: [u32; PACKETS],
+    /// Where the first one does, at least.
+    near: f32,
+}
+
+/// Those of `packets` of which a ray enters box `c`: the canonical test, ray by ray.
+#[inline(always)]
+fn entering<V: Lanes, const SHARED: bool>(
+    node: &Node8,
+    c: usize,
+    packets: u32,
+    states: &[Packet; PACKETS],
+) -> Entering {
+    let (lower, upper) = node.corners(c);
+    let mut entering = Entering {
+        packets: 0,
+        rays: 0,
+        lanes: [0; PACKETS],
+        near: f32::MAX,
+    };
+    let mut nearest = V::splat(f32::MAX);
+    let shared = Vec3::from_array([0, 1, 2].map(|axis: usize| states[0].origin[axis].0[0]));
+    let seen = (
+        Vec3Lanes::<V>::splat(lower - shared),
+        Vec3Lanes::<V>::splat(upper - shared),
+    );
+    for p in bits(packets) {
+        let state = &states[p & 7];
+        let (lower, upper) = if SHARED {
+            seen
+        } else {
+            let o = Vec3Lanes::<V>::load(&state.origin);
+            (Vec3Lanes::splat(lower) - o, Vec3Lanes::splat(upper) - o)
+        };
+        let (near, far) = state.interval(lower, upper);
+        let lanes = near.le(far.min(V::load(&state.t)));
+        let lane_bits = lanes.bits();
+        if lane_bits != 0 {
+            entering.packets |= 1 << p;
+            entering.rays += lane_bits.count_ones();
+            entering.lanes[p & 7] = lane_bits;
+            nearest = nearest.min(V::select(lanes, near, V::splat(f32::MAX)));
+        }
+    }
+    entering.near = -(-nearest).largest();
     entering
 }

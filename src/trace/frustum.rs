@@ -7,12 +7,17 @@
 //! a direction of 0 and fewer operations than either.)
 //!
 //! Slopes are widened so that whatever a ray hits by the canonical tests is inside: those let a ray miss a box
-//! by 14 half-ulps of its distance, and the arithmetic here rounds a few more times.
+//! by 14 half-ulps of its distance, and the arithmetic here rounds a few more times (slopes are products with a
+//! reciprocal).
 
-use super::{BUNDLE, state::PacketState};
+use super::{PACKETS, rays::Packet};
 use crate::{
     accel::Node8,
-    simd::{F32x8, Vec3x8, ge, le, lt, max, max_lane, min, min_lane, splat},
+    simd::{
+        F32x8, Vec3x8, ge,
+        lanes::{LaneMask, Lanes, Vec3Lanes},
+        le, max, max_lane, min, min_lane, splat,
+    },
 };
 
 /// Slopes are widened by this times (1 + |slope|), and distances along k by this share.
@@ -89,6 +94,28 @@ fn widen_up(slope: F32x8) -> F32x8 {
     slope + splat(SLACK) * (splat(1.0) + slope.abs())
 }
 
+/// The box of the packets' origins: lower and upper corner.
+#[inline(always)]
+pub(super) fn origins<V: Lanes, const SHARED: bool>(packets: &[Packet]) -> ([f32; 3], [f32; 3]) {
+    let first = &packets[0];
+    if SHARED {
+        let origin = [0, 1, 2].map(|axis: usize| first.origin[axis].0[0]);
+        return (origin, origin);
+    }
+    let mut bounds =
+        [0, 1, 2].map(|axis: usize| (V::load(&first.origin[axis]), V::load(&first.origin[axis])));
+    for packet in &packets[1..] {
+        for (axis, (lower, upper)) in bounds.iter_mut().enumerate() {
+            let o = V::load(&packet.origin[axis]);
+            (*lower, *upper) = (lower.min(o), upper.max(o));
+        }
+    }
+    (
+        bounds.map(|(lower, _)| min_lane(lower.fold_min())),
+        bounds.map(|(_, upper)| max_lane(upper.fold_max())),
+    )
+}
+
 fn component(v: &Vec3x8, axis: usize) -> F32x8 {
     [v.x, v.y, v.z][axis]
 }
@@ -96,45 +123,49 @@ fn component(v: &Vec3x8, axis: usize) -> F32x8 {
 impl BundleFrustum {
     /// The frusta of up to eight packets; `None` if some ray goes too little along the common axis. Lanes
     /// without a ray count too: they hold a neighbour's direction.
-    pub fn new(states: &[PacketState]) -> Option<Self> {
-        let first = states.first()?;
-        let mut direction_sum = first.direction;
-        let (mut lower, mut upper) = (first.slabs.origin, first.slabs.origin);
-        for state in &states[1..] {
-            let o = state.slabs.origin;
-            direction_sum = direction_sum + state.direction;
-            lower = Vec3x8::new(min(lower.x, o.x), min(lower.y, o.y), min(lower.z, o.z));
-            upper = Vec3x8::new(max(upper.x, o.x), max(upper.y, o.y), max(upper.z, o.z));
+    #[inline(always)]
+    pub fn new<V: Lanes, const SHARED: bool>(packets: &[Packet]) -> Option<Self> {
+        let first = packets.first()?;
+        let mut sum = Vec3Lanes::<V>::load(&first.direction);
+        for packet in &packets[1..] {
+            sum = sum + Vec3Lanes::load(&packet.direction);
         }
-        let sum = [direction_sum.x, direction_sum.y, direction_sum.z].map(F32x8::reduce_add);
+        let sum = [sum.x, sum.y, sum.z].map(|v| (v.fold_max() + v.fold_min()).reduce_add());
         let k = (0..3).max_by(|&p, &q| sum[p].abs().total_cmp(&sum[q].abs()))?;
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let (origin_lower, origin_upper) = origins::<V, SHARED>(packets);
         let frame = Frame {
             k,
-            i: (k + 1) % 3,
-            j: (k + 2) % 3,
+            i,
+            j,
             sign: if sum[k] < 0.0 { -1.0 } else { 1.0 },
-            origin_lower: [lower.x, lower.y, lower.z].map(min_lane),
-            origin_upper: [upper.x, upper.y, upper.z].map(max_lane),
+            origin_lower,
+            origin_upper,
         };
 
         // Rows are packets until the transpose, then lanes are.
-        let state = |row: usize| states.get(row).unwrap_or(first);
-        let sign8 = splat(frame.sign);
-        let along_k: [F32x8; BUNDLE] = std::array::from_fn(|row| component(&state(row).direction, k) * sign8);
-        let least = along_k.into_iter().fold(splat(1.0), min);
-        if lt(least, splat(LEAST_ALONG_K)).any() {
+        let sign = V::splat(frame.sign);
+        let mut least = V::splat(1.0);
+        let mut along = [splat(0.0); PACKETS];
+        let [mut a_low, mut a_high, mut b_low, mut b_high] = [[splat(0.0); PACKETS]; 4];
+        for row in 0..PACKETS {
+            let packet = packets.get(row).unwrap_or(first);
+            let [d_i, d_j, d_k] = [i, j, k].map(|axis| V::load(&packet.direction[axis]));
+            let along_k = d_k * sign;
+            least = least.min(along_k);
+            along[row] = along_k.fold_max();
+            let inv = V::load(&packet.inv_direction[k]).abs();
+            let (a, b) = (d_i * inv, d_j * inv);
+            (a_low[row], a_high[row]) = (a.fold_min(), a.fold_max());
+            (b_low[row], b_high[row]) = (b.fold_min(), b.fold_max());
+        }
+        if least.lt(V::splat(LEAST_ALONG_K)).bits() != 0 {
             return None;
         }
-        let slopes = |axis: usize| {
-            let of_row = |row: usize| component(&state(row).direction, axis) / along_k[row];
-            let columns = F32x8::transpose(std::array::from_fn(of_row));
-            let smallest = columns.into_iter().fold(columns[0], min);
-            let largest = columns.into_iter().fold(columns[0], max);
-            (widen_down(smallest), widen_up(largest))
-        };
-        let (a0, a1) = slopes(frame.i);
-        let (b0, b1) = slopes(frame.j);
-        let most_along_k = F32x8::transpose(along_k).into_iter().fold(splat(0.0), max);
+        let smallest = |rows| widen_down(F32x8::transpose(rows).into_iter().reduce(min).unwrap_or_default());
+        let largest = |rows| widen_up(F32x8::transpose(rows).into_iter().reduce(max).unwrap_or_default());
+        let (a0, a1, b0, b1) = (smallest(a_low), largest(a_high), smallest(b_low), largest(b_high));
+        let most_along_k = F32x8::transpose(along).into_iter().fold(splat(0.0), max);
         let all = Frustum {
             frame,
             a0: splat(min_lane(a0)),
@@ -201,22 +232,22 @@ impl Frustum {
         let (&k, &i, &j) = (k, i, j);
         let (near, far) = if *sign > 0.0 {
             (
-                node.lower[k] - splat(origin_upper[k]),
-                node.upper[k] - splat(origin_lower[k]),
+                node.planes[k] - splat(origin_upper[k]),
+                node.planes[k + 3] - splat(origin_lower[k]),
             )
         } else {
             (
-                splat(origin_lower[k]) - node.upper[k],
-                splat(origin_upper[k]) - node.lower[k],
+                splat(origin_lower[k]) - node.planes[k + 3],
+                splat(origin_upper[k]) - node.planes[k],
             )
         };
         Seen8 {
             q_near: max(near, splat(0.0)),
             q_far: far,
-            i_lower: node.lower[i] - splat(origin_upper[i]),
-            i_upper: node.upper[i] - splat(origin_lower[i]),
-            j_lower: node.lower[j] - splat(origin_upper[j]),
-            j_upper: node.upper[j] - splat(origin_lower[j]),
+            i_lower: node.planes[i] - splat(origin_upper[i]),
+            i_upper: node.planes[i + 3] - splat(origin_lower[i]),
+            j_lower: node.planes[j] - splat(origin_upper[j]),
+            j_upper: node.planes[j + 3] - splat(origin_lower[j]),
         }
     }
 

@@ -1,103 +1,171 @@
-//! Leaf blocks against bundles, packets and single rays.
+//! Leaf blocks against the packets of a bundle.
 
-use super::{
-    frustum::Frustum,
-    state::{LaneHit, PacketState},
-};
+use super::{bits, frustum::Frustum, rays::Packet};
 use crate::{
     accel::{Bvh, Child},
-    geometry::{EdgeFunctions, Slabs8, SphereBlock, TriangleBlock, intersect_spheres},
-    simd::{Vec3x8, lane, splat},
+    geometry::{EdgeFunctions, Edges, SphereBlock, TriangleBlock, near_vertex, pad},
+    simd::{
+        Vec3x8, lane,
+        lanes::{Column, LaneMask, Lanes, Vec3Lanes},
+        splat,
+    },
 };
+use glam::Vec3;
 
-/// Calls `f` with the index of each set bit, lowest first.
+/// Barycentric weights times twice the determinant: second corner, third, first.
+type Weights<V> = [V; 3];
+
+/// Triangle `i` of the eight in `v`, in all lanes.
 #[inline(always)]
-pub(super) fn for_each_bit(mut bits: u32, mut f: impl FnMut(usize)) {
-    while bits != 0 {
-        f(bits.trailing_zeros() as usize);
-        bits &= bits - 1;
-    }
+fn vector<V: Lanes>(v: &Vec3x8, i: usize) -> Vec3Lanes<V> {
+    Vec3Lanes::splat(v.lane(i))
 }
 
-/// A triangle against the eight rays of a packet.
+/// A block against the packets of `packets` that share their origin. What depends on the origin alone is taken once,
+/// for eight triangles at a time, and triangles that no ray of the frustum can hit are dropped. `reach`: see
+/// [`first_look_reach`](crate::geometry::first_look_reach).
 #[inline(always)]
-fn triangle<const ANY: bool>(edges: &EdgeFunctions, corners: &[Vec3x8; 3], id: u32, state: &mut PacketState) {
-    let first_look = edges.first_look(&state.direction);
-    if first_look != 0 {
-        let found = edges.intersect(first_look, corners, &state.slabs, &state.direction);
-        state.offer::<ANY>(found.hit, found.t, id, || found.weights);
-    }
-}
-
-#[inline(always)]
-fn sphere<const ANY: bool>(block: &SphereBlock, i: usize, state: &mut PacketState) {
-    let (center, radius) = block.splat(i);
-    let (hit, t) = intersect_spheres(center, radius, &state.slabs, &state.direction);
-    if hit.any() {
-        state.offer::<ANY>(hit, t, block.id[i], || [splat(0.0), splat(0.0), splat(1.0)]);
-    }
-}
-
-/// A block against the packets of `packets` that share their origin. The block's edge functions are taken
-/// once, and triangles that no ray of the frustum can hit are dropped eight at a time.
-#[inline(always)]
-pub(super) fn shared_origin<const ANY: bool>(
-    bvh: &Bvh,
-    leaf: Child,
-    frustum: &Frustum,
-    packets: u32,
-    states: &mut [PacketState],
-) {
-    let count_bits = (1_u32 << leaf.count()) - 1;
-    if !leaf.is_triangles() {
-        let block = &bvh.sphere_blocks()[leaf.index()];
-        for_each_bit(count_bits, |i| {
-            for_each_bit(packets, |p| sphere::<ANY>(block, i, &mut states[p]));
-        });
-        return;
-    }
-    let block = &bvh.triangle_blocks()[leaf.index()];
-    let edges8 = block.edge_functions(states[0].slabs.origin);
-    let reachable = reachable(leaf, &edges8, Some(frustum));
-    for_each_bit(reachable, |i| {
-        let edges = edges8.splat(i);
-        let corners = block.splat(i);
-        for_each_bit(packets, |p| {
-            triangle::<ANY>(&edges, &corners, block.id[i], &mut states[p]);
-        });
-    });
-}
-
-/// A block against one packet; `SHARED`: its rays share their origin.
-#[inline(always)]
-pub(super) fn packet<const ANY: bool, const SHARED: bool>(
+pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     bvh: &Bvh,
     leaf: Child,
     frustum: Option<&Frustum>,
-    state: &mut PacketState,
+    reach: f32,
+    packets: u32,
+    states: &mut [Packet; 8],
 ) {
     if !leaf.is_triangles() {
-        let block = &bvh.sphere_blocks()[leaf.index()];
-        for i in 0..leaf.count() {
-            sphere::<ANY>(block, i, state);
-        }
+        spheres::<V, ANY>(&bvh.sphere_blocks()[leaf.index()], leaf.count(), packets, states);
         return;
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
-    if SHARED {
-        let edges8 = block.edge_functions(state.slabs.origin);
-        let reachable = reachable(leaf, &edges8, frustum);
-        for_each_bit(reachable, |i| {
-            triangle::<ANY>(&edges8.splat(i), &block.splat(i), block.id[i], state);
-        });
-    } else {
-        for i in 0..leaf.count() {
-            let corners = block.splat(i);
-            let [v0, v1, v2] = corners;
-            let edges = EdgeFunctions::new(v0, v1, v2, state.slabs.origin);
-            triangle::<ANY>(&edges, &corners, block.id[i], state);
+    let origin = Vec3::from_array([0, 1, 2].map(|axis: usize| states[0].origin[axis].0[0]));
+    let edges8 = block.edge_functions(Vec3x8::splat(origin), splat(reach));
+    let mut boxes: Option<(Vec3x8, Vec3x8)> = None;
+    for i in bits(reachable(leaf, &edges8, frustum)) {
+        let [eu, ev, ew] = [&edges8.u, &edges8.v, &edges8.w].map(|e| vector::<V>(e, i));
+        let least = V::splat(-lane(&edges8.tolerance, i));
+        for p in bits(packets) {
+            let state = &mut states[p & 7];
+            let d = Vec3Lanes::<V>::load(&state.direction);
+            let weights = [d.dot(eu), d.dot(ev), d.dot(ew)];
+            let look = smallest(weights).ge(least);
+            if look.bits() != 0 {
+                let (lower, upper) = boxes.get_or_insert_with(|| {
+                    let (lower, upper) = block.padded_boxes();
+                    let origin = Vec3x8::splat(origin);
+                    (lower - origin, upper - origin)
+                });
+                let determinant = d.dot(vector(&edges8.normal, i));
+                let plane = V::splat(lane(&edges8.plane, i));
+                let bounds = (vector::<V>(lower, i), vector::<V>(upper, i));
+                hit::<V, ANY>(state, block, i, look, weights, plane / determinant, bounds);
+            }
         }
     }
+}
+
+/// A block against packets whose rays have their own origins.
+#[inline(always)]
+pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
+    bvh: &Bvh,
+    leaf: Child,
+    reach: f32,
+    packets: u32,
+    states: &mut [Packet; 8],
+) {
+    if !leaf.is_triangles() {
+        spheres::<V, ANY>(&bvh.sphere_blocks()[leaf.index()], leaf.count(), packets, states);
+        return;
+    }
+    let block = &bvh.triangle_blocks()[leaf.index()];
+    let edges8: Edges = block.edges();
+    let least8 = edges8.longest() * splat(-reach);
+    for i in 0..leaf.count() {
+        let [v0, v1, v2] = [&block.v0, &block.v1, &block.v2].map(|v| vector::<V>(v, i));
+        let [eu, ev, ew] = [&edges8.u, &edges8.v, &edges8.w].map(|e| vector::<V>(e, i));
+        let normal = vector::<V>(&edges8.normal, i);
+        for p in bits(packets) {
+            let state = &mut states[p & 7];
+            let o = Vec3Lanes::<V>::load(&state.origin);
+            let d = Vec3Lanes::<V>::load(&state.direction);
+            let (a, b, c) = (v0 - o, v1 - o, v2 - o);
+            let plane = normal.dot(a);
+            let flip = plane.sign();
+            let edge = |e: Vec3Lanes<V>, s: Vec3Lanes<V>| d.dot(e.cross(s)).turn(flip);
+            let weights = [edge(eu, c + a), edge(ev, a + b), edge(ew, b + c)];
+            let look = smallest(weights).ge(V::splat(lane(&least8, i)));
+            if look.bits() != 0 {
+                let (lower, upper) = block.padded_boxes();
+                let bounds = (vector::<V>(&lower, i) - o, vector::<V>(&upper, i) - o);
+                // Turned before the product, as elsewhere: the sign of a determinant of 0 depends on it.
+                let turned = Vec3Lanes {
+                    x: normal.x.turn(flip),
+                    y: normal.y.turn(flip),
+                    z: normal.z.turn(flip),
+                };
+                let determinant = d.dot(turned);
+                hit::<V, ANY>(
+                    state,
+                    block,
+                    i,
+                    look,
+                    weights,
+                    plane.turn(flip) / determinant,
+                    bounds,
+                );
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn smallest<V: Lanes>([u, v, w]: Weights<V>) -> V {
+    u.min(v).min(w)
+}
+
+/// The canonical test of triangle `i`, for the lanes that survived the first look; twin of
+/// [`EdgeFunctions::intersect`]. `bounds`: its padded box, relative to the origins.
+#[inline(always)]
+fn hit<V: Lanes, const ANY: bool>(
+    state: &mut Packet,
+    block: &TriangleBlock,
+    i: usize,
+    look: V::Mask,
+    weights: Weights<V>,
+    t: V,
+    bounds: (Vec3Lanes<V>, Vec3Lanes<V>),
+) {
+    let zero = V::splat(0.0);
+    let mut inside = look & smallest(weights).ge(zero);
+    if inside.bits() != look.bits() {
+        let mut columns = [Column::splat(0.0); 3];
+        for (column, weight) in columns.iter_mut().zip(weights) {
+            weight.store(column);
+        }
+        let near = near_a_vertex(&columns, block, i, &state.origin);
+        inside = inside | look & V::Mask::from_bits(near);
+    }
+    let (near, far) = state.interval(bounds.0, bounds.1);
+    let t = t.max(near).min(far);
+    let hit = inside & near.le(far) & t.gt(zero);
+    if hit.bits() != 0 {
+        let [u, v, w] = weights.map(|weight| weight.max(zero));
+        let sum = (u + v + w).max(V::splat(f32::MIN_POSITIVE));
+        state.offer::<V, ANY>(hit, t, block.id[i], [u, v, sum]);
+    }
+}
+
+/// [`near_vertex`] for both halves of a packet.
+#[cold]
+#[inline(never)]
+fn near_a_vertex(weights: &[Column; 3], block: &TriangleBlock, i: usize, origin: &[Column; 3]) -> u32 {
+    let corners = [&block.v0, &block.v1, &block.v2].map(|v| Vec3x8::splat(v.lane(i)));
+    let half = |half: usize| {
+        let weights = [0, 1, 2].map(|w: usize| weights[w].halves()[half]);
+        let [x, y, z] = [0, 1, 2].map(|axis: usize| origin[axis].halves()[half]);
+        near_vertex(weights, corners, Vec3x8::new(x, y, z)).bits()
+    };
+    half(0) | half(1) << 8
 }
 
 /// The triangles of a block that some ray of the frustum may hit: those none of whose edges is wholly outside.
@@ -113,37 +181,48 @@ fn reachable(leaf: Child, edges8: &EdgeFunctions, frustum: Option<&Frustum>) -> 
         & frustum.may_reach_zero(&edges8.w, margin)
 }
 
-/// A block against one ray, in all lanes of `slabs` and `direction`.
+/// A block of spheres; twin of [`intersect_spheres`](crate::geometry::intersect_spheres).
 #[inline(always)]
-pub(super) fn single<const ANY: bool>(
-    bvh: &Bvh,
-    leaf: Child,
-    slabs: &Slabs8,
-    direction: &Vec3x8,
-    hit: &mut LaneHit,
+fn spheres<V: Lanes, const ANY: bool>(
+    block: &SphereBlock,
+    count: usize,
+    packets: u32,
+    states: &mut [Packet; 8],
 ) {
-    let count_bits = (1_u32 << leaf.count()) - 1;
-    if leaf.is_triangles() {
-        let block: &TriangleBlock = &bvh.triangle_blocks()[leaf.index()];
-        let edges = block.edge_functions(slabs.origin);
-        let first_look = edges.first_look(direction) & count_bits;
-        if first_look != 0 {
-            let corners = [block.v0, block.v1, block.v2];
-            let found = edges.intersect(first_look, &corners, slabs, direction);
-            let [u, v, sum] = &found.weights;
-            for_each_bit(found.hit.bits(), |i| {
-                hit.offer::<ANY>(
-                    lane(&found.t, i),
-                    block.id[i],
-                    [lane(u, i), lane(v, i), lane(sum, i)],
-                );
-            });
+    let size = Vec3x8::new(block.radius, block.radius, block.radius);
+    let (lower8, upper8) = (block.center - size, block.center + size);
+    let pad8 = pad(crate::simd::max(lower8.max_abs(), upper8.max_abs()));
+    let pad8 = Vec3x8::new(pad8, pad8, pad8);
+    let (lower8, upper8) = (lower8 - pad8, upper8 + pad8);
+    let zero = V::splat(0.0);
+    for i in 0..count {
+        let center = vector::<V>(&block.center, i);
+        let radius = V::splat(lane(&block.radius, i));
+        for p in bits(packets) {
+            let state = &mut states[p & 7];
+            let o = Vec3Lanes::<V>::load(&state.origin);
+            let d = Vec3Lanes::<V>::load(&state.direction);
+            let from_center = o - center;
+            let nearest = -from_center.dot(d);
+            let aside = Vec3Lanes {
+                x: d.x.mul_add(nearest, from_center.x),
+                y: d.y.mul_add(nearest, from_center.y),
+                z: d.z.mul_add(nearest, from_center.z),
+            };
+            let discriminant = radius * radius - aside.dot(aside);
+            let meets = discriminant.ge(zero);
+            if meets.bits() == 0 {
+                continue;
+            }
+            let half_chord = discriminant.max(zero).sqrt();
+            let (t0, t1) = (nearest - half_chord, nearest + half_chord);
+            let t = V::select(t0.gt(zero), t0, t1);
+            let (near, far) = state.interval(vector::<V>(&lower8, i) - o, vector::<V>(&upper8, i) - o);
+            let held = t.max(near).min(far);
+            let hit = meets & t.gt(zero) & held.gt(zero) & near.le(far);
+            if hit.bits() != 0 {
+                state.offer::<V, ANY>(hit, held, block.id[i], [zero, zero, V::splat(1.0)]);
+            }
         }
-    } else {
-        let block = &bvh.sphere_blocks()[leaf.index()];
-        let (ahead, t) = intersect_spheres(block.center, block.radius, slabs, direction);
-        for_each_bit(ahead.bits() & count_bits, |i| {
-            hit.offer::<ANY>(lane(&t, i), block.id[i], [0.0, 0.0, 1.0]);
-        });
     }
 }

@@ -1,4 +1,4 @@
-//! Closest hits and occlusion over bundles (up to 64 rays), packets (8) and single rays.
+//! Closest hits and occlusion over bundles (eight packets of eight or sixteen rays), packets and single rays.
 //!
 //! All ways give the same hits, bit for bit: they differ only in which boxes they skip, and what they skip has
 //! no hit in it. A [`Tracer`] chooses among them by what its rays do: bundles as long as one frustum holds the
@@ -7,18 +7,25 @@
 mod bundle;
 mod frustum;
 mod leaf;
-mod packet;
+mod rays;
 mod single;
-mod state;
 
 use crate::{
-    accel::Bvh,
+    accel::{Bvh, prefetch},
+    geometry::first_look_reach,
+    math::Aabb,
     ray::{HitPacket, RayPacket},
+    simd::{F32x8, lanes::Lanes},
 };
-use state::PacketState;
+use bundle::Culling;
+use frustum::BundleFrustum;
+use rays::Packet;
 
 /// Packets of a bundle.
-pub const BUNDLE: usize = 8;
+const PACKETS: usize = 8;
+
+/// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are fastest.
+pub const BUNDLE: usize = 16;
 
 /// Which way of tracing to use; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,6 +37,8 @@ pub enum Method {
     Packet,
     /// One ray against eight boxes, eight primitives at a time.
     Single,
+    /// As `Adaptive`, in packets of eight rays even where the CPU could do sixteen.
+    Adaptive8,
 }
 
 /// Whether rays of a bundle start at one point: then what depends on the origin alone is shared.
@@ -46,10 +55,65 @@ pub enum Origins {
 pub struct Tracer<'a> {
     bvh: &'a Bvh,
     method: Method,
-    states: Vec<PacketState>,
+    bounds: Aabb,
+    packets: Box<[Packet; PACKETS]>,
     bundle_stack: Vec<bundle::Entry>,
-    packet_stack: Vec<packet::Entry>,
-    single_stack: Vec<single::Entry>,
+    items: Vec<single::Item>,
+    slots: Box<[single::Slot; single::SLOTS]>,
+}
+
+/// The set bits of a mask, lowest first.
+#[inline(always)]
+fn bits(mask: u32) -> Bits {
+    Bits(mask)
+}
+
+/// See [`bits`]. (An iterator and not a function that takes a closure: closures do not inherit the instruction set of
+/// the kernel that they are written in, and are not always inlined.)
+struct Bits(u32);
+
+impl Iterator for Bits {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let lowest = self.0.trailing_zeros() as usize;
+        self.0 &= self.0 - 1;
+        Some(lowest)
+    }
+}
+
+/// Where answers go, in the order of the rays.
+trait Answers {
+    /// Answer `i`: half `half` of a packet.
+    fn put(&mut self, i: usize, packet: &Packet, half: usize);
+    /// Answer `i`, of eight lanes without a ray.
+    fn put_none(&mut self, i: usize, rays: &RayPacket);
+}
+
+impl Answers for &mut [HitPacket] {
+    #[inline(always)]
+    fn put(&mut self, i: usize, packet: &Packet, half: usize) {
+        self[i] = packet.hits(half);
+    }
+    #[inline(always)]
+    fn put_none(&mut self, i: usize, rays: &RayPacket) {
+        self[i] = HitPacket::miss(rays.t_max);
+    }
+}
+
+impl Answers for &mut [u8] {
+    #[inline(always)]
+    fn put(&mut self, i: usize, packet: &Packet, half: usize) {
+        self[i] = packet.blocked_bits(half) as u8;
+    }
+    #[inline(always)]
+    fn put_none(&mut self, i: usize, _: &RayPacket) {
+        self[i] = 0;
+    }
 }
 
 impl<'a> Tracer<'a> {
@@ -66,25 +130,24 @@ impl<'a> Tracer<'a> {
         Self {
             bvh,
             method,
-            states: Vec::with_capacity(BUNDLE),
+            bounds: bvh.bounds(),
+            packets: Box::new([Packet::EMPTY; PACKETS]),
             bundle_stack: Vec::with_capacity(size),
-            packet_stack: Vec::with_capacity(size),
-            single_stack: Vec::with_capacity(size),
+            items: Vec::new(),
+            slots: Box::new(single::slots(size)),
         }
     }
 
     /// The nearest hits of all rays; of several equally near, the one with the lowest id. Neighbours in `rays`
-    /// should be neighbours in space: eight packets make a bundle.
+    /// should be neighbours in space: [`BUNDLE`] of them are traced together.
     ///
     /// # Panics
     /// If `rays` and `hits` differ in length.
     pub fn closest_hit(&mut self, origins: Origins, rays: &[RayPacket], hits: &mut [HitPacket]) {
         assert_eq!(rays.len(), hits.len(), "a hit packet for each ray packet");
-        for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
-            self.trace::<false>(origins, rays);
-            for (state, hit) in self.states.iter().zip(hits) {
-                *hit = state.hits();
-            }
+        match origins {
+            Origins::Shared => self.dispatch::<_, false, true>(rays, hits),
+            Origins::Separate => self.dispatch::<_, false, false>(rays, hits),
         }
     }
 
@@ -94,23 +157,132 @@ impl<'a> Tracer<'a> {
     /// If `rays` and `occluded` differ in length.
     pub fn occluded(&mut self, origins: Origins, rays: &[RayPacket], occluded: &mut [u8]) {
         assert_eq!(rays.len(), occluded.len(), "eight bits for each ray packet");
-        for (rays, occluded) in rays.chunks(BUNDLE).zip(occluded.chunks_mut(BUNDLE)) {
-            self.trace::<true>(origins, rays);
-            for (state, bits) in self.states.iter().zip(occluded) {
-                *bits = state.hit_bits() as u8;
+        match origins {
+            Origins::Shared => self.dispatch::<_, true, true>(rays, occluded),
+            Origins::Separate => self.dispatch::<_, true, false>(rays, occluded),
+        }
+    }
+
+    fn dispatch<A: Answers, const ANY: bool, const SHARED: bool>(&mut self, rays: &[RayPacket], answers: A) {
+        #[cfg(target_arch = "x86_64")]
+        if self.method != Method::Packet
+            && self.method != Method::Adaptive8
+            && crate::simd::avx512::is_available()
+        {
+            // SAFETY: the CPU has these instructions.
+            return unsafe { self.run_avx512::<A, ANY, SHARED>(rays, answers) };
+        }
+        self.run::<F32x8, A, ANY, SHARED>(rays, answers);
+    }
+
+    /// [`run`](Self::run) with sixteen lanes.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn run_avx512<A: Answers, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        rays: &[RayPacket],
+        answers: A,
+    ) {
+        self.run::<crate::simd::avx512::F32x16, A, ANY, SHARED>(rays, answers);
+    }
+
+    /// Groups the packets that hold a ray into bundles and traces these.
+    #[inline(always)]
+    fn run<V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        rays: &[RayPacket],
+        mut answers: A,
+    ) {
+        let halves = V::COUNT / 8;
+        let most = if self.method == Method::Packet {
+            1
+        } else {
+            PACKETS * halves
+        };
+        let mut members = [0; BUNDLE];
+        let mut next = 0;
+        while next < rays.len() {
+            let mut count = 0;
+            while next < rays.len() && count < most {
+                if rays::live(&rays[next]) {
+                    members[count % BUNDLE] = next;
+                    count += 1;
+                } else {
+                    answers.put_none(next, &rays[next]);
+                }
+                next += 1;
+            }
+            // The next bundle's rays come from memory while this one is traced.
+            for rays in rays[next..].iter().take(BUNDLE) {
+                prefetch(rays);
+            }
+            let packets = count.div_ceil(halves);
+            for (packet, pair) in self.packets.iter_mut().zip(members[..count].chunks(halves)) {
+                let low = &rays[pair[0]];
+                match pair.get(1) {
+                    Some(&high) => packet.set::<V>(low, &rays[high]),
+                    None => packet.set::<V>(
+                        low,
+                        &RayPacket {
+                            t_max: F32x8::ZERO,
+                            ..*low
+                        },
+                    ),
+                }
+            }
+            self.trace::<V, ANY, SHARED>(packets);
+            for (member, &i) in members[..count].iter().enumerate() {
+                answers.put(i, &self.packets[member / halves], member % halves);
             }
         }
     }
 
-    fn trace<const ANY: bool>(&mut self, origins: Origins, rays: &[RayPacket]) {
-        self.states.clear();
-        self.states.extend(rays.iter().map(PacketState::new));
-        match (self.method, origins) {
-            (Method::Adaptive, Origins::Shared) => self.trace_bundle::<ANY, true>(),
-            (Method::Adaptive, Origins::Separate) => self.trace_bundle::<ANY, false>(),
-            (Method::Packet, Origins::Shared) => self.trace_packets::<ANY, true>(),
-            (Method::Packet, Origins::Separate) => self.trace_packets::<ANY, false>(),
-            (Method::Single, _) => self.trace_singles::<ANY>(),
+    /// Traces the first `count` packets.
+    #[inline(always)]
+    fn trace<V: Lanes, const ANY: bool, const SHARED: bool>(&mut self, count: usize) {
+        if count == 0 {
+            return;
         }
+        let (lower, upper) = frustum::origins::<V, SHARED>(&self.packets[..count]);
+        let farthest = [0, 1, 2].map(|axis: usize| {
+            let (low, high) = (self.bounds.lower[axis], self.bounds.upper[axis]);
+            (high - lower[axis]).abs().max((upper[axis] - low).abs())
+        });
+        // The largest norm is at least the Euclidean one.
+        let reach = first_look_reach(farthest.iter().sum());
+        let single = self.method == Method::Single;
+        let regroup = self.method != Method::Packet;
+        let (mut first, mut size) = (0, if single { 1 } else { count });
+        while first < count {
+            let frustum = if single {
+                None
+            } else {
+                BundleFrustum::new::<V, SHARED>(&self.packets[first..first + size])
+            };
+            if frustum.is_none() && size > 1 {
+                size = 1;
+                continue;
+            }
+            if frustum.is_none() && regroup {
+                for i in bits(self.packets[first].live_bits::<V>()) {
+                    self.items.push(single::Item {
+                        ray: (first * V::COUNT + i) as u32,
+                        child: self.bvh.root(),
+                        near: 0.0,
+                    });
+                }
+            } else {
+                let culling = Culling {
+                    frustum: frustum.as_ref(),
+                    exact: ANY || !SHARED || !regroup,
+                    regroup,
+                    reach,
+                };
+                let packets = ((1 << size) - 1) << first;
+                self.traverse_bundle::<V, ANY, SHARED>(packets, &culling);
+            }
+            first += size;
+        }
+        self.trace_items::<V, ANY>(reach);
     }
 }

@@ -1,26 +1,33 @@
-//! One ray against eight boxes at a time (Wald, Benthin and Boulos, *Getting Rid of Packets*, 2008).
+//! Rays one by one, each against eight boxes or primitives at a time (Wald, Benthin and Boulos, *Getting Rid of
+//! Packets*, 2008), several in turn: while one waits for a node from memory, the others go on (asynchronous memory
+//! access chaining: Kocberber, Falsafi and Grot 2015).
 //!
-//! A visit is bound by latency, so boxes are tested with one multiply-add a plane, near and far planes picked by
-//! the direction's signs beforehand; and the most common outcomes, no child, one, or two, are handled without the
-//! sorted insertion that more of them need.
+//! Boxes are tested with one multiply-add a plane, near and far planes picked by the direction's signs beforehand.
+//! With AVX-512 children are sorted without a branch, because branches that depend on rays in turn are hard to predict.
 
-use super::{
-    Tracer, leaf,
-    leaf::for_each_bit,
-    state::{LaneHit, PacketState},
-};
+use super::{Tracer, bits, rays::Packet};
 use crate::{
-    accel::{Child, Node8},
-    geometry::Slabs8,
-    simd::{F32x8, LANES, Vec3x8, lane, le, max, min, mul_add, splat},
+    accel::{Bvh, Child, Node8},
+    geometry::{Slabs8, intersect_spheres},
+    simd::{
+        F32x8, LANES, Vec3x8, lane,
+        lanes::{Lanes, unpack},
+        le, max, min, mul_add, splat,
+    },
 };
+use glam::Vec3;
 
-/// A subtree still to visit, and where the ray enters it.
+/// A ray that is to go on alone in a subtree.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
-    child: Child,
-    near: f32,
+pub(super) struct Item {
+    /// Packet times lanes plus lane.
+    pub ray: u32,
+    pub child: Child,
+    pub near: f32,
 }
+
+/// Rays in turn.
+pub(super) const SLOTS: usize = 8;
 
 /// Bound on the rounding of `plane * inv - origin * inv` beyond that of its result, as a share of `origin * inv`: a
 /// half-ulp for that product, one for the sum with this bound, one for the other product where multiply-add is not
@@ -31,35 +38,41 @@ const OFFSET_ERROR: f32 = 4.0 / (1 << 24) as f32;
 /// half-ulps and 3 roundings, and the rounding of the multiply-add here.
 const INTERVAL_PAD: f32 = 12.0 / (1 << 24) as f32;
 
-/// One ray, in all lanes.
+/// One ray.
+#[derive(Clone, Copy, Debug, Default)]
 struct SingleRay {
-    slabs: Slabs8,
-    direction: Vec3x8,
-    inv: [F32x8; 3],
+    packet: u32,
+    lane: u32,
+    origin: Vec3,
+    direction: Vec3,
+    inv: Vec3,
     /// What to add to plane x inv for a near plane and a far plane: `-origin * inv`, moved apart by its error.
-    near_offset: [F32x8; 3],
-    far_offset: [F32x8; 3],
-    /// Whether the ray goes down an axis, so that the upper plane is the near one.
-    down: [bool; 3],
+    near_offset: Vec3,
+    far_offset: Vec3,
+    /// Which of a node's planes are the near ones, and which the far ones.
+    near: [u8; 3],
+    far: [u8; 3],
 }
 
 impl SingleRay {
-    fn new(state: &PacketState, i: usize) -> Self {
-        let all_lanes = |v: &Vec3x8| Vec3x8::splat(v.lane(i));
-        let origin = state.slabs.origin.lane(i);
-        let inv = state.slabs.inv_direction.lane(i);
+    #[inline(always)]
+    fn new(state: &Packet, packet: usize, lane: usize) -> Self {
+        let vector = |of: &[crate::simd::lanes::Column; 3]| {
+            Vec3::from_array([0, 1, 2].map(|axis: usize| of[axis].0[lane & 15]))
+        };
+        let (origin, inv) = (vector(&state.origin), vector(&state.inv_direction));
         let offset = origin * inv;
         let error = offset.abs() * OFFSET_ERROR;
         Self {
-            slabs: Slabs8 {
-                origin: Vec3x8::splat(origin),
-                inv_direction: Vec3x8::splat(inv),
-            },
-            direction: all_lanes(&state.direction),
-            inv: inv.to_array().map(splat),
-            near_offset: (-offset - error).to_array().map(splat),
-            far_offset: (-offset + error).to_array().map(splat),
-            down: inv.to_array().map(|inv| inv < 0.0),
+            packet: packet as u32,
+            lane: lane as u32,
+            origin,
+            direction: vector(&state.direction),
+            inv,
+            near_offset: -offset - error,
+            far_offset: -offset + error,
+            near: [0, 1, 2].map(|axis: usize| axis as u8 + 3 * u8::from(inv[axis] < 0.0)),
+            far: [0, 1, 2].map(|axis: usize| axis as u8 + 3 * u8::from(inv[axis] >= 0.0)),
         }
     }
 
@@ -67,15 +80,12 @@ impl SingleRay {
     #[inline(always)]
     fn enter(&self, node: &Node8, t_max: F32x8) -> (u32, F32x8) {
         let planes = |axis: usize| {
-            let (lower, upper) = (node.lower[axis], node.upper[axis]);
-            let (near, far) = if self.down[axis] {
-                (upper, lower)
-            } else {
-                (lower, upper)
-            };
+            let near = &node.planes[usize::from(self.near[axis])];
+            let far = &node.planes[usize::from(self.far[axis])];
+            let inv = splat(self.inv[axis]);
             (
-                mul_add(near, self.inv[axis], self.near_offset[axis]),
-                mul_add(far, self.inv[axis], self.far_offset[axis]),
+                mul_add(*near, inv, splat(self.near_offset[axis])),
+                mul_add(*far, inv, splat(self.far_offset[axis])),
             )
         };
         let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) = (planes(0), planes(1), planes(2));
@@ -88,74 +98,149 @@ impl SingleRay {
     }
 }
 
+/// One of the rays in turn.
+#[derive(Debug)]
+pub(super) struct Slot {
+    ray: SingleRay,
+    child: Child,
+    /// [`entry`](crate::simd::lanes::entry)s of subtrees still to visit; `len` of them, and room for eight more.
+    stack: Vec<u64>,
+    len: usize,
+}
+
+/// As many as take turns, with room for `size` entries on each stack.
+pub(super) fn slots(size: usize) -> [Slot; SLOTS] {
+    std::array::from_fn(|_| Slot {
+        ray: SingleRay::default(),
+        child: Child::NONE,
+        stack: vec![0; size + LANES],
+        len: 0,
+    })
+}
+
 impl Tracer<'_> {
-    /// Traces all rays one by one.
-    pub(super) fn trace_singles<const ANY: bool>(&mut self) {
-        for p in 0..self.states.len() {
-            let live = self.states[p].live_bits();
-            for_each_bit(live, |i| self.trace_lane::<ANY>(p, i, self.bvh.root()));
+    /// Traces the rays of `items`, in packets of `lanes`.
+    #[inline(always)]
+    pub(super) fn trace_items<V: Lanes, const ANY: bool>(&mut self, reach: f32) {
+        let lanes = V::COUNT;
+        let Self {
+            bvh,
+            packets,
+            items,
+            slots,
+            ..
+        } = self;
+        let mut active = 0;
+        while active < SLOTS && start(&mut slots[active], bvh, packets, items, lanes) {
+            active += 1;
+        }
+        while active > 0 {
+            let mut i = 0;
+            while i < active {
+                let slot = &mut slots[i % SLOTS];
+                if step::<V, ANY>(slot, bvh, packets, reach) || start(slot, bvh, packets, items, lanes) {
+                    i += 1;
+                } else {
+                    active -= 1;
+                    slots.swap(i % SLOTS, active % SLOTS);
+                }
+            }
         }
     }
+}
 
-    /// Traces lane `i` of packet `p` through the subtree of `start`.
-    pub(super) fn trace_lane<const ANY: bool>(&mut self, p: usize, i: usize, start: Child) {
-        let ray = SingleRay::new(&self.states[p], i);
-        let mut hit = self.states[p].lane_hit(i);
-        self.traverse_single::<ANY>(&ray, &mut hit, start);
-        self.states[p].set_lane_hit(i, &hit);
+/// Gives a slot the next ray that may still hit something; `false` if none is left.
+#[inline(always)]
+fn start(
+    slot: &mut Slot,
+    bvh: &Bvh,
+    packets: &[Packet; super::PACKETS],
+    items: &mut Vec<Item>,
+    lanes: usize,
+) -> bool {
+    while let Some(Item { ray, child, near }) = items.pop() {
+        let (p, i) = (ray as usize / lanes, ray as usize % lanes);
+        let state = &packets[p & 7];
+        if near <= state.t.0[i & 15] {
+            bvh.prefetch(child);
+            slot.ray = SingleRay::new(state, p, i);
+            slot.child = child;
+            slot.len = 0;
+            return true;
+        }
     }
+    false
+}
 
-    fn traverse_single<const ANY: bool>(&mut self, ray: &SingleRay, hit: &mut LaneHit, start: Child) {
-        let bvh = self.bvh;
-        let stack = &mut self.single_stack;
-        stack.clear();
-        let mut child = start;
-        loop {
-            if child.is_inner() {
-                let node = &bvh.nodes()[child.index()];
-                let (mut entered, near) = ray.enter(node, splat(hit.t));
-                let entry = |c: usize| Entry {
-                    child: node.child[c % LANES],
-                    near: lane(&near, c % LANES),
-                };
-                if entered != 0 {
-                    let first = entered.trailing_zeros() as usize;
-                    entered &= entered - 1;
-                    if entered == 0 {
-                        child = node.child[first % LANES];
-                        continue;
-                    }
-                    let (first, second) = (entry(first), entry(entered.trailing_zeros() as usize));
-                    entered &= entered - 1;
-                    let (nearer, farther) = if second.near < first.near {
-                        (second, first)
-                    } else {
-                        (first, second)
-                    };
-                    if entered == 0 {
-                        stack.push(farther);
-                        child = nearer.child;
-                        continue;
-                    }
-                    let base = stack.len();
-                    stack.extend([farther, nearer]);
-                    for_each_bit(entered, |c| {
-                        insert_nearest_last(stack, base, entry(c), |e| e.near);
-                    });
-                }
-            } else {
-                leaf::single::<ANY>(bvh, child, &ray.slabs, &ray.direction, hit);
-                if ANY && hit.t <= 0.0 {
-                    return;
-                }
+/// Visits one node or block; `false` when the ray is through.
+#[inline(always)]
+fn step<V: Lanes, const ANY: bool>(
+    slot: &mut Slot,
+    bvh: &Bvh,
+    packets: &mut [Packet; super::PACKETS],
+    reach: f32,
+) -> bool {
+    let Slot {
+        ray,
+        child,
+        stack,
+        len,
+    } = slot;
+    let state = &mut packets[ray.packet as usize & 7];
+    let i = ray.lane as usize & 15;
+    if child.is_inner() {
+        let node = &bvh.nodes()[child.index()];
+        let (entered, near) = ray.enter(node, splat(state.t.0[i]));
+        if let Some(top) = stack[*len..].first_chunk_mut() {
+            *len += V::push_nearest_last(top, near, &node.child_bits(), entered);
+        }
+    } else {
+        block::<ANY>(bvh, *child, ray, reach, state);
+    }
+    let t = state.t.0[i];
+    if ANY && t <= 0.0 {
+        return false;
+    }
+    while *len > 0 {
+        *len -= 1;
+        let (near, next) = unpack(stack[*len]);
+        if near <= t {
+            *child = Child::from_bits(next);
+            bvh.prefetch(*child);
+            return true;
+        }
+    }
+    false
+}
+
+/// A block against one ray.
+#[inline(always)]
+fn block<const ANY: bool>(bvh: &Bvh, leaf: Child, ray: &SingleRay, reach: f32, state: &mut Packet) {
+    let i = ray.lane as usize & 15;
+    let count_bits = (1_u32 << leaf.count()) - 1;
+    let direction = Vec3x8::splat(ray.direction);
+    let slabs = Slabs8 {
+        origin: Vec3x8::splat(ray.origin),
+        inv_direction: Vec3x8::splat(ray.inv),
+    };
+    if leaf.is_triangles() {
+        let block = &bvh.triangle_blocks()[leaf.index()];
+        let edges = block.edge_functions(slabs.origin, splat(reach));
+        let weights = edges.weights(&direction);
+        let first_look = edges.first_look(weights) & count_bits;
+        if first_look != 0 {
+            let found = edges.intersect(first_look, weights, block, &slabs, &direction);
+            let [u, v, sum] = &found.weights;
+            for c in bits(found.hit.bits()) {
+                let weights = [lane(u, c), lane(v, c), lane(sum, c)];
+                state.offer_lane::<ANY>(i, lane(&found.t, c), block.id[c], weights);
             }
-            loop {
-                let Some(entry) = stack.pop() else { return };
-                if entry.near <= hit.t {
-                    child = entry.child;
-                    break;
-                }
-            }
+        }
+    } else {
+        let block = &bvh.sphere_blocks()[leaf.index()];
+        let (ahead, t) = intersect_spheres(block.center, block.radius, &slabs, &direction);
+        for c in bits(ahead.bits() & count_bits) {
+            state.offer_lane::<ANY>(i, lane(&t, c), block.id[c], [0.0, 0.0, 1.0]);
         }
     }
 }

@@ -1,7 +1,16 @@
-//! Eight lanes of `f32`, masks, vectors of lanes. The only file that names `wide`.
+//! Eight lanes of `f32`, masks, vectors of lanes; and in [`lanes`] what kernels need to run on sixteen as well. The only
+//! room that names `wide`.
 //!
 //! Every function that has a scalar twin in [`math`] does the same operations in the same order
 //! with the same rounding, in every build. `wide` picks its instructions at compile time, by target feature.
+
+#[cfg(target_arch = "x86_64")]
+#[allow(
+    unsafe_code,
+    reason = "intrinsics of an instruction set that is found at run time; the head of the file says what it buys"
+)]
+pub mod avx512;
+pub mod lanes;
 
 use crate::math;
 use glam::Vec3;

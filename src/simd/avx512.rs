@@ -1,0 +1,231 @@
+//! Sixteen lanes by AVX-512.
+//!
+//! What it buys: on Zen 5 tiles of 128 rays in packets of sixteen, against tiles of 64 in packets of eight; the figures
+//! are in `trace/bundle.rs`. `wide` has sixteen lanes as well, but chooses instructions at compile time, so that an
+//! ordinary build would never use these.
+#![allow(clippy::wildcard_imports, reason = "intrinsics have a prefix of their own")]
+
+use super::{
+    F32x8,
+    lanes::{Column, LaneMask, Lanes},
+};
+use std::{
+    arch::x86_64::*,
+    ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub},
+};
+
+/// Whether this CPU and its system run the instructions here, and the build rounds as they do.
+#[must_use]
+pub fn is_available() -> bool {
+    crate::math::FUSED
+        && is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512vl")
+        && is_x86_feature_detected!("avx512bw")
+}
+
+/// Sixteen `f32` in one register. Use it only in code that runs where [`is_available`] and that is compiled with these
+/// features; elsewhere it is slow.
+#[derive(Clone, Copy, Debug)]
+pub struct F32x16(__m512);
+
+/// Sixteen truth values in a mask register.
+#[derive(Clone, Copy, Debug)]
+pub struct Mask16(__mmask16);
+
+impl BitAnd for Mask16 {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, b: Self) -> Self {
+        Self(self.0 & b.0)
+    }
+}
+
+impl BitOr for Mask16 {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, b: Self) -> Self {
+        Self(self.0 | b.0)
+    }
+}
+
+impl LaneMask for Mask16 {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self.0)
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        Self(bits as u16)
+    }
+}
+
+/// Intrinsics on the registers of the arguments.
+macro_rules! avx512 {
+    ($result:ident, $($call:tt)*) => {
+        // SAFETY: the only values are made by `splat` and `load`, in kernels that are entered after `is_available`.
+        $result(unsafe { $($call)* })
+    };
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $intrinsic:ident) => {
+        impl $trait for F32x16 {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, b: Self) -> Self {
+                avx512!(Self, $intrinsic(self.0, b.0))
+            }
+        }
+    };
+}
+operator!(Add, add, _mm512_add_ps);
+operator!(Sub, sub, _mm512_sub_ps);
+operator!(Mul, mul, _mm512_mul_ps);
+operator!(Div, div, _mm512_div_ps);
+
+impl Neg for F32x16 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.turn(Self::splat(-0.0))
+    }
+}
+
+/// Both halves of a register.
+#[inline(always)]
+fn halves(a: F32x16) -> [F32x8; 2] {
+    // SAFETY: as for the operators.
+    let halves: [__m256; 2] = unsafe { [_mm512_castps512_ps256(a.0), _mm512_extractf32x8_ps::<1>(a.0)] };
+    halves.map(bytemuck::cast)
+}
+
+impl Lanes for F32x16 {
+    type Mask = Mask16;
+    const COUNT: usize = 16;
+
+    #[inline(always)]
+    fn splat(a: f32) -> Self {
+        avx512!(Self, _mm512_set1_ps(a))
+    }
+    #[inline(always)]
+    fn load(from: &Column) -> Self {
+        // SAFETY: a column is 64 bytes at an address that is a multiple of 64.
+        avx512!(Self, _mm512_load_ps(from.0.as_ptr()))
+    }
+    #[inline(always)]
+    fn join(low: F32x8, high: F32x8) -> Self {
+        let [low, high]: [__m256; 2] = [low, high].map(bytemuck::cast);
+        avx512!(Self, _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut Column) {
+        // SAFETY: as for `load`.
+        unsafe { _mm512_store_ps(to.0.as_mut_ptr(), self.0) }
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        avx512!(Self, _mm512_fmadd_ps(self.0, b.0, c.0))
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        avx512!(Self, _mm512_fmsub_ps(self.0, b.0, c.0))
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        avx512!(Self, _mm512_min_ps(self.0, b.0))
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        avx512!(Self, _mm512_max_ps(self.0, b.0))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        avx512!(Self, _mm512_abs_ps(self.0))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        avx512!(Self, _mm512_sqrt_ps(self.0))
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        avx512!(Self, _mm512_and_ps(self.0, _mm512_set1_ps(-0.0)))
+    }
+    #[inline(always)]
+    fn turn(self, sign: Self) -> Self {
+        avx512!(Self, _mm512_xor_ps(self.0, sign.0))
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> Mask16 {
+        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, b.0))
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> Mask16 {
+        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, b.0))
+    }
+    #[inline(always)]
+    fn gt(self, b: Self) -> Mask16 {
+        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, b.0))
+    }
+    #[inline(always)]
+    fn ge(self, b: Self) -> Mask16 {
+        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_GE_OQ>(self.0, b.0))
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> Mask16 {
+        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, b.0))
+    }
+    #[inline(always)]
+    fn select(mask: Mask16, if_true: Self, if_false: Self) -> Self {
+        avx512!(Self, _mm512_mask_blend_ps(mask.0, if_false.0, if_true.0))
+    }
+    #[inline(always)]
+    fn fold_min(self) -> F32x8 {
+        let [low, high] = halves(self);
+        super::min(low, high)
+    }
+    #[inline(always)]
+    fn fold_max(self) -> F32x8 {
+        let [low, high] = halves(self);
+        super::max(low, high)
+    }
+    #[inline(always)]
+    fn largest(self) -> f32 {
+        self.fold_max().largest()
+    }
+    #[inline(always)]
+    fn push_nearest_last(stack: &mut [u64; 8], near: F32x8, children: &[u32; 8], chosen: u32) -> usize {
+        // SAFETY: as for the operators; the store is as long as `stack`.
+        unsafe {
+            let near = _mm512_cvtepu32_epi64(bytemuck::cast(near));
+            let children = _mm512_cvtepu32_epi64(bytemuck::cast(*children));
+            // Those not chosen are 0, the least entry, and come last.
+            let entries = _mm512_maskz_or_epi64(chosen as u8, _mm512_slli_epi64::<32>(near), children);
+            _mm512_storeu_si512(stack.as_mut_ptr().cast(), sorted_down(entries));
+        }
+        (chosen & 0xff).count_ones() as usize
+    }
+}
+
+/// Eight numbers, largest first: Batcher's odd-even merge sort, six rounds without a branch.
+#[inline(always)]
+unsafe fn sorted_down(mut x: __m512i) -> __m512i {
+    /// One round: lanes of `$partner` that are exchanged with the others; `$lower` takes the smaller of two.
+    macro_rules! round {
+        ($partner:expr, $lower:expr) => {
+            // SAFETY: the caller's.
+            x = unsafe {
+                let [a, b, c, d, e, f, g, h]: [i64; 8] = $partner;
+                let other = _mm512_permutexvar_epi64(_mm512_setr_epi64(a, b, c, d, e, f, g, h), x);
+                _mm512_mask_min_epu64(_mm512_max_epu64(x, other), $lower, x, other)
+            };
+        };
+    }
+    round!([1, 0, 3, 2, 5, 4, 7, 6], 0b1010_1010);
+    round!([2, 3, 0, 1, 6, 7, 4, 5], 0b1100_1100);
+    round!([0, 2, 1, 3, 4, 6, 5, 7], 0b0100_0100);
+    round!([4, 5, 6, 7, 0, 1, 2, 3], 0b1111_0000);
+    round!([0, 1, 4, 5, 2, 3, 6, 7], 0b0011_0000);
+    round!([0, 2, 1, 4, 3, 6, 5, 7], 0b0101_0100);
+    x
+}

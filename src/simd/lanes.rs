@@ -1,0 +1,319 @@
+//! Vectors whose lanes are rays: eight everywhere, sixteen where the CPU has AVX-512. Kernels that are generic over
+//! [`Lanes`] are compiled once for each, and the one that suits the CPU is chosen at run time.
+//!
+//! A lane's arithmetic does not depend on how many lanes there are: both give the same bits.
+
+use super::{F32x8, Mask8, eq, ge, gt, le, lt, max, min, mul_add, mul_sub, splat};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
+
+/// The most lanes that a [`Lanes`] has.
+pub const MOST_LANES: usize = 16;
+
+/// Memory for one vector of either width; the narrower one uses the first eight places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub struct Column(pub [f32; MOST_LANES]);
+
+impl Column {
+    /// The same number in all places.
+    #[inline(always)]
+    #[must_use]
+    pub fn splat(a: f32) -> Self {
+        Self([a; MOST_LANES])
+    }
+
+    /// Places 0 to 7, then 8 to 15.
+    #[inline(always)]
+    #[must_use]
+    pub fn halves(&self) -> &[F32x8; 2] {
+        bytemuck::cast_ref(&self.0)
+    }
+
+    /// Places 0 to 7, then 8 to 15.
+    #[inline(always)]
+    pub fn halves_mut(&mut self) -> &mut [F32x8; 2] {
+        bytemuck::cast_mut(&mut self.0)
+    }
+}
+
+/// One truth value a lane.
+pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
+    /// A bit a lane, lane 0 the lowest.
+    fn bits(self) -> u32;
+    /// The mask with the lanes of `bits`.
+    fn from_bits(bits: u32) -> Self;
+}
+
+/// Eight or sixteen `f32`. Operations are those of the functions of the same names in [`simd`](super), lane by lane.
+#[expect(
+    missing_docs,
+    reason = "each is what its name says, and its twin in `simd` says more"
+)]
+pub trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    type Mask: LaneMask;
+    /// How many lanes.
+    const COUNT: usize;
+
+    #[must_use]
+    fn splat(a: f32) -> Self;
+    #[must_use]
+    fn load(from: &Column) -> Self;
+    /// Lanes 0 to 7 and, where there are sixteen, 8 to 15. (Not by way of a [`Column`]: a load of what two stores have
+    /// written waits for both.)
+    #[must_use]
+    fn join(low: F32x8, high: F32x8) -> Self;
+    fn store(self, to: &mut Column);
+    #[must_use]
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    #[must_use]
+    fn mul_sub(self, b: Self, c: Self) -> Self;
+    #[must_use]
+    fn min(self, b: Self) -> Self;
+    #[must_use]
+    fn max(self, b: Self) -> Self;
+    #[must_use]
+    fn abs(self) -> Self;
+    #[must_use]
+    fn sqrt(self) -> Self;
+    /// The sign bits alone.
+    #[must_use]
+    fn sign(self) -> Self;
+    /// Signs turned where `sign` has one.
+    #[must_use]
+    fn turn(self, sign: Self) -> Self;
+    fn lt(self, b: Self) -> Self::Mask;
+    fn le(self, b: Self) -> Self::Mask;
+    fn gt(self, b: Self) -> Self::Mask;
+    fn ge(self, b: Self) -> Self::Mask;
+    fn eq(self, b: Self) -> Self::Mask;
+    /// `if_true` where set, else `if_false`.
+    #[must_use]
+    fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
+    /// The smaller of lane i and lane i + 8, for sixteen lanes.
+    fn fold_min(self) -> F32x8;
+    /// The larger of lane i and lane i + 8, for sixteen lanes.
+    fn fold_max(self) -> F32x8;
+    /// The largest lane; none may be NaN.
+    fn largest(self) -> f32;
+    /// Writes those of eight [`entry`]s of which `chosen` has a bit to the start of `stack`, nearest last, and answers
+    /// how many they are. What follows them in its first eight places is undefined.
+    fn push_nearest_last(stack: &mut [u64; 8], near: F32x8, children: &[u32; 8], chosen: u32) -> usize;
+}
+
+/// A distance not below 0 and a number, so that entries sort as their distances.
+#[inline(always)]
+#[must_use]
+pub fn entry(near: f32, child: u32) -> u64 {
+    u64::from(near.to_bits()) << 32 | u64::from(child)
+}
+
+/// What [`entry`] was made of.
+#[inline(always)]
+#[must_use]
+pub fn unpack(entry: u64) -> (f32, u32) {
+    (f32::from_bits((entry >> 32) as u32), entry as u32)
+}
+
+impl LaneMask for Mask8 {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.bits()
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        Self::from_bits(bits)
+    }
+}
+
+impl Lanes for F32x8 {
+    type Mask = Mask8;
+    const COUNT: usize = 8;
+
+    #[inline(always)]
+    fn splat(a: f32) -> Self {
+        splat(a)
+    }
+    #[inline(always)]
+    fn load(from: &Column) -> Self {
+        from.halves()[0]
+    }
+    #[inline(always)]
+    fn join(low: F32x8, _: F32x8) -> Self {
+        low
+    }
+    #[inline(always)]
+    fn store(self, to: &mut Column) {
+        to.halves_mut()[0] = self;
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        mul_add(self, b, c)
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        mul_sub(self, b, c)
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        min(self, b)
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        max(self, b)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        self & splat(-0.0)
+    }
+    #[inline(always)]
+    fn turn(self, sign: Self) -> Self {
+        self ^ sign
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> Mask8 {
+        lt(self, b)
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> Mask8 {
+        le(self, b)
+    }
+    #[inline(always)]
+    fn gt(self, b: Self) -> Mask8 {
+        gt(self, b)
+    }
+    #[inline(always)]
+    fn ge(self, b: Self) -> Mask8 {
+        ge(self, b)
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> Mask8 {
+        eq(self, b)
+    }
+    #[inline(always)]
+    fn select(mask: Mask8, if_true: Self, if_false: Self) -> Self {
+        mask.select(if_true, if_false)
+    }
+    #[inline(always)]
+    fn fold_min(self) -> F32x8 {
+        self
+    }
+    #[inline(always)]
+    fn fold_max(self) -> F32x8 {
+        self
+    }
+    #[inline(always)]
+    fn largest(self) -> f32 {
+        let [a, b]: [wide::f32x4; 2] = bytemuck::cast(self);
+        let four = a.fast_max(b).to_array();
+        let of = |a: f32, b: f32| if a > b { a } else { b };
+        of(of(four[0], four[1]), of(four[2], four[3]))
+    }
+    #[inline(always)]
+    fn push_nearest_last(stack: &mut [u64; 8], near: F32x8, children: &[u32; 8], chosen: u32) -> usize {
+        let near = near.to_array();
+        let (mut count, mut left) = (0, chosen & 0xff);
+        while left != 0 {
+            let c = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let new = entry(near[c % 8], children[c % 8]);
+            let mut at = count;
+            while at > 0 && stack[(at - 1) % 8] < new {
+                stack[at % 8] = stack[(at - 1) % 8];
+                at -= 1;
+            }
+            stack[at % 8] = new;
+            count += 1;
+        }
+        count
+    }
+}
+
+/// A vector a lane, a column an axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Vec3Lanes<V> {
+    /// First components.
+    pub x: V,
+    /// Second components.
+    pub y: V,
+    /// Third components.
+    pub z: V,
+}
+
+impl<V: Lanes> Vec3Lanes<V> {
+    /// From memory.
+    #[inline(always)]
+    #[must_use]
+    pub fn load(from: &[Column; 3]) -> Self {
+        let [x, y, z] = [V::load(&from[0]), V::load(&from[1]), V::load(&from[2])];
+        Self { x, y, z }
+    }
+
+    /// To memory.
+    #[inline(always)]
+    pub fn store(self, to: &mut [Column; 3]) {
+        let [x, y, z] = to;
+        self.x.store(x);
+        self.y.store(y);
+        self.z.store(z);
+    }
+
+    /// All lanes the same.
+    #[inline(always)]
+    #[must_use]
+    pub fn splat(v: glam::Vec3) -> Self {
+        let [x, y, z] = [V::splat(v.x), V::splat(v.y), V::splat(v.z)];
+        Self { x, y, z }
+    }
+
+    /// Twin of [`math::dot`](crate::math::dot).
+    #[inline(always)]
+    #[must_use]
+    pub fn dot(self, b: Self) -> V {
+        self.x.mul_add(b.x, self.y.mul_add(b.y, self.z * b.z))
+    }
+
+    /// Twin of [`math::cross`](crate::math::cross).
+    #[inline(always)]
+    #[must_use]
+    pub fn cross(self, b: Self) -> Self {
+        Self {
+            x: self.y.mul_sub(b.z, self.z * b.y),
+            y: self.z.mul_sub(b.x, self.x * b.z),
+            z: self.x.mul_sub(b.y, self.y * b.x),
+        }
+    }
+}
+
+impl<V: Lanes> Add for Vec3Lanes<V> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Self {
+            x: self.x + b.x,
+            y: self.y + b.y,
+            z: self.z + b.z,
+        }
+    }
+}
+
+impl<V: Lanes> Sub for Vec3Lanes<V> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self {
+            x: self.x - b.x,
+            y: self.y - b.y,
+            z: self.z - b.z,
+        }
+    }
+}

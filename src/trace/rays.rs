@@ -1,0 +1,185 @@
+//! Rays on their way through the tree, a packet of eight or sixteen at a time, and what they hit so far.
+
+use super::bits;
+use crate::{
+    geometry::Slabs8,
+    math::MIN_ABS_DIRECTION,
+    ray::{HitPacket, PrimitiveId, RayPacket},
+    simd::{
+        Vec3x8, gt,
+        lanes::{Column, LaneMask, Lanes, Vec3Lanes},
+        splat,
+    },
+};
+
+/// A packet and its best hits. A lane whose `t` is 0 or below is done: nothing replaces it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Packet {
+    pub origin: [Column; 3],
+    pub direction: [Column; 3],
+    /// `1 / direction`, finite: the twin of [`Slabs8::inv_direction`].
+    pub inv_direction: [Column; 3],
+    /// Nearest hit so far, at first the ray's end. Occlusion: negative once anything is hit.
+    pub t: Column,
+    /// Edge functions of the nearest hit, second and third corner, and the sum of all three; not yet divided.
+    weights: [Column; 3],
+    /// Raw ids as bits of floats, so that they blend like the rest.
+    primitive: Column,
+}
+
+/// What t becomes in occlusion, once a ray is blocked.
+pub(super) const BLOCKED: f32 = -1.0;
+
+fn id_bits(id: u32) -> f32 {
+    f32::from_bits(id)
+}
+
+impl Packet {
+    pub const EMPTY: Self = Self {
+        origin: [Column([0.0; 16]); 3],
+        direction: [Column([0.0; 16]); 3],
+        inv_direction: [Column([0.0; 16]); 3],
+        t: Column([0.0; 16]),
+        weights: [Column([0.0; 16]); 3],
+        primitive: Column([0.0; 16]),
+    };
+
+    /// Puts rays into both halves, with no hits; eight lanes have but one.
+    #[inline(always)]
+    pub fn set<V: Lanes>(&mut self, low: &RayPacket, high: &RayPacket) {
+        let vector = |of: fn(&RayPacket) -> &Vec3x8| {
+            let (low, high) = (of(low), of(high));
+            Vec3Lanes {
+                x: V::join(low.x, high.x),
+                y: V::join(low.y, high.y),
+                z: V::join(low.z, high.z),
+            }
+        };
+        let direction = vector(|rays| &rays.direction);
+        let inv = |d: V| {
+            let least = V::splat(MIN_ABS_DIRECTION);
+            let clamped = V::select(d.abs().lt(least), least.turn(d.sign()), d);
+            V::splat(1.0) / clamped
+        };
+        direction.store(&mut self.direction);
+        vector(|rays| &rays.origin).store(&mut self.origin);
+        V::join(low.t_max, high.t_max).store(&mut self.t);
+        Vec3Lanes {
+            x: inv(direction.x),
+            y: inv(direction.y),
+            z: inv(direction.z),
+        }
+        .store(&mut self.inv_direction);
+        V::splat(id_bits(PrimitiveId::NONE.0)).store(&mut self.primitive);
+        let [u, v, sum] = &mut self.weights;
+        V::splat(0.0).store(u);
+        V::splat(0.0).store(v);
+        V::splat(1.0).store(sum);
+    }
+
+    /// The nearest hits of one half, for closest-hit traversal.
+    #[inline(always)]
+    pub fn hits(&self, half: usize) -> HitPacket {
+        let half = half & 1;
+        let [u, v, sum] = [0, 1, 2].map(|i: usize| self.weights[i].halves()[half]);
+        HitPacket {
+            t: self.t.halves()[half],
+            u: u / sum,
+            v: v / sum,
+            primitive: bytemuck::cast(self.primitive.halves()[half]),
+        }
+    }
+
+    /// Lanes of one half that hit something, for occlusion.
+    #[inline(always)]
+    pub fn blocked_bits(&self, half: usize) -> u32 {
+        gt(splat(0.0), self.t.halves()[half & 1]).bits()
+    }
+
+    /// Lanes that can still hit something.
+    #[inline(always)]
+    pub fn live_bits<V: Lanes>(&self) -> u32 {
+        V::load(&self.t).gt(V::splat(0.0)).bits()
+    }
+
+    /// Beyond this distance no lane takes a hit.
+    #[inline(always)]
+    pub fn farthest<V: Lanes>(&self) -> f32 {
+        V::load(&self.t).largest()
+    }
+
+    /// Offers primitive `id` at `t` to the lanes of `candidate`, with its edge functions (of second and third
+    /// corner, and the sum of all).
+    #[inline(always)]
+    pub fn offer<V: Lanes, const ANY: bool>(&mut self, candidate: V::Mask, t: V, id: u32, weights: [V; 3]) {
+        let best = V::load(&self.t);
+        let nearer = candidate & t.lt(best);
+        if ANY {
+            V::select(nearer, V::splat(BLOCKED), best).store(&mut self.t);
+            return;
+        }
+        let mut accept = nearer;
+        let tie = (candidate & t.eq(best)).bits();
+        if tie != 0 {
+            accept = accept | V::Mask::from_bits(self.ties_won(tie, id));
+        }
+        V::select(accept, t, best).store(&mut self.t);
+        let blend = |new: V, own: &mut Column| V::select(accept, new, V::load(own)).store(own);
+        blend(V::splat(id_bits(id)), &mut self.primitive);
+        let [u, v, sum] = weights;
+        let [own_u, own_v, own_sum] = &mut self.weights;
+        blend(u, own_u);
+        blend(v, own_v);
+        blend(sum, own_sum);
+    }
+
+    /// The lanes of `tie` whose hit has a higher id. Rare, so lane by lane.
+    #[cold]
+    #[inline(never)]
+    fn ties_won(&self, tie: u32, id: u32) -> u32 {
+        let won = |i: &usize| {
+            let own = self.primitive.0[*i].to_bits();
+            own != PrimitiveId::NONE.0 && id < own
+        };
+        bits(tie).filter(won).fold(0, |won, i| won | 1 << i)
+    }
+
+    /// Offers a candidate to one lane, as [`offer`](Self::offer) does.
+    #[inline(always)]
+    pub fn offer_lane<const ANY: bool>(&mut self, i: usize, t: f32, id: u32, weights: [f32; 3]) {
+        let best = self.t.0[i];
+        let own = self.primitive.0[i].to_bits();
+        if ANY {
+            if t < best {
+                self.t.0[i] = BLOCKED;
+            }
+        } else if t < best || (t == best && own != PrimitiveId::NONE.0 && id < own) {
+            self.t.0[i] = t;
+            self.primitive.0[i] = id_bits(id);
+            for (own, new) in self.weights.iter_mut().zip(weights) {
+                own.0[i] = new;
+            }
+        }
+    }
+
+    /// The rays against boxes given relative to their origins; see [`Slabs8::interval`], of which this is the twin.
+    #[inline(always)]
+    pub fn interval<V: Lanes>(&self, lower: Vec3Lanes<V>, upper: Vec3Lanes<V>) -> (V, V) {
+        let inv = Vec3Lanes::<V>::load(&self.inv_direction);
+        let (x0, x1) = (lower.x * inv.x, upper.x * inv.x);
+        let (y0, y1) = (lower.y * inv.y, upper.y * inv.y);
+        let (z0, z1) = (lower.z * inv.z, upper.z * inv.z);
+        let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(V::splat(0.0)));
+        let far = x0.max(x1).min(y0.max(y1)).min(z0.max(z1));
+        (
+            near * V::splat(Slabs8::ENTRY_SCALE),
+            far * V::splat(Slabs8::EXIT_SCALE),
+        )
+    }
+}
+
+/// Lanes of eight rays that are not done.
+#[inline(always)]
+pub(super) fn live(rays: &RayPacket) -> bool {
+    gt(rays.t_max, splat(0.0)).any()
+}
