@@ -21,6 +21,13 @@ impl Film {
         }
     }
 
+    /// Makes the picture `width` x `height` pixels large. Its colours are of no use then, unless it has that size
+    /// already; memory is reused.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        (self.width, self.height) = (width, height);
+        self.pixels.resize(width as usize * height as usize, [0.0; 3]);
+    }
+
     /// Pixels across.
     #[must_use]
     pub fn width(&self) -> u32 {

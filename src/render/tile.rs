@@ -8,7 +8,7 @@ use crate::{
     accel::Bvh,
     ray::{RayPacket, T_MAX},
     shade::{ShadeSettings, Shader, TileColors, queue::RayQueue},
-    simd::{LANES, Mask8, Vec3x8, splat},
+    simd::{F32x8, LANES, Mask8, Vec3x8, splat},
     trace::Tracer,
 };
 use std::time::Instant;
@@ -19,6 +19,7 @@ const BLOCK: u32 = 8;
 const PACKET: [u32; 2] = [4, 2];
 
 /// A thread's memory for rendering tiles.
+#[derive(Debug)]
 pub(super) struct TileScratch<'a> {
     tracer: Tracer<'a>,
     shader: Shader,
@@ -50,31 +51,27 @@ impl<'a> TileScratch<'a> {
             max_depth: settings.max_depth,
             shadows: settings.shadows,
         };
+        let tile_start = Instant::now();
         let pixels = rect.width * rect.height;
         let n = settings.samples_per_axis;
         self.shader.reset_counts();
         let mut times = TileTimes::default();
-        self.sum.reset(pixels as usize);
         for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
-            self.sample.reset(pixels as usize);
             let start = Instant::now();
             fill(context, rect, sample, &mut self.rays);
             times.ray_generation += start.elapsed();
+            self.sample.reset(self.rays.packets.len());
             self.shader
                 .shade(scene, &mut self.tracer, shade, &mut self.rays, &mut self.sample);
-            self.sum.add_all(&self.sample);
-        }
-        let samples = (n * n) as f32;
-        let rows = band.chunks_exact_mut(settings.width as usize);
-        for (row, y) in rows.zip(0..rect.height) {
-            for (pixel, x) in row[rect.x as usize..][..rect.width as usize].iter_mut().zip(0..) {
-                *pixel = self
-                    .sum
-                    .pixel((y * rect.width + x) as usize)
-                    .map(|sum| sum / samples);
+            if sample == [0, 0] {
+                std::mem::swap(&mut self.sum, &mut self.sample);
+            } else {
+                self.sum.add_all(&self.sample);
             }
         }
+        self.store(rect, n * n, settings.width as usize, band);
         times.tracing = self.shader.tracing;
+        times.shading = tile_start.elapsed() - times.ray_generation - times.tracing;
         let counts = RayCounts {
             camera: u64::from(pixels) * u64::from(n * n),
             shadow: self.shader.shadow_rays,
@@ -82,45 +79,75 @@ impl<'a> TileScratch<'a> {
         };
         (counts, times)
     }
-}
 
-/// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
-fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
-    rays.clear();
-    for block_y in (0..rect.height).step_by(BLOCK as usize) {
-        for block_x in (0..rect.width).step_by(BLOCK as usize) {
-            for packet_i in 0..8 {
-                let x = block_x + packet_i % 2 * PACKET[0];
-                let y = block_y + packet_i / 2 * PACKET[1];
-                if x < rect.width && y < rect.height {
-                    push_packet(context, rect, [x, y], sample, rays);
-                }
+    /// Averages the samples, and brings packets into rows.
+    fn store(&self, rect: TileRect, samples: u32, row_length: usize, band: &mut [[f32; 3]]) {
+        let samples8 = splat(samples as f32);
+        for ([x, y], sums) in packets(rect).zip(&self.sum.packets) {
+            let [r, g, b] = sums.map(|sum8| sum8 / samples8);
+            let columns = PACKET[0].min(rect.width - x) as usize;
+            for row in 0..PACKET[1].min(rect.height - y) {
+                let start = (y + row) as usize * row_length + (rect.x + x) as usize;
+                let first_lane = (row * PACKET[0]) as usize;
+                let pixels = &mut band[start..start + columns];
+                store_row(pixels, first_lane, &r, &g, &b);
             }
         }
     }
 }
 
-/// Pushes the packet whose top left pixel is (`x`, `y`) of the tile.
-fn push_packet(
-    context: &FrameContext<'_>,
-    rect: TileRect,
-    [x, y]: [u32; 2],
-    sample: [u32; 2],
-    rays: &mut RayQueue,
-) {
-    let mut active = 0;
-    let mut pixel = [0; LANES];
-    for (lane, pixel) in pixel.iter_mut().enumerate() {
-        let (px, py) = (x + lane as u32 % PACKET[0], y + lane as u32 / PACKET[0]);
-        if px < rect.width && py < rect.height {
-            active |= 1 << lane;
-            *pixel = py * rect.width + px;
+/// Writes the colours of up to four lanes.
+#[inline(always)]
+fn store_row(pixels: &mut [[f32; 3]], first_lane: usize, r: &F32x8, g: &F32x8, b: &F32x8) {
+    let pixel = |column: usize| {
+        let lane = first_lane + column;
+        [r.as_array()[lane], g.as_array()[lane], b.as_array()[lane]]
+    };
+    if let [p0, p1, p2, p3] = pixels {
+        (*p0, *p1, *p2, *p3) = (pixel(0), pixel(1), pixel(2), pixel(3));
+    } else {
+        for (column, to) in pixels.iter_mut().enumerate() {
+            *to = pixel(column);
         }
     }
-    let packet = RayPacket {
-        origin: Vec3x8::splat(context.pixel_rays.eye()),
-        direction: context.pixel_rays.directions8(rect.x + x, rect.y + y, sample),
-        t_max: Mask8::from_bits(active).select(splat(T_MAX), splat(0.0)),
-    };
-    rays.push(packet, pixel, splat(1.0));
+}
+
+/// The top left pixels of a tile's packets, block by block.
+fn packets(rect: TileRect) -> impl Iterator<Item = [u32; 2]> {
+    let blocks = move |side: u32| (0..side).step_by(BLOCK as usize);
+    blocks(rect.height)
+        .flat_map(move |y| blocks(rect.width).map(move |x| [x, y]))
+        .flat_map(|[x, y]| (0..8).map(move |i| [x + i % 2 * PACKET[0], y + i / 2 * PACKET[1]]))
+        .filter(move |[x, y]| *x < rect.width && *y < rect.height)
+}
+
+/// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
+fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
+    rays.clear();
+    let origin = Vec3x8::splat(context.pixel_rays.eye());
+    for ([x, y], packet_i) in packets(rect).zip(0..) {
+        let packet = RayPacket {
+            origin,
+            direction: context.pixel_rays.directions8(rect.x + x, rect.y + y, sample),
+            t_max: Mask8::from_bits(inside(rect, x, y)).select(splat(T_MAX), splat(0.0)),
+        };
+        let first = packet_i * LANES as u32;
+        let mut pixel = [0; LANES];
+        for (to, i) in pixel.iter_mut().zip(first..) {
+            *to = i;
+        }
+        rays.push(packet, pixel, splat(1.0));
+    }
+}
+
+/// The lanes of a packet whose pixels are in the tile.
+#[inline(always)]
+fn inside(rect: TileRect, x: u32, y: u32) -> u32 {
+    let columns = PACKET[0].min(rect.width - x);
+    let row = (1 << columns) - 1;
+    if rect.height - y < PACKET[1] {
+        row
+    } else {
+        row | row << PACKET[0]
+    }
 }
