@@ -80,11 +80,14 @@ impl<'a> TileScratch<'a> {
         (counts, times)
     }
 
+    #[inline(never)]
     /// Averages the samples, and brings packets into rows.
     fn store(&self, rect: TileRect, samples: u32, row_length: usize, band: &mut [[f32; 3]]) {
         let samples8 = splat(samples as f32);
-        for ([x, y], sums) in packets(rect).zip(&self.sum.packets) {
-            let [r, g, b] = sums.map(|sum8| sum8 / samples8);
+        let mut sums = self.sum.packets.iter();
+        for_each_packet(rect, |[x, y]| {
+            let Some([r, g, b]) = sums.next() else { return };
+            let (r, g, b) = (*r / samples8, *g / samples8, *b / samples8);
             let columns = PACKET[0].min(rect.width - x) as usize;
             for row in 0..PACKET[1].min(rect.height - y) {
                 let start = (y + row) as usize * row_length + (rect.x + x) as usize;
@@ -92,7 +95,7 @@ impl<'a> TileScratch<'a> {
                 let pixels = &mut band[start..start + columns];
                 store_row(pixels, first_lane, &r, &g, &b);
             }
-        }
+        });
     }
 }
 
@@ -112,32 +115,41 @@ fn store_row(pixels: &mut [[f32; 3]], first_lane: usize, r: &F32x8, g: &F32x8, b
     }
 }
 
-/// The top left pixels of a tile's packets, block by block.
-fn packets(rect: TileRect) -> impl Iterator<Item = [u32; 2]> {
-    let blocks = move |side: u32| (0..side).step_by(BLOCK as usize);
-    blocks(rect.height)
-        .flat_map(move |y| blocks(rect.width).map(move |x| [x, y]))
-        .flat_map(|[x, y]| (0..8).map(move |i| [x + i % 2 * PACKET[0], y + i / 2 * PACKET[1]]))
-        .filter(move |[x, y]| *x < rect.width && *y < rect.height)
+/// Calls `visit` with the top left pixel of each of a tile's packets, block by block.
+#[inline(always)]
+fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
+    for block_y in (0..rect.height).step_by(BLOCK as usize) {
+        for block_x in (0..rect.width).step_by(BLOCK as usize) {
+            for packet_i in 0..8 {
+                let x = block_x + packet_i % 2 * PACKET[0];
+                let y = block_y + packet_i / 2 * PACKET[1];
+                if x < rect.width && y < rect.height {
+                    visit([x, y]);
+                }
+            }
+        }
+    }
 }
 
+#[inline(never)]
 /// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
 fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
     rays.clear();
     let origin = Vec3x8::splat(context.pixel_rays.eye());
-    for ([x, y], packet_i) in packets(rect).zip(0..) {
+    let mut first = 0;
+    for_each_packet(rect, |[x, y]| {
         let packet = RayPacket {
             origin,
             direction: context.pixel_rays.directions8(rect.x + x, rect.y + y, sample),
             t_max: Mask8::from_bits(inside(rect, x, y)).select(splat(T_MAX), splat(0.0)),
         };
-        let first = packet_i * LANES as u32;
         let mut pixel = [0; LANES];
         for (to, i) in pixel.iter_mut().zip(first..) {
             *to = i;
         }
+        first += LANES as u32;
         rays.push(packet, pixel, splat(1.0));
-    }
+    });
 }
 
 /// The lanes of a packet whose pixels are in the tile.

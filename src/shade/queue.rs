@@ -154,6 +154,7 @@ impl HitQueue {
 }
 
 /// Files the hits of `rays` by material; misses take the background at once.
+#[inline(never)]
 pub fn sort(
     scene: &Scene,
     rays: &RayQueue,

@@ -23,6 +23,7 @@ pub struct Scratch {
 ///
 /// A shadow ray runs from the light to the point, offset to the viewer's side: so all rays of a pass share
 /// their origin. Packets without a point that faces the light are left out.
+#[inline(never)]
 pub fn pass(
     light: Vec3,
     tracer: Option<&mut Tracer<'_>>,
