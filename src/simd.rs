@@ -406,3 +406,10 @@ pub fn from_lanes(lane: impl Fn(usize) -> f32) -> F32x8 {
         lane(7),
     ])
 }
+
+/// Lanes without their fractions; they must be 0 or above, and fit.
+#[inline(always)]
+#[must_use]
+pub fn truncate(a: F32x8) -> [u32; LANES] {
+    bytemuck::cast(a.fast_trunc_int())
+}

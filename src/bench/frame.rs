@@ -2,7 +2,7 @@
 
 use crate::{
     accel::Bvh,
-    render::{Film, Mode, OnProgress, RayCounts, RenderError, Renderer, Settings, TileTimes},
+    render::{ByteFilm, Mode, OnProgress, RayCounts, RenderError, Renderer, Settings, TileTimes},
     scene::{Camera, Scene},
 };
 use std::{ops::ControlFlow, time::Duration};
@@ -22,7 +22,7 @@ pub struct FrameTimes {
     pub rays: RayCounts,
 }
 
-/// Renders `repeat` frames with each number of threads, in turns, after one frame each that does not count.
+/// Renders `repeat` frames into bytes with each number of threads, in turns, after one frame each that does not count.
 ///
 /// # Errors
 /// [`RenderError`], if the settings are out of their limits.
@@ -36,7 +36,7 @@ pub fn frame_times(
 ) -> Result<Vec<FrameTimes>, RenderError> {
     let silent: OnProgress<'_> = &|_| ControlFlow::Continue(());
     let mut renderers: Vec<Renderer<'_>> = threads.iter().map(|_| Renderer::new(scene, bvh)).collect();
-    let mut film = Film::new(settings.width, settings.height);
+    let mut film = ByteFilm::black(settings.width, settings.height);
     let mut frames = vec![Vec::with_capacity(repeat); threads.len()];
     for round in 0..=repeat.max(1) {
         for ((renderer, frames), &threads) in renderers.iter_mut().zip(&mut frames).zip(threads) {

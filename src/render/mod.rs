@@ -6,7 +6,7 @@ mod renderer;
 mod scalar;
 mod tile;
 
-pub use film::Film;
+pub use film::{ByteFilm, Film, Pixel, quantize};
 pub use frame::render;
 pub use renderer::Renderer;
 

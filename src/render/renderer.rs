@@ -1,7 +1,7 @@
 //! Frames one after another: the threads, their scratch and the film stay.
 
 use super::{
-    Film, FrameStats, Mode, OnProgress, Progress, RayCounts, RenderError, Settings, TileTimes,
+    Film, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, Settings, TileTimes,
     frame::{FrameContext, TileRect},
     scalar,
     tile::TileScratch,
@@ -23,8 +23,9 @@ use thread_local::ThreadLocal;
 /// are theirs alone; it is what threads take from each other, so it is low.
 const TILE: [u32; 2] = [128, 8];
 
-/// Renders frames of one scene, and keeps what it needs for that: threads, and each thread's queues. After the
-/// first frames nothing is allocated any more, unless a frame has more rays than any before.
+/// Renders frames of one scene, and keeps what it needs for that: threads, and each thread's queues. Once each thread
+/// has rendered a tile, nothing is allocated any more. (Where materials or levels are many, queues may still grow;
+/// they keep what they have. rayon itself takes memory once in some sixty frames.)
 ///
 /// ```
 /// use octray::{accel::Bvh, render::{Film, Renderer, Settings}, scene::{Camera, SceneBuilder}};
@@ -67,7 +68,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders the scene as `camera` sees it into `film`, which gets the size that `settings` say; every pixel is
+    /// Renders the scene as `camera` sees it into `film` (of linear floats or of bytes), which gets the size that `settings` say; every pixel is
     /// written. After an error the film's colours are of no use.
     ///
     /// Runs on the current rayon pool, or where `settings` ask for another number of threads, on threads that the
@@ -75,11 +76,11 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     /// [`RenderError`]: a size out of its limits, threads that do not start, or cancelled by `on_progress`.
-    pub fn render(
+    pub fn render<P: Pixel>(
         &mut self,
         camera: &Camera,
         settings: &Settings,
-        film: &mut Film,
+        film: &mut Film<P>,
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStats, RenderError> {
         settings.validate()?;
@@ -114,11 +115,11 @@ impl<'a> Renderer<'a> {
     }
 
     /// Renders all bands, each as a piece of work of its own: threads take them from each other to the last.
-    fn bands(
+    fn bands<P: Pixel>(
         &self,
         camera: &Camera,
         settings: &Settings,
-        film: &mut Film,
+        film: &mut Film<P>,
         on_progress: OnProgress<'_>,
     ) -> Result<(RayCounts, TileTimes), RenderError> {
         let &Settings { width, height, .. } = settings;
@@ -151,11 +152,11 @@ impl<'a> Renderer<'a> {
     }
 
     /// Renders the tiles of one band, the rows from `y` on, from left to right.
-    fn band(
+    fn band<P: Pixel>(
         &self,
         context: &FrameContext<'_>,
         y: u32,
-        band: &mut [[f32; 3]],
+        band: &mut [P],
         watch: &Watch<'_>,
     ) -> (RayCounts, TileTimes) {
         let &Settings {
@@ -174,7 +175,9 @@ impl<'a> Renderer<'a> {
             };
             let tile_counts = match mode {
                 Mode::Packet => {
-                    let scratch = self.scratch.get_or(|| RefCell::new(TileScratch::new(self.bvh)));
+                    let scratch = self
+                        .scratch
+                        .get_or(|| RefCell::new(TileScratch::new(self.scene, self.bvh, TILE)));
                     scratch.borrow_mut().render(context, rect, band)
                 }
                 Mode::Scalar => (scalar::render_tile(context, rect, band), TileTimes::default()),

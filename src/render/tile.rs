@@ -1,14 +1,15 @@
 //! One tile: camera rays in packets of 4x2 pixels, traced and shaded sample by sample.
 
 use super::{
-    RayCounts, TileTimes,
+    Pixel, RayCounts, TileTimes,
     frame::{FrameContext, TileRect},
 };
 use crate::{
     accel::Bvh,
     ray::{RayPacket, T_MAX},
+    scene::Scene,
     shade::{ShadeSettings, Shader, TileColors, queue::RayQueue},
-    simd::{F32x8, LANES, Mask8, Vec3x8, splat},
+    simd::{LANES, Mask8, Vec3x8, splat},
     trace::Tracer,
 };
 use std::time::Instant;
@@ -29,22 +30,28 @@ pub(super) struct TileScratch<'a> {
 }
 
 impl<'a> TileScratch<'a> {
-    pub fn new(bvh: &'a Bvh) -> Self {
-        Self {
+    /// With memory for tiles of that size.
+    pub fn new(scene: &Scene, bvh: &'a Bvh, [width, height]: [u32; 2]) -> Self {
+        let pixels = (width * height) as usize;
+        let mut scratch = Self {
             tracer: Tracer::new(bvh),
             shader: Shader::default(),
             rays: RayQueue::default(),
             sample: TileColors::default(),
             sum: TileColors::default(),
-        }
+        };
+        scratch.shader.reserve(scene, pixels, &mut scratch.rays);
+        scratch.sample.reset(pixels / LANES);
+        scratch.sum.reset(pixels / LANES);
+        scratch
     }
 
     /// Renders the tile into its columns of `band`, the rows of the picture from `rect.y` on.
-    pub fn render(
+    pub fn render<P: Pixel>(
         &mut self,
         context: &FrameContext<'_>,
         rect: TileRect,
-        band: &mut [[f32; 3]],
+        band: &mut [P],
     ) -> (RayCounts, TileTimes) {
         let &FrameContext { scene, settings, .. } = context;
         let shade = ShadeSettings {
@@ -80,38 +87,32 @@ impl<'a> TileScratch<'a> {
         (counts, times)
     }
 
-    #[inline(never)]
     /// Averages the samples, and brings packets into rows.
-    fn store(&self, rect: TileRect, samples: u32, row_length: usize, band: &mut [[f32; 3]]) {
+    #[inline(never)]
+    fn store<P: Pixel>(&self, rect: TileRect, samples: u32, row_length: usize, band: &mut [P]) {
         let samples8 = splat(samples as f32);
         let mut sums = self.sum.packets.iter();
         for_each_packet(rect, |[x, y]| {
-            let Some([r, g, b]) = sums.next() else { return };
-            let (r, g, b) = (*r / samples8, *g / samples8, *b / samples8);
-            let columns = PACKET[0].min(rect.width - x) as usize;
-            for row in 0..PACKET[1].min(rect.height - y) {
-                let start = (y + row) as usize * row_length + (rect.x + x) as usize;
-                let first_lane = (row * PACKET[0]) as usize;
-                let pixels = &mut band[start..start + columns];
-                store_row(pixels, first_lane, &r, &g, &b);
+            let Some(&sum) = sums.next() else { return };
+            // The same bits for one sample, without a division.
+            let average = if samples == 1 {
+                sum
+            } else {
+                sum.map(|c| c / samples8)
+            };
+            let pixels = P::from_lanes(&average);
+            let start = y as usize * row_length + (rect.x + x) as usize;
+            const ROW: usize = PACKET[0] as usize;
+            let columns = ROW.min((rect.width - x) as usize);
+            let rows = pixels.chunks_exact(ROW).take((rect.height - y) as usize);
+            for (from, start) in rows.zip((start..).step_by(row_length)) {
+                if columns == ROW {
+                    band[start..start + ROW].copy_from_slice(from);
+                } else {
+                    band[start..start + columns].copy_from_slice(&from[..columns]);
+                }
             }
         });
-    }
-}
-
-/// Writes the colours of up to four lanes.
-#[inline(always)]
-fn store_row(pixels: &mut [[f32; 3]], first_lane: usize, r: &F32x8, g: &F32x8, b: &F32x8) {
-    let pixel = |column: usize| {
-        let lane = first_lane + column;
-        [r.as_array()[lane], g.as_array()[lane], b.as_array()[lane]]
-    };
-    if let [p0, p1, p2, p3] = pixels {
-        (*p0, *p1, *p2, *p3) = (pixel(0), pixel(1), pixel(2), pixel(3));
-    } else {
-        for (column, to) in pixels.iter_mut().enumerate() {
-            *to = pixel(column);
-        }
     }
 }
 
@@ -131,8 +132,8 @@ fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
     }
 }
 
-#[inline(never)]
 /// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
+#[inline(never)]
 fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
     rays.clear();
     let origin = Vec3x8::splat(context.pixel_rays.eye());

@@ -26,7 +26,6 @@ impl Light8 {
 }
 
 /// Adds a light of `intensity` at `position` that arrives with `arriving` = n.l (0: hidden or behind).
-#[inline(never)]
 pub fn add_light(
     material: &Material,
     position: Vec3,
@@ -52,7 +51,6 @@ pub fn add_light(
 }
 
 /// Colours the points of one material, and queues the rays that it mirrors.
-#[inline(never)]
 pub fn color(
     scene: &Scene,
     material: &Material,
@@ -122,7 +120,6 @@ fn blinn_phong(
 }
 
 /// Mirrored directions d - 2 (d.n) n, from just off the surface.
-#[inline(never)]
 fn mirror(share: f32, surfaces: &[SurfacePacket], next: &mut RayQueue) {
     for s in surfaces {
         let along = s.direction.dot(s.normal);
@@ -144,7 +141,6 @@ fn mirror(share: f32, surfaces: &[SurfacePacket], next: &mut RayQueue) {
 }
 
 /// Gives the rays of a queue that is not traced any further the background.
-#[inline(never)]
 pub fn end_of_depth(scene: &Scene, rays: &RayQueue, colors: &mut TileColors) {
     let background = scene.background().map(splat);
     for ((packet, pixel), &weight) in rays.packets.iter().zip(&rays.pixel).zip(&rays.weight) {

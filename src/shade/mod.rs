@@ -118,6 +118,19 @@ impl TileColors {
 }
 
 impl Shader {
+    /// Makes room for tiles of `pixels` pixels of `scene`, here and in the queue that camera rays come in.
+    pub fn reserve(&mut self, scene: &Scene, pixels: usize, rays: &mut RayQueue) {
+        let packets = queue::most_packets(pixels, scene.materials().len());
+        rays.reserve(packets);
+        self.next.reserve(packets);
+        self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
+        self.surfaces.reserve(packets);
+        self.light.reserve(packets);
+        self.arriving.reserve(packets);
+        self.shadow.reserve(packets);
+        self.by_material.reserve(scene.materials().len(), pixels);
+    }
+
     /// Counts of rays and time start at 0 again.
     pub fn reset_counts(&mut self) {
         (self.shadow_rays, self.reflection_rays, self.tracing) = (0, 0, Duration::ZERO);

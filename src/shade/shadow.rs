@@ -18,12 +18,20 @@ pub struct Scratch {
     blocked: Vec<u8>,
 }
 
+impl Scratch {
+    /// Makes room for so many surface packets.
+    pub fn reserve(&mut self, packets: usize) {
+        self.rays.reserve(packets);
+        self.surface.reserve(packets);
+        self.blocked.reserve(packets);
+    }
+}
+
 /// For each point max(0, n.l) of the light at `light`, and 0 where the light is hidden; `tracer` is absent
 /// where shadows are off. Answers how many rays were traced, and in what time.
 ///
 /// A shadow ray runs from the light to the point, offset to the viewer's side: so all rays of a pass share
 /// their origin. Packets without a point that faces the light are left out.
-#[inline(never)]
 pub fn pass(
     light: Vec3,
     tracer: Option<&mut Tracer<'_>>,
@@ -52,6 +60,9 @@ pub fn pass(
     let Some(tracer) = tracer else {
         return (0, Duration::ZERO);
     };
+    if scratch.rays.is_empty() {
+        return (0, Duration::ZERO);
+    }
 
     scratch.blocked.clear();
     scratch.blocked.resize(scratch.rays.len(), 0);

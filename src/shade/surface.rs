@@ -118,7 +118,6 @@ impl Hits8 {
 const ALL_LANES: u32 = (1 << LANES) - 1;
 
 /// Makes surface packets of the filed hits, material by material, in the order of `by_material`.
-#[inline(never)]
 pub fn gather(
     scene: &Scene,
     rays: &RayQueue,
