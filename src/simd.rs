@@ -413,3 +413,12 @@ pub fn from_lanes(lane: impl Fn(usize) -> f32) -> F32x8 {
 pub fn truncate(a: F32x8) -> [u32; LANES] {
     bytemuck::cast(a.fast_trunc_int())
 }
+
+/// Whether the lanes are `first`, `first + 1`, ...
+#[inline(always)]
+#[must_use]
+pub fn is_run(a: &[u32; LANES], first: u32) -> bool {
+    let offset8 = wide::u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
+    let from_first8 = wide::u32x8::from(*a) - offset8;
+    equal_lanes(&from_first8.to_array(), first) == (1 << LANES) - 1
+}

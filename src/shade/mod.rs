@@ -20,7 +20,7 @@ use crate::{
     math,
     ray::HitPacket,
     scene::Scene,
-    simd::{F32x8, LANES, Mask8, mul_add},
+    simd::{F32x8, LANES, Mask8, is_run, mul_add},
     trace::{Origins, Tracer},
 };
 use material::Light8;
@@ -93,9 +93,8 @@ impl TileColors {
     #[inline(always)]
     fn add(&mut self, bits: u32, pixel: &[u32; LANES], weight: F32x8, color: [F32x8; 3]) {
         let first = pixel[0];
-        let strays = |i: u32| pixel[i as usize] ^ (first + i);
         // What comes of a camera packet most often still has its lanes; then nothing moves between lanes.
-        if (0..LANES as u32).fold(first % LANES as u32, |any, i| any | strays(i)) == 0 {
+        if first.is_multiple_of(LANES as u32) && is_run(pixel, first) {
             let added = Mask8::from_bits(bits);
             for (sum, color8) in self.packets[first as usize / LANES].iter_mut().zip(color) {
                 *sum = added.select(mul_add(weight, color8, *sum), *sum);
