@@ -57,7 +57,8 @@ pub fn frame_times(
         .map(|(&threads, mut frames)| {
             frames.sort_by_key(|frame| frame.elapsed);
             let median = frames[frames.len() / 2];
-            let range = frames[frames.len() - 1].elapsed - frames[0].elapsed;
+            let slowest = frames[frames.len() - 1].elapsed;
+            let range = slowest.saturating_sub(frames[0].elapsed);
             FrameTimes {
                 threads,
                 frame: median.elapsed,

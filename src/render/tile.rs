@@ -78,7 +78,9 @@ impl<'a> TileScratch<'a> {
         }
         self.store(rect, n * n, settings.width as usize, band);
         times.tracing = self.shader.tracing;
-        times.shading = tile_start.elapsed() - times.ray_generation - times.tracing;
+        times.shading = tile_start
+            .elapsed()
+            .saturating_sub(times.ray_generation + times.tracing);
         let counts = RayCounts {
             camera: u64::from(pixels) * u64::from(n * n),
             shadow: self.shader.shadow_rays,
