@@ -73,7 +73,8 @@
 //!    finishes the columns of a [`scene::Scene`].
 //! 2. [`accel::Bvh::build`] makes a binary tree with obvhs and collapses it into nodes of eight children and leaf
 //!    blocks of up to eight primitives.
-//! 3. [`render::render`] hands bands of tiles to rayon's threads; a tile owns its pixels.
+//! 3. [`render::Renderer`] hands bands of tiles to rayon's threads; a tile owns its pixels. [`render::render`] is
+//!    one frame of it.
 //! 4. [`scene::PixelRays`] fills the tile's ray queue, packets of 4x2 pixels, bundles of 8x8.
 //! 5. [`trace::Tracer::closest_hit`] fills the hit records of the whole tile.
 //! 6. [`shade::queue::sort`] files hits by material; misses take the background.

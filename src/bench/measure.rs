@@ -5,15 +5,11 @@ use crate::{
     accel::{BinaryBvh, Bvh},
     ray::{HitPacket, PrimitiveId, Ray, RayPacket},
     reference::bvh::{self, Stack},
-    render::{Mode, OnProgress, RenderError, Settings},
-    scene::{Camera, Scene},
+    scene::Scene,
     simd::{F32x8, LANES, Vec3x8},
     trace::{self, Origins, Tracer},
 };
-use std::{
-    ops::ControlFlow,
-    time::{Duration, Instant},
-};
+use std::time::Instant;
 
 /// A way of tracing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -254,50 +250,4 @@ pub fn compare(
             }
         })
         .collect()
-}
-
-/// Where the time of a frame goes, on one thread.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct FrameTimes {
-    /// Making camera rays.
-    pub ray_generation: Duration,
-    /// Tracing rays of all kinds.
-    pub tracing: Duration,
-    /// Everything else: sorting hits, shading, film.
-    pub shading: Duration,
-    /// The whole frame.
-    pub frame: Duration,
-}
-
-/// Renders a frame `repeat` times on one thread and answers where the time of the median one went.
-///
-/// # Errors
-/// [`RenderError`], if the settings are out of their limits.
-pub fn frame_times(
-    scene: &Scene,
-    bvh: &Bvh,
-    camera: &Camera,
-    settings: &Settings,
-    repeat: usize,
-) -> Result<FrameTimes, RenderError> {
-    let settings = Settings {
-        threads: Some(1),
-        mode: Mode::Packet,
-        ..*settings
-    };
-    let silent: OnProgress<'_> = &|_| ControlFlow::Continue(());
-    let mut frames = Vec::new();
-    for _ in 0..repeat.max(1) {
-        let frame = crate::render::render(scene, bvh, camera, &settings, silent)?;
-        frames.push((frame.elapsed, frame.tile_times));
-    }
-    frames.sort_by_key(|f| f.0);
-    let (frame, tiles) = frames[frames.len() / 2];
-    let shading = frame.saturating_sub(tiles.ray_generation + tiles.tracing);
-    Ok(FrameTimes {
-        ray_generation: tiles.ray_generation,
-        tracing: tiles.tracing,
-        shading,
-        frame,
-    })
 }

@@ -214,6 +214,10 @@ pub struct BenchArgs {
     #[arg(long = "method", value_name = "METHOD", value_enum, value_delimiter = ',')]
     pub methods: Vec<BenchMethod>,
 
+    /// Instead of ways of tracing: time so many whole frames with one thread and with all, in turns
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["methods", "json", "repeat"])]
+    pub frames: Option<u32>,
+
     /// Write the results as JSON to a file, or to standard output (-)
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

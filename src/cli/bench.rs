@@ -16,7 +16,7 @@ use crate::{
     simd,
 };
 use serde::Serialize;
-use std::{fmt::Write as _, io::Write as _, path::Path};
+use std::{fmt::Write as _, io::Write as _, path::Path, time::Duration};
 
 /// Times ways of tracing a scene's rays, or those of a suite of scenes, on one thread.
 ///
@@ -38,7 +38,8 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     let bench = Bench {
         methods,
         settings,
-        repeat: args.repeat as usize,
+        repeat: args.frames.unwrap_or(args.repeat) as usize,
+        frames_only: args.frames.is_some(),
         quiet: args.json.as_deref() == Some(Path::new("-")),
     };
 
@@ -59,7 +60,9 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
             let rows = bench.scene(suite_scene.name, &scene, &camera)?;
             results.push((suite_scene.name.to_string(), rows));
         }
-        bench.print(&means(&results))?;
+        if !bench.frames_only {
+            bench.print(&means(&results))?;
+        }
     }
     if let Some(path) = &args.json {
         write_json(path, &Json::new(&results))?;
@@ -78,6 +81,8 @@ struct Bench {
     methods: Vec<Method>,
     settings: Settings,
     repeat: usize,
+    /// Frames are all that is timed.
+    frames_only: bool,
     quiet: bool,
 }
 
@@ -86,6 +91,10 @@ impl Bench {
         self.print(&format!("\n{name}\n"))?;
         let bvh = Bvh::build(scene);
         let Settings { width, height, .. } = self.settings;
+        if self.frames_only {
+            self.print(&self.frames(scene, &bvh, camera)?)?;
+            return Ok(Vec::new());
+        }
         let workload = Workload::new(scene, &bvh, camera, width, height);
         let mut results = Vec::new();
         for set in workload.sets.iter().filter(|set| set.count > 0) {
@@ -93,9 +102,15 @@ impl Bench {
             self.print(&table(&rows))?;
             results.extend(rows);
         }
-        let frame = frame_times(scene, &bvh, camera, &self.settings, self.repeat)?;
-        self.print(&frame_text(&frame))?;
+        self.print(&self.frames(scene, &bvh, camera)?)?;
         Ok(results)
+    }
+
+    fn frames(&self, scene: &Scene, bvh: &Bvh, camera: &Camera) -> Result<String, CliError> {
+        let all = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads: &[usize] = if all > 1 { &[1, all] } else { &[1] };
+        let frames = frame_times(scene, bvh, camera, &self.settings, threads, self.repeat)?;
+        Ok(frame_table(&frames))
     }
 
     fn print(&self, text: &str) -> Result<(), CliError> {
@@ -103,6 +118,17 @@ impl Bench {
     }
 
     fn heading(&self) -> String {
+        if self.frames_only {
+            return format!(
+                "{}x{}, shadows, {} levels, medians of {} frames in turns\n{}, {}\n",
+                self.settings.width,
+                self.settings.height,
+                self.settings.max_depth,
+                self.repeat,
+                machine(),
+                simd::ISA
+            );
+        }
         format!(
             "{}x{}, one thread, median of {}\n{}, {}\n\n{:8}{:8}{:>12}{:>12}{:>10}{:>9}{:>10}  hits agree\n",
             self.settings.width,
@@ -183,16 +209,40 @@ fn table(rows: &[Measurement]) -> String {
     text
 }
 
-fn frame_text(frame: &FrameTimes) -> String {
-    let ms = |time: std::time::Duration| time.as_secs_f64() * 1e3;
-    format!(
-        "frame with shadows and reflections, one thread: {:.2} ms \
-         (ray generation {:.2}, tracing {:.2}, shading and the rest {:.2})\n",
-        ms(frame.frame),
-        ms(frame.ray_generation),
-        ms(frame.tracing),
-        ms(frame.shading)
-    )
+/// Whole frames, with shadows and reflections; the last three columns are of the threads' time within tiles.
+fn frame_table(frames: &[FrameTimes]) -> String {
+    let mut text = format!(
+        "{:>7}{:>13}{:>10}{:>10}{:>10}{:>10}{:>10}{:>12}{:>10}\n",
+        "threads",
+        "ms a frame",
+        "spread",
+        "frames/s",
+        "Mrays/s",
+        "speed-up",
+        "tracing",
+        "shading",
+        "ray gen."
+    );
+    for f in frames {
+        let seconds = f.frame.as_secs_f64().max(1e-9);
+        let tiles = f.tiles.ray_generation + f.tiles.tracing + f.tiles.shading;
+        let share = |part: Duration| 100.0 * part.as_secs_f64() / tiles.as_secs_f64().max(1e-9);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{:>7}{:>13.2}{:>9.1}%{:>10.1}{:>10.1}{:>9.2}x{:>9.1}%{:>11.1}%{:>9.1}%",
+            f.threads,
+            seconds * 1e3,
+            f.spread * 100.0,
+            1.0 / seconds,
+            f.rays.total() as f64 / seconds / 1e6,
+            frames[0].frame.as_secs_f64() / seconds,
+            share(f.tiles.tracing),
+            share(f.tiles.shading),
+            share(f.tiles.ray_generation),
+        );
+    }
+    text
 }
 
 #[derive(Serialize)]

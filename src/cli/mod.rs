@@ -8,6 +8,7 @@ mod generate;
 mod info;
 mod interrupt;
 mod output;
+mod picture;
 mod progress;
 mod render;
 mod report;

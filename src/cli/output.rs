@@ -4,9 +4,9 @@ use super::{
     CliError,
     encode::Format,
     interrupt::Interrupt,
+    picture::Picture,
     whole_file::{folder_of, persist, temporary_in},
 };
-use crate::render::Film;
 use std::{
     fs::{self, File, OpenOptions, Permissions},
     io::{self, IsTerminal, Write},
@@ -112,13 +112,18 @@ impl Output {
         Ok(Self { name, place, format })
     }
 
+    /// An empty picture of the kind that will be written.
+    pub fn new_picture(&self) -> Picture {
+        Picture::new(self.format)
+    }
+
     /// Encodes and writes the picture. On failure the place is as it was before (a device or a pipe may have
     /// got a part).
     ///
     /// # Errors
     /// [`CliError`].
-    pub fn write(&self, film: &Film, interrupt: &Interrupt) -> Result<(), CliError> {
-        let bytes = interrupt.exit_at_once_during(|| self.format.encode(film))??;
+    pub fn write(&self, picture: &Picture, interrupt: &Interrupt) -> Result<(), CliError> {
+        let bytes = interrupt.exit_at_once_during(|| self.format.encode(picture))??;
         let written = match &self.place {
             Place::Stdout => interrupt.exit_at_once_during(|| {
                 let mut stdout = io::stdout().lock();

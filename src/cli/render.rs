@@ -11,7 +11,7 @@ use super::{
 use crate::{
     accel::Bvh,
     format,
-    render::{Frame, Mode, Settings, render},
+    render::{FrameStats, Mode, Renderer, Settings},
     scene::Scene,
     simd,
 };
@@ -40,12 +40,16 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build(&scene)))?;
 
     let bar = Bar::new(talkative, &interrupt);
-    let frame = render(&scene, &bvh, &camera, &settings, &|progress| bar.report(progress));
+    let mut picture = output.new_picture();
+    let mut renderer = Renderer::new(&scene, &bvh);
+    let frame = picture.render(&mut renderer, &camera, &settings, &|progress| {
+        bar.report(progress)
+    });
     bar.clear();
     let frame = frame?;
     interrupt.check()?;
 
-    let (written, write_time) = timed(|| output.write(&frame.film, &interrupt));
+    let (written, write_time) = timed(|| output.write(&picture, &interrupt));
     written?;
 
     let times = Times {
@@ -115,7 +119,7 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
     (result, start.elapsed())
 }
 
-/// Wall-clock times that are not in [`Frame`].
+/// Wall-clock times that are not in [`FrameStats`].
 struct Times {
     load: Duration,
     build: Duration,
@@ -128,7 +132,7 @@ fn report(
     settings: &Settings,
     scene: &Scene,
     bvh: &Bvh,
-    frame: &Frame,
+    frame: &FrameStats,
     output: &Output,
     times: &Times,
 ) -> Report {

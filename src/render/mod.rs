@@ -2,11 +2,13 @@
 
 mod film;
 mod frame;
+mod renderer;
 mod scalar;
 mod tile;
 
-pub use film::Film;
+pub use film::{ByteFilm, Film, Pixel, quantize};
 pub use frame::render;
+pub use renderer::Renderer;
 
 use crate::course;
 use std::{fmt, ops::ControlFlow, time::Duration};
@@ -99,6 +101,8 @@ pub struct TileTimes {
     pub ray_generation: Duration,
     /// Tracing rays of all kinds.
     pub tracing: Duration,
+    /// Everything else: sorting hits, shading, making secondary rays, writing to the film.
+    pub shading: Duration,
 }
 
 impl std::ops::Add for TileTimes {
@@ -107,8 +111,20 @@ impl std::ops::Add for TileTimes {
         Self {
             ray_generation: self.ray_generation + other.ray_generation,
             tracing: self.tracing + other.tracing,
+            shading: self.shading + other.shading,
         }
     }
+}
+
+/// What a frame took.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameStats {
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Wall-clock time of the rendering alone.
+    pub elapsed: Duration,
+    /// Time within tiles by what it was for, in packet mode.
+    pub tile_times: TileTimes,
 }
 
 /// A finished picture and what it took.

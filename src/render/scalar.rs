@@ -1,7 +1,7 @@
 //! One tile by the scalar reference, pixel by pixel.
 
 use super::{
-    RayCounts,
+    Pixel, RayCounts,
     frame::{FrameContext, TileRect},
 };
 use crate::{
@@ -29,7 +29,7 @@ impl Intersect for OverBvh<'_> {
 }
 
 /// Renders the tile into its columns of `band`, the rows of the picture from `rect.y` on.
-pub(super) fn render_tile(context: &FrameContext<'_>, rect: TileRect, band: &mut [[f32; 3]]) -> RayCounts {
+pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, band: &mut [P]) -> RayCounts {
     let &FrameContext {
         scene,
         bvh,
@@ -65,7 +65,7 @@ pub(super) fn render_tile(context: &FrameContext<'_>, rect: TileRect, band: &mut
                     *sum += c;
                 }
             }
-            *pixel = sum.map(|sum| sum / (n * n) as f32);
+            *pixel = P::from_linear(sum.map(|sum| sum / (n * n) as f32));
         }
     }
     RayCounts {

@@ -1,12 +1,13 @@
 //! One tile: camera rays in packets of 4x2 pixels, traced and shaded sample by sample.
 
 use super::{
-    RayCounts, TileTimes,
+    Pixel, RayCounts, TileTimes,
     frame::{FrameContext, TileRect},
 };
 use crate::{
     accel::Bvh,
     ray::{RayPacket, T_MAX},
+    scene::Scene,
     shade::{ShadeSettings, Shader, TileColors, queue::RayQueue},
     simd::{LANES, Mask8, Vec3x8, splat},
     trace::Tracer,
@@ -19,6 +20,7 @@ const BLOCK: u32 = 8;
 const PACKET: [u32; 2] = [4, 2];
 
 /// A thread's memory for rendering tiles.
+#[derive(Debug)]
 pub(super) struct TileScratch<'a> {
     tracer: Tracer<'a>,
     shader: Shader,
@@ -28,53 +30,57 @@ pub(super) struct TileScratch<'a> {
 }
 
 impl<'a> TileScratch<'a> {
-    pub fn new(bvh: &'a Bvh) -> Self {
-        Self {
+    /// With memory for tiles of that size.
+    pub fn new(scene: &Scene, bvh: &'a Bvh, [width, height]: [u32; 2]) -> Self {
+        let pixels = (width * height) as usize;
+        let mut scratch = Self {
             tracer: Tracer::new(bvh),
             shader: Shader::default(),
             rays: RayQueue::default(),
             sample: TileColors::default(),
             sum: TileColors::default(),
-        }
+        };
+        scratch.shader.reserve(scene, pixels, &mut scratch.rays);
+        scratch.sample.reset(pixels / LANES);
+        scratch.sum.reset(pixels / LANES);
+        scratch
     }
 
     /// Renders the tile into its columns of `band`, the rows of the picture from `rect.y` on.
-    pub fn render(
+    pub fn render<P: Pixel>(
         &mut self,
         context: &FrameContext<'_>,
         rect: TileRect,
-        band: &mut [[f32; 3]],
+        band: &mut [P],
     ) -> (RayCounts, TileTimes) {
         let &FrameContext { scene, settings, .. } = context;
         let shade = ShadeSettings {
             max_depth: settings.max_depth,
             shadows: settings.shadows,
         };
+        let tile_start = Instant::now();
         let pixels = rect.width * rect.height;
         let n = settings.samples_per_axis;
         self.shader.reset_counts();
         let mut times = TileTimes::default();
-        self.sum.reset(pixels as usize);
         for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
-            self.sample.reset(pixels as usize);
             let start = Instant::now();
             fill(context, rect, sample, &mut self.rays);
             times.ray_generation += start.elapsed();
+            self.sample.reset(self.rays.packets.len());
             self.shader
                 .shade(scene, &mut self.tracer, shade, &mut self.rays, &mut self.sample);
-            self.sum.add_all(&self.sample);
-        }
-        let samples = (n * n) as f32;
-        let rows = band.chunks_exact_mut(settings.width as usize);
-        for (row, y) in rows.zip(0..rect.height) {
-            for (pixel, x) in row[rect.x as usize..][..rect.width as usize].iter_mut().zip(0..) {
-                *pixel = self
-                    .sum
-                    .pixel((y * rect.width + x) as usize)
-                    .map(|sum| sum / samples);
+            if sample == [0, 0] {
+                std::mem::swap(&mut self.sum, &mut self.sample);
+            } else {
+                self.sum.add_all(&self.sample);
             }
         }
+        self.store(rect, n * n, settings.width as usize, band);
         times.tracing = self.shader.tracing;
+        times.shading = tile_start
+            .elapsed()
+            .saturating_sub(times.ray_generation + times.tracing);
         let counts = RayCounts {
             camera: u64::from(pixels) * u64::from(n * n),
             shadow: self.shader.shadow_rays,
@@ -82,45 +88,89 @@ impl<'a> TileScratch<'a> {
         };
         (counts, times)
     }
+
+    /// Averages the samples, and brings packets into rows.
+    #[inline(never)]
+    fn store<P: Pixel>(&self, rect: TileRect, samples: u32, row_length: usize, band: &mut [P]) {
+        let samples8 = splat(samples as f32);
+        let mut sums = self.sum.packets.iter();
+        for_each_packet(rect, |[x, y]| {
+            let Some(&sum) = sums.next() else { return };
+            // The same bits for one sample, without a division.
+            let average = if samples == 1 {
+                sum
+            } else {
+                sum.map(|c| c / samples8)
+            };
+            let pixels = P::from_lanes(&average);
+            let start = y as usize * row_length + (rect.x + x) as usize;
+            let columns = ROW.min((rect.width - x) as usize);
+            let (rows, _) = pixels.as_chunks::<ROW>();
+            let rows = rows.iter().take((rect.height - y) as usize);
+            for (from, start) in rows.zip((start..).step_by(row_length)) {
+                match band[start..start + columns].first_chunk_mut::<ROW>() {
+                    Some(to) => *to = *from,
+                    None => store_part(from, &mut band[start..start + columns]),
+                }
+            }
+        });
+    }
 }
 
-/// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
-fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
-    rays.clear();
+/// Pixels of a packet's row.
+const ROW: usize = PACKET[0] as usize;
+
+/// The picture's right edge. (Apart, else all rows are copied by calls of `memmove`: 6 % of a frame.)
+#[cold]
+fn store_part<P: Pixel>(from: &[P; ROW], to: &mut [P]) {
+    to.copy_from_slice(&from[..to.len()]);
+}
+
+/// Calls `visit` with the top left pixel of each of a tile's packets, block by block.
+#[inline(always)]
+fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
     for block_y in (0..rect.height).step_by(BLOCK as usize) {
         for block_x in (0..rect.width).step_by(BLOCK as usize) {
             for packet_i in 0..8 {
                 let x = block_x + packet_i % 2 * PACKET[0];
                 let y = block_y + packet_i / 2 * PACKET[1];
                 if x < rect.width && y < rect.height {
-                    push_packet(context, rect, [x, y], sample, rays);
+                    visit([x, y]);
                 }
             }
         }
     }
 }
 
-/// Pushes the packet whose top left pixel is (`x`, `y`) of the tile.
-fn push_packet(
-    context: &FrameContext<'_>,
-    rect: TileRect,
-    [x, y]: [u32; 2],
-    sample: [u32; 2],
-    rays: &mut RayQueue,
-) {
-    let mut active = 0;
-    let mut pixel = [0; LANES];
-    for (lane, pixel) in pixel.iter_mut().enumerate() {
-        let (px, py) = (x + lane as u32 % PACKET[0], y + lane as u32 / PACKET[0]);
-        if px < rect.width && py < rect.height {
-            active |= 1 << lane;
-            *pixel = py * rect.width + px;
+/// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
+#[inline(never)]
+fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
+    rays.clear();
+    let origin = Vec3x8::splat(context.pixel_rays.eye());
+    let mut first = 0;
+    for_each_packet(rect, |[x, y]| {
+        let packet = RayPacket {
+            origin,
+            direction: context.pixel_rays.directions8(rect.x + x, rect.y + y, sample),
+            t_max: Mask8::from_bits(inside(rect, x, y)).select(splat(T_MAX), splat(0.0)),
+        };
+        let mut pixel = [0; LANES];
+        for (to, i) in pixel.iter_mut().zip(first..) {
+            *to = i;
         }
+        first += LANES as u32;
+        rays.push(packet, pixel, splat(1.0));
+    });
+}
+
+/// The lanes of a packet whose pixels are in the tile.
+#[inline(always)]
+fn inside(rect: TileRect, x: u32, y: u32) -> u32 {
+    let columns = PACKET[0].min(rect.width - x);
+    let row = (1 << columns) - 1;
+    if rect.height - y < PACKET[1] {
+        row
+    } else {
+        row | row << PACKET[0]
     }
-    let packet = RayPacket {
-        origin: Vec3x8::splat(context.pixel_rays.eye()),
-        direction: context.pixel_rays.directions8(rect.x + x, rect.y + y, sample),
-        t_max: Mask8::from_bits(active).select(splat(T_MAX), splat(0.0)),
-    };
-    rays.push(packet, pixel, splat(1.0));
 }

@@ -1,9 +1,12 @@
 //! Batched Whitted shading: each pass is one function over a queue, eight lanes at a time.
 //!
-//! A pass order, for one sample of all pixels of a tile: [`queue::sort`] files hits by material (misses take
-//! the background), [`surface::gather`] turns each material's hits into surface packets, [`shadow::pass`] traces
-//! one bundle of occlusion rays per light, and the passes of [`material`] turn light into colour and push mirrored rays into the next queue. No recursion, no branch on the material
-//! within a lane.
+//! The order of passes, for one sample of all pixels of a tile: [`queue::sort`] files hits by material (misses
+//! take the background), [`surface::gather`] turns each material's hits into surface packets, [`shadow::pass`]
+//! traces a run of occlusion rays for each light, and the passes of [`material`] turn light into colour and push
+//! mirrored rays into the next queue. No recursion, no branch on the material within a lane.
+//!
+//! Packets stay what they are as long as most of their lanes have the same fate: rays that follow from
+//! neighbours are neighbours, eight packets a block of pixels, and colours are added eight at a time.
 //!
 //! All arithmetic here has its scalar twin in [`reference::shade`](crate::reference::shade): the same
 //! operations in the same order.
@@ -14,9 +17,10 @@ pub mod shadow;
 pub mod surface;
 
 use crate::{
+    math,
     ray::HitPacket,
     scene::Scene,
-    simd::F32x8,
+    simd::{F32x8, LANES, Mask8, is_run, mul_add},
     trace::{Origins, Tracer},
 };
 use material::Light8;
@@ -61,52 +65,71 @@ pub struct Shader {
     pub tracing: Duration,
 }
 
-/// The colours of one sample of each pixel of a tile, linear RGB, a column a channel.
+/// The colours of one sample of each pixel of a tile, linear RGB, in the order of the camera's packets: pixel `i`
+/// is lane `i % 8` of packet `i / 8`.
 #[derive(Debug, Default)]
 pub struct TileColors {
-    /// One column a channel.
-    pub channels: [Vec<f32>; 3],
+    /// One column a channel, for each camera packet.
+    pub packets: Vec<[F32x8; 3]>,
 }
 
 impl TileColors {
-    /// All black, for `pixels` pixels.
-    pub fn reset(&mut self, pixels: usize) {
-        for channel in &mut self.channels {
-            channel.clear();
-            channel.resize(pixels, 0.0);
-        }
+    /// All black, for `packets` camera packets.
+    pub fn reset(&mut self, packets: usize) {
+        self.packets.clear();
+        self.packets.resize(packets, [F32x8::ZERO; 3]);
     }
 
     /// Adds the colours of `other`, pixel by pixel.
     pub fn add_all(&mut self, other: &Self) {
-        for (channel, other) in self.channels.iter_mut().zip(&other.channels) {
-            for (sum, c) in channel.iter_mut().zip(other) {
-                *sum += c;
+        for (sums, colors) in self.packets.iter_mut().zip(&other.packets) {
+            for (sum, &color) in sums.iter_mut().zip(colors) {
+                *sum += color;
             }
         }
     }
 
-    /// The colour of one pixel.
-    #[must_use]
-    pub fn pixel(&self, i: usize) -> [f32; 3] {
-        [self.channels[0][i], self.channels[1][i], self.channels[2][i]]
-    }
-
     /// Adds weight x colour to the pixels of the lanes in `bits`.
     #[inline(always)]
-    fn add(&mut self, bits: u32, pixel: &[u32; 8], weight: F32x8, color: [F32x8; 3]) {
-        for (channel, color8) in self.channels.iter_mut().zip(color) {
-            for (lane, &p) in pixel.iter().enumerate() {
-                if bits >> lane & 1 == 1 {
-                    let sum = &mut channel[p as usize];
-                    *sum = crate::math::mul_add(weight.as_array()[lane], color8.as_array()[lane], *sum);
-                }
+    fn add(&mut self, bits: u32, pixel: &[u32; LANES], weight: F32x8, color: [F32x8; 3]) {
+        let first = pixel[0];
+        // What comes of a camera packet most often still has its lanes; then nothing moves between lanes.
+        if first.is_multiple_of(LANES as u32) && is_run(pixel, first) {
+            let added = Mask8::from_bits(bits);
+            for (sum, color8) in self.packets[first as usize / LANES].iter_mut().zip(color) {
+                *sum = added.select(mul_add(weight, color8, *sum), *sum);
+            }
+        } else {
+            self.scatter(bits, pixel, weight, color);
+        }
+    }
+
+    #[inline(never)]
+    fn scatter(&mut self, bits: u32, pixel: &[u32; LANES], weight: F32x8, color: [F32x8; 3]) {
+        for lane in (0..LANES).filter(|lane| bits >> lane & 1 == 1) {
+            let (packet, own_lane) = (pixel[lane] as usize / LANES, pixel[lane] as usize % LANES);
+            for (sums, color8) in self.packets[packet].iter_mut().zip(&color) {
+                let sum = &mut sums.as_mut_array()[own_lane];
+                *sum = math::mul_add(weight.as_array()[lane], color8.as_array()[lane], *sum);
             }
         }
     }
 }
 
 impl Shader {
+    /// Makes room for tiles of `pixels` pixels of `scene`, here and in the queue that camera rays come in.
+    pub fn reserve(&mut self, scene: &Scene, pixels: usize, rays: &mut RayQueue) {
+        let packets = queue::most_packets(pixels, scene.materials().len());
+        rays.reserve(packets);
+        self.next.reserve(packets);
+        self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
+        self.surfaces.reserve(packets);
+        self.light.reserve(packets);
+        self.arriving.reserve(packets);
+        self.shadow.reserve(packets);
+        self.by_material.reserve(scene.materials().len(), pixels);
+    }
+
     /// Counts of rays and time start at 0 again.
     pub fn reset_counts(&mut self) {
         (self.shadow_rays, self.reflection_rays, self.tracing) = (0, 0, Duration::ZERO);
@@ -124,14 +147,20 @@ impl Shader {
     ) {
         let mut origins = Origins::Shared;
         for level in 1..=settings.max_depth {
-            self.hits.clear();
-            self.hits.resize(rays.packets.len(), HitPacket::miss(F32x8::ZERO));
+            let packets = rays.packets.len();
+            if self.hits.len() < packets {
+                self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
+            }
+            let hits = &mut self.hits[..packets];
             let start = Instant::now();
-            tracer.closest_hit(origins, &rays.packets, &mut self.hits);
+            tracer.closest_hit(origins, &rays.packets, hits);
             self.tracing += start.elapsed();
-            queue::sort(scene, rays, &self.hits, &mut self.by_material, colors);
+            queue::sort(scene, rays, hits, &mut self.by_material, colors);
 
-            surface::gather(scene, rays, &self.hits, &self.by_material, &mut self.surfaces);
+            surface::gather(scene, rays, hits, &self.by_material, &mut self.surfaces);
+            if self.surfaces.is_empty() {
+                break;
+            }
             self.light.clear();
             self.light.resize(self.surfaces.len(), Light8::NONE);
             self.add_lights(scene, tracer, settings.shadows);

@@ -4,22 +4,29 @@ use super::{TileColors, surface::SurfacePacket};
 use crate::{
     ray::{HitPacket, PrimitiveId, RayPacket},
     scene::{Material, MaterialId, Scene},
-    simd::{F32x8, LANES, gt, splat},
+    simd::{F32x8, LANES, equal_lanes, gt, splat},
 };
 use std::ops::Range;
 
-/// Rays to trace: for each packet the pixels (indices within the tile) and weights of its lanes.
+/// Rays to trace: for each packet the pixels and weights of its lanes.
 #[derive(Debug, Default)]
 pub struct RayQueue {
     /// The rays; lanes without one have `t_max` 0.
     pub packets: Vec<RayPacket>,
-    /// Pixels within the tile.
+    /// Places of the pixels in [`TileColors`].
     pub pixel: Vec<[u32; LANES]>,
     /// What a ray's colour counts.
     pub weight: Vec<F32x8>,
 }
 
 impl RayQueue {
+    /// Makes room for so many packets.
+    pub fn reserve(&mut self, packets: usize) {
+        self.packets.reserve(packets);
+        self.pixel.reserve(packets);
+        self.weight.reserve(packets);
+    }
+
     /// Forgets all rays.
     pub fn clear(&mut self) {
         self.packets.clear();
@@ -48,11 +55,57 @@ impl RayQueue {
 /// The place of a ray in its queue: packet x 8 + lane.
 pub type RayIndex = u32;
 
-/// Hits filed by material, in the order of the rays.
+/// With this many lanes of a packet on one material they stay together, else they join others' in a new packet.
+/// Whole packets keep the order of the rays, so that what follows from neighbours are neighbours, and nothing
+/// moves between lanes.
+///
+/// Tried 1, 3, 5 and 8 on course scenes: 3 is the best by a few percent of shading, but all are close. (With 1 rays
+/// that have lost their neighbours would go on in packets that are nearly empty.)
+const STAY: u32 = 3;
+
+/// The most packets that rays of so many pixels end up in at any level.
+#[must_use]
+pub fn most_packets(pixels: usize, materials: usize) -> usize {
+    pixels / STAY as usize + materials.min(pixels)
+}
+
+/// Materials that get room for all pixels of a tile from the start; others when they are hit.
+const EAGER_MATERIALS: usize = 64;
+
+/// Lanes of one packet that hit the same material.
+#[derive(Clone, Copy, Debug)]
+pub struct PacketLanes {
+    /// Index of the packet in its queue.
+    pub packet: u32,
+    /// A bit a lane.
+    pub bits: u32,
+}
+
+/// The hits of one material, each kind in the order of the rays.
+#[derive(Debug, Default)]
+pub struct Bucket {
+    /// Lanes that stay in their packet.
+    pub in_place: Vec<PacketLanes>,
+    /// Rays that are put together, eight to a packet.
+    pub loose: Vec<RayIndex>,
+}
+
+impl Bucket {
+    fn is_empty(&self) -> bool {
+        self.in_place.is_empty() && self.loose.is_empty()
+    }
+
+    /// How many surface packets [`gather`](super::surface::gather) makes of it.
+    fn packet_count(&self) -> usize {
+        self.in_place.len() + self.loose.len().div_ceil(LANES)
+    }
+}
+
+/// Hits filed by material.
 #[derive(Debug, Default)]
 pub struct HitQueue {
     /// By material id.
-    buckets: Vec<Vec<RayIndex>>,
+    buckets: Vec<Bucket>,
     /// Materials with hits: those that need light first, then the others; ascending within each.
     used: Vec<MaterialId>,
 }
@@ -63,25 +116,54 @@ fn needs_light(material: &Material) -> bool {
 }
 
 impl HitQueue {
-    fn reset(&mut self, materials: usize) {
-        self.buckets
-            .resize_with(materials.max(self.buckets.len()), Vec::new);
-        for material in self.used.drain(..) {
-            self.buckets[material.0 as usize].clear();
+    /// Makes room for the hits of so many pixels, whatever they hit.
+    pub fn reserve(&mut self, materials: usize, pixels: usize) {
+        self.used.reserve(materials.min(pixels));
+        self.buckets.resize_with(materials, Bucket::default);
+        for bucket in self.buckets.iter_mut().take(EAGER_MATERIALS) {
+            bucket.in_place.reserve(pixels / STAY as usize);
+            bucket.loose.reserve(pixels);
         }
     }
 
-    /// Materials that were hit, and the rays that did.
-    pub fn buckets(&self) -> impl Iterator<Item = (MaterialId, &[RayIndex])> {
-        self.used.iter().map(|&m| (m, &self.buckets[m.0 as usize][..]))
+    fn reset(&mut self, materials: usize) {
+        self.buckets
+            .resize_with(materials.max(self.buckets.len()), Bucket::default);
+        for material in self.used.drain(..) {
+            let bucket = &mut self.buckets[material.0 as usize];
+            bucket.in_place.clear();
+            bucket.loose.clear();
+        }
+    }
+
+    /// Files the lanes of `bits`, which hit `material`.
+    #[inline(always)]
+    fn file(&mut self, material: MaterialId, packet: u32, bits: u32) {
+        let bucket = &mut self.buckets[material.0 as usize];
+        if bucket.is_empty() {
+            self.used.push(material);
+        }
+        if bits.count_ones() >= STAY {
+            bucket.in_place.push(PacketLanes { packet, bits });
+        } else {
+            let lanes = (0..LANES as u32).filter(|lane| bits >> lane & 1 == 1);
+            bucket
+                .loose
+                .extend(lanes.map(|lane| packet * LANES as u32 + lane));
+        }
+    }
+
+    /// Materials that were hit, and by what.
+    pub fn buckets(&self) -> impl Iterator<Item = (MaterialId, &Bucket)> {
+        self.used.iter().map(|&m| (m, &self.buckets[m.0 as usize]))
     }
 
     /// Materials that were hit, and the range of surface packets that [`gather`](super::surface::gather)
     /// made of each.
     pub fn ranges(&self) -> impl Iterator<Item = (MaterialId, Range<usize>)> {
         let mut start = 0;
-        self.buckets().map(move |(material, rays)| {
-            let range = start..start + rays.len().div_ceil(LANES);
+        self.buckets().map(move |(material, bucket)| {
+            let range = start..start + bucket.packet_count();
             start = range.end;
             (material, range)
         })
@@ -112,24 +194,27 @@ pub fn sort(
     let background = scene.background().map(splat);
     for (packet_i, (packet, hits)) in rays.packets.iter().zip(hits).enumerate() {
         let active = gt(packet.t_max, splat(0.0)).bits();
-        let mut missed = 0;
-        for (lane, &id) in hits.primitive.iter().enumerate() {
-            if active >> lane & 1 == 0 {
-                continue;
-            }
-            if id == PrimitiveId::NONE.0 {
-                missed |= 1 << lane;
-                continue;
-            }
-            let material = scene.material_of(PrimitiveId(id));
-            let bucket = &mut by_material.buckets[material.0 as usize];
-            if bucket.is_empty() {
-                by_material.used.push(material);
-            }
-            bucket.push((packet_i * LANES + lane) as RayIndex);
-        }
+        let none = equal_lanes(&hits.primitive, PrimitiveId::NONE.0);
+        let missed = active & none;
         if missed != 0 {
             colors.add(missed, &rays.pixel[packet_i], rays.weight[packet_i], background);
+        }
+        // One round for each primitive that was hit, not for each lane; most often all lanes hit the same few.
+        let mut left = active & !none;
+        let mut filed = (MaterialId::default(), 0);
+        while left != 0 {
+            let id = hits.primitive[left.trailing_zeros() as usize];
+            let bits = left & equal_lanes(&hits.primitive, id);
+            left &= !bits;
+            let material = scene.material_of(PrimitiveId(id));
+            if filed.1 != 0 && material != filed.0 {
+                by_material.file(filed.0, packet_i as u32, filed.1);
+                filed.1 = 0;
+            }
+            filed = (material, filed.1 | bits);
+        }
+        if filed.1 != 0 {
+            by_material.file(filed.0, packet_i as u32, filed.1);
         }
     }
     by_material

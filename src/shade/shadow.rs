@@ -13,14 +13,25 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Default)]
 pub struct Scratch {
     rays: Vec<RayPacket>,
+    /// For each packet of rays the surface packet that it ends at.
+    surface: Vec<u32>,
     blocked: Vec<u8>,
+}
+
+impl Scratch {
+    /// Makes room for so many surface packets.
+    pub fn reserve(&mut self, packets: usize) {
+        self.rays.reserve(packets);
+        self.surface.reserve(packets);
+        self.blocked.reserve(packets);
+    }
 }
 
 /// For each point max(0, n.l) of the light at `light`, and 0 where the light is hidden; `tracer` is absent
 /// where shadows are off. Answers how many rays were traced, and in what time.
 ///
 /// A shadow ray runs from the light to the point, offset to the viewer's side: so all rays of a pass share
-/// their origin.
+/// their origin. Packets without a point that faces the light are left out.
 pub fn pass(
     light: Vec3,
     tracer: Option<&mut Tracer<'_>>,
@@ -30,49 +41,55 @@ pub fn pass(
 ) -> (u64, Duration) {
     let light8 = Vec3x8::splat(light);
     arriving.clear();
-    arriving.extend(
-        surfaces
-            .iter()
-            .map(|s| max(s.normal.dot((light8 - s.point).normalize()), splat(0.0))),
-    );
+    scratch.rays.clear();
+    scratch.surface.clear();
+    let mut count = 0;
+    for (s, surface_i) in surfaces.iter().zip(0..) {
+        let to_light = light8 - s.point;
+        let distance = to_light.dot(to_light).sqrt();
+        let facing = max(s.normal.dot(to_light.divide(distance)), splat(0.0));
+        arriving.push(facing);
+        let active = gt(facing, splat(0.0)) & Mask8::from_bits(s.active);
+        let bits = active.bits();
+        if tracer.is_some() && bits != 0 {
+            count += u64::from(bits.count_ones());
+            scratch.surface.push(surface_i);
+            scratch.rays.push(ray(light8, s, distance, active));
+        }
+    }
     let Some(tracer) = tracer else {
         return (0, Duration::ZERO);
     };
+    if scratch.rays.is_empty() {
+        return (0, Duration::ZERO);
+    }
 
-    scratch.rays.clear();
-    scratch.rays.extend(
-        surfaces
-            .iter()
-            .zip(&*arriving)
-            .map(|(s, &facing)| ray(light8, s, facing)),
-    );
     scratch.blocked.clear();
-    scratch.blocked.resize(surfaces.len(), 0);
+    scratch.blocked.resize(scratch.rays.len(), 0);
     let start = Instant::now();
     tracer.occluded(Origins::Shared, &scratch.rays, &mut scratch.blocked);
     let time = start.elapsed();
-    for (facing, &blocked) in arriving.iter_mut().zip(&scratch.blocked) {
-        *facing = Mask8::from_bits(blocked.into()).select(splat(0.0), *facing);
+    for (&surface_i, &blocked) in scratch.surface.iter().zip(&scratch.blocked) {
+        if blocked != 0 {
+            let facing = &mut arriving[surface_i as usize];
+            *facing = Mask8::from_bits(blocked.into()).select(splat(0.0), *facing);
+        }
     }
-    let active = |rays: &RayPacket| u64::from(gt(rays.t_max, splat(0.0)).bits().count_ones());
-    (scratch.rays.iter().map(active).sum(), time)
+    (count, time)
 }
 
-/// From the light to eight points; lanes that face away from it, or hold no point, get no ray.
-fn ray(light8: Vec3x8, s: &SurfacePacket, facing: F32x8) -> RayPacket {
-    let to_light = light8 - s.point;
-    let distance = to_light.dot(to_light).sqrt();
+/// From the light to eight points at `distance`; lanes that are not active get no ray.
+#[inline(always)]
+fn ray(light8: Vec3x8, s: &SurfacePacket, distance: F32x8, active: Mask8) -> RayPacket {
     let offset = mul_add(distance, splat(LIGHT_OFFSET), s.magnitude * splat(SURFACE_OFFSET));
     let from_light = s.geometric_normal.mul_add(offset, s.point) - light8;
     let length = from_light.dot(from_light).sqrt();
-    let direction = Vec3x8::new(
-        from_light.x / length,
-        from_light.y / length,
-        from_light.z / length,
-    );
-    let active = gt(facing, splat(0.0)) & Mask8::from_bits(s.active);
     // A point on the light has no direction; its ray of length 0 hits nothing, whichever way it goes.
-    let somewhere = Vec3x8::select(gt(length, splat(0.0)), direction, Vec3x8::splat(Vec3::Z));
+    let somewhere = Vec3x8::select(
+        gt(length, splat(0.0)),
+        from_light.divide(length),
+        Vec3x8::splat(Vec3::Z),
+    );
     RayPacket {
         origin: light8,
         direction: somewhere,

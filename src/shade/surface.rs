@@ -1,17 +1,16 @@
 //! From hits to surface packets: where the points are, and which way they face.
 
-use super::queue::{HitQueue, RayIndex, RayQueue};
+use super::queue::{HitQueue, PacketLanes, RayIndex, RayQueue};
 use crate::{
     ray::{HitPacket, PrimitiveId},
     scene::{Primitive, Scene},
-    simd::{F32x8, LANES, Mask8, Vec3x8, gt, max, splat},
+    simd::{F32x8, LANES, Mask8, Vec3x8, eq, equal_lanes, from_lanes, gt, lane, max, splat},
 };
-use glam::Vec3;
 
 /// Eight points on surfaces of one material.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePacket {
-    /// Lanes that hold a point (the others repeat the last one).
+    /// Lanes that hold a point (the others repeat one of them).
     pub active: u32,
     /// The points, scene units.
     pub point: Vec3x8,
@@ -23,7 +22,7 @@ pub struct SurfacePacket {
     pub direction: Vec3x8,
     /// The largest absolute coordinate of each primitive, for offsets.
     pub magnitude: F32x8,
-    /// Pixels within the tile.
+    /// Places of the pixels in [`TileColors`](super::TileColors).
     pub pixel: [u32; LANES],
     /// What the points' colours count.
     pub weight: F32x8,
@@ -42,31 +41,9 @@ struct Hits8 {
 }
 
 impl Hits8 {
-    fn new(rays: &RayQueue, hits: &[HitPacket], ray_i: &[RayIndex; LANES]) -> Self {
-        let first = ray_i[0];
-        if (first as usize).is_multiple_of(LANES)
-            && ray_i.iter().zip(first..).all(|(&i, expected)| i == expected)
-        {
-            return Self::whole_packet(rays, hits, first as usize / LANES);
-        }
-        let place = ray_i.map(|i| (i as usize / LANES, i as usize % LANES));
-        let lanes = |of: &dyn Fn(usize) -> F32x8| F32x8::from(place.map(|(p, lane)| of(p).as_array()[lane]));
-        let vectors =
-            |of: &dyn Fn(usize) -> Vec3x8| Vec3x8::from_lanes(place.map(|(p, lane)| of(p).lane(lane)));
-        Self {
-            direction: vectors(&|p| rays.packets[p].direction),
-            origin: vectors(&|p| rays.packets[p].origin),
-            pixel: place.map(|(p, lane)| rays.pixel[p][lane]),
-            weight: lanes(&|p| rays.weight[p]),
-            t: lanes(&|p| hits[p].t),
-            u: lanes(&|p| hits[p].u),
-            v: lanes(&|p| hits[p].v),
-            primitive: place.map(|(p, lane)| hits[p].primitive[lane]),
-        }
-    }
-
-    /// Most often all rays of a packet hit the same material: then nothing moves between lanes.
-    fn whole_packet(rays: &RayQueue, hits: &[HitPacket], p: usize) -> Self {
+    /// A packet as it is.
+    #[inline(always)]
+    fn whole(rays: &RayQueue, hits: &[HitPacket], p: usize) -> Self {
         let (packet, hits) = (&rays.packets[p], &hits[p]);
         Self {
             direction: packet.direction,
@@ -79,7 +56,66 @@ impl Hits8 {
             primitive: hits.primitive,
         }
     }
+
+    /// A packet of which only the lanes of `bits` count; the others repeat the first of them.
+    fn some(rays: &RayQueue, hits: &[HitPacket], p: usize, bits: u32) -> Self {
+        let whole = Self::whole(rays, hits, p);
+        let (first, own) = (bits.trailing_zeros() as usize, Mask8::from_bits(bits));
+        let repeat = |a: F32x8| own.select(a, splat(lane(&a, first)));
+        let repeat3 = |a: Vec3x8| Vec3x8::new(repeat(a.x), repeat(a.y), repeat(a.z));
+        let mut primitive = whole.primitive;
+        for (i, id) in primitive.iter_mut().enumerate() {
+            if bits >> i & 1 == 0 {
+                *id = whole.primitive[first];
+            }
+        }
+        Self {
+            direction: repeat3(whole.direction),
+            origin: repeat3(whole.origin),
+            t: repeat(whole.t),
+            u: repeat(whole.u),
+            v: repeat(whole.v),
+            primitive,
+            ..whole
+        }
+    }
+
+    /// Up to eight rays from anywhere; the last one is repeated.
+    fn put_together(rays: &RayQueue, hits: &[HitPacket], ray_i: &[RayIndex]) -> Self {
+        let mut together = Self {
+            direction: Vec3x8::ZERO,
+            origin: Vec3x8::ZERO,
+            pixel: [0; LANES],
+            weight: F32x8::ZERO,
+            t: F32x8::ZERO,
+            u: F32x8::ZERO,
+            v: F32x8::ZERO,
+            primitive: [0; LANES],
+        };
+        for to in 0..LANES {
+            let i = ray_i[to.min(ray_i.len() - 1)] as usize;
+            let (p, from) = (i / LANES, i % LANES);
+            let (packet, hits) = (&rays.packets[p], &hits[p]);
+            let copy = |to8: &mut F32x8, from8: &F32x8| to8.as_mut_array()[to] = lane(from8, from);
+            let copy3 = |to8: &mut Vec3x8, from8: &Vec3x8| {
+                copy(&mut to8.x, &from8.x);
+                copy(&mut to8.y, &from8.y);
+                copy(&mut to8.z, &from8.z);
+            };
+            copy3(&mut together.direction, &packet.direction);
+            copy3(&mut together.origin, &packet.origin);
+            copy(&mut together.weight, &rays.weight[p]);
+            copy(&mut together.t, &hits.t);
+            copy(&mut together.u, &hits.u);
+            copy(&mut together.v, &hits.v);
+            together.pixel[to] = rays.pixel[p][from];
+            together.primitive[to] = hits.primitive[from];
+        }
+        together
+    }
 }
+
+const ALL_LANES: u32 = (1 << LANES) - 1;
 
 /// Makes surface packets of the filed hits, material by material, in the order of `by_material`.
 pub fn gather(
@@ -91,11 +127,17 @@ pub fn gather(
 ) {
     surfaces.clear();
     for (_, bucket) in by_material.buckets() {
-        for chunk in bucket.chunks(LANES) {
-            let last = chunk.len() - 1;
-            let ray_i = std::array::from_fn(|lane| chunk[lane.min(last)]);
-            let hits8 = Hits8::new(rays, hits, &ray_i);
-            surfaces.push(surface(scene, &hits8, (1 << chunk.len()) - 1));
+        for &PacketLanes { packet, bits } in &bucket.in_place {
+            let hits8 = if bits == ALL_LANES {
+                Hits8::whole(rays, hits, packet as usize)
+            } else {
+                Hits8::some(rays, hits, packet as usize, bits)
+            };
+            push(scene, &hits8, bits, surfaces);
+        }
+        for chunk in bucket.loose.chunks(LANES) {
+            let hits8 = Hits8::put_together(rays, hits, chunk);
+            push(scene, &hits8, ALL_LANES >> (LANES - chunk.len()), surfaces);
         }
     }
 }
@@ -108,41 +150,10 @@ struct Facing {
     magnitude: F32x8,
 }
 
-fn surface(scene: &Scene, hits: &Hits8, active: u32) -> SurfacePacket {
-    let shapes = hits.primitive.map(|id| scene.primitive(PrimitiveId(id)));
-    let triangle_of = |shape: &Primitive| match *shape {
-        Primitive::Triangle(i) => Some(i),
-        Primitive::Sphere(_) => None,
-    };
-    let sphere_of = |shape: &Primitive| match *shape {
-        Primitive::Triangle(_) => None,
-        Primitive::Sphere(i) => Some(i),
-    };
-    // Lanes of the other kind compute on a neighbour's triangle or sphere.
-    let triangle = shapes.iter().find_map(triangle_of);
-    let sphere = shapes.iter().find_map(sphere_of);
-    let on_triangles =
-        triangle.map(|other| triangles(scene, hits, shapes.map(|s| triangle_of(&s).unwrap_or(other))));
-    let on_spheres = sphere.map(|other| spheres(scene, hits, shapes.map(|s| sphere_of(&s).unwrap_or(other))));
-    let facing = match (on_triangles, on_spheres) {
-        (Some(facing), None) | (None, Some(facing)) => facing,
-        (Some(flat), Some(round)) => {
-            let bits = (0..LANES)
-                .filter(|&i| sphere_of(&shapes[i]).is_some())
-                .fold(0, |bits, i| bits | 1 << i);
-            let round8 = Mask8::from_bits(bits);
-            Facing {
-                point: Vec3x8::select(round8, round.point, flat.point),
-                geometric: Vec3x8::select(round8, round.geometric, flat.geometric),
-                normal: Vec3x8::select(round8, round.normal, flat.normal),
-                magnitude: round8.select(round.magnitude, flat.magnitude),
-            }
-        }
-        // A primitive is a triangle or a sphere.
-        (None, None) => unreachable!("eight shapes of no kind"),
-    };
+fn push(scene: &Scene, hits: &Hits8, active: u32, surfaces: &mut Vec<SurfacePacket>) {
+    let facing = facing(scene, hits);
     let away = gt(facing.geometric.dot(hits.direction), splat(0.0));
-    SurfacePacket {
+    surfaces.push(SurfacePacket {
         active,
         point: facing.point,
         geometric_normal: Vec3x8::select(away, -facing.geometric, facing.geometric),
@@ -151,55 +162,157 @@ fn surface(scene: &Scene, hits: &Hits8, active: u32) -> SurfacePacket {
         magnitude: facing.magnitude,
         pixel: hits.pixel,
         weight: hits.weight,
+    });
+}
+
+#[inline(always)]
+fn facing(scene: &Scene, hits: &Hits8) -> Facing {
+    let one = hits.primitive[0];
+    if equal_lanes(&hits.primitive, one) == ALL_LANES {
+        return match scene.primitive(PrimitiveId(one)) {
+            Primitive::Triangle(i) => triangles(hits, &Corners::of_one(scene, i)),
+            Primitive::Sphere(i) => {
+                let spheres = scene.spheres();
+                sphere(hits, Vec3x8::splat(spheres.center(i)), splat(spheres.radius[i]))
+            }
+        };
+    }
+    let triangle_count = scene.triangles().v0.len() as u32;
+    let mut round = 0;
+    for (lane, &id) in hits.primitive.iter().enumerate() {
+        round |= u32::from(id >= triangle_count) << lane;
+    }
+    match round {
+        0 => triangles(hits, &Corners::of_eight(scene, &hits.primitive)),
+        ALL_LANES => on_spheres(scene, hits, &hits.primitive),
+        _ => mixed(scene, hits, round),
     }
 }
 
-fn triangles(scene: &Scene, hits: &Hits8, triangle_i: [usize; LANES]) -> Facing {
-    let (vertices, triangles) = (scene.vertices(), scene.triangles());
-    let index =
-        [&triangles.v0, &triangles.v1, &triangles.v2].map(|column| triangle_i.map(|i| column[i] as usize));
-    let [v0, v1, v2] = index.each_ref().map(|vertex_i| {
-        let column = |of: &[f32]| F32x8::from(vertex_i.map(|i| of[i]));
-        Vec3x8::new(column(&vertices.x), column(&vertices.y), column(&vertices.z))
-    });
+/// Triangles and spheres, these in the lanes of `round`.
+#[inline(never)]
+fn mixed(scene: &Scene, hits: &Hits8, round: u32) -> Facing {
+    // Lanes of the other kind compute on a neighbour's triangle or sphere.
+    let (mut flat_id, mut round_id) = (hits.primitive, hits.primitive);
+    let other_flat = hits.primitive[round.trailing_ones() as usize];
+    let other_round = hits.primitive[round.trailing_zeros() as usize];
+    for lane in 0..LANES {
+        if round >> lane & 1 == 1 {
+            flat_id[lane] = other_flat;
+        } else {
+            round_id[lane] = other_round;
+        }
+    }
+    let flat = triangles(hits, &Corners::of_eight(scene, &flat_id));
+    let on_spheres = on_spheres(scene, hits, &round_id);
+    let round8 = Mask8::from_bits(round);
+    Facing {
+        point: Vec3x8::select(round8, on_spheres.point, flat.point),
+        geometric: Vec3x8::select(round8, on_spheres.geometric, flat.geometric),
+        normal: Vec3x8::select(round8, on_spheres.normal, flat.normal),
+        magnitude: round8.select(on_spheres.magnitude, flat.magnitude),
+    }
+}
+
+/// What is stored at the corners of eight triangles.
+struct Corners {
+    position: [Vec3x8; 3],
+    /// Normals, where the scene has any.
+    normal: Option<[Vec3x8; 3]>,
+}
+
+impl Corners {
+    /// The same triangle in all lanes.
+    #[inline(always)]
+    fn of_one(scene: &Scene, triangle_i: usize) -> Self {
+        let (vertices, triangles) = (scene.vertices(), scene.triangles());
+        let [a, b, c] = scene.triangle(triangle_i);
+        let normal = |column: &[u32]| Vec3x8::splat(vertices.normals[column[triangle_i] as usize]);
+        Self {
+            position: [Vec3x8::splat(a), Vec3x8::splat(b), Vec3x8::splat(c)],
+            normal: (!vertices.normals.is_empty()).then(|| {
+                [
+                    normal(&triangles.v0),
+                    normal(&triangles.v1),
+                    normal(&triangles.v2),
+                ]
+            }),
+        }
+    }
+
+    /// A triangle a lane.
+    #[inline(always)]
+    fn of_eight(scene: &Scene, triangle_i: &[u32; LANES]) -> Self {
+        let (vertices, triangles) = (scene.vertices(), scene.triangles());
+        let index = |column: &[u32]| {
+            let mut vertex_i = [0; LANES];
+            for (to, &i) in vertex_i.iter_mut().zip(triangle_i) {
+                *to = column[i as usize] as usize;
+            }
+            vertex_i
+        };
+        let (a, b, c) = (index(&triangles.v0), index(&triangles.v1), index(&triangles.v2));
+        let column = |of: &[f32], vertex_i: &[usize; LANES]| from_lanes(|lane| of[vertex_i[lane]]);
+        let position = |vertex_i: &[usize; LANES]| {
+            Vec3x8::new(
+                column(&vertices.x, vertex_i),
+                column(&vertices.y, vertex_i),
+                column(&vertices.z, vertex_i),
+            )
+        };
+        let normal = |vertex_i: &[usize; LANES]| {
+            let n = &vertices.normals[..];
+            Vec3x8::new(
+                from_lanes(|lane| n[vertex_i[lane]].x),
+                from_lanes(|lane| n[vertex_i[lane]].y),
+                from_lanes(|lane| n[vertex_i[lane]].z),
+            )
+        };
+        Self {
+            position: [position(&a), position(&b), position(&c)],
+            normal: (!vertices.normals.is_empty()).then(|| [normal(&a), normal(&b), normal(&c)]),
+        }
+    }
+}
+
+#[inline(always)]
+fn triangles(hits: &Hits8, corners: &Corners) -> Facing {
+    let [v0, v1, v2] = corners.position;
     let w = splat(1.0) - hits.u - hits.v;
     let interpolate = |a: Vec3x8, b: Vec3x8, c: Vec3x8| b.mul_add(hits.u, c.mul_add(hits.v, a * w));
     let facet = (v1 - v0).cross(v2 - v0);
     // Scaled first, so that squares of tiny or huge triangles' normals stay within f32.
-    let size = facet.max_abs();
-    let geometric = Vec3x8::new(facet.x / size, facet.y / size, facet.z / size).normalize();
+    let geometric = facet.divide(facet.max_abs()).normalize();
     let mut normal = geometric;
-    if !vertices.normals.is_empty() {
-        let normals = index.map(|vertex_i| vertex_i.map(|i| vertices.normals[i]));
-        let missing = |lane: usize| normals.iter().any(|n| n[lane] == Vec3::ZERO);
-        let missing_bits = (0..LANES)
-            .filter(|&lane| missing(lane))
-            .fold(0, |bits, lane| bits | 1 << lane);
-        let [n0, n1, n2] = normals.map(Vec3x8::from_lanes);
+    if let Some([n0, n1, n2]) = corners.normal {
+        let zero = splat(0.0);
+        let missing = |n: Vec3x8| eq(n.x, zero) & eq(n.y, zero) & eq(n.z, zero);
         let smooth = interpolate(n0, n1, n2);
         let size = smooth.max_abs();
-        let usable = gt(size, splat(0.0)) & !Mask8::from_bits(missing_bits);
-        let smooth = Vec3x8::new(smooth.x / size, smooth.y / size, smooth.z / size).normalize();
-        normal = Vec3x8::select(usable, smooth, geometric);
+        let usable = gt(size, zero) & !(missing(n0) | missing(n1) | missing(n2));
+        normal = Vec3x8::select(usable, smooth.divide(size).normalize(), geometric);
     }
-    let magnitude = max(max(v0.max_abs(), v1.max_abs()), v2.max_abs());
     Facing {
         point: interpolate(v0, v1, v2),
         geometric,
         normal,
-        magnitude,
+        magnitude: max(max(v0.max_abs(), v1.max_abs()), v2.max_abs()),
     }
 }
 
-fn spheres(scene: &Scene, hits: &Hits8, sphere_i: [usize; LANES]) -> Facing {
-    let spheres = scene.spheres();
-    let column = |of: &[f32]| F32x8::from(sphere_i.map(|i| of[i]));
+fn on_spheres(scene: &Scene, hits: &Hits8, id: &[u32; LANES]) -> Facing {
+    let (spheres, first) = (scene.spheres(), scene.triangles().v0.len());
+    let column = |of: &[f32]| from_lanes(|lane| of[id[lane] as usize - first]);
     let center = Vec3x8::new(
         column(&spheres.center_x),
         column(&spheres.center_y),
         column(&spheres.center_z),
     );
-    let radius = column(&spheres.radius);
+    sphere(hits, center, column(&spheres.radius))
+}
+
+#[inline(always)]
+fn sphere(hits: &Hits8, center: Vec3x8, radius: F32x8) -> Facing {
     let hit = hits.direction.mul_add(hits.t, hits.origin);
     let outward = (hit - center).normalize();
     Facing {

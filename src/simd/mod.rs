@@ -310,11 +310,17 @@ impl Vec3x8 {
     #[inline(always)]
     #[must_use]
     pub fn normalize(self) -> Self {
-        let length8 = self.dot(self).sqrt();
+        self.divide(self.dot(self).sqrt())
+    }
+
+    /// Each component divided by `s`.
+    #[inline(always)]
+    #[must_use]
+    pub fn divide(self, s: F32x8) -> Self {
         Self {
-            x: self.x / length8,
-            y: self.y / length8,
-            z: self.z / length8,
+            x: self.x / s,
+            y: self.y / s,
+            z: self.z / s,
         }
     }
 
@@ -383,4 +389,45 @@ impl Mul<F32x8> for Vec3x8 {
             z: self.z * s,
         }
     }
+}
+
+/// A bit for each lane of `a` that is `b`.
+#[inline(always)]
+#[must_use]
+pub fn equal_lanes(a: &[u32; LANES], b: u32) -> u32 {
+    let equal8 = wide::u32x8::from(*a).simd_eq(wide::u32x8::splat(b));
+    bytemuck::cast::<_, F32x8>(equal8).to_bitmask()
+}
+
+/// The lanes that `lane` makes. (Arrays' own `map` and `from_fn` are calls here, not eight instructions: shading
+/// took twice as long.)
+#[inline(always)]
+#[must_use]
+pub fn from_lanes(lane: impl Fn(usize) -> f32) -> F32x8 {
+    F32x8::from([
+        lane(0),
+        lane(1),
+        lane(2),
+        lane(3),
+        lane(4),
+        lane(5),
+        lane(6),
+        lane(7),
+    ])
+}
+
+/// Lanes without their fractions; they must be 0 or above, and fit.
+#[inline(always)]
+#[must_use]
+pub fn truncate(a: F32x8) -> [u32; LANES] {
+    bytemuck::cast(a.fast_trunc_int())
+}
+
+/// Whether the lanes are `first`, `first + 1`, ...
+#[inline(always)]
+#[must_use]
+pub fn is_run(a: &[u32; LANES], first: u32) -> bool {
+    let offset8 = wide::u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
+    let from_first8 = wide::u32x8::from(*a) - offset8;
+    equal_lanes(&from_first8.to_array(), first) == (1 << LANES) - 1
 }

@@ -1,0 +1,211 @@
+//! Frames one after another: the threads, their scratch and the film stay.
+
+use super::{
+    Film, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, Settings, TileTimes,
+    frame::{FrameContext, TileRect},
+    scalar,
+    tile::TileScratch,
+};
+use crate::{
+    accel::Bvh,
+    scene::{Camera, Scene},
+};
+use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
+use std::{
+    cell::RefCell,
+    ops::ControlFlow,
+    sync::atomic::{AtomicBool, AtomicU64, Ordering},
+    time::Instant,
+};
+use thread_local::ThreadLocal;
+
+/// Pixels of a tile. A band of tiles is as many whole rows of the film, so that threads write to pieces of it that
+/// are theirs alone; it is what threads take from each other, so it is low.
+const TILE: [u32; 2] = [128, 8];
+
+/// Renders frames of one scene, and keeps what it needs for that: threads, and each thread's queues. Once each thread
+/// has rendered a tile, nothing is allocated any more. (Where materials or levels are many, queues may still grow;
+/// they keep what they have. rayon itself takes memory once in some sixty frames.)
+///
+/// ```
+/// use octray::{accel::Bvh, render::{Film, Renderer, Settings}, scene::{Camera, SceneBuilder}};
+/// use std::ops::ControlFlow;
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let scene = SceneBuilder::new().finish();
+/// let bvh = Bvh::build(&scene);
+/// let settings = Settings { width: 64, height: 64, ..Settings::default() };
+/// let mut renderer = Renderer::new(&scene, &bvh);
+/// let mut film = Film::new(64, 64);
+/// for view in 1..=6 {
+///     let camera = Camera::course_view(view).ok_or("there are six viewpoints")?;
+///     let stats = renderer.render(&camera, &settings, &mut film, &|_| ControlFlow::Continue(()))?;
+///     assert_eq!(stats.rays.camera, 64 * 64);
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Renderer<'a> {
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    /// Where a frame asks for another number of threads than the current pool has.
+    pool: Option<ThreadPool>,
+    /// Each thread's own. It is borrowed for one tile at a time: what the progress callback does, possibly
+    /// rendering other tiles, finds it free.
+    scratch: ThreadLocal<RefCell<TileScratch<'a>>>,
+}
+
+impl<'a> Renderer<'a> {
+    /// A renderer of `scene`; `bvh` must have been built from it. Threads are started by the first frame.
+    #[must_use]
+    pub fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
+        Self {
+            scene,
+            bvh,
+            pool: None,
+            scratch: ThreadLocal::new(),
+        }
+    }
+
+    /// Renders the scene as `camera` sees it into `film` (of linear floats or of bytes), which gets the size that `settings` say; every pixel is
+    /// written. After an error the film's colours are of no use.
+    ///
+    /// Runs on the current rayon pool, or where `settings` ask for another number of threads, on threads that the
+    /// renderer keeps until a frame asks for another number.
+    ///
+    /// # Errors
+    /// [`RenderError`]: a size out of its limits, threads that do not start, or cancelled by `on_progress`.
+    pub fn render<P: Pixel>(
+        &mut self,
+        camera: &Camera,
+        settings: &Settings,
+        film: &mut Film<P>,
+        on_progress: OnProgress<'_>,
+    ) -> Result<FrameStats, RenderError> {
+        settings.validate()?;
+        let start = Instant::now();
+        film.resize(settings.width, settings.height);
+        self.pool = self.pool_for(settings.threads)?;
+        let (rays, tile_times) = match &self.pool {
+            Some(pool) => pool.install(|| self.bands(camera, settings, film, on_progress)),
+            None => self.bands(camera, settings, film, on_progress),
+        }?;
+        Ok(FrameStats {
+            rays,
+            elapsed: start.elapsed(),
+            tile_times,
+        })
+    }
+
+    /// The threads of the frame before, if their number is right; `None` for those of the current pool.
+    fn pool_for(&mut self, threads: Option<usize>) -> Result<Option<ThreadPool>, RenderError> {
+        let Some(threads) = threads else {
+            return Ok(None);
+        };
+        match self.pool.take() {
+            Some(pool) if pool.current_num_threads() == threads => Ok(Some(pool)),
+            _ if rayon::current_num_threads() == threads => Ok(None),
+            _ => ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .map(Some)
+                .map_err(|error| RenderError::Threads(error.to_string())),
+        }
+    }
+
+    /// Renders all bands, each as a piece of work of its own: threads take them from each other to the last.
+    fn bands<P: Pixel>(
+        &self,
+        camera: &Camera,
+        settings: &Settings,
+        film: &mut Film<P>,
+        on_progress: OnProgress<'_>,
+    ) -> Result<(RayCounts, TileTimes), RenderError> {
+        let &Settings { width, height, .. } = settings;
+        let context = FrameContext {
+            scene: self.scene,
+            bvh: self.bvh,
+            pixel_rays: camera.pixel_rays(width, height, settings.samples_per_axis),
+            settings: *settings,
+        };
+        if settings.mode == Mode::Scalar {
+            self.bvh.binary(self.scene);
+        }
+        let watch = Watch {
+            on_progress,
+            cancelled: AtomicBool::new(false),
+            pixels_done: AtomicU64::new(0),
+            pixels_total: u64::from(width) * u64::from(height),
+        };
+        let counts = film
+            .pixels_mut()
+            .par_chunks_mut((width * TILE[1]) as usize)
+            .enumerate()
+            .with_max_len(1)
+            .map(|(band_i, band)| self.band(&context, band_i as u32 * TILE[1], band, &watch))
+            .reduce(<_>::default, |a, b| (a.0 + b.0, a.1 + b.1));
+        if watch.cancelled.into_inner() {
+            return Err(RenderError::Cancelled);
+        }
+        Ok(counts)
+    }
+
+    /// Renders the tiles of one band, the rows from `y` on, from left to right.
+    fn band<P: Pixel>(
+        &self,
+        context: &FrameContext<'_>,
+        y: u32,
+        band: &mut [P],
+        watch: &Watch<'_>,
+    ) -> (RayCounts, TileTimes) {
+        let &Settings {
+            width, height, mode, ..
+        } = &context.settings;
+        let mut counts = (RayCounts::default(), TileTimes::default());
+        for x in (0..width).step_by(TILE[0] as usize) {
+            if watch.cancelled.load(Ordering::Relaxed) {
+                break;
+            }
+            let rect = TileRect {
+                x,
+                y,
+                width: TILE[0].min(width - x),
+                height: TILE[1].min(height - y),
+            };
+            let tile_counts = match mode {
+                Mode::Packet => {
+                    let scratch = self
+                        .scratch
+                        .get_or(|| RefCell::new(TileScratch::new(self.scene, self.bvh, TILE)));
+                    scratch.borrow_mut().render(context, rect, band)
+                }
+                Mode::Scalar => (scalar::render_tile(context, rect, band), TileTimes::default()),
+            };
+            counts = (counts.0 + tile_counts.0, counts.1 + tile_counts.1);
+            watch.tile_done(rect);
+        }
+        counts
+    }
+}
+
+/// How far the frame is, and whether it is still wanted.
+struct Watch<'a> {
+    on_progress: OnProgress<'a>,
+    cancelled: AtomicBool,
+    pixels_done: AtomicU64,
+    pixels_total: u64,
+}
+
+impl Watch<'_> {
+    fn tile_done(&self, rect: TileRect) {
+        let pixels = u64::from(rect.width) * u64::from(rect.height);
+        let progress = Progress {
+            pixels_done: self.pixels_done.fetch_add(pixels, Ordering::Relaxed) + pixels,
+            pixels_total: self.pixels_total,
+        };
+        if (self.on_progress)(progress) == ControlFlow::Break(()) {
+            self.cancelled.store(true, Ordering::Relaxed);
+        }
+    }
+}
