@@ -4,6 +4,7 @@
 //! touching the disk. Every error says where it is, what was found there and what was expected.
 
 mod files;
+pub mod mesh;
 pub mod ply;
 mod scn;
 

@@ -125,6 +125,21 @@ impl SceneBuilder {
         }
     }
 
+    /// Adds a material.
+    ///
+    /// # Errors
+    /// [`SceneError::TooMany`].
+    pub fn add_material(&mut self, material: Material) -> Result<MaterialId, SceneError> {
+        if self.materials.len() >= MAX_COUNT {
+            return Err(SceneError::TooMany {
+                what: "materials",
+                limit: MAX_COUNT,
+            });
+        }
+        self.materials.push(material);
+        Ok(MaterialId(self.materials.len() as u32 - 1))
+    }
+
     fn check_material(&self, material: MaterialId) -> Result<(), SceneError> {
         if (material.0 as usize) < self.materials.len() {
             Ok(())
@@ -191,8 +206,32 @@ impl SceneBuilder {
     /// [`SceneError::NotUsable`], [`SceneError::ColumnLength`], [`SceneError::VertexIndex`],
     /// [`SceneError::UnknownMaterial`] or [`SceneError::TooMany`]; the scene is as before then.
     pub fn add_mesh(&mut self, mesh: MeshColumns, material: MaterialId) -> Result<(), SceneError> {
-        Self::check_mesh(&mesh)?;
         self.check_material(material)?;
+        self.add_triangles(mesh)?;
+        self.triangles.material.resize(self.triangles.v0.len(), material);
+        Ok(())
+    }
+
+    /// Adds a mesh, as [`SceneBuilder::add_mesh`] does, with a material for each of its triangles.
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::add_mesh`]; [`SceneError::ColumnLength`] also where `materials` is not as long as the
+    /// triangles.
+    pub fn add_mesh_with_materials(
+        &mut self,
+        mesh: MeshColumns,
+        materials: Vec<MaterialId>,
+    ) -> Result<(), SceneError> {
+        expect_length("materials", materials.len(), mesh.triangles.len())?;
+        materials.iter().try_for_each(|&id| self.check_material(id))?;
+        self.add_triangles(mesh)?;
+        append(&mut self.triangles.material, materials);
+        Ok(())
+    }
+
+    /// The vertices and corners of a mesh; the caller adds the materials.
+    fn add_triangles(&mut self, mesh: MeshColumns) -> Result<(), SceneError> {
+        Self::check_mesh(&mesh)?;
         let MeshColumns {
             x,
             y,
@@ -222,7 +261,6 @@ impl SceneBuilder {
         self.triangles.v0.extend(triangles.iter().map(|t| t[0] + base));
         self.triangles.v1.extend(triangles.iter().map(|t| t[1] + base));
         self.triangles.v2.extend(triangles.iter().map(|t| t[2] + base));
-        self.triangles.material.resize(self.triangles.v0.len(), material);
         Ok(())
     }
 
@@ -287,7 +325,7 @@ impl SceneBuilder {
 }
 
 /// Moves `from` to the end of `to`; no copy where `to` is empty.
-fn append(to: &mut Vec<f32>, mut from: Vec<f32>) {
+fn append<T>(to: &mut Vec<T>, mut from: Vec<T>) {
     if to.is_empty() {
         *to = from;
     } else {
