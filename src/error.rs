@@ -69,6 +69,15 @@ pub enum SceneError {
         /// The intensity found.
         intensity: f32,
     },
+    /// A number is NaN or outside of what makes sense.
+    OutOfRange {
+        /// Which number: "red", "alpha", ...
+        what: &'static str,
+        /// Its value.
+        value: f32,
+        /// The smallest and the largest number allowed.
+        range: (f32, f32),
+    },
     /// A triangle names a vertex that its mesh does not have.
     VertexIndex {
         /// Which triangle of the mesh, 0-based.
@@ -96,7 +105,7 @@ pub enum SceneError {
     },
     /// More primitives, vertices or lights than 32-bit ids can count.
     TooMany {
-        /// "primitives", "vertices", "lights" or "materials".
+        /// "primitives", "vertices" or "materials".
         what: &'static str,
         /// The largest number allowed.
         limit: usize,
@@ -115,6 +124,13 @@ impl fmt::Display for SceneError {
             }
             Self::IntensityNegative { intensity } => {
                 write!(f, "intensity is {intensity}, expected 0 or more")
+            }
+            Self::OutOfRange { what, value, range } => {
+                write!(
+                    f,
+                    "{what} is {value}, expected a number from {} to {}",
+                    range.0, range.1
+                )
             }
             Self::VertexIndex { index, vertices, .. } => {
                 write!(

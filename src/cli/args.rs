@@ -5,10 +5,7 @@ use super::{
     value::{self, Size},
     version,
 };
-use crate::{
-    course,
-    scene::{Camera, CameraError},
-};
+use crate::course;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::{
@@ -22,6 +19,7 @@ Examples:
   octray cow.scn -o big.png --size 3840x2160      a large picture
   octray cow.scn --view 3 --samples 16            another view, 4x4 samples a pixel
   octray cow.scn --eye -3,2,1.5 --target 0,0,0.5  a view of your own
+  octray garden.scn --camera gate --fov 30        a camera of the scene's own, closer
   octray cow.scn -o cow.exr                       linear floats instead of 8 bits
   octray cow.scn -o - | magick - cow.webp         a PNG into a pipe
   octray info cow.scn                             what is in a scene
@@ -122,38 +120,29 @@ pub struct RenderArgs {
 /// Which way to look.
 #[derive(Args, Debug)]
 pub struct CameraArgs {
-    /// One of the course's viewpoints
-    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), default_value_t = 1)]
-    pub view: u32,
+    /// One of the scene's cameras, by its name [default: the first one; else --view 1]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["view", "eye"])]
+    pub camera: Option<String>,
 
-    /// Where the camera stands, instead of the viewpoint
+    /// One of the course's viewpoints
+    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), conflicts_with = "eye")]
+    pub view: Option<u32>,
+
+    /// Where the camera stands, instead of the scene's camera or a viewpoint
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub eye: Option<DVec3>,
 
-    /// What the camera looks at [default: 0,0,0.5]
+    /// What the camera looks at [default: what the scene's camera does; 0,0,0.5 with --eye or --view]
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub target: Option<DVec3>,
 
-    /// Which way is up [default: 0,0,1]
+    /// Which way is up [default: as the scene's camera has it; 0,0,1 with --eye or --view]
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub up: Option<DVec3>,
 
-    /// Vertical field of view, degrees
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, default_value_t = course::FOV_DEGREES)]
-    pub fov: f64,
-}
-
-impl CameraArgs {
-    /// The camera that these arguments describe.
-    pub fn camera(&self) -> Result<Camera, CameraError> {
-        // The arguments allow 1 to 6 alone, so the origin is never taken.
-        let eye = self
-            .eye
-            .or_else(|| course::viewpoint(self.view))
-            .unwrap_or(DVec3::ZERO);
-        let target = self.target.unwrap_or(course::TARGET);
-        Camera::look_at(eye, target, self.up.unwrap_or(course::UP), self.fov)
-    }
+    /// Vertical field of view, degrees [default: that of the scene's camera; 45 with --eye or --view]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub fov: Option<f64>,
 }
 
 /// See [`Mode`](crate::render::Mode).
@@ -192,7 +181,7 @@ pub struct BenchArgs {
     pub scene: Option<PathBuf>,
 
     /// Instead of a scene: a suite of generated ones, from a few thousand triangles to ten million
-    #[arg(long, conflicts_with_all = ["view", "eye", "target", "up", "fov"])]
+    #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov"])]
     pub all: bool,
 
     /// With --all: smaller scenes
@@ -299,7 +288,7 @@ mod tests {
             &["--view", "2", "--", "a.scn"],
         ] {
             let args = parse_render(arguments);
-            assert_eq!((args.scene, args.camera.view), ("a.scn".into(), 2));
+            assert_eq!((args.scene, args.camera.view), ("a.scn".into(), Some(2)));
         }
         assert_eq!(parse_render(&["./info"]).scene, PathBuf::from("./info"));
         assert_eq!(parse_render(&["render", "info"]).scene, PathBuf::from("info"));
@@ -318,6 +307,23 @@ mod tests {
         ]);
         assert_eq!(args.camera.eye, Some(DVec3::new(-1.0, 2.0, 3.0)));
         assert_eq!(args.camera.target, Some(DVec3::new(-0.5, 0.0, -1000.0)));
+    }
+
+    #[test]
+    fn one_option_says_where_the_camera_stands() {
+        for arguments in [
+            &["a.scn", "--view", "2", "--eye", "1,2,3"][..],
+            &["a.scn", "--camera", "a", "--eye", "1,2,3"],
+            &["a.scn", "--camera", "a", "--view=2"],
+        ] {
+            let error = parse(arguments).expect_err("a contradiction");
+            assert_eq!(error.kind(), clap::error::ErrorKind::ArgumentConflict);
+        }
+        let args = parse_render(&["a.scn", "--camera", "a", "--fov", "30"]);
+        assert_eq!(
+            (args.camera.camera.as_deref(), args.camera.fov),
+            (Some("a"), Some(30.0))
+        );
     }
 
     #[test]

@@ -45,8 +45,9 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
 
     let mut results = Vec::new();
     if let Some(path) = &args.scene {
-        let camera = args.camera.camera()?;
+        args.camera.without_scene()?;
         let scene = format::load(path)?;
+        let camera = args.camera.for_scene(&scene)?;
         let name = path.display().to_string();
         bench.print(&bench.heading())?;
         let rows = bench.scene(&name, &scene, &camera)?;

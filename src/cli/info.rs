@@ -7,14 +7,18 @@ use super::{
 };
 use crate::{
     accel::{Bvh, BvhStats},
+    error::escape,
     format,
-    scene::{Material, Scene},
+    scene::{Material, NamedCamera, Scene},
 };
 use serde::Serialize;
 use std::{
     fmt::Write,
     time::{Duration, Instant},
 };
+
+/// How many lights, materials, cameras or included files are listed; JSON has all of them.
+const MOST_LINES: usize = 20;
 
 /// Prints what is in a scene.
 ///
@@ -45,7 +49,15 @@ struct Info {
     degenerate_triangles: usize,
     spheres: usize,
     lights: usize,
+    light_list: Vec<LightInfo>,
     materials: Vec<MaterialUse>,
+    ambient: f32,
+    background: BackgroundInfo,
+    cameras: Vec<CameraInfo>,
+    /// Scene files that the scene includes.
+    includes: Vec<String>,
+    /// What was left out or missing and is no error.
+    notes: Vec<String>,
     /// None if there are no primitives.
     bounds: Option<Bounds>,
     columns: Vec<Column>,
@@ -58,7 +70,32 @@ struct Info {
 struct MaterialUse {
     index: usize,
     kind: &'static str,
+    /// As a scene file would say it.
+    statement: String,
     primitives: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct LightInfo {
+    position: [f32; 3],
+    intensity: f32,
+    color: [f32; 3],
+}
+
+/// The same twice where there is one colour.
+#[derive(Debug, Serialize)]
+struct BackgroundInfo {
+    bottom: [f32; 3],
+    top: [f32; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct CameraInfo {
+    name: Option<String>,
+    eye: [f64; 3],
+    target: [f64; 3],
+    up: [f64; 3],
+    fov: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -99,7 +136,21 @@ impl Info {
             degenerate_triangles: scene.degenerate_triangles(),
             spheres: scene.spheres().radius.len(),
             lights: scene.lights().x.len(),
+            light_list: lights(scene),
             materials: materials_used(scene),
+            ambient: scene.ambient(),
+            background: BackgroundInfo {
+                bottom: scene.background().bottom,
+                top: scene.background().top,
+            },
+            cameras: scene.cameras().iter().map(CameraInfo::new).collect(),
+            includes: scene
+                .sources()
+                .includes
+                .iter()
+                .map(|path| path.display().to_string())
+                .collect(),
+            notes: scene.sources().notes.clone(),
             bounds: (!bounds.is_empty()).then(|| Bounds {
                 lower: bounds.lower.to_array(),
                 upper: bounds.upper.to_array(),
@@ -139,11 +190,25 @@ impl Info {
         );
         line("spheres", count(self.spheres));
         line("lights", count(self.lights));
-        for used in &self.materials {
+        for light in self.light_list.iter().take(MOST_LINES) {
+            line("", light.text());
+        }
+        for used in self.materials.iter().take(MOST_LINES) {
             line(
                 &format!("material {}", used.index),
-                format!("{}, {} primitives", used.kind, count(used.primitives)),
+                format!("{}, {} primitives", used.statement, count(used.primitives)),
             );
+        }
+        line("ambient", self.ambient.to_string());
+        line("background", self.background.text());
+        for camera in self.cameras.iter().take(MOST_LINES) {
+            line("camera", camera.text());
+        }
+        for path in self.includes.iter().take(MOST_LINES) {
+            line("includes", escape(path).into_owned());
+        }
+        for note in self.notes.iter().take(MOST_LINES) {
+            line("note", escape(note).into_owned());
         }
         match &self.bounds {
             Some(Bounds { lower, upper }) => {
@@ -171,6 +236,91 @@ impl Info {
         line("  children 1..8", bvh.child_counts.map(count).join(", "));
         text
     }
+}
+
+impl LightInfo {
+    fn text(&self) -> String {
+        let [x, y, z] = self.position;
+        let mut text = format!("light {x} {y} {z} {}", self.intensity);
+        if self.color != [1.0; 3] {
+            text += &format!(" color {}", list(self.color));
+        }
+        text
+    }
+}
+
+impl BackgroundInfo {
+    fn text(&self) -> String {
+        if self.bottom == self.top {
+            list(self.top)
+        } else {
+            format!("bottom {} top {}", list(self.bottom), list(self.top))
+        }
+    }
+}
+
+impl CameraInfo {
+    fn new(camera: &NamedCamera) -> Self {
+        let view = camera.camera.view();
+        Self {
+            name: camera.name.clone(),
+            eye: view.eye.to_array(),
+            target: view.target.to_array(),
+            up: view.up.to_array(),
+            fov: view.fov_degrees,
+        }
+    }
+
+    fn text(&self) -> String {
+        let name = self
+            .name
+            .as_ref()
+            .map_or_else(String::new, |name| format!("\"{}\" ", escape(name)));
+        format!(
+            "{name}eye {} target {} up {} fov {}",
+            list(self.eye),
+            list(self.target),
+            list(self.up),
+            self.fov
+        )
+    }
+}
+
+/// Three numbers as a scene file has them.
+fn list<T: std::fmt::Display>([a, b, c]: [T; 3]) -> String {
+    format!("{a} {b} {c}")
+}
+
+/// A material as a scene file says it.
+fn statement(material: &Material) -> String {
+    match *material {
+        Material::Silhouette { color } => format!("silhouette cd {}", list(color)),
+        Material::Matte { color } => format!("matte cd {}", list(color)),
+        Material::BlinnPhong {
+            diffuse,
+            specular,
+            k_d,
+            k_s,
+            alpha,
+        } => format!(
+            "blinn_phong cd {} cs {} kd {k_d} ks {k_s} alpha {alpha}",
+            list(diffuse),
+            list(specular)
+        ),
+        Material::Reflection { color, mirror_share } => {
+            format!("reflection cd {} mix {mirror_share}", list(color))
+        }
+    }
+}
+
+fn lights(scene: &Scene) -> Vec<LightInfo> {
+    let lights = scene.lights();
+    let one = |i| LightInfo {
+        position: lights.position(i).to_array(),
+        intensity: lights.intensity[i],
+        color: lights.color[i],
+    };
+    (0..lights.intensity.len()).map(one).collect()
 }
 
 fn bytes_each(column: &Column) -> String {
@@ -204,6 +354,7 @@ fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
         .map(|(index, (material, primitives))| MaterialUse {
             index,
             kind: kind(material),
+            statement: statement(material),
             primitives,
         })
         .collect()
@@ -242,6 +393,7 @@ fn columns(scene: &Scene) -> Vec<Column> {
         column("light y", &l.y),
         column("light z", &l.z),
         column("light intensity", &l.intensity),
+        column("light color", &l.color),
         column("material", scene.materials()),
     ];
     columns.retain(|column| column.length > 0);

@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod camera;
 mod encode;
 mod error;
 mod generate;
@@ -48,7 +49,8 @@ pub fn main() -> ExitCode {
 fn run(arguments: Vec<OsString>, start: Instant) -> Result<(), CliError> {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
-        Err(answer) => {
+        Err(mut answer) => {
+            camera::explain_conflict(&mut answer);
             // Help and version go to standard output; a closed pipe there is not worth a word.
             let _ = answer.print();
             return if answer.use_stderr() {

@@ -10,6 +10,7 @@ use super::{
 };
 use crate::{
     accel::Bvh,
+    error::escape,
     format,
     render::{FrameStats, Mode, Renderer, Settings},
     scene::Scene,
@@ -27,15 +28,19 @@ use std::{
 /// [`CliError`]. The output is as it was before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
-    let camera = args.camera.camera()?;
+    args.camera.without_scene()?;
     let output = Output::prepare(&output_path(args), &args.scene, settings.width, settings.height)?;
     let talkative = !args.quiet && io::stderr().is_terminal();
 
     let interrupt = Interrupt::install()?;
     let (scene, load_time) = interrupt.exit_at_once_during(|| timed(|| format::load(&args.scene)))?;
     let scene = scene?;
+    let camera = args.camera.for_scene(&scene)?;
     if !args.quiet {
         warn_of_degenerate_triangles(args, &scene);
+        for note in &scene.sources().notes {
+            let _ = writeln!(io::stderr(), "octray: warning: {}", escape(note));
+        }
     }
     let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build(&scene)))?;
 

@@ -1,10 +1,11 @@
 //! Reading whole files, and only files.
 
+use super::OpenMesh;
 use crate::error::LoadError;
 use std::{
     fs::{self, File},
     io::{self, Read},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 /// The largest mesh file that is read, bytes. Offsets and counts beyond have no use: ids are 32 bits.
@@ -12,7 +13,53 @@ const MAX_BYTES: u64 = 1 << 32;
 
 /// The largest text of a scene, bytes: some twenty million spheres. What is larger is no scene, and to find that
 /// out would take its size in memory.
-const MAX_TEXT_BYTES: u64 = 1 << 29;
+pub(super) const MAX_TEXT_BYTES: u64 = 1 << 29;
+
+/// Where the files come from that a scene names.
+pub(super) trait Files {
+    /// The text of an included scene file.
+    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>>;
+    /// A mesh file, or a file that one names.
+    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>>;
+    /// The same name for all paths of one file.
+    fn identity(&self, path: &Path) -> PathBuf;
+}
+
+/// The disk.
+pub(super) struct Disk;
+
+impl Files for Disk {
+    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        read_text(path)
+    }
+
+    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        read(path)
+    }
+
+    /// What cannot be resolved cannot be read either, and is refused then.
+    fn identity(&self, path: &Path) -> PathBuf {
+        fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
+    }
+}
+
+/// Files that somebody gives; the disk is not touched.
+pub(super) struct Given<'a>(pub(super) OpenMesh<'a>);
+
+impl Files for Given<'_> {
+    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        (self.0)(path)
+    }
+
+    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        (self.0)(path)
+    }
+
+    /// `.` within a path does not count.
+    fn identity(&self, path: &Path) -> PathBuf {
+        path.components().collect()
+    }
+}
 
 /// Reads the text of a scene, as [`read_up_to`] does.
 pub(super) fn read_text(path: &Path) -> io::Result<Vec<u8>> {

@@ -1,16 +1,24 @@
 //! Collects the pieces of a scene, refuses what cannot be rendered, and finishes the columns.
 
-use super::{Lights, MAX_COORDINATE, Material, MaterialId, Scene, Spheres, Triangles, Vertices};
+use super::{
+    Background, Lights, MAX_COORDINATE, Material, MaterialId, NamedCamera, Scene, Sources, Spheres,
+    Triangles, Vertices,
+    material::{check_color, check_share},
+};
 use crate::{
     course,
     error::SceneError,
     math::{Aabb, max_abs},
 };
 use glam::{DVec3, Vec3};
+use std::{collections::HashMap, path::PathBuf};
 
 /// The most primitives, and the most vertices, that a scene may have: ids are 32 bits, and one value stands
 /// for "none".
 const MAX_COUNT: usize = u32::MAX as usize - 8;
+
+/// The most materials: each thread that renders keeps a queue for each.
+const MAX_MATERIALS: usize = 1 << 20;
 
 /// A mesh as columns, on its way into a scene.
 #[derive(Debug, Default)]
@@ -50,8 +58,12 @@ pub struct SceneBuilder {
     spheres: Spheres,
     lights: Lights,
     materials: Vec<Material>,
+    /// Where each material is, by its bits.
+    material_ids: HashMap<[u32; 10], MaterialId>,
     ambient: f32,
-    background: [f32; 3],
+    background: Background,
+    cameras: Vec<NamedCamera>,
+    sources: Sources,
 }
 
 impl Default for SceneBuilder {
@@ -104,8 +116,15 @@ impl SceneBuilder {
             spheres: Spheres::default(),
             lights: Lights::default(),
             materials: Material::CLASSIC.to_vec(),
+            material_ids: (0..)
+                .map(MaterialId)
+                .zip(Material::CLASSIC)
+                .map(|(id, material)| (material.bits(), id))
+                .collect(),
             ambient: course::AMBIENT,
-            background: course::BACKGROUND,
+            background: Background::constant(course::BACKGROUND),
+            cameras: Vec::new(),
+            sources: Sources::default(),
         }
     }
 
@@ -125,19 +144,62 @@ impl SceneBuilder {
         }
     }
 
-    /// Adds a material.
+    /// Adds a material. One that is there already, bit for bit, is not added again.
     ///
     /// # Errors
-    /// [`SceneError::TooMany`].
+    /// [`SceneError::OutOfRange`] or [`SceneError::TooMany`].
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId, SceneError> {
-        if self.materials.len() >= MAX_COUNT {
+        material.check()?;
+        let bits = material.bits();
+        if let Some(&id) = self.material_ids.get(&bits) {
+            return Ok(id);
+        }
+        if self.materials.len() >= MAX_MATERIALS {
             return Err(SceneError::TooMany {
                 what: "materials",
-                limit: MAX_COUNT,
+                limit: MAX_MATERIALS,
             });
         }
+        let id = MaterialId(self.materials.len() as u32);
         self.materials.push(material);
-        Ok(MaterialId(self.materials.len() as u32 - 1))
+        self.material_ids.insert(bits, id);
+        Ok(id)
+    }
+
+    /// Sets the ambient light I_a, the same in all channels.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`]: not from 0 to 1.
+    pub fn set_ambient(&mut self, ambient: f32) -> Result<(), SceneError> {
+        check_share("ambient", ambient)?;
+        self.ambient = ambient;
+        Ok(())
+    }
+
+    /// Sets what rays see that leave the scene.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`]: a channel that is not from 0 to 1.
+    pub fn set_background(&mut self, background: Background) -> Result<(), SceneError> {
+        check_color(background.bottom)?;
+        check_color(background.top)?;
+        self.background = background;
+        Ok(())
+    }
+
+    /// Adds a camera to choose from; the first is what the scene is seen by unless somebody asks otherwise.
+    pub fn add_camera(&mut self, camera: NamedCamera) {
+        self.cameras.push(camera);
+    }
+
+    /// Notes that the scene includes a file.
+    pub fn add_include(&mut self, path: PathBuf) {
+        self.sources.includes.push(path);
+    }
+
+    /// Notes what was left out or missing and is no error, a sentence.
+    pub fn add_note(&mut self, note: String) {
+        self.sources.notes.push(note);
     }
 
     fn check_material(&self, material: MaterialId) -> Result<(), SceneError> {
@@ -162,20 +224,36 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a point light.
+    /// Adds a white point light.
     ///
     /// # Errors
     /// [`SceneError::NotUsable`] or [`SceneError::IntensityNegative`].
     pub fn add_light(&mut self, position: Vec3, intensity: f32) -> Result<(), SceneError> {
+        self.add_colored_light(position, intensity, [1.0; 3])
+    }
+
+    /// Adds a point light of a colour, linear RGB.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::IntensityNegative`] or, for a colour whose channels are not from 0 to
+    /// 1, [`SceneError::OutOfRange`].
+    pub fn add_colored_light(
+        &mut self,
+        position: Vec3,
+        intensity: f32,
+        color: [f32; 3],
+    ) -> Result<(), SceneError> {
         usable_point(position)?;
         usable("intensity", intensity)?;
         if intensity < 0.0 {
             return Err(SceneError::IntensityNegative { intensity });
         }
+        check_color(color)?;
         self.lights.x.push(position.x);
         self.lights.y.push(position.y);
         self.lights.z.push(position.z);
         self.lights.intensity.push(intensity);
+        self.lights.color.push(color);
         Ok(())
     }
 
@@ -198,6 +276,41 @@ impl SceneBuilder {
         self.spheres.radius.push(radius);
         self.spheres.material.push(material);
         Ok(())
+    }
+
+    /// Adds a triangle. One without area is kept (its id counts) and never hit.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::UnknownMaterial`] or [`SceneError::TooMany`].
+    pub fn add_triangle(&mut self, corners: [Vec3; 3], material: MaterialId) -> Result<(), SceneError> {
+        corners.into_iter().try_for_each(usable_point)?;
+        self.check_material(material)?;
+        self.check_room(1)?;
+        let base = self.check_vertices(3)? as u32;
+        let all = &mut self.vertices;
+        all.x.extend(corners.map(|corner| corner.x));
+        all.y.extend(corners.map(|corner| corner.y));
+        all.z.extend(corners.map(|corner| corner.z));
+        if !all.normals.is_empty() {
+            all.normals.resize(all.x.len(), Vec3::ZERO);
+        }
+        self.triangles.v0.push(base);
+        self.triangles.v1.push(base + 1);
+        self.triangles.v2.push(base + 2);
+        self.triangles.material.push(material);
+        Ok(())
+    }
+
+    /// Whether `more` vertices have room; how many there are.
+    fn check_vertices(&self, more: usize) -> Result<usize, SceneError> {
+        let count = self.vertices.x.len();
+        if count.saturating_add(more) > MAX_COUNT {
+            return Err(SceneError::TooMany {
+                what: "vertices",
+                limit: MAX_COUNT,
+            });
+        }
+        Ok(count)
     }
 
     /// Adds a mesh. Triangles without area are kept (their ids count) and never hit.
@@ -239,13 +352,7 @@ impl SceneBuilder {
             normals,
             triangles,
         } = mesh;
-        let base = self.vertices.x.len();
-        if base.saturating_add(x.len()) > MAX_COUNT {
-            return Err(SceneError::TooMany {
-                what: "vertices",
-                limit: MAX_COUNT,
-            });
-        }
+        let base = self.check_vertices(x.len())?;
         self.check_room(triangles.len())?;
 
         let all = &mut self.vertices;
@@ -298,8 +405,11 @@ impl SceneBuilder {
             spheres,
             lights,
             materials,
+            material_ids: _,
             ambient,
             background,
+            cameras,
+            sources,
         } = self;
         let mut scene = Scene {
             vertices,
@@ -309,6 +419,8 @@ impl SceneBuilder {
             materials,
             ambient,
             background,
+            cameras,
+            sources,
             bounds: Aabb::EMPTY,
             degenerate: 0,
         };
