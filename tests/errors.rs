@@ -6,7 +6,7 @@
 //! ```text
 //! ==== a radius of zero
 //! sphere 0 0 0 0
-//! ---- mesh.ply          (if the case has a mesh)
+//! ---- mesh.ply          (a mesh or a part that the case names)
 //! ...
 //! ---- report
 //! case.scn:1:14: radius is 0, expected a number above 0
@@ -51,11 +51,18 @@ fn bytes(text: &str) -> Vec<u8> {
 
 fn report(head: &str) -> String {
     let (_name, files) = head.split_once('\n').expect("a name and a scene");
-    let (scene, mesh) = files.split_once("---- mesh.ply\n").unwrap_or((files, ""));
-    let open = &mut |path: &Path| match path.to_str() {
-        Some("mesh.ply") => Ok(bytes(mesh)),
-        Some("locked.ply") => Err(io::ErrorKind::PermissionDenied.into()),
-        _ => Err(io::ErrorKind::NotFound.into()),
+    let mut parts = files.split("---- ");
+    let scene = parts.next().unwrap_or_default();
+    let files: Vec<(&str, &str)> = parts
+        .map(|part| part.split_once('\n').expect("a file's name and its lines"))
+        .collect();
+    let open = &mut |path: &Path| {
+        let given = files.iter().find(|(name, _)| path.to_str() == Some(name));
+        match given {
+            Some((_, text)) => Ok(bytes(text)),
+            None if path == Path::new("locked.ply") => Err(io::ErrorKind::PermissionDenied.into()),
+            None => Err(io::ErrorKind::NotFound.into()),
+        }
     };
     match load_from_bytes(&bytes(scene), Path::new("case.scn"), open) {
         Ok(_) => "loaded without an error".to_owned(),
@@ -68,7 +75,7 @@ fn reports_are_as_agreed() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors");
     let bless = env::var_os("OCTRAY_BLESS").is_some();
     let mut differences = 0;
-    for file in ["scene.txt", "mesh.txt"] {
+    for file in ["scene.txt", "language.txt", "mesh.txt"] {
         let path = folder.join(file);
         let text = fs::read_to_string(&path).expect("a readable file");
         let mut blessed = String::new();

@@ -5,7 +5,7 @@ use crate::error::LoadError;
 use std::{
     fs::{self, File},
     io::{self, Read},
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
 };
 
 /// The largest mesh file that is read, bytes. Offsets and counts beyond have no use: ids are 32 bits.
@@ -57,7 +57,9 @@ impl Files for Given<'_> {
 
     /// `.` within a path does not count.
     fn identity(&self, path: &Path) -> PathBuf {
-        path.components().collect()
+        path.components()
+            .filter(|part| *part != Component::CurDir)
+            .collect()
     }
 }
 

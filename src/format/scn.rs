@@ -32,6 +32,9 @@ const MAX_LINE: usize = 1 << 16;
 /// The longest path of a file, bytes; no system takes longer ones, and an error repeats it.
 const MAX_PATH: usize = 4096;
 
+/// What may help where a word follows a path.
+const QUOTES_HINT: &str = " (a path with spaces stands in double quotes)";
+
 /// Text to scene. `name` stands for the file in errors, and paths are relative to its folder.
 pub(super) fn parse(text: &[u8], name: &Path, files: &mut dyn Files) -> Result<Scene, LoadError> {
     let identity = files.identity(name);
@@ -152,10 +155,10 @@ impl Reader<'_> {
         let known = STATEMENTS
             .iter()
             .find(|(name, _)| name.as_bytes() == keyword.text);
-        let Some(&(statement, usage)) = known else {
+        let Some(&statement) = known else {
             return Err(line.error_at(keyword, unknown_statement(keyword)));
         };
-        self.statement(statement, Arguments::new(line, *keyword, arguments, usage))
+        self.statement(Arguments::new(line, *keyword, arguments, statement))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     line::Line,
-    nearest::{list, nearest},
+    nearest::{list_or_end, nearest},
     words::Word,
 };
 use crate::{
@@ -18,6 +18,10 @@ pub(super) struct Arguments<'l, 'a> {
     pub(super) keyword: Word<'a>,
     /// How the statement is written.
     usage: &'static str,
+    /// What the statement is called in errors about its keys.
+    pub(super) name: &'static str,
+    /// What may help where a word is not expected.
+    pub(super) hint: &'static str,
     words: &'l [Word<'a>],
     /// Keys that have been taken.
     seen: Vec<&'static str>,
@@ -28,12 +32,14 @@ impl<'l, 'a> Arguments<'l, 'a> {
         line: &'l Line<'l>,
         keyword: Word<'a>,
         words: &'l [Word<'a>],
-        usage: &'static str,
+        (name, usage): (&'static str, &'static str),
     ) -> Self {
         Self {
             line,
             keyword,
             usage,
+            name,
+            hint: "",
             words,
             seen: Vec::new(),
         }
@@ -80,15 +86,16 @@ impl<'l, 'a> Arguments<'l, 'a> {
         Err(self.line.error(end, 1, message))
     }
 
-    /// Refuses words that are left over. `hint` is appended to what was expected.
-    pub(super) fn end(&self, hint: &str) -> Result<(), LoadError> {
+    /// Refuses words that are left over.
+    pub(super) fn end(&self) -> Result<(), LoadError> {
         let Some(extra) = self.peek() else {
             return Ok(());
         };
         let message = format!(
-            "found {} after `{}`, expected the end of the line{hint}",
+            "found {} after `{}`, expected the end of the line{}",
             quote(extra.text),
-            self.usage
+            self.usage,
+            self.hint
         );
         Err(self.line.error_at(&extra, message))
     }
@@ -105,12 +112,13 @@ impl<'l, 'a> Arguments<'l, 'a> {
             return Ok(Some((word, key)));
         }
         let found = quote(word.text);
-        let statement = quote(self.keyword.text);
         let message = match nearest(word.text, keys.iter().copied()) {
-            Some(near) => format!("unknown key {found} of {statement}, did you mean `{near}`?"),
+            Some(near) => format!("unknown key {found} of `{}`, did you mean `{near}`?", self.name),
             None => format!(
-                "found {found} in {statement}, expected {} or the end of the line",
-                list(keys)
+                "found {found} in `{}`, expected {}{}",
+                self.name,
+                list_or_end(keys),
+                self.hint
             ),
         };
         Err(self.line.error_at(&word, message))

@@ -1,6 +1,6 @@
 //! `include`: the lines of another file, as if they stood here.
 
-use super::{Reader, arguments::Arguments};
+use super::{QUOTES_HINT, Reader, arguments::Arguments};
 use crate::{
     error::LoadError,
     format::files::{self, MAX_TEXT_BYTES},
@@ -53,7 +53,8 @@ impl Reader<'_> {
     /// `include path`
     pub(super) fn include(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [word] = arguments.leading()?;
-        arguments.end(" (a path with spaces stands in double quotes)")?;
+        arguments.hint = QUOTES_HINT;
+        arguments.end()?;
         let line = arguments.line;
         let path = self.path(&arguments, word, "scene")?;
         let identity = self.files.identity(&path);

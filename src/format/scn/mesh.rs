@@ -1,6 +1,6 @@
 //! Meshes of a scene: where their files are, and how they are placed.
 
-use super::{MAX_PATH, Reader, arguments::Arguments, words::Word};
+use super::{MAX_PATH, QUOTES_HINT, Reader, arguments::Arguments, words::Word};
 use crate::{
     error::{LoadError, quote},
     format::{files, mesh},
@@ -20,7 +20,8 @@ impl Reader<'_> {
     /// `ply_file path`: a PLY mesh where its file puts it, with the current material.
     pub(super) fn ply_file(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [path] = arguments.leading()?;
-        arguments.end(" (a path with spaces stands in double quotes)")?;
+        arguments.hint = QUOTES_HINT;
+        arguments.end()?;
         let material = self.material.unwrap_or_default();
         self.add_mesh(&arguments, path, Transform::IDENTITY, Some(material), ".ply")
     }
@@ -28,6 +29,7 @@ impl Reader<'_> {
     /// `mesh path ...`: a mesh of any format, placed, with the current material or its own.
     pub(super) fn mesh(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [path] = arguments.leading()?;
+        arguments.hint = QUOTES_HINT;
         let transform = read_transform(&mut arguments)?;
         self.add_mesh(&arguments, path, transform, self.material, "mesh")
     }
@@ -73,9 +75,14 @@ impl Reader<'_> {
         for note in std::mem::take(&mut loaded.notes) {
             self.builder.add_note(format!("{}: {note}", path.display()));
         }
-        loaded
-            .add_to(&mut self.builder, material)
-            .map_err(|error| cannot_load(LoadError::whole_file(&path, error.to_string())))?;
+        loaded.add_to(&mut self.builder, material).map_err(|error| {
+            if transform == Transform::IDENTITY {
+                cannot_load(LoadError::whole_file(&path, error.to_string()))
+            } else {
+                // The file may be good, and not be where it is put.
+                line.error_at(&word, format!("cannot place {}: {error}", path.display()))
+            }
+        })?;
         self.meshes.insert(placed);
         Ok(())
     }

@@ -17,12 +17,16 @@ pub(super) fn nearest<'a>(word: &[u8], known: impl IntoIterator<Item = &'a str>)
 
 /// Names as a list: "`a`, `b` or `c`".
 pub(super) fn list(names: &[&str]) -> String {
-    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    match quoted.split_last() {
-        None => String::new(),
-        Some((last, [])) => last.clone(),
-        Some((last, others)) => format!("{} or {last}", others.join(", ")),
+    match names {
+        [] => String::new(),
+        [only] => format!("`{only}`"),
+        [others @ .., last] => format!("`{}` or `{last}`", others.join("`, `")),
     }
+}
+
+/// Keys that may follow, or nothing: "`a`, `b` or the end of the line".
+pub(super) fn list_or_end(keys: &[&str]) -> String {
+    format!("`{}` or the end of the line", keys.join("`, `"))
 }
 
 #[cfg(test)]
@@ -43,5 +47,6 @@ mod tests {
         assert_eq!(list(&[]), "");
         assert_eq!(list(&["a"]), "`a`");
         assert_eq!(list(&["a", "b", "c"]), "`a`, `b` or `c`");
+        assert_eq!(list_or_end(&["a", "b"]), "`a`, `b` or the end of the line");
     }
 }

@@ -33,13 +33,9 @@ pub(super) const STATEMENTS: [(&str, &str); 10] = [
 ];
 
 impl Reader<'_> {
-    /// Reads a statement; `arguments` are those of `statement`, one of [`STATEMENTS`].
-    pub(super) fn statement(
-        &mut self,
-        statement: &str,
-        arguments: Arguments<'_, '_>,
-    ) -> Result<(), LoadError> {
-        match statement {
+    /// Reads a statement, one of [`STATEMENTS`].
+    pub(super) fn statement(&mut self, arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        match arguments.name {
             "light" => self.light(arguments),
             "sphere" => self.sphere(arguments),
             "triangle" => self.triangle(arguments),
@@ -71,7 +67,7 @@ impl Reader<'_> {
 
     fn sphere(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [x, y, z, radius] = arguments.leading()?;
-        arguments.end("")?;
+        arguments.end()?;
         let center = arguments.numbers3([x, y, z], ["x", "y", "z"])?;
         let size = arguments.number(radius, "radius")?;
         self.builder
@@ -81,7 +77,7 @@ impl Reader<'_> {
 
     fn triangle(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let words: [Word<'_>; 9] = arguments.leading()?;
-        arguments.end("")?;
+        arguments.end()?;
         let names = ["x", "y", "z"];
         let [a, b, c, d, e, f, g, h, i] = words;
         let mut corners = [Vec3::ZERO; 3];
@@ -97,7 +93,13 @@ impl Reader<'_> {
     fn material(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [name] = arguments.leading()?;
         if name.text == OWN.as_bytes() {
-            arguments.end("")?;
+            if let Some(extra) = arguments.peek() {
+                let message = format!(
+                    "found {} after `material own`, expected the end of the line",
+                    quote(extra.text)
+                );
+                return Err(arguments.line.error_at(&extra, message));
+            }
             self.material = None;
             return Ok(());
         }
@@ -194,12 +196,13 @@ impl Reader<'_> {
     }
 
     fn background(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        const KEYS: [&str; 2] = ["bottom", "top"];
         let background = if let Some(word) = arguments.peek()
-            && word.text.first().is_some_and(u8::is_ascii_alphabetic)
+            && nearest(word.text, KEYS).is_some()
         {
             let (mut bottom, mut top) = (None, None);
             let mut end = word.end();
-            while let Some((word, key)) = arguments.key_once(&["bottom", "top"])? {
+            while let Some((word, key)) = arguments.key_once(&KEYS)? {
                 let words = arguments.take(word, &format!("{key} r g b"))?;
                 let color = arguments.color(words)?;
                 end = words[2].end();
@@ -216,7 +219,8 @@ impl Reader<'_> {
             }
         } else {
             let words = arguments.leading()?;
-            arguments.end(" (two colours: `background bottom r g b top r g b`)")?;
+            arguments.hint = " (two colours: `background bottom r g b top r g b`)";
+            arguments.end()?;
             Background::constant(arguments.color(words)?)
         };
         Said::once(&mut self.said.background, &arguments, "`background`")?;
@@ -226,7 +230,7 @@ impl Reader<'_> {
 
     fn ambient(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [word] = arguments.leading()?;
-        arguments.end("")?;
+        arguments.end()?;
         let ambient = arguments.share(word, "ambient")?;
         Said::once(&mut self.said.ambient, &arguments, "`ambient`")?;
         let set = self.builder.set_ambient(ambient);
@@ -237,11 +241,13 @@ impl Reader<'_> {
 /// A material of a kind, with the course's constants where no key gives another.
 fn read_material(kind: usize, arguments: &mut Arguments<'_, '_>) -> Result<Material, LoadError> {
     let mut material = Material::CLASSIC[kind];
-    let keys: &[&str] = match material {
-        Material::Silhouette { .. } | Material::Matte { .. } => &["cd"],
-        Material::BlinnPhong { .. } => &["cd", "cs", "kd", "ks", "alpha"],
-        Material::Reflection { .. } => &["cd", "mix"],
+    let (name, keys): (_, &[&str]) = match material {
+        Material::Silhouette { .. } => ("material silhouette", &["cd"]),
+        Material::Matte { .. } => ("material matte", &["cd"]),
+        Material::BlinnPhong { .. } => ("material blinn_phong", &["cd", "cs", "kd", "ks", "alpha"]),
+        Material::Reflection { .. } => ("material reflection", &["cd", "mix"]),
     };
+    arguments.name = name;
     while let Some((word, key)) = arguments.key_once(keys)? {
         if matches!(key, "cd" | "cs") {
             let words = arguments.take(word, &format!("{key} r g b"))?;
