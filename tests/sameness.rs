@@ -12,12 +12,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-const SHIPPED: [&str; 5] = [
+const SHIPPED: [&str; 6] = [
     "silhouette",
     "matte",
     "blinn_phong",
     "reflections",
     "hall_of_mirrors",
+    "evening",
 ];
 
 /// Width, height, samples along a side of a pixel. Neither multiples of a packet nor of a tile; a single pixel;

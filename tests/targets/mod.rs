@@ -9,7 +9,7 @@ use octray::{
 };
 use std::{io, ops::ControlFlow, path::Path};
 
-/// The mesh that every `ply_file` of a fuzzed scene names.
+/// The mesh that every path of a fuzzed scene names that is no scene.
 const MESH: &[u8] = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
     property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\
     0 0 0\n1 0 0\n0 1 0\n0 0 1\n4 0 1 2 3\n3 1 2 3\n";
@@ -18,6 +18,12 @@ const MESH: &[u8] = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\
 fn load(text: &[u8]) -> Option<Scene> {
     let open = &mut |path: &Path| match path.to_str() {
         Some("no.ply") => Err(io::ErrorKind::NotFound.into()),
+        Some("loop.scn") => Ok(b"include loop.scn".to_vec()),
+        // A new name each time: as deep as files may go.
+        Some(deep) if deep.ends_with("deep.scn") => Ok(b"include x/deep.scn".to_vec()),
+        Some(part) if part.ends_with(".scn") => {
+            Ok(b"material matte\nsphere 0 0 0.5 0.2\nmesh a.ply".to_vec())
+        }
         _ => Ok(MESH.to_vec()),
     };
     load_from_bytes(text, Path::new("fuzz.scn"), open)
@@ -31,8 +37,8 @@ fn show(error: &octray::error::LoadError) {
         !text.contains(|c: char| c.is_control() && c != '\n'),
         "acts on a terminal: {text:?}"
     );
-    // A path of 4096 bytes, escaped, several times.
-    assert!(text.len() < 200_000, "an error of {} bytes", text.len());
+    // A path of 4096 bytes, escaped, several times, and each time longer where files include others.
+    assert!(text.len() < 2_000_000, "an error of {} bytes", text.len());
 }
 
 /// Scene text.
