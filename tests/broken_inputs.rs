@@ -14,6 +14,11 @@ const TIME_LIMIT: Duration = Duration::from_secs(5);
 const SCENE: &[u8] = b"// a scene\nlight 9 -4 10 0.7\nmaterial 2\r\nsphere 0.65 -0.6 0.4 0.2 // ball\n\
     ply_file a.ply\nply_file \"b c.ply\"\nmaterial 1";
 
+const LANGUAGE: &[u8] = b"camera \"a b\" eye 3 2 1.5 target 0 0 0.5 up 0 0 1 fov 30\nbackground bottom 1 1 1 top 0 0 1\n\
+    ambient 0.3\nlight 9 -4 10 0.7 color 1 0.8 0.6\nmaterial blinn_phong cd 0.5 0.2 1 cs 1 1 1 kd 0.5 ks 0.5 alpha 20\n\
+    mesh \"b c.ply\" scale 1 -2 1 rotate 1 1 0 33 translate 0 0 1\nmaterial reflection mix 0.5\n\
+    triangle 0 0 0 1 0 0 0 1 1\ninclude part.scn\nmaterial own\nmesh a.ply scale 2";
+
 fn header(format: &str, vertices: &str, faces: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\ncomment a mesh\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
@@ -69,6 +74,7 @@ fn scene(what: &str, text: &[u8]) -> bool {
         let open = &mut |path: &Path| match path.to_str() {
             Some("a.ply") => Ok(ascii_mesh()),
             Some("b c.ply") => Ok(binary_mesh()),
+            Some("part.scn") => Ok(b"material matte\nply_file a.ply".to_vec()),
             _ => Err(io::ErrorKind::NotFound.into()),
         };
         match load_from_bytes(text, Path::new("broken.scn"), open) {
@@ -113,13 +119,15 @@ fn broken(valid: &[u8], random: &mut Random) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn broken_scenes() {
-    assert!(scene("valid", SCENE));
     let mut random = Random(1);
-    let loaded = broken(SCENE, &mut random)
-        .iter()
-        .filter(|(what, text)| scene(what, text))
-        .count();
-    assert!(loaded > 0, "a scene cut behind a line is a scene");
+    for valid in [SCENE, LANGUAGE] {
+        assert!(scene("valid", valid));
+        let loaded = broken(valid, &mut random)
+            .iter()
+            .filter(|(what, text)| scene(what, text))
+            .count();
+        assert!(loaded > 0, "a scene cut behind a line is a scene");
+    }
     for count in 0..300 {
         scene("random bytes", &random.bytes(count * 7));
     }

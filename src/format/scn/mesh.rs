@@ -3,7 +3,11 @@
 use super::{MAX_PATH, QUOTES_HINT, Reader, arguments::Arguments, words::Word};
 use crate::{
     error::{LoadError, quote},
-    format::{files, mesh},
+    format::{
+        files,
+        mesh::{self, LoadedMesh, UpAxis},
+        ply,
+    },
     scene::{MaterialId, Transform},
 };
 use glam::DVec3;
@@ -12,6 +16,15 @@ use std::path::PathBuf;
 /// How many bytes of mesh files may be read again, for meshes that stand in several places: each copy takes its own
 /// memory.
 const MAX_COPIED_BYTES: u64 = 1 << 31;
+
+/// Which files a statement takes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// PLY, whatever the file is called.
+    Ply,
+    /// Every format.
+    Any,
+}
 
 /// What makes a mesh the same as another: its file, and how it is placed.
 pub(super) type Placed = (PathBuf, [u64; 12]);
@@ -23,7 +36,7 @@ impl Reader<'_> {
         arguments.hint = QUOTES_HINT;
         arguments.end()?;
         let material = self.material.unwrap_or_default();
-        self.add_mesh(&arguments, path, Transform::IDENTITY, Some(material), ".ply")
+        self.add_mesh(&arguments, path, Transform::IDENTITY, Some(material), Kind::Ply)
     }
 
     /// `mesh path ...`: a mesh of any format, placed, with the current material or its own.
@@ -31,7 +44,7 @@ impl Reader<'_> {
         let [path] = arguments.leading()?;
         arguments.hint = QUOTES_HINT;
         let transform = read_transform(&mut arguments)?;
-        self.add_mesh(&arguments, path, transform, self.material, "mesh")
+        self.add_mesh(&arguments, path, transform, self.material, Kind::Any)
     }
 
     /// Adds a mesh, unless it is there already: a second copy would lie exactly in the first, and of equal t the
@@ -42,10 +55,14 @@ impl Reader<'_> {
         word: Word<'_>,
         transform: Transform,
         material: Option<MaterialId>,
-        kind: &str,
+        kind: Kind,
     ) -> Result<(), LoadError> {
         let line = arguments.line;
-        let path = self.path(arguments, word, kind)?;
+        let what = match kind {
+            Kind::Ply => ".ply",
+            Kind::Any => "mesh",
+        };
+        let path = self.path(arguments, word, what)?;
         let cannot_load = |cause: LoadError| {
             line.error_at(&word, format!("cannot load {}", path.display()))
                 .caused_by(cause)
@@ -70,7 +87,11 @@ impl Reader<'_> {
             }
         }
         let files = &mut *self.files;
-        let mut loaded = mesh::parse(bytes, &path, &mut |path| files.mesh(path)).map_err(cannot_load)?;
+        let loaded = match kind {
+            Kind::Ply => ply::parse(&bytes, &path).map(|columns| LoadedMesh::plain(columns, UpAxis::Z)),
+            Kind::Any => mesh::parse(bytes, &path, &mut |path| files.mesh(path)),
+        };
+        let mut loaded = loaded.map_err(cannot_load)?;
         transform.apply(&mut loaded.columns);
         for note in std::mem::take(&mut loaded.notes) {
             self.builder.add_note(format!("{}: {note}", path.display()));
@@ -92,10 +113,10 @@ impl Reader<'_> {
         &self,
         arguments: &Arguments<'_, '_>,
         word: Word<'_>,
-        kind: &str,
+        what: &str,
     ) -> Result<PathBuf, LoadError> {
         let message = match word.as_str() {
-            Some("") => format!("an empty path, expected the path of a {kind} file"),
+            Some("") => format!("an empty path, expected the path of a {what} file"),
             Some(path) if path.len() > MAX_PATH => {
                 format!("a path of {} bytes, expected at most {MAX_PATH}", path.len())
             }
