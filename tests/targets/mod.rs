@@ -21,7 +21,7 @@ fn load(text: &[u8]) -> Option<Scene> {
         Some("loop.scn") => Ok(b"include loop.scn".to_vec()),
         // A new name each time: as deep as files may go.
         Some(deep) if deep.ends_with("deep.scn") => Ok(b"include x/deep.scn".to_vec()),
-        Some(part) if part.ends_with(".scn") => {
+        Some(_) if path.extension().is_some_and(|extension| extension == "scn") => {
             Ok(b"material matte\nsphere 0 0 0.5 0.2\nmesh a.ply".to_vec())
         }
         _ => Ok(MESH.to_vec()),

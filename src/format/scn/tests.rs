@@ -17,12 +17,11 @@ fn load(text: &[u8]) -> Result<Scene, LoadError> {
         .map(|path| path.replace('\\', "/"))
         .as_deref()
     {
-        Some("dir/t.ply" | "dir/my mesh.ply" | "dir/./t.ply") => Ok(TRIANGLE.into()),
+        Some("dir/t.ply" | "dir/my mesh.ply" | "dir/./t.ply" | "dir/deep/../t.ply") => Ok(TRIANGLE.into()),
         Some("dir/part.scn") => {
             Ok(b"material matte cd 0 0 1\nsphere 0 0 0 1\ninclude deep/leaf.scn\n".to_vec())
         }
         Some("dir/deep/leaf.scn") => Ok(b"ply_file ../t.ply\ncamera leaf eye 1 2 3 target 0 0 0\n".to_vec()),
-        Some("dir/deep/../t.ply") => Ok(TRIANGLE.into()),
         Some("dir/bad.ply") => Ok(TRIANGLE.replace("3 0 1 2", "3 0 1 9").into()),
         _ => Err(io::ErrorKind::NotFound.into()),
     })
