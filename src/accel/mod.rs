@@ -10,12 +10,20 @@
 //! for Bounding Volume Hierarchy Optimization*, 2018).
 
 mod binary;
-mod collapse;
+mod boxes;
+mod emit;
 mod node;
+mod plan;
+mod quality;
 mod source;
+mod split;
+mod tree;
 
 pub use binary::{BinaryBvh, BinaryNode};
 pub use node::{Child, Node8};
+pub use quality::BuildQuality;
+
+use emit::Wide;
 
 use crate::{
     geometry::{SphereBlock, TriangleBlock},
@@ -40,6 +48,8 @@ pub struct Bvh {
 /// What a BVH is made of.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BvhStats {
+    /// What was asked for.
+    pub quality: BuildQuality,
     /// Inner nodes.
     pub nodes: usize,
     /// Leaf blocks of up to 8 triangles.
@@ -59,18 +69,52 @@ pub struct BvhStats {
 }
 
 impl Bvh {
-    /// Builds the hierarchy over the scene's spheres and its triangles that have an area, on the threads of
-    /// the current rayon pool.
+    /// Builds the hierarchy that is traced fastest over the scene's spheres and its triangles that have an area, on
+    /// the threads of the current rayon pool.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
+        Self::build_with(scene, BuildQuality::Best)
+    }
+
+    /// [`Self::build`], with a word on what it may cost. The tree depends on scene and quality alone, not on the
+    /// number of threads.
+    #[must_use]
+    pub fn build_with(scene: &Scene, quality: BuildQuality) -> Self {
         let start = Instant::now();
-        let tree = source::build_binary(scene);
-        let mut bvh = collapse::collapse(scene, &tree);
-        bvh.stats.memory_bytes = std::mem::size_of_val(&bvh.nodes[..])
-            + std::mem::size_of_val(&bvh.triangle_blocks[..])
-            + std::mem::size_of_val(&bvh.sphere_blocks[..]);
-        bvh.stats.build_time = start.elapsed();
-        bvh
+        let mut boxes = boxes::boxes_of(scene);
+        let Wide {
+            nodes,
+            triangle_blocks,
+            sphere_blocks,
+            counts,
+        } = if boxes.is_empty() {
+            Wide::nothing()
+        } else {
+            let first_sphere = scene.triangles().v0.len() as u32;
+            let top = tree::build(&mut boxes, first_sphere, quality.effort());
+            emit::emit(scene, &top, &boxes)
+        };
+        let stats = BvhStats {
+            quality,
+            nodes: counts.nodes,
+            triangle_blocks: counts.triangle_blocks,
+            sphere_blocks: counts.sphere_blocks,
+            depth: counts.depth,
+            leaf_sizes: counts.leaf_sizes,
+            child_counts: counts.child_counts,
+            memory_bytes: size_of_val(&nodes[..])
+                + size_of_val(&triangle_blocks[..])
+                + size_of_val(&sphere_blocks[..]),
+            build_time: start.elapsed(),
+        };
+        Self {
+            nodes,
+            triangle_blocks,
+            sphere_blocks,
+            root: Child::inner(0),
+            stats,
+            binary: OnceLock::new(),
+        }
     }
 
     /// What the hierarchy is made of.
