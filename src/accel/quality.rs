@@ -3,8 +3,6 @@
 use super::split::Effort;
 
 /// Which of two hierarchies is built. Both find the same hits.
-///
-/// On one thread of a Zen 5 core, beside the suite's scenes: see the notes in `accel/mod.rs`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {
     /// The one that is built soonest.
@@ -14,7 +12,8 @@ pub enum BuildQuality {
     Best,
 }
 
-/// How many rays a primitive must be worth until the better build has paid for itself.
+/// How many rays a primitive must be worth until the better build has paid for itself. An estimate: on a Zen 5 core it
+/// takes 7 to 45 ns a primitive longer, and what it saves on a ray is near the noise of the measurement (10 ns assumed).
 const RAYS_PER_PRIMITIVE: f64 = 4.0;
 
 impl BuildQuality {

@@ -2,7 +2,7 @@
 
 use super::{
     BenchArgs, CliError,
-    args::BenchMethod,
+    args::{BenchMethod, BuildArg},
     report::{SCHEMA, grouped},
 };
 use crate::{
@@ -39,6 +39,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         methods,
         settings,
         repeat: args.repeat as usize,
+        build: args.build,
         quiet: args.json.as_deref() == Some(Path::new("-")),
     };
 
@@ -78,14 +79,18 @@ struct Bench {
     methods: Vec<Method>,
     settings: Settings,
     repeat: usize,
+    build: BuildArg,
     quiet: bool,
 }
 
 impl Bench {
     fn scene(&self, name: &str, scene: &Scene, camera: &Camera) -> Result<Vec<Measurement>, CliError> {
         self.print(&format!("\n{name}\n"))?;
-        let bvh = Bvh::build(scene);
         let Settings { width, height, .. } = self.settings;
+        let lights = scene.lights().x.len() as f64;
+        let rays = f64::from(width) * f64::from(height) * (1.0 + lights) * self.repeat as f64;
+        let quality = self.build.quality(rays, scene.primitive_count());
+        let bvh = Bvh::build_with(scene, quality);
         let workload = Workload::new(scene, &bvh, camera, width, height);
         let mut results = Vec::new();
         for set in workload.sets.iter().filter(|set| set.count > 0) {

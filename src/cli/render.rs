@@ -37,7 +37,10 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     if !args.quiet {
         warn_of_degenerate_triangles(args, &scene);
     }
-    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build(&scene)))?;
+    let quality = args
+        .build
+        .quality(expected_rays(&settings, &scene), scene.primitive_count());
+    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
     let bar = Bar::new(talkative, &interrupt);
     let frame = render(&scene, &bvh, &camera, &settings, &|progress| bar.report(progress));
@@ -86,6 +89,17 @@ fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
     };
     settings.validate()?;
     Ok(settings)
+}
+
+/// Camera rays, and shadow rays as if each hit something; what mirrors add is not known beforehand.
+fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
+    let samples = f64::from(settings.samples_per_axis).powi(2);
+    let lights = if settings.shadows {
+        scene.lights().x.len()
+    } else {
+        0
+    };
+    f64::from(settings.width) * f64::from(settings.height) * samples * (1.0 + lights as f64)
 }
 
 /// The scene's name with .png, in the current folder, unless another is asked for.
@@ -147,6 +161,7 @@ fn report(
             Mode::Packet => "packet",
             Mode::Scalar => "scalar",
         },
+        build: bvh.stats().quality.name(),
         isa: simd::ISA,
         threads: settings
             .threads
