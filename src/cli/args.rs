@@ -5,7 +5,7 @@ use super::{
     value::{self, Size},
     version,
 };
-use crate::course;
+use crate::{accel::BuildQuality, course};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::{
@@ -96,6 +96,10 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value_t = ModeArg::Packet)]
     pub mode: ModeArg,
 
+    /// How much time building the BVH may take; the picture is the same
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Auto)]
+    pub build: BuildArg,
+
     /// Let light through everything
     #[arg(long)]
     pub no_shadows: bool,
@@ -154,6 +158,28 @@ pub enum ModeArg {
     Scalar,
 }
 
+/// See [`BuildQuality`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BuildArg {
+    /// Fast where few rays are to come for many primitives, else best
+    Auto,
+    /// The BVH that is built soonest
+    Fast,
+    /// The BVH that is traced fastest
+    Best,
+}
+
+impl BuildArg {
+    /// What is built over so many primitives for so many rays.
+    pub fn quality(self, rays: f64, primitives: usize) -> BuildQuality {
+        match self {
+            Self::Auto => BuildQuality::for_rays(rays, primitives),
+            Self::Fast => BuildQuality::Fast,
+            Self::Best => BuildQuality::Best,
+        }
+    }
+}
+
 /// How `--stats` prints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum StatsFormat {
@@ -198,6 +224,10 @@ pub struct BenchArgs {
     /// How often each method runs; the median counts
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 9)]
     pub repeat: u32,
+
+    /// Which BVH is traced; auto counts camera and shadow rays of all runs
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Best)]
+    pub build: BuildArg,
 
     /// What to time, all by default; may be given several times or separated by commas
     #[arg(long = "method", value_name = "METHOD", value_enum, value_delimiter = ',')]
@@ -334,6 +364,15 @@ mod tests {
             Some(StatsFormat::Json)
         );
         assert_eq!(parse_render(&["a.scn"]).stats, None);
+    }
+
+    #[test]
+    fn the_build_pays_for_itself() {
+        assert_eq!(parse_render(&["a.scn"]).build, BuildArg::Auto);
+        assert_eq!(parse_render(&["a.scn", "--build", "fast"]).build, BuildArg::Fast);
+        assert_eq!(BuildArg::Auto.quality(1e6, 10_000_000), BuildQuality::Fast);
+        assert_eq!(BuildArg::Auto.quality(1e6, 10_000), BuildQuality::Best);
+        assert_eq!(BuildArg::Best.quality(1.0, 10_000_000), BuildQuality::Best);
     }
 
     #[test]

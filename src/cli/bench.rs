@@ -2,7 +2,7 @@
 
 use super::{
     BenchArgs, CliError,
-    args::BenchMethod,
+    args::{BenchMethod, BuildArg},
     report::{SCHEMA, grouped},
 };
 use crate::{
@@ -40,6 +40,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         settings,
         repeat: args.frames.unwrap_or(args.repeat) as usize,
         frames_only: args.frames.is_some(),
+        build: args.build,
         quiet: args.json.as_deref() == Some(Path::new("-")),
     };
 
@@ -84,14 +85,18 @@ struct Bench {
     repeat: usize,
     /// Frames are all that is timed.
     frames_only: bool,
+    build: BuildArg,
     quiet: bool,
 }
 
 impl Bench {
     fn scene(&self, name: &str, scene: &Scene, camera: &Camera) -> Result<Vec<Measurement>, CliError> {
         self.print(&format!("\n{name}\n"))?;
-        let bvh = Bvh::build(scene);
         let Settings { width, height, .. } = self.settings;
+        let lights = scene.lights().x.len() as f64;
+        let rays = f64::from(width) * f64::from(height) * (1.0 + lights) * self.repeat as f64;
+        let quality = self.build.quality(rays, scene.primitive_count());
+        let bvh = Bvh::build_with(scene, quality);
         if self.frames_only {
             self.print(&self.frames(scene, &bvh, camera)?)?;
             return Ok(Vec::new());

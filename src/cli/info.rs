@@ -113,6 +113,8 @@ struct Column {
 
 #[derive(Debug, Serialize)]
 struct BvhInfo {
+    /// Which was built: "fast" or "best".
+    build: &'static str,
     depth: usize,
     nodes: usize,
     triangle_blocks: usize,
@@ -159,6 +161,7 @@ impl Info {
             scene_bytes: scene.memory_bytes(),
             load_s: load_time.as_secs_f64(),
             bvh: BvhInfo {
+                build: bvh.quality.name(),
                 depth: bvh.depth,
                 nodes: bvh.nodes,
                 triangle_blocks: bvh.triangle_blocks,
@@ -227,6 +230,7 @@ impl Info {
         }
         let bvh = &self.bvh;
         line("BVH", bytes(bvh.bytes));
+        line("  build", bvh.build.into());
         line("  build time", format!("{:.1} ms", bvh.build_s * 1e3));
         line("  depth", count(bvh.depth));
         line("  nodes", count(bvh.nodes));

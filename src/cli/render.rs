@@ -42,7 +42,10 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
             let _ = writeln!(io::stderr(), "octray: warning: {}", escape(note));
         }
     }
-    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build(&scene)))?;
+    let quality = args
+        .build
+        .quality(expected_rays(&settings, &scene), scene.primitive_count());
+    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
     let bar = Bar::new(talkative, &interrupt);
     let mut picture = output.new_picture();
@@ -95,6 +98,17 @@ fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
     };
     settings.validate()?;
     Ok(settings)
+}
+
+/// Camera rays, and shadow rays as if each hit something; what mirrors add is not known beforehand.
+fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
+    let samples = f64::from(settings.samples_per_axis).powi(2);
+    let lights = if settings.shadows {
+        scene.lights().x.len()
+    } else {
+        0
+    };
+    f64::from(settings.width) * f64::from(settings.height) * samples * (1.0 + lights as f64)
 }
 
 /// The scene's name with .png, in the current folder, unless another is asked for.
@@ -156,6 +170,7 @@ fn report(
             Mode::Packet => "packet",
             Mode::Scalar => "scalar",
         },
+        build: bvh.stats().quality.name(),
         isa: simd::ISA,
         threads: settings
             .threads

@@ -18,6 +18,8 @@ pub struct Report {
     pub max_depth: u32,
     pub shadows: bool,
     pub mode: &'static str,
+    /// Which BVH was built: "fast" or "best".
+    pub build: &'static str,
     pub isa: &'static str,
     pub threads: usize,
     pub primitives: Primitives,
@@ -109,8 +111,9 @@ impl Report {
         line(
             "traced by",
             format!(
-                "{}, {}, {} {}",
+                "{}, {} build, {}, {} {}",
                 self.mode,
+                self.build,
                 self.isa,
                 self.threads,
                 if self.threads == 1 { "thread" } else { "threads" }

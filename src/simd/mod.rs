@@ -86,6 +86,21 @@ pub fn lane(a: &F32x8, i: usize) -> f32 {
     a.as_array()[i]
 }
 
+/// Lanes 4 to 7, then 0 to 3.
+#[inline(always)]
+#[must_use]
+pub fn swap_halves(a: F32x8) -> F32x8 {
+    let [low, high]: [wide::f32x4; 2] = bytemuck::cast(a);
+    bytemuck::cast([high, low])
+}
+
+/// The lanes without their fractions; of no meaning where that does not fit an `i32`.
+#[inline(always)]
+#[must_use]
+pub fn trunc(a: F32x8) -> [i32; LANES] {
+    a.fast_trunc_int().to_array()
+}
+
 /// The smallest lane.
 #[inline]
 #[must_use]

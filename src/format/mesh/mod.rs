@@ -195,6 +195,10 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "the bytes are not kept beside what is made of them"
+)]
 pub fn parse(bytes: Vec<u8>, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
     let _ = open;
     match MeshFormat::of(path, &bytes) {
