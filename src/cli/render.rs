@@ -3,6 +3,8 @@
 use super::{
     CliError,
     args::{ModeArg, RenderArgs, StatsFormat},
+    faults::{self, Faults},
+    input::{self, Input},
     interrupt::Interrupt,
     output::Output,
     progress::Bar,
@@ -11,7 +13,6 @@ use super::{
 use crate::{
     accel::Bvh,
     error::escape,
-    format,
     render::{FrameStats, Mode, Renderer, Settings},
     scene::Scene,
     simd,
@@ -28,18 +29,19 @@ use std::{
 /// [`CliError`]. The output is as it was before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
-    args.camera.without_scene()?;
     let output = Output::prepare(&output_path(args), &args.scene, settings.width, settings.height)?;
     let talkative = !args.quiet && io::stderr().is_terminal();
 
     let interrupt = Interrupt::install()?;
-    let (scene, load_time) = interrupt.exit_at_once_during(|| timed(|| format::load(&args.scene)))?;
-    let scene = scene?;
-    let camera = args.camera.for_scene(&scene)?;
+    let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let load = || input::load(&args.scene, &args.camera, &args.mesh, aspect);
+    let (input, load_time) = interrupt.exit_at_once_during(|| timed(load))?;
+    let Input { scene, camera, notes } = input?;
+    let faults = faults::of(&scene);
     if !args.quiet {
-        warn_of_degenerate_triangles(args, &scene);
-        for note in &scene.sources().notes {
-            let _ = writeln!(io::stderr(), "octray: warning: {}", escape(note));
+        let notes = notes.into_iter().chain(faults.warning(&args.scene));
+        for note in notes {
+            let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
         }
     }
     let quality = args
@@ -67,8 +69,12 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
         total: start.elapsed(),
     };
     let closing = match args.stats {
-        Some(StatsFormat::Json) => report(args, &settings, &scene, &bvh, &frame, &output, &times).json(),
-        Some(StatsFormat::Text) => report(args, &settings, &scene, &bvh, &frame, &output, &times).text(),
+        Some(StatsFormat::Json) => {
+            report(args, &settings, &scene, &faults, &bvh, &frame, &output, &times).json()
+        }
+        Some(StatsFormat::Text) => {
+            report(args, &settings, &scene, &faults, &bvh, &frame, &output, &times).text()
+        }
         None if talkative => format!(
             "{}: {}x{} in {:.2} s\n",
             output.name(),
@@ -120,18 +126,6 @@ fn output_path(args: &RenderArgs) -> PathBuf {
     })
 }
 
-fn warn_of_degenerate_triangles(args: &RenderArgs, scene: &Scene) {
-    let (degenerate, all) = (scene.degenerate_triangles(), scene.triangles().v0.len());
-    // A few are normal in meshes made by programs; more than 1 % hint at a broken one.
-    if degenerate > all / 100 {
-        let _ = writeln!(
-            io::stderr(),
-            "octray: warning: {}: {degenerate} of {all} triangles have no area and are never hit",
-            args.scene.display()
-        );
-    }
-}
-
 fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
     let start = Instant::now();
     let result = work();
@@ -146,10 +140,12 @@ struct Times {
     total: Duration,
 }
 
+#[allow(clippy::too_many_arguments, reason = "all that a report tells of")]
 fn report(
     args: &RenderArgs,
     settings: &Settings,
     scene: &Scene,
+    faults: &Faults,
     bvh: &Bvh,
     frame: &FrameStats,
     output: &Output,
@@ -179,6 +175,8 @@ fn report(
             triangles: scene.triangles().v0.len(),
             spheres: scene.spheres().radius.len(),
             degenerate_triangles: scene.degenerate_triangles(),
+            duplicate_triangles: faults.duplicate,
+            inverted_triangles: faults.inverted,
         },
         rays: Rays {
             camera: rays.camera,
