@@ -168,7 +168,7 @@ fn ply_of_every_layout() {
                     found.eq(polygons.positions.iter().copied()),
                     "{count} {corners:?} {format}"
                 );
-                let normals = mesh.normals.iter().map(|normal| normal.to_array());
+                let normals = mesh.normals.iter().map(glam::Vec3::to_array);
                 assert!(
                     normals.eq(polygons.normals.iter().copied()),
                     "{count} {corners:?} {format}"
