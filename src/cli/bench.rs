@@ -131,7 +131,7 @@ impl Bench {
                 self.settings.max_depth,
                 self.repeat,
                 machine(),
-                simd::ISA
+                simd::isa()
             );
         }
         format!(
@@ -140,7 +140,7 @@ impl Bench {
             self.settings.height,
             self.repeat,
             machine(),
-            simd::ISA,
+            simd::isa(),
             "rays",
             "method",
             "rays",
@@ -286,7 +286,7 @@ impl Json {
         Self {
             schema: SCHEMA,
             machine: machine(),
-            isa: simd::ISA,
+            isa: simd::isa(),
             threads: 1,
             results: results
                 .iter()

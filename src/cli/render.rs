@@ -167,7 +167,7 @@ fn report(
             Mode::Scalar => "scalar",
         },
         build: bvh.stats().quality.name(),
-        isa: simd::ISA,
+        isa: simd::isa(),
         threads: settings
             .threads
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
