@@ -132,8 +132,9 @@ fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
     for block_y in (0..rect.height).step_by(BLOCK as usize) {
         for block_x in (0..rect.width).step_by(BLOCK as usize) {
             for packet_i in 0..8 {
-                let x = block_x + packet_i % 2 * PACKET[0];
-                let y = block_y + packet_i / 2 * PACKET[1];
+                // Along a Z-order curve, so that pairs are 4x4 pixels: those are traced together.
+                let x = block_x + (packet_i >> 1 & 1) * PACKET[0];
+                let y = block_y + ((packet_i & 1) + (packet_i >> 2) * 2) * PACKET[1];
                 if x < rect.width && y < rect.height {
                     visit([x, y]);
                 }

@@ -202,7 +202,8 @@ fn entering<V: Lanes, const SHARED: bool>(
         near: f32::MAX,
     };
     let mut nearest = V::splat(f32::MAX);
-    let shared = Vec3::from_array([0, 1, 2].map(|axis: usize| states[0].origin[axis].0[0]));
+    let [x, y, z] = &states[0].origin;
+    let shared = Vec3::new(x.0[0], y.0[0], z.0[0]);
     let seen = (
         Vec3Lanes::<V>::splat(lower - shared),
         Vec3Lanes::<V>::splat(upper - shared),

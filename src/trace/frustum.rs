@@ -99,21 +99,20 @@ fn widen_up(slope: F32x8) -> F32x8 {
 pub(super) fn origins<V: Lanes, const SHARED: bool>(packets: &[Packet]) -> ([f32; 3], [f32; 3]) {
     let first = &packets[0];
     if SHARED {
-        let origin = [0, 1, 2].map(|axis: usize| first.origin[axis].0[0]);
+        let [x, y, z] = &first.origin;
+        let origin = [x.0[0], y.0[0], z.0[0]];
         return (origin, origin);
     }
-    let mut bounds =
-        [0, 1, 2].map(|axis: usize| (V::load(&first.origin[axis]), V::load(&first.origin[axis])));
-    for packet in &packets[1..] {
-        for (axis, (lower, upper)) in bounds.iter_mut().enumerate() {
+    let (mut origin_lower, mut origin_upper) = ([0.0; 3], [0.0; 3]);
+    for axis in 0..3 {
+        let (mut lower, mut upper) = (V::load(&first.origin[axis]), V::load(&first.origin[axis]));
+        for packet in &packets[1..] {
             let o = V::load(&packet.origin[axis]);
-            (*lower, *upper) = (lower.min(o), upper.max(o));
+            (lower, upper) = (lower.min(o), upper.max(o));
         }
+        (origin_lower[axis], origin_upper[axis]) = (min_lane(lower.fold_min()), max_lane(upper.fold_max()));
     }
-    (
-        bounds.map(|(lower, _)| min_lane(lower.fold_min())),
-        bounds.map(|(_, upper)| max_lane(upper.fold_max())),
-    )
+    (origin_lower, origin_upper)
 }
 
 fn component(v: &Vec3x8, axis: usize) -> F32x8 {
@@ -130,7 +129,11 @@ impl BundleFrustum {
         for packet in &packets[1..] {
             sum = sum + Vec3Lanes::load(&packet.direction);
         }
-        let sum = [sum.x, sum.y, sum.z].map(|v| (v.fold_max() + v.fold_min()).reduce_add());
+        let sum = [
+            (sum.x.fold_max() + sum.x.fold_min()).reduce_add(),
+            (sum.y.fold_max() + sum.y.fold_min()).reduce_add(),
+            (sum.z.fold_max() + sum.z.fold_min()).reduce_add(),
+        ];
         let k = (0..3).max_by(|&p, &q| sum[p].abs().total_cmp(&sum[q].abs()))?;
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let (origin_lower, origin_upper) = origins::<V, SHARED>(packets);
@@ -150,7 +153,9 @@ impl BundleFrustum {
         let [mut a_low, mut a_high, mut b_low, mut b_high] = [[splat(0.0); PACKETS]; 4];
         for row in 0..PACKETS {
             let packet = packets.get(row).unwrap_or(first);
-            let [d_i, d_j, d_k] = [i, j, k].map(|axis| V::load(&packet.direction[axis]));
+            let d_i = V::load(&packet.direction[i]);
+            let d_j = V::load(&packet.direction[j]);
+            let d_k = V::load(&packet.direction[k]);
             let along_k = d_k * sign;
             least = least.min(along_k);
             along[row] = along_k.fold_max();
@@ -256,7 +261,7 @@ impl Frustum {
     #[inline(always)]
     pub fn may_reach_zero(&self, e: &Vec3x8, margin: F32x8) -> u32 {
         let Frame { k, i, j, sign, .. } = self.frame;
-        let [ei, ej, ek] = [i, j, k].map(|axis| component(e, axis));
+        let (ei, ej, ek) = (component(e, i), component(e, j), component(e, k));
         let largest = max(self.a0 * ei, self.a1 * ei) + max(self.b0 * ej, self.b1 * ej) + ek * splat(sign);
         ge(largest, -margin).bits()
     }

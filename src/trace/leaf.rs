@@ -38,11 +38,14 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
         return;
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
-    let origin = Vec3::from_array([0, 1, 2].map(|axis: usize| states[0].origin[axis].0[0]));
+    let [x, y, z] = &states[0].origin;
+    let origin = Vec3::new(x.0[0], y.0[0], z.0[0]);
     let edges8 = block.edge_functions(Vec3x8::splat(origin), splat(reach));
     let mut boxes: Option<(Vec3x8, Vec3x8)> = None;
     for i in bits(reachable(leaf, &edges8, frustum)) {
-        let [eu, ev, ew] = [&edges8.u, &edges8.v, &edges8.w].map(|e| vector::<V>(e, i));
+        let eu = vector::<V>(&edges8.u, i);
+        let ev = vector::<V>(&edges8.v, i);
+        let ew = vector::<V>(&edges8.w, i);
         let least = V::splat(-lane(&edges8.tolerance, i));
         for p in bits(packets) {
             let state = &mut states[p & 7];
@@ -50,11 +53,12 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
             let weights = [d.dot(eu), d.dot(ev), d.dot(ew)];
             let look = smallest(weights).ge(least);
             if look.bits() != 0 {
-                let (lower, upper) = boxes.get_or_insert_with(|| {
+                if boxes.is_none() {
                     let (lower, upper) = block.padded_boxes();
                     let origin = Vec3x8::splat(origin);
-                    (lower - origin, upper - origin)
-                });
+                    boxes = Some((lower - origin, upper - origin));
+                }
+                let Some((lower, upper)) = &boxes else { continue };
                 let determinant = d.dot(vector(&edges8.normal, i));
                 let plane = V::splat(lane(&edges8.plane, i));
                 let bounds = (vector::<V>(lower, i), vector::<V>(upper, i));
@@ -81,8 +85,12 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     let edges8: Edges = block.edges();
     let least8 = edges8.longest() * splat(-reach);
     for i in 0..leaf.count() {
-        let [v0, v1, v2] = [&block.v0, &block.v1, &block.v2].map(|v| vector::<V>(v, i));
-        let [eu, ev, ew] = [&edges8.u, &edges8.v, &edges8.w].map(|e| vector::<V>(e, i));
+        let v0 = vector::<V>(&block.v0, i);
+        let v1 = vector::<V>(&block.v1, i);
+        let v2 = vector::<V>(&block.v2, i);
+        let eu = vector::<V>(&edges8.u, i);
+        let ev = vector::<V>(&edges8.v, i);
+        let ew = vector::<V>(&edges8.w, i);
         let normal = vector::<V>(&edges8.normal, i);
         for p in bits(packets) {
             let state = &mut states[p & 7];
@@ -91,8 +99,11 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
             let (a, b, c) = (v0 - o, v1 - o, v2 - o);
             let plane = normal.dot(a);
             let flip = plane.sign();
-            let edge = |e: Vec3Lanes<V>, s: Vec3Lanes<V>| d.dot(e.cross(s)).turn(flip);
-            let weights = [edge(eu, c + a), edge(ev, a + b), edge(ew, b + c)];
+            let weights = [
+                d.dot(eu.cross(c + a)).turn(flip),
+                d.dot(ev.cross(a + b)).turn(flip),
+                d.dot(ew.cross(b + c)).turn(flip),
+            ];
             let look = smallest(weights).ge(V::splat(lane(&least8, i)));
             if look.bits() != 0 {
                 let (lower, upper) = block.padded_boxes();
@@ -149,7 +160,8 @@ fn hit<V: Lanes, const ANY: bool>(
     let t = t.max(near).min(far);
     let hit = inside & near.le(far) & t.gt(zero);
     if hit.bits() != 0 {
-        let [u, v, w] = weights.map(|weight| weight.max(zero));
+        let [u, v, w] = weights;
+        let (u, v, w) = (u.max(zero), v.max(zero), w.max(zero));
         let sum = (u + v + w).max(V::splat(f32::MIN_POSITIVE));
         state.offer::<V, ANY>(hit, t, block.id[i], [u, v, sum]);
     }

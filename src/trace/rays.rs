@@ -47,29 +47,16 @@ impl Packet {
     /// Puts rays into both halves, with no hits; eight lanes have but one.
     #[inline(always)]
     pub fn set<V: Lanes>(&mut self, low: &RayPacket, high: &RayPacket) {
-        let vector = |of: fn(&RayPacket) -> &Vec3x8| {
-            let (low, high) = (of(low), of(high));
-            Vec3Lanes {
-                x: V::join(low.x, high.x),
-                y: V::join(low.y, high.y),
-                z: V::join(low.z, high.z),
-            }
-        };
-        let direction = vector(|rays| &rays.direction);
-        let inv = |d: V| {
-            let least = V::splat(MIN_ABS_DIRECTION);
-            let clamped = V::select(d.abs().lt(least), least.turn(d.sign()), d);
-            V::splat(1.0) / clamped
-        };
+        let direction = joined::<V>(&low.direction, &high.direction);
         direction.store(&mut self.direction);
-        vector(|rays| &rays.origin).store(&mut self.origin);
+        joined::<V>(&low.origin, &high.origin).store(&mut self.origin);
         V::join(low.t_max, high.t_max).store(&mut self.t);
-        Vec3Lanes {
-            x: inv(direction.x),
-            y: inv(direction.y),
-            z: inv(direction.z),
-        }
-        .store(&mut self.inv_direction);
+        let inv_direction = Vec3Lanes {
+            x: reciprocal(direction.x),
+            y: reciprocal(direction.y),
+            z: reciprocal(direction.z),
+        };
+        inv_direction.store(&mut self.inv_direction);
         V::splat(id_bits(PrimitiveId::NONE.0)).store(&mut self.primitive);
         let [u, v, sum] = &mut self.weights;
         V::splat(0.0).store(u);
@@ -81,7 +68,8 @@ impl Packet {
     #[inline(always)]
     pub fn hits(&self, half: usize) -> HitPacket {
         let half = half & 1;
-        let [u, v, sum] = [0, 1, 2].map(|i: usize| self.weights[i].halves()[half]);
+        let [u, v, sum] = &self.weights;
+        let (u, v, sum) = (u.halves()[half], v.halves()[half], sum.halves()[half]);
         HitPacket {
             t: self.t.halves()[half],
             u: u / sum,
@@ -124,13 +112,11 @@ impl Packet {
             accept = accept | V::Mask::from_bits(self.ties_won(tie, id));
         }
         V::select(accept, t, best).store(&mut self.t);
-        let blend = |new: V, own: &mut Column| V::select(accept, new, V::load(own)).store(own);
-        blend(V::splat(id_bits(id)), &mut self.primitive);
-        let [u, v, sum] = weights;
-        let [own_u, own_v, own_sum] = &mut self.weights;
-        blend(u, own_u);
-        blend(v, own_v);
-        blend(sum, own_sum);
+        let primitive = V::load(&self.primitive);
+        V::select(accept, V::splat(id_bits(id)), primitive).store(&mut self.primitive);
+        for (new, own) in weights.into_iter().zip(&mut self.weights) {
+            V::select(accept, new, V::load(own)).store(own);
+        }
     }
 
     /// The lanes of `tie` whose hit has a higher id. Rare, so lane by lane.
@@ -178,7 +164,24 @@ impl Packet {
     }
 }
 
-/// Lanes of eight rays that are not done.
+/// Lanes 0 to 7 from `low`, lanes 8 to 15 from `high`.
+#[inline(always)]
+fn joined<V: Lanes>(low: &Vec3x8, high: &Vec3x8) -> Vec3Lanes<V> {
+    Vec3Lanes {
+        x: V::join(low.x, high.x),
+        y: V::join(low.y, high.y),
+        z: V::join(low.z, high.z),
+    }
+}
+
+/// `1 / d`, finite; see [`Slabs8::inv_direction`].
+#[inline(always)]
+fn reciprocal<V: Lanes>(d: V) -> V {
+    let least = V::splat(MIN_ABS_DIRECTION);
+    V::splat(1.0) / V::select(d.abs().lt(least), least.turn(d.sign()), d)
+}
+
+/// Whether any of eight rays can hit something.
 #[inline(always)]
 pub(super) fn live(rays: &RayPacket) -> bool {
     gt(rays.t_max, splat(0.0)).any()

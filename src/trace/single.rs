@@ -11,7 +11,7 @@ use crate::{
     geometry::{Slabs8, intersect_spheres},
     simd::{
         F32x8, LANES, Vec3x8, lane,
-        lanes::{Lanes, unpack},
+        lanes::{Column, Lanes, unpack},
         le, max, min, mul_add, splat,
     },
 };
@@ -58,12 +58,15 @@ struct SingleRay {
 impl SingleRay {
     #[inline(always)]
     fn new(state: &Packet, packet: usize, lane: usize) -> Self {
-        let vector = |of: &[crate::simd::lanes::Column; 3]| {
-            Vec3::from_array([0, 1, 2].map(|axis: usize| of[axis].0[lane & 15]))
-        };
+        let vector = |[x, y, z]: &[Column; 3]| Vec3::new(x.0[lane & 15], y.0[lane & 15], z.0[lane & 15]);
         let (origin, inv) = (vector(&state.origin), vector(&state.inv_direction));
         let offset = origin * inv;
         let error = offset.abs() * OFFSET_ERROR;
+        let down = [
+            u8::from(inv.x < 0.0),
+            u8::from(inv.y < 0.0),
+            u8::from(inv.z < 0.0),
+        ];
         Self {
             packet: packet as u32,
             lane: lane as u32,
@@ -72,8 +75,8 @@ impl SingleRay {
             inv,
             near_offset: -offset - error,
             far_offset: -offset + error,
-            near: [0, 1, 2].map(|axis: usize| axis as u8 + 3 * u8::from(inv[axis] < 0.0)),
-            far: [0, 1, 2].map(|axis: usize| axis as u8 + 3 * u8::from(inv[axis] >= 0.0)),
+            near: [3 * down[0], 1 + 3 * down[1], 2 + 3 * down[2]],
+            far: [3 - 3 * down[0], 4 - 3 * down[1], 5 - 3 * down[2]],
         }
     }
 
