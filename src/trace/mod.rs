@@ -56,6 +56,9 @@ const SCATTERED: usize = 2;
 /// So many bundles of scattered rays go one by one before another is tried. (Terrain, mirror rays: +12 %.)
 const SCATTERED_BUNDLES: u32 = 3;
 
+/// Room for rays that go on one by one: more than bundles of 128 rays leave, but in odd scenes.
+const ITEMS: usize = 4096;
+
 /// Traces rays through one BVH. Holds the memory of traversal: one for each thread, reused for all its rays.
 #[derive(Debug)]
 pub struct Tracer<'a> {
@@ -141,7 +144,7 @@ impl<'a> Tracer<'a> {
             bounds: bvh.bounds(),
             packets: Box::new([Packet::EMPTY; PACKETS]),
             bundle_stack: Vec::with_capacity(size),
-            items: Vec::new(),
+            items: Vec::with_capacity(ITEMS),
             scattered: 0,
             slots: Box::new(single::slots(size)),
         }
