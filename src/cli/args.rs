@@ -1,6 +1,7 @@
 //! Every argument of every command.
 
 use super::generate::GenerateArgs;
+use super::picture_args::PictureArgs;
 use super::{
     value::{self, Size},
     version,
@@ -84,6 +85,9 @@ pub struct RenderArgs {
     /// Width and height, pixels
     #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512")]
     pub size: Size,
+
+    #[command(flatten)]
+    pub picture: PictureArgs,
 
     #[command(flatten)]
     pub camera: CameraArgs,

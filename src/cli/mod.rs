@@ -10,6 +10,7 @@ mod info;
 mod interrupt;
 mod output;
 mod picture;
+mod picture_args;
 mod progress;
 mod render;
 mod report;

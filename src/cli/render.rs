@@ -29,7 +29,12 @@ use std::{
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
     args.camera.without_scene()?;
-    let output = Output::prepare(&output_path(args), &args.scene, settings.width, settings.height)?;
+    let output = Output::prepare(
+        &output_path(args),
+        &args.scene,
+        settings.window().width(),
+        settings.window().height(),
+    )?;
     let talkative = !args.quiet && io::stderr().is_terminal();
 
     let interrupt = Interrupt::install()?;
@@ -72,8 +77,8 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
         None if talkative => format!(
             "{}: {}x{} in {:.2} s\n",
             output.name(),
-            settings.width,
-            settings.height,
+            settings.window().width(),
+            settings.window().height(),
             times.total.as_secs_f64()
         ),
         None => String::new(),
@@ -84,7 +89,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
 }
 
 fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
-    let settings = Settings {
+    let mut settings = Settings {
         width: args.size.width,
         height: args.size.height,
         samples_per_axis: args.samples_per_axis,
@@ -95,7 +100,9 @@ fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
             ModeArg::Scalar => Mode::Scalar,
         },
         threads: args.threads.map(|threads| threads as usize),
+        ..Settings::default()
     };
+    args.picture.apply(&mut settings)?;
     settings.validate()?;
     Ok(settings)
 }
@@ -108,7 +115,10 @@ fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
     } else {
         0
     };
-    f64::from(settings.width) * f64::from(settings.height) * samples * (1.0 + lights as f64)
+    f64::from(settings.window().width())
+        * f64::from(settings.window().height())
+        * samples
+        * (1.0 + lights as f64)
 }
 
 /// The scene's name with .png, in the current folder, unless another is asked for.
@@ -161,8 +171,8 @@ fn report(
         schema: SCHEMA,
         scene: args.scene.display().to_string(),
         output: output.name().to_owned(),
-        width: settings.width,
-        height: settings.height,
+        width: settings.window().width(),
+        height: settings.window().height(),
         samples: u64::from(settings.samples_per_axis).pow(2),
         max_depth: settings.max_depth,
         shadows: settings.shadows,

@@ -1,11 +1,13 @@
 //! From a scene, its BVH and a camera to a picture. Knows no terminal and no window.
 
+mod crop;
 mod film;
 mod frame;
 mod renderer;
 mod scalar;
 mod tile;
 
+pub use crop::Crop;
 pub use film::{ByteFilm, Film, Pixel, quantize};
 pub use frame::render;
 pub use renderer::Renderer;
@@ -33,10 +35,13 @@ pub enum Mode {
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Pixels across.
+    /// Pixels of the whole picture across.
     pub width: u32,
-    /// Pixels down.
+    /// Pixels of the whole picture down.
     pub height: u32,
+    /// The part of the picture to render, exactly as it is in the whole; `None` for all of it. The film has the
+    /// part's size.
+    pub crop: Option<Crop>,
     /// Samples along each side of a pixel: 1, 2, 3, ... for 1, 4, 9, ... samples a pixel on a regular grid.
     pub samples_per_axis: u32,
     /// A ray of this level returns the background; camera rays are level 0.
@@ -55,6 +60,7 @@ impl Default for Settings {
         Self {
             width: course::IMAGE_SIZE,
             height: course::IMAGE_SIZE,
+            crop: None,
             samples_per_axis: 1,
             max_depth: course::MAX_DEPTH,
             shadows: true,
@@ -145,7 +151,7 @@ pub struct Frame {
 pub struct Progress {
     /// Pixels finished.
     pub pixels_done: u64,
-    /// Pixels of the whole picture.
+    /// Pixels to render in all.
     pub pixels_total: u64,
 }
 
@@ -176,6 +182,17 @@ impl fmt::Display for RenderError {
 impl std::error::Error for RenderError {}
 
 impl Settings {
+    /// The pixels that are rendered: the crop, or the whole picture.
+    #[must_use]
+    pub fn window(&self) -> Crop {
+        self.crop.unwrap_or(Crop {
+            x0: 0,
+            y0: 0,
+            x1: self.width,
+            y1: self.height,
+        })
+    }
+
     /// Checks the sizes against the limits above.
     ///
     /// # Errors
@@ -191,9 +208,20 @@ impl Settings {
         if width == 0 || height == 0 {
             return limit(format!("a picture of {width}x{height} has no pixels"));
         }
-        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        let window = self.window();
+        if window.x0 >= window.x1 || window.y0 >= window.y1 {
+            return limit(format!("the crop {window} has no pixels"));
+        }
+        if window.x1 > width || window.y1 > height {
             return limit(format!(
-                "a picture of {width}x{height} has more than {MAX_PIXELS} pixels"
+                "the crop {window} is not within the picture of {width}x{height}"
+            ));
+        }
+        if u64::from(window.width()) * u64::from(window.height()) > MAX_PIXELS {
+            return limit(format!(
+                "a picture of {}x{} has more than {MAX_PIXELS} pixels",
+                window.width(),
+                window.height()
             ));
         }
         if n == 0 || u64::from(width.max(height)) * u64::from(n) > u64::from(MAX_SIDE_SAMPLES) {

@@ -68,8 +68,8 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders the scene as `camera` sees it into `film` (of linear floats or of bytes), which gets the size that `settings` say; every pixel is
-    /// written. After an error the film's colours are of no use.
+    /// Renders the scene as `camera` sees it into `film` (of linear floats or of bytes), which gets the size that
+    /// `settings` say (that of the crop, where there is one); every pixel is written. After an error the film's colours are of no use.
     ///
     /// Runs on the current rayon pool, or where `settings` ask for another number of threads, on threads that the
     /// renderer keeps until a frame asks for another number.
@@ -85,7 +85,8 @@ impl<'a> Renderer<'a> {
     ) -> Result<FrameStats, RenderError> {
         settings.validate()?;
         let start = Instant::now();
-        film.resize(settings.width, settings.height);
+        let window = settings.window();
+        film.resize(window.width(), window.height());
         self.pool = self.pool_for(settings.threads)?;
         let (rays, tile_times) = match &self.pool {
             Some(pool) => pool.install(|| self.bands(camera, settings, film, on_progress)),
@@ -123,10 +124,12 @@ impl<'a> Renderer<'a> {
         on_progress: OnProgress<'_>,
     ) -> Result<(RayCounts, TileTimes), RenderError> {
         let &Settings { width, height, .. } = settings;
+        let window = settings.window();
         let context = FrameContext {
             scene: self.scene,
             bvh: self.bvh,
             pixel_rays: camera.pixel_rays(width, height, settings.samples_per_axis),
+            window,
             settings: *settings,
         };
         if settings.mode == Mode::Scalar {
@@ -136,11 +139,11 @@ impl<'a> Renderer<'a> {
             on_progress,
             cancelled: AtomicBool::new(false),
             pixels_done: AtomicU64::new(0),
-            pixels_total: u64::from(width) * u64::from(height),
+            pixels_total: u64::from(window.width()) * u64::from(window.height()),
         };
         let counts = film
             .pixels_mut()
-            .par_chunks_mut((width * TILE[1]) as usize)
+            .par_chunks_mut((window.width() * TILE[1]) as usize)
             .enumerate()
             .with_max_len(1)
             .map(|(band_i, band)| self.band(&context, band_i as u32 * TILE[1], band, &watch))
@@ -151,7 +154,7 @@ impl<'a> Renderer<'a> {
         Ok(counts)
     }
 
-    /// Renders the tiles of one band, the rows from `y` on, from left to right.
+    /// Renders the tiles of one band, the film's rows from `y` on, from left to right.
     fn band<P: Pixel>(
         &self,
         context: &FrameContext<'_>,
@@ -159,9 +162,7 @@ impl<'a> Renderer<'a> {
         band: &mut [P],
         watch: &Watch<'_>,
     ) -> (RayCounts, TileTimes) {
-        let &Settings {
-            width, height, mode, ..
-        } = &context.settings;
+        let (width, height) = (context.window.width(), context.window.height());
         let mut counts = (RayCounts::default(), TileTimes::default());
         for x in (0..width).step_by(TILE[0] as usize) {
             if watch.cancelled.load(Ordering::Relaxed) {
@@ -173,7 +174,7 @@ impl<'a> Renderer<'a> {
                 width: TILE[0].min(width - x),
                 height: TILE[1].min(height - y),
             };
-            let tile_counts = match mode {
+            let tile_counts = match context.settings.mode {
                 Mode::Packet => {
                     let scratch = self
                         .scratch

@@ -46,7 +46,7 @@ impl<'a> TileScratch<'a> {
         scratch
     }
 
-    /// Renders the tile into its columns of `band`, the rows of the picture from `rect.y` on.
+    /// Renders the tile into its columns of `band`, the rows of the film from `rect.y` on.
     pub fn render<P: Pixel>(
         &mut self,
         context: &FrameContext<'_>,
@@ -76,7 +76,7 @@ impl<'a> TileScratch<'a> {
                 self.sum.add_all(&self.sample);
             }
         }
-        self.store(rect, n * n, settings.width as usize, band);
+        self.store(rect, n * n, context.window.width() as usize, band);
         times.tracing = self.shader.tracing;
         times.shading = tile_start
             .elapsed()
@@ -120,7 +120,7 @@ impl<'a> TileScratch<'a> {
 /// Pixels of a packet's row.
 const ROW: usize = PACKET[0] as usize;
 
-/// The picture's right edge. (Apart, else all rows are copied by calls of `memmove`: 6 % of a frame.)
+/// The film's right edge. (Apart, else all rows are copied by calls of `memmove`: 6 % of a frame.)
 #[cold]
 fn store_part<P: Pixel>(from: &[P; ROW], to: &mut [P]) {
     to.copy_from_slice(&from[..to.len()]);
@@ -147,11 +147,12 @@ fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
 fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
     rays.clear();
     let origin = Vec3x8::splat(context.pixel_rays.eye());
+    let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
     let mut first = 0;
     for_each_packet(rect, |[x, y]| {
         let packet = RayPacket {
             origin,
-            direction: context.pixel_rays.directions8(rect.x + x, rect.y + y, sample),
+            direction: context.pixel_rays.directions8(left + x, top + y, sample),
             t_max: Mask8::from_bits(inside(rect, x, y)).select(splat(T_MAX), splat(0.0)),
         };
         let mut pixel = [0; LANES];

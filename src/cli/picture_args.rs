@@ -1,0 +1,70 @@
+//! Which part of a picture is rendered, and into what.
+
+use super::CliError;
+use crate::render::{Crop, Settings};
+use clap::Args;
+
+/// What becomes of the camera's rays.
+#[derive(Args, Debug)]
+pub struct PictureArgs {
+    /// Render a part of the picture, exactly as it is in the whole: columns x0 to x1 and rows y0 to y1, x1 and y1
+    /// not included; row 0 is on top
+    #[arg(long, value_name = "x0,y0,x1,y1", value_parser = crop)]
+    pub crop: Option<Crop>,
+}
+
+impl PictureArgs {
+    /// Puts these options into the settings, which have the picture's size already.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`], where the crop is not within the picture.
+    pub fn apply(&self, settings: &mut Settings) -> Result<(), CliError> {
+        let (width, height) = (settings.width, settings.height);
+        if let Some(crop) = self.crop.filter(|crop| crop.x1 > width || crop.y1 > height) {
+            return Err(CliError::Usage(format!(
+                "--crop {crop} is not within the picture of {width}x{height}: expected at most 0,0,{width},{height}"
+            )));
+        }
+        settings.crop = self.crop;
+        Ok(())
+    }
+}
+
+/// `x0,y0,x1,y1`; whether it is within the picture is seen later.
+fn crop(text: &str) -> Result<Crop, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(Crop { x0, y0, x1, y1 }),
+        Some(&[..]) if text.split(',').count() == 4 => Err("expected x0 below x1 and y0 below y1".into()),
+        _ => Err("expected four whole numbers x0,y0,x1,y1 in pixels, such as 0,0,256,128".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn crops() {
+        let expected = Crop {
+            x0: 1,
+            y0: 2,
+            x1: 30,
+            y1: 4,
+        };
+        assert_eq!(crop("1, 2,30,4"), Ok(expected));
+        assert_eq!(crop(&expected.to_string()), Ok(expected));
+        for text in [
+            "",
+            "1,2,3",
+            "1,2,3,4,5",
+            "1,2,1,4",
+            "1,4,3,4",
+            "-1,2,3,4",
+            "0.5,0,1,1",
+            "5,5,2,2",
+        ] {
+            assert!(crop(text).is_err(), "{text}");
+        }
+    }
+}
