@@ -3,7 +3,7 @@
 use octray::{
     accel::Bvh,
     format,
-    render::{Crop, Film, Mode, Pixel, Renderer, Settings},
+    render::{Crop, Film, Filter, Mode, Pattern, Pixel, Renderer, Settings},
     scene::{Camera, Scene},
 };
 use std::{fmt::Debug, ops::ControlFlow, path::Path};
@@ -91,6 +91,53 @@ fn pieces_are_the_whole() {
         let floats = check_pieces::<[f32; 3]>(&scene, &bvh, &settings);
         let bytes = check_pieces::<[u8; 3]>(&scene, &bvh, &settings);
         assert_eq!(floats.to_rgb8(), bytes.pixels().as_flattened());
+    }
+}
+
+#[test]
+fn pieces_are_the_whole_with_every_pattern_and_filter() {
+    let scene = reflections();
+    let bvh = Bvh::build(&scene);
+    for (pattern, filter) in [
+        (Pattern::Grid, Filter::Tent),
+        (Pattern::Stratified, Filter::Box),
+        (Pattern::Sobol, Filter::BlackmanHarris),
+    ] {
+        let settings = Settings {
+            samples_per_axis: 2,
+            pattern,
+            filter,
+            ..settings()
+        };
+        check_pieces::<[f32; 3]>(&scene, &bvh, &settings);
+    }
+}
+
+#[test]
+fn many_samples_agree_whatever_their_pattern() {
+    let scene = reflections();
+    let bvh = Bvh::build(&scene);
+    for filter in [Filter::Box, Filter::Tent, Filter::BlackmanHarris] {
+        let picture = |pattern| {
+            let settings = Settings {
+                samples_per_axis: 8,
+                pattern,
+                filter,
+                ..settings()
+            };
+            film::<[f32; 3]>(&scene, &bvh, &settings)
+        };
+        let grid = picture(Pattern::Grid);
+        for pattern in [Pattern::Stratified, Pattern::Sobol] {
+            let other = picture(pattern);
+            let channels = grid
+                .pixels()
+                .as_flattened()
+                .iter()
+                .zip(other.pixels().as_flattened());
+            let largest = channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(largest < 0.12, "{filter:?}, {pattern:?}: {largest}");
+        }
     }
 }
 

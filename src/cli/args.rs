@@ -112,7 +112,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH)]
     pub max_depth: u32,
 
-    /// Samples for each pixel on a regular grid: 1, 4, 9, 16, ...
+    /// Samples for each pixel: 1, 4, 9, 16, ...
     #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1")]
     pub samples_per_axis: u32,
 

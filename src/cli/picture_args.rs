@@ -1,8 +1,8 @@
 //! Which part of a picture is rendered, and into what.
 
 use super::CliError;
-use crate::render::{Crop, Settings};
-use clap::Args;
+use crate::render::{Crop, Filter, Pattern, Settings};
+use clap::{Args, ValueEnum};
 
 /// What becomes of the camera's rays.
 #[derive(Args, Debug)]
@@ -11,6 +11,36 @@ pub struct PictureArgs {
     /// not included; row 0 is on top
     #[arg(long, value_name = "x0,y0,x1,y1", value_parser = crop)]
     pub crop: Option<Crop>,
+
+    /// How the samples of a pixel lie
+    #[arg(long, value_enum, default_value_t = PatternArg::Grid)]
+    pub pattern: PatternArg,
+
+    /// How much a sample counts by its distance from the pixel's centre
+    #[arg(long, value_enum, default_value_t = FilterArg::Box)]
+    pub filter: FilterArg,
+}
+
+/// See [`Pattern`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PatternArg {
+    /// On a regular grid
+    Grid,
+    /// Anywhere in the cells of a regular grid
+    Stratified,
+    /// A scrambled Sobol' sequence, another one in every pixel
+    Sobol,
+}
+
+/// See [`Filter`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FilterArg {
+    /// All of the pixel alike
+    Box,
+    /// Falls evenly, to 0 at a distance of 1 pixel
+    Tent,
+    /// A bell, 0 at a distance of 1.5 pixels
+    BlackmanHarris,
 }
 
 impl PictureArgs {
@@ -26,6 +56,16 @@ impl PictureArgs {
             )));
         }
         settings.crop = self.crop;
+        settings.pattern = match self.pattern {
+            PatternArg::Grid => Pattern::Grid,
+            PatternArg::Stratified => Pattern::Stratified,
+            PatternArg::Sobol => Pattern::Sobol,
+        };
+        settings.filter = match self.filter {
+            FilterArg::Box => Filter::Box,
+            FilterArg::Tent => Filter::Tent,
+            FilterArg::BlackmanHarris => Filter::BlackmanHarris,
+        };
         Ok(())
     }
 }

@@ -1,9 +1,11 @@
 //! One frame on its own, and what the tiles of a frame share.
 
-use super::{Crop, Film, Frame, FrameStats, OnProgress, RenderError, Renderer, Settings};
+use super::{
+    Crop, Film, Frame, FrameStats, OnProgress, RenderError, Renderer, Settings, sampling::CameraRays,
+};
 use crate::{
     accel::Bvh,
-    scene::{Camera, PixelRays, Scene},
+    scene::{Camera, Scene},
 };
 
 /// A tile's place in the film, pixels.
@@ -20,7 +22,7 @@ pub(super) struct TileRect {
 pub(super) struct FrameContext<'a> {
     pub scene: &'a Scene,
     pub bvh: &'a Bvh,
-    pub pixel_rays: PixelRays,
+    pub camera_rays: CameraRays,
     /// The film's place in the picture.
     pub window: Crop,
     pub settings: Settings,

@@ -4,6 +4,7 @@ mod crop;
 mod film;
 mod frame;
 mod renderer;
+mod sampling;
 mod scalar;
 mod tile;
 
@@ -11,6 +12,7 @@ pub use crop::Crop;
 pub use film::{ByteFilm, Film, Pixel, quantize};
 pub use frame::render;
 pub use renderer::Renderer;
+pub use sampling::{Filter, Pattern};
 
 use crate::course;
 use std::{fmt, ops::ControlFlow, time::Duration};
@@ -42,8 +44,12 @@ pub struct Settings {
     /// The part of the picture to render, exactly as it is in the whole; `None` for all of it. The film has the
     /// part's size.
     pub crop: Option<Crop>,
-    /// Samples along each side of a pixel: 1, 2, 3, ... for 1, 4, 9, ... samples a pixel on a regular grid.
+    /// Samples along each side of a pixel: 1, 2, 3, ... for 1, 4, 9, ... samples a pixel.
     pub samples_per_axis: u32,
+    /// How they lie.
+    pub pattern: Pattern,
+    /// How much each counts.
+    pub filter: Filter,
     /// A ray of this level returns the background; camera rays are level 0.
     pub max_depth: u32,
     /// Whether lights are tested for being hidden.
@@ -62,6 +68,8 @@ impl Default for Settings {
             height: course::IMAGE_SIZE,
             crop: None,
             samples_per_axis: 1,
+            pattern: Pattern::Grid,
+            filter: Filter::Box,
             max_depth: course::MAX_DEPTH,
             shadows: true,
             mode: Mode::Packet,

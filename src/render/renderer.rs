@@ -3,6 +3,7 @@
 use super::{
     Film, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, Settings, TileTimes,
     frame::{FrameContext, TileRect},
+    sampling::CameraRays,
     scalar,
     tile::TileScratch,
 };
@@ -123,12 +124,11 @@ impl<'a> Renderer<'a> {
         film: &mut Film<P>,
         on_progress: OnProgress<'_>,
     ) -> Result<(RayCounts, TileTimes), RenderError> {
-        let &Settings { width, height, .. } = settings;
         let window = settings.window();
         let context = FrameContext {
             scene: self.scene,
             bvh: self.bvh,
-            pixel_rays: camera.pixel_rays(width, height, settings.samples_per_axis),
+            camera_rays: CameraRays::new(camera, settings),
             window,
             settings: *settings,
         };

@@ -263,7 +263,11 @@ mod tests {
     /// How many different cells of a grid of `columns` x `rows` the points are in.
     fn cells(points: &[[f32; 2]], columns: usize, rows: usize) -> usize {
         let cell = |p: &[f32; 2]| ((p[0] * columns as f32) as usize, (p[1] * rows as f32) as usize);
-        points.iter().map(cell).collect::<std::collections::BTreeSet<_>>().len()
+        points
+            .iter()
+            .map(cell)
+            .collect::<std::collections::BTreeSet<_>>()
+            .len()
     }
 
     #[test]
@@ -311,7 +315,10 @@ mod tests {
             let mean = offsets.iter().sum::<f64>() / f64::from(COUNT);
             let square = offsets.iter().map(|o| o * o).sum::<f64>() / f64::from(COUNT);
             assert!(mean.abs() < 1e-4, "{filter:?}: {mean}");
-            assert!((square - variance).abs() < 2e-3, "{filter:?}: {square}, {variance}");
+            assert!(
+                (square - variance).abs() < 2e-3,
+                "{filter:?}: {square}, {variance}"
+            );
             assert!(offsets.iter().all(|o| o.abs() <= reach));
             assert!(offsets.is_sorted());
         }

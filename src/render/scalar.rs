@@ -33,7 +33,7 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
     let &FrameContext {
         scene,
         bvh,
-        pixel_rays,
+        camera_rays,
         window,
         settings,
     } = context;
@@ -53,8 +53,8 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
             .zip(window.x0 + rect.x..)
         {
             let mut sum = [0.0; 3];
-            for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
-                let ray = Ray::new(pixel_rays.eye(), pixel_rays.direction(x, y, sample));
+            for sample in camera_rays.samples() {
+                let ray = Ray::new(camera_rays.eye(), camera_rays.direction(x, y, sample));
                 let color = radiance(
                     scene,
                     &mut intersect,

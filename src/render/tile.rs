@@ -63,7 +63,7 @@ impl<'a> TileScratch<'a> {
         let n = settings.samples_per_axis;
         self.shader.reset_counts();
         let mut times = TileTimes::default();
-        for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
+        for sample in context.camera_rays.samples() {
             let start = Instant::now();
             fill(context, rect, sample, &mut self.rays);
             times.ray_generation += start.elapsed();
@@ -146,13 +146,13 @@ fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
 #[inline(never)]
 fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
     rays.clear();
-    let origin = Vec3x8::splat(context.pixel_rays.eye());
+    let origin = Vec3x8::splat(context.camera_rays.eye());
     let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
     let mut first = 0;
     for_each_packet(rect, |[x, y]| {
         let packet = RayPacket {
             origin,
-            direction: context.pixel_rays.directions8(left + x, top + y, sample),
+            direction: context.camera_rays.directions8(left + x, top + y, sample),
             t_max: Mask8::from_bits(inside(rect, x, y)).select(splat(T_MAX), splat(0.0)),
         };
         let mut pixel = [0; LANES];
