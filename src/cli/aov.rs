@@ -52,7 +52,10 @@ impl DepthRange {
     /// As seen from `eye`.
     pub fn new(bounds: Aabb, eye: Vec3) -> Self {
         if bounds.lower.cmpgt(bounds.upper).any() {
-            return Self { white: 0.0, black: 1.0 };
+            return Self {
+                white: 0.0,
+                black: 1.0,
+            };
         }
         let nearest = eye.clamp(bounds.lower, bounds.upper);
         let farthest = (bounds.lower - eye).abs().max((bounds.upper - eye).abs());
@@ -238,7 +241,10 @@ mod tests {
             upper: Vec3::splat(2.0),
         };
         let range = DepthRange::new(bounds, Vec3::new(-3.0, 1.0, 1.0));
-        assert_eq!((range.white, range.gray(3.0), range.gray(range.black)), (3.0, 255, 0));
+        assert_eq!(
+            (range.white, range.gray(3.0), range.gray(range.black)),
+            (3.0, 255, 0)
+        );
         assert_eq!(DepthRange::new(bounds, Vec3::ONE).white, 0.0);
         DepthRange::new(Aabb::EMPTY, Vec3::ONE);
     }

@@ -1,9 +1,12 @@
 //! A picture as the bytes of a file.
 
-use super::{CliError, picture::Picture};
-use crate::render::ByteFilm;
+use super::{
+    CliError, exr_layers,
+    picture::{Picture, Pixels},
+};
+use crate::render::{ByteFilm, Film, Pixel};
 use image::{
-    ExtendedColorType, ImageEncoder, ImageResult,
+    ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageResult,
     codecs::{
         bmp::BmpEncoder,
         jpeg::JpegEncoder,
@@ -13,6 +16,7 @@ use image::{
         qoi::QoiEncoder,
         tiff::TiffEncoder,
     },
+    error::{EncodingError, ImageFormatHint},
 };
 use std::{ffi::OsStr, io::Cursor};
 
@@ -77,14 +81,15 @@ impl Format {
     }
 
     fn encode_into(self, picture: &Picture, to: &mut Cursor<Vec<u8>>) -> ImageResult<()> {
-        match picture {
-            Picture::Bytes(film) => self.encode_bytes(film, to),
-            Picture::Linear(film) => OpenExrEncoder::new(to).write_image(
+        match &picture.pixels {
+            Pixels::Bytes(film) => self.encode_bytes(film, to),
+            Pixels::Linear(film) if picture.layers.is_empty() => OpenExrEncoder::new(to).write_image(
                 bytemuck::cast_slice(film.pixels()),
                 film.width(),
                 film.height(),
                 ExtendedColorType::Rgb32F,
             ),
+            Pixels::Linear(film) => encode_layers(film, ["R", "G", "B"], picture, to),
         }
     }
 
@@ -108,6 +113,21 @@ impl Format {
             Self::Exr => write(film, OpenExrEncoder::new(to)),
         }
     }
+}
+
+fn encode_layers<const N: usize>(
+    film: &Film<[f32; N]>,
+    names: [&'static str; N],
+    picture: &Picture,
+    to: &mut Cursor<Vec<u8>>,
+) -> ImageResult<()>
+where
+    [f32; N]: Pixel,
+{
+    exr_layers::write(film, names, &picture.layers, to).map_err(|error| {
+        let format = ImageFormatHint::Exact(ImageFormat::OpenExr);
+        ImageError::Encoding(EncodingError::new(format, error))
+    })
 }
 
 fn write(film: &ByteFilm, encoder: impl ImageEncoder) -> ImageResult<()> {

@@ -58,6 +58,11 @@ impl Output {
         Ok(output)
     }
 
+    /// Whether the file can hold other channels than colours.
+    pub fn has_layers(&self) -> bool {
+        self.format == Format::Exr
+    }
+
     /// What to call it in messages.
     pub fn name(&self) -> &str {
         &self.name

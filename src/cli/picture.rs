@@ -1,24 +1,31 @@
 //! The picture on its way to a file, in the pixels that the file will hold.
 
-use super::encode::Format;
+use super::{encode::Format, exr_layers::Channel};
 use crate::{
     render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings},
     scene::Camera,
 };
 
-/// A picture of bytes, or of linear floats for the formats that hold them.
-pub enum Picture {
+/// The picture's colours.
+pub enum Pixels {
     Bytes(ByteFilm),
     Linear(Film),
+}
+
+/// A picture for one file.
+pub struct Picture {
+    pub pixels: Pixels,
+    /// What an EXR file holds besides the colours.
+    pub layers: Vec<Channel>,
 }
 
 impl Picture {
     /// An empty picture for a file of that format. Rendering gives it its size.
     pub fn new(format: Format) -> Self {
-        match format {
-            Format::Exr => Self::Linear(Film::new(0, 0)),
-            _ => Self::Bytes(ByteFilm::black(0, 0)),
-        }
+        Self::from(match format {
+            Format::Exr => Pixels::Linear(Film::new(0, 0)),
+            _ => Pixels::Bytes(ByteFilm::black(0, 0)),
+        })
     }
 
     /// Renders into the picture.
@@ -32,9 +39,18 @@ impl Picture {
         settings: &Settings,
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStats, RenderError> {
-        match self {
-            Self::Bytes(film) => renderer.render(camera, settings, film, on_progress),
-            Self::Linear(film) => renderer.render(camera, settings, film, on_progress),
+        match &mut self.pixels {
+            Pixels::Bytes(film) => renderer.render(camera, settings, film, on_progress),
+            Pixels::Linear(film) => renderer.render(camera, settings, film, on_progress),
+        }
+    }
+}
+
+impl From<Pixels> for Picture {
+    fn from(pixels: Pixels) -> Self {
+        Self {
+            pixels,
+            layers: Vec::new(),
         }
     }
 }

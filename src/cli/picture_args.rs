@@ -1,6 +1,6 @@
 //! Which part of a picture is rendered, and into what.
 
-use super::CliError;
+use super::{CliError, aov::AovArg};
 use crate::render::{Crop, Filter, Pattern, Settings};
 use clap::{Args, ValueEnum};
 
@@ -19,6 +19,11 @@ pub struct PictureArgs {
     /// How much a sample counts by its distance from the pixel's centre
     #[arg(long, value_enum, default_value_t = FilterArg::Box)]
     pub filter: FilterArg,
+
+    /// What else to write, of the ray through each pixel's centre: to files beside the picture, named after it
+    /// (a.png: a.depth.png), or into it as layers, if it is EXR
+    #[arg(id = "aov", long, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    pub aovs: Vec<AovArg>,
 }
 
 /// See [`Pattern`].

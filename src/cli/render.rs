@@ -2,6 +2,7 @@
 
 use super::{
     CliError,
+    aov_files::AovFiles,
     args::{ModeArg, RenderArgs, StatsFormat},
     interrupt::Interrupt,
     output::Output,
@@ -29,12 +30,9 @@ use std::{
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
     args.camera.without_scene()?;
-    let output = Output::prepare(
-        &output_path(args),
-        &args.scene,
-        settings.window().width(),
-        settings.window().height(),
-    )?;
+    let size = [settings.window().width(), settings.window().height()];
+    let output = Output::prepare(&output_path(args), &args.scene, size[0], size[1])?;
+    let aov_files = AovFiles::prepare(&args.picture.aovs, &output, &output_path(args), &args.scene, size)?;
     let talkative = !args.quiet && io::stderr().is_terminal();
 
     let interrupt = Interrupt::install()?;
@@ -58,11 +56,23 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let frame = picture.render(&mut renderer, &camera, &settings, &|progress| {
         bar.report(progress)
     });
+    let frame = frame.and_then(|frame| {
+        let progress = &|progress| bar.report(progress);
+        Ok((
+            frame,
+            aov_files.render(&mut renderer, &scene, &camera, &settings, progress)?,
+        ))
+    });
     bar.clear();
-    let frame = frame?;
+    let (frame, aovs) = frame?;
     interrupt.check()?;
 
-    let (written, write_time) = timed(|| output.write(&picture, &interrupt));
+    let (written, write_time) = timed(|| {
+        if let Some(aovs) = &aovs {
+            aov_files.write(aovs, &mut picture, &interrupt)?;
+        }
+        output.write(&picture, &interrupt)
+    });
     written?;
 
     let times = Times {
@@ -72,13 +82,19 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
         total: start.elapsed(),
     };
     let closing = match args.stats {
-        Some(StatsFormat::Json) => report(args, &settings, &scene, &bvh, &frame, &output, &times).json(),
-        Some(StatsFormat::Text) => report(args, &settings, &scene, &bvh, &frame, &output, &times).text(),
+        Some(format) => {
+            let mut report = report(args, &settings, &scene, &bvh, &frame, &output, &times);
+            report.aov = aovs.and_then(|aovs| aov_files.report(&aovs));
+            match format {
+                StatsFormat::Json => report.json(),
+                StatsFormat::Text => report.text(),
+            }
+        }
         None if talkative => format!(
             "{}: {}x{} in {:.2} s\n",
             output.name(),
-            settings.window().width(),
-            settings.window().height(),
+            size[0],
+            size[1],
             times.total.as_secs_f64()
         ),
         None => String::new(),
@@ -212,5 +228,6 @@ fn report(
             scene: scene.memory_bytes(),
             bvh: bvh.stats().memory_bytes,
         },
+        aov: None,
     }
 }

@@ -60,7 +60,9 @@ impl Renderer<'_> {
         let watch = Watch::new(window, on_progress);
         let find = || {
             let rows = (window.y0..window.y1).into_par_iter();
-            let pixels = rows.map_init(Todo::default, |todo, y| row(scene, bvh, &rays, window, y, todo, &watch));
+            let pixels = rows.map_init(Todo::default, |todo, y| {
+                row(scene, bvh, &rays, window, y, todo, &watch)
+            });
             pixels.flatten_iter().collect()
         };
         let pixels = match self.pool(settings.threads)? {

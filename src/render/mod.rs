@@ -1,5 +1,6 @@
 //! From a scene, its BVH and a camera to a picture. Knows no terminal and no window.
 
+mod aov;
 mod crop;
 mod film;
 mod frame;
@@ -8,6 +9,7 @@ mod sampling;
 mod scalar;
 mod tile;
 
+pub use aov::{Aov, Aovs};
 pub use crop::Crop;
 pub use film::{ByteFilm, Film, Pixel, quantize};
 pub use frame::render;
