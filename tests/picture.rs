@@ -1,9 +1,16 @@
 //! What becomes of the camera's rays: tiles of a picture put together are the whole picture, in both modes.
 
+mod common;
+
+use common::random_scene::{self, Random};
 use octray::{
     accel::Bvh,
     format,
-    render::{Crop, Film, Filter, Mode, Pattern, Pixel, Renderer, Settings},
+    reference::{
+        brute,
+        cost::{self, Todo},
+    },
+    render::{Crop, Film, Filter, Mode, Pattern, Pixel, RenderError, Renderer, Settings, Transfer},
     scene::{Camera, Scene},
 };
 use std::{fmt::Debug, ops::ControlFlow, path::Path};
@@ -155,5 +162,103 @@ fn crops_without_pixels_or_outside_are_refused() {
         };
         let error = settings.validate().unwrap_err().to_string();
         assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn pieces_have_the_same_variables() {
+    let scene = reflections();
+    let bvh = Bvh::build(&scene);
+    let aovs = |settings: &Settings| {
+        let aovs = Renderer::new(&scene, &bvh).aovs(&camera(), settings, &|_| ControlFlow::Continue(()));
+        aovs.unwrap_or_else(|error| panic!("{error}"))
+    };
+    let whole = aovs(&settings());
+    assert_eq!([whole.width, whole.height], SIZE);
+    for crop in crops() {
+        let settings = Settings {
+            crop: Some(crop),
+            threads: Some(1),
+            mode: Mode::Scalar,
+            ..settings()
+        };
+        check_piece(&whole.pixels, &aovs(&settings).pixels, crop, "aovs");
+    }
+    let (mut hits, mut misses) = (0, 0);
+    for pixel in &whole.pixels {
+        assert!(pixel.cost.nodes > 0);
+        if pixel.depth.is_finite() {
+            hits += 1;
+            let length = pixel.normal.iter().map(|c| c * c).sum::<f32>();
+            assert!((length - 1.0).abs() < 1e-5 && pixel.depth > 0.0 && pixel.cost.primitives > 0);
+        } else {
+            misses += 1;
+            assert_eq!((pixel.normal, pixel.albedo), ([0.0; 3], [0.0; 3]));
+        }
+    }
+    assert!(hits > 100 && misses > 100, "{hits}, {misses}");
+    let stopped = Renderer::new(&scene, &bvh).aovs(&camera(), &settings(), &|_| ControlFlow::Break(()));
+    assert_eq!(stopped, Err(RenderError::Cancelled));
+}
+
+#[test]
+fn variables_are_those_of_every_other_traversal() {
+    for seed in 0..20 {
+        let mut random = Random::with_seed(seed);
+        let scene = random_scene::scene(&mut random, 200);
+        let bvh = Bvh::build(&scene);
+        for _ in 0..200 {
+            let ray = random_scene::ray(&mut random, &scene);
+            let (hit, cost) = cost::closest_hit(&scene, &bvh, &mut Todo::default(), &ray);
+            let expected = brute::closest_hit(&scene, &ray);
+            assert_eq!(
+                (hit.primitive, hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits()),
+                (
+                    expected.primitive,
+                    expected.t.to_bits(),
+                    expected.u.to_bits(),
+                    expected.v.to_bits()
+                ),
+                "seed {seed}: {ray:?}"
+            );
+            assert!(cost.primitives as usize <= scene.primitive_count());
+        }
+    }
+}
+
+#[test]
+fn transparency_agrees_in_both_modes() {
+    let scene = reflections();
+    let bvh = Bvh::build(&scene);
+    for samples_per_axis in [1, 3] {
+        let settings = Settings {
+            samples_per_axis,
+            ..settings()
+        };
+        let film = check_pieces::<[f32; 4]>(&scene, &bvh, &settings);
+        let opaque = self::film::<[f32; 3]>(&scene, &bvh, &settings);
+        let (mut partly, mut nothing) = (0, 0);
+        for (&[r, g, b, alpha], opaque) in film.pixels().iter().zip(opaque.pixels()) {
+            assert!((0.0..=1.0).contains(&alpha));
+            if alpha == 1.0 {
+                assert_eq!([r, g, b], *opaque);
+            } else if alpha == 0.0 {
+                nothing += 1;
+                assert_eq!([r, g, b], [0.0; 3]);
+            } else {
+                partly += 1;
+                // Over the scene's white background it is the opaque picture.
+                for (c, opaque) in [r, g, b].iter().zip(opaque) {
+                    assert!((c + (1.0 - alpha) - opaque).abs() < 1e-5);
+                }
+            }
+        }
+        assert!(nothing > 100);
+        assert_eq!(partly > 0, samples_per_axis > 1);
+        let bytes = film.to_bytes(Transfer::Linear);
+        let whole = |(_, pixel): &(&[u8; 4], &[f32; 4])| pixel[3] == 1.0;
+        for (bytes, pixel) in bytes.as_chunks::<4>().0.iter().zip(film.pixels()).filter(whole) {
+            assert_eq!(*bytes, pixel.map(|c| (c.clamp(0.0, 1.0) * 255.0) as u8));
+        }
     }
 }

@@ -6,7 +6,7 @@ use super::exr_layers::{Channel, Values};
 use crate::{
     math::Aabb,
     ray::PrimitiveId,
-    render::{Aov, Aovs, ByteFilm, quantize},
+    render::{Aov, Aovs, ByteFilm, Transfer, quantize},
 };
 use clap::ValueEnum;
 use glam::Vec3;
@@ -90,10 +90,10 @@ fn id_color(PrimitiveId(id): PrimitiveId) -> [u8; 3] {
 }
 
 /// The variable as a picture of bytes.
-pub fn picture(aovs: &Aovs, which: AovArg, range: DepthRange) -> ByteFilm {
+pub fn picture(aovs: &Aovs, which: AovArg, range: DepthRange, transfer: Transfer) -> ByteFilm {
     let color = |pixel: &Aov| match which {
         AovArg::Heat => heat(pixel.cost.total()),
-        AovArg::Albedo => pixel.albedo.map(quantize),
+        AovArg::Albedo => transfer.encode(pixel.albedo),
         _ if pixel.primitive == PrimitiveId::NONE => [0; 3],
         AovArg::Depth => [range.gray(pixel.depth); 3],
         AovArg::Normal => pixel.normal.map(|c| quantize(c * 0.5 + 0.5)),

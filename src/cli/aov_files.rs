@@ -6,9 +6,10 @@ use super::{
     interrupt::Interrupt,
     output::Output,
     picture::{Picture, Pixels},
+    picture_args::PictureArgs,
 };
 use crate::{
-    render::{Aovs, OnProgress, RenderError, Renderer, Settings},
+    render::{Aovs, OnProgress, RenderError, Renderer, Settings, Transfer},
     scene::{Camera, Scene},
 };
 use std::path::{Path, PathBuf};
@@ -18,6 +19,8 @@ pub struct AovFiles {
     asked: Vec<AovArg>,
     /// A file for each; none where the picture's own file holds them all.
     files: Vec<Output>,
+    /// How albedo becomes bytes.
+    transfer: Transfer,
 }
 
 /// The variables of a picture, and how depth is shown.
@@ -32,13 +35,13 @@ impl AovFiles {
     /// # Errors
     /// [`CliError::Usage`], where the output has no name to derive others from; else as [`Output::prepare`].
     pub fn prepare(
-        asked: &[AovArg],
+        args: &PictureArgs,
         output: &Output,
         path: &Path,
         scene: &Path,
         [width, height]: [u32; 2],
     ) -> Result<Self, CliError> {
-        let mut asked = asked.to_vec();
+        let mut asked = args.aovs.clone();
         asked.sort_unstable();
         asked.dedup();
         let mut files = Vec::new();
@@ -47,7 +50,11 @@ impl AovFiles {
                 files.push(Output::prepare(&beside(path, *which)?, scene, width, height)?);
             }
         }
-        Ok(Self { asked, files })
+        Ok(Self {
+            asked,
+            files,
+            transfer: args.transfer(),
+        })
     }
 
     /// Finds the variables, if any were asked for.
@@ -85,7 +92,7 @@ impl AovFiles {
             picture.layers.extend(channels);
         }
         for (file, &which) in self.files.iter().zip(&self.asked) {
-            let own = Picture::from(Pixels::Bytes(aov::picture(aovs, which, *range)));
+            let own = Picture::from(Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer)));
             file.write(&own, interrupt)?;
         }
         Ok(())

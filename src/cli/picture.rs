@@ -2,7 +2,7 @@
 
 use super::{encode::Format, exr_layers::Channel};
 use crate::{
-    render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings},
+    render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings, Transfer},
     scene::Camera,
 };
 
@@ -10,22 +10,33 @@ use crate::{
 pub enum Pixels {
     Bytes(ByteFilm),
     Linear(Film),
+    /// With alpha.
+    Transparent(Film<[f32; 4]>),
 }
 
 /// A picture for one file.
 pub struct Picture {
     pub pixels: Pixels,
+    /// How channels become bytes that are not bytes already.
+    pub transfer: Transfer,
     /// What an EXR file holds besides the colours.
     pub layers: Vec<Channel>,
 }
 
 impl Picture {
     /// An empty picture for a file of that format. Rendering gives it its size.
-    pub fn new(format: Format) -> Self {
-        Self::from(match format {
-            Format::Exr => Pixels::Linear(Film::new(0, 0)),
-            _ => Pixels::Bytes(ByteFilm::black(0, 0)),
-        })
+    pub fn new(format: Format, transfer: Transfer, transparent: bool) -> Self {
+        let pixels = if transparent {
+            Pixels::Transparent(Film::black(0, 0))
+        } else if format == Format::Exr || transfer != Transfer::Linear {
+            Pixels::Linear(Film::new(0, 0))
+        } else {
+            Pixels::Bytes(ByteFilm::black(0, 0))
+        };
+        Self {
+            transfer,
+            ..Self::from(pixels)
+        }
     }
 
     /// Renders into the picture.
@@ -42,6 +53,7 @@ impl Picture {
         match &mut self.pixels {
             Pixels::Bytes(film) => renderer.render(camera, settings, film, on_progress),
             Pixels::Linear(film) => renderer.render(camera, settings, film, on_progress),
+            Pixels::Transparent(film) => renderer.render(camera, settings, film, on_progress),
         }
     }
 }
@@ -50,6 +62,7 @@ impl From<Pixels> for Picture {
     fn from(pixels: Pixels) -> Self {
         Self {
             pixels,
+            transfer: Transfer::Linear,
             layers: Vec::new(),
         }
     }

@@ -1,7 +1,7 @@
 //! Which part of a picture is rendered, and into what.
 
 use super::{CliError, aov::AovArg};
-use crate::render::{Crop, Filter, Pattern, Settings};
+use crate::render::{Crop, Filter, Pattern, Settings, Transfer};
 use clap::{Args, ValueEnum};
 
 /// What becomes of the camera's rays.
@@ -24,6 +24,27 @@ pub struct PictureArgs {
     /// (a.png: a.depth.png), or into it as layers, if it is EXR
     #[arg(id = "aov", long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub aovs: Vec<AovArg>,
+
+    /// Encode bytes by the curve of sRGB, as screens expect them
+    #[arg(long, conflicts_with = "linear")]
+    pub srgb: bool,
+
+    /// Write linear values as they are, 255 times each, the fraction cut off (the default)
+    #[arg(long)]
+    pub linear: bool,
+
+    /// What is behind everything
+    #[arg(long, value_enum, default_value_t = BackgroundArg::Scene)]
+    pub background: BackgroundArg,
+}
+
+/// What camera rays that hit nothing bring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackgroundArg {
+    /// The scene's background
+    Scene,
+    /// Nothing: alpha 0 (mirrors show the scene's background still)
+    Transparent,
 }
 
 /// See [`Pattern`].
@@ -49,6 +70,20 @@ pub enum FilterArg {
 }
 
 impl PictureArgs {
+    /// How channels become bytes.
+    pub fn transfer(&self) -> Transfer {
+        if self.srgb {
+            Transfer::Srgb
+        } else {
+            Transfer::Linear
+        }
+    }
+
+    /// Whether the picture has an alpha channel.
+    pub fn transparent(&self) -> bool {
+        self.background == BackgroundArg::Transparent
+    }
+
     /// Puts these options into the settings, which have the picture's size already.
     ///
     /// # Errors

@@ -32,7 +32,8 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     args.camera.without_scene()?;
     let size = [settings.window().width(), settings.window().height()];
     let output = Output::prepare(&output_path(args), &args.scene, size[0], size[1])?;
-    let aov_files = AovFiles::prepare(&args.picture.aovs, &output, &output_path(args), &args.scene, size)?;
+    output.check(&args.picture)?;
+    let aov_files = AovFiles::prepare(&args.picture, &output, &output_path(args), &args.scene, size)?;
     let talkative = !args.quiet && io::stderr().is_terminal();
 
     let interrupt = Interrupt::install()?;
@@ -51,7 +52,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
     let bar = Bar::new(talkative, &interrupt);
-    let mut picture = output.new_picture();
+    let mut picture = output.new_picture(&args.picture);
     let mut renderer = Renderer::new(&scene, &bvh);
     let frame = picture.render(&mut renderer, &camera, &settings, &|progress| {
         bar.report(progress)

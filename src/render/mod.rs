@@ -8,6 +8,7 @@ mod renderer;
 mod sampling;
 mod scalar;
 mod tile;
+mod transfer;
 
 pub use aov::{Aov, Aovs};
 pub use crop::Crop;
@@ -15,6 +16,7 @@ pub use film::{ByteFilm, Film, Pixel, quantize};
 pub use frame::render;
 pub use renderer::Renderer;
 pub use sampling::{Filter, Pattern};
+pub use transfer::Transfer;
 
 use crate::course;
 use std::{fmt, ops::ControlFlow, time::Duration};

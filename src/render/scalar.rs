@@ -53,8 +53,13 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
             .zip(window.x0 + rect.x..)
         {
             let mut sum = [0.0; 3];
+            let mut covered = 0;
             for sample in camera_rays.samples() {
                 let ray = Ray::new(camera_rays.eye(), camera_rays.direction(x, y, sample));
+                if P::HAS_ALPHA && !intersect.closest_hit(&ray).is_hit() {
+                    continue;
+                }
+                covered += 1;
                 let color = radiance(
                     scene,
                     &mut intersect,
@@ -67,7 +72,8 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
                     *sum += c;
                 }
             }
-            *pixel = P::from_linear(sum.map(|sum| sum / (n * n) as f32));
+            let samples = (n * n) as f32;
+            *pixel = P::from_linear(sum.map(|sum| sum / samples), covered as f32 / samples);
         }
     }
     RayCounts {

@@ -43,6 +43,8 @@ impl<'a> TileScratch<'a> {
         scratch.shader.reserve(scene, pixels, &mut scratch.rays);
         scratch.sample.reset(pixels / LANES);
         scratch.sum.reset(pixels / LANES);
+        scratch.sample.alpha.reserve(pixels / LANES);
+        scratch.sum.alpha.reserve(pixels / LANES);
         scratch
     }
 
@@ -57,6 +59,7 @@ impl<'a> TileScratch<'a> {
         let shade = ShadeSettings {
             max_depth: settings.max_depth,
             shadows: settings.shadows,
+            transparent: P::HAS_ALPHA,
         };
         let tile_start = Instant::now();
         let pixels = rect.width * rect.height;
@@ -94,15 +97,17 @@ impl<'a> TileScratch<'a> {
     fn store<P: Pixel>(&self, rect: TileRect, samples: u32, row_length: usize, band: &mut [P]) {
         let samples8 = splat(samples as f32);
         let mut sums = self.sum.packets.iter();
+        let mut alphas = self.sum.alpha.iter();
         for_each_packet(rect, |[x, y]| {
             let Some(&sum) = sums.next() else { return };
+            let alpha8 = alphas.next().map_or(splat(1.0), |&alpha8| alpha8 / samples8);
             // The same bits for one sample, without a division.
             let average = if samples == 1 {
                 sum
             } else {
                 sum.map(|c| c / samples8)
             };
-            let pixels = P::from_lanes(&average);
+            let pixels = P::from_lanes(&average, &alpha8);
             let start = y as usize * row_length + (rect.x + x) as usize;
             let columns = ROW.min((rect.width - x) as usize);
             let (rows, _) = pixels.as_chunks::<ROW>();
