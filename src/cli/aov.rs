@@ -41,7 +41,7 @@ impl AovArg {
 }
 
 /// The distances that depth shows as white and as black: those of the nearest and the farthest place of the scene's
-/// box.
+/// box. What is between is logarithmic, for the sake of small things on a wide ground.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DepthRange {
     pub white: f32,
@@ -59,17 +59,21 @@ impl DepthRange {
         }
         let nearest = eye.clamp(bounds.lower, bounds.upper);
         let farthest = (bounds.lower - eye).abs().max((bounds.upper - eye).abs());
+        let black = farthest.length();
         Self {
-            white: (nearest - eye).length(),
-            black: farthest.length(),
+            white: (nearest - eye).length().max(black * NEAREST),
+            black,
         }
     }
 
     fn gray(self, depth: f32) -> u8 {
-        let range = (self.black - self.white).max(f32::MIN_POSITIVE);
-        quantize(1.0 - (depth - self.white) / range)
+        let [white, black, depth] = [self.white, self.black, depth].map(|t| libm::log(f64::from(t)));
+        quantize(((black - depth) / (black - white).max(f64::MIN_POSITIVE)) as f32)
     }
 }
+
+/// Nothing nearer than this share of the farthest distance has a grey of its own: the eye may be within the box.
+const NEAREST: f32 = 1e-4;
 
 /// The cost that has the last colour; the scale is logarithmic, from 1.
 const HOTTEST: f64 = 4096.0;
@@ -245,7 +249,8 @@ mod tests {
             (range.white, range.gray(3.0), range.gray(range.black)),
             (3.0, 255, 0)
         );
-        assert_eq!(DepthRange::new(bounds, Vec3::ONE).white, 0.0);
+        let within = DepthRange::new(bounds, Vec3::ONE);
+        assert!(within.white > 0.0 && within.gray(0.0) == 255);
         DepthRange::new(Aabb::EMPTY, Vec3::ONE);
     }
 }

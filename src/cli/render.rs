@@ -4,6 +4,8 @@ use super::{
     CliError,
     aov_files::AovFiles,
     args::{ModeArg, RenderArgs, StatsFormat},
+    faults::{self, Faults},
+    input::{self, Input},
     interrupt::Interrupt,
     output::Output,
     progress::Bar,
@@ -12,7 +14,6 @@ use super::{
 use crate::{
     accel::Bvh,
     error::escape,
-    format,
     render::{FrameStats, Mode, Renderer, Settings},
     scene::Scene,
     simd,
@@ -29,7 +30,6 @@ use std::{
 /// [`CliError`]. The output is as it was before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
-    args.camera.without_scene()?;
     let size = [settings.window().width(), settings.window().height()];
     let output = Output::prepare(&output_path(args), &args.scene, size[0], size[1])?;
     output.check(&args.picture)?;
@@ -37,13 +37,15 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let talkative = !args.quiet && io::stderr().is_terminal();
 
     let interrupt = Interrupt::install()?;
-    let (scene, load_time) = interrupt.exit_at_once_during(|| timed(|| format::load(&args.scene)))?;
-    let scene = scene?;
-    let camera = args.camera.for_scene(&scene)?;
+    let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let load = || input::load(&args.scene, &args.camera, &args.mesh, aspect);
+    let (input, load_time) = interrupt.exit_at_once_during(|| timed(load))?;
+    let Input { scene, camera, notes } = input?;
+    let faults = faults::of(&scene);
     if !args.quiet {
-        warn_of_degenerate_triangles(args, &scene);
-        for note in &scene.sources().notes {
-            let _ = writeln!(io::stderr(), "octray: warning: {}", escape(note));
+        let notes = notes.into_iter().chain(faults.warning(&args.scene));
+        for note in notes {
+            let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
         }
     }
     let quality = args
@@ -84,7 +86,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     };
     let closing = match args.stats {
         Some(format) => {
-            let mut report = report(args, &settings, &scene, &bvh, &frame, &output, &times);
+            let mut report = report(args, &settings, &scene, &faults, &bvh, &frame, &output, &times);
             report.aov = aovs.and_then(|aovs| aov_files.report(&aovs));
             match format {
                 StatsFormat::Json => report.json(),
@@ -147,18 +149,6 @@ fn output_path(args: &RenderArgs) -> PathBuf {
     })
 }
 
-fn warn_of_degenerate_triangles(args: &RenderArgs, scene: &Scene) {
-    let (degenerate, all) = (scene.degenerate_triangles(), scene.triangles().v0.len());
-    // A few are normal in meshes made by programs; more than 1 % hint at a broken one.
-    if degenerate > all / 100 {
-        let _ = writeln!(
-            io::stderr(),
-            "octray: warning: {}: {degenerate} of {all} triangles have no area and are never hit",
-            args.scene.display()
-        );
-    }
-}
-
 fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
     let start = Instant::now();
     let result = work();
@@ -173,10 +163,12 @@ struct Times {
     total: Duration,
 }
 
+#[allow(clippy::too_many_arguments, reason = "all that a report tells of")]
 fn report(
     args: &RenderArgs,
     settings: &Settings,
     scene: &Scene,
+    faults: &Faults,
     bvh: &Bvh,
     frame: &FrameStats,
     output: &Output,
@@ -198,7 +190,7 @@ fn report(
             Mode::Scalar => "scalar",
         },
         build: bvh.stats().quality.name(),
-        isa: simd::ISA,
+        isa: simd::isa(),
         threads: settings
             .threads
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
@@ -206,6 +198,8 @@ fn report(
             triangles: scene.triangles().v0.len(),
             spheres: scene.spheres().radius.len(),
             degenerate_triangles: scene.degenerate_triangles(),
+            duplicate_triangles: faults.duplicate,
+            inverted_triangles: faults.inverted,
         },
         rays: Rays {
             camera: rays.camera,
