@@ -44,7 +44,7 @@ const ROOMS: [(&str, Option<&str>); 20] = [
 ];
 
 /// One file may use more than its room.
-const EXTRA: [(&str, &str); 1] = [("reference/bvh.rs", "accel")];
+const EXTRA: [(&str, &str); 2] = [("reference/bvh.rs", "accel"), ("reference/cost.rs", "accel")];
 
 /// Crates that only one place names.
 const ONLY_IN: [(&str, &str); 2] = [("wide", "simd/"), ("obvhs", "accel/")];

@@ -1,6 +1,7 @@
 //! Every argument of every command.
 
 use super::generate::GenerateArgs;
+use super::picture_args::PictureArgs;
 use super::{
     value::{self, Size},
     version,
@@ -37,6 +38,9 @@ const RENDER_EXAMPLES: &str = "\
 Examples:
   octray render cow.scn -o cow.jpg --size 1920x1080 --samples 9
   octray render cow.scn --eye -3,2,1.5 --target 0,0,0.5 --up 0,0,1 --fov 30
+  octray render cow.scn --crop 0,0,256,128 -o corner.png
+  octray render cow.scn --samples 16 --pattern sobol --filter blackman-harris --srgb
+  octray render cow.scn --background transparent --aov depth,normal,heat
   octray render cow.scn --quiet --stats=json 2> stats.json";
 
 const RENDER_USAGE: &str = "octray [render] [OPTIONS] <SCENE>";
@@ -87,6 +91,9 @@ pub struct RenderArgs {
     pub size: Size,
 
     #[command(flatten)]
+    pub picture: PictureArgs,
+
+    #[command(flatten)]
     pub camera: CameraArgs,
 
     #[command(flatten)]
@@ -112,7 +119,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH)]
     pub max_depth: u32,
 
-    /// Samples for each pixel on a regular grid: 1, 4, 9, 16, ...
+    /// Samples for each pixel: 1, 4, 9, 16, ...
     #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1")]
     pub samples_per_axis: u32,
 

@@ -1,10 +1,13 @@
 //! The command line: arguments, commands, exit codes. Everything that is printed is printed here.
 
+mod aov;
+mod aov_files;
 mod args;
 mod bench;
 mod camera;
 mod encode;
 mod error;
+mod exr_layers;
 mod faults;
 mod generate;
 mod info;
@@ -12,6 +15,7 @@ mod input;
 mod interrupt;
 mod output;
 mod picture;
+mod picture_args;
 mod progress;
 mod render;
 mod report;

@@ -5,6 +5,7 @@ use super::{
     encode::Format,
     interrupt::Interrupt,
     picture::Picture,
+    picture_args::PictureArgs,
     whole_file::{folder_of, persist, temporary_in},
 };
 use std::{
@@ -56,6 +57,11 @@ impl Output {
         };
         output.format.check_size(width, height)?;
         Ok(output)
+    }
+
+    /// Whether the file can hold other channels than colours.
+    pub fn has_layers(&self) -> bool {
+        self.format == Format::Exr
     }
 
     /// What to call it in messages.
@@ -113,8 +119,27 @@ impl Output {
     }
 
     /// An empty picture of the kind that will be written.
-    pub fn new_picture(&self) -> Picture {
-        Picture::new(self.format)
+    pub fn new_picture(&self, args: &PictureArgs) -> Picture {
+        Picture::new(self.format, args.transfer(), args.transparent())
+    }
+
+    /// Whether the options suit the format.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`], with what would do.
+    pub fn check(&self, args: &PictureArgs) -> Result<(), CliError> {
+        let name = &self.name;
+        if args.transparent() && !self.format.has_alpha() {
+            return Err(CliError::Usage(format!(
+                "{name} cannot be transparent in its format: expected .png, .qoi, .tiff, .tif or .exr"
+            )));
+        }
+        if args.srgb && self.format == Format::Exr {
+            return Err(CliError::Usage(format!(
+                "{name} holds linear floats: leave --srgb out, or write another format"
+            )));
+        }
+        Ok(())
     }
 
     /// Encodes and writes the picture. On failure the place is as it was before (a device or a pipe may have

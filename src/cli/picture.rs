@@ -1,23 +1,41 @@
 //! The picture on its way to a file, in the pixels that the file will hold.
 
-use super::encode::Format;
+use super::{encode::Format, exr_layers::Channel};
 use crate::{
-    render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings},
+    render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings, Transfer},
     scene::Camera,
 };
 
-/// A picture of bytes, or of linear floats for the formats that hold them.
-pub enum Picture {
+/// The picture's colours.
+pub enum Pixels {
     Bytes(ByteFilm),
     Linear(Film),
+    /// With alpha.
+    Transparent(Film<[f32; 4]>),
+}
+
+/// A picture for one file.
+pub struct Picture {
+    pub pixels: Pixels,
+    /// How channels become bytes that are not bytes already.
+    pub transfer: Transfer,
+    /// What an EXR file holds besides the colours.
+    pub layers: Vec<Channel>,
 }
 
 impl Picture {
     /// An empty picture for a file of that format. Rendering gives it its size.
-    pub fn new(format: Format) -> Self {
-        match format {
-            Format::Exr => Self::Linear(Film::new(0, 0)),
-            _ => Self::Bytes(ByteFilm::black(0, 0)),
+    pub fn new(format: Format, transfer: Transfer, transparent: bool) -> Self {
+        let pixels = if transparent {
+            Pixels::Transparent(Film::black(0, 0))
+        } else if format == Format::Exr || transfer != Transfer::Linear {
+            Pixels::Linear(Film::new(0, 0))
+        } else {
+            Pixels::Bytes(ByteFilm::black(0, 0))
+        };
+        Self {
+            transfer,
+            ..Self::from(pixels)
         }
     }
 
@@ -32,9 +50,20 @@ impl Picture {
         settings: &Settings,
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStats, RenderError> {
-        match self {
-            Self::Bytes(film) => renderer.render(camera, settings, film, on_progress),
-            Self::Linear(film) => renderer.render(camera, settings, film, on_progress),
+        match &mut self.pixels {
+            Pixels::Bytes(film) => renderer.render(camera, settings, film, on_progress),
+            Pixels::Linear(film) => renderer.render(camera, settings, film, on_progress),
+            Pixels::Transparent(film) => renderer.render(camera, settings, film, on_progress),
+        }
+    }
+}
+
+impl From<Pixels> for Picture {
+    fn from(pixels: Pixels) -> Self {
+        Self {
+            pixels,
+            transfer: Transfer::Linear,
+            layers: Vec::new(),
         }
     }
 }

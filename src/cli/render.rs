@@ -2,6 +2,7 @@
 
 use super::{
     CliError,
+    aov_files::AovFiles,
     args::{ModeArg, RenderArgs, StatsFormat},
     faults::{self, Faults},
     input::{self, Input},
@@ -29,7 +30,10 @@ use std::{
 /// [`CliError`]. The output is as it was before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
-    let output = Output::prepare(&output_path(args), &args.scene, settings.width, settings.height)?;
+    let size = [settings.window().width(), settings.window().height()];
+    let output = Output::prepare(&output_path(args), &args.scene, size[0], size[1])?;
+    output.check(&args.picture)?;
+    let aov_files = AovFiles::prepare(&args.picture, &output, &output_path(args), &args.scene, size)?;
     let talkative = !args.quiet && io::stderr().is_terminal();
 
     let interrupt = Interrupt::install()?;
@@ -50,16 +54,28 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
     let bar = Bar::new(talkative, &interrupt);
-    let mut picture = output.new_picture();
+    let mut picture = output.new_picture(&args.picture);
     let mut renderer = Renderer::new(&scene, &bvh);
     let frame = picture.render(&mut renderer, &camera, &settings, &|progress| {
         bar.report(progress)
     });
+    let frame = frame.and_then(|frame| {
+        let progress = &|progress| bar.report(progress);
+        Ok((
+            frame,
+            aov_files.render(&mut renderer, &scene, &camera, &settings, progress)?,
+        ))
+    });
     bar.clear();
-    let frame = frame?;
+    let (frame, aovs) = frame?;
     interrupt.check()?;
 
-    let (written, write_time) = timed(|| output.write(&picture, &interrupt));
+    let (written, write_time) = timed(|| {
+        if let Some(aovs) = &aovs {
+            aov_files.write(aovs, &mut picture, &interrupt)?;
+        }
+        output.write(&picture, &interrupt)
+    });
     written?;
 
     let times = Times {
@@ -69,17 +85,19 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
         total: start.elapsed(),
     };
     let closing = match args.stats {
-        Some(StatsFormat::Json) => {
-            report(args, &settings, &scene, &faults, &bvh, &frame, &output, &times).json()
-        }
-        Some(StatsFormat::Text) => {
-            report(args, &settings, &scene, &faults, &bvh, &frame, &output, &times).text()
+        Some(format) => {
+            let mut report = report(args, &settings, &scene, &faults, &bvh, &frame, &output, &times);
+            report.aov = aovs.and_then(|aovs| aov_files.report(&aovs));
+            match format {
+                StatsFormat::Json => report.json(),
+                StatsFormat::Text => report.text(),
+            }
         }
         None if talkative => format!(
             "{}: {}x{} in {:.2} s\n",
             output.name(),
-            settings.width,
-            settings.height,
+            size[0],
+            size[1],
             times.total.as_secs_f64()
         ),
         None => String::new(),
@@ -90,7 +108,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
 }
 
 fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
-    let settings = Settings {
+    let mut settings = Settings {
         width: args.size.width,
         height: args.size.height,
         samples_per_axis: args.samples_per_axis,
@@ -101,7 +119,9 @@ fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
             ModeArg::Scalar => Mode::Scalar,
         },
         threads: args.threads.map(|threads| threads as usize),
+        ..Settings::default()
     };
+    args.picture.apply(&mut settings)?;
     settings.validate()?;
     Ok(settings)
 }
@@ -114,7 +134,10 @@ fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
     } else {
         0
     };
-    f64::from(settings.width) * f64::from(settings.height) * samples * (1.0 + lights as f64)
+    f64::from(settings.window().width())
+        * f64::from(settings.window().height())
+        * samples
+        * (1.0 + lights as f64)
 }
 
 /// The scene's name with .png, in the current folder, unless another is asked for.
@@ -157,8 +180,8 @@ fn report(
         schema: SCHEMA,
         scene: args.scene.display().to_string(),
         output: output.name().to_owned(),
-        width: settings.width,
-        height: settings.height,
+        width: settings.window().width(),
+        height: settings.window().height(),
         samples: u64::from(settings.samples_per_axis).pow(2),
         max_depth: settings.max_depth,
         shadows: settings.shadows,
@@ -200,5 +223,6 @@ fn report(
             scene: scene.memory_bytes(),
             bvh: bvh.stats().memory_bytes,
         },
+        aov: None,
     }
 }

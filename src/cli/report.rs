@@ -1,5 +1,6 @@
 //! What `--stats` prints.
 
+use super::aov::AovReport;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -28,6 +29,9 @@ pub struct Report {
     /// All rays over the seconds of `render`.
     pub rays_per_s: f64,
     pub memory_bytes: Memory,
+    /// Of `--aov`, where it needs words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub aov: Option<AovReport>,
 }
 
 #[derive(Debug, Serialize)]
@@ -157,6 +161,9 @@ impl Report {
                 bytes(memory_bytes.bvh)
             ),
         );
+        for (name, value) in self.aov.iter().flat_map(AovReport::lines) {
+            line(name, value);
+        }
         text
     }
 }

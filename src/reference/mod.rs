@@ -3,6 +3,7 @@
 
 pub mod brute;
 pub mod bvh;
+pub mod cost;
 mod primitive;
 pub mod shade;
 

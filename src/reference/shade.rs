@@ -184,6 +184,12 @@ fn shadow_ray(light: Vec3, s: &Surface) -> Ray {
     }
 }
 
+/// The shading normal of a hit, a unit vector on the viewer's side.
+#[must_use]
+pub fn shading_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
+    surface(scene, ray, hit).normal
+}
+
 fn surface(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
     let (point, geometric, normal, magnitude) = match scene.primitive(hit.primitive) {
         Primitive::Triangle(i) => triangle(scene, i, hit),

@@ -1,25 +1,31 @@
 //! The picture in memory: linear colour, and how it becomes bytes.
 
+use super::Transfer;
 use crate::simd::{F32x8, LANES, lane, max, min, splat, truncate};
 use rayon::prelude::*;
 
 /// What a film keeps of each pixel's colour.
 pub trait Pixel: Copy + Default + Send + Sync {
-    /// From linear RGB.
-    fn from_linear(rgb: [f32; 3]) -> Self;
+    /// Whether it keeps how much of the pixel is covered. Camera rays that hit nothing then bring no colour; else they
+    /// bring the background's.
+    const HAS_ALPHA: bool = false;
+
+    /// From linear RGB, and the share of the samples that hit something: by that share the colour is multiplied
+    /// already.
+    fn from_linear(rgb: [f32; 3], alpha: f32) -> Self;
 
     /// From eight colours, a column a channel. Gives what [`Pixel::from_linear`] gives.
-    fn from_lanes(rgb8: &[F32x8; 3]) -> [Self; LANES];
+    fn from_lanes(rgb8: &[F32x8; 3], alpha8: &F32x8) -> [Self; LANES];
 }
 
 /// Linear RGB, as it is.
 impl Pixel for [f32; 3] {
-    fn from_linear(rgb: [f32; 3]) -> Self {
+    fn from_linear(rgb: [f32; 3], _: f32) -> Self {
         rgb
     }
 
     #[inline(always)]
-    fn from_lanes([r8, g8, b8]: &[F32x8; 3]) -> [Self; LANES] {
+    fn from_lanes([r8, g8, b8]: &[F32x8; 3], _: &F32x8) -> [Self; LANES] {
         let mut pixels = [[0.0; 3]; LANES];
         for (i, pixel) in pixels.iter_mut().enumerate() {
             *pixel = [lane(r8, i), lane(g8, i), lane(b8, i)];
@@ -28,14 +34,32 @@ impl Pixel for [f32; 3] {
     }
 }
 
+/// Linear RGB times alpha, and alpha: premultiplied, as EXR has it.
+impl Pixel for [f32; 4] {
+    const HAS_ALPHA: bool = true;
+
+    fn from_linear([r, g, b]: [f32; 3], alpha: f32) -> Self {
+        [r, g, b, alpha]
+    }
+
+    #[inline(always)]
+    fn from_lanes([r8, g8, b8]: &[F32x8; 3], alpha8: &F32x8) -> [Self; LANES] {
+        let mut pixels = [[0.0; 4]; LANES];
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            *pixel = [lane(r8, i), lane(g8, i), lane(b8, i), lane(alpha8, i)];
+        }
+        pixels
+    }
+}
+
 /// Eight bits a channel, see [`quantize`].
 impl Pixel for [u8; 3] {
-    fn from_linear(rgb: [f32; 3]) -> Self {
+    fn from_linear(rgb: [f32; 3], _: f32) -> Self {
         rgb.map(quantize)
     }
 
     #[inline(always)]
-    fn from_lanes(rgb8: &[F32x8; 3]) -> [Self; LANES] {
+    fn from_lanes(rgb8: &[F32x8; 3], _: &F32x8) -> [Self; LANES] {
         let [r8, g8, b8] = quantize8(rgb8);
         let mut pixels = [[0; 3]; LANES];
         for (i, pixel) in pixels.iter_mut().enumerate() {
@@ -109,19 +133,41 @@ impl Film {
     /// rayon pool.
     #[must_use]
     pub fn to_rgb8(&self) -> Vec<u8> {
-        const CHUNK: usize = 1 << 16;
-        let channels = self.pixels.as_flattened();
-        let mut bytes = vec![0; channels.len()];
-        bytes
-            .par_chunks_mut(CHUNK)
-            .zip(channels.par_chunks(CHUNK))
-            .for_each(|(bytes, channels)| {
-                for (byte, &channel) in bytes.iter_mut().zip(channels) {
-                    *byte = quantize(channel);
-                }
-            });
-        bytes
+        self.to_bytes(Transfer::Linear)
     }
+
+    /// Eight bits a channel, row by row. On the threads of the current rayon pool.
+    #[must_use]
+    pub fn to_bytes(&self, transfer: Transfer) -> Vec<u8> {
+        in_parallel(&self.pixels, |rgb: [f32; 3]| transfer.encode(rgb))
+    }
+}
+
+impl Film<[f32; 4]> {
+    /// Eight bits a channel, row by row: red, green and blue not multiplied by alpha any more, as PNG has it, and
+    /// trunc(255 x alpha). On the threads of the current rayon pool.
+    #[must_use]
+    pub fn to_bytes(&self, transfer: Transfer) -> Vec<u8> {
+        in_parallel(&self.pixels, |[r, g, b, alpha]: [f32; 4]| {
+            let whole = if alpha > 0.0 { alpha } else { 1.0 };
+            let [r, g, b] = transfer.encode([r / whole, g / whole, b / whole]);
+            [r, g, b, quantize(alpha)]
+        })
+    }
+}
+
+fn in_parallel<const N: usize>(pixels: &[[f32; N]], encode: impl Fn([f32; N]) -> [u8; N] + Sync) -> Vec<u8> {
+    const CHUNK: usize = 1 << 14;
+    let mut bytes = vec![[0; N]; pixels.len()];
+    bytes
+        .par_chunks_mut(CHUNK)
+        .zip(pixels.par_chunks(CHUNK))
+        .for_each(|(bytes, pixels)| {
+            for (to, &pixel) in bytes.iter_mut().zip(pixels) {
+                *to = encode(pixel);
+            }
+        });
+    bytes.into_flattened()
 }
 
 /// trunc(255 x clamp(c, 0, 1)).
@@ -151,8 +197,8 @@ mod tests {
         let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, 1e-40, 1e9];
         for c in hundredths.chain(exact).chain(odd) {
             let rgb = [c, 1.0 - c, c * 0.5];
-            let lanes = <[u8; 3]>::from_lanes(&rgb.map(splat));
-            assert_eq!(lanes, [<[u8; 3]>::from_linear(rgb); LANES], "{rgb:?}");
+            let lanes = <[u8; 3]>::from_lanes(&rgb.map(splat), &splat(1.0));
+            assert_eq!(lanes, [<[u8; 3]>::from_linear(rgb, 1.0); LANES], "{rgb:?}");
         }
     }
 }

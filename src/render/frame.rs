@@ -1,12 +1,14 @@
 //! One frame on its own, and what the tiles of a frame share.
 
-use super::{Film, Frame, FrameStats, OnProgress, RenderError, Renderer, Settings};
+use super::{
+    Crop, Film, Frame, FrameStats, OnProgress, RenderError, Renderer, Settings, sampling::CameraRays,
+};
 use crate::{
     accel::Bvh,
-    scene::{Camera, PixelRays, Scene},
+    scene::{Camera, Scene},
 };
 
-/// A tile's place in the picture, pixels.
+/// A tile's place in the film, pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TileRect {
     pub x: u32,
@@ -20,7 +22,9 @@ pub(super) struct TileRect {
 pub(super) struct FrameContext<'a> {
     pub scene: &'a Scene,
     pub bvh: &'a Bvh,
-    pub pixel_rays: PixelRays,
+    pub camera_rays: CameraRays,
+    /// The film's place in the picture.
+    pub window: Crop,
     pub settings: Settings,
 }
 
@@ -37,7 +41,8 @@ pub fn render(
     on_progress: OnProgress<'_>,
 ) -> Result<Frame, RenderError> {
     settings.validate()?;
-    let mut film = Film::new(settings.width, settings.height);
+    let window = settings.window();
+    let mut film = Film::new(window.width(), window.height());
     let stats = Renderer::new(scene, bvh).render(camera, settings, &mut film, on_progress)?;
     let FrameStats {
         rays,

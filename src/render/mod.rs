@@ -1,14 +1,22 @@
 //! From a scene, its BVH and a camera to a picture. Knows no terminal and no window.
 
+mod aov;
+mod crop;
 mod film;
 mod frame;
 mod renderer;
+mod sampling;
 mod scalar;
 mod tile;
+mod transfer;
 
+pub use aov::{Aov, Aovs};
+pub use crop::Crop;
 pub use film::{ByteFilm, Film, Pixel, quantize};
 pub use frame::render;
 pub use renderer::Renderer;
+pub use sampling::{Filter, Pattern};
+pub use transfer::Transfer;
 
 use crate::course;
 use std::{fmt, ops::ControlFlow, time::Duration};
@@ -33,12 +41,19 @@ pub enum Mode {
 /// How to render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Pixels across.
+    /// Pixels of the whole picture across.
     pub width: u32,
-    /// Pixels down.
+    /// Pixels of the whole picture down.
     pub height: u32,
-    /// Samples along each side of a pixel: 1, 2, 3, ... for 1, 4, 9, ... samples a pixel on a regular grid.
+    /// The part of the picture to render, exactly as it is in the whole; `None` for all of it. The film has the
+    /// part's size.
+    pub crop: Option<Crop>,
+    /// Samples along each side of a pixel: 1, 2, 3, ... for 1, 4, 9, ... samples a pixel.
     pub samples_per_axis: u32,
+    /// How they lie.
+    pub pattern: Pattern,
+    /// How much each counts.
+    pub filter: Filter,
     /// A ray of this level returns the background; camera rays are level 0.
     pub max_depth: u32,
     /// Whether lights are tested for being hidden.
@@ -55,7 +70,10 @@ impl Default for Settings {
         Self {
             width: course::IMAGE_SIZE,
             height: course::IMAGE_SIZE,
+            crop: None,
             samples_per_axis: 1,
+            pattern: Pattern::Grid,
+            filter: Filter::Box,
             max_depth: course::MAX_DEPTH,
             shadows: true,
             mode: Mode::Packet,
@@ -145,7 +163,7 @@ pub struct Frame {
 pub struct Progress {
     /// Pixels finished.
     pub pixels_done: u64,
-    /// Pixels of the whole picture.
+    /// Pixels to render in all.
     pub pixels_total: u64,
 }
 
@@ -176,6 +194,17 @@ impl fmt::Display for RenderError {
 impl std::error::Error for RenderError {}
 
 impl Settings {
+    /// The pixels that are rendered: the crop, or the whole picture.
+    #[must_use]
+    pub fn window(&self) -> Crop {
+        self.crop.unwrap_or(Crop {
+            x0: 0,
+            y0: 0,
+            x1: self.width,
+            y1: self.height,
+        })
+    }
+
     /// Checks the sizes against the limits above.
     ///
     /// # Errors
@@ -191,9 +220,20 @@ impl Settings {
         if width == 0 || height == 0 {
             return limit(format!("a picture of {width}x{height} has no pixels"));
         }
-        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        let window = self.window();
+        if window.x0 >= window.x1 || window.y0 >= window.y1 {
+            return limit(format!("the crop {window} has no pixels"));
+        }
+        if window.x1 > width || window.y1 > height {
             return limit(format!(
-                "a picture of {width}x{height} has more than {MAX_PIXELS} pixels"
+                "the crop {window} is not within the picture of {width}x{height}"
+            ));
+        }
+        if u64::from(window.width()) * u64::from(window.height()) > MAX_PIXELS {
+            return limit(format!(
+                "a picture of {}x{} has more than {MAX_PIXELS} pixels",
+                window.width(),
+                window.height()
             ));
         }
         if n == 0 || u64::from(width.max(height)) * u64::from(n) > u64::from(MAX_SIDE_SAMPLES) {

@@ -1,8 +1,9 @@
 //! Frames one after another: the threads, their scratch and the film stay.
 
 use super::{
-    Film, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, Settings, TileTimes,
+    Crop, Film, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, Settings, TileTimes,
     frame::{FrameContext, TileRect},
+    sampling::CameraRays,
     scalar,
     tile::TileScratch,
 };
@@ -68,8 +69,8 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders the scene as `camera` sees it into `film` (of linear floats or of bytes), which gets the size that `settings` say; every pixel is
-    /// written. After an error the film's colours are of no use.
+    /// Renders the scene as `camera` sees it into `film` (of linear floats or of bytes), which gets the size that
+    /// `settings` say (that of the crop, where there is one); every pixel is written. After an error the film's colours are of no use.
     ///
     /// Runs on the current rayon pool, or where `settings` ask for another number of threads, on threads that the
     /// renderer keeps until a frame asks for another number.
@@ -85,7 +86,8 @@ impl<'a> Renderer<'a> {
     ) -> Result<FrameStats, RenderError> {
         settings.validate()?;
         let start = Instant::now();
-        film.resize(settings.width, settings.height);
+        let window = settings.window();
+        film.resize(window.width(), window.height());
         self.pool = self.pool_for(settings.threads)?;
         let (rays, tile_times) = match &self.pool {
             Some(pool) => pool.install(|| self.bands(camera, settings, film, on_progress)),
@@ -96,6 +98,17 @@ impl<'a> Renderer<'a> {
             elapsed: start.elapsed(),
             tile_times,
         })
+    }
+
+    /// What is rendered.
+    pub(super) fn scene(&self) -> (&'a Scene, &'a Bvh) {
+        (self.scene, self.bvh)
+    }
+
+    /// So many threads, kept for the next frame; `None` for those of the current pool.
+    pub(super) fn pool(&mut self, threads: Option<usize>) -> Result<Option<&ThreadPool>, RenderError> {
+        self.pool = self.pool_for(threads)?;
+        Ok(self.pool.as_ref())
     }
 
     /// The threads of the frame before, if their number is right; `None` for those of the current pool.
@@ -122,36 +135,30 @@ impl<'a> Renderer<'a> {
         film: &mut Film<P>,
         on_progress: OnProgress<'_>,
     ) -> Result<(RayCounts, TileTimes), RenderError> {
-        let &Settings { width, height, .. } = settings;
+        let window = settings.window();
         let context = FrameContext {
             scene: self.scene,
             bvh: self.bvh,
-            pixel_rays: camera.pixel_rays(width, height, settings.samples_per_axis),
+            camera_rays: CameraRays::new(camera, settings),
+            window,
             settings: *settings,
         };
         if settings.mode == Mode::Scalar {
             self.bvh.binary(self.scene);
         }
-        let watch = Watch {
-            on_progress,
-            cancelled: AtomicBool::new(false),
-            pixels_done: AtomicU64::new(0),
-            pixels_total: u64::from(width) * u64::from(height),
-        };
+        let watch = Watch::new(window, on_progress);
         let counts = film
             .pixels_mut()
-            .par_chunks_mut((width * TILE[1]) as usize)
+            .par_chunks_mut((window.width() * TILE[1]) as usize)
             .enumerate()
             .with_max_len(1)
             .map(|(band_i, band)| self.band(&context, band_i as u32 * TILE[1], band, &watch))
             .reduce(<_>::default, |a, b| (a.0 + b.0, a.1 + b.1));
-        if watch.cancelled.into_inner() {
-            return Err(RenderError::Cancelled);
-        }
+        watch.finish()?;
         Ok(counts)
     }
 
-    /// Renders the tiles of one band, the rows from `y` on, from left to right.
+    /// Renders the tiles of one band, the film's rows from `y` on, from left to right.
     fn band<P: Pixel>(
         &self,
         context: &FrameContext<'_>,
@@ -159,12 +166,10 @@ impl<'a> Renderer<'a> {
         band: &mut [P],
         watch: &Watch<'_>,
     ) -> (RayCounts, TileTimes) {
-        let &Settings {
-            width, height, mode, ..
-        } = &context.settings;
+        let (width, height) = (context.window.width(), context.window.height());
         let mut counts = (RayCounts::default(), TileTimes::default());
         for x in (0..width).step_by(TILE[0] as usize) {
-            if watch.cancelled.load(Ordering::Relaxed) {
+            if watch.is_cancelled() {
                 break;
             }
             let rect = TileRect {
@@ -173,7 +178,7 @@ impl<'a> Renderer<'a> {
                 width: TILE[0].min(width - x),
                 height: TILE[1].min(height - y),
             };
-            let tile_counts = match mode {
+            let tile_counts = match context.settings.mode {
                 Mode::Packet => {
                     let scratch = self
                         .scratch
@@ -183,23 +188,47 @@ impl<'a> Renderer<'a> {
                 Mode::Scalar => (scalar::render_tile(context, rect, band), TileTimes::default()),
             };
             counts = (counts.0 + tile_counts.0, counts.1 + tile_counts.1);
-            watch.tile_done(rect);
+            watch.done(u64::from(rect.width) * u64::from(rect.height));
         }
         counts
     }
 }
 
 /// How far the frame is, and whether it is still wanted.
-struct Watch<'a> {
+pub(super) struct Watch<'a> {
     on_progress: OnProgress<'a>,
     cancelled: AtomicBool,
     pixels_done: AtomicU64,
     pixels_total: u64,
 }
 
-impl Watch<'_> {
-    fn tile_done(&self, rect: TileRect) {
-        let pixels = u64::from(rect.width) * u64::from(rect.height);
+impl<'a> Watch<'a> {
+    /// Nothing of the window is done.
+    pub fn new(window: Crop, on_progress: OnProgress<'a>) -> Self {
+        Self {
+            on_progress,
+            cancelled: AtomicBool::new(false),
+            pixels_done: AtomicU64::new(0),
+            pixels_total: u64::from(window.width()) * u64::from(window.height()),
+        }
+    }
+
+    /// Whether the frame is not wanted any more.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub fn finish(self) -> Result<(), RenderError> {
+        if self.cancelled.into_inner() {
+            return Err(RenderError::Cancelled);
+        }
+        Ok(())
+    }
+
+    /// So many pixels more are done.
+    pub fn done(&self, pixels: u64) {
         let progress = Progress {
             pixels_done: self.pixels_done.fetch_add(pixels, Ordering::Relaxed) + pixels,
             pixels_total: self.pixels_total,

@@ -28,12 +28,13 @@ impl Intersect for OverBvh<'_> {
     }
 }
 
-/// Renders the tile into its columns of `band`, the rows of the picture from `rect.y` on.
+/// Renders the tile into its columns of `band`, the rows of the film from `rect.y` on.
 pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, band: &mut [P]) -> RayCounts {
     let &FrameContext {
         scene,
         bvh,
-        pixel_rays,
+        camera_rays,
+        window,
         settings,
     } = context;
     let mut intersect = OverBvh {
@@ -43,16 +44,22 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
     let n = settings.samples_per_axis;
     let mut rays = SecondaryRays::default();
     for (row, y) in band
-        .chunks_exact_mut(settings.width as usize)
-        .zip(rect.y..rect.y + rect.height)
+        .chunks_exact_mut(window.width() as usize)
+        .take(rect.height as usize)
+        .zip(window.y0 + rect.y..)
     {
         for (pixel, x) in row[rect.x as usize..][..rect.width as usize]
             .iter_mut()
-            .zip(rect.x..)
+            .zip(window.x0 + rect.x..)
         {
             let mut sum = [0.0; 3];
-            for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
-                let ray = Ray::new(pixel_rays.eye(), pixel_rays.direction(x, y, sample));
+            let mut covered = 0;
+            for sample in camera_rays.samples() {
+                let ray = Ray::new(camera_rays.eye(), camera_rays.direction(x, y, sample));
+                if P::HAS_ALPHA && !intersect.closest_hit(&ray).is_hit() {
+                    continue;
+                }
+                covered += 1;
                 let color = radiance(
                     scene,
                     &mut intersect,
@@ -65,7 +72,8 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
                     *sum += c;
                 }
             }
-            *pixel = P::from_linear(sum.map(|sum| sum / (n * n) as f32));
+            let samples = (n * n) as f32;
+            *pixel = P::from_linear(sum.map(|sum| sum / samples), covered as f32 / samples);
         }
     }
     RayCounts {

@@ -43,10 +43,12 @@ impl<'a> TileScratch<'a> {
         scratch.shader.reserve(scene, pixels, &mut scratch.rays);
         scratch.sample.reset(pixels / LANES);
         scratch.sum.reset(pixels / LANES);
+        scratch.sample.alpha.reserve(pixels / LANES);
+        scratch.sum.alpha.reserve(pixels / LANES);
         scratch
     }
 
-    /// Renders the tile into its columns of `band`, the rows of the picture from `rect.y` on.
+    /// Renders the tile into its columns of `band`, the rows of the film from `rect.y` on.
     pub fn render<P: Pixel>(
         &mut self,
         context: &FrameContext<'_>,
@@ -57,13 +59,14 @@ impl<'a> TileScratch<'a> {
         let shade = ShadeSettings {
             max_depth: settings.max_depth,
             shadows: settings.shadows,
+            transparent: P::HAS_ALPHA,
         };
         let tile_start = Instant::now();
         let pixels = rect.width * rect.height;
         let n = settings.samples_per_axis;
         self.shader.reset_counts();
         let mut times = TileTimes::default();
-        for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
+        for sample in context.camera_rays.samples() {
             let start = Instant::now();
             fill(context, rect, sample, &mut self.rays);
             times.ray_generation += start.elapsed();
@@ -76,7 +79,7 @@ impl<'a> TileScratch<'a> {
                 self.sum.add_all(&self.sample);
             }
         }
-        self.store(rect, n * n, settings.width as usize, band);
+        self.store(rect, n * n, context.window.width() as usize, band);
         times.tracing = self.shader.tracing;
         times.shading = tile_start
             .elapsed()
@@ -94,15 +97,17 @@ impl<'a> TileScratch<'a> {
     fn store<P: Pixel>(&self, rect: TileRect, samples: u32, row_length: usize, band: &mut [P]) {
         let samples8 = splat(samples as f32);
         let mut sums = self.sum.packets.iter();
+        let mut alphas = self.sum.alpha.iter();
         for_each_packet(rect, |[x, y]| {
             let Some(&sum) = sums.next() else { return };
+            let alpha8 = alphas.next().map_or(splat(1.0), |&alpha8| alpha8 / samples8);
             // The same bits for one sample, without a division.
             let average = if samples == 1 {
                 sum
             } else {
                 sum.map(|c| c / samples8)
             };
-            let pixels = P::from_lanes(&average);
+            let pixels = P::from_lanes(&average, &alpha8);
             let start = y as usize * row_length + (rect.x + x) as usize;
             let columns = ROW.min((rect.width - x) as usize);
             let (rows, _) = pixels.as_chunks::<ROW>();
@@ -120,7 +125,7 @@ impl<'a> TileScratch<'a> {
 /// Pixels of a packet's row.
 const ROW: usize = PACKET[0] as usize;
 
-/// The picture's right edge. (Apart, else all rows are copied by calls of `memmove`: 6 % of a frame.)
+/// The film's right edge. (Apart, else all rows are copied by calls of `memmove`: 6 % of a frame.)
 #[cold]
 fn store_part<P: Pixel>(from: &[P; ROW], to: &mut [P]) {
     to.copy_from_slice(&from[..to.len()]);
@@ -147,12 +152,13 @@ fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
 #[inline(never)]
 fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
     rays.clear();
-    let origin = Vec3x8::splat(context.pixel_rays.eye());
+    let origin = Vec3x8::splat(context.camera_rays.eye());
+    let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
     let mut first = 0;
     for_each_packet(rect, |[x, y]| {
         let packet = RayPacket {
             origin,
-            direction: context.pixel_rays.directions8(rect.x + x, rect.y + y, sample),
+            direction: context.camera_rays.directions8(left + x, top + y, sample),
             t_max: Mask8::from_bits(inside(rect, x, y)).select(splat(T_MAX), splat(0.0)),
         };
         let mut pixel = [0; LANES];

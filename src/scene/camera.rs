@@ -220,16 +220,37 @@ impl PixelRays {
         normalize(mul_add3(self.up, up * self.step, along_right))
     }
 
+    /// As [`PixelRays::direction`] through the pixel's centre, but `right` and `up` half pixels aside. For rays of one
+    /// sample a pixel.
+    #[must_use]
+    pub fn direction_aside(&self, x: u32, y: u32, [right, up]: [f32; 2]) -> Vec3 {
+        let (center_right, center_up) = self.offsets(x, y, [0, 0]);
+        let (right, up) = (center_right + right, center_up + up);
+        let along_right = mul_add3(self.right, right * self.step, self.forward);
+        normalize(mul_add3(self.up, up * self.step, along_right))
+    }
+
     /// Twin of [`PixelRays::direction`] for the 4x2 pixels whose top left one is (`x`, `y`); lane
     /// `4 * row + column`.
     #[must_use]
     pub fn directions8(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3x8 {
-        let (right, up) = self.offsets(x, y, sample);
+        self.directions8_from(self.offsets(x, y, sample), [splat(0.0); 2])
+    }
+
+    /// Twin of [`PixelRays::direction_aside`], for pixels as in [`PixelRays::directions8`].
+    #[must_use]
+    pub fn directions8_aside(&self, x: u32, y: u32, aside: [F32x8; 2]) -> Vec3x8 {
+        self.directions8_from(self.offsets(x, y, [0, 0]), aside)
+    }
+
+    /// From the first pixel's offsets, whole numbers, and what is to be added to each pixel's.
+    #[inline(always)]
+    fn directions8_from(&self, (right, up): (f32, f32), aside: [F32x8; 2]) -> Vec3x8 {
         let pitch = splat((2 * self.samples_per_axis) as f32);
         const COLUMN: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
         const ROW: [f32; LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
-        let right8 = splat(right) + F32x8::from(COLUMN) * pitch;
-        let up8 = splat(up) - F32x8::from(ROW) * pitch;
+        let right8 = splat(right) + F32x8::from(COLUMN) * pitch + aside[0];
+        let up8 = splat(up) - F32x8::from(ROW) * pitch + aside[1];
         let step8 = splat(self.step);
         let along_right = Vec3x8::splat(self.right).mul_add(right8 * step8, Vec3x8::splat(self.forward));
         Vec3x8::splat(self.up)

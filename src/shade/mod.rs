@@ -18,9 +18,9 @@ pub mod surface;
 
 use crate::{
     math,
-    ray::HitPacket,
+    ray::{HitPacket, PrimitiveId},
     scene::Scene,
-    simd::{F32x8, LANES, Mask8, is_run, mul_add},
+    simd::{F32x8, LANES, Mask8, equal_lanes, is_run, mul_add, splat},
     trace::{Origins, Tracer},
 };
 use material::Light8;
@@ -45,6 +45,8 @@ pub struct ShadeSettings {
     pub max_depth: u32,
     /// Whether lights are tested for being hidden.
     pub shadows: bool,
+    /// Whether camera rays that hit nothing bring no colour, and [`TileColors::alpha`] is wanted.
+    pub transparent: bool,
 }
 
 /// The memory of shading one tile, reused from tile to tile.
@@ -71,6 +73,8 @@ pub struct Shader {
 pub struct TileColors {
     /// One column a channel, for each camera packet.
     pub packets: Vec<[F32x8; 3]>,
+    /// 1 for camera rays that hit something, else 0; empty where nobody asked for it.
+    pub alpha: Vec<F32x8>,
 }
 
 impl TileColors {
@@ -78,6 +82,7 @@ impl TileColors {
     pub fn reset(&mut self, packets: usize) {
         self.packets.clear();
         self.packets.resize(packets, [F32x8::ZERO; 3]);
+        self.alpha.clear();
     }
 
     /// Adds the colours of `other`, pixel by pixel.
@@ -86,6 +91,9 @@ impl TileColors {
             for (sum, &color) in sums.iter_mut().zip(colors) {
                 *sum += color;
             }
+        }
+        for (sum, &alpha8) in self.alpha.iter_mut().zip(&other.alpha) {
+            *sum += alpha8;
         }
     }
 
@@ -155,7 +163,14 @@ impl Shader {
             let start = Instant::now();
             tracer.closest_hit(origins, &rays.packets, hits);
             self.tracing += start.elapsed();
-            queue::sort(scene, rays, hits, &mut self.by_material, colors);
+            let see_through = settings.transparent && level == 1;
+            if see_through {
+                colors.alpha.extend(hits.iter().map(|hits| {
+                    let missed = Mask8::from_bits(equal_lanes(&hits.primitive, PrimitiveId::NONE.0));
+                    missed.select(splat(0.0), splat(1.0))
+                }));
+            }
+            queue::sort(scene, rays, hits, see_through, &mut self.by_material, colors);
 
             surface::gather(scene, rays, hits, &self.by_material, &mut self.surfaces);
             if self.surfaces.is_empty() {

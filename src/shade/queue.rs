@@ -182,11 +182,12 @@ impl HitQueue {
     }
 }
 
-/// Files the hits of `rays` by material; misses take the background at once.
+/// Files the hits of `rays` by material; misses take the background at once, or nothing if they `see_through` it.
 pub fn sort(
     scene: &Scene,
     rays: &RayQueue,
     hits: &[HitPacket],
+    see_through: bool,
     by_material: &mut HitQueue,
     colors: &mut TileColors,
 ) {
@@ -195,7 +196,7 @@ pub fn sort(
         let active = gt(packet.t_max, splat(0.0)).bits();
         let none = equal_lanes(&hits.primitive, PrimitiveId::NONE.0);
         let missed = active & none;
-        if missed != 0 {
+        if missed != 0 && !see_through {
             let background = background(scene, &packet.direction);
             colors.add(missed, &rays.pixel[packet_i], rays.weight[packet_i], background);
         }

@@ -1,0 +1,337 @@
+//! Where in a pixel the camera's rays go: a pattern of points in the unit square, spread by a pixel filter.
+//!
+//! Filters are sampled, not summed: a point's coordinates go through the inverse of the filter's distribution, and
+//! every sample counts 1 (Ernst, Stamminger and Greiner, *Filter Importance Sampling*, 2006). So pixels need nothing
+//! of their neighbours, and a crop is the whole picture's part. Where a pattern is another one in every pixel, it is
+//! by a hash of the pixel's absolute place, for the same reason.
+
+use super::Settings;
+use crate::{
+    scene::{Camera, PixelRays},
+    simd::{LANES, Vec3x8, from_lanes},
+};
+use glam::Vec3;
+use std::{f64::consts::TAU, sync::OnceLock};
+
+/// How the samples of a pixel lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pattern {
+    /// In the centres of a regular grid's cells, in all pixels alike.
+    #[default]
+    Grid,
+    /// Anywhere in the cells of a regular grid, one in each.
+    Stratified,
+    /// The first points of the Sobol' sequence in two dimensions, scrambled anew in every pixel (Owen 1995, by hashing:
+    /// Burley, *Practical Hash-based Owen Scrambling*, JCGT 2020). Evenest where samples are a power of 4.
+    Sobol,
+}
+
+/// How much a sample counts by its distance from the pixel's centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// All of the pixel alike.
+    #[default]
+    Box,
+    /// Falls evenly to 0 at a distance of 1 pixel.
+    Tent,
+    /// A bell that falls to 0 at a distance of 1.5 pixels: the Blackman-Harris window of four terms (Harris 1978).
+    BlackmanHarris,
+}
+
+/// The Blackman-Harris filter's reach, pixels.
+const REACH: f64 = 1.5;
+/// Steps of its inverse distribution.
+const STEPS: usize = 1024;
+
+/// The camera's rays of one picture: pixel and sample in, direction out.
+#[derive(Clone, Copy)]
+pub(super) struct CameraRays {
+    pixel_rays: PixelRays,
+    samples_per_axis: u32,
+    /// `None`: the grid and the box, whose offsets are whole numbers.
+    spread: Option<Spread>,
+}
+
+#[derive(Clone, Copy)]
+struct Spread {
+    pattern: Pattern,
+    filter: Filter,
+    samples_per_axis: u32,
+    bell: &'static [f32; STEPS + 1],
+}
+
+impl CameraRays {
+    /// Those of `camera` for a picture with these settings.
+    pub fn new(camera: &Camera, settings: &Settings) -> Self {
+        let &Settings {
+            width,
+            height,
+            samples_per_axis,
+            pattern,
+            filter,
+            ..
+        } = settings;
+        let regular = (pattern, filter) == (Pattern::Grid, Filter::Box);
+        Self {
+            pixel_rays: camera.pixel_rays(width, height, if regular { samples_per_axis } else { 1 }),
+            samples_per_axis,
+            spread: (!regular).then(|| Spread {
+                pattern,
+                filter,
+                samples_per_axis,
+                bell: bell(),
+            }),
+        }
+    }
+
+    /// The shared origin of all rays, scene units.
+    pub fn eye(&self) -> Vec3 {
+        self.pixel_rays.eye()
+    }
+
+    /// Every sample of a pixel, as column and row of the grid.
+    pub fn samples(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let n = self.samples_per_axis;
+        (0..n).flat_map(move |row| (0..n).map(move |column| [column, row]))
+    }
+
+    /// Unit direction of the ray of one sample of a pixel of the whole picture.
+    #[inline(always)]
+    pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {
+        match &self.spread {
+            None => self.pixel_rays.direction(x, y, sample),
+            Some(spread) => self
+                .pixel_rays
+                .direction_aside(x, y, spread.aside([x, y], sample)),
+        }
+    }
+
+    /// Twin of [`CameraRays::direction`] for the 4x2 pixels whose top left one is (`x`, `y`); lane `4 * row + column`.
+    #[inline(always)]
+    pub fn directions8(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3x8 {
+        let Some(spread) = &self.spread else {
+            return self.pixel_rays.directions8(x, y, sample);
+        };
+        let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let pixel = [x + lane as u32 % 4, y + lane as u32 / 4];
+            [right[lane], up[lane]] = spread.aside(pixel, sample);
+        }
+        let aside = [from_lanes(|lane| right[lane]), from_lanes(|lane| up[lane])];
+        self.pixel_rays.directions8_aside(x, y, aside)
+    }
+}
+
+impl Spread {
+    /// How far from a pixel's centre a sample lies to the right and upwards, in half pixels.
+    #[inline(always)]
+    fn aside(&self, pixel: [u32; 2], sample: [u32; 2]) -> [f32; 2] {
+        let [right, down] = self.point(pixel, sample);
+        [self.warp(right), -self.warp(down)]
+    }
+
+    /// The sample's point in the unit square, from the top left.
+    #[inline(always)]
+    fn point(&self, [x, y]: [u32; 2], [column, row]: [u32; 2]) -> [f32; 2] {
+        let n = self.samples_per_axis;
+        let sample_i = row * n + column;
+        let pixel = hash(x.wrapping_add(hash(y.wrapping_add(0x9e37_79b9))));
+        let in_cell = |cell: u32, within: f32| (cell as f32 + within) / n as f32;
+        match self.pattern {
+            Pattern::Grid => [in_cell(column, 0.5), in_cell(row, 0.5)],
+            Pattern::Stratified => {
+                let first = hash(pixel.wrapping_add(sample_i.wrapping_mul(2)));
+                let second = hash(first ^ 0x5bd1_e995);
+                [in_cell(column, unit(first)), in_cell(row, unit(second))]
+            }
+            Pattern::Sobol => {
+                let second = hash(pixel ^ 0x5bd1_e995);
+                [
+                    unit(scrambled(sample_i, pixel)),
+                    unit(scrambled(sobol_second(sample_i), second)),
+                ]
+            }
+        }
+    }
+
+    /// The inverse of the filter's distribution, at a point from 0 to 1: half pixels from the centre.
+    #[inline(always)]
+    fn warp(&self, at: f32) -> f32 {
+        match self.filter {
+            Filter::Box => 2.0 * at - 1.0,
+            Filter::Tent if at < 0.5 => 2.0 * (2.0 * at).sqrt() - 2.0,
+            Filter::Tent => 2.0 - 2.0 * (2.0 * (1.0 - at)).sqrt(),
+            Filter::BlackmanHarris => {
+                let at = at * STEPS as f32;
+                let step = (at as usize).min(STEPS - 1);
+                let (below, above) = (self.bell[step], self.bell[step + 1]);
+                below + (above - below) * (at - step as f32)
+            }
+        }
+    }
+}
+
+/// 32 random bits of 32 others, a bijection: two rounds of multiply and shift.
+#[inline(always)]
+fn hash(mut bits: u32) -> u32 {
+    bits = (bits ^ bits >> 16).wrapping_mul(0x7feb_352d);
+    bits = (bits ^ bits >> 15).wrapping_mul(0x846c_a68b);
+    bits ^ bits >> 16
+}
+
+/// From 0 to 1, 1 not included.
+#[inline(always)]
+fn unit(bits: u32) -> f32 {
+    (bits >> 8) as f32 / (1 << 24) as f32
+}
+
+/// The second dimension of the Sobol' sequence, its bits in reverse. (The first is the index itself.)
+#[inline(always)]
+fn sobol_second(index: u32) -> u32 {
+    // Column i of the generating matrix is row i of Pascal's triangle modulo 2: 1, 11, 101, 1111, ...
+    let (mut left, mut column, mut point) = (index, 1_u32, 0);
+    while left != 0 {
+        point ^= column & (left & 1).wrapping_neg();
+        left >>= 1;
+        column ^= column << 1;
+    }
+    point
+}
+
+/// Owen's scrambling of a point whose bits are in reverse: each bit is flipped by a hash of those before it
+/// (Laine and Karras 2011, with Burley's constants).
+#[inline(always)]
+fn scrambled(mut reversed: u32, seed: u32) -> u32 {
+    reversed = reversed.wrapping_add(seed);
+    for factor in [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6] {
+        reversed ^= reversed.wrapping_mul(factor);
+    }
+    reversed.reverse_bits()
+}
+
+/// The inverse of the Blackman-Harris filter's distribution in equal steps: half pixels from the centre.
+fn bell() -> &'static [f32; STEPS + 1] {
+    static TABLE: OnceLock<[f32; STEPS + 1]> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        let mut table = [0.0; STEPS + 1];
+        for (step, value) in table.iter_mut().enumerate() {
+            let wanted = step as f64 / STEPS as f64;
+            let (mut below, mut above) = (0.0, 1.0);
+            for _ in 0..40 {
+                let middle = 0.5 * (below + above);
+                if bell_share(middle) < wanted {
+                    below = middle;
+                } else {
+                    above = middle;
+                }
+            }
+            *value = ((below + above - 1.0) * 2.0 * REACH) as f32;
+        }
+        table
+    })
+}
+
+/// The share of the window from 0 to 1 that lies below `x`.
+fn bell_share(x: f64) -> f64 {
+    const TERMS: [f64; 4] = [0.35875, -0.48829, 0.14128, -0.01168];
+    let mut sum = TERMS[0] * x;
+    for (k, term) in (1..).zip(&TERMS[1..]) {
+        let turns = TAU * f64::from(k);
+        sum += term * libm::sin(turns * x) / turns;
+    }
+    sum / TERMS[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn spread(pattern: Pattern, filter: Filter, samples_per_axis: u32) -> Spread {
+        Spread {
+            pattern,
+            filter,
+            samples_per_axis,
+            bell: bell(),
+        }
+    }
+
+    fn points(spread: &Spread, pixel: [u32; 2]) -> Vec<[f32; 2]> {
+        let n = spread.samples_per_axis;
+        (0..n * n).map(|i| spread.point(pixel, [i % n, i / n])).collect()
+    }
+
+    /// How many different cells of a grid of `columns` x `rows` the points are in.
+    fn cells(points: &[[f32; 2]], columns: usize, rows: usize) -> usize {
+        let cell = |p: &[f32; 2]| ((p[0] * columns as f32) as usize, (p[1] * rows as f32) as usize);
+        points
+            .iter()
+            .map(cell)
+            .collect::<std::collections::BTreeSet<_>>()
+            .len()
+    }
+
+    #[test]
+    fn patterns_are_even() {
+        for pixel in [[0, 0], [1, 0], [0, 1], [4095, 77]] {
+            for pattern in [Pattern::Grid, Pattern::Stratified, Pattern::Sobol] {
+                let points = points(&spread(pattern, Filter::Box, 4), pixel);
+                assert!(points.as_flattened().iter().all(|c| (0.0..1.0).contains(c)));
+                assert_eq!(cells(&points, 4, 4), 16, "{pattern:?}");
+                if pattern == Pattern::Sobol {
+                    for (columns, rows) in [(16, 1), (8, 2), (2, 8), (1, 16)] {
+                        assert_eq!(cells(&points, columns, rows), 16, "{columns}x{rows}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_pixel_has_its_own_points() {
+        for pattern in [Pattern::Stratified, Pattern::Sobol] {
+            let spread = spread(pattern, Filter::Box, 2);
+            let mut seen: Vec<_> = (0..64)
+                .flat_map(|i| points(&spread, [i % 8, i / 8]))
+                .map(|point| point.map(f32::to_bits))
+                .collect();
+            seen.sort_unstable();
+            seen.dedup();
+            assert_eq!(seen.len(), 256, "{pattern:?}");
+        }
+    }
+
+    #[test]
+    fn filters_spread_as_they_should() {
+        // The variance of each filter, pixels: 1/12 of a box of width 1, 1/6 of a tent of reach 1.
+        for (filter, reach, variance) in [
+            (Filter::Box, 0.5, 1.0 / 12.0),
+            (Filter::Tent, 1.0, 1.0 / 6.0),
+            (Filter::BlackmanHarris, REACH, bell_variance()),
+        ] {
+            let spread = spread(Pattern::Grid, filter, 1);
+            const COUNT: u32 = 10_000;
+            let at = (0..COUNT).map(|i| (f64::from(i) + 0.5) / f64::from(COUNT));
+            let offsets: Vec<f64> = at.map(|at| f64::from(spread.warp(at as f32)) * 0.5).collect();
+            let mean = offsets.iter().sum::<f64>() / f64::from(COUNT);
+            let square = offsets.iter().map(|o| o * o).sum::<f64>() / f64::from(COUNT);
+            assert!(mean.abs() < 1e-4, "{filter:?}: {mean}");
+            assert!(
+                (square - variance).abs() < 2e-3,
+                "{filter:?}: {square}, {variance}"
+            );
+            assert!(offsets.iter().all(|o| o.abs() <= reach));
+            assert!(offsets.is_sorted());
+        }
+    }
+
+    fn bell_variance() -> f64 {
+        const COUNT: u32 = 10_000;
+        (0..COUNT)
+            .map(|i| {
+                let [low, high] = [i, i + 1].map(|i| f64::from(i) / f64::from(COUNT));
+                let offset = (low + high - 1.0) * REACH;
+                offset * offset * (bell_share(high) - bell_share(low))
+            })
+            .sum()
+    }
+}

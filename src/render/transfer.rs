@@ -1,0 +1,76 @@
+//! How linear channels become bytes.
+
+use super::quantize;
+use std::sync::OnceLock;
+
+/// The curve between light and bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Transfer {
+    /// None, as the course has it: trunc(255 x clamp(c)).
+    #[default]
+    Linear,
+    /// That of sRGB (IEC 61966-2-1), rounded to the nearest byte: what screens expect.
+    Srgb,
+}
+
+impl Transfer {
+    /// The bytes of a colour.
+    #[inline]
+    #[must_use]
+    pub fn encode(self, rgb: [f32; 3]) -> [u8; 3] {
+        match self {
+            Self::Linear => rgb.map(quantize),
+            Self::Srgb => {
+                let steps = srgb_steps();
+                // No power function: as fast as a search, and the same on every machine.
+                rgb.map(|c| steps.partition_point(|&step| step <= c) as u8)
+            }
+        }
+    }
+}
+
+/// The least linear value of each byte but 0, ascending.
+fn srgb_steps() -> &'static [f32; 255] {
+    static STEPS: OnceLock<[f32; 255]> = OnceLock::new();
+    STEPS.get_or_init(|| {
+        let mut steps = [0.0; 255];
+        for (i, step) in steps.iter_mut().enumerate() {
+            *step = to_linear((i as f64 + 0.5) / 255.0) as f32;
+        }
+        steps
+    })
+}
+
+/// The standard's curve, from a channel's share of 255 to linear light.
+fn to_linear(channel: f64) -> f64 {
+    if channel <= 0.04045 {
+        channel / 12.92
+    } else {
+        libm::pow((channel + 0.055) / 1.055, 2.4)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn srgb_is_the_standards_curve() {
+        let encode = |c: f32| Transfer::Srgb.encode([c; 3])[0];
+        for (linear, byte) in [
+            (-1.0, 0),
+            (0.0, 0),
+            (0.5, 188),
+            (0.214_041, 128),
+            (1.0, 255),
+            (9.0, 255),
+            (f32::NAN, 0),
+        ] {
+            assert_eq!(encode(linear), byte, "{linear}");
+        }
+        for byte in 0..=255 {
+            assert_eq!(encode(to_linear(f64::from(byte) / 255.0) as f32), byte);
+        }
+        assert_eq!(Transfer::Linear.encode([0.5; 3]), [127; 3]);
+    }
+}

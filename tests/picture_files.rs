@@ -1,0 +1,158 @@
+//! `--crop`, `--pattern`, `--filter`, `--aov`, `--srgb` and `--background` on the command line, and what is in the files.
+
+mod program;
+
+use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
+use image::DynamicImage;
+use program::Folder;
+
+fn render(folder: &Folder, name: &str, options: &str) -> DynamicImage {
+    let arguments = format!("a.scn --size 60x40 -o {name} {options}");
+    folder
+        .run(&arguments.split_whitespace().collect::<Vec<_>>())
+        .succeeded();
+    open(folder, name)
+}
+
+fn open(folder: &Folder, name: &str) -> DynamicImage {
+    image::open(folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+const KINDS: [&str; 5] = ["depth", "normal", "albedo", "id", "heat"];
+
+#[test]
+fn pieces_are_the_whole_with_every_option() {
+    let folder = Folder::new();
+    for options in [
+        "--aov depth,normal,albedo,id,heat",
+        "--samples 4 --filter tent --mode scalar --srgb --aov albedo,depth,normal,id,heat",
+        "--samples 9 --pattern sobol --filter blackman-harris --background transparent --aov id,heat,depth,normal,albedo",
+        "--samples 4 --pattern stratified --background transparent --srgb --aov depth,normal,albedo,id,heat",
+    ] {
+        render(&folder, "whole.png", options);
+        for (x, y, width, height) in [(0, 0, 33, 17), (33, 0, 27, 17), (0, 17, 60, 23)] {
+            let crop = format!("{options} --crop {x},{y},{},{}", x + width, y + height);
+            render(&folder, "piece.png", &crop);
+            let names = std::iter::once(String::new()).chain(KINDS.map(|kind| format!(".{kind}")));
+            for name in names {
+                let whole = open(&folder, &format!("whole{name}.png"));
+                let piece = open(&folder, &format!("piece{name}.png"));
+                assert_eq!(whole.crop_imm(x, y, width, height), piece, "{options}: {name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn variables_get_files_of_their_own() {
+    let folder = Folder::new();
+    render(&folder, "b.qoi", "--aov normal,heat,heat");
+    assert_eq!(folder.names(), ["a.scn", "b.heat.qoi", "b.normal.qoi", "b.qoi"]);
+    let stats = folder.run(&["a.scn", "--aov", "depth,heat", "--stats=json"]);
+    let stats: serde_json::Value = serde_json::from_str(&stats.stderr).unwrap();
+    let aov = &stats["aov"];
+    assert!(aov["depth"]["white"].as_f64().unwrap() < aov["depth"]["black"].as_f64().unwrap());
+    assert!(aov["heat"]["total"]["most"].as_u64().unwrap() > 1);
+    assert_eq!(aov["heat"]["legend"][0]["color"], "#440154");
+    let text = folder.run(&["a.scn", "--aov", "heat", "--stats"]).stderr;
+    assert!(text.contains("heat legend 1 #440154, 4 #"), "{text}");
+    assert!(!folder.run(&["a.scn", "--stats"]).stderr.contains("heat"));
+}
+
+#[test]
+fn exr_holds_them_as_layers() {
+    let folder = Folder::new();
+    render(&folder, "plain.exr", "");
+    let layered = render(&folder, "b.exr", "--aov depth,normal,albedo,id,heat");
+    assert_eq!(folder.names(), ["a.scn", "b.exr", "plain.exr"]);
+    assert_eq!(layered.to_rgb32f(), open(&folder, "plain.exr").to_rgb32f());
+    let file = read_first_flat_layer_from_file(folder.path("b.exr")).unwrap();
+    let names: Vec<String> = file
+        .layer_data
+        .channel_data
+        .list
+        .iter()
+        .map(|c| c.name.to_string())
+        .collect();
+    let expected = "B G R albedo.B albedo.G albedo.R depth.Z heat.nodes heat.primitives id.primitive \
+                    normal.X normal.Y normal.Z";
+    assert_eq!(names.join(" "), expected);
+    for channel in &file.layer_data.channel_data.list {
+        let whole = matches!(channel.sample_data, FlatSamples::U32(_));
+        let name = channel.name.to_string();
+        assert_eq!(
+            whole,
+            name.starts_with("id") || name.starts_with("heat"),
+            "{name}"
+        );
+    }
+    let transparent = render(&folder, "c.exr", "--aov depth --background transparent");
+    assert_eq!(transparent.to_rgba32f().get_pixel(0, 0).0, [0.0; 4]);
+}
+
+#[test]
+fn srgb_is_a_curve_over_linear_values() {
+    let folder = Folder::new();
+    let linear = render(&folder, "a.exr", "").to_rgb32f();
+    let plain = render(&folder, "a.png", "").to_rgb8();
+    assert_eq!(render(&folder, "b.png", "--linear").to_rgb8(), plain);
+    let srgb = render(&folder, "c.png", "--srgb").to_rgb8();
+    assert_ne!(srgb, plain);
+    for (&c, &byte) in linear.iter().zip(srgb.iter()) {
+        let c = f64::from(c.clamp(0.0, 1.0));
+        let curve = if c <= 0.003_130_8 {
+            12.92 * c
+        } else {
+            1.055 * c.powf(1.0 / 2.4) - 0.055
+        };
+        assert!((f64::from(byte) - 255.0 * curve).abs() < 0.51, "{c}: {byte}");
+    }
+}
+
+#[test]
+fn transparent_pictures_have_alpha() {
+    let folder = Folder::new();
+    for name in ["a.png", "a.qoi", "a.tiff", "a.exr"] {
+        let picture = render(&folder, name, "--background transparent --samples 4 --view 2");
+        assert!(picture.color().has_alpha(), "{name}");
+        let picture = picture.to_rgba8();
+        let alphas: std::collections::BTreeSet<u8> = picture.pixels().map(|p| p.0[3]).collect();
+        assert!(
+            alphas.contains(&0) && alphas.contains(&255) && alphas.len() == 5,
+            "{name}: {alphas:?}"
+        );
+    }
+    assert!(!render(&folder, "b.png", "--background scene").color().has_alpha());
+    let run = folder.run(&["a.scn", "-o", "-", "--background", "transparent", "--size", "5x3"]);
+    assert!(
+        image::load_from_memory(&run.succeeded().stdout)
+            .unwrap()
+            .color()
+            .has_alpha()
+    );
+}
+
+#[test]
+fn what_cannot_work_is_said() {
+    let folder = Folder::new();
+    for (arguments, words) in [
+        ("--crop 0,0,513,5", "expected at most 0,0,512,512"),
+        ("--crop 0,0,5", "x0,y0,x1,y1"),
+        ("--crop 5,5,5,9", "x0 below x1"),
+        ("--pattern random", "grid, stratified, sobol"),
+        ("--filter gauss", "box, tent, blackman-harris"),
+        ("--aov z", "depth, normal, albedo, id, heat"),
+        ("-o - --aov depth", "-o a.png"),
+        ("--srgb --linear", "--linear"),
+        ("-o a.exr --srgb", "leave --srgb out"),
+        ("-o a.ppm --background transparent", "expected .png"),
+        ("-o a.jpg --background transparent", "expected .png"),
+        ("-o a.bmp --background transparent", "expected .png"),
+        ("--background black", "scene, transparent"),
+    ] {
+        let arguments: Vec<_> = std::iter::once("a.scn").chain(arguments.split(' ')).collect();
+        folder.fails(&arguments, 2, words);
+    }
+    std::fs::create_dir(folder.path("a.depth.png")).unwrap();
+    folder.fails(&["a.scn", "--aov", "depth"], 1, "it is a folder");
+}
