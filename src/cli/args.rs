@@ -2,6 +2,7 @@
 
 use super::generate::GenerateArgs;
 use super::{
+    batch_args::{CompareArgs, SeriesArgs},
     value::{self, Size},
     version,
 };
@@ -36,11 +37,18 @@ const RENDER_EXAMPLES: &str = "\
 Examples:
   octray render cow.scn -o cow.jpg --size 1920x1080 --samples 9
   octray render cow.scn --eye -3,2,1.5 --target 0,0,0.5 --up 0,0,1 --fov 30
-  octray render cow.scn --quiet --stats=json 2> stats.json";
+  octray render cow.scn --quiet --stats=json 2> stats.json
+  octray render a.scn b.scn -o out/{stem}.jpg       several scenes, each with its own picture
+  octray render cow.scn --turntable 48 -o t-##.png  48 pictures around the cow
+  octray render cow.scn --turntable 48 -o t-##.png --frames 1-24
+                                                    the half of them
+  octray render cow.scn --compare cow.png --tolerance 2 -o new.png
+                                                    exits with 5 if the picture has changed
+  generate-scene | octray render - -o made.png      a scene from a program";
 
-const RENDER_USAGE: &str = "octray [render] [OPTIONS] <SCENE>";
+const RENDER_USAGE: &str = "octray [render] [OPTIONS] <SCENE>...";
 
-const USAGE: &str = "octray [render] [OPTIONS] <SCENE>\n       octray <COMMAND> ...";
+const USAGE: &str = "octray [render] [OPTIONS] <SCENE>...\n       octray <COMMAND> ...";
 
 /// A fast CPU ray tracer for scenes of triangle meshes and spheres.
 #[derive(Debug, Parser)]
@@ -73,56 +81,64 @@ pub enum Command {
 
 #[derive(Args, Debug)]
 pub struct RenderArgs {
-    /// The scene, a .scn file
-    pub scene: PathBuf,
+    /// The scene, a .scn file, or several; - for one from standard input
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
 
     /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - for a PNG to standard
-    /// output [default: the scene's name with .png, in the current folder]
-    #[arg(short, long, value_name = "FILE")]
+    /// output; {stem} stands for the scene's name [default: {stem}.png, in the current folder]
+    #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
     /// Width and height, pixels
-    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512")]
+    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512", help_heading = "Picture")]
     pub size: Size,
 
     #[command(flatten)]
     pub camera: CameraArgs,
 
+    #[command(flatten)]
+    pub series: SeriesArgs,
+
+    #[command(flatten)]
+    pub comparison: CompareArgs,
+
     /// How many threads render [default: as many as the machine has]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = "Rendering")]
     pub threads: Option<u32>,
 
     /// Which code traces the rays; both make the same picture
-    #[arg(long, value_enum, default_value_t = ModeArg::Packet)]
+    #[arg(long, value_enum, default_value_t = ModeArg::Packet, help_heading = "Rendering")]
     pub mode: ModeArg,
 
     /// How much time building the BVH may take; the picture is the same
-    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Auto)]
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Auto, help_heading = "Rendering")]
     pub build: BuildArg,
 
     /// Let light through everything
-    #[arg(long)]
+    #[arg(long, help_heading = "Rendering")]
     pub no_shadows: bool,
 
     /// A ray of this level returns the background, so 1 traces camera rays only
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH, help_heading = "Rendering")]
     pub max_depth: u32,
 
     /// Samples for each pixel on a regular grid: 1, 4, 9, 16, ...
-    #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1")]
+    #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1", help_heading = "Rendering")]
     pub samples_per_axis: u32,
 
     /// Print rays, times and memory to standard error, as text or as one JSON object
-    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text")]
+    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text", help_heading = "Messages")]
     pub stats: Option<StatsFormat>,
 
     /// No progress bar, no closing line, no warnings
-    #[arg(long)]
+    #[arg(long, help_heading = "Messages")]
     pub quiet: bool,
 }
 
 /// Which way to look.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
     /// One of the scene's cameras, by its name [default: the first one; else --view 1]
     #[arg(long, value_name = "NAME", conflicts_with_all = ["view", "eye"])]
@@ -318,10 +334,10 @@ mod tests {
             &["--view", "2", "--", "a.scn"],
         ] {
             let args = parse_render(arguments);
-            assert_eq!((args.scene, args.camera.view), ("a.scn".into(), Some(2)));
+            assert_eq!((args.scenes, args.camera.view), (vec!["a.scn".into()], Some(2)));
         }
-        assert_eq!(parse_render(&["./info"]).scene, PathBuf::from("./info"));
-        assert_eq!(parse_render(&["render", "info"]).scene, PathBuf::from("info"));
+        assert_eq!(parse_render(&["./info"]).scenes, [PathBuf::from("./info")]);
+        assert_eq!(parse_render(&["render", "info"]).scenes, [PathBuf::from("info")]);
         assert!(matches!(parse(&["info", "render"]), Ok(Command::Info(_))));
     }
 

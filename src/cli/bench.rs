@@ -4,13 +4,13 @@ use super::{
     BenchArgs, CliError,
     args::{BenchMethod, BuildArg},
     report::{SCHEMA, grouped},
+    source,
 };
 use crate::{
     accel::Bvh,
     bench::{
         FrameTimes, Kind, Measurement, Method, Workload, compare, frame_times, machine, quick_suite, suite,
     },
-    format,
     render::Settings,
     scene::{Camera, Scene},
     simd,
@@ -47,7 +47,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     let mut results = Vec::new();
     if let Some(path) = &args.scene {
         args.camera.without_scene()?;
-        let scene = format::load(path)?;
+        let scene = source::load(path)?;
         let camera = args.camera.for_scene(&scene)?;
         let name = path.display().to_string();
         bench.print(&bench.heading())?;

@@ -4,11 +4,11 @@ use super::{
     CliError,
     args::InfoArgs,
     report::{SCHEMA, bytes, grouped},
+    source,
 };
 use crate::{
     accel::{Bvh, BvhStats},
     error::escape,
-    format,
     scene::{Material, NamedCamera, Scene},
 };
 use serde::Serialize;
@@ -26,7 +26,7 @@ const MOST_LINES: usize = 20;
 /// [`CliError`].
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let start = Instant::now();
-    let scene = format::load(&args.scene)?;
+    let scene = source::load(&args.scene)?;
     let load_time = start.elapsed();
     let bvh = Bvh::build(&scene);
     let info = Info::new(args.scene.display().to_string(), &scene, bvh.stats(), load_time);

@@ -1,18 +1,24 @@
 //! The command line: arguments, commands, exit codes. Everything that is printed is printed here.
 
 mod args;
+mod batch;
+mod batch_args;
 mod bench;
 mod camera;
+mod compare;
 mod encode;
 mod error;
 mod generate;
 mod info;
 mod interrupt;
+mod names;
 mod output;
 mod picture;
 mod progress;
 mod render;
 mod report;
+mod source;
+mod turntable;
 mod value;
 mod version;
 mod whole_file;

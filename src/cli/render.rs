@@ -3,83 +3,112 @@
 use super::{
     CliError,
     args::{ModeArg, RenderArgs, StatsFormat},
+    batch::{self, Job, Verdicts},
     interrupt::Interrupt,
     output::Output,
     progress::Bar,
     report::{Memory, Primitives, Rays, Report, SCHEMA, Seconds},
+    source,
+    turntable::turned,
 };
 use crate::{
     accel::Bvh,
     error::escape,
-    format,
     render::{FrameStats, Mode, Renderer, Settings},
-    scene::Scene,
+    scene::{Camera, Scene},
     simd,
 };
 use std::{
     io::{self, IsTerminal, Write},
-    path::PathBuf,
+    path::Path,
     time::{Duration, Instant},
 };
 
-/// Renders a scene into a picture. `start` is when the program began.
+/// Renders scenes into pictures. `start` is when the program began.
 ///
 /// # Errors
-/// [`CliError`]. The output is as it was before.
+/// [`CliError`]. The first one ends the call: pictures that are written stay, the others are as they were before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
     args.camera.without_scene()?;
-    let output = Output::prepare(&output_path(args), &args.scene, settings.width, settings.height)?;
-    let talkative = !args.quiet && io::stderr().is_terminal();
-
+    let jobs = batch::plan(args, (settings.width, settings.height))?;
     let interrupt = Interrupt::install()?;
-    let (scene, load_time) = interrupt.exit_at_once_during(|| timed(|| format::load(&args.scene)))?;
+    let mut since = start;
+    let mut verdicts = Verdicts::default();
+    for job in &jobs {
+        render_scene(args, &settings, job, &interrupt, &mut since, &mut verdicts)?;
+    }
+    verdicts.finish()
+}
+
+/// Renders the pictures of one scene. `since` is when the picture before was done.
+fn render_scene(
+    args: &RenderArgs,
+    settings: &Settings,
+    job: &Job<'_>,
+    interrupt: &Interrupt,
+    since: &mut Instant,
+    verdicts: &mut Verdicts,
+) -> Result<(), CliError> {
+    let talkative = !args.quiet && io::stderr().is_terminal();
+    let (scene, mut load_time) = interrupt.exit_at_once_during(|| timed(|| source::load(job.scene)))?;
     let scene = scene?;
     let camera = args.camera.for_scene(&scene)?;
     if !args.quiet {
-        warn_of_degenerate_triangles(args, &scene);
+        warn_of_degenerate_triangles(job.scene, &scene);
         for note in &scene.sources().notes {
             let _ = writeln!(io::stderr(), "octray: warning: {}", escape(note));
         }
     }
-    let quality = args
-        .build
-        .quality(expected_rays(&settings, &scene), scene.primitive_count());
-    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
+    let rays = expected_rays(settings, &scene) * job.shots.len() as f64;
+    let quality = args.build.quality(rays, scene.primitive_count());
+    let (bvh, mut build_time) =
+        interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
-    let bar = Bar::new(talkative, &interrupt);
-    let mut picture = output.new_picture();
     let mut renderer = Renderer::new(&scene, &bvh);
-    let frame = picture.render(&mut renderer, &camera, &settings, &|progress| {
-        bar.report(progress)
-    });
-    bar.clear();
-    let frame = frame?;
-    interrupt.check()?;
+    for shot in &job.shots {
+        let camera = match shot.turn {
+            Some((number, count)) => Camera::new(&turned(&camera.view(), number, count))?,
+            None => camera,
+        };
+        let output = &shot.output;
+        let bar = Bar::new(talkative, interrupt);
+        let mut picture = output.new_picture();
+        let frame = picture.render(&mut renderer, &camera, settings, &|progress| bar.report(progress));
+        bar.clear();
+        let frame = frame?;
+        interrupt.check()?;
 
-    let (written, write_time) = timed(|| output.write(&picture, &interrupt));
-    written?;
+        let (written, write_time) = timed(|| output.write(&picture, interrupt));
+        written?;
 
-    let times = Times {
-        load: load_time,
-        build: build_time,
-        write: write_time,
-        total: start.elapsed(),
-    };
-    let closing = match args.stats {
-        Some(StatsFormat::Json) => report(args, &settings, &scene, &bvh, &frame, &output, &times).json(),
-        Some(StatsFormat::Text) => report(args, &settings, &scene, &bvh, &frame, &output, &times).text(),
-        None if talkative => format!(
-            "{}: {}x{} in {:.2} s\n",
-            output.name(),
-            settings.width,
-            settings.height,
-            times.total.as_secs_f64()
-        ),
-        None => String::new(),
-    };
-    // The picture is written: that nobody reads standard error is no failure.
-    let _ = io::stderr().write_all(closing.as_bytes());
+        // Loading and building count for the scene's first picture.
+        let times = Times {
+            load: std::mem::take(&mut load_time),
+            build: std::mem::take(&mut build_time),
+            write: write_time,
+            total: since.elapsed(),
+        };
+        *since = Instant::now();
+        let report = || report(job.scene, settings, &scene, &bvh, &frame, output, &times);
+        let closing = match args.stats {
+            Some(StatsFormat::Json) => report().json(),
+            Some(StatsFormat::Text) => report().text(),
+            None if talkative => format!(
+                "{}: {}x{} in {:.2} s\n",
+                output.name(),
+                settings.width,
+                settings.height,
+                times.total.as_secs_f64()
+            ),
+            None => String::new(),
+        };
+        // The picture is written: that nobody reads standard error is no failure.
+        let _ = io::stderr().write_all(closing.as_bytes());
+        if let Some(comparison) = &shot.comparison {
+            verdicts.add(comparison.run(&picture, output.name(), interrupt)?, args.quiet);
+        }
+    }
     Ok(())
 }
 
@@ -111,23 +140,14 @@ fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
     f64::from(settings.width) * f64::from(settings.height) * samples * (1.0 + lights as f64)
 }
 
-/// The scene's name with .png, in the current folder, unless another is asked for.
-fn output_path(args: &RenderArgs) -> PathBuf {
-    args.output.clone().unwrap_or_else(|| {
-        let mut name = args.scene.file_stem().unwrap_or("octray".as_ref()).to_owned();
-        name.push(".png");
-        name.into()
-    })
-}
-
-fn warn_of_degenerate_triangles(args: &RenderArgs, scene: &Scene) {
+fn warn_of_degenerate_triangles(path: &Path, scene: &Scene) {
     let (degenerate, all) = (scene.degenerate_triangles(), scene.triangles().v0.len());
     // A few are normal in meshes made by programs; more than 1 % hint at a broken one.
     if degenerate > all / 100 {
         let _ = writeln!(
             io::stderr(),
             "octray: warning: {}: {degenerate} of {all} triangles have no area and are never hit",
-            args.scene.display()
+            path.display()
         );
     }
 }
@@ -147,7 +167,7 @@ struct Times {
 }
 
 fn report(
-    args: &RenderArgs,
+    path: &Path,
     settings: &Settings,
     scene: &Scene,
     bvh: &Bvh,
@@ -159,7 +179,7 @@ fn report(
     let rays = frame.rays;
     Report {
         schema: SCHEMA,
-        scene: args.scene.display().to_string(),
+        scene: path.display().to_string(),
         output: output.name().to_owned(),
         width: settings.width,
         height: settings.height,
