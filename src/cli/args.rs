@@ -3,6 +3,8 @@
 use super::generate::GenerateArgs;
 use super::{
     batch_args::{CompareArgs, SeriesArgs},
+    config::ConfigArgs,
+    shell::{CompletionsArgs, ManArgs},
     value::{self, Size},
     version,
 };
@@ -46,6 +48,18 @@ Examples:
                                                     exits with 5 if the picture has changed
   generate-scene | octray render - -o made.png      a scene from a program";
 
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  octray completions bash > ~/.local/share/bash-completion/completions/octray
+  octray completions zsh > _octray          in a folder of $fpath
+  octray completions fish > ~/.config/fish/completions/octray.fish";
+
+const MAN_EXAMPLES: &str = "\
+Examples:
+  octray man > octray.1
+  octray man render > octray-render.1
+  octray man render | man -l -                read it at once";
+
 const RENDER_USAGE: &str = "octray [render] [OPTIONS] <SCENE>...";
 
 const USAGE: &str = "octray [render] [OPTIONS] <SCENE>...\n       octray <COMMAND> ...";
@@ -77,6 +91,12 @@ pub enum Command {
     Bench(BenchArgs),
     /// Make up a scene of any size, from a seed
     Generate(GenerateArgs),
+    /// Print a script that completes octray's arguments in a shell
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArgs),
+    /// Print octray's manual page, or that of a command
+    #[command(after_help = MAN_EXAMPLES)]
+    Man(ManArgs),
 }
 
 #[derive(Args, Debug)]
@@ -134,6 +154,9 @@ pub struct RenderArgs {
     /// No progress bar, no closing line, no warnings
     #[arg(long, help_heading = "Messages")]
     pub quiet: bool,
+
+    #[command(flatten)]
+    pub config: ConfigArgs,
 }
 
 /// Which way to look.
@@ -298,8 +321,9 @@ fn is_top_level(argument: &OsStr) -> bool {
     let may_be_misspelt = argument.bytes().all(|b| b.is_ascii_alphabetic()) && !Path::new(argument).exists();
     Cli::command().get_subcommands().any(|command| {
         let name = command.get_name();
-        // Two letters: one wrong, or two swapped.
-        argument == name || (may_be_misspelt && strsim::levenshtein(argument, name) <= 2)
+        // Two letters: one wrong, or two swapped. Of a short name that would leave too little.
+        let most = name.len().div_ceil(3).min(2);
+        argument == name || (may_be_misspelt && strsim::levenshtein(argument, name) <= most)
     })
 }
 
