@@ -84,7 +84,7 @@ impl Comparison {
     pub fn run(&self, picture: &Picture, name: &str, interrupt: &Interrupt) -> Result<Verdict, CliError> {
         let work = || -> Result<_, CliError> {
             let reference = self.read()?;
-            let floats = matches!(picture, Picture::Linear(_)) && reference.is_float();
+            let floats = matches!(picture, Picture::Linear(_)) && has_floats(&reference);
             let reference = Reference::new(reference);
             let levels = |i| {
                 let (ours, theirs) = (ours(picture, i, floats), reference.levels(i, floats));
@@ -180,19 +180,16 @@ enum Reference {
     Floats(image::Rgba32FImage),
 }
 
-trait IsFloat {
-    fn is_float(&self) -> bool;
-}
-
-impl IsFloat for DynamicImage {
-    fn is_float(&self) -> bool {
-        matches!(self, Self::ImageRgb32F(_) | Self::ImageRgba32F(_))
-    }
+fn has_floats(picture: &DynamicImage) -> bool {
+    matches!(
+        picture,
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+    )
 }
 
 impl Reference {
     fn new(picture: DynamicImage) -> Self {
-        if picture.is_float() {
+        if has_floats(&picture) {
             Self::Floats(picture.into_rgba32f())
         } else {
             Self::Bytes(picture.into_rgba8())

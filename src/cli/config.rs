@@ -108,8 +108,8 @@ fn read(path: &Path) -> io::Result<String> {
     Ok(text)
 }
 
-/// An option's default.
-struct Default {
+/// An option's default, as the file sets it.
+struct Setting {
     id: String,
     /// Options that cannot be given beside it.
     excludes: Vec<String>,
@@ -124,14 +124,14 @@ struct File<'a> {
 }
 
 impl File<'_> {
-    fn defaults(&self) -> Result<Vec<Default>, LoadError> {
+    fn defaults(&self) -> Result<Vec<Setting>, LoadError> {
         let table = DeTable::parse(self.text)
             .map_err(|error| self.fault(error.span().unwrap_or(0..0), error.message()))?;
         let render = render_command();
         let mut entries: Vec<_> = table.get_ref().iter().collect();
         // Faults are told in the order of the file.
         entries.sort_by_key(|(key, _)| key.span().start);
-        let mut defaults: Vec<Default> = Vec::new();
+        let mut defaults: Vec<Setting> = Vec::new();
         for (key, value) in entries {
             let default = self.default(&render, key.get_ref(), key.span(), value)?;
             if let Some(other) = defaults.iter().find(|other| {
@@ -156,7 +156,7 @@ impl File<'_> {
         key: &str,
         span: Range<usize>,
         value: &Spanned<DeValue<'_>>,
-    ) -> Result<Default, LoadError> {
+    ) -> Result<Setting, LoadError> {
         let option = options(render).find(|option| option.get_long() == Some(key));
         let option = option.ok_or_else(|| self.fault(span.clone(), &no_option(render, key)))?;
         let fault = |message: &str| self.fault(value.span(), message);
@@ -177,7 +177,7 @@ impl File<'_> {
         if let Some(argument) = &argument {
             check(render, argument).map_err(|message| fault(&message))?;
         }
-        Ok(Default {
+        Ok(Setting {
             id: option.get_id().to_string(),
             excludes: excluded(render, option),
             argument: argument.map(OsString::from),

@@ -229,7 +229,7 @@ fn follow_links(path: &Path) -> io::Result<PathBuf> {
             Err(_) => {
                 let folder = fs::canonicalize(folder_of(&path));
                 return Ok(match (folder, path.file_name()) {
-                    (Ok(folder), Some(name)) => folder.join(name),
+                    (Ok(folder), Some(name)) if folder.is_dir() => folder.join(name),
                     _ => path,
                 });
             }
