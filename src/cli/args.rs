@@ -117,12 +117,6 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub camera: CameraArgs,
 
-    #[command(flatten)]
-    pub series: SeriesArgs,
-
-    #[command(flatten)]
-    pub comparison: CompareArgs,
-
     /// How many threads render [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = "Rendering")]
     pub threads: Option<u32>,
@@ -146,6 +140,12 @@ pub struct RenderArgs {
     /// Samples for each pixel on a regular grid: 1, 4, 9, 16, ...
     #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1", help_heading = "Rendering")]
     pub samples_per_axis: u32,
+
+    #[command(flatten)]
+    pub series: SeriesArgs,
+
+    #[command(flatten)]
+    pub comparison: CompareArgs,
 
     /// Print rays, times and memory to standard error, as text or as one JSON object
     #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text", help_heading = "Messages")]

@@ -35,7 +35,7 @@ pub struct Shot {
 ///
 /// # Errors
 /// [`CliError`]: names that cannot be, or two pictures of one name.
-pub fn plan<'a>(args: &'a RenderArgs, size: (u32, u32)) -> Result<Vec<Job<'a>>, CliError> {
+pub fn plan(args: &RenderArgs, size: (u32, u32)) -> Result<Vec<Job<'_>>, CliError> {
     let mut places = Places::default();
     let mut jobs = Vec::new();
     for scene in &args.scenes {

@@ -42,7 +42,7 @@ use std::{
 pub fn main() -> ExitCode {
     let start = Instant::now();
     let arguments = args::with_default_command(std::env::args_os().collect());
-    match run(arguments, start) {
+    match run(&arguments, start) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             if let Some(text) = error.text() {
@@ -54,15 +54,15 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: Vec<OsString>, start: Instant) -> Result<(), CliError> {
-    let (cli, matches) = match parse(&arguments) {
+fn run(arguments: &[OsString], start: Instant) -> Result<(), CliError> {
+    let (cli, matches) = match parse(arguments) {
         Ok(parsed) => parsed,
         Err(answer) => return show(answer),
     };
     match cli.command {
         Command::Render(args) => {
             let given = matches.subcommand_matches("render").unwrap_or(&matches);
-            let with_defaults = config::with_defaults(&arguments, given, &args.config)?;
+            let with_defaults = config::with_defaults(arguments, given, &args.config)?;
             match with_defaults.map(|arguments| parse(&arguments)) {
                 Some(Ok((
                     Cli {

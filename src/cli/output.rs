@@ -222,18 +222,16 @@ fn follow_links(path: &Path) -> io::Result<PathBuf> {
     }
     let mut path = path.to_owned();
     for _ in 0..MAX_LINKS {
-        match fs::read_link(&path) {
-            // An absolute link replaces the whole path.
-            Ok(link) => path = folder_of(&path).join(link),
-            // A folder that is not there is refused later.
-            Err(_) => {
-                let folder = fs::canonicalize(folder_of(&path));
-                return Ok(match (folder, path.file_name()) {
-                    (Ok(folder), Some(name)) if folder.is_dir() => folder.join(name),
-                    _ => path,
-                });
-            }
-        }
+        let Ok(link) = fs::read_link(&path) else {
+            // A folder that is not there, or is none, is refused later.
+            let folder = fs::canonicalize(folder_of(&path));
+            return Ok(match (folder, path.file_name()) {
+                (Ok(folder), Some(name)) if folder.is_dir() => folder.join(name),
+                _ => path,
+            });
+        };
+        // An absolute link replaces the whole path.
+        path = folder_of(&path).join(link);
     }
     Err(io::Error::other("too many symbolic links"))
 }

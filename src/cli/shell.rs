@@ -47,8 +47,11 @@ pub fn man(args: &ManArgs) -> Result<String, CliError> {
 
 fn render(page: Command, to: &mut Vec<u8>) -> io::Result<()> {
     // A version with the build's instruction set would make pages differ from machine to machine.
-    let page = page.version(env!("CARGO_PKG_VERSION")).long_version(None);
-    clap_mangen::Man::new(page).render(to)
+    let version = env!("CARGO_PKG_VERSION");
+    let page = page.version(version).long_version(None);
+    clap_mangen::Man::new(page)
+        .source(format!("octray {version}"))
+        .render(to)
 }
 
 fn no_command(all: &Command, name: &str) -> CliError {
