@@ -33,6 +33,16 @@ impl SourcePos {
             column: 0,
         }
     }
+
+    /// A record of binary data, counted from 1.
+    #[must_use]
+    pub fn record(file: &Arc<PathBuf>, number: usize) -> Self {
+        Self {
+            file: Arc::clone(file),
+            line: u32::try_from(number).unwrap_or(u32::MAX),
+            column: 1,
+        }
+    }
 }
 
 impl fmt::Display for SourcePos {
@@ -110,6 +120,11 @@ pub enum SceneError {
         /// The largest number allowed.
         limit: usize,
     },
+    /// Columns do not fit into memory.
+    NoMemory {
+        /// "triangles".
+        what: &'static str,
+    },
 }
 
 impl fmt::Display for SceneError {
@@ -152,6 +167,7 @@ impl fmt::Display for SceneError {
                     materials.saturating_sub(1)
                 )
             }
+            Self::NoMemory { what } => write!(f, "the {what} do not fit into memory"),
             Self::TooMany { what, limit } => write!(f, "more than {limit} {what}"),
         }
     }

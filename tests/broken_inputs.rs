@@ -1,6 +1,6 @@
 //! Broken scenes and meshes by the hundred: each must be loaded or refused, soon, and without a panic.
 
-use octray::format::{load, load_from_bytes, ply};
+use octray::format::{load, load_from_bytes, mesh as any_mesh, ply};
 use std::{
     fs, io,
     panic::{AssertUnwindSafe, catch_unwind},
@@ -161,6 +161,106 @@ fn broken_binary_meshes() {
             );
         }
     }
+}
+
+/// Reads a mesh of any format; says whether it was read.
+fn read_any(what: &str, name: &str, bytes: Vec<u8>) -> bool {
+    let length = bytes.len();
+    must_end(what, || {
+        let open = &mut |_: &Path| Ok(b"newmtl a\nKd 1 0\nKs 1\nNs x\n".to_vec());
+        match any_mesh::parse(bytes, Path::new(name), open) {
+            Ok(mesh) => {
+                let columns = &mesh.columns;
+                let vertices = columns.x.len();
+                let finite = |column: &[f32]| column.iter().all(|value| value.is_finite());
+                assert!(finite(&columns.x) && finite(&columns.y) && finite(&columns.z));
+                assert!(columns.normals.is_empty() || columns.normals.len() == vertices);
+                let corners = columns.triangles.as_flattened();
+                assert!(corners.iter().all(|&index| (index as usize) < vertices));
+                assert!(
+                    corners.len() <= 100 * length,
+                    "{} corners of {length} bytes",
+                    corners.len()
+                );
+                if !mesh.surfaces.is_empty() {
+                    assert_eq!(mesh.surface_of.len(), columns.triangles.len());
+                }
+                true
+            }
+            Err(error) => !error.report().starts_with(name),
+        }
+    })
+}
+
+/// The shipped meshes, each format at least once.
+#[test]
+fn broken_meshes_of_every_format() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");
+    for name in ["vase.obj", "house.stl", "gear.stl", "mobile.gltf"] {
+        let valid = fs::read(folder.join(name)).expect("a shipped mesh");
+        assert!(read_any(name, name, valid.clone()));
+        let mut random = Random(valid.len() as u64);
+        // Every byte of a large file would take too long.
+        for _ in 0..1500 {
+            let at = random.below(valid.len());
+            read_any(&format!("{name} cut at {at}"), name, valid[..at].to_vec());
+            let mut flipped = valid.clone();
+            flipped[at] ^= 1 << random.below(8);
+            read_any(&format!("{name}: byte {at} flipped"), name, flipped);
+            let mut spliced = valid.clone();
+            let count = 1 + random.below(8);
+            spliced.splice(at..valid.len().min(at + random.below(8)), random.bytes(count));
+            read_any(&format!("{name}: bytes at {at} replaced"), name, spliced);
+        }
+        for count in 0..200 {
+            read_any("random bytes", name, random.bytes(count * 7));
+            let start = random.below(valid.len());
+            let bytes = [&valid[..start], &random.bytes(count)].concat();
+            read_any("a random end", name, bytes);
+        }
+    }
+}
+
+#[test]
+fn hostile_meshes() {
+    let json = |body: &str| format!(r#"{{"asset":{{"version":"2.0"}},{body}}}"#).into_bytes();
+    let children: String = (1..50_000).map(|i| format!(r#"{{"children":[{i}]}},"#)).collect();
+    let deep = format!(r#""scenes":[{{"nodes":[0]}}],"nodes":[{children}{{}}]"#);
+    assert!(read_any("deep nodes", "a.gltf", json(&deep)));
+    read_any(
+        "deep JSON",
+        "a.gltf",
+        json(&format!(r#""extras":{}"#, "[".repeat(100_000))),
+    );
+    // One triangle, a hundred thousand times, is fine; a large mesh as often is not.
+    let many = (0..20_000).map(|_| r#"{"mesh":0}"#).collect::<Vec<_>>().join(",");
+    let data = "A".repeat(4 * 12 * 1000);
+    let bomb = format!(
+        r#""nodes":[{many}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":1,"type":"VEC3"}},
+        {{"bufferView":0,"componentType":5121,"count":36000,"type":"SCALAR"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36000}}],
+        "buffers":[{{"byteLength":36000,"uri":"data:;base64,{data}"}}]"#
+    );
+    assert!(!must_end("a mesh placed too often", || {
+        let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
+        any_mesh::parse(json(&bomb), Path::new("a.gltf"), open).is_ok()
+    }));
+    let polygon = format!("v 0 0 0\nf{}\n", " 1".repeat(500_000));
+    assert!(read_any(
+        "a polygon of many corners",
+        "a.obj",
+        polygon.into_bytes()
+    ));
+    read_any("joined lines", "a.obj", b"v 0 0 0 \\\n".repeat(100_000));
+    read_any("one long line", "a.obj", vec![b'f'; 1_000_000]);
+    read_any("many words", "a.obj", b"f ".repeat(500_000));
+    read_any(
+        "many materials",
+        "a.obj",
+        b"mtllib a b\nusemtl a\n".repeat(10_000),
+    );
+    read_any("solids", "a.stl", b"solid\nendsolid\n".repeat(100_000));
 }
 
 #[test]

@@ -232,7 +232,7 @@ fn help_has_the_options_and_examples() {
 #[test]
 fn the_version_names_the_instruction_set() {
     let folder = Folder::new();
-    let line = format!("octray {} ({})", env!("CARGO_PKG_VERSION"), octray::simd::ISA);
+    let line = format!("octray {} ({})", env!("CARGO_PKG_VERSION"), octray::simd::isa());
     let short = folder.run(&["-V"]);
     assert_eq!(short.succeeded().text(), format!("{line}\n"));
     let long = folder.run(&["--version"]);
@@ -256,7 +256,7 @@ fn statistics_go_to_standard_error() {
     assert_eq!(stats["scene"], "a.scn");
     assert_eq!((&stats["width"], &stats["height"]), (&512.into(), &512.into()));
     assert_eq!(stats["threads"], 1);
-    assert_eq!(stats["isa"], octray::simd::ISA);
+    assert_eq!(stats["isa"], octray::simd::isa());
     for kind in ["camera", "shadow", "reflection", "total"] {
         assert!(stats["rays"][kind].is_u64(), "{kind}");
     }
@@ -421,4 +421,95 @@ fn a_terminal_gets_no_png() {
             "{run:?}"
         );
     }
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+
+#[test]
+fn meshes_are_taken_by_every_command() {
+    let folder = Folder::new();
+    folder.write("square.obj", SQUARE);
+    folder.run(&["square.obj", "--size", "8x8"]).succeeded();
+    assert!(folder.path("square.png").exists());
+    let info = folder.run(&["info", "square.obj"]);
+    assert!(
+        info.succeeded()
+            .text()
+            .contains("2 (0 without area, 0 duplicate, 0 inverted)"),
+        "{info:?}"
+    );
+    folder
+        .run(&[
+            "bench",
+            "square.obj",
+            "--size",
+            "16x16",
+            "--repeat",
+            "1",
+            "--ground",
+        ])
+        .succeeded();
+    for options in [
+        &["--eye", "3,2,1"][..],
+        &["--target", "1,1,1"],
+        &["--view", "2"],
+        &["--up", "1,0,0", "--fov", "70"],
+        &["--up-axis", "z", "--ground", "--smooth-angle", "30"],
+    ] {
+        folder
+            .run(&[&["square.obj", "--size", "8x8"], options].concat())
+            .succeeded();
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_mesh_is_said_once() {
+    let folder = Folder::new();
+    folder.write("twice.obj", &format!("{SQUARE}f 1 2 3\nf 1 1 2\n"));
+    let run = folder.run(&["twice.obj", "--size", "8x8"]);
+    assert_eq!(run.code, Some(0));
+    assert_eq!(
+        run.stderr,
+        "octray: warning: twice.obj: of 4 triangles 1 have no area and are never hit, 1 are there more than once\n"
+    );
+    folder.run(&["twice.obj", "--size", "8x8", "--quiet"]).succeeded();
+    let stats = folder.run(&["twice.obj", "--size", "8x8", "--quiet", "--stats=json"]);
+    assert!(
+        stats
+            .stderr
+            .contains("\"degenerate_triangles\":1,\"duplicate_triangles\":1,\"inverted_triangles\":0")
+    );
+}
+
+#[test]
+fn mesh_errors_help() {
+    let folder = Folder::new();
+    folder.write("square.obj", SQUARE);
+    folder.write("letter.fbx", "Dear reader");
+    let kinds = "expected a scene (.scn) or a mesh (.ply, .obj, .stl, .gltf, .glb)";
+    folder.fails(&["letter.fbx"], 1, kinds);
+    folder.fails(
+        &["squre.obj"],
+        1,
+        "squre.obj: there is no such file; beside it: `square.obj`",
+    );
+    folder.fails(&["square.ply"], 1, "beside it: `square.obj`");
+    folder.fails(&["no/square.obj"], 1, "there is no folder no either");
+    folder.fails(&["a.scn", "--ground"], 2, "--ground is for meshes");
+    folder.fails(
+        &["square.obj", "--camera", "front"],
+        2,
+        "no camera `front`: square.obj has no cameras",
+    );
+    folder.fails(
+        &["square.obj", "--smooth-angle", "200"],
+        2,
+        "degrees from 0 to 180",
+    );
+    folder.fails(&["square.obj", "--fov", "180"], 2, "field of view");
+    folder.fails(
+        &["square.obj", "--eye", "1,2,3", "--target", "1,2,3"],
+        2,
+        "eye stands on the target",
+    );
 }

@@ -12,10 +12,11 @@
 //! case.scn:1:14: radius is 0, expected a number above 0
 //! ...
 //! ```
-//! `\xNN` stands for a byte.
+//! `\xNN` stands for a byte. In `formats.txt` there is no scene: the first file is a mesh, and those that it may ask
+//! for follow.
 
-use octray::format::load_from_bytes;
-use std::{env, fs, io, path::Path};
+use octray::format::{load_from_bytes, mesh};
+use std::{collections::HashMap, env, fs, io, path::Path};
 
 /// A case's lines before its report, and its report.
 struct Case {
@@ -70,12 +71,34 @@ fn report(head: &str) -> String {
     }
 }
 
+/// The report of a mesh and the files beside it.
+fn mesh_report(head: &str) -> String {
+    let files: Vec<(&str, Vec<u8>)> = head
+        .split("---- ")
+        .skip(1)
+        .map(|file| {
+            let (name, text) = file.split_once('\n').expect("a name and a file");
+            (name, bytes(text.trim_end()))
+        })
+        .collect();
+    let (name, first) = files.first().expect("a mesh").clone();
+    let mut others: HashMap<&str, Vec<u8>> = files.into_iter().collect();
+    let open = &mut |path: &Path| {
+        let found = path.to_str().and_then(|name| others.remove(name));
+        found.ok_or_else(|| io::ErrorKind::NotFound.into())
+    };
+    match mesh::parse(first, Path::new(name), open) {
+        Ok(_) => "loaded without an error".to_owned(),
+        Err(error) => error.report(),
+    }
+}
+
 #[test]
 fn reports_are_as_agreed() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors");
     let bless = env::var_os("OCTRAY_BLESS").is_some();
     let mut differences = 0;
-    for file in ["scene.txt", "language.txt", "mesh.txt"] {
+    for file in ["scene.txt", "language.txt", "mesh.txt", "formats.txt"] {
         let path = folder.join(file);
         let text = fs::read_to_string(&path).expect("a readable file");
         let mut blessed = String::new();
@@ -84,7 +107,11 @@ fn reports_are_as_agreed() {
             report: expected,
         } in cases(&text)
         {
-            let found = report(&head);
+            let found = if file == "formats.txt" {
+                mesh_report(&head)
+            } else {
+                report(&head)
+            };
             if found != expected {
                 println!("{file}: {head}expected:\n{expected}\nfound:\n{found}\n");
                 differences += 1;

@@ -25,6 +25,7 @@ Examples:
   octray garden.scn --camera gate --fov 30        a camera of the scene's own, closer
   octray cow.scn -o cow.exr                       linear floats instead of 8 bits
   octray cow.scn -o - | magick - cow.webp         a PNG into a pipe
+  octray bunny.ply --ground                       a mesh, framed and lit, on a ground
   octray info cow.scn                             what is in a scene
   octray bench cow.scn                            how fast this machine traces it
   octray bench --all --quick                      how fast it traces scenes of many kinds
@@ -101,7 +102,7 @@ pub enum Command {
 
 #[derive(Args, Debug)]
 pub struct RenderArgs {
-    /// The scene, a .scn file, or several; - for one from standard input
+    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb; or several; - for a scene from standard input
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
 
@@ -116,6 +117,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub mesh: MeshArgs,
 
     /// How many threads render [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = "Rendering")]
@@ -175,7 +179,7 @@ pub struct CameraArgs {
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub eye: Option<DVec3>,
 
-    /// What the camera looks at [default: what the scene's camera does; 0,0,0.5 with --eye or --view]
+    /// What the camera looks at [default: what the scene's camera does; 0,0,0.5 with --eye or --view; a mesh's middle]
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub target: Option<DVec3>,
 
@@ -186,6 +190,32 @@ pub struct CameraArgs {
     /// Vertical field of view, degrees [default: that of the scene's camera; 45 with --eye or --view]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     pub fov: Option<f64>,
+}
+
+/// How a mesh is shown that comes without a scene.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Meshes")]
+pub struct MeshArgs {
+    /// Which axis of the mesh points up [default: y for .obj, .gltf and .glb, z for .ply and .stl]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub up_axis: Option<UpArg>,
+
+    /// Put the mesh on a ground
+    #[arg(long)]
+    pub ground: bool,
+
+    /// If the mesh has no normals, smooth it where faces meet at no more than this angle, degrees
+    #[arg(long, value_name = "DEG", value_parser = value::angle)]
+    pub smooth_angle: Option<f64>,
+}
+
+/// See [`UpAxis`](crate::format::mesh::UpAxis).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UpArg {
+    /// As in glTF
+    Y,
+    /// As in scenes
+    Z,
 }
 
 /// See [`Mode`](crate::render::Mode).
@@ -230,7 +260,7 @@ pub enum StatsFormat {
 
 #[derive(Args, Debug)]
 pub struct InfoArgs {
-    /// The scene, a .scn file
+    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb
     pub scene: PathBuf,
 
     /// Print one JSON object
@@ -241,12 +271,12 @@ pub struct InfoArgs {
 /// Arguments of `octray bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// The scene, a .scn file
+    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb
     #[arg(required_unless_present = "all", conflicts_with = "all")]
     pub scene: Option<PathBuf>,
 
     /// Instead of a scene: a suite of generated ones, from a few thousand triangles to ten million
-    #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov"])]
+    #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov", "up_axis", "ground", "smooth_angle"])]
     pub all: bool,
 
     /// With --all: smaller scenes
@@ -259,6 +289,9 @@ pub struct BenchArgs {
 
     #[command(flatten)]
     pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub mesh: MeshArgs,
 
     /// How often each method runs; the median counts
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 9)]

@@ -3,8 +3,8 @@
 use super::{
     BenchArgs, CliError,
     args::{BenchMethod, BuildArg},
+    input::{self, Input},
     report::{SCHEMA, grouped},
-    source,
 };
 use crate::{
     accel::Bvh,
@@ -46,9 +46,8 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
 
     let mut results = Vec::new();
     if let Some(path) = &args.scene {
-        args.camera.without_scene()?;
-        let scene = source::load(path)?;
-        let camera = args.camera.for_scene(&scene)?;
+        let aspect = f64::from(args.size.width) / f64::from(args.size.height);
+        let Input { scene, camera, .. } = input::load(path, &args.camera, &args.mesh, aspect)?;
         let name = path.display().to_string();
         bench.print(&bench.heading())?;
         let rows = bench.scene(&name, &scene, &camera)?;
@@ -132,7 +131,7 @@ impl Bench {
                 self.settings.max_depth,
                 self.repeat,
                 machine(),
-                simd::ISA
+                simd::isa()
             );
         }
         format!(
@@ -141,7 +140,7 @@ impl Bench {
             self.settings.height,
             self.repeat,
             machine(),
-            simd::ISA,
+            simd::isa(),
             "rays",
             "method",
             "rays",
@@ -287,7 +286,7 @@ impl Json {
         Self {
             schema: SCHEMA,
             machine: machine(),
-            isa: simd::ISA,
+            isa: simd::isa(),
             threads: 1,
             results: results
                 .iter()

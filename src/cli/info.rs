@@ -3,13 +3,13 @@
 use super::{
     CliError,
     args::InfoArgs,
-    report::{SCHEMA, bytes, grouped},
-    source,
+    input,
+    report::{SCHEMA, bytes, faults_text, grouped},
 };
 use crate::{
     accel::{Bvh, BvhStats},
     error::escape,
-    scene::{Material, NamedCamera, Scene},
+    scene::{Material, MeshFaults, NamedCamera, Scene},
 };
 use serde::Serialize;
 use std::{
@@ -26,10 +26,17 @@ const MOST_LINES: usize = 20;
 /// [`CliError`].
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let start = Instant::now();
-    let scene = source::load(&args.scene)?;
+    let scene = input::load_bare(&args.scene)?;
     let load_time = start.elapsed();
+    let faults = scene.mesh_faults();
     let bvh = Bvh::build(&scene);
-    let info = Info::new(args.scene.display().to_string(), &scene, bvh.stats(), load_time);
+    let info = Info::new(
+        args.scene.display().to_string(),
+        &scene,
+        faults,
+        bvh.stats(),
+        load_time,
+    );
     if args.json {
         // Plain structs of numbers and strings always serialize.
         let mut line = serde_json::to_string(&info).unwrap_or_default();
@@ -47,6 +54,8 @@ struct Info {
     vertices: usize,
     triangles: usize,
     degenerate_triangles: usize,
+    duplicate_triangles: usize,
+    inverted_triangles: usize,
     spheres: usize,
     lights: usize,
     light_list: Vec<LightInfo>,
@@ -128,14 +137,16 @@ struct BvhInfo {
 }
 
 impl Info {
-    fn new(name: String, scene: &Scene, bvh: &BvhStats, load_time: Duration) -> Self {
+    fn new(name: String, scene: &Scene, faults: MeshFaults, bvh: &BvhStats, load_time: Duration) -> Self {
         let bounds = scene.bounds();
         Self {
             schema: SCHEMA,
             scene: name,
             vertices: scene.vertices().x.len(),
             triangles: scene.triangles().v0.len(),
-            degenerate_triangles: scene.degenerate_triangles(),
+            degenerate_triangles: faults.degenerate,
+            duplicate_triangles: faults.duplicate,
+            inverted_triangles: faults.inverted,
             spheres: scene.spheres().radius.len(),
             lights: scene.lights().x.len(),
             light_list: lights(scene),
@@ -186,9 +197,13 @@ impl Info {
         line(
             "triangles",
             format!(
-                "{} ({} without area)",
+                "{} ({})",
                 count(self.triangles),
-                count(self.degenerate_triangles)
+                faults_text(
+                    self.degenerate_triangles,
+                    Some(self.duplicate_triangles),
+                    Some(self.inverted_triangles)
+                )
             ),
         );
         line("spheres", count(self.spheres));

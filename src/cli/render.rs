@@ -4,11 +4,12 @@ use super::{
     CliError,
     args::{ModeArg, RenderArgs, StatsFormat},
     batch::{self, Job, Verdicts},
+    faults::{self, Faults},
+    input::{self, Input},
     interrupt::Interrupt,
     output::Output,
     progress::Bar,
     report::{Memory, Primitives, Rays, Report, SCHEMA, Seconds},
-    source,
     turntable::turned,
 };
 use crate::{
@@ -30,7 +31,6 @@ use std::{
 /// [`CliError`]. The first one ends the call: pictures that are written stay, the others are as they were before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
-    args.camera.without_scene()?;
     let jobs = batch::plan(args, (settings.width, settings.height))?;
     let interrupt = Interrupt::install()?;
     let mut since = start;
@@ -51,13 +51,14 @@ fn render_scene(
     verdicts: &mut Verdicts,
 ) -> Result<(), CliError> {
     let talkative = !args.quiet && io::stderr().is_terminal();
-    let (scene, mut load_time) = interrupt.exit_at_once_during(|| timed(|| source::load(job.scene)))?;
-    let scene = scene?;
-    let camera = args.camera.for_scene(&scene)?;
+    let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let load = || input::load(job.scene, &args.camera, &args.mesh, aspect);
+    let (input, mut load_time) = interrupt.exit_at_once_during(|| timed(load))?;
+    let Input { scene, camera, notes } = input?;
+    let faults = faults::of(&scene);
     if !args.quiet {
-        warn_of_degenerate_triangles(job.scene, &scene);
-        for note in &scene.sources().notes {
-            let _ = writeln!(io::stderr(), "octray: warning: {}", escape(note));
+        for note in notes.into_iter().chain(faults.warning(job.scene)) {
+            let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
         }
     }
     let rays = expected_rays(settings, &scene) * job.shots.len() as f64;
@@ -90,7 +91,7 @@ fn render_scene(
             total: since.elapsed(),
         };
         *since = Instant::now();
-        let report = || report(job.scene, settings, &scene, &bvh, &frame, output, &times);
+        let report = || report(job.scene, settings, &scene, &faults, &bvh, &frame, output, &times);
         let closing = match args.stats {
             Some(StatsFormat::Json) => report().json(),
             Some(StatsFormat::Text) => report().text(),
@@ -140,18 +141,6 @@ fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
     f64::from(settings.width) * f64::from(settings.height) * samples * (1.0 + lights as f64)
 }
 
-fn warn_of_degenerate_triangles(path: &Path, scene: &Scene) {
-    let (degenerate, all) = (scene.degenerate_triangles(), scene.triangles().v0.len());
-    // A few are normal in meshes made by programs; more than 1 % hint at a broken one.
-    if degenerate > all / 100 {
-        let _ = writeln!(
-            io::stderr(),
-            "octray: warning: {}: {degenerate} of {all} triangles have no area and are never hit",
-            path.display()
-        );
-    }
-}
-
 fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
     let start = Instant::now();
     let result = work();
@@ -166,10 +155,12 @@ struct Times {
     total: Duration,
 }
 
+#[allow(clippy::too_many_arguments, reason = "all that a report tells of")]
 fn report(
     path: &Path,
     settings: &Settings,
     scene: &Scene,
+    faults: &Faults,
     bvh: &Bvh,
     frame: &FrameStats,
     output: &Output,
@@ -191,7 +182,7 @@ fn report(
             Mode::Scalar => "scalar",
         },
         build: bvh.stats().quality.name(),
-        isa: simd::ISA,
+        isa: simd::isa(),
         threads: settings
             .threads
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
@@ -199,6 +190,8 @@ fn report(
             triangles: scene.triangles().v0.len(),
             spheres: scene.spheres().radius.len(),
             degenerate_triangles: scene.degenerate_triangles(),
+            duplicate_triangles: faults.duplicate,
+            inverted_triangles: faults.inverted,
         },
         rays: Rays {
             camera: rays.camera,

@@ -42,6 +42,12 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// An angle between faces, degrees.
+pub fn angle(text: &str) -> Result<f64, String> {
+    let angle = text.parse().ok().filter(|angle| (0.0..=180.0).contains(angle));
+    angle.ok_or_else(|| "expected degrees from 0 to 180, such as 30".into())
+}
+
 /// A number of samples for each pixel that makes a regular grid; returns its square root.
 pub fn samples(text: &str) -> Result<u32, String> {
     let samples = match text.parse::<u32>() {

@@ -1,6 +1,6 @@
 //! Reading whole files, and only files.
 
-use super::OpenMesh;
+use super::{OpenMesh, alike};
 use crate::error::LoadError;
 use std::{
     fs::{self, File},
@@ -87,7 +87,9 @@ pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
 /// Reads a regular file. Anything else (a folder, a pipe, a device) is refused before it is opened: opening
 /// a pipe may wait forever, and a device may have no end.
 fn read_up_to(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let kind = fs::metadata(path)?.file_type();
+    let kind = fs::metadata(path)
+        .map_err(|error| explained(path, error))?
+        .file_type();
     if kind.is_dir() {
         return Err(io::Error::other("this is a folder, expected a file"));
     }
@@ -110,9 +112,21 @@ fn read_up_to(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// A missing file with what is there instead, if anything is.
+fn explained(path: &Path, error: io::Error) -> io::Error {
+    match error.kind() {
+        io::ErrorKind::NotFound => match alike::instead_of(path) {
+            Some(instead) => io::Error::new(error.kind(), format!("there is no such file; {instead}")),
+            None => error,
+        },
+        _ => error,
+    }
+}
+
 /// What went wrong with a file, in plain words.
 pub(super) fn load_error(path: &Path, error: &io::Error) -> LoadError {
     let message = match error.kind() {
+        io::ErrorKind::NotFound if error.get_ref().is_some() => error.to_string(),
         io::ErrorKind::NotFound => "there is no such file".to_owned(),
         io::ErrorKind::PermissionDenied => "the file may not be read: permission denied".to_owned(),
         io::ErrorKind::OutOfMemory => "the file does not fit into memory".to_owned(),
@@ -135,7 +149,14 @@ mod tests {
 
     #[test]
     fn only_files_are_read() {
-        assert_eq!(message("/no/such.scn"), "/no/such.scn: there is no such file");
+        assert_eq!(
+            message("/no/such.scn"),
+            "/no/such.scn: there is no such file; there is no folder /no either"
+        );
+        assert_eq!(
+            message("no_such_file.scn"),
+            "no_such_file.scn: there is no such file"
+        );
         assert_eq!(message("."), ".: this is a folder, expected a file");
         if cfg!(unix) {
             assert_eq!(

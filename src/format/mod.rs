@@ -4,10 +4,15 @@
 //! disk. Every error says where it is, what was found there and what was expected. `docs/scene-language.md` tells all
 //! that a `.scn` file can say.
 
+mod alike;
 mod files;
+mod gltf;
 pub mod mesh;
+mod obj;
+mod place;
 pub mod ply;
 mod scn;
+mod stl;
 
 use crate::{error::LoadError, scene::Scene};
 use files::{Disk, Given};

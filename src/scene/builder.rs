@@ -1,8 +1,8 @@
 //! Collects the pieces of a scene, refuses what cannot be rendered, and finishes the columns.
 
 use super::{
-    Background, Lights, MAX_COORDINATE, Material, MaterialId, NamedCamera, Scene, Sources, Spheres,
-    Triangles, Vertices,
+    Background, Lights, Material, MaterialId, NamedCamera, Scene, Sources, Spheres, Triangles, Vertices,
+    is_usable,
     material::{check_color, check_share},
 };
 use crate::{
@@ -11,6 +11,7 @@ use crate::{
     math::{Aabb, max_abs},
 };
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use std::{collections::HashMap, path::PathBuf};
 
 /// The most primitives, and the most vertices, that a scene may have: ids are 32 bits, and one value stands
@@ -19,6 +20,8 @@ const MAX_COUNT: usize = u32::MAX as usize - 8;
 
 /// The most materials: each thread that renders keeps a queue for each.
 const MAX_MATERIALS: usize = 1 << 20;
+/// Fewer rows than this are not worth another thread.
+const MIN_PIECE: usize = 1 << 14;
 
 /// A mesh as columns, on its way into a scene.
 #[derive(Debug, Default)]
@@ -73,7 +76,7 @@ impl Default for SceneBuilder {
 }
 
 fn usable(what: &'static str, value: f32) -> Result<(), SceneError> {
-    if value.abs() <= MAX_COORDINATE {
+    if is_usable(value) {
         Ok(())
     } else {
         Err(SceneError::NotUsable { what, value })
@@ -354,6 +357,14 @@ impl SceneBuilder {
         } = mesh;
         let base = self.check_vertices(x.len())?;
         self.check_room(triangles.len())?;
+        for column in [
+            &mut self.triangles.v0,
+            &mut self.triangles.v1,
+            &mut self.triangles.v2,
+        ] {
+            let room = column.try_reserve(triangles.len());
+            room.map_err(|_| SceneError::NoMemory { what: "triangles" })?;
+        }
 
         let all = &mut self.vertices;
         if !normals.is_empty() || !all.normals.is_empty() {
@@ -365,9 +376,12 @@ impl SceneBuilder {
         append(&mut all.y, y);
         append(&mut all.z, z);
         let base = base as u32;
-        self.triangles.v0.extend(triangles.iter().map(|t| t[0] + base));
-        self.triangles.v1.extend(triangles.iter().map(|t| t[1] + base));
-        self.triangles.v2.extend(triangles.iter().map(|t| t[2] + base));
+        let all = &mut self.triangles;
+        let columns = [&mut all.v0, &mut all.v1, &mut all.v2];
+        // Three columns, one thread each if there are as many.
+        columns.into_par_iter().enumerate().for_each(|(k, column)| {
+            column.extend(triangles.iter().map(|corners| corners[k] + base));
+        });
         Ok(())
     }
 
@@ -379,21 +393,25 @@ impl SceneBuilder {
             expect_length("normals", mesh.normals.len(), vertices)?;
         }
         for (what, column) in [("x", &mesh.x), ("y", &mesh.y), ("z", &mesh.z)] {
-            column.iter().try_for_each(|&value| usable(what, value))?;
+            let unusable = first_where(column, |&value| usable(what, value).is_err());
+            unusable.map_or(Ok(()), |i| usable(what, column[i]))?;
         }
-        mesh.normals
-            .iter()
-            .try_for_each(|n| usable("normal", max_abs_or_nan(*n)))?;
-        for (triangle, corners) in mesh.triangles.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|&&index| index as usize >= vertices) {
-                return Err(SceneError::VertexIndex {
+        let length = |n: &Vec3| usable("normal", max_abs_or_nan(*n));
+        let unusable = first_where(&mesh.normals, |n| length(n).is_err());
+        unusable.map_or(Ok(()), |i| length(&mesh.normals[i]))?;
+        let is_beyond = |corners: &[u32; 3]| corners.iter().any(|&index| index as usize >= vertices);
+        match first_where(&mesh.triangles, is_beyond) {
+            Some(triangle) => {
+                let corners = mesh.triangles[triangle].into_iter();
+                let index = corners.filter(|&index| index as usize >= vertices).min();
+                Err(SceneError::VertexIndex {
                     triangle,
-                    index,
+                    index: index.unwrap_or_default(),
                     vertices,
-                });
+                })
             }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Finishes the columns: bounds and the count of triangles without area.
@@ -424,16 +442,51 @@ impl SceneBuilder {
             bounds: Aabb::EMPTY,
             degenerate: 0,
         };
-        for i in 0..scene.triangles.v0.len() {
-            let corners = scene.triangle(i);
-            scene.bounds = scene.bounds.union(Aabb::around(corners));
-            scene.degenerate += usize::from(!has_area(corners));
-        }
+        (scene.bounds, scene.degenerate) = scene.triangle_extent();
         for i in 0..scene.spheres.radius.len() {
             scene.bounds = scene.bounds.union(scene.sphere_bounds(i));
         }
         scene
     }
+}
+
+impl Scene {
+    /// The box around all triangles, and how many of them have no area.
+    fn triangle_extent(&self) -> (Aabb, usize) {
+        let Triangles { v0, v1, v2, .. } = &self.triangles;
+        let pieces = (
+            v0.par_chunks(MIN_PIECE),
+            v1.par_chunks(MIN_PIECE),
+            v2.par_chunks(MIN_PIECE),
+        );
+        let of_piece = |(v0, v1, v2): (&[u32], &[u32], &[u32])| {
+            let (mut bounds, mut degenerate) = (Aabb::EMPTY, 0);
+            for ((&v0, &v1), &v2) in v0.iter().zip(v1).zip(v2) {
+                let position = |v| self.vertices.position(v);
+                let corners = [position(v0), position(v1), position(v2)];
+                bounds = bounds.union(Aabb::around(corners));
+                degenerate += usize::from(!has_area(corners));
+            }
+            (bounds, degenerate)
+        };
+        let both = |a: (Aabb, usize), b: (Aabb, usize)| (a.0.union(b.0), a.1 + b.1);
+        // Neither a box nor a count depends on the order.
+        pieces
+            .into_par_iter()
+            .map(of_piece)
+            .reduce(|| (Aabb::EMPTY, 0), both)
+    }
+}
+
+/// The first row that `is_wrong` holds for.
+fn first_where<T: Sync>(column: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    let wrong_piece = column
+        .par_chunks(MIN_PIECE)
+        // Without a way out of the loop it runs several rows at a time.
+        .position_first(|piece| piece.iter().fold(false, |any, row| any | is_wrong(row)))?;
+    let start = wrong_piece * MIN_PIECE;
+    let row = column[start..].iter().position(is_wrong)?;
+    Some(start + row)
 }
 
 /// Moves `from` to the end of `to`; no copy where `to` is empty.

@@ -3,12 +3,18 @@
 mod background;
 mod builder;
 mod camera;
+mod faults;
+mod fit;
 mod material;
+mod smooth;
 mod transform;
+mod weld;
 
 pub use background::Background;
 pub use builder::{MeshColumns, SceneBuilder};
 pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View};
+pub use faults::MeshFaults;
+pub use fit::{Fit, FitView};
 pub use material::{MAX_ALPHA, Material};
 pub use transform::Transform;
 
@@ -19,6 +25,13 @@ use std::path::PathBuf;
 /// The largest absolute coordinate, radius or intensity that a scene may hold: the kernels take products of up
 /// to four differences of coordinates, which must stay finite in `f32`.
 pub const MAX_COORDINATE: f32 = 1e9;
+
+/// Whether a scene may hold this coordinate. False for NaN.
+#[inline]
+#[must_use]
+pub fn is_usable(value: f32) -> bool {
+    value.abs() <= MAX_COORDINATE
+}
 
 /// An index into [`Scene::materials`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

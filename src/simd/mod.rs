@@ -21,10 +21,17 @@ pub use wide::f32x8 as F32x8;
 /// Lanes of [`F32x8`].
 pub const LANES: usize = 8;
 
-/// The instruction set that this build's kernels use.
-pub const ISA: &str = if cfg!(target_feature = "avx512f") {
-    "x86-64 AVX2+FMA (AVX-512 encodings)"
-} else if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
+/// The instruction set of this build on this CPU: what it was compiled for, and whether kernels of sixteen lanes run.
+#[must_use]
+pub fn isa() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    if avx512::is_available() {
+        return "x86-64 AVX-512";
+    }
+    ISA
+}
+
+const ISA: &str = if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
     "x86-64 AVX2+FMA"
 } else if cfg!(target_feature = "avx") {
     "x86-64 AVX"

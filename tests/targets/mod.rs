@@ -3,9 +3,9 @@
 
 use octray::{
     accel::Bvh,
-    format::{load_from_bytes, ply},
+    format::{load_from_bytes, mesh as any_mesh, ply},
     render::{Film, Mode, Settings, render as render_frame},
-    scene::{Camera, Scene},
+    scene::{Camera, MeshColumns, Scene},
 };
 use std::{io, ops::ControlFlow, path::Path};
 
@@ -53,23 +53,43 @@ pub fn scn(bytes: &[u8]) {
 pub fn ply(bytes: &[u8]) {
     match ply::parse(bytes, Path::new("fuzz.ply")) {
         Ok(mesh) => {
-            let vertices = mesh.x.len();
-            assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
-            assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
-            assert!(
-                mesh.x
-                    .iter()
-                    .chain(&mesh.y)
-                    .chain(&mesh.z)
-                    .all(|value| value.is_finite())
-            );
-            assert!(
-                mesh.triangles
-                    .iter()
-                    .flatten()
-                    .all(|&index| (index as usize) < vertices)
-            );
-            assert!(vertices <= bytes.len() && mesh.triangles.len() <= bytes.len());
+            check(&mesh);
+            assert!(mesh.x.len() <= bytes.len() && mesh.triangles.len() <= bytes.len());
+        }
+        Err(error) => show(&error),
+    }
+}
+
+/// Columns of equal length, finite numbers, indices within the vertices.
+fn check(mesh: &MeshColumns) {
+    let vertices = mesh.x.len();
+    assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
+    assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
+    let numbers = mesh.x.iter().chain(&mesh.y).chain(&mesh.z);
+    assert!(numbers.copied().all(f32::is_finite));
+    let mut corners = mesh.triangles.iter().flatten();
+    assert!(corners.all(|&index| (index as usize) < vertices));
+}
+
+/// A letter for the format, and a mesh file. Every file that it names is a small library of materials.
+pub fn mesh(bytes: &[u8]) {
+    let Some((letter, bytes)) = bytes.split_first() else {
+        return;
+    };
+    let name = match letter {
+        b'o' => "fuzz.obj",
+        b's' => "fuzz.stl",
+        b'g' => "fuzz.gltf",
+        _ => return,
+    };
+    let open = &mut |_: &Path| Ok(b"newmtl a\nKd 1 0 0\nKs 1\nNs 9\n".to_vec());
+    match any_mesh::parse(bytes.to_vec(), Path::new(name), open) {
+        Ok(mut mesh) => {
+            check(&mesh.columns);
+            if mesh.columns.triangles.len() < 10_000 {
+                mesh.columns.smooth_normals(45.0);
+                check(&mesh.columns);
+            }
         }
         Err(error) => show(&error),
     }
@@ -113,6 +133,7 @@ pub fn by_name(name: &str) -> Option<fn(&[u8])> {
     match name {
         "scn" => Some(scn),
         "ply" => Some(ply),
+        "mesh" => Some(mesh),
         "render" => Some(render),
         _ => None,
     }

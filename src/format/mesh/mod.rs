@@ -4,7 +4,7 @@
 //! is is decided by [`MeshFormat::of`]: by what the bytes begin with where that leaves no doubt, else by the
 //! file's extension.
 
-use super::{OpenMesh, files, ply};
+use super::{OpenMesh, files, gltf, obj, ply, stl};
 use crate::{
     error::{LoadError, SceneError},
     scene::{Material, MaterialId, MeshColumns, SceneBuilder},
@@ -43,7 +43,7 @@ pub struct Surface {
 impl Surface {
     /// A neutral, slightly glossy grey, for meshes that say nothing of their look.
     pub const NEUTRAL: Self = Self {
-        diffuse: [0.72, 0.72, 0.70],
+        diffuse: [0.78, 0.78, 0.76],
         specular: [0.12; 3],
         alpha: 24,
     };
@@ -195,15 +195,17 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
-#[expect(
+#[allow(
     clippy::needless_pass_by_value,
-    reason = "the bytes are not kept beside what is made of them"
+    reason = "the bytes are gone when the mesh is there, and both are large"
 )]
 pub fn parse(bytes: Vec<u8>, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
-    let _ = open;
     match MeshFormat::of(path, &bytes) {
         Some(MeshFormat::Ply) => Ok(LoadedMesh::plain(ply::parse(&bytes, path)?, UpAxis::Z)),
-        _ => Err(LoadError::whole_file(
+        Some(MeshFormat::Obj) => obj::parse(&bytes, path, open),
+        Some(MeshFormat::Stl) => stl::parse(&bytes, path),
+        Some(MeshFormat::Gltf) => gltf::parse(&bytes, path, open),
+        None => Err(LoadError::whole_file(
             path,
             format!(
                 "this is no kind of mesh that octray reads, {}",
