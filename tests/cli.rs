@@ -109,7 +109,6 @@ fn wrong_values_are_usage_errors() {
         ("--sise 5x5", "--size"),
         ("--size", "--size"),
         ("--size 5x5 --size 5x5", "multiple times"),
-        ("b.scn", "b.scn"),
         ("-o a.gif", ".png"),
         ("-o a", ".png"),
         ("-o .png", ".png"),

@@ -15,6 +15,7 @@ use crate::{
 use std::path::{Path, PathBuf};
 
 /// The variables that were asked for, and their files: checked before anything is rendered.
+#[derive(Debug)]
 pub struct AovFiles {
     asked: Vec<AovArg>,
     /// A file for each; none where the picture's own file holds them all.
@@ -55,6 +56,11 @@ impl AovFiles {
             files,
             transfer: args.transfer(),
         })
+    }
+
+    /// The files beside the picture.
+    pub fn files(&self) -> &[Output] {
+        &self.files
     }
 
     /// Finds the variables, if any were asked for.

@@ -3,6 +3,9 @@
 use super::generate::GenerateArgs;
 use super::picture_args::PictureArgs;
 use super::{
+    batch_args::{CompareArgs, SeriesArgs},
+    config::ConfigArgs,
+    shell::{CompletionsArgs, ManArgs},
     value::{self, Size},
     version,
 };
@@ -41,11 +44,31 @@ Examples:
   octray render cow.scn --crop 0,0,256,128 -o corner.png
   octray render cow.scn --samples 16 --pattern sobol --filter blackman-harris --srgb
   octray render cow.scn --background transparent --aov depth,normal,heat
-  octray render cow.scn --quiet --stats=json 2> stats.json";
+  octray render cow.scn --quiet --stats=json 2> stats.json
+  octray render cow.scn --quiet --stats=json 2> stats.json
+  octray render a.scn b.scn -o out/{stem}.jpg       several scenes, each with its own picture
+  octray render cow.scn --turntable 48 -o t-##.png  48 pictures around the cow
+  octray render cow.scn --turntable 48 -o t-##.png --frames 1-24
+                                                    the half of them
+  octray render cow.scn --compare cow.png --tolerance 2 -o new.png
+                                                    exits with 5 if the picture has changed
+  generate-scene | octray render - -o made.png      a scene from a program";
 
-const RENDER_USAGE: &str = "octray [render] [OPTIONS] <SCENE>";
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  octray completions bash > ~/.local/share/bash-completion/completions/octray
+  octray completions zsh > _octray          in a folder of $fpath
+  octray completions fish > ~/.config/fish/completions/octray.fish";
 
-const USAGE: &str = "octray [render] [OPTIONS] <SCENE>\n       octray <COMMAND> ...";
+const MAN_EXAMPLES: &str = "\
+Examples:
+  octray man > octray.1
+  octray man render > octray-render.1
+  octray man render | man -l -                read it at once";
+
+const RENDER_USAGE: &str = "octray [render] [OPTIONS] <SCENE>...";
+
+const USAGE: &str = "octray [render] [OPTIONS] <SCENE>...\n       octray <COMMAND> ...";
 
 /// A fast CPU ray tracer for scenes of triangle meshes and spheres.
 #[derive(Debug, Parser)]
@@ -74,20 +97,27 @@ pub enum Command {
     Bench(BenchArgs),
     /// Make up a scene of any size, from a seed
     Generate(GenerateArgs),
+    /// Print a script that completes octray's arguments in a shell
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArgs),
+    /// Print octray's manual page, or that of a command
+    #[command(after_help = MAN_EXAMPLES)]
+    Man(ManArgs),
 }
 
 #[derive(Args, Debug)]
 pub struct RenderArgs {
-    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb
-    pub scene: PathBuf,
+    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb; or several; - for a scene from standard input
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
 
     /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - for a PNG to standard
-    /// output [default: the scene's name with .png, in the current folder]
-    #[arg(short, long, value_name = "FILE")]
+    /// output; {stem} stands for the scene's name [default: {stem}.png, in the current folder]
+    #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
     /// Width and height, pixels
-    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512")]
+    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512", help_heading = "Picture")]
     pub size: Size,
 
     #[command(flatten)]
@@ -100,40 +130,50 @@ pub struct RenderArgs {
     pub mesh: MeshArgs,
 
     /// How many threads render [default: as many as the machine has]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = "Rendering")]
     pub threads: Option<u32>,
 
     /// Which code traces the rays; both make the same picture
-    #[arg(long, value_enum, default_value_t = ModeArg::Packet)]
+    #[arg(long, value_enum, default_value_t = ModeArg::Packet, help_heading = "Rendering")]
     pub mode: ModeArg,
 
     /// How much time building the BVH may take; the picture is the same
-    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Auto)]
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Auto, help_heading = "Rendering")]
     pub build: BuildArg,
 
     /// Let light through everything
-    #[arg(long)]
+    #[arg(long, help_heading = "Rendering")]
     pub no_shadows: bool,
 
     /// A ray of this level returns the background, so 1 traces camera rays only
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH, help_heading = "Rendering")]
     pub max_depth: u32,
 
     /// Samples for each pixel: 1, 4, 9, 16, ...
-    #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1")]
+    #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1", help_heading = "Rendering")]
     pub samples_per_axis: u32,
 
+    #[command(flatten)]
+    pub series: SeriesArgs,
+
+    #[command(flatten)]
+    pub comparison: CompareArgs,
+
     /// Print rays, times and memory to standard error, as text or as one JSON object
-    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text")]
+    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text", help_heading = "Messages")]
     pub stats: Option<StatsFormat>,
 
     /// No progress bar, no closing line, no warnings
-    #[arg(long)]
+    #[arg(long, help_heading = "Messages")]
     pub quiet: bool,
+
+    #[command(flatten)]
+    pub config: ConfigArgs,
 }
 
 /// Which way to look.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
     /// One of the scene's cameras, by its name [default: the first one; else --view 1]
     #[arg(long, value_name = "NAME", conflicts_with_all = ["view", "eye"])]
@@ -322,8 +362,9 @@ fn is_top_level(argument: &OsStr) -> bool {
     let may_be_misspelt = argument.bytes().all(|b| b.is_ascii_alphabetic()) && !Path::new(argument).exists();
     Cli::command().get_subcommands().any(|command| {
         let name = command.get_name();
-        // Two letters: one wrong, or two swapped.
-        argument == name || (may_be_misspelt && strsim::levenshtein(argument, name) <= 2)
+        // Two letters: one wrong, or two swapped. Of a short name that would leave too little.
+        let most = name.len().div_ceil(3).min(2);
+        argument == name || (may_be_misspelt && strsim::levenshtein(argument, name) <= most)
     })
 }
 
@@ -358,10 +399,10 @@ mod tests {
             &["--view", "2", "--", "a.scn"],
         ] {
             let args = parse_render(arguments);
-            assert_eq!((args.scene, args.camera.view), ("a.scn".into(), Some(2)));
+            assert_eq!((args.scenes, args.camera.view), (vec!["a.scn".into()], Some(2)));
         }
-        assert_eq!(parse_render(&["./info"]).scene, PathBuf::from("./info"));
-        assert_eq!(parse_render(&["render", "info"]).scene, PathBuf::from("info"));
+        assert_eq!(parse_render(&["./info"]).scenes, [PathBuf::from("./info")]);
+        assert_eq!(parse_render(&["render", "info"]).scenes, [PathBuf::from("info")]);
         assert!(matches!(parse(&["info", "render"]), Ok(Command::Info(_))));
     }
 

@@ -3,7 +3,7 @@
 use super::{
     CliError,
     args::{CameraArgs, MeshArgs, UpArg},
-    stage,
+    source, stage,
 };
 use crate::{
     course,
@@ -44,7 +44,7 @@ pub fn is_mesh(path: &Path) -> Result<bool, CliError> {
         return Ok(true);
     }
     let is_scene = |extension: &std::ffi::OsStr| extension.eq_ignore_ascii_case("scn");
-    if path.extension().is_some_and(is_scene) || !path.is_file() {
+    if path.as_os_str() == "-" || path.extension().is_some_and(is_scene) || !path.is_file() {
         return Ok(false);
     }
     let mut start = Vec::new();
@@ -73,7 +73,7 @@ pub fn load(path: &Path, camera: &CameraArgs, mesh: &MeshArgs, aspect: f64) -> R
         refuse_mesh_options(path, mesh)?;
         // Before a large scene is loaded for nothing.
         camera.without_scene()?;
-        let scene = format::load(path)?;
+        let scene = source::load(path)?;
         return Ok(Input {
             camera: camera.for_scene(&scene)?,
             notes: scene.sources().notes.clone(),
@@ -99,7 +99,7 @@ pub fn load(path: &Path, camera: &CameraArgs, mesh: &MeshArgs, aspect: f64) -> R
 /// [`CliError`].
 pub fn load_bare(path: &Path) -> Result<Scene, CliError> {
     if !is_mesh(path)? {
-        return Ok(format::load(path)?);
+        return source::load(path);
     }
     let mut builder = SceneBuilder::new();
     let loaded = format::mesh::load(path)?;

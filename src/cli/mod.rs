@@ -3,8 +3,12 @@
 mod aov;
 mod aov_files;
 mod args;
+mod batch;
+mod batch_args;
 mod bench;
 mod camera;
+mod compare;
+mod config;
 mod encode;
 mod error;
 mod exr_layers;
@@ -13,13 +17,17 @@ mod generate;
 mod info;
 mod input;
 mod interrupt;
+mod names;
 mod output;
 mod picture;
 mod picture_args;
 mod progress;
 mod render;
 mod report;
+mod shell;
+mod source;
 mod stage;
+mod turntable;
 mod value;
 mod version;
 mod whole_file;
@@ -28,7 +36,7 @@ pub use args::BenchArgs;
 pub use error::CliError;
 
 use args::{Cli, Command};
-use clap::Parser;
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use std::{
     ffi::OsString,
     io::{self, Write},
@@ -41,7 +49,7 @@ use std::{
 pub fn main() -> ExitCode {
     let start = Instant::now();
     let arguments = args::with_default_command(std::env::args_os().collect());
-    match run(arguments, start) {
+    match run(&arguments, start) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             if let Some(text) = error.text() {
@@ -53,25 +61,49 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: Vec<OsString>, start: Instant) -> Result<(), CliError> {
-    let cli = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli,
-        Err(mut answer) => {
-            camera::explain_conflict(&mut answer);
-            // Help and version go to standard output; a closed pipe there is not worth a word.
-            let _ = answer.print();
-            return if answer.use_stderr() {
-                Err(CliError::UsageShown)
-            } else {
-                Ok(())
-            };
-        }
+fn run(arguments: &[OsString], start: Instant) -> Result<(), CliError> {
+    let (cli, matches) = match parse(arguments) {
+        Ok(parsed) => parsed,
+        Err(answer) => return show(answer),
     };
     match cli.command {
-        Command::Render(args) => render::run(&args, start),
+        Command::Render(args) => {
+            let given = matches.subcommand_matches("render").unwrap_or(&matches);
+            let with_defaults = config::with_defaults(arguments, given, &args.config)?;
+            match with_defaults.map(|arguments| parse(&arguments)) {
+                Some(Ok((
+                    Cli {
+                        command: Command::Render(args),
+                    },
+                    _,
+                ))) => render::run(&args, start),
+                Some(Err(answer)) => show(answer),
+                _ => render::run(&args, start),
+            }
+        }
         Command::Info(args) => info::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Generate(args) => print(&generate::run(&args).map_err(CliError::Failed)?),
+        Command::Completions(args) => print(&shell::completions(&args)),
+        Command::Man(args) => print(&shell::man(&args)?),
+    }
+}
+
+fn parse(arguments: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
+    let matches = Cli::command().try_get_matches_from(arguments)?;
+    let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut Cli::command()))?;
+    Ok((cli, matches))
+}
+
+/// Shows what clap says instead of a command line: help, version, or what is wrong.
+fn show(mut answer: clap::Error) -> Result<(), CliError> {
+    camera::explain_conflict(&mut answer);
+    // Help and version go to standard output; a closed pipe there is not worth a word.
+    let _ = answer.print();
+    if answer.use_stderr() {
+        Err(CliError::UsageShown)
+    } else {
+        Ok(())
     }
 }
 

@@ -69,6 +69,35 @@ impl Output {
         &self.name
     }
 
+    /// Whether it is a file, old or new, and no device or pipe.
+    pub fn is_file(&self) -> bool {
+        matches!(self.place, Place::File { .. })
+    }
+
+    /// Whether a file is there already.
+    pub fn exists(&self) -> bool {
+        matches!(
+            &self.place,
+            Place::File {
+                permissions: Some(_),
+                ..
+            }
+        )
+    }
+
+    /// Whether it takes linear floats.
+    pub fn is_linear(&self) -> bool {
+        self.format == Format::Exr
+    }
+
+    /// One path for all names of a place; "-" for standard output.
+    pub fn place(&self) -> &Path {
+        match &self.place {
+            Place::Stdout => Path::new("-"),
+            Place::Special(path) | Place::File { path, .. } => path,
+        }
+    }
+
     fn stdout() -> Result<Self, CliError> {
         if io::stdout().is_terminal() {
             return Err(CliError::Usage(
@@ -218,11 +247,16 @@ fn follow_links(path: &Path) -> io::Result<PathBuf> {
     }
     let mut path = path.to_owned();
     for _ in 0..MAX_LINKS {
-        match fs::read_link(&path) {
-            // An absolute link replaces the whole path.
-            Ok(link) => path = folder_of(&path).join(link),
-            Err(_) => return Ok(path),
-        }
+        let Ok(link) = fs::read_link(&path) else {
+            // A folder that is not there, or is none, is refused later.
+            let folder = fs::canonicalize(folder_of(&path));
+            return Ok(match (folder, path.file_name()) {
+                (Ok(folder), Some(name)) if folder.is_dir() => folder.join(name),
+                _ => path,
+            });
+        };
+        // An absolute link replaces the whole path.
+        path = folder_of(&path).join(link);
     }
     Err(io::Error::other("too many symbolic links"))
 }

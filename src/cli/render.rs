@@ -2,108 +2,131 @@
 
 use super::{
     CliError,
-    aov_files::AovFiles,
     args::{ModeArg, RenderArgs, StatsFormat},
+    batch::{self, Job, Verdicts},
     faults::{self, Faults},
     input::{self, Input},
     interrupt::Interrupt,
     output::Output,
     progress::Bar,
     report::{Memory, Primitives, Rays, Report, SCHEMA, Seconds},
+    turntable::turned,
 };
 use crate::{
     accel::Bvh,
     error::escape,
     render::{FrameStats, Mode, Renderer, Settings},
-    scene::Scene,
+    scene::{Camera, Scene},
     simd,
 };
 use std::{
     io::{self, IsTerminal, Write},
-    path::PathBuf,
+    path::Path,
     time::{Duration, Instant},
 };
 
-/// Renders a scene into a picture. `start` is when the program began.
+/// Renders scenes into pictures. `start` is when the program began.
 ///
 /// # Errors
-/// [`CliError`]. The output is as it was before.
+/// [`CliError`]. The first one ends the call: pictures that are written stay, the others are as they were before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = settings(args)?;
-    let size = [settings.window().width(), settings.window().height()];
-    let output = Output::prepare(&output_path(args), &args.scene, size[0], size[1])?;
-    output.check(&args.picture)?;
-    let aov_files = AovFiles::prepare(&args.picture, &output, &output_path(args), &args.scene, size)?;
-    let talkative = !args.quiet && io::stderr().is_terminal();
-
+    let window = settings.window();
+    let jobs = batch::plan(args, (window.width(), window.height()))?;
     let interrupt = Interrupt::install()?;
+    let mut since = start;
+    let mut verdicts = Verdicts::default();
+    for job in &jobs {
+        render_scene(args, &settings, job, &interrupt, &mut since, &mut verdicts)?;
+    }
+    verdicts.finish()
+}
+
+/// Renders the pictures of one scene. `since` is when the picture before was done.
+fn render_scene(
+    args: &RenderArgs,
+    settings: &Settings,
+    job: &Job<'_>,
+    interrupt: &Interrupt,
+    since: &mut Instant,
+    verdicts: &mut Verdicts,
+) -> Result<(), CliError> {
+    let talkative = !args.quiet && io::stderr().is_terminal();
     let aspect = f64::from(settings.width) / f64::from(settings.height);
-    let load = || input::load(&args.scene, &args.camera, &args.mesh, aspect);
-    let (input, load_time) = interrupt.exit_at_once_during(|| timed(load))?;
+    let load = || input::load(job.scene, &args.camera, &args.mesh, aspect);
+    let (input, mut load_time) = interrupt.exit_at_once_during(|| timed(load))?;
     let Input { scene, camera, notes } = input?;
     let faults = faults::of(&scene);
     if !args.quiet {
-        let notes = notes.into_iter().chain(faults.warning(&args.scene));
-        for note in notes {
+        for note in notes.into_iter().chain(faults.warning(job.scene)) {
             let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
         }
     }
-    let quality = args
-        .build
-        .quality(expected_rays(&settings, &scene), scene.primitive_count());
-    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
+    let rays = expected_rays(settings, &scene) * job.shots.len() as f64;
+    let quality = args.build.quality(rays, scene.primitive_count());
+    let (bvh, mut build_time) =
+        interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
-    let bar = Bar::new(talkative, &interrupt);
-    let mut picture = output.new_picture(&args.picture);
     let mut renderer = Renderer::new(&scene, &bvh);
-    let frame = picture.render(&mut renderer, &camera, &settings, &|progress| {
-        bar.report(progress)
-    });
-    let frame = frame.and_then(|frame| {
+    for shot in &job.shots {
+        let camera = match shot.turn {
+            Some((number, count)) => Camera::new(&turned(&camera.view(), number, count))?,
+            None => camera,
+        };
+        let output = &shot.output;
+        let bar = Bar::new(talkative, interrupt);
+        let mut picture = output.new_picture(&args.picture);
         let progress = &|progress| bar.report(progress);
-        Ok((
-            frame,
-            aov_files.render(&mut renderer, &scene, &camera, &settings, progress)?,
-        ))
-    });
-    bar.clear();
-    let (frame, aovs) = frame?;
-    interrupt.check()?;
+        let frame = picture.render(&mut renderer, &camera, settings, progress);
+        let frame = frame.and_then(|frame| {
+            let aovs = shot
+                .aovs
+                .render(&mut renderer, &scene, &camera, settings, progress)?;
+            Ok((frame, aovs))
+        });
+        bar.clear();
+        let (frame, aovs) = frame?;
+        interrupt.check()?;
 
-    let (written, write_time) = timed(|| {
-        if let Some(aovs) = &aovs {
-            aov_files.write(aovs, &mut picture, &interrupt)?;
-        }
-        output.write(&picture, &interrupt)
-    });
-    written?;
-
-    let times = Times {
-        load: load_time,
-        build: build_time,
-        write: write_time,
-        total: start.elapsed(),
-    };
-    let closing = match args.stats {
-        Some(format) => {
-            let mut report = report(args, &settings, &scene, &faults, &bvh, &frame, &output, &times);
-            report.aov = aovs.and_then(|aovs| aov_files.report(&aovs));
-            match format {
-                StatsFormat::Json => report.json(),
-                StatsFormat::Text => report.text(),
+        let (written, write_time) = timed(|| {
+            if let Some(aovs) = &aovs {
+                shot.aovs.write(aovs, &mut picture, interrupt)?;
             }
+            output.write(&picture, interrupt)
+        });
+        written?;
+
+        // Loading and building count for the scene's first picture.
+        let times = Times {
+            load: std::mem::take(&mut load_time),
+            build: std::mem::take(&mut build_time),
+            write: write_time,
+            total: since.elapsed(),
+        };
+        *since = Instant::now();
+        let report = || {
+            let mut report = report(job.scene, settings, &scene, &faults, &bvh, &frame, output, &times);
+            report.aov = aovs.as_ref().and_then(|aovs| shot.aovs.report(aovs));
+            report
+        };
+        let closing = match args.stats {
+            Some(StatsFormat::Json) => report().json(),
+            Some(StatsFormat::Text) => report().text(),
+            None if talkative => format!(
+                "{}: {}x{} in {:.2} s\n",
+                output.name(),
+                settings.window().width(),
+                settings.window().height(),
+                times.total.as_secs_f64()
+            ),
+            None => String::new(),
+        };
+        // The picture is written: that nobody reads standard error is no failure.
+        let _ = io::stderr().write_all(closing.as_bytes());
+        if let Some(comparison) = &shot.comparison {
+            verdicts.add(comparison.run(&picture, output.name(), interrupt)?, args.quiet);
         }
-        None if talkative => format!(
-            "{}: {}x{} in {:.2} s\n",
-            output.name(),
-            size[0],
-            size[1],
-            times.total.as_secs_f64()
-        ),
-        None => String::new(),
-    };
-    // The picture is written: that nobody reads standard error is no failure.
-    let _ = io::stderr().write_all(closing.as_bytes());
+    }
     Ok(())
 }
 
@@ -140,15 +163,6 @@ fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
         * (1.0 + lights as f64)
 }
 
-/// The scene's name with .png, in the current folder, unless another is asked for.
-fn output_path(args: &RenderArgs) -> PathBuf {
-    args.output.clone().unwrap_or_else(|| {
-        let mut name = args.scene.file_stem().unwrap_or("octray".as_ref()).to_owned();
-        name.push(".png");
-        name.into()
-    })
-}
-
 fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
     let start = Instant::now();
     let result = work();
@@ -165,7 +179,7 @@ struct Times {
 
 #[allow(clippy::too_many_arguments, reason = "all that a report tells of")]
 fn report(
-    args: &RenderArgs,
+    path: &Path,
     settings: &Settings,
     scene: &Scene,
     faults: &Faults,
@@ -178,7 +192,7 @@ fn report(
     let rays = frame.rays;
     Report {
         schema: SCHEMA,
-        scene: args.scene.display().to_string(),
+        scene: path.display().to_string(),
         output: output.name().to_owned(),
         width: settings.window().width(),
         height: settings.window().height(),

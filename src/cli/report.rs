@@ -53,7 +53,8 @@ pub struct Rays {
     pub total: u64,
 }
 
-/// Wall-clock times. `total` runs from the start of the program, so it is more than the sum.
+/// Wall-clock times. `total` runs from the start of the program or the end of the picture before, so it is more than the
+/// sum. A scene is loaded and built for its first picture.
 #[derive(Debug, Serialize)]
 pub struct Seconds {
     pub load: f64,

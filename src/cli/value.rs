@@ -65,6 +65,18 @@ pub fn samples(text: &str) -> Result<u32, String> {
     }
 }
 
+/// A difference of colours, 0 to 255.
+pub fn levels(text: &str) -> Result<f32, String> {
+    let levels = text.parse().ok().filter(|levels| (0.0..=255.0).contains(levels));
+    levels.ok_or_else(|| "expected levels of 255: a number from 0 to 255".into())
+}
+
+/// A part of a whole, 0 to 1.
+pub fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "expected a share from 0 (none) to 1 (all), such as 0.001".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,6 +116,22 @@ mod tests {
         ] {
             assert!(vector(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn levels_and_shares() {
+        assert_eq!(
+            (levels("0"), levels("2.5"), levels("255")),
+            (Ok(0.0), Ok(2.5), Ok(255.0))
+        );
+        assert_eq!(
+            (share("0"), share("1e-3"), share("1")),
+            (Ok(0.0), Ok(0.001), Ok(1.0))
+        );
+        for text in ["", "-1", "256", "nan", "inf", "1%", "x"] {
+            assert!(levels(text).is_err() && share(text).is_err(), "{text}");
+        }
+        assert!(share("1.5").is_err());
     }
 
     #[test]

@@ -68,6 +68,17 @@ pub(super) fn read_text(path: &Path) -> io::Result<Vec<u8>> {
     read_up_to(path, MAX_TEXT_BYTES)
 }
 
+/// Reads the text of a scene from what may have no end.
+pub(super) fn read_all_text(reader: impl Read) -> io::Result<Vec<u8>> {
+    let mut text = Vec::new();
+    if reader.take(MAX_TEXT_BYTES + 1).read_to_end(&mut text)? as u64 > MAX_TEXT_BYTES {
+        return Err(io::Error::other(format!(
+            "this is larger than {MAX_TEXT_BYTES} bytes"
+        )));
+    }
+    Ok(text)
+}
+
 /// Reads a mesh, as [`read_up_to`] does.
 pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
     read_up_to(path, MAX_BYTES)

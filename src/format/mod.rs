@@ -34,6 +34,16 @@ pub fn load(path: &Path) -> Result<Scene, LoadError> {
     scn::parse(&text, path, &mut Disk)
 }
 
+/// As [`load`], with the text of the `.scn` file from elsewhere, such as a pipe. `name` stands for the file in errors, and
+/// paths are relative to its folder: those of a bare name to the current folder.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`]; also where there is more text than a scene may have.
+pub fn load_from_reader(reader: impl io::Read, name: &Path) -> Result<Scene, LoadError> {
+    let text = files::read_all_text(reader).map_err(|error| files::load_error(name, &error))?;
+    scn::parse(&text, name, &mut Disk)
+}
+
 /// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and paths are relative to its
 /// folder; `open` gives the bytes of the files that the scene names (`.` within a path does not count), again for each
 /// `include` and for each place of a mesh.

@@ -52,6 +52,8 @@ impl Folder {
         command
             .args(arguments)
             .current_dir(self.folder.path())
+            // Whoever runs the tests may have a config file.
+            .env("XDG_CONFIG_HOME", self.folder.path())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());

@@ -1,0 +1,31 @@
+//! Where a scene comes from: a file, or standard input.
+
+use super::CliError;
+use crate::{error::LoadError, format, scene::Scene};
+use std::{
+    io::{self, IsTerminal},
+    path::Path,
+};
+
+/// What stands for standard input in errors. It is in no folder, so that paths count from the current one.
+const STDIN: &str = "standard input";
+
+/// Loads a scene from a file, or for `-` from standard input.
+///
+/// # Errors
+/// [`CliError`].
+pub fn load(path: &Path) -> Result<Scene, CliError> {
+    if path.as_os_str() != "-" {
+        return Ok(format::load(path)?);
+    }
+    let stdin = io::stdin();
+    if stdin.is_terminal() {
+        return Err(CliError::Usage(
+            "the scene is to come from standard input, which is a terminal; send a file or a program's output with < \
+             or |"
+                .into(),
+        ));
+    }
+    let loaded: Result<Scene, LoadError> = format::load_from_reader(stdin.lock(), Path::new(STDIN));
+    Ok(loaded?)
+}

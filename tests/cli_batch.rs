@@ -1,0 +1,334 @@
+//! Several pictures in one call, scenes from standard input, turntables, comparisons.
+
+mod program;
+
+use program::{Folder, Run};
+use std::{fs, io::Write, process::Stdio};
+
+const SMALL: &str = "--size=24x16";
+
+fn read(folder: &Folder, name: &str) -> Vec<u8> {
+    fs::read(folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The program with a text on standard input.
+fn fed(folder: &Folder, arguments: &[&str], text: &str) -> Run {
+    let mut child = folder.command(arguments).stdin(Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+    Run::new(child.wait_with_output().unwrap())
+}
+
+#[test]
+fn several_scenes_have_a_picture_each() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("out")).unwrap();
+    folder.write("b.scn", "material 1\nsphere 0 0 0.3 0.5\n");
+    folder.run(&["a.scn", "b.scn", SMALL]).succeeded();
+    folder
+        .run(&["render", "a.scn", "b.scn", SMALL, "-o", "out/{stem}-x.png"])
+        .succeeded();
+    folder.run(&["b.scn", SMALL, "-o", "alone.png"]).succeeded();
+    assert_eq!(
+        folder.names(),
+        ["a.png", "a.scn", "alone.png", "b.png", "b.scn", "out"]
+    );
+    for name in ["b.png", "out/b-x.png"] {
+        assert_eq!(read(&folder, name), read(&folder, "alone.png"));
+    }
+    assert_eq!(read(&folder, "a.png"), read(&folder, "out/a-x.png"));
+}
+
+#[test]
+fn no_two_pictures_have_one_name() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("deep")).unwrap();
+    for name in ["b.scn", "deep/a.scn"] {
+        folder.write(name, "sphere 0 0 0.5 0.5\n");
+    }
+    folder.fails(&["a.scn", "b.scn", "-o", "x.png"], 2, "{stem}");
+    folder.fails(&["a.scn", "deep/a.scn"], 2, "both be written to a.png");
+    folder.fails(&["a.scn", "a.scn"], 2, "twice");
+    folder.fails(&["a.scn", "b.scn", "-o", "-"], 2, "standard output");
+    folder.fails(&["a.scn", "--turntable", "2", "-o", "x.png"], 2, "####");
+    // Another spelling of the same place.
+    folder.fails(
+        &["a.scn", "deep/../a.scn", "-o", "deep/../{stem}.png"],
+        2,
+        "both be written",
+    );
+    folder.fails(
+        &["a.scn", "--turntable=2", "-o", "no/x-#.png"],
+        1,
+        "does not exist",
+    );
+}
+
+#[test]
+fn a_failure_ends_the_call_and_leaves_what_is_done() {
+    let folder = Folder::new();
+    folder.write("bad.scn", "sphere 1 2\n");
+    let run = folder.run(&["a.scn", "bad.scn", "missing.scn", SMALL]);
+    assert_eq!(run.code, Some(1));
+    assert!(run.stderr.contains("bad.scn:1:"), "{run:?}");
+    assert_eq!(folder.names(), ["a.png", "a.scn", "bad.scn"]);
+}
+
+#[test]
+fn scenes_come_from_standard_input() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("parts")).unwrap();
+    folder.write("parts/ball.scn", "sphere 0 0 0.5 0.5\n");
+    let scene = "light 3 -2 5 0.7\nmaterial 1\ninclude parts/ball.scn\n";
+    fed(&folder, &["-", SMALL], scene).succeeded();
+    folder.write("same.scn", scene);
+    folder.run(&["same.scn", SMALL]).succeeded();
+    assert_eq!(read(&folder, "stdin.png"), read(&folder, "same.png"));
+    let piped = fed(&folder, &["render", "-", SMALL, "-o-"], scene);
+    assert_eq!(piped.succeeded().stdout, read(&folder, "same.png"));
+    fed(&folder, &["info", "-"], scene).succeeded();
+    for (text, words) in [
+        ("sphere 1\n", "error: standard input:1:9: "),
+        ("include no.scn\n", "no.scn"),
+    ] {
+        let run = fed(&folder, &["-", SMALL, "-o", "x.png"], text);
+        assert!(run.code == Some(1) && run.stderr.contains(words), "{run:?}");
+    }
+    assert!(!folder.path("x.png").exists());
+}
+
+#[test]
+fn existing_pictures_are_skipped() {
+    let folder = Folder::new();
+    folder.write("a.png", "not even a picture");
+    folder.write("bad.scn", "nonsense");
+    folder.write("bad.png", "");
+    folder
+        .run(&["a.scn", "bad.scn", SMALL, "--skip-existing"])
+        .succeeded();
+    assert_eq!(read(&folder, "a.png"), b"not even a picture");
+    folder.run(&["a.scn", "--turntable=3", SMALL]).succeeded();
+    folder.write("a-0002.png", "kept");
+    fs::remove_file(folder.path("a-0003.png")).unwrap();
+    folder
+        .run(&["a.scn", "--turntable=3", SMALL, "--skip-existing"])
+        .succeeded();
+    assert_eq!(read(&folder, "a-0002.png"), b"kept");
+    assert!(folder.path("a-0003.png").exists());
+}
+
+#[test]
+fn turntables_go_around() {
+    let folder = Folder::new();
+    folder.run(&["a.scn", SMALL]).succeeded();
+    folder
+        .run(&["a.scn", SMALL, "--turntable", "4", "-o", "t-##.png"])
+        .succeeded();
+    for number in 1..=4 {
+        let same = read(&folder, &format!("t-0{number}.png")) == read(&folder, "a.png");
+        assert_eq!(same, number == 1, "{number}");
+    }
+    // A part of them has the same pictures, and no others.
+    folder
+        .run(&["a.scn", SMALL, "--turntable=4", "--frames=2-3", "-o", "p#.png"])
+        .succeeded();
+    let names = folder.names();
+    let parts: Vec<_> = names.iter().filter(|name| name.starts_with('p')).collect();
+    assert_eq!(parts, ["p2.png", "p3.png"]);
+    assert_eq!(read(&folder, "p3.png"), read(&folder, "t-03.png"));
+    // The second picture is seen from a quarter turn on.
+    folder
+        .run(&["a.scn", SMALL, "--eye=3,0,1", "--turntable=4", "-o", "e#.png"])
+        .succeeded();
+    folder
+        .run(&["a.scn", SMALL, "--eye=-3,0,1", "-o", "half.png"])
+        .succeeded();
+    let half = image::open(folder.path("half.png")).unwrap().into_rgb8();
+    let turned = image::open(folder.path("e3.png")).unwrap().into_rgb8();
+    let same = half.pixels().zip(turned.pixels()).filter(|(a, b)| a == b).count();
+    assert!(same >= 24 * 16 * 9 / 10, "{same}");
+}
+
+#[test]
+fn turntables_refuse_what_makes_none() {
+    let folder = Folder::new();
+    for (arguments, words) in [
+        ("--turntable 0", "0"),
+        ("--turntable 10001", "10000"),
+        ("--frames 1-2", "--turntable"),
+        ("--turntable 4 --frames 3-5", "from 1 to 4"),
+        ("--turntable 4 --frames 3-2", "2-3"),
+        ("--turntable 4 --frames 0-2", "A-B"),
+        ("--skip-existing --compare a.png", "cannot be used with"),
+        ("--tolerance 2", "--compare"),
+        ("--difference d.png", "--compare"),
+        ("--compare a.png --tolerance 256", "0 to 255"),
+        ("--compare a.png --allow-pixels 5", "share"),
+    ] {
+        let mut all = vec!["a.scn"];
+        all.extend(arguments.split_whitespace());
+        folder.fails(&all, 2, words);
+    }
+}
+
+#[test]
+fn stats_tell_of_each_picture() {
+    let folder = Folder::new();
+    let run = folder.run(&["a.scn", SMALL, "--turntable=3", "--stats=json"]);
+    let lines: Vec<serde_json::Value> = run
+        .stderr
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let outputs: Vec<_> = lines
+        .iter()
+        .map(|line| line["output"].as_str().unwrap())
+        .collect();
+    assert_eq!(outputs, ["a-0001.png", "a-0002.png", "a-0003.png"]);
+    assert!(lines[0]["seconds"]["build"].as_f64() > Some(0.0));
+    assert_eq!(lines[1]["seconds"]["build"], 0.0);
+}
+
+#[test]
+fn equal_pictures_agree_in_every_lossless_format() {
+    let folder = Folder::new();
+    for extension in ["png", "ppm", "qoi", "bmp", "tiff", "exr"] {
+        let reference = format!("ref.{extension}");
+        let output = format!("new.{extension}");
+        folder.run(&["a.scn", SMALL, "-o", &reference]).succeeded();
+        let run = folder.run(&["a.scn", SMALL, "-o", &output, "--compare", &reference]);
+        assert_eq!(run.code, Some(0), "{run:?}");
+        let words = format!("octray: {output} agrees with {reference}: 0 of 384 pixels");
+        assert!(run.stderr.starts_with(&words), "{run:?}");
+        assert_eq!(run.stderr.lines().count(), 1);
+        // Floats and bytes are compared as bytes.
+        let run = folder.run(&[
+            "a.scn",
+            SMALL,
+            "-o",
+            "new.png",
+            "--quiet",
+            "--compare",
+            &reference,
+        ]);
+        run.succeeded();
+    }
+    assert!(!folder.names().iter().any(|name| name.contains("difference")));
+}
+
+#[test]
+fn different_pictures_are_told_and_shown() {
+    let folder = Folder::new();
+    folder.run(&["a.scn", SMALL, "-o", "ref.png"]).succeeded();
+    let mut changed = image::open(folder.path("ref.png")).unwrap().into_rgb8();
+    changed.get_pixel_mut(3, 2).0 = [250, 255, 255];
+    changed.get_pixel_mut(4, 2).0 = [255, 245, 255];
+    changed.save(folder.path("changed.png")).unwrap();
+
+    let compare = |more: &str| {
+        let mut all = vec!["a.scn", SMALL, "-o", "new.png", "--compare", "changed.png"];
+        all.extend(more.split_whitespace());
+        folder.run(&all)
+    };
+    compare("").failed(5, "new.png differs from changed.png: 2 of 384 pixels");
+    let shown = image::open(folder.path("new-difference.png"))
+        .unwrap()
+        .into_rgb8();
+    assert_eq!(shown.get_pixel(3, 2).0, [128, 0, 0]);
+    assert_eq!(shown.get_pixel(4, 2).0, [0, 255, 0]);
+    assert_eq!(shown.pixels().filter(|pixel| pixel.0 != [0; 3]).count(), 2);
+    assert_eq!(read(&folder, "new.png"), read(&folder, "ref.png"));
+
+    compare("--tolerance 5 --difference d.qoi").failed(5, "1 of 384 pixels");
+    assert!(folder.path("d.qoi").exists());
+    for agreeing in [
+        "--tolerance 10",
+        "--allow-pixels 0.006",
+        "--tolerance 5 --allow-pixels 0.003",
+    ] {
+        let run = compare(agreeing);
+        assert_eq!(run.code, Some(0), "{agreeing}: {run:?}");
+    }
+    compare("--allow-pixels 0.004").failed(5, "2 of 384");
+    // Transparency counts.
+    let mut clear = image::open(folder.path("ref.png")).unwrap().into_rgba8();
+    clear.get_pixel_mut(0, 0).0[3] = 0;
+    clear.save(folder.path("changed.png")).unwrap();
+    compare("--tolerance 254").failed(5, "1 of 384");
+}
+
+#[test]
+fn references_have_patterns_too() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("ref")).unwrap();
+    let turntable = ["a.scn", SMALL, "--turntable=3", "-o"];
+    folder
+        .run(&[&turntable[..], &["ref/{stem}#.png"]].concat())
+        .succeeded();
+    fs::copy(folder.path("ref/a1.png"), folder.path("ref/a2.png")).unwrap();
+    let run = folder.run(
+        &[
+            &turntable[..],
+            &["{stem}-##.png", "--compare=ref/{stem}#.png", "--quiet"],
+        ]
+        .concat(),
+    );
+    assert_eq!(run.code, Some(5));
+    assert!(
+        run.stderr.starts_with("octray: error: 1 of 3 pictures differ")
+            && run.stderr.contains("a-02.png differs from ref/a2.png"),
+        "{run:?}"
+    );
+    assert_eq!(
+        folder.names(),
+        [
+            "a-01.png",
+            "a-02-difference.png",
+            "a-02.png",
+            "a-03.png",
+            "a.scn",
+            "ref"
+        ]
+    );
+}
+
+#[test]
+fn references_that_cannot_be_compared_are_errors() {
+    let folder = Folder::new();
+    folder
+        .run(&["a.scn", "--size=9x9", "-o", "small.png"])
+        .succeeded();
+    folder.write("text.png", "no picture");
+    folder.write("bad.png", "\u{89}PNG");
+    let mut cut = read(&folder, "small.png");
+    cut.truncate(cut.len() / 2);
+    fs::write(folder.path("cut.png"), cut).unwrap();
+    for (arguments, code, words) in [
+        ("--compare none.png", 1, "there is no such file"),
+        ("--compare .", 1, "no file"),
+        ("--compare text.png", 1, "cannot read the reference text.png"),
+        ("--compare bad.png", 1, "bad.png"),
+        ("--compare small.png", 1, "9x9"),
+        (
+            "--compare small.png --size 9x9 -o small.png",
+            2,
+            "replace the reference",
+        ),
+        (
+            "--compare small.png --size 9x9 --difference small.png",
+            2,
+            "replace the reference",
+        ),
+        (
+            "--compare small.png --size 9x9 --difference new.png -o new.png",
+            2,
+            "twice",
+        ),
+        ("--compare small.png --size 9x9 --difference d.exr", 2, "EXR"),
+    ] {
+        let mut all = vec!["a.scn"];
+        all.extend(arguments.split_whitespace());
+        folder.fails(&all, code, words);
+    }
+    let run = folder.run(&["a.scn", "--size=9x9", "--compare=cut.png"]);
+    run.failed(1, "cannot read the reference cut.png");
+}
