@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     course,
+    render::{Mode, RenderError, Settings},
     scene::{Camera, CameraError},
 };
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
@@ -24,6 +25,7 @@ Examples:
   octray cow.scn --eye -3,2,1.5 --target 0,0,0.5  a view of your own
   octray cow.scn -o cow.exr                       linear floats instead of 8 bits
   octray cow.scn -o - | magick - cow.webp         a PNG into a pipe
+  octray view cow.scn                             a window to look around in
   octray info cow.scn                             what is in a scene
   octray bench cow.scn                            how fast this machine traces it
   octray bench --all --quick                      how fast it traces scenes of many kinds
@@ -31,14 +33,19 @@ Examples:
 `octray SCENE` is short for `octray render SCENE`, whose options `octray render --help` lists. A scene whose \
 name is that of a command needs a path, such as ./info, or the command's name before it.
 
-Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 4 this CPU cannot run this
-build; 5 a comparison differs; 130 interrupted.";
+Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 3 there is no display; 4 this CPU
+cannot run this build; 5 a comparison differs; 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
   octray render cow.scn -o cow.jpg --size 1920x1080 --samples 9
   octray render cow.scn --eye -3,2,1.5 --target 0,0,0.5 --up 0,0,1 --fov 30
   octray render cow.scn --quiet --stats=json 2> stats.json";
+
+#[cfg(feature = "viewer")]
+const VIEW_KEYS: &str = "\
+In the window: drag with the left button to turn, with the right one (or the wheel) to come nearer;
+press ? to see all keys, q to quit.";
 
 const RENDER_USAGE: &str = "octray [render] [OPTIONS] <SCENE>";
 
@@ -65,6 +72,10 @@ pub enum Command {
     /// Render a scene into a picture
     #[command(override_usage = RENDER_USAGE, after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+    /// Look around a scene in a window, ray traced live
+    #[cfg(feature = "viewer")]
+    #[command(after_long_help = VIEW_KEYS)]
+    View(ViewArgs),
     /// Show what is in a scene and what its BVH is made of
     Info(InfoArgs),
     /// Time ways of tracing against each other on the same rays, on one thread
@@ -90,6 +101,25 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub camera: CameraArgs,
 
+    #[command(flatten)]
+    pub trace: TraceArgs,
+
+    /// Samples for each pixel on a regular grid: 1, 4, 9, 16, ...
+    #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1")]
+    pub samples_per_axis: u32,
+
+    /// Print rays, times and memory to standard error, as text or as one JSON object
+    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text")]
+    pub stats: Option<StatsFormat>,
+
+    /// No progress bar, no closing line, no warnings
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// How rays are traced and shaded.
+#[derive(Args, Debug)]
+pub struct TraceArgs {
     /// How many threads render [default: as many as the machine has]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
@@ -105,18 +135,56 @@ pub struct RenderArgs {
     /// A ray of this level returns the background, so 1 traces camera rays only
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH)]
     pub max_depth: u32,
+}
 
-    /// Samples for each pixel on a regular grid: 1, 4, 9, 16, ...
-    #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1")]
-    pub samples_per_axis: u32,
+impl TraceArgs {
+    /// The settings for pictures of that size.
+    pub fn settings(&self, size: Size, samples_per_axis: u32) -> Result<Settings, RenderError> {
+        let settings = Settings {
+            width: size.width,
+            height: size.height,
+            samples_per_axis,
+            max_depth: self.max_depth,
+            shadows: !self.no_shadows,
+            mode: match self.mode {
+                ModeArg::Packet => Mode::Packet,
+                ModeArg::Scalar => Mode::Scalar,
+            },
+            threads: self.threads.map(|threads| threads as usize),
+        };
+        settings.validate()?;
+        Ok(settings)
+    }
+}
 
-    /// Print rays, times and memory to standard error, as text or as one JSON object
-    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text")]
-    pub stats: Option<StatsFormat>,
+/// Arguments of `octray view`.
+#[cfg(feature = "viewer")]
+#[derive(Args, Debug)]
+pub struct ViewArgs {
+    /// The scene, a .scn file
+    pub scene: PathBuf,
 
-    /// No progress bar, no closing line, no warnings
-    #[arg(long)]
-    pub quiet: bool,
+    /// Width and height of the window, pixels
+    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512")]
+    pub size: Size,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub trace: TraceArgs,
+
+    /// Time for a frame while the camera moves, milliseconds; what takes longer is traced more coarsely
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 16)]
+    pub budget: u32,
+
+    /// Orbit for so many seconds, print how fast that was, and end
+    #[arg(long, value_name = "SECONDS", value_parser = value::seconds)]
+    pub benchmark: Option<f64>,
+
+    /// Write the benchmark's figures as JSON to a file, or to standard output (-)
+    #[arg(long, value_name = "FILE", requires = "benchmark")]
+    pub json: Option<PathBuf>,
 }
 
 /// Which way to look.

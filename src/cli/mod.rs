@@ -14,6 +14,8 @@ mod render;
 mod report;
 mod value;
 mod version;
+#[cfg(feature = "viewer")]
+mod view;
 mod whole_file;
 
 pub use args::BenchArgs;
@@ -60,6 +62,8 @@ fn run(arguments: Vec<OsString>, start: Instant) -> Result<(), CliError> {
     };
     match cli.command {
         Command::Render(args) => render::run(&args, start),
+        #[cfg(feature = "viewer")]
+        Command::View(args) => view::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Generate(args) => print(&generate::run(&args).map_err(CliError::Failed)?),

@@ -2,7 +2,7 @@
 
 use super::{
     CliError,
-    args::{ModeArg, RenderArgs, StatsFormat},
+    args::{RenderArgs, StatsFormat},
     interrupt::Interrupt,
     output::Output,
     progress::Bar,
@@ -26,7 +26,7 @@ use std::{
 /// # Errors
 /// [`CliError`]. The output is as it was before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
-    let settings = settings(args)?;
+    let settings = args.trace.settings(args.size, args.samples_per_axis)?;
     let camera = args.camera.camera()?;
     let output = Output::prepare(&output_path(args), &args.scene, settings.width, settings.height)?;
     let talkative = !args.quiet && io::stderr().is_terminal();
@@ -73,23 +73,6 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     // The picture is written: that nobody reads standard error is no failure.
     let _ = io::stderr().write_all(closing.as_bytes());
     Ok(())
-}
-
-fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
-    let settings = Settings {
-        width: args.size.width,
-        height: args.size.height,
-        samples_per_axis: args.samples_per_axis,
-        max_depth: args.max_depth,
-        shadows: !args.no_shadows,
-        mode: match args.mode {
-            ModeArg::Packet => Mode::Packet,
-            ModeArg::Scalar => Mode::Scalar,
-        },
-        threads: args.threads.map(|threads| threads as usize),
-    };
-    settings.validate()?;
-    Ok(settings)
 }
 
 /// The scene's name with .png, in the current folder, unless another is asked for.

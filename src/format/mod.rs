@@ -23,10 +23,24 @@ pub type OpenMesh<'a> = &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>;
 /// [`LoadError`], with the place of the fault: a file that cannot be read or is none, a statement that is
 /// not understood, a mesh that is broken.
 pub fn load(path: &Path) -> Result<Scene, LoadError> {
+    load_and_list(path, &mut Vec::new())
+}
+
+/// As [`load`], and adds to `files` every file that was asked for, those that could not be read too: what is to be
+/// watched for changes.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+pub fn load_and_list(path: &Path, files: &mut Vec<PathBuf>) -> Result<Scene, LoadError> {
+    files.push(path.to_path_buf());
     let text = files::read_text(path).map_err(|error| files::load_error(path, &error))?;
     // What cannot be resolved cannot be read either, and is refused then.
     let identify = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    scn::parse(&text, path, &mut files::read, identify)
+    let mut open = |mesh: &Path| {
+        files.push(mesh.to_path_buf());
+        files::read(mesh)
+    };
+    scn::parse(&text, path, &mut open, identify)
 }
 
 /// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and mesh paths are
