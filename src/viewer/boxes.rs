@@ -204,12 +204,12 @@ mod tests {
             height: 100,
         };
         let flat = Aabb {
-            lower: Vec3::new(-5.0, 0.0, -5.0),
-            upper: Vec3::new(5.0, 0.0, 5.0),
+            lower: Vec3::new(-5.1, 0.0, -5.1),
+            upper: Vec3::new(5.1, 0.0, 5.1),
         };
         draw(&mut canvas, &pose, std::iter::once(flat), 7);
         // A square of half the picture's side around its middle, its outline only.
-        assert_eq!([pixels[50 * 100 + 25], pixels[25 * 100 + 50]], [7, 7]);
+        assert_eq!([pixels[50 * 100 + 24], pixels[24 * 100 + 50]], [7, 7]);
         assert_eq!(pixels[50 * 100 + 50], 0);
         let drawn = pixels.iter().filter(|&&pixel| pixel == 7).count();
         assert!((190..=210).contains(&drawn), "{drawn}");

@@ -10,10 +10,13 @@ const SCALES: [f64; 7] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125];
 /// Where nothing is known yet: a sixteenth of the pixels finds out.
 const FIRST_LEVEL: usize = 4;
 /// A finer picture is tried only if it should leave so much of the budget, so that the sharpness does not flicker.
-const MARGIN: f64 = 0.85;
-/// How much a new measurement counts. What was slow counts at once: one stutter is enough.
-const SLOWER: f64 = 0.6;
-const FASTER: f64 = 0.2;
+const MARGIN: f64 = 0.9;
+/// Pixels of a finer picture that has not been traced lately are taken to cost so much of what they cost now: a frame
+/// also takes time that does not depend on its pixels.
+const OPTIMISM: f64 = 0.75;
+/// Frames after which a finer picture that was too slow may be tried again: first, and at most. The time doubles with
+/// every failure.
+const PATIENCE: [u64; 2] = [30, 960];
 
 /// What to trace for one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,12 +29,53 @@ pub struct Plan {
     pub coarsest: bool,
 }
 
+/// What pixels of one level have cost.
+#[derive(Clone, Copy, Debug, Default)]
+struct Measured {
+    /// Seconds a pixel of the last three frames, the newest first.
+    recent: [f64; 3],
+    count: usize,
+    /// When the last of them was.
+    frame: u64,
+    /// How often the level was given up for being too slow.
+    failures: u32,
+}
+
+impl Measured {
+    fn add(&mut self, cost: f64, frame: u64) {
+        self.recent = [cost, self.recent[0], self.recent[1]];
+        self.count += 1;
+        self.frame = frame;
+    }
+
+    /// Of one or two frames the faster: one stutter says nothing. Of three the one in the middle.
+    fn cost(&self) -> Option<f64> {
+        let mut recent = self.recent;
+        match self.count {
+            0 => None,
+            1 => Some(recent[0]),
+            2 => Some(recent[0].min(recent[1])),
+            _ => {
+                recent.sort_by(f64::total_cmp);
+                Some(recent[1])
+            }
+        }
+    }
+
+    /// How long to remember that the level was too slow, frames.
+    fn patience(&self) -> u64 {
+        let [first, most] = PATIENCE;
+        (first << self.failures.saturating_sub(1).min(10)).min(most)
+    }
+}
+
 /// A time for each frame, and what pixels have cost so far.
 #[derive(Clone, Debug)]
 pub struct Budget {
     target: f64,
-    seconds_per_pixel: Option<f64>,
+    levels: [Measured; SCALES.len()],
     level: usize,
+    frame: u64,
 }
 
 impl Budget {
@@ -40,21 +84,35 @@ impl Budget {
     pub fn new(target: Duration) -> Self {
         Self {
             target: target.as_secs_f64(),
-            seconds_per_pixel: None,
+            levels: Default::default(),
             level: FIRST_LEVEL,
+            frame: 0,
         }
     }
 
     /// The finest picture for a window of that size that should be done in time.
     pub fn plan(&mut self, [width, height]: [u32; 2]) -> Plan {
         let side = |pixels: u32, scale: f64| ((f64::from(pixels) * scale).round() as u32).max(1);
-        if let Some(cost) = self.seconds_per_pixel {
-            let pixels = f64::from(width) * f64::from(height);
+        let pixels = |level: usize| f64::from(width) * f64::from(height) * SCALES[level].powi(2);
+        if let Some(cost) = self.levels[self.level].cost() {
+            let is_slow = cost * pixels(self.level) > self.target;
+            if is_slow {
+                self.levels[self.level].failures += 1;
+            }
             let fits = |&level: &usize| {
-                let seconds = cost * pixels * SCALES[level].powi(2);
-                seconds <= self.target * if level < self.level { MARGIN } else { 1.0 }
+                let known = self.levels[level].cost().filter(|_| !self.has_expired(level));
+                let (cost, limit) = match level {
+                    _ if level < self.level => (known.unwrap_or(cost * OPTIMISM), self.target * MARGIN),
+                    _ => (known.unwrap_or(cost), self.target),
+                };
+                cost * pixels(level) <= limit
             };
-            self.level = (0..SCALES.len()).find(fits).unwrap_or(SCALES.len() - 1);
+            let first = if is_slow { self.level + 1 } else { 0 };
+            let level = (first..SCALES.len()).find(fits).unwrap_or(SCALES.len() - 1);
+            if level != self.level && self.has_expired(level) {
+                self.levels[level].count = 0;
+            }
+            self.level = level;
         }
         let scale = SCALES[self.level];
         Plan {
@@ -64,21 +122,31 @@ impl Budget {
         }
     }
 
-    /// So many pixels have taken so long.
+    /// Whether what is known of a level is too old to count.
+    fn has_expired(&self, level: usize) -> bool {
+        let measured = &self.levels[level];
+        self.frame - measured.frame > measured.patience()
+    }
+
+    /// So many pixels of the picture planned last have taken so long.
     pub fn learn(&mut self, pixels: u64, elapsed: Duration) {
         if pixels == 0 {
             return;
         }
+        self.frame += 1;
         let cost = elapsed.as_secs_f64() / pixels as f64;
-        self.seconds_per_pixel = Some(match self.seconds_per_pixel {
-            None => cost,
-            Some(old) => old + (cost - old) * if cost > old { SLOWER } else { FASTER },
-        });
+        self.levels[self.level].add(cost, self.frame);
+    }
+
+    /// The picture planned last was given up after so many of its pixels.
+    pub fn learn_failure(&mut self, pixels: u64, elapsed: Duration) {
+        self.levels[self.level].count = 0;
+        self.learn(pixels.max(1), elapsed);
     }
 
     /// Other rays are traced from now on: what was learnt is of no use.
     pub fn forget(&mut self) {
-        self.seconds_per_pixel = None;
+        self.levels = Default::default();
         self.level = FIRST_LEVEL;
     }
 
@@ -143,12 +211,39 @@ mod tests {
         // A full frame would take 15 ms: in time, but too close to it.
         let cost = 15e6 / (1280.0 * 720.0);
         let mut budget = Budget::new(DEFAULT_BUDGET);
-        run(&mut budget, 2.0 * cost, 10);
         let settled = run(&mut budget, cost, 60);
         for i in 0..40 {
             let noise = if i % 2 == 0 { 0.97 } else { 1.03 };
             assert_eq!(run(&mut budget, cost * noise, 1), settled);
         }
+    }
+
+    #[test]
+    fn a_stutter_changes_nothing_and_slowness_does() {
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        run(&mut budget, 10.0, 10);
+        assert!(run(&mut budget, 90.0, 1).full);
+        assert!(run(&mut budget, 10.0, 3).full);
+        assert!(!run(&mut budget, 90.0, 2).full);
+    }
+
+    #[test]
+    fn what_is_too_slow_is_tried_less_and_less_often() {
+        // Each frame takes 1 ms for nothing and 10 ns a pixel: three quarters of the side fit, all pixels would not.
+        let mut budget = Budget::new(Duration::from_micros(9500));
+        let mut tried = Vec::new();
+        for frame in 0..3000 {
+            let Plan {
+                size: [w, h], full, ..
+            } = budget.plan(WINDOW);
+            let pixels = u64::from(w) * u64::from(h);
+            if full {
+                tried.push(frame);
+            }
+            budget.learn(pixels, Duration::from_secs_f64(1e-3 + pixels as f64 * 1e-8));
+        }
+        assert!(!tried.is_empty() && tried.len() < 20, "{tried:?}");
+        assert_eq!(budget.plan(WINDOW).size, [960, 540]);
     }
 
     #[test]

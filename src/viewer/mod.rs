@@ -97,14 +97,18 @@ impl Display {
         EventLoop::with_user_event()
             .build()
             .map(|event_loop| Self { event_loop })
-            .map_err(|error| {
-                let why = match error {
-                    _ if cfg!(target_os = "linux") && no_display_is_named() => {
-                        "neither WAYLAND_DISPLAY nor DISPLAY is set".into()
-                    }
-                    error => error.to_string(),
+            .map_err(|_| {
+                // The error itself tells where in winit it arose.
+                let named = |name: &str| {
+                    let value = std::env::var_os(name).filter(|value| !value.is_empty())?;
+                    Some(format!("{name}={}", value.to_string_lossy()))
                 };
-                ViewError::NoDisplay(why)
+                let names = ["WAYLAND_DISPLAY", "DISPLAY"].into_iter().filter_map(named);
+                let named: Vec<String> = names.collect();
+                ViewError::NoDisplay(match &named[..] {
+                    [] if cfg!(target_os = "linux") => "neither WAYLAND_DISPLAY nor DISPLAY is set".into(),
+                    named => format!("the window system does not answer {}", named.join(" ")),
+                })
             })
     }
 
@@ -137,10 +141,4 @@ impl Display {
             .map_err(|error| failed(&error))?;
         app.finish()
     }
-}
-
-fn no_display_is_named() -> bool {
-    ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"]
-        .iter()
-        .all(|name| std::env::var_os(name).is_none_or(|value| value.is_empty()))
 }

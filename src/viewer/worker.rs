@@ -240,7 +240,7 @@ impl Session<'_> {
                     return;
                 }
                 Err(RenderError::Cancelled) if !self.shared.has_ended() => {
-                    self.budget.learn(done.into_inner().max(1), start.elapsed());
+                    self.budget.learn_failure(done.into_inner(), start.elapsed());
                 }
                 Err(_) => return,
             }
