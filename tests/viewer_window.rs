@@ -60,11 +60,11 @@ fn every_key_does_something(screen: &Screen) {
     let all = viewer.pixels();
     // Each of these changes the picture, and pressed again gives the old one back.
     for (key, least) in [
-        ("r", 0.05),
-        ("n", 0.2),
-        ("h", 0.2),
+        ("r", 0.01),
+        ("n", 0.01),
+        ("h", 0.1),
         ("B", 0.005),
-        ("question", 0.2),
+        ("question", 0.05),
         ("i", 0.03),
         ("m", 0.03),
     ] {

@@ -1,6 +1,6 @@
 //! A display of our own, and `octray view` on it.
 
-use super::program::{Folder, PROGRAM, Run};
+use super::program::{Folder, Run};
 use image::{Rgb, RgbImage};
 use std::{
     fs,
