@@ -6,7 +6,7 @@ mod program;
 mod window;
 
 use std::time::Duration;
-use window::{Screen, Viewer, difference, idle_ticks};
+use window::{Screen, Viewer, difference, idle_ticks, keep, wait_for_messages_to_go};
 
 const SIZE: [u32; 2] = [200, 150];
 
@@ -33,7 +33,7 @@ fn at_rest_it_is_what_render_makes(screen: &Screen) {
     );
     viewer.key("a");
     viewer.wait_for_title("1 sample - done");
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     assert_eq!(difference(&viewer.shot(), &viewer.render(&["--view=3"])), 0);
     for (key, view) in [("1", 1), ("2", 2), ("4", 4), ("5", 5), ("6", 6)] {
         viewer.key(key);
@@ -55,7 +55,7 @@ fn every_key_does_something(screen: &Screen) {
     let mut viewer = Viewer::open(screen, SIZE, &["--view=1"]);
     viewer.key("a");
     viewer.settle();
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     let plain = viewer.shot();
     let all = viewer.pixels();
     // Each of these changes the picture, and pressed again gives the old one back.
@@ -72,40 +72,40 @@ fn every_key_does_something(screen: &Screen) {
         viewer.key(key);
         viewer.settle();
         let shown = viewer.shot();
-        viewer.keep(&shown, key);
+        keep(&shown, key);
         let changed = difference(&shown, &plain) as f64 / all;
         assert!(changed > least, "{key}: {changed}");
         viewer.key(key);
         viewer.settle();
-        viewer.wait_for_messages_to_go();
+        wait_for_messages_to_go();
         assert_eq!(difference(&viewer.shot(), &plain), 0, "{key} twice");
     }
     // Levels of the hierarchy.
     viewer.key("bracketright");
     viewer.settle();
     let level = viewer.shot();
-    viewer.keep(&level, "level");
+    keep(&level, "level");
     assert!(difference(&level, &plain) > 0);
     viewer.key("bracketleft");
     // Brute force shows the same.
     viewer.key("b");
     viewer.settle();
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     assert_eq!(difference(&viewer.shot(), &plain), 0, "brute force");
     viewer.key("b");
     // Single rays, with figures on the screen.
     viewer.key("p");
     viewer.settle();
-    viewer.keep(&viewer.shot(), "p");
+    keep(&viewer.shot(), "p");
     viewer.key("i");
     viewer.settle();
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     assert_eq!(difference(&viewer.shot(), &plain), 0, "single rays");
     // The object fills the picture.
     viewer.key("f");
     viewer.settle();
     let framed = viewer.shot();
-    viewer.keep(&framed, "f");
+    keep(&framed, "f");
     assert!(difference(&framed, &plain) > 0);
     // Saved twice, under two names, as it is shown.
     viewer.key("s");
@@ -159,11 +159,11 @@ fn mouse_and_flight_move_the_camera(screen: &Screen) {
     viewer.click(5);
     assert!(distance(eye(&mut viewer)) > distance(after));
     viewer.settle();
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     let line = viewer.camera_options();
     let options: Vec<&str> = line.split_whitespace().collect();
     viewer.settle();
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     assert_eq!(difference(&viewer.shot(), &viewer.render(&options)), 0);
     for key in ["Up", "Down", "Left", "Right", "Prior", "Next"] {
         let before = eye(&mut viewer);
@@ -181,7 +181,7 @@ fn the_window_resizes(screen: &Screen) {
     for size in [[333, 217], [64, 300], [500, 400]] {
         viewer.resize(size);
         viewer.wait_for_title(&format!("{}x{} - 1 sample - done", size[0], size[1]));
-        viewer.wait_for_messages_to_go();
+        wait_for_messages_to_go();
         assert_eq!(
             difference(&viewer.shot(), &viewer.render(&["--view=1"])),
             0,
@@ -195,13 +195,13 @@ fn changed_files_are_loaded(screen: &Screen) {
     let mut viewer = Viewer::open(screen, SIZE, &["--view=1"]);
     viewer.key("a");
     viewer.settle();
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     let before = viewer.shot();
     let scene = "light 3 -2 5 0.7\nmaterial 2\nsphere 0 0 0.5 0.9\n";
     viewer.write("a.scn", "light 3 -2 5 0.7\nmaterial 2\nsphere 0 0 0.5 wide\n");
     viewer.wait_for_change(&before);
     let broken = viewer.shot();
-    viewer.keep(&broken, "error");
+    keep(&broken, "error");
     // The last good picture stays below the message.
     let lower =
         |picture: &image::RgbImage| image::imageops::crop_imm(picture, 0, 120, SIZE[0], 30).to_image();
@@ -209,7 +209,7 @@ fn changed_files_are_loaded(screen: &Screen) {
     viewer.write("a.scn", scene);
     viewer.wait_for_change(&broken);
     viewer.settle();
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     let reloaded = viewer.shot();
     assert_eq!(difference(&reloaded, &viewer.render(&["--view=1"])), 0);
     // A mesh that the scene names from now on is watched as well.
@@ -223,12 +223,12 @@ fn changed_files_are_loaded(screen: &Screen) {
     viewer.write("a.scn", &format!("{scene}ply_file meshes/t.ply\n"));
     viewer.wait_for_change(&reloaded);
     viewer.settle();
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     let with_mesh = viewer.shot();
     viewer.write("meshes/t.ply", &triangle("1"));
     viewer.wait_for_change(&with_mesh);
     viewer.settle();
-    viewer.wait_for_messages_to_go();
+    wait_for_messages_to_go();
     assert_eq!(difference(&viewer.shot(), &viewer.render(&["--view=1"])), 0);
     viewer.quit("q");
 }

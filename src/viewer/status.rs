@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 /// The title changes no more often than this: it is for reading, and each change goes through the window system.
 const TITLE: Duration = Duration::from_millis(250);
 /// Longer than this between two frames: the camera has rested.
-const PAUSE: Duration = Duration::from_millis(500);
+const PAUSE: Duration = Duration::from_millis(200);
 
 /// Figures of the frames that were shown.
 #[derive(Debug, Default)]

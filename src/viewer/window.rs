@@ -428,6 +428,9 @@ impl App {
         screen.surface.resize(w, h).map_err(lost)?;
         let mut buffer = screen.surface.buffer_mut().map_err(lost)?;
         copy(&self.picture, &mut buffer, [width, height]);
+        if is_new {
+            self.status.shown(&self.picture, now);
+        }
         let mut canvas = Canvas {
             pixels: &mut buffer,
             width,
@@ -448,7 +451,6 @@ impl App {
         );
         buffer.present().map_err(lost)?;
         if is_new {
-            self.status.shown(&self.picture, now);
             if let Some(title) = self.status.title(&self.options.name, &self.picture, now) {
                 screen.window.set_title(&title);
             }

@@ -216,11 +216,6 @@ impl<'a> Viewer<'a> {
         thread::sleep(Duration::from_millis(100));
     }
 
-    /// Messages are shown for three seconds.
-    pub fn wait_for_messages_to_go(&self) {
-        thread::sleep(Duration::from_millis(3300));
-    }
-
     pub fn wait_for_change(&self, from: &RgbImage) {
         wait_for("another picture", || {
             if difference(&self.shot(), from) > 0 {
@@ -271,13 +266,6 @@ impl<'a> Viewer<'a> {
         image::open(self.folder.path(name)).unwrap().into_rgb8()
     }
 
-    /// Keeps a picture to look at, under `target/window`.
-    pub fn keep(&self, picture: &RgbImage, name: &str) {
-        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target/window");
-        fs::create_dir_all(&folder).unwrap();
-        picture.save(folder.join(format!("{name}.png"))).unwrap();
-    }
-
     pub fn write(&self, name: &str, text: &str) {
         self.folder.write(name, text);
     }
@@ -319,6 +307,18 @@ impl<'a> Viewer<'a> {
             start.elapsed()
         );
     }
+}
+
+/// Messages are shown for three seconds.
+pub fn wait_for_messages_to_go() {
+    thread::sleep(Duration::from_millis(3300));
+}
+
+/// Keeps a picture to look at, under `target/window`.
+pub fn keep(picture: &RgbImage, name: &str) {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target/window");
+    fs::create_dir_all(&folder).unwrap();
+    picture.save(folder.join(format!("{name}.png"))).unwrap();
 }
 
 /// How many pixels differ.
