@@ -33,6 +33,16 @@ impl SourcePos {
             column: 0,
         }
     }
+
+    /// A record of binary data, counted from 1.
+    #[must_use]
+    pub fn record(file: &Arc<PathBuf>, number: usize) -> Self {
+        Self {
+            file: Arc::clone(file),
+            line: u32::try_from(number).unwrap_or(u32::MAX),
+            column: 1,
+        }
+    }
 }
 
 impl fmt::Display for SourcePos {
@@ -69,6 +79,15 @@ pub enum SceneError {
         /// The intensity found.
         intensity: f32,
     },
+    /// A number is NaN or outside of what makes sense.
+    OutOfRange {
+        /// Which number: "red", "alpha", ...
+        what: &'static str,
+        /// Its value.
+        value: f32,
+        /// The smallest and the largest number allowed.
+        range: (f32, f32),
+    },
     /// A triangle names a vertex that its mesh does not have.
     VertexIndex {
         /// Which triangle of the mesh, 0-based.
@@ -96,10 +115,15 @@ pub enum SceneError {
     },
     /// More primitives, vertices or lights than 32-bit ids can count.
     TooMany {
-        /// "primitives", "vertices", "lights" or "materials".
+        /// "primitives", "vertices" or "materials".
         what: &'static str,
         /// The largest number allowed.
         limit: usize,
+    },
+    /// Columns do not fit into memory.
+    NoMemory {
+        /// "triangles".
+        what: &'static str,
     },
 }
 
@@ -115,6 +139,13 @@ impl fmt::Display for SceneError {
             }
             Self::IntensityNegative { intensity } => {
                 write!(f, "intensity is {intensity}, expected 0 or more")
+            }
+            Self::OutOfRange { what, value, range } => {
+                write!(
+                    f,
+                    "{what} is {value}, expected a number from {} to {}",
+                    range.0, range.1
+                )
             }
             Self::VertexIndex { index, vertices, .. } => {
                 write!(
@@ -136,6 +167,7 @@ impl fmt::Display for SceneError {
                     materials.saturating_sub(1)
                 )
             }
+            Self::NoMemory { what } => write!(f, "the {what} do not fit into memory"),
             Self::TooMany { what, limit } => write!(f, "more than {limit} {what}"),
         }
     }

@@ -1,8 +1,12 @@
 //! The program: checks the CPU, then hands over to the library's command line and passes its exit code on.
 
 mod cpu;
+mod huge_pages;
 
 use std::process::ExitCode;
+
+#[global_allocator]
+static ALLOCATOR: huge_pages::HugePages = huge_pages::HugePages;
 
 fn main() -> ExitCode {
     // On Linux the check has run before `main`; elsewhere it is the first thing here.

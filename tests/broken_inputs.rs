@@ -1,6 +1,6 @@
 //! Broken scenes and meshes by the hundred: each must be loaded or refused, soon, and without a panic.
 
-use octray::format::{load, load_from_bytes, ply};
+use octray::format::{load, load_from_bytes, mesh as any_mesh, ply};
 use std::{
     fs, io,
     panic::{AssertUnwindSafe, catch_unwind},
@@ -13,6 +13,11 @@ const TIME_LIMIT: Duration = Duration::from_secs(5);
 
 const SCENE: &[u8] = b"// a scene\nlight 9 -4 10 0.7\nmaterial 2\r\nsphere 0.65 -0.6 0.4 0.2 // ball\n\
     ply_file a.ply\nply_file \"b c.ply\"\nmaterial 1";
+
+const LANGUAGE: &[u8] = b"camera \"a b\" eye 3 2 1.5 target 0 0 0.5 up 0 0 1 fov 30\nbackground bottom 1 1 1 top 0 0 1\n\
+    ambient 0.3\nlight 9 -4 10 0.7 color 1 0.8 0.6\nmaterial blinn_phong cd 0.5 0.2 1 cs 1 1 1 kd 0.5 ks 0.5 alpha 20\n\
+    mesh \"b c.ply\" scale 1 -2 1 rotate 1 1 0 33 translate 0 0 1\nmaterial reflection mix 0.5\n\
+    triangle 0 0 0 1 0 0 0 1 1\ninclude part.scn\nmaterial own\nmesh a.ply scale 2";
 
 fn header(format: &str, vertices: &str, faces: &str) -> String {
     format!(
@@ -69,6 +74,7 @@ fn scene(what: &str, text: &[u8]) -> bool {
         let open = &mut |path: &Path| match path.to_str() {
             Some("a.ply") => Ok(ascii_mesh()),
             Some("b c.ply") => Ok(binary_mesh()),
+            Some("part.scn") => Ok(b"material matte\nply_file a.ply".to_vec()),
             _ => Err(io::ErrorKind::NotFound.into()),
         };
         match load_from_bytes(text, Path::new("broken.scn"), open) {
@@ -113,13 +119,15 @@ fn broken(valid: &[u8], random: &mut Random) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn broken_scenes() {
-    assert!(scene("valid", SCENE));
     let mut random = Random(1);
-    let loaded = broken(SCENE, &mut random)
-        .iter()
-        .filter(|(what, text)| scene(what, text))
-        .count();
-    assert!(loaded > 0, "a scene cut behind a line is a scene");
+    for valid in [SCENE, LANGUAGE] {
+        assert!(scene("valid", valid));
+        let loaded = broken(valid, &mut random)
+            .iter()
+            .filter(|(what, text)| scene(what, text))
+            .count();
+        assert!(loaded > 0, "a scene cut behind a line is a scene");
+    }
     for count in 0..300 {
         scene("random bytes", &random.bytes(count * 7));
     }
@@ -153,6 +161,106 @@ fn broken_binary_meshes() {
             );
         }
     }
+}
+
+/// Reads a mesh of any format; says whether it was read.
+fn read_any(what: &str, name: &str, bytes: Vec<u8>) -> bool {
+    let length = bytes.len();
+    must_end(what, || {
+        let open = &mut |_: &Path| Ok(b"newmtl a\nKd 1 0\nKs 1\nNs x\n".to_vec());
+        match any_mesh::parse(bytes, Path::new(name), open) {
+            Ok(mesh) => {
+                let columns = &mesh.columns;
+                let vertices = columns.x.len();
+                let finite = |column: &[f32]| column.iter().all(|value| value.is_finite());
+                assert!(finite(&columns.x) && finite(&columns.y) && finite(&columns.z));
+                assert!(columns.normals.is_empty() || columns.normals.len() == vertices);
+                let corners = columns.triangles.as_flattened();
+                assert!(corners.iter().all(|&index| (index as usize) < vertices));
+                assert!(
+                    corners.len() <= 100 * length,
+                    "{} corners of {length} bytes",
+                    corners.len()
+                );
+                if !mesh.surfaces.is_empty() {
+                    assert_eq!(mesh.surface_of.len(), columns.triangles.len());
+                }
+                true
+            }
+            Err(error) => !error.report().starts_with(name),
+        }
+    })
+}
+
+/// The shipped meshes, each format at least once.
+#[test]
+fn broken_meshes_of_every_format() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");
+    for name in ["vase.obj", "house.stl", "gear.stl", "mobile.gltf"] {
+        let valid = fs::read(folder.join(name)).expect("a shipped mesh");
+        assert!(read_any(name, name, valid.clone()));
+        let mut random = Random(valid.len() as u64);
+        // Every byte of a large file would take too long.
+        for _ in 0..1500 {
+            let at = random.below(valid.len());
+            read_any(&format!("{name} cut at {at}"), name, valid[..at].to_vec());
+            let mut flipped = valid.clone();
+            flipped[at] ^= 1 << random.below(8);
+            read_any(&format!("{name}: byte {at} flipped"), name, flipped);
+            let mut spliced = valid.clone();
+            let count = 1 + random.below(8);
+            spliced.splice(at..valid.len().min(at + random.below(8)), random.bytes(count));
+            read_any(&format!("{name}: bytes at {at} replaced"), name, spliced);
+        }
+        for count in 0..200 {
+            read_any("random bytes", name, random.bytes(count * 7));
+            let start = random.below(valid.len());
+            let bytes = [&valid[..start], &random.bytes(count)].concat();
+            read_any("a random end", name, bytes);
+        }
+    }
+}
+
+#[test]
+fn hostile_meshes() {
+    let json = |body: &str| format!(r#"{{"asset":{{"version":"2.0"}},{body}}}"#).into_bytes();
+    let children: String = (1..50_000).map(|i| format!(r#"{{"children":[{i}]}},"#)).collect();
+    let deep = format!(r#""scenes":[{{"nodes":[0]}}],"nodes":[{children}{{}}]"#);
+    assert!(read_any("deep nodes", "a.gltf", json(&deep)));
+    read_any(
+        "deep JSON",
+        "a.gltf",
+        json(&format!(r#""extras":{}"#, "[".repeat(100_000))),
+    );
+    // One triangle, a hundred thousand times, is fine; a large mesh as often is not.
+    let many = (0..20_000).map(|_| r#"{"mesh":0}"#).collect::<Vec<_>>().join(",");
+    let data = "A".repeat(4 * 12 * 1000);
+    let bomb = format!(
+        r#""nodes":[{many}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":1,"type":"VEC3"}},
+        {{"bufferView":0,"componentType":5121,"count":36000,"type":"SCALAR"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36000}}],
+        "buffers":[{{"byteLength":36000,"uri":"data:;base64,{data}"}}]"#
+    );
+    assert!(!must_end("a mesh placed too often", || {
+        let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
+        any_mesh::parse(json(&bomb), Path::new("a.gltf"), open).is_ok()
+    }));
+    let polygon = format!("v 0 0 0\nf{}\n", " 1".repeat(500_000));
+    assert!(read_any(
+        "a polygon of many corners",
+        "a.obj",
+        polygon.into_bytes()
+    ));
+    read_any("joined lines", "a.obj", b"v 0 0 0 \\\n".repeat(100_000));
+    read_any("one long line", "a.obj", vec![b'f'; 1_000_000]);
+    read_any("many words", "a.obj", b"f ".repeat(500_000));
+    read_any(
+        "many materials",
+        "a.obj",
+        b"mtllib a b\nusemtl a\n".repeat(10_000),
+    );
+    read_any("solids", "a.stl", b"solid\nendsolid\n".repeat(100_000));
 }
 
 #[test]

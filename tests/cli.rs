@@ -49,7 +49,7 @@ fn scenes_may_have_the_names_of_commands() {
 #[test]
 fn every_option_is_taken() {
     let folder = Folder::new();
-    let all = "a.scn -o a.qoi --size 33x17 --view 6 --eye -1,2,-3 --target -0.5,0,0 --up 0,-1,0.1 --fov 30.5 \
+    let all = "a.scn -o a.qoi --size 33x17 --eye -1,2,-3 --target -0.5,0,0 --up 0,-1,0.1 --fov 30.5 \
                --threads 2 --mode scalar --no-shadows --max-depth 1 --samples 4 --stats=text --quiet";
     let run = folder.run(&all.split_whitespace().collect::<Vec<_>>());
     assert_eq!(run.code, Some(0), "{run:?}");
@@ -102,6 +102,10 @@ fn wrong_values_are_usage_errors() {
         ("--eye 0,0,5 --target 0,0,-1", "up vector"),
         ("--up 0,0,0", "up vector"),
         ("--eye 1,2,3 --target 1,2,3", "eye stands on the target"),
+        ("--view 2 --eye 1,2,3", "give one of them"),
+        ("--camera front --view 2", "give one of them"),
+        ("--eye 1,2,3 --camera front", "give one of them"),
+        ("--camera front", "the scene has no camera `front`, nor any other"),
         ("--sise 5x5", "--size"),
         ("--size", "--size"),
         ("--size 5x5 --size 5x5", "multiple times"),
@@ -123,6 +127,47 @@ fn wrong_values_are_usage_errors() {
         "scalar, packet, single, render",
     );
     folder.fails(&["bench", "a.scn", "--repeat", "0"], 2, "--repeat");
+}
+
+/// A scene's own camera is as good as the same one in options.
+#[test]
+fn the_scenes_cameras() {
+    let folder = Folder::new();
+    let shapes = "light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0.5 0.5\nsphere 0.6 0.4 0.2 0.2\n";
+    folder.write("plain.scn", shapes);
+    folder.write(
+        "b.scn",
+        &format!(
+            "camera eye 3 -2 1.5 target 0.1 0 0.4 fov 30\ncamera \"far away\" eye 9 1 3 target 0 0 0 up 0 1 0\n{shapes}"
+        ),
+    );
+    let read = |arguments: &[&str]| {
+        let arguments: Vec<_> = arguments
+            .iter()
+            .chain(&["--size=64x48", "-o=a.ppm"])
+            .copied()
+            .collect();
+        folder.run(&arguments).succeeded();
+        std::fs::read(folder.path("a.ppm")).unwrap()
+    };
+    let first = read(&["b.scn"]);
+    assert_eq!(
+        first,
+        read(&["plain.scn", "--eye=3,-2,1.5", "--target=0.1,0,0.4", "--fov=30"])
+    );
+    let wide = read(&["b.scn", "--fov=50"]);
+    assert_eq!(
+        wide,
+        read(&["plain.scn", "--eye=3,-2,1.5", "--target=0.1,0,0.4", "--fov=50"])
+    );
+    assert_ne!(first, wide);
+    assert_eq!(
+        read(&["b.scn", "--camera", "far away"]),
+        read(&["plain.scn", "--eye=9,1,3", "--target=0,0,0", "--up=0,1,0"])
+    );
+    assert_eq!(read(&["b.scn", "--view=2"]), read(&["plain.scn", "--view=2"]));
+    folder.fails(&["b.scn", "--camera", "far-away"], 2, "did you mean `far away`?");
+    folder.fails(&["b.scn", "--camera", "x"], 2, "expected `far away`");
 }
 
 #[test]
@@ -162,6 +207,7 @@ fn help_has_the_options_and_examples() {
             "Examples:",
             "--output",
             "--size",
+            "--camera",
             "--view",
             "--eye",
             "--target",
@@ -187,7 +233,7 @@ fn help_has_the_options_and_examples() {
 #[test]
 fn the_version_names_the_instruction_set() {
     let folder = Folder::new();
-    let line = format!("octray {} ({})", env!("CARGO_PKG_VERSION"), octray::simd::ISA);
+    let line = format!("octray {} ({})", env!("CARGO_PKG_VERSION"), octray::simd::isa());
     let short = folder.run(&["-V"]);
     assert_eq!(short.succeeded().text(), format!("{line}\n"));
     let long = folder.run(&["--version"]);
@@ -211,7 +257,7 @@ fn statistics_go_to_standard_error() {
     assert_eq!(stats["scene"], "a.scn");
     assert_eq!((&stats["width"], &stats["height"]), (&512.into(), &512.into()));
     assert_eq!(stats["threads"], 1);
-    assert_eq!(stats["isa"], octray::simd::ISA);
+    assert_eq!(stats["isa"], octray::simd::isa());
     for kind in ["camera", "shadow", "reflection", "total"] {
         assert!(stats["rays"][kind].is_u64(), "{kind}");
     }
@@ -267,6 +313,39 @@ fn info_prints_text_or_json() {
     assert!(info["columns"].is_array() && info["materials"].is_array());
     assert_eq!(info["bvh"]["leaf_sizes"].as_array().map(Vec::len), Some(8));
     assert_eq!(folder.names(), ["a.scn"]);
+}
+
+#[test]
+fn info_tells_what_a_scene_says() {
+    let folder = Folder::new();
+    folder.write(
+        "b.scn",
+        "camera \"far away\" eye 9 1 3 target 0 0 0\nbackground bottom 1 1 1 top 0 0 1\nambient 0.25\n\
+         light 3 -2 5 0.5 color 1 0.5 0\ninclude part.scn\n",
+    );
+    folder.write(
+        "part.scn",
+        "material blinn_phong ks 0.25 alpha 9\nsphere 0 0 0 1\n",
+    );
+    let text = folder.run(&["info", "b.scn"]);
+    for words in [
+        "light 3 -2 5 0.5 color 1 0.5 0",
+        "blinn_phong cd 1 0 0 cs 1 1 1 kd 0.8 ks 0.25 alpha 9, 1 primitives",
+        "bottom 1 1 1 top 0 0 1",
+        "\"far away\" eye 9 1 3 target 0 0 0 up 0 0 1 fov 45",
+        "part.scn",
+    ] {
+        assert!(
+            text.succeeded().text().contains(words),
+            "{words}: {}",
+            text.text()
+        );
+    }
+    let info = json(folder.run(&["info", "b.scn", "--json"]).succeeded().text());
+    assert_eq!(info["cameras"][0]["name"], "far away");
+    assert_eq!(info["ambient"], 0.25);
+    assert_eq!(info["light_list"][0]["intensity"], 0.5);
+    assert_eq!(info["includes"][0], "part.scn");
 }
 
 #[test]
@@ -343,4 +422,95 @@ fn a_terminal_gets_no_png() {
             "{run:?}"
         );
     }
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+
+#[test]
+fn meshes_are_taken_by_every_command() {
+    let folder = Folder::new();
+    folder.write("square.obj", SQUARE);
+    folder.run(&["square.obj", "--size", "8x8"]).succeeded();
+    assert!(folder.path("square.png").exists());
+    let info = folder.run(&["info", "square.obj"]);
+    assert!(
+        info.succeeded()
+            .text()
+            .contains("2 (0 without area, 0 duplicate, 0 inverted)"),
+        "{info:?}"
+    );
+    folder
+        .run(&[
+            "bench",
+            "square.obj",
+            "--size",
+            "16x16",
+            "--repeat",
+            "1",
+            "--ground",
+        ])
+        .succeeded();
+    for options in [
+        &["--eye", "3,2,1"][..],
+        &["--target", "1,1,1"],
+        &["--view", "2"],
+        &["--up", "1,0,0", "--fov", "70"],
+        &["--up-axis", "z", "--ground", "--smooth-angle", "30"],
+    ] {
+        folder
+            .run(&[&["square.obj", "--size", "8x8"], options].concat())
+            .succeeded();
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_mesh_is_said_once() {
+    let folder = Folder::new();
+    folder.write("twice.obj", &format!("{SQUARE}f 1 2 3\nf 1 1 2\n"));
+    let run = folder.run(&["twice.obj", "--size", "8x8"]);
+    assert_eq!(run.code, Some(0));
+    assert_eq!(
+        run.stderr,
+        "octray: warning: twice.obj: of 4 triangles 1 have no area and are never hit, 1 are there more than once\n"
+    );
+    folder.run(&["twice.obj", "--size", "8x8", "--quiet"]).succeeded();
+    let stats = folder.run(&["twice.obj", "--size", "8x8", "--quiet", "--stats=json"]);
+    assert!(
+        stats
+            .stderr
+            .contains("\"degenerate_triangles\":1,\"duplicate_triangles\":1,\"inverted_triangles\":0")
+    );
+}
+
+#[test]
+fn mesh_errors_help() {
+    let folder = Folder::new();
+    folder.write("square.obj", SQUARE);
+    folder.write("letter.fbx", "Dear reader");
+    let kinds = "expected a scene (.scn) or a mesh (.ply, .obj, .stl, .gltf, .glb)";
+    folder.fails(&["letter.fbx"], 1, kinds);
+    folder.fails(
+        &["squre.obj"],
+        1,
+        "squre.obj: there is no such file; beside it: `square.obj`",
+    );
+    folder.fails(&["square.ply"], 1, "beside it: `square.obj`");
+    folder.fails(&["no/square.obj"], 1, "there is no folder no either");
+    folder.fails(&["a.scn", "--ground"], 2, "--ground is for meshes");
+    folder.fails(
+        &["square.obj", "--camera", "front"],
+        2,
+        "no camera `front`: square.obj has no cameras",
+    );
+    folder.fails(
+        &["square.obj", "--smooth-angle", "200"],
+        2,
+        "degrees from 0 to 180",
+    );
+    folder.fails(&["square.obj", "--fov", "180"], 2, "field of view");
+    folder.fails(
+        &["square.obj", "--eye", "1,2,3", "--target", "1,2,3"],
+        2,
+        "eye stands on the target",
+    );
 }

@@ -6,16 +6,17 @@
 //! ```text
 //! ==== a radius of zero
 //! sphere 0 0 0 0
-//! ---- mesh.ply          (if the case has a mesh)
+//! ---- mesh.ply          (a mesh or a part that the case names)
 //! ...
 //! ---- report
 //! case.scn:1:14: radius is 0, expected a number above 0
 //! ...
 //! ```
-//! `\xNN` stands for a byte.
+//! `\xNN` stands for a byte. In `formats.txt` there is no scene: the first file is a mesh, and those that it may ask
+//! for follow.
 
-use octray::format::load_from_bytes;
-use std::{env, fs, io, path::Path};
+use octray::format::{load_from_bytes, mesh};
+use std::{collections::HashMap, env, fs, io, path::Path};
 
 /// A case's lines before its report, and its report.
 struct Case {
@@ -51,13 +52,42 @@ fn bytes(text: &str) -> Vec<u8> {
 
 fn report(head: &str) -> String {
     let (_name, files) = head.split_once('\n').expect("a name and a scene");
-    let (scene, mesh) = files.split_once("---- mesh.ply\n").unwrap_or((files, ""));
-    let open = &mut |path: &Path| match path.to_str() {
-        Some("mesh.ply") => Ok(bytes(mesh)),
-        Some("locked.ply") => Err(io::ErrorKind::PermissionDenied.into()),
-        _ => Err(io::ErrorKind::NotFound.into()),
+    let mut parts = files.split("---- ");
+    let scene = parts.next().unwrap_or_default();
+    let files: Vec<(&str, &str)> = parts
+        .map(|part| part.split_once('\n').expect("a file's name and its lines"))
+        .collect();
+    let open = &mut |path: &Path| {
+        let given = files.iter().find(|(name, _)| path.to_str() == Some(name));
+        match given {
+            Some((_, text)) => Ok(bytes(text)),
+            None if path == Path::new("locked.ply") => Err(io::ErrorKind::PermissionDenied.into()),
+            None => Err(io::ErrorKind::NotFound.into()),
+        }
     };
     match load_from_bytes(&bytes(scene), Path::new("case.scn"), open) {
+        Ok(_) => "loaded without an error".to_owned(),
+        Err(error) => error.report(),
+    }
+}
+
+/// The report of a mesh and the files beside it.
+fn mesh_report(head: &str) -> String {
+    let files: Vec<(&str, Vec<u8>)> = head
+        .split("---- ")
+        .skip(1)
+        .map(|file| {
+            let (name, text) = file.split_once('\n').expect("a name and a file");
+            (name, bytes(text.trim_end()))
+        })
+        .collect();
+    let (name, first) = files.first().expect("a mesh").clone();
+    let mut others: HashMap<&str, Vec<u8>> = files.into_iter().collect();
+    let open = &mut |path: &Path| {
+        let found = path.to_str().and_then(|name| others.remove(name));
+        found.ok_or_else(|| io::ErrorKind::NotFound.into())
+    };
+    match mesh::parse(first, Path::new(name), open) {
         Ok(_) => "loaded without an error".to_owned(),
         Err(error) => error.report(),
     }
@@ -68,7 +98,7 @@ fn reports_are_as_agreed() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors");
     let bless = env::var_os("OCTRAY_BLESS").is_some();
     let mut differences = 0;
-    for file in ["scene.txt", "mesh.txt"] {
+    for file in ["scene.txt", "language.txt", "mesh.txt", "formats.txt"] {
         let path = folder.join(file);
         let text = fs::read_to_string(&path).expect("a readable file");
         let mut blessed = String::new();
@@ -77,7 +107,11 @@ fn reports_are_as_agreed() {
             report: expected,
         } in cases(&text)
         {
-            let found = report(&head);
+            let found = if file == "formats.txt" {
+                mesh_report(&head)
+            } else {
+                report(&head)
+            };
             if found != expected {
                 println!("{file}: {head}expected:\n{expected}\nfound:\n{found}\n");
                 differences += 1;

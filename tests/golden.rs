@@ -73,6 +73,17 @@ fn the_hall_of_mirrors() {
 }
 
 #[test]
+fn an_evening_from_its_own_cameras() {
+    let scene = shipped("evening");
+    assert_all(
+        [("evening-front", 0), ("evening-across", 1)].map(|(name, camera)| {
+            let camera = scene.cameras()[camera].camera;
+            compare_golden(name, &picture(&scene, &camera, &settings(192, 120)), SHARE)
+        }),
+    );
+}
+
+#[test]
 fn small_generated_scenes() {
     assert_all(Kind::ALL.map(|kind| {
         let count = Some(match kind {

@@ -10,7 +10,7 @@ use std::{
 };
 
 /// What each room may use, besides itself. `None`: everything.
-const ROOMS: [(&str, Option<&str>); 19] = [
+const ROOMS: [(&str, Option<&str>); 20] = [
     ("error", Some("")),
     ("math", Some("")),
     ("course", Some("")),
@@ -41,7 +41,8 @@ const ROOMS: [(&str, Option<&str>); 19] = [
     ),
     ("cli", None),
     // The program: it speaks to the library as any other user does.
-    ("main", Some("cpu")),
+    ("main", Some("cpu huge_pages")),
+    ("huge_pages", Some("")),
     ("cpu", Some("")),
 ];
 

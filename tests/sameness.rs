@@ -1,7 +1,7 @@
 //! One scene, one picture: packets or scalar, one thread or two, any size: the same linear colours, bit for bit.
 
 use octray::{
-    accel::Bvh,
+    accel::{BuildQuality, Bvh},
     format,
     generate::{Kind, Options, generate},
     render::{Film, Mode, Settings, render},
@@ -12,12 +12,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-const SHIPPED: [&str; 5] = [
+const SHIPPED: [&str; 6] = [
     "silhouette",
     "matte",
     "blinn_phong",
     "reflections",
     "hall_of_mirrors",
+    "evening",
 ];
 
 /// Width, height, samples along a side of a pixel. Neither multiples of a packet nor of a tile; a single pixel;
@@ -58,6 +59,17 @@ fn check(name: &str, scene: &Scene, camera: &Camera, basis: &Settings) {
         basis.width as usize * basis.height as usize,
         "{name}"
     );
+    let fast = Bvh::build_with(scene, BuildQuality::Fast);
+    let settings = Settings {
+        mode: Mode::Packet,
+        threads: Some(1),
+        ..*basis
+    };
+    let frame = render(scene, &fast, camera, &settings, &|_| ControlFlow::Continue(()));
+    let other = frame.unwrap_or_else(|error| panic!("{name}: {error}")).film;
+    if let Some(where_) = first_difference(&first, &other) {
+        panic!("{name}: the best and the fast build differ at {where_}");
+    }
     for (mode, threads) in [(Mode::Packet, 2), (Mode::Scalar, 1), (Mode::Scalar, 2)] {
         let other = film(mode, threads);
         if let Some(where_) = first_difference(&first, &other) {

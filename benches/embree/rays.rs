@@ -8,7 +8,6 @@ use crate::{
 use octray::{
     bench::{Kind, RaySet, Results},
     ray::RayPacket,
-    trace::BUNDLE,
 };
 use std::ops::{Deref, DerefMut};
 
@@ -76,35 +75,32 @@ pub struct Prepared {
 impl Prepared {
     /// `from_light`: shadow rays run from their light to the surface instead.
     pub fn new(set: &RaySet, from_light: bool) -> Self {
-        // Eight packets of 4x2 pixels are two columns of four: one upon another makes 4x4.
-        const PAIRS: [[usize; 2]; 4] = [[0, 2], [1, 3], [4, 6], [5, 7]];
-        let mut lanes8 = Vec::new();
-        let mut lanes16 = Vec::new();
+        let mut lanes = Vec::new();
         let mut first = 0;
         for (light, packets) in &set.groups {
-            for bundle in packets.chunks(BUNDLE) {
-                let lanes_of = |packet_i: usize| {
-                    let packet = &bundle[packet_i];
-                    (0..8).map(move |lane| {
-                        let source = ((first + packet_i) * 8 + lane) as u32;
-                        Lane::new(packet, lane, source, light.filter(|_| from_light))
-                    })
-                };
-                lanes8.extend((0..bundle.len()).flat_map(lanes_of));
-                if bundle.len() == BUNDLE {
-                    lanes16.extend(PAIRS.into_iter().flatten().flat_map(lanes_of));
-                } else {
-                    lanes16.extend((0..bundle.len()).flat_map(lanes_of));
-                }
-                first += bundle.len();
+            for (packet_i, packet) in (first..).zip(packets) {
+                lanes.extend((0..8).map(|lane| {
+                    let source = (packet_i * 8 + lane) as u32;
+                    Lane::new(packet, lane, source, light.filter(|_| from_light))
+                }));
             }
+            first += packets.len();
         }
-        Self {
+        // Pairs of packets are 4x4 pixels.
+        let prepared = Self {
             kind: set.kind,
-            one: Width::new(&lanes8),
-            eight: Width::new(&lanes8),
-            sixteen: Width::new(&lanes16),
+            one: Width::new(&lanes),
+            eight: Width::new(&lanes),
+            sixteen: Width::new(&lanes),
+        };
+        for rays in [
+            prepared.one.rays(),
+            prepared.eight.rays(),
+            prepared.sixteen.rays(),
+        ] {
+            assert_eq!(rays, set.count, "Embree traces every ray of the set");
         }
+        prepared
     }
 
     /// Traces the set, `width` rays a call. This is what is timed.
@@ -202,6 +198,12 @@ impl<const N: usize> Width<N> {
             hits: Lines::new(chosen.iter().map(|_| miss)),
             t_far: Lines::new(chosen.iter().map(|_| [0.0; N])),
         }
+    }
+
+    /// How many rays there are.
+    fn rays(&self) -> u64 {
+        let sources = self.sources.iter().flatten();
+        sources.filter(|&&source| source != u32::MAX).count() as u64
     }
 
     #[inline(always)]

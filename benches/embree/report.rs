@@ -11,11 +11,11 @@ use std::path::Path;
 /// The table's heading, with what it was measured on.
 pub fn heading(repeat: usize, size: u32) -> String {
     format!(
-        "{}, octray built for {}; one thread, {size}x{size} rays, median of {repeat}, alternating\n\n\
+        "{}, octray on {}; one thread, {size}x{size} rays, median of {repeat}, alternating\n\n\
          {:<10} {:<7} {:>8} {:>6} {:>8} {:>6}  {:<42} {:>6}  {:>9} {:>9}  {}\n\
          {:<10} {:<7} {:>15} {:>15}  {:<42} {:>6}  {:>19}\n",
         machine(),
-        simd::ISA,
+        simd::isa(),
         "scene",
         "rays",
         "octray",
@@ -174,7 +174,7 @@ pub fn write_json(path: &Path, rows: &[Row], builds: &[(String, Builds)]) -> Res
     let json = Json {
         schema: 1,
         machine: machine(),
-        isa: simd::ISA,
+        isa: simd::isa(),
         results: rows.iter().filter(|row| !row.robust).map(row).collect(),
         builds: builds.iter().map(build).collect(),
     };

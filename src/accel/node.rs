@@ -109,18 +109,22 @@ impl Node8 {
     /// A node of at most eight children and their boxes.
     #[must_use]
     pub fn new(children: &[(Child, Aabb)]) -> Self {
-        let bounds = |i: usize| children.get(i).map_or(Aabb::EMPTY, |c| c.1);
-        let column = |of: &dyn Fn(Aabb) -> f32| F32x8::from(std::array::from_fn(|i| of(bounds(i))));
+        let mut columns = [[0.0; 8]; 6];
+        let mut child = [Child::NONE; 8];
+        for lane in 0..8 {
+            let mut bounds = Aabb::EMPTY;
+            if let Some(&(there, around)) = children.get(lane) {
+                (child[lane], bounds) = (there, around);
+            }
+            let (l, u) = (bounds.lower, bounds.upper);
+            let numbers = [l.x, l.y, l.z, u.x, u.y, u.z];
+            for (column, number) in columns.iter_mut().zip(numbers) {
+                column[lane] = number;
+            }
+        }
         Self {
-            planes: [
-                column(&|b| b.lower.x),
-                column(&|b| b.lower.y),
-                column(&|b| b.lower.z),
-                column(&|b| b.upper.x),
-                column(&|b| b.upper.y),
-                column(&|b| b.upper.z),
-            ],
-            child: std::array::from_fn(|i| children.get(i).map_or(Child::NONE, |c| c.0)),
+            planes: columns.map(F32x8::new),
+            child,
             count: children.len() as u32,
         }
     }

@@ -1,11 +1,7 @@
-//! The binary tree that both layouts are made from.
+//! The binary tree of the scalar baseline.
 
-use crate::{
-    geometry::padded,
-    math::Aabb,
-    ray::PrimitiveId,
-    scene::{Primitive, Scene},
-};
+use super::boxes::boxes_of;
+use crate::{math::Aabb, ray::PrimitiveId, scene::Scene};
 use glam::Vec3A;
 use obvhs::{
     aabb::Aabb as ObvhsAabb,
@@ -47,10 +43,6 @@ impl BinaryTree {
         }
     }
 
-    pub(super) fn half_area(&self, node_i: usize) -> f32 {
-        self.nodes[node_i].aabb().half_area()
-    }
-
     pub(super) fn node(&self, node_i: usize) -> BinaryTreeNode {
         let node = &self.nodes[node_i];
         let first = node.first_index as usize;
@@ -79,17 +71,6 @@ impl BinaryTree {
     }
 }
 
-fn primitive_bounds(scene: &Scene, id: PrimitiveId) -> ObvhsAabb {
-    let bounds = padded(match scene.primitive(id) {
-        Primitive::Triangle(i) => Aabb::around(scene.triangle(i)),
-        Primitive::Sphere(i) => scene.sphere_bounds(i),
-    });
-    ObvhsAabb {
-        min: Vec3A::from(bounds.lower),
-        max: Vec3A::from(bounds.upper),
-    }
-}
-
 /// Reinsertion looks for a better place for a subtree wherever that may be; where all boxes overlap, that is
 /// everywhere, and takes quadratic time (100,000 equal boxes: 3.5 s). No tree is good there anyway.
 const MAX_OVERLAP: f32 = 256.0;
@@ -103,33 +84,6 @@ fn overlap(boxes: &[ObvhsAabb]) -> f32 {
         .map(|chunk| chunk.iter().fold((0.0, ObvhsAabb::empty()), sum_and_union))
         .reduce(|| (0.0, ObvhsAabb::empty()), |a, b| (a.0 + b.0, a.1.union(&b.1)));
     sum / all.half_area()
-}
-
-/// How many boxes are looked at to find out whether many are equal.
-const SAMPLE: usize = 4096;
-
-/// Whether many boxes are equal, as far as a sample tells. Two of a kind do not count: both triangles of an
-/// upright rectangle have one box.
-fn has_repeated_boxes(boxes: &[ObvhsAabb]) -> bool {
-    let stride = boxes.len().div_ceil(SAMPLE);
-    let bits = |b: &ObvhsAabb| [b.min, b.max].map(|corner| corner.to_array().map(f32::to_bits));
-    let mut sample: Vec<_> = boxes.iter().step_by(stride).map(bits).collect();
-    sample.sort_unstable();
-    sample.windows(3).any(|three| three[0] == three[2])
-}
-
-/// Of primitives of the same shape, bit for bit, keeps the one with the lowest id: all are hit at the same t,
-/// where the lowest id wins, so the others are never seen. Else a ray that hits one of a million equal triangles
-/// would test them all.
-fn drop_repeated_shapes(scene: &Scene, primitives: &mut Vec<PrimitiveId>) {
-    let mut keyed: Vec<_> = primitives
-        .par_iter()
-        .map(|&id| (scene.shape(id).bits(), id))
-        .collect();
-    keyed.par_sort_unstable();
-    keyed.dedup_by_key(|(bits, _)| *bits);
-    *primitives = keyed.into_iter().map(|(_, id)| id).collect();
-    primitives.par_sort_unstable();
 }
 
 /// By how much boxes are roughened, as a share of their diagonals.
@@ -156,38 +110,26 @@ fn roughened(bounds: &ObvhsAabb, id: PrimitiveId, roughness: f32) -> ObvhsAabb {
     }
 }
 
-/// PLOC and a little reinsertion: obvhs' "medium" preset with one primitive a leaf (our collapse makes the
-/// leaves).
+/// PLOC and a little reinsertion: obvhs' "medium" preset with one primitive a leaf
+/// ([`BinaryBvh`](super::BinaryBvh) makes the leaves).
 pub(super) fn build_binary(scene: &Scene) -> BinaryTree {
-    let has_box = |id: &PrimitiveId| match scene.primitive(*id) {
-        Primitive::Triangle(i) => scene.has_area(i),
-        Primitive::Sphere(_) => true,
-    };
-    let ids = (0..scene.primitive_count() as u32)
+    let (primitives, mut boxes): (Vec<PrimitiveId>, Vec<ObvhsAabb>) = boxes_of(scene)
         .into_par_iter()
-        .map(PrimitiveId);
-    let mut primitives: Vec<PrimitiveId> = if scene.degenerate_triangles() == 0 {
-        ids.collect()
-    } else {
-        ids.filter(has_box).collect()
-    };
+        .map(|b| {
+            let Aabb { lower, upper } = b.bounds();
+            let bounds = ObvhsAabb {
+                min: lower.into(),
+                max: upper.into(),
+            };
+            (b.id(), bounds)
+        })
+        .unzip();
     if primitives.is_empty() {
         return BinaryTree {
             nodes: Vec::new(),
             primitives,
             parents_first: Vec::new(),
         };
-    }
-    let mut boxes: Vec<ObvhsAabb> = primitives
-        .par_iter()
-        .map(|&id| primitive_bounds(scene, id))
-        .collect();
-    if has_repeated_boxes(&boxes) {
-        drop_repeated_shapes(scene, &mut primitives);
-        boxes = primitives
-            .par_iter()
-            .map(|&id| primitive_bounds(scene, id))
-            .collect();
     }
     let crowded = overlap(&boxes) > MAX_OVERLAP;
     let roughness = if crowded { ROUGHNESS_OF_CROWDS } else { ROUGHNESS };

@@ -145,28 +145,39 @@ fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
     }
 }
 
+/// Memory for a set's results, once: those of the last time are written over.
+fn make_room(set: &RaySet, results: &mut Results) {
+    let packets = set.groups.iter().map(|(_, packets)| packets.len()).sum();
+    let (hits, blocked) = if set.kind == Kind::Shadow {
+        (0, packets)
+    } else {
+        (packets, 0)
+    };
+    results.hits.resize(hits, HitPacket::miss(F32x8::ZERO));
+    results.blocked.resize(blocked, 0);
+}
+
 fn run_simd(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
+    make_room(set, results);
     let mut reversed_rays = Vec::with_capacity(BATCH);
+    let mut start = 0;
     for (light, packets) in &set.groups {
         for bundle in packets.chunks(BATCH) {
             if let Some(light) = light {
                 reversed_rays.clear();
                 reversed_rays.extend(bundle.iter().map(|p| reversed(*light, p)));
-                let start = results.blocked.len();
-                results.blocked.resize(start + bundle.len(), 0);
-                tracer.occluded(Origins::Shared, &reversed_rays, &mut results.blocked[start..]);
+                let blocked = &mut results.blocked[start..start + bundle.len()];
+                tracer.occluded(Origins::Shared, &reversed_rays, blocked);
             } else {
-                let start = results.hits.len();
-                results
-                    .hits
-                    .resize(start + bundle.len(), HitPacket::miss(F32x8::ZERO));
                 let origins = if set.kind == Kind::Camera {
                     Origins::Shared
                 } else {
                     Origins::Separate
                 };
-                tracer.closest_hit(origins, bundle, &mut results.hits[start..]);
+                let hits = &mut results.hits[start..start + bundle.len()];
+                tracer.closest_hit(origins, bundle, hits);
             }
+            start += bundle.len();
         }
     }
 }
@@ -182,8 +193,6 @@ pub fn reference(scene: &Scene, bvh: &Bvh, set: &RaySet) -> Results {
 /// Traces a set into `results`, whose memory is reused: from rays in memory to hit records in memory, with
 /// everything that the tracer needs in between.
 pub fn trace_set(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
-    results.hits.clear();
-    results.blocked.clear();
     run_simd(tracer, set, results);
 }
 
@@ -217,11 +226,13 @@ pub fn compare(
     };
     for _ in 0..repeat.max(1) {
         for (method_i, method) in methods.iter().enumerate() {
-            results.hits.clear();
-            results.blocked.clear();
             let start = Instant::now();
             match method {
-                Method::Scalar => run_scalar(binary, set, &mut results),
+                Method::Scalar => {
+                    results.hits.clear();
+                    results.blocked.clear();
+                    run_scalar(binary, set, &mut results);
+                }
                 Method::Packet => run_simd(&mut tracers[0], set, &mut results),
                 Method::Single => run_simd(&mut tracers[1], set, &mut results),
                 Method::Render => run_simd(&mut tracers[2], set, &mut results),

@@ -44,8 +44,8 @@ impl Kind {
     }
 }
 
-/// Rays of one kind, in packets, eight packets a bundle of neighbours; lanes without a ray have `t_max` 0.
-/// Shadow rays start at the surface and end at their light.
+/// Rays of one kind, in packets of 4x2 pixels, pairs of which are 4x4 pixels; lanes without a ray have `t_max` 0, and
+/// pairs without any ray are left out. Shadow rays start at the surface and end at their light.
 #[derive(Debug)]
 pub struct RaySet {
     /// What the rays are for.
@@ -139,7 +139,7 @@ pub fn camera_packets(camera: &Camera, width: u32, height: u32) -> Vec<RayPacket
     packets
 }
 
-/// A packet for each camera packet, with the rays that `ray_from` makes of the camera ray, the hit point off
+/// Packets for those of the camera, with the rays that `ray_from` makes of the camera ray, the hit point off
 /// the surface, and the geometric normal there, turned to the viewer. Lanes without one point like a
 /// neighbour.
 fn secondary(
@@ -174,7 +174,9 @@ fn secondary(
         }
         packets.push(packet);
     }
-    packets
+    let holds_ray = |packet: &RayPacket| gt(packet.t_max, splat(0.0)).any();
+    let pairs = packets.chunks(2).filter(|pair| pair.iter().any(holds_ray));
+    pairs.flatten().copied().collect()
 }
 
 fn geometric_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {

@@ -6,9 +6,9 @@ use super::{
     version,
 };
 use crate::{
+    accel::BuildQuality,
     course,
     render::{Mode, RenderError, Settings},
-    scene::{Camera, CameraError},
 };
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
@@ -23,8 +23,10 @@ Examples:
   octray cow.scn -o big.png --size 3840x2160      a large picture
   octray cow.scn --view 3 --samples 16            another view, 4x4 samples a pixel
   octray cow.scn --eye -3,2,1.5 --target 0,0,0.5  a view of your own
+  octray garden.scn --camera gate --fov 30        a camera of the scene's own, closer
   octray cow.scn -o cow.exr                       linear floats instead of 8 bits
   octray cow.scn -o - | magick - cow.webp         a PNG into a pipe
+  octray bunny.ply --ground                       a mesh, framed and lit, on a ground
   octray view cow.scn                             a window to look around in
   octray info cow.scn                             what is in a scene
   octray bench cow.scn                            how fast this machine traces it
@@ -86,7 +88,7 @@ pub enum Command {
 
 #[derive(Args, Debug)]
 pub struct RenderArgs {
-    /// The scene, a .scn file
+    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb
     pub scene: PathBuf,
 
     /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - for a PNG to standard
@@ -100,6 +102,9 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub mesh: MeshArgs,
 
     #[command(flatten)]
     pub trace: TraceArgs,
@@ -127,6 +132,10 @@ pub struct TraceArgs {
     /// Which code traces the rays; both make the same picture
     #[arg(long, value_enum, default_value_t = ModeArg::Packet)]
     pub mode: ModeArg,
+
+    /// How much time building the BVH may take; the picture is the same
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Auto)]
+    pub build: BuildArg,
 
     /// Let light through everything
     #[arg(long)]
@@ -161,7 +170,7 @@ impl TraceArgs {
 #[cfg(feature = "viewer")]
 #[derive(Args, Debug)]
 pub struct ViewArgs {
-    /// The scene, a .scn file
+    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb
     pub scene: PathBuf,
 
     /// Width and height of the window, pixels
@@ -170,6 +179,9 @@ pub struct ViewArgs {
 
     #[command(flatten)]
     pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub mesh: MeshArgs,
 
     #[command(flatten)]
     pub trace: TraceArgs,
@@ -188,40 +200,57 @@ pub struct ViewArgs {
 }
 
 /// Which way to look.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct CameraArgs {
-    /// One of the course's viewpoints
-    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), default_value_t = 1)]
-    pub view: u32,
+    /// One of the scene's cameras, by its name [default: the first one; else --view 1]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["view", "eye"])]
+    pub camera: Option<String>,
 
-    /// Where the camera stands, instead of the viewpoint
+    /// One of the course's viewpoints
+    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), conflicts_with = "eye")]
+    pub view: Option<u32>,
+
+    /// Where the camera stands, instead of the scene's camera or a viewpoint
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub eye: Option<DVec3>,
 
-    /// What the camera looks at [default: 0,0,0.5]
+    /// What the camera looks at [default: what the scene's camera does; 0,0,0.5 with --eye or --view; a mesh's middle]
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub target: Option<DVec3>,
 
-    /// Which way is up [default: 0,0,1]
+    /// Which way is up [default: as the scene's camera has it; 0,0,1 with --eye or --view]
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub up: Option<DVec3>,
 
-    /// Vertical field of view, degrees
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, default_value_t = course::FOV_DEGREES)]
-    pub fov: f64,
+    /// Vertical field of view, degrees [default: that of the scene's camera; 45 with --eye or --view]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub fov: Option<f64>,
 }
 
-impl CameraArgs {
-    /// The camera that these arguments describe.
-    pub fn camera(&self) -> Result<Camera, CameraError> {
-        // The arguments allow 1 to 6 alone, so the origin is never taken.
-        let eye = self
-            .eye
-            .or_else(|| course::viewpoint(self.view))
-            .unwrap_or(DVec3::ZERO);
-        let target = self.target.unwrap_or(course::TARGET);
-        Camera::look_at(eye, target, self.up.unwrap_or(course::UP), self.fov)
-    }
+/// How a mesh is shown that comes without a scene.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Meshes")]
+pub struct MeshArgs {
+    /// Which axis of the mesh points up [default: y for .obj, .gltf and .glb, z for .ply and .stl]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub up_axis: Option<UpArg>,
+
+    /// Put the mesh on a ground
+    #[arg(long)]
+    pub ground: bool,
+
+    /// If the mesh has no normals, smooth it where faces meet at no more than this angle, degrees
+    #[arg(long, value_name = "DEG", value_parser = value::angle)]
+    pub smooth_angle: Option<f64>,
+}
+
+/// See [`UpAxis`](crate::format::mesh::UpAxis).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UpArg {
+    /// As in glTF
+    Y,
+    /// As in scenes
+    Z,
 }
 
 /// See [`Mode`](crate::render::Mode).
@@ -231,6 +260,28 @@ pub enum ModeArg {
     Packet,
     /// One ray at a time
     Scalar,
+}
+
+/// See [`BuildQuality`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BuildArg {
+    /// Fast where few rays are to come for many primitives, else best
+    Auto,
+    /// The BVH that is built soonest
+    Fast,
+    /// The BVH that is traced fastest
+    Best,
+}
+
+impl BuildArg {
+    /// What is built over so many primitives for so many rays.
+    pub fn quality(self, rays: f64, primitives: usize) -> BuildQuality {
+        match self {
+            Self::Auto => BuildQuality::for_rays(rays, primitives),
+            Self::Fast => BuildQuality::Fast,
+            Self::Best => BuildQuality::Best,
+        }
+    }
 }
 
 /// How `--stats` prints.
@@ -244,7 +295,7 @@ pub enum StatsFormat {
 
 #[derive(Args, Debug)]
 pub struct InfoArgs {
-    /// The scene, a .scn file
+    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb
     pub scene: PathBuf,
 
     /// Print one JSON object
@@ -255,12 +306,12 @@ pub struct InfoArgs {
 /// Arguments of `octray bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// The scene, a .scn file
+    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb
     #[arg(required_unless_present = "all", conflicts_with = "all")]
     pub scene: Option<PathBuf>,
 
     /// Instead of a scene: a suite of generated ones, from a few thousand triangles to ten million
-    #[arg(long, conflicts_with_all = ["view", "eye", "target", "up", "fov"])]
+    #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov", "up_axis", "ground", "smooth_angle"])]
     pub all: bool,
 
     /// With --all: smaller scenes
@@ -274,9 +325,16 @@ pub struct BenchArgs {
     #[command(flatten)]
     pub camera: CameraArgs,
 
+    #[command(flatten)]
+    pub mesh: MeshArgs,
+
     /// How often each method runs; the median counts
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 9)]
     pub repeat: u32,
+
+    /// Which BVH is traced; auto counts camera and shadow rays of all runs
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Best)]
+    pub build: BuildArg,
 
     /// What to time, all by default; may be given several times or separated by commas
     #[arg(long = "method", value_name = "METHOD", value_enum, value_delimiter = ',')]
@@ -367,7 +425,7 @@ mod tests {
             &["--view", "2", "--", "a.scn"],
         ] {
             let args = parse_render(arguments);
-            assert_eq!((args.scene, args.camera.view), ("a.scn".into(), 2));
+            assert_eq!((args.scene, args.camera.view), ("a.scn".into(), Some(2)));
         }
         assert_eq!(parse_render(&["./info"]).scene, PathBuf::from("./info"));
         assert_eq!(parse_render(&["render", "info"]).scene, PathBuf::from("info"));
@@ -389,6 +447,23 @@ mod tests {
     }
 
     #[test]
+    fn one_option_says_where_the_camera_stands() {
+        for arguments in [
+            &["a.scn", "--view", "2", "--eye", "1,2,3"][..],
+            &["a.scn", "--camera", "a", "--eye", "1,2,3"],
+            &["a.scn", "--camera", "a", "--view=2"],
+        ] {
+            let error = parse(arguments).expect_err("a contradiction");
+            assert_eq!(error.kind(), clap::error::ErrorKind::ArgumentConflict);
+        }
+        let args = parse_render(&["a.scn", "--camera", "a", "--fov", "30"]);
+        assert_eq!(
+            (args.camera.camera.as_deref(), args.camera.fov),
+            (Some("a"), Some(30.0))
+        );
+    }
+
+    #[test]
     fn stats_take_their_value_after_an_equals_sign_only() {
         assert_eq!(parse_render(&["--stats", "a.scn"]).stats, Some(StatsFormat::Text));
         assert_eq!(
@@ -396,6 +471,15 @@ mod tests {
             Some(StatsFormat::Json)
         );
         assert_eq!(parse_render(&["a.scn"]).stats, None);
+    }
+
+    #[test]
+    fn the_build_pays_for_itself() {
+        assert_eq!(parse_render(&["a.scn"]).build, BuildArg::Auto);
+        assert_eq!(parse_render(&["a.scn", "--build", "fast"]).build, BuildArg::Fast);
+        assert_eq!(BuildArg::Auto.quality(1e6, 10_000_000), BuildQuality::Fast);
+        assert_eq!(BuildArg::Auto.quality(1e6, 10_000), BuildQuality::Best);
+        assert_eq!(BuildArg::Best.quality(1.0, 10_000_000), BuildQuality::Best);
     }
 
     #[test]

@@ -2,7 +2,8 @@
 
 use super::{
     BenchArgs, CliError,
-    args::BenchMethod,
+    args::{BenchMethod, BuildArg},
+    input::{self, Input},
     report::{SCHEMA, grouped},
 };
 use crate::{
@@ -10,7 +11,6 @@ use crate::{
     bench::{
         FrameTimes, Kind, Measurement, Method, Workload, compare, frame_times, machine, quick_suite, suite,
     },
-    format,
     render::Settings,
     scene::{Camera, Scene},
     simd,
@@ -40,13 +40,14 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         settings,
         repeat: args.frames.unwrap_or(args.repeat) as usize,
         frames_only: args.frames.is_some(),
+        build: args.build,
         quiet: args.json.as_deref() == Some(Path::new("-")),
     };
 
     let mut results = Vec::new();
     if let Some(path) = &args.scene {
-        let camera = args.camera.camera()?;
-        let scene = format::load(path)?;
+        let aspect = f64::from(args.size.width) / f64::from(args.size.height);
+        let Input { scene, camera, .. } = input::load(path, &args.camera, &args.mesh, aspect)?;
         let name = path.display().to_string();
         bench.print(&bench.heading())?;
         let rows = bench.scene(&name, &scene, &camera)?;
@@ -83,14 +84,18 @@ struct Bench {
     repeat: usize,
     /// Frames are all that is timed.
     frames_only: bool,
+    build: BuildArg,
     quiet: bool,
 }
 
 impl Bench {
     fn scene(&self, name: &str, scene: &Scene, camera: &Camera) -> Result<Vec<Measurement>, CliError> {
         self.print(&format!("\n{name}\n"))?;
-        let bvh = Bvh::build(scene);
         let Settings { width, height, .. } = self.settings;
+        let lights = scene.lights().x.len() as f64;
+        let rays = f64::from(width) * f64::from(height) * (1.0 + lights) * self.repeat as f64;
+        let quality = self.build.quality(rays, scene.primitive_count());
+        let bvh = Bvh::build_with(scene, quality);
         if self.frames_only {
             self.print(&self.frames(scene, &bvh, camera)?)?;
             return Ok(Vec::new());
@@ -126,7 +131,7 @@ impl Bench {
                 self.settings.max_depth,
                 self.repeat,
                 machine(),
-                simd::ISA
+                simd::isa()
             );
         }
         format!(
@@ -135,7 +140,7 @@ impl Bench {
             self.settings.height,
             self.repeat,
             machine(),
-            simd::ISA,
+            simd::isa(),
             "rays",
             "method",
             "rays",
@@ -281,7 +286,7 @@ impl Json {
         Self {
             schema: SCHEMA,
             machine: machine(),
-            isa: simd::ISA,
+            isa: simd::isa(),
             threads: 1,
             results: results
                 .iter()

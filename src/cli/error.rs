@@ -75,7 +75,7 @@ impl From<RenderError> for CliError {
 }
 
 impl From<CameraError> for CliError {
-    /// A camera comes from the arguments alone.
+    /// A scene's own cameras are checked when it is loaded: what is wrong comes from the arguments.
     fn from(error: CameraError) -> Self {
         Self::Usage(error.to_string())
     }

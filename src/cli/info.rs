@@ -3,12 +3,13 @@
 use super::{
     CliError,
     args::InfoArgs,
-    report::{SCHEMA, bytes, grouped},
+    input,
+    report::{SCHEMA, bytes, faults_text, grouped},
 };
 use crate::{
     accel::{Bvh, BvhStats},
-    format,
-    scene::{Material, Scene},
+    error::escape,
+    scene::{Material, MeshFaults, NamedCamera, Scene},
 };
 use serde::Serialize;
 use std::{
@@ -16,16 +17,26 @@ use std::{
     time::{Duration, Instant},
 };
 
+/// How many lights, materials, cameras or included files are listed; JSON has all of them.
+const MOST_LINES: usize = 20;
+
 /// Prints what is in a scene.
 ///
 /// # Errors
 /// [`CliError`].
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let start = Instant::now();
-    let scene = format::load(&args.scene)?;
+    let scene = input::load_bare(&args.scene)?;
     let load_time = start.elapsed();
+    let faults = scene.mesh_faults();
     let bvh = Bvh::build(&scene);
-    let info = Info::new(args.scene.display().to_string(), &scene, bvh.stats(), load_time);
+    let info = Info::new(
+        args.scene.display().to_string(),
+        &scene,
+        faults,
+        bvh.stats(),
+        load_time,
+    );
     if args.json {
         // Plain structs of numbers and strings always serialize.
         let mut line = serde_json::to_string(&info).unwrap_or_default();
@@ -43,9 +54,19 @@ struct Info {
     vertices: usize,
     triangles: usize,
     degenerate_triangles: usize,
+    duplicate_triangles: usize,
+    inverted_triangles: usize,
     spheres: usize,
     lights: usize,
+    light_list: Vec<LightInfo>,
     materials: Vec<MaterialUse>,
+    ambient: f32,
+    background: BackgroundInfo,
+    cameras: Vec<CameraInfo>,
+    /// Scene files that the scene includes.
+    includes: Vec<String>,
+    /// What was left out or missing and is no error.
+    notes: Vec<String>,
     /// None if there are no primitives.
     bounds: Option<Bounds>,
     columns: Vec<Column>,
@@ -58,7 +79,32 @@ struct Info {
 struct MaterialUse {
     index: usize,
     kind: &'static str,
+    /// As a scene file would say it.
+    statement: String,
     primitives: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct LightInfo {
+    position: [f32; 3],
+    intensity: f32,
+    color: [f32; 3],
+}
+
+/// The same twice where there is one colour.
+#[derive(Debug, Serialize)]
+struct BackgroundInfo {
+    bottom: [f32; 3],
+    top: [f32; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct CameraInfo {
+    name: Option<String>,
+    eye: [f64; 3],
+    target: [f64; 3],
+    up: [f64; 3],
+    fov: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -76,6 +122,8 @@ struct Column {
 
 #[derive(Debug, Serialize)]
 struct BvhInfo {
+    /// Which was built: "fast" or "best".
+    build: &'static str,
     depth: usize,
     nodes: usize,
     triangle_blocks: usize,
@@ -89,17 +137,33 @@ struct BvhInfo {
 }
 
 impl Info {
-    fn new(name: String, scene: &Scene, bvh: &BvhStats, load_time: Duration) -> Self {
+    fn new(name: String, scene: &Scene, faults: MeshFaults, bvh: &BvhStats, load_time: Duration) -> Self {
         let bounds = scene.bounds();
         Self {
             schema: SCHEMA,
             scene: name,
             vertices: scene.vertices().x.len(),
             triangles: scene.triangles().v0.len(),
-            degenerate_triangles: scene.degenerate_triangles(),
+            degenerate_triangles: faults.degenerate,
+            duplicate_triangles: faults.duplicate,
+            inverted_triangles: faults.inverted,
             spheres: scene.spheres().radius.len(),
             lights: scene.lights().x.len(),
+            light_list: lights(scene),
             materials: materials_used(scene),
+            ambient: scene.ambient(),
+            background: BackgroundInfo {
+                bottom: scene.background().bottom,
+                top: scene.background().top,
+            },
+            cameras: scene.cameras().iter().map(CameraInfo::new).collect(),
+            includes: scene
+                .sources()
+                .includes
+                .iter()
+                .map(|path| path.display().to_string())
+                .collect(),
+            notes: scene.sources().notes.clone(),
             bounds: (!bounds.is_empty()).then(|| Bounds {
                 lower: bounds.lower.to_array(),
                 upper: bounds.upper.to_array(),
@@ -108,6 +172,7 @@ impl Info {
             scene_bytes: scene.memory_bytes(),
             load_s: load_time.as_secs_f64(),
             bvh: BvhInfo {
+                build: bvh.quality.name(),
                 depth: bvh.depth,
                 nodes: bvh.nodes,
                 triangle_blocks: bvh.triangle_blocks,
@@ -132,18 +197,36 @@ impl Info {
         line(
             "triangles",
             format!(
-                "{} ({} without area)",
+                "{} ({})",
                 count(self.triangles),
-                count(self.degenerate_triangles)
+                faults_text(
+                    self.degenerate_triangles,
+                    Some(self.duplicate_triangles),
+                    Some(self.inverted_triangles)
+                )
             ),
         );
         line("spheres", count(self.spheres));
         line("lights", count(self.lights));
-        for used in &self.materials {
+        for light in self.light_list.iter().take(MOST_LINES) {
+            line("", light.text());
+        }
+        for used in self.materials.iter().take(MOST_LINES) {
             line(
                 &format!("material {}", used.index),
-                format!("{}, {} primitives", used.kind, count(used.primitives)),
+                format!("{}, {} primitives", used.statement, count(used.primitives)),
             );
+        }
+        line("ambient", self.ambient.to_string());
+        line("background", self.background.text());
+        for camera in self.cameras.iter().take(MOST_LINES) {
+            line("camera", camera.text());
+        }
+        for path in self.includes.iter().take(MOST_LINES) {
+            line("includes", escape(path).into_owned());
+        }
+        for note in self.notes.iter().take(MOST_LINES) {
+            line("note", escape(note).into_owned());
         }
         match &self.bounds {
             Some(Bounds { lower, upper }) => {
@@ -162,6 +245,7 @@ impl Info {
         }
         let bvh = &self.bvh;
         line("BVH", bytes(bvh.bytes));
+        line("  build", bvh.build.into());
         line("  build time", format!("{:.1} ms", bvh.build_s * 1e3));
         line("  depth", count(bvh.depth));
         line("  nodes", count(bvh.nodes));
@@ -171,6 +255,91 @@ impl Info {
         line("  children 1..8", bvh.child_counts.map(count).join(", "));
         text
     }
+}
+
+impl LightInfo {
+    fn text(&self) -> String {
+        let [x, y, z] = self.position;
+        let mut text = format!("light {x} {y} {z} {}", self.intensity);
+        if self.color != [1.0; 3] {
+            text += &format!(" color {}", list(self.color));
+        }
+        text
+    }
+}
+
+impl BackgroundInfo {
+    fn text(&self) -> String {
+        if self.bottom == self.top {
+            list(self.top)
+        } else {
+            format!("bottom {} top {}", list(self.bottom), list(self.top))
+        }
+    }
+}
+
+impl CameraInfo {
+    fn new(camera: &NamedCamera) -> Self {
+        let view = camera.camera.view();
+        Self {
+            name: camera.name.clone(),
+            eye: view.eye.to_array(),
+            target: view.target.to_array(),
+            up: view.up.to_array(),
+            fov: view.fov_degrees,
+        }
+    }
+
+    fn text(&self) -> String {
+        let name = self
+            .name
+            .as_ref()
+            .map_or_else(String::new, |name| format!("\"{}\" ", escape(name)));
+        format!(
+            "{name}eye {} target {} up {} fov {}",
+            list(self.eye),
+            list(self.target),
+            list(self.up),
+            self.fov
+        )
+    }
+}
+
+/// Three numbers as a scene file has them.
+fn list<T: std::fmt::Display>([a, b, c]: [T; 3]) -> String {
+    format!("{a} {b} {c}")
+}
+
+/// A material as a scene file says it.
+fn statement(material: &Material) -> String {
+    match *material {
+        Material::Silhouette { color } => format!("silhouette cd {}", list(color)),
+        Material::Matte { color } => format!("matte cd {}", list(color)),
+        Material::BlinnPhong {
+            diffuse,
+            specular,
+            k_d,
+            k_s,
+            alpha,
+        } => format!(
+            "blinn_phong cd {} cs {} kd {k_d} ks {k_s} alpha {alpha}",
+            list(diffuse),
+            list(specular)
+        ),
+        Material::Reflection { color, mirror_share } => {
+            format!("reflection cd {} mix {mirror_share}", list(color))
+        }
+    }
+}
+
+fn lights(scene: &Scene) -> Vec<LightInfo> {
+    let lights = scene.lights();
+    let one = |i| LightInfo {
+        position: lights.position(i).to_array(),
+        intensity: lights.intensity[i],
+        color: lights.color[i],
+    };
+    (0..lights.intensity.len()).map(one).collect()
 }
 
 fn bytes_each(column: &Column) -> String {
@@ -204,6 +373,7 @@ fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
         .map(|(index, (material, primitives))| MaterialUse {
             index,
             kind: kind(material),
+            statement: statement(material),
             primitives,
         })
         .collect()
@@ -242,6 +412,7 @@ fn columns(scene: &Scene) -> Vec<Column> {
         column("light y", &l.y),
         column("light z", &l.z),
         column("light intensity", &l.intensity),
+        column("light color", &l.color),
         column("material", scene.materials()),
     ];
     columns.retain(|column| column.length > 0);

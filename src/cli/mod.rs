@@ -2,16 +2,20 @@
 
 mod args;
 mod bench;
+mod camera;
 mod encode;
 mod error;
+mod faults;
 mod generate;
 mod info;
+mod input;
 mod interrupt;
 mod output;
 mod picture;
 mod progress;
 mod render;
 mod report;
+mod stage;
 mod value;
 mod version;
 #[cfg(feature = "viewer")]
@@ -50,7 +54,8 @@ pub fn main() -> ExitCode {
 fn run(arguments: Vec<OsString>, start: Instant) -> Result<(), CliError> {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
-        Err(answer) => {
+        Err(mut answer) => {
+            camera::explain_conflict(&mut answer);
             // Help and version go to standard output; a closed pipe there is not worth a word.
             let _ = answer.print();
             return if answer.use_stderr() {

@@ -3,6 +3,8 @@
 use super::{
     CliError,
     args::{RenderArgs, StatsFormat},
+    faults::{self, Faults},
+    input::{self, Input},
     interrupt::Interrupt,
     output::Output,
     progress::Bar,
@@ -10,7 +12,7 @@ use super::{
 };
 use crate::{
     accel::Bvh,
-    format,
+    error::escape,
     render::{FrameStats, Mode, Renderer, Settings},
     scene::Scene,
     simd,
@@ -27,17 +29,26 @@ use std::{
 /// [`CliError`]. The output is as it was before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let settings = args.trace.settings(args.size, args.samples_per_axis)?;
-    let camera = args.camera.camera()?;
     let output = Output::prepare(&output_path(args), &args.scene, settings.width, settings.height)?;
     let talkative = !args.quiet && io::stderr().is_terminal();
 
     let interrupt = Interrupt::install()?;
-    let (scene, load_time) = interrupt.exit_at_once_during(|| timed(|| format::load(&args.scene)))?;
-    let scene = scene?;
+    let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let load = || input::load(&args.scene, &args.camera, &args.mesh, aspect);
+    let (input, load_time) = interrupt.exit_at_once_during(|| timed(load))?;
+    let Input { scene, camera, notes } = input?;
+    let faults = faults::of(&scene);
     if !args.quiet {
-        warn_of_degenerate_triangles(args, &scene);
+        let notes = notes.into_iter().chain(faults.warning(&args.scene));
+        for note in notes {
+            let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
+        }
     }
-    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build(&scene)))?;
+    let quality = args
+        .trace
+        .build
+        .quality(expected_rays(&settings, &scene), scene.primitive_count());
+    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
     let bar = Bar::new(talkative, &interrupt);
     let mut picture = output.new_picture();
@@ -59,8 +70,12 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
         total: start.elapsed(),
     };
     let closing = match args.stats {
-        Some(StatsFormat::Json) => report(args, &settings, &scene, &bvh, &frame, &output, &times).json(),
-        Some(StatsFormat::Text) => report(args, &settings, &scene, &bvh, &frame, &output, &times).text(),
+        Some(StatsFormat::Json) => {
+            report(args, &settings, &scene, &faults, &bvh, &frame, &output, &times).json()
+        }
+        Some(StatsFormat::Text) => {
+            report(args, &settings, &scene, &faults, &bvh, &frame, &output, &times).text()
+        }
         None if talkative => format!(
             "{}: {}x{} in {:.2} s\n",
             output.name(),
@@ -75,6 +90,17 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     Ok(())
 }
 
+/// Camera rays, and shadow rays as if each hit something; what mirrors add is not known beforehand.
+fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
+    let samples = f64::from(settings.samples_per_axis).powi(2);
+    let lights = if settings.shadows {
+        scene.lights().x.len()
+    } else {
+        0
+    };
+    f64::from(settings.width) * f64::from(settings.height) * samples * (1.0 + lights as f64)
+}
+
 /// The scene's name with .png, in the current folder, unless another is asked for.
 fn output_path(args: &RenderArgs) -> PathBuf {
     args.output.clone().unwrap_or_else(|| {
@@ -82,18 +108,6 @@ fn output_path(args: &RenderArgs) -> PathBuf {
         name.push(".png");
         name.into()
     })
-}
-
-fn warn_of_degenerate_triangles(args: &RenderArgs, scene: &Scene) {
-    let (degenerate, all) = (scene.degenerate_triangles(), scene.triangles().v0.len());
-    // A few are normal in meshes made by programs; more than 1 % hint at a broken one.
-    if degenerate > all / 100 {
-        let _ = writeln!(
-            io::stderr(),
-            "octray: warning: {}: {degenerate} of {all} triangles have no area and are never hit",
-            args.scene.display()
-        );
-    }
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
@@ -110,10 +124,12 @@ struct Times {
     total: Duration,
 }
 
+#[allow(clippy::too_many_arguments, reason = "all that a report tells of")]
 fn report(
     args: &RenderArgs,
     settings: &Settings,
     scene: &Scene,
+    faults: &Faults,
     bvh: &Bvh,
     frame: &FrameStats,
     output: &Output,
@@ -134,7 +150,8 @@ fn report(
             Mode::Packet => "packet",
             Mode::Scalar => "scalar",
         },
-        isa: simd::ISA,
+        build: bvh.stats().quality.name(),
+        isa: simd::isa(),
         threads: settings
             .threads
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
@@ -142,6 +159,8 @@ fn report(
             triangles: scene.triangles().v0.len(),
             spheres: scene.spheres().radius.len(),
             degenerate_triangles: scene.degenerate_triangles(),
+            duplicate_triangles: faults.duplicate,
+            inverted_triangles: faults.inverted,
         },
         rays: Rays {
             camera: rays.camera,

@@ -18,6 +18,8 @@ pub struct Report {
     pub max_depth: u32,
     pub shadows: bool,
     pub mode: &'static str,
+    /// Which BVH was built: "fast" or "best".
+    pub build: &'static str,
     pub isa: &'static str,
     pub threads: usize,
     pub primitives: Primitives,
@@ -33,6 +35,10 @@ pub struct Primitives {
     pub triangles: usize,
     pub spheres: usize,
     pub degenerate_triangles: usize,
+    /// Not counted in large meshes.
+    pub duplicate_triangles: Option<usize>,
+    /// Not counted in large meshes.
+    pub inverted_triangles: Option<usize>,
 }
 
 #[derive(Debug, Serialize)]
@@ -87,9 +93,13 @@ impl Report {
         line(
             "primitives",
             format!(
-                "{} triangles ({} without area), {} spheres",
+                "{} triangles ({}), {} spheres",
                 grouped(primitives.triangles as u64),
-                grouped(primitives.degenerate_triangles as u64),
+                faults_text(
+                    primitives.degenerate_triangles,
+                    primitives.duplicate_triangles,
+                    primitives.inverted_triangles
+                ),
                 grouped(primitives.spheres as u64)
             ),
         );
@@ -109,8 +119,9 @@ impl Report {
         line(
             "traced by",
             format!(
-                "{}, {}, {} {}",
+                "{}, {} build, {}, {} {}",
                 self.mode,
+                self.build,
                 self.isa,
                 self.threads,
                 if self.threads == 1 { "thread" } else { "threads" }
@@ -148,6 +159,17 @@ impl Report {
         );
         text
     }
+}
+
+/// "1 without area, 2 duplicate, 3 inverted".
+pub fn faults_text(degenerate: usize, duplicate: Option<usize>, inverted: Option<usize>) -> String {
+    let mut text = format!("{} without area", grouped(degenerate as u64));
+    for (count, what) in [(duplicate, "duplicate"), (inverted, "inverted")] {
+        if let Some(count) = count {
+            text.push_str(&format!(", {} {what}", grouped(count as u64)));
+        }
+    }
+    text
 }
 
 /// `1234567` as `1 234 567`.

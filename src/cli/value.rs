@@ -51,6 +51,12 @@ pub fn seconds(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number of seconds, more than 0 and at most 3600".into())
 }
 
+/// An angle between faces, degrees.
+pub fn angle(text: &str) -> Result<f64, String> {
+    let angle = text.parse().ok().filter(|angle| (0.0..=180.0).contains(angle));
+    angle.ok_or_else(|| "expected degrees from 0 to 180, such as 30".into())
+}
+
 /// A number of samples for each pixel that makes a regular grid; returns its square root.
 pub fn samples(text: &str) -> Result<u32, String> {
     let samples = match text.parse::<u32>() {

@@ -3,7 +3,7 @@
 use crate::{math, simd};
 use std::sync::LazyLock;
 
-static SHORT: LazyLock<String> = LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), simd::ISA));
+static SHORT: LazyLock<String> = LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), simd::isa()));
 
 static LONG: LazyLock<String> = LazyLock::new(|| {
     let features = features();

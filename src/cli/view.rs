@@ -2,20 +2,20 @@
 
 use super::{
     CliError,
-    args::{CameraArgs, ViewArgs},
+    args::ViewArgs,
     encode::Format,
+    input::{self, Input},
     picture::Picture,
     whole_file,
 };
 use crate::{
-    course, format,
+    error::escape,
     render::ByteFilm,
-    scene::Scene,
+    scene::{Scene, View},
     viewer::{Display, Host, Options, ViewError, orbit::Pose},
 };
-use glam::DVec3;
 use std::{
-    io::Write,
+    io::{self, Write},
     path::{Path, PathBuf},
     sync::Arc,
     time::Duration,
@@ -29,15 +29,37 @@ const MOST_PICTURES: u32 = 99_999;
 /// # Errors
 /// [`CliError`].
 pub fn run(args: &ViewArgs) -> Result<(), CliError> {
-    let pose = pose(&args.camera);
-    pose.camera()?;
     let settings = args.trace.settings(args.size, 1)?;
     let display = Display::connect()?;
+    let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let program = Program {
+        path: args.scene.clone(),
+        load: {
+            let (path, camera, mesh) = (args.scene.clone(), args.camera.clone(), args.mesh.clone());
+            Box::new(move |files| input::load_and_list(&path, &camera, &mesh, aspect, files))
+        },
+    };
     let mut files = Vec::new();
-    let scene = format::load_and_list(&args.scene, &mut files)?;
-    let host = Arc::new(Program {
-        scene: args.scene.clone(),
-    });
+    let Input { scene, camera, notes } = (program.load)(&mut files)?;
+    for note in notes {
+        // That nobody reads standard error is no failure.
+        let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
+    }
+    let View {
+        eye,
+        target,
+        up,
+        fov_degrees,
+    } = camera.view();
+    let pose = Pose {
+        eye,
+        target,
+        up,
+        fov_degrees,
+    };
+    // A window asks for rays without end.
+    let quality = args.trace.build.quality(f64::INFINITY, scene.primitive_count());
+    let host = Arc::new(program);
     let options = Options {
         name: args.scene.file_name().map_or_else(
             || args.scene.display().to_string(),
@@ -45,6 +67,7 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
         ),
         pose,
         settings,
+        quality,
         budget: Duration::from_millis(u64::from(args.budget)),
         benchmark: args.benchmark.map(Duration::from_secs_f64),
     };
@@ -76,33 +99,25 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     }
 }
 
-fn pose(camera: &CameraArgs) -> Pose {
-    Pose {
-        eye: camera
-            .eye
-            .or_else(|| course::viewpoint(camera.view))
-            .unwrap_or(DVec3::ZERO),
-        target: camera.target.unwrap_or(course::TARGET),
-        up: camera.up.unwrap_or(course::UP),
-        fov_degrees: camera.fov,
-    }
-}
-
 /// What the window asks of the program.
 struct Program {
-    scene: PathBuf,
+    path: PathBuf,
+    load: Box<LoadScene>,
 }
+
+/// Loads the scene, and lists its files.
+type LoadScene = dyn Fn(&mut Vec<PathBuf>) -> Result<Input, CliError> + Send + Sync;
 
 impl Host for Program {
     fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>) {
         let mut files = Vec::new();
-        let scene = format::load_and_list(&self.scene, &mut files);
-        (scene.map_err(|error| error.report()), files)
+        let scene = (self.load)(&mut files).map(|input| input.scene);
+        (scene.map_err(|error| error.text().unwrap_or_default()), files)
     }
 
     fn save(&self, film: &ByteFilm) -> Result<String, String> {
         let stem = self
-            .scene
+            .path
             .file_stem()
             .unwrap_or("octray".as_ref())
             .to_string_lossy();
@@ -118,7 +133,7 @@ impl Host for Program {
     }
 
     fn say(&self, line: &str) {
-        let scene = self.scene.display();
+        let scene = self.path.display();
         // A closed pipe is no reason to close the window.
         let _ = super::print(&format!("octray render {scene} {line}\n"));
     }

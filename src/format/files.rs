@@ -1,10 +1,11 @@
 //! Reading whole files, and only files.
 
+use super::{OpenMesh, alike};
 use crate::error::LoadError;
 use std::{
     fs::{self, File},
     io::{self, Read},
-    path::Path,
+    path::{Component, Path, PathBuf},
 };
 
 /// The largest mesh file that is read, bytes. Offsets and counts beyond have no use: ids are 32 bits.
@@ -12,7 +13,74 @@ const MAX_BYTES: u64 = 1 << 32;
 
 /// The largest text of a scene, bytes: some twenty million spheres. What is larger is no scene, and to find that
 /// out would take its size in memory.
-const MAX_TEXT_BYTES: u64 = 1 << 29;
+pub(super) const MAX_TEXT_BYTES: u64 = 1 << 29;
+
+/// Where the files come from that a scene names.
+pub(super) trait Files {
+    /// The text of an included scene file.
+    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>>;
+    /// A mesh file, or a file that one names.
+    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>>;
+    /// The same name for all paths of one file.
+    fn identity(&self, path: &Path) -> PathBuf;
+}
+
+/// The disk.
+pub(super) struct Disk;
+
+impl Files for Disk {
+    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        read_text(path)
+    }
+
+    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        read(path)
+    }
+
+    /// What cannot be resolved cannot be read either, and is refused then.
+    fn identity(&self, path: &Path) -> PathBuf {
+        fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
+    }
+}
+
+/// The disk, and a list of all files that were asked for.
+pub(super) struct Listed<'a>(pub(super) &'a mut Vec<PathBuf>);
+
+impl Files for Listed<'_> {
+    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        self.0.push(path.to_path_buf());
+        Disk.text(path)
+    }
+
+    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        self.0.push(path.to_path_buf());
+        Disk.mesh(path)
+    }
+
+    fn identity(&self, path: &Path) -> PathBuf {
+        Disk.identity(path)
+    }
+}
+
+/// Files that somebody gives; the disk is not touched.
+pub(super) struct Given<'a>(pub(super) OpenMesh<'a>);
+
+impl Files for Given<'_> {
+    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        (self.0)(path)
+    }
+
+    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        (self.0)(path)
+    }
+
+    /// `.` within a path does not count.
+    fn identity(&self, path: &Path) -> PathBuf {
+        path.components()
+            .filter(|part| *part != Component::CurDir)
+            .collect()
+    }
+}
 
 /// Reads the text of a scene, as [`read_up_to`] does.
 pub(super) fn read_text(path: &Path) -> io::Result<Vec<u8>> {
@@ -27,7 +95,9 @@ pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
 /// Reads a regular file. Anything else (a folder, a pipe, a device) is refused before it is opened: opening
 /// a pipe may wait forever, and a device may have no end.
 fn read_up_to(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let kind = fs::metadata(path)?.file_type();
+    let kind = fs::metadata(path)
+        .map_err(|error| explained(path, error))?
+        .file_type();
     if kind.is_dir() {
         return Err(io::Error::other("this is a folder, expected a file"));
     }
@@ -50,9 +120,21 @@ fn read_up_to(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// A missing file with what is there instead, if anything is.
+fn explained(path: &Path, error: io::Error) -> io::Error {
+    match error.kind() {
+        io::ErrorKind::NotFound => match alike::instead_of(path) {
+            Some(instead) => io::Error::new(error.kind(), format!("there is no such file; {instead}")),
+            None => error,
+        },
+        _ => error,
+    }
+}
+
 /// What went wrong with a file, in plain words.
 pub(super) fn load_error(path: &Path, error: &io::Error) -> LoadError {
     let message = match error.kind() {
+        io::ErrorKind::NotFound if error.get_ref().is_some() => error.to_string(),
         io::ErrorKind::NotFound => "there is no such file".to_owned(),
         io::ErrorKind::PermissionDenied => "the file may not be read: permission denied".to_owned(),
         io::ErrorKind::OutOfMemory => "the file does not fit into memory".to_owned(),
@@ -75,7 +157,14 @@ mod tests {
 
     #[test]
     fn only_files_are_read() {
-        assert_eq!(message("/no/such.scn"), "/no/such.scn: there is no such file");
+        assert_eq!(
+            message("/no/such.scn"),
+            "/no/such.scn: there is no such file; there is no folder /no either"
+        );
+        assert_eq!(
+            message("no_such_file.scn"),
+            "no_such_file.scn: there is no such file"
+        );
         assert_eq!(message("."), ".: this is a folder, expected a file");
         if cfg!(unix) {
             assert_eq!(

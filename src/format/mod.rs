@@ -1,29 +1,40 @@
 //! From bytes to a scene. No rendering.
 //!
-//! [`load`] reads a `.scn` file and the meshes that it names; [`load_from_bytes`] does the same without
-//! touching the disk. Every error says where it is, what was found there and what was expected.
+//! [`load`] reads a `.scn` file and the files that it names; [`load_from_bytes`] does the same without touching the
+//! disk. Every error says where it is, what was found there and what was expected. `docs/scene-language.md` tells all
+//! that a `.scn` file can say.
 
+mod alike;
 mod files;
+mod gltf;
+pub mod mesh;
+mod obj;
+mod place;
 pub mod ply;
 mod scn;
+mod stl;
 
 use crate::{error::LoadError, scene::Scene};
+use files::{Disk, Given, Listed};
 use std::{
-    fs, io,
+    io,
     path::{Path, PathBuf},
 };
 
-/// Gives the bytes of a mesh file. The path is the one written in the scene, joined to the scene's folder.
+/// Gives the bytes of a file: a mesh, what a mesh names, or an included scene. The path is the one written in the file
+/// that names it, joined to that file's folder.
 pub type OpenMesh<'a> = &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>;
 
-/// Loads a `.scn` file and the meshes that it names. A mesh's path is relative to the scene file. A mesh that is
-/// named again is not read again: its copy would be hidden in the first, which keeps its material.
+/// Loads a `.scn` file and the meshes and scene files that it names. Paths are relative to the file that they stand
+/// in. A mesh that is named again, and stands where it stands already, is not read again: its copy would be hidden in
+/// the first, which keeps its material.
 ///
 /// # Errors
 /// [`LoadError`], with the place of the fault: a file that cannot be read or is none, a statement that is
 /// not understood, a mesh that is broken.
 pub fn load(path: &Path) -> Result<Scene, LoadError> {
-    load_and_list(path, &mut Vec::new())
+    let text = files::read_text(path).map_err(|error| files::load_error(path, &error))?;
+    scn::parse(&text, path, &mut Disk)
 }
 
 /// As [`load`], and adds to `files` every file that was asked for, those that could not be read too: what is to be
@@ -34,18 +45,12 @@ pub fn load(path: &Path) -> Result<Scene, LoadError> {
 pub fn load_and_list(path: &Path, files: &mut Vec<PathBuf>) -> Result<Scene, LoadError> {
     files.push(path.to_path_buf());
     let text = files::read_text(path).map_err(|error| files::load_error(path, &error))?;
-    // What cannot be resolved cannot be read either, and is refused then.
-    let identify = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    let mut open = |mesh: &Path| {
-        files.push(mesh.to_path_buf());
-        files::read(mesh)
-    };
-    scn::parse(&text, path, &mut open, identify)
+    scn::parse(&text, path, &mut Listed(files))
 }
 
-/// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and mesh paths are
-/// relative to its folder; `open_mesh` gives a mesh file's bytes, and is asked once for each path (`.` within
-/// a path does not count).
+/// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and paths are relative to its
+/// folder; `open` gives the bytes of the files that the scene names (`.` within a path does not count), again for each
+/// `include` and for each place of a mesh.
 ///
 /// ```
 /// use octray::format::load_from_bytes;
@@ -71,8 +76,6 @@ pub fn load_and_list(path: &Path, files: &mut Vec<PathBuf>) -> Result<Scene, Loa
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
-pub fn load_from_bytes(text: &[u8], name: &Path, open_mesh: OpenMesh<'_>) -> Result<Scene, LoadError> {
-    scn::parse(text, name, open_mesh, |path| {
-        path.components().collect::<PathBuf>()
-    })
+pub fn load_from_bytes(text: &[u8], name: &Path, open: OpenMesh<'_>) -> Result<Scene, LoadError> {
+    scn::parse(text, name, &mut Given(open))
 }

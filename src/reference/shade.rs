@@ -51,13 +51,13 @@ pub fn radiance(
     let mut weight = 1.0;
     for level in 0.. {
         if level == max_depth {
-            add(&mut color, weight, scene.background());
+            add(&mut color, weight, scene.background().color(ray.direction));
             break;
         }
         rays.reflection += u64::from(level > 0);
         let hit = intersect.closest_hit(&ray);
         if !hit.is_hit() {
-            add(&mut color, weight, scene.background());
+            add(&mut color, weight, scene.background().color(ray.direction));
             break;
         }
         let material = &scene.materials()[scene.material_of(hit.primitive).0 as usize];
@@ -77,9 +77,9 @@ pub fn radiance(
                 k_s,
                 ..
             } => {
-                let body = mul_add(k_d, light.diffuse, scene.ambient());
-                let gloss = k_s * light.specular;
                 let channel = |i: usize| {
+                    let body = mul_add(k_d, light.diffuse[i], scene.ambient());
+                    let gloss = k_s * light.specular[i];
                     let sum = mul_add(diffuse[i], body, specular[i] * gloss);
                     min(max(sum, 0.0), 1.0)
                 };
@@ -111,8 +111,7 @@ fn add(color: &mut [f32; 3], weight: f32, more: [f32; 3]) {
 }
 
 fn matte(scene: &Scene, color: [f32; 3], light: &Light) -> [f32; 3] {
-    let brightness = min(scene.ambient() + light.diffuse, 1.0);
-    color.map(|c| c * brightness)
+    std::array::from_fn(|i| color[i] * min(scene.ambient() + light.diffuse[i], 1.0))
 }
 
 fn mirrored(s: &Surface) -> Ray {
@@ -124,10 +123,10 @@ fn mirrored(s: &Surface) -> Ray {
     )
 }
 
-/// Light that arrives at a point: sums over the lights that reach it.
+/// Light that arrives at a point, by channel: sums over the lights that reach it.
 struct Light {
-    diffuse: f32,
-    specular: f32,
+    diffuse: [f32; 3],
+    specular: [f32; 3],
 }
 
 fn gather_light(
@@ -140,11 +139,11 @@ fn gather_light(
 ) -> Light {
     let lights = scene.lights();
     let mut sum = Light {
-        diffuse: 0.0,
-        specular: 0.0,
+        diffuse: [0.0; 3],
+        specular: [0.0; 3],
     };
     for i in 0..lights.intensity.len() {
-        let (position, intensity) = (lights.position(i), lights.intensity[i]);
+        let (position, power) = (lights.position(i), lights.power(i));
         let to_light = normalize(position - s.point);
         let facing = dot(s.normal, to_light);
         if facing <= 0.0 || facing.is_nan() {
@@ -156,11 +155,11 @@ fn gather_light(
                 continue;
             }
         }
-        sum.diffuse = mul_add(intensity, facing, sum.diffuse);
+        add(&mut sum.diffuse, facing, power);
         if let Material::BlinnPhong { alpha, .. } = material {
             let halfway = normalize(to_light - s.direction);
             let highlight = powi(max(dot(s.normal, halfway), 0.0), *alpha);
-            sum.specular = mul_add(intensity, highlight, sum.specular);
+            add(&mut sum.specular, highlight, power);
         }
     }
     sum

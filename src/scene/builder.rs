@@ -1,16 +1,27 @@
 //! Collects the pieces of a scene, refuses what cannot be rendered, and finishes the columns.
 
-use super::{Lights, MAX_COORDINATE, Material, MaterialId, Scene, Spheres, Triangles, Vertices};
+use super::{
+    Background, Lights, Material, MaterialId, NamedCamera, Scene, Sources, Spheres, Triangles, Vertices,
+    is_usable,
+    material::{check_color, check_share},
+};
 use crate::{
     course,
     error::SceneError,
     math::{Aabb, max_abs},
 };
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::{collections::HashMap, path::PathBuf};
 
 /// The most primitives, and the most vertices, that a scene may have: ids are 32 bits, and one value stands
 /// for "none".
 const MAX_COUNT: usize = u32::MAX as usize - 8;
+
+/// The most materials: each thread that renders keeps a queue for each.
+const MAX_MATERIALS: usize = 1 << 20;
+/// Fewer rows than this are not worth another thread.
+const MIN_PIECE: usize = 1 << 14;
 
 /// A mesh as columns, on its way into a scene.
 #[derive(Debug, Default)]
@@ -50,8 +61,12 @@ pub struct SceneBuilder {
     spheres: Spheres,
     lights: Lights,
     materials: Vec<Material>,
+    /// Where each material is, by its bits.
+    material_ids: HashMap<[u32; 10], MaterialId>,
     ambient: f32,
-    background: [f32; 3],
+    background: Background,
+    cameras: Vec<NamedCamera>,
+    sources: Sources,
 }
 
 impl Default for SceneBuilder {
@@ -61,7 +76,7 @@ impl Default for SceneBuilder {
 }
 
 fn usable(what: &'static str, value: f32) -> Result<(), SceneError> {
-    if value.abs() <= MAX_COORDINATE {
+    if is_usable(value) {
         Ok(())
     } else {
         Err(SceneError::NotUsable { what, value })
@@ -104,8 +119,15 @@ impl SceneBuilder {
             spheres: Spheres::default(),
             lights: Lights::default(),
             materials: Material::CLASSIC.to_vec(),
+            material_ids: (0..)
+                .map(MaterialId)
+                .zip(Material::CLASSIC)
+                .map(|(id, material)| (material.bits(), id))
+                .collect(),
             ambient: course::AMBIENT,
-            background: course::BACKGROUND,
+            background: Background::constant(course::BACKGROUND),
+            cameras: Vec::new(),
+            sources: Sources::default(),
         }
     }
 
@@ -123,6 +145,64 @@ impl SceneBuilder {
                 materials,
             })
         }
+    }
+
+    /// Adds a material. One that is there already, bit for bit, is not added again.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`] or [`SceneError::TooMany`].
+    pub fn add_material(&mut self, material: Material) -> Result<MaterialId, SceneError> {
+        material.check()?;
+        let bits = material.bits();
+        if let Some(&id) = self.material_ids.get(&bits) {
+            return Ok(id);
+        }
+        if self.materials.len() >= MAX_MATERIALS {
+            return Err(SceneError::TooMany {
+                what: "materials",
+                limit: MAX_MATERIALS,
+            });
+        }
+        let id = MaterialId(self.materials.len() as u32);
+        self.materials.push(material);
+        self.material_ids.insert(bits, id);
+        Ok(id)
+    }
+
+    /// Sets the ambient light I_a, the same in all channels.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`]: not from 0 to 1.
+    pub fn set_ambient(&mut self, ambient: f32) -> Result<(), SceneError> {
+        check_share("ambient", ambient)?;
+        self.ambient = ambient;
+        Ok(())
+    }
+
+    /// Sets what rays see that leave the scene.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`]: a channel that is not from 0 to 1.
+    pub fn set_background(&mut self, background: Background) -> Result<(), SceneError> {
+        check_color(background.bottom)?;
+        check_color(background.top)?;
+        self.background = background;
+        Ok(())
+    }
+
+    /// Adds a camera to choose from; the first is what the scene is seen by unless somebody asks otherwise.
+    pub fn add_camera(&mut self, camera: NamedCamera) {
+        self.cameras.push(camera);
+    }
+
+    /// Notes that the scene includes a file.
+    pub fn add_include(&mut self, path: PathBuf) {
+        self.sources.includes.push(path);
+    }
+
+    /// Notes what was left out or missing and is no error, a sentence.
+    pub fn add_note(&mut self, note: String) {
+        self.sources.notes.push(note);
     }
 
     fn check_material(&self, material: MaterialId) -> Result<(), SceneError> {
@@ -147,20 +227,36 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a point light.
+    /// Adds a white point light.
     ///
     /// # Errors
     /// [`SceneError::NotUsable`] or [`SceneError::IntensityNegative`].
     pub fn add_light(&mut self, position: Vec3, intensity: f32) -> Result<(), SceneError> {
+        self.add_colored_light(position, intensity, [1.0; 3])
+    }
+
+    /// Adds a point light of a colour, linear RGB.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::IntensityNegative`] or, for a colour whose channels are not from 0 to
+    /// 1, [`SceneError::OutOfRange`].
+    pub fn add_colored_light(
+        &mut self,
+        position: Vec3,
+        intensity: f32,
+        color: [f32; 3],
+    ) -> Result<(), SceneError> {
         usable_point(position)?;
         usable("intensity", intensity)?;
         if intensity < 0.0 {
             return Err(SceneError::IntensityNegative { intensity });
         }
+        check_color(color)?;
         self.lights.x.push(position.x);
         self.lights.y.push(position.y);
         self.lights.z.push(position.z);
         self.lights.intensity.push(intensity);
+        self.lights.color.push(color);
         Ok(())
     }
 
@@ -185,14 +281,73 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// Adds a triangle. One without area is kept (its id counts) and never hit.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::UnknownMaterial`] or [`SceneError::TooMany`].
+    pub fn add_triangle(&mut self, corners: [Vec3; 3], material: MaterialId) -> Result<(), SceneError> {
+        corners.into_iter().try_for_each(usable_point)?;
+        self.check_material(material)?;
+        self.check_room(1)?;
+        let base = self.check_vertices(3)? as u32;
+        let all = &mut self.vertices;
+        all.x.extend(corners.map(|corner| corner.x));
+        all.y.extend(corners.map(|corner| corner.y));
+        all.z.extend(corners.map(|corner| corner.z));
+        if !all.normals.is_empty() {
+            all.normals.resize(all.x.len(), Vec3::ZERO);
+        }
+        self.triangles.v0.push(base);
+        self.triangles.v1.push(base + 1);
+        self.triangles.v2.push(base + 2);
+        self.triangles.material.push(material);
+        Ok(())
+    }
+
+    /// Whether `more` vertices have room; how many there are.
+    fn check_vertices(&self, more: usize) -> Result<usize, SceneError> {
+        let count = self.vertices.x.len();
+        if count.saturating_add(more) > MAX_COUNT {
+            return Err(SceneError::TooMany {
+                what: "vertices",
+                limit: MAX_COUNT,
+            });
+        }
+        Ok(count)
+    }
+
     /// Adds a mesh. Triangles without area are kept (their ids count) and never hit.
     ///
     /// # Errors
     /// [`SceneError::NotUsable`], [`SceneError::ColumnLength`], [`SceneError::VertexIndex`],
     /// [`SceneError::UnknownMaterial`] or [`SceneError::TooMany`]; the scene is as before then.
     pub fn add_mesh(&mut self, mesh: MeshColumns, material: MaterialId) -> Result<(), SceneError> {
-        Self::check_mesh(&mesh)?;
         self.check_material(material)?;
+        self.add_triangles(mesh)?;
+        self.triangles.material.resize(self.triangles.v0.len(), material);
+        Ok(())
+    }
+
+    /// Adds a mesh, as [`SceneBuilder::add_mesh`] does, with a material for each of its triangles.
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::add_mesh`]; [`SceneError::ColumnLength`] also where `materials` is not as long as the
+    /// triangles.
+    pub fn add_mesh_with_materials(
+        &mut self,
+        mesh: MeshColumns,
+        materials: Vec<MaterialId>,
+    ) -> Result<(), SceneError> {
+        expect_length("materials", materials.len(), mesh.triangles.len())?;
+        materials.iter().try_for_each(|&id| self.check_material(id))?;
+        self.add_triangles(mesh)?;
+        append(&mut self.triangles.material, materials);
+        Ok(())
+    }
+
+    /// The vertices and corners of a mesh; the caller adds the materials.
+    fn add_triangles(&mut self, mesh: MeshColumns) -> Result<(), SceneError> {
+        Self::check_mesh(&mesh)?;
         let MeshColumns {
             x,
             y,
@@ -200,14 +355,16 @@ impl SceneBuilder {
             normals,
             triangles,
         } = mesh;
-        let base = self.vertices.x.len();
-        if base.saturating_add(x.len()) > MAX_COUNT {
-            return Err(SceneError::TooMany {
-                what: "vertices",
-                limit: MAX_COUNT,
-            });
-        }
+        let base = self.check_vertices(x.len())?;
         self.check_room(triangles.len())?;
+        for column in [
+            &mut self.triangles.v0,
+            &mut self.triangles.v1,
+            &mut self.triangles.v2,
+        ] {
+            let room = column.try_reserve(triangles.len());
+            room.map_err(|_| SceneError::NoMemory { what: "triangles" })?;
+        }
 
         let all = &mut self.vertices;
         if !normals.is_empty() || !all.normals.is_empty() {
@@ -219,10 +376,12 @@ impl SceneBuilder {
         append(&mut all.y, y);
         append(&mut all.z, z);
         let base = base as u32;
-        self.triangles.v0.extend(triangles.iter().map(|t| t[0] + base));
-        self.triangles.v1.extend(triangles.iter().map(|t| t[1] + base));
-        self.triangles.v2.extend(triangles.iter().map(|t| t[2] + base));
-        self.triangles.material.resize(self.triangles.v0.len(), material);
+        let all = &mut self.triangles;
+        let columns = [&mut all.v0, &mut all.v1, &mut all.v2];
+        // Three columns, one thread each if there are as many.
+        columns.into_par_iter().enumerate().for_each(|(k, column)| {
+            column.extend(triangles.iter().map(|corners| corners[k] + base));
+        });
         Ok(())
     }
 
@@ -234,21 +393,25 @@ impl SceneBuilder {
             expect_length("normals", mesh.normals.len(), vertices)?;
         }
         for (what, column) in [("x", &mesh.x), ("y", &mesh.y), ("z", &mesh.z)] {
-            column.iter().try_for_each(|&value| usable(what, value))?;
+            let unusable = first_where(column, |&value| usable(what, value).is_err());
+            unusable.map_or(Ok(()), |i| usable(what, column[i]))?;
         }
-        mesh.normals
-            .iter()
-            .try_for_each(|n| usable("normal", max_abs_or_nan(*n)))?;
-        for (triangle, corners) in mesh.triangles.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|&&index| index as usize >= vertices) {
-                return Err(SceneError::VertexIndex {
+        let length = |n: &Vec3| usable("normal", max_abs_or_nan(*n));
+        let unusable = first_where(&mesh.normals, |n| length(n).is_err());
+        unusable.map_or(Ok(()), |i| length(&mesh.normals[i]))?;
+        let is_beyond = |corners: &[u32; 3]| corners.iter().any(|&index| index as usize >= vertices);
+        match first_where(&mesh.triangles, is_beyond) {
+            Some(triangle) => {
+                let corners = mesh.triangles[triangle].into_iter();
+                let index = corners.filter(|&index| index as usize >= vertices).min();
+                Err(SceneError::VertexIndex {
                     triangle,
-                    index,
+                    index: index.unwrap_or_default(),
                     vertices,
-                });
+                })
             }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// Finishes the columns: bounds and the count of triangles without area.
@@ -260,8 +423,11 @@ impl SceneBuilder {
             spheres,
             lights,
             materials,
+            material_ids: _,
             ambient,
             background,
+            cameras,
+            sources,
         } = self;
         let mut scene = Scene {
             vertices,
@@ -271,14 +437,12 @@ impl SceneBuilder {
             materials,
             ambient,
             background,
+            cameras,
+            sources,
             bounds: Aabb::EMPTY,
             degenerate: 0,
         };
-        for i in 0..scene.triangles.v0.len() {
-            let corners = scene.triangle(i);
-            scene.bounds = scene.bounds.union(Aabb::around(corners));
-            scene.degenerate += usize::from(!has_area(corners));
-        }
+        (scene.bounds, scene.degenerate) = scene.triangle_extent();
         for i in 0..scene.spheres.radius.len() {
             scene.bounds = scene.bounds.union(scene.sphere_bounds(i));
         }
@@ -286,8 +450,47 @@ impl SceneBuilder {
     }
 }
 
+impl Scene {
+    /// The box around all triangles, and how many of them have no area.
+    fn triangle_extent(&self) -> (Aabb, usize) {
+        let Triangles { v0, v1, v2, .. } = &self.triangles;
+        let pieces = (
+            v0.par_chunks(MIN_PIECE),
+            v1.par_chunks(MIN_PIECE),
+            v2.par_chunks(MIN_PIECE),
+        );
+        let of_piece = |(v0, v1, v2): (&[u32], &[u32], &[u32])| {
+            let (mut bounds, mut degenerate) = (Aabb::EMPTY, 0);
+            for ((&v0, &v1), &v2) in v0.iter().zip(v1).zip(v2) {
+                let position = |v| self.vertices.position(v);
+                let corners = [position(v0), position(v1), position(v2)];
+                bounds = bounds.union(Aabb::around(corners));
+                degenerate += usize::from(!has_area(corners));
+            }
+            (bounds, degenerate)
+        };
+        let both = |a: (Aabb, usize), b: (Aabb, usize)| (a.0.union(b.0), a.1 + b.1);
+        // Neither a box nor a count depends on the order.
+        pieces
+            .into_par_iter()
+            .map(of_piece)
+            .reduce(|| (Aabb::EMPTY, 0), both)
+    }
+}
+
+/// The first row that `is_wrong` holds for.
+fn first_where<T: Sync>(column: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    let wrong_piece = column
+        .par_chunks(MIN_PIECE)
+        // Without a way out of the loop it runs several rows at a time.
+        .position_first(|piece| piece.iter().fold(false, |any, row| any | is_wrong(row)))?;
+    let start = wrong_piece * MIN_PIECE;
+    let row = column[start..].iter().position(is_wrong)?;
+    Some(start + row)
+}
+
 /// Moves `from` to the end of `to`; no copy where `to` is empty.
-fn append(to: &mut Vec<f32>, mut from: Vec<f32>) {
+fn append<T>(to: &mut Vec<T>, mut from: Vec<T>) {
     if to.is_empty() {
         *to = from;
     } else {

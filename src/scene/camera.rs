@@ -44,11 +44,51 @@ impl fmt::Display for CameraError {
 
 impl std::error::Error for CameraError {}
 
+/// What describes a camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Where it stands, scene units.
+    pub eye: DVec3,
+    /// What it looks at, scene units.
+    pub target: DVec3,
+    /// Which way is up.
+    pub up: DVec3,
+    /// Vertical field of view, degrees.
+    pub fov_degrees: f64,
+}
+
+impl View {
+    /// Which way is up unless a camera says otherwise.
+    pub const UP: DVec3 = course::UP;
+    /// The vertical field of view unless a camera says otherwise, degrees.
+    pub const FOV_DEGREES: f64 = course::FOV_DEGREES;
+
+    /// The course's viewpoint 1 to 6; `None` for another number.
+    #[must_use]
+    pub fn course(view: u32) -> Option<Self> {
+        Some(Self {
+            eye: course::viewpoint(view)?,
+            target: course::TARGET,
+            up: Self::UP,
+            fov_degrees: Self::FOV_DEGREES,
+        })
+    }
+}
+
+/// A camera of a scene, which may have a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedCamera {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// The camera.
+    pub camera: Camera,
+}
+
 /// A pinhole camera: where it stands, where it looks, how wide it sees. Its frame is right-handed:
 /// `right = forward x up`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    eye: DVec3,
+    view: View,
     forward: DVec3,
     right: DVec3,
     up: DVec3,
@@ -68,6 +108,7 @@ impl Camera {
             return Err(CameraError::FieldOfView(fov_degrees));
         }
         let forward = (target - eye).try_normalize().ok_or(CameraError::EyeOnTarget)?;
+        let given_up = up;
         let up = up.try_normalize().ok_or(CameraError::UpParallel)?;
         let right = forward.cross(up);
         if right.length() < 1e-9 {
@@ -76,7 +117,12 @@ impl Camera {
         let right = right.normalize();
         let half_height = libm::tan(fov_degrees.to_radians() * 0.5);
         Ok(Self {
-            eye,
+            view: View {
+                eye,
+                target,
+                up: given_up,
+                fov_degrees,
+            },
             forward,
             right,
             up: right.cross(forward),
@@ -84,17 +130,30 @@ impl Camera {
         })
     }
 
+    /// The camera that a view describes.
+    ///
+    /// # Errors
+    /// As [`Camera::look_at`].
+    pub fn new(view: &View) -> Result<Self, CameraError> {
+        Self::look_at(view.eye, view.target, view.up, view.fov_degrees)
+    }
+
+    /// What describes this camera.
+    #[must_use]
+    pub fn view(&self) -> View {
+        self.view
+    }
+
     /// The course's viewpoint 1 to 6; `None` for another number.
     #[must_use]
     pub fn course_view(view: u32) -> Option<Self> {
-        let eye = course::viewpoint(view)?;
-        Self::look_at(eye, course::TARGET, course::UP, course::FOV_DEGREES).ok()
+        Self::new(&View::course(view)?).ok()
     }
 
     /// Where the camera stands, scene units.
     #[must_use]
     pub fn eye(&self) -> Vec3 {
-        self.eye.as_vec3()
+        self.view.eye.as_vec3()
     }
 
     /// The rays of a picture of `width` x `height` pixels with `samples_per_axis`² samples a pixel.

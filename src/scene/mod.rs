@@ -1,77 +1,41 @@
 //! A scene as columns: built and validated once by [`SceneBuilder`], immutable after.
 
+mod background;
 mod builder;
 mod camera;
+mod faults;
+mod fit;
+mod material;
+mod smooth;
+mod transform;
+mod weld;
 
+pub use background::Background;
 pub use builder::{MeshColumns, SceneBuilder};
-pub use camera::{Camera, CameraError, PixelRays};
+pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View};
+pub use faults::MeshFaults;
+pub use fit::{Fit, FitView};
+pub use material::{MAX_ALPHA, Material};
+pub use transform::Transform;
 
-use crate::{course, math::Aabb, ray::PrimitiveId};
+use crate::{math::Aabb, ray::PrimitiveId};
 use glam::Vec3;
+use std::path::PathBuf;
 
 /// The largest absolute coordinate, radius or intensity that a scene may hold: the kernels take products of up
 /// to four differences of coordinates, which must stay finite in `f32`.
 pub const MAX_COORDINATE: f32 = 1e9;
 
+/// Whether a scene may hold this coordinate. False for NaN.
+#[inline]
+#[must_use]
+pub fn is_usable(value: f32) -> bool {
+    value.abs() <= MAX_COORDINATE
+}
+
 /// An index into [`Scene::materials`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MaterialId(pub u32);
-
-/// How a surface answers light. The formulas are those of the course (see [`course`]).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Material {
-    /// One colour, whatever the light.
-    Silhouette {
-        /// The colour, linear RGB.
-        color: [f32; 3],
-    },
-    /// `color * min(1, I_a + sum I_i max(0, n.l_i))`.
-    Matte {
-        /// The colour, linear RGB; white in the course's scenes.
-        color: [f32; 3],
-    },
-    /// `c_d (I_a + k_d sum I_i max(0, n.l_i)) + c_s k_s sum I_i max(0, n.h_i)^alpha`, clamped to [0, 1].
-    BlinnPhong {
-        /// c_d, linear RGB.
-        diffuse: [f32; 3],
-        /// c_s, linear RGB.
-        specular: [f32; 3],
-        /// k_d.
-        k_d: f32,
-        /// k_s.
-        k_s: f32,
-        /// The exponent.
-        alpha: u32,
-    },
-    /// `(1 - mirror_share) matte + mirror_share * (what the mirrored ray sees)`.
-    Reflection {
-        /// The matte part's colour, linear RGB; white in the course's scenes.
-        color: [f32; 3],
-        /// The mirror's share, 0 to 1.
-        mirror_share: f32,
-    },
-}
-
-impl Material {
-    /// The four materials of a classic `.scn`, by their number there.
-    pub const CLASSIC: [Self; 4] = [
-        Self::Silhouette {
-            color: course::SILHOUETTE,
-        },
-        Self::Matte { color: [1.0; 3] },
-        Self::BlinnPhong {
-            diffuse: course::DIFFUSE,
-            specular: course::SPECULAR,
-            k_d: course::K_D,
-            k_s: course::K_S,
-            alpha: course::ALPHA,
-        },
-        Self::Reflection {
-            color: [1.0; 3],
-            mirror_share: course::MIRROR_SHARE,
-        },
-    ];
-}
 
 /// Vertices, shared by the triangles of a mesh. Columns of equal length.
 #[derive(Debug, Default)]
@@ -145,6 +109,8 @@ pub struct Lights {
     pub z: Vec<f32>,
     /// Intensity I_i; it does not fall off with distance.
     pub intensity: Vec<f32>,
+    /// Colour, linear RGB from 0 to 1; white unless a scene says otherwise.
+    pub color: Vec<[f32; 3]>,
 }
 
 impl Lights {
@@ -154,6 +120,22 @@ impl Lights {
     pub fn position(&self, i: usize) -> Vec3 {
         Vec3::new(self.x[i], self.y[i], self.z[i])
     }
+
+    /// Intensity of light `i` in each channel: its intensity times its colour.
+    #[inline]
+    #[must_use]
+    pub fn power(&self, i: usize) -> [f32; 3] {
+        self.color[i].map(|channel| self.intensity[i] * channel)
+    }
+}
+
+/// Where a scene comes from, for those who ask what is in it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Sources {
+    /// The scene files that it includes, in the order in which they are read, each time anew.
+    pub includes: Vec<PathBuf>,
+    /// What was left out or missing and is no error, a sentence each.
+    pub notes: Vec<String>,
 }
 
 /// A finished scene: immutable columns. Primitive ids count the triangles first, then the spheres.
@@ -165,7 +147,9 @@ pub struct Scene {
     lights: Lights,
     materials: Vec<Material>,
     ambient: f32,
-    background: [f32; 3],
+    background: Background,
+    cameras: Vec<NamedCamera>,
+    sources: Sources,
     bounds: Aabb,
     degenerate: usize,
 }
@@ -207,10 +191,23 @@ impl Scene {
         self.ambient
     }
 
-    /// Colour of a ray that hits nothing, linear RGB.
+    /// Colour of a ray that hits nothing.
     #[must_use]
-    pub fn background(&self) -> [f32; 3] {
+    pub fn background(&self) -> Background {
         self.background
+    }
+
+    /// The scene's own cameras, in the order in which they were added. The first is the one that it is meant to be
+    /// seen by.
+    #[must_use]
+    pub fn cameras(&self) -> &[NamedCamera] {
+        &self.cameras
+    }
+
+    /// Where the scene comes from.
+    #[must_use]
+    pub fn sources(&self) -> &Sources {
+        &self.sources
     }
 
     /// The smallest box around all primitives; empty if there are none.
@@ -312,6 +309,7 @@ impl Scene {
         .sum::<usize>()
             + [&t.v0, &t.v1, &t.v2].iter().map(|c| bytes(c)).sum::<usize>()
             + bytes(&v.normals)
+            + bytes(&l.color)
             + bytes(&t.material)
             + bytes(&s.material)
             + bytes(&self.materials)

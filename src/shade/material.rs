@@ -8,35 +8,40 @@ use crate::{
 };
 use glam::Vec3;
 
-/// The light that arrives at eight points, over all lights so far.
+/// The light that arrives at eight points, over all lights so far, by channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Light8 {
     /// Sum of I_i max(0, n.l_i).
-    diffuse: F32x8,
+    diffuse: [F32x8; 3],
     /// Sum of I_i max(0, n.h_i)^alpha.
-    specular: F32x8,
+    specular: [F32x8; 3],
 }
 
 impl Light8 {
     /// No light.
     pub const NONE: Self = Self {
-        diffuse: F32x8::ZERO,
-        specular: F32x8::ZERO,
+        diffuse: [F32x8::ZERO; 3],
+        specular: [F32x8::ZERO; 3],
     };
 }
 
-/// Adds a light of `intensity` at `position` that arrives with `arriving` = n.l (0: hidden or behind).
+/// Adds a light of intensities `power` at `position` that arrives with `arriving` = n.l (0: hidden or behind).
 pub fn add_light(
     material: &Material,
     position: Vec3,
-    intensity: f32,
+    power: [f32; 3],
     surfaces: &[SurfacePacket],
     arriving: &[F32x8],
     light: &mut [Light8],
 ) {
-    let intensity8 = splat(intensity);
+    let power8 = power.map(splat);
+    let add = |sum: &mut [F32x8; 3], share: F32x8| {
+        for (sum, power8) in sum.iter_mut().zip(power8) {
+            *sum = mul_add(power8, share, *sum);
+        }
+    };
     for (sum, &facing) in light.iter_mut().zip(arriving) {
-        sum.diffuse = mul_add(intensity8, facing, sum.diffuse);
+        add(&mut sum.diffuse, facing);
     }
     if let Material::BlinnPhong { alpha, .. } = material {
         let position8 = Vec3x8::splat(position);
@@ -45,7 +50,7 @@ pub fn add_light(
             let halfway = (to_light - s.direction).normalize();
             let highlight = powi(max(s.normal.dot(halfway), splat(0.0)), *alpha);
             let lit = gt(facing, splat(0.0)).select(highlight, splat(0.0));
-            sum.specular = mul_add(intensity8, lit, sum.specular);
+            add(&mut sum.specular, lit);
         }
     }
 }
@@ -95,9 +100,9 @@ fn matte(
     colors: &mut TileColors,
 ) {
     for (s, light) in surfaces.iter().zip(light) {
-        let brightness = min(ambient + light.diffuse, splat(1.0));
+        let channel = |i: usize| splat(color[i]) * min(ambient + light.diffuse[i], splat(1.0));
         let weight = s.weight * splat(share);
-        colors.add(s.active, &s.pixel, weight, color.map(|c| splat(c) * brightness));
+        colors.add(s.active, &s.pixel, weight, [channel(0), channel(1), channel(2)]);
     }
 }
 
@@ -109,9 +114,9 @@ fn blinn_phong(
     colors: &mut TileColors,
 ) {
     for (s, light) in surfaces.iter().zip(light) {
-        let body = mul_add(splat(k_d), light.diffuse, ambient);
-        let gloss = splat(k_s) * light.specular;
         let channel = |i: usize| {
+            let body = mul_add(splat(k_d), light.diffuse[i], ambient);
+            let gloss = splat(k_s) * light.specular[i];
             let sum = mul_add(splat(diffuse[i]), body, splat(specular[i]) * gloss);
             min(max(sum, splat(0.0)), splat(1.0))
         };
@@ -140,10 +145,20 @@ fn mirror(share: f32, surfaces: &[SurfacePacket], next: &mut RayQueue) {
     }
 }
 
+/// What rays see that leave the scene along `direction`. Twin of [`Background::color`](crate::scene::Background::color).
+#[inline(always)]
+pub(super) fn background(scene: &Scene, direction: &Vec3x8) -> [F32x8; 3] {
+    let background = scene.background();
+    let share = mul_add(direction.z, splat(0.5), splat(0.5));
+    let share = min(max(share, splat(0.0)), splat(1.0));
+    let rise = background.rise();
+    std::array::from_fn(|channel| mul_add(share, splat(rise[channel]), splat(background.bottom[channel])))
+}
+
 /// Gives the rays of a queue that is not traced any further the background.
 pub fn end_of_depth(scene: &Scene, rays: &RayQueue, colors: &mut TileColors) {
-    let background = scene.background().map(splat);
     for ((packet, pixel), &weight) in rays.packets.iter().zip(&rays.pixel).zip(&rays.weight) {
+        let background = background(scene, &packet.direction);
         colors.add(gt(packet.t_max, splat(0.0)).bits(), pixel, weight, background);
     }
 }

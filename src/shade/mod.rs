@@ -189,7 +189,7 @@ impl Shader {
         let lights = scene.lights();
         let lit = self.by_material.lit_surfaces(scene, &self.surfaces);
         for light_i in 0..lights.intensity.len() {
-            let (position, intensity) = (lights.position(light_i), lights.intensity[light_i]);
+            let (position, power) = (lights.position(light_i), lights.power(light_i));
             let tracer = shadows.then_some(&mut *tracer);
             let (rays, time) = shadow::pass(position, tracer, lit, &mut self.arriving, &mut self.shadow);
             self.shadow_rays += rays;
@@ -198,7 +198,7 @@ impl Shader {
                 material::add_light(
                     &scene.materials()[material.0 as usize],
                     position,
-                    intensity,
+                    power,
                     &self.surfaces[range.clone()],
                     &self.arriving[range.clone()],
                     &mut self.light[range],

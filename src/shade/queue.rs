@@ -1,6 +1,6 @@
 //! Queues: rays on their way, and hits filed by material.
 
-use super::{TileColors, surface::SurfacePacket};
+use super::{TileColors, material::background, surface::SurfacePacket};
 use crate::{
     ray::{HitPacket, PrimitiveId, RayPacket},
     scene::{Material, MaterialId, Scene},
@@ -191,12 +191,12 @@ pub fn sort(
     colors: &mut TileColors,
 ) {
     by_material.reset(scene.materials().len());
-    let background = scene.background().map(splat);
     for (packet_i, (packet, hits)) in rays.packets.iter().zip(hits).enumerate() {
         let active = gt(packet.t_max, splat(0.0)).bits();
         let none = equal_lanes(&hits.primitive, PrimitiveId::NONE.0);
         let missed = active & none;
         if missed != 0 {
+            let background = background(scene, &packet.direction);
             colors.add(missed, &rays.pixel[packet_i], rays.weight[packet_i], background);
         }
         // One round for each primitive that was hit, not for each lane; most often all lanes hit the same few.

@@ -21,10 +21,17 @@ pub use wide::f32x8 as F32x8;
 /// Lanes of [`F32x8`].
 pub const LANES: usize = 8;
 
-/// The instruction set that this build's kernels use.
-pub const ISA: &str = if cfg!(target_feature = "avx512f") {
-    "x86-64 AVX2+FMA (AVX-512 encodings)"
-} else if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
+/// The instruction set of this build on this CPU: what it was compiled for, and whether kernels of sixteen lanes run.
+#[must_use]
+pub fn isa() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    if avx512::is_available() {
+        return "x86-64 AVX-512";
+    }
+    ISA
+}
+
+const ISA: &str = if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
     "x86-64 AVX2+FMA"
 } else if cfg!(target_feature = "avx") {
     "x86-64 AVX"
@@ -84,6 +91,21 @@ pub fn splat(a: f32) -> F32x8 {
 #[must_use]
 pub fn lane(a: &F32x8, i: usize) -> f32 {
     a.as_array()[i]
+}
+
+/// Lanes 4 to 7, then 0 to 3.
+#[inline(always)]
+#[must_use]
+pub fn swap_halves(a: F32x8) -> F32x8 {
+    let [low, high]: [wide::f32x4; 2] = bytemuck::cast(a);
+    bytemuck::cast([high, low])
+}
+
+/// The lanes without their fractions; of no meaning where that does not fit an `i32`.
+#[inline(always)]
+#[must_use]
+pub fn trunc(a: F32x8) -> [i32; LANES] {
+    a.fast_trunc_int().to_array()
 }
 
 /// The smallest lane.

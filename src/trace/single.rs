@@ -26,8 +26,9 @@ pub(super) struct Item {
     pub near: f32,
 }
 
-/// Rays in turn.
-pub(super) const SLOTS: usize = 8;
+/// Rays in turn. (Terrain of a million triangles, mirror rays one by one: 1 in turn 2.6 Mrays/s, 4 in turn 3.9, 8 4.4,
+/// 16 4.5; the figure, which fits a cache: 12.4, 16.4, 15.4, 15.6.)
+pub(super) const SLOTS: usize = 16;
 
 /// Bound on the rounding of `plane * inv - origin * inv` beyond that of its result, as a share of `origin * inv`: a
 /// half-ulp for that product, one for the sum with this bound, one for the other product where multiply-add is not

@@ -21,7 +21,7 @@ mod window;
 pub mod worker;
 
 use crate::{
-    accel::Bvh,
+    accel::{BuildQuality, Bvh},
     render::{ByteFilm, Settings},
     scene::Scene,
 };
@@ -56,6 +56,8 @@ pub struct Options {
     pub pose: Pose,
     /// The window's size, and how to trace.
     pub settings: Settings,
+    /// What BVHs are built.
+    pub quality: BuildQuality,
     /// Time for a frame while the camera moves.
     pub budget: Duration,
     /// Orbit by itself for so long, and end.
@@ -124,12 +126,13 @@ impl Display {
         host: Arc<dyn Host>,
     ) -> Result<Option<Report>, ViewError> {
         let failed = |error: &dyn fmt::Display| ViewError::Failed(error.to_string());
-        let bvh = Bvh::build(&scene);
+        let quality = options.quality;
+        let bvh = Bvh::build_with(&scene, quality);
         let model = Arc::new(Model { scene, bvh });
         let proxy = self.event_loop.create_proxy();
         if options.benchmark.is_none() {
             let proxy = proxy.clone();
-            watch::start(Arc::clone(&host), files, move |reloaded| {
+            watch::start(Arc::clone(&host), files, quality, move |reloaded| {
                 // The window is closed: nobody needs to know.
                 let _ = proxy.send_event(Event::Reloaded(reloaded));
             });

@@ -244,7 +244,7 @@ fn add(sum: &mut [f32; 3], color: [f32; 3]) {
 fn color(scene: &Scene, look: Look, ray: &Ray, hit: &Hit, tests: u32) -> [f32; 3] {
     match look {
         Look::Cost => cost::color(tests),
-        _ if !hit.is_hit() => scene.background(),
+        _ if !hit.is_hit() => scene.background().color(ray.direction),
         Look::Normals => (surface::normal(scene, ray, hit) * 0.5 + 0.5).to_array(),
         Look::Preview | Look::Full => surface::preview(scene, ray, hit),
     }

@@ -67,13 +67,14 @@ pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit) -> [f32; 3] {
     };
     let (normal, point) = (normal(scene, ray, hit), point(ray, hit));
     let lights = scene.lights();
-    let from_scene: f32 = (0..lights.intensity.len())
-        .map(|i| {
-            let to_light = (lights.position(i) - point).normalize_or_zero();
-            lights.intensity[i] * normal.dot(to_light).max(0.0)
-        })
-        .sum();
-    let headlight = normal.dot(-ray.direction).max(0.0);
-    let light = scene.ambient() + HEADLIGHT * headlight + SCENE_LIGHTS * from_scene;
-    own.map(|c| c * light.min(1.0))
+    let from_eye = scene.ambient() + HEADLIGHT * normal.dot(-ray.direction).max(0.0);
+    let mut light = [from_eye; 3];
+    for i in 0..lights.intensity.len() {
+        let to_light = (lights.position(i) - point).normalize_or_zero();
+        let facing = SCENE_LIGHTS * normal.dot(to_light).max(0.0);
+        for (sum, power) in light.iter_mut().zip(lights.power(i)) {
+            *sum += facing * power;
+        }
+    }
+    std::array::from_fn(|c| own[c] * light[c].min(1.0))
 }

@@ -1,7 +1,7 @@
 //! Notices when files change, and loads the scene again.
 
 use super::{Host, look::Model};
-use crate::accel::Bvh;
+use crate::accel::{BuildQuality, Bvh};
 use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 use std::{
     collections::HashSet,
@@ -23,7 +23,12 @@ pub type Reloaded = Result<Arc<Model>, String>;
 
 /// Watches `files` from a thread of its own until the process ends. Where the system cannot watch files, there is no
 /// reload.
-pub fn start(host: Arc<dyn Host>, files: Vec<PathBuf>, tell: impl Fn(Reloaded) + Send + 'static) {
+pub fn start(
+    host: Arc<dyn Host>,
+    files: Vec<PathBuf>,
+    quality: BuildQuality,
+    tell: impl Fn(Reloaded) + Send + 'static,
+) {
     thread::spawn(move || {
         let (sender, changes) = mpsc::channel();
         if let Some(mut watched) = Watched::new(sender) {
@@ -33,7 +38,7 @@ pub fn start(host: Arc<dyn Host>, files: Vec<PathBuf>, tell: impl Fn(Reloaded) +
                 // What could not be loaded may name fewer files than before: all stay watched.
                 watched.add(&files);
                 tell(scene.map(|scene| {
-                    let bvh = Bvh::build(&scene);
+                    let bvh = Bvh::build_with(&scene, quality);
                     Arc::new(Model { scene, bvh })
                 }));
             }

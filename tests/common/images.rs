@@ -16,6 +16,7 @@ pub fn package() -> &'static Path {
 }
 
 /// The picture as bytes, as the program writes it.
+#[allow(dead_code, reason = "not every test file renders by itself")]
 pub fn to_image(film: &Film) -> RgbImage {
     RgbImage::from_raw(film.width(), film.height(), film.to_rgb8()).expect("three bytes a pixel")
 }

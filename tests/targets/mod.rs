@@ -3,13 +3,13 @@
 
 use octray::{
     accel::Bvh,
-    format::{load_from_bytes, ply},
+    format::{load_from_bytes, mesh as any_mesh, ply},
     render::{Film, Mode, Settings, render as render_frame},
-    scene::{Camera, Scene},
+    scene::{Camera, MeshColumns, Scene},
 };
 use std::{io, ops::ControlFlow, path::Path};
 
-/// The mesh that every `ply_file` of a fuzzed scene names.
+/// The mesh that every path of a fuzzed scene names that is no scene.
 const MESH: &[u8] = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
     property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\
     0 0 0\n1 0 0\n0 1 0\n0 0 1\n4 0 1 2 3\n3 1 2 3\n";
@@ -18,6 +18,12 @@ const MESH: &[u8] = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\
 fn load(text: &[u8]) -> Option<Scene> {
     let open = &mut |path: &Path| match path.to_str() {
         Some("no.ply") => Err(io::ErrorKind::NotFound.into()),
+        Some("loop.scn") => Ok(b"include loop.scn".to_vec()),
+        // A new name each time: as deep as files may go.
+        Some(deep) if deep.ends_with("deep.scn") => Ok(b"include x/deep.scn".to_vec()),
+        Some(_) if path.extension().is_some_and(|extension| extension == "scn") => {
+            Ok(b"material matte\nsphere 0 0 0.5 0.2\nmesh a.ply".to_vec())
+        }
         _ => Ok(MESH.to_vec()),
     };
     load_from_bytes(text, Path::new("fuzz.scn"), open)
@@ -31,8 +37,8 @@ fn show(error: &octray::error::LoadError) {
         !text.contains(|c: char| c.is_control() && c != '\n'),
         "acts on a terminal: {text:?}"
     );
-    // A path of 4096 bytes, escaped, several times.
-    assert!(text.len() < 200_000, "an error of {} bytes", text.len());
+    // A path of 4096 bytes, escaped, several times, and each time longer where files include others.
+    assert!(text.len() < 4_000_000, "an error of {} bytes", text.len());
 }
 
 /// Scene text.
@@ -47,23 +53,43 @@ pub fn scn(bytes: &[u8]) {
 pub fn ply(bytes: &[u8]) {
     match ply::parse(bytes, Path::new("fuzz.ply")) {
         Ok(mesh) => {
-            let vertices = mesh.x.len();
-            assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
-            assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
-            assert!(
-                mesh.x
-                    .iter()
-                    .chain(&mesh.y)
-                    .chain(&mesh.z)
-                    .all(|value| value.is_finite())
-            );
-            assert!(
-                mesh.triangles
-                    .iter()
-                    .flatten()
-                    .all(|&index| (index as usize) < vertices)
-            );
-            assert!(vertices <= bytes.len() && mesh.triangles.len() <= bytes.len());
+            check(&mesh);
+            assert!(mesh.x.len() <= bytes.len() && mesh.triangles.len() <= bytes.len());
+        }
+        Err(error) => show(&error),
+    }
+}
+
+/// Columns of equal length, finite numbers, indices within the vertices.
+fn check(mesh: &MeshColumns) {
+    let vertices = mesh.x.len();
+    assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
+    assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
+    let numbers = mesh.x.iter().chain(&mesh.y).chain(&mesh.z);
+    assert!(numbers.copied().all(f32::is_finite));
+    let mut corners = mesh.triangles.iter().flatten();
+    assert!(corners.all(|&index| (index as usize) < vertices));
+}
+
+/// A letter for the format, and a mesh file. Every file that it names is a small library of materials.
+pub fn mesh(bytes: &[u8]) {
+    let Some((letter, bytes)) = bytes.split_first() else {
+        return;
+    };
+    let name = match letter {
+        b'o' => "fuzz.obj",
+        b's' => "fuzz.stl",
+        b'g' => "fuzz.gltf",
+        _ => return,
+    };
+    let open = &mut |_: &Path| Ok(b"newmtl a\nKd 1 0 0\nKs 1\nNs 9\n".to_vec());
+    match any_mesh::parse(bytes.to_vec(), Path::new(name), open) {
+        Ok(mut mesh) => {
+            check(&mesh.columns);
+            if mesh.columns.triangles.len() < 10_000 {
+                mesh.columns.smooth_normals(45.0);
+                check(&mesh.columns);
+            }
         }
         Err(error) => show(&error),
     }
@@ -107,6 +133,7 @@ pub fn by_name(name: &str) -> Option<fn(&[u8])> {
     match name {
         "scn" => Some(scn),
         "ply" => Some(ply),
+        "mesh" => Some(mesh),
         "render" => Some(render),
         _ => None,
     }

@@ -1,6 +1,11 @@
 //! The values of a text file.
 
-use super::rows::{Fault, Place, Values, Wrong};
+use super::{
+    header::Element,
+    lines,
+    rows::{Fault, Place, Values, Wrong},
+};
+use crate::scene::MeshColumns;
 use serde_ply::ScalarType;
 use std::ops::Range;
 
@@ -22,8 +27,14 @@ impl<'a> Text<'a> {
         }
     }
 
-    fn rest(&self) -> &'a [u8] {
+    /// What has not been read.
+    pub(super) fn rest(&self) -> &'a [u8] {
         self.bytes.get(self.at..).unwrap_or_default()
+    }
+
+    /// Goes on behind the next `length` bytes.
+    pub(super) fn pass(&mut self, length: usize) {
+        self.at += length;
     }
 
     fn pass_blanks(&mut self, is_blank: impl Fn(u8) -> bool) {
@@ -140,6 +151,19 @@ impl Values for Text<'_> {
 
     fn where_in_file(&self, _record: &str, _start: usize) -> String {
         String::new()
+    }
+
+    fn fast_vertices(&mut self, element: &Element, mesh: &mut MeshColumns) -> Option<Result<(), Fault>> {
+        lines::vertices(self, element, mesh)
+    }
+
+    fn fast_faces(
+        &mut self,
+        element: &Element,
+        vertices: usize,
+        mesh: &mut MeshColumns,
+    ) -> Result<bool, Fault> {
+        lines::faces(self, element, vertices, mesh)
     }
 }
 

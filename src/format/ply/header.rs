@@ -58,6 +58,16 @@ pub(super) enum Step {
     SkipList { count: ScalarType, item: ScalarType },
 }
 
+impl Step {
+    /// Bytes in a binary file; `None` for lists.
+    pub(super) fn size(&self) -> Option<usize> {
+        match *self {
+            Self::Keep { scalar, .. } | Self::Skip(scalar) => Some(scalar_size(scalar)),
+            Self::Indices { .. } | Self::SkipList { .. } => None,
+        }
+    }
+}
+
 const VERTEX_SLOTS: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
 const INDEX_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
@@ -255,13 +265,7 @@ impl Element {
 
     /// Bytes of every record of a binary file; `None` if records differ.
     pub(super) fn stride(&self) -> Option<usize> {
-        self.steps
-            .iter()
-            .map(|step| match *step {
-                Step::Keep { scalar, .. } | Step::Skip(scalar) => Some(scalar_size(scalar)),
-                Step::Indices { .. } | Step::SkipList { .. } => None,
-            })
-            .sum()
+        self.steps.iter().map(Step::size).sum()
     }
 }
 

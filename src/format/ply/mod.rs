@@ -11,8 +11,10 @@
 mod ascii;
 mod binary;
 mod header;
+mod lines;
 mod rows;
 
+use super::place::text_error;
 use crate::{
     error::{LoadError, SourcePos},
     scene::MeshColumns,
@@ -59,24 +61,10 @@ pub fn parse(bytes: &[u8], name: &Path) -> Result<MeshColumns, LoadError> {
 
 /// Finds the line of a fault. Done only once, so it may count lines from the start.
 fn fault_to_error(bytes: &[u8], file: &Arc<PathBuf>, fault: &Fault) -> LoadError {
-    let at = |line: usize, column: usize| SourcePos {
-        file: Arc::clone(file),
-        line: u32::try_from(line).unwrap_or(u32::MAX),
-        column: u32::try_from(column).unwrap_or(u32::MAX),
-    };
     match &fault.place {
         Place::File => LoadError::whole_file(file, &fault.message),
-        Place::Record(record) => LoadError::new(at(*record, 1), &fault.message),
-        Place::Text(range) => {
-            let (before, rest) = bytes.split_at(range.start.min(bytes.len()));
-            let line_start = before.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
-            let column = before.len() - line_start;
-            let line = 1 + before.iter().filter(|&&b| b == b'\n').count();
-            let line_end = before.len() + rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
-            let text = bytes.get(line_start..line_end).unwrap_or_default();
-            let width = range.end.min(line_end).saturating_sub(range.start).max(1);
-            LoadError::new(at(line, column + 1), &fault.message).with_line(text, column..column + width)
-        }
+        Place::Record(record) => LoadError::new(SourcePos::record(file, *record), &fault.message),
+        Place::Text(range) => text_error(bytes, file, range.clone(), &fault.message),
     }
 }
 

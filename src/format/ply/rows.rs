@@ -3,9 +3,10 @@
 use super::header::{Element, Header, Role, Step};
 use crate::{
     error::{SceneError, quote},
-    scene::{MAX_COORDINATE, MeshColumns},
+    scene::{MeshColumns, is_usable},
 };
 use glam::Vec3;
+use rayon::prelude::*;
 use serde_ply::ScalarType;
 use std::ops::Range;
 
@@ -79,6 +80,16 @@ pub(super) trait Values {
     fn fast_vertices(&mut self, _element: &Element, _mesh: &mut MeshColumns) -> Option<Result<(), Fault>> {
         None
     }
+    /// Reads the faces by a faster way, if there is one for their layout. `false`, with nothing read, also where
+    /// something is wrong with them: the slow way then says what.
+    fn fast_faces(
+        &mut self,
+        _element: &Element,
+        _vertices: usize,
+        _mesh: &mut MeshColumns,
+    ) -> Result<bool, Fault> {
+        Ok(false)
+    }
     /// Skips all records by a faster way, if there is one for their layout.
     fn fast_skip(&mut self, _element: &Element) -> bool {
         false
@@ -116,10 +127,10 @@ fn read_vertices<V: Values>(
     }
     // The header was refused if the file is too short for this.
     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-        column.reserve_exact(element.count);
+        reserve(column, element.count, element)?;
     }
     if header.has_normals {
-        mesh.normals.reserve_exact(element.count);
+        reserve(&mut mesh.normals, element.count, element)?;
     }
     for record in 1..=element.count {
         let start = values.begin_record();
@@ -170,6 +181,9 @@ fn read_faces<V: Values>(
     values: &mut V,
     mesh: &mut MeshColumns,
 ) -> Result<(), Fault> {
+    if values.fast_faces(element, header.vertices, mesh)? {
+        return Ok(());
+    }
     // Room for what can be triangles: the count is no proof.
     let least = element.steps.iter().map(|step| match *step {
         Step::Indices { count, item } => V::least_bytes(count) + 3 * V::least_bytes(item),
@@ -178,7 +192,7 @@ fn read_faces<V: Values>(
         }
     });
     let possible = values.bytes_left() / least.sum::<usize>().max(1);
-    mesh.triangles.reserve(element.count.min(possible + 1));
+    reserve(&mut mesh.triangles, element.count.min(possible + 1), element)?;
 
     for record in 1..=element.count {
         let start = values.begin_record();
@@ -299,9 +313,42 @@ fn end_record<V: Values>(at: &At<'_>, values: &mut V) -> Result<(), Fault> {
     }
 }
 
-/// Whether a scene may hold this number. False for NaN.
-pub(super) fn is_usable(value: f32) -> bool {
-    value.abs() <= MAX_COORDINATE
+/// Makes room, or says that there is none.
+pub(super) fn reserve<T>(column: &mut Vec<T>, count: usize, element: &Element) -> Result<(), Fault> {
+    column.try_reserve_exact(count).map_err(|_| Fault {
+        place: Place::File,
+        message: format!(
+            "{} records of {} do not fit into memory",
+            element.count,
+            quote(element.name.as_bytes())
+        ),
+    })
+}
+
+/// A column to write into, or that there is no room for it.
+pub(super) fn zeroed<T: Clone + Default>(count: usize, element: &Element) -> Result<Vec<T>, Fault> {
+    // Asking comes first because what follows cannot fail but by ending the program; it takes zeroed pages from the
+    // system without touching them.
+    reserve(&mut Vec::<T>::new(), count, element)?;
+    Ok(vec![T::default(); count])
+}
+
+/// The first number of a column that a scene may not hold, and its row.
+pub(super) fn first_unusable_in(column: &[f32]) -> Option<(usize, f32)> {
+    let row = first_where(column, |&value| !is_usable(value))?;
+    Some((row, *column.get(row)?))
+}
+
+/// The first row that `is_wrong` holds for.
+pub(super) fn first_where<T: Sync>(column: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    const PIECE: usize = 1 << 14;
+    let piece = column
+        .par_chunks(PIECE)
+        // Without a way out of the loop it runs eight at a time.
+        .position_first(|piece| piece.iter().fold(false, |any, row| any | is_wrong(row)))?;
+    let start = piece * PIECE;
+    let rest = column.get(start..).unwrap_or_default();
+    Some(start + rest.iter().position(is_wrong)?)
 }
 
 /// Which value is being read. Its methods make the errors, out of the hot loops' way.

@@ -1,5 +1,10 @@
 use super::*;
-use crate::{error::LoadError, format::load_from_bytes};
+use crate::{
+    error::LoadError,
+    format::load_from_bytes,
+    scene::{Background, Material, View},
+};
+use glam::{DVec3, Vec3};
 use std::io;
 
 const TRIANGLE: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
@@ -12,7 +17,11 @@ fn load(text: &[u8]) -> Result<Scene, LoadError> {
         .map(|path| path.replace('\\', "/"))
         .as_deref()
     {
-        Some("dir/t.ply" | "dir/my mesh.ply" | "dir/./t.ply") => Ok(TRIANGLE.into()),
+        Some("dir/t.ply" | "dir/my mesh.ply" | "dir/./t.ply" | "dir/deep/../t.ply") => Ok(TRIANGLE.into()),
+        Some("dir/part.scn") => {
+            Ok(b"material matte cd 0 0 1\nsphere 0 0 0 1\ninclude deep/leaf.scn\n".to_vec())
+        }
+        Some("dir/deep/leaf.scn") => Ok(b"ply_file ../t.ply\ncamera leaf eye 1 2 3 target 0 0 0\n".to_vec()),
         Some("dir/bad.ply") => Ok(TRIANGLE.replace("3 0 1 2", "3 0 1 9").into()),
         _ => Err(io::ErrorKind::NotFound.into()),
     })
@@ -81,7 +90,8 @@ fn unknown_statements() {
         fault("materials 1"),
         "1:1: unknown statement `materials`, did you mean `material`?"
     );
-    let expected = "expected `light`, `sphere`, `material` or `ply_file`";
+    let expected = "expected `light`, `sphere`, `triangle`, `mesh`, `ply_file`, `material`, `camera`, `background`, \
+        `ambient` or `include`";
     assert_eq!(
         fault("cube"),
         format!("1:1: unknown statement `cube`, {expected}")
@@ -149,8 +159,9 @@ fn numbers() {
         fault("light 0 0 0 -1"),
         "1:13: intensity is -1, expected 0 or more"
     );
-    for word in ["4", "-1", "1.0", "99999999999", "matte"] {
-        let expected = "expected 0 (silhouette), 1 (matte), 2 (Blinn-Phong) or 3 (reflection)";
+    for word in ["4", "-1", "1.0", "99999999999", "glass"] {
+        let expected = "expected 0 (silhouette), 1 (matte), 2 (blinn_phong), 3 (reflection), one of these names or \
+            `own`";
         assert_eq!(
             fault(format!("material {word}")),
             format!("1:10: material `{word}`, {expected}")
@@ -181,4 +192,138 @@ fn meshes() {
          caused by: dir/bad.ply:13:1: vertex index 9, but the file has only 3 vertices"
     );
     assert_eq!(fault(b"ply_file \xff"), "1:10: path `\\xff` is not valid UTF-8");
+}
+
+#[test]
+fn cameras() {
+    let scene = scene(
+        "camera eye 1 2 3 target 0 0 0.5\ncamera \"from above\" target 0 0 0 eye 0 0 9 fov 30 up 0 1 0 // top\n\
+         camera \"eye\" eye 1 0 0 target 0 0 0\ncamera caf\u{e9} eye 1 0 0 target 0 0 0",
+    );
+    let names: Vec<_> = scene.cameras().iter().map(|c| c.name.as_deref()).collect();
+    assert_eq!(names, [None, Some("from above"), Some("eye"), Some("caf\u{e9}")]);
+    let [first, above] = [0, 1].map(|i: usize| scene.cameras()[i].camera.view());
+    assert_eq!(first.eye, DVec3::new(1.0, 2.0, 3.0));
+    assert_eq!((first.up, first.fov_degrees), (View::UP, View::FOV_DEGREES));
+    assert_eq!((above.up, above.fov_degrees), (DVec3::Y, 30.0));
+}
+
+#[test]
+fn scene_wide_values() {
+    let plain = scene("sphere 0 0 0 1");
+    assert_eq!(plain.ambient(), 0.05);
+    assert_eq!(plain.background(), Background::constant([1.0; 3]));
+    assert_eq!(plain.lights().color, [[1.0_f32; 3]; 0]);
+    let scene = scene(
+        "ambient 0.25\nbackground top 0 0 1 bottom 1 0.5 0\nlight 1 2 3 0.5 color 1 0.5 0\nlight 1 2 3 0.5",
+    );
+    assert_eq!(scene.ambient(), 0.25);
+    assert_eq!(scene.background().top, [0.0, 0.0, 1.0]);
+    assert_eq!(scene.background().bottom, [1.0, 0.5, 0.0]);
+    assert_eq!(scene.lights().power(0), [0.5, 0.25, 0.0]);
+    assert_eq!(scene.lights().power(1), [0.5; 3]);
+}
+
+#[test]
+fn materials() {
+    let scene = scene(
+        "sphere 0 0 0 1\nmaterial matte\nsphere 0 0 0 1\nmaterial matte cd 0 1 0\nsphere 0 0 0 1\n\
+         material blinn_phong ks 0.25 alpha 9\nsphere 0 0 0 1\nmaterial matte cd 0 1 0\nsphere 0 0 0 1\n\
+         material reflection mix 1 cd 0 0 0\nsphere 0 0 0 1\nmaterial silhouette cd 0 0 1\nsphere 0 0 0 1\n\
+         material own\nsphere 0 0 0 1\nmaterial 3\nsphere 0 0 0 1",
+    );
+    // A material that was there already keeps its id.
+    let ids: Vec<u32> = scene.spheres().material.iter().map(|id| id.0).collect();
+    assert_eq!(ids, [0, 1, 4, 5, 4, 6, 7, 0, 3]);
+    let Material::BlinnPhong {
+        diffuse,
+        specular,
+        k_d,
+        k_s,
+        alpha,
+    } = scene.materials()[5]
+    else {
+        panic!("another kind");
+    };
+    assert_eq!((diffuse, specular), ([1.0, 0.0, 0.0], [1.0; 3]));
+    assert_eq!((k_d, k_s, alpha), (0.8, 0.25, 9));
+    assert_eq!(
+        scene.materials()[6],
+        Material::Reflection {
+            color: [0.0; 3],
+            mirror_share: 1.0
+        }
+    );
+}
+
+#[test]
+fn triangles() {
+    let scene = scene("material 1\nply_file t.ply\nmaterial 2\ntriangle 0 0 1 1 0 1 0 1 2");
+    assert_eq!(scene.triangles().material, [MaterialId(1), MaterialId(2)]);
+    assert_eq!(
+        scene.triangle(1),
+        [Vec3::Z, Vec3::new(1.0, 0.0, 1.0), Vec3::new(0.0, 1.0, 2.0)]
+    );
+}
+
+#[test]
+fn placed_meshes() {
+    let scene = scene(
+        "mesh t.ply\nmesh ./t.ply\nmesh t.ply translate 0 0 1\nmesh t.ply translate 0 0 1\n\
+         mesh t.ply scale 2 rotate 0 0 1 90 translate 0 0 1\nmaterial 1\nmesh \"my mesh.ply\" scale 1 -3 1",
+    );
+    assert_eq!(scene.triangles().v0.len(), 4);
+    assert_eq!(
+        scene.triangle(2),
+        [Vec3::Z, Vec3::new(0.0, 2.0, 1.0), Vec3::new(-2.0, 0.0, 1.0)]
+    );
+    // Mirrored: the corners change places, so that the front stays in front.
+    assert_eq!(
+        scene.triangle(3),
+        [Vec3::ZERO, Vec3::new(0.0, -3.0, 0.0), Vec3::X]
+    );
+    // Before the first `material` a mesh has its own look, and the same as the others.
+    let materials: Vec<u32> = scene.triangles().material.iter().map(|id| id.0).collect();
+    assert_eq!(materials, [4, 4, 4, 1]);
+}
+
+/// An included file's lines are read as if they stood in the scene; only its paths are its own.
+#[test]
+fn includes() {
+    let scene = scene("material 2\ninclude part.scn\nsphere 0 0 0 2\nply_file t.ply");
+    assert_eq!(scene.spheres().material, [MaterialId(4), MaterialId(4)]);
+    assert_eq!(scene.spheres().radius, [1.0, 2.0]);
+    assert_eq!(scene.cameras()[0].name.as_deref(), Some("leaf"));
+    let includes: Vec<_> = scene
+        .sources()
+        .includes
+        .iter()
+        .map(|path| path.to_string_lossy().replace('\\', "/"))
+        .collect();
+    assert_eq!(includes, ["dir/part.scn", "dir/deep/leaf.scn"]);
+}
+
+/// Files of two lines that include each other twice would be read 2^n times.
+#[test]
+fn includes_have_limits() {
+    let load = |text: &str, leaf: &str| {
+        load_from_bytes(text.as_bytes(), Path::new("0.scn"), &mut |path| {
+            let name = path.file_stem().and_then(|stem| stem.to_str());
+            match name.and_then(|name| name.parse::<u32>().ok()) {
+                Some(depth) => Ok(leaf.replace("NEXT", &format!("{}.scn", depth + 1)).into()),
+                None => Ok(Vec::new()),
+            }
+        })
+    };
+    let error = load("include 1.scn", "include NEXT").expect_err("endless");
+    assert!(
+        error
+            .to_string()
+            .ends_with("16.scn:1:9: files include files more than 16 deep"),
+        "{error}"
+    );
+    let twice = "include leaf.scn\n".repeat(1024);
+    assert!(load(&twice, "").is_ok());
+    let error = load(&(twice + "include leaf.scn"), "").expect_err("too many");
+    assert_eq!(error.to_string(), "0.scn:1025:9: more than 1024 included files");
 }

@@ -7,7 +7,8 @@ pub(super) struct Word<'a> {
     pub(super) text: &'a [u8],
     /// Where it starts in the line, quotes included, bytes.
     pub(super) start: usize,
-    quoted: bool,
+    /// Whether it stood in quotes.
+    pub(super) quoted: bool,
 }
 
 impl<'a> Word<'a> {
@@ -36,8 +37,30 @@ pub(super) struct Fault {
     pub(super) message: &'static str,
 }
 
-/// Splits a line at blanks, up to a `//` comment. The path of `ply_file` may stand in double quotes and then
-/// have blanks and `//` in it; without quotes it may still have `//` behind its first letter (`..//mesh.ply`).
+/// What the word behind a statement's may be besides a plain word.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Second {
+    /// Quotes are letters like others.
+    Plain,
+    /// A name, which may stand in double quotes.
+    Name,
+    /// A path, which may stand in double quotes, and have `//` in it.
+    Path,
+}
+
+impl Second {
+    fn of(statement: &[u8]) -> Self {
+        match statement {
+            b"ply_file" | b"mesh" | b"include" => Self::Path,
+            b"camera" => Self::Name,
+            _ => Self::Plain,
+        }
+    }
+}
+
+/// Splits a line at blanks, up to a `//` comment. The path of `ply_file`, `mesh` or `include` and the name of a
+/// `camera` may stand in double quotes and then have blanks and `//` in them; a path may have `//` behind its first
+/// letter without quotes as well (`..//mesh.ply`).
 pub(super) fn split(line: &[u8]) -> Result<Vec<Word<'_>>, Fault> {
     let mut words: Vec<Word<'_>> = Vec::new();
     let mut at = 0;
@@ -47,11 +70,16 @@ pub(super) fn split(line: &[u8]) -> Result<Vec<Word<'_>>, Fault> {
         if rest.is_empty() || rest.starts_with(b"//") {
             return Ok(words);
         }
-        let is_path = words.len() == 1 && words.first().is_some_and(|word| word.text == b"ply_file");
+        let kind = match words[..] {
+            [statement] => Second::of(statement.text),
+            _ => Second::Plain,
+        };
         let word = match rest {
-            [b'"', inside @ ..] if is_path => quoted(inside, at)?,
+            [b'"', inside @ ..] if kind != Second::Plain => quoted(inside, at, kind)?,
             _ => Word {
-                text: rest.get(..plain_length(rest, is_path)).unwrap_or(rest),
+                text: rest
+                    .get(..plain_length(rest, kind == Second::Path))
+                    .unwrap_or(rest),
                 start: at,
                 quoted: false,
             },
@@ -74,10 +102,14 @@ fn plain_length(rest: &[u8], is_path: bool) -> usize {
         .unwrap_or(rest.len())
 }
 
-fn quoted(inside: &[u8], start: usize) -> Result<Word<'_>, Fault> {
+fn quoted(inside: &[u8], start: usize, kind: Second) -> Result<Word<'_>, Fault> {
     let length = inside.iter().position(|&byte| byte == b'"').ok_or(Fault {
         start,
-        message: "a path without its closing quote, expected `\"` before the end of the line",
+        message: if kind == Second::Name {
+            "a name without its closing quote, expected `\"` before the end of the line"
+        } else {
+            "a path without its closing quote, expected `\"` before the end of the line"
+        },
     })?;
     let (text, behind) = inside.split_at(length);
     let next = behind.get(1).copied();
@@ -135,6 +167,14 @@ mod tests {
             own(&[(0, "ply_file"), (9, "a // b.ply")])
         );
         assert_eq!(texts("ply_file \"\""), own(&[(0, "ply_file"), (9, "")]));
+        assert_eq!(
+            texts("camera \"from // above\" eye"),
+            own(&[(0, "camera"), (7, "from // above"), (23, "eye")])
+        );
+        assert_eq!(
+            texts("mesh \"my mesh.ply\" scale \"2"),
+            own(&[(0, "mesh"), (5, "my mesh.ply"), (19, "scale"), (25, "\"2")])
+        );
         assert_eq!(texts("light \"1"), own(&[(0, "light"), (6, "\"1")]));
         assert_eq!(split(b"ply_file \"a.ply").expect_err("open").start, 9);
         assert_eq!(split(b"ply_file \"a\"b").expect_err("letter").start, 12);

@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# From a file to a picture: octray against f3d, on the same binary PLY, in turn, in one run.
+#
+#   bash benches/f3d/run.sh [TRIANGLES ...]     (1 and 10 million by default)
+#
+# Needs f3d and xvfb (Debian: apt-get install f3d xvfb) and a release build of octray (OCTRAY names another one). Both
+# make a picture of 1024x1024; octray with shadows, which f3d does not draw. Prints the median of RUNS (5) of each.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+octray=${OCTRAY:-target/release/octray}
+runs=${RUNS:-5}
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+[ $# -gt 0 ] || set -- 1000000 10000000
+for tool in f3d xvfb-run "$octray"; do
+    command -v "$tool" >/dev/null || { echo "$tool is not there; see the head of this script" >&2; exit 1; }
+done
+
+# Seconds of a command, which must leave a picture behind.
+seconds() {
+    rm -f "$folder/picture.png"
+    local start end
+    start=$(date +%s.%N)
+    "$@" >/dev/null 2>&1
+    end=$(date +%s.%N)
+    [ -s "$folder/picture.png" ] || { echo "no picture: $*" >&2; exit 1; }
+    awk "BEGIN { print $end - $start }"
+}
+
+median() {
+    sort -n | awk '{ all[NR] = $1 } END { print all[int((NR + 1) / 2)] }'
+}
+
+# One server for all runs: its start is not f3d's.
+xvfb-run --auto-servernum --server-args "-screen 0 1280x1280x24" bash -c '
+    set -euo pipefail
+    '"$(declare -f seconds median)"'
+    folder=$1 octray=$2 runs=$3
+    shift 3
+    printf "%12s %10s %10s %8s\n" triangles octray f3d ratio
+    for count in "$@"; do
+        "$octray" generate terrain --count "$count" -o "$folder" >/dev/null
+        mesh=$(ls "$folder"/*.ply)
+        : >"$folder/ours"
+        : >"$folder/theirs"
+        for _ in $(seq "$runs"); do
+            seconds "$octray" "$mesh" --size 1024x1024 --quiet -o "$folder/picture.png" >>"$folder/ours"
+            seconds f3d "$mesh" --resolution 1024,1024 --output "$folder/picture.png" >>"$folder/theirs"
+        done
+        ours=$(median <"$folder/ours")
+        theirs=$(median <"$folder/theirs")
+        printf "%12s %8.2f s %8.2f s %7.2fx\n" "$count" "$ours" "$theirs" "$(awk "BEGIN { print $theirs / $ours }")"
+        rm -f "$folder"/*.ply "$folder"/*.scn
+    done
+' bash "$folder" "$octray" "$runs" "$@"

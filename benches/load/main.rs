@@ -1,0 +1,180 @@
+//! How long it takes to load a mesh, against the least that it could take: reading the file, and two plain loops that
+//! put its numbers into columns.
+//!
+//! `cargo bench --bench load -- [TRIANGLES]` makes a grid of that many triangles (2 million by default) as binary and
+//! as ASCII PLY and as binary STL in a temporary folder, and prints the best of several runs of each step.
+
+use octray::{
+    format::mesh,
+    generate::write_ply,
+    scene::{MeshColumns, SceneBuilder},
+};
+use std::{
+    fmt::Write as _,
+    fs,
+    hint::black_box,
+    io::{BufWriter, Write as _},
+    time::{Duration, Instant},
+};
+
+/// The program's allocator: page faults are a good part of what is measured.
+#[path = "../../src/huge_pages.rs"]
+mod huge_pages;
+
+#[global_allocator]
+static ALLOCATOR: huge_pages::HugePages = huge_pages::HugePages;
+
+const RUNS: usize = 7;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let count = std::env::args().skip(1).find_map(|word| word.parse().ok());
+    let mesh = grid(count.unwrap_or(2_000_000));
+    println!(
+        "{} triangles, {} vertices, best of {RUNS}\n",
+        mesh.triangles.len(),
+        mesh.x.len()
+    );
+    let folder = tempfile::tempdir()?;
+
+    let ply = folder.path().join("binary.ply");
+    let mut out = BufWriter::new(fs::File::create(&ply)?);
+    write_ply(&mesh, &mut out)?;
+    out.flush()?;
+    let bytes = fs::read(&ply)?;
+    let body = bytes.len() - 12 * mesh.x.len() - 13 * mesh.triangles.len();
+    let read = best("read the file", || fs::read(&ply));
+    let loops = best("two plain loops", || plain_loops(&bytes[body..], mesh.x.len()));
+    let parse = best("parse the bytes", || {
+        mesh::parse(bytes.clone(), &ply, &mut |_| unreachable!()).unwrap()
+    })
+    .saturating_sub(best("  of that, copying them for it", || bytes.clone()));
+    println!(
+        "parsing without the copy: {:.1} ms, {:.2} x the loops",
+        ms(parse),
+        ms(parse) / ms(loops)
+    );
+    let load = best("load, binary PLY", || mesh::load(&ply).unwrap());
+    println!(
+        "loading: {:.2} x reading and the loops",
+        ms(load) / ms(read + loops)
+    );
+    best("load and finish the scene", || {
+        let mut builder = SceneBuilder::new();
+        mesh::load(&ply).unwrap().add_to(&mut builder, None).unwrap();
+        builder.finish()
+    });
+
+    let text = folder.path().join("ascii.ply");
+    fs::write(&text, ascii(&mesh))?;
+    best("load, ASCII PLY", || mesh::load(&text).unwrap());
+    let stl = folder.path().join("binary.stl");
+    fs::write(&stl, binary_stl(&mesh))?;
+    best("load, binary STL", || mesh::load(&stl).unwrap());
+    let obj = folder.path().join("a.obj");
+    fs::write(&obj, wavefront(&mesh))?;
+    best("load, OBJ", || mesh::load(&obj).unwrap());
+    Ok(())
+}
+
+fn ms(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+fn best<T>(what: &str, work: impl Fn() -> T) -> Duration {
+    let time = || {
+        let start = Instant::now();
+        let result = black_box(work());
+        let time = start.elapsed();
+        drop(result);
+        time
+    };
+    let best = (0..RUNS).map(|_| time()).min().unwrap_or_default();
+    println!("{what:32} {:8.1} ms", ms(best));
+    best
+}
+
+/// Vertices of three floats, faces of a byte and three whole numbers; nothing is checked.
+fn plain_loops(body: &[u8], vertices: usize) -> MeshColumns {
+    let (positions, faces) = body.split_at(12 * vertices);
+    let mut mesh = MeshColumns::default();
+    let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    let whole = |bytes: &[u8]| u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
+        column.reserve_exact(vertices);
+    }
+    mesh.triangles.reserve_exact(faces.len() / 13);
+    for vertex in positions.chunks_exact(12) {
+        mesh.x.push(float(&vertex[0..4]));
+        mesh.y.push(float(&vertex[4..8]));
+        mesh.z.push(float(&vertex[8..12]));
+    }
+    for face in faces.chunks_exact(13) {
+        mesh.triangles
+            .push([whole(&face[1..5]), whole(&face[5..9]), whole(&face[9..13])]);
+    }
+    mesh
+}
+
+/// A wavy square.
+fn grid(triangles: usize) -> MeshColumns {
+    let side = ((triangles / 2) as f64).sqrt().ceil() as u32;
+    let mut mesh = MeshColumns::default();
+    for i in 0..=side {
+        for j in 0..=side {
+            let (u, v) = (f64::from(i) / f64::from(side), f64::from(j) / f64::from(side));
+            mesh.x.push(u as f32);
+            mesh.y.push(v as f32);
+            mesh.z.push((0.05 * (37.0 * u).sin() * (29.0 * v).cos()) as f32);
+        }
+    }
+    let at = |i: u32, j: u32| i * (side + 1) + j;
+    for i in 0..side {
+        for j in 0..side {
+            mesh.triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            mesh.triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+    }
+    mesh
+}
+
+fn ascii(mesh: &MeshColumns) -> String {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        mesh.x.len(),
+        mesh.triangles.len()
+    );
+    for ((x, y), z) in mesh.x.iter().zip(&mesh.y).zip(&mesh.z) {
+        let _ = writeln!(text, "{x} {y} {z}");
+    }
+    for [a, b, c] in &mesh.triangles {
+        let _ = writeln!(text, "3 {a} {b} {c}");
+    }
+    text
+}
+
+fn wavefront(mesh: &MeshColumns) -> String {
+    let mut text = String::new();
+    for ((x, y), z) in mesh.x.iter().zip(&mesh.y).zip(&mesh.z) {
+        let _ = writeln!(text, "v {x} {y} {z}");
+    }
+    for [a, b, c] in &mesh.triangles {
+        let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
+    }
+    text
+}
+
+fn binary_stl(mesh: &MeshColumns) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
+    for corners in &mesh.triangles {
+        bytes.extend([0; 12]);
+        for i in corners.map(|i| i as usize) {
+            for value in [mesh.x[i], mesh.y[i], mesh.z[i]] {
+                bytes.extend(value.to_le_bytes());
+            }
+        }
+        bytes.extend([0; 2]);
+    }
+    bytes
+}

@@ -1,0 +1,192 @@
+//! Boxes of primitives as the builder moves them about: one register each.
+//!
+//! Everything here and in [`split`](super::split) that is done once for each primitive and level is `inline(always)`
+//! and free of `array::map` and iterator chains: whether those end up inside the loop depends on how the crate is cut
+//! into code-generation units, and where they did not, building took twice as long.
+
+use crate::{
+    geometry::padded,
+    math::Aabb,
+    ray::PrimitiveId,
+    scene::{Primitive, Scene},
+    simd::{F32x8, LANES, max, swap_halves},
+};
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// All bits of the lanes that are coordinates.
+const NOT_ID: [f32; LANES] = {
+    let all = f32::from_bits(u32::MAX);
+    [all, all, all, 0.0, all, all, all, 0.0]
+};
+
+/// A box and whose it is: minus the lower corner, the id's bits, the upper corner, nothing. So a union is one
+/// maximum of eight lanes (whose fourth is then of no meaning), and moving a primitive moves 32 bytes.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub(super) struct Box8(F32x8);
+
+impl Box8 {
+    /// Contains nothing. Its half area is infinite, so that its cost, times no primitives, is no number and
+    /// never the least.
+    pub(super) const EMPTY: Self = Self(F32x8::new([-1e30; LANES]));
+
+    #[inline(always)]
+    pub(super) fn new(bounds: Aabb, id: PrimitiveId) -> Self {
+        let (l, u) = (-bounds.lower, bounds.upper);
+        Self(F32x8::new([
+            l.x,
+            l.y,
+            l.z,
+            f32::from_bits(id.0),
+            u.x,
+            u.y,
+            u.z,
+            0.0,
+        ]))
+    }
+
+    #[inline(always)]
+    pub(super) fn union(self, other: Self) -> Self {
+        Self(max(self.0, other.0))
+    }
+
+    #[inline(always)]
+    pub(super) fn id(&self) -> PrimitiveId {
+        PrimitiveId(self.0.as_array()[3].to_bits())
+    }
+
+    #[inline(always)]
+    pub(super) fn bounds(&self) -> Aabb {
+        let b = self.0.as_array();
+        Aabb {
+            lower: -Vec3::new(b[0], b[1], b[2]),
+            upper: Vec3::new(b[4], b[5], b[6]),
+        }
+    }
+
+    /// Half of the surface area.
+    #[inline(always)]
+    pub(super) fn half_area(self) -> f32 {
+        let size = (self.0 + swap_halves(self.0)).to_array();
+        let (x, y, z) = (size[4], size[5], size[6]);
+        x * (y + z) + y * z
+    }
+
+    /// The centre as a box without size, and twice as far out as it is.
+    #[inline(always)]
+    pub(super) fn center(self) -> Self {
+        // The id is no number to reckon with: where it is denormal, that takes its time.
+        let corners = self.0 & F32x8::new(NOT_ID);
+        Self(corners - swap_halves(corners))
+    }
+
+    #[inline(always)]
+    pub(super) fn lanes(self) -> F32x8 {
+        self.0
+    }
+
+    /// The box around `boxes`.
+    #[inline(always)]
+    pub(super) fn around(boxes: &[Self]) -> Self {
+        let mut all = Self::EMPTY;
+        for &b in boxes {
+            all = all.union(b);
+        }
+        all
+    }
+
+    /// The box around the centres of `boxes`; see [`Self::center`].
+    #[inline(always)]
+    pub(super) fn around_centers(boxes: &[Self]) -> Self {
+        let mut all = Self::EMPTY;
+        for &b in boxes {
+            all = all.union(b.center());
+        }
+        all
+    }
+}
+
+/// The boxes of all primitives that a ray can hit. Where many have one shape, only the first of each.
+pub(super) fn boxes_of(scene: &Scene) -> Vec<Box8> {
+    let count = scene.primitive_count() as u32;
+    let boxed = |id: PrimitiveId| Box8::new(padded(primitive_bounds(scene, id)), id);
+    let ids = (0..count).into_par_iter().map(PrimitiveId);
+    let boxes: Vec<Box8> = if scene.degenerate_triangles() == 0 {
+        ids.map(boxed).collect()
+    } else {
+        ids.filter(|&id| can_be_hit(scene, id)).map(boxed).collect()
+    };
+    if has_repeats(&boxes) {
+        first_of_each_shape(scene, boxes.par_iter().map(Box8::id).collect())
+            .into_par_iter()
+            .map(boxed)
+            .collect()
+    } else {
+        boxes
+    }
+}
+
+/// [`Scene::triangle`], certain to be part of the caller's loop.
+#[inline(always)]
+pub(super) fn corners(scene: &Scene, i: usize) -> [Vec3; 3] {
+    let (t, v) = (scene.triangles(), scene.vertices());
+    let (a, b, c) = (t.v0[i] as usize, t.v1[i] as usize, t.v2[i] as usize);
+    [
+        Vec3::new(v.x[a], v.y[a], v.z[a]),
+        Vec3::new(v.x[b], v.y[b], v.z[b]),
+        Vec3::new(v.x[c], v.y[c], v.z[c]),
+    ]
+}
+
+fn can_be_hit(scene: &Scene, id: PrimitiveId) -> bool {
+    match scene.primitive(id) {
+        Primitive::Triangle(i) => scene.has_area(i),
+        Primitive::Sphere(_) => true,
+    }
+}
+
+#[inline(always)]
+fn primitive_bounds(scene: &Scene, id: PrimitiveId) -> Aabb {
+    match scene.primitive(id) {
+        Primitive::Triangle(i) => {
+            let [a, b, c] = corners(scene, i);
+            Aabb {
+                lower: a.min(b).min(c),
+                upper: a.max(b).max(c),
+            }
+        }
+        Primitive::Sphere(i) => scene.sphere_bounds(i),
+    }
+}
+
+/// How many boxes are looked at to find out whether many are equal.
+const SAMPLE: usize = 4096;
+
+/// Whether many boxes are equal, as far as a sample tells. Two of a kind do not count: both triangles of an
+/// upright rectangle have one box.
+fn has_repeats(boxes: &[Box8]) -> bool {
+    let stride = boxes.len().div_ceil(SAMPLE).max(1);
+    let bits = |b: &Box8| {
+        let lanes = b.0.to_array().map(f32::to_bits);
+        [lanes[0], lanes[1], lanes[2], lanes[4], lanes[5], lanes[6]]
+    };
+    let mut sample: Vec<_> = boxes.iter().step_by(stride).map(bits).collect();
+    sample.sort_unstable();
+    sample.windows(3).any(|three| three[0] == three[2])
+}
+
+/// Of primitives of the same shape, bit for bit, keeps the one with the lowest id: all are hit at the same t,
+/// where the lowest id wins, so the others are never seen. Else a ray that hits one of a million equal triangles
+/// would test them all.
+fn first_of_each_shape(scene: &Scene, primitives: Vec<PrimitiveId>) -> Vec<PrimitiveId> {
+    let mut keyed: Vec<_> = primitives
+        .into_par_iter()
+        .map(|id| (scene.shape(id).bits(), id))
+        .collect();
+    keyed.par_sort_unstable();
+    keyed.dedup_by_key(|(bits, _)| *bits);
+    let mut primitives: Vec<_> = keyed.into_iter().map(|(_, id)| id).collect();
+    primitives.par_sort_unstable();
+    primitives
+}

@@ -1,0 +1,326 @@
+//! The shape of the tree written out as nodes and blocks, straight from the scene's columns.
+//!
+//! In memory: the few nodes above the subtrees, then subtree after subtree, each depth first. A node's blocks lie side
+//! by side, before those of the nodes below it.
+
+use super::{
+    Child, Node8,
+    boxes::{Box8, corners},
+    pages,
+    plan::{Plan, Planned, WIDTH, widen},
+    tree::{Counts, Slot, Subtree, Top},
+};
+use crate::{
+    geometry::{SphereBlock, TriangleBlock},
+    math::Aabb,
+    ray::PrimitiveId,
+    scene::Scene,
+    simd::{F32x8, Vec3x8},
+};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::{marker::PhantomData, mem::MaybeUninit};
+
+/// What a hierarchy is stored as.
+pub(super) struct Wide {
+    pub(super) nodes: Vec<Node8>,
+    pub(super) triangle_blocks: Vec<TriangleBlock>,
+    pub(super) sphere_blocks: Vec<SphereBlock>,
+    pub(super) counts: Counts,
+}
+
+impl Wide {
+    /// A root without children.
+    pub(super) fn nothing() -> Self {
+        Self {
+            nodes: vec![Node8::new(&[])],
+            triangle_blocks: Vec::new(),
+            sphere_blocks: Vec::new(),
+            counts: Counts {
+                nodes: 1,
+                depth: 1,
+                ..Counts::default()
+            },
+        }
+    }
+}
+
+/// Where a subtree's own nodes and blocks begin.
+#[derive(Clone, Copy, Default)]
+struct Start {
+    node: usize,
+    triangle_block: usize,
+    sphere_block: usize,
+}
+
+/// A column being written, a piece of it to each subtree. Memory is first touched by the thread that writes it:
+/// filling it with nothing beforehand would take as long as writing it.
+struct Pieces<'a, T> {
+    rest: &'a mut [MaybeUninit<T>],
+}
+
+impl<'a, T> Pieces<'a, T> {
+    fn of(column: &'a mut Vec<T>, count: usize) -> Self {
+        column.reserve_exact(count);
+        Self {
+            rest: &mut column.spare_capacity_mut()[..count],
+        }
+    }
+
+    fn take(&mut self, count: usize) -> &'a mut [MaybeUninit<T>] {
+        let (piece, rest) = std::mem::take(&mut self.rest).split_at_mut(count);
+        self.rest = rest;
+        piece
+    }
+}
+
+/// Writes out `top`, whose leaves' order is that of `boxes`.
+pub(super) fn emit(scene: &Scene, top: &Top, boxes: &[Box8]) -> Wide {
+    let mut above = Above::default();
+    let depth = match top {
+        Top::Subtree(subtree) => {
+            above.subtrees.push(subtree);
+            subtree.counts.depth
+        }
+        Top::Inner(_) => above.write(top),
+    };
+    let mut counts = above.counts;
+    let mut starts = Vec::with_capacity(above.subtrees.len());
+    for subtree in &above.subtrees {
+        starts.push(Start {
+            node: counts.nodes,
+            triangle_block: counts.triangle_blocks,
+            sphere_block: counts.sphere_blocks,
+        });
+        counts.add(&subtree.counts);
+    }
+    counts.depth = depth;
+
+    let mut wide = Wide {
+        nodes: pages::column(counts.nodes),
+        triangle_blocks: pages::column(counts.triangle_blocks),
+        sphere_blocks: pages::column(counts.sphere_blocks),
+        counts,
+    };
+    let mut nodes = Pieces::of(&mut wide.nodes, counts.nodes);
+    let mut triangle_blocks = Pieces::of(&mut wide.triangle_blocks, counts.triangle_blocks);
+    let mut sphere_blocks = Pieces::of(&mut wide.sphere_blocks, counts.sphere_blocks);
+    above.emit(nodes.take(above.nodes.len()), &starts);
+    let jobs: Vec<_> = above
+        .subtrees
+        .iter()
+        .zip(&starts)
+        .map(|(subtree, &start)| Emission {
+            scene,
+            boxes: &boxes[subtree.first..],
+            slots: &subtree.slots,
+            start,
+            written: Start::default(),
+            nodes: nodes.take(subtree.counts.nodes),
+            triangle_blocks: triangle_blocks.take(subtree.counts.triangle_blocks),
+            sphere_blocks: sphere_blocks.take(subtree.counts.sphere_blocks),
+        })
+        .collect();
+    jobs.into_par_iter().with_max_len(1).for_each(Emission::run);
+    // SAFETY: `above` has written its nodes, and each subtree all of its own: `run` checks that. Together they are
+    // as many as counted, and the capacity was reserved for them.
+    unsafe {
+        wide.nodes.set_len(counts.nodes);
+        wide.triangle_blocks.set_len(counts.triangle_blocks);
+        wide.sphere_blocks.set_len(counts.sphere_blocks);
+    }
+    wide
+}
+
+impl Counts {
+    fn add(&mut self, other: &Self) {
+        self.nodes += other.nodes;
+        self.triangle_blocks += other.triangle_blocks;
+        self.sphere_blocks += other.sphere_blocks;
+        for i in 0..WIDTH {
+            self.leaf_sizes[i] += other.leaf_sizes[i];
+            self.children[i] += other.children[i];
+        }
+    }
+}
+
+/// The tree above the subtrees, as something planned.
+struct TopTree<'a>(PhantomData<&'a Top>);
+
+impl<'a> Planned for TopTree<'a> {
+    type Node = &'a Top;
+
+    fn plan(&self, node: &'a Top) -> &Plan {
+        node.plan()
+    }
+
+    fn children(&self, node: &'a Top) -> Option<[&'a Top; 2]> {
+        match node {
+            Top::Subtree(_) => None,
+            Top::Inner(inner) => Some(inner.children.each_ref()),
+        }
+    }
+}
+
+/// The nodes above the subtrees.
+#[derive(Default)]
+struct Above<'a> {
+    /// Children and their boxes.
+    nodes: Vec<Vec<(Part, Aabb)>>,
+    /// From left to right.
+    subtrees: Vec<&'a Subtree>,
+    counts: Counts,
+}
+
+/// A child of a node above the subtrees: one like it, or the root of a subtree, by index.
+#[derive(Clone, Copy)]
+enum Part {
+    Node(usize),
+    Subtree(usize),
+}
+
+impl<'a> Above<'a> {
+    /// Appends the node for `top`, then what is below it; answers how deep that goes.
+    fn write(&mut self, top: &'a Top) -> usize {
+        let node_i = self.nodes.len();
+        self.nodes.push(Vec::new());
+        let children = widen(&TopTree(PhantomData), top);
+        self.counts.nodes += 1;
+        self.counts.children[children.len() - 1] += 1;
+        let mut depth = 0;
+        for child in children.iter() {
+            let (part, below) = match child {
+                Top::Subtree(subtree) => {
+                    self.subtrees.push(subtree);
+                    (Part::Subtree(self.subtrees.len() - 1), subtree.counts.depth)
+                }
+                Top::Inner(_) => {
+                    let node = Part::Node(self.nodes.len());
+                    (node, self.write(child))
+                }
+            };
+            self.nodes[node_i].push((part, child.bounds().bounds()));
+            depth = depth.max(below);
+        }
+        depth + 1
+    }
+
+    fn emit(&self, nodes: &mut [MaybeUninit<Node8>], starts: &[Start]) {
+        for (children, node) in self.nodes.iter().zip(nodes) {
+            let children: Vec<_> = children
+                .iter()
+                .map(|&(part, bounds)| match part {
+                    Part::Node(i) => (Child::inner(i), bounds),
+                    Part::Subtree(i) => (Child::inner(starts[i].node), bounds),
+                })
+                .collect();
+            node.write(Node8::new(&children));
+        }
+    }
+}
+
+/// One subtree being written.
+struct Emission<'a> {
+    scene: &'a Scene,
+    /// From the subtree's first on.
+    boxes: &'a [Box8],
+    slots: &'a [Slot],
+    start: Start,
+    written: Start,
+    nodes: &'a mut [MaybeUninit<Node8>],
+    triangle_blocks: &'a mut [MaybeUninit<TriangleBlock>],
+    sphere_blocks: &'a mut [MaybeUninit<SphereBlock>],
+}
+
+impl Emission<'_> {
+    fn run(mut self) {
+        self.node();
+        let all = (
+            self.nodes.len(),
+            self.triangle_blocks.len(),
+            self.sphere_blocks.len(),
+        );
+        let Start {
+            node,
+            triangle_block,
+            sphere_block,
+        } = self.written;
+        assert!(
+            all == (node, triangle_block, sphere_block),
+            "a subtree is written as counted"
+        );
+    }
+
+    /// Writes the next node in line and all below it; answers the box around it.
+    fn node(&mut self) -> Box8 {
+        let node_i = self.written.node;
+        self.written.node += 1;
+        let count = self.slots.iter().take_while(|slot| !slot.is_last()).count() + 1;
+        let (slots, rest) = self.slots.split_at(count);
+        self.slots = rest;
+        let mut children = [(Child::NONE, Aabb::EMPTY); WIDTH];
+        let mut bounds = Box8::EMPTY;
+        for (child, slot) in children.iter_mut().zip(slots) {
+            if let Some(range) = slot.block() {
+                let boxes = &self.boxes[range];
+                let around = Box8::around(boxes);
+                *child = (self.block(boxes), around.bounds());
+                bounds = bounds.union(around);
+            }
+        }
+        for (child, slot) in children.iter_mut().zip(slots) {
+            if slot.block().is_none() {
+                let below = Child::inner(self.start.node + self.written.node);
+                let around = self.node();
+                *child = (below, around.bounds());
+                bounds = bounds.union(around);
+            }
+        }
+        self.nodes[node_i].write(Node8::new(&children[..count]));
+        bounds
+    }
+
+    fn block(&mut self, boxes: &[Box8]) -> Child {
+        let first_sphere = self.scene.triangles().v0.len();
+        if (boxes[0].id().0 as usize) < first_sphere {
+            // The block's columns, corner after corner; lanes past the last triangle are a point.
+            let mut columns = [[0.0; WIDTH]; 9];
+            let mut id = [PrimitiveId::NONE.0; WIDTH];
+            for (lane, b) in boxes.iter().enumerate().take(WIDTH) {
+                id[lane] = b.id().0;
+                let [v0, v1, v2] = corners(self.scene, b.id().0 as usize);
+                let numbers = [v0.x, v0.y, v0.z, v1.x, v1.y, v1.z, v2.x, v2.y, v2.z];
+                for (column, number) in columns.iter_mut().zip(numbers) {
+                    column[lane] = number;
+                }
+            }
+            let [x0, y0, z0, x1, y1, z1, x2, y2, z2] = columns;
+            let corner8 = |x: [f32; WIDTH], y: [f32; WIDTH], z: [f32; WIDTH]| {
+                Vec3x8::new(F32x8::new(x), F32x8::new(y), F32x8::new(z))
+            };
+            let block_i = self.written.triangle_block;
+            self.written.triangle_block += 1;
+            self.triangle_blocks[block_i].write(TriangleBlock {
+                v0: corner8(x0, y0, z0),
+                v1: corner8(x1, y1, z1),
+                v2: corner8(x2, y2, z2),
+                id,
+            });
+            Child::triangles(self.start.triangle_block + block_i, boxes.len())
+        } else {
+            let mut spheres = [(PrimitiveId::NONE, Vec3::ZERO, 0.0); WIDTH];
+            for (sphere, b) in spheres.iter_mut().zip(boxes) {
+                let i = b.id().0 as usize - first_sphere;
+                *sphere = (
+                    b.id(),
+                    self.scene.spheres().center(i),
+                    self.scene.spheres().radius[i],
+                );
+            }
+            let block_i = self.written.sphere_block;
+            self.written.sphere_block += 1;
+            self.sphere_blocks[block_i].write(SphereBlock::new(&spheres[..boxes.len()]));
+            Child::spheres(self.start.sphere_block + block_i, boxes.len())
+        }
+    }
+}

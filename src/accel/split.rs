@@ -1,0 +1,236 @@
+//! Where to divide a set of primitives: binned, by the surface area heuristic (Wald, *On fast Construction of
+//! SAH-based Bounding Volume Hierarchies*, 2007), on all three axes at once or, where time matters more, on the one
+//! on which the centres lie farthest apart.
+//!
+//! Sets of few primitives have few bins, as in Embree: 8 primitives 5, 96 and more all of them.
+
+use super::boxes::Box8;
+use crate::simd::{F32x8, trunc};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// The most bins of an axis: a power of two, so that a masked index needs no check.
+const BINS: usize = 16;
+
+/// What the time of a build is spent on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// The most bins of an axis, at most [`BINS`].
+    pub(super) bins: usize,
+    /// Whether all axes are tried, not only the one on which the centres lie farthest apart.
+    pub(super) all_axes: bool,
+    /// Sets of so many primitives, at most those of a block, are not divided.
+    pub(super) leaf: usize,
+}
+
+/// Sets above this are looked at, and divided, in parallel; in chunks of half of it.
+const PARALLEL: usize = 1 << 15;
+const CHUNK: usize = 1 << 14;
+
+/// Below this extent of the centres (doubled) an axis is not divided: the reciprocal might overflow.
+const LEAST_EXTENT: f32 = 1e-30;
+
+/// From the centre of a box to a bin on each axis.
+#[derive(Clone)]
+struct Binning {
+    base: F32x8,
+    scale: F32x8,
+    bins: usize,
+    axes: Range<usize>,
+}
+
+impl Binning {
+    /// Bins over the box around the centres.
+    fn new(centers: Box8, bins: usize, all_axes: bool) -> Self {
+        let bounds = centers.bounds();
+        let extent = bounds.upper - bounds.lower;
+        let widest = extent.max_position();
+        // Short of the number of bins, so that the last centre is in the last one, rounding or not.
+        let scale = |extent: f32| {
+            if extent > LEAST_EXTENT {
+                bins as f32 * 0.9999 / extent
+            } else {
+                0.0
+            }
+        };
+        let (l, k) = (bounds.lower, [scale(extent.x), scale(extent.y), scale(extent.z)]);
+        Self {
+            base: F32x8::new([0.0, 0.0, 0.0, 0.0, l.x, l.y, l.z, 0.0]),
+            scale: F32x8::new([0.0, 0.0, 0.0, 0.0, k[0], k[1], k[2], 0.0]),
+            bins,
+            axes: if all_axes { 0..3 } else { widest..widest + 1 },
+        }
+    }
+
+    #[inline(always)]
+    fn bins_of(&self, b: Box8) -> [usize; 3] {
+        let i = trunc((b.center().lanes() - self.base) * self.scale);
+        [
+            i[4] as usize & (BINS - 1),
+            i[5] as usize & (BINS - 1),
+            i[6] as usize & (BINS - 1),
+        ]
+    }
+}
+
+/// What falls into the bins: boxes and how many.
+struct Bins {
+    bounds: [[Box8; BINS]; 3],
+    count: [[u32; BINS]; 3],
+}
+
+impl Bins {
+    const EMPTY: Self = Self {
+        bounds: [[Box8::EMPTY; BINS]; 3],
+        count: [[0; BINS]; 3],
+    };
+
+    #[inline(always)]
+    fn fill(&mut self, boxes: &[Box8], binning: &Binning) {
+        if binning.axes.len() == 1 {
+            let axis = binning.axes.start;
+            let (bounds, counts) = (&mut self.bounds[axis], &mut self.count[axis]);
+            for &b in boxes {
+                let bin = binning.bins_of(b)[axis];
+                bounds[bin] = bounds[bin].union(b);
+                counts[bin] += 1;
+            }
+            return;
+        }
+        for &b in boxes {
+            let bins = binning.bins_of(b);
+            for (axis, &bin) in bins.iter().enumerate().take(3) {
+                self.bounds[axis][bin] = self.bounds[axis][bin].union(b);
+                self.count[axis][bin] += 1;
+            }
+        }
+    }
+
+    fn merge(mut self, other: &Self) -> Self {
+        for axis in 0..3 {
+            for bin in 0..BINS {
+                self.bounds[axis][bin] = self.bounds[axis][bin].union(other.bounds[axis][bin]);
+                self.count[axis][bin] += other.count[axis][bin];
+            }
+        }
+        self
+    }
+
+    /// The axis and the first bin of the second part where that is best.
+    #[inline(always)]
+    fn best(&self, binning: &Binning) -> Option<(usize, usize)> {
+        let bins = binning.bins;
+        let mut best = (f32::INFINITY, None);
+        for axis in binning.axes.clone() {
+            let (bounds, counts) = (&self.bounds[axis], &self.count[axis]);
+            let mut above = [0.0; BINS];
+            let (mut all, mut count) = (Box8::EMPTY, 0);
+            for bin in (1..bins).rev() {
+                all = all.union(bounds[bin]);
+                count += counts[bin];
+                above[bin] = all.half_area() * count as f32;
+            }
+            let (mut all, mut count) = (Box8::EMPTY, 0);
+            for bin in 1..bins {
+                all = all.union(bounds[bin - 1]);
+                count += counts[bin - 1];
+                let cost = all.half_area() * count as f32 + above[bin];
+                if cost < best.0 {
+                    best = (cost, Some((axis, bin)));
+                }
+            }
+        }
+        best.1
+    }
+}
+
+/// Divides `boxes` in place and says how many are in the first part: at least one, and not all.
+///
+/// `centers` is around their centres; If `halve`, both parts are equal: that ends what the heuristic would draw out
+/// (boxes of which each is far larger than the one before).
+pub(super) fn divide(boxes: &mut [Box8], centers: Box8, effort: Effort, halve: bool) -> usize {
+    if halve {
+        return halves(boxes, centers);
+    }
+    let bins = (4 + boxes.len() / 8).min(effort.bins);
+    let binning = Binning::new(centers, bins, effort.all_axes);
+    let Some((axis, bin)) = best_split(boxes, &binning) else {
+        return halves(boxes, centers);
+    };
+    let first = if boxes.len() > PARALLEL {
+        partition_parallel(boxes, &|b| binning.bins_of(b)[axis] < bin)
+    } else {
+        partition(boxes, &|b| binning.bins_of(b)[axis] < bin)
+    };
+    debug_assert!(0 < first && first < boxes.len());
+    first
+}
+
+#[inline(never)]
+fn best_split(boxes: &[Box8], binning: &Binning) -> Option<(usize, usize)> {
+    let mut bins = Bins::EMPTY;
+    if boxes.len() > PARALLEL {
+        let filled = |chunk: &[Box8]| {
+            let mut bins = Bins::EMPTY;
+            bins.fill(chunk, binning);
+            bins
+        };
+        bins = boxes
+            .par_chunks(CHUNK)
+            .map(filled)
+            .reduce(|| Bins::EMPTY, |a, b| a.merge(&b));
+    } else {
+        bins.fill(boxes, binning);
+    }
+    bins.best(binning)
+}
+
+/// Those for which `is_first` holds to the front. Without a branch on it: which way it goes cannot be foreseen.
+#[inline(always)]
+fn partition(boxes: &mut [Box8], is_first: &impl Fn(Box8) -> bool) -> usize {
+    let mut first = 0;
+    for i in 0..boxes.len() {
+        let b = boxes[i];
+        boxes.swap(i, first);
+        first += usize::from(is_first(b));
+    }
+    first
+}
+
+/// Both halves are partitioned, then what is on the wrong side changes places. The order that results depends on the
+/// boxes alone, not on the number of threads.
+fn partition_parallel(boxes: &mut [Box8], is_first: &(impl Fn(Box8) -> bool + Sync)) -> usize {
+    if boxes.len() <= CHUNK {
+        return partition(boxes, is_first);
+    }
+    let middle = boxes.len() / 2;
+    let (low, high) = boxes.split_at_mut(middle);
+    let (low_first, high_first) = rayon::join(
+        || partition_parallel(low, is_first),
+        || partition_parallel(high, is_first),
+    );
+    let count = high_first.min(middle - low_first);
+    let (wrong_low, wrong_high) = (
+        &mut low[low_first..low_first + count],
+        &mut high[high_first - count..high_first],
+    );
+    wrong_low
+        .par_chunks_mut(CHUNK)
+        .zip(wrong_high.par_chunks_mut(CHUNK))
+        .for_each(|(a, b)| a.swap_with_slice(b));
+    low_first + high_first
+}
+
+/// Half of the boxes by their centres on the axis on which these lie farthest apart.
+#[cold]
+fn halves(boxes: &mut [Box8], centers: Box8) -> usize {
+    let bounds = centers.bounds();
+    let extent = bounds.upper - bounds.lower;
+    let axis = extent.max_position();
+    let middle = boxes.len() / 2;
+    if extent[axis] > 0.0 {
+        let key = |b: &Box8| b.center().bounds().upper[axis];
+        boxes.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)));
+    }
+    middle
+}

@@ -1,0 +1,276 @@
+//! The binary tree, top down, and what it becomes. Subtrees of a few thousand primitives are built, planned and
+//! written down as the shape of a wide tree while they are in the cache; only the few nodes above them stay a binary
+//! tree until the end.
+
+use super::{
+    boxes::Box8,
+    plan::{Plan, Planned, WIDTH, widen},
+    split::{Effort, divide},
+};
+use rayon::prelude::*;
+
+/// How many primitives become a subtree with a root of its own: few enough for the cache, and for all threads to have
+/// some. It is the scene that decides, not the number of threads, so that every machine builds the same tree.
+fn subtree_size(count: usize) -> usize {
+    (count / 32).clamp(1024, 4096)
+}
+
+/// Sets above this find their centres' box in parallel.
+const PARALLEL: usize = 1 << 15;
+
+/// How often the heuristic may divide on the way to one primitive, for `count` primitives; halves after that.
+fn most_levels(count: usize) -> u32 {
+    3 * (usize::BITS - count.leading_zeros()) + 16
+}
+
+/// The tree above the subtrees.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "the larger one is the more frequent one"
+)]
+pub(super) enum Top {
+    /// A subtree.
+    Subtree(Subtree),
+    /// Two of them, or more.
+    Inner(Box<TopInner>),
+}
+
+pub(super) struct TopInner {
+    pub(super) children: [Top; 2],
+    bounds: Box8,
+    plan: Plan,
+}
+
+impl Top {
+    pub(super) fn plan(&self) -> &Plan {
+        match self {
+            Self::Subtree(subtree) => &subtree.plan,
+            Self::Inner(inner) => &inner.plan,
+        }
+    }
+
+    pub(super) fn bounds(&self) -> Box8 {
+        match self {
+            Self::Subtree(subtree) => subtree.bounds,
+            Self::Inner(inner) => inner.bounds,
+        }
+    }
+}
+
+/// How many of what a tree has.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Counts {
+    pub(super) nodes: usize,
+    pub(super) triangle_blocks: usize,
+    pub(super) sphere_blocks: usize,
+    /// Nodes on the longest way down.
+    pub(super) depth: usize,
+    /// Blocks of 1, 2, ... 8 primitives.
+    pub(super) leaf_sizes: [usize; WIDTH],
+    /// Nodes with 1, 2, ... 8 children.
+    pub(super) children: [usize; WIDTH],
+}
+
+/// A wide subtree without its boxes: the primitives have been put into the order of its leaves.
+pub(super) struct Subtree {
+    /// Index of its first primitive.
+    pub(super) first: usize,
+    pub(super) bounds: Box8,
+    pub(super) plan: Plan,
+    pub(super) counts: Counts,
+    /// For each node, before those below it: its [`Slot`]s, the last of them marked.
+    pub(super) slots: Vec<Slot>,
+}
+
+/// A child of a node: an inner node, which comes next in line, or a block and where its primitives begin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slot(u32);
+
+impl Slot {
+    const LAST: u32 = 1 << 31;
+
+    fn new(first: usize, block: usize, is_last: bool) -> Self {
+        Self((first as u32) << 4 | block as u32 | if is_last { Self::LAST } else { 0 })
+    }
+
+    /// Whether this is its node's last child.
+    pub(super) fn is_last(self) -> bool {
+        self.0 & Self::LAST != 0
+    }
+
+    /// Primitives of a block; none for an inner node.
+    pub(super) fn block(self) -> Option<std::ops::Range<usize>> {
+        let first = (self.0 & !Self::LAST) as usize >> 4;
+        match self.0 as usize & 15 {
+            0 => None,
+            count => Some(first..first + count),
+        }
+    }
+}
+
+/// Builds over `boxes`, of which the first is number `first` of all, and puts them into the order of the leaves. Ids
+/// from `first_sphere` on are spheres.
+pub(super) fn build(boxes: &mut [Box8], first_sphere: u32, effort: Effort) -> Top {
+    let job = Job {
+        first_sphere,
+        effort,
+        subtree: subtree_size(boxes.len()),
+    };
+    build_top(boxes, 0, job, most_levels(boxes.len()))
+}
+
+/// What stays the same all over a tree.
+#[derive(Clone, Copy)]
+struct Job {
+    first_sphere: u32,
+    effort: Effort,
+    /// See [`subtree_size`].
+    subtree: usize,
+}
+
+/// `levels`: how often the heuristic may still divide.
+fn build_top(boxes: &mut [Box8], first: usize, job: Job, levels: u32) -> Top {
+    if boxes.len() <= job.subtree {
+        return Top::Subtree(Subtree::new(boxes, first, job, levels));
+    }
+    let centers = around_centers(boxes);
+    let count = divide(boxes, centers, job.effort, levels == 0);
+    let (left, right) = boxes.split_at_mut(count);
+    let levels = levels.saturating_sub(1);
+    let (left, right) = rayon::join(
+        || build_top(left, first, job, levels),
+        || build_top(right, first + count, job, levels),
+    );
+    let bounds = left.bounds().union(right.bounds());
+    let plan = Plan::inner(left.plan(), right.plan(), bounds.half_area());
+    Top::Inner(Box::new(TopInner {
+        children: [left, right],
+        bounds,
+        plan,
+    }))
+}
+
+fn around_centers(boxes: &[Box8]) -> Box8 {
+    if boxes.len() <= PARALLEL {
+        return Box8::around_centers(boxes);
+    }
+    boxes
+        .par_chunks(PARALLEL / 2)
+        .map(Box8::around_centers)
+        .reduce(|| Box8::EMPTY, Box8::union)
+}
+
+/// A node of a binary subtree; the left child follows it.
+struct Node {
+    plan: Plan,
+    first: u32,
+    count: u32,
+    /// Index of the right child; 0 for a leaf.
+    right: u32,
+}
+
+struct Builder {
+    nodes: Vec<Node>,
+    job: Job,
+}
+
+impl Planned for Builder {
+    type Node = usize;
+
+    fn plan(&self, node_i: usize) -> &Plan {
+        &self.nodes[node_i].plan
+    }
+
+    fn children(&self, node_i: usize) -> Option<[usize; 2]> {
+        let right = self.nodes[node_i].right as usize;
+        (right != 0).then_some([node_i + 1, right])
+    }
+}
+
+impl Builder {
+    /// Appends the tree over `boxes` and answers the box around them.
+    fn divide(&mut self, boxes: &mut [Box8], first: usize, levels: u32) -> Box8 {
+        let node_i = self.nodes.len();
+        self.nodes.push(Node {
+            plan: Plan::default(),
+            first: first as u32,
+            count: boxes.len() as u32,
+            right: 0,
+        });
+        let mut first_part = None;
+        if boxes.len() <= WIDTH {
+            let spheres = boxes.iter().filter(|b| b.id().0 >= self.job.first_sphere).count();
+            if spheres != 0 && spheres != boxes.len() {
+                // A block is of one kind.
+                boxes.sort_unstable_by_key(Box8::id);
+                first_part = Some(boxes.len() - spheres);
+            } else if boxes.len() <= self.job.effort.leaf {
+                let bounds = Box8::around(boxes);
+                self.nodes[node_i].plan = Plan::block(boxes.len() - spheres, spheres, bounds.half_area());
+                return bounds;
+            }
+        }
+        let count = first_part
+            .unwrap_or_else(|| divide(boxes, Box8::around_centers(boxes), self.job.effort, levels == 0));
+        let (left, right) = boxes.split_at_mut(count);
+        let levels = levels.saturating_sub(1);
+        let left_bounds = self.divide(left, first, levels);
+        let right_i = self.nodes.len();
+        let bounds = self.divide(right, first + count, levels).union(left_bounds);
+        let plan = Plan::inner(
+            &self.nodes[node_i + 1].plan,
+            &self.nodes[right_i].plan,
+            bounds.half_area(),
+        );
+        let node = &mut self.nodes[node_i];
+        (node.plan, node.right) = (plan, right_i as u32);
+        bounds
+    }
+}
+
+impl Subtree {
+    fn new(boxes: &mut [Box8], first: usize, job: Job, levels: u32) -> Self {
+        let mut builder = Builder {
+            nodes: Vec::with_capacity(boxes.len()),
+            job,
+        };
+        let bounds = builder.divide(boxes, 0, levels);
+        let mut subtree = Self {
+            first,
+            bounds,
+            plan: builder.nodes[0].plan.as_one_child(),
+            counts: Counts::default(),
+            slots: Vec::with_capacity(boxes.len() / 2),
+        };
+        subtree.write_node(&builder, 0, 1);
+        subtree
+    }
+
+    fn write_node(&mut self, builder: &Builder, node_i: usize, depth: usize) {
+        let children = widen(builder, node_i);
+        let counts = &mut self.counts;
+        counts.nodes += 1;
+        counts.depth = counts.depth.max(depth);
+        counts.children[children.len() - 1] += 1;
+        for (i, child_i) in children.iter().enumerate() {
+            let node = &builder.nodes[child_i];
+            let is_last = i + 1 == children.len();
+            let mut block = 0;
+            if node.plan.is_block {
+                block = node.count as usize;
+                counts.leaf_sizes[block - 1] += 1;
+                if node.plan.has_triangles() {
+                    counts.triangle_blocks += 1;
+                } else {
+                    counts.sphere_blocks += 1;
+                }
+            }
+            self.slots.push(Slot::new(node.first as usize, block, is_last));
+        }
+        for child_i in children.iter() {
+            if !builder.nodes[child_i].plan.is_block {
+                self.write_node(builder, child_i, depth + 1);
+            }
+        }
+    }
+}

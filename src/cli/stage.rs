@@ -1,0 +1,99 @@
+//! What is put around a mesh that comes without a scene: light, a background and perhaps a ground.
+
+use crate::{
+    error::SceneError,
+    format::mesh::LoadedMesh,
+    math::Aabb,
+    scene::{Background, Material, MeshColumns, Scene, SceneBuilder},
+};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// From where a mesh is seen, and what it stands on.
+pub struct Stage {
+    pub eye: DVec3,
+    pub target: DVec3,
+    /// The axis that points up: a unit vector.
+    pub up: DVec3,
+    pub ground: bool,
+}
+
+const BACKGROUND: [f32; 3] = [0.93, 0.94, 0.96];
+const AMBIENT: f32 = 0.2;
+const GROUND: [f32; 3] = [0.95, 0.95, 0.94];
+
+/// Lights, as seen from the viewer: to the right, up, towards the viewer; and intensity. The first one shapes, the second
+/// one lights up its shadows.
+const LIGHTS: [([f64; 3], f32); 2] = [([-0.6, 0.8, 1.0], 0.7), ([0.5, 0.1, 1.0], 0.35)];
+
+/// How far away the lights are, in radii of the mesh: so far that the ground is lit evenly.
+const LIGHT_DISTANCE: f64 = 100.0;
+/// How far the ground reaches from its middle, in radii of the mesh.
+const GROUND_REACH: f64 = 40.0;
+/// How far it is below the mesh, in radii.
+const GROUND_GAP: f64 = 1e-3;
+
+/// A scene of the mesh.
+///
+/// # Errors
+/// [`SceneError`].
+pub fn build(loaded: LoadedMesh, stage: &Stage) -> Result<Scene, SceneError> {
+    let bounds = bounds(&loaded.columns);
+    let center = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) * 0.5;
+    let radius = ((bounds.upper.as_dvec3() - bounds.lower.as_dvec3()).length() * 0.5).max(1e-6);
+    let (center, radius) = if bounds.is_empty() {
+        (DVec3::ZERO, 1.0)
+    } else {
+        (center, radius)
+    };
+
+    let mut builder = SceneBuilder::new();
+    builder.set_ambient(AMBIENT)?;
+    builder.set_background(Background::constant(BACKGROUND))?;
+    let towards_viewer = (stage.eye - stage.target).normalize_or(DVec3::X);
+    let right = stage
+        .up
+        .cross(towards_viewer)
+        .normalize_or(stage.up.any_orthonormal_vector());
+    let up = towards_viewer.cross(right);
+    for ([to_right, upwards, forwards], intensity) in LIGHTS {
+        let direction = right * to_right + up * upwards + towards_viewer * forwards;
+        let position = center + direction.normalize() * (radius * LIGHT_DISTANCE);
+        builder.add_light(position.as_vec3(), intensity)?;
+    }
+    loaded.add_to(&mut builder, None)?;
+    if stage.ground {
+        let material = builder.add_material(Material::Matte { color: GROUND })?;
+        builder.add_mesh(ground(stage.up, &bounds, center, radius), material)?;
+    }
+    Ok(builder.finish())
+}
+
+fn bounds(mesh: &MeshColumns) -> Aabb {
+    (&mesh.x, &mesh.y, &mesh.z)
+        .into_par_iter()
+        .with_min_len(1 << 14)
+        .fold(
+            || Aabb::EMPTY,
+            |bounds, (&x, &y, &z)| bounds.union(Aabb::around([Vec3::new(x, y, z)])),
+        )
+        .reduce(|| Aabb::EMPTY, Aabb::union)
+}
+
+/// A square just below the mesh.
+fn ground(up: DVec3, bounds: &Aabb, center: DVec3, radius: f64) -> MeshColumns {
+    let lowest = bounds.lower.as_dvec3().dot(up);
+    let lowest = if lowest.is_finite() { lowest } else { 0.0 };
+    let middle = center + up * (lowest - center.dot(up) - GROUND_GAP * radius);
+    let (a, b) = up.any_orthonormal_pair();
+    let reach = GROUND_REACH * radius;
+    let corners =
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[s, t]| middle + (a * s + b * t) * reach);
+    MeshColumns {
+        x: corners.map(|p| p.x as f32).to_vec(),
+        y: corners.map(|p| p.y as f32).to_vec(),
+        z: corners.map(|p| p.z as f32).to_vec(),
+        normals: Vec::new(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    }
+}

@@ -1,0 +1,69 @@
+//! Where a file is missing: what is beside it that looks alike.
+
+use std::{fs, path::Path};
+
+/// Of a folder with more entries only so many are looked at.
+const MOST_ENTRIES: usize = 20_000;
+/// How many names are given.
+const MOST_NAMES: usize = 3;
+
+/// What there is instead of the missing file at `path`, as the end of a sentence.
+pub(super) fn instead_of(path: &Path) -> Option<String> {
+    let folder = match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    if !folder.exists() {
+        return Some(format!("there is no folder {} either", folder.display()));
+    }
+    let names = fs::read_dir(folder)
+        .ok()?
+        .take(MOST_ENTRIES)
+        .filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()));
+    let wanted = path.file_name()?.to_string_lossy().into_owned();
+    let alike = most_alike(&wanted, names);
+    let quoted: Vec<String> = alike.iter().map(|name| format!("`{name}`")).collect();
+    (!quoted.is_empty()).then(|| format!("beside it: {}", quoted.join(", ")))
+}
+
+/// The names most like `wanted`, the likest first.
+fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> {
+    // The distance takes quadratic time.
+    if wanted.len() > 255 {
+        return Vec::new();
+    }
+    let wanted = wanted.to_lowercase();
+    let stem = |name: &str| name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned();
+    let mut alike: Vec<(usize, String)> = names
+        .filter_map(|name| {
+            let lower = name.to_lowercase();
+            let distance = strsim::damerau_levenshtein(&wanted, &lower);
+            let close = distance <= (wanted.chars().count() / 4).max(1);
+            (close || stem(&wanted) == stem(&lower)).then_some((distance, name))
+        })
+        .collect();
+    alike.sort();
+    alike.truncate(MOST_NAMES);
+    alike.into_iter().map(|(_, name)| name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn what_looks_alike() {
+        let folder = [
+            "bunny.ply",
+            "Bunny.obj",
+            "buny.ply",
+            "cow.ply",
+            "bunny_small.ply",
+            "a",
+        ];
+        let alike = |wanted: &str| super::most_alike(wanted, folder.iter().map(ToString::to_string));
+        assert_eq!(alike("bunnny.ply"), ["bunny.ply", "buny.ply"]);
+        assert_eq!(alike("BUNNY.STL"), ["Bunny.obj", "bunny.ply"]);
+        assert_eq!(alike("cwo.ply"), ["cow.ply"]);
+        assert!(alike("dragon.glb").is_empty());
+        assert!(alike(&"x".repeat(300)).is_empty());
+    }
+}

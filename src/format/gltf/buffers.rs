@@ -1,0 +1,202 @@
+//! Buffers, wherever they are, and what accessors make of them. Nothing is read before it is known to be there.
+
+use super::super::{OpenMesh, files};
+use crate::error::{LoadError, quote};
+use base64::{Engine, prelude::BASE64_STANDARD};
+use gltf::{
+    Accessor,
+    accessor::{DataType, Dimensions},
+    buffer::{Buffer, Source},
+};
+use percent_encoding::percent_decode_str;
+use std::{borrow::Cow, collections::HashMap, path::Path, rc::Rc};
+
+/// A file's buffers; each is read once.
+pub(super) struct Buffers<'a> {
+    path: &'a Path,
+    blob: Option<&'a [u8]>,
+    open: OpenMesh<'a>,
+    read: HashMap<usize, Rc<Cow<'a, [u8]>>>,
+}
+
+impl<'a> Buffers<'a> {
+    /// The buffers of the file at `path`; `blob` is the one within a .glb.
+    pub(super) fn new(path: &'a Path, blob: Option<&'a [u8]>, open: OpenMesh<'a>) -> Self {
+        Self {
+            path,
+            blob,
+            open,
+            read: HashMap::new(),
+        }
+    }
+
+    /// An error of the file.
+    pub(super) fn refused(&self, message: impl AsRef<str>) -> LoadError {
+        LoadError::whole_file(self.path, message)
+    }
+
+    fn bytes(&mut self, buffer: &Buffer<'_>) -> Result<Rc<Cow<'a, [u8]>>, LoadError> {
+        let index = buffer.index();
+        if let Some(bytes) = self.read.get(&index) {
+            return Ok(Rc::clone(bytes));
+        }
+        let bytes: Cow<'a, [u8]> = match buffer.source() {
+            Source::Bin => match self.blob {
+                Some(blob) if index == 0 => Cow::Borrowed(blob),
+                _ => {
+                    return Err(self.refused(format!(
+                        "buffers[{index}] has no `uri`, and there is no binary chunk"
+                    )));
+                }
+            },
+            Source::Uri(uri) => match uri.strip_prefix("data:") {
+                Some(data) => Cow::Owned(self.data(index, data)?),
+                None => Cow::Owned(self.beside(index, uri)?),
+            },
+        };
+        if bytes.len() < buffer.length() {
+            return Err(self.refused(format!(
+                "buffers[{index}] has {} bytes, expected {}",
+                bytes.len(),
+                buffer.length()
+            )));
+        }
+        let bytes = Rc::new(bytes);
+        self.read.insert(index, Rc::clone(&bytes));
+        Ok(bytes)
+    }
+
+    /// A data URI (RFC 2397) without its scheme.
+    fn data(&self, index: usize, data: &str) -> Result<Vec<u8>, LoadError> {
+        let Some((_, base64)) = data.split_once(";base64,") else {
+            return Err(self.refused(format!("buffers[{index}] is a data URI without `;base64,`")));
+        };
+        BASE64_STANDARD
+            .decode(base64)
+            .map_err(|error| self.refused(format!("buffers[{index}] is not Base64: {error}")))
+    }
+
+    /// A file beside this one.
+    fn beside(&mut self, index: usize, uri: &str) -> Result<Vec<u8>, LoadError> {
+        let name = percent_decode_str(uri).decode_utf8_lossy();
+        if uri.contains("://") || name.len() > 4096 {
+            let found = quote(uri.as_bytes());
+            return Err(self.refused(format!(
+                "buffers[{index}] is {found}, expected the name of a file beside this one"
+            )));
+        }
+        let path = self.path.parent().unwrap_or(Path::new("")).join(name.as_ref());
+        (self.open)(&path).map_err(|error| {
+            self.refused(format!("cannot load buffers[{index}]"))
+                .caused_by(files::load_error(&path, &error))
+        })
+    }
+
+    /// The elements of an accessor, `N` numbers each. Whole numbers are scaled to 0..1 or -1..1 if the accessor says
+    /// that they are normalised.
+    pub(super) fn vectors<const N: usize>(
+        &mut self,
+        accessor: &Accessor<'_>,
+    ) -> Result<Vec<[f32; N]>, LoadError> {
+        let kind = accessor.data_type();
+        if accessor.dimensions().multiplicity() != N || !matches!(accessor.dimensions(), Dimensions::Vec3) {
+            let index = accessor.index();
+            return Err(self.refused(format!("accessors[{index}] does not hold vectors of {N} numbers")));
+        }
+        let scale = match kind {
+            _ if !accessor.normalized() => None,
+            DataType::I8 => Some(f32::from(i8::MAX)),
+            DataType::U8 => Some(f32::from(u8::MAX)),
+            DataType::I16 => Some(f32::from(i16::MAX)),
+            DataType::U16 => Some(f32::from(u16::MAX)),
+            DataType::U32 | DataType::F32 => None,
+        };
+        self.elements(accessor, |element| {
+            let mut vector = [0.0; N];
+            for (value, bytes) in vector.iter_mut().zip(element.chunks_exact(kind.size())) {
+                let number = number(kind, bytes) as f32;
+                *value = match scale {
+                    // The least whole number is one step below -1.
+                    Some(scale) => (number / scale).max(-1.0),
+                    None => number,
+                };
+            }
+            vector
+        })
+    }
+
+    /// The elements of an accessor of indices.
+    pub(super) fn indices(&mut self, accessor: &Accessor<'_>) -> Result<Vec<u32>, LoadError> {
+        let kind = accessor.data_type();
+        let unsigned = matches!(kind, DataType::U8 | DataType::U16 | DataType::U32);
+        if !unsigned || accessor.dimensions() != Dimensions::Scalar {
+            let index = accessor.index();
+            return Err(self.refused(format!(
+                "accessors[{index}] does not hold indices: whole numbers without a sign"
+            )));
+        }
+        self.elements(accessor, |element| number(kind, element) as u32)
+    }
+
+    fn elements<T>(
+        &mut self,
+        accessor: &Accessor<'_>,
+        element: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, LoadError> {
+        let index = accessor.index();
+        if accessor.sparse().is_some() {
+            return Err(self.refused(format!(
+                "accessors[{index}] is sparse, which octray does not read"
+            )));
+        }
+        let Some(view) = accessor.view() else {
+            return Err(self.refused(format!("accessors[{index}] has no buffer view")));
+        };
+        let buffer = self.bytes(&view.buffer())?;
+        let (size, count) = (accessor.size(), accessor.count());
+        let stride = view.stride().unwrap_or(size);
+        let beyond = |what: &str| {
+            self.refused(format!(
+                "{what} lies beyond the end of its buffer: the file is cut short or broken"
+            ))
+        };
+        let view_end = view.offset().checked_add(view.length());
+        let in_view = view_end
+            .and_then(|end| buffer.get(view.offset()..end))
+            .ok_or_else(|| beyond(&format!("bufferViews[{}]", view.index())))?;
+        let length = count
+            .checked_sub(1)
+            .map_or(Some(0), |last| last.checked_mul(stride)?.checked_add(size));
+        let elements = length
+            .and_then(|length| accessor.offset().checked_add(length))
+            .and_then(|end| in_view.get(accessor.offset()..end))
+            .ok_or_else(|| beyond(&format!("accessors[{index}], {count} elements of {size} bytes,")))?;
+        let mut values = Vec::new();
+        values
+            .try_reserve_exact(count)
+            .map_err(|_| self.refused(format!("accessors[{index}] does not fit into memory")))?;
+        if stride == 0 && count > 1 {
+            return Err(self.refused(format!("accessors[{index}] has elements of no size")));
+        }
+        values.extend(
+            elements
+                .chunks(stride.max(1))
+                .take(count)
+                .map(|bytes| element(bytes.get(..size).unwrap_or_default())),
+        );
+        Ok(values)
+    }
+}
+
+/// A number of an accessor, exact in `f64`.
+fn number(kind: DataType, bytes: &[u8]) -> f64 {
+    match (kind, bytes) {
+        (DataType::I8, &[b]) => f64::from(b as i8),
+        (DataType::U8, &[b]) => f64::from(b),
+        (DataType::I16, &[a, b]) => f64::from(i16::from_le_bytes([a, b])),
+        (DataType::U16, &[a, b]) => f64::from(u16::from_le_bytes([a, b])),
+        (DataType::U32, &[a, b, c, d]) => f64::from(u32::from_le_bytes([a, b, c, d])),
+        (DataType::F32, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+        _ => f64::NAN,
+    }
+}

@@ -1,0 +1,194 @@
+//! glTF 2.0, as JSON with its buffers beside it or within, or as one binary file (.glb). The gltf crate reads the
+//! JSON and checks its references; bytes are read by [`buffers`], whose every access is checked: the crate's own
+//! readers take offsets and counts at their word.
+//!
+//! Triangles, strips and fans of all nodes of the default scene, with the nodes' transforms; base colours and
+//! roughness; perspective cameras. Textures, skins, morph targets and animations are not read.
+//!
+//! Format: *glTF 2.0 Specification*, The Khronos Group, 2021.
+
+mod buffers;
+mod nodes;
+
+use super::{
+    OpenMesh,
+    mesh::{LoadedMesh, Surface, UpAxis},
+};
+use crate::error::{LoadError, SourcePos};
+use buffers::Buffers;
+use gltf::{
+    Document, Glb,
+    json::{self, validation::Validate},
+};
+use std::{path::Path, sync::Arc};
+
+/// Extensions that a file may require without changing what is read here.
+const HARMLESS: [&str; 6] = [
+    "KHR_materials_",
+    "KHR_texture_",
+    "EXT_texture_",
+    "KHR_lights_",
+    "KHR_xmp",
+    "KHR_mesh_quantization",
+];
+
+/// Reads a mesh; `open` gives the buffers that lie beside it.
+///
+/// # Errors
+/// [`LoadError`]: with line and column for JSON that is none, else with the JSON path of what is at fault.
+pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
+    let refused = |message: String| LoadError::whole_file(path, message);
+    if bytes.is_empty() {
+        return Err(refused("the file is empty, expected a glTF mesh".into()));
+    }
+    let (json, blob) = if bytes.starts_with(b"glTF") {
+        split_binary(bytes).map_err(refused)?
+    } else {
+        (bytes, None)
+    };
+    let document = document(json, path)?;
+    let mut buffers = Buffers::new(path, blob, open);
+    let mut reading = nodes::Reading::default();
+    reading.scene(&document, &mut buffers)?;
+    Ok(reading.finish(&document))
+}
+
+/// The JSON and the buffer of a .glb file.
+fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
+    // The crate subtracts without looking.
+    let length = bytes.get(8..).and_then(|rest| rest.first_chunk());
+    let length = length.map_or(0, |&length| u32::from_le_bytes(length) as usize);
+    if length < 20 || length > bytes.len() {
+        return Err(format!(
+            "a binary glTF file of {length} bytes by its header, but {} bytes are there: it is cut short or broken",
+            bytes.len()
+        ));
+    }
+    let whole = bytes.get(..length).unwrap_or(bytes);
+    let glb = Glb::from_slice(whole).map_err(|error| format!("a broken binary glTF file: {error}"))?;
+    // The crate hands out slices of what it was given, or copies.
+    match (glb.json, glb.bin) {
+        (std::borrow::Cow::Borrowed(json), None) => Ok((json, None)),
+        (std::borrow::Cow::Borrowed(json), Some(std::borrow::Cow::Borrowed(bin))) => Ok((json, Some(bin))),
+        _ => Err("a broken binary glTF file".to_owned()),
+    }
+}
+
+/// The checked JSON.
+fn document(text: &[u8], path: &Path) -> Result<Document, LoadError> {
+    let refused = |message: String| LoadError::whole_file(path, message);
+    let mut root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
+        let at = SourcePos {
+            file: Arc::new(path.to_path_buf()),
+            line: error.line() as u32,
+            column: error.column() as u32,
+        };
+        // Its message repeats the place.
+        let message = error.to_string();
+        let message = message.split(" at line ").next().unwrap_or_default();
+        LoadError::new(at, format!("this is no glTF mesh: {}", shortened(message)))
+    })?;
+    if let Some(version) = root.asset.min_version.as_ref().or(Some(&root.asset.version))
+        && !version.starts_with("2.")
+    {
+        return Err(refused(format!(
+            "glTF version {}, expected 2.0",
+            shortened(version)
+        )));
+    }
+    root.extensions_required
+        .retain(|name| !HARMLESS.iter().any(|harmless| name.starts_with(harmless)));
+    if let Some(name) = root.extensions_required.first() {
+        let advice = if name.contains("draco") || name.contains("meshopt") {
+            "; export the mesh without compression"
+        } else {
+            ""
+        };
+        return Err(refused(format!(
+            "the file needs the extension {}, which octray does not read{advice}",
+            shortened(name)
+        )));
+    }
+    // What is not read need not be right.
+    root.animations.clear();
+    for accessor in &mut root.accessors {
+        (accessor.min, accessor.max) = (None, None);
+    }
+    for (i, mesh) in root.meshes.iter_mut().enumerate() {
+        for (j, primitive) in mesh.primitives.iter_mut().enumerate() {
+            primitive.targets = None;
+            // The crate's own check looks positions up before it checks their index.
+            let accessors = root.accessors.len();
+            if let Some(index) = primitive
+                .attributes
+                .values()
+                .find(|index| index.value() >= accessors)
+            {
+                return Err(refused(format!(
+                    "meshes[{i}].primitives[{j}].attributes: accessor {}, but the file has only {accessors}",
+                    index.value()
+                )));
+            }
+        }
+    }
+    let mut fault = None;
+    root.validate(&root, json::Path::new, &mut |path, error| {
+        let place = path().to_string();
+        // Bounds of positions are redundant; primitives without positions are left out later.
+        let matters = error != json::validation::Error::Missing
+            || !(place.contains("accessors") || place.contains("attributes"));
+        if matters && fault.is_none() {
+            fault = Some(format!(
+                "{}: {}",
+                shortened(&place),
+                error.to_string().to_lowercase()
+            ));
+        }
+    });
+    match fault {
+        Some(fault) => Err(refused(fault)),
+        None => Ok(Document::from_json_without_validation(root)),
+    }
+}
+
+/// Words of the file may have any length.
+fn shortened(text: &str) -> String {
+    text.chars().take(120).collect()
+}
+
+/// A material as octray shows it. Base colours are linear; surfaces hold display values.
+fn surface(material: &gltf::Material<'_>) -> Surface {
+    let pbr = material.pbr_metallic_roughness();
+    let [red, green, blue, _] = pbr.base_color_factor();
+    let diffuse = [red, green, blue].map(display_value);
+    let roughness = pbr.roughness_factor().clamp(0.1, 1.0);
+    let shine = 1.0 - roughness;
+    // A metal's highlight has its own colour.
+    let metallic = pbr.metallic_factor().clamp(0.0, 1.0);
+    let tint = diffuse.map(|channel| 1.0 + metallic * (channel - 1.0));
+    Surface {
+        diffuse,
+        specular: tint.map(|channel| 0.6 * shine * channel),
+        // Blinn-Phong's exponent for the width of a microfacet lobe: Walter et al., EGSR 2007.
+        alpha: ((2.0 / roughness.powi(4) - 2.0) as u32).clamp(4, 2000),
+    }
+}
+
+/// sRGB's transfer function (IEC 61966-2-1).
+fn display_value(linear: f32) -> f32 {
+    let linear = f64::from(linear.clamp(0.0, 1.0));
+    let display = if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055
+    };
+    display as f32
+}
+
+impl UpAxis {
+    /// By glTF's specification.
+    const GLTF: Self = Self::Y;
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,201 @@
+use super::*;
+use glam::DVec3;
+use std::io;
+
+/// Three positions, a normal each, and indices 0, 1, 2 as bytes.
+fn buffer() -> Vec<u8> {
+    let numbers: [f32; 18] = [
+        0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0,
+    ];
+    let mut bytes: Vec<u8> = numbers.iter().flat_map(|value| value.to_le_bytes()).collect();
+    bytes.extend([0, 1, 2, 0]);
+    bytes
+}
+
+/// One triangle twice: as it is, and within a node that is within another.
+const SCENE: &str = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1]}],
+"nodes":[{"mesh":0},{"children":[2,3],"translation":[10,0,0]},{"mesh":0,"scale":[2,1,1],"rotation":[0,0,1,0]},
+{"camera":0,"name":"eye","translation":[0,0,5]}],
+"cameras":[{"type":"perspective","perspective":{"yfov":0.5,"znear":0.1}}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0}]}],
+"materials":[{"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0,1]}}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]},
+{"bufferView":0,"byteOffset":36,"componentType":5126,"count":3,"type":"VEC3"},
+{"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"}],
+"bufferViews":[{"buffer":0,"byteLength":72},{"buffer":0,"byteOffset":72,"byteLength":3}],
+"buffers":[{"byteLength":76,"uri":"a%20b.bin"}]}"#;
+
+fn load(json: &str) -> Result<LoadedMesh, String> {
+    parse(
+        json.as_bytes(),
+        Path::new("folder/a.gltf"),
+        &mut |path| match path.to_str() {
+            Some("folder/a b.bin") => Ok(buffer()),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        },
+    )
+    .map_err(|error| error.to_string().trim_start_matches("folder/a.gltf:").to_owned())
+}
+
+fn changed(from: &str, to: &str) -> Result<LoadedMesh, String> {
+    assert!(SCENE.contains(from), "{from}");
+    load(&SCENE.replacen(from, to, 1))
+}
+
+fn refused(from: &str, to: &str) -> String {
+    changed(from, to).expect_err("it is refused")
+}
+
+#[test]
+fn transforms_of_nodes_within_nodes() {
+    let mesh = load(SCENE).expect("a mesh");
+    assert_eq!(mesh.columns.x, [0.0, 1.0, 0.0, 10.0, 8.0, 10.0]);
+    assert_eq!(mesh.columns.y, [0.0, 0.0, 1.0, 0.0, 0.0, -1.0]);
+    assert_eq!(mesh.columns.triangles, [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(mesh.columns.normals, [glam::Vec3::Z; 6]);
+    assert_eq!((mesh.surfaces.len(), &mesh.surface_of[..]), (1, &[0, 0][..]));
+    // 0.5 of linear light is shown as 0.735.
+    let [red, green, blue] = mesh.surfaces[0].diffuse;
+    assert!(red == 1.0 && (green - 0.735).abs() < 0.001 && blue == 0.0);
+    let camera = &mesh.cameras[0];
+    assert_eq!(
+        (camera.name.as_str(), camera.eye),
+        ("eye", DVec3::new(10.0, 0.0, 5.0))
+    );
+    assert_eq!((camera.target, camera.up), (DVec3::new(10.0, 0.0, 4.0), DVec3::Y));
+    assert!((camera.fov_degrees - 0.5_f64.to_degrees()).abs() < 1e-5);
+    assert_eq!(mesh.up, UpAxis::Y);
+}
+
+#[test]
+fn a_file_of_its_own_or_one_for_all() {
+    let as_uri = format!("data:application/octet-stream;base64,{}", base64(&buffer()));
+    let inside = changed("a%20b.bin", &as_uri).expect("a data URI");
+    assert_eq!(inside.columns.triangles.len(), 2);
+
+    let json = SCENE.replace(r#","uri":"a%20b.bin""#, "");
+    let mut json = json.into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let bin = buffer();
+    let length = 12 + 8 + json.len() + 8 + bin.len();
+    let mut glb = b"glTF\x02\0\0\0".to_vec();
+    glb.extend((length as u32).to_le_bytes());
+    for (kind, bytes) in [(b"JSON", &json), (b"BIN\0", &bin)] {
+        glb.extend((bytes.len() as u32).to_le_bytes());
+        glb.extend(kind);
+        glb.extend(bytes);
+    }
+    let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
+    let mesh = parse(&glb, Path::new("a.glb"), open).expect("a binary file");
+    assert_eq!(mesh.columns.x, load(SCENE).expect("a mesh").columns.x);
+    for cut in 0..glb.len() {
+        let error = parse(&glb[..cut], Path::new("a.glb"), open);
+        assert!(error.is_err(), "cut at {cut}");
+    }
+}
+
+fn base64(bytes: &[u8]) -> String {
+    use ::base64::{Engine, prelude::BASE64_STANDARD};
+    BASE64_STANDARD.encode(bytes)
+}
+
+#[test]
+fn strips_fans_and_corners_without_indices() {
+    let with = |mode: &str| {
+        changed(r#""indices":2,"material":0"#, mode)
+            .expect("a mesh")
+            .columns
+            .triangles
+    };
+    assert_eq!(with(r#""mode":5"#), [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(with(r#""mode":6"#), [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(with(r#""mode":4"#), [[0, 1, 2], [3, 4, 5]]);
+    assert!(with(r#""mode":1"#).is_empty());
+}
+
+#[test]
+fn what_is_not_read_is_said() {
+    assert_eq!(
+        refused(
+            r#""asset":{"version":"2.0"}"#,
+            r#""asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]"#
+        ),
+        " the file needs the extension KHR_draco_mesh_compression, which octray does not read; export the mesh without \
+         compression"
+    );
+    changed(
+        r#""asset":{"version":"2.0"}"#,
+        r#""asset":{"version":"2.0"},"extensionsRequired":["KHR_materials_unlit"]"#,
+    )
+    .expect("harmless");
+    let sparse = r#""sparse":{"count":1,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":0}},"type":"VEC3","min""#;
+    assert_eq!(
+        refused(r#""type":"VEC3","min""#, sparse),
+        " accessors[0] is sparse, which octray does not read"
+    );
+    let without = changed(r#""POSITION":0,"NORMAL":1"#, r#""NORMAL":1"#).expect("nothing");
+    assert!(without.columns.triangles.is_empty());
+    assert_eq!(without.notes, ["left out: primitives without positions"]);
+}
+
+#[test]
+fn faults() {
+    assert_eq!(
+        load("").expect_err("empty"),
+        " the file is empty, expected a glTF mesh"
+    );
+    assert!(
+        load("{\n\"asset\": 3}")
+            .expect_err("not an object")
+            .starts_with("2:10: this is no glTF mesh: ")
+    );
+    assert!(
+        load("hello")
+            .expect_err("not JSON")
+            .starts_with("1:1: this is no glTF mesh: ")
+    );
+    assert_eq!(refused("2.0", "1.0"), " glTF version 1.0, expected 2.0");
+    assert_eq!(
+        refused("a%20b.bin", "no.bin"),
+        " cannot load buffers[0]\n  caused by: folder/no.bin: there is no such file"
+    );
+    assert!(
+        refused("a%20b.bin", "https://example.org/a.bin")
+            .contains("expected the name of a file beside this one")
+    );
+    assert!(refused("a%20b.bin", "data:;base64,?").contains("buffers[0] is not Base64"));
+    assert_eq!(
+        refused(r#""byteLength":76"#, r#""byteLength":77"#),
+        " buffers[0] has 76 bytes, expected 77"
+    );
+    assert_eq!(
+        refused(
+            r#""count":3,"type":"VEC3","min""#,
+            r#""count":4000000000,"type":"VEC3","min""#
+        ),
+        " accessors[0], 4000000000 elements of 12 bytes, lies beyond the end of its buffer: the file is cut short or broken"
+    );
+    assert!(
+        refused(
+            r#""byteOffset":72,"byteLength":3"#,
+            r#""byteOffset":75,"byteLength":3"#
+        )
+        .contains("bufferViews[1]")
+    );
+    assert_eq!(
+        refused(
+            r#""byteOffset":72,"byteLength":3"#,
+            r#""byteOffset":14,"byteLength":3"#
+        ),
+        " accessors[2]: vertex index 128 (number 1), but the primitive has only 3 vertices"
+    );
+    assert!(refused(r#""mesh":0},{"ch"#, r#""mesh":1},{"ch"#).contains("out of bounds"));
+    assert!(
+        refused(r#""children":[2,3]"#, r#""children":[1,3]"#)
+            .contains("nodes[1] is in the tree of nodes twice")
+    );
+    assert!(
+        refused(r#""translation":[10,0,0]"#, r#""translation":[1e30,0,0]"#)
+            .contains("vertex 1 of 3: x is 1e30")
+    );
+}

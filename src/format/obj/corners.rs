@@ -1,0 +1,184 @@
+//! The corners of faces: indices to positions and normals, each counted on its own, made into vertices that have
+//! both.
+
+use super::{
+    super::place::{TextFault, Words},
+    corner,
+};
+use crate::{error::quote, scene::MeshColumns};
+use glam::Vec3;
+use std::ops::Range;
+
+/// A corner as it is written: 1-based, or negative from the end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Corner {
+    pub(super) position: i64,
+    pub(super) normal: Option<i64>,
+}
+
+/// A corner without a normal.
+const NONE: u32 = u32::MAX;
+
+/// The corners of all triangles.
+#[derive(Default)]
+pub(super) struct Corners {
+    positions: Vec<[u32; 3]>,
+    /// As long as `positions` as soon as one corner has a normal.
+    normals: Vec<[u32; 3]>,
+    /// The largest indices.
+    largest: [u32; 2],
+    /// Room for one face.
+    face: Vec<[u32; 2]>,
+}
+
+impl Corners {
+    pub(super) fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// Whether an index is not below its limit: of positions, of normals.
+    pub(super) fn are_beyond(&self, limits: [usize; 2]) -> bool {
+        let any = !self.positions.is_empty();
+        let [position, normal] = self.largest.map(|index| index as usize);
+        any && (position >= limits[0] || (!self.normals.is_empty() && normal >= limits[1]))
+    }
+
+    /// Adds a face; says how many triangles it is. `sizes` are the numbers of positions and normals so far.
+    pub(super) fn face(
+        &mut self,
+        words: Words<'_>,
+        keyword: &Range<usize>,
+        sizes: [usize; 2],
+        limits: Option<[usize; 2]>,
+    ) -> Result<usize, TextFault> {
+        self.face.clear();
+        let whole_line = keyword.start..words.end_of_words();
+        for (word, place) in words {
+            if word.starts_with(b"#") {
+                break;
+            }
+            let fault = |message: String| TextFault::new(place.clone(), message);
+            let Some(corner) = corner(word) else {
+                let message = format!(
+                    "corner {}, expected indices such as `1`, `1/2`, `1//3` or `1/2/3`",
+                    quote(word)
+                );
+                return Err(fault(message));
+            };
+            let resolve = |index: i64, size: usize, what: [&str; 2], limit: Option<usize>| {
+                let resolved = if index < 0 { index + size as i64 } else { index - 1 };
+                let index_fault = |count: usize| {
+                    let [one, many] = what;
+                    let (are, noun) = if count == 1 { ("is", one) } else { ("are", many) };
+                    fault(format!(
+                        "{one} index {index}, but there {are} only {count} {noun}"
+                    ))
+                };
+                if index == 0 {
+                    return Err(fault(format!(
+                        "{} index 0, expected 1 or more, or less than 0",
+                        what[0]
+                    )));
+                }
+                match u32::try_from(resolved) {
+                    Ok(resolved)
+                        if resolved < NONE && limit.is_none_or(|limit| (resolved as usize) < limit) =>
+                    {
+                        Ok(resolved)
+                    }
+                    _ => Err(index_fault(limit.unwrap_or(size))),
+                }
+            };
+            let position = resolve(
+                corner.position,
+                sizes[0],
+                ["vertex", "vertices"],
+                limits.map(|l| l[0]),
+            )?;
+            let normal = match corner.normal {
+                Some(normal) => resolve(normal, sizes[1], ["normal", "normals"], limits.map(|l| l[1]))?,
+                None => NONE,
+            };
+            self.largest[0] = self.largest[0].max(position);
+            if normal != NONE {
+                self.largest[1] = self.largest[1].max(normal);
+            }
+            self.face.push([position, normal]);
+        }
+        if self.face.len() < 3 {
+            let message = format!("a face of {} corners, expected 3 or more", self.face.len());
+            return Err(TextFault::new(whole_line, message));
+        }
+        if self.face.iter().any(|corner| corner[1] != NONE) {
+            self.normals.resize(self.positions.len(), [NONE; 3]);
+        }
+        let has_normals =
+            self.normals.len() == self.positions.len() && self.face.iter().any(|c| c[1] != NONE);
+        let (first, others) = (self.face[0], &self.face[1..]);
+        for pair in others.windows(2) {
+            self.positions.push([first[0], pair[0][0], pair[1][0]]);
+            if has_normals {
+                self.normals.push([first[1], pair[0][1], pair[1][1]]);
+            }
+        }
+        Ok(others.len() - 1)
+    }
+
+    /// Moves the corners into a mesh that holds the positions. A position that is used with several normals becomes
+    /// several vertices.
+    pub(super) fn into_columns(self, normals: &[[f32; 3]], mesh: &mut MeshColumns) -> Result<(), String> {
+        let Self {
+            mut positions,
+            normals: mut normal_corners,
+            ..
+        } = self;
+        if normal_corners.is_empty() {
+            mesh.triangles = positions;
+            return Ok(());
+        }
+        normal_corners.resize(positions.len(), [NONE; 3]);
+        let no_memory = |_| "the mesh does not fit into memory".to_owned();
+        let count = mesh.x.len();
+        // The normal that the vertex has, once a corner has said so, and the next vertex at the same position.
+        let mut normal_of: Vec<Option<u32>> = Vec::new();
+        let mut next: Vec<u32> = Vec::new();
+        normal_of.try_reserve_exact(count).map_err(no_memory)?;
+        next.try_reserve_exact(count).map_err(no_memory)?;
+        normal_of.resize(count, None);
+        next.resize(count, NONE);
+        for (corners, normals) in positions.iter_mut().zip(&normal_corners) {
+            for (corner, &normal) in corners.iter_mut().zip(normals) {
+                let mut vertex = *corner as usize;
+                loop {
+                    match normal_of[vertex] {
+                        None => normal_of[vertex] = Some(normal),
+                        Some(other) if other == normal => {}
+                        Some(_) if next[vertex] == NONE => {
+                            let copy = normal_of.len();
+                            next[vertex] = u32::try_from(copy).map_err(|_| "too many vertices".to_owned())?;
+                            next.push(NONE);
+                            normal_of.push(Some(normal));
+                            for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
+                                column.push(column[*corner as usize]);
+                            }
+                            vertex = copy;
+                        }
+                        Some(_) => {
+                            vertex = next[vertex] as usize;
+                            continue;
+                        }
+                    }
+                    break;
+                }
+                *corner = vertex as u32;
+            }
+        }
+        let normal = |index: &Option<u32>| {
+            let normal = index.and_then(|index| normals.get(index as usize));
+            normal.map_or(Vec3::ZERO, |&normal| Vec3::from_array(normal))
+        };
+        mesh.normals = normal_of.iter().map(normal).collect();
+        mesh.triangles = positions;
+        Ok(())
+    }
+}

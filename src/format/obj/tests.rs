@@ -1,0 +1,131 @@
+use super::*;
+use std::io;
+
+fn load(text: &str, mtl: &str) -> Result<LoadedMesh, LoadError> {
+    parse(
+        text.as_bytes(),
+        Path::new("folder/a.obj"),
+        &mut |path| match path.to_str() {
+            Some("folder/a b.mtl") => Ok(mtl.into()),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        },
+    )
+}
+
+fn mesh(text: &str) -> LoadedMesh {
+    load(text, "").unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn fault(text: &str) -> String {
+    let error = load(text, "").expect_err("it is refused").to_string();
+    error.trim_start_matches("folder/a.obj:").to_owned()
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+#[test]
+fn polygons_become_fans_and_indices_count_from_either_end() {
+    let expected = [[0, 1, 2], [0, 2, 3]];
+    for face in [
+        "f 1 2 3 4",
+        "f -4 -3 -2 -1",
+        "f 1/1 2/1 3/1 4/1 # a square",
+        "f 1 2 \\\n 3 4",
+        "f\t+1 2 3 4\r",
+    ] {
+        let mesh = mesh(&format!("# x\r\n{SQUARE}vt 0\n{face}\nf -4 -3 -1"));
+        assert_eq!(mesh.columns.triangles[..2], expected, "{face}");
+        assert_eq!(mesh.columns.triangles[2..], [[0, 1, 3]]);
+        assert_eq!(mesh.columns.x, [0.0, 1.0, 1.0, 0.0]);
+        assert!(mesh.columns.normals.is_empty() && mesh.surfaces.is_empty() && mesh.surface_of.is_empty());
+    }
+    // An index may point ahead.
+    assert_eq!(mesh(&format!("f 1 2 3\n{SQUARE}")).columns.triangles, [[0, 1, 2]]);
+}
+
+#[test]
+fn a_position_with_two_normals_becomes_two_vertices() {
+    let text = format!("{SQUARE}vn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//1 4//-1\nf 1 2 3\n");
+    let mesh = mesh(&text).columns;
+    assert_eq!(mesh.triangles, [[0, 1, 2], [4, 2, 3], [5, 6, 7]]);
+    assert_eq!(mesh.x, [0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
+    let (z, x, none) = (glam::Vec3::Z, glam::Vec3::X, glam::Vec3::ZERO);
+    assert_eq!(mesh.normals, [z, z, z, x, x, none, none, none]);
+}
+
+#[test]
+fn materials() {
+    let mtl = "Kd 9 9 9\nnewmtl a\nKd 0.5\nnewmtl two words\nKd 0 1.5 0.25 # c\nKs 0.5 0.5 0.5\nNs 80.5\n\
+        newmtl dull\nKd 1 0 0\nKs 1 1 1\nNs 0\nnewmtl odd\nKd spectral x.rfl\nmap_Kd x.png\n";
+    let text = format!(
+        "mtllib a b.mtl\n{SQUARE}f 1 2 3\nusemtl two words\nf 1 2 3 4\nusemtl dull\nf 1 2 3\nusemtl no\nf 1 2 3"
+    );
+    let mesh = load(&text, mtl).expect("a mesh");
+    assert_eq!(mesh.surfaces.len(), 5);
+    assert_eq!(mesh.surface_of, [4, 1, 1, 2, 4]);
+    assert_eq!(mesh.surfaces[0].diffuse, [0.5; 3]);
+    let expected = Surface {
+        diffuse: [0.0, 1.0, 0.25],
+        specular: [0.5; 3],
+        alpha: 80,
+    };
+    assert_eq!(mesh.surfaces[1], expected);
+    assert_eq!(mesh.surfaces[2].specular, [0.0; 3]);
+    assert_eq!(mesh.surfaces[4], Surface::NEUTRAL);
+    assert_eq!(
+        mesh.notes,
+        [
+            "folder/a b.mtl:13:1: `Kd` without numbers that are understood",
+            "folder/a b.mtl: textures are not read, only colours"
+        ]
+    );
+    let missing = load(&format!("mtllib no.mtl\nusemtl a\n{SQUARE}f 1 2 3"), "").expect("a mesh");
+    assert_eq!(
+        missing.notes,
+        ["folder/no.mtl: there is no such file, so its colours are not used"]
+    );
+}
+
+#[test]
+fn faults_have_places() {
+    assert_eq!(fault(""), "1:1: the file is empty, expected an OBJ mesh");
+    assert_eq!(
+        fault("v 0 0"),
+        "1:1: the line ends where `z` should be, expected three numbers"
+    );
+    assert_eq!(fault("v 0 x 0"), "1:5: `y` is `x`, expected a number");
+    assert_eq!(fault("\n v 0 0 nan"), "2:8: z is NaN, expected a finite number");
+    assert_eq!(fault("vn inf 0 0"), "1:4: nx is inf, expected a finite number");
+    let with = |line: &str| fault(&format!("{SQUARE}{line}\n"));
+    assert_eq!(with("f 1 2"), "5:1: a face of 2 corners, expected 3 or more");
+    assert_eq!(
+        with("f 1 2 0"),
+        "5:7: vertex index 0, expected 1 or more, or less than 0"
+    );
+    assert_eq!(
+        with("f 1 2 -5"),
+        "5:7: vertex index -5, but there are only 4 vertices"
+    );
+    assert_eq!(
+        with("f 1 2 5"),
+        "5:7: vertex index 5, but there are only 4 vertices"
+    );
+    assert_eq!(
+        with("f 1//1 2 3"),
+        "5:3: normal index 1, but there are only 0 normals"
+    );
+    assert_eq!(
+        with("vn 0 0 1\nf 1//-2 2 3"),
+        "6:3: normal index -2, but there is only 1 normal"
+    );
+    for word in ["a", "1/", "1/x", "1//", "1/2/3/4", "", "99999999999999999999"] {
+        if !["1/", "1//", ""].contains(&word) {
+            assert!(
+                with(&format!("f {word} 2 3")).starts_with("5:3: corner `"),
+                "{word}"
+            );
+        }
+    }
+    assert!(fault("what is this\n").starts_with("1:1: found `what`, and no vertices: expected an OBJ mesh"));
+    assert!(fault("v 0 0 0\n\0").starts_with("2:1: found a NUL byte: this is binary data"));
+}

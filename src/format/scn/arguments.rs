@@ -1,0 +1,252 @@
+//! A statement's words, taken one after the other: numbers, keys and their numbers.
+
+use super::{
+    line::Line,
+    nearest::{list_or_end, nearest},
+    words::Word,
+};
+use crate::{
+    error::{LoadError, SceneError, quote},
+    scene::MAX_COORDINATE,
+};
+use glam::DVec3;
+
+/// The words of a statement, from the second on.
+pub(super) struct Arguments<'l, 'a> {
+    pub(super) line: &'l Line<'l>,
+    /// The statement's first word.
+    pub(super) keyword: Word<'a>,
+    /// How the statement is written.
+    usage: &'static str,
+    /// What the statement is called in errors about its keys.
+    pub(super) name: &'static str,
+    /// What may help where a word is not expected.
+    pub(super) hint: &'static str,
+    words: &'l [Word<'a>],
+    /// Keys that have been taken.
+    seen: Vec<&'static str>,
+}
+
+impl<'l, 'a> Arguments<'l, 'a> {
+    pub(super) fn new(
+        line: &'l Line<'l>,
+        keyword: Word<'a>,
+        words: &'l [Word<'a>],
+        (name, usage): (&'static str, &'static str),
+    ) -> Self {
+        Self {
+            line,
+            keyword,
+            usage,
+            name,
+            hint: "",
+            words,
+            seen: Vec::new(),
+        }
+    }
+
+    /// The next word, not taken yet.
+    pub(super) fn peek(&self) -> Option<Word<'a>> {
+        self.words.first().copied()
+    }
+
+    /// The word behind the next one, not taken yet.
+    pub(super) fn peek_second(&self) -> Option<Word<'a>> {
+        self.words.get(1).copied()
+    }
+
+    /// Takes the next word, if there is one.
+    pub(super) fn next(&mut self) -> Option<Word<'a>> {
+        let (first, rest) = self.words.split_first()?;
+        self.words = rest;
+        Some(*first)
+    }
+
+    /// Takes the words that the statement must begin with.
+    pub(super) fn leading<const N: usize>(&mut self) -> Result<[Word<'a>; N], LoadError> {
+        self.take(self.keyword, self.usage)
+    }
+
+    /// Takes `N` words that belong to `owner`, whose usage is given.
+    pub(super) fn take<const N: usize>(
+        &mut self,
+        owner: Word<'_>,
+        usage: &str,
+    ) -> Result<[Word<'a>; N], LoadError> {
+        if let Some((taken, rest)) = self.words.split_first_chunk() {
+            self.words = rest;
+            return Ok(*taken);
+        }
+        let end = self.words.last().unwrap_or(&owner).end();
+        let name = quote(owner.text);
+        let message = match self.words.len() {
+            0 => format!("{name} stands alone, expected `{usage}`"),
+            found => format!("{name} with {found} of {N} numbers, expected `{usage}`"),
+        };
+        Err(self.line.error(end, 1, message))
+    }
+
+    /// Refuses words that are left over.
+    pub(super) fn end(&self) -> Result<(), LoadError> {
+        let Some(extra) = self.peek() else {
+            return Ok(());
+        };
+        let message = format!(
+            "found {} after `{}`, expected the end of the line{}",
+            quote(extra.text),
+            self.usage,
+            self.hint
+        );
+        Err(self.line.error_at(&extra, message))
+    }
+
+    /// Takes the next key, one of `keys`; `None` at the end of the line.
+    pub(super) fn key(
+        &mut self,
+        keys: &[&'static str],
+    ) -> Result<Option<(Word<'a>, &'static str)>, LoadError> {
+        let Some(word) = self.next() else {
+            return Ok(None);
+        };
+        if let Some(key) = keys.iter().find(|key| key.as_bytes() == word.text) {
+            return Ok(Some((word, key)));
+        }
+        let found = quote(word.text);
+        let message = match nearest(word.text, keys.iter().copied()) {
+            Some(near) => format!("unknown key {found} of `{}`, did you mean `{near}`?", self.name),
+            None => format!(
+                "found {found} in `{}`, expected {}{}",
+                self.name,
+                list_or_end(keys),
+                self.hint
+            ),
+        };
+        Err(self.line.error_at(&word, message))
+    }
+
+    /// As [`Arguments::key`], for keys that may stand in a statement once.
+    pub(super) fn key_once(
+        &mut self,
+        keys: &[&'static str],
+    ) -> Result<Option<(Word<'a>, &'static str)>, LoadError> {
+        let taken = self.key(keys)?;
+        if let Some((word, key)) = taken {
+            if self.seen.contains(&key) {
+                let message = format!("`{key}` for the second time in this line, expected it once");
+                return Err(self.line.error_at(&word, message));
+            }
+            self.seen.push(key);
+        }
+        Ok(taken)
+    }
+
+    /// The error that `key` is missing.
+    pub(super) fn missing(&self, key: &str, end: usize) -> LoadError {
+        let message = format!(
+            "{} without `{key}`, expected `{}`",
+            quote(self.keyword.text),
+            self.usage
+        );
+        self.line.error(end, 1, message)
+    }
+
+    /// A number, finite.
+    pub(super) fn number(&self, word: Word<'_>, what: &str) -> Result<f32, LoadError> {
+        let value = word.as_str().and_then(|text| text.parse::<f32>().ok());
+        match value {
+            Some(value) if value.is_finite() => Ok(value),
+            value => Err(self.no_number(word, what, value.is_some())),
+        }
+    }
+
+    fn no_number(&self, word: Word<'_>, what: &str, is_number: bool) -> LoadError {
+        let expected = if is_number { "a finite number" } else { "a number" };
+        let message = format!("{what} is {}, expected {expected}", quote(word.text));
+        self.line.error_at(&word, message)
+    }
+
+    /// Three numbers in `f32`.
+    pub(super) fn numbers3(
+        &self,
+        [x, y, z]: [Word<'_>; 3],
+        [name_x, name_y, name_z]: [&str; 3],
+    ) -> Result<[f32; 3], LoadError> {
+        Ok([
+            self.number(x, name_x)?,
+            self.number(y, name_y)?,
+            self.number(z, name_z)?,
+        ])
+    }
+
+    /// A colour: three numbers from 0 to 1.
+    pub(super) fn color(&self, [r, g, b]: [Word<'_>; 3]) -> Result<[f32; 3], LoadError> {
+        Ok([
+            self.share(r, "red")?,
+            self.share(g, "green")?,
+            self.share(b, "blue")?,
+        ])
+    }
+
+    /// A number from 0 to 1.
+    pub(super) fn share(&self, word: Word<'_>, what: &str) -> Result<f32, LoadError> {
+        let value = self.number(word, what)?;
+        if (0.0..=1.0).contains(&value) {
+            return Ok(value);
+        }
+        let message = format!("{what} is {}, expected a number from 0 to 1", quote(word.text));
+        Err(self.line.error_at(&word, message))
+    }
+
+    /// A whole number of a range.
+    pub(super) fn whole(&self, word: Word<'_>, what: &str, range: (u32, u32)) -> Result<u32, LoadError> {
+        let value = word.as_str().and_then(|text| text.parse().ok());
+        value
+            .filter(|value| (range.0..=range.1).contains(value))
+            .ok_or_else(|| {
+                let message = format!(
+                    "{what} is {}, expected a whole number from {} to {}",
+                    quote(word.text),
+                    range.0,
+                    range.1
+                );
+                self.line.error_at(&word, message)
+            })
+    }
+
+    /// A number in `f64`, for what is computed before it is rounded. At most as large as coordinates may be.
+    pub(super) fn precise(&self, word: Word<'_>, what: &str) -> Result<f64, LoadError> {
+        let value = word.as_str().and_then(|text| text.parse::<f64>().ok());
+        match value {
+            Some(value) if value.abs() <= f64::from(MAX_COORDINATE) => Ok(value),
+            Some(value) if value.is_finite() => {
+                let message = format!("{what} is {value:e}, but numbers above 1e9 are not supported");
+                Err(self.line.error_at(&word, message))
+            }
+            value => Err(self.no_number(word, what, value.is_some())),
+        }
+    }
+
+    /// A point or direction in `f64`.
+    pub(super) fn vector(&self, [x, y, z]: [Word<'_>; 3]) -> Result<DVec3, LoadError> {
+        Ok(DVec3::new(
+            self.precise(x, "x")?,
+            self.precise(y, "y")?,
+            self.precise(z, "z")?,
+        ))
+    }
+
+    /// What the builder objects to, at the word that it is about: the one with the name and the value of the fault,
+    /// else the last one.
+    pub(super) fn refused(&self, error: &SceneError, words: &[(&str, Word<'_>)]) -> LoadError {
+        let last = words.last().map_or(self.keyword, |&(_, word)| word);
+        let word = match error {
+            SceneError::NotUsable { what, value } => words
+                .iter()
+                .find(|(name, word)| name == what && self.number(*word, what).is_ok_and(|v| v == *value))
+                .map_or(last, |&(_, word)| word),
+            SceneError::TooMany { .. } => self.keyword,
+            _ => last,
+        };
+        self.line.error_at(&word, error.to_string())
+    }
+}

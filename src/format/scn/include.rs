@@ -1,0 +1,81 @@
+//! `include`: the lines of another file, as if they stood here.
+
+use super::{QUOTES_HINT, Reader, arguments::Arguments};
+use crate::{
+    error::LoadError,
+    format::files::{self, MAX_TEXT_BYTES},
+};
+use std::path::PathBuf;
+
+/// How deep files may include files.
+const MAX_DEPTH: usize = 16;
+
+/// How many files a scene may include, each time counted: files that include others twice grow without bound else.
+const MAX_INCLUDES: usize = 1024;
+
+/// The files that are being read, and how much has been read.
+#[derive(Default)]
+pub(super) struct Includes {
+    /// Identity and name of the files from the scene to the one that is being read.
+    stack: Vec<(PathBuf, PathBuf)>,
+    count: usize,
+    bytes: u64,
+}
+
+impl Includes {
+    pub(super) fn enter(&mut self, identity: PathBuf, name: PathBuf) {
+        self.stack.push((identity, name));
+    }
+
+    pub(super) fn leave(&mut self) {
+        self.stack.pop();
+    }
+
+    /// Why the file may not be included, if so.
+    fn objection(&self, identity: &PathBuf) -> Option<String> {
+        let start = self.stack.iter().position(|(open, _)| open == identity);
+        if let Some(circle) = start.and_then(|start| self.stack.get(start..)) {
+            let names: Vec<String> = circle
+                .iter()
+                .chain(circle.first())
+                .map(|(_, name)| name.display().to_string())
+                .collect();
+            return Some(format!("a file that includes itself: {}", names.join(" > ")));
+        }
+        if self.stack.len() > MAX_DEPTH {
+            return Some(format!("files include files more than {MAX_DEPTH} deep"));
+        }
+        (self.count >= MAX_INCLUDES).then(|| format!("more than {MAX_INCLUDES} included files"))
+    }
+}
+
+impl Reader<'_> {
+    /// `include path`
+    pub(super) fn include(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let [word] = arguments.leading()?;
+        arguments.hint = QUOTES_HINT;
+        arguments.end()?;
+        let line = arguments.line;
+        let path = self.path(&arguments, word, "scene")?;
+        let identity = self.files.identity(&path);
+        if let Some(message) = self.includes.objection(&identity) {
+            return Err(line.error_at(&word, message));
+        }
+        let cannot_include = |cause: LoadError| {
+            line.error_at(&word, format!("cannot include {}", path.display()))
+                .caused_by(cause)
+        };
+        let text = self
+            .files
+            .text(&path)
+            .map_err(|error| cannot_include(files::load_error(&path, &error)))?;
+        self.includes.count += 1;
+        self.includes.bytes += text.len() as u64;
+        if self.includes.bytes > MAX_TEXT_BYTES {
+            let message = format!("the included files have more than {MAX_TEXT_BYTES} bytes together");
+            return Err(line.error_at(&word, message));
+        }
+        self.builder.add_include(path.clone());
+        self.file(&text, &path, identity).map_err(cannot_include)
+    }
+}

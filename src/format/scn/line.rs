@@ -1,0 +1,34 @@
+//! A line of a scene file and where it stands.
+
+use super::words::Word;
+use crate::error::{LoadError, SourcePos};
+use std::{path::PathBuf, sync::Arc};
+
+/// A line and where it stands.
+pub(super) struct Line<'a> {
+    pub(super) file: &'a Arc<PathBuf>,
+    /// 1-based.
+    pub(super) number: u32,
+    pub(super) bytes: &'a [u8],
+}
+
+impl Line<'_> {
+    /// The place of the byte `start`.
+    pub(super) fn at(&self, start: usize) -> SourcePos {
+        SourcePos {
+            file: Arc::clone(self.file),
+            line: self.number,
+            column: u32::try_from(start + 1).unwrap_or(u32::MAX),
+        }
+    }
+
+    /// An error about `width` bytes from `start` on.
+    pub(super) fn error(&self, start: usize, width: usize, message: impl AsRef<str>) -> LoadError {
+        LoadError::new(self.at(start), message).with_line(self.bytes, start..start.saturating_add(width))
+    }
+
+    /// An error about a word.
+    pub(super) fn error_at(&self, word: &Word<'_>, message: impl AsRef<str>) -> LoadError {
+        self.error(word.start, word.width(), message)
+    }
+}

@@ -1,0 +1,182 @@
+//! Meshes of a scene: where their files are, and how they are placed.
+
+use super::{MAX_PATH, QUOTES_HINT, Reader, arguments::Arguments, words::Word};
+use crate::{
+    error::{LoadError, quote},
+    format::{
+        files,
+        mesh::{self, LoadedMesh, UpAxis},
+        ply,
+    },
+    scene::{MaterialId, Transform},
+};
+use glam::DVec3;
+use std::path::PathBuf;
+
+/// How many bytes of mesh files may be read again, for meshes that stand in several places: each copy takes its own
+/// memory.
+const MAX_COPIED_BYTES: u64 = 1 << 31;
+
+/// Which files a statement takes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// PLY, whatever the file is called.
+    Ply,
+    /// Every format.
+    Any,
+}
+
+/// What makes a mesh the same as another: its file, and how it is placed.
+pub(super) type Placed = (PathBuf, [u64; 12]);
+
+impl Reader<'_> {
+    /// `ply_file path`: a PLY mesh where its file puts it, with the current material.
+    pub(super) fn ply_file(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let [path] = arguments.leading()?;
+        arguments.hint = QUOTES_HINT;
+        arguments.end()?;
+        let material = self.material.unwrap_or_default();
+        self.add_mesh(&arguments, path, Transform::IDENTITY, Some(material), Kind::Ply)
+    }
+
+    /// `mesh path ...`: a mesh of any format, placed, with the current material or its own.
+    pub(super) fn mesh(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let [path] = arguments.leading()?;
+        arguments.hint = QUOTES_HINT;
+        let transform = read_transform(&mut arguments)?;
+        self.add_mesh(&arguments, path, transform, self.material, Kind::Any)
+    }
+
+    /// Adds a mesh, unless it is there already: a second copy would lie exactly in the first, and of equal t the
+    /// lowest id wins, so nothing of it could be seen. Ten thousand lines that name one mesh cost no more than one.
+    fn add_mesh(
+        &mut self,
+        arguments: &Arguments<'_, '_>,
+        word: Word<'_>,
+        transform: Transform,
+        material: Option<MaterialId>,
+        kind: Kind,
+    ) -> Result<(), LoadError> {
+        let line = arguments.line;
+        let what = match kind {
+            Kind::Ply => ".ply",
+            Kind::Any => "mesh",
+        };
+        let path = self.path(arguments, word, what)?;
+        let cannot_load = |cause: LoadError| {
+            line.error_at(&word, format!("cannot load {}", path.display()))
+                .caused_by(cause)
+        };
+        let identity = self.files.identity(&path);
+        let placed = (identity.clone(), transform.bits());
+        if self.meshes.contains(&placed) {
+            return Ok(());
+        }
+        let bytes = self
+            .files
+            .mesh(&path)
+            .map_err(|error| cannot_load(files::load_error(&path, &error)))?;
+        if !self.mesh_files.insert(identity) {
+            self.copied_bytes += bytes.len() as u64;
+            if self.copied_bytes > MAX_COPIED_BYTES {
+                let message = format!(
+                    "the scene's copies of meshes add up to more than {MAX_COPIED_BYTES} bytes of files, and each \
+                     takes its own memory"
+                );
+                return Err(line.error_at(&word, message));
+            }
+        }
+        let files = &mut *self.files;
+        let loaded = match kind {
+            Kind::Ply => ply::parse(&bytes, &path).map(|columns| LoadedMesh::plain(columns, UpAxis::Z)),
+            Kind::Any => mesh::parse(bytes, &path, &mut |path| files.mesh(path)),
+        };
+        let mut loaded = loaded.map_err(cannot_load)?;
+        transform.apply(&mut loaded.columns);
+        for note in std::mem::take(&mut loaded.notes) {
+            self.builder.add_note(format!("{}: {note}", path.display()));
+        }
+        loaded.add_to(&mut self.builder, material).map_err(|error| {
+            if transform == Transform::IDENTITY {
+                cannot_load(LoadError::whole_file(&path, error.to_string()))
+            } else {
+                // The file may be good, and not be where it is put.
+                line.error_at(&word, format!("cannot place {}: {error}", path.display()))
+            }
+        })?;
+        self.meshes.insert(placed);
+        Ok(())
+    }
+
+    /// A path of the scene file, joined to its folder.
+    pub(super) fn path(
+        &self,
+        arguments: &Arguments<'_, '_>,
+        word: Word<'_>,
+        what: &str,
+    ) -> Result<PathBuf, LoadError> {
+        let message = match word.as_str() {
+            Some("") => format!("an empty path, expected the path of a {what} file"),
+            Some(path) if path.len() > MAX_PATH => {
+                format!("a path of {} bytes, expected at most {MAX_PATH}", path.len())
+            }
+            Some(path) => return Ok(self.folder.join(path)),
+            None => format!("path {} is not valid UTF-8", quote(word.text)),
+        };
+        Err(arguments.line.error_at(&word, message))
+    }
+}
+
+/// The steps that place a mesh, done in the order in which they stand.
+fn read_transform(arguments: &mut Arguments<'_, '_>) -> Result<Transform, LoadError> {
+    let mut transform = Transform::IDENTITY;
+    while let Some((word, key)) = arguments.key(&["scale", "rotate", "translate"])? {
+        transform = match key {
+            "scale" => transform.then_scale(read_scale(arguments, word)?),
+            "rotate" => {
+                let [x, y, z, degrees] = arguments.take(word, "rotate x y z degrees")?;
+                let axis = arguments.vector([x, y, z])?;
+                if axis.try_normalize().is_none() {
+                    let message =
+                        "the axis of `rotate` is zero, expected a direction, such as `rotate 0 0 1 90`";
+                    return Err(arguments.line.error(x.start, z.end() - x.start, message));
+                }
+                transform.then_rotate(axis, arguments.precise(degrees, "degrees")?)
+            }
+            _ => {
+                let words = arguments.take(word, "translate x y z")?;
+                transform.then_translate(arguments.vector(words)?)
+            }
+        };
+    }
+    Ok(transform)
+}
+
+/// One number for all axes, or three.
+fn read_scale(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<DVec3, LoadError> {
+    let factor = |arguments: &Arguments<'_, '_>, word: Word<'_>| {
+        let value = arguments.precise(word, "scale")?;
+        // Smaller ones round to nothing when several are multiplied.
+        if value.abs() >= 1e-9 {
+            return Ok(value);
+        }
+        let message = format!(
+            "scale is {}, expected a number other than 0, at least 1e-9 in size",
+            quote(word.text)
+        );
+        Err(arguments.line.error_at(&word, message))
+    };
+    let [first] = arguments.take(key, "scale s` or `scale x y z")?;
+    let x = factor(arguments, first)?;
+    let is_number = |word: Option<Word<'_>>| word.is_some_and(|word| arguments.precise(word, "").is_ok());
+    if !is_number(arguments.peek()) {
+        return Ok(DVec3::splat(x));
+    }
+    if !is_number(arguments.peek_second()) {
+        let second = arguments.peek().unwrap_or(first);
+        let message = "`scale` with 2 numbers, expected `scale s` or `scale x y z`";
+        return Err(arguments.line.error(second.end(), 1, message));
+    }
+    let [y, z] = arguments.take(key, "scale x y z")?;
+    Ok(DVec3::new(x, factor(arguments, y)?, factor(arguments, z)?))
+}

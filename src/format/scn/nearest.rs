@@ -1,0 +1,52 @@
+//! What was probably meant.
+
+/// The one of `known` that `word` was probably meant to be.
+pub(super) fn nearest<'a>(word: &[u8], known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // Longer than any known word with a few letters too many; and the distance takes quadratic time.
+    if word.len() > 20 {
+        return None;
+    }
+    let word = std::str::from_utf8(word).ok()?.to_lowercase();
+    known
+        .into_iter()
+        .map(|name| (strsim::damerau_levenshtein(&word, name), name))
+        .min()
+        .filter(|&(distance, name)| distance <= name.len() / 3)
+        .map(|(_, name)| name)
+}
+
+/// Names as a list: "`a`, `b` or `c`".
+pub(super) fn list(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [only] => format!("`{only}`"),
+        [others @ .., last] => format!("`{}` or `{last}`", others.join("`, `")),
+    }
+}
+
+/// Keys that may follow, or nothing: "`a`, `b` or the end of the line".
+pub(super) fn list_or_end(keys: &[&str]) -> String {
+    format!("`{}` or the end of the line", keys.join("`, `"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_letter_in_three_may_be_wrong() {
+        let known = ["eye", "target", "up", "fov"];
+        assert_eq!(nearest(b"eyes", known), Some("eye"));
+        assert_eq!(nearest(b"TAREGT", known), Some("target"));
+        assert_eq!(nearest(b"to", known), None);
+        assert_eq!(nearest(b"\xff", known), None);
+    }
+
+    #[test]
+    fn lists() {
+        assert_eq!(list(&[]), "");
+        assert_eq!(list(&["a"]), "`a`");
+        assert_eq!(list(&["a", "b", "c"]), "`a`, `b` or `c`");
+        assert_eq!(list_or_end(&["a", "b"]), "`a`, `b` or the end of the line");
+    }
+}

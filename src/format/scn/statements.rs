@@ -1,0 +1,312 @@
+//! What each statement means. `docs/scene-language.md` is the reference.
+
+use super::{Reader, Said, arguments::Arguments, nearest::nearest, words::Word};
+use crate::{
+    error::{LoadError, SourcePos, quote},
+    scene::{Background, Camera, CameraError, MAX_ALPHA, Material, MaterialId, NamedCamera, View},
+};
+use glam::{DVec3, Vec3};
+
+/// The longest name of a camera, bytes.
+const MAX_NAME: usize = 64;
+
+/// The kinds of materials by name, in the order of their classic numbers.
+const KINDS: [&str; 4] = ["silhouette", "matte", "blinn_phong", "reflection"];
+
+/// What a mesh looks like before the first `material`, and after this one: as its file says.
+const OWN: &str = "own";
+
+const BACKGROUND_USAGE: &str = "background r g b";
+
+/// The statements and how they are written.
+pub(super) const STATEMENTS: [(&str, &str); 10] = [
+    ("light", "light x y z intensity"),
+    ("sphere", "sphere x y z radius"),
+    ("triangle", "triangle x y z x y z x y z"),
+    ("mesh", "mesh path"),
+    ("ply_file", "ply_file path"),
+    ("material", "material number"),
+    ("camera", "camera eye x y z target x y z"),
+    ("background", BACKGROUND_USAGE),
+    ("ambient", "ambient intensity"),
+    ("include", "include path"),
+];
+
+impl Reader<'_> {
+    /// Reads a statement, one of [`STATEMENTS`].
+    pub(super) fn statement(&mut self, arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        match arguments.name {
+            "light" => self.light(arguments),
+            "sphere" => self.sphere(arguments),
+            "triangle" => self.triangle(arguments),
+            "mesh" => self.mesh(arguments),
+            "ply_file" => self.ply_file(arguments),
+            "material" => self.material(arguments),
+            "camera" => self.camera(arguments),
+            "background" => self.background(arguments),
+            "ambient" => self.ambient(arguments),
+            _ => self.include(arguments),
+        }
+    }
+
+    fn light(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let [x, y, z, intensity] = arguments.leading()?;
+        let position = arguments.numbers3([x, y, z], ["x", "y", "z"])?;
+        let strength = arguments.number(intensity, "intensity")?;
+        let mut color = [1.0; 3];
+        while let Some((key, _)) = arguments.key_once(&["color"])? {
+            let words = arguments.take(key, "color r g b")?;
+            color = arguments.color(words)?;
+        }
+        self.builder
+            .add_colored_light(Vec3::from_array(position), strength, color)
+            .map_err(|error| {
+                arguments.refused(&error, &[("x", x), ("y", y), ("z", z), ("intensity", intensity)])
+            })
+    }
+
+    fn sphere(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let [x, y, z, radius] = arguments.leading()?;
+        arguments.end()?;
+        let center = arguments.numbers3([x, y, z], ["x", "y", "z"])?;
+        let size = arguments.number(radius, "radius")?;
+        self.builder
+            .add_sphere(Vec3::from_array(center), size, self.material.unwrap_or_default())
+            .map_err(|error| arguments.refused(&error, &[("x", x), ("y", y), ("z", z), ("radius", radius)]))
+    }
+
+    fn triangle(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let words: [Word<'_>; 9] = arguments.leading()?;
+        arguments.end()?;
+        let names = ["x", "y", "z"];
+        let [a, b, c, d, e, f, g, h, i] = words;
+        let mut corners = [Vec3::ZERO; 3];
+        for (corner, words) in corners.iter_mut().zip([[a, b, c], [d, e, f], [g, h, i]]) {
+            *corner = Vec3::from_array(arguments.numbers3(words, names)?);
+        }
+        let named: Vec<_> = names.into_iter().cycle().zip(words).collect();
+        self.builder
+            .add_triangle(corners, self.material.unwrap_or_default())
+            .map_err(|error| arguments.refused(&error, &named))
+    }
+
+    fn material(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let [name] = arguments.leading()?;
+        if name.text == OWN.as_bytes() {
+            if let Some(extra) = arguments.peek() {
+                let message = format!(
+                    "found {} after `material own`, expected the end of the line",
+                    quote(extra.text)
+                );
+                return Err(arguments.line.error_at(&extra, message));
+            }
+            self.material = None;
+            return Ok(());
+        }
+        let Some(kind) = KINDS.iter().position(|kind| kind.as_bytes() == name.text) else {
+            let classic = self.classic_material(&arguments, name)?;
+            if let Some(extra) = arguments.peek() {
+                let kind = KINDS.get(classic.0 as usize).unwrap_or(&"");
+                let message = format!(
+                    "found {} after `material number`, expected the end of the line; constants stand behind a \
+                     name, such as `material {kind}`",
+                    quote(extra.text)
+                );
+                return Err(arguments.line.error_at(&extra, message));
+            }
+            self.material = Some(classic);
+            return Ok(());
+        };
+        let material = read_material(kind, &mut arguments)?;
+        let added = self.builder.add_material(material);
+        self.material = Some(added.map_err(|error| arguments.refused(&error, &[]))?);
+        Ok(())
+    }
+
+    fn classic_material(
+        &self,
+        arguments: &Arguments<'_, '_>,
+        word: Word<'_>,
+    ) -> Result<MaterialId, LoadError> {
+        word.as_str()
+            .and_then(|text| text.parse().ok())
+            .and_then(|number| self.builder.classic_material(number).ok())
+            .ok_or_else(|| {
+                let found = quote(word.text);
+                let message = match nearest(word.text, KINDS.into_iter().chain([OWN])) {
+                    Some(near) => format!("material {found}, did you mean `{near}`?"),
+                    None => format!(
+                        "material {found}, expected 0 (silhouette), 1 (matte), 2 (blinn_phong), 3 (reflection), one \
+                         of these names or `own`"
+                    ),
+                };
+                arguments.line.error_at(&word, message)
+            })
+    }
+
+    fn camera(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let keys = ["eye", "target", "up", "fov"];
+        let name = camera_name(&mut arguments, &keys)?;
+        let mut end = name.unwrap_or(arguments.keyword).end();
+        let (mut eye, mut target) = (None, None);
+        let (mut up, mut fov) = (View::UP, View::FOV_DEGREES);
+        // What is at fault where the camera has no view.
+        let (mut target_word, mut up_word, mut fov_word) = (None, None, None);
+        while let Some((word, key)) = arguments.key_once(&keys)? {
+            if key == "fov" {
+                let [degrees] = arguments.take(word, "fov degrees")?;
+                fov = arguments.precise(degrees, "fov")?;
+                fov_word = Some(degrees);
+                end = degrees.end();
+                continue;
+            }
+            let words = arguments.take(word, &format!("{key} x y z"))?;
+            let vector = arguments.vector(words)?;
+            end = words[2].end();
+            match key {
+                "eye" => eye = Some(vector),
+                "target" => (target, target_word) = (Some(vector), Some(word)),
+                _ => (up, up_word) = (vector, Some(word)),
+            }
+        }
+        let eye = eye.ok_or_else(|| arguments.missing("eye", end))?;
+        let target: DVec3 = target.ok_or_else(|| arguments.missing("target", end))?;
+        let camera = Camera::look_at(eye, target, up, fov).map_err(|error| {
+            let word = match error {
+                CameraError::FieldOfView(_) => fov_word,
+                CameraError::UpParallel => up_word.or(target_word),
+                CameraError::EyeOnTarget | CameraError::NotFinite => target_word,
+            };
+            arguments
+                .line
+                .error_at(&word.unwrap_or(arguments.keyword), error.to_string())
+        })?;
+        let name = name.map(|word| String::from_utf8_lossy(word.text).into_owned());
+        let at = arguments.line.at(arguments.keyword.start);
+        if let Some(first) = self.said.cameras.get(&name) {
+            let what = name.map_or_else(
+                || "camera without a name".to_owned(),
+                |name| format!("camera {}", quote(name.as_bytes())),
+            );
+            return Err(again(&arguments, &what, first));
+        }
+        self.said.cameras.insert(name.clone(), at);
+        self.builder.add_camera(NamedCamera { name, camera });
+        Ok(())
+    }
+
+    fn background(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        const KEYS: [&str; 2] = ["bottom", "top"];
+        let background = if let Some(word) = arguments.peek()
+            && nearest(word.text, KEYS).is_some()
+        {
+            let (mut bottom, mut top) = (None, None);
+            let mut end = word.end();
+            while let Some((word, key)) = arguments.key_once(&KEYS)? {
+                let words = arguments.take(word, &format!("{key} r g b"))?;
+                let color = arguments.color(words)?;
+                end = words[2].end();
+                *(if key == "top" { &mut top } else { &mut bottom }) = Some(color);
+            }
+            let usage = "background bottom r g b top r g b";
+            let missing = |key: &str| {
+                let message = format!("`background` without `{key}`, expected `{usage}`");
+                arguments.line.error(end, 1, message)
+            };
+            Background {
+                bottom: bottom.ok_or_else(|| missing("bottom"))?,
+                top: top.ok_or_else(|| missing("top"))?,
+            }
+        } else {
+            let words = arguments.leading()?;
+            arguments.hint = " (two colours: `background bottom r g b top r g b`)";
+            arguments.end()?;
+            Background::constant(arguments.color(words)?)
+        };
+        Said::once(&mut self.said.background, &arguments, "`background`")?;
+        let set = self.builder.set_background(background);
+        set.map_err(|error| arguments.refused(&error, &[]))
+    }
+
+    fn ambient(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let [word] = arguments.leading()?;
+        arguments.end()?;
+        let ambient = arguments.share(word, "ambient")?;
+        Said::once(&mut self.said.ambient, &arguments, "`ambient`")?;
+        let set = self.builder.set_ambient(ambient);
+        set.map_err(|error| arguments.refused(&error, &[("ambient", word)]))
+    }
+}
+
+/// A material of a kind, with the course's constants where no key gives another.
+fn read_material(kind: usize, arguments: &mut Arguments<'_, '_>) -> Result<Material, LoadError> {
+    let mut material = Material::CLASSIC[kind];
+    let (name, keys): (_, &[&str]) = match material {
+        Material::Silhouette { .. } => ("material silhouette", &["cd"]),
+        Material::Matte { .. } => ("material matte", &["cd"]),
+        Material::BlinnPhong { .. } => ("material blinn_phong", &["cd", "cs", "kd", "ks", "alpha"]),
+        Material::Reflection { .. } => ("material reflection", &["cd", "mix"]),
+    };
+    arguments.name = name;
+    while let Some((word, key)) = arguments.key_once(keys)? {
+        if matches!(key, "cd" | "cs") {
+            let words = arguments.take(word, &format!("{key} r g b"))?;
+            let given = arguments.color(words)?;
+            match &mut material {
+                Material::BlinnPhong { specular, .. } if key == "cs" => *specular = given,
+                Material::Silhouette { color }
+                | Material::Matte { color }
+                | Material::Reflection { color, .. }
+                | Material::BlinnPhong { diffuse: color, .. } => *color = given,
+            }
+            continue;
+        }
+        let [value] = arguments.take(word, &format!("{key} number"))?;
+        match &mut material {
+            Material::BlinnPhong { alpha, .. } if key == "alpha" => {
+                *alpha = arguments.whole(value, key, (1, MAX_ALPHA))?;
+            }
+            Material::BlinnPhong { k_d, .. } if key == "kd" => *k_d = arguments.share(value, key)?,
+            Material::BlinnPhong { k_s, .. } => *k_s = arguments.share(value, key)?,
+            Material::Reflection { mirror_share, .. } => *mirror_share = arguments.share(value, key)?,
+            Material::Silhouette { .. } | Material::Matte { .. } => {}
+        }
+    }
+    Ok(material)
+}
+
+/// The name of a camera, if the next word is one.
+fn camera_name<'a>(
+    arguments: &mut Arguments<'_, 'a>,
+    keys: &[&'static str],
+) -> Result<Option<Word<'a>>, LoadError> {
+    let Some(word) = arguments.peek() else {
+        return Ok(None);
+    };
+    if !word.quoted && keys.iter().any(|key| key.as_bytes() == word.text) {
+        return Ok(None);
+    }
+    // A number behind it: a key is misspelt rather than a name left without its key.
+    let number_follows = arguments
+        .peek_second()
+        .is_some_and(|next| arguments.precise(next, "").is_ok());
+    if !word.quoted && number_follows {
+        return arguments.key(keys).map(|_| None);
+    }
+    let faulty = |message: String| Err(arguments.line.error_at(&word, message));
+    match word.as_str() {
+        None => faulty(format!("name {} is not valid UTF-8", quote(word.text))),
+        Some(name) if name.trim().is_empty() => faulty("an empty name, expected one or none".into()),
+        Some(name) if name.len() > MAX_NAME => faulty(format!(
+            "a name of {} bytes, expected at most {MAX_NAME}",
+            name.len()
+        )),
+        Some(_) => Ok(arguments.next()),
+    }
+}
+
+/// The error that something stands in the scene for the second time.
+pub(super) fn again(arguments: &Arguments<'_, '_>, what: &str, first: &SourcePos) -> LoadError {
+    let message = format!("a second {what}, expected one: the first is at {first}");
+    arguments.line.error_at(&arguments.keyword, message)
+}

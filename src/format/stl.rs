@@ -1,0 +1,234 @@
+//! STL, binary and text. Facets bring their corners along, so vertices are not shared; the facets' normals say
+//! nothing that the corners do not.
+//!
+//! Read by loops of our own. stl_io, the usual crate, does not fit: it takes a binary file that begins with `solid `
+//! for text, and a text that begins with `solid` alone for binary; it ends silently behind the first of several solids,
+//! and refuses names that are not UTF-8, keywords in capitals and the `nan` normals that some programs write for
+//! facets without area; it cannot say which line is at fault.
+//!
+//! Format: *StereoLithography Interface Specification*, 3D Systems, 1989.
+
+use super::{
+    mesh::{LoadedMesh, UpAxis},
+    place::{TextFault, Words},
+};
+use crate::{
+    error::{LoadError, SceneError, SourcePos, quote},
+    scene::{MeshColumns, is_usable},
+};
+use rayon::prelude::*;
+use std::{ops::Range, path::Path, sync::Arc};
+
+/// Bytes before the first facet of a binary file: a free text, and the number of facets.
+const HEADER: usize = 84;
+/// Bytes of a facet: normal, three corners, two bytes of anything.
+const FACET: usize = 50;
+/// Fewer vertices than this are not worth another thread.
+const MIN_PIECE: usize = 1 << 14;
+
+/// Reads a mesh.
+///
+/// # Errors
+/// [`LoadError`]: with line and column for text, with the facet's number for binary.
+pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<LoadedMesh, LoadError> {
+    let columns = if is_text(bytes) {
+        text(bytes).map_err(|fault| fault.into_error(bytes, path))
+    } else {
+        binary(bytes, path)
+    };
+    columns.map(|columns| LoadedMesh::plain(columns, UpAxis::Z))
+}
+
+/// How many facets a binary file promises.
+fn promised(bytes: &[u8]) -> Option<usize> {
+    let count = bytes.get(HEADER - 4..)?.first_chunk()?;
+    Some(u32::from_le_bytes(*count) as usize)
+}
+
+/// Whether this is text: it begins with `solid`, which the free text of a binary file may do as well. Such a file
+/// has the length that it promises, or a NUL byte soon.
+fn is_text(bytes: &[u8]) -> bool {
+    let start = bytes.trim_ascii_start();
+    let begins = start
+        .get(..5)
+        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let fits = promised(bytes).is_some_and(|count| HEADER + count * FACET == bytes.len());
+    begins && !fits && !bytes.iter().take(1024).any(|&byte| byte == 0)
+}
+
+fn binary(bytes: &[u8], path: &Path) -> Result<MeshColumns, LoadError> {
+    let refused = |message: String| LoadError::whole_file(path, message);
+    if bytes.is_empty() {
+        return Err(refused("the file is empty, expected an STL mesh".into()));
+    }
+    let Some(count) = promised(bytes) else {
+        let length = bytes.len();
+        return Err(refused(format!(
+            "this is no STL mesh: it does not begin with `solid`, and a binary one has {HEADER} bytes or more, not {length}"
+        )));
+    };
+    let body = bytes.get(HEADER..).unwrap_or_default();
+    let Some(facets) = body.get(..count * FACET) else {
+        return Err(refused(format!(
+            "{count} facets need {} bytes, but only {} bytes follow the header: the file is cut short, the count is \
+             wrong or this is no STL mesh",
+            count * FACET,
+            body.len()
+        )));
+    };
+    let mut mesh = MeshColumns::default();
+    let no_memory = |_| refused(format!("{count} facets do not fit into memory"));
+    let columns = [&mut mesh.x, &mut mesh.y, &mut mesh.z];
+    for (axis, column) in columns.into_iter().enumerate() {
+        column.try_reserve_exact(3 * count).map_err(no_memory)?;
+        column.par_extend((0..3 * count).into_par_iter().with_min_len(MIN_PIECE).map(|i| {
+            let at = i / 3 * FACET + 12 * (i % 3 + 1) + 4 * axis;
+            let value = facets.get(at..).and_then(|rest| rest.first_chunk());
+            value.map_or(f32::NAN, |&bytes| f32::from_le_bytes(bytes))
+        }));
+        let unusable = column
+            .par_iter()
+            .with_min_len(MIN_PIECE)
+            .position_first(|value| !is_usable(*value));
+        if let Some(i) = unusable {
+            let what = ["x", "y", "z"][axis];
+            let error = SceneError::NotUsable {
+                what,
+                value: column[i],
+            };
+            let message = format!(
+                "facet {} of {count}, corner {}: {error} (the facet starts at byte {})",
+                i / 3 + 1,
+                i % 3 + 1,
+                HEADER + i / 3 * FACET
+            );
+            let at = SourcePos::record(&Arc::new(path.to_path_buf()), i / 3 + 1);
+            return Err(LoadError::new(at, message));
+        }
+    }
+    mesh.triangles.try_reserve_exact(count).map_err(no_memory)?;
+    let triangles = (0..count as u32).into_par_iter().with_min_len(MIN_PIECE);
+    mesh.triangles
+        .par_extend(triangles.map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
+    Ok(mesh)
+}
+
+/// Words one after the other; lines matter only behind `solid` and `endsolid`, whose names end with them.
+struct Reader<'a> {
+    text: &'a [u8],
+    words: Words<'a>,
+    end: Range<usize>,
+}
+
+impl<'a> Reader<'a> {
+    fn next(&mut self, expected: &str) -> Result<(&'a [u8], Range<usize>), TextFault> {
+        self.words.next().ok_or_else(|| {
+            let message = format!("the file ends, expected {expected}: it is cut short");
+            TextFault::new(self.end.clone(), message)
+        })
+    }
+
+    fn keyword(&mut self, keyword: &str) -> Result<(), TextFault> {
+        let quoted = format!("`{keyword}`");
+        let (word, place) = self.next(&quoted)?;
+        if word.eq_ignore_ascii_case(keyword.as_bytes()) {
+            Ok(())
+        } else {
+            let message = format!("found {}, expected {quoted}", quote(word));
+            Err(TextFault::new(place, message))
+        }
+    }
+
+    fn coordinate(&mut self, what: &'static str) -> Result<f32, TextFault> {
+        let (word, place) = self.next("a number")?;
+        let value: f32 = fast_float2::parse(word).map_err(|_| {
+            let message = format!("`{what}` is {}, expected a number", quote(word));
+            TextFault::new(place.clone(), message)
+        })?;
+        if is_usable(value) {
+            Ok(value)
+        } else {
+            Err(TextFault::new(
+                place,
+                SceneError::NotUsable { what, value }.to_string(),
+            ))
+        }
+    }
+
+    fn skip_line(&mut self) {
+        let from = self.words.position();
+        let line = self.text.get(from..).unwrap_or_default();
+        let length = line.iter().position(|&byte| byte == b'\n').unwrap_or(line.len());
+        self.words = Words::new(self.text, from + length..self.text.len());
+    }
+}
+
+fn text(bytes: &[u8]) -> Result<MeshColumns, TextFault> {
+    let end = bytes.trim_ascii_end().len();
+    let mut reader = Reader {
+        text: bytes,
+        words: Words::new(bytes, 0..bytes.len()),
+        end: end..end,
+    };
+    let mut mesh = MeshColumns::default();
+    let mut within = false;
+    while let Some((word, place)) = reader.words.next() {
+        let is = |keyword: &str| word.eq_ignore_ascii_case(keyword.as_bytes());
+        if !within && is("solid") {
+            reader.skip_line();
+            within = true;
+        } else if within && is("endsolid") {
+            reader.skip_line();
+            within = false;
+        } else if within && is("facet") {
+            facet(&mut reader, &mut mesh)?;
+        } else {
+            let expected = if within {
+                "`facet` or `endsolid`"
+            } else {
+                "`solid`"
+            };
+            let message = format!("found {}, expected {expected}", quote(word));
+            return Err(TextFault::new(place, message));
+        }
+    }
+    if within {
+        return Err(TextFault::new(
+            reader.end,
+            "the file ends without `endsolid`: it is cut short",
+        ));
+    }
+    Ok(mesh)
+}
+
+fn facet(reader: &mut Reader<'_>, mesh: &mut MeshColumns) -> Result<(), TextFault> {
+    reader.keyword("normal")?;
+    for _ in 0..3 {
+        reader.next("a number")?;
+    }
+    reader.keyword("outer")?;
+    reader.keyword("loop")?;
+    let first = mesh.x.len();
+    loop {
+        let (word, place) = reader.next("`vertex` or `endloop`")?;
+        if word.eq_ignore_ascii_case(b"endloop") {
+            break;
+        }
+        if !word.eq_ignore_ascii_case(b"vertex") {
+            let message = format!("found {}, expected `vertex` or `endloop`", quote(word));
+            return Err(TextFault::new(place, message));
+        }
+        mesh.x.push(reader.coordinate("x")?);
+        mesh.y.push(reader.coordinate("y")?);
+        mesh.z.push(reader.coordinate("z")?);
+    }
+    let corner = |i: usize| (first + i) as u32;
+    let corners = mesh.x.len() - first;
+    // Three corners are the rule; more are a fan.
+    mesh.triangles
+        .extend((2..corners).map(|i| [corner(0), corner(i - 1), corner(i)]));
+    reader.keyword("endfacet")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,105 @@
+use super::*;
+
+fn binary_file(name: &[u8], facets: &[[f32; 9]]) -> Vec<u8> {
+    let mut bytes = name.to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend((facets.len() as u32).to_le_bytes());
+    for facet in facets {
+        bytes.extend([0; 12]);
+        bytes.extend(facet.iter().flat_map(|value| value.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+fn load(bytes: &[u8]) -> Result<MeshColumns, String> {
+    let mesh = parse(bytes, Path::new("a.stl"));
+    mesh.map(|mesh| mesh.columns)
+        .map_err(|error| error.to_string().trim_start_matches("a.stl:").to_owned())
+}
+
+const FACETS: [[f32; 9]; 2] = [
+    [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.5],
+    [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.5],
+];
+
+const TEXT: &str = "solid\nfacet normal nan 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0.5\nendloop\nendfacet\n\
+    endsolid\nSOLID the second\n FACET NORMAL 0 0 1 OUTER LOOP VERTEX 1 2 3 VERTEX 4 5 6 VERTEX 7 8 9.5 ENDLOOP ENDFACET\n\
+    ENDSOLID solid facet\n";
+
+#[test]
+fn text_and_binary_are_the_same_mesh() {
+    let text = load(TEXT.as_bytes()).expect("text");
+    // A binary file may begin with `solid`.
+    for name in [&b"solid gear"[..], b"made by something", b"\0"] {
+        let binary = load(&binary_file(name, &FACETS)).expect("binary");
+        assert_eq!((&binary.x, &binary.y, &binary.z), (&text.x, &text.y, &text.z));
+        assert_eq!(binary.triangles, text.triangles);
+    }
+    assert_eq!(text.triangles, [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(text.z, [0.0, 0.0, 0.5, 3.0, 6.0, 9.5]);
+}
+
+#[test]
+fn odd_but_fine() {
+    assert!(load(&binary_file(b"", &[])).expect("empty").triangles.is_empty());
+    assert!(
+        load(b"solid nothing\nendsolid nothing")
+            .expect("empty")
+            .x
+            .is_empty()
+    );
+    let mut longer = binary_file(b"trailing bytes", &FACETS);
+    longer.extend(b"more");
+    assert_eq!(load(&longer).expect("longer").triangles.len(), 2);
+    let square = "solid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid";
+    assert_eq!(
+        load(square.as_bytes()).expect("a square").triangles,
+        [[0, 1, 2], [0, 2, 3]]
+    );
+}
+
+#[test]
+fn faults() {
+    let refused = |bytes: &[u8]| load(bytes).expect_err("it is refused");
+    assert_eq!(refused(b""), " the file is empty, expected an STL mesh");
+    assert!(refused(b"hello").starts_with(" this is no STL mesh: it does not begin with `solid`"));
+    let mut cut = binary_file(b"", &FACETS);
+    cut.truncate(150);
+    assert!(refused(&cut).starts_with(" 2 facets need 100 bytes, but only 66 bytes follow the header"));
+    let mut huge = binary_file(b"", &[]);
+    huge[80..].fill(0xff);
+    assert!(refused(&huge).starts_with(" 4294967295 facets need 214748364750 bytes, but only 0 bytes"));
+    let mut facets = FACETS;
+    facets[1][4] = f32::NAN;
+    assert_eq!(
+        refused(&binary_file(b"", &facets)),
+        "2:1: facet 2 of 2, corner 2: y is NaN, expected a finite number (the facet starts at byte 134)"
+    );
+    let text = |from: &str, to: &str| refused(TEXT.replacen(from, to, 1).as_bytes());
+    assert_eq!(
+        text("vertex 1 0 0", "vertex 1 0 x"),
+        "5:12: `z` is `x`, expected a number"
+    );
+    assert_eq!(
+        text("vertex 1 0 0", "vertex 1 1e99 0"),
+        "5:10: y is inf, expected a finite number"
+    );
+    assert_eq!(text("outer", "inner"), "3:1: found `inner`, expected `outer`");
+    assert_eq!(
+        text("facet normal", "facets normal"),
+        "2:1: found `facets`, expected `facet` or `endsolid`"
+    );
+    assert_eq!(
+        text("endsolid", "end"),
+        "9:1: found `end`, expected `facet` or `endsolid`"
+    );
+    assert_eq!(
+        text("ENDSOLID solid facet", ""),
+        "11:89: the file ends without `endsolid`: it is cut short"
+    );
+    assert_eq!(
+        refused(&TEXT.as_bytes()[..60]),
+        "5:9: the file ends, expected a number: it is cut short"
+    );
+}

@@ -1,0 +1,208 @@
+//! Faults in the triangles of a scene. They are rendered all the same; somebody may want to know.
+
+use super::{Scene, weld::first_at_place};
+use rayon::prelude::*;
+
+/// How many triangles have which fault.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MeshFaults {
+    /// Triangles without area; no ray ever hits them.
+    pub degenerate: usize,
+    /// Triangles with the same three corners as an earlier one, in whichever order.
+    pub duplicate: usize,
+    /// Triangles that face the other way than most of those that they are connected with.
+    pub inverted: usize,
+}
+
+impl MeshFaults {
+    /// All faults together.
+    #[must_use]
+    pub fn total(&self) -> usize {
+        self.degenerate + self.duplicate + self.inverted
+    }
+}
+
+/// An edge of a triangle that has an area.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Edge {
+    /// Lower and higher vertex.
+    ends: [u32; 2],
+    /// The triangle, twice, plus 1 if it runs from the higher vertex to the lower one.
+    use_: u32,
+}
+
+impl Scene {
+    /// Looks for faults. Takes about as long as it takes to build the BVH, and 60 bytes a triangle meanwhile.
+    #[must_use]
+    pub fn mesh_faults(&self) -> MeshFaults {
+        let vertices = &self.vertices;
+        let place = first_at_place(&vertices.x, &vertices.y, &vertices.z);
+        let triangles = &self.triangles;
+        let columns = (&triangles.v0, &triangles.v1, &triangles.v2).into_par_iter();
+        let corners: Vec<[u32; 3]> = columns
+            .map(|(&a, &b, &c)| [a, b, c].map(|vertex| place[vertex as usize]))
+            .collect();
+        drop(place);
+        let duplicate = duplicates(&corners);
+        let count = corners.len() as u32;
+        // Two bits less than ids have: room for the direction.
+        let inverted = if count < u32::MAX / 2 {
+            inverted(&corners, |i| self.has_area(i))
+        } else {
+            0
+        };
+        MeshFaults {
+            degenerate: self.degenerate,
+            duplicate,
+            inverted,
+        }
+    }
+}
+
+fn duplicates(corners: &[[u32; 3]]) -> usize {
+    let mut sorted: Vec<[u32; 3]> = corners
+        .par_iter()
+        .map(|&[a, b, c]| {
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            // The one in between: what is left of the three.
+            [low, a ^ b ^ c ^ low ^ high, high]
+        })
+        .collect();
+    sorted.par_sort_unstable();
+    sorted.par_windows(2).filter(|pair| pair[0] == pair[1]).count()
+}
+
+/// Whether one is a duplicate of the other, which says nothing about sides either.
+fn same_corners(a: [u32; 3], b: [u32; 3]) -> bool {
+    a.iter().all(|corner| b.contains(corner))
+}
+
+fn inverted(corners: &[[u32; 3]], has_area: impl Fn(usize) -> bool + Sync) -> usize {
+    let mut edges: Vec<Edge> = corners
+        .par_iter()
+        .enumerate()
+        .filter(|&(i, _)| has_area(i))
+        .flat_map_iter(|(i, &[a, b, c])| {
+            [[a, b], [b, c], [c, a]].map(|[from, to]| Edge {
+                ends: [from.min(to), from.max(to)],
+                use_: 2 * i as u32 + u32::from(from > to),
+            })
+        })
+        .collect();
+    edges.par_sort_unstable();
+    let mut groups = Groups::new(corners.len());
+    for shared in edges.chunk_by(|a, b| a.ends == b.ends) {
+        // An edge of one triangle is a border; one of three or more says nothing about sides.
+        if let [a, b] = shared
+            && !same_corners(corners[a.use_ as usize / 2], corners[b.use_ as usize / 2])
+        {
+            let same_direction = (a.use_ ^ b.use_) & 1 == 0;
+            groups.join(a.use_ / 2, b.use_ / 2, same_direction);
+        }
+    }
+    groups.minorities()
+}
+
+/// Triangles that are connected, and for each whether it faces as the one that stands for its group: a union-find with
+/// parity.
+struct Groups {
+    parent: Vec<u32>,
+    /// Whether it faces the other way than its parent.
+    turned: Vec<bool>,
+    size: Vec<u32>,
+}
+
+impl Groups {
+    fn new(count: usize) -> Self {
+        Self {
+            parent: (0..count as u32).collect(),
+            turned: vec![false; count],
+            size: vec![1; count],
+        }
+    }
+
+    /// The root, and whether `i` is turned against it.
+    fn root(&mut self, mut i: u32) -> (u32, bool) {
+        let mut turned = false;
+        loop {
+            let parent = self.parent[i as usize];
+            if parent == i {
+                return (i, turned);
+            }
+            // Halves the path.
+            let grandparent = self.parent[parent as usize];
+            if grandparent != parent {
+                self.turned[i as usize] ^= self.turned[parent as usize];
+                self.parent[i as usize] = grandparent;
+            }
+            turned ^= self.turned[i as usize];
+            i = self.parent[i as usize];
+        }
+    }
+
+    fn join(&mut self, a: u32, b: u32, turned: bool) {
+        let ((mut a, a_turned), (mut b, b_turned)) = (self.root(a), self.root(b));
+        // A surface with one side (Möbius) contradicts itself; the first word counts.
+        if a == b {
+            return;
+        }
+        if self.size[a as usize] < self.size[b as usize] {
+            (a, b) = (b, a);
+        }
+        self.parent[b as usize] = a;
+        self.turned[b as usize] = turned ^ a_turned ^ b_turned;
+        self.size[a as usize] += self.size[b as usize];
+    }
+
+    /// In each group those that face the rarer way, all together.
+    fn minorities(mut self) -> usize {
+        let count = self.parent.len();
+        let mut turned = vec![0_u32; count];
+        for i in 0..count as u32 {
+            let (root, is_turned) = self.root(i);
+            turned[root as usize] += u32::from(is_turned);
+        }
+        (0..count)
+            .filter(|&i| self.parent[i] as usize == i)
+            .map(|i| turned[i].min(self.size[i] - turned[i]) as usize)
+            .sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::{MaterialId, MeshColumns, MeshFaults, SceneBuilder};
+
+    fn faults(triangles: &[[u32; 3]]) -> MeshFaults {
+        // A 4 x 4 grid, and its first vertex again.
+        let grid = |f: fn(usize) -> usize| (0..16).chain([0]).map(|i| f(i) as f32).collect();
+        let mesh = MeshColumns {
+            x: grid(|i| i % 4),
+            y: grid(|i| i / 4),
+            z: vec![0.0; 17],
+            normals: Vec::new(),
+            triangles: triangles.to_vec(),
+        };
+        let mut builder = SceneBuilder::new();
+        builder.add_mesh(mesh, MaterialId(1)).expect("a mesh");
+        builder.finish().mesh_faults()
+    }
+
+    #[test]
+    fn each_fault_is_counted_once() {
+        let good = [[0, 1, 5], [16, 5, 4], [1, 2, 6], [1, 6, 5]];
+        assert_eq!(faults(&good).total(), 0);
+        let with = |more: &[[u32; 3]]| faults(&[&good[..], more].concat());
+        assert_eq!(with(&[[0, 1, 2], [3, 3, 7]]).degenerate, 2);
+        assert_eq!(with(&[[9, 10, 14], [14, 10, 9], [9, 10, 14]]).duplicate, 2);
+        let turned = [[0, 1, 5], [0, 4, 5], [1, 2, 6], [1, 6, 5]];
+        assert_eq!(
+            faults(&turned),
+            MeshFaults {
+                inverted: 1,
+                ..MeshFaults::default()
+            }
+        );
+        assert_eq!(faults(&[]), MeshFaults::default());
+    }
+}

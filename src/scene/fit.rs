@@ -1,0 +1,100 @@
+//! Where a camera must stand to see all of an object.
+
+use super::{CameraError, MeshColumns};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// The share of the picture's half width and height that is left free around a fitted object.
+const MARGIN: f64 = 0.06;
+
+/// Where to stand and where to look.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit {
+    /// Where the camera stands.
+    pub eye: DVec3,
+    /// What it looks at: a point at the depth of the object's middle.
+    pub target: DVec3,
+}
+
+/// The directions of a picture: all that a [`Fit`] depends on besides the points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitView {
+    /// From the object towards the viewer; any length.
+    pub towards_viewer: DVec3,
+    /// Which way is up.
+    pub up: DVec3,
+    /// Vertical field of view, degrees.
+    pub fov_degrees: f64,
+    /// Width over height.
+    pub aspect: f64,
+}
+
+impl FitView {
+    /// The nearest eye from which every vertex of `mesh` is inside the picture, with a small margin, as far from its left
+    /// side as from its right and as far from the top as from the bottom. Exact: each side of the picture is a plane
+    /// through the eye, and what matters of the points is how far out they are along the four planes' normals.
+    ///
+    /// # Errors
+    /// [`CameraError`], where these directions do not make a view.
+    pub fn fit(&self, mesh: &MeshColumns) -> Result<Fit, CameraError> {
+        if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {
+            return Err(CameraError::FieldOfView(self.fov_degrees));
+        }
+        let forward = (-self.towards_viewer)
+            .try_normalize()
+            .ok_or(CameraError::EyeOnTarget)?;
+        let right = forward
+            .cross(self.up)
+            .try_normalize()
+            .ok_or(CameraError::UpParallel)?;
+        let up = right.cross(forward);
+        let half_height = libm::tan(self.fov_degrees.to_radians() * 0.5) * (1.0 - MARGIN);
+        let half_width = half_height * self.aspect;
+        // How far out along: right, left, up, down, backward, forward.
+        let outward = [
+            right - forward * half_width,
+            -right - forward * half_width,
+            up - forward * half_height,
+            -up - forward * half_height,
+            -forward,
+            forward,
+        ];
+        let Some([r, l, u, d, near, far]) = extents(mesh, &outward) else {
+            return Ok(Fit {
+                eye: -forward,
+                target: DVec3::ZERO,
+            });
+        };
+        // In the frame (right, up, forward): along each pair of planes the eye must be behind both.
+        let depth = (-(r + l) / (2.0 * half_width)).min(-(u + d) / (2.0 * half_height));
+        // What is flat or a single point needs some distance too.
+        let gap = (0.01 * (near + far)).max(1e-6 * near.abs()).max(1e-9);
+        let depth = depth.min(-near - gap);
+        let eye = right * ((r - l) * 0.5) + up * ((u - d) * 0.5) + forward * depth;
+        let middle = (far - near) * 0.5;
+        Ok(Fit {
+            eye,
+            target: eye + forward * (middle - depth),
+        })
+    }
+}
+
+/// How far the points reach along each direction; `None` without points.
+fn extents(mesh: &MeshColumns, directions: &[DVec3; 6]) -> Option<[f64; 6]> {
+    if mesh.x.is_empty() {
+        return None;
+    }
+    let points = (&mesh.x, &mesh.y, &mesh.z).into_par_iter().with_min_len(1 << 14);
+    let least = || [f64::NEG_INFINITY; 6];
+    // A maximum is the same in any order, so the threads do not matter.
+    let reach = points
+        .fold(least, |mut reach, (&x, &y, &z)| {
+            let point = DVec3::new(x.into(), y.into(), z.into());
+            for (most, direction) in reach.iter_mut().zip(directions) {
+                *most = most.max(direction.dot(point));
+            }
+            reach
+        })
+        .reduce(least, |a, b| std::array::from_fn(|i| a[i].max(b[i])));
+    Some(reach)
+}

@@ -1,0 +1,143 @@
+//! Materials: how a surface answers light, and which constants it may have.
+
+use crate::{course, error::SceneError};
+
+/// The largest exponent of a highlight. `f32` unit vectors may be a little longer than 1: beyond this their powers
+/// would be no highlights.
+pub const MAX_ALPHA: u32 = 10_000;
+
+/// How a surface answers light. The formulas are those of the course (see [`course`]); I_i is a light's intensity in
+/// a channel, its colour included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Material {
+    /// One colour, whatever the light.
+    Silhouette {
+        /// The colour, linear RGB.
+        color: [f32; 3],
+    },
+    /// `color * min(1, I_a + sum I_i max(0, n.l_i))`.
+    Matte {
+        /// The colour, linear RGB; white in the course's scenes.
+        color: [f32; 3],
+    },
+    /// `c_d (I_a + k_d sum I_i max(0, n.l_i)) + c_s k_s sum I_i max(0, n.h_i)^alpha`, clamped to [0, 1].
+    BlinnPhong {
+        /// c_d, linear RGB.
+        diffuse: [f32; 3],
+        /// c_s, linear RGB.
+        specular: [f32; 3],
+        /// k_d.
+        k_d: f32,
+        /// k_s.
+        k_s: f32,
+        /// The exponent.
+        alpha: u32,
+    },
+    /// `(1 - mirror_share) matte + mirror_share * (what the mirrored ray sees)`.
+    Reflection {
+        /// The matte part's colour, linear RGB; white in the course's scenes.
+        color: [f32; 3],
+        /// The mirror's share, 0 to 1.
+        mirror_share: f32,
+    },
+}
+
+impl Material {
+    /// The four materials of a classic `.scn`, by their number there.
+    pub const CLASSIC: [Self; 4] = [
+        Self::Silhouette {
+            color: course::SILHOUETTE,
+        },
+        Self::Matte { color: [1.0; 3] },
+        Self::BlinnPhong {
+            diffuse: course::DIFFUSE,
+            specular: course::SPECULAR,
+            k_d: course::K_D,
+            k_s: course::K_S,
+            alpha: course::ALPHA,
+        },
+        Self::Reflection {
+            color: [1.0; 3],
+            mirror_share: course::MIRROR_SHARE,
+        },
+    ];
+
+    /// Refuses constants that make no picture.
+    pub(super) fn check(&self) -> Result<(), SceneError> {
+        match *self {
+            Self::Silhouette { color } | Self::Matte { color } => check_color(color),
+            Self::BlinnPhong {
+                diffuse,
+                specular,
+                k_d,
+                k_s,
+                alpha,
+            } => {
+                check_color(diffuse)?;
+                check_color(specular)?;
+                check_share("kd", k_d)?;
+                check_share("ks", k_s)?;
+                if (1..=MAX_ALPHA).contains(&alpha) {
+                    Ok(())
+                } else {
+                    Err(SceneError::OutOfRange {
+                        what: "alpha",
+                        value: alpha as f32,
+                        range: (1.0, MAX_ALPHA as f32),
+                    })
+                }
+            }
+            Self::Reflection { color, mirror_share } => {
+                check_color(color)?;
+                check_share("mix", mirror_share)
+            }
+        }
+    }
+
+    /// The kind and all constants as bits: equal for materials that are the same bit for bit.
+    pub(super) fn bits(&self) -> [u32; 10] {
+        let mut bits = [0; 10];
+        let mut write = |kind: u32, constants: &[f32]| {
+            bits[0] = kind;
+            for (bits, constant) in bits[1..].iter_mut().zip(constants) {
+                *bits = constant.to_bits();
+            }
+        };
+        match *self {
+            Self::Silhouette { color: [r, g, b] } => write(0, &[r, g, b]),
+            Self::Matte { color: [r, g, b] } => write(1, &[r, g, b]),
+            Self::BlinnPhong {
+                diffuse: [r, g, b],
+                specular: [sr, sg, sb],
+                k_d,
+                k_s,
+                alpha,
+            } => write(2, &[r, g, b, sr, sg, sb, k_d, k_s, alpha as f32]),
+            Self::Reflection {
+                color: [r, g, b],
+                mirror_share,
+            } => write(3, &[r, g, b, mirror_share]),
+        }
+        bits
+    }
+}
+
+/// A number from 0 to 1.
+pub(super) fn check_share(what: &'static str, value: f32) -> Result<(), SceneError> {
+    if (0.0..=1.0).contains(&value) {
+        Ok(())
+    } else {
+        Err(SceneError::OutOfRange {
+            what,
+            value,
+            range: (0.0, 1.0),
+        })
+    }
+}
+
+/// Three channels, each from 0 to 1.
+pub(super) fn check_color([red, green, blue]: [f32; 3]) -> Result<(), SceneError> {
+    check_share("red", red)?;
+    check_share("green", green)?;
+    check_share("blue", blue)
+}

@@ -1,0 +1,216 @@
+//! Scaling, turning and moving a mesh, in f64 until the end.
+
+use super::MeshColumns;
+use glam::{DMat3, DVec3, Vec3};
+
+/// A scaling, turning and moving of points: `linear * p + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform {
+    linear: DMat3,
+    offset: DVec3,
+}
+
+impl Transform {
+    /// Everything stays where it is.
+    pub const IDENTITY: Self = Self {
+        linear: DMat3::IDENTITY,
+        offset: DVec3::ZERO,
+    };
+
+    /// This, and then a scaling by `factors` along the axes, about the origin. Negative factors mirror.
+    #[must_use]
+    pub fn then_scale(self, factors: DVec3) -> Self {
+        self.then(DMat3::from_diagonal(factors))
+    }
+
+    /// This, and then a turn by `degrees` about `axis` through the origin, counter-clockwise as seen from the tip
+    /// of the axis. The axis need not be a unit vector; a zero one turns nothing. Quarter turns are exact about the
+    /// coordinate axes.
+    #[must_use]
+    pub fn then_rotate(self, axis: DVec3, degrees: f64) -> Self {
+        let Some(DVec3 { x, y, z }) = axis.try_normalize() else {
+            return self;
+        };
+        let (sin, cos) = sin_cos_degrees(degrees);
+        let rest = 1.0 - cos;
+        // Rodrigues' formula, column by column.
+        self.then(DMat3::from_cols(
+            DVec3::new(x * x * rest + cos, x * y * rest + z * sin, x * z * rest - y * sin),
+            DVec3::new(x * y * rest - z * sin, y * y * rest + cos, y * z * rest + x * sin),
+            DVec3::new(x * z * rest + y * sin, y * z * rest - x * sin, z * z * rest + cos),
+        ))
+    }
+
+    /// This, and then a move by `offset`, scene units.
+    #[must_use]
+    pub fn then_translate(self, offset: DVec3) -> Self {
+        Self {
+            offset: self.offset + offset,
+            ..self
+        }
+    }
+
+    fn then(self, linear: DMat3) -> Self {
+        Self {
+            linear: linear * self.linear,
+            offset: linear * self.offset,
+        }
+    }
+
+    /// The numbers of the transform as bits: equal for transforms that do the same to the last bit.
+    #[must_use]
+    pub fn bits(&self) -> [u64; 12] {
+        let mut bits = [0; 12];
+        let numbers = self
+            .linear
+            .to_cols_array()
+            .into_iter()
+            .chain(self.offset.to_array());
+        for (bits, number) in bits.iter_mut().zip(numbers) {
+            // 0 and -0 move points alike.
+            *bits = (number + 0.0).to_bits();
+        }
+        bits
+    }
+
+    /// Moves a mesh's vertices and turns its normals. A mirrored mesh's triangles change their winding, so that
+    /// their front stays in front. Columns of unequal length are left for the builder to refuse.
+    pub fn apply(&self, mesh: &mut MeshColumns) {
+        if *self == Self::IDENTITY {
+            return;
+        }
+        let MeshColumns { x, y, z, .. } = mesh;
+        for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+            let old = DVec3::new(f64::from(*x), f64::from(*y), f64::from(*z));
+            let new = (self.linear * old + self.offset).as_vec3();
+            (*x, *y, *z) = (new.x, new.y, new.z);
+        }
+        // A normal is perpendicular to its surface: what keeps that so is the inverse transpose. Its columns are
+        // cross products over the determinant, whose size does not matter, and whose sign goes with the winding.
+        let [a, b, c] = [self.linear.x_axis, self.linear.y_axis, self.linear.z_axis];
+        let mirrored = self.linear.determinant() < 0.0;
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let normal_matrix = DMat3::from_cols(b.cross(c) * sign, c.cross(a) * sign, a.cross(b) * sign);
+        for normal in &mut mesh.normals {
+            let turned = (normal_matrix * normal.as_dvec3()).try_normalize();
+            *normal = turned.map_or(Vec3::ZERO, DVec3::as_vec3);
+        }
+        if mirrored {
+            mesh.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        }
+    }
+}
+
+/// Sine and cosine, exact at multiples of 90 degrees.
+fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+    let quarters = (degrees / 90.0).round();
+    let (sin, cos) = libm::sincos((degrees - 90.0 * quarters).to_radians());
+    match quarters.rem_euclid(4.0) as u32 {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle with its own normal at every corner.
+    fn mesh() -> MeshColumns {
+        MeshColumns {
+            x: vec![1.0, 0.0, 0.0],
+            y: vec![0.0, 2.0, 0.0],
+            z: vec![0.0, 0.0, 3.0],
+            normals: vec![Vec3::new(6.0, 3.0, 2.0); 3],
+            triangles: vec![[0, 1, 2]],
+        }
+    }
+
+    fn corners(mesh: &MeshColumns) -> [Vec3; 3] {
+        mesh.triangles[0].map(|i| {
+            let i = i as usize;
+            Vec3::new(mesh.x[i], mesh.y[i], mesh.z[i])
+        })
+    }
+
+    fn facet(mesh: &MeshColumns) -> Vec3 {
+        let [a, b, c] = corners(mesh);
+        (b - a).cross(c - a).normalize()
+    }
+
+    #[test]
+    fn quarter_turns_are_exact() {
+        let mut mesh = mesh();
+        Transform::IDENTITY
+            .then_rotate(DVec3::Z * 7.0, 90.0)
+            .apply(&mut mesh);
+        assert_eq!(
+            corners(&mesh),
+            [Vec3::Y, Vec3::new(-2.0, 0.0, 0.0), Vec3::new(0.0, 0.0, 3.0)]
+        );
+        for (degrees, expected) in [
+            (0.0, (0.0, 1.0)),
+            (180.0, (0.0, -1.0)),
+            (-90.0, (-1.0, 0.0)),
+            (630.0, (-1.0, 0.0)),
+        ] {
+            assert_eq!(sin_cos_degrees(degrees), expected, "{degrees}");
+        }
+        let (sin, cos) = sin_cos_degrees(150.0);
+        assert!((sin - 0.5).abs() < 1e-15 && (cos + 0.75_f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn steps_are_done_in_their_order() {
+        let mut mesh = mesh();
+        let up = DVec3::new(0.0, 0.0, 1.0);
+        Transform::IDENTITY
+            .then_translate(up)
+            .then_scale(DVec3::splat(2.0))
+            .then_translate(up)
+            .apply(&mut mesh);
+        assert_eq!(mesh.z, [3.0, 3.0, 9.0]);
+        assert_eq!(mesh.x, [2.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn normals_stay_perpendicular_and_in_front() {
+        for factors in [
+            DVec3::new(1.0, 1.0, 1.0),
+            DVec3::new(5.0, 0.1, 2.0),
+            DVec3::new(-1.0, 3.0, 0.5),
+            DVec3::new(-1.0, -3.0, -0.5),
+            DVec3::splat(1e-9),
+        ] {
+            let mut mesh = mesh();
+            Transform::IDENTITY
+                .then_rotate(DVec3::new(1.0, 2.0, 3.0), 33.0)
+                .then_scale(factors)
+                .apply(&mut mesh);
+            // Where the origin is behind the triangle before, it is so afterwards.
+            assert!(facet(&mesh).dot(corners(&mesh)[0]) > 0.0, "{factors}");
+            for normal in &mesh.normals {
+                assert!(normal.abs_diff_eq(facet(&mesh), 1e-5), "{factors}: {normal}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_changes_bits_without_a_transform() {
+        let mut mesh = mesh();
+        mesh.x[0] = -0.0;
+        Transform::IDENTITY.apply(&mut mesh);
+        assert!(mesh.x[0].is_sign_negative());
+        assert_eq!(mesh.normals[0], Vec3::new(6.0, 3.0, 2.0));
+    }
+
+    #[test]
+    fn a_missing_normal_stays_missing() {
+        let mut mesh = mesh();
+        mesh.normals[1] = Vec3::ZERO;
+        Transform::IDENTITY.then_scale(DVec3::splat(2.0)).apply(&mut mesh);
+        assert_eq!(mesh.normals[1], Vec3::ZERO);
+    }
+}

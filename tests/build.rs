@@ -1,0 +1,114 @@
+//! The BVH as it is built: every primitive in one place, boxes around what is below them, the same tree for any number
+//! of threads, within its share of memory.
+
+use octray::{
+    accel::{BuildQuality, Bvh, Child, Node8},
+    generate::{Kind, Options, generate},
+    geometry::padded,
+    math::Aabb,
+    ray::PrimitiveId,
+    scene::{Primitive, Scene},
+};
+
+const QUALITIES: [BuildQuality; 2] = [BuildQuality::Fast, BuildQuality::Best];
+
+fn scene(kind: Kind, count: usize) -> Scene {
+    let options = Options {
+        seed: 3,
+        count: Some(count),
+    };
+    let generated = generate(kind, options).expect("a scene");
+    generated.into_scene().expect("valid columns")
+}
+
+fn build_on(threads: usize, scene: &Scene, quality: BuildQuality) -> Bvh {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("threads").install(|| Bvh::build_with(scene, quality))
+}
+
+fn child_bounds(node: &Node8, lane: usize) -> Aabb {
+    let (lower, upper) = node.corners(lane);
+    Aabb { lower, upper }
+}
+
+fn ids_of(bvh: &Bvh, child: Child) -> &[u32] {
+    if child.is_triangles() {
+        &bvh.triangle_blocks()[child.index()].id[..child.count()]
+    } else {
+        &bvh.sphere_blocks()[child.index()].id[..child.count()]
+    }
+}
+
+/// The box around a node's primitives, each of which is counted.
+fn check(scene: &Scene, bvh: &Bvh, node_i: usize, seen: &mut [u32]) -> Aabb {
+    let node = &bvh.nodes()[node_i];
+    let mut all = Aabb::EMPTY;
+    for lane in 0..node.count as usize {
+        let child = node.child[lane];
+        let below = if child.is_inner() {
+            check(scene, bvh, child.index(), seen)
+        } else {
+            ids_of(bvh, child).iter().fold(Aabb::EMPTY, |around, &id| {
+                seen[id as usize] += 1;
+                around.union(padded(match scene.primitive(PrimitiveId(id)) {
+                    Primitive::Triangle(i) => Aabb::around(scene.triangle(i)),
+                    Primitive::Sphere(i) => scene.sphere_bounds(i),
+                }))
+            })
+        };
+        assert_eq!(child_bounds(node, lane), below, "node {node_i}, child {lane}");
+        all = all.union(below);
+    }
+    all
+}
+
+#[test]
+fn every_primitive_is_in_one_place_and_boxes_fit() {
+    for (kind, count) in [
+        (Kind::Terrain, 2),
+        (Kind::Spheres, 1),
+        (Kind::Spheres, 9),
+        (Kind::Flake, 3_000),
+        (Kind::Figure, 10_000),
+        (Kind::Terrain, 100_000),
+    ] {
+        let scene = scene(kind, count);
+        for quality in QUALITIES {
+            let bvh = Bvh::build_with(&scene, quality);
+            let mut seen = vec![0; scene.primitive_count()];
+            check(&scene, &bvh, bvh.root().index(), &mut seen);
+            assert!(
+                seen.iter().all(|&times| times == 1),
+                "{kind:?} {count} {quality:?}"
+            );
+            let stats = bvh.stats();
+            assert_eq!(
+                stats.leaf_sizes.iter().sum::<usize>(),
+                stats.triangle_blocks + stats.sphere_blocks
+            );
+            assert_eq!(stats.child_counts.iter().sum::<usize>(), bvh.nodes().len());
+            assert_eq!(stats.quality, quality);
+            let most = 100 * scene.primitive_count() + 1024;
+            assert!(
+                stats.memory_bytes <= most,
+                "{} bytes of {most}",
+                stats.memory_bytes
+            );
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_builds_the_same_tree() {
+    let scene = scene(Kind::Blobs, 150_000);
+    for quality in QUALITIES {
+        let [one, four] = [1, 4].map(|threads| build_on(threads, &scene, quality));
+        assert_eq!(one.nodes().len(), four.nodes().len());
+        for (a, b) in one.nodes().iter().zip(four.nodes()) {
+            assert_eq!((a.child, a.planes), (b.child, b.planes));
+        }
+        for (a, b) in one.triangle_blocks().iter().zip(four.triangle_blocks()) {
+            assert_eq!(a.id, b.id);
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! The ways to read a mesh agree with each other, and with other people's code.
+
+use octray::{format::mesh, scene::MeshColumns};
+use std::{fmt::Write as _, io, path::Path};
+
+/// Pseudo-random numbers that are the same in every run: Marsaglia, *Xorshift RNGs*, 2003.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, limit: u32) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % u64::from(limit)) as u32
+    }
+
+    fn number(&mut self) -> f32 {
+        (self.below(2_000_001) as f32 - 1e6) * 1e-5
+    }
+}
+
+/// Positions, a normal each, and polygons.
+struct Polygons {
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    faces: Vec<Vec<u32>>,
+}
+
+impl Polygons {
+    /// `corners`: how many a face has at least, and how many more at most.
+    fn new(count: u32, corners: [u32; 2]) -> Self {
+        let mut random = Random(u64::from(count) + 1);
+        let mut vectors = || {
+            (0..count)
+                .map(|_| [random.number(), random.number(), random.number()])
+                .collect()
+        };
+        let (positions, normals) = (vectors(), vectors());
+        let faces = (0..2 * count).map(|_| {
+            let corners = corners[0] + random.below(corners[1] + 1);
+            (0..corners).map(|_| random.below(count)).collect()
+        });
+        Self {
+            positions,
+            normals,
+            faces: faces.collect(),
+        }
+    }
+
+    fn triangles(&self) -> Vec<[u32; 3]> {
+        let fan = |face: &Vec<u32>| {
+            (2..face.len())
+                .map(|i| [face[0], face[i - 1], face[i]])
+                .collect::<Vec<_>>()
+        };
+        self.faces.iter().flat_map(fan).collect()
+    }
+
+    /// A PLY file. With `extra`, further properties stand around those that are needed.
+    fn ply(&self, format: &str, extra: bool) -> Vec<u8> {
+        let (uchar, short) = if extra {
+            ("property uchar red\n", "property short flags\n")
+        } else {
+            ("", "")
+        };
+        let mut bytes = format!(
+            "ply\nformat {format} 1.0\nelement vertex {}\n{uchar}property float x\nproperty float y\nproperty float z\n\
+             property float nx\nproperty float ny\nproperty float nz\n{short}element face {}\n{short}\
+             property list uchar int vertex_indices\n{uchar}end_header\n",
+            self.positions.len(),
+            self.faces.len()
+        )
+        .into_bytes();
+        for (position, normal) in self.positions.iter().zip(&self.normals) {
+            let numbers: Vec<f32> = position.iter().chain(normal).copied().collect();
+            if format == "ascii" {
+                let words: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+                let line = words.join(" ");
+                bytes.extend(
+                    if extra {
+                        format!("7 {line} -3\n")
+                    } else {
+                        format!("{line}\n")
+                    }
+                    .bytes(),
+                );
+                continue;
+            }
+            bytes.extend(&[7][..usize::from(extra)]);
+            for number in numbers {
+                bytes.extend(if format.contains("big") {
+                    number.to_be_bytes()
+                } else {
+                    number.to_le_bytes()
+                });
+            }
+            bytes.extend(&[0, 1][..2 * usize::from(extra)]);
+        }
+        for face in &self.faces {
+            if format == "ascii" {
+                let words: Vec<String> = face.iter().map(ToString::to_string).collect();
+                let line = format!("{} {}", face.len(), words.join(" "));
+                bytes.extend(
+                    if extra {
+                        format!("-3 {line} 7\n")
+                    } else {
+                        format!("{line}\n")
+                    }
+                    .bytes(),
+                );
+                continue;
+            }
+            bytes.extend(&[0, 1][..2 * usize::from(extra)]);
+            bytes.push(face.len() as u8);
+            for index in face {
+                bytes.extend(if format.contains("big") {
+                    index.to_be_bytes()
+                } else {
+                    index.to_le_bytes()
+                });
+            }
+            bytes.extend(&[7][..usize::from(extra)]);
+        }
+        bytes
+    }
+
+    /// An OBJ file in which each corner has its vertex's normal.
+    fn obj(&self) -> String {
+        let mut text = String::new();
+        for [x, y, z] in &self.positions {
+            let _ = writeln!(text, "v {x} {y} {z}");
+        }
+        for [x, y, z] in &self.normals {
+            let _ = writeln!(text, "vn {x} {y} {z}");
+        }
+        for face in &self.faces {
+            let corners: Vec<String> = face.iter().map(|i| format!("{0}//{0}", i + 1)).collect();
+            let _ = writeln!(text, "f {}", corners.join(" "));
+        }
+        text
+    }
+}
+
+fn read(bytes: Vec<u8>, name: &str) -> MeshColumns {
+    let mut nothing = |_: &Path| Err(io::ErrorKind::NotFound.into());
+    let loaded = mesh::parse(bytes, Path::new(name), &mut nothing).unwrap_or_else(|error| panic!("{error}"));
+    loaded.columns
+}
+
+#[test]
+fn ply_of_every_layout() {
+    // Few and many, so that one thread and several have something to do; triangles, quads, and all kinds.
+    for (count, corners) in [
+        (3, [3, 0]),
+        (50, [4, 0]),
+        (40_000, [3, 0]),
+        (30_000, [4, 0]),
+        (20_000, [3, 4]),
+        (500, [0, 5]),
+    ] {
+        let polygons = Polygons::new(count, corners);
+        let triangles = polygons.triangles();
+        for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
+            for extra in [false, true] {
+                let mesh = read(polygons.ply(format, extra), "a.ply");
+                let found = (0..mesh.x.len()).map(|i| [mesh.x[i], mesh.y[i], mesh.z[i]]);
+                assert!(
+                    found.eq(polygons.positions.iter().copied()),
+                    "{count} {corners:?} {format}"
+                );
+                let normals = mesh.normals.iter().map(glam::Vec3::to_array);
+                assert!(
+                    normals.eq(polygons.normals.iter().copied()),
+                    "{count} {corners:?} {format}"
+                );
+                assert!(mesh.triangles == triangles, "{count} {corners:?} {format}");
+            }
+        }
+    }
+}
+
+/// A fault far into a large file is found at its place, as in a small one.
+#[test]
+fn faults_in_large_files() {
+    let mut polygons = Polygons::new(30_000, [3, 0]);
+    polygons.faces[45_678][1] = 30_000;
+    let refused = |bytes: Vec<u8>| {
+        let mut nothing = |_: &Path| Err(io::ErrorKind::NotFound.into());
+        let error = mesh::parse(bytes, Path::new("a.ply"), &mut nothing).expect_err("it is refused");
+        error.to_string()
+    };
+    let message = "vertex index 30000, but the file has only 30000 vertices";
+    assert_eq!(
+        refused(polygons.ply("ascii", false)),
+        format!("a.ply:{}:1: {message}", 12 + 30_000 + 45_679)
+    );
+    assert!(
+        refused(polygons.ply("binary_little_endian", true))
+            .starts_with(&format!("a.ply:45679:1: {message} (face 45679"))
+    );
+    polygons.positions[23_456][2] = f32::NAN;
+    assert!(refused(polygons.ply("ascii", false)).starts_with(&format!("a.ply:{}:", 12 + 23_457)));
+    assert!(
+        refused(polygons.ply("binary_big_endian", false))
+            .starts_with("a.ply:23457:1: vertex 23457 of 30000: z is NaN")
+    );
+}
+
+/// Corner by corner, an OBJ file is what tobj makes of it.
+#[test]
+fn obj_as_tobj_reads_it() {
+    let polygons = Polygons::new(700, [3, 4]);
+    let text = polygons.obj();
+    let ours = read(text.clone().into_bytes(), "a.obj");
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        single_index: true,
+        ..tobj::LoadOptions::default()
+    };
+    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| {
+        Err(tobj::LoadError::OpenFileFailed)
+    })
+    .expect("tobj reads it");
+    let theirs = &models[0].mesh;
+    let corners = ours.triangles.as_flattened();
+    assert_eq!((models.len(), corners.len()), (1, theirs.indices.len()));
+    for (&our, &their) in corners.iter().zip(&theirs.indices) {
+        let (our, their) = (our as usize, 3 * their as usize);
+        assert_eq!(
+            [ours.x[our], ours.y[our], ours.z[our]],
+            theirs.positions[their..their + 3]
+        );
+        assert_eq!(ours.normals[our].to_array(), theirs.normals[their..their + 3]);
+    }
+}

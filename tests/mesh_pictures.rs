@@ -1,0 +1,94 @@
+//! Meshes straight from the command line: one picture of each format, looked at and kept, and that meshes are framed
+//! whole. `OCTRAY_BLESS=1 cargo test --test mesh_pictures` makes the pictures anew.
+
+#[path = "common/images.rs"]
+mod images;
+mod program;
+
+use image::RgbImage;
+use images::{assert_all, compare_golden, package};
+use program::Folder;
+
+/// At most so many pixels may differ: edges may fall on either side where builds round differently.
+const SHARE: f64 = 0.001;
+
+/// Renders a shipped mesh.
+fn picture(folder: &Folder, mesh: &str, options: &[&str]) -> RgbImage {
+    let mesh = package().join("scenes/meshes").join(mesh);
+    let mesh = mesh.to_str().expect("UTF-8");
+    let arguments = [&["render", mesh, "-o", "a.png", "--quiet"], options].concat();
+    folder.run(&arguments).succeeded();
+    image::open(folder.path("a.png")).expect("a picture").into_rgb8()
+}
+
+#[test]
+fn every_format() {
+    let folder = Folder::new();
+    let size = ["--size", "160x120", "--samples", "4"];
+    assert_all(
+        [
+            ("obj", "vase.obj", &[][..]),
+            (
+                "obj-smooth-ground",
+                "vase.obj",
+                &["--ground", "--smooth-angle", "40"],
+            ),
+            ("stl-binary", "gear.stl", &["--ground"]),
+            ("stl-ascii", "house.stl", &["--ground"]),
+            ("ply", "tetrahedron.ply", &[]),
+            ("gltf", "mobile.gltf", &["--ground"]),
+            ("gltf-camera", "mobile.gltf", &["--camera", "front"]),
+            ("up-axis", "house.stl", &["--up-axis", "y"]),
+        ]
+        .map(|(name, mesh, options)| {
+            let actual = picture(&folder, mesh, &[&size[..], options].concat());
+            compare_golden(&format!("mesh-{name}"), &actual, SHARE)
+        }),
+    );
+}
+
+/// Columns and rows that hold something else than the background: first and last.
+fn extent(picture: &RgbImage) -> [u32; 4] {
+    let background = *picture.get_pixel(0, 0);
+    let shown = picture
+        .enumerate_pixels()
+        .filter(|(.., pixel)| **pixel != background);
+    shown.fold(
+        [u32::MAX, 0, u32::MAX, 0],
+        |[left, right, top, bottom], (x, y, _)| [left.min(x), right.max(x), top.min(y), bottom.max(y)],
+    )
+}
+
+#[test]
+fn meshes_are_framed_whole() {
+    let folder = Folder::new();
+    for mesh in ["vase.obj", "gear.stl", "house.stl", "mobile.gltf", "cube.ply"] {
+        for (size, fov) in [("200x200", "45"), ("320x100", "20"), ("90x240", "100")] {
+            let picture = picture(&folder, mesh, &["--size", size, "--fov", fov]);
+            let [left, right, top, bottom] = extent(&picture);
+            let (width, height) = picture.dimensions();
+            let margins = [left, width - 1 - right, top, height - 1 - bottom];
+            // Free on all sides, and close on two that are opposite.
+            assert!(
+                margins.iter().all(|&margin| margin > 0),
+                "{mesh} {size}: {margins:?}"
+            );
+            let across = margins[0].max(margins[1]) as f32 / width as f32;
+            let down = margins[2].max(margins[3]) as f32 / height as f32;
+            assert!(across.min(down) < 0.06, "{mesh} {size}: {margins:?}");
+        }
+    }
+}
+
+#[test]
+fn both_modes_and_any_number_of_threads_make_the_same_picture() {
+    let folder = Folder::new();
+    let options = ["--size", "64x48", "--ground", "--smooth-angle", "60"];
+    for mesh in ["vase.obj", "gear.stl", "mobile.gltf"] {
+        let expected = picture(&folder, mesh, &options);
+        for more in [["--mode", "scalar"], ["--threads", "1"]] {
+            let actual = picture(&folder, mesh, &[&options[..], &more].concat());
+            assert!(actual == expected, "{mesh} {more:?}");
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! The examples of `docs/scene-language.md`: each loads, shows something, and is the same picture by packets and by
+//! the scalar reference; and there is one for every statement.
+
+use octray::{
+    accel::Bvh,
+    format::load_from_bytes,
+    render::{Film, Mode, Settings, render},
+    scene::{Camera, Scene},
+};
+use std::{fs, ops::ControlFlow, path::Path};
+
+/// A block of the document: the name of a part, or none for a scene.
+struct Block {
+    part: Option<String>,
+    text: String,
+}
+
+fn package() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn blocks() -> Vec<Block> {
+    let document = fs::read_to_string(package().join("docs/scene-language.md")).expect("the document");
+    let mut blocks = Vec::new();
+    for fence in document.split("```scn").skip(1) {
+        let (name, rest) = fence.split_once('\n').expect("a line behind the fence");
+        let (text, _) = rest.split_once("```").expect("a closing fence");
+        let name = name.trim();
+        blocks.push(Block {
+            part: (!name.is_empty()).then(|| name.to_owned()),
+            text: text.to_owned(),
+        });
+    }
+    blocks
+}
+
+/// Loads a scene as if it stood in `scenes/`, with the parts of the document beside it.
+fn load(text: &str, blocks: &[Block]) -> Scene {
+    let folder = package().join("scenes");
+    let open = &mut |path: &Path| {
+        let part = path.strip_prefix(&folder).ok().and_then(Path::to_str);
+        match blocks.iter().find(|block| block.part.as_deref() == part) {
+            Some(block) if part.is_some() => Ok(block.text.clone().into_bytes()),
+            _ => fs::read(path),
+        }
+    };
+    load_from_bytes(text.as_bytes(), &folder.join("example.scn"), open)
+        .unwrap_or_else(|error| panic!("{text}\n{}", error.report()))
+}
+
+fn film(scene: &Scene, camera: &Camera, mode: Mode) -> Film {
+    let settings = Settings {
+        width: 96,
+        height: 80,
+        mode,
+        ..Settings::default()
+    };
+    let frame = render(scene, &Bvh::build(scene), camera, &settings, &|_| {
+        ControlFlow::Continue(())
+    });
+    frame.expect("a small picture").film
+}
+
+/// The statements of an example that make no shape.
+fn without_shapes(text: &str) -> String {
+    let keeps = |line: &&str| line.starts_with("background") || line.starts_with("camera");
+    text.lines().filter(keeps).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn every_example_shows_something() {
+    let blocks = blocks();
+    for Block { text, .. } in blocks.iter().filter(|block| block.part.is_none()) {
+        let scene = load(text, &blocks);
+        let camera = scene.cameras().first().map(|named| named.camera);
+        let camera = camera.unwrap_or_else(|| Camera::course_view(1).expect("a view"));
+        let packet = film(&scene, &camera, Mode::Packet);
+        let scalar = film(&scene, &camera, Mode::Scalar);
+        let bits = |film: &Film| -> Vec<[u32; 3]> {
+            film.pixels()
+                .iter()
+                .map(|pixel| pixel.map(f32::to_bits))
+                .collect()
+        };
+        assert_eq!(bits(&packet), bits(&scalar), "{text}");
+
+        let nothing = film(&load(&without_shapes(text), &blocks), &camera, Mode::Packet);
+        let shown = packet
+            .pixels()
+            .iter()
+            .zip(nothing.pixels())
+            .filter(|(a, b)| a != b)
+            .count();
+        assert!(shown > 96 * 80 / 50, "{shown} pixels show something:\n{text}");
+    }
+}
+
+/// What the program itself knows, by what it says of a statement that it does not.
+#[test]
+fn every_statement_and_key_has_an_example() {
+    let error = load_from_bytes(b"?", Path::new("a.scn"), &mut |_| Ok(Vec::new())).expect_err("no statement");
+    let statements: Vec<&str> = error.message.split('`').skip(3).step_by(2).collect();
+    assert!(statements.len() >= 10, "{statements:?}");
+    let examples: String = blocks()
+        .iter()
+        .filter(|block| block.part.is_none())
+        .map(|block| block.text.clone())
+        .collect();
+    for statement in statements {
+        let found = examples.lines().any(|line| line.starts_with(statement));
+        assert!(found, "no example of {statement}");
+    }
+    for key in "scale rotate translate cd cs kd ks alpha mix color bottom top eye target up fov own silhouette matte \
+                blinn_phong reflection"
+        .split_whitespace()
+    {
+        assert!(examples.split_whitespace().any(|word| word == key), "no example of {key}");
+    }
+}
