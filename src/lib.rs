@@ -113,3 +113,6 @@ pub mod scene;
 pub mod shade;
 pub mod simd;
 pub mod trace;
+#[cfg(feature = "viewer")]
+#[doc(hidden)]
+pub mod viewer;

@@ -35,8 +35,11 @@ const ROOMS: [(&str, Option<&str>); 20] = [
         "bench",
         Some("render generate shade reference trace accel scene geometry course ray simd math error"),
     ),
+    (
+        "viewer",
+        Some("render shade reference trace accel scene geometry course ray simd math error"),
+    ),
     ("cli", None),
-    ("viewer", None),
     // The program: it speaks to the library as any other user does.
     ("main", Some("cpu huge_pages")),
     ("huge_pages", Some("")),
@@ -50,10 +53,10 @@ const EXTRA: [(&str, &str); 2] = [("reference/bvh.rs", "accel"), ("reference/cos
 const ONLY_IN: [(&str, &str); 2] = [("wide", "simd/"), ("obvhs", "accel/")];
 
 /// Rooms that may print and end the program.
-const PRINTING: [&str; 4] = ["cli", "viewer", "main", "cpu"];
+const PRINTING: [&str; 3] = ["cli", "main", "cpu"];
 
 /// Rooms without `unsafe`; the CPU check excepted, which has to ask the CPU itself.
-const SAFE: [&str; 4] = ["format", "scene", "shade", "cli"];
+const SAFE: [&str; 5] = ["format", "scene", "shade", "viewer", "cli"];
 
 const MOST_LINES: usize = 600;
 

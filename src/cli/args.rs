@@ -9,7 +9,11 @@ use super::{
     value::{self, Size},
     version,
 };
-use crate::{accel::BuildQuality, course};
+use crate::{
+    accel::BuildQuality,
+    course,
+    render::{Mode, RenderError, Settings},
+};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::{
@@ -27,6 +31,7 @@ Examples:
   octray cow.scn -o cow.exr                       linear floats instead of 8 bits
   octray cow.scn -o - | magick - cow.webp         a PNG into a pipe
   octray bunny.ply --ground                       a mesh, framed and lit, on a ground
+  octray view cow.scn                             a window to look around in
   octray info cow.scn                             what is in a scene
   octray bench cow.scn                            how fast this machine traces it
   octray bench --all --quick                      how fast it traces scenes of many kinds
@@ -34,8 +39,8 @@ Examples:
 `octray SCENE` is short for `octray render SCENE`, whose options `octray render --help` lists. A scene whose \
 name is that of a command needs a path, such as ./info, or the command's name before it.
 
-Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 4 this CPU cannot run this
-build; 5 a comparison differs; 130 interrupted.";
+Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 3 there is no display; 4 this CPU
+cannot run this build; 5 a comparison differs; 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
@@ -44,7 +49,6 @@ Examples:
   octray render cow.scn --crop 0,0,256,128 -o corner.png
   octray render cow.scn --samples 16 --pattern sobol --filter blackman-harris --srgb
   octray render cow.scn --background transparent --aov depth,normal,heat
-  octray render cow.scn --quiet --stats=json 2> stats.json
   octray render cow.scn --quiet --stats=json 2> stats.json
   octray render a.scn b.scn -o out/{stem}.jpg       several scenes, each with its own picture
   octray render cow.scn --turntable 48 -o t-##.png  48 pictures around the cow
@@ -59,6 +63,11 @@ Examples:
   octray completions bash > ~/.local/share/bash-completion/completions/octray
   octray completions zsh > _octray          in a folder of $fpath
   octray completions fish > ~/.config/fish/completions/octray.fish";
+
+#[cfg(feature = "viewer")]
+const VIEW_KEYS: &str = "\
+In the window: drag with the left button to turn, with the right one (or the wheel) to come nearer;
+press ? to see all keys, q to quit.";
 
 const MAN_EXAMPLES: &str = "\
 Examples:
@@ -91,6 +100,10 @@ pub enum Command {
     /// Render a scene into a picture
     #[command(override_usage = RENDER_USAGE, after_long_help = RENDER_EXAMPLES)]
     Render(RenderArgs),
+    /// Look around a scene in a window, ray traced live
+    #[cfg(feature = "viewer")]
+    #[command(after_long_help = VIEW_KEYS)]
+    View(ViewArgs),
     /// Show what is in a scene and what its BVH is made of
     Info(InfoArgs),
     /// Time ways of tracing against each other on the same rays, on one thread
@@ -129,25 +142,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub mesh: MeshArgs,
 
-    /// How many threads render [default: as many as the machine has]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = "Rendering")]
-    pub threads: Option<u32>,
-
-    /// Which code traces the rays; both make the same picture
-    #[arg(long, value_enum, default_value_t = ModeArg::Packet, help_heading = "Rendering")]
-    pub mode: ModeArg,
-
-    /// How much time building the BVH may take; the picture is the same
-    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Auto, help_heading = "Rendering")]
-    pub build: BuildArg,
-
-    /// Let light through everything
-    #[arg(long, help_heading = "Rendering")]
-    pub no_shadows: bool,
-
-    /// A ray of this level returns the background, so 1 traces camera rays only
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH, help_heading = "Rendering")]
-    pub max_depth: u32,
+    #[command(flatten)]
+    pub trace: TraceArgs,
 
     /// Samples for each pixel: 1, 4, 9, 16, ...
     #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1", help_heading = "Rendering")]
@@ -171,8 +167,86 @@ pub struct RenderArgs {
     pub config: ConfigArgs,
 }
 
-/// Which way to look.
+/// How rays are traced and shaded.
 #[derive(Args, Debug)]
+pub struct TraceArgs {
+    /// How many threads render [default: as many as the machine has]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = "Rendering")]
+    pub threads: Option<u32>,
+
+    /// Which code traces the rays; both make the same picture
+    #[arg(long, value_enum, default_value_t = ModeArg::Packet, help_heading = "Rendering")]
+    pub mode: ModeArg,
+
+    /// How much time building the BVH may take; the picture is the same
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Auto, help_heading = "Rendering")]
+    pub build: BuildArg,
+
+    /// Let light through everything
+    #[arg(long, help_heading = "Rendering")]
+    pub no_shadows: bool,
+
+    /// A ray of this level returns the background, so 1 traces camera rays only
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH, help_heading = "Rendering")]
+    pub max_depth: u32,
+}
+
+impl TraceArgs {
+    /// The settings for pictures of that size.
+    pub fn settings(&self, size: Size, samples_per_axis: u32) -> Result<Settings, RenderError> {
+        let settings = Settings {
+            width: size.width,
+            height: size.height,
+            samples_per_axis,
+            max_depth: self.max_depth,
+            shadows: !self.no_shadows,
+            mode: match self.mode {
+                ModeArg::Packet => Mode::Packet,
+                ModeArg::Scalar => Mode::Scalar,
+            },
+            threads: self.threads.map(|threads| threads as usize),
+            ..Settings::default()
+        };
+        settings.validate()?;
+        Ok(settings)
+    }
+}
+
+/// Arguments of `octray view`.
+#[cfg(feature = "viewer")]
+#[derive(Args, Debug)]
+pub struct ViewArgs {
+    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb
+    pub scene: PathBuf,
+
+    /// Width and height of the window, pixels
+    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512")]
+    pub size: Size,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub mesh: MeshArgs,
+
+    #[command(flatten)]
+    pub trace: TraceArgs,
+
+    /// Time for a frame while the camera moves, milliseconds; what takes longer is traced more coarsely
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 16)]
+    pub budget: u32,
+
+    /// Orbit for so many seconds, print how fast that was, and end
+    #[arg(long, value_name = "SECONDS", value_parser = value::seconds)]
+    pub benchmark: Option<f64>,
+
+    /// Write the benchmark's figures as JSON to a file, or to standard output (-)
+    #[arg(long, value_name = "FILE", requires = "benchmark")]
+    pub json: Option<PathBuf>,
+}
+
+/// Which way to look.
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
     /// One of the scene's cameras, by its name [default: the first one; else --view 1]
@@ -201,7 +275,7 @@ pub struct CameraArgs {
 }
 
 /// How a mesh is shown that comes without a scene.
-#[derive(Args, Debug, Default)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Meshes")]
 pub struct MeshArgs {
     /// Which axis of the mesh points up [default: y for .obj, .gltf and .glb, z for .ply and .stl]
@@ -449,8 +523,11 @@ mod tests {
 
     #[test]
     fn the_build_pays_for_itself() {
-        assert_eq!(parse_render(&["a.scn"]).build, BuildArg::Auto);
-        assert_eq!(parse_render(&["a.scn", "--build", "fast"]).build, BuildArg::Fast);
+        assert_eq!(parse_render(&["a.scn"]).trace.build, BuildArg::Auto);
+        assert_eq!(
+            parse_render(&["a.scn", "--build", "fast"]).trace.build,
+            BuildArg::Fast
+        );
         assert_eq!(BuildArg::Auto.quality(1e6, 10_000_000), BuildQuality::Fast);
         assert_eq!(BuildArg::Auto.quality(1e6, 10_000), BuildQuality::Best);
         assert_eq!(BuildArg::Best.quality(1.0, 10_000_000), BuildQuality::Best);

@@ -16,6 +16,8 @@ pub enum CliError {
     Failed(String),
     /// Whoever read our output has stopped; nobody needs to be told. Exit code 1.
     ClosedPipe,
+    /// There is no display for a window. Exit code 3.
+    NoDisplay(String),
     /// A comparison differs. Exit code 5.
     Differs(String),
     /// Stopped by a signal. Exit code 130.
@@ -29,6 +31,7 @@ impl CliError {
         match self {
             Self::Load(_) | Self::Failed(_) | Self::ClosedPipe => 1,
             Self::Usage(_) | Self::UsageShown => 2,
+            Self::NoDisplay(_) => 3,
             Self::Differs(_) => 5,
             Self::Interrupted => 130,
         }
@@ -38,7 +41,9 @@ impl CliError {
     #[must_use]
     pub fn text(&self) -> Option<String> {
         match self {
-            Self::Usage(text) | Self::Failed(text) | Self::Differs(text) => Some(text.clone()),
+            Self::Usage(text) | Self::Failed(text) | Self::NoDisplay(text) | Self::Differs(text) => {
+                Some(text.clone())
+            }
             Self::Load(error) => Some(error.report()),
             Self::UsageShown | Self::ClosedPipe | Self::Interrupted => None,
         }

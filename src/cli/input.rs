@@ -14,7 +14,11 @@ use crate::{
     scene::{Camera, CameraError, FitView, Scene, SceneBuilder},
 };
 use glam::DVec3;
-use std::{fs::File, io::Read, path::Path};
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
 
 /// A scene and how to look at it.
 pub struct Input {
@@ -69,11 +73,29 @@ pub fn is_mesh(path: &Path) -> Result<bool, CliError> {
 /// # Errors
 /// [`CliError`].
 pub fn load(path: &Path, camera: &CameraArgs, mesh: &MeshArgs, aspect: f64) -> Result<Input, CliError> {
+    load_and_list(path, camera, mesh, aspect, &mut Vec::new())
+}
+
+/// As [`load`], and adds to `files` every file that was asked for.
+///
+/// # Errors
+/// [`CliError`].
+pub fn load_and_list(
+    path: &Path,
+    camera: &CameraArgs,
+    mesh: &MeshArgs,
+    aspect: f64,
+    files: &mut Vec<PathBuf>,
+) -> Result<Input, CliError> {
     if !is_mesh(path)? {
         refuse_mesh_options(path, mesh)?;
         // Before a large scene is loaded for nothing.
         camera.without_scene()?;
-        let scene = source::load(path)?;
+        let scene = if source::is_standard_input(path) {
+            source::load(path)?
+        } else {
+            format::load_and_list(path, files)?
+        };
         return Ok(Input {
             camera: camera.for_scene(&scene)?,
             notes: scene.sources().notes.clone(),
@@ -81,7 +103,7 @@ pub fn load(path: &Path, camera: &CameraArgs, mesh: &MeshArgs, aspect: f64) -> R
         });
     }
     check(camera)?;
-    let loaded = load_mesh(path, mesh)?;
+    let loaded = load_mesh(path, mesh, files)?;
     let up = up_axis(&loaded, mesh);
     let view = View::new(path, &loaded, camera, up, aspect)?;
     let notes = loaded.notes.clone();
@@ -113,8 +135,8 @@ fn failed(path: &Path, error: &crate::error::SceneError) -> CliError {
     CliError::Load(crate::error::LoadError::whole_file(path, error.to_string()))
 }
 
-fn load_mesh(path: &Path, args: &MeshArgs) -> Result<LoadedMesh, CliError> {
-    let mut loaded = format::mesh::load(path)?;
+fn load_mesh(path: &Path, args: &MeshArgs, files: &mut Vec<PathBuf>) -> Result<LoadedMesh, CliError> {
+    let mut loaded = format::mesh::load_and_list(path, files)?;
     if let Some(degrees) = args.smooth_angle {
         loaded.columns.smooth_normals(degrees);
     }

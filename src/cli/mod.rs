@@ -30,6 +30,8 @@ mod stage;
 mod turntable;
 mod value;
 mod version;
+#[cfg(feature = "viewer")]
+mod view;
 mod whole_file;
 
 pub use args::BenchArgs;
@@ -81,6 +83,8 @@ fn run(arguments: &[OsString], start: Instant) -> Result<(), CliError> {
                 _ => render::run(&args, start),
             }
         }
+        #[cfg(feature = "viewer")]
+        Command::View(args) => view::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Generate(args) => print(&generate::run(&args).map_err(CliError::Failed)?),

@@ -2,7 +2,7 @@
 
 use super::{
     CliError,
-    args::{ModeArg, RenderArgs, StatsFormat},
+    args::{RenderArgs, StatsFormat},
     batch::{self, Job, Verdicts},
     faults::{self, Faults},
     input::{self, Input},
@@ -30,7 +30,9 @@ use std::{
 /// # Errors
 /// [`CliError`]. The first one ends the call: pictures that are written stay, the others are as they were before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
-    let settings = settings(args)?;
+    let mut settings = args.trace.settings(args.size, args.samples_per_axis)?;
+    args.picture.apply(&mut settings)?;
+    settings.validate()?;
     let window = settings.window();
     let jobs = batch::plan(args, (window.width(), window.height()))?;
     let interrupt = Interrupt::install()?;
@@ -63,7 +65,7 @@ fn render_scene(
         }
     }
     let rays = expected_rays(settings, &scene) * job.shots.len() as f64;
-    let quality = args.build.quality(rays, scene.primitive_count());
+    let quality = args.trace.build.quality(rays, scene.primitive_count());
     let (bvh, mut build_time) =
         interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
@@ -128,25 +130,6 @@ fn render_scene(
         }
     }
     Ok(())
-}
-
-fn settings(args: &RenderArgs) -> Result<Settings, CliError> {
-    let mut settings = Settings {
-        width: args.size.width,
-        height: args.size.height,
-        samples_per_axis: args.samples_per_axis,
-        max_depth: args.max_depth,
-        shadows: !args.no_shadows,
-        mode: match args.mode {
-            ModeArg::Packet => Mode::Packet,
-            ModeArg::Scalar => Mode::Scalar,
-        },
-        threads: args.threads.map(|threads| threads as usize),
-        ..Settings::default()
-    };
-    args.picture.apply(&mut settings)?;
-    settings.validate()?;
-    Ok(settings)
 }
 
 /// Camera rays, and shadow rays as if each hit something; what mirrors add is not known beforehand.

@@ -10,12 +10,17 @@ use std::{
 /// What stands for standard input in errors. It is in no folder, so that paths count from the current one.
 const STDIN: &str = "standard input";
 
+/// Whether this stands for standard input.
+pub fn is_standard_input(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
 /// Loads a scene from a file, or for `-` from standard input.
 ///
 /// # Errors
 /// [`CliError`].
 pub fn load(path: &Path) -> Result<Scene, CliError> {
-    if path.as_os_str() != "-" {
+    if !is_standard_input(path) {
         return Ok(format::load(path)?);
     }
     let stdin = io::stdin();

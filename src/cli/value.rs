@@ -42,6 +42,15 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// A time in seconds, above 0 and at most an hour.
+#[cfg(feature = "viewer")]
+pub fn seconds(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|seconds| *seconds > 0.0 && *seconds <= 3600.0)
+        .ok_or_else(|| "expected a number of seconds, more than 0 and at most 3600".into())
+}
+
 /// An angle between faces, degrees.
 pub fn angle(text: &str) -> Result<f64, String> {
     let angle = text.parse().ok().filter(|angle| (0.0..=180.0).contains(angle));

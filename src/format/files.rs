@@ -43,6 +43,25 @@ impl Files for Disk {
     }
 }
 
+/// The disk, and a list of all files that were asked for.
+pub(super) struct Listed<'a>(pub(super) &'a mut Vec<PathBuf>);
+
+impl Files for Listed<'_> {
+    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        self.0.push(path.to_path_buf());
+        Disk.text(path)
+    }
+
+    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        self.0.push(path.to_path_buf());
+        Disk.mesh(path)
+    }
+
+    fn identity(&self, path: &Path) -> PathBuf {
+        Disk.identity(path)
+    }
+}
+
 /// Files that somebody gives; the disk is not touched.
 pub(super) struct Given<'a>(pub(super) OpenMesh<'a>);
 

@@ -15,8 +15,11 @@ mod scn;
 mod stl;
 
 use crate::{error::LoadError, scene::Scene};
-use files::{Disk, Given};
-use std::{io, path::Path};
+use files::{Disk, Given, Listed};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 /// Gives the bytes of a file: a mesh, what a mesh names, or an included scene. The path is the one written in the file
 /// that names it, joined to that file's folder.
@@ -42,6 +45,17 @@ pub fn load(path: &Path) -> Result<Scene, LoadError> {
 pub fn load_from_reader(reader: impl io::Read, name: &Path) -> Result<Scene, LoadError> {
     let text = files::read_all_text(reader).map_err(|error| files::load_error(name, &error))?;
     scn::parse(&text, name, &mut Disk)
+}
+
+/// As [`load`], and adds to `files` every file that was asked for, those that could not be read too: what is to be
+/// watched for changes.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+pub fn load_and_list(path: &Path, files: &mut Vec<PathBuf>) -> Result<Scene, LoadError> {
+    files.push(path.to_path_buf());
+    let text = files::read_text(path).map_err(|error| files::load_error(path, &error))?;
+    scn::parse(&text, path, &mut Listed(files))
 }
 
 /// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and paths are relative to its

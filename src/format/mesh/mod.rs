@@ -10,7 +10,7 @@ use crate::{
     scene::{Material, MaterialId, MeshColumns, SceneBuilder},
 };
 use glam::DVec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A mesh and what its file says about how to show it.
 #[derive(Debug, Default)]
@@ -186,8 +186,20 @@ impl LoadedMesh {
 /// # Errors
 /// [`LoadError`], with the place of the fault as far as the format has places.
 pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
+    load_and_list(path, &mut Vec::new())
+}
+
+/// As [`load`], and adds to `asked` every file that was asked for: what is to be watched for changes.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+pub fn load_and_list(path: &Path, asked: &mut Vec<PathBuf>) -> Result<LoadedMesh, LoadError> {
+    asked.push(path.to_path_buf());
     let bytes = files::read(path).map_err(|error| files::load_error(path, &error))?;
-    parse(bytes, path, &mut files::read)
+    parse(bytes, path, &mut |path| {
+        asked.push(path.to_path_buf());
+        files::read(path)
+    })
 }
 
 /// Reads a mesh from the bytes of its file. `path` stands for the file in errors, and tells its format where the

@@ -1,0 +1,151 @@
+//! `octray view`: the live window.
+
+use super::{
+    CliError,
+    args::ViewArgs,
+    encode::Format,
+    input::{self, Input},
+    picture::Pixels,
+    whole_file,
+};
+use crate::{
+    error::escape,
+    render::ByteFilm,
+    scene::{Scene, View},
+    viewer::{Display, Host, Options, ViewError, orbit::Pose},
+};
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Duration,
+};
+
+/// Pictures of one name that are saved at most.
+const MOST_PICTURES: u32 = 99_999;
+
+/// Opens the window, and returns when it is closed.
+///
+/// # Errors
+/// [`CliError`].
+pub fn run(args: &ViewArgs) -> Result<(), CliError> {
+    let settings = args.trace.settings(args.size, 1)?;
+    let display = Display::connect()?;
+    let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let program = Program {
+        path: args.scene.clone(),
+        load: {
+            let (path, camera, mesh) = (args.scene.clone(), args.camera.clone(), args.mesh.clone());
+            Box::new(move |files| input::load_and_list(&path, &camera, &mesh, aspect, files))
+        },
+    };
+    let mut files = Vec::new();
+    let Input { scene, camera, notes } = (program.load)(&mut files)?;
+    for note in notes {
+        // That nobody reads standard error is no failure.
+        let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
+    }
+    let View {
+        eye,
+        target,
+        up,
+        fov_degrees,
+    } = camera.view();
+    let pose = Pose {
+        eye,
+        target,
+        up,
+        fov_degrees,
+    };
+    // A window asks for rays without end.
+    let quality = args.trace.build.quality(f64::INFINITY, scene.primitive_count());
+    let host = Arc::new(program);
+    let options = Options {
+        name: args.scene.file_name().map_or_else(
+            || args.scene.display().to_string(),
+            |name| name.to_string_lossy().into_owned(),
+        ),
+        pose,
+        settings,
+        quality,
+        budget: Duration::from_millis(u64::from(args.budget)),
+        benchmark: args.benchmark.map(Duration::from_secs_f64),
+    };
+    let Some(report) = display.show(options, scene, files, host)? else {
+        return match args.benchmark {
+            Some(_) => Err(CliError::Failed(
+                "the window was closed before the benchmark's end".into(),
+            )),
+            None => Ok(()),
+        };
+    };
+    // A plain struct of numbers always serializes.
+    let json = serde_json::to_string(&report).unwrap_or_default() + "\n";
+    match &args.json {
+        Some(path) if path.as_os_str() != "-" => {
+            whole_file::write(path, |out| out.write_all(json.as_bytes()))
+                .map_err(|error| CliError::writing(&path.display().to_string(), &error))
+        }
+        Some(_) => super::print(&json),
+        None => super::print(&format!(
+            "{:.1} frames a second; a frame {:.1} ms (median), {:.1} ms (99 of 100); {:.0} % of the frames at full \
+             quality; {:.1} million rays/s\n",
+            report.fps,
+            report.frame_ms_p50,
+            report.frame_ms_p99,
+            report.full_quality_share * 100.0,
+            report.mrays_per_s
+        )),
+    }
+}
+
+/// What the window asks of the program.
+struct Program {
+    path: PathBuf,
+    load: Box<LoadScene>,
+}
+
+/// Loads the scene, and lists its files.
+type LoadScene = dyn Fn(&mut Vec<PathBuf>) -> Result<Input, CliError> + Send + Sync;
+
+impl Host for Program {
+    fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>) {
+        let mut files = Vec::new();
+        let scene = (self.load)(&mut files).map(|input| input.scene);
+        (scene.map_err(|error| error.text().unwrap_or_default()), files)
+    }
+
+    fn save(&self, film: &ByteFilm) -> Result<String, String> {
+        let stem = self
+            .path
+            .file_stem()
+            .unwrap_or("octray".as_ref())
+            .to_string_lossy();
+        let name = (1..=MOST_PICTURES)
+            .map(|number| format!("{stem}-{number}.png"))
+            .find(|name| !Path::new(name).exists())
+            .ok_or_else(|| format!("there are {MOST_PICTURES} pictures of this name already"))?;
+        let text = |error: CliError| error.text().unwrap_or_default();
+        let bytes = Format::Png
+            .encode(&Pixels::Bytes(film.clone()).into())
+            .map_err(text)?;
+        whole_file::write(Path::new(&name), |out| out.write_all(&bytes))
+            .map_err(|error| text(CliError::writing(&name, &error)))?;
+        Ok(name)
+    }
+
+    fn say(&self, line: &str) {
+        let scene = self.path.display();
+        // A closed pipe is no reason to close the window.
+        let _ = super::print(&format!("octray render {scene} {line}\n"));
+    }
+}
+
+impl From<ViewError> for CliError {
+    fn from(error: ViewError) -> Self {
+        match error {
+            ViewError::NoDisplay(_) => Self::NoDisplay(error.to_string()),
+            ViewError::Failed(why) => Self::Failed(why),
+        }
+    }
+}

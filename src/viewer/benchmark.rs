@@ -1,0 +1,116 @@
+//! What an orbit of some seconds was like.
+
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+use super::worker::Picture;
+
+/// Bumped when a field changes its meaning or goes.
+pub const SCHEMA: u32 = 1;
+/// What passes before the first frame counts: threads start, and the budget learns.
+const WARM_UP: Duration = Duration::from_millis(500);
+
+/// The figures of an orbit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// Frames shown in a second.
+    pub fps: f64,
+    /// Half of the frames were shown within so many milliseconds of the one before.
+    pub frame_ms_p50: f64,
+    /// 99 of 100 were.
+    pub frame_ms_p99: f64,
+    /// The share of the frames in which every pixel of the window was traced.
+    pub full_quality_share: f64,
+    /// Millions of rays a second of tracing and shading; showing the frames does not count.
+    pub mrays_per_s: f64,
+}
+
+/// Collects frames as they are shown.
+#[derive(Clone, Debug)]
+pub struct Benchmark {
+    length: Duration,
+    start: Instant,
+    last: Option<Instant>,
+    frame_ms: Vec<f64>,
+    full: usize,
+    rays: u64,
+    tracing: Duration,
+}
+
+impl Benchmark {
+    /// An orbit of that length, from `now` on.
+    #[must_use]
+    pub fn new(length: Duration, now: Instant) -> Self {
+        Self {
+            length,
+            start: now,
+            last: None,
+            frame_ms: Vec::new(),
+            full: 0,
+            rays: 0,
+            tracing: Duration::ZERO,
+        }
+    }
+
+    /// A frame has been shown.
+    pub fn shown(&mut self, picture: &Picture, now: Instant) {
+        if now < self.start + WARM_UP {
+            return;
+        }
+        if let Some(last) = self.last.replace(now) {
+            self.frame_ms.push((now - last).as_secs_f64() * 1e3);
+            self.full += usize::from(picture.full);
+            self.rays += picture.rays;
+            self.tracing += picture.elapsed;
+        }
+    }
+
+    /// The figures, once the time is over.
+    #[must_use]
+    pub fn report(&self, now: Instant) -> Option<Report> {
+        if now < self.start + WARM_UP + self.length || self.frame_ms.is_empty() {
+            return None;
+        }
+        let mut sorted = self.frame_ms.clone();
+        sorted.sort_by(f64::total_cmp);
+        let quantile = |share: f64| sorted[((sorted.len() - 1) as f64 * share).round() as usize];
+        let frames = sorted.len() as f64;
+        Some(Report {
+            schema: SCHEMA,
+            fps: frames / (sorted.iter().sum::<f64>() / 1e3).max(1e-9),
+            frame_ms_p50: quantile(0.5),
+            frame_ms_p99: quantile(0.99),
+            full_quality_share: self.full as f64 / frames,
+            mrays_per_s: self.rays as f64 / 1e6 / self.tracing.as_secs_f64().max(1e-9),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_become_figures() {
+        let start = Instant::now();
+        let mut benchmark = Benchmark::new(Duration::from_secs(1), start);
+        for i in 0..=200_u32 {
+            let picture = Picture {
+                full: i % 4 != 0,
+                rays: 1_000_000,
+                elapsed: Duration::from_millis(5),
+                ..Picture::default()
+            };
+            let now = start + Duration::from_millis(10) * i;
+            benchmark.shown(&picture, now);
+            assert_eq!(benchmark.report(now).is_some(), i >= 150);
+        }
+        let report = benchmark.report(start + Duration::from_secs(2)).unwrap();
+        assert!((report.fps - 100.0).abs() < 1e-6, "{report:?}");
+        assert!((report.frame_ms_p50 - 10.0).abs() < 1e-6 && (report.frame_ms_p99 - 10.0).abs() < 1e-6);
+        assert!((report.mrays_per_s - 200.0).abs() < 1e-6);
+        assert!((report.full_quality_share - 0.75).abs() < 0.01);
+    }
+}

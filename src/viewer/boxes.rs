@@ -1,0 +1,235 @@
+//! Boxes of the BVH, drawn over the picture.
+
+use super::{look::Boxes, orbit::Pose, screen::Canvas};
+use crate::{accel::Bvh, math::Aabb};
+use glam::DVec3;
+
+/// Their colour, 0RGB: on none of the course's materials.
+pub const COLOR: u32 = 0x0000_90ff;
+/// Boxes that are drawn while the camera moves, at most.
+pub const MOST_MOVING: usize = 5000;
+
+/// Nearer than this share of the distance to the target nothing is drawn.
+const NEAR: f64 = 1e-3;
+
+/// The boxes to draw. Below its leaves a level is empty: what is less deep is left out.
+#[must_use]
+pub fn select(bvh: &Bvh, which: Boxes) -> Vec<Aabb> {
+    let mut found = Vec::new();
+    match which {
+        Boxes::Hidden => {}
+        Boxes::Level(0) => found.extend((!bvh.nodes().is_empty()).then(|| bvh.bounds())),
+        Boxes::Level(level) => walk(bvh, level, &mut |depth, bounds, _| {
+            if depth == level {
+                found.push(bounds);
+            }
+        }),
+        Boxes::Leaves => walk(bvh, usize::MAX, &mut |_, bounds, is_inner| {
+            if !is_inner {
+                found.push(bounds);
+            }
+        }),
+    }
+    found
+}
+
+/// Visits the boxes of all children down to a depth; the root's children are at depth 1.
+fn walk(bvh: &Bvh, deepest: usize, visit: &mut impl FnMut(usize, Aabb, bool)) {
+    if bvh.nodes().is_empty() {
+        return;
+    }
+    let mut stack = vec![(bvh.root(), 1)];
+    while let Some((node, depth)) = stack.pop() {
+        let node = &bvh.nodes()[node.index()];
+        for (i, &child) in node.child.iter().enumerate().take(node.count as usize) {
+            let (lower, upper) = node.corners(i);
+            visit(depth, Aabb { lower, upper }, child.is_inner());
+            if child.is_inner() && depth < deepest {
+                stack.push((child, depth + 1));
+            }
+        }
+    }
+}
+
+/// Draws the edges of the boxes.
+pub fn draw(canvas: &mut Canvas<'_>, pose: &Pose, boxes: impl Iterator<Item = Aabb>, color: u32) {
+    let view = Projection::new(pose, canvas.width, canvas.height);
+    for Aabb { lower, upper } in boxes {
+        let (lower, upper) = (lower.as_dvec3(), upper.as_dvec3());
+        let corners: [DVec3; 8] = std::array::from_fn(|i| {
+            let pick = |bit: usize, axis: usize| {
+                if i >> bit & 1 == 0 {
+                    lower[axis]
+                } else {
+                    upper[axis]
+                }
+            };
+            view.to_view(DVec3::new(pick(0, 0), pick(1, 1), pick(2, 2)))
+        });
+        for i in 0..8_usize {
+            for bit in [1, 2, 4] {
+                if i & bit == 0
+                    && let Some([a, b]) = view.edge(corners[i], corners[i | bit])
+                {
+                    line(canvas, a, b, color);
+                }
+            }
+        }
+    }
+}
+
+/// From the scene to pixels.
+struct Projection {
+    eye: DVec3,
+    frame: [DVec3; 3],
+    /// Pixels of a unit at distance 1.
+    scale: f64,
+    center: [f64; 2],
+    near: f64,
+}
+
+impl Projection {
+    fn new(pose: &Pose, width: u32, height: u32) -> Self {
+        let half_height = libm::tan(pose.fov_degrees.to_radians() / 2.0);
+        Self {
+            eye: pose.eye,
+            frame: pose.frame(),
+            scale: f64::from(height) / 2.0 / half_height,
+            center: [f64::from(width) / 2.0, f64::from(height) / 2.0],
+            near: (pose.target - pose.eye).length() * NEAR,
+        }
+    }
+
+    /// How far to the right, upwards and forwards.
+    fn to_view(&self, point: DVec3) -> DVec3 {
+        let v = point - self.eye;
+        DVec3::from_array(self.frame.map(|axis| axis.dot(v)))
+    }
+
+    /// The part of an edge that is before the eye, pixels.
+    fn edge(&self, a: DVec3, b: DVec3) -> Option<[[f64; 2]; 2]> {
+        let clip = |from: DVec3, to: DVec3| {
+            if from.z >= self.near {
+                from
+            } else {
+                from + (to - from) * ((self.near - from.z) / (to.z - from.z))
+            }
+        };
+        if a.z < self.near && b.z < self.near {
+            return None;
+        }
+        let pixel = |v: DVec3| {
+            let [x, y] = [v.x, -v.y].map(|c| c / v.z * self.scale);
+            [self.center[0] + x, self.center[1] + y]
+        };
+        Some([pixel(clip(a, b)), pixel(clip(b, a))])
+    }
+}
+
+/// A line between two points, a pixel for each step along its longer side.
+fn line(canvas: &mut Canvas<'_>, a: [f64; 2], b: [f64; 2], color: u32) {
+    let size = [f64::from(canvas.width), f64::from(canvas.height)];
+    let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+    // The part of the line, from 0 to 1, that can be in the picture (Liang and Barsky 1984).
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let (from, step) = (a[axis], [dx, dy][axis]);
+        if step == 0.0 {
+            if from < 0.0 || from >= size[axis] {
+                return;
+            }
+            continue;
+        }
+        let (t0, t1) = ((0.0 - from) / step, (size[axis] - from) / step);
+        first = first.max(t0.min(t1));
+        last = last.min(t0.max(t1));
+    }
+    if first > last {
+        return;
+    }
+    let steps = (dx.abs().max(dy.abs()) * (last - first)).ceil() as u32 + 1;
+    for i in 0..=steps {
+        let t = first + (last - first) * f64::from(i) / f64::from(steps);
+        let (x, y) = ((a[0] + dx * t) as usize, (a[1] + dy * t) as usize);
+        if x < canvas.width as usize && y < canvas.height as usize {
+            canvas.pixels[y * canvas.width as usize + x] = color;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{Kind, Options, generate};
+    use glam::Vec3;
+
+    #[test]
+    fn levels_and_leaves_are_found() {
+        let options = Options {
+            seed: 0,
+            count: Some(500),
+        };
+        let scene = generate(Kind::Spheres, options).unwrap().into_scene().unwrap();
+        let bvh = Bvh::build(&scene);
+        let stats = bvh.stats();
+        assert_eq!(select(&bvh, Boxes::Hidden).len(), 0);
+        assert_eq!(select(&bvh, Boxes::Level(0)).len(), 1);
+        assert_eq!(
+            select(&bvh, Boxes::Level(1)).len(),
+            bvh.nodes()[bvh.root().index()].count as usize
+        );
+        assert_eq!(
+            select(&bvh, Boxes::Leaves).len(),
+            stats.triangle_blocks + stats.sphere_blocks
+        );
+        assert!(select(&bvh, Boxes::Level(1000)).is_empty());
+        let nothing = Bvh::build(&crate::scene::SceneBuilder::new().finish());
+        for which in [Boxes::Leaves, Boxes::Level(3)] {
+            assert!(select(&nothing, which).is_empty());
+        }
+    }
+
+    #[test]
+    fn boxes_are_drawn_where_they_are() {
+        let pose = Pose {
+            eye: DVec3::new(0.0, -10.0, 0.0),
+            target: DVec3::ZERO,
+            up: DVec3::Z,
+            fov_degrees: 90.0,
+        };
+        let mut pixels = vec![0; 100 * 100];
+        let mut canvas = Canvas {
+            pixels: &mut pixels,
+            width: 100,
+            height: 100,
+        };
+        let flat = Aabb {
+            lower: Vec3::new(-5.1, 0.0, -5.1),
+            upper: Vec3::new(5.1, 0.0, 5.1),
+        };
+        draw(&mut canvas, &pose, std::iter::once(flat), 7);
+        // A square of half the picture's side around its middle, its outline only.
+        assert_eq!([pixels[50 * 100 + 24], pixels[24 * 100 + 50]], [7, 7]);
+        assert_eq!(pixels[50 * 100 + 50], 0);
+        let drawn = pixels.iter().filter(|&&pixel| pixel == 7).count();
+        assert!((190..=210).contains(&drawn), "{drawn}");
+    }
+
+    #[test]
+    fn around_and_behind_the_eye_nothing_breaks() {
+        let pose = Pose::course_view(1).unwrap();
+        let mut pixels = vec![0; 33 * 17];
+        let mut canvas = Canvas {
+            pixels: &mut pixels,
+            width: 33,
+            height: 17,
+        };
+        for size in [1e-6, 1.0, 8.0, 1e9] {
+            let around = Aabb {
+                lower: Vec3::splat(-size),
+                upper: Vec3::splat(size),
+            };
+            draw(&mut canvas, &pose, std::iter::once(around), 1);
+        }
+    }
+}

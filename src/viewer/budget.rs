@@ -1,0 +1,256 @@
+//! How large a picture can be traced while the camera moves, learnt from the frames before.
+
+use std::time::Duration;
+
+/// The time of a moving frame, unless another is asked for: 60 frames a second.
+pub const DEFAULT_BUDGET: Duration = Duration::from_millis(16);
+
+/// Sides of the picture that is traced, as shares of the window's sides, finest first.
+const SCALES: [f64; 7] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125];
+/// Where nothing is known yet: a sixteenth of the pixels finds out.
+const FIRST_LEVEL: usize = 4;
+/// A finer picture is tried only if it should leave so much of the budget, so that the sharpness does not flicker.
+const MARGIN: f64 = 0.9;
+/// Pixels of a finer picture that has not been traced lately are taken to cost so much of what they cost now: a frame
+/// also takes time that does not depend on its pixels.
+const OPTIMISM: f64 = 0.75;
+/// Frames after which a finer picture that was too slow may be tried again: first, and at most. The time doubles with
+/// every failure.
+const PATIENCE: [u64; 2] = [30, 960];
+
+/// What to trace for one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Whether that is every pixel of the window.
+    pub full: bool,
+    /// Whether there is nothing coarser.
+    pub coarsest: bool,
+}
+
+/// What pixels of one level have cost.
+#[derive(Clone, Copy, Debug, Default)]
+struct Measured {
+    /// Seconds a pixel of the last three frames, the newest first.
+    recent: [f64; 3],
+    count: usize,
+    /// When the last of them was.
+    frame: u64,
+    /// How often the level was given up for being too slow.
+    failures: u32,
+}
+
+impl Measured {
+    fn add(&mut self, cost: f64, frame: u64) {
+        self.recent = [cost, self.recent[0], self.recent[1]];
+        self.count += 1;
+        self.frame = frame;
+    }
+
+    /// Of one or two frames the faster: one stutter says nothing. Of three the one in the middle.
+    fn cost(&self) -> Option<f64> {
+        let mut recent = self.recent;
+        match self.count {
+            0 => None,
+            1 => Some(recent[0]),
+            2 => Some(recent[0].min(recent[1])),
+            _ => {
+                recent.sort_by(f64::total_cmp);
+                Some(recent[1])
+            }
+        }
+    }
+
+    /// How long to remember that the level was too slow, frames.
+    fn patience(&self) -> u64 {
+        let [first, most] = PATIENCE;
+        (first << self.failures.saturating_sub(1).min(10)).min(most)
+    }
+}
+
+/// A time for each frame, and what pixels have cost so far.
+#[derive(Clone, Debug)]
+pub struct Budget {
+    target: f64,
+    levels: [Measured; SCALES.len()],
+    level: usize,
+    frame: u64,
+}
+
+impl Budget {
+    /// With so much time for each frame.
+    #[must_use]
+    pub fn new(target: Duration) -> Self {
+        Self {
+            target: target.as_secs_f64(),
+            levels: Default::default(),
+            level: FIRST_LEVEL,
+            frame: 0,
+        }
+    }
+
+    /// The finest picture for a window of that size that should be done in time.
+    pub fn plan(&mut self, [width, height]: [u32; 2]) -> Plan {
+        let side = |pixels: u32, scale: f64| ((f64::from(pixels) * scale).round() as u32).max(1);
+        let pixels = |level: usize| f64::from(width) * f64::from(height) * SCALES[level].powi(2);
+        if let Some(cost) = self.levels[self.level].cost() {
+            let is_slow = cost * pixels(self.level) > self.target;
+            if is_slow {
+                self.levels[self.level].failures += 1;
+            }
+            let fits = |&level: &usize| {
+                let known = self.levels[level].cost().filter(|_| !self.has_expired(level));
+                let (cost, limit) = match level {
+                    _ if level < self.level => (known.unwrap_or(cost * OPTIMISM), self.target * MARGIN),
+                    _ => (known.unwrap_or(cost), self.target),
+                };
+                cost * pixels(level) <= limit
+            };
+            let first = if is_slow { self.level + 1 } else { 0 };
+            let level = (first..SCALES.len()).find(fits).unwrap_or(SCALES.len() - 1);
+            if level != self.level && self.has_expired(level) {
+                self.levels[level].count = 0;
+            }
+            self.level = level;
+        }
+        let scale = SCALES[self.level];
+        Plan {
+            size: [side(width, scale), side(height, scale)],
+            full: self.level == 0,
+            coarsest: self.level + 1 == SCALES.len(),
+        }
+    }
+
+    /// Whether what is known of a level is too old to count.
+    fn has_expired(&self, level: usize) -> bool {
+        let measured = &self.levels[level];
+        self.frame - measured.frame > measured.patience()
+    }
+
+    /// So many pixels of the picture planned last have taken so long.
+    pub fn learn(&mut self, pixels: u64, elapsed: Duration) {
+        if pixels == 0 {
+            return;
+        }
+        self.frame += 1;
+        let cost = elapsed.as_secs_f64() / pixels as f64;
+        self.levels[self.level].add(cost, self.frame);
+    }
+
+    /// The picture planned last was given up after so many of its pixels.
+    pub fn learn_failure(&mut self, pixels: u64, elapsed: Duration) {
+        self.levels[self.level].count = 0;
+        self.learn(pixels.max(1), elapsed);
+    }
+
+    /// Other rays are traced from now on: what was learnt is of no use.
+    pub fn forget(&mut self) {
+        self.levels = Default::default();
+        self.level = FIRST_LEVEL;
+    }
+
+    /// Whether a frame that has taken so long is far out of its time.
+    #[must_use]
+    pub fn is_overdrawn(&self, elapsed: Duration) -> bool {
+        elapsed.as_secs_f64() > 4.0 * self.target
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WINDOW: [u32; 2] = [1280, 720];
+
+    /// Frames where every pixel costs so many nanoseconds.
+    fn run(budget: &mut Budget, nanoseconds: f64, frames: u32) -> Plan {
+        for _ in 0..frames {
+            let Plan { size: [w, h], .. } = budget.plan(WINDOW);
+            let pixels = u64::from(w) * u64::from(h);
+            budget.learn(
+                pixels,
+                Duration::from_secs_f64(pixels as f64 * nanoseconds * 1e-9),
+            );
+        }
+        budget.plan(WINDOW)
+    }
+
+    #[test]
+    fn fast_scenes_are_sharp_at_the_second_frame() {
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        assert_eq!(budget.plan(WINDOW).size, [320, 180]);
+        let plan = run(&mut budget, 10.0, 1);
+        assert_eq!((plan.size, plan.full), (WINDOW, true));
+    }
+
+    #[test]
+    fn slow_scenes_keep_the_time() {
+        for nanoseconds in [20.0, 50.0, 200.0, 800.0] {
+            let mut budget = Budget::new(DEFAULT_BUDGET);
+            let plan = run(&mut budget, nanoseconds, 20);
+            let pixels = f64::from(plan.size[0]) * f64::from(plan.size[1]);
+            assert!(pixels * nanoseconds * 1e-9 <= 0.016, "{nanoseconds}: {plan:?}");
+            assert!(!plan.full);
+        }
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        let plan = run(&mut budget, 1e7, 3);
+        assert_eq!((plan.size, plan.coarsest), ([160, 90], true));
+    }
+
+    #[test]
+    fn it_restores_what_it_lowered() {
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        assert!(run(&mut budget, 10.0, 3).full);
+        assert!(!run(&mut budget, 100.0, 3).full);
+        assert!(run(&mut budget, 10.0, 40).full);
+    }
+
+    #[test]
+    fn it_does_not_flicker() {
+        // A full frame would take 15 ms: in time, but too close to it.
+        let cost = 15e6 / (1280.0 * 720.0);
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        let settled = run(&mut budget, cost, 60);
+        for i in 0..40 {
+            let noise = if i % 2 == 0 { 0.97 } else { 1.03 };
+            assert_eq!(run(&mut budget, cost * noise, 1), settled);
+        }
+    }
+
+    #[test]
+    fn a_stutter_changes_nothing_and_slowness_does() {
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        run(&mut budget, 10.0, 10);
+        assert!(run(&mut budget, 90.0, 1).full);
+        assert!(run(&mut budget, 10.0, 3).full);
+        assert!(!run(&mut budget, 90.0, 2).full);
+    }
+
+    #[test]
+    fn what_is_too_slow_is_tried_less_and_less_often() {
+        // Each frame takes 1 ms for nothing and 10 ns a pixel: three quarters of the side fit, all pixels would not.
+        let mut budget = Budget::new(Duration::from_micros(9500));
+        let mut tried = Vec::new();
+        for frame in 0..3000 {
+            let Plan {
+                size: [w, h], full, ..
+            } = budget.plan(WINDOW);
+            let pixels = u64::from(w) * u64::from(h);
+            if full {
+                tried.push(frame);
+            }
+            budget.learn(pixels, Duration::from_secs_f64(1e-3 + pixels as f64 * 1e-8));
+        }
+        assert!(!tried.is_empty() && tried.len() < 20, "{tried:?}");
+        assert_eq!(budget.plan(WINDOW).size, [960, 540]);
+    }
+
+    #[test]
+    fn small_windows_have_pixels() {
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        assert_eq!(budget.plan([1, 3]).size, [1, 1]);
+        budget.learn(0, DEFAULT_BUDGET);
+        assert!(budget.is_overdrawn(Duration::from_millis(65)) && !budget.is_overdrawn(DEFAULT_BUDGET));
+    }
+}

@@ -1,0 +1,266 @@
+//! Looks that need camera rays only: preview, normals, cost. And the picture by brute force, ray by ray.
+
+use super::{
+    cost,
+    look::{Look, Model, Style},
+    surface,
+};
+use crate::{
+    accel::BinaryBvh,
+    ray::{Hit, HitPacket, Ray, RayPacket, T_MAX},
+    reference::{
+        brute, bvh,
+        shade::{Intersect, SecondaryRays, radiance},
+    },
+    render::{ByteFilm, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, TileTimes},
+    scene::{Camera, PixelRays, Scene},
+    simd::{F32x8, LANES, Vec3x8},
+    trace::{Origins, Tracer},
+};
+use rayon::prelude::*;
+use std::{
+    ops::ControlFlow,
+    sync::atomic::{AtomicBool, AtomicU64, Ordering},
+    time::Instant,
+};
+
+/// Rows of a band, the piece of work of a thread: a packet's rows.
+const BAND: u32 = 2;
+/// Pixels of a packet's row.
+const ROW: usize = 4;
+
+/// What all bands share.
+struct Frame<'a> {
+    model: &'a Model,
+    style: &'a Style,
+    rays: PixelRays,
+    width: u32,
+    /// Samples along a side of a pixel.
+    n: u32,
+    stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// A thread's memory.
+struct Scratch<'a> {
+    tracer: Tracer<'a>,
+    packets: Vec<RayPacket>,
+    hits: Vec<HitPacket>,
+    sums: Vec<[f32; 3]>,
+    stack: Vec<(u32, f32)>,
+    bvh_stack: bvh::Stack,
+}
+
+/// Renders what `style` looks at into `film`, which has the right size; `n` samples along a side of a pixel.
+///
+/// # Errors
+/// [`RenderError::Cancelled`], if `on_progress` says `Break`. It is asked after every pixel of brute force, else after
+/// every band.
+pub fn render(
+    model: &Model,
+    camera: &Camera,
+    style: &Style,
+    n: u32,
+    film: &mut ByteFilm,
+    on_progress: OnProgress<'_>,
+) -> Result<FrameStats, RenderError> {
+    let start = Instant::now();
+    let (width, height) = (film.width(), film.height());
+    let pixels_total = u64::from(width) * u64::from(height);
+    let pixels_done = AtomicU64::new(0);
+    let cancelled = AtomicBool::new(false);
+    let report = |pixels: u64| {
+        let pixels_done = pixels_done.fetch_add(pixels, Ordering::Relaxed) + pixels;
+        let progress = Progress {
+            pixels_done,
+            pixels_total,
+        };
+        if on_progress(progress) == ControlFlow::Break(()) {
+            cancelled.store(true, Ordering::Relaxed);
+        }
+        cancelled.load(Ordering::Relaxed)
+    };
+    let frame = Frame {
+        model,
+        style,
+        rays: camera.pixel_rays(width, height, n),
+        width,
+        n,
+        stop: &|| report(0),
+    };
+    if !style.brute && (style.look == Look::Cost || style.settings.mode == Mode::Scalar) {
+        model.bvh.binary(&model.scene);
+    }
+    let secondary = film
+        .pixels_mut()
+        .par_chunks_mut((width * BAND) as usize)
+        .enumerate()
+        .with_max_len(1)
+        .map_init(
+            || Scratch::new(model),
+            |scratch, (band_i, band)| {
+                let mut counts = RayCounts::default();
+                if !cancelled.load(Ordering::Relaxed) {
+                    let y = band_i as u32 * BAND;
+                    let traced = scratch.band(&frame, y, band);
+                    counts.shadow = traced.shadow;
+                    counts.reflection = traced.reflection;
+                    report(band.len() as u64);
+                }
+                counts
+            },
+        )
+        .reduce(RayCounts::default, |a, b| a + b);
+    if cancelled.into_inner() {
+        return Err(RenderError::Cancelled);
+    }
+    Ok(FrameStats {
+        rays: RayCounts {
+            camera: pixels_total * u64::from(n * n),
+            ..secondary
+        },
+        elapsed: start.elapsed(),
+        tile_times: TileTimes::default(),
+    })
+}
+
+impl<'a> Scratch<'a> {
+    fn new(model: &'a Model) -> Self {
+        Self {
+            tracer: Tracer::new(&model.bvh),
+            packets: Vec::new(),
+            hits: Vec::new(),
+            sums: Vec::new(),
+            stack: Vec::new(),
+            bvh_stack: bvh::Stack::default(),
+        }
+    }
+
+    /// Renders the rows from `y` on into `band`. Colours of all samples are averaged.
+    fn band(&mut self, frame: &Frame<'_>, y: u32, band: &mut [[u8; 3]]) -> SecondaryRays {
+        let Style {
+            look,
+            brute,
+            settings,
+            ..
+        } = *frame.style;
+        let scene = &frame.model.scene;
+        let mut rays = SecondaryRays::default();
+        self.sums.clear();
+        self.sums.resize(band.len(), [0.0; 3]);
+        let n = frame.n;
+        for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
+            if look == Look::Full {
+                for i in 0..band.len() {
+                    if (frame.stop)() {
+                        return rays;
+                    }
+                    let mut intersect = EveryPrimitive { scene };
+                    let ray = frame.ray(i, y, sample);
+                    let (depth, shadows) = (settings.max_depth, settings.shadows);
+                    let color = radiance(scene, &mut intersect, ray, depth, shadows, &mut rays);
+                    add(&mut self.sums[i], color);
+                }
+            } else if brute {
+                for i in 0..band.len() {
+                    if (frame.stop)() {
+                        return rays;
+                    }
+                    let ray = frame.ray(i, y, sample);
+                    let tests = scene.primitive_count() as u32;
+                    add(
+                        &mut self.sums[i],
+                        color(scene, look, &ray, &brute::closest_hit(scene, &ray), tests),
+                    );
+                }
+            } else if look == Look::Cost {
+                let binary = frame.model.bvh.binary(scene);
+                for (i, sum) in self.sums.iter_mut().enumerate() {
+                    let (_, cost) = cost::closest_hit(binary, &frame.ray(i, y, sample), &mut self.stack);
+                    add(sum, cost::color(cost.total()));
+                }
+            } else if settings.mode == Mode::Scalar {
+                let binary: &BinaryBvh = frame.model.bvh.binary(scene);
+                for (i, sum) in self.sums.iter_mut().enumerate() {
+                    let ray = frame.ray(i, y, sample);
+                    let hit = bvh::closest_hit(binary, &mut self.bvh_stack, &ray);
+                    add(sum, color(scene, look, &ray, &hit, 0));
+                }
+            } else {
+                self.packets(frame, y, sample);
+            }
+        }
+        for (pixel, sum) in band.iter_mut().zip(&self.sums) {
+            *pixel = <[u8; 3]>::from_linear(sum.map(|c| c / (n * n) as f32), 1.0);
+        }
+        rays
+    }
+
+    /// One sample of all pixels of a band, in packets of 4x2.
+    fn packets(&mut self, frame: &Frame<'_>, y: u32, sample: [u32; 2]) {
+        let origin = Vec3x8::splat(frame.rays.eye());
+        let width = frame.width as usize;
+        let rows = self.sums.len() / width;
+        let packet = |x: usize| {
+            let inside = |lane: usize| lane / ROW < rows && x + lane % ROW < width;
+            RayPacket {
+                origin,
+                direction: frame.rays.directions8(x as u32, y, sample),
+                t_max: F32x8::from(std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 })),
+            }
+        };
+        self.packets.clear();
+        self.packets.extend((0..width).step_by(ROW).map(packet));
+        self.hits.clear();
+        self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
+        self.tracer
+            .closest_hit(Origins::Shared, &self.packets, &mut self.hits);
+        for (packet_i, (rays, hits)) in self.packets.iter().zip(&self.hits).enumerate() {
+            for lane in 0..LANES {
+                let (column, row) = (packet_i * ROW + lane % ROW, lane / ROW);
+                if row < rows && column < width {
+                    let hit = hits.hit(lane);
+                    let color = color(&frame.model.scene, frame.style.look, &rays.ray(lane), &hit, 0);
+                    add(&mut self.sums[row * width + column], color);
+                }
+            }
+        }
+    }
+}
+
+impl Frame<'_> {
+    /// The ray through a sample of pixel `i` of the band that begins at row `y`.
+    fn ray(&self, i: usize, y: u32, sample: [u32; 2]) -> Ray {
+        let (x, row) = (i as u32 % self.width, i as u32 / self.width);
+        Ray::new(self.rays.eye(), self.rays.direction(x, y + row, sample))
+    }
+}
+
+fn add(sum: &mut [f32; 3], color: [f32; 3]) {
+    for (sum, c) in sum.iter_mut().zip(color) {
+        *sum += c;
+    }
+}
+
+fn color(scene: &Scene, look: Look, ray: &Ray, hit: &Hit, tests: u32) -> [f32; 3] {
+    match look {
+        Look::Cost => cost::color(tests),
+        _ if !hit.is_hit() => scene.background().color(ray.direction),
+        Look::Normals => (surface::normal(scene, ray, hit) * 0.5 + 0.5).to_array(),
+        Look::Preview | Look::Full => surface::preview(scene, ray, hit),
+    }
+}
+
+/// Brute force, as the lesson has it.
+struct EveryPrimitive<'a> {
+    scene: &'a Scene,
+}
+
+impl Intersect for EveryPrimitive<'_> {
+    fn closest_hit(&mut self, ray: &Ray) -> Hit {
+        brute::closest_hit(self.scene, ray)
+    }
+
+    fn occluded(&mut self, ray: &Ray) -> bool {
+        brute::occluded(self.scene, ray)
+    }
+}

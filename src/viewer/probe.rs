@@ -1,0 +1,46 @@
+//! What is under the mouse, in words.
+
+use super::{cost, look::Wanted, surface};
+use crate::{
+    ray::Ray,
+    scene::{Material, Primitive},
+};
+use glam::Vec3;
+
+/// Lines about a pixel of the window, row 0 on top.
+#[must_use]
+pub fn describe(wanted: &Wanted, [x, y]: [u32; 2]) -> Vec<String> {
+    let scene = &wanted.model.scene;
+    let [width, height] = wanted.size;
+    let rays = wanted.camera.pixel_rays(width, height, 1);
+    let ray = Ray::new(rays.eye(), rays.direction(x, y, [0, 0]));
+    let (hit, cost) = cost::closest_hit(wanted.model.bvh.binary(scene), &ray, &mut Vec::new());
+    let vector = |v: Vec3| format!("{:.4} {:.4} {:.4}", v.x, v.y, v.z);
+    let mut lines = vec![format!("pixel     {x},{y}")];
+    if hit.is_hit() {
+        let primitive = match scene.primitive(hit.primitive) {
+            Primitive::Triangle(i) => format!("triangle {i}"),
+            Primitive::Sphere(i) => format!("sphere {i}"),
+        };
+        let material = match surface::material(scene, hit.primitive) {
+            Material::Silhouette { .. } => "silhouette",
+            Material::Matte { .. } => "matte",
+            Material::BlinnPhong { .. } => "Blinn-Phong",
+            Material::Reflection { .. } => "reflection",
+        };
+        lines.push(format!("hit       {primitive}, {material}"));
+        lines.push(format!("distance  {:.6}", hit.t));
+        lines.push(format!("point     {}", vector(surface::point(&ray, &hit))));
+        lines.push(format!(
+            "normal    {}",
+            vector(surface::normal(scene, &ray, &hit))
+        ));
+    } else {
+        lines.push("hit       nothing".into());
+    }
+    lines.push(format!(
+        "cost      {} boxes, {} primitives",
+        cost.boxes, cost.primitives
+    ));
+    lines
+}

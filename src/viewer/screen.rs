@@ -1,0 +1,150 @@
+//! Pixels of the window: the traced picture spread over them, and text.
+
+use crate::render::ByteFilm;
+use font8x8::legacy::BASIC_LEGACY;
+use rayon::prelude::*;
+
+/// Side of a character, pixels.
+const CELL: usize = 8;
+/// Pixels between lines, and around a panel.
+const GAP: usize = 3;
+
+/// A picture of 0RGB pixels, row by row.
+pub struct Canvas<'a> {
+    /// The pixels.
+    pub pixels: &'a mut [u32],
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+}
+
+/// Spreads a traced picture over `width` x `height` pixels: as it is if it is that large, else each pixel takes its
+/// nearest.
+pub fn spread(film: &ByteFilm, [width, height]: [u32; 2], to: &mut Vec<u32>) {
+    let pack = |[r, g, b]: [u8; 3]| u32::from_be_bytes([0, r, g, b]);
+    let from_width = film.width() as usize;
+    let nearest = |i: usize, from: u32, to: u32| i * from as usize / to as usize;
+    let columns: Vec<usize> = (0..width as usize)
+        .map(|x| nearest(x, film.width(), width))
+        .collect();
+    to.resize(width as usize * height as usize, 0);
+    to.par_chunks_mut(width as usize)
+        .enumerate()
+        .for_each(|(y, row)| {
+            let from = &film.pixels()[nearest(y, film.height(), height) * from_width..][..from_width];
+            if film.width() == width {
+                for (to, &from) in row.iter_mut().zip(from) {
+                    *to = pack(from);
+                }
+            } else {
+                for (to, &x) in row.iter_mut().zip(&columns) {
+                    *to = pack(from[x]);
+                }
+            }
+        });
+}
+
+/// Lines of text on a darkened panel whose top left corner is at (`x`, `y`); returns the row below it. Letters are
+/// `scale` times 8 pixels large. What is not ASCII is shown as `?`, and what does not fit is cut off.
+pub fn panel(
+    canvas: &mut Canvas<'_>,
+    [x, y]: [usize; 2],
+    lines: &[String],
+    color: u32,
+    scale: usize,
+) -> usize {
+    let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
+    let (width, height) = (canvas.width as usize, canvas.height as usize);
+    let pitch = (CELL + GAP) * scale;
+    let right = (x + (longest * CELL + 2 * GAP) * scale).min(width);
+    let bottom = (y + lines.len() * pitch + GAP * scale).min(height);
+    for row in canvas.pixels.chunks_exact_mut(width).take(bottom).skip(y) {
+        for pixel in &mut row[x.min(right)..right] {
+            // A quarter of the light.
+            *pixel = *pixel >> 2 & 0x003f_3f3f;
+        }
+    }
+    for (i, line) in lines.iter().enumerate() {
+        let at = [x + GAP * scale, y + GAP * scale + i * pitch];
+        text(canvas, at, line, color, scale);
+    }
+    bottom
+}
+
+fn text(canvas: &mut Canvas<'_>, [x, y]: [usize; 2], line: &str, color: u32, scale: usize) {
+    for (i, c) in line.chars().enumerate() {
+        let glyph = BASIC_LEGACY
+            .get(c as usize)
+            .unwrap_or(&BASIC_LEGACY['?' as usize]);
+        for (row, bits) in glyph.iter().enumerate() {
+            for column in (0..CELL).filter(|column| bits >> column & 1 == 1) {
+                let (left, top) = (x + (i * CELL + column) * scale, y + row * scale);
+                for (px, py) in (0..scale).flat_map(|dy| (0..scale).map(move |dx| (left + dx, top + dy))) {
+                    if px < canvas.width as usize && py < canvas.height as usize {
+                        canvas.pixels[py * canvas.width as usize + px] = color;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Cuts text into lines of at most `columns` characters.
+#[must_use]
+pub fn wrap(text: &str, columns: usize) -> Vec<String> {
+    let columns = columns.max(8);
+    text.lines()
+        .flat_map(|line| {
+            let letters: Vec<char> = line.chars().collect();
+            let pieces: Vec<String> = letters
+                .chunks(columns)
+                .map(|piece| piece.iter().collect())
+                .collect();
+            if pieces.is_empty() {
+                vec![String::new()]
+            } else {
+                pieces
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_spread() {
+        let mut film = ByteFilm::black(2, 1);
+        film.pixels_mut()[0] = [1, 2, 3];
+        film.pixels_mut()[1] = [255, 0, 16];
+        let mut pixels = Vec::new();
+        spread(&film, [2, 1], &mut pixels);
+        assert_eq!(pixels, [0x01_0203, 0xff_0010]);
+        spread(&film, [4, 2], &mut pixels);
+        assert_eq!(pixels[..4], [0x01_0203, 0x01_0203, 0xff_0010, 0xff_0010]);
+        assert_eq!(pixels[..4], pixels[4..]);
+    }
+
+    #[test]
+    fn text_stays_in_the_picture() {
+        for [width, height] in [[1, 1], [5, 40], [300, 20]] {
+            let mut pixels = vec![0x00ff_ffff; (width * height) as usize];
+            let mut canvas = Canvas {
+                pixels: &mut pixels,
+                width,
+                height,
+            };
+            let lines = ["a long line with \u{e4} and \u{1f600}".to_owned(), "x".repeat(99)];
+            let below = panel(&mut canvas, [2, 2], &lines, 0x00ff_0000, 2);
+            assert!(below <= height as usize);
+            panel(&mut canvas, [0, below], &lines, 0, 1);
+        }
+    }
+
+    #[test]
+    fn long_lines_are_wrapped() {
+        assert_eq!(wrap("0123456789\n\nab", 8), ["01234567", "89", "", "ab"]);
+    }
+}

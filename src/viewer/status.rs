@@ -1,0 +1,126 @@
+//! What title and overlay say.
+
+use super::worker::Picture;
+use std::time::{Duration, Instant};
+
+/// The title changes no more often than this: it is for reading, and each change goes through the window system.
+const TITLE: Duration = Duration::from_millis(250);
+/// Longer than this between two frames: the camera has rested.
+const PAUSE: Duration = Duration::from_millis(200);
+
+/// Figures of the frames that were shown.
+#[derive(Debug, Default)]
+pub struct Status {
+    last: Option<Instant>,
+    seconds_per_frame: Option<f64>,
+    title_at: Option<Instant>,
+    /// Of packets and of single rays, the last measured.
+    mrays: [Option<f64>; 2],
+}
+
+impl Status {
+    /// A picture has been shown.
+    pub fn shown(&mut self, picture: &Picture, now: Instant) {
+        let since = self.last.replace(now).map(|last| now - last);
+        self.seconds_per_frame = match (since, self.seconds_per_frame) {
+            (Some(since), _) if since > PAUSE || picture.samples > 1 => None,
+            (Some(since), None) => Some(since.as_secs_f64()),
+            (Some(since), Some(old)) => Some(old + 0.1 * (since.as_secs_f64() - old)),
+            (None, _) => None,
+        };
+        if let Some(packets) = picture.packets {
+            self.mrays[usize::from(!packets)] = mrays(picture);
+        }
+    }
+
+    /// The window's title, if it is time for a new one.
+    pub fn title(&mut self, name: &str, picture: &Picture, now: Instant) -> Option<String> {
+        let soon = self.title_at.is_some_and(|at| now < at + TITLE);
+        if soon && !picture.last {
+            return None;
+        }
+        self.title_at = Some(now);
+        Some(format!("octray - {name} - {}", self.line(picture)))
+    }
+
+    /// Frames and rays a second, resolution and samples.
+    pub fn line(&self, picture: &Picture) -> String {
+        let [width, height] = picture.size;
+        let [w, h] = picture.traced;
+        let mut line = String::new();
+        if let Some(seconds) = self.seconds_per_frame {
+            line.push_str(&format!("{:.0} fps - ", 1.0 / seconds.max(1e-6)));
+        }
+        if let Some(mrays) = mrays(picture) {
+            line.push_str(&format!("{mrays:.1} Mrays/s - "));
+        }
+        line.push_str(&format!("{width}x{height}"));
+        if !picture.full {
+            line.push_str(&format!(" from {w}x{h}"));
+        }
+        let s = if picture.samples == 1 { "" } else { "s" };
+        line.push_str(&format!(" - {} sample{s}", picture.samples));
+        if picture.last {
+            line.push_str(" - done");
+        }
+        line
+    }
+
+    /// Millions of rays a second of both modes, where they have been measured.
+    pub fn modes(&self) -> Vec<String> {
+        ["packets    ", "single rays"]
+            .iter()
+            .zip(self.mrays)
+            .map(|(name, mrays)| match mrays {
+                Some(mrays) => format!("{name} {mrays:8.1} Mrays/s"),
+                None => format!("{name}   (press p)"),
+            })
+            .collect()
+    }
+}
+
+fn mrays(picture: &Picture) -> Option<f64> {
+    let seconds = picture.elapsed.as_secs_f64();
+    (seconds > 0.0).then(|| picture.rays as f64 / 1e6 / seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_title_tells_the_figures() {
+        let start = Instant::now();
+        let mut status = Status::default();
+        let mut picture = Picture {
+            size: [640, 480],
+            traced: [320, 240],
+            samples: 1,
+            rays: 3_000_000,
+            elapsed: Duration::from_millis(10),
+            packets: Some(true),
+            ..Picture::default()
+        };
+        for i in 0..50 {
+            status.shown(&picture, start + Duration::from_millis(20) * i);
+        }
+        let title = status.title("a.scn", &picture, start);
+        let expected = "octray - a.scn - 50 fps - 300.0 Mrays/s - 640x480 from 320x240 - 1 sample";
+        assert_eq!(title.as_deref(), Some(expected));
+        assert_eq!(status.title("a.scn", &picture, start), None);
+        picture = Picture {
+            traced: [640, 480],
+            samples: 64,
+            full: true,
+            last: true,
+            ..picture
+        };
+        status.shown(&picture, start + Duration::from_secs(2));
+        let title = status.title("a.scn", &picture, start).unwrap();
+        assert!(
+            title.ends_with("a.scn - 300.0 Mrays/s - 640x480 - 64 samples - done"),
+            "{title}"
+        );
+        assert!(status.modes()[0].contains("300.0") && status.modes()[1].contains("press p"));
+    }
+}
