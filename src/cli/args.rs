@@ -475,8 +475,8 @@ mod tests {
 
     #[test]
     fn the_build_pays_for_itself() {
-        assert_eq!(parse_render(&["a.scn"]).build, BuildArg::Auto);
-        assert_eq!(parse_render(&["a.scn", "--build", "fast"]).build, BuildArg::Fast);
+        assert_eq!(parse_render(&["a.scn"]).trace.build, BuildArg::Auto);
+        assert_eq!(parse_render(&["a.scn", "--build", "fast"]).trace.build, BuildArg::Fast);
         assert_eq!(BuildArg::Auto.quality(1e6, 10_000_000), BuildQuality::Fast);
         assert_eq!(BuildArg::Auto.quality(1e6, 10_000), BuildQuality::Best);
         assert_eq!(BuildArg::Best.quality(1.0, 10_000_000), BuildQuality::Best);
