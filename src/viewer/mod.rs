@@ -10,6 +10,7 @@ pub mod cost;
 pub mod keys;
 pub mod look;
 pub mod orbit;
+mod overlay;
 mod primary;
 mod probe;
 pub mod progressive;

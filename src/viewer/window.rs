@@ -6,8 +6,9 @@ use super::{
     keys::{self, Action},
     look::{Boxes, Look, Model, Style, Wanted},
     orbit::{Orbit, Pose, unit_of},
+    overlay::{Overlay, copy, overlay},
     progressive::GRIDS,
-    screen::{self, Canvas},
+    screen::Canvas,
     status::Status,
     watch::Reloaded,
     worker::{self, Note, Picture, Shared},
@@ -44,9 +45,6 @@ const FACTOR_OF_PIXEL: f64 = 1.01;
 const FACTOR_OF_NOTCH: f64 = 1.1;
 /// Degrees a second of the benchmark's orbit, as pixels of a drag.
 const BENCHMARK_PIXELS_PER_SECOND: f64 = 45.0 / super::orbit::DEGREES_PER_PIXEL;
-
-const WHITE: u32 = 0x00ff_ffff;
-const RED: u32 = 0x00ff_8080;
 
 /// What other threads tell the window.
 #[derive(Debug)]
@@ -490,61 +488,6 @@ impl App {
                 self.error = Some(error);
                 self.redraw();
             }
-        }
-    }
-}
-
-/// What is written over a picture.
-struct Overlay<'a> {
-    help: bool,
-    figures: Option<Vec<String>>,
-    probed: Option<&'a Vec<String>>,
-    progress: Option<f32>,
-    error: Option<&'a str>,
-    message: Option<&'a str>,
-}
-
-fn overlay(canvas: &mut Canvas<'_>, overlay: &Overlay<'_>) {
-    const MARGIN: usize = 8;
-    let scale = if canvas.width >= 1000 { 2 } else { 1 };
-    let columns = (canvas.width as usize).saturating_sub(4 * MARGIN) / (8 * scale);
-    let mut y = MARGIN;
-    let mut show = |text: &str, color: u32| {
-        let lines = screen::wrap(text, columns);
-        y = screen::panel(canvas, [MARGIN, y], &lines, color, scale) + MARGIN;
-    };
-    if let Some(error) = overlay.error {
-        show(error, RED);
-    }
-    if overlay.help {
-        show(&keys::HELP.join("\n"), WHITE);
-    }
-    if let Some(lines) = &overlay.figures {
-        show(&lines.join("\n"), WHITE);
-    }
-    if let Some(lines) = overlay.probed {
-        show(&lines.join("\n"), WHITE);
-    }
-    if let Some(progress) = overlay.progress {
-        show(&format!("{:.0} %", progress * 100.0), WHITE);
-    }
-    if let Some(message) = overlay.message {
-        show(message, WHITE);
-    }
-}
-
-/// Copies a picture; one of another size, from before the window had its own, fills what it can.
-fn copy(picture: &Picture, to: &mut [u32], [width, height]: [u32; 2]) {
-    if picture.size == [width, height] {
-        to.copy_from_slice(&picture.pixels);
-        return;
-    }
-    to.fill(0x0040_4040);
-    let columns = picture.size[0].min(width) as usize;
-    if columns > 0 {
-        let from = picture.pixels.chunks_exact(picture.size[0] as usize);
-        for (to, from) in to.chunks_exact_mut(width as usize).zip(from) {
-            to[..columns].copy_from_slice(&from[..columns]);
         }
     }
 }
