@@ -39,7 +39,7 @@ fn counts() {
         let found = [
             scene.lights().x.len(),
             scene.spheres().radius.len(),
-            scene.triangles().v0.len(),
+            scene.triangles().corners.len(),
             scene.vertices().x.len(),
         ];
         println!("{name}: {found:?}");

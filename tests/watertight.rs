@@ -87,7 +87,7 @@ fn scene(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> Scene {
 
 /// A point of the mesh where rays slip through: a vertex, an edge's middle, a point of an edge.
 fn weak_point(random: &mut Random, scene: &Scene) -> Vec3 {
-    let [a, b, _] = scene.triangle(random.usize(0..scene.triangles().v0.len()));
+    let [a, b, _] = scene.triangle(random.usize(0..scene.triangles().corners.len()));
     match random.u32(0..3) {
         0 => a,
         1 => (a + b) * 0.5,

@@ -21,7 +21,7 @@ impl Buffers {
         let vertices = (0..v.x.len()).map(|i| [v.x[i], v.y[i], v.z[i]]);
         Self {
             vertices: vertices.chain([[0.0; 3]]).collect(),
-            triangles: (0..t.v0.len()).map(|i| [t.v0[i], t.v1[i], t.v2[i]]).collect(),
+            triangles: t.corners.clone(),
             spheres: (0..s.radius.len())
                 .map(|i| [s.center_x[i], s.center_y[i], s.center_z[i], s.radius[i]])
                 .collect(),

@@ -110,7 +110,7 @@ impl Box8 {
 /// The boxes of all primitives that a ray can hit. Where many have one shape, only the first of each.
 pub(super) fn boxes_of(scene: &Scene) -> Vec<Box8> {
     let count = scene.primitive_count() as u32;
-    let boxed = |id: PrimitiveId| Box8::new(padded(primitive_bounds(scene, id)), id);
+    let boxed = |id: PrimitiveId| primitive_box(scene, id);
     let ids = (0..count).into_par_iter().map(PrimitiveId);
     let boxes: Vec<Box8> = if scene.degenerate_triangles() == 0 {
         ids.map(boxed).collect()
@@ -131,7 +131,8 @@ pub(super) fn boxes_of(scene: &Scene) -> Vec<Box8> {
 #[inline(always)]
 pub(super) fn corners(scene: &Scene, i: usize) -> [Vec3; 3] {
     let (t, v) = (scene.triangles(), scene.vertices());
-    let (a, b, c) = (t.v0[i] as usize, t.v1[i] as usize, t.v2[i] as usize);
+    let [a, b, c] = t.corners[i];
+    let (a, b, c) = (a as usize, b as usize, c as usize);
     [
         Vec3::new(v.x[a], v.y[a], v.z[a]),
         Vec3::new(v.x[b], v.y[b], v.z[b]),
@@ -147,17 +148,33 @@ fn can_be_hit(scene: &Scene, id: PrimitiveId) -> bool {
 }
 
 #[inline(always)]
-fn primitive_bounds(scene: &Scene, id: PrimitiveId) -> Aabb {
+fn primitive_box(scene: &Scene, id: PrimitiveId) -> Box8 {
     match scene.primitive(id) {
-        Primitive::Triangle(i) => {
-            let [a, b, c] = corners(scene, i);
-            Aabb {
-                lower: a.min(b).min(c),
-                upper: a.max(b).max(c),
-            }
-        }
-        Primitive::Sphere(i) => scene.sphere_bounds(i),
+        Primitive::Triangle(i) => triangle_box(corners(scene, i), id),
+        Primitive::Sphere(i) => sphere_box(scene, i, id),
     }
+}
+
+#[inline(always)]
+pub(super) fn triangle_box([a, b, c]: [Vec3; 3], id: PrimitiveId) -> Box8 {
+    let bounds = Aabb {
+        lower: a.min(b).min(c),
+        upper: a.max(b).max(c),
+    };
+    Box8::new(padded(bounds), id)
+}
+
+/// The box of sphere `i`, whose primitive id is `id`.
+#[inline(always)]
+pub(super) fn sphere_box(scene: &Scene, i: usize, id: PrimitiveId) -> Box8 {
+    Box8::new(padded(scene.sphere_bounds(i)), id)
+}
+
+/// What is left of the boxes once they are in order: whose they are. Nodes and blocks are written without them, into the
+/// memory that they had: from a file to a picture that is the most memory in use, and memory that was in use just now
+/// is the soonest to be had.
+pub(super) fn into_ids(boxes: Vec<Box8>) -> Vec<PrimitiveId> {
+    boxes.par_iter().with_min_len(1 << 14).map(Box8::id).collect()
 }
 
 /// How many boxes are looked at to find out whether many are equal.

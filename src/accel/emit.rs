@@ -5,7 +5,7 @@
 
 use super::{
     Child, Node8,
-    boxes::{Box8, corners},
+    boxes::{Box8, corners, sphere_box, triangle_box},
     pages,
     plan::{Plan, Planned, WIDTH, widen},
     tree::{Counts, Slot, Subtree, Top},
@@ -74,8 +74,8 @@ impl<'a, T> Pieces<'a, T> {
     }
 }
 
-/// Writes out `top`, whose leaves' order is that of `boxes`.
-pub(super) fn emit(scene: &Scene, top: &Top, boxes: &[Box8]) -> Wide {
+/// Writes out `top`, whose leaves' order is that of `ids`.
+pub(super) fn emit(scene: &Scene, top: &Top, ids: &[PrimitiveId]) -> Wide {
     let mut above = Above::default();
     let depth = match top {
         Top::Subtree(subtree) => {
@@ -112,7 +112,7 @@ pub(super) fn emit(scene: &Scene, top: &Top, boxes: &[Box8]) -> Wide {
         .zip(&starts)
         .map(|(subtree, &start)| Emission {
             scene,
-            boxes: &boxes[subtree.first..],
+            ids: &ids[subtree.first..],
             slots: &subtree.slots,
             start,
             written: Start::default(),
@@ -223,7 +223,7 @@ impl<'a> Above<'a> {
 struct Emission<'a> {
     scene: &'a Scene,
     /// From the subtree's first on.
-    boxes: &'a [Box8],
+    ids: &'a [PrimitiveId],
     slots: &'a [Slot],
     start: Start,
     written: Start,
@@ -262,9 +262,8 @@ impl Emission<'_> {
         let mut bounds = Box8::EMPTY;
         for (child, slot) in children.iter_mut().zip(slots) {
             if let Some(range) = slot.block() {
-                let boxes = &self.boxes[range];
-                let around = Box8::around(boxes);
-                *child = (self.block(boxes), around.bounds());
+                let (block, around) = self.block(&self.ids[range]);
+                *child = (block, around.bounds());
                 bounds = bounds.union(around);
             }
         }
@@ -280,15 +279,18 @@ impl Emission<'_> {
         bounds
     }
 
-    fn block(&mut self, boxes: &[Box8]) -> Child {
-        let first_sphere = self.scene.triangles().v0.len();
-        if (boxes[0].id().0 as usize) < first_sphere {
+    /// Writes the next block in line; answers the box around it.
+    fn block(&mut self, ids: &[PrimitiveId]) -> (Child, Box8) {
+        let first_sphere = self.scene.triangles().corners.len();
+        let mut around = Box8::EMPTY;
+        if (ids[0].0 as usize) < first_sphere {
             // The block's columns, corner after corner; lanes past the last triangle are a point.
             let mut columns = [[0.0; WIDTH]; 9];
             let mut id = [PrimitiveId::NONE.0; WIDTH];
-            for (lane, b) in boxes.iter().enumerate().take(WIDTH) {
-                id[lane] = b.id().0;
-                let [v0, v1, v2] = corners(self.scene, b.id().0 as usize);
+            for (lane, &triangle) in ids.iter().enumerate().take(WIDTH) {
+                id[lane] = triangle.0;
+                let [v0, v1, v2] = corners(self.scene, triangle.0 as usize);
+                around = around.union(triangle_box([v0, v1, v2], triangle));
                 let numbers = [v0.x, v0.y, v0.z, v1.x, v1.y, v1.z, v2.x, v2.y, v2.z];
                 for (column, number) in columns.iter_mut().zip(numbers) {
                     column[lane] = number;
@@ -306,21 +308,20 @@ impl Emission<'_> {
                 v2: corner8(x2, y2, z2),
                 id,
             });
-            Child::triangles(self.start.triangle_block + block_i, boxes.len())
+            let child = Child::triangles(self.start.triangle_block + block_i, ids.len());
+            (child, around)
         } else {
             let mut spheres = [(PrimitiveId::NONE, Vec3::ZERO, 0.0); WIDTH];
-            for (sphere, b) in spheres.iter_mut().zip(boxes) {
-                let i = b.id().0 as usize - first_sphere;
-                *sphere = (
-                    b.id(),
-                    self.scene.spheres().center(i),
-                    self.scene.spheres().radius[i],
-                );
+            for (sphere, &id) in spheres.iter_mut().zip(ids) {
+                let i = id.0 as usize - first_sphere;
+                around = around.union(sphere_box(self.scene, i, id));
+                *sphere = (id, self.scene.spheres().center(i), self.scene.spheres().radius[i]);
             }
             let block_i = self.written.sphere_block;
             self.written.sphere_block += 1;
-            self.sphere_blocks[block_i].write(SphereBlock::new(&spheres[..boxes.len()]));
-            Child::spheres(self.start.sphere_block + block_i, boxes.len())
+            self.sphere_blocks[block_i].write(SphereBlock::new(&spheres[..ids.len()]));
+            let child = Child::spheres(self.start.sphere_block + block_i, ids.len());
+            (child, around)
         }
     }
 }

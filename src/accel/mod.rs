@@ -106,9 +106,9 @@ impl Bvh {
         } = if boxes.is_empty() {
             Wide::nothing()
         } else {
-            let first_sphere = scene.triangles().v0.len() as u32;
+            let first_sphere = scene.triangles().corners.len() as u32;
             let top = tree::build(&mut boxes, first_sphere, quality.effort());
-            emit::emit(scene, &top, &boxes)
+            emit::emit(scene, &top, &boxes::into_ids(boxes))
         };
         let stats = BvhStats {
             quality,

@@ -17,7 +17,7 @@ pub struct Faults {
 
 /// Counts the faults of a scene that is about to be rendered.
 pub fn of(scene: &Scene) -> Faults {
-    let triangles = scene.triangles().v0.len();
+    let triangles = scene.triangles().corners.len();
     let counted: Option<MeshFaults> = (triangles <= MOST_COUNTED).then(|| scene.mesh_faults());
     Faults {
         triangles,

@@ -66,6 +66,7 @@ fn render_scene(
     }
     let rays = expected_rays(settings, &scene) * job.shots.len() as f64;
     let quality = args.trace.build.quality(rays, scene.primitive_count());
+    expect_memory(scene.primitive_count())?;
     let (bvh, mut build_time) =
         interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
@@ -132,6 +133,22 @@ fn render_scene(
     Ok(())
 }
 
+/// Refuses scenes whose hierarchy would not fit into memory: building it could only end the program then. (Columns that do
+/// not fit are refused as they are read.)
+fn expect_memory(primitives: usize) -> Result<(), CliError> {
+    // Nodes and blocks, on most meshes.
+    const BYTES_PER_PRIMITIVE: usize = 64;
+    let mut room: Vec<u8> = Vec::new();
+    let asked = room.try_reserve_exact(primitives.saturating_mul(BYTES_PER_PRIMITIVE));
+    // Else the compiler may leave out what is never used.
+    std::hint::black_box(&room);
+    asked.map_err(|_| {
+        CliError::Failed(format!(
+            "out of memory: the hierarchy over {primitives} primitives does not fit"
+        ))
+    })
+}
+
 /// Camera rays, and shadow rays as if each hit something; what mirrors add is not known beforehand.
 fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
     let samples = f64::from(settings.samples_per_axis).powi(2);
@@ -192,7 +209,7 @@ fn report(
             .threads
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
         primitives: Primitives {
-            triangles: scene.triangles().v0.len(),
+            triangles: scene.triangles().corners.len(),
             spheres: scene.spheres().radius.len(),
             degenerate_triangles: scene.degenerate_triangles(),
             duplicate_triangles: faults.duplicate,

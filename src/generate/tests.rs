@@ -33,7 +33,7 @@ fn every_kind_comes_close_to_its_count_and_stays_in_view() {
         let made = if matches!(kind, Kind::Flake | Kind::Spheres) {
             scene.spheres().radius.len()
         } else {
-            scene.triangles().v0.len()
+            scene.triangles().corners.len()
         };
         assert!(
             made <= count && made * 10 >= count * 8,

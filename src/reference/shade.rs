@@ -224,8 +224,7 @@ fn triangle(scene: &Scene, i: usize, hit: &Hit) -> (Vec3, Vec3, Vec3, f32) {
     let mut normal = geometric;
     let normals = &scene.vertices().normals;
     if !normals.is_empty() {
-        let t = scene.triangles();
-        let [n0, n1, n2] = [t.v0[i], t.v1[i], t.v2[i]].map(|vertex| normals[vertex as usize]);
+        let [n0, n1, n2] = scene.triangles().corners[i].map(|vertex| normals[vertex as usize]);
         let smooth = interpolate(n0, n1, n2);
         if [n0, n1, n2].iter().all(|&n| n != Vec3::ZERO) && max_abs(smooth) > 0.0 {
             normal = normalize(smooth / max_abs(smooth));

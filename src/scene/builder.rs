@@ -11,7 +11,7 @@ use crate::{
     math::{Aabb, max_abs},
 };
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
+use rayon::{iter::repeat_n, prelude::*};
 use std::{collections::HashMap, path::PathBuf};
 
 /// The most primitives, and the most vertices, that a scene may have: ids are 32 bits, and one value stands
@@ -103,9 +103,11 @@ fn expect_length(what: &'static str, found: usize, expected: usize) -> Result<()
 
 /// Whether a triangle has an area. Decided in f64, where edges of `f32` corners and their products are
 /// (nearly always) exact, so that collinear corners give exactly zero.
+#[inline]
 #[must_use]
 pub(super) fn has_area([v0, v1, v2]: [Vec3; 3]) -> bool {
-    let [v0, v1, v2] = [v0, v1, v2].map(Vec3::as_dvec3);
+    // Written out, because arrays' own `map` is a call here.
+    let (v0, v1, v2) = (v0.as_dvec3(), v1.as_dvec3(), v2.as_dvec3());
     (v1 - v0).cross(v2 - v0) != DVec3::ZERO
 }
 
@@ -217,7 +219,7 @@ impl SceneBuilder {
     }
 
     fn check_room(&self, more: usize) -> Result<(), SceneError> {
-        let primitives = self.triangles.v0.len() + self.spheres.radius.len();
+        let primitives = self.triangles.corners.len() + self.spheres.radius.len();
         if primitives.saturating_add(more) > MAX_COUNT {
             return Err(SceneError::TooMany {
                 what: "primitives",
@@ -297,9 +299,7 @@ impl SceneBuilder {
         if !all.normals.is_empty() {
             all.normals.resize(all.x.len(), Vec3::ZERO);
         }
-        self.triangles.v0.push(base);
-        self.triangles.v1.push(base + 1);
-        self.triangles.v2.push(base + 2);
+        self.triangles.corners.push([base, base + 1, base + 2]);
         self.triangles.material.push(material);
         Ok(())
     }
@@ -323,8 +323,13 @@ impl SceneBuilder {
     /// [`SceneError::UnknownMaterial`] or [`SceneError::TooMany`]; the scene is as before then.
     pub fn add_mesh(&mut self, mesh: MeshColumns, material: MaterialId) -> Result<(), SceneError> {
         self.check_material(material)?;
+        make_room(&mut self.triangles.material, mesh.triangles.len())?;
         self.add_triangles(mesh)?;
-        self.triangles.material.resize(self.triangles.v0.len(), material);
+        let materials = repeat_n(
+            material,
+            self.triangles.corners.len() - self.triangles.material.len(),
+        );
+        self.triangles.material.par_extend(materials);
         Ok(())
     }
 
@@ -340,6 +345,7 @@ impl SceneBuilder {
     ) -> Result<(), SceneError> {
         expect_length("materials", materials.len(), mesh.triangles.len())?;
         materials.iter().try_for_each(|&id| self.check_material(id))?;
+        make_room_to_append(&mut self.triangles.material, &materials)?;
         self.add_triangles(mesh)?;
         append(&mut self.triangles.material, materials);
         Ok(())
@@ -353,35 +359,33 @@ impl SceneBuilder {
             y,
             z,
             normals,
-            triangles,
+            mut triangles,
         } = mesh;
         let base = self.check_vertices(x.len())?;
         self.check_room(triangles.len())?;
-        for column in [
-            &mut self.triangles.v0,
-            &mut self.triangles.v1,
-            &mut self.triangles.v2,
-        ] {
-            let room = column.try_reserve(triangles.len());
-            room.map_err(|_| SceneError::NoMemory { what: "triangles" })?;
-        }
-
         let all = &mut self.vertices;
+        for (column, more) in [(&mut all.x, &x), (&mut all.y, &y), (&mut all.z, &z)] {
+            make_room_to_append(column, more)?;
+        }
+        make_room_to_append(&mut self.triangles.corners, &triangles)?;
         if !normals.is_empty() || !all.normals.is_empty() {
-            all.normals.resize(base, Vec3::ZERO);
-            all.normals.extend(&normals);
+            let missing = base + x.len() - all.normals.len();
+            if base > 0 {
+                make_room(&mut all.normals, missing)?;
+                all.normals.resize(base, Vec3::ZERO);
+            }
+            append(&mut all.normals, normals);
             all.normals.resize(base + x.len(), Vec3::ZERO);
         }
         append(&mut all.x, x);
         append(&mut all.y, y);
         append(&mut all.z, z);
-        let base = base as u32;
-        let all = &mut self.triangles;
-        let columns = [&mut all.v0, &mut all.v1, &mut all.v2];
-        // Three columns, one thread each if there are as many.
-        columns.into_par_iter().enumerate().for_each(|(k, column)| {
-            column.extend(triangles.iter().map(|corners| corners[k] + base));
-        });
+        if base > 0 {
+            let base = base as u32;
+            let indices = triangles.as_flattened_mut().par_iter_mut();
+            indices.with_min_len(MIN_PIECE).for_each(|index| *index += base);
+        }
+        append(&mut self.triangles.corners, triangles);
         Ok(())
     }
 
@@ -393,13 +397,14 @@ impl SceneBuilder {
             expect_length("normals", mesh.normals.len(), vertices)?;
         }
         for (what, column) in [("x", &mesh.x), ("y", &mesh.y), ("z", &mesh.z)] {
-            let unusable = first_where(column, |&value| usable(what, value).is_err());
+            let unusable = first_where(column, |&value| !is_usable(value));
             unusable.map_or(Ok(()), |i| usable(what, column[i]))?;
         }
-        let length = |n: &Vec3| usable("normal", max_abs_or_nan(*n));
-        let unusable = first_where(&mesh.normals, |n| length(n).is_err());
-        unusable.map_or(Ok(()), |i| length(&mesh.normals[i]))?;
-        let is_beyond = |corners: &[u32; 3]| corners.iter().any(|&index| index as usize >= vertices);
+        let unusable = first_where(&mesh.normals, |n| {
+            !(is_usable(n.x) & is_usable(n.y) & is_usable(n.z))
+        });
+        unusable.map_or(Ok(()), |i| usable("normal", max_abs_or_nan(mesh.normals[i])))?;
+        let is_beyond = |&[a, b, c]: &[u32; 3]| a.max(b).max(c) as usize >= vertices;
         match first_where(&mesh.triangles, is_beyond) {
             Some(triangle) => {
                 let corners = mesh.triangles[triangle].into_iter();
@@ -453,15 +458,10 @@ impl SceneBuilder {
 impl Scene {
     /// The box around all triangles, and how many of them have no area.
     fn triangle_extent(&self) -> (Aabb, usize) {
-        let Triangles { v0, v1, v2, .. } = &self.triangles;
-        let pieces = (
-            v0.par_chunks(MIN_PIECE),
-            v1.par_chunks(MIN_PIECE),
-            v2.par_chunks(MIN_PIECE),
-        );
-        let of_piece = |(v0, v1, v2): (&[u32], &[u32], &[u32])| {
+        let pieces = self.triangles.corners.par_chunks(MIN_PIECE);
+        let of_piece = |piece: &[[u32; 3]]| {
             let (mut bounds, mut degenerate) = (Aabb::EMPTY, 0);
-            for ((&v0, &v1), &v2) in v0.iter().zip(v1).zip(v2) {
+            for &[v0, v1, v2] in piece {
                 let position = |v| self.vertices.position(v);
                 let corners = [position(v0), position(v1), position(v2)];
                 bounds = bounds.union(Aabb::around(corners));
@@ -471,10 +471,7 @@ impl Scene {
         };
         let both = |a: (Aabb, usize), b: (Aabb, usize)| (a.0.union(b.0), a.1 + b.1);
         // Neither a box nor a count depends on the order.
-        pieces
-            .into_par_iter()
-            .map(of_piece)
-            .reduce(|| (Aabb::EMPTY, 0), both)
+        pieces.map(of_piece).reduce(|| (Aabb::EMPTY, 0), both)
     }
 }
 
@@ -487,6 +484,20 @@ fn first_where<T: Sync>(column: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> O
     let start = wrong_piece * MIN_PIECE;
     let row = column[start..].iter().position(is_wrong)?;
     Some(start + row)
+}
+
+/// Makes room for `more` rows, or says that there is none.
+fn make_room<T>(column: &mut Vec<T>, more: usize) -> Result<(), SceneError> {
+    let room = column.try_reserve(more);
+    room.map_err(|_| SceneError::NoMemory { what: "triangles" })
+}
+
+/// What [`append`] needs.
+fn make_room_to_append<T>(column: &mut Vec<T>, more: &[T]) -> Result<(), SceneError> {
+    if column.is_empty() {
+        return Ok(());
+    }
+    make_room(column, more.len())
 }
 
 /// Moves `from` to the end of `to`; no copy where `to` is empty.

@@ -37,10 +37,9 @@ impl Scene {
     pub fn mesh_faults(&self) -> MeshFaults {
         let vertices = &self.vertices;
         let place = first_at_place(&vertices.x, &vertices.y, &vertices.z);
-        let triangles = &self.triangles;
-        let columns = (&triangles.v0, &triangles.v1, &triangles.v2).into_par_iter();
-        let corners: Vec<[u32; 3]> = columns
-            .map(|(&a, &b, &c)| [a, b, c].map(|vertex| place[vertex as usize]))
+        let triangles = self.triangles.corners.par_iter();
+        let corners: Vec<[u32; 3]> = triangles
+            .map(|corners| corners.map(|vertex| place[vertex as usize]))
             .collect();
         drop(place);
         let duplicate = duplicates(&corners);

@@ -61,15 +61,12 @@ impl Vertices {
     }
 }
 
-/// Triangles: three indices into [`Vertices`] each. Columns of equal length.
+/// Triangles. Columns of equal length.
 #[derive(Debug, Default)]
 pub struct Triangles {
-    /// Index of the first vertex.
-    pub v0: Vec<u32>,
-    /// Index of the second vertex.
-    pub v1: Vec<u32>,
-    /// Index of the third vertex.
-    pub v2: Vec<u32>,
+    /// Three indices into [`Vertices`]: one column, because they are always asked for together and, when rays hit or the
+    /// BVH is written, in no order. It is also the column that mesh files are read into.
+    pub corners: Vec<[u32; 3]>,
     /// Material of each triangle.
     pub material: Vec<MaterialId>,
 }
@@ -225,14 +222,14 @@ impl Scene {
     /// Triangles and spheres together.
     #[must_use]
     pub fn primitive_count(&self) -> usize {
-        self.triangles.v0.len() + self.spheres.radius.len()
+        self.triangles.corners.len() + self.spheres.radius.len()
     }
 
     /// The three corners of triangle `i`.
     #[inline]
     #[must_use]
     pub fn triangle(&self, i: usize) -> [Vec3; 3] {
-        [self.triangles.v0[i], self.triangles.v1[i], self.triangles.v2[i]].map(|v| self.vertices.position(v))
+        self.triangles.corners[i].map(|v| self.vertices.position(v))
     }
 
     /// What a primitive id stands for.
@@ -240,7 +237,7 @@ impl Scene {
     #[must_use]
     pub fn primitive(&self, id: PrimitiveId) -> Primitive {
         let i = id.0 as usize;
-        match i.checked_sub(self.triangles.v0.len()) {
+        match i.checked_sub(self.triangles.corners.len()) {
             None => Primitive::Triangle(i),
             Some(sphere_i) => Primitive::Sphere(sphere_i),
         }
@@ -307,7 +304,7 @@ impl Scene {
         .iter()
         .map(|c| bytes(c))
         .sum::<usize>()
-            + [&t.v0, &t.v1, &t.v2].iter().map(|c| bytes(c)).sum::<usize>()
+            + bytes(&t.corners)
             + bytes(&v.normals)
             + bytes(&l.color)
             + bytes(&t.material)

@@ -177,7 +177,7 @@ fn facing(scene: &Scene, hits: &Hits8) -> Facing {
             }
         };
     }
-    let triangle_count = scene.triangles().v0.len() as u32;
+    let triangle_count = scene.triangles().corners.len() as u32;
     let mut round = 0;
     for (lane, &id) in hits.primitive.iter().enumerate() {
         round |= u32::from(id >= triangle_count) << lane;
@@ -227,16 +227,10 @@ impl Corners {
     fn of_one(scene: &Scene, triangle_i: usize) -> Self {
         let (vertices, triangles) = (scene.vertices(), scene.triangles());
         let [a, b, c] = scene.triangle(triangle_i);
-        let normal = |column: &[u32]| Vec3x8::splat(vertices.normals[column[triangle_i] as usize]);
+        let normal = |k: usize| Vec3x8::splat(vertices.normals[triangles.corners[triangle_i][k] as usize]);
         Self {
             position: [Vec3x8::splat(a), Vec3x8::splat(b), Vec3x8::splat(c)],
-            normal: (!vertices.normals.is_empty()).then(|| {
-                [
-                    normal(&triangles.v0),
-                    normal(&triangles.v1),
-                    normal(&triangles.v2),
-                ]
-            }),
+            normal: (!vertices.normals.is_empty()).then(|| [normal(0), normal(1), normal(2)]),
         }
     }
 
@@ -244,14 +238,11 @@ impl Corners {
     #[inline(always)]
     fn of_eight(scene: &Scene, triangle_i: &[u32; LANES]) -> Self {
         let (vertices, triangles) = (scene.vertices(), scene.triangles());
-        let index = |column: &[u32]| {
-            let mut vertex_i = [0; LANES];
-            for (to, &i) in vertex_i.iter_mut().zip(triangle_i) {
-                *to = column[i as usize] as usize;
-            }
-            vertex_i
-        };
-        let (a, b, c) = (index(&triangles.v0), index(&triangles.v1), index(&triangles.v2));
+        let (mut a, mut b, mut c) = ([0; LANES], [0; LANES], [0; LANES]);
+        for (lane, &i) in triangle_i.iter().enumerate() {
+            let corners = triangles.corners[i as usize];
+            (a[lane], b[lane], c[lane]) = (corners[0] as usize, corners[1] as usize, corners[2] as usize);
+        }
         let column = |of: &[f32], vertex_i: &[usize; LANES]| from_lanes(|lane| of[vertex_i[lane]]);
         let position = |vertex_i: &[usize; LANES]| {
             Vec3x8::new(
@@ -301,7 +292,7 @@ fn triangles(hits: &Hits8, corners: &Corners) -> Facing {
 }
 
 fn on_spheres(scene: &Scene, hits: &Hits8, id: &[u32; LANES]) -> Facing {
-    let (spheres, first) = (scene.spheres(), scene.triangles().v0.len());
+    let (spheres, first) = (scene.spheres(), scene.triangles().corners.len());
     let column = |of: &[f32]| from_lanes(|lane| of[id[lane] as usize - first]);
     let center = Vec3x8::new(
         column(&spheres.center_x),

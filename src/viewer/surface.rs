@@ -42,8 +42,7 @@ fn triangle(scene: &Scene, i: usize, hit: &Hit) -> (Vec3, Vec3) {
     if normals.is_empty() {
         return (geometric, geometric);
     }
-    let t = scene.triangles();
-    let corners = [t.v0[i], t.v1[i], t.v2[i]].map(|vertex| normals[vertex as usize]);
+    let corners = scene.triangles().corners[i].map(|vertex| normals[vertex as usize]);
     let smooth = corners[0] * (1.0 - hit.u - hit.v) + corners[1] * hit.u + corners[2] * hit.v;
     if corners.contains(&Vec3::ZERO) || smooth == Vec3::ZERO {
         return (geometric, geometric);

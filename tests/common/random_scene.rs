@@ -119,7 +119,7 @@ fn mesh(corners: [Vec3; 3]) -> MeshColumns {
 
 /// A point in or on `scene`: a vertex, a point of an edge, of a triangle, or of a sphere.
 fn point_of(random: &mut Random, scene: &Scene) -> Vec3 {
-    let triangles = scene.triangles().v0.len();
+    let triangles = scene.triangles().corners.len();
     let spheres = scene.spheres().radius.len();
     if triangles > 0 && (spheres == 0 || random.bool()) {
         let [a, b, c] = scene.triangle(random.usize(0..triangles));

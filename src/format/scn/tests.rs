@@ -272,7 +272,7 @@ fn placed_meshes() {
         "mesh t.ply\nmesh ./t.ply\nmesh t.ply translate 0 0 1\nmesh t.ply translate 0 0 1\n\
          mesh t.ply scale 2 rotate 0 0 1 90 translate 0 0 1\nmaterial 1\nmesh \"my mesh.ply\" scale 1 -3 1",
     );
-    assert_eq!(scene.triangles().v0.len(), 4);
+    assert_eq!(scene.triangles().corners.len(), 4);
     assert_eq!(
         scene.triangle(2),
         [Vec3::Z, Vec3::new(0.0, 2.0, 1.0), Vec3::new(-2.0, 0.0, 1.0)]
