@@ -1,7 +1,7 @@
 //! The ways to read a mesh agree with each other, and with other people's code.
 
 use octray::{format::mesh, scene::MeshColumns};
-use std::{fmt::Write as _, io, path::Path};
+use std::{fmt::Write as _, fs, io, path::Path};
 
 /// Pseudo-random numbers that are the same in every run: Marsaglia, *Xorshift RNGs*, 2003.
 struct Random(u64);
@@ -147,6 +147,20 @@ fn read(bytes: Vec<u8>, name: &str) -> MeshColumns {
     loaded.columns
 }
 
+/// What a file with these bytes is loaded as: the mesh, or the error without the folder.
+fn load(bytes: &[u8], name: &str) -> Result<MeshColumns, String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(name);
+    fs::write(&path, bytes).expect("the file is written");
+    let place = format!("{}/", folder.path().display());
+    let loaded = mesh::load(&path).map_err(|error| error.to_string().replace(&place, ""))?;
+    Ok(loaded.columns)
+}
+
+fn assert_same(a: &MeshColumns, b: &MeshColumns) {
+    assert!(a.x == b.x && a.y == b.y && a.z == b.z && a.normals == b.normals && a.triangles == b.triangles);
+}
+
 #[test]
 fn ply_of_every_layout() {
     // Few and many, so that one thread and several have something to do; triangles, quads, and all kinds.
@@ -162,7 +176,12 @@ fn ply_of_every_layout() {
         let triangles = polygons.triangles();
         for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
             for extra in [false, true] {
-                let mesh = read(polygons.ply(format, extra), "a.ply");
+                let bytes = polygons.ply(format, extra);
+                assert_same(
+                    &read(bytes.clone(), "a.ply"),
+                    &load(&bytes, "a.ply").expect("a mesh"),
+                );
+                let mesh = read(bytes, "a.ply");
                 let found = (0..mesh.x.len()).map(|i| [mesh.x[i], mesh.y[i], mesh.z[i]]);
                 assert!(
                     found.eq(polygons.positions.iter().copied()),
@@ -186,8 +205,10 @@ fn faults_in_large_files() {
     polygons.faces[45_678][1] = 30_000;
     let refused = |bytes: Vec<u8>| {
         let mut nothing = |_: &Path| Err(io::ErrorKind::NotFound.into());
+        let of_file = load(&bytes, "a.ply").expect_err("it is refused");
         let error = mesh::parse(bytes, Path::new("a.ply"), &mut nothing).expect_err("it is refused");
-        error.to_string()
+        assert_eq!(error.to_string(), of_file);
+        of_file
     };
     let message = "vertex index 30000, but the file has only 30000 vertices";
     assert_eq!(
@@ -204,6 +225,43 @@ fn faults_in_large_files() {
         refused(polygons.ply("binary_big_endian", false))
             .starts_with("a.ply:23457:1: vertex 23457 of 30000: z is NaN")
     );
+}
+
+/// Files are read in pieces where their layout allows it; nobody notices.
+#[test]
+fn a_file_is_what_its_bytes_are() {
+    let plain = Polygons::new(2_000, [3, 0]).ply("binary_little_endian", false);
+    let long_header = format!("ply\n{}", "comment nothing to be read here\n".repeat(2_000));
+    let long = [long_header.as_bytes(), &plain[4..]].concat();
+    assert_same(
+        &read(plain.clone(), "a.ply"),
+        &load(&long, "a.ply").expect("a mesh"),
+    );
+
+    let replaced = |from: &str, to: &str| {
+        let body = plain
+            .windows(11)
+            .position(|word| word == b"end_header\n")
+            .expect("a header");
+        let header = String::from_utf8_lossy(&plain[..body]).replace(from, to);
+        [header.as_bytes(), &plain[body..]].concat()
+    };
+    for bytes in [
+        plain[..plain.len() - 1].to_vec(),
+        plain[..150].to_vec(),
+        plain[..20].to_vec(),
+        Vec::new(),
+        replaced("element face 4000", "element face 4001"),
+        replaced("element vertex 2000", "element vertex 1999"),
+        replaced("element vertex 2000", "element vertex 18446744073709551615"),
+        replaced("property float y", "property list uchar float y"),
+        replaced("float", "flaot"),
+        [long_header.as_bytes(), &plain[4..90]].concat(),
+    ] {
+        let mut nothing = |_: &Path| Err(io::ErrorKind::NotFound.into());
+        let error = mesh::parse(bytes.clone(), Path::new("a.ply"), &mut nothing).expect_err("it is refused");
+        assert_eq!(load(&bytes, "a.ply").err(), Some(error.to_string()));
+    }
 }
 
 /// Corner by corner, an OBJ file is what tobj makes of it.

@@ -1,9 +1,12 @@
 //! Reading whole files, and only files.
 
-use super::{OpenMesh, alike};
+use super::{
+    OpenMesh, alike,
+    source::{OpenFile, Opened},
+};
 use crate::error::LoadError;
 use std::{
-    fs::{self, File},
+    fs,
     io::{self, Read},
     path::{Component, Path, PathBuf},
 };
@@ -19,8 +22,12 @@ pub(super) const MAX_TEXT_BYTES: u64 = 1 << 29;
 pub(super) trait Files {
     /// The text of an included scene file.
     fn text(&mut self, path: &Path) -> io::Result<Vec<u8>>;
-    /// A mesh file, or a file that one names.
-    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>>;
+    /// A mesh file.
+    fn mesh(&mut self, path: &Path) -> io::Result<Opened>;
+    /// The bytes of a file that a mesh names.
+    fn beside_mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+        self.mesh(path)?.into_bytes()
+    }
     /// The same name for all paths of one file.
     fn identity(&self, path: &Path) -> PathBuf;
 }
@@ -33,8 +40,8 @@ impl Files for Disk {
         read_text(path)
     }
 
-    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
-        read(path)
+    fn mesh(&mut self, path: &Path) -> io::Result<Opened> {
+        open(path).map(Opened::File)
     }
 
     /// What cannot be resolved cannot be read either, and is refused then.
@@ -52,7 +59,7 @@ impl Files for Listed<'_> {
         Disk.text(path)
     }
 
-    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
+    fn mesh(&mut self, path: &Path) -> io::Result<Opened> {
         self.0.push(path.to_path_buf());
         Disk.mesh(path)
     }
@@ -70,8 +77,8 @@ impl Files for Given<'_> {
         (self.0)(path)
     }
 
-    fn mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
-        (self.0)(path)
+    fn mesh(&mut self, path: &Path) -> io::Result<Opened> {
+        (self.0)(path).map(Opened::Bytes)
     }
 
     /// `.` within a path does not count.
@@ -82,9 +89,10 @@ impl Files for Given<'_> {
     }
 }
 
-/// Reads the text of a scene, as [`read_up_to`] does.
+/// Reads the text of a scene.
 pub(super) fn read_text(path: &Path) -> io::Result<Vec<u8>> {
-    read_up_to(path, MAX_TEXT_BYTES)
+    let file = OpenFile::open(path, MAX_TEXT_BYTES).map_err(|error| explained(path, error))?;
+    file.read_all()
 }
 
 /// Reads the text of a scene from what may have no end.
@@ -98,37 +106,14 @@ pub(super) fn read_all_text(reader: impl Read) -> io::Result<Vec<u8>> {
     Ok(text)
 }
 
-/// Reads a mesh, as [`read_up_to`] does.
-pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
-    read_up_to(path, MAX_BYTES)
+/// Opens a mesh, as [`OpenFile::open`] does.
+pub(super) fn open(path: &Path) -> io::Result<OpenFile> {
+    OpenFile::open(path, MAX_BYTES).map_err(|error| explained(path, error))
 }
 
-/// Reads a regular file. Anything else (a folder, a pipe, a device) is refused before it is opened: opening
-/// a pipe may wait forever, and a device may have no end.
-fn read_up_to(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    let kind = fs::metadata(path)
-        .map_err(|error| explained(path, error))?
-        .file_type();
-    if kind.is_dir() {
-        return Err(io::Error::other("this is a folder, expected a file"));
-    }
-    if !kind.is_file() {
-        return Err(io::Error::other("this is a pipe or a device, expected a file"));
-    }
-    let mut file = File::open(path)?;
-    let length = file.metadata()?.len();
-    let too_large = || io::Error::other(format!("the file is larger than {limit} bytes"));
-    if length > limit {
-        return Err(too_large());
-    }
-    let mut bytes = Vec::new();
-    let room = usize::try_from(length).map_err(|_| too_large())?;
-    bytes.try_reserve_exact(room).map_err(io::Error::other)?;
-    // The file may grow while it is read; some of /proc claim to be empty.
-    if file.by_ref().take(limit + 1).read_to_end(&mut bytes)? as u64 > limit {
-        return Err(too_large());
-    }
-    Ok(bytes)
+/// Reads a mesh, or what one names.
+pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
+    open(path)?.read_all()
 }
 
 /// A missing file with what is there instead, if anything is.

@@ -12,6 +12,7 @@ mod obj;
 mod place;
 pub mod ply;
 mod scn;
+mod source;
 mod stl;
 
 use crate::{error::LoadError, scene::Scene};

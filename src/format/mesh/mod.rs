@@ -4,7 +4,7 @@
 //! is is decided by [`MeshFormat::of`]: by what the bytes begin with where that leaves no doubt, else by the
 //! file's extension.
 
-use super::{OpenMesh, files, gltf, obj, ply, stl};
+use super::{OpenMesh, files, gltf, obj, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError},
     scene::{Material, MaterialId, MeshColumns, SceneBuilder},
@@ -195,11 +195,24 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
 /// [`LoadError`], as for [`load`].
 pub fn load_and_list(path: &Path, asked: &mut Vec<PathBuf>) -> Result<LoadedMesh, LoadError> {
     asked.push(path.to_path_buf());
-    let bytes = files::read(path).map_err(|error| files::load_error(path, &error))?;
-    parse(bytes, path, &mut |path| {
+    let file = files::open(path).map_err(|error| files::load_error(path, &error))?;
+    read(Opened::File(file), path, &mut |path| {
         asked.push(path.to_path_buf());
         files::read(path)
     })
+}
+
+/// Reads a mesh from its file, as [`parse`] does from bytes: in pieces or as a whole, as its format wants it.
+pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
+    if MeshFormat::of(path, opened.head(16, &mut Vec::new())) == Some(MeshFormat::Ply) {
+        return Ok(LoadedMesh::plain(ply::read(opened, path)?, UpAxis::Z));
+    }
+    let bytes = opened.into_bytes();
+    parse(
+        bytes.map_err(|error| files::load_error(path, &error))?,
+        path,
+        open,
+    )
 }
 
 /// Reads a mesh from the bytes of its file. `path` stands for the file in errors, and tells its format where the

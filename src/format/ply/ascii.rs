@@ -153,7 +153,7 @@ impl Values for Text<'_> {
         String::new()
     }
 
-    fn fast_vertices(&mut self, element: &Element, mesh: &mut MeshColumns) -> Option<Result<(), Fault>> {
+    fn fast_vertices(&mut self, element: &Element, mesh: &mut MeshColumns) -> Result<bool, Fault> {
         lines::vertices(self, element, mesh)
     }
 

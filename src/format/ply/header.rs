@@ -82,7 +82,8 @@ pub(super) fn scalar_size(scalar: ScalarType) -> usize {
 }
 
 impl Header {
-    pub(super) fn parse(bytes: &[u8]) -> Result<Self, Fault> {
+    /// Understands the header that `bytes` begin with; `length` is that of the whole file.
+    pub(super) fn parse(bytes: &[u8], length: usize) -> Result<Self, Fault> {
         let body = find_end(bytes)?;
         // Comments may be in any encoding: read what is not UTF-8 as replacement characters. The end of the
         // file may stand for the last newline.
@@ -90,12 +91,11 @@ impl Header {
         if !text.ends_with('\n') {
             text.push('\n');
         }
-        let length = text.len() as u64;
         let mut cursor = Cursor::new(text.as_bytes());
         let parsed = PlyReader::from_reader(&mut cursor).map(|reader| reader.header().clone());
         let consumed = cursor.position();
         let parsed = parsed.map_err(|error| not_understood(bytes, &text, consumed, &error.0.to_string()))?;
-        if consumed != length {
+        if consumed != text.len() as u64 {
             // Unusual blanks around an earlier `end_header`: which one is meant?
             let before = text.get(..consumed as usize).unwrap_or_default();
             let line = line_range(bytes, before.matches('\n').count().saturating_sub(1));
@@ -125,13 +125,23 @@ impl Header {
             }
             header.elements.push(element);
         }
-        header.check_room(bytes)?;
+        header.check_room(bytes, length)?;
         Ok(header)
     }
 
+    /// The elements up to the last one that a mesh needs. Records of nothing are left out: there may be any number of them.
+    pub(super) fn needed(&self) -> impl Iterator<Item = &Element> {
+        let last = self
+            .elements
+            .iter()
+            .rposition(|element| element.role != Role::Other);
+        let needed = self.elements.iter().take(last.map_or(0, |last| last + 1));
+        needed.filter(|element| !element.steps.is_empty())
+    }
+
     /// Refuses counts that the rest of the file is too short for, before anything is allocated for them.
-    fn check_room(&self, bytes: &[u8]) -> Result<(), Fault> {
-        let room = bytes.len().saturating_sub(self.body);
+    fn check_room(&self, bytes: &[u8], length: usize) -> Result<(), Fault> {
+        let room = length.saturating_sub(self.body);
         let mut needed = 0_u128;
         for (i, element) in self.elements.iter().enumerate() {
             needed += element.count as u128 * element.least_bytes(self.format) as u128;
@@ -270,7 +280,7 @@ impl Element {
 }
 
 /// Where the line after `end_header` starts.
-fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
+pub(super) fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
     if bytes.is_empty() {
         return Err(Fault {
             place: Place::File,

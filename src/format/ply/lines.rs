@@ -13,21 +13,23 @@ use rayon::prelude::*;
 /// About how many bytes of text one task reads.
 const BLOCK: usize = 1 << 17;
 
-/// Reads all vertices; `None`, with the mesh as it was, where the slow way has to.
+/// Reads all vertices; `false`, with the mesh as it was, where the slow way has to.
 pub(super) fn vertices(
     text: &mut Text<'_>,
     element: &Element,
     mesh: &mut MeshColumns,
-) -> Option<Result<(), Fault>> {
-    element.stride()?;
+) -> Result<bool, Fault> {
     let kept = element
         .steps
         .iter()
         .filter(|step| matches!(step, Step::Keep { .. }));
     let width = kept.count();
     let body = text.rest();
-    let lines = first_lines(body, element.count)?;
-    let blocks: Vec<Vec<f32>> = blocks(lines)
+    let lines = first_lines(body, element.count);
+    let (Some(lines), Some(_)) = (lines, element.stride()) else {
+        return Ok(false);
+    };
+    let blocks: Option<Vec<Vec<f32>>> = blocks(lines)
         .into_par_iter()
         .map(|block| {
             // A number and what ends it take two bytes.
@@ -39,15 +41,14 @@ pub(super) fn vertices(
             values.shrink_to_fit();
             complete.then_some(values)
         })
-        .collect::<Option<_>>()?;
+        .collect();
+    let Some(blocks) = blocks else { return Ok(false) };
     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-        if let Err(fault) = reserve(column, element.count, element) {
-            return Some(Err(fault));
-        }
+        reserve(column, element.count, element)?;
     }
     let has_normals = width == 6;
-    if has_normals && let Err(fault) = reserve(&mut mesh.normals, element.count, element) {
-        return Some(Err(fault));
+    if has_normals {
+        reserve(&mut mesh.normals, element.count, element)?;
     }
     for values in blocks {
         for vertex in values.chunks_exact(width) {
@@ -62,7 +63,7 @@ pub(super) fn vertices(
         }
     }
     text.pass(lines.len());
-    Some(Ok(()))
+    Ok(true)
 }
 
 /// Reads all faces; `false`, with the mesh as it was, where the slow way has to.

@@ -10,11 +10,16 @@
 
 mod ascii;
 mod binary;
+mod fixed;
 mod header;
 mod lines;
 mod rows;
 
-use super::place::text_error;
+use super::{
+    files,
+    place::text_error,
+    source::{OpenFile, Opened, Pieces},
+};
 use crate::{
     error::{LoadError, SourcePos},
     scene::MeshColumns,
@@ -48,7 +53,7 @@ use std::{
 /// number, not finite or too large, an index of a vertex that the file does not have, the end of the file.
 pub fn parse(bytes: &[u8], name: &Path) -> Result<MeshColumns, LoadError> {
     let file = Arc::new(name.to_path_buf());
-    let header = Header::parse(bytes).map_err(|fault| fault_to_error(bytes, &file, &fault))?;
+    let header = Header::parse(bytes, bytes.len()).map_err(|fault| fault_to_error(bytes, &file, &fault))?;
     let mesh = match header.format {
         PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body)),
         PlyFormat::BinaryLittleEndian => {
@@ -57,6 +62,37 @@ pub fn parse(bytes: &[u8], name: &Path) -> Result<MeshColumns, LoadError> {
         PlyFormat::BinaryBigEndian => rows::read_all(&header, &mut Binary::<true>::new(bytes, header.body)),
     };
     mesh.map_err(|fault| fault_to_error(bytes, &file, &fault))
+}
+
+/// As [`parse`]: piece by piece where the file's layout allows it, so that the file is not kept beside the mesh.
+pub(super) fn read(opened: Opened, name: &Path) -> Result<MeshColumns, LoadError> {
+    if let Opened::File(file) = &opened
+        && let Some(mesh) = read_pieces(file, name)?
+    {
+        return Ok(mesh);
+    }
+    let bytes = opened.into_bytes();
+    parse(&bytes.map_err(|error| files::load_error(name, &error))?, name)
+}
+
+/// Longer headers than this, bytes, are unusual.
+const HEAD: usize = 1 << 14;
+
+/// `None` where the whole file has to be read.
+fn read_pieces(file: &OpenFile, name: &Path) -> Result<Option<MeshColumns>, LoadError> {
+    let mut head = Vec::new();
+    let Some(head) = file.piece(0, file.length().min(HEAD), &mut head) else {
+        return Ok(None);
+    };
+    if header::find_end(head).is_err() {
+        return Ok(None);
+    }
+    let mesh = Header::parse(head, file.length()).and_then(|header| match header.format {
+        PlyFormat::Ascii => Ok(None),
+        PlyFormat::BinaryLittleEndian => fixed::read_all::<false>(&header, file),
+        PlyFormat::BinaryBigEndian => fixed::read_all::<true>(&header, file),
+    });
+    mesh.map_err(|fault| fault_to_error(head, &Arc::new(name.to_path_buf()), &fault))
 }
 
 /// Finds the line of a fault. Done only once, so it may count lines from the start.

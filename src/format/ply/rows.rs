@@ -6,7 +6,6 @@ use crate::{
     scene::{MeshColumns, is_usable},
 };
 use glam::Vec3;
-use rayon::prelude::*;
 use serde_ply::ScalarType;
 use std::ops::Range;
 
@@ -76,9 +75,10 @@ pub(super) trait Values {
     fn place(&self, start: usize, record: usize, whole_record: bool) -> Place;
     /// What a message adds about where `record` starts, if the place cannot say it.
     fn where_in_file(&self, record: &str, start: usize) -> String;
-    /// Reads the vertices by a faster way, if there is one for their layout.
-    fn fast_vertices(&mut self, _element: &Element, _mesh: &mut MeshColumns) -> Option<Result<(), Fault>> {
-        None
+    /// Reads the vertices by a faster way, if there is one for their layout. `false`, with nothing read, also where
+    /// something is wrong with them: the slow way then says what.
+    fn fast_vertices(&mut self, _element: &Element, _mesh: &mut MeshColumns) -> Result<bool, Fault> {
+        Ok(false)
     }
     /// Reads the faces by a faster way, if there is one for their layout. `false`, with nothing read, also where
     /// something is wrong with them: the slow way then says what.
@@ -99,14 +99,8 @@ pub(super) trait Values {
 /// Reads all elements up to the last one that a mesh needs.
 pub(super) fn read_all<V: Values>(header: &Header, values: &mut V) -> Result<MeshColumns, Fault> {
     let mut mesh = MeshColumns::default();
-    let needed = header
-        .elements
-        .iter()
-        .rposition(|element| element.role != Role::Other);
-    for element in header.elements.iter().take(needed.map_or(0, |last| last + 1)) {
+    for element in header.needed() {
         match element.role {
-            // Records of nothing: there may be any number of them.
-            _ if element.steps.is_empty() => {}
             Role::Vertex => read_vertices(element, header, values, &mut mesh)?,
             Role::Face => read_faces(element, header, values, &mut mesh)?,
             Role::Other if values.fast_skip(element) => {}
@@ -122,8 +116,8 @@ fn read_vertices<V: Values>(
     values: &mut V,
     mesh: &mut MeshColumns,
 ) -> Result<(), Fault> {
-    if let Some(done) = values.fast_vertices(element, mesh) {
-        return done;
+    if values.fast_vertices(element, mesh)? {
+        return Ok(());
     }
     // The header was refused if the file is too short for this.
     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
@@ -331,24 +325,6 @@ pub(super) fn zeroed<T: Clone + Default>(count: usize, element: &Element) -> Res
     // system without touching them.
     reserve(&mut Vec::<T>::new(), count, element)?;
     Ok(vec![T::default(); count])
-}
-
-/// The first number of a column that a scene may not hold, and its row.
-pub(super) fn first_unusable_in(column: &[f32]) -> Option<(usize, f32)> {
-    let row = first_where(column, |&value| !is_usable(value))?;
-    Some((row, *column.get(row)?))
-}
-
-/// The first row that `is_wrong` holds for.
-pub(super) fn first_where<T: Sync>(column: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> Option<usize> {
-    const PIECE: usize = 1 << 14;
-    let piece = column
-        .par_chunks(PIECE)
-        // Without a way out of the loop it runs eight at a time.
-        .position_first(|piece| piece.iter().fold(false, |any, row| any | is_wrong(row)))?;
-    let start = piece * PIECE;
-    let rest = column.get(start..).unwrap_or_default();
-    Some(start + rest.iter().position(is_wrong)?)
 }
 
 /// Which value is being read. Its methods make the errors, out of the hot loops' way.

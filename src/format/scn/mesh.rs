@@ -72,12 +72,12 @@ impl Reader<'_> {
         if self.meshes.contains(&placed) {
             return Ok(());
         }
-        let bytes = self
+        let file = self
             .files
             .mesh(&path)
             .map_err(|error| cannot_load(files::load_error(&path, &error)))?;
         if !self.mesh_files.insert(identity) {
-            self.copied_bytes += bytes.len() as u64;
+            self.copied_bytes += file.length() as u64;
             if self.copied_bytes > MAX_COPIED_BYTES {
                 let message = format!(
                     "the scene's copies of meshes add up to more than {MAX_COPIED_BYTES} bytes of files, and each \
@@ -88,8 +88,8 @@ impl Reader<'_> {
         }
         let files = &mut *self.files;
         let loaded = match kind {
-            Kind::Ply => ply::parse(&bytes, &path).map(|columns| LoadedMesh::plain(columns, UpAxis::Z)),
-            Kind::Any => mesh::parse(bytes, &path, &mut |path| files.mesh(path)),
+            Kind::Ply => ply::read(file, &path).map(|columns| LoadedMesh::plain(columns, UpAxis::Z)),
+            Kind::Any => mesh::read(file, &path, &mut |path| files.beside_mesh(path)),
         };
         let mut loaded = loaded.map_err(cannot_load)?;
         transform.apply(&mut loaded.columns);

@@ -1,0 +1,313 @@
+//! Binary records of equal size, as most programs write them: read piece by piece, in parallel, straight into columns.
+//! Whatever else a file may hold, and whatever is wrong with it, is left to the slow way, which knows what to say.
+
+use super::{
+    header::{Element, Header, Role, Step},
+    rows::{Fault, reserve, zeroed},
+};
+use crate::{
+    format::source::Pieces,
+    scene::{MeshColumns, is_usable},
+};
+use glam::Vec3;
+use rayon::{iter::repeat_n, prelude::*};
+use serde_ply::ScalarType;
+use std::iter::repeat_with;
+
+/// So many records are read at a time: they stay in the cache, and files need no more memory than that.
+const PIECE: usize = 1 << 12;
+
+/// `$type::from_*_bytes` in the byte order of the surrounding `BIG_ENDIAN`.
+macro_rules! from_bytes {
+    ($type:ty, $bytes:expr) => {
+        if BIG_ENDIAN {
+            <$type>::from_be_bytes($bytes)
+        } else {
+            <$type>::from_le_bytes($bytes)
+        }
+    };
+}
+pub(super) use from_bytes;
+
+/// Reads all elements that a mesh needs; `None` where the slow way has to.
+pub(super) fn read_all<const BIG_ENDIAN: bool>(
+    header: &Header,
+    source: &impl Pieces,
+) -> Result<Option<MeshColumns>, Fault> {
+    let mut mesh = MeshColumns::default();
+    let mut at = header.body;
+    for element in header.needed() {
+        let end = match element.role {
+            Role::Vertex => vertices::<BIG_ENDIAN>(source, at, element, &mut mesh)?,
+            Role::Face => faces::<BIG_ENDIAN>(source, at, element, header.vertices, &mut mesh)?,
+            Role::Other => end_of(element, at),
+        };
+        match end {
+            Some(end) => at = end,
+            None => return Ok(None),
+        }
+    }
+    Ok(Some(mesh))
+}
+
+/// Where an element ends that starts at `at`; `None` if its records differ in size.
+fn end_of(element: &Element, at: usize) -> Option<usize> {
+    at.checked_add(element.count.checked_mul(element.stride()?)?)
+}
+
+/// Where a number is in its record, and what it is.
+type Part = (usize, ScalarType);
+
+/// Reads the vertices that start at `at`, and says where they end. `None`, with the mesh as it was, where the slow way has
+/// to read them.
+pub(super) fn vertices<const BIG_ENDIAN: bool>(
+    source: &impl Pieces,
+    at: usize,
+    element: &Element,
+    mesh: &mut MeshColumns,
+) -> Result<Option<usize>, Fault> {
+    let (Some(end), Some(stride)) = (end_of(element, at), element.stride()) else {
+        return Ok(None);
+    };
+    let mut parts: [Option<Part>; 6] = [None; 6];
+    let mut offset = 0;
+    for step in &element.steps {
+        if let Step::Keep { slot, scalar } = *step
+            && let Some(part) = parts.get_mut(slot)
+        {
+            *part = Some((offset, scalar));
+        }
+        offset += step.size().unwrap_or_default();
+    }
+    let [Some(x), Some(y), Some(z), normal @ ..] = parts else {
+        return Ok(None);
+    };
+    let position = [x, y, z];
+    let normal = match normal {
+        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+        _ => None,
+    };
+    if end > source.length() {
+        return Ok(None);
+    }
+    let count = element.count;
+    let (mut x, mut y, mut z) = (
+        zeroed(count, element)?,
+        zeroed(count, element)?,
+        zeroed(count, element)?,
+    );
+    let mut normals = Vec::new();
+    if normal.is_some() {
+        // Unlike numbers, vectors cannot be had as zeroed pages: all threads write them.
+        reserve(&mut normals, count, element)?;
+        normals.par_extend(repeat_n(Vec3::ZERO, count));
+    }
+    let normal_pieces = normals.chunks_mut(PIECE).chain(repeat_with(Default::default));
+    let normal_pieces: Vec<&mut [Vec3]> = normal_pieces.take(count.div_ceil(PIECE)).collect();
+    let pieces = (
+        x.par_chunks_mut(PIECE),
+        y.par_chunks_mut(PIECE),
+        z.par_chunks_mut(PIECE),
+        normal_pieces,
+    );
+    let read =
+        pieces
+            .into_par_iter()
+            .enumerate()
+            .try_for_each_init(Vec::new, |buffer, (i, (x, y, z, normals))| {
+                let records = source.piece(at + i * PIECE * stride, x.len() * stride, buffer)?;
+                let to_columns = triples::<BIG_ENDIAN>(records, stride, position, |i, [px, py, pz]| {
+                    if let (Some(x), Some(y), Some(z)) = (x.get_mut(i), y.get_mut(i), z.get_mut(i)) {
+                        (*x, *y, *z) = (px, py, pz);
+                    }
+                });
+                let normals_too = normal.is_none_or(|normal| {
+                    triples::<BIG_ENDIAN>(records, stride, normal, |i, normal| {
+                        if let Some(to) = normals.get_mut(i) {
+                            *to = Vec3::from_array(normal);
+                        }
+                    })
+                });
+                (to_columns && normals_too).then_some(())
+            });
+    if read.is_none() {
+        return Ok(None);
+    }
+    (mesh.x, mesh.y, mesh.z, mesh.normals) = (x, y, z, normals);
+    Ok(Some(end))
+}
+
+/// Three numbers of each record go to `put`. Whether a scene may hold them all. (No `map` of arrays in the loops: whether
+/// it is inlined depends on how the crate is cut up when it is compiled.)
+#[inline(always)]
+fn triples<const BIG_ENDIAN: bool>(
+    records: &[u8],
+    stride: usize,
+    parts: [Part; 3],
+    mut put: impl FnMut(usize, [f32; 3]),
+) -> bool {
+    let mut usable = true;
+    let mut take = |i: usize, triple: [f32; 3]| {
+        // Without a way out of the loop.
+        usable &= is_usable(triple[0]) & is_usable(triple[1]) & is_usable(triple[2]);
+        put(i, triple);
+    };
+    let records = records.chunks_exact(stride).enumerate();
+    // Nearly always: three floats side by side.
+    let [(first, _), ..] = parts;
+    if parts == [first, first + 4, first + 8].map(|offset| (offset, ScalarType::F32)) {
+        for (i, record) in records {
+            let Some(bytes) = record.get(first..first + 12) else {
+                return false;
+            };
+            let ([x, y, z], _) = bytes.as_chunks::<4>() else {
+                return false;
+            };
+            take(
+                i,
+                [from_bytes!(f32, *x), from_bytes!(f32, *y), from_bytes!(f32, *z)],
+            );
+        }
+    } else {
+        let [x, y, z] = parts;
+        for (i, record) in records {
+            let number = |part| number::<BIG_ENDIAN>(record, part);
+            take(i, [number(x), number(y), number(z)]);
+        }
+    }
+    usable
+}
+
+/// A number of any type; not a number where the record is too short for it.
+#[inline]
+fn number<const BIG_ENDIAN: bool>(record: &[u8], (offset, scalar): Part) -> f32 {
+    let bytes = record.get(offset..).unwrap_or_default();
+    macro_rules! read {
+        ($type:ty) => {
+            bytes.first_chunk().map(|&bytes| from_bytes!($type, bytes))
+        };
+    }
+    match scalar {
+        ScalarType::I8 => read!(i8).map(f32::from),
+        ScalarType::U8 => read!(u8).map(f32::from),
+        ScalarType::I16 => read!(i16).map(f32::from),
+        ScalarType::U16 => read!(u16).map(f32::from),
+        ScalarType::I32 => read!(i32).map(|value| value as f32),
+        ScalarType::U32 => read!(u32).map(|value| value as f32),
+        ScalarType::F32 => read!(f32),
+        ScalarType::F64 => read!(f64).map(|value| value as f32),
+    }
+    .unwrap_or(f32::NAN)
+}
+
+/// Faces as most programs write them: a list with a byte for its length and four bytes an index, and perhaps
+/// numbers before and behind it.
+#[derive(Clone, Copy)]
+pub(super) struct FaceLayout {
+    /// Bytes before the list.
+    pub(super) before: usize,
+    /// Bytes behind the list.
+    pub(super) after: usize,
+}
+
+impl FaceLayout {
+    pub(super) fn of(element: &Element) -> Option<Self> {
+        let list = element
+            .steps
+            .iter()
+            .position(|step| matches!(step, Step::Indices { .. }))?;
+        let Step::Indices { count, item } = *element.steps.get(list)? else {
+            return None;
+        };
+        if !matches!(count, ScalarType::U8) || !matches!(item, ScalarType::I32 | ScalarType::U32) {
+            return None;
+        }
+        let size = |steps: &[Step]| -> Option<usize> { steps.iter().map(Step::size).sum() };
+        Some(Self {
+            before: size(element.steps.get(..list)?)?,
+            after: size(element.steps.get(list + 1..)?)?,
+        })
+    }
+
+    /// Bytes of a face with this many corners.
+    pub(super) fn stride(self, corners: usize) -> usize {
+        self.before + 1 + 4 * corners + self.after
+    }
+}
+
+/// Reads the faces that start at `at`, all triangles or all quadrangles, and says where they end. `None`, with the mesh as
+/// it was, where the slow way has to read them.
+pub(super) fn faces<const BIG_ENDIAN: bool>(
+    source: &impl Pieces,
+    at: usize,
+    element: &Element,
+    vertices: usize,
+    mesh: &mut MeshColumns,
+) -> Result<Option<usize>, Fault> {
+    let Some(layout) = FaceLayout::of(element) else {
+        return Ok(None);
+    };
+    // The first face tells what the others probably are.
+    let mut buffer = Vec::new();
+    let first = source.piece(at + layout.before, 1, &mut buffer);
+    let (corners, piece_to_triangles): (usize, FacePiece) = match first {
+        Some([3]) => (3, face_piece::<BIG_ENDIAN, 1>),
+        Some([4]) => (4, face_piece::<BIG_ENDIAN, 2>),
+        _ => return Ok(None),
+    };
+    let stride = layout.stride(corners);
+    let end = element
+        .count
+        .checked_mul(stride)
+        .and_then(|length| at.checked_add(length));
+    let Some(end) = end.filter(|&end| end <= source.length()) else {
+        return Ok(None);
+    };
+    let fans = corners - 2;
+    let mut triangles = zeroed(element.count * fans, element)?;
+    let read = triangles
+        .par_chunks_mut(PIECE * fans)
+        .enumerate()
+        .try_for_each_init(Vec::new, |buffer, (i, triangles)| {
+            let length = triangles.len() / fans * stride;
+            let records = source.piece(at + i * PIECE * stride, length, buffer)?;
+            piece_to_triangles(records, layout, vertices, triangles).then_some(())
+        });
+    if read.is_none() {
+        return Ok(None);
+    }
+    mesh.triangles = triangles;
+    Ok(Some(end))
+}
+
+/// See [`face_piece`].
+type FacePiece = fn(&[u8], FaceLayout, usize, &mut [[u32; 3]]) -> bool;
+
+/// Faces of `FANS + 2` corners as fans. `false` if one has another number of corners, or too large an index.
+fn face_piece<const BIG_ENDIAN: bool, const FANS: usize>(
+    records: &[u8],
+    layout: FaceLayout,
+    vertices: usize,
+    triangles: &mut [[u32; 3]],
+) -> bool {
+    let mut fine = true;
+    let faces = records.chunks_exact(layout.stride(FANS + 2));
+    for (record, fan) in faces.zip(triangles.chunks_exact_mut(FANS)) {
+        let Some((&corners, list)) = record.get(layout.before..).and_then(<[u8]>::split_first) else {
+            return false;
+        };
+        fine &= usize::from(corners) == FANS + 2;
+        let (indices, _) = list.as_chunks::<4>();
+        let Some((first, others)) = indices.get(..FANS + 2).and_then(<[[u8; 4]]>::split_first) else {
+            return false;
+        };
+        let first = from_bytes!(u32, *first);
+        for (triangle, pair) in fan.iter_mut().zip(others.windows(2)) {
+            let [b, c] = pair else { continue };
+            let [b, c] = [from_bytes!(u32, *b), from_bytes!(u32, *c)];
+            fine &= (first.max(b).max(c) as usize) < vertices;
+            *triangle = [first, b, c];
+        }
+    }
+    fine
+}
