@@ -174,7 +174,8 @@ pub(super) fn sphere_box(scene: &Scene, i: usize, id: PrimitiveId) -> Box8 {
 /// memory that they had: from a file to a picture that is the most memory in use, and memory that was in use just now
 /// is the soonest to be had.
 pub(super) fn into_ids(boxes: Vec<Box8>) -> Vec<PrimitiveId> {
-    boxes.par_iter().with_min_len(1 << 14).map(Box8::id).collect()
+    let boxes = boxes.into_par_iter().with_min_len(1 << 14);
+    boxes.map(|b| b.id()).collect()
 }
 
 /// How many boxes are looked at to find out whether many are equal.
