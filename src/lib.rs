@@ -94,6 +94,7 @@
 //! | [`shade`], [`render`] | batched passes; tiles, frames and film |
 //! | [`mod@reference`] | the scalar truth that all of this is held to |
 //! | [`mod@bench`] | the workload that speed is judged by |
+//! | [`verify`] | random scenes and rays, on which every way of tracing must find what brute force finds |
 
 pub mod accel;
 pub mod bench;
@@ -113,6 +114,7 @@ pub mod scene;
 pub mod shade;
 pub mod simd;
 pub mod trace;
+pub mod verify;
 #[cfg(feature = "viewer")]
 #[doc(hidden)]
 pub mod viewer;

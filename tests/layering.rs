@@ -10,7 +10,7 @@ use std::{
 };
 
 /// What each room may use, besides itself. `None`: everything.
-const ROOMS: [(&str, Option<&str>); 20] = [
+const ROOMS: [(&str, Option<&str>); 21] = [
     ("error", Some("")),
     ("math", Some("")),
     ("course", Some("")),
@@ -36,6 +36,10 @@ const ROOMS: [(&str, Option<&str>); 20] = [
         Some("render generate shade reference trace accel scene geometry course ray simd math error"),
     ),
     (
+        "verify",
+        Some("generate reference trace accel scene geometry course ray simd math error"),
+    ),
+    (
         "viewer",
         Some("render shade reference trace accel scene geometry course ray simd math error"),
     ),
@@ -56,7 +60,7 @@ const ONLY_IN: [(&str, &str); 2] = [("wide", "simd/"), ("obvhs", "accel/")];
 const PRINTING: [&str; 3] = ["cli", "main", "cpu"];
 
 /// Rooms without `unsafe`; the CPU check excepted, which has to ask the CPU itself.
-const SAFE: [&str; 5] = ["format", "scene", "shade", "viewer", "cli"];
+const SAFE: [&str; 6] = ["format", "scene", "shade", "verify", "viewer", "cli"];
 
 const MOST_LINES: usize = 600;
 

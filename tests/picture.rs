@@ -1,8 +1,5 @@
 //! What becomes of the camera's rays: tiles of a picture put together are the whole picture, in both modes.
 
-mod common;
-
-use common::random_scene::{self, Random};
 use octray::{
     accel::Bvh,
     format,
@@ -12,6 +9,7 @@ use octray::{
     },
     render::{Crop, Film, Filter, Mode, Pattern, Pixel, RenderError, Renderer, Settings, Transfer},
     scene::{Camera, Scene},
+    verify::{Random, rays, scenes},
 };
 use std::{fmt::Debug, ops::ControlFlow, path::Path};
 
@@ -204,11 +202,11 @@ fn pieces_have_the_same_variables() {
 #[test]
 fn variables_are_those_of_every_other_traversal() {
     for seed in 0..20 {
-        let mut random = Random::with_seed(seed);
-        let scene = random_scene::scene(&mut random, 200);
+        let mut random = Random::new(seed, 0);
+        let scene = scenes::small(&mut random, 200).expect("a scene");
         let bvh = Bvh::build(&scene);
         for _ in 0..200 {
-            let ray = random_scene::ray(&mut random, &scene);
+            let ray = rays::ray(&mut random, &scene);
             let (hit, cost) = cost::closest_hit(&scene, &bvh, &mut Todo::default(), &ray);
             let expected = brute::closest_hit(&scene, &ray);
             assert_eq!(

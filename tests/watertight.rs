@@ -2,9 +2,6 @@
 //!
 //! `OCTRAY_LONG=1` shoots a hundred times as many rays.
 
-mod common;
-
-use common::random_scene::Random;
 use glam::{Mat3, Vec3};
 use octray::{
     accel::Bvh,
@@ -13,6 +10,7 @@ use octray::{
     scene::{MeshColumns, Scene, SceneBuilder},
     simd::{F32x8, LANES},
     trace::{BUNDLE, Method, Origins, Tracer},
+    verify::Random,
 };
 
 /// A closed mesh: corners, and triangles that index them.
@@ -87,11 +85,11 @@ fn scene(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> Scene {
 
 /// A point of the mesh where rays slip through: a vertex, an edge's middle, a point of an edge.
 fn weak_point(random: &mut Random, scene: &Scene) -> Vec3 {
-    let [a, b, _] = scene.triangle(random.usize(0..scene.triangles().corners.len()));
-    match random.u32(0..3) {
+    let [a, b, _] = scene.triangle(random.index(scene.triangles().corners.len()));
+    match random.below(3) {
         0 => a,
         1 => (a + b) * 0.5,
-        _ => a + (b - a) * random.f32(),
+        _ => a + (b - a) * random.unit(),
     }
 }
 
@@ -107,7 +105,7 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
     for bundle in 0..bundles {
         let shared = bundle % 2 == 0;
         let inside = |random: &mut Random| {
-            center + Vec3::new(random.f32() - 0.5, random.f32() - 0.5, random.f32() - 0.5) * size
+            center + Vec3::new(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5) * size
         };
         let origin = inside(random);
         let near = weak_point(random, scene);
@@ -116,7 +114,7 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
             let mut packet = RayPacket::inactive();
             for lane in 0..LANES {
                 let origin = if shared { origin } else { inside(random) };
-                let target = if random.bool() {
+                let target = if random.one_in(2) {
                     near
                 } else {
                     weak_point(random, scene)
@@ -155,7 +153,7 @@ fn no_ray_leaves_a_closed_mesh() {
     } else {
         400
     };
-    let mut random = Random::with_seed(7);
+    let mut random = Random::new(7, 0);
     let mut mesh = octahedron();
     for level in 0..5 {
         let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 0.7);

@@ -7,6 +7,7 @@ use super::{
     config::ConfigArgs,
     shell::{CompletionsArgs, ManArgs},
     value::{self, Size},
+    verify::VerifyArgs,
     version,
 };
 use crate::{
@@ -35,12 +36,13 @@ Examples:
   octray info cow.scn                             what is in a scene
   octray bench cow.scn                            how fast this machine traces it
   octray bench --all --quick                      how fast it traces scenes of many kinds
+  octray verify --seconds 60                      whether all ways of tracing agree, on this machine
 
 `octray SCENE` is short for `octray render SCENE`, whose options `octray render --help` lists. A scene whose \
 name is that of a command needs a path, such as ./info, or the command's name before it.
 
 Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 3 there is no display; 4 this CPU
-cannot run this build; 5 a comparison differs; 130 interrupted.";
+cannot run this build; 5 a comparison or verification differs; 130 interrupted.";
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
@@ -108,6 +110,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Time ways of tracing against each other on the same rays, on one thread
     Bench(BenchArgs),
+    /// Check that every way of tracing finds what brute force finds, on random scenes and rays
+    Verify(VerifyArgs),
     /// Make up a scene of any size, from a seed
     Generate(GenerateArgs),
     /// Print a script that completes octray's arguments in a shell

@@ -296,7 +296,8 @@ impl Json {
     }
 }
 
-fn write_json(path: &Path, json: &Json) -> Result<(), CliError> {
+/// Writes an answer as JSON to a file, or to standard output (-).
+pub fn write_json(path: &Path, json: &impl Serialize) -> Result<(), CliError> {
     // Plain structs of numbers and strings always serialize.
     let mut text = serde_json::to_string_pretty(json).unwrap_or_default();
     text.push('\n');

@@ -29,6 +29,8 @@ mod source;
 mod stage;
 mod turntable;
 mod value;
+mod verify;
+mod verify_report;
 mod version;
 #[cfg(feature = "viewer")]
 mod view;
@@ -87,6 +89,7 @@ fn run(arguments: &[OsString], start: Instant) -> Result<(), CliError> {
         Command::View(args) => view::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Verify(args) => verify::run(&args),
         Command::Generate(args) => print(&generate::run(&args).map_err(CliError::Failed)?),
         Command::Completions(args) => print(&shell::completions(&args)),
         Command::Man(args) => print(&shell::man(&args)?),

@@ -3,37 +3,62 @@
 use super::{RaySlabs, intersect_shape};
 use crate::{
     ray::{Hit, PrimitiveId, Ray},
-    scene::{Primitive, Scene},
+    scene::{Primitive, Scene, Shape},
 };
 
-fn candidates<'a>(scene: &'a Scene, ray: &'a Ray) -> impl Iterator<Item = Hit> + 'a {
-    let slabs = RaySlabs::new(ray);
+/// What can be hit: whatever has an area, with its id.
+fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
     (0..scene.primitive_count() as u32)
         .map(PrimitiveId)
-        .filter_map(move |id| {
-            if let Primitive::Triangle(i) = scene.primitive(id)
-                && !scene.has_area(i)
-            {
-                return None;
+        .filter(|&id| match scene.primitive(id) {
+            Primitive::Triangle(i) => scene.has_area(i),
+            Primitive::Sphere(_) => true,
+        })
+        .map(|id| (id, scene.shape(id)))
+}
+
+fn nearest(targets: impl Iterator<Item = (PrimitiveId, Shape)>, ray: &Ray) -> Hit {
+    let slabs = RaySlabs::new(ray);
+    targets
+        .filter_map(|(id, shape)| intersect_shape(id, &shape, ray, &slabs))
+        .fold(Hit::miss(ray.t_max), |best, hit| {
+            if best.loses_to(hit.t, hit.primitive) {
+                hit
+            } else {
+                best
             }
-            intersect_shape(id, &scene.shape(id), ray, &slabs)
         })
 }
 
 /// The nearest hit; of several equally near, the one with the lowest id.
 #[must_use]
 pub fn closest_hit(scene: &Scene, ray: &Ray) -> Hit {
-    candidates(scene, ray).fold(Hit::miss(ray.t_max), |best, hit| {
-        if best.loses_to(hit.t, hit.primitive) {
-            hit
-        } else {
-            best
-        }
-    })
+    nearest(targets(scene), ray)
 }
 
 /// Whether anything is hit before the ray's end.
 #[must_use]
 pub fn occluded(scene: &Scene, ray: &Ray) -> bool {
-    candidates(scene, ray).any(|hit| hit.t < ray.t_max)
+    let slabs = RaySlabs::new(ray);
+    targets(scene)
+        .filter_map(|(id, shape)| intersect_shape(id, &shape, ray, &slabs))
+        .any(|hit| hit.t < ray.t_max)
+}
+
+/// A scene's shapes in a row, for many rays.
+#[derive(Clone, Debug)]
+pub struct Shapes(Vec<(PrimitiveId, Shape)>);
+
+impl Shapes {
+    /// Of what can be hit in `scene`.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        Self(targets(scene).collect())
+    }
+
+    /// As [`closest_hit`].
+    #[must_use]
+    pub fn closest_hit(&self, ray: &Ray) -> Hit {
+        nearest(self.0.iter().copied(), ray)
+    }
 }

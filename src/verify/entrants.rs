@@ -1,0 +1,125 @@
+//! The ways of tracing that are held against brute force.
+
+use super::Group;
+use crate::{
+    accel::{BinaryBvh, Bvh},
+    ray::{Hit, HitPacket},
+    reference::bvh::{self, Stack},
+    scene::Scene,
+    simd::{F32x8, LANES},
+    trace::{Method, Tracer},
+};
+
+/// What a ray came to.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// The nearest hit.
+    pub hit: Hit,
+    /// Whether anything was hit before the ray's end, asked for on its own.
+    pub blocked: bool,
+}
+
+impl Found {
+    /// The same, bit for bit.
+    #[must_use]
+    pub fn same(&self, other: &Self) -> bool {
+        let bits = |hit: &Hit| [hit.t, hit.u, hit.v].map(f32::to_bits);
+        bits(&self.hit) == bits(&other.hit)
+            && self.hit.primitive == other.hit.primitive
+            && self.blocked == other.blocked
+    }
+}
+
+/// A way of tracing one scene.
+pub trait Entrant {
+    /// What it is called in results.
+    fn name(&self) -> &'static str;
+    /// Traces the rays of a group, in both ways; `found` holds one answer a ray afterwards.
+    fn trace(&mut self, group: &Group, found: &mut Vec<Found>);
+}
+
+/// Makes the entrants for a scene.
+pub type Entrants = dyn for<'a> Fn(&'a Scene, &'a Bvh) -> Vec<Box<dyn Entrant + 'a>> + Sync;
+
+/// Every way of tracing that octray has on this CPU.
+#[must_use]
+pub fn entrants<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>> {
+    let kernel = |name, method| -> Box<dyn Entrant + 'a> {
+        Box::new(Kernel {
+            name,
+            tracer: Tracer::with_method(bvh, method),
+            hits: Vec::new(),
+            blocked: Vec::new(),
+        })
+    };
+    let mut all: Vec<Box<dyn Entrant + 'a>> = vec![Box::new(Scalar {
+        bvh: bvh.binary(scene),
+        stack: Stack::default(),
+    })];
+    if has_sixteen_lanes() {
+        all.push(kernel("adaptive, 16 lanes", Method::Adaptive));
+        all.push(kernel("single rays, 16 lanes", Method::Single));
+    } else {
+        all.push(kernel("single rays, 8 lanes", Method::Single));
+    }
+    all.push(kernel("adaptive, 8 lanes", Method::Adaptive8));
+    all.push(kernel("packets, 8 lanes", Method::Packet));
+    all
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_sixteen_lanes() -> bool {
+    crate::simd::avx512::is_available()
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn has_sixteen_lanes() -> bool {
+    false
+}
+
+/// The scalar baseline.
+struct Scalar<'a> {
+    bvh: &'a BinaryBvh,
+    stack: Stack,
+}
+
+impl Entrant for Scalar<'_> {
+    fn name(&self) -> &'static str {
+        "scalar BVH"
+    }
+
+    fn trace(&mut self, group: &Group, found: &mut Vec<Found>) {
+        found.clear();
+        found.extend(group.rays.iter().map(|ray| Found {
+            hit: bvh::closest_hit(self.bvh, &mut self.stack, ray),
+            blocked: bvh::occluded(self.bvh, &mut self.stack, ray),
+        }));
+    }
+}
+
+/// A method of the tracer.
+struct Kernel<'a> {
+    name: &'static str,
+    tracer: Tracer<'a>,
+    hits: Vec<HitPacket>,
+    blocked: Vec<u8>,
+}
+
+impl Entrant for Kernel<'_> {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn trace(&mut self, group: &Group, found: &mut Vec<Found>) {
+        let packets = &group.packets;
+        self.hits.resize(packets.len(), HitPacket::miss(F32x8::ZERO));
+        self.blocked.resize(packets.len(), 0);
+        self.tracer.closest_hit(group.origins, packets, &mut self.hits);
+        self.tracer.occluded(group.origins, packets, &mut self.blocked);
+        found.clear();
+        found.extend((0..group.rays.len()).map(|i| Found {
+            hit: self.hits[i / LANES].hit(i % LANES),
+            blocked: self.blocked[i / LANES] >> (i % LANES) & 1 == 1,
+        }));
+    }
+}

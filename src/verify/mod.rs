@@ -1,0 +1,299 @@
+//! Whether every way of tracing finds what brute force finds, on random scenes and rays of the kinds that break ray
+//! tracers: closest hits and occlusion, compared bit for bit.
+//!
+//! A scene and its rays depend on a seed and the scene's number alone: any of them can be repeated by itself.
+//!
+//! ```
+//! use octray::verify::{Settings, entrants, run};
+//! use std::ops::ControlFlow;
+//!
+//! let settings = Settings { rays: Some(10_000), ..Settings::default() };
+//! let outcome = run(&settings, &entrants, &|_| ControlFlow::Continue(())).unwrap();
+//! assert!(outcome.fault.is_none() && outcome.counts.rays >= 10_000);
+//! ```
+
+mod contest;
+mod entrants;
+mod random;
+pub mod rays;
+pub mod scenes;
+
+pub use contest::{Counts, Difference, EntrantCounts, contest};
+pub use entrants::{Entrant, Entrants, Found, entrants};
+pub use random::Random;
+pub use rays::Group;
+
+use crate::{
+    accel::{BuildQuality, Bvh},
+    scene::Scene,
+};
+use std::{
+    fmt,
+    ops::ControlFlow,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, RecvTimeoutError},
+    },
+    time::Duration,
+};
+
+/// How often a run's callback is asked whether to go on.
+const TICK: Duration = Duration::from_millis(100);
+/// One scene in so many is a large one; with [`Plan::new`]'s numbers of rays, so is one ray in about a hundred.
+const LARGE_EVERY: u64 = 100;
+/// Small scenes have at most so many primitives (surfaces may have one or two fewer than asked for).
+const SMALL: u32 = 64;
+/// Large scenes have at most so many.
+const LARGE: u32 = 100_000;
+const SMALL_RAYS: u64 = 2048;
+/// What large scenes of [`SMALL`] primitives have; others have fewer, so that brute force does not take all the time.
+const LARGE_RAYS: f64 = 8192.0;
+
+/// What to verify.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Settings {
+    /// Other seeds, other scenes.
+    pub seed: u64,
+    /// Ends with the scene that reaches so many rays. `None`: with the callback's `Break`.
+    pub rays: Option<u64>,
+    /// Just this scene, whole.
+    pub scene: Option<u64>,
+    /// How many threads; as many as the machine has, if `None`.
+    pub threads: Option<usize>,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// What was done.
+    pub done: Done,
+    /// What was done by whom.
+    pub counts: Counts,
+    /// The first fault that was found.
+    pub fault: Option<Fault>,
+}
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Done {
+    /// Scenes, small and large.
+    pub scenes: u64,
+    /// Large scenes among them.
+    pub large_scenes: u64,
+    /// Rays in all scenes.
+    pub rays: u64,
+    /// Rays in large scenes.
+    pub large_rays: u64,
+}
+
+/// Where not all agree, or where somebody panicked.
+#[derive(Clone, Debug)]
+pub struct Fault {
+    /// The run's seed.
+    pub seed: u64,
+    /// The scene's number.
+    pub scene: u64,
+    /// How many primitives it has.
+    pub primitives: usize,
+    /// What is wrong.
+    pub kind: FaultKind,
+}
+
+/// See [`Fault`].
+#[derive(Clone, Debug)]
+pub enum FaultKind {
+    /// Not all found the same.
+    Differs(Box<Difference>),
+    /// Making, building or tracing the scene panicked, with this message.
+    Panicked(String),
+}
+
+/// Why a run did not begin.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ThreadsError(String);
+
+impl fmt::Display for ThreadsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot start threads: {}", self.0)
+    }
+}
+
+impl std::error::Error for ThreadsError {}
+
+/// What scene `number` of a seed is.
+#[derive(Clone, Debug)]
+struct Plan {
+    number: u64,
+    is_large: bool,
+    primitives: usize,
+    rays: u64,
+    random: Random,
+}
+
+impl Plan {
+    fn new(seed: u64, number: u64) -> Self {
+        let mut random = Random::new(seed, number);
+        let is_large = number % LARGE_EVERY == LARGE_EVERY - 1;
+        let (primitives, rays) = if is_large {
+            let ratio = f64::from(LARGE) / f64::from(SMALL + 1);
+            let size = f64::from(SMALL + 1) * libm::pow(ratio, f64::from(random.unit()));
+            let rays = LARGE_RAYS * libm::sqrt(f64::from(SMALL) / size);
+            (size as usize, rays as u64)
+        } else {
+            (1 + random.below(SMALL) as usize, SMALL_RAYS)
+        };
+        Self {
+            number,
+            is_large,
+            primitives,
+            rays,
+            random,
+        }
+    }
+
+    fn scene(&mut self) -> Scene {
+        let made = if self.is_large {
+            scenes::large(&mut self.random, self.primitives)
+        } else {
+            scenes::small(&mut self.random, self.primitives)
+        };
+        made.unwrap_or_else(|error| panic!("the scene is refused: {error}"))
+    }
+}
+
+/// What the threads of a run share.
+struct Shared {
+    settings: Settings,
+    next: Mutex<(u64, u64)>,
+    outcome: Mutex<Outcome>,
+    stop: AtomicBool,
+}
+
+/// A panic elsewhere is caught before it can leave these half changed.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Shared {
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// The next scene, if there is one: which scenes are traced does not depend on the number of threads.
+    fn next(&self) -> Option<Plan> {
+        let mut next = lock(&self.next);
+        let (number, rays) = *next;
+        if let Some(scene) = self.settings.scene {
+            *next = (number + 1, rays);
+            return (number == 0).then(|| Plan::new(self.settings.seed, scene));
+        }
+        if self.settings.rays.is_some_and(|most| rays >= most) || self.stopped() {
+            return None;
+        }
+        let plan = Plan::new(self.settings.seed, number);
+        *next = (number + 1, rays + plan.rays);
+        Some(plan)
+    }
+
+    fn work(&self, entrants: &Entrants) {
+        while let Some(mut plan) = self.next() {
+            let mut counts = Counts::default();
+            let traced = catch_unwind(AssertUnwindSafe(|| {
+                let scene = plan.scene();
+                let quality = plan.random.pick(&[BuildQuality::Fast, BuildQuality::Best]);
+                let bvh = Bvh::build_with(&scene, quality);
+                let random = &mut plan.random;
+                let stop = || self.stopped();
+                contest(&scene, &bvh, entrants, random, plan.rays, &mut counts, &stop)
+                    .map_err(|difference| (scene.primitive_count(), difference))
+            }));
+            let fault = match traced {
+                Ok(Ok(())) => None,
+                Ok(Err((primitives, difference))) => Some((primitives, FaultKind::Differs(difference))),
+                Err(panic) => Some((plan.primitives, FaultKind::Panicked(message(panic.as_ref())))),
+            };
+            let fault = fault.map(|(primitives, kind)| Fault {
+                seed: self.settings.seed,
+                scene: plan.number,
+                primitives,
+                kind,
+            });
+            self.add(&plan, &counts, fault);
+        }
+    }
+
+    fn add(&self, plan: &Plan, counts: &Counts, fault: Option<Fault>) {
+        let mut outcome = lock(&self.outcome);
+        let large = u64::from(plan.is_large);
+        outcome.done.scenes += 1;
+        outcome.done.large_scenes += large;
+        outcome.done.rays += counts.rays;
+        outcome.done.large_rays += counts.rays * large;
+        outcome.counts.add(counts);
+        let Some(fault) = fault else { return };
+        self.stop.store(true, Ordering::Relaxed);
+        if outcome
+            .fault
+            .as_ref()
+            .is_none_or(|known| fault.scene < known.scene)
+        {
+            outcome.fault = Some(fault);
+        }
+    }
+}
+
+fn message(panic: &(dyn std::any::Any + Send)) -> String {
+    match (panic.downcast_ref::<&str>(), panic.downcast_ref::<String>()) {
+        (Some(text), _) => (*text).to_string(),
+        (_, Some(text)) => text.clone(),
+        _ => "no message".into(),
+    }
+}
+
+/// Traces scene after scene with all `entrants` (usually [`entrants()`]) and by brute force. Ends at the first fault, or
+/// when all is done, or soon after `report` has answered `Break`. `report` is called on this thread, ten times a second.
+///
+/// # Errors
+/// If threads cannot be started.
+pub fn run(
+    settings: &Settings,
+    entrants: &Entrants,
+    report: &dyn Fn(Done) -> ControlFlow<()>,
+) -> Result<Outcome, ThreadsError> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(settings.threads.unwrap_or(0))
+        .build()
+        .map_err(|error| ThreadsError(error.to_string()))?;
+    let shared = Shared {
+        settings: *settings,
+        next: Mutex::default(),
+        outcome: Mutex::default(),
+        stop: AtomicBool::new(false),
+    };
+    let (finished, wait) = mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        let (pool, shared) = (&pool, &shared);
+        std::thread::Builder::new()
+            .spawn_scoped(scope, move || {
+                pool.broadcast(|_| shared.work(entrants));
+                drop(finished);
+            })
+            .map_err(|error| ThreadsError(error.to_string()))?;
+        while wait.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+            let done = lock(&shared.outcome).done;
+            if report(done).is_break() {
+                shared.stop.store(true, Ordering::Relaxed);
+            }
+        }
+        Ok(())
+    })?;
+    Ok(shared
+        .outcome
+        .into_inner()
+        .unwrap_or_else(PoisonError::into_inner))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,182 @@
+//! Rays of the kinds that break ray tracers: along axes, through vertices and edges, in the planes of boxes, from
+//! surfaces and from far away, with directions that are almost along an axis, and with ends close to a hit.
+
+use super::Random;
+use crate::{
+    ray::{Ray, RayPacket, T_MAX},
+    scene::{Primitive, Scene},
+    simd::LANES,
+    trace::{BUNDLE, Origins},
+};
+use glam::Vec3;
+
+/// Rays that are traced together.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Whether all have the same origin.
+    pub origins: Origins,
+    /// At least one, at most a bundle's.
+    pub rays: Vec<Ray>,
+    /// The same in packets. Lanes past the last ray repeat it, switched off.
+    pub packets: Vec<RayPacket>,
+}
+
+impl Group {
+    /// Of these rays.
+    #[must_use]
+    pub fn new(origins: Origins, rays: Vec<Ray>) -> Self {
+        let packets = rays
+            .chunks(LANES)
+            .map(|chunk| {
+                let mut packet = RayPacket::inactive();
+                for lane in 0..LANES {
+                    let mut ray = chunk[lane.min(chunk.len() - 1)];
+                    if lane >= chunk.len() {
+                        ray.t_max = 0.0;
+                    }
+                    packet.set_ray(lane, &ray);
+                }
+                packet
+            })
+            .collect();
+        Self {
+            origins,
+            rays,
+            packets,
+        }
+    }
+
+    /// Rays as they come: all alike, sharing an origin, or mixed; some without length.
+    pub fn random(random: &mut Random, scene: &Scene, most: usize) -> Self {
+        let count = 1 + random.index(most.min(BUNDLE * LANES));
+        let first = ray(random, scene);
+        let kind = random.below(4);
+        let spread = random.pick(&[0.0, 1e-3, 0.1, 1.0]);
+        let rays = (0..count).map(|_| {
+            let other = ray(random, scene);
+            let mut ray = match kind {
+                0 => other,
+                1 => {
+                    let to = other.origin + other.direction - first.origin;
+                    Ray {
+                        origin: first.origin,
+                        direction: to.normalize_or(Vec3::Z),
+                        ..other
+                    }
+                }
+                _ => {
+                    let towards = first.direction + (other.direction - first.direction) * spread;
+                    let origin = if kind == 2 {
+                        first.origin
+                    } else {
+                        first.origin + (other.origin - first.origin) * (spread * 0.1)
+                    };
+                    Ray {
+                        origin,
+                        direction: towards.normalize_or(Vec3::Z),
+                        t_max: other.t_max,
+                    }
+                }
+            };
+            if random.one_in(16) {
+                ray.t_max = 0.0;
+            }
+            ray
+        });
+        let rays = rays.collect();
+        let origins = if matches!(kind, 1 | 2) {
+            Origins::Shared
+        } else {
+            Origins::Separate
+        };
+        Self::new(origins, rays)
+    }
+}
+
+/// A point in or on `scene`: a vertex, a point of an edge, of a triangle, or of a sphere.
+fn point_of(random: &mut Random, scene: &Scene) -> Vec3 {
+    let triangles = scene.triangles().corners.len();
+    let spheres = scene.spheres().radius.len();
+    if triangles > 0 && (spheres == 0 || random.one_in(2)) {
+        let [a, b, c] = scene.triangle(random.index(triangles));
+        match random.below(4) {
+            0 => a,
+            1 => a + (b - a) * random.unit(),
+            2 => (a + b) * 0.5,
+            _ => {
+                let (u, v) = (random.unit(), random.unit());
+                a + (b - a) * u + (c - a) * (v * (1.0 - u))
+            }
+        }
+    } else if spheres > 0 {
+        let i = random.index(spheres);
+        let direction = if random.one_in(2) {
+            Vec3::X
+        } else {
+            random.in_cube().normalize_or(Vec3::Z)
+        };
+        scene.spheres().center(i) + direction * scene.spheres().radius[i]
+    } else {
+        random.in_cube()
+    }
+}
+
+/// A ray in the plane of a face of a primitive's box.
+fn along_a_face(random: &mut Random, scene: &Scene) -> (Vec3, Vec3) {
+    let id = crate::ray::PrimitiveId(random.below(scene.primitive_count() as u32));
+    let (lower, upper) = match scene.primitive(id) {
+        Primitive::Triangle(i) => {
+            let [a, b, c] = scene.triangle(i);
+            (a.min(b).min(c), a.max(b).max(c))
+        }
+        Primitive::Sphere(i) => {
+            let bounds = scene.sphere_bounds(i);
+            (bounds.lower, bounds.upper)
+        }
+    };
+    let axis = random.index(3);
+    let plane = if random.one_in(2) { lower } else { upper };
+    let target = lower + (upper - lower) * Vec3::new(random.unit(), random.unit(), random.unit());
+    let mut origin = target + random.in_cube() * (upper - lower).max_element() * 3.0;
+    let mut direction = (target - origin).normalize_or(Vec3::X);
+    origin[axis] = plane[axis];
+    // Exactly in the plane, or off it by less than can be told.
+    direction[axis] = random.pick(&[0.0, -0.0, 1e-19, -1e-19, 1e-17, -1e-17, 1e-30]);
+    let direction = direction.normalize_or(if axis == 0 { Vec3::Y } else { Vec3::X });
+    (origin, direction)
+}
+
+/// A ray that has to do with `scene`.
+pub fn ray(random: &mut Random, scene: &Scene) -> Ray {
+    let size = scene.bounds().diagonal().max(1e-6);
+    let target = point_of(random, scene);
+    let origin = match random.below(6) {
+        0 => point_of(random, scene),
+        1 => target + random.pick(&Vec3::AXES) * size * random.signed(),
+        2 => target + random.in_cube() * size * 1e3,
+        3 => {
+            let mut origin = random.in_cube() * size;
+            let axis = random.index(3);
+            origin[axis] = target[axis];
+            origin
+        }
+        _ => scene.bounds().lower + random.in_cube() * size,
+    };
+    let mut direction = (target - origin).normalize_or(random.pick(&Vec3::AXES));
+    let mut start = origin;
+    match random.below(16) {
+        0 | 1 => direction = random.pick(&Vec3::AXES) * random.pick(&[1.0, -1.0]),
+        2 if scene.primitive_count() > 0 => (start, direction) = along_a_face(random, scene),
+        _ => {}
+    }
+    let t_max = if random.one_in(3) {
+        (target - origin).length()
+    } else {
+        T_MAX
+    };
+    Ray {
+        origin: start,
+        direction,
+        t_max,
+    }
+}

@@ -1,0 +1,208 @@
+//! Scenes of the kinds that break ray tracers: slivers, huge and tiny triangles, coplanar, duplicated and axis-aligned
+//! ones, surfaces whose triangles share edges and vertices, and all of it very small, very large or far from the origin.
+
+use super::Random;
+use crate::{
+    error::SceneError,
+    generate::{Kind, Options, generate},
+    scene::{MaterialId, MeshColumns, Scene, SceneBuilder},
+};
+use glam::{Mat3, Vec3};
+
+/// A point on a coarse grid, so that coordinates coincide.
+fn on_grid(random: &mut Random) -> Vec3 {
+    (random.in_cube() * 2.0).round() * 0.5
+}
+
+fn point(random: &mut Random) -> Vec3 {
+    if random.one_in(2) {
+        on_grid(random)
+    } else {
+        random.in_cube()
+    }
+}
+
+/// Another point, at most about `size` from `a`.
+fn another(random: &mut Random, a: Vec3, size: f32) -> Vec3 {
+    if size < 1.0 {
+        a + point(random) * size
+    } else {
+        point(random)
+    }
+}
+
+/// Corners of a triangle. `size`: of those that are neither tiny nor huge.
+fn corners(random: &mut Random, earlier: &[[Vec3; 3]], size: f32) -> [Vec3; 3] {
+    let a = point(random);
+    let near = |random: &mut Random, a: Vec3, size: f32| a + random.in_cube() * size;
+    match random.below(9) {
+        // A sliver.
+        0 => {
+            let b = near(random, a, 2.0 * size);
+            let on_edge = a + (b - a) * random.unit();
+            [a, b, near(random, on_edge, 1e-6)]
+        }
+        // Tiny.
+        1 => [a, near(random, a, 1e-4), near(random, a, 1e-4)],
+        // Huge.
+        2 => [a, near(random, a, 1e4), near(random, a, 1e4)],
+        // Axis-aligned.
+        3 => {
+            let axis = random.index(3);
+            [(); 3].map(|()| {
+                let mut p = another(random, a, size);
+                p[axis] = a[axis];
+                p
+            })
+        }
+        // The same again, perhaps turned round.
+        4 if !earlier.is_empty() => {
+            let [a, b, c] = random.pick(earlier);
+            if random.one_in(2) { [a, b, c] } else { [c, b, a] }
+        }
+        // A neighbour across an edge.
+        5 if !earlier.is_empty() => {
+            let [a, b, _] = random.pick(earlier);
+            [b, a, another(random, a, size)]
+        }
+        // No area.
+        6 if random.one_in(4) => [a, a + (point(random) - a) * 0.5, a],
+        // Sub-pixel, far from the origin.
+        7 => {
+            let far = a + Vec3::splat(100.0);
+            [far, near(random, far, 1e-3), near(random, far, 1e-3)]
+        }
+        _ => [a, another(random, a, size), another(random, a, size)],
+    }
+}
+
+/// Where a scene is and how large.
+struct Place {
+    scale: f32,
+    shift: Vec3,
+}
+
+impl Place {
+    fn random(random: &mut Random) -> Self {
+        let scale = random.pick(&[1.0, 1.0, 1.0, 1.0, 1e-3, 1e-7, 1e4]);
+        let shift = if random.one_in(5) {
+            random.in_cube() * 100.0 * scale
+        } else {
+            Vec3::ZERO
+        };
+        Self { scale, shift }
+    }
+
+    fn of(&self, p: Vec3) -> Vec3 {
+        p * self.scale + self.shift
+    }
+}
+
+fn columns(corners: &[Vec3], triangles: Vec<[u32; 3]>) -> MeshColumns {
+    let column = |axis: usize| corners.iter().map(|c| c[axis]).collect();
+    MeshColumns {
+        x: column(0),
+        y: column(1),
+        z: column(2),
+        normals: Vec::new(),
+        triangles,
+    }
+}
+
+/// Triangles and spheres that have little to do with each other, about a quarter spheres. `size`: of those that are
+/// neither tiny nor huge.
+fn soup(random: &mut Random, place: &Place, count: usize, size: f32) -> Result<Scene, SceneError> {
+    let mut builder = SceneBuilder::new();
+    let mut triangles: Vec<[Vec3; 3]> = Vec::new();
+    for _ in 0..count {
+        if random.one_in(4) {
+            let radius = random.pick(&[size, 0.3 * size, 1e-4, 1e3]) * (random.unit() + 1e-3);
+            builder.add_sphere(place.of(point(random)), radius * place.scale, MaterialId(0))?;
+        } else {
+            triangles.push(corners(random, &triangles, size));
+        }
+    }
+    let corners: Vec<Vec3> = triangles.as_flattened().iter().map(|&c| place.of(c)).collect();
+    let indices = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
+    builder.add_mesh(columns(&corners, indices.collect()), MaterialId(0))?;
+    Ok(builder.finish())
+}
+
+/// A surface of about `count` triangles that share their edges: flat, in steps, or rough; turned or along the axes.
+fn surface(random: &mut Random, place: &Place, count: usize) -> Result<Scene, SceneError> {
+    let across = (count / 2).max(1).isqrt();
+    let down = (count / 2 / across).max(1);
+    let kind = random.below(3);
+    let turn = if random.one_in(2) {
+        Mat3::IDENTITY
+    } else {
+        let axis = random.in_cube().normalize_or(Vec3::Z);
+        Mat3::from_axis_angle(axis, random.unit() * 3.0)
+    };
+    let mut corners = Vec::new();
+    for y in 0..=down {
+        for x in 0..=across {
+            let height = match kind {
+                0 => 0.0,
+                1 => random.below(2) as f32 * 0.5,
+                _ => random.signed(),
+            };
+            let on_plane = Vec3::new(x as f32 / across as f32, y as f32 / down as f32, height);
+            corners.push(place.of(turn * (on_plane * Vec3::new(2.0, 2.0, 1.0) - Vec3::new(1.0, 1.0, 0.0))));
+        }
+    }
+    let mut triangles = Vec::new();
+    for y in 0..down {
+        for x in 0..across {
+            let a = (y * (across + 1) + x) as u32;
+            let (b, c, d) = (a + 1, a + across as u32 + 1, a + across as u32 + 2);
+            triangles.extend([[a, b, d], [a, d, c]]);
+        }
+    }
+    let mut builder = SceneBuilder::new();
+    builder.add_mesh(columns(&corners, triangles), MaterialId(0))?;
+    Ok(builder.finish())
+}
+
+/// A scene of at most 64 or so primitives: `count` of them, where it is not a surface.
+///
+/// # Errors
+/// None in practice: all coordinates are within the builder's bounds.
+pub fn small(random: &mut Random, count: usize) -> Result<Scene, SceneError> {
+    let place = Place::random(random);
+    if random.one_in(5) && count > 1 {
+        surface(random, &place, count)
+    } else {
+        soup(random, &place, count, 1.0)
+    }
+}
+
+/// A scene of about `count` primitives, from a few dozen to many: small things in a soup, a surface, or one of those
+/// that `octray generate` makes.
+///
+/// # Errors
+/// None in practice.
+pub fn large(random: &mut Random, count: usize) -> Result<Scene, SceneError> {
+    let kinds: Vec<Kind> = Kind::ALL
+        .into_iter()
+        .filter(|kind| kind.least_count() <= count)
+        .collect();
+    let options = Options {
+        seed: u64::from(random.below(u32::MAX)),
+        count: Some(count),
+    };
+    let kind = random.pick(&kinds);
+    let place = Place::random(random);
+    match random.below(3) {
+        0 => surface(random, &place, count),
+        1 => {
+            let size = (count as f32).cbrt().recip();
+            soup(random, &place, count, size)
+        }
+        _ => match generate(kind, options) {
+            Ok(generated) => generated.into_scene(),
+            // Its count is within the kind's limits; a surface does as well.
+            Err(_) => surface(random, &place, count),
+        },
+    }
+}

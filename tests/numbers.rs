@@ -1,0 +1,471 @@
+//! Pictures do not depend on how large a scene is or where it stands, beyond rounding; no surface shadows itself
+//! (acne), no light comes through one (leaks), and mirrors facing each other add up to what they should.
+//!
+//! A *speckle* here is a pixel that is further than 2/255 from the picture it is held against and, in some channel,
+//! further than that outside the range of that picture's 5x5 pixels around it: an outline that moved by a
+//! rounding takes its neighbours' colour, acne and leaks have one that nobody around has.
+
+use glam::{DVec3, Vec3};
+use image::RgbImage;
+use octray::{
+    accel::Bvh,
+    format,
+    render::{Mode, Settings, render},
+    scene::{Background, Camera, Material, MaterialId, MeshColumns, Scene, SceneBuilder, View},
+};
+use std::{ops::ControlFlow, path::Path};
+
+#[path = "common/images.rs"]
+#[allow(dead_code, reason = "this file needs a part of it")]
+mod images;
+
+const SIDE: u32 = 160;
+const TOLERANCE: i16 = 2;
+
+fn picture_in(scene: &Scene, camera: &Camera, mode: Mode, max_depth: u32) -> RgbImage {
+    let settings = Settings {
+        width: SIDE,
+        height: SIDE,
+        mode,
+        max_depth,
+        threads: Some(1),
+        ..Settings::default()
+    };
+    let bvh = Bvh::build(scene);
+    let frame = render(scene, &bvh, camera, &settings, &|_| ControlFlow::Continue(()));
+    images::to_image(&frame.expect("it renders").film)
+}
+
+fn picture(scene: &Scene, camera: &Camera) -> RgbImage {
+    picture_in(scene, camera, Mode::Packet, Settings::default().max_depth)
+}
+
+/// The scene once more, scaled and then moved.
+fn placed(scene: &Scene, scale: f32, shift: Vec3) -> Scene {
+    let place = |p: Vec3| p * scale + shift;
+    let mut builder = SceneBuilder::new();
+    builder.set_ambient(scene.ambient()).unwrap();
+    builder.set_background(scene.background()).unwrap();
+    let ids: Vec<MaterialId> = scene
+        .materials()
+        .iter()
+        .map(|&material| builder.add_material(material).unwrap())
+        .collect();
+    let vertices = scene.vertices();
+    let all: Vec<Vec3> = (0..vertices.x.len() as u32)
+        .map(|i| place(vertices.position(i)))
+        .collect();
+    let column = |axis: usize| all.iter().map(|p| p[axis]).collect();
+    let triangles = scene.triangles();
+    let mesh = MeshColumns {
+        x: column(0),
+        y: column(1),
+        z: column(2),
+        normals: vertices.normals.clone(),
+        triangles: (0..triangles.v0.len())
+            .map(|i| [triangles.v0[i], triangles.v1[i], triangles.v2[i]])
+            .collect(),
+    };
+    let materials: Vec<MaterialId> = triangles.material.iter().map(|id| ids[id.0 as usize]).collect();
+    builder.add_mesh_with_materials(mesh, materials).unwrap();
+    let spheres = scene.spheres();
+    for (i, radius) in spheres.radius.iter().enumerate() {
+        let material = ids[spheres.material[i].0 as usize];
+        builder
+            .add_sphere(place(spheres.center(i)), radius * scale, material)
+            .unwrap();
+    }
+    let lights = scene.lights();
+    for i in 0..lights.intensity.len() {
+        let position = place(lights.position(i));
+        builder
+            .add_colored_light(position, lights.intensity[i], lights.color[i])
+            .unwrap();
+    }
+    builder.finish()
+}
+
+fn placed_view(view: &View, scale: f32, shift: Vec3) -> Camera {
+    let place = |p: DVec3| p * f64::from(scale) + shift.as_dvec3();
+    let View {
+        eye,
+        target,
+        up,
+        fov_degrees,
+    } = *view;
+    Camera::look_at(place(eye), place(target), up, fov_degrees).expect("a camera")
+}
+
+/// Pixels that differ by more than the tolerance, and how many of them are speckles.
+fn difference(expected: &RgbImage, found: &RgbImage) -> (usize, usize) {
+    let (mut different, mut speckles) = (0, 0);
+    for (x, y, pixel) in found.enumerate_pixels() {
+        let there = expected.get_pixel(x, y);
+        let off = |a: u8, b: u8| i16::from(a).abs_diff(i16::from(b)) as i16 > TOLERANCE;
+        if !(0..3).any(|c| off(pixel[c], there[c])) {
+            continue;
+        }
+        different += 1;
+        let around = |at: u32| at.saturating_sub(2)..=(at + 2).min(SIDE - 1);
+        let is_alone = (0..3).any(|c| {
+            let near = || around(y).flat_map(|y| around(x).map(move |x| (x, y)));
+            let values = || near().map(|(x, y)| i16::from(expected.get_pixel(x, y)[c]));
+            let (least, most) = (values().min().unwrap(), values().max().unwrap());
+            !(least - TOLERANCE..=most + TOLERANCE).contains(&i16::from(pixel[c]))
+        });
+        speckles += usize::from(is_alone);
+    }
+    (different, speckles)
+}
+
+/// Shipped scenes with a view each: matte, highlights, mirrors, and mirrors in mirrors.
+fn shipped() -> Vec<(&'static str, Scene, View)> {
+    [
+        ("matte", 1),
+        ("blinn_phong", 3),
+        ("reflections", 1),
+        ("hall_of_mirrors", 2),
+    ]
+    .into_iter()
+    .map(|(name, view)| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.scn"));
+        let scene = format::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        (name, scene, View::course(view).expect("views are 1 to 6"))
+    })
+    .collect()
+}
+
+#[test]
+fn powers_of_two_change_no_byte() {
+    for (name, scene, view) in shipped() {
+        for mode in [Mode::Packet, Mode::Scalar] {
+            let picture = |scale| {
+                let camera = placed_view(&view, scale, Vec3::ZERO);
+                picture_in(&placed(&scene, scale, Vec3::ZERO), &camera, mode, 5)
+            };
+            let expected = picture(1.0);
+            for exponent in [-20, -13, -1, 1, 7, 17] {
+                assert!(
+                    picture(2.0_f32.powi(exponent)) == expected,
+                    "{name}, {mode:?}: 2^{exponent}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn other_scales_and_moves_change_few_pixels_and_make_no_speckles() {
+    let pixels = (SIDE * SIDE) as usize;
+    let (mut failures, away) = (Vec::new(), Vec3::new(0.8, -0.55, 0.3));
+    for (name, scene, view) in shipped() {
+        let picture =
+            |scale, shift| picture(&placed(&scene, scale, shift), &placed_view(&view, scale, shift));
+        let expected = picture(1.0, Vec3::ZERO);
+        let scales = [1e-4, 3e-3, 0.1, 0.7, 3.0, 1e3, 1e5].map(|scale| (scale, Vec3::ZERO));
+        let moves = [0.3, 7.0, 100.0, 1e3, 1e4].map(|far| (1.0, away * far));
+        for (scale, shift) in scales.into_iter().chain(moves) {
+            let (different, speckles) = difference(&expected, &picture(scale, shift));
+            let line = format!(
+                "{name}: scale {scale}, moved by {}: {different} of {pixels} pixels differ, {speckles} speckles",
+                shift.length()
+            );
+            println!("{line}");
+            if different * 100 > pixels || speckles > 0 {
+                failures.push(line);
+            }
+        }
+    }
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
+
+/// A square in the plane z = 0, with its middle at `middle`.
+fn square(builder: &mut SceneBuilder, middle: Vec3, half: f32, material: MaterialId) {
+    quad(builder, middle, Vec3::X * half, Vec3::Y * half, material);
+}
+
+fn quad(builder: &mut SceneBuilder, middle: Vec3, u: Vec3, v: Vec3, material: MaterialId) {
+    let [a, b, c, d] = [middle - u - v, middle + u - v, middle + u + v, middle - u + v];
+    builder.add_triangle([a, b, c], material).unwrap();
+    builder.add_triangle([a, c, d], material).unwrap();
+}
+
+/// Where things are put: small and large, near the origin and far from it, in units of the scene.
+const PLACES: [(f32, f32); 6] = [
+    (1.0, 0.0),
+    (1e-4, 0.0),
+    (0.3, 0.0),
+    (1e5, 0.0),
+    (1.0, 100.0),
+    (1.0, 1e4),
+];
+
+fn byte(value: f64) -> u8 {
+    (255.0 * value.clamp(0.0, 1.0)) as u8
+}
+
+/// The range of the picture's red.
+fn range(image: &RgbImage) -> (u8, u8) {
+    let values = || image.pixels().map(|pixel| pixel[0]);
+    (values().min().unwrap(), values().max().unwrap())
+}
+
+#[test]
+fn grazing_light_makes_no_acne() {
+    for (scale, far) in PLACES {
+        let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
+        // So low that the floor hardly gets any: the sun just above the horizon.
+        for height in [3.0, 0.3, 0.03, 0.003] {
+            let mut builder = SceneBuilder::new();
+            square(&mut builder, shift, 4.0 * scale, MaterialId(1));
+            let light = Vec3::new(30.0, 10.0, height) * scale + shift;
+            builder.add_light(light, 0.9).unwrap();
+            let scene = builder.finish();
+            // Across the floor, and almost along it.
+            for eye in [DVec3::new(0.5, -0.3, 2.0), DVec3::new(0.0, 0.0, 0.02)] {
+                let target = eye + DVec3::new(0.3, 0.1, -0.9 * eye.z);
+                let view = View {
+                    eye,
+                    target,
+                    up: DVec3::Z,
+                    fov_degrees: 20.0,
+                };
+                let image = picture(&scene, &placed_view(&view, scale, shift));
+                let light = (light - shift).as_dvec3() / f64::from(scale);
+                for (x, y, pixel) in image.enumerate_pixels() {
+                    if *pixel == image::Rgb([255; 3]) {
+                        continue;
+                    }
+                    // Anywhere on the floor within the square.
+                    let facing = |p: DVec3| (light - p).normalize().z;
+                    let [a, b, c, d] = [(-4.0, -4.0), (4.0, -4.0), (-4.0, 4.0), (4.0, 4.0)]
+                        .map(|(x, y)| 0.05 + 0.9 * facing(DVec3::new(x, y, 0.0)));
+                    let least = byte(a.min(b).min(c).min(d)).saturating_sub(1);
+                    let most = byte(a.max(b).max(c).max(d)).saturating_add(1);
+                    assert!(
+                        (least..=most).contains(&pixel[0]),
+                        "scale {scale}, {far} away, light at {height}, eye at {eye}: ({x}, {y}) is {}, not {least} to {most}",
+                        pixel[0]
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn spheres_do_not_shadow_themselves() {
+    for (scale, far) in PLACES {
+        let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
+        let light = DVec3::new(3.0, -1.0, 2.0);
+        let mut builder = SceneBuilder::new();
+        builder.add_sphere(shift, scale, MaterialId(1)).unwrap();
+        builder.add_light(light.as_vec3() * scale + shift, 0.8).unwrap();
+        let scene = builder.finish();
+        let eye = DVec3::new(2.0, -4.0, 0.5);
+        let view = View {
+            eye,
+            target: DVec3::ZERO,
+            up: DVec3::Z,
+            fov_degrees: 20.0,
+        };
+        let camera = placed_view(&view, scale, shift);
+        let image = picture(&scene, &camera);
+        let forward = -eye.normalize();
+        let right = forward.cross(DVec3::Z).normalize();
+        let up = right.cross(forward);
+        let (mut compared, mut worst) = (0, 0);
+        for (x, y, pixel) in image.enumerate_pixels() {
+            let half = 10.0_f64.to_radians().tan();
+            let across = |at: u32| ((f64::from(at) + 0.5) / f64::from(SIDE) * 2.0 - 1.0) * half;
+            let direction = (forward + right * across(x) - up * across(y)).normalize();
+            let along = -eye.dot(direction);
+            let discriminant = 1.0 - (eye.length_squared() - along * along);
+            // Not at the outline, where a rounding decides.
+            if discriminant < 0.03 {
+                continue;
+            }
+            let normal = eye + direction * (along - discriminant.sqrt());
+            let expected = byte(0.05 + 0.8 * normal.dot((light - normal).normalize()).max(0.0));
+            compared += 1;
+            worst = worst.max(expected.abs_diff(pixel[0]));
+        }
+        assert!(
+            compared > 5_000 && worst <= 2,
+            "scale {scale}, {far} away: off by {worst} of 255"
+        );
+    }
+}
+
+#[test]
+fn no_light_leaks_in_or_out() {
+    for (scale, far) in PLACES {
+        let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
+        let place = |p: Vec3| p * scale + shift;
+        // A closed box on a floor, one light inside it; and the same with the light outside and the eye inside.
+        for is_light_inside in [true, false] {
+            let mut builder = SceneBuilder::new();
+            let side = Vec3::splat(scale);
+            for axis in 0..3 {
+                let (u, v) = (
+                    Vec3::AXES[(axis + 1) % 3] * side,
+                    Vec3::AXES[(axis + 2) % 3] * side,
+                );
+                for sign in [-1.0, 1.0] {
+                    let middle = place(Vec3::Z + Vec3::AXES[axis] * sign);
+                    quad(&mut builder, middle, u, v, MaterialId(1));
+                }
+            }
+            if is_light_inside {
+                square(&mut builder, shift, 9.0 * scale, MaterialId(1));
+            }
+            // In the middle, and right in a corner.
+            for inside in [Vec3::new(0.1, -0.2, 0.9), Vec3::new(0.9, 0.9, 1.9)] {
+                let light = if is_light_inside {
+                    inside
+                } else {
+                    inside * Vec3::new(9.0, 9.0, 4.0)
+                };
+                builder.add_light(place(light), 0.5).unwrap();
+            }
+            let scene = builder.finish();
+            let (eye, target) = if is_light_inside {
+                (DVec3::new(4.0, -3.0, 2.5), DVec3::new(0.0, 0.0, 0.6))
+            } else {
+                (DVec3::new(-0.8, -0.7, 0.4), DVec3::new(0.3, 0.2, 1.0))
+            };
+            let view = View {
+                eye,
+                target,
+                up: DVec3::Z,
+                fov_degrees: 60.0,
+            };
+            let image = picture(&scene, &placed_view(&view, scale, shift));
+            let lit = image
+                .pixels()
+                .filter(|pixel| pixel[0] != 12 && pixel[0] != 255)
+                .count();
+            assert_eq!(
+                lit, 0,
+                "scale {scale}, {far} away, light inside: {is_light_inside}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_sphere_seen_from_inside_is_evenly_dark_or_lit() {
+    for (scale, far) in PLACES {
+        let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
+        let view = View {
+            eye: DVec3::new(0.3, 0.2, -0.1),
+            target: DVec3::new(1.0, 0.1, 0.0),
+            up: DVec3::Z,
+            fov_degrees: 90.0,
+        };
+        for (light, expected) in [
+            // Outside: nothing of it comes in. In the middle: everywhere from straight above.
+            (Vec3::new(5.0, 1.0, 2.0), 0.05),
+            (Vec3::ZERO, 0.65),
+        ] {
+            let mut builder = SceneBuilder::new();
+            builder.add_sphere(shift, scale, MaterialId(1)).unwrap();
+            builder.add_light(light * scale + shift, 0.6).unwrap();
+            let image = picture(&builder.finish(), &placed_view(&view, scale, shift));
+            let (least, most) = range(&image);
+            let off = [least, most].map(|value| value.abs_diff(byte(expected)));
+            assert!(
+                off[0] <= 1 && off[1] <= 1,
+                "scale {scale}, {far} away: {least} to {most}, not {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn mirrors_facing_each_other_add_up() {
+    const MIRROR: f64 = 0.25;
+    for (scale, far) in PLACES {
+        let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
+        for depth in [1, 2, 3, 10, 100] {
+            // Between two parallel mirrors, and within a mirroring sphere: from every pixel the same.
+            for is_sphere in [false, true] {
+                let mut builder = SceneBuilder::new();
+                builder.set_ambient(0.4).unwrap();
+                builder.set_background(Background::constant([0.9; 3])).unwrap();
+                let mirror = builder
+                    .add_material(Material::Reflection {
+                        color: [1.0; 3],
+                        mirror_share: MIRROR as f32,
+                    })
+                    .unwrap();
+                if is_sphere {
+                    builder.add_sphere(shift, scale, mirror).unwrap();
+                } else {
+                    for z in [-0.5, 0.5] {
+                        square(&mut builder, shift + Vec3::Z * z * scale, 1e3 * scale, mirror);
+                    }
+                }
+                let view = View {
+                    eye: DVec3::new(0.1, 0.2, 0.1),
+                    target: DVec3::new(0.3, 0.1, 1.0),
+                    up: DVec3::Y,
+                    fov_degrees: 30.0,
+                };
+                // Level `depth` sees the background.
+                let hits = i32::try_from(depth).unwrap() - 1;
+                let share = MIRROR.powi(hits);
+                let expected = 0.4 * (1.0 - MIRROR) * (1.0 - share) / (1.0 - MIRROR) + 0.9 * share;
+                let scene = builder.finish();
+                for mode in [Mode::Packet, Mode::Scalar] {
+                    let camera = placed_view(&view, scale, shift);
+                    let image = picture_in(&scene, &camera, mode, depth);
+                    let (least, most) = range(&image);
+                    let off = [least, most].map(|value| value.abs_diff(byte(expected)));
+                    assert!(
+                        off[0] <= 1 && off[1] <= 1,
+                        "scale {scale}, {far} away, depth {depth}, sphere {is_sphere}, {mode:?}: {least} to {most}, not {expected}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn eyes_and_lights_on_surfaces_make_no_speckles() {
+    for (scale, far) in PLACES {
+        let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
+        let mut builder = SceneBuilder::new();
+        square(&mut builder, shift, 3.0 * scale, MaterialId(1));
+        // In the floor itself: no point of the floor is below or above it, so it adds nothing or too little to be seen.
+        builder
+            .add_light(Vec3::new(0.5, 0.25, 0.0) * scale + shift, 0.9)
+            .unwrap();
+        let scene = builder.finish();
+        let view = View {
+            eye: DVec3::new(-0.5, 0.25, 1.0),
+            target: DVec3::new(0.2, 0.1, 0.0),
+            up: DVec3::Z,
+            fov_degrees: 40.0,
+        };
+        let (least, most) = range(&picture(&scene, &placed_view(&view, scale, shift)));
+        assert!(
+            least >= 12 && most <= 14,
+            "scale {scale}, {far} away: {least} to {most}"
+        );
+
+        // An eye on the floor looks along it and sees the background, or the floor, and nothing else.
+        let view = View {
+            eye: DVec3::new(-0.5, 0.25, 0.0),
+            target: DVec3::new(0.5, 0.1, 0.0),
+            up: DVec3::Z,
+            fov_degrees: 40.0,
+        };
+        let image = picture(&scene, &placed_view(&view, scale, shift));
+        assert!(
+            image.pixels().all(|pixel| pixel[0] == 255 || pixel[0] <= 14),
+            "scale {scale}, {far} away"
+        );
+    }
+}
