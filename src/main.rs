@@ -2,6 +2,8 @@
 
 mod cpu;
 mod huge_pages;
+#[cfg(all(unix, target_arch = "x86_64", not(target_feature = "avx2")))]
+mod sibling;
 
 use std::process::ExitCode;
 
@@ -14,5 +16,7 @@ fn main() -> ExitCode {
         eprint!("{}", cpu::MESSAGE);
         return ExitCode::from(cpu::EXIT_CODE);
     }
+    #[cfg(all(unix, target_arch = "x86_64", not(target_feature = "avx2")))]
+    sibling::hand_over();
     octray::cli::main()
 }

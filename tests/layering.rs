@@ -10,7 +10,7 @@ use std::{
 };
 
 /// What each room may use, besides itself. `None`: everything.
-const ROOMS: [(&str, Option<&str>); 21] = [
+const ROOMS: [(&str, Option<&str>); 22] = [
     ("error", Some("")),
     ("math", Some("")),
     ("course", Some("")),
@@ -45,9 +45,10 @@ const ROOMS: [(&str, Option<&str>); 21] = [
     ),
     ("cli", None),
     // The program: it speaks to the library as any other user does.
-    ("main", Some("cpu huge_pages")),
+    ("main", Some("cpu huge_pages sibling")),
     ("huge_pages", Some("")),
     ("cpu", Some("")),
+    ("sibling", Some("")),
 ];
 
 /// One file may use more than its room.

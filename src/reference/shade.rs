@@ -8,7 +8,7 @@ use crate::{
 };
 use glam::Vec3;
 
-const SURFACE_OFFSET: f32 = 128.0 / 16_777_216.0;
+const SURFACE_OFFSET: f32 = 32.0 / 16_777_216.0;
 const LIGHT_OFFSET: f32 = 32.0 / 16_777_216.0;
 
 /// Something that answers rays: brute force or a BVH.
@@ -195,7 +195,7 @@ fn surface(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
         Primitive::Triangle(i) => triangle(scene, i, hit),
         Primitive::Sphere(i) => {
             let (center, radius) = (scene.spheres().center(i), scene.spheres().radius[i]);
-            let outward = normalize(mul_add3(ray.direction, hit.t, ray.origin) - center);
+            let outward = normalize(mul_add3(ray.direction, hit.t, ray.origin - center));
             (
                 mul_add3(outward, radius, center),
                 outward,

@@ -304,8 +304,8 @@ fn on_spheres(scene: &Scene, hits: &Hits8, id: &[u32; LANES]) -> Facing {
 
 #[inline(always)]
 fn sphere(hits: &Hits8, center: Vec3x8, radius: F32x8) -> Facing {
-    let hit = hits.direction.mul_add(hits.t, hits.origin);
-    let outward = (hit - center).normalize();
+    // From the centre, not from the origin: far from the origin a point has few bits left for its place on the sphere.
+    let outward = hits.direction.mul_add(hits.t, hits.origin - center).normalize();
     Facing {
         point: outward.mul_add(radius, center),
         geometric: outward,

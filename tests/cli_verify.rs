@@ -1,0 +1,91 @@
+//! `octray verify` from the outside. (That a fault exits with 5 is shown beside its code, where one can be put in.)
+
+mod program;
+
+use program::{Folder, Run};
+use serde_json::Value;
+
+#[test]
+fn everybody_agrees_and_the_counts_are_told() {
+    let folder = Folder::new();
+    let run = folder.run(&["verify", "--rays", "20000", "--threads", "2"]);
+    let text = run.succeeded().text();
+    for words in [
+        "brute force",
+        "scalar BVH",
+        "adaptive",
+        "packets",
+        "seed 1",
+        "all agree, bit for bit",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+}
+
+#[test]
+fn counts_depend_on_the_seed_alone() {
+    let folder = Folder::new();
+    let counts = |seed, threads| {
+        let arguments = [
+            "verify",
+            "--rays",
+            "20000",
+            "--seed",
+            seed,
+            "--threads",
+            threads,
+            "--json",
+            "-",
+        ];
+        let mut json: Value = serde_json::from_str(folder.run(&arguments).succeeded().text()).unwrap();
+        for changing in ["seconds", "rays_per_s"] {
+            json.as_object_mut().unwrap().remove(changing).unwrap();
+        }
+        json
+    };
+    let first = counts("5", "1");
+    assert_eq!(first, counts("5", "2"));
+    assert_ne!(first["hits"], counts("6", "2")["hits"]);
+    assert!(first["rays"].as_u64() >= Some(20_000) && first["agree"] == true && first["fault"].is_null());
+    for method in first["methods"].as_array().unwrap() {
+        assert_eq!(method["rays"], first["rays"], "{method}");
+    }
+}
+
+#[test]
+fn one_scene_can_be_repeated() {
+    let folder = Folder::new();
+    let run = folder.run(&["verify", "--scene", "123456", "--seed", "9"]);
+    assert!(run.succeeded().text().contains("in 1 scenes"), "{run:?}");
+}
+
+#[test]
+fn odd_arguments_are_refused() {
+    let folder = Folder::new();
+    folder.fails(&["verify", "--rays", "0"], 2, "--rays");
+    folder.fails(&["verify", "--seconds=-1"], 2, "--seconds");
+    folder.fails(&["verify", "--seconds", "nan"], 2, "a number of seconds");
+    folder.fails(
+        &["verify", "--scene", "1", "--rays", "5"],
+        2,
+        "cannot be used with",
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_it_with_the_counts_so_far() {
+    let folder = Folder::new();
+    // The shell's own `kill`, some time after the program has begun to listen: until then a signal would just end it.
+    let script = "\"$0\" verify --seconds 300 --threads 1 > counts & \
+        while ! grep -q '^SigCgt:.*[2367abef]$' /proc/$!/status 2>/dev/null; do sleep 0.1; done; \
+        sleep 1; kill -INT $!; wait $!";
+    if !cfg!(target_os = "linux") {
+        println!("skipped: this asks /proc whether signals are caught");
+        return;
+    }
+    let run: Run = folder.shell(script);
+    assert_eq!((run.code, run.stderr.as_str()), (Some(130), ""));
+    let counts = std::fs::read_to_string(folder.path("counts")).unwrap();
+    assert!(counts.contains("all agree so far; interrupted"), "{counts}");
+}
