@@ -35,11 +35,12 @@ pub(super) fn vertices(
             // A number and what ends it take two bytes.
             let mut values = Vec::new();
             values.try_reserve(block.len() / 2 + 1).ok()?;
-            let complete = block
-                .split_inclusive(|&byte| byte == b'\n')
-                .all(|line| vertex(line, element, width, &mut values).is_some());
+            let mut rest = block;
+            while !rest.is_empty() {
+                vertex(&mut rest, element, width, &mut values)?;
+            }
             values.shrink_to_fit();
-            complete.then_some(values)
+            Some(values)
         })
         .collect();
     let Some(blocks) = blocks else { return Ok(false) };
@@ -86,10 +87,11 @@ pub(super) fn faces(
         .into_par_iter()
         .map(|block| {
             let mut triangles = Vec::new();
-            block
-                .split_inclusive(|&byte| byte == b'\n')
-                .all(|line| face(line, before, after, vertices, &mut triangles).is_some())
-                .then_some(triangles)
+            let mut rest = block;
+            while !rest.is_empty() {
+                face(&mut rest, before, after, vertices, &mut triangles)?;
+            }
+            Some(triangles)
         })
         .collect();
     let Some(blocks) = blocks else { return Ok(false) };
@@ -101,11 +103,11 @@ pub(super) fn faces(
     Ok(true)
 }
 
-/// One line, which must hold one vertex and nothing else.
-fn vertex(mut line: &[u8], element: &Element, width: usize, values: &mut Vec<f32>) -> Option<()> {
+/// The next line, which must hold one vertex and nothing else.
+fn vertex(rest: &mut &[u8], element: &Element, width: usize, values: &mut Vec<f32>) -> Option<()> {
     let mut kept = [0.0; 6];
     for step in &element.steps {
-        let value = real(&mut line)?;
+        let value = real(rest)?;
         if let Step::Keep { slot, .. } = *step {
             if !is_usable(value) {
                 return None;
@@ -114,23 +116,23 @@ fn vertex(mut line: &[u8], element: &Element, width: usize, values: &mut Vec<f32
         }
     }
     values.extend_from_slice(kept.get(..width)?);
-    ends(line)
+    end_line(rest)
 }
 
-/// One line, which must hold one face and nothing else.
+/// The next line, which must hold one face and nothing else.
 fn face(
-    mut line: &[u8],
+    rest: &mut &[u8],
     before: usize,
     after: usize,
     vertices: usize,
     triangles: &mut Vec<[u32; 3]>,
 ) -> Option<()> {
     for _ in 0..before {
-        real(&mut line)?;
+        real(rest)?;
     }
     let (mut first, mut previous) = (0, 0);
-    for corner in 0..whole(&mut line)? {
-        let index = whole(&mut line).filter(|&index| (index as usize) < vertices)?;
+    for corner in 0..whole(rest)? {
+        let index = whole(rest).filter(|&index| (index as usize) < vertices)?;
         match corner {
             0 => first = index,
             1 => {}
@@ -139,9 +141,9 @@ fn face(
         previous = index;
     }
     for _ in 0..after {
-        real(&mut line)?;
+        real(rest)?;
     }
-    ends(line)
+    end_line(rest)
 }
 
 /// The first `count` lines; `None` if there are fewer.
@@ -199,22 +201,27 @@ fn real(line: &mut &[u8]) -> Option<f32> {
 
 fn whole(line: &mut &[u8]) -> Option<u32> {
     pass_blanks(line);
-    let (mut value, mut digits) = (0_u64, 0);
+    let before = line.len();
+    let mut value = 0_u64;
     while let [digit @ b'0'..=b'9', rest @ ..] = line {
-        value = value * 10 + u64::from(digit - b'0');
-        digits += 1;
+        // Too many digits are refused below, whatever comes of them here.
+        value = value.wrapping_mul(10).wrapping_add(u64::from(digit - b'0'));
         *line = rest;
-        if digits > 10 {
-            return None;
-        }
     }
-    (digits > 0 && is_word_end(line))
+    let digits = before - line.len();
+    ((1..=10).contains(&digits) && is_word_end(line))
         .then_some(value)?
         .try_into()
         .ok()
 }
 
-fn ends(mut line: &[u8]) -> Option<()> {
-    pass_blanks(&mut line);
-    matches!(line, [] | b"\n" | b"\r\n").then_some(())
+/// Goes to the next line, if there is nothing more in this one.
+fn end_line(rest: &mut &[u8]) -> Option<()> {
+    pass_blanks(rest);
+    *rest = match *rest {
+        [] => &[],
+        [b'\n', next @ ..] | [b'\r', b'\n', next @ ..] => next,
+        _ => return None,
+    };
+    Some(())
 }
