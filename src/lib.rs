@@ -106,6 +106,8 @@ pub mod error;
 pub mod format;
 pub mod generate;
 pub mod geometry;
+#[cfg(feature = "cli")]
+mod heat;
 pub mod math;
 pub mod ray;
 pub mod reference;

@@ -10,13 +10,15 @@ use std::{
 };
 
 /// What each room may use, besides itself. `None`: everything.
-const ROOMS: [(&str, Option<&str>); 22] = [
+const ROOMS: [(&str, Option<&str>); 23] = [
     ("error", Some("")),
     ("math", Some("")),
     ("course", Some("")),
     ("simd", Some("math")),
     ("ray", Some("simd math")),
     ("geometry", Some("ray simd math")),
+    // Costs as colours.
+    ("heat", Some("")),
     ("scene", Some("course ray math simd error")),
     ("format", Some("scene error")),
     ("generate", Some("scene format math course error")),
@@ -41,7 +43,7 @@ const ROOMS: [(&str, Option<&str>); 22] = [
     ),
     (
         "viewer",
-        Some("render shade reference trace accel scene geometry course ray simd math error"),
+        Some("render shade reference trace accel scene geometry course heat ray simd math error"),
     ),
     ("cli", None),
     // The program: it speaks to the library as any other user does.

@@ -4,6 +4,7 @@
 
 use super::exr_layers::{Channel, Values};
 use crate::{
+    heat::heat,
     math::Aabb,
     ray::PrimitiveId,
     render::{Aov, Aovs, ByteFilm, Transfer, quantize},
@@ -74,16 +75,6 @@ impl DepthRange {
 
 /// Nothing nearer than this share of the farthest distance has a grey of its own: the eye may be within the box.
 const NEAREST: f32 = 1e-4;
-
-/// The cost that has the last colour; the scale is logarithmic, from 1.
-const HOTTEST: f64 = 4096.0;
-
-/// The colour of a cost, by the viridis colour map (van der Walt and Smith 2015).
-fn heat(cost: u32) -> [u8; 3] {
-    let share = libm::log2(f64::from(cost.max(1))) / libm::log2(HOTTEST);
-    let color = colorous::VIRIDIS.eval_continuous(share.min(1.0));
-    [color.r, color.g, color.b]
-}
 
 /// A colour for an id: neighbours' differ.
 fn id_color(PrimitiveId(id): PrimitiveId) -> [u8; 3] {
@@ -229,14 +220,6 @@ impl AovReport {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn heat_runs_from_1_to_the_hottest() {
-        assert_eq!(heat(0), heat(1));
-        assert_eq!(heat(4096), heat(u32::MAX));
-        let brightness = |cost: u32| heat(4_u32.pow(cost)).map(u32::from).iter().sum::<u32>();
-        assert!((0..6).all(|power| brightness(power) < brightness(power + 1)));
-    }
 
     #[test]
     fn depth_spans_the_scene() {

@@ -236,7 +236,8 @@ pub struct ViewArgs {
     #[command(flatten)]
     pub trace: TraceArgs,
 
-    /// Time for a frame while the camera moves, milliseconds; what takes longer is traced more coarsely
+    /// Time for a frame while the camera moves, milliseconds; what takes longer is traced more coarsely, but takes up to
+    /// three times as long before it gets coarser than a quarter of the window's sides
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 16)]
     pub budget: u32,
 
@@ -293,6 +294,10 @@ pub struct MeshArgs {
     /// If the mesh has no normals, smooth it where faces meet at no more than this angle, degrees
     #[arg(long, value_name = "DEG", value_parser = value::angle)]
     pub smooth_angle: Option<f64>,
+
+    /// Light the mesh as it is lit when seen from this direction [default: that of the eye]
+    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
+    pub lit_from: Option<DVec3>,
 }
 
 /// See [`UpAxis`](crate::format::mesh::UpAxis).

@@ -24,6 +24,15 @@ use std::{
 pub struct Input {
     pub scene: Scene,
     pub camera: Camera,
+    /// From where a mesh is lit: [`MeshArgs::lit_from`], or what stood for it.
+    #[cfg_attr(
+        not(feature = "viewer"),
+        expect(
+            dead_code,
+            reason = "the window prints it, so that a picture can be made again"
+        )
+    )]
+    pub lit_from: Option<DVec3>,
     /// To be printed as warnings.
     pub notes: Vec<String>,
 }
@@ -98,6 +107,7 @@ pub fn load_and_list(
         };
         return Ok(Input {
             camera: camera.for_scene(&scene)?,
+            lit_from: None,
             notes: scene.sources().notes.clone(),
             scene,
         });
@@ -107,10 +117,17 @@ pub fn load_and_list(
     let up = up_axis(&loaded, mesh);
     let view = View::new(path, &loaded, camera, up, aspect)?;
     let notes = loaded.notes.clone();
-    let scene = stage::build(loaded, &view.stage(mesh.ground)).map_err(|error| failed(path, &error))?;
+    let lit_from = mesh.lit_from.unwrap_or(view.eye - view.target);
+    let stage = stage::Stage {
+        towards_viewer: lit_from,
+        up: up.vector(),
+        ground: mesh.ground,
+    };
+    let scene = stage::build(loaded, &stage).map_err(|error| failed(path, &error))?;
     Ok(Input {
         scene,
         camera: Camera::look_at(view.eye, view.target, view.up, view.fov_degrees)?,
+        lit_from: Some(lit_from),
         notes,
     })
 }
@@ -156,6 +173,7 @@ fn refuse_mesh_options(path: &Path, mesh: &MeshArgs) -> Result<(), CliError> {
         ("--ground", mesh.ground),
         ("--up-axis", mesh.up_axis.is_some()),
         ("--smooth-angle", mesh.smooth_angle.is_some()),
+        ("--lit-from", mesh.lit_from.is_some()),
     ];
     match given.iter().find(|(_, given)| *given) {
         Some((option, _)) => Err(CliError::Usage(format!(
@@ -185,7 +203,6 @@ struct View {
     target: DVec3,
     up: DVec3,
     fov_degrees: f64,
-    axis: UpAxis,
 }
 
 impl View {
@@ -203,7 +220,6 @@ impl View {
                 target: args.target.unwrap_or(found.target),
                 up: args.up.unwrap_or(found.up),
                 fov_degrees: args.fov.unwrap_or(found.fov_degrees),
-                axis,
             });
         }
         let fov_degrees = args.fov.unwrap_or(course::FOV_DEGREES);
@@ -213,7 +229,6 @@ impl View {
                 target: args.target.unwrap_or(course::TARGET),
                 up: args.up.unwrap_or(course::UP),
                 fov_degrees,
-                axis,
             });
         }
         let up = args.up.unwrap_or(axis.vector());
@@ -231,17 +246,7 @@ impl View {
             target,
             up,
             fov_degrees,
-            axis,
         })
-    }
-
-    fn stage(&self, ground: bool) -> stage::Stage {
-        stage::Stage {
-            eye: self.eye,
-            target: self.target,
-            up: self.axis.vector(),
-            ground,
-        }
     }
 }
 

@@ -57,7 +57,9 @@ fn render_scene(
     let aspect = f64::from(settings.width) / f64::from(settings.height);
     let load = || input::load(job.scene, &args.camera, &args.mesh, aspect);
     let (input, mut load_time) = interrupt.exit_at_once_during(|| timed(load))?;
-    let Input { scene, camera, notes } = input?;
+    let Input {
+        scene, camera, notes, ..
+    } = input?;
     let faults = faults::of(&scene);
     if !args.quiet {
         for note in notes.into_iter().chain(faults.warning(job.scene)) {

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 
 /// From where a mesh is seen, and what it stands on.
 pub struct Stage {
-    pub eye: DVec3,
-    pub target: DVec3,
+    /// From what is looked at to the viewer; of any length.
+    pub towards_viewer: DVec3,
     /// The axis that points up: a unit vector.
     pub up: DVec3,
     pub ground: bool,
@@ -50,7 +50,7 @@ pub fn build(loaded: LoadedMesh, stage: &Stage) -> Result<Scene, SceneError> {
     let mut builder = SceneBuilder::new();
     builder.set_ambient(AMBIENT)?;
     builder.set_background(Background::constant(BACKGROUND))?;
-    let towards_viewer = (stage.eye - stage.target).normalize_or(DVec3::X);
+    let towards_viewer = stage.towards_viewer.normalize_or(DVec3::X);
     let right = stage
         .up
         .cross(towards_viewer)

@@ -2,8 +2,9 @@
 
 use super::{
     CliError,
-    args::ViewArgs,
+    args::{MeshArgs, ViewArgs},
     encode::Format,
+    generate::quoted,
     input::{self, Input},
     picture::Pixels,
     whole_file,
@@ -14,10 +15,12 @@ use crate::{
     scene::{Scene, View},
     viewer::{Display, Host, Options, ViewError, orbit::Pose},
 };
+use clap::ValueEnum;
+use glam::DVec3;
 use std::{
     io::{self, Write},
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::Duration,
 };
 
@@ -34,13 +37,21 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     let aspect = f64::from(settings.width) / f64::from(settings.height);
     let program = Program {
         path: args.scene.clone(),
+        mesh: args.mesh.clone(),
+        lit_from: Mutex::default(),
         load: {
             let (path, camera, mesh) = (args.scene.clone(), args.camera.clone(), args.mesh.clone());
             Box::new(move |files| input::load_and_list(&path, &camera, &mesh, aspect, files))
         },
     };
     let mut files = Vec::new();
-    let Input { scene, camera, notes } = (program.load)(&mut files)?;
+    let Input {
+        scene,
+        camera,
+        lit_from,
+        notes,
+    } = (program.load)(&mut files)?;
+    *program.lit_from() = lit_from;
     for note in notes {
         // That nobody reads standard error is no failure.
         let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
@@ -72,12 +83,13 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
         benchmark: args.benchmark.map(Duration::from_secs_f64),
     };
     let Some(report) = display.show(options, scene, files, host)? else {
-        return match args.benchmark {
-            Some(_) => Err(CliError::Failed(
-                "the window was closed before the benchmark's end".into(),
-            )),
-            None => Ok(()),
-        };
+        if args.benchmark.is_some() {
+            let _ = writeln!(
+                io::stderr(),
+                "octray: warning: the window was closed before there were figures"
+            );
+        }
+        return Ok(());
     };
     // A plain struct of numbers always serializes.
     let json = serde_json::to_string(&report).unwrap_or_default() + "\n";
@@ -102,7 +114,34 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
 /// What the window asks of the program.
 struct Program {
     path: PathBuf,
+    mesh: MeshArgs,
     load: Box<LoadScene>,
+    /// Of what was loaded last.
+    lit_from: Mutex<Option<DVec3>>,
+}
+
+impl Program {
+    fn lit_from(&self) -> MutexGuard<'_, Option<DVec3>> {
+        self.lit_from.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What `octray render` must be told of a mesh besides the camera.
+    fn mesh_options(&self) -> String {
+        let mut options = String::new();
+        if let Some(axis) = self.mesh.up_axis.and_then(|axis| axis.to_possible_value()) {
+            options += &format!(" --up-axis={}", axis.get_name());
+        }
+        if self.mesh.ground {
+            options += " --ground";
+        }
+        if let Some(degrees) = self.mesh.smooth_angle {
+            options += &format!(" --smooth-angle={degrees}");
+        }
+        if let Some(DVec3 { x, y, z }) = *self.lit_from() {
+            options += &format!(" --lit-from={x},{y},{z}");
+        }
+        options
+    }
 }
 
 /// Loads the scene, and lists its files.
@@ -111,7 +150,10 @@ type LoadScene = dyn Fn(&mut Vec<PathBuf>) -> Result<Input, CliError> + Send + S
 impl Host for Program {
     fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>) {
         let mut files = Vec::new();
-        let scene = (self.load)(&mut files).map(|input| input.scene);
+        let scene = (self.load)(&mut files).map(|input| {
+            *self.lit_from() = input.lit_from;
+            input.scene
+        });
         (scene.map_err(|error| error.text().unwrap_or_default()), files)
     }
 
@@ -135,9 +177,9 @@ impl Host for Program {
     }
 
     fn say(&self, line: &str) {
-        let scene = self.path.display();
+        let scene = quoted(&self.path);
         // A closed pipe is no reason to close the window.
-        let _ = super::print(&format!("octray render {scene} {line}\n"));
+        let _ = super::print(&format!("octray render {scene} {line}{}\n", self.mesh_options()));
     }
 }
 

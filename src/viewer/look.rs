@@ -18,7 +18,7 @@ pub enum Look {
     Preview,
     /// Normals as colours: x, y and z from -1 to 1 are red, green and blue from 0 to 1.
     Normals,
-    /// What a camera ray costs; see [`super::cost`].
+    /// What a camera ray costs: nodes and primitives, as [`crate::reference::cost`] counts them.
     Cost,
 }
 
@@ -71,8 +71,6 @@ pub struct Wanted {
     pub style: Style,
     /// Pixels of the window, across and down.
     pub size: [u32; 2],
-    /// A pixel to tell about.
-    pub probe: Option<[u32; 2]>,
 }
 
 impl Wanted {
@@ -83,5 +81,13 @@ impl Wanted {
             && self.pose == other.pose
             && self.style == other.style
             && self.size == other.size
+    }
+
+    /// Whether a pixel costs about the same in both: what was learnt of one is of use for the other.
+    #[must_use]
+    pub fn same_rays(&self, other: &Self) -> bool {
+        let (a, b) = (&self.style, &other.style);
+        Arc::ptr_eq(&self.model, &other.model)
+            && (a.look, a.brute, a.settings) == (b.look, b.brute, b.settings)
     }
 }

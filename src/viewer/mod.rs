@@ -6,7 +6,6 @@
 pub mod benchmark;
 pub mod boxes;
 pub mod budget;
-pub mod cost;
 pub mod keys;
 pub mod look;
 pub mod orbit;
@@ -115,7 +114,8 @@ impl Display {
             })
     }
 
-    /// Opens the window and returns when it is closed; the figures, if a benchmark was asked for and came to its end.
+    /// Opens the window and returns when it is closed; the figures, if a benchmark was asked for and frames were shown in
+    /// it.
     ///
     /// # Errors
     /// [`ViewError`].

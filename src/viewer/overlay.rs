@@ -16,7 +16,7 @@ pub struct Overlay<'a> {
     /// Frames and rays a second.
     pub figures: Option<Vec<String>>,
     /// What is under the mouse.
-    pub probed: Option<&'a Vec<String>>,
+    pub probed: Option<&'a [String]>,
     /// How much of the next picture is done, 0 to 1.
     pub progress: Option<f32>,
     /// What is wrong with the files.
@@ -48,7 +48,7 @@ pub fn overlay(canvas: &mut Canvas<'_>, overlay: &Overlay<'_>) {
         show(&lines.join("\n"), WHITE);
     }
     if let Some(progress) = overlay.progress {
-        show(&format!("{:.0} %", progress * 100.0), WHITE);
+        show(&format!("next picture {:.0} %", progress * 100.0), WHITE);
     }
     if let Some(message) = overlay.message {
         show(message, WHITE);

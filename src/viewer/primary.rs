@@ -1,16 +1,17 @@
 //! Looks that need camera rays only: preview, normals, cost. And the picture by brute force, ray by ray.
 
 use super::{
-    cost,
     look::{Look, Model, Style},
     surface,
 };
 use crate::{
     accel::BinaryBvh,
+    heat::heat,
     ray::{Hit, HitPacket, Ray, RayPacket, T_MAX},
     reference::{
         brute, bvh,
-        shade::{Intersect, SecondaryRays, radiance},
+        cost::{self, Todo},
+        shade::{Intersect, SecondaryRays, radiance, shading_normal},
     },
     render::{ByteFilm, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, TileTimes},
     scene::{Camera, PixelRays, Scene},
@@ -46,7 +47,7 @@ struct Scratch<'a> {
     packets: Vec<RayPacket>,
     hits: Vec<HitPacket>,
     sums: Vec<[f32; 3]>,
-    stack: Vec<(u32, f32)>,
+    todo: Todo,
     bvh_stack: bvh::Stack,
 }
 
@@ -87,7 +88,7 @@ pub fn render(
         n,
         stop: &|| report(0),
     };
-    if !style.brute && (style.look == Look::Cost || style.settings.mode == Mode::Scalar) {
+    if !style.brute && style.look != Look::Cost && style.settings.mode == Mode::Scalar {
         model.bvh.binary(&model.scene);
     }
     let secondary = film
@@ -130,7 +131,7 @@ impl<'a> Scratch<'a> {
             packets: Vec::new(),
             hits: Vec::new(),
             sums: Vec::new(),
-            stack: Vec::new(),
+            todo: Todo::default(),
             bvh_stack: bvh::Stack::default(),
         }
     }
@@ -173,10 +174,10 @@ impl<'a> Scratch<'a> {
                     );
                 }
             } else if look == Look::Cost {
-                let binary = frame.model.bvh.binary(scene);
                 for (i, sum) in self.sums.iter_mut().enumerate() {
-                    let (_, cost) = cost::closest_hit(binary, &frame.ray(i, y, sample), &mut self.stack);
-                    add(sum, cost::color(cost.total()));
+                    let ray = frame.ray(i, y, sample);
+                    let (hit, cost) = cost::closest_hit(scene, &frame.model.bvh, &mut self.todo, &ray);
+                    add(sum, color(scene, look, &ray, &hit, cost.total()));
                 }
             } else if settings.mode == Mode::Scalar {
                 let binary: &BinaryBvh = frame.model.bvh.binary(scene);
@@ -243,9 +244,11 @@ fn add(sum: &mut [f32; 3], color: [f32; 3]) {
 
 fn color(scene: &Scene, look: Look, ray: &Ray, hit: &Hit, tests: u32) -> [f32; 3] {
     match look {
-        Look::Cost => cost::color(tests),
+        // In the middle of what becomes this byte.
+        Look::Cost => heat(tests).map(|byte| (f32::from(byte) + 0.5) / 255.0),
+        Look::Normals if !hit.is_hit() => [0.0; 3],
+        Look::Normals => (shading_normal(scene, ray, hit) * 0.5 + 0.5).to_array(),
         _ if !hit.is_hit() => scene.background().color(ray.direction),
-        Look::Normals => (surface::normal(scene, ray, hit) * 0.5 + 0.5).to_array(),
         Look::Preview | Look::Full => surface::preview(scene, ray, hit),
     }
 }

@@ -1,20 +1,23 @@
 //! What is under the mouse, in words.
 
-use super::{cost, look::Wanted, surface};
+use super::{look::Model, surface};
 use crate::{
     ray::Ray,
-    scene::{Material, Primitive},
+    reference::{
+        cost::{self, Todo},
+        shade::shading_normal,
+    },
+    scene::{Camera, Material, Primitive},
 };
 use glam::Vec3;
 
-/// Lines about a pixel of the window, row 0 on top.
+/// Lines about a pixel of a picture of this size, row 0 on top. One ray: nothing to wait for.
 #[must_use]
-pub fn describe(wanted: &Wanted, [x, y]: [u32; 2]) -> Vec<String> {
-    let scene = &wanted.model.scene;
-    let [width, height] = wanted.size;
-    let rays = wanted.camera.pixel_rays(width, height, 1);
+pub fn describe(model: &Model, camera: &Camera, [width, height]: [u32; 2], [x, y]: [u32; 2]) -> Vec<String> {
+    let scene = &model.scene;
+    let rays = camera.pixel_rays(width, height, 1);
     let ray = Ray::new(rays.eye(), rays.direction(x, y, [0, 0]));
-    let (hit, cost) = cost::closest_hit(wanted.model.bvh.binary(scene), &ray, &mut Vec::new());
+    let (hit, cost) = cost::closest_hit(scene, &model.bvh, &mut Todo::default(), &ray);
     let vector = |v: Vec3| format!("{:.4} {:.4} {:.4}", v.x, v.y, v.z);
     let mut lines = vec![format!("pixel     {x},{y}")];
     if hit.is_hit() {
@@ -31,16 +34,13 @@ pub fn describe(wanted: &Wanted, [x, y]: [u32; 2]) -> Vec<String> {
         lines.push(format!("hit       {primitive}, {material}"));
         lines.push(format!("distance  {:.6}", hit.t));
         lines.push(format!("point     {}", vector(surface::point(&ray, &hit))));
-        lines.push(format!(
-            "normal    {}",
-            vector(surface::normal(scene, &ray, &hit))
-        ));
+        lines.push(format!("normal    {}", vector(shading_normal(scene, &ray, &hit))));
     } else {
         lines.push("hit       nothing".into());
     }
     lines.push(format!(
-        "cost      {} boxes, {} primitives",
-        cost.boxes, cost.primitives
+        "cost      {} nodes, {} primitives",
+        cost.nodes, cost.primitives
     ));
     lines
 }

@@ -52,7 +52,9 @@ impl Status {
             line.push_str(&format!("{:.0} fps - ", 1.0 / seconds.max(1e-6)));
         }
         if let Some(mrays) = mrays(picture) {
-            line.push_str(&format!("{mrays:.1} Mrays/s - "));
+            // Brute force may be far below one.
+            let digits = if mrays < 1.0 { 4 } else { 1 };
+            line.push_str(&format!("{mrays:.digits$} Mrays/s - "));
         }
         line.push_str(&format!("{width}x{height}"));
         if !picture.full {

@@ -1,9 +1,10 @@
-//! What a camera ray hits, for the looks that need no light transport: position, normal, colour. Plain scalar code;
-//! the picture itself is shaded by `shade`.
+//! What a camera ray hits, for the looks that need no light transport. Plain scalar code; the picture itself is shaded
+//! by `shade`.
 
 use crate::{
     ray::{Hit, PrimitiveId, Ray},
-    scene::{Material, Primitive, Scene},
+    reference::shade::shading_normal,
+    scene::{Material, Scene},
 };
 use glam::Vec3;
 
@@ -15,39 +16,6 @@ const SCENE_LIGHTS: f32 = 0.5;
 #[must_use]
 pub fn point(ray: &Ray, hit: &Hit) -> Vec3 {
     ray.origin + ray.direction * hit.t
-}
-
-/// The unit normal that shading uses there, towards the viewer.
-#[must_use]
-pub fn normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
-    let (geometric, normal) = match scene.primitive(hit.primitive) {
-        Primitive::Triangle(i) => triangle(scene, i, hit),
-        Primitive::Sphere(i) => {
-            let outward = (point(ray, hit) - scene.spheres().center(i)).normalize_or(-ray.direction);
-            (outward, outward)
-        }
-    };
-    if geometric.dot(ray.direction) > 0.0 {
-        -normal
-    } else {
-        normal
-    }
-}
-
-fn triangle(scene: &Scene, i: usize, hit: &Hit) -> (Vec3, Vec3) {
-    let unit = |v: Vec3| (v / v.abs().max_element().max(f32::MIN_POSITIVE)).normalize_or(Vec3::Z);
-    let [v0, v1, v2] = scene.triangle(i);
-    let geometric = unit((v1 - v0).cross(v2 - v0));
-    let normals = &scene.vertices().normals;
-    if normals.is_empty() {
-        return (geometric, geometric);
-    }
-    let corners = scene.triangles().corners[i].map(|vertex| normals[vertex as usize]);
-    let smooth = corners[0] * (1.0 - hit.u - hit.v) + corners[1] * hit.u + corners[2] * hit.v;
-    if corners.contains(&Vec3::ZERO) || smooth == Vec3::ZERO {
-        return (geometric, geometric);
-    }
-    (geometric, unit(smooth))
 }
 
 /// The material of what was hit.
@@ -64,7 +32,7 @@ pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit) -> [f32; 3] {
         Material::Matte { color } | Material::Reflection { color, .. } => color,
         Material::BlinnPhong { diffuse, k_d, .. } => diffuse.map(|c| c * k_d),
     };
-    let (normal, point) = (normal(scene, ray, hit), point(ray, hit));
+    let (normal, point) = (shading_normal(scene, ray, hit), point(ray, hit));
     let lights = scene.lights();
     let from_eye = scene.ambient() + HEADLIGHT * normal.dot(-ray.direction).max(0.0);
     let mut light = [from_eye; 3];

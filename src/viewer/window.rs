@@ -7,6 +7,7 @@ use super::{
     look::{Boxes, Look, Model, Style, Wanted},
     orbit::{Orbit, Pose, unit_of},
     overlay::{Overlay, copy, overlay},
+    probe,
     progressive::GRIDS,
     screen::Canvas,
     status::Status,
@@ -14,6 +15,7 @@ use super::{
     worker::{self, Note, Picture, Shared},
 };
 use crate::{
+    heat,
     render::{ByteFilm, Mode, Renderer},
     scene::CameraError,
 };
@@ -79,7 +81,6 @@ pub struct App {
     picture: Picture,
     status: Status,
     benchmark: Option<Benchmark>,
-    report: Option<Report>,
 
     mouse: PhysicalPosition<f64>,
     left: bool,
@@ -90,7 +91,6 @@ pub struct App {
     help: bool,
     figures: bool,
     probe: bool,
-    probed: Vec<String>,
     progress: Option<f32>,
     error: Option<String>,
     message: Option<(String, Instant)>,
@@ -128,7 +128,6 @@ impl App {
             picture: Picture::default(),
             status: Status::default(),
             benchmark: None,
-            report: None,
             mouse: PhysicalPosition::default(),
             left: false,
             right: false,
@@ -137,7 +136,6 @@ impl App {
             help: false,
             figures: false,
             probe: false,
-            probed: Vec::new(),
             progress: None,
             error: None,
             message: None,
@@ -156,7 +154,7 @@ impl App {
         let _written = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
         match self.failure {
             Some(why) => Err(ViewError::Failed(why)),
-            None => Ok(self.report),
+            None => Ok(self.benchmark.and_then(|benchmark| benchmark.report())),
         }
     }
 
@@ -189,23 +187,34 @@ impl App {
             .options
             .benchmark
             .map(|length| Benchmark::new(length, Instant::now()));
+        if self.benchmark.is_none() {
+            self.say("press ? for the keys");
+        }
         self.ask();
         Ok(())
     }
 
     fn wanted(&self) -> Wanted {
-        let inside = |p: f64, pixels: u32| (p >= 0.0 && p < f64::from(pixels)).then_some(p as u32);
-        let under_mouse = inside(self.mouse.x, self.size[0])
-            .zip(inside(self.mouse.y, self.size[1]))
-            .map(|(x, y)| [x, y]);
         Wanted {
             model: Arc::clone(&self.model),
             pose: self.orbit.pose(),
             camera: self.orbit.camera(),
             style: self.style,
             size: self.size,
-            probe: under_mouse.filter(|_| self.probe),
         }
+    }
+
+    /// What is under the mouse, if that is asked for.
+    fn probed(&self) -> Option<Vec<String>> {
+        let inside = |p: f64, pixels: u32| (p >= 0.0 && p < f64::from(pixels)).then_some(p as u32);
+        let x = inside(self.mouse.x, self.size[0]).filter(|_| self.probe)?;
+        let y = inside(self.mouse.y, self.size[1])?;
+        Some(probe::describe(
+            &self.model,
+            &self.orbit.camera(),
+            self.size,
+            [x, y],
+        ))
     }
 
     /// Tells the worker what to show from now on. A window without pixels shows nothing.
@@ -249,10 +258,7 @@ impl App {
             Action::Cost => {
                 style.look = look(style.look, Look::Cost);
                 if style.look == Look::Cost {
-                    message = Some(format!(
-                        "tests of boxes and primitives: 0 blue, {} white",
-                        super::cost::MOST
-                    ));
+                    message = Some(format!("nodes and primitives: 1 dark, {} yellow", heat::HOTTEST));
                 }
             }
             Action::Antialias => {
@@ -389,8 +395,10 @@ impl App {
         } else if self.right {
             self.orbit.approach(FACTOR_OF_PIXEL.powf(down));
         }
-        if self.left || self.right || self.probe {
+        if self.left || self.right {
             self.ask();
+        } else if self.probe {
+            self.redraw();
         }
     }
 
@@ -412,6 +420,7 @@ impl App {
     fn draw(&mut self) -> Result<(), String> {
         let now = Instant::now();
         let is_new = self.shared.take(&mut self.picture);
+        let probed = self.probed();
         if self.message.as_ref().is_some_and(|(_, until)| now >= *until) {
             self.message = None;
         }
@@ -441,7 +450,7 @@ impl App {
                 figures: self
                     .figures
                     .then(|| [vec![self.status.line(&self.picture)], self.status.modes()].concat()),
-                probed: self.probe.then_some(&self.probed),
+                probed: probed.as_deref(),
                 progress: self.progress,
                 error: self.error.as_deref(),
                 message: self.message.as_ref().map(|(text, _)| text.as_str()),
@@ -463,8 +472,7 @@ impl App {
     fn orbit_on(&mut self, event_loop: &ActiveEventLoop) {
         let Some(benchmark) = &self.benchmark else { return };
         let now = Instant::now();
-        if let Some(report) = benchmark.report(now) {
-            self.report = Some(report);
+        if benchmark.is_over(now) {
             event_loop.exit();
             return;
         }
@@ -519,7 +527,6 @@ impl ApplicationHandler<Event> for App {
                 self.progress = None;
                 self.orbit_on(event_loop);
             }
-            Event::Worker(Note::Probe(lines)) => self.probed = lines,
             Event::Worker(Note::Progress(share)) => self.progress = Some(share),
             Event::Reloaded(reloaded) => self.reloaded(reloaded),
             Event::Saved(Ok(name)) => self.say(format!("saved {name}")),

@@ -5,7 +5,7 @@ use super::{
     boxes,
     budget::Budget,
     look::{Boxes, Look, Model, Wanted},
-    primary, probe,
+    primary,
     progressive::Progressive,
     screen::{self, Canvas},
 };
@@ -24,6 +24,9 @@ use std::{
 
 /// When nothing has moved for so long, the camera rests.
 const REST: Duration = Duration::from_millis(80);
+/// For so long even the coarsest picture of a camera that has moved on is traced to its end: of pictures that take a
+/// while every one is shown, and of those that take longer still none is waited for.
+const STALE: Duration = Duration::from_secs(1);
 /// How often a long picture says how far it is.
 const PROGRESS: Duration = Duration::from_millis(250);
 /// The epoch in which everything ends.
@@ -57,8 +60,6 @@ pub struct Picture {
 pub enum Note {
     /// [`Shared::take`] has a new picture.
     Picture,
-    /// About the pixel asked for.
-    Probe(Vec<String>),
     /// So much of the next picture is done, 0 to 1.
     Progress(f32),
 }
@@ -70,13 +71,22 @@ pub struct Shared {
     arrived: Condvar,
     /// Counts wishes for other pictures.
     epoch: AtomicU64,
+    /// The epoch of the last wish for more than another pose or size.
+    turn: AtomicU64,
     done: Mutex<Done>,
 }
 
 #[derive(Debug, Default)]
 struct Inbox {
-    next: Option<Wanted>,
+    next: Option<Wish>,
     latest: Option<Wanted>,
+}
+
+/// What is wanted, and the epoch that it begins.
+#[derive(Clone, Debug)]
+struct Wish {
+    wanted: Wanted,
+    epoch: u64,
 }
 
 #[derive(Debug, Default)]
@@ -95,15 +105,17 @@ impl Shared {
     /// Asks for a picture, instead of all that was asked for before.
     pub fn post(&self, wanted: Wanted) {
         let mut inbox = lock(&self.inbox);
-        if !inbox
-            .latest
-            .as_ref()
-            .is_some_and(|latest| latest.same_picture(&wanted))
-        {
-            self.epoch.fetch_add(1, Ordering::Relaxed);
+        let mut epoch = self.epoch.load(Ordering::Relaxed);
+        let latest = inbox.latest.as_ref();
+        if !latest.is_some_and(|latest| latest.same_picture(&wanted)) {
+            epoch += 1;
+            self.epoch.store(epoch, Ordering::Relaxed);
+            if !latest.is_some_and(|latest| latest.same_rays(&wanted)) {
+                self.turn.store(epoch, Ordering::Relaxed);
+            }
         }
         inbox.latest = Some(wanted.clone());
-        inbox.next = Some(wanted);
+        inbox.next = Some(Wish { wanted, epoch });
         self.arrived.notify_one();
     }
 
@@ -128,8 +140,18 @@ impl Shared {
         self.epoch.load(Ordering::Relaxed) == END
     }
 
+    /// Whether another picture is wanted by now.
+    fn is_over(&self, epoch: u64) -> bool {
+        self.epoch.load(Ordering::Relaxed) != epoch
+    }
+
+    /// Whether a picture of other rays is.
+    fn has_turned(&self, epoch: u64) -> bool {
+        self.turn.load(Ordering::Relaxed) > epoch || self.has_ended()
+    }
+
     /// The next wish. Waits for it for as long as `patience`, or for ever.
-    fn next(&self, patience: Option<Duration>) -> Option<Wanted> {
+    fn next(&self, patience: Option<Duration>) -> Option<Wish> {
         let inbox = lock(&self.inbox);
         let is_quiet = |inbox: &mut Inbox| inbox.next.is_none() && !self.has_ended();
         let mut inbox = match patience {
@@ -150,9 +172,9 @@ impl Shared {
 
 /// Traces what is asked for until [`Shared::end`].
 pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
-    let mut wanted = shared.next(None);
-    while let Some(first) = wanted {
-        let model = Arc::clone(&first.model);
+    let mut wish = shared.next(None);
+    while let Some(first) = wish {
+        let model = Arc::clone(&first.wanted.model);
         let session = Session {
             shared,
             tell,
@@ -163,7 +185,7 @@ pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
             film: ByteFilm::black(0, 0),
             boxes: (Boxes::Hidden, Vec::new()),
         };
-        wanted = session.run(first);
+        wish = session.run(first);
     }
 }
 
@@ -181,14 +203,14 @@ struct Session<'a> {
 
 impl Session<'_> {
     /// Returns the first wish for another scene; `None` at the end.
-    fn run(mut self, mut wanted: Wanted) -> Option<Wanted> {
+    fn run(mut self, mut wish: Wish) -> Option<Wish> {
         let mut moving = true;
         loop {
             let patience = if moving {
-                self.moving_frame(&wanted);
+                self.moving_frame(&wish);
                 Some(REST)
-            } else if let Some(n) = self.progressive.next(wanted.style.antialias) {
-                self.resting_frame(&wanted, n);
+            } else if let Some(n) = self.progressive.next(wish.wanted.style.antialias) {
+                self.resting_frame(&wish, n);
                 Some(Duration::ZERO)
             } else {
                 None
@@ -199,23 +221,22 @@ impl Session<'_> {
                 return None;
             }
             let Some(newer) = newer else { continue };
-            if !Arc::ptr_eq(&newer.model, &wanted.model) {
+            let (old, new) = (&wish.wanted, &newer.wanted);
+            if !Arc::ptr_eq(&new.model, &old.model) {
                 return Some(newer);
             }
-            if !newer.same_picture(&wanted) {
-                if newer.style != wanted.style {
+            if !new.same_picture(old) {
+                if !new.same_rays(old) {
                     self.budget.forget();
                 }
                 moving = true;
-            } else if newer.probe != wanted.probe {
-                self.probe(&newer);
             }
-            wanted = newer;
+            wish = newer;
         }
     }
 
     /// A picture in time: coarser if it must be.
-    fn moving_frame(&mut self, wanted: &Wanted) {
+    fn moving_frame(&mut self, Wish { wanted, epoch }: &Wish) {
         self.progressive.restart();
         loop {
             let start = Instant::now();
@@ -223,8 +244,10 @@ impl Session<'_> {
             let (shared, budget, done) = (self.shared, self.budget.clone(), AtomicU64::new(0));
             let traced = self.trace(wanted, plan.size, 1, &|progress| {
                 done.fetch_max(progress.pixels_done, Ordering::Relaxed);
-                let late = !plan.coarsest && budget.is_overdrawn(start.elapsed());
-                if late || shared.has_ended() {
+                let elapsed = start.elapsed();
+                let late = !plan.coarsest && budget.is_overdrawn(elapsed);
+                let stale = elapsed > STALE && shared.is_over(*epoch);
+                if late || stale || shared.has_turned(*epoch) {
                     return ControlFlow::Break(());
                 }
                 ControlFlow::Continue(())
@@ -239,7 +262,7 @@ impl Session<'_> {
                     self.budget.learn(pixels, start.elapsed());
                     return;
                 }
-                Err(RenderError::Cancelled) if !self.shared.has_ended() => {
+                Err(RenderError::Cancelled) if !plan.coarsest && !self.shared.has_turned(*epoch) => {
                     self.budget.learn_failure(done.into_inner(), start.elapsed());
                 }
                 Err(_) => return,
@@ -248,8 +271,7 @@ impl Session<'_> {
     }
 
     /// The whole picture, unless something else is wanted before it is done.
-    fn resting_frame(&mut self, wanted: &Wanted, n: u32) {
-        let epoch = self.shared.epoch.load(Ordering::Relaxed);
+    fn resting_frame(&mut self, Wish { wanted, epoch }: &Wish, n: u32) {
         let (shared, tell) = (self.shared, self.tell);
         let start = Instant::now();
         let told = AtomicU64::new(0);
@@ -260,10 +282,10 @@ impl Session<'_> {
                     progress.pixels_done as f32 / progress.pixels_total as f32,
                 ));
             }
-            if shared.epoch.load(Ordering::Relaxed) == epoch {
-                ControlFlow::Continue(())
-            } else {
+            if shared.is_over(*epoch) {
                 ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
             }
         });
         match traced {
@@ -316,7 +338,6 @@ impl Session<'_> {
         };
         lock(&self.shared.done).picture = Some(picture);
         (self.tell)(Note::Picture);
-        self.probe(wanted);
     }
 
     fn draw_boxes(&mut self, wanted: &Wanted, pixels: &mut [u32], rests: bool) {
@@ -341,13 +362,6 @@ impl Session<'_> {
             all.iter().copied().step_by(stride),
             boxes::COLOR,
         );
-    }
-
-    fn probe(&self, wanted: &Wanted) {
-        let [width, height] = wanted.size;
-        if let Some([x, y]) = wanted.probe.filter(|&[x, y]| x < width && y < height) {
-            (self.tell)(Note::Probe(probe::describe(wanted, [x, y])));
-        }
     }
 }
 
