@@ -15,7 +15,7 @@ use glam::Vec3;
 const OFFSET: f32 = 1e-4;
 
 /// Pixels of a bundle's side, and of a packet.
-const BLOCK: u32 = 8;
+const BLOCK: u32 = 16;
 const PACKET: [u32; 2] = [4, 2];
 
 /// What rays are for.
@@ -118,13 +118,14 @@ impl Workload {
 #[must_use]
 pub fn camera_packets(camera: &Camera, width: u32, height: u32) -> Vec<RayPacket> {
     let pixel_rays = camera.pixel_rays(width, height, 1);
-    let mut packets = Vec::with_capacity((width.div_ceil(8) * height.div_ceil(8) * 8) as usize);
+    let blocks = width.div_ceil(BLOCK) * height.div_ceil(BLOCK);
+    let mut packets = Vec::with_capacity(blocks as usize * 32);
     for block_y in (0..height).step_by(BLOCK as usize) {
         for block_x in (0..width).step_by(BLOCK as usize) {
-            for packet_i in 0..8 {
+            for packet_i in 0..32 {
                 // Along a Z-order curve, so that pairs are 4x4 pixels.
-                let x = block_x + (packet_i >> 1 & 1) * PACKET[0];
-                let y = block_y + ((packet_i & 1) + (packet_i >> 2) * 2) * PACKET[1];
+                let x = block_x + ((packet_i >> 1 & 1) + (packet_i >> 3 & 1) * 2) * PACKET[0];
+                let y = block_y + ((packet_i & 1) + (packet_i >> 2 & 1) * 2 + (packet_i >> 4) * 4) * PACKET[1];
                 let inside =
                     |lane: usize| x + lane as u32 % PACKET[0] < width && y + lane as u32 / PACKET[0] < height;
                 let t_max: [f32; LANES] = std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 });

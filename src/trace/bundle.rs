@@ -5,7 +5,7 @@
 
 use super::{
     PACKETS, Tracer, bits,
-    frustum::{BundleFrustum, Seen8},
+    frustum::{BundleFrustum, Seen},
     leaf,
     rays::Packet,
     single::{Item, insert_nearest_last},
@@ -14,8 +14,7 @@ use crate::{
     accel::{Child, Node8},
     simd::{
         F32x8, LANES, lane,
-        lanes::{LaneMask, Lanes, Vec3Lanes},
-        le, splat,
+        lanes::{Column, LaneMask, Lanes, Vec3Lanes},
     },
 };
 use glam::Vec3;
@@ -34,8 +33,8 @@ pub(super) struct Entry {
 const FEW: u32 = 1;
 
 /// How the rays of a bundle are culled.
-pub(super) struct Culling<'a> {
-    pub frustum: Option<&'a BundleFrustum>,
+pub(super) struct Culling<'a, V> {
+    pub frustum: Option<&'a BundleFrustum<V>>,
     /// Boxes are also tested ray by ray.
     pub exact: bool,
     /// Few rays left go on one by one.
@@ -51,16 +50,16 @@ impl Tracer<'_> {
     pub(super) fn traverse_bundle<V: Lanes, const ANY: bool, const SHARED: bool>(
         &mut self,
         packets: u32,
-        culling: &Culling<'_>,
+        culling: &Culling<'_, V>,
     ) {
         let bvh = self.bvh;
         // Packets that can take hits, and up to where: -1 for those that are done.
-        let mut q_limit8 = splat(-1.0);
+        let mut q_limit = Column::splat(-1.0);
         let mut all = 0;
         for p in bits(packets) {
-            if self.packets[p & 7].live_bits::<V>() != 0 {
+            if self.packets[p % PACKETS].live_bits::<V>() != 0 {
                 all |= 1 << p;
-                self.update_limit::<V>(culling, &mut q_limit8, p);
+                self.update_limit::<V>(culling, &mut q_limit, p);
             }
         }
         self.bundle_stack.clear();
@@ -75,45 +74,32 @@ impl Tracer<'_> {
             q_near,
         }) = self.bundle_stack.pop()
         {
-            let packets = packets & le(splat(q_near), q_limit8).bits();
+            let packets = packets & V::splat(q_near).le(V::load(&q_limit)).bits();
             if packets == 0 {
                 continue;
             }
             if child.is_inner() {
-                self.push_children::<V, ANY, SHARED>(&bvh.nodes()[child.index()], culling, packets, q_limit8);
+                self.push_children::<V, ANY, SHARED>(&bvh.nodes()[child.index()], culling, packets, V::load(&q_limit));
                 continue;
             }
-            if SHARED {
-                let one = culling.frustum.map(|f| {
-                    if packets.is_power_of_two() {
-                        f.packet(packets.trailing_zeros() as usize)
-                    } else {
-                        f.all
-                    }
-                });
-                leaf::shared_origin::<V, ANY>(
-                    bvh,
-                    child,
-                    one.as_ref(),
-                    culling.reach,
-                    packets,
-                    &mut self.packets,
-                );
+            let (reach, states) = (culling.reach, &mut self.packets);
+            let taken = if SHARED {
+                leaf::shared_origin::<V, ANY>(bvh, child, culling.frustum, reach, packets, states)
             } else {
-                leaf::separate_origins::<V, ANY>(bvh, child, culling.reach, packets, &mut self.packets);
-            }
-            for p in bits(packets) {
-                self.update_limit::<V>(culling, &mut q_limit8, p);
+                leaf::separate_origins::<V, ANY>(bvh, child, reach, packets, states)
+            };
+            for p in bits(taken) {
+                self.update_limit::<V>(culling, &mut q_limit, p);
             }
         }
     }
 
     #[inline(always)]
-    fn update_limit<V: Lanes>(&self, culling: &Culling<'_>, q_limit8: &mut F32x8, p: usize) {
-        let t = self.packets[p & 7].farthest::<V>();
-        q_limit8.as_mut_array()[p & 7] = match culling.frustum {
+    fn update_limit<V: Lanes>(&self, culling: &Culling<'_, V>, q_limit: &mut Column, p: usize) {
+        let t = self.packets[p % PACKETS].farthest::<V>();
+        q_limit.0[p % PACKETS] = match culling.frustum {
             _ if t <= 0.0 => -1.0,
-            Some(frustum) => frustum.q_limit(p & 7, t),
+            Some(frustum) => frustum.q_limit(p, t),
             None => t,
         };
     }
@@ -123,14 +109,14 @@ impl Tracer<'_> {
     fn push_children<V: Lanes, const ANY: bool, const SHARED: bool>(
         &mut self,
         node: &Node8,
-        culling: &Culling<'_>,
+        culling: &Culling<'_, V>,
         packets: u32,
-        q_limit8: F32x8,
+        q_limit: V,
     ) {
         let base = self.bundle_stack.len();
-        let (candidates, seen): (u32, Option<Seen8>) = match culling.frustum {
+        let (candidates, seen): (u32, Option<Seen<F32x8>>) = match culling.frustum {
             Some(frustum) => {
-                let (candidates, seen) = frustum.all.children(node);
+                let (candidates, seen) = frustum.children(node);
                 (candidates, Some(seen))
             }
             None => (node.valid_bits(), None),
@@ -139,7 +125,7 @@ impl Tracer<'_> {
             let child = node.child[c % LANES];
             let (mut packets, mut q_near) = (packets, 0.0);
             if let (Some(frustum), Some(seen)) = (culling.frustum, &seen) {
-                packets &= frustum.packets_of(seen, c, q_limit8);
+                packets &= frustum.packets_of(seen, c, q_limit);
                 q_near = lane(&seen.q_near, c);
             }
             if culling.exact && packets != 0 {
@@ -150,7 +136,7 @@ impl Tracer<'_> {
                 }
                 if culling.regroup && entering.rays <= FEW + 3 * packets.count_ones() / 2 {
                     for p in bits(packets) {
-                        for i in bits(entering.lanes[p & 7]) {
+                        for i in bits(entering.lanes[p % PACKETS]) {
                             self.items.push(Item {
                                 ray: (p * V::COUNT + i) as u32,
                                 child,
@@ -209,7 +195,7 @@ fn entering<V: Lanes, const SHARED: bool>(
         Vec3Lanes::<V>::splat(upper - shared),
     );
     for p in bits(packets) {
-        let state = &states[p & 7];
+        let state = &states[p % PACKETS];
         let (lower, upper) = if SHARED {
             seen
         } else {
@@ -222,7 +208,7 @@ fn entering<V: Lanes, const SHARED: bool>(
         if lane_bits != 0 {
             entering.packets |= 1 << p;
             entering.rays += lane_bits.count_ones();
-            entering.lanes[p & 7] = lane_bits;
+            entering.lanes[p % PACKETS] = lane_bits;
             nearest = nearest.min(V::select(lanes, near, V::splat(f32::MAX)));
         }
     }

@@ -10,13 +10,14 @@
 //! by 14 half-ulps of its distance, and the arithmetic here rounds a few more times (slopes are products with a
 //! reciprocal).
 
-use super::{PACKETS, rays::Packet};
+use super::rays::Packet;
 use crate::{
     accel::Node8,
+    geometry::EdgeFunctions,
     simd::{
-        F32x8, Vec3x8, ge,
-        lanes::{LaneMask, Lanes, Vec3Lanes},
-        le, max, max_lane, min, min_lane, splat,
+        F32x8, LANES, Vec3x8, ge, lane,
+        lanes::{Column, LaneMask, Lanes, Vec3Lanes},
+        le, max, max_lane, min, min_lane, mul_add, splat,
     },
 };
 
@@ -38,52 +39,89 @@ struct Frame {
     origin_upper: [f32; 3],
 }
 
-/// The rays of a tile or packet: one rectangle of slopes.
+/// Rectangles of slopes, [a0, a1] x [b0, b1], as the test of boxes wants them; a lane a rectangle, or the same in all.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frustum {
-    frame: Frame,
-    a0: F32x8,
-    a1: F32x8,
-    b0: F32x8,
-    b1: F32x8,
+struct Slopes<V> {
+    a: Range<V>,
+    b: Range<V>,
+}
+
+/// From `low` to `high`, with signs as they are summed up.
+#[derive(Clone, Copy, Debug)]
+struct Range<V> {
+    low: V,
+    minus_abs_low: V,
+    minus_high: V,
+    minus_abs_high: V,
+}
+
+/// Boxes of directions whose component along k is 1 or -1: what an edge function is for them at most is six
+/// multiply-adds.
+#[derive(Clone, Copy, Debug)]
+struct Directions<V> {
+    middle: Vec3Lanes<V>,
+    half: Vec3Lanes<V>,
 }
 
 /// The rays of a bundle: a frustum for all, and one for each packet (a lane a packet).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BundleFrustum {
-    pub all: Frustum,
-    a0: F32x8,
-    a1: F32x8,
-    b0: F32x8,
-    b1: F32x8,
-    most_along_k: F32x8,
+pub(super) struct BundleFrustum<V> {
+    frame: Frame,
+    slopes: Slopes<V>,
+    all_slopes: Slopes<F32x8>,
+    /// A lane a packet: middle x, y, z, half x, y, z.
+    directions: [Column; 6],
+    all_directions: Directions<F32x8>,
+    most_along_k: Column,
 }
 
-/// Where eight boxes lie as seen from the origins: distances along k, and offsets along i and j.
+/// Where boxes lie as seen from the origins: distances along k, and offsets along i and j. Eight boxes, or the same one
+/// in all lanes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen8 {
+pub(super) struct Seen<V> {
     /// Nearest distance along k, not below 0: a bound on q for whatever is in the box.
-    pub q_near: F32x8,
-    q_far: F32x8,
-    i_lower: F32x8,
-    i_upper: F32x8,
-    j_lower: F32x8,
-    j_upper: F32x8,
+    pub q_near: V,
+    /// Between nearest and farthest distance along k.
+    q_middle: V,
+    /// Half of what is between them, padded for rounding.
+    q_half: V,
+    i_lower: V,
+    i_upper: V,
+    j_lower: V,
+    j_upper: V,
 }
 
-/// Above 0 where a box lies outside the slopes, or behind.
+/// The rounding of `q_middle` and `q_half`, and of what the test makes of them, as a share of the farthest distance.
+const HALF_ERROR: f32 = 8.0 / (1 << 24) as f32;
+
+impl<V: Lanes> Range<V> {
+    #[inline(always)]
+    fn new(low: V, high: V) -> Self {
+        Self {
+            low,
+            minus_abs_low: -low.abs(),
+            minus_high: -high,
+            minus_abs_high: -high.abs(),
+        }
+    }
+
+    /// Above 0 where [lower, upper] is outside q times the range, for all q. The largest q times `high` is at
+    /// the near or the far end, as its sign says; so it is `high * q_middle + |high| * q_half`.
+    #[inline(always)]
+    fn outside(&self, seen: &Seen<V>, lower: V, upper: V) -> V {
+        let (middle, half) = (seen.q_middle, seen.q_half);
+        let above = self.minus_high.mul_add(middle, self.minus_abs_high.mul_add(half, lower));
+        let below = self.low.mul_add(middle, self.minus_abs_low.mul_sub(half, upper));
+        above.max(below)
+    }
+}
+
+/// Above 0 where a box lies outside the slopes.
 #[inline(always)]
-fn outside(seen: &Seen8, a0: F32x8, a1: F32x8, b0: F32x8, b1: F32x8) -> F32x8 {
-    let (near, far) = (seen.q_near, seen.q_far);
-    let i = max(
-        seen.i_lower - max(a1 * near, a1 * far),
-        min(a0 * near, a0 * far) - seen.i_upper,
-    );
-    let j = max(
-        seen.j_lower - max(b1 * near, b1 * far),
-        min(b0 * near, b0 * far) - seen.j_upper,
-    );
-    max(max(i, j), -far)
+fn outside<V: Lanes>(seen: &Seen<V>, slopes: &Slopes<V>) -> V {
+    let a = slopes.a.outside(seen, seen.i_lower, seen.i_upper);
+    let b = slopes.b.outside(seen, seen.j_lower, seen.j_upper);
+    a.max(b)
 }
 
 fn widen_down(slope: F32x8) -> F32x8 {
@@ -115,15 +153,11 @@ pub(super) fn origins<V: Lanes, const SHARED: bool>(packets: &[Packet]) -> ([f32
     (origin_lower, origin_upper)
 }
 
-fn component(v: &Vec3x8, axis: usize) -> F32x8 {
-    [v.x, v.y, v.z][axis]
-}
-
-impl BundleFrustum {
-    /// The frusta of up to eight packets; `None` if some ray goes too little along the common axis. Lanes
-    /// without a ray count too: they hold a neighbour's direction.
+impl<V: Lanes> BundleFrustum<V> {
+    /// The frusta of up to as many packets as there are lanes; `None` if some ray goes too little along the common axis.
+    /// Lanes without a ray count too: they hold a neighbour's direction.
     #[inline(always)]
-    pub fn new<V: Lanes, const SHARED: bool>(packets: &[Packet]) -> Option<Self> {
+    pub fn new<const SHARED: bool>(packets: &[Packet]) -> Option<Self> {
         let first = packets.first()?;
         let mut sum = Vec3Lanes::<V>::load(&first.direction);
         for packet in &packets[1..] {
@@ -146,86 +180,69 @@ impl BundleFrustum {
             origin_upper,
         };
 
-        // Rows are packets until the transpose, then lanes are.
+        // Eight packets at a time: rows are packets until the transpose, then lanes are.
         let sign = V::splat(frame.sign);
         let mut least = V::splat(1.0);
-        let mut along = [splat(0.0); PACKETS];
-        let [mut a_low, mut a_high, mut b_low, mut b_high] = [[splat(0.0); PACKETS]; 4];
-        for row in 0..PACKETS {
-            let packet = packets.get(row).unwrap_or(first);
-            let d_i = V::load(&packet.direction[i]);
-            let d_j = V::load(&packet.direction[j]);
-            let d_k = V::load(&packet.direction[k]);
-            let along_k = d_k * sign;
-            least = least.min(along_k);
-            along[row] = along_k.fold_max();
-            let inv = V::load(&packet.inv_direction[k]).abs();
-            let (a, b) = (d_i * inv, d_j * inv);
-            (a_low[row], a_high[row]) = (a.fold_min(), a.fold_max());
-            (b_low[row], b_high[row]) = (b.fold_min(), b.fold_max());
+        let [mut a0, mut a1, mut b0, mut b1, mut most_along_k] = [Column::splat(0.0); 5];
+        for half in 0..V::COUNT / LANES {
+            let mut along = [splat(0.0); LANES];
+            let [mut a_low, mut a_high, mut b_low, mut b_high] = [[splat(0.0); LANES]; 4];
+            for row in 0..LANES {
+                let packet = packets.get(half * LANES + row).unwrap_or(first);
+                let d_i = V::load(&packet.direction[i]);
+                let d_j = V::load(&packet.direction[j]);
+                let d_k = V::load(&packet.direction[k]);
+                let along_k = d_k * sign;
+                least = least.min(along_k);
+                along[row] = along_k.fold_max();
+                let inv = V::load(&packet.inv_direction[k]).abs();
+                let (a, b) = (d_i * inv, d_j * inv);
+                (a_low[row], a_high[row]) = (a.fold_min(), a.fold_max());
+                (b_low[row], b_high[row]) = (b.fold_min(), b.fold_max());
+            }
+            let smallest =
+                |rows| widen_down(F32x8::transpose(rows).into_iter().reduce(min).unwrap_or_default());
+            let largest =
+                |rows| widen_up(F32x8::transpose(rows).into_iter().reduce(max).unwrap_or_default());
+            a0.halves_mut()[half] = smallest(a_low);
+            a1.halves_mut()[half] = largest(a_high);
+            b0.halves_mut()[half] = smallest(b_low);
+            b1.halves_mut()[half] = largest(b_high);
+            most_along_k.halves_mut()[half] = F32x8::transpose(along).into_iter().fold(splat(0.0), max);
         }
         if least.lt(V::splat(LEAST_ALONG_K)).bits() != 0 {
             return None;
         }
-        let smallest = |rows| widen_down(F32x8::transpose(rows).into_iter().reduce(min).unwrap_or_default());
-        let largest = |rows| widen_up(F32x8::transpose(rows).into_iter().reduce(max).unwrap_or_default());
-        let (a0, a1, b0, b1) = (smallest(a_low), largest(a_high), smallest(b_low), largest(b_high));
-        let most_along_k = F32x8::transpose(along).into_iter().fold(splat(0.0), max);
-        let all = Frustum {
-            frame,
-            a0: splat(min_lane(a0)),
-            a1: splat(max_lane(a1)),
-            b0: splat(min_lane(b0)),
-            b1: splat(max_lane(b1)),
-        };
+        let (a0, a1, b0, b1) = (V::load(&a0), V::load(&a1), V::load(&b0), V::load(&b1));
+        let all_a0 = splat(min_lane(a0.fold_min()));
+        let all_a1 = splat(max_lane(a1.fold_max()));
+        let all_b0 = splat(min_lane(b0.fold_min()));
+        let all_b1 = splat(max_lane(b1.fold_max()));
         Some(Self {
-            all,
-            a0,
-            a1,
-            b0,
-            b1,
+            frame,
+            slopes: Slopes {
+                a: Range::new(a0, a1),
+                b: Range::new(b0, b1),
+            },
+            all_slopes: Slopes {
+                a: Range::new(all_a0, all_a1),
+                b: Range::new(all_b0, all_b1),
+            },
+            directions: Directions::new(&frame, [a0, a1], [b0, b1]).columns(),
+            all_directions: Directions::new(&frame, [all_a0, all_a1], [all_b0, all_b1]),
             most_along_k,
         })
-    }
-
-    /// The frustum of packet `p` alone.
-    pub fn packet(&self, p: usize) -> Frustum {
-        let of = |slopes: &F32x8| splat(slopes.as_array()[p]);
-        Frustum {
-            frame: self.all.frame,
-            a0: of(&self.a0),
-            a1: of(&self.a1),
-            b0: of(&self.b0),
-            b1: of(&self.b1),
-        }
     }
 
     /// The q beyond which packet `p` takes no hit, when no lane of it does beyond distance `t`.
     #[inline(always)]
     pub fn q_limit(&self, p: usize, t: f32) -> f32 {
-        t * self.most_along_k.as_array()[p] * (1.0 + SLACK)
+        t * self.most_along_k.0[p & 15] * (1.0 + SLACK)
     }
 
-    /// The packets that may hit something in box `child` of `seen` before their limits (a lane a packet).
-    #[inline(always)]
-    pub fn packets_of(&self, seen: &Seen8, child: usize, q_limit8: F32x8) -> u32 {
-        let seen = seen.splat(child);
-        let outside = outside(&seen, self.a0, self.a1, self.b0, self.b1);
-        le(max(outside, seen.q_near - q_limit8), splat(0.0)).bits()
-    }
-}
-
-impl Frustum {
     /// The children of `node` that a ray may hit, and where they lie.
     #[inline(always)]
-    pub fn children(&self, node: &Node8) -> (u32, Seen8) {
-        let seen = self.see(node);
-        let outside = outside(&seen, self.a0, self.a1, self.b0, self.b1);
-        (le(outside, splat(0.0)).bits(), seen)
-    }
-
-    #[inline(always)]
-    fn see(&self, node: &Node8) -> Seen8 {
+    pub fn children(&self, node: &Node8) -> (u32, Seen<F32x8>) {
         let Frame {
             k,
             i,
@@ -246,38 +263,126 @@ impl Frustum {
                 splat(origin_upper[k]) - node.planes[k],
             )
         };
-        Seen8 {
-            q_near: max(near, splat(0.0)),
-            q_far: far,
+        let near = max(near, splat(0.0));
+        let seen = Seen {
+            q_near: near,
+            q_middle: (near + far) * splat(0.5),
+            q_half: mul_add(far, splat(HALF_ERROR), (far - near) * splat(0.5)),
             i_lower: node.planes[i] - splat(origin_upper[i]),
             i_upper: node.planes[i + 3] - splat(origin_lower[i]),
             j_lower: node.planes[j] - splat(origin_upper[j]),
             j_upper: node.planes[j + 3] - splat(origin_lower[j]),
-        }
+        };
+        let outside = max(outside(&seen, &self.all_slopes), -far);
+        (le(outside, splat(0.0)).bits(), seen)
     }
 
-    /// The lanes in which `value`, a linear function of the direction that is worst-case `margin` off, may
-    /// reach 0 for some ray: `e` holds its coefficients. Used with edge functions, eight triangles at a time.
+    /// The packets that may hit something in box `child` of `seen` before their limits (a lane a packet).
     #[inline(always)]
-    pub fn may_reach_zero(&self, e: &Vec3x8, margin: F32x8) -> u32 {
-        let Frame { k, i, j, sign, .. } = self.frame;
-        let (ei, ej, ek) = (component(e, i), component(e, j), component(e, k));
-        let largest = max(self.a0 * ei, self.a1 * ei) + max(self.b0 * ej, self.b1 * ej) + ek * splat(sign);
-        ge(largest, -margin).bits()
+    pub fn packets_of(&self, seen: &Seen<F32x8>, child: usize, q_limit: V) -> u32 {
+        let seen = seen.splat::<V>(child);
+        let inside = outside(&seen, &self.slopes).le(V::splat(0.0));
+        (inside & seen.q_near.le(q_limit)).bits()
+    }
+
+    /// The triangles (a lane each) that some ray may hit: those none of whose edges is wholly outside.
+    #[inline(always)]
+    pub fn triangles(&self, edges: &EdgeFunctions) -> u32 {
+        self.all_directions.triangles(edges)
+    }
+
+    /// The triangles (a lane each) that some ray of packet `p` may hit.
+    #[inline(always)]
+    pub fn triangles_of(&self, p: usize, edges: &EdgeFunctions) -> u32 {
+        let [x, y, z, half_x, half_y, half_z] = &self.directions;
+        let directions = Directions {
+            middle: Vec3Lanes {
+                x: splat(x.0[p & 15]),
+                y: splat(y.0[p & 15]),
+                z: splat(z.0[p & 15]),
+            },
+            half: Vec3Lanes {
+                x: splat(half_x.0[p & 15]),
+                y: splat(half_y.0[p & 15]),
+                z: splat(half_z.0[p & 15]),
+            },
+        };
+        directions.triangles(edges)
     }
 }
 
-impl Seen8 {
+#[inline(always)]
+fn lanes_of(v: &Vec3x8) -> Vec3Lanes<F32x8> {
+    Vec3Lanes { x: v.x, y: v.y, z: v.z }
+}
+
+/// The kernel's tolerance over |d_k|, which is above 0.3, and twice it for the rounding here.
+const TRIANGLE_MARGIN: f32 = 6.0;
+
+impl Directions<F32x8> {
+    /// The triangles none of whose edges is wholly outside.
     #[inline(always)]
-    fn splat(&self, child: usize) -> Self {
-        let of = |v: &F32x8| splat(v.as_array()[child]);
+    fn triangles(&self, edges: &EdgeFunctions) -> u32 {
+        let u = self.largest(lanes_of(&edges.u));
+        let v = self.largest(lanes_of(&edges.v));
+        let w = self.largest(lanes_of(&edges.w));
+        ge(min(min(u, v), w), edges.tolerance * splat(-TRIANGLE_MARGIN)).bits()
+    }
+}
+
+impl<V: Lanes> Directions<V> {
+    #[inline(always)]
+    fn new(frame: &Frame, [a0, a1]: [V; 2], [b0, b1]: [V; 2]) -> Self {
+        let mut middle = [V::splat(frame.sign); 3];
+        let mut half = [V::splat(0.0); 3];
+        for (axis, low, high) in [(frame.i, a0, a1), (frame.j, b0, b1)] {
+            middle[axis] = (low + high) * V::splat(0.5);
+            half[axis] = (high - low) * V::splat(0.5);
+        }
+        let ([x, y, z], [half_x, half_y, half_z]) = (middle, half);
         Self {
-            q_near: of(&self.q_near),
-            q_far: of(&self.q_far),
-            i_lower: of(&self.i_lower),
-            i_upper: of(&self.i_upper),
-            j_lower: of(&self.j_lower),
-            j_upper: of(&self.j_upper),
+            middle: Vec3Lanes { x, y, z },
+            half: Vec3Lanes {
+                x: half_x,
+                y: half_y,
+                z: half_z,
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn columns(self) -> [Column; 6] {
+        let mut columns = [Column::splat(0.0); 6];
+        let [x, y, z, half_x, half_y, half_z] = &mut columns;
+        self.middle.x.store(x);
+        self.middle.y.store(y);
+        self.middle.z.store(z);
+        self.half.x.store(half_x);
+        self.half.y.store(half_y);
+        self.half.z.store(half_z);
+        columns
+    }
+
+    /// The largest dot product of `e` with a direction.
+    #[inline(always)]
+    fn largest(&self, e: Vec3Lanes<V>) -> V {
+        let x = self.half.x.mul_add(e.x.abs(), self.middle.x * e.x);
+        let y = self.half.y.mul_add(e.y.abs(), self.middle.y.mul_add(e.y, x));
+        self.half.z.mul_add(e.z.abs(), self.middle.z.mul_add(e.z, y))
+    }
+}
+
+impl Seen<F32x8> {
+    #[inline(always)]
+    fn splat<V: Lanes>(&self, child: usize) -> Seen<V> {
+        Seen {
+            q_near: V::splat(lane(&self.q_near, child)),
+            q_middle: V::splat(lane(&self.q_middle, child)),
+            q_half: V::splat(lane(&self.q_half, child)),
+            i_lower: V::splat(lane(&self.i_lower, child)),
+            i_upper: V::splat(lane(&self.i_upper, child)),
+            j_lower: V::splat(lane(&self.j_lower, child)),
+            j_upper: V::splat(lane(&self.j_upper, child)),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Leaf blocks against the packets of a bundle.
 
-use super::{bits, frustum::Frustum, rays::Packet};
+use super::{PACKETS, bits, frustum::BundleFrustum, rays::Packet};
 use crate::{
     accel::{Bvh, Child},
-    geometry::{EdgeFunctions, Edges, SphereBlock, TriangleBlock, near_vertex, pad},
+    geometry::{Edges, SphereBlock, TriangleBlock, near_vertex, pad},
     simd::{
         Vec3x8, lane,
         lanes::{Column, LaneMask, Lanes, Vec3Lanes},
@@ -22,36 +22,49 @@ fn vector<V: Lanes>(v: &Vec3x8, i: usize) -> Vec3Lanes<V> {
 }
 
 /// A block against the packets of `packets` that share their origin. What depends on the origin alone is taken once,
-/// for eight triangles at a time, and triangles that no ray of the frustum can hit are dropped. `reach`: see
-/// [`first_look_reach`](crate::geometry::first_look_reach).
+/// for eight triangles at a time; triangles that no ray of the frustum can hit are dropped, and so are packets none of
+/// whose rays can hit a triangle. `reach`: see [`first_look_reach`](crate::geometry::first_look_reach). Answers which
+/// packets took a hit.
 #[inline(always)]
 pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     bvh: &Bvh,
     leaf: Child,
-    frustum: Option<&Frustum>,
+    frustum: Option<&BundleFrustum<V>>,
     reach: f32,
     packets: u32,
-    states: &mut [Packet; 8],
-) {
+    states: &mut [Packet; PACKETS],
+) -> u32 {
     if !leaf.is_triangles() {
-        spheres::<V, ANY>(&bvh.sphere_blocks()[leaf.index()], leaf.count(), packets, states);
-        return;
+        return spheres::<V, ANY>(&bvh.sphere_blocks()[leaf.index()], leaf.count(), packets, states);
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
     let [x, y, z] = &states[0].origin;
     let origin = Vec3::new(x.0[0], y.0[0], z.0[0]);
     let edges8 = block.edge_functions(Vec3x8::splat(origin), splat(reach));
     let mut boxes: Option<(Vec3x8, Vec3x8)> = None;
-    for i in bits(reachable(leaf, &edges8, frustum)) {
-        let eu = vector::<V>(&edges8.u, i);
-        let ev = vector::<V>(&edges8.v, i);
-        let ew = vector::<V>(&edges8.w, i);
-        let least = V::splat(-lane(&edges8.tolerance, i));
-        for p in bits(packets) {
-            let state = &mut states[p & 7];
-            let d = Vec3Lanes::<V>::load(&state.direction);
+    let mut triangles = (1_u32 << leaf.count()) - 1;
+    if let Some(frustum) = frustum
+        && packets.count_ones() > ALL_FIRST
+    {
+        triangles &= frustum.triangles(&edges8);
+        if triangles == 0 {
+            return 0;
+        }
+    }
+    let mut taken = 0;
+    for p in bits(packets) {
+        let mut triangles = triangles;
+        if let Some(frustum) = frustum {
+            triangles &= frustum.triangles_of(p, &edges8);
+        }
+        let state = &mut states[p % PACKETS];
+        let d = Vec3Lanes::<V>::load(&state.direction);
+        for i in bits(triangles) {
+            let eu = vector::<V>(&edges8.u, i);
+            let ev = vector::<V>(&edges8.v, i);
+            let ew = vector::<V>(&edges8.w, i);
             let weights = [d.dot(eu), d.dot(ev), d.dot(ew)];
-            let look = smallest(weights).ge(least);
+            let look = smallest(weights).ge(V::splat(-lane(&edges8.tolerance, i)));
             if look.bits() != 0 {
                 if boxes.is_none() {
                     let (lower, upper) = block.padded_boxes();
@@ -62,11 +75,16 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
                 let determinant = d.dot(vector(&edges8.normal, i));
                 let plane = V::splat(lane(&edges8.plane, i));
                 let bounds = (vector::<V>(lower, i), vector::<V>(upper, i));
-                hit::<V, ANY>(state, block, i, look, weights, plane / determinant, bounds);
+                let hit = hit::<V, ANY>(state, block, i, look, weights, plane / determinant, bounds);
+                taken |= u32::from(hit) << p;
             }
         }
     }
+    taken
 }
+
+/// With more packets than this, triangles are first tested against the frustum of all of them.
+const ALL_FIRST: u32 = 2;
 
 /// A block against packets whose rays have their own origins.
 #[inline(always)]
@@ -75,15 +93,15 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     leaf: Child,
     reach: f32,
     packets: u32,
-    states: &mut [Packet; 8],
-) {
+    states: &mut [Packet; PACKETS],
+) -> u32 {
     if !leaf.is_triangles() {
-        spheres::<V, ANY>(&bvh.sphere_blocks()[leaf.index()], leaf.count(), packets, states);
-        return;
+        return spheres::<V, ANY>(&bvh.sphere_blocks()[leaf.index()], leaf.count(), packets, states);
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
     let edges8: Edges = block.edges();
     let least8 = edges8.longest() * splat(-reach);
+    let mut taken = 0;
     for i in 0..leaf.count() {
         let v0 = vector::<V>(&block.v0, i);
         let v1 = vector::<V>(&block.v1, i);
@@ -93,7 +111,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
         let ew = vector::<V>(&edges8.w, i);
         let normal = vector::<V>(&edges8.normal, i);
         for p in bits(packets) {
-            let state = &mut states[p & 7];
+            let state = &mut states[p % PACKETS];
             let o = Vec3Lanes::<V>::load(&state.origin);
             let d = Vec3Lanes::<V>::load(&state.direction);
             let (a, b, c) = (v0 - o, v1 - o, v2 - o);
@@ -115,18 +133,13 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
                     z: normal.z.turn(flip),
                 };
                 let determinant = d.dot(turned);
-                hit::<V, ANY>(
-                    state,
-                    block,
-                    i,
-                    look,
-                    weights,
-                    plane.turn(flip) / determinant,
-                    bounds,
-                );
+                let t = plane.turn(flip) / determinant;
+                let hit = hit::<V, ANY>(state, block, i, look, weights, t, bounds);
+                taken |= u32::from(hit) << p;
             }
         }
     }
+    taken
 }
 
 #[inline(always)]
@@ -135,7 +148,8 @@ fn smallest<V: Lanes>([u, v, w]: Weights<V>) -> V {
 }
 
 /// The canonical test of triangle `i`, for the lanes that survived the first look; twin of
-/// [`EdgeFunctions::intersect`]. `bounds`: its padded box, relative to the origins.
+/// [`EdgeFunctions::intersect`]. `bounds`: its padded box, relative to the origins. Answers whether a lane may have
+/// taken it.
 #[inline(always)]
 fn hit<V: Lanes, const ANY: bool>(
     state: &mut Packet,
@@ -145,7 +159,7 @@ fn hit<V: Lanes, const ANY: bool>(
     weights: Weights<V>,
     t: V,
     bounds: (Vec3Lanes<V>, Vec3Lanes<V>),
-) {
+) -> bool {
     let zero = V::splat(0.0);
     let mut inside = look & smallest(weights).ge(zero);
     if inside.bits() != look.bits() {
@@ -159,12 +173,14 @@ fn hit<V: Lanes, const ANY: bool>(
     let (near, far) = state.interval(bounds.0, bounds.1);
     let t = t.max(near).min(far);
     let hit = inside & near.le(far) & t.gt(zero);
-    if hit.bits() != 0 {
+    let any = hit.bits() != 0;
+    if any {
         let [u, v, w] = weights;
         let (u, v, w) = (u.max(zero), v.max(zero), w.max(zero));
         let sum = (u + v + w).max(V::splat(f32::MIN_POSITIVE));
         state.offer::<V, ANY>(hit, t, block.id[i], [u, v, sum]);
     }
+    any
 }
 
 /// [`near_vertex`] for both halves of a packet.
@@ -180,38 +196,26 @@ fn near_a_vertex(weights: &[Column; 3], block: &TriangleBlock, i: usize, origin:
     half(0) | half(1) << 8
 }
 
-/// The triangles of a block that some ray of the frustum may hit: those none of whose edges is wholly outside.
-#[inline(always)]
-fn reachable(leaf: Child, edges8: &EdgeFunctions, frustum: Option<&Frustum>) -> u32 {
-    let count_bits = (1_u32 << leaf.count()) - 1;
-    let Some(frustum) = frustum else { return count_bits };
-    // The kernel's tolerance over |d_k|, which is above 0.3, and twice it for the rounding here.
-    let margin = edges8.tolerance * splat(6.0);
-    count_bits
-        & frustum.may_reach_zero(&edges8.u, margin)
-        & frustum.may_reach_zero(&edges8.v, margin)
-        & frustum.may_reach_zero(&edges8.w, margin)
-}
-
 /// A block of spheres; twin of [`intersect_spheres`](crate::geometry::intersect_spheres).
 #[inline(always)]
 fn spheres<V: Lanes, const ANY: bool>(
     block: &SphereBlock,
     count: usize,
     packets: u32,
-    states: &mut [Packet; 8],
-) {
+    states: &mut [Packet; PACKETS],
+) -> u32 {
     let size = Vec3x8::new(block.radius, block.radius, block.radius);
     let (lower8, upper8) = (block.center - size, block.center + size);
     let pad8 = pad(crate::simd::max(lower8.max_abs(), upper8.max_abs()));
     let pad8 = Vec3x8::new(pad8, pad8, pad8);
     let (lower8, upper8) = (lower8 - pad8, upper8 + pad8);
     let zero = V::splat(0.0);
+    let mut taken = 0;
     for i in 0..count {
         let center = vector::<V>(&block.center, i);
         let radius = V::splat(lane(&block.radius, i));
         for p in bits(packets) {
-            let state = &mut states[p & 7];
+            let state = &mut states[p % PACKETS];
             let o = Vec3Lanes::<V>::load(&state.origin);
             let d = Vec3Lanes::<V>::load(&state.direction);
             let from_center = o - center;
@@ -234,7 +238,9 @@ fn spheres<V: Lanes, const ANY: bool>(
             let hit = meets & t.gt(zero) & held.gt(zero) & near.le(far);
             if hit.bits() != 0 {
                 state.offer::<V, ANY>(hit, held, block.id[i], [zero, zero, V::splat(1.0)]);
+                taken |= 1 << p;
             }
         }
     }
+    taken
 }

@@ -15,17 +15,20 @@ use crate::{
     geometry::first_look_reach,
     math::Aabb,
     ray::{HitPacket, RayPacket},
-    simd::{F32x8, lanes::Lanes},
+    simd::{
+        F32x8, LANES,
+        lanes::{Lanes, MOST_LANES},
+    },
 };
 use bundle::Culling;
 use frustum::BundleFrustum;
 use rays::Packet;
 
-/// Packets of a bundle.
-const PACKETS: usize = 8;
+/// The most packets of a bundle: as many as a packet has rays.
+const PACKETS: usize = MOST_LANES;
 
 /// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are fastest.
-pub const BUNDLE: usize = 16;
+pub const BUNDLE: usize = PACKETS * MOST_LANES / LANES;
 
 /// Which way of tracing to use; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -209,7 +212,7 @@ impl<'a> Tracer<'a> {
         let most = if self.method == Method::Packet {
             1
         } else {
-            PACKETS * halves
+            V::COUNT * halves
         };
         let mut members = [0; BUNDLE];
         let mut next = 0;
@@ -270,7 +273,7 @@ impl<'a> Tracer<'a> {
             let frustum = if single {
                 None
             } else {
-                BundleFrustum::new::<V, SHARED>(&self.packets[first..first + size])
+                BundleFrustum::<V>::new::<SHARED>(&self.packets[first..first + size])
             };
             if frustum.is_none() && size > 1 {
                 size = 1;

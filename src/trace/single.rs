@@ -164,7 +164,7 @@ fn start(
 ) -> bool {
     while let Some(Item { ray, child, near }) = items.pop() {
         let (p, i) = (ray as usize / lanes, ray as usize % lanes);
-        let state = &packets[p & 7];
+        let state = &packets[p % super::PACKETS];
         if near <= state.t.0[i & 15] {
             bvh.prefetch(child);
             slot.ray = SingleRay::new(state, p, i);
@@ -190,7 +190,7 @@ fn step<V: Lanes, const ANY: bool>(
         stack,
         len,
     } = slot;
-    let state = &mut packets[ray.packet as usize & 7];
+    let state = &mut packets[ray.packet as usize % super::PACKETS];
     let i = ray.lane as usize & 15;
     if child.is_inner() {
         let node = &bvh.nodes()[child.index()];
