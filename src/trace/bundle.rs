@@ -4,20 +4,20 @@
 //! Tracing*, 2008); a mask of packets takes the place of their first-active index, as eight packets fit a byte.
 
 use super::{
-    PACKETS, Tracer, bits,
+    PACKETS, Tracer, bits, bits64,
     frustum::{BundleFrustum, Seen},
     leaf,
     rays::Packet,
-    single::{Item, insert_nearest_last},
+    single::Item,
 };
 use crate::{
     accel::{Child, Node8},
     simd::{
         F32x8, LANES, lane,
-        lanes::{Column, LaneMask, Lanes, Vec3Lanes},
+        lanes::{Column, LaneMask, Lanes, Vec3Lanes, unpack},
+        splat,
     },
 };
-use glam::Vec3;
 
 /// A subtree still to visit, the packets that may hit something in it, and the least q of it (the least t, without
 /// a frustum).
@@ -121,97 +121,119 @@ impl Tracer<'_> {
             }
             None => (node.valid_bits(), None),
         };
-        for c in bits(candidates) {
-            let child = node.child[c % LANES];
-            let (mut packets, mut q_near) = (packets, 0.0);
-            if let (Some(frustum), Some(seen)) = (culling.frustum, &seen) {
-                packets &= frustum.packets_of(seen, c, q_limit);
-                q_near = lane(&seen.q_near, c);
-            }
-            if culling.exact && packets != 0 {
-                let entering = entering::<V, SHARED>(node, c, packets, &self.packets);
-                packets = entering.packets;
-                if culling.frustum.is_none() {
-                    q_near = entering.near;
+        // A child's packets: 16 bits of a word, four children a word.
+        let mut pairs = [0_u64; 2];
+        match (culling.frustum, &seen) {
+            (Some(frustum), Some(seen)) => {
+                for c in bits(candidates) {
+                    let packets = packets & frustum.packets_of(seen, c, q_limit);
+                    pairs[c / 4 % 2] |= u64::from(packets) << (c % 4 * 16);
                 }
-                if culling.regroup && entering.rays <= FEW + 3 * packets.count_ones() / 2 {
+            }
+            _ => {
+                for c in bits(candidates) {
+                    pairs[c / 4 % 2] |= u64::from(packets) << (c % 4 * 16);
+                }
+            }
+        }
+        let mut near8 = seen.map_or(splat(0.0), |seen| seen.q_near);
+        let mut chosen = 0;
+        if culling.exact {
+            let entering = entering::<V, SHARED>(node, pairs, &self.packets);
+            pairs = entering.pairs;
+            if culling.frustum.is_none() {
+                near8 = entering.near8(self, node);
+            }
+            for c in 0..LANES {
+                let packets = packets_of(&pairs, c);
+                let few = FEW + 3 * packets.count_ones() / 2;
+                let regroup = culling.regroup && entering.rays[c] <= few;
+                chosen |= u32::from(packets != 0 && !regroup) << c;
+                if packets != 0 && regroup {
+                    let child = node.child[c % LANES];
                     for p in bits(packets) {
-                        for i in bits(entering.lanes[p % PACKETS]) {
+                        for i in bits(u32::from(entering.lanes[c % LANES][p % PACKETS])) {
                             self.items.push(Item {
                                 ray: (p * V::COUNT + i) as u32,
                                 child,
-                                near: entering.near,
+                                near: 0.0,
                             });
                         }
                     }
-                    continue;
                 }
             }
-            if packets != 0 {
-                self.bvh.prefetch(child);
-                let entry = Entry {
-                    child,
-                    packets,
-                    q_near,
-                };
-                insert_nearest_last(&mut self.bundle_stack, base, entry, |e| e.q_near);
+        } else {
+            for c in 0..LANES {
+                chosen |= u32::from(packets_of(&pairs, c) != 0) << c;
             }
         }
-    }
-}
-
-/// Which rays enter a box.
-struct Entering {
-    /// Packets with such rays.
-    packets: u32,
-    /// How many rays.
-    rays: u32,
-    /// By packet.
-    lanes: [u32; PACKETS],
-    /// Where the first one does, at least.
-    near: f32,
-}
-
-/// Those of `packets` of which a ray enters box `c`: the canonical test, ray by ray.
-#[inline(always)]
-fn entering<V: Lanes, const SHARED: bool>(
-    node: &Node8,
-    c: usize,
-    packets: u32,
-    states: &[Packet; PACKETS],
-) -> Entering {
-    let (lower, upper) = node.corners(c);
-    let mut entering = Entering {
-        packets: 0,
-        rays: 0,
-        lanes: [0; PACKETS],
-        near: f32::MAX,
-    };
-    let mut nearest = V::splat(f32::MAX);
-    let [x, y, z] = &states[0].origin;
-    let shared = Vec3::new(x.0[0], y.0[0], z.0[0]);
-    let seen = (
-        Vec3Lanes::<V>::splat(lower - shared),
-        Vec3Lanes::<V>::splat(upper - shared),
-    );
-    for p in bits(packets) {
-        let state = &states[p % PACKETS];
-        let (lower, upper) = if SHARED {
-            seen
-        } else {
-            let o = Vec3Lanes::<V>::load(&state.origin);
-            (Vec3Lanes::splat(lower) - o, Vec3Lanes::splat(upper) - o)
-        };
-        let (near, far) = state.interval(lower, upper);
-        let lanes = near.le(far.min(V::load(&state.t)));
-        let lane_bits = lanes.bits();
-        if lane_bits != 0 {
-            entering.packets |= 1 << p;
-            entering.rays += lane_bits.count_ones();
-            entering.lanes[p % PACKETS] = lane_bits;
-            nearest = nearest.min(V::select(lanes, near, V::splat(f32::MAX)));
+        let mut order = [0; LANES];
+        let count = V::push_nearest_last(&mut order, near8, &[0, 1, 2, 3, 4, 5, 6, 7], chosen);
+        for &entry in order.iter().take(count) {
+            let (q_near, c) = unpack(entry);
+            let c = c as usize % LANES;
+            let child = node.child[c];
+            self.bvh.prefetch(child);
+            self.bundle_stack.push(Entry {
+                child,
+                packets: packets_of(&pairs, c),
+                q_near,
+            });
         }
     }
-    entering.near = -(-nearest).largest();
+}
+
+/// The packets of child `c`.
+#[inline(always)]
+fn packets_of(pairs: &[u64; 2], c: usize) -> u32 {
+    (pairs[c / 4 % 2] >> (c % 4 * 16)) as u32 & 0xffff
+}
+
+/// Which rays enter the children of a node.
+struct Entering {
+    /// Packets with such rays, as they came.
+    pairs: [u64; 2],
+    /// How many rays, by child.
+    rays: [u32; LANES],
+    /// By child and packet.
+    lanes: [[u16; PACKETS]; LANES],
+}
+
+impl Entering {
+    fn near8(&self, _: &Tracer<'_>, _: &Node8) -> F32x8 { splat(0.0) }
+}
+
+/// Those of the packets of which a ray enters a child: the canonical test, ray by ray.
+#[inline(always)]
+fn entering<V: Lanes, const SHARED: bool>(node: &Node8, pairs: [u64; 2], states: &[Packet; PACKETS]) -> Entering {
+    let mut entering = Entering {
+        pairs: [0; 2],
+        rays: [0; LANES],
+        lanes: [[0; PACKETS]; LANES],
+    };
+    let mut planes = node.planes;
+    if SHARED {
+        for (i, plane) in planes.iter_mut().enumerate() {
+            *plane = *plane - splat(states[0].origin[i % 3].0[0]);
+        }
+    }
+    for (word, pairs) in pairs.into_iter().enumerate() {
+        for pair in bits64(pairs) {
+            let (c, p) = ((word * 4 + pair / 16) % LANES, pair % PACKETS);
+            let state = &states[p];
+            let [x0, y0, z0, x1, y1, z1] = &planes;
+            let mut lower = Vec3Lanes { x: V::splat(lane(x0, c)), y: V::splat(lane(y0, c)), z: V::splat(lane(z0, c)) };
+            let mut upper = Vec3Lanes { x: V::splat(lane(x1, c)), y: V::splat(lane(y1, c)), z: V::splat(lane(z1, c)) };
+            if !SHARED {
+                let o = Vec3Lanes::<V>::load(&state.origin);
+                (lower, upper) = (lower - o, upper - o);
+            }
+            let (near, far) = state.interval(lower, upper);
+            let lane_bits = near.le(far.min(V::load(&state.t))).bits();
+            entering.pairs[word] |= u64::from(lane_bits != 0) << pair;
+            entering.rays[c] += lane_bits.count_ones();
+            entering.lanes[c][p] = lane_bits as u16;
+        }
+    }
     entering
 }

@@ -1,11 +1,11 @@
 //! Leaf blocks against the packets of a bundle.
 
-use super::{PACKETS, bits, frustum::BundleFrustum, rays::Packet};
+use super::{PACKETS, bits, bits64, frustum::BundleFrustum, rays::Packet};
 use crate::{
     accel::{Bvh, Child},
-    geometry::{Edges, SphereBlock, TriangleBlock, near_vertex, pad},
+    geometry::{EdgeFunctions, Edges, SphereBlock, TriangleBlock, near_vertex, pad},
     simd::{
-        Vec3x8, lane,
+        LANES, Vec3x8, lane,
         lanes::{Column, LaneMask, Lanes, Vec3Lanes},
         splat,
     },
@@ -41,46 +41,63 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     let [x, y, z] = &states[0].origin;
     let origin = Vec3::new(x.0[0], y.0[0], z.0[0]);
     let edges8 = block.edge_functions(Vec3x8::splat(origin), splat(reach));
-    let mut boxes: Option<(Vec3x8, Vec3x8)> = None;
     let mut triangles = (1_u32 << leaf.count()) - 1;
     if let Some(frustum) = frustum
         && packets.count_ones() > ALL_FIRST
     {
         triangles &= frustum.triangles(&edges8);
-        if triangles == 0 {
-            return 0;
-        }
     }
-    let mut taken = 0;
+    // Which triangles for which packet: a byte a packet.
+    let mut pairs = [0_u64; PACKETS / 8];
     for p in bits(packets) {
         let mut triangles = triangles;
         if let Some(frustum) = frustum {
             triangles &= frustum.triangles_of(p, &edges8);
         }
-        let state = &mut states[p % PACKETS];
-        let d = Vec3Lanes::<V>::load(&state.direction);
-        for i in bits(triangles) {
-            let eu = vector::<V>(&edges8.u, i);
-            let ev = vector::<V>(&edges8.v, i);
-            let ew = vector::<V>(&edges8.w, i);
-            let weights = [d.dot(eu), d.dot(ev), d.dot(ew)];
+        pairs[p / 8 % 2] |= u64::from(triangles) << (p % 8 * 8);
+    }
+    let mut looks = [(0_u8, 0_u8); PACKETS * LANES];
+    let mut count = 0;
+    for (word, pairs) in pairs.into_iter().enumerate() {
+        for pair in bits64(pairs) {
+            let (p, i) = (word * 8 + pair / 8, pair % 8);
+            let d = Vec3Lanes::<V>::load(&states[p % PACKETS].direction);
+            let weights = weights(&d, &edges8, i);
             let look = smallest(weights).ge(V::splat(-lane(&edges8.tolerance, i)));
-            if look.bits() != 0 {
-                if boxes.is_none() {
-                    let (lower, upper) = block.padded_boxes();
-                    let origin = Vec3x8::splat(origin);
-                    boxes = Some((lower - origin, upper - origin));
-                }
-                let Some((lower, upper)) = &boxes else { continue };
-                let determinant = d.dot(vector(&edges8.normal, i));
-                let plane = V::splat(lane(&edges8.plane, i));
-                let bounds = (vector::<V>(lower, i), vector::<V>(upper, i));
-                let hit = hit::<V, ANY>(state, block, i, look, weights, plane / determinant, bounds);
-                taken |= u32::from(hit) << p;
-            }
+            looks[count % (PACKETS * LANES)] = (p as u8, i as u8);
+            count += usize::from(look.bits() != 0);
         }
     }
+    if count == 0 {
+        return 0;
+    }
+    let (lower, upper) = block.padded_boxes();
+    let origin = Vec3x8::splat(origin);
+    let (lower, upper) = (lower - origin, upper - origin);
+    let mut taken = 0;
+    for &(p, i) in &looks[..count] {
+        let (p, i) = (usize::from(p), usize::from(i));
+        let state = &mut states[p % PACKETS];
+        let d = Vec3Lanes::<V>::load(&state.direction);
+        let weights = weights(&d, &edges8, i);
+        let look = smallest(weights).ge(V::splat(-lane(&edges8.tolerance, i)));
+        let determinant = d.dot(vector(&edges8.normal, i));
+        let plane = V::splat(lane(&edges8.plane, i));
+        let bounds = (vector::<V>(&lower, i), vector::<V>(&upper, i));
+        let hit = hit::<V, ANY>(state, block, i, look, weights, plane / determinant, bounds);
+        taken |= u32::from(hit) << p;
+    }
     taken
+}
+
+/// The barycentric weights of triangle `i`, see [`EdgeFunctions::weights`].
+#[inline(always)]
+fn weights<V: Lanes>(d: &Vec3Lanes<V>, edges8: &EdgeFunctions, i: usize) -> Weights<V> {
+    [
+        d.dot(vector(&edges8.u, i)),
+        d.dot(vector(&edges8.v, i)),
+        d.dot(vector(&edges8.w, i)),
+    ]
 }
 
 /// With more packets than this, triangles are first tested against the frustum of all of them.
