@@ -113,7 +113,6 @@ impl Tracer<'_> {
         packets: u32,
         q_limit: V,
     ) {
-        let base = self.bundle_stack.len();
         let (candidates, seen): (u32, Option<Seen<F32x8>>) = match culling.frustum {
             Some(frustum) => {
                 let (candidates, seen) = frustum.children(node);
@@ -136,29 +135,28 @@ impl Tracer<'_> {
                 }
             }
         }
-        let mut near8 = seen.map_or(splat(0.0), |seen| seen.q_near);
+        let near8 = seen.map_or(splat(0.0), |seen| seen.q_near);
         let mut chosen = 0;
         if culling.exact {
             let entering = entering::<V, SHARED>(node, pairs, &self.packets);
             pairs = entering.pairs;
-            if culling.frustum.is_none() {
-                near8 = entering.near8(self, node);
-            }
+            let mut few = 0;
             for c in 0..LANES {
                 let packets = packets_of(&pairs, c);
-                let few = FEW + 3 * packets.count_ones() / 2;
-                let regroup = culling.regroup && entering.rays[c] <= few;
-                chosen |= u32::from(packets != 0 && !regroup) << c;
-                if packets != 0 && regroup {
-                    let child = node.child[c % LANES];
-                    for p in bits(packets) {
-                        for i in bits(u32::from(entering.lanes[c % LANES][p % PACKETS])) {
-                            self.items.push(Item {
-                                ray: (p * V::COUNT + i) as u32,
-                                child,
-                                near: 0.0,
-                            });
-                        }
+                let rays = entering.rays[c];
+                let go_on = rays > FEW + 3 * packets.count_ones() / 2 || !culling.regroup;
+                chosen |= u32::from(rays != 0 && go_on) << c;
+                few |= u32::from(rays != 0 && !go_on) << c;
+            }
+            for c in bits(few) {
+                let child = node.child[c % LANES];
+                for p in bits(packets_of(&pairs, c)) {
+                    for i in bits(u32::from(entering.lanes[c % LANES][p % PACKETS])) {
+                        self.items.push(Item {
+                            ray: (p * V::COUNT + i) as u32,
+                            child,
+                            near: 0.0,
+                        });
                     }
                 }
             }
@@ -197,10 +195,6 @@ struct Entering {
     rays: [u32; LANES],
     /// By child and packet.
     lanes: [[u16; PACKETS]; LANES],
-}
-
-impl Entering {
-    fn near8(&self, _: &Tracer<'_>, _: &Node8) -> F32x8 { splat(0.0) }
 }
 
 /// Those of the packets of which a ray enters a child: the canonical test, ray by ray.

@@ -227,37 +227,54 @@ fn spheres<V: Lanes, const ANY: bool>(
     let pad8 = Vec3x8::new(pad8, pad8, pad8);
     let (lower8, upper8) = (lower8 - pad8, upper8 + pad8);
     let zero = V::splat(0.0);
+    let all = (1_u64 << count) - 1;
+    let mut pairs = [0_u64; PACKETS / 8];
+    for p in bits(packets) {
+        pairs[p / 8 % 2] |= all << (p % 8 * 8);
+    }
+    let mut meets = [(0_u8, 0_u8); PACKETS * LANES];
+    let mut met = 0;
+    for (word, pairs) in pairs.into_iter().enumerate() {
+        for pair in bits64(pairs) {
+            let (p, i) = (word * 8 + pair / 8, pair % 8);
+            let state = &states[p % PACKETS];
+            let (_, discriminant): (V, V) = chord(state, block, i);
+            meets[met % (PACKETS * LANES)] = (p as u8, i as u8);
+            met += usize::from(discriminant.ge(zero).bits() != 0);
+        }
+    }
     let mut taken = 0;
-    for i in 0..count {
-        let center = vector::<V>(&block.center, i);
-        let radius = V::splat(lane(&block.radius, i));
-        for p in bits(packets) {
-            let state = &mut states[p % PACKETS];
-            let o = Vec3Lanes::<V>::load(&state.origin);
-            let d = Vec3Lanes::<V>::load(&state.direction);
-            let from_center = o - center;
-            let nearest = -from_center.dot(d);
-            let aside = Vec3Lanes {
-                x: d.x.mul_add(nearest, from_center.x),
-                y: d.y.mul_add(nearest, from_center.y),
-                z: d.z.mul_add(nearest, from_center.z),
-            };
-            let discriminant = radius * radius - aside.dot(aside);
-            let meets = discriminant.ge(zero);
-            if meets.bits() == 0 {
-                continue;
-            }
-            let half_chord = discriminant.max(zero).sqrt();
-            let (t0, t1) = (nearest - half_chord, nearest + half_chord);
-            let t = V::select(t0.gt(zero), t0, t1);
-            let (near, far) = state.interval(vector::<V>(&lower8, i) - o, vector::<V>(&upper8, i) - o);
-            let held = t.max(near).min(far);
-            let hit = meets & t.gt(zero) & held.gt(zero) & near.le(far);
-            if hit.bits() != 0 {
-                state.offer::<V, ANY>(hit, held, block.id[i], [zero, zero, V::splat(1.0)]);
-                taken |= 1 << p;
-            }
+    for &(p, i) in &meets[..met] {
+        let (p, i) = (usize::from(p), usize::from(i));
+        let state = &mut states[p % PACKETS];
+        let (nearest, discriminant): (V, V) = chord(state, block, i);
+        let o = Vec3Lanes::<V>::load(&state.origin);
+        let half_chord = discriminant.max(zero).sqrt();
+        let (t0, t1) = (nearest - half_chord, nearest + half_chord);
+        let t = V::select(t0.gt(zero), t0, t1);
+        let (near, far) = state.interval(vector::<V>(&lower8, i) - o, vector::<V>(&upper8, i) - o);
+        let held = t.max(near).min(far);
+        let hit = discriminant.ge(zero) & t.gt(zero) & held.gt(zero) & near.le(far);
+        if hit.bits() != 0 {
+            state.offer::<V, ANY>(hit, held, block.id[i], [zero, zero, V::splat(1.0)]);
+            taken |= 1 << p;
         }
     }
     taken
+}
+
+/// How far along the rays sphere `i` is nearest, and the square of half the chord.
+#[inline(always)]
+fn chord<V: Lanes>(state: &Packet, block: &SphereBlock, i: usize) -> (V, V) {
+    let o = Vec3Lanes::<V>::load(&state.origin);
+    let d = Vec3Lanes::<V>::load(&state.direction);
+    let from_center = o - vector(&block.center, i);
+    let radius = V::splat(lane(&block.radius, i));
+    let nearest = -from_center.dot(d);
+    let aside = Vec3Lanes {
+        x: d.x.mul_add(nearest, from_center.x),
+        y: d.y.mul_add(nearest, from_center.y),
+        z: d.z.mul_add(nearest, from_center.z),
+    };
+    (nearest, radius * radius - aside.dot(aside))
 }

@@ -248,20 +248,3 @@ fn block<const ANY: bool>(bvh: &Bvh, leaf: Child, ray: &SingleRay, reach: f32, s
         }
     }
 }
-
-/// Pushes `entry` so that the entries from `base` on stay sorted, nearest last.
-#[inline(always)]
-pub(super) fn insert_nearest_last<E: Copy>(
-    stack: &mut Vec<E>,
-    base: usize,
-    entry: E,
-    near: impl Fn(&E) -> f32,
-) {
-    stack.push(entry);
-    let mut at = stack.len() - 1;
-    while at > base && near(&stack[at - 1]) < near(&entry) {
-        stack[at] = stack[at - 1];
-        at -= 1;
-    }
-    stack[at] = entry;
-}
