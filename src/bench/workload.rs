@@ -125,7 +125,8 @@ pub fn camera_packets(camera: &Camera, width: u32, height: u32) -> Vec<RayPacket
             for packet_i in 0..32 {
                 // Along a Z-order curve, so that pairs are 4x4 pixels.
                 let x = block_x + ((packet_i >> 1 & 1) + (packet_i >> 3 & 1) * 2) * PACKET[0];
-                let y = block_y + ((packet_i & 1) + (packet_i >> 2 & 1) * 2 + (packet_i >> 4) * 4) * PACKET[1];
+                let y =
+                    block_y + ((packet_i & 1) + (packet_i >> 2 & 1) * 2 + (packet_i >> 4) * 4) * PACKET[1];
                 let inside =
                     |lane: usize| x + lane as u32 % PACKET[0] < width && y + lane as u32 / PACKET[0] < height;
                 let t_max: [f32; LANES] = std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 });

@@ -110,7 +110,9 @@ impl<V: Lanes> Range<V> {
     #[inline(always)]
     fn outside(&self, seen: &Seen<V>, lower: V, upper: V) -> V {
         let (middle, half) = (seen.q_middle, seen.q_half);
-        let above = self.minus_high.mul_add(middle, self.minus_abs_high.mul_add(half, lower));
+        let above = self
+            .minus_high
+            .mul_add(middle, self.minus_abs_high.mul_add(half, lower));
         let below = self.low.mul_add(middle, self.minus_abs_low.mul_sub(half, upper));
         above.max(below)
     }
@@ -202,8 +204,7 @@ impl<V: Lanes> BundleFrustum<V> {
             }
             let smallest =
                 |rows| widen_down(F32x8::transpose(rows).into_iter().reduce(min).unwrap_or_default());
-            let largest =
-                |rows| widen_up(F32x8::transpose(rows).into_iter().reduce(max).unwrap_or_default());
+            let largest = |rows| widen_up(F32x8::transpose(rows).into_iter().reduce(max).unwrap_or_default());
             a0.halves_mut()[half] = smallest(a_low);
             a1.halves_mut()[half] = largest(a_high);
             b0.halves_mut()[half] = smallest(b_low);
@@ -313,7 +314,11 @@ impl<V: Lanes> BundleFrustum<V> {
 
 #[inline(always)]
 fn lanes_of(v: &Vec3x8) -> Vec3Lanes<F32x8> {
-    Vec3Lanes { x: v.x, y: v.y, z: v.z }
+    Vec3Lanes {
+        x: v.x,
+        y: v.y,
+        z: v.z,
+    }
 }
 
 /// The kernel's tolerance over |d_k|, which is above 0.3, and twice it for the rounding here.
