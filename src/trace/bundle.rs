@@ -248,7 +248,7 @@ fn entering<V: Lanes, const SHARED: bool>(
     let mut planes = node.planes;
     if SHARED {
         for (i, plane) in planes.iter_mut().enumerate() {
-            *plane = *plane - splat(states[0].origin[i % 3].0[0]);
+            *plane -= splat(states[0].origin[i % 3].0[0]);
         }
     }
     for (word, &pairs) in pairs.0.iter().enumerate() {

@@ -7,6 +7,7 @@
 mod bundle;
 mod frustum;
 mod leaf;
+mod order;
 mod rays;
 mod single;
 
@@ -59,6 +60,9 @@ const SCATTERED: usize = 2;
 /// So many bundles of scattered rays go one by one before another is tried. (Terrain, mirror rays: +12 %.)
 const SCATTERED_BUNDLES: u32 = 3;
 
+/// Where sorting has led to scattered rays all the same it is left out so many times.
+const UNSORTED: u32 = 8;
+
 /// Room for rays that go on one by one: more than bundles of 128 rays leave, but in odd scenes.
 const ITEMS: usize = 4096;
 
@@ -71,6 +75,9 @@ pub struct Tracer<'a> {
     packets: Box<[Packet; PACKETS]>,
     bundle_stack: Vec<bundle::Entry>,
     items: Vec<single::Item>,
+    sorted: order::Sorted,
+    /// How many times sorting is still left out.
+    unsorted: u32,
     /// How many bundles of rays with their own origins are still taken for scattered: those go one by one at once.
     scattered: u32,
     slots: Box<[single::Slot; single::SLOTS]>,
@@ -119,6 +126,9 @@ trait Answers {
     fn put(&mut self, i: usize, packet: &Packet, half: usize);
     /// Answer `i`, of eight lanes without a ray.
     fn put_none(&mut self, i: usize, rays: &RayPacket);
+    /// The answers of a packet of rays from anywhere: `members` are answers times eight plus lane, from `base` on, which
+    /// hold none yet.
+    fn scatter(&mut self, base: usize, packet: &Packet, members: &[u16]);
 }
 
 impl Answers for &mut [HitPacket] {
@@ -130,6 +140,20 @@ impl Answers for &mut [HitPacket] {
     fn put_none(&mut self, i: usize, rays: &RayPacket) {
         self[i] = HitPacket::miss(rays.t_max);
     }
+    #[inline(always)]
+    fn scatter(&mut self, base: usize, packet: &Packet, members: &[u16]) {
+        for (half, members) in members.chunks(LANES).enumerate() {
+            let hits = packet.hits(half);
+            for (lane, &member) in members.iter().enumerate() {
+                let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
+                let answer = &mut self[i];
+                answer.t.as_mut_array()[to] = hits.t.as_array()[lane];
+                answer.u.as_mut_array()[to] = hits.u.as_array()[lane];
+                answer.v.as_mut_array()[to] = hits.v.as_array()[lane];
+                answer.primitive[to] = hits.primitive[lane];
+            }
+        }
+    }
 }
 
 impl Answers for &mut [u8] {
@@ -140,6 +164,16 @@ impl Answers for &mut [u8] {
     #[inline(always)]
     fn put_none(&mut self, i: usize, _: &RayPacket) {
         self[i] = 0;
+    }
+    #[inline(always)]
+    fn scatter(&mut self, base: usize, packet: &Packet, members: &[u16]) {
+        for (half, members) in members.chunks(LANES).enumerate() {
+            let blocked = packet.blocked_bits(half);
+            for (lane, &member) in members.iter().enumerate() {
+                let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
+                self[i] |= ((blocked >> lane & 1) << to) as u8;
+            }
+        }
     }
 }
 
@@ -161,6 +195,8 @@ impl<'a> Tracer<'a> {
             packets: Box::new([Packet::EMPTY; PACKETS]),
             bundle_stack: Vec::with_capacity(size),
             items: Vec::with_capacity(ITEMS),
+            sorted: order::Sorted::new(),
+            unsorted: 0,
             scattered: 0,
             slots: Box::new(single::slots(size)),
         }
@@ -214,13 +250,67 @@ impl<'a> Tracer<'a> {
         self.run::<crate::simd::avx512::F32x16, A, ANY, SHARED>(rays, answers);
     }
 
-    /// Groups the packets that hold a ray into bundles and traces these.
+    /// Traces in the order that fits: as the packets come, or ray by ray in order of directions.
     #[inline(always)]
     fn run<V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
         rays: &[RayPacket],
         mut answers: A,
     ) {
+        if SHARED || self.method != Method::Adaptive && self.method != Method::Adaptive8 {
+            self.in_place::<V, A, ANY, SHARED>(rays, 0, rays.len(), &mut answers);
+            return;
+        }
+        let mut sorted = std::mem::take(&mut self.sorted);
+        for first in (0..rays.len()).step_by(order::PACKETS) {
+            let end = rays.len().min(first + order::PACKETS);
+            if self.unsorted == 0 && sorted.by_direction(&rays[first..end]) {
+                self.one_by_one::<V, A, ANY>(&rays[first..end], first, sorted.rays(), &mut answers);
+                if self.scattered > 0 {
+                    self.unsorted = UNSORTED;
+                }
+            } else {
+                self.unsorted = self.unsorted.saturating_sub(1);
+                self.in_place::<V, A, ANY, SHARED>(rays, first, end, &mut answers);
+            }
+        }
+        self.sorted = sorted;
+    }
+
+    /// Puts single rays together into bundles and traces these. `order` holds packet times eight plus lane of each;
+    /// answers begin at `base`.
+    #[inline(always)]
+    fn one_by_one<V: Lanes, A: Answers, const ANY: bool>(
+        &mut self,
+        rays: &[RayPacket],
+        base: usize,
+        order: &[u16],
+        answers: &mut A,
+    ) {
+        for (i, rays) in rays.iter().enumerate() {
+            answers.put_none(base + i, rays);
+        }
+        for members in order.chunks(size::<V, false>() * V::COUNT) {
+            for (packet, members) in self.packets.iter_mut().zip(members.chunks(V::COUNT)) {
+                packet.gather::<V>(rays, members);
+            }
+            self.trace::<V, ANY, false>(members.len().div_ceil(V::COUNT));
+            for (packet, members) in self.packets.iter().zip(members.chunks(V::COUNT)) {
+                answers.scatter(base, packet, members);
+            }
+        }
+    }
+
+    /// Groups those packets from `next` to `end` that hold a ray into bundles and traces these.
+    #[inline(always)]
+    fn in_place<V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        rays: &[RayPacket],
+        mut next: usize,
+        end: usize,
+        answers: &mut A,
+    ) {
+        let rays = &rays[..end];
         let halves = V::COUNT / 8;
         let most = if self.method == Method::Packet {
             1
@@ -228,7 +318,6 @@ impl<'a> Tracer<'a> {
             size::<V, SHARED>() * halves
         };
         let mut members = [0; BUNDLE];
-        let mut next = 0;
         while next < rays.len() {
             let mut count = 0;
             while next < rays.len() && count < most {

@@ -6,8 +6,8 @@ use crate::{
     math::MIN_ABS_DIRECTION,
     ray::{HitPacket, PrimitiveId, RayPacket},
     simd::{
-        Vec3x8, gt,
-        lanes::{Column, LaneMask, Lanes, Vec3Lanes},
+        LANES, Vec3x8, gt,
+        lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes},
         splat,
     },
 };
@@ -51,6 +51,36 @@ impl Packet {
         direction.store(&mut self.direction);
         joined::<V>(&low.origin, &high.origin).store(&mut self.origin);
         V::join(low.t_max, high.t_max).store(&mut self.t);
+        self.start::<V>(direction);
+    }
+
+    /// Puts single rays into the lanes, with no hits: `members` are packets times eight plus lane. Lanes beyond them
+    /// repeat the last one, with an end of 0.
+    #[inline(always)]
+    pub fn gather<V: Lanes>(&mut self, rays: &[RayPacket], members: &[u16]) {
+        let last = members.last().copied().unwrap_or(0);
+        for i in 0..V::COUNT {
+            let member = usize::from(members.get(i).copied().unwrap_or(last));
+            let (from, lane) = (&rays[member / LANES], member % LANES);
+            let (o, d) = (&from.origin, &from.direction);
+            for (column, values) in self.origin.iter_mut().zip([&o.x, &o.y, &o.z]) {
+                column.0[i % MOST_LANES] = values.as_array()[lane];
+            }
+            for (column, values) in self.direction.iter_mut().zip([&d.x, &d.y, &d.z]) {
+                column.0[i % MOST_LANES] = values.as_array()[lane];
+            }
+            self.t.0[i % MOST_LANES] = if i < members.len() {
+                from.t_max.as_array()[lane]
+            } else {
+                0.0
+            };
+        }
+        self.start::<V>(Vec3Lanes::load(&self.direction));
+    }
+
+    /// What follows from the directions, and no hits.
+    #[inline(always)]
+    fn start<V: Lanes>(&mut self, direction: Vec3Lanes<V>) {
         let inv_direction = Vec3Lanes {
             x: reciprocal(direction.x),
             y: reciprocal(direction.y),
