@@ -12,7 +12,8 @@
 //! call, flagged coherent or not, with the CPU's best instruction set or AVX2, built with medium or high
 //! quality, spheres as its own geometry or as ours (a callback a packet), shadow rays from the surface or from the light. All modes are tried briefly, those near the
 //! fastest are then measured in turn with octray, and the best by its median counts. Embree's rays lie ready in
-//! the layout of its own packets, 16 rays as blocks of 4x4 pixels, and packets without any ray are left out.
+//! the layout of its own packets, 16 rays as blocks of 4x4 pixels, and packets without any ray are left out. The rays of
+//! both lie in large pages, as in the program.
 
 mod device;
 mod ffi;
@@ -27,6 +28,12 @@ mod view;
 use clap::Parser;
 use inputs::{Source, View};
 use std::{path::PathBuf, process::ExitCode};
+
+#[path = "../../src/huge_pages.rs"]
+mod huge_pages;
+
+#[global_allocator]
+static ALLOCATOR: huge_pages::HugePages = huge_pages::HugePages;
 
 /// octray against Embree on the same rays.
 #[derive(Parser)]
