@@ -43,7 +43,7 @@
 //! let scene = builder.finish();
 //!
 //! let camera = Camera::look_at(DVec3::new(4.0, 2.0, 2.0), DVec3::new(0.0, 0.0, 0.5), DVec3::Z, 40.0)?;
-//! let settings = Settings { width: 64, height: 48, samples_per_axis: 2, ..Settings::default() };
+//! let settings = Settings { width: 64, height: 48, samples: 4, ..Settings::default() };
 //! let frame = render(&scene, &Bvh::build(&scene), &camera, &settings, &|_| ControlFlow::Continue(()))?;
 //! assert_eq!(frame.rays.camera, 64 * 48 * 4);
 //! # Ok(())

@@ -90,7 +90,7 @@ fn frames_allocate_nothing_once_threads_have_their_memory() {
         for frame_i in 0..FRAMES {
             // Other views, with and without shadows, several samples, and smaller pictures.
             settings.shadows = frame_i % 4 != 1;
-            settings.samples_per_axis = 1 + u32::from(frame_i % 8 == 2);
+            settings.samples = 1 + 3 * u32::from(frame_i % 8 == 2);
             settings.height = 217 - frame_i as u32;
             let camera = &cameras[frame_i % cameras.len()];
             let frame = renderer.render(camera, &settings, &mut film, &|_| ControlFlow::Continue(()));

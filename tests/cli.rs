@@ -76,7 +76,8 @@ fn wrong_values_are_usage_errors() {
     let folder = Folder::new();
     for (arguments, words) in [
         ("--samples 5", "4 or 9"),
-        ("--samples 0", "square"),
+        ("--samples 5 --filter tent", "--pattern sobol"),
+        ("--samples 0", "--samples"),
         ("--samples -1", "-1"),
         ("--size 0x5", "WIDTHxHEIGHT"),
         ("--size 12", "WIDTHxHEIGHT"),
@@ -107,6 +108,13 @@ fn wrong_values_are_usage_errors() {
         ("--eye 1,2,3 --camera front", "give one of them"),
         ("--camera front", "the scene has no camera `front`, nor any other"),
         ("--sise 5x5", "--size"),
+        ("--width 5", "--size WIDTHxHEIGHT"),
+        ("--spp=5", "--samples"),
+        ("--gamma 2.2", "--srgb"),
+        ("--transparent", "--background transparent"),
+        ("-j 2", "--threads"),
+        ("-q", "--quiet"),
+        ("--caustics", "--help lists the options"),
         ("--size", "--size"),
         ("--size 5x5 --size 5x5", "multiple times"),
         ("-o a.gif", ".png"),
@@ -166,7 +174,48 @@ fn the_scenes_cameras() {
     );
     assert_eq!(read(&["b.scn", "--view=2"]), read(&["plain.scn", "--view=2"]));
     folder.fails(&["b.scn", "--camera", "far-away"], 2, "did you mean `far away`?");
-    folder.fails(&["b.scn", "--camera", "x"], 2, "expected `far away`");
+    folder.fails(
+        &["b.scn", "--camera", "x"],
+        2,
+        "expected 1 (it has no name), `far away`",
+    );
+    assert_eq!(first, read(&["b.scn", "--camera=1"]));
+}
+
+#[test]
+fn any_number_of_samples_with_a_sequence() {
+    let folder = Folder::new();
+    let read = |options: &str| {
+        let arguments = format!("a.scn --size 40x30 -o a.ppm --pattern sobol --quiet {options}");
+        folder.run(&arguments.split(' ').collect::<Vec<_>>()).succeeded();
+        std::fs::read(folder.path("a.ppm")).unwrap()
+    };
+    let seven = read("--samples 7");
+    assert_eq!(seven, read("--samples 7 --mode scalar"));
+    assert_ne!(seven, read("--samples 8"));
+}
+
+#[test]
+fn pictures_of_nothing_are_told() {
+    let folder = Folder::new();
+    folder.write("empty.scn", "// nothing\n");
+    let run = folder.run(&["empty.scn"]);
+    assert_eq!(run.code, Some(0));
+    assert!(
+        run.stderr.contains("there is nothing in the scene"),
+        "{}",
+        run.stderr
+    );
+    folder.write("points.obj", "v 0 0 0\nv 1 0 0\np 1 2\n");
+    folder.fails(
+        &["points.obj"],
+        1,
+        "no triangles in it to render, only 2 vertices",
+    );
+    folder.run(&["info", "points.obj"]);
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
+    let run = folder.run(&["a.obj", "--smooth-angle", "30"]);
+    assert!(run.stderr.contains("has normals of its own"), "{}", run.stderr);
 }
 
 #[test]

@@ -67,10 +67,30 @@ fn no_two_pictures_have_one_name() {
 fn a_failure_ends_the_call_and_leaves_what_is_done() {
     let folder = Folder::new();
     folder.write("bad.scn", "sphere 1 2\n");
-    let run = folder.run(&["a.scn", "bad.scn", "missing.scn", SMALL]);
+    let run = folder.run(&["a.scn", "bad.scn", SMALL]);
     assert_eq!(run.code, Some(1));
     assert!(run.stderr.contains("bad.scn:1:"), "{run:?}");
     assert_eq!(folder.names(), ["a.png", "a.scn", "bad.scn"]);
+}
+
+#[test]
+fn what_is_missing_or_does_not_fit_is_told_before_anything_is_rendered() {
+    let folder = Folder::new();
+    folder.write("a.ply", "ply\n");
+    folder.write("a.fbx", "Kaydara");
+    for (last, words) in [
+        ("b.scn", "b.scn: there is no such file; beside it: `a.scn`"),
+        (
+            "a.obj",
+            "a.obj: there is no such file; beside it: `a.ply`, `a.scn`",
+        ),
+        (".", ".: this is a folder"),
+        ("a.fbx", "no kind of file that octray reads"),
+    ] {
+        folder.fails(&["a.scn", last, SMALL, "-o", "{stem}-1.png"], 1, words);
+    }
+    folder.write("b.scn", "sphere 0 0 0 1\n");
+    folder.fails(&["a.ply", "b.scn", SMALL, "--ground"], 2, "b.scn is a scene");
 }
 
 #[test]

@@ -65,7 +65,7 @@ fn the_hall_of_mirrors() {
     let camera = Camera::look_at(eye, target, course::UP, 70.0).expect("a view");
     let settings = Settings {
         max_depth: 12,
-        samples_per_axis: 2,
+        samples: 4,
         ..settings(160, 120)
     };
     let actual = picture(&shipped("hall_of_mirrors"), &camera, &settings);
@@ -95,7 +95,7 @@ fn small_generated_scenes() {
         let scene = generated.into_scene().expect("a scene");
         // Triangles and spheres near a pixel's size: four samples make edges less of a matter of rounding.
         let settings = Settings {
-            samples_per_axis: 2,
+            samples: 4,
             ..settings(160, 120)
         };
         let actual = picture(&scene, &camera, &settings);

@@ -5,9 +5,11 @@ use octray::{
     format,
     reference::{
         brute,
-        cost::{self, Todo},
+        cost::{self, Cost, Todo},
     },
-    render::{Crop, Film, Filter, Mode, Pattern, Pixel, RenderError, Renderer, Settings, Transfer},
+    render::{
+        Aov, Aovs, Crop, Film, Filter, Mode, Pattern, Pixel, RenderError, Renderer, Settings, Transfer,
+    },
     scene::{Camera, Scene},
     verify::{Random, rays, scenes},
 };
@@ -88,9 +90,9 @@ fn check_pieces<P: Pixel + PartialEq + Debug>(scene: &Scene, bvh: &Bvh, settings
 fn pieces_are_the_whole() {
     let scene = reflections();
     let bvh = Bvh::build(&scene);
-    for samples_per_axis in [1, 2] {
+    for samples in [1, 4] {
         let settings = Settings {
-            samples_per_axis,
+            samples,
             ..settings()
         };
         let floats = check_pieces::<[f32; 3]>(&scene, &bvh, &settings);
@@ -109,7 +111,7 @@ fn pieces_are_the_whole_with_every_pattern_and_filter() {
         (Pattern::Sobol, Filter::BlackmanHarris),
     ] {
         let settings = Settings {
-            samples_per_axis: 2,
+            samples: 4,
             pattern,
             filter,
             ..settings()
@@ -125,7 +127,7 @@ fn many_samples_agree_whatever_their_pattern() {
     for filter in [Filter::Box, Filter::Tent, Filter::BlackmanHarris] {
         let picture = |pattern| {
             let settings = Settings {
-                samples_per_axis: 8,
+                samples: 64,
                 pattern,
                 filter,
                 ..settings()
@@ -167,11 +169,27 @@ fn crops_without_pixels_or_outside_are_refused() {
 fn pieces_have_the_same_variables() {
     let scene = reflections();
     let bvh = Bvh::build(&scene);
-    let aovs = |settings: &Settings| {
-        let aovs = Renderer::new(&scene, &bvh).aovs(&camera(), settings, &|_| ControlFlow::Continue(()));
+    let aovs = |settings: &Settings, costs: bool| {
+        let aovs =
+            Renderer::new(&scene, &bvh).aovs(&camera(), settings, costs, &|_| ControlFlow::Continue(()));
         aovs.unwrap_or_else(|error| panic!("{error}"))
     };
-    let whole = aovs(&settings());
+    let whole = aovs(&settings(), true);
+    // Packets, single rays that are counted and single rays that are not find the same.
+    let without_costs = |aovs: &Aovs| -> Vec<Aov> {
+        let free = |pixel: &Aov| Aov {
+            cost: Cost::default(),
+            ..*pixel
+        };
+        aovs.pixels.iter().map(free).collect()
+    };
+    let packets = aovs(&settings(), false);
+    assert!(packets.pixels == without_costs(&whole));
+    let scalar = Settings {
+        mode: Mode::Scalar,
+        ..settings()
+    };
+    assert_eq!(aovs(&scalar, false), packets);
     assert_eq!([whole.width, whole.height], SIZE);
     for crop in crops() {
         let settings = Settings {
@@ -180,7 +198,20 @@ fn pieces_have_the_same_variables() {
             mode: Mode::Scalar,
             ..settings()
         };
-        check_piece(&whole.pixels, &aovs(&settings).pixels, crop, "aovs");
+        check_piece(&whole.pixels, &aovs(&settings, true).pixels, crop, "aovs");
+        check_piece(
+            &packets.pixels,
+            &aovs(
+                &Settings {
+                    mode: Mode::Packet,
+                    ..settings
+                },
+                false,
+            )
+            .pixels,
+            crop,
+            "aovs",
+        );
     }
     let (mut hits, mut misses) = (0, 0);
     for pixel in &whole.pixels {
@@ -195,7 +226,7 @@ fn pieces_have_the_same_variables() {
         }
     }
     assert!(hits > 100 && misses > 100, "{hits}, {misses}");
-    let stopped = Renderer::new(&scene, &bvh).aovs(&camera(), &settings(), &|_| ControlFlow::Break(()));
+    let stopped = Renderer::new(&scene, &bvh).aovs(&camera(), &settings(), true, &|_| ControlFlow::Break(()));
     assert_eq!(stopped, Err(RenderError::Cancelled));
 }
 
@@ -228,9 +259,9 @@ fn variables_are_those_of_every_other_traversal() {
 fn transparency_agrees_in_both_modes() {
     let scene = reflections();
     let bvh = Bvh::build(&scene);
-    for samples_per_axis in [1, 3] {
+    for samples in [1, 9] {
         let settings = Settings {
-            samples_per_axis,
+            samples,
             ..settings()
         };
         let film = check_pieces::<[f32; 4]>(&scene, &bvh, &settings);
@@ -252,7 +283,7 @@ fn transparency_agrees_in_both_modes() {
             }
         }
         assert!(nothing > 100);
-        assert_eq!(partly > 0, samples_per_axis > 1);
+        assert_eq!(partly > 0, samples > 1);
         let bytes = film.to_bytes(Transfer::Linear);
         let whole = |(_, pixel): &(&[u8; 4], &[f32; 4])| pixel[3] == 1.0;
         for (bytes, pixel) in bytes.as_chunks::<4>().0.iter().zip(film.pixels()).filter(whole) {

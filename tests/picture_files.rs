@@ -1,4 +1,4 @@
-//! `--crop`, `--pattern`, `--filter`, `--aov`, `--srgb` and `--background` on the command line, and what is in the files.
+//! `--aov`, `--srgb` and `--background` on the command line, and what is in the files. See `crops.rs` for `--crop`.
 
 mod program;
 
@@ -16,31 +16,6 @@ fn render(folder: &Folder, name: &str, options: &str) -> DynamicImage {
 
 fn open(folder: &Folder, name: &str) -> DynamicImage {
     image::open(folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
-}
-
-const KINDS: [&str; 5] = ["depth", "normal", "albedo", "id", "heat"];
-
-#[test]
-fn pieces_are_the_whole_with_every_option() {
-    let folder = Folder::new();
-    for options in [
-        "--aov depth,normal,albedo,id,heat",
-        "--samples 4 --filter tent --mode scalar --srgb --aov albedo,depth,normal,id,heat",
-        "--samples 9 --pattern sobol --filter blackman-harris --background transparent --aov id,heat,depth,normal,albedo",
-        "--samples 4 --pattern stratified --background transparent --srgb --aov depth,normal,albedo,id,heat",
-    ] {
-        render(&folder, "whole.png", options);
-        for (x, y, width, height) in [(0, 0, 33, 17), (33, 0, 27, 17), (0, 17, 60, 23)] {
-            let crop = format!("{options} --crop {x},{y},{},{}", x + width, y + height);
-            render(&folder, "piece.png", &crop);
-            let names = std::iter::once(String::new()).chain(KINDS.map(|kind| format!(".{kind}")));
-            for name in names {
-                let whole = open(&folder, &format!("whole{name}.png"));
-                let piece = open(&folder, &format!("piece{name}.png"));
-                assert_eq!(whole.crop_imm(x, y, width, height), piece, "{options}: {name}");
-            }
-        }
-    }
 }
 
 #[test]

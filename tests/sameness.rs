@@ -81,11 +81,11 @@ fn check(name: &str, scene: &Scene, camera: &Camera, basis: &Settings) {
     }
 }
 
-fn sized(width: u32, height: u32, samples_per_axis: u32) -> Settings {
+fn sized(width: u32, height: u32, samples: u32) -> Settings {
     Settings {
         width,
         height,
-        samples_per_axis,
+        samples,
         ..Settings::default()
     }
 }

@@ -78,7 +78,8 @@ impl AovFiles {
         if self.asked.is_empty() {
             return Ok(None);
         }
-        let aovs = renderer.aovs(camera, settings, on_progress)?;
+        let costs = self.asked.contains(&AovArg::Heat);
+        let aovs = renderer.aovs(camera, settings, costs, on_progress)?;
         let range = DepthRange::new(scene.bounds(), camera.eye());
         Ok(Some(RenderedAovs { aovs, range }))
     }

@@ -1,26 +1,20 @@
-//! Every argument of every command.
+//! The commands, and the arguments that are theirs alone; those that several commands share have files of their own.
 
-use super::generate::GenerateArgs;
-use super::picture_args::PictureArgs;
 use super::{
     batch_args::{CompareArgs, SeriesArgs},
+    bench_args::BenchArgs,
+    camera_args::{CameraArgs, MeshArgs},
     config::ConfigArgs,
+    generate::GenerateArgs,
+    picture_args::{PictureArgs, SampleArgs},
     shell::{CompletionsArgs, ManArgs},
+    trace_args::TraceArgs,
     value::{self, Size},
     verify::VerifyArgs,
     version,
 };
-use crate::{
-    accel::BuildQuality,
-    course,
-    render::{Mode, RenderError, Settings},
-};
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
-use glam::DVec3;
-use std::{
-    ffi::{OsStr, OsString},
-    path::{Path, PathBuf},
-};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -141,6 +135,9 @@ pub struct RenderArgs {
     pub picture: PictureArgs,
 
     #[command(flatten)]
+    pub sampling: SampleArgs,
+
+    #[command(flatten)]
     pub camera: CameraArgs,
 
     #[command(flatten)]
@@ -148,10 +145,6 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub trace: TraceArgs,
-
-    /// Samples for each pixel: 1, 4, 9, 16, ...
-    #[arg(id = "samples", long, value_name = "N", value_parser = value::samples, default_value = "1", help_heading = "Rendering")]
-    pub samples_per_axis: u32,
 
     #[command(flatten)]
     pub series: SeriesArgs,
@@ -169,51 +162,6 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub config: ConfigArgs,
-}
-
-/// How rays are traced and shaded.
-#[derive(Args, Debug)]
-pub struct TraceArgs {
-    /// How many threads render [default: as many as the machine has]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096), help_heading = "Rendering")]
-    pub threads: Option<u32>,
-
-    /// Which code traces the rays; both make the same picture
-    #[arg(long, value_enum, default_value_t = ModeArg::Packet, help_heading = "Rendering")]
-    pub mode: ModeArg,
-
-    /// How much time building the BVH may take; the picture is the same
-    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Auto, help_heading = "Rendering")]
-    pub build: BuildArg,
-
-    /// Let light through everything
-    #[arg(long, help_heading = "Rendering")]
-    pub no_shadows: bool,
-
-    /// A ray of this level returns the background, so 1 traces camera rays only
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = course::MAX_DEPTH, help_heading = "Rendering")]
-    pub max_depth: u32,
-}
-
-impl TraceArgs {
-    /// The settings for pictures of that size.
-    pub fn settings(&self, size: Size, samples_per_axis: u32) -> Result<Settings, RenderError> {
-        let settings = Settings {
-            width: size.width,
-            height: size.height,
-            samples_per_axis,
-            max_depth: self.max_depth,
-            shadows: !self.no_shadows,
-            mode: match self.mode {
-                ModeArg::Packet => Mode::Packet,
-                ModeArg::Scalar => Mode::Scalar,
-            },
-            threads: self.threads.map(|threads| threads as usize),
-            ..Settings::default()
-        };
-        settings.validate()?;
-        Ok(settings)
-    }
 }
 
 /// Arguments of `octray view`.
@@ -250,96 +198,6 @@ pub struct ViewArgs {
     pub json: Option<PathBuf>,
 }
 
-/// Which way to look.
-#[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Camera")]
-pub struct CameraArgs {
-    /// One of the scene's cameras, by its name [default: the first one; else --view 1]
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["view", "eye"])]
-    pub camera: Option<String>,
-
-    /// One of the course's viewpoints
-    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), conflicts_with = "eye")]
-    pub view: Option<u32>,
-
-    /// Where the camera stands, instead of the scene's camera or a viewpoint
-    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
-    pub eye: Option<DVec3>,
-
-    /// What the camera looks at [default: what the scene's camera does; 0,0,0.5 with --eye or --view; a mesh's middle]
-    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
-    pub target: Option<DVec3>,
-
-    /// Which way is up [default: as the scene's camera has it; 0,0,1 with --eye or --view]
-    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
-    pub up: Option<DVec3>,
-
-    /// Vertical field of view, degrees [default: that of the scene's camera; 45 with --eye or --view]
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
-    pub fov: Option<f64>,
-}
-
-/// How a mesh is shown that comes without a scene.
-#[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "Meshes")]
-pub struct MeshArgs {
-    /// Which axis of the mesh points up [default: y for .obj, .gltf and .glb, z for .ply and .stl]
-    #[arg(long, value_enum, value_name = "AXIS")]
-    pub up_axis: Option<UpArg>,
-
-    /// Put the mesh on a ground
-    #[arg(long)]
-    pub ground: bool,
-
-    /// If the mesh has no normals, smooth it where faces meet at no more than this angle, degrees
-    #[arg(long, value_name = "DEG", value_parser = value::angle)]
-    pub smooth_angle: Option<f64>,
-
-    /// Light the mesh as it is lit when seen from this direction [default: that of the eye]
-    #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
-    pub lit_from: Option<DVec3>,
-}
-
-/// See [`UpAxis`](crate::format::mesh::UpAxis).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum UpArg {
-    /// As in glTF
-    Y,
-    /// As in scenes
-    Z,
-}
-
-/// See [`Mode`](crate::render::Mode).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ModeArg {
-    /// SIMD packets, batched shading
-    Packet,
-    /// One ray at a time
-    Scalar,
-}
-
-/// See [`BuildQuality`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BuildArg {
-    /// Fast where few rays are to come for many primitives, else best
-    Auto,
-    /// The BVH that is built soonest
-    Fast,
-    /// The BVH that is traced fastest
-    Best,
-}
-
-impl BuildArg {
-    /// What is built over so many primitives for so many rays.
-    pub fn quality(self, rays: f64, primitives: usize) -> BuildQuality {
-        match self {
-            Self::Auto => BuildQuality::for_rays(rays, primitives),
-            Self::Fast => BuildQuality::Fast,
-            Self::Best => BuildQuality::Best,
-        }
-    }
-}
-
 /// How `--stats` prints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum StatsFormat {
@@ -359,101 +217,16 @@ pub struct InfoArgs {
     pub json: bool,
 }
 
-/// Arguments of `octray bench`.
-#[derive(Args, Debug)]
-pub struct BenchArgs {
-    /// The scene (.scn), or a mesh: .ply, .obj, .stl, .gltf or .glb
-    #[arg(required_unless_present = "all", conflicts_with = "all")]
-    pub scene: Option<PathBuf>,
-
-    /// Instead of a scene: a suite of generated ones, from a few thousand triangles to ten million
-    #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov", "up_axis", "ground", "smooth_angle"])]
-    pub all: bool,
-
-    /// With --all: smaller scenes
-    #[arg(long, requires = "all", conflicts_with = "scene")]
-    pub quick: bool,
-
-    /// Camera rays across and down
-    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "1024x1024")]
-    pub size: Size,
-
-    #[command(flatten)]
-    pub camera: CameraArgs,
-
-    #[command(flatten)]
-    pub mesh: MeshArgs,
-
-    /// How often each method runs; the median counts
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 9)]
-    pub repeat: u32,
-
-    /// Which BVH is traced; auto counts camera and shadow rays of all runs
-    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Best)]
-    pub build: BuildArg,
-
-    /// What to time, all by default; may be given several times or separated by commas
-    #[arg(long = "method", value_name = "METHOD", value_enum, value_delimiter = ',')]
-    pub methods: Vec<BenchMethod>,
-
-    /// Instead of ways of tracing: time so many whole frames with one thread and with all, in turns
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["methods", "json", "repeat"])]
-    pub frames: Option<u32>,
-
-    /// Write the results as JSON to a file, or to standard output (-)
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-}
-
-/// What `octray bench` can time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum BenchMethod {
-    /// The scalar reference over the BVH, one ray at a time
-    Scalar,
-    /// Packets of eight rays
-    Packet,
-    /// One ray against eight boxes at a time
-    Single,
-    /// What the renderer uses: up to 64 rays together, packets or single rays
-    Render,
-}
-
-/// Puts `render` before arguments that do not begin with a command, so that `octray SCENE` works.
-///
-/// Only the first argument counts. A default command is done here and not by clap, whose usage errors for
-/// optional subcommands mix both levels.
-pub fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
-    let render = match arguments.get(1) {
-        Some(first) => !is_top_level(first),
-        None => false,
-    };
-    if render {
-        arguments.insert(1, "render".into());
-    }
-    arguments
-}
-
-/// Whether clap should read the argument as a command: because it is one, or because it looks like a
-/// misspelt one and no such scene exists, so that clap answers with the one that was meant.
-fn is_top_level(argument: &OsStr) -> bool {
-    let Some(argument) = argument.to_str() else {
-        return false;
-    };
-    if matches!(argument, "help" | "-h" | "--help" | "-V" | "--version") {
-        return true;
-    }
-    let may_be_misspelt = argument.bytes().all(|b| b.is_ascii_alphabetic()) && !Path::new(argument).exists();
-    Cli::command().get_subcommands().any(|command| {
-        let name = command.get_name();
-        // Two letters: one wrong, or two swapped. Of a short name that would leave too little.
-        let most = name.len().div_ceil(3).min(2);
-        argument == name || (may_be_misspelt && strsim::levenshtein(argument, name) <= most)
-    })
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        super::{bench_args::BenchMethod, default_command::with_default_command, trace_args::BuildArg},
+        *,
+    };
+    use crate::accel::BuildQuality;
+    use clap::CommandFactory;
+    use glam::DVec3;
+    use std::ffi::OsString;
 
     fn parse(arguments: &[&str]) -> Result<Command, clap::Error> {
         let arguments = std::iter::once("octray").chain(arguments.iter().copied());

@@ -2,9 +2,10 @@
 
 use super::{
     BenchArgs, CliError,
-    args::{BenchMethod, BuildArg},
+    bench_args::BenchMethod,
     input::{self, Input},
     report::{SCHEMA, grouped},
+    trace_args::BuildArg,
 };
 use crate::{
     accel::Bvh,

@@ -1,14 +1,37 @@
-//! Which camera a command takes: the options', the scene's own, or the course's.
+//! Which camera a command takes: the options', the file's own, the course's, or one that frames a mesh.
 
-use super::{CliError, args::CameraArgs};
+use super::{CliError, camera_args::CameraArgs};
 use crate::{
     course,
     error::escape,
-    scene::{Camera, NamedCamera, Scene, View},
+    format::mesh::{LoadedMesh, UpAxis},
+    scene::{Camera, FitView, Scene, View},
 };
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use glam::DVec3;
+
+/// From where a mesh is shown: this far to the right of its front, degrees, ...
+const AZIMUTH_DEGREES: f64 = 35.0;
+/// ... and this far above.
+const ELEVATION_DEGREES: f64 = 20.0;
 
 impl CameraArgs {
+    /// Refuses what makes no view whatever is loaded.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`].
+    pub fn check(&self) -> Result<(), CliError> {
+        let eye = self.eye.unwrap_or(DVec3::new(1.0, 2.0, 3.0));
+        let target = self.target.filter(|_| self.eye.is_some());
+        let target = target.unwrap_or(eye + DVec3::new(0.3, 0.5, 0.7));
+        // Any axis that is not along the view.
+        let across = (target - eye)
+            .try_normalize()
+            .map_or(DVec3::Z, DVec3::any_orthonormal_vector);
+        let fov = self.fov.unwrap_or(View::FOV_DEGREES);
+        Camera::look_at(eye, target, self.up.unwrap_or(across), fov)?;
+        Ok(())
+    }
+
     /// The camera, where it does not depend on the scene: so that its faults are told before anything is loaded.
     ///
     /// # Errors
@@ -38,13 +61,56 @@ impl CameraArgs {
         }
         let cameras = scene.cameras();
         let view = match &self.camera {
-            Some(name) => named(cameras, name)?.camera.view(),
+            Some(name) => {
+                let names: Vec<&str> = cameras
+                    .iter()
+                    .map(|camera| camera.name.as_deref().unwrap_or_default())
+                    .collect();
+                cameras[find("the scene", &names, name)?].camera.view()
+            }
             None => match cameras.first() {
                 Some(first) => first.camera.view(),
                 None => viewpoint(1)?,
             },
         };
         self.applied_to(view)
+    }
+
+    /// The camera for a mesh whose `up` axis points up: the one of the file that --camera names, that of --view, else
+    /// one that frames the mesh for a picture of that aspect (width over height). --eye, --target, --up and --fov
+    /// change it.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`]: no such camera, or the options make no view.
+    pub fn for_mesh(&self, mesh: &LoadedMesh, up: UpAxis, aspect: f64) -> Result<Camera, CliError> {
+        if let Some(name) = &self.camera {
+            let names: Vec<&str> = mesh.cameras.iter().map(|camera| camera.name.as_str()).collect();
+            let camera = &mesh.cameras[find("the mesh", &names, name)?];
+            return self.applied_to(View {
+                eye: camera.eye,
+                target: camera.target,
+                up: camera.up,
+                fov_degrees: camera.fov_degrees,
+            });
+        }
+        if let Some(number) = self.view {
+            return self.applied_to(viewpoint(number)?);
+        }
+        let framed = FitView {
+            towards_viewer: three_quarter(up),
+            up: self.up.unwrap_or(up.vector()),
+            fov_degrees: self.fov.unwrap_or(View::FOV_DEGREES),
+            aspect,
+        };
+        let fit = framed.fit(&mesh.columns)?;
+        let target = self.target.unwrap_or(fit.target);
+        self.applied_to(View {
+            // Without an eye of its own, a target moves the view and leaves its direction.
+            eye: self.eye.unwrap_or(target + fit.eye - fit.target),
+            target,
+            up: framed.up,
+            fov_degrees: framed.fov_degrees,
+        })
     }
 
     fn applied_to(&self, view: View) -> Result<Camera, CliError> {
@@ -62,66 +128,63 @@ fn viewpoint(number: u32) -> Result<View, CliError> {
         .ok_or_else(|| CliError::Usage(format!("there is no viewpoint {number}, expected 1 to 6")))
 }
 
-fn named<'a>(cameras: &'a [NamedCamera], name: &str) -> Result<&'a NamedCamera, CliError> {
-    let found = cameras.iter().find(|camera| camera.name.as_deref() == Some(name));
-    found.ok_or_else(|| CliError::Usage(no_camera(cameras, name)))
+/// From the front, the right and above. A mesh's front is where it looks in Blender's and glTF's conventions.
+fn three_quarter(axis: UpAxis) -> DVec3 {
+    let (sin_a, cos_a) = libm::sincos(AZIMUTH_DEGREES.to_radians());
+    let rise = libm::tan(ELEVATION_DEGREES.to_radians());
+    match axis {
+        UpAxis::Y => DVec3::new(sin_a, rise, cos_a),
+        UpAxis::Z => DVec3::new(sin_a, -cos_a, rise),
+    }
 }
 
-/// What is said where a scene has no camera of that name.
-fn no_camera(cameras: &[NamedCamera], name: &str) -> String {
-    const MOST_NAMES: usize = 8;
-    let found = escape(name);
-    let names: Vec<&str> = cameras
+/// Which camera of `owner` is called so; one without a name (empty) goes by its number from 1 on.
+fn find(owner: &str, names: &[&str], wanted: &str) -> Result<usize, CliError> {
+    let by_number = || {
+        wanted
+            .parse::<usize>()
+            .ok()?
+            .checked_sub(1)
+            .filter(|&i| i < names.len())
+    };
+    names
         .iter()
-        .filter_map(|camera| camera.name.as_deref())
-        .collect();
+        .position(|&name| name == wanted && !name.is_empty())
+        .or_else(by_number)
+        .ok_or_else(|| CliError::Usage(no_camera(owner, names, wanted)))
+}
+
+/// What is said where there is no camera of that name.
+fn no_camera(owner: &str, names: &[&str], wanted: &str) -> String {
+    const MOST_NAMES: usize = 8;
+    let found = escape(wanted);
+    if names.is_empty() {
+        return format!(
+            "{owner} has no camera `{found}`, nor any other: leave --camera out, or take --view or --eye"
+        );
+    }
     let near = names
         .iter()
-        .map(|other| (strsim::damerau_levenshtein(name, other), other))
+        .filter(|other| !other.is_empty())
+        .map(|other| (strsim::damerau_levenshtein(wanted, other), other))
         .min()
         .filter(|(distance, other)| *distance <= other.len().div_ceil(3));
     if let Some((_, near)) = near {
         return format!(
-            "the scene has no camera `{found}`, did you mean `{}`?",
+            "{owner} has no camera `{found}`, did you mean `{}`?",
             escape(near)
         );
     }
-    if names.is_empty() {
-        return format!(
-            "the scene has no camera `{found}`, nor any other with a name: leave --camera out, or take --view or --eye"
-        );
-    }
-    let mut list: Vec<String> = names
-        .iter()
+    let mut list: Vec<String> = (1..)
+        .zip(names)
         .take(MOST_NAMES)
-        .map(|name| format!("`{}`", escape(name)))
+        .map(|(number, &name)| match name {
+            "" => format!("{number} (it has no name)"),
+            name => format!("`{}`", escape(name)),
+        })
         .collect();
     if names.len() > MOST_NAMES {
         list.push("...".into());
     }
-    format!("the scene has no camera `{found}`, expected {}", list.join(", "))
-}
-
-/// Adds to clap's word on options that exclude each other which of them would do.
-pub fn explain_conflict(error: &mut clap::Error) {
-    const PLACES: [&str; 3] = ["--camera", "--view", "--eye"];
-    let is_place = |value: Option<&ContextValue>| {
-        let options = match value {
-            Some(ContextValue::String(option)) => std::slice::from_ref(option),
-            Some(ContextValue::Strings(options)) => options,
-            _ => &[],
-        };
-        !options.is_empty()
-            && options
-                .iter()
-                .all(|option| PLACES.iter().any(|place| option.starts_with(place)))
-    };
-    if error.kind() == ErrorKind::ArgumentConflict
-        && is_place(error.get(ContextKind::InvalidArg))
-        && is_place(error.get(ContextKind::PriorArg))
-    {
-        let tip = "each of --camera, --view and --eye says where the camera stands: give one of them, and --target, \
-                   --up or --fov to change the rest";
-        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
-    }
+    format!("{owner} has no camera `{found}`, expected {}", list.join(", "))
 }

@@ -2,16 +2,16 @@
 
 use super::{
     CliError,
-    args::{CameraArgs, MeshArgs, UpArg},
+    camera_args::{CameraArgs, MeshArgs, UpArg},
     source, stage,
 };
 use crate::{
-    course,
+    error::{LoadError, SceneError, escape},
     format::{
         self,
-        mesh::{LoadedMesh, MeshCamera, MeshFormat, UpAxis},
+        mesh::{LoadedMesh, MeshFormat, UpAxis},
     },
-    scene::{Camera, CameraError, FitView, Scene, SceneBuilder},
+    scene::{Camera, Scene, SceneBuilder},
 };
 use glam::DVec3;
 use std::{
@@ -36,11 +36,6 @@ pub struct Input {
     /// To be printed as warnings.
     pub notes: Vec<String>,
 }
-
-/// From where a mesh is shown: this far to the right of its front, degrees, ...
-const AZIMUTH_DEGREES: f64 = 35.0;
-/// ... and this far above.
-const ELEVATION_DEGREES: f64 = 20.0;
 
 /// Files that people try, some of them text, which would be taken for faulty scenes.
 const OTHER_KINDS: [&str; 18] = [
@@ -71,10 +66,33 @@ pub fn is_mesh(path: &Path) -> Result<bool, CliError> {
         return Err(CliError::Failed(format!(
             "{}: this is no kind of file that octray reads, expected a scene (.scn) or a mesh (.ply, .obj, .stl, .gltf, \
              .glb)",
-            crate::error::escape(&path.display().to_string())
+            escape(&path.display().to_string())
         )));
     }
     Ok(false)
+}
+
+/// Refuses what is wrong already before anything is loaded: files that are not there or of no kind that is read,
+/// options that do not suit them, options that make no view.
+///
+/// # Errors
+/// [`CliError`].
+pub fn check(path: &Path, camera: &CameraArgs, mesh: &MeshArgs) -> Result<(), CliError> {
+    if !source::is_standard_input(path) {
+        format::check_file(path)?;
+    }
+    check_options(path, camera, mesh).map(|_| ())
+}
+
+/// The options of [`check`]; says whether the file is a mesh.
+fn check_options(path: &Path, camera: &CameraArgs, mesh: &MeshArgs) -> Result<bool, CliError> {
+    camera.check()?;
+    let is_mesh = is_mesh(path)?;
+    if !is_mesh {
+        refuse_mesh_options(path, mesh)?;
+        camera.without_scene()?;
+    }
+    Ok(is_mesh)
 }
 
 /// Loads a scene or a mesh, and sets up the camera. `aspect` is the picture's width over its height.
@@ -96,10 +114,7 @@ pub fn load_and_list(
     aspect: f64,
     files: &mut Vec<PathBuf>,
 ) -> Result<Input, CliError> {
-    if !is_mesh(path)? {
-        refuse_mesh_options(path, mesh)?;
-        // Before a large scene is loaded for nothing.
-        camera.without_scene()?;
+    if !check_options(path, camera, mesh)? {
         let scene = if source::is_standard_input(path) {
             source::load(path)?
         } else {
@@ -112,11 +127,19 @@ pub fn load_and_list(
             scene,
         });
     }
-    check(camera)?;
-    let loaded = load_mesh(path, mesh, files)?;
+    let mut loaded = format::mesh::load_and_list(path, files)?;
+    refuse_nothing(path, &loaded)?;
+    if let Some(degrees) = mesh.smooth_angle {
+        if !loaded.columns.normals.is_empty() {
+            let note = "the mesh has normals of its own, so --smooth-angle changes nothing";
+            loaded.notes.push(format!("{}: {note}", path.display()));
+        }
+        loaded.columns.smooth_normals(degrees);
+    }
     let up = up_axis(&loaded, mesh);
-    let view = View::new(path, &loaded, camera, up, aspect)?;
-    let notes = loaded.notes.clone();
+    let camera = camera.for_mesh(&loaded, up, aspect)?;
+    let notes = std::mem::take(&mut loaded.notes);
+    let view = camera.view();
     let lit_from = mesh.lit_from.unwrap_or(view.eye - view.target);
     let stage = stage::Stage {
         towards_viewer: lit_from,
@@ -126,7 +149,7 @@ pub fn load_and_list(
     let scene = stage::build(loaded, &stage).map_err(|error| failed(path, &error))?;
     Ok(Input {
         scene,
-        camera: Camera::look_at(view.eye, view.target, view.up, view.fov_degrees)?,
+        camera,
         lit_from: Some(lit_from),
         notes,
     })
@@ -148,16 +171,29 @@ pub fn load_bare(path: &Path) -> Result<Scene, CliError> {
     Ok(builder.finish())
 }
 
-fn failed(path: &Path, error: &crate::error::SceneError) -> CliError {
-    CliError::Load(crate::error::LoadError::whole_file(path, error.to_string()))
+fn failed(path: &Path, error: &SceneError) -> CliError {
+    LoadError::whole_file(path, error.to_string()).into()
 }
 
-fn load_mesh(path: &Path, args: &MeshArgs, files: &mut Vec<PathBuf>) -> Result<LoadedMesh, CliError> {
-    let mut loaded = format::mesh::load_and_list(path, files)?;
-    if let Some(degrees) = args.smooth_angle {
-        loaded.columns.smooth_normals(degrees);
+/// A picture of nothing would look like a fault of ours.
+fn refuse_nothing(path: &Path, loaded: &LoadedMesh) -> Result<(), CliError> {
+    if !loaded.columns.triangles.is_empty() {
+        return Ok(());
     }
-    Ok(loaded)
+    let vertices = match loaded.columns.x.len() {
+        0 => String::new(),
+        1 => ", only 1 vertex".to_owned(),
+        count => format!(", only {count} vertices"),
+    };
+    let left_out: String = loaded
+        .notes
+        .iter()
+        .map(|note| format!("; {}", escape(note)))
+        .collect();
+    let message = format!(
+        "there are no triangles in it to render{vertices} (points and lines are not rendered){left_out}"
+    );
+    Err(LoadError::whole_file(path, message).into())
 }
 
 fn up_axis(loaded: &LoadedMesh, args: &MeshArgs) -> UpAxis {
@@ -182,102 +218,4 @@ fn refuse_mesh_options(path: &Path, mesh: &MeshArgs) -> Result<(), CliError> {
         ))),
         None => Ok(()),
     }
-}
-
-/// Refuses what makes no view whatever the mesh, before it is loaded.
-fn check(args: &CameraArgs) -> Result<(), CameraError> {
-    let fov = args.fov.unwrap_or(course::FOV_DEGREES);
-    let eye = args.eye.unwrap_or(DVec3::new(1.0, 2.0, 3.0));
-    let target = args.target.filter(|_| args.eye.is_some());
-    let target = target.unwrap_or(eye + DVec3::new(0.3, 0.5, 0.7));
-    // Any axis that is not along the view.
-    let across = (target - eye)
-        .try_normalize()
-        .map_or(DVec3::Z, DVec3::any_orthonormal_vector);
-    Camera::look_at(eye, target, args.up.unwrap_or(across), fov).map(|_| ())
-}
-
-/// How a mesh is looked at.
-struct View {
-    eye: DVec3,
-    target: DVec3,
-    up: DVec3,
-    fov_degrees: f64,
-}
-
-impl View {
-    fn new(
-        path: &Path,
-        loaded: &LoadedMesh,
-        args: &CameraArgs,
-        axis: UpAxis,
-        aspect: f64,
-    ) -> Result<Self, CliError> {
-        if let Some(name) = &args.camera {
-            let found = find_camera(path, &loaded.cameras, name)?;
-            return Ok(Self {
-                eye: found.eye,
-                target: args.target.unwrap_or(found.target),
-                up: args.up.unwrap_or(found.up),
-                fov_degrees: args.fov.unwrap_or(found.fov_degrees),
-            });
-        }
-        let fov_degrees = args.fov.unwrap_or(course::FOV_DEGREES);
-        if let Some(eye) = args.view.and_then(course::viewpoint) {
-            return Ok(Self {
-                eye,
-                target: args.target.unwrap_or(course::TARGET),
-                up: args.up.unwrap_or(course::UP),
-                fov_degrees,
-            });
-        }
-        let up = args.up.unwrap_or(axis.vector());
-        let view = FitView {
-            towards_viewer: three_quarter(axis),
-            up,
-            fov_degrees,
-            aspect,
-        };
-        let fit = view.fit(&loaded.columns)?;
-        let target = args.target.unwrap_or(fit.target);
-        Ok(Self {
-            // Without an eye of its own, a target moves the view and leaves its direction.
-            eye: args.eye.unwrap_or(target + fit.eye - fit.target),
-            target,
-            up,
-            fov_degrees,
-        })
-    }
-}
-
-/// From the front, the right and above. A mesh's front is where it looks in Blender's and glTF's conventions.
-fn three_quarter(axis: UpAxis) -> DVec3 {
-    let (sin_a, cos_a) = libm::sincos(AZIMUTH_DEGREES.to_radians());
-    let rise = libm::tan(ELEVATION_DEGREES.to_radians());
-    match axis {
-        UpAxis::Y => DVec3::new(sin_a, rise, cos_a),
-        UpAxis::Z => DVec3::new(sin_a, -cos_a, rise),
-    }
-}
-
-/// A camera of the file, by its name or its number from 1 on.
-fn find_camera<'a>(path: &Path, cameras: &'a [MeshCamera], name: &str) -> Result<&'a MeshCamera, CliError> {
-    let by_name = cameras.iter().find(|camera| camera.name == name);
-    let by_number = || cameras.get(name.parse::<usize>().ok()?.checked_sub(1)?);
-    by_name.or_else(by_number).ok_or_else(|| {
-        let names = cameras
-            .iter()
-            .enumerate()
-            .map(|(i, camera)| match camera.name.as_str() {
-                "" => (i + 1).to_string(),
-                name => format!("`{}`", crate::error::escape(name)),
-            });
-        let known: Vec<String> = names.take(20).collect();
-        let known = if known.is_empty() {
-            "no cameras".to_owned()
-        } else {
-            format!("these cameras: {}", known.join(", "))
-        };
-        CliError::Usage(format!("no camera `{name}`: {} has {known}", path.display()))
-    })
 }

@@ -6,9 +6,12 @@ mod args;
 mod batch;
 mod batch_args;
 mod bench;
+mod bench_args;
 mod camera;
+mod camera_args;
 mod compare;
 mod config;
+mod default_command;
 mod encode;
 mod error;
 mod exr_layers;
@@ -27,7 +30,9 @@ mod report;
 mod shell;
 mod source;
 mod stage;
+mod trace_args;
 mod turntable;
+mod usage;
 mod value;
 mod verify;
 mod verify_report;
@@ -36,7 +41,7 @@ mod version;
 mod view;
 mod whole_file;
 
-pub use args::BenchArgs;
+pub use bench_args::BenchArgs;
 pub use error::CliError;
 
 use args::{Cli, Command};
@@ -52,7 +57,7 @@ use std::{
 #[must_use]
 pub fn main() -> ExitCode {
     let start = Instant::now();
-    let arguments = args::with_default_command(std::env::args_os().collect());
+    let arguments = default_command::with_default_command(std::env::args_os().collect());
     match run(&arguments, start) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -104,7 +109,7 @@ fn parse(arguments: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
 
 /// Shows what clap says instead of a command line: help, version, or what is wrong.
 fn show(mut answer: clap::Error) -> Result<(), CliError> {
-    camera::explain_conflict(&mut answer);
+    usage::explain(&mut answer);
     // Help and version go to standard output; a closed pipe there is not worth a word.
     let _ = answer.print();
     if answer.use_stderr() {

@@ -115,7 +115,10 @@ impl Output {
         let name = path.display().to_string();
         let found = fs::metadata(path).ok();
         if found.as_ref().is_some_and(fs::Metadata::is_dir) {
-            return Err(CliError::Failed(format!("cannot write {name}: it is a folder")));
+            return Err(CliError::Failed(format!(
+                "cannot write {name}: it is a folder; name a file in it, such as {}",
+                path.join("{stem}.png").display()
+            )));
         }
         let special = found.as_ref().is_some_and(|found| !found.is_file());
         let format = match path.extension() {
@@ -222,7 +225,7 @@ fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError>
         let what = if folder.exists() {
             "is not a folder"
         } else {
-            "does not exist"
+            "does not exist: make it first"
         };
         return Err(CliError::Failed(format!(
             "cannot write {name}: the folder {} {what}",

@@ -6,19 +6,12 @@ use clap::{Args, ValueEnum};
 
 /// What becomes of the camera's rays.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
     /// Render a part of the picture, exactly as it is in the whole: columns x0 to x1 and rows y0 to y1, x1 and y1
     /// not included; row 0 is on top
     #[arg(long, value_name = "x0,y0,x1,y1", value_parser = crop)]
     pub crop: Option<Crop>,
-
-    /// How the samples of a pixel lie
-    #[arg(long, value_enum, default_value_t = PatternArg::Grid)]
-    pub pattern: PatternArg,
-
-    /// How much a sample counts by its distance from the pixel's centre
-    #[arg(long, value_enum, default_value_t = FilterArg::Box)]
-    pub filter: FilterArg,
 
     /// What else to write, of the ray through each pixel's centre: to files beside the picture, named after it
     /// (a.png: a.depth.png), or into it as layers, if it is EXR
@@ -36,6 +29,23 @@ pub struct PictureArgs {
     /// What is behind everything
     #[arg(long, value_enum, default_value_t = BackgroundArg::Scene)]
     pub background: BackgroundArg,
+}
+
+/// Where in its pixel a ray goes.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Samples")]
+pub struct SampleArgs {
+    /// Samples for each pixel: 1, 4, 9, 16 or another square number; any number with --pattern sobol
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
+    pub samples: u32,
+
+    /// How the samples of a pixel lie
+    #[arg(long, value_enum, default_value_t = PatternArg::Grid)]
+    pub pattern: PatternArg,
+
+    /// How much a sample counts by its distance from the pixel's centre
+    #[arg(long, value_enum, default_value_t = FilterArg::Box)]
+    pub filter: FilterArg,
 }
 
 /// What camera rays that hit nothing bring.
@@ -84,10 +94,10 @@ impl PictureArgs {
         self.background == BackgroundArg::Transparent
     }
 
-    /// Puts these options into the settings, which have the picture's size already.
+    /// Puts the crop into the settings, which have the picture's size already.
     ///
     /// # Errors
-    /// [`CliError::Usage`], where the crop is not within the picture.
+    /// [`CliError::Usage`], where it is not within the picture.
     pub fn apply(&self, settings: &mut Settings) -> Result<(), CliError> {
         let (width, height) = (settings.width, settings.height);
         if let Some(crop) = self.crop.filter(|crop| crop.x1 > width || crop.y1 > height) {
@@ -96,6 +106,26 @@ impl PictureArgs {
             )));
         }
         settings.crop = self.crop;
+        Ok(())
+    }
+}
+
+impl SampleArgs {
+    /// Puts these options into the settings.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`], where the samples do not fill the pattern.
+    pub fn apply(&self, settings: &mut Settings) -> Result<(), CliError> {
+        let samples = self.samples;
+        let side = samples.isqrt();
+        if self.pattern != PatternArg::Sobol && side * side != samples {
+            let [below, above] = [side, side + 1].map(|side| u64::from(side) * u64::from(side));
+            return Err(CliError::Usage(format!(
+                "--samples {samples} does not fill a square grid: expected {below} or {above}, or --pattern sobol, which \
+                 takes any number"
+            )));
+        }
+        settings.samples = samples;
         settings.pattern = match self.pattern {
             PatternArg::Grid => Pattern::Grid,
             PatternArg::Stratified => Pattern::Stratified,

@@ -30,11 +30,16 @@ use std::{
 /// # Errors
 /// [`CliError`]. The first one ends the call: pictures that are written stay, the others are as they were before.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
-    let mut settings = args.trace.settings(args.size, args.samples_per_axis)?;
+    let mut settings = args.trace.settings(args.size)?;
     args.picture.apply(&mut settings)?;
+    args.sampling.apply(&mut settings)?;
     settings.validate()?;
     let window = settings.window();
     let jobs = batch::plan(args, (window.width(), window.height()))?;
+    // All of them before the first is loaded: else the last one's fault would be told after the others' pictures.
+    for job in &jobs {
+        input::check(job.scene, &args.camera, &args.mesh)?;
+    }
     let interrupt = Interrupt::install()?;
     let mut since = start;
     let mut verdicts = Verdicts::default();
@@ -62,7 +67,13 @@ fn render_scene(
     } = input?;
     let faults = faults::of(&scene);
     if !args.quiet {
-        for note in notes.into_iter().chain(faults.warning(job.scene)) {
+        let empty = (scene.primitive_count() == 0).then(|| {
+            format!(
+                "{}: there is nothing in the scene to be seen",
+                job.scene.display()
+            )
+        });
+        for note in notes.into_iter().chain(faults.warning(job.scene)).chain(empty) {
             let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
         }
     }
@@ -153,7 +164,7 @@ fn expect_memory(primitives: usize) -> Result<(), CliError> {
 
 /// Camera rays, and shadow rays as if each hit something; what mirrors add is not known beforehand.
 fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
-    let samples = f64::from(settings.samples_per_axis).powi(2);
+    let samples = f64::from(settings.samples);
     let lights = if settings.shadows {
         scene.lights().x.len()
     } else {
@@ -198,7 +209,7 @@ fn report(
         output: output.name().to_owned(),
         width: settings.window().width(),
         height: settings.window().height(),
-        samples: u64::from(settings.samples_per_axis).pow(2),
+        samples: u64::from(settings.samples),
         max_depth: settings.max_depth,
         shadows: settings.shadows,
         mode: match settings.mode {

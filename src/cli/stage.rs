@@ -23,8 +23,8 @@ const AMBIENT: f32 = 0.2;
 const GROUND: [f32; 3] = [0.95, 0.95, 0.94];
 
 /// Lights, as seen from the viewer: to the right, up, towards the viewer; and intensity. The first one shapes, the second
-/// one lights up its shadows.
-const LIGHTS: [([f64; 3], f32); 2] = [([-0.6, 0.8, 1.0], 0.7), ([0.5, 0.1, 1.0], 0.35)];
+/// one lights up its shadows. Where both count most, they and the ambient light come to 1: white stays below white.
+const LIGHTS: [([f64; 3], f32); 2] = [([-0.6, 0.8, 1.0], 0.6), ([0.5, 0.1, 1.0], 0.3)];
 
 /// How far away the lights are, in radii of the mesh: so far that the ground is lit evenly.
 const LIGHT_DISTANCE: f64 = 100.0;

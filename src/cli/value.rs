@@ -57,23 +57,6 @@ pub fn angle(text: &str) -> Result<f64, String> {
     angle.ok_or_else(|| "expected degrees from 0 to 180, such as 30".into())
 }
 
-/// A number of samples for each pixel that makes a regular grid; returns its square root.
-pub fn samples(text: &str) -> Result<u32, String> {
-    let samples = match text.parse::<u32>() {
-        Ok(samples) if samples > 0 => samples,
-        _ => return Err("expected 1, 4, 9, 16 or another square number".into()),
-    };
-    let root = samples.isqrt();
-    let (below, above) = (u64::from(root).pow(2), u64::from(root + 1).pow(2));
-    if below == u64::from(samples) {
-        Ok(root)
-    } else {
-        Err(format!(
-            "samples lie on a regular grid, so expected a square number: {below} or {above}"
-        ))
-    }
-}
-
 /// A difference of colours, 0 to 255.
 pub fn levels(text: &str) -> Result<f32, String> {
     let levels = text.parse().ok().filter(|levels| (0.0..=255.0).contains(levels));
@@ -141,17 +124,5 @@ mod tests {
             assert!(levels(text).is_err() && share(text).is_err(), "{text}");
         }
         assert!(share("1.5").is_err());
-    }
-
-    #[test]
-    fn samples_are_squares() {
-        assert_eq!(samples("1"), Ok(1));
-        assert_eq!(samples("16"), Ok(4));
-        assert_eq!(samples("4294836225"), Ok(65535));
-        let error = samples("5").unwrap_err();
-        assert!(error.contains("4 or 9"), "{error}");
-        assert!(samples("4294967295").is_err());
-        assert!(samples("0").is_err());
-        assert!(samples("-4").is_err());
     }
 }

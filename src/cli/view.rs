@@ -32,7 +32,7 @@ const MOST_PICTURES: u32 = 99_999;
 /// # Errors
 /// [`CliError`].
 pub fn run(args: &ViewArgs) -> Result<(), CliError> {
-    let settings = args.trace.settings(args.size, 1)?;
+    let settings = args.trace.settings(args.size)?;
     let display = Display::connect()?;
     let aspect = f64::from(settings.width) / f64::from(settings.height);
     let program = Program {

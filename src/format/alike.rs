@@ -33,13 +33,18 @@ fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> 
         return Vec::new();
     }
     let wanted = wanted.to_lowercase();
-    let stem = |name: &str| name.rsplit_once('.').map_or(name, |(stem, _)| stem).to_owned();
+    // Another kind of mesh or scene may be what was meant; the mesh itself does not stand for its materials.
+    let stem = |name: &str| match name.rsplit_once('.') {
+        Some((stem, "ply" | "obj" | "stl" | "gltf" | "glb" | "scn")) => Some(stem.to_owned()),
+        _ => None,
+    };
     let mut alike: Vec<(usize, String)> = names
         .filter_map(|name| {
             let lower = name.to_lowercase();
             let distance = strsim::damerau_levenshtein(&wanted, &lower);
             let close = distance <= (wanted.chars().count() / 4).max(1);
-            (close || stem(&wanted) == stem(&lower)).then_some((distance, name))
+            let namesake = stem(&wanted).is_some_and(|wanted| stem(&lower) == Some(wanted));
+            (close || namesake).then_some((distance, name))
         })
         .collect();
     alike.sort();

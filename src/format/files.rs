@@ -111,6 +111,11 @@ pub(super) fn open(path: &Path) -> io::Result<OpenFile> {
     OpenFile::open(path, MAX_BYTES).map_err(|error| explained(path, error))
 }
 
+/// Refuses what is missing or no file (a folder, a pipe, a device), without reading it.
+pub(super) fn check_is_file(path: &Path) -> io::Result<()> {
+    open(path).map(drop)
+}
+
 /// Reads a mesh, or what one names.
 pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
     open(path)?.read_all()

@@ -11,6 +11,7 @@ pub mod mesh;
 mod obj;
 mod place;
 pub mod ply;
+mod polygon;
 mod scn;
 mod source;
 mod stl;
@@ -36,6 +37,14 @@ pub type OpenMesh<'a> = &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>;
 pub fn load(path: &Path) -> Result<Scene, LoadError> {
     let text = files::read_text(path).map_err(|error| files::load_error(path, &error))?;
     scn::parse(&text, path, &mut Disk)
+}
+
+/// Refuses what is missing or no file, in the words of [`load`], without reading it.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn check_file(path: &Path) -> Result<(), LoadError> {
+    files::check_is_file(path).map_err(|error| files::load_error(path, &error))
 }
 
 /// As [`load`], with the text of the `.scn` file from elsewhere, such as a pipe. `name` stands for the file in errors, and

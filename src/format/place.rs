@@ -47,6 +47,11 @@ pub(super) fn text_error(text: &[u8], file: &Arc<PathBuf>, range: Range<usize>, 
 
 /// Refuses what cannot be a text; `expected` says what the file should be.
 pub(super) fn refuse_binary(bytes: &[u8], expected: &str) -> Result<(), TextFault> {
+    // What an editor writes that says "Unicode" and means UTF-16.
+    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = bytes {
+        let message = format!("this is UTF-16, expected {expected} in UTF-8 or ASCII");
+        return Err(TextFault::new(0..2, message));
+    }
     match bytes.iter().position(|&byte| byte == 0) {
         Some(nul) => {
             let message = format!("found a NUL byte: this is binary data, expected {expected}");

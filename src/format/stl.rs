@@ -158,7 +158,8 @@ impl<'a> Reader<'a> {
     fn skip_line(&mut self) {
         let from = self.words.position();
         let line = self.text.get(from..).unwrap_or_default();
-        let length = line.iter().position(|&byte| byte == b'\n').unwrap_or(line.len());
+        let ends = |&byte: &u8| byte == b'\n' || byte == b'\r';
+        let length = line.iter().position(ends).unwrap_or(line.len());
         self.words = Words::new(self.text, from + length..self.text.len());
     }
 }

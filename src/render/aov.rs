@@ -1,19 +1,32 @@
 //! Arbitrary output variables: what else is known of a pixel besides its colour.
 //!
 //! They are those of one ray through the pixel's centre, whatever the samples: an average of two distances or ids
-//! would be neither's. One ray at a time over the wide hierarchy, in every mode.
+//! would be neither's. Rays are traced as a picture's camera rays are; where their cost is asked for, one at a time over
+//! the wide hierarchy, in every mode.
 
-use super::{Crop, OnProgress, RenderError, Renderer, Settings, renderer::Watch};
+use super::{
+    Filter, Mode, OnProgress, Pattern, RenderError, Renderer, Settings,
+    frame::{FrameContext, TileRect},
+    renderer::Watch,
+    sampling::CameraRays,
+    tile::{fill, for_each_packet},
+};
 use crate::{
     accel::Bvh,
-    ray::{Hit, PrimitiveId, Ray},
+    ray::{Hit, HitPacket, PrimitiveId, Ray},
     reference::{
         cost::{self, Cost, Todo},
         shade::shading_normal,
     },
-    scene::{Camera, Material, PixelRays, Scene},
+    scene::{Camera, Material, Scene},
+    shade::queue::RayQueue,
+    simd::{LANES, splat},
+    trace::{Origins, Tracer},
 };
 use rayon::prelude::*;
+
+/// Pixels of a tile; a band of tiles is as many rows.
+const TILE: [u32; 2] = [128, 8];
 
 /// What the ray through a pixel's centre meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +40,7 @@ pub struct Aov {
     pub albedo: [f32; 3],
     /// Which primitive; [`PrimitiveId::NONE`] where nothing is hit.
     pub primitive: PrimitiveId,
-    /// What the ray cost.
+    /// What the ray costs if it is traced alone; nothing where that was not asked for.
     pub cost: Cost,
 }
 
@@ -43,7 +56,8 @@ pub struct Aovs {
 }
 
 impl Renderer<'_> {
-    /// Finds the variables of every pixel, on the threads that [`Renderer::render`] uses.
+    /// Finds the variables of every pixel, on the threads that [`Renderer::render`] uses. `costs`: also what rays cost,
+    /// which takes several times as long.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -51,24 +65,41 @@ impl Renderer<'_> {
         &mut self,
         camera: &Camera,
         settings: &Settings,
+        costs: bool,
         on_progress: OnProgress<'_>,
     ) -> Result<Aovs, RenderError> {
         settings.validate()?;
         let (scene, bvh) = self.scene();
         let window = settings.window();
-        let rays = camera.pixel_rays(settings.width, settings.height, 1);
-        let watch = Watch::new(window, on_progress);
-        let find = || {
-            let rows = (window.y0..window.y1).into_par_iter();
-            let pixels = rows.map_init(Todo::default, |todo, y| {
-                row(scene, bvh, &rays, window, y, todo, &watch)
-            });
-            pixels.flatten_iter().collect()
+        let settings = Settings {
+            samples: 1,
+            pattern: Pattern::Grid,
+            filter: Filter::Box,
+            ..*settings
         };
-        let pixels = match self.pool(settings.threads)? {
+        let context = FrameContext {
+            scene,
+            bvh,
+            camera_rays: CameraRays::new(camera, &settings),
+            window,
+            settings,
+        };
+        let watch = Watch::new(window, on_progress);
+        let mut pixels = vec![Aov::NOTHING; window.width() as usize * window.height() as usize];
+        let mut find = || {
+            pixels
+                .par_chunks_mut((window.width() * TILE[1]) as usize)
+                .enumerate()
+                .with_max_len(1)
+                .for_each_init(
+                    || Finder::new(bvh),
+                    |finder, (i, band)| finder.band(&context, i as u32 * TILE[1], band, costs, &watch),
+                );
+        };
+        match self.pool(settings.threads)? {
             Some(pool) => pool.install(find),
             None => find(),
-        };
+        }
         watch.finish()?;
         Ok(Aovs {
             width: window.width(),
@@ -78,37 +109,91 @@ impl Renderer<'_> {
     }
 }
 
-fn row(
-    scene: &Scene,
-    bvh: &Bvh,
-    rays: &PixelRays,
-    window: Crop,
-    y: u32,
-    todo: &mut Todo,
-    watch: &Watch<'_>,
-) -> Vec<Aov> {
-    if watch.is_cancelled() {
-        return Vec::new();
+/// A thread's memory.
+struct Finder<'a> {
+    tracer: Tracer<'a>,
+    rays: RayQueue,
+    hits: Vec<HitPacket>,
+    todo: Todo,
+}
+
+impl<'a> Finder<'a> {
+    fn new(bvh: &'a Bvh) -> Self {
+        Self {
+            tracer: Tracer::new(bvh),
+            rays: RayQueue::default(),
+            hits: Vec::new(),
+            todo: Todo::default(),
+        }
     }
-    let pixel = |x| {
-        let ray = Ray::new(rays.eye(), rays.direction(x, y, [0, 0]));
-        let (hit, cost) = cost::closest_hit(scene, bvh, todo, &ray);
-        Aov::new(scene, &ray, &hit, cost)
-    };
-    let pixels: Vec<Aov> = (window.x0..window.x1).map(pixel).collect();
-    watch.done(u64::from(window.width()));
-    pixels
+
+    /// Finds the variables of the window's rows from `y` on.
+    fn band(&mut self, context: &FrameContext<'_>, y: u32, band: &mut [Aov], costs: bool, watch: &Watch<'_>) {
+        let (width, height) = (context.window.width(), context.window.height());
+        let one_by_one = costs || context.settings.mode == Mode::Scalar;
+        for x in (0..width).step_by(TILE[0] as usize) {
+            if watch.is_cancelled() {
+                return;
+            }
+            let rect = TileRect {
+                x,
+                y,
+                width: TILE[0].min(width - x),
+                height: TILE[1].min(height - y),
+            };
+            fill(context, rect, [0, 0], &mut self.rays);
+            self.hits.clear();
+            self.hits
+                .resize(self.rays.packets.len(), HitPacket::miss(splat(0.0)));
+            if !one_by_one {
+                self.tracer
+                    .closest_hit(Origins::Shared, &self.rays.packets, &mut self.hits);
+            }
+            let mut packets = self.rays.packets.iter().zip(&self.hits);
+            let todo = &mut self.todo;
+            for_each_packet(rect, |[x, y]| {
+                let Some((rays, hits)) = packets.next() else {
+                    return;
+                };
+                for lane in 0..LANES {
+                    let (x, y) = (x + lane as u32 % 4, y + lane as u32 / 4);
+                    if x >= rect.width || y >= rect.height {
+                        continue;
+                    }
+                    let ray = rays.ray(lane);
+                    let (hit, cost) = if one_by_one {
+                        let (hit, cost) = cost::closest_hit(context.scene, context.bvh, todo, &ray);
+                        (hit, if costs { cost } else { Cost::default() })
+                    } else {
+                        (hits.hit(lane), Cost::default())
+                    };
+                    let pixel = y as usize * width as usize + (rect.x + x) as usize;
+                    band[pixel] = Aov::new(context.scene, &ray, &hit, cost);
+                }
+            });
+            watch.done(u64::from(rect.width) * u64::from(rect.height));
+        }
+    }
 }
 
 impl Aov {
+    /// Where nothing is hit.
+    const NOTHING: Self = Self {
+        depth: f32::INFINITY,
+        normal: [0.0; 3],
+        albedo: [0.0; 3],
+        primitive: PrimitiveId::NONE,
+        cost: Cost {
+            nodes: 0,
+            primitives: 0,
+        },
+    };
+
     fn new(scene: &Scene, ray: &Ray, hit: &Hit, cost: Cost) -> Self {
         if !hit.is_hit() {
             return Self {
-                depth: f32::INFINITY,
-                normal: [0.0; 3],
-                albedo: [0.0; 3],
-                primitive: PrimitiveId::NONE,
                 cost,
+                ..Self::NOTHING
             };
         }
         let material = &scene.materials()[scene.material_of(hit.primitive).0 as usize];

@@ -48,8 +48,8 @@ pub struct Settings {
     /// The part of the picture to render, exactly as it is in the whole; `None` for all of it. The film has the
     /// part's size.
     pub crop: Option<Crop>,
-    /// Samples along each side of a pixel: 1, 2, 3, ... for 1, 4, 9, ... samples a pixel.
-    pub samples_per_axis: u32,
+    /// Samples of a pixel: a square number, but for [`Pattern::Sobol`], which takes any.
+    pub samples: u32,
     /// How they lie.
     pub pattern: Pattern,
     /// How much each counts.
@@ -71,7 +71,7 @@ impl Default for Settings {
             width: course::IMAGE_SIZE,
             height: course::IMAGE_SIZE,
             crop: None,
-            samples_per_axis: 1,
+            samples: 1,
             pattern: Pattern::Grid,
             filter: Filter::Box,
             max_depth: course::MAX_DEPTH,
@@ -214,7 +214,7 @@ impl Settings {
         let &Self {
             width,
             height,
-            samples_per_axis: n,
+            samples,
             ..
         } = self;
         if width == 0 || height == 0 {
@@ -236,10 +236,16 @@ impl Settings {
                 window.height()
             ));
         }
+        let n = samples.isqrt();
         if n == 0 || u64::from(width.max(height)) * u64::from(n) > u64::from(MAX_SIDE_SAMPLES) {
             return limit(format!(
-                "{n}x{n} samples for each pixel of a picture of {width}x{height}: \
-                 expected 1x1 or more, and at most {MAX_SIDE_SAMPLES} samples along a side of the picture"
+                "{samples} samples for each pixel of a picture of {width}x{height}: expected 1 or more, and at most \
+                 {MAX_SIDE_SAMPLES} samples along a side of the picture"
+            ));
+        }
+        if self.pattern != Pattern::Sobol && n * n != samples {
+            return limit(format!(
+                "{samples} samples for each pixel do not fill a square grid, which all patterns but Sobol' have"
             ));
         }
         if self.max_depth == 0 || self.threads == Some(0) {

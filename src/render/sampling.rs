@@ -47,7 +47,8 @@ const STEPS: usize = 1024;
 #[derive(Clone, Copy)]
 pub(super) struct CameraRays {
     pixel_rays: PixelRays,
-    samples_per_axis: u32,
+    /// Columns and rows of the samples; a sequence is one row.
+    samples: [u32; 2],
     /// `None`: the grid and the box, whose offsets are whole numbers.
     spread: Option<Spread>,
 }
@@ -66,15 +67,19 @@ impl CameraRays {
         let &Settings {
             width,
             height,
-            samples_per_axis,
+            samples,
             pattern,
             filter,
             ..
         } = settings;
+        let samples_per_axis = samples.isqrt();
         let regular = (pattern, filter) == (Pattern::Grid, Filter::Box);
         Self {
             pixel_rays: camera.pixel_rays(width, height, if regular { samples_per_axis } else { 1 }),
-            samples_per_axis,
+            samples: match pattern {
+                Pattern::Sobol => [samples, 1],
+                Pattern::Grid | Pattern::Stratified => [samples_per_axis; 2],
+            },
             spread: (!regular).then(|| Spread {
                 pattern,
                 filter,
@@ -89,10 +94,10 @@ impl CameraRays {
         self.pixel_rays.eye()
     }
 
-    /// Every sample of a pixel, as column and row of the grid.
+    /// Every sample of a pixel, as column and row.
     pub fn samples(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
-        let n = self.samples_per_axis;
-        (0..n).flat_map(move |row| (0..n).map(move |column| [column, row]))
+        let [columns, rows] = self.samples;
+        (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]))
     }
 
     /// Unit direction of the ray of one sample of a pixel of the whole picture.

@@ -41,7 +41,6 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
         bvh: bvh.binary(scene),
         stack: Stack::default(),
     };
-    let n = settings.samples_per_axis;
     let mut rays = SecondaryRays::default();
     for (row, y) in band
         .chunks_exact_mut(window.width() as usize)
@@ -72,12 +71,12 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
                     *sum += c;
                 }
             }
-            let samples = (n * n) as f32;
+            let samples = settings.samples as f32;
             *pixel = P::from_linear(sum.map(|sum| sum / samples), covered as f32 / samples);
         }
     }
     RayCounts {
-        camera: u64::from(rect.width) * u64::from(rect.height) * u64::from(n * n),
+        camera: u64::from(rect.width) * u64::from(rect.height) * u64::from(settings.samples),
         shadow: rays.shadow,
         reflection: rays.reflection,
     }

@@ -63,7 +63,6 @@ impl<'a> TileScratch<'a> {
         };
         let tile_start = Instant::now();
         let pixels = rect.width * rect.height;
-        let n = settings.samples_per_axis;
         self.shader.reset_counts();
         let mut times = TileTimes::default();
         for sample in context.camera_rays.samples() {
@@ -79,13 +78,13 @@ impl<'a> TileScratch<'a> {
                 self.sum.add_all(&self.sample);
             }
         }
-        self.store(rect, n * n, context.window.width() as usize, band);
+        self.store(rect, settings.samples, context.window.width() as usize, band);
         times.tracing = self.shader.tracing;
         times.shading = tile_start
             .elapsed()
             .saturating_sub(times.ray_generation + times.tracing);
         let counts = RayCounts {
-            camera: u64::from(pixels) * u64::from(n * n),
+            camera: u64::from(pixels) * u64::from(settings.samples),
             shadow: self.shader.shadow_rays,
             reflection: self.shader.reflection_rays,
         };
@@ -133,7 +132,7 @@ fn store_part<P: Pixel>(from: &[P; ROW], to: &mut [P]) {
 
 /// Calls `visit` with the top left pixel of each of a tile's packets, block by block.
 #[inline(always)]
-fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
+pub(super) fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
     for block_y in (0..rect.height).step_by(BLOCK as usize) {
         for block_x in (0..rect.width).step_by(BLOCK as usize) {
             for packet_i in 0..8 {
@@ -150,7 +149,7 @@ fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
 
 /// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
 #[inline(never)]
-fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
+pub(super) fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
     rays.clear();
     let origin = Vec3x8::splat(context.camera_rays.eye());
     let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);

@@ -382,7 +382,7 @@ pub fn trace(
     let settings = Settings {
         width: size[0],
         height: size[1],
-        samples_per_axis: n,
+        samples: n * n,
         ..style.settings
     };
     if style.look == Look::Full && !style.brute {

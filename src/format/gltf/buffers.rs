@@ -5,11 +5,14 @@ use crate::error::{LoadError, quote};
 use base64::{Engine, prelude::BASE64_STANDARD};
 use gltf::{
     Accessor,
-    accessor::{DataType, Dimensions},
-    buffer::{Buffer, Source},
+    accessor::{DataType, Dimensions, sparse::IndexType},
+    buffer::{Buffer, Source, View},
 };
 use percent_encoding::percent_decode_str;
 use std::{borrow::Cow, collections::HashMap, path::Path, rc::Rc};
+
+/// The most elements of an accessor that has no buffer view, which stand for zeros.
+const MAX_ZEROS: usize = 1 << 22;
 
 /// A file's buffers; each is read once.
 pub(super) struct Buffers<'a> {
@@ -138,22 +141,80 @@ impl<'a> Buffers<'a> {
         self.elements(accessor, |element| number(kind, element) as u32)
     }
 
-    fn elements<T>(
+    fn elements<T: Clone>(
         &mut self,
         accessor: &Accessor<'_>,
         element: impl Fn(&[u8]) -> T,
     ) -> Result<Vec<T>, LoadError> {
         let index = accessor.index();
-        if accessor.sparse().is_some() {
-            return Err(self.refused(format!(
-                "accessors[{index}] is sparse, which octray does not read"
-            )));
-        }
-        let Some(view) = accessor.view() else {
-            return Err(self.refused(format!("accessors[{index}] has no buffer view")));
-        };
-        let buffer = self.bytes(&view.buffer())?;
         let (size, count) = (accessor.size(), accessor.count());
+        let mut values = match (accessor.view(), accessor.sparse()) {
+            (Some(view), _) => {
+                let part = Part {
+                    name: format!("accessors[{index}]"),
+                    offset: accessor.offset(),
+                    count,
+                    size,
+                };
+                self.part(&view, &part, &element)?
+            }
+            // Nothing in the file stands for the zeros, so their number needs a limit of its own.
+            (None, Some(_)) if count <= MAX_ZEROS => vec![element(&vec![0; size]); count],
+            (None, Some(_)) => {
+                return Err(self.refused(format!(
+                    "accessors[{index}] has {count} elements without a buffer view, expected at most {MAX_ZEROS}"
+                )));
+            }
+            (None, None) => return Err(self.refused(format!("accessors[{index}] has no buffer view"))),
+        };
+        let Some(sparse) = accessor.sparse() else {
+            return Ok(values);
+        };
+        let (indices, replacements) = (sparse.indices(), sparse.values());
+        let (kind, index_size) = match indices.index_type() {
+            IndexType::U8 => (DataType::U8, 1),
+            IndexType::U16 => (DataType::U16, 2),
+            IndexType::U32 => (DataType::U32, 4),
+        };
+        let mut part = Part {
+            name: format!("accessors[{index}].sparse.indices"),
+            offset: indices.offset(),
+            count: sparse.count(),
+            size: index_size,
+        };
+        let places = self.part(&indices.view(), &part, |bytes| number(kind, bytes) as usize)?;
+        part = Part {
+            name: format!("accessors[{index}].sparse.values"),
+            offset: replacements.offset(),
+            size,
+            ..part
+        };
+        let replacements = self.part(&replacements.view(), &part, element)?;
+        for (place, value) in places.into_iter().zip(replacements) {
+            let Some(to) = values.get_mut(place) else {
+                return Err(self.refused(format!(
+                    "accessors[{index}].sparse: element {place}, but there are only {count}"
+                )));
+            };
+            *to = value;
+        }
+        Ok(values)
+    }
+
+    /// The elements of a part of a buffer.
+    fn part<T>(
+        &mut self,
+        view: &View<'_>,
+        part: &Part,
+        element: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, LoadError> {
+        let buffer = self.bytes(&view.buffer())?;
+        let &Part {
+            ref name,
+            offset,
+            count,
+            size,
+        } = part;
         let stride = view.stride().unwrap_or(size);
         let beyond = |what: &str| {
             self.refused(format!(
@@ -168,15 +229,15 @@ impl<'a> Buffers<'a> {
             .checked_sub(1)
             .map_or(Some(0), |last| last.checked_mul(stride)?.checked_add(size));
         let elements = length
-            .and_then(|length| accessor.offset().checked_add(length))
-            .and_then(|end| in_view.get(accessor.offset()..end))
-            .ok_or_else(|| beyond(&format!("accessors[{index}], {count} elements of {size} bytes,")))?;
+            .and_then(|length| offset.checked_add(length))
+            .and_then(|end| in_view.get(offset..end))
+            .ok_or_else(|| beyond(&format!("{name}, {count} elements of {size} bytes,")))?;
         let mut values = Vec::new();
         values
             .try_reserve_exact(count)
-            .map_err(|_| self.refused(format!("accessors[{index}] does not fit into memory")))?;
+            .map_err(|_| self.refused(format!("{name} does not fit into memory")))?;
         if stride == 0 && count > 1 {
-            return Err(self.refused(format!("accessors[{index}] has elements of no size")));
+            return Err(self.refused(format!("{name} has elements of no size")));
         }
         values.extend(
             elements
@@ -186,6 +247,17 @@ impl<'a> Buffers<'a> {
         );
         Ok(values)
     }
+}
+
+/// Elements that a buffer view holds.
+struct Part {
+    /// What they are called in errors.
+    name: String,
+    /// Where they start in the view, bytes.
+    offset: usize,
+    count: usize,
+    /// Of an element, bytes.
+    size: usize,
 }
 
 /// A number of an accessor, exact in `f64`.

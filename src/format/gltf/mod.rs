@@ -23,10 +23,13 @@ use gltf::{
 use std::{path::Path, sync::Arc};
 
 /// Extensions that a file may require without changing what is read here.
-const HARMLESS: [&str; 6] = [
+const HARMLESS: [&str; 9] = [
+    "KHR_animation_pointer",
     "KHR_materials_",
     "KHR_texture_",
+    "KHR_technique",
     "EXT_texture_",
+    "MSFT_texture_",
     "KHR_lights_",
     "KHR_xmp",
     "KHR_mesh_quantization",
@@ -55,6 +58,13 @@ pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<Loa
 
 /// The JSON and the buffer of a .glb file.
 fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
+    let version = bytes.get(4..).and_then(|rest| rest.first_chunk());
+    if let Some(&version) = version
+        && u32::from_le_bytes(version) != 2
+    {
+        let version = u32::from_le_bytes(version);
+        return Err(format!("binary glTF version {version}, expected 2"));
+    }
     // The crate subtracts without looking.
     let length = bytes.get(8..).and_then(|rest| rest.first_chunk());
     let length = length.map_or(0, |&length| u32::from_le_bytes(length) as usize);
@@ -77,7 +87,14 @@ fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
 /// The checked JSON.
 fn document(text: &[u8], path: &Path) -> Result<Document, LoadError> {
     let refused = |message: String| LoadError::whole_file(path, message);
+    let other_version = |version: &str| refused(format!("glTF version {}, expected 2.0", shortened(version)));
     let mut root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
+        // Files of version 1 have other types nearly everywhere: the first of them says little.
+        if let Ok(Versioned { asset }) = json::deserialize::from_slice(text)
+            && asset.version.starts_with('1')
+        {
+            return other_version(&asset.version);
+        }
         let at = SourcePos {
             file: Arc::new(path.to_path_buf()),
             line: error.line() as u32,
@@ -91,10 +108,7 @@ fn document(text: &[u8], path: &Path) -> Result<Document, LoadError> {
     if let Some(version) = root.asset.min_version.as_ref().or(Some(&root.asset.version))
         && !version.starts_with("2.")
     {
-        return Err(refused(format!(
-            "glTF version {}, expected 2.0",
-            shortened(version)
-        )));
+        return Err(other_version(version));
     }
     root.extensions_required
         .retain(|name| !HARMLESS.iter().any(|harmless| name.starts_with(harmless)));
@@ -151,6 +165,17 @@ fn document(text: &[u8], path: &Path) -> Result<Document, LoadError> {
     }
 }
 
+/// All that is asked of a file that is not understood.
+#[derive(serde::Deserialize)]
+struct Versioned {
+    asset: VersionedAsset,
+}
+
+#[derive(serde::Deserialize)]
+struct VersionedAsset {
+    version: String,
+}
+
 /// Words of the file may have any length.
 fn shortened(text: &str) -> String {
     text.chars().take(120).collect()
@@ -159,12 +184,32 @@ fn shortened(text: &str) -> String {
 /// A material as octray shows it. Base colours are linear; surfaces hold display values.
 fn surface(material: &gltf::Material<'_>) -> Surface {
     let pbr = material.pbr_metallic_roughness();
-    let [red, green, blue, _] = pbr.base_color_factor();
-    let diffuse = [red, green, blue].map(display_value);
-    let roughness = pbr.roughness_factor().clamp(0.1, 1.0);
+    let (base, texture, roughness, metallic) = match material.pbr_specular_glossiness() {
+        Some(old) => (
+            old.diffuse_factor(),
+            old.diffuse_texture().is_some(),
+            1.0 - old.glossiness_factor(),
+            0.0,
+        ),
+        None => (
+            pbr.base_color_factor(),
+            pbr.base_color_texture().is_some(),
+            pbr.roughness_factor(),
+            pbr.metallic_factor(),
+        ),
+    };
+    let [red, green, blue, _] = base;
+    let mut diffuse = [red, green, blue].map(display_value);
+    if texture {
+        // The factor is mostly 1, and textures are hardly ever white.
+        for (channel, neutral) in diffuse.iter_mut().zip(Surface::NEUTRAL.diffuse) {
+            *channel *= neutral;
+        }
+    }
+    let roughness = roughness.clamp(0.1, 1.0);
     let shine = 1.0 - roughness;
     // A metal's highlight has its own colour.
-    let metallic = pbr.metallic_factor().clamp(0.0, 1.0);
+    let metallic = metallic.clamp(0.0, 1.0);
     let tint = diffuse.map(|channel| 1.0 + metallic * (channel - 1.0));
     Surface {
         diffuse,

@@ -178,6 +178,9 @@ impl Reading {
                 positions.len()
             ))
         })?;
+        if primitive.get(&Semantic::Colors(0)).is_some() {
+            self.leave_out("vertex colours");
+        }
         if let Some(normals) = primitive.get(&Semantic::Normals) {
             let normals = buffers.vectors::<3>(&normals)?;
             if normals.len() == positions.len() {

@@ -128,14 +128,81 @@ fn what_is_not_read_is_said() {
         r#""asset":{"version":"2.0"},"extensionsRequired":["KHR_materials_unlit"]"#,
     )
     .expect("harmless");
-    let sparse = r#""sparse":{"count":1,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":0}},"type":"VEC3","min""#;
-    assert_eq!(
-        refused(r#""type":"VEC3","min""#, sparse),
-        " accessors[0] is sparse, which octray does not read"
-    );
+    let colors = changed(r#""NORMAL":1"#, r#""COLOR_0":1"#).expect("harmless");
+    assert_eq!(colors.notes, ["left out: vertex colours"]);
     let without = changed(r#""POSITION":0,"NORMAL":1"#, r#""NORMAL":1"#).expect("nothing");
     assert!(without.columns.triangles.is_empty());
     assert_eq!(without.notes, ["left out: primitives without positions"]);
+}
+
+#[test]
+fn sparse_accessors() {
+    // Vertex 1 takes the place of vertex 2.
+    let with = |count: u32, offset: u32| {
+        format!(
+            r#""sparse":{{"count":{count},"indices":{{"bufferView":1,"byteOffset":{offset},"componentType":5121}},
+            "values":{{"bufferView":0,"byteOffset":24}}}},"type":"VEC3","min""#
+        )
+    };
+    let mesh = changed(r#""type":"VEC3","min""#, &with(1, 1)).expect("a mesh");
+    assert_eq!(mesh.columns.x[..3], [0.0, 0.0, 0.0]);
+    assert_eq!(mesh.columns.y[..3], [0.0, 1.0, 1.0]);
+    assert_eq!(
+        refused(r#""type":"VEC3","min""#, &with(3, 1)),
+        " accessors[0].sparse.indices, 3 elements of 1 bytes, lies beyond the end of its buffer: the file is cut short or \
+         broken"
+    );
+    assert_eq!(
+        refused(
+            r#""count":3,"type":"VEC3","min""#,
+            &format!(r#""count":1,{}"#, with(1, 2))
+        ),
+        " accessors[0].sparse: element 2, but there are only 1"
+    );
+    // Zeros, where there is nothing else.
+    let zeros = with(1, 1);
+    let mesh = changed(
+        r#"{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min""#,
+        &format!(r#"{{"componentType":5126,"count":3,{zeros}"#),
+    );
+    let columns = mesh.expect("a mesh").columns;
+    assert_eq!(
+        (&columns.x[..3], &columns.y[..3]),
+        (&[0.0; 3][..], &[0.0, 1.0, 0.0][..])
+    );
+    let many = refused(
+        r#"{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min""#,
+        &format!(r#"{{"componentType":5126,"count":4000000000,{zeros}"#),
+    );
+    assert!(many.contains("without a buffer view, expected at most"), "{many}");
+}
+
+#[test]
+fn older_materials() {
+    let mesh = changed(
+        r#""pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0,1]}"#,
+        r#""extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseFactor":[0,1,0,1]}}"#,
+    );
+    assert_eq!(mesh.expect("a mesh").surfaces[0].diffuse, [0.0, 1.0, 0.0]);
+    changed(
+        r#""asset":{"version":"2.0"}"#,
+        r#""asset":{"version":"2.0"},"extensionsRequired":["KHR_technique_webgl","MSFT_texture_dds"]"#,
+    )
+    .expect("a matter of looks");
+}
+
+#[test]
+fn version_1_is_told_as_such() {
+    let first = load(r#"{"asset":{"version":"1.0"},"accessors":{"a":{}}}"#);
+    assert_eq!(first.expect_err("old"), " glTF version 1.0, expected 2.0");
+    let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
+    let binary = parse(
+        b"glTF\x01\0\0\0\x20\0\0\0........................",
+        Path::new("a.glb"),
+        open,
+    );
+    let error = binary.expect_err("old").to_string();
+    assert!(error.contains("binary glTF version 1, expected 2"), "{error}");
 }
 
 #[test]

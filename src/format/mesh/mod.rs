@@ -205,7 +205,8 @@ pub fn load_and_list(path: &Path, asked: &mut Vec<PathBuf>) -> Result<LoadedMesh
 /// Reads a mesh from its file, as [`parse`] does from bytes: in pieces or as a whole, as its format wants it.
 pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
     if MeshFormat::of(path, opened.head(16, &mut Vec::new())) == Some(MeshFormat::Ply) {
-        return Ok(LoadedMesh::plain(ply::read(opened, path)?, UpAxis::Z));
+        let has_colors = ply::has_vertex_colors(opened.head(ply::HEAD, &mut Vec::new()));
+        return Ok(plain_ply(ply::read(opened, path)?, has_colors));
     }
     let bytes = opened.into_bytes();
     parse(
@@ -213,6 +214,14 @@ pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<Lo
         path,
         open,
     )
+}
+
+fn plain_ply(columns: MeshColumns, has_colors: bool) -> LoadedMesh {
+    let mut loaded = LoadedMesh::plain(columns, UpAxis::Z);
+    if has_colors {
+        loaded.notes.push("left out: vertex colours".to_owned());
+    }
+    loaded
 }
 
 /// Reads a mesh from the bytes of its file. `path` stands for the file in errors, and tells its format where the
@@ -226,7 +235,10 @@ pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<Lo
 )]
 pub fn parse(bytes: Vec<u8>, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
     match MeshFormat::of(path, &bytes) {
-        Some(MeshFormat::Ply) => Ok(LoadedMesh::plain(ply::parse(&bytes, path)?, UpAxis::Z)),
+        Some(MeshFormat::Ply) => {
+            let has_colors = ply::has_vertex_colors(&bytes);
+            Ok(plain_ply(ply::parse(&bytes, path)?, has_colors))
+        }
         Some(MeshFormat::Obj) => obj::parse(&bytes, path, open),
         Some(MeshFormat::Stl) => stl::parse(&bytes, path),
         Some(MeshFormat::Gltf) => gltf::parse(&bytes, path, open),

@@ -2,11 +2,14 @@
 //! both.
 
 use super::{
-    super::place::{TextFault, Words},
+    super::{
+        place::{TextFault, Words},
+        polygon::Cutter,
+    },
     corner,
 };
 use crate::{error::quote, scene::MeshColumns};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// A corner as it is written: 1-based, or negative from the end.
@@ -25,6 +28,8 @@ pub(super) struct Corners {
     positions: Vec<[u32; 3]>,
     /// As long as `positions` as soon as one corner has a normal.
     normals: Vec<[u32; 3]>,
+    /// Faces of four corners and more: the first triangle, and how many there are.
+    polygons: Vec<[u32; 2]>,
     /// The largest indices.
     largest: [u32; 2],
     /// Room for one face.
@@ -115,6 +120,10 @@ impl Corners {
         let has_normals =
             self.normals.len() == self.positions.len() && self.face.iter().any(|c| c[1] != NONE);
         let (first, others) = (self.face[0], &self.face[1..]);
+        if others.len() > 2 {
+            self.polygons
+                .push([self.positions.len() as u32, others.len() as u32 - 1]);
+        }
         for pair in others.windows(2) {
             self.positions.push([first[0], pair[0][0], pair[1][0]]);
             if has_normals {
@@ -122,6 +131,38 @@ impl Corners {
             }
         }
         Ok(others.len() - 1)
+    }
+
+    /// Makes other triangles of concave faces than a fan; `mesh` holds the positions.
+    pub(super) fn cut_concave(&mut self, mesh: &MeshColumns) {
+        let mut cutter = Cutter::default();
+        let (mut ring, mut points) = (Vec::new(), Vec::new());
+        for &[first, count] in &self.polygons {
+            let triangles = first as usize..(first + count) as usize;
+            let has_normals = self.normals.len() >= triangles.end;
+            ring.clear();
+            for i in triangles.clone() {
+                let positions = self.positions[i];
+                let normals = if has_normals { self.normals[i] } else { [NONE; 3] };
+                let new = if ring.is_empty() { 0 } else { 2 };
+                ring.extend((new..3).map(|corner| [positions[corner], normals[corner]]));
+            }
+            let point = |&[position, _]: &[u32; 2]| {
+                let column = |column: &[f32]| column.get(position as usize).map_or(0.0, |&x| x.into());
+                DVec3::new(column(&mesh.x), column(&mesh.y), column(&mesh.z))
+            };
+            points.clear();
+            points.extend(ring.iter().map(point));
+            let Some(cut) = cutter.cut(&points) else {
+                continue;
+            };
+            for (i, corners) in triangles.zip(cut) {
+                self.positions[i] = corners.map(|corner| ring[corner as usize][0]);
+                if has_normals {
+                    self.normals[i] = corners.map(|corner| ring[corner as usize][1]);
+                }
+            }
+        }
     }
 
     /// Moves the corners into a mesh that holds the positions. A position that is used with several normals becomes

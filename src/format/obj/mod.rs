@@ -1,5 +1,5 @@
 //! Wavefront OBJ: `v`, `vn`, `f`, `usemtl`, `mtllib`; what else there is (texture coordinates, groups, lines,
-//! curves) is passed over. Polygons become fans.
+//! curves) is passed over. Polygons become fans, concave ones whatever triangles fill them.
 //!
 //! Read by loops of our own. tobj, the usual crate, does not fit: it ends the program at `Kd 0.8` and, in builds that
 //! check arithmetic, at a normal's index that is too negative; it gives normals to the wrong corners where only some
@@ -84,6 +84,7 @@ struct Obj {
     current: Option<u32>,
     /// The names of the libraries that have been read.
     libraries: HashSet<Vec<u8>>,
+    has_colors: bool,
     /// The first word of the first line that is not understood.
     unknown: Option<Range<usize>>,
     notes: Vec<String>,
@@ -123,6 +124,9 @@ impl Obj {
                 self.x.push(x);
                 self.y.push(y);
                 self.z.push(z);
+                // A fourth number is a weight; three more are a colour, as many programs write it.
+                let is_number = |(word, _): &(&[u8], _)| fast_float2::parse::<f32, _>(word).is_ok();
+                self.has_colors |= words.take(3).filter(is_number).count() == 3;
             }
             b"vn" => {
                 let normal = vector(&mut words, &place, ["nx", "ny", "nz"])?;
@@ -206,6 +210,10 @@ impl Obj {
             z: self.z,
             ..MeshColumns::default()
         };
+        if self.has_colors {
+            self.notes.push("left out: vertex colours".to_owned());
+        }
+        self.corners.cut_concave(&columns);
         self.corners.into_columns(&self.normals, &mut columns)?;
         Ok(LoadedMesh {
             columns,
@@ -218,9 +226,14 @@ impl Obj {
     }
 }
 
-/// Makes one line of lines that a backslash joins: blanks in place of it and the newline, so that nothing moves.
+/// Makes one line of lines that a backslash joins: blanks in place of it and the newline, so that nothing moves. Where
+/// carriage returns alone end the lines (as on Macs before 2001), they become newlines.
 fn join_lines(text: &[u8]) -> Cow<'_, [u8]> {
     let mut joined = Cow::Borrowed(text);
+    if !text.contains(&b'\n') && text.contains(&b'\r') {
+        let newline = |&byte: &u8| if byte == b'\r' { b'\n' } else { byte };
+        joined = text.iter().map(newline).collect::<Vec<u8>>().into();
+    }
     let backslashes = text.iter().enumerate().filter(|&(_, &byte)| byte == b'\\');
     for (i, _) in backslashes {
         let newline = match text.get(i + 1..) {

@@ -129,3 +129,54 @@ fn faults_have_places() {
     assert!(fault("what is this\n").starts_with("1:1: found `what`, and no vertices: expected an OBJ mesh"));
     assert!(fault("v 0 0 0\n\0").starts_with("2:1: found a NUL byte: this is binary data"));
 }
+
+#[test]
+fn concave_polygons_are_filled_and_keep_their_normals() {
+    // An arrowhead whose fan around the first corner would lie outside of it.
+    let arrow = "v 0 2 0\nv -1 0 0\nv 0 1 0\nv 1 0 0\n";
+    let plain = mesh(&format!("{arrow}f 2 3 4 1\n")).columns;
+    let area = |t: &[u32; 3], columns: &MeshColumns| {
+        let at = |i: u32| glam::DVec2::new(columns.x[i as usize].into(), columns.y[i as usize].into());
+        (at(t[1]) - at(t[0])).perp_dot(at(t[2]) - at(t[0])) * 0.5
+    };
+    let areas: Vec<f64> = plain.triangles.iter().map(|t| area(t, &plain)).collect();
+    assert!(
+        areas.len() == 2 && areas.iter().all(|&area| (area - 0.5).abs() < 1e-6),
+        "{areas:?}"
+    );
+    let normals = "vn 0 0 1\nvn 0 0 2\nvn 0 0 3\nvn 0 0 4\n";
+    let smooth = mesh(&format!("{arrow}{normals}f 1 2 3\nf 2//2 3//3 4//4 1//1\n")).columns;
+    for triangle in &smooth.triangles[1..] {
+        for &i in triangle {
+            let i = i as usize;
+            let expected = [2.0, 0.0, 1.0].map(|y| smooth.y[i] == y);
+            let normal = match expected {
+                [true, ..] => 1.0,
+                [_, _, true] => 3.0,
+                _ if smooth.x[i] < 0.0 => 2.0,
+                _ => 4.0,
+            };
+            assert_eq!(smooth.normals[i].z, normal);
+        }
+    }
+}
+
+#[test]
+fn what_other_programs_write() {
+    // Lines that end as on old Macs, colours behind coordinates.
+    let mac = mesh("# one\rv 0 0 0 1 0 0\rv 1 0 0 1 0 0\rv 0 1 0 1 0 0\rf 1 2 3\r");
+    assert_eq!(mac.columns.triangles, [[0, 1, 2]]);
+    assert_eq!(mac.notes, ["left out: vertex colours"]);
+    let weights = mesh("v 0 0 0 1\nv 1 0 0 1.0\nv 0 1 0 # not a colour\nf 1 2 3\n");
+    assert!(weights.notes.is_empty());
+    for bytes in [&b"\xff\xfev\0 \0"[..], b"\xfe\xff\0v\0 "] {
+        let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
+        let error = parse(bytes, Path::new("a.obj"), open)
+            .expect_err("UTF-16")
+            .to_string();
+        assert_eq!(
+            error,
+            "a.obj:1:1: this is UTF-16, expected the text of an OBJ mesh in UTF-8 or ASCII"
+        );
+    }
+}

@@ -41,6 +41,7 @@ pub(super) fn read_all<const BIG_ENDIAN: bool>(
             Role::Vertex => vertices::<BIG_ENDIAN>(source, at, element, &mut mesh)?,
             Role::Face => faces::<BIG_ENDIAN>(source, at, element, header.vertices, &mut mesh)?,
             Role::Other => end_of(element, at),
+            Role::Strips => None,
         };
         match end {
             Some(end) => at = end,

@@ -21,6 +21,8 @@ pub(super) struct Header {
     pub(super) vertices: usize,
     /// Whether the vertices have normals.
     pub(super) has_normals: bool,
+    /// Whether they have colours.
+    pub(super) has_colors: bool,
 }
 
 /// What an element's records are read for.
@@ -30,6 +32,8 @@ pub(super) enum Role {
     Vertex,
     /// Triangles.
     Face,
+    /// Triangles that share sides with the one before; an index of -1 begins a new strip.
+    Strips,
     /// Nothing.
     Other,
 }
@@ -108,6 +112,7 @@ impl Header {
             body,
             vertices: 0,
             has_normals: false,
+            has_colors: false,
         };
         for (i, definition) in parsed.elem_defs.iter().enumerate() {
             let element =
@@ -122,6 +127,8 @@ impl Header {
             if element.role == Role::Vertex {
                 header.vertices = element.count;
                 header.has_normals = element.keeps(3);
+                let is_color = |name: &String| name == "red" || name == "diffuse_red";
+                header.has_colors = element.property_names.iter().any(is_color);
             }
             header.elements.push(element);
         }
@@ -166,6 +173,7 @@ impl Element {
         let role = match definition.name.as_str() {
             "vertex" => Role::Vertex,
             "face" => Role::Face,
+            "tristrips" => Role::Strips,
             _ => Role::Other,
         };
         let mut element = Self {
@@ -181,7 +189,8 @@ impl Element {
                 .iter()
                 .position(|name| role == Role::Vertex && *name == property.name)
                 .filter(|&slot| slot < 3 || all_normals);
-            let is_indices = role == Role::Face && INDEX_NAMES.contains(&property.name.as_str());
+            let is_indices =
+                matches!(role, Role::Face | Role::Strips) && INDEX_NAMES.contains(&property.name.as_str());
             element.steps.push(match (&property.property_type, slot) {
                 (&PropertyType::Scalar(scalar), Some(slot)) => {
                     if element.keeps(slot) {
@@ -245,9 +254,10 @@ impl Element {
                 )),
                 None => Ok(()),
             },
-            Role::Face if !has_indices => {
-                Err("element `face` has no list `vertex_indices` or `vertex_index`, expected one".to_owned())
-            }
+            Role::Face | Role::Strips if !has_indices => Err(format!(
+                "element {} has no list `vertex_indices` or `vertex_index`, expected one",
+                quote(self.name.as_bytes())
+            )),
             _ => Ok(()),
         }
     }

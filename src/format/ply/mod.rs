@@ -1,6 +1,6 @@
 //! PLY meshes: text and binary of both byte orders, any scalar types, elements and properties in any order;
 //! what a mesh does not need is skipped. Polygons become fans; faces of fewer than three corners are
-//! skipped.
+//! skipped. Strips of triangles (`tristrips`, as Cyberware's and Stanford's programs wrote them) are read, too.
 //!
 //! The header is parsed by serde-ply. The values are read by loops of our own: they know where they are when
 //! something is wrong, write straight into the columns, and never believe a count that the file is too short
@@ -76,7 +76,7 @@ pub(super) fn read(opened: Opened, name: &Path) -> Result<MeshColumns, LoadError
 }
 
 /// Longer headers than this, bytes, are unusual.
-const HEAD: usize = 1 << 14;
+pub(super) const HEAD: usize = 1 << 14;
 
 /// `None` where the whole file has to be read.
 fn read_pieces(file: &OpenFile, name: &Path) -> Result<Option<MeshColumns>, LoadError> {
@@ -93,6 +93,11 @@ fn read_pieces(file: &OpenFile, name: &Path) -> Result<Option<MeshColumns>, Load
         PlyFormat::BinaryBigEndian => fixed::read_all::<true>(&header, file),
     });
     mesh.map_err(|fault| fault_to_error(head, &Arc::new(name.to_path_buf()), &fault))
+}
+
+/// Whether the vertices have colours, which are not read. `head` is what the file begins with.
+pub(super) fn has_vertex_colors(head: &[u8]) -> bool {
+    Header::parse(head, usize::MAX).is_ok_and(|header| header.has_colors)
 }
 
 /// Finds the line of a fault. Done only once, so it may count lines from the start.

@@ -103,6 +103,7 @@ pub(super) fn read_all<V: Values>(header: &Header, values: &mut V) -> Result<Mes
         match element.role {
             Role::Vertex => read_vertices(element, header, values, &mut mesh)?,
             Role::Face => read_faces(element, header, values, &mut mesh)?,
+            Role::Strips => read_strips(element, header.vertices, values, &mut mesh)?,
             Role::Other if values.fast_skip(element) => {}
             Role::Other => read_others(element, values)?,
         }
@@ -230,10 +231,7 @@ fn read_corners<V: Values>(
     let (mut first, mut previous) = (0, 0);
     for corner in 0..corners {
         let index = values.whole(item).map_err(|wrong| at.wrong(values, wrong))?;
-        let vertex = match u32::try_from(index) {
-            Ok(vertex) if (vertex as usize) < vertices => vertex,
-            _ => return Err(at.bad_index(values, index, vertices)),
-        };
+        let vertex = checked_index(index, vertices, values, at)?;
         match corner {
             0 => first = vertex,
             1 => {}
@@ -242,6 +240,61 @@ fn read_corners<V: Values>(
         previous = vertex;
     }
     Ok(())
+}
+
+fn read_strips<V: Values>(
+    element: &Element,
+    vertices: usize,
+    values: &mut V,
+    mesh: &mut MeshColumns,
+) -> Result<(), Fault> {
+    for record in 1..=element.count {
+        let start = values.begin_record();
+        for (step_i, step) in element.steps.iter().enumerate() {
+            let at = At {
+                element,
+                step_i,
+                start,
+                record,
+            };
+            let &Step::Indices { count, item } = step else {
+                skip(step, values, &at)?;
+                continue;
+            };
+            let (mut strip_length, mut last) = (0, [0; 2]);
+            for _ in 0..list_length(count, item, values, &at)? {
+                let index = values.whole(item).map_err(|wrong| at.wrong(values, wrong))?;
+                if index == -1 {
+                    strip_length = 0;
+                    continue;
+                }
+                let vertex = checked_index(index, vertices, values, &at)?;
+                // Every other triangle of a strip is turned round.
+                match strip_length {
+                    0 | 1 => {}
+                    length if length % 2 == 0 => mesh.triangles.push([last[0], last[1], vertex]),
+                    _ => mesh.triangles.push([last[1], last[0], vertex]),
+                }
+                last = [last[1], vertex];
+                strip_length += 1;
+            }
+        }
+        let at = At {
+            element,
+            step_i: 0,
+            start,
+            record,
+        };
+        end_record(&at, values)?;
+    }
+    Ok(())
+}
+
+fn checked_index<V: Values>(index: i64, vertices: usize, values: &V, at: &At<'_>) -> Result<u32, Fault> {
+    match u32::try_from(index) {
+        Ok(vertex) if (vertex as usize) < vertices => Ok(vertex),
+        _ => Err(at.bad_index(values, index, vertices)),
+    }
 }
 
 fn read_others<V: Values>(element: &Element, values: &mut V) -> Result<(), Fault> {
@@ -347,6 +400,7 @@ impl At<'_> {
         match element.role {
             Role::Vertex => format!("vertex {record} of {}", element.count),
             Role::Face => format!("face {record} of {}", element.count),
+            Role::Strips => format!("record {record} of {} of strips", element.count),
             Role::Other => format!(
                 "record {record} of {} of {}",
                 element.count,

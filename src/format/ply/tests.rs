@@ -344,3 +344,34 @@ fn faces_may_come_first() {
     assert_eq!(mesh(text).triangles, [[2, 1, 0]]);
     assert!(fault(text.replace("2 1 0", "2 1 3")).starts_with("10:1: vertex index 3"));
 }
+
+#[test]
+fn strips_of_triangles() {
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n\
+             property uchar red\nelement tristrips 2\nproperty list int int vertex_indices\nend_header\n"
+        )
+    };
+    let vertices = "0 0 0 9\n1 0 0 9\n0 1 0 9\n1 1 0 9\n0 2 0 9\n";
+    let text = format!("{}{vertices}8 0 1 2 3 -1 2 3 4\n2 0 1\n", header("ascii"));
+    let expected = [[0, 1, 2], [2, 1, 3], [2, 3, 4]];
+    assert_eq!(mesh(&text).triangles, expected);
+    assert!(has_vertex_colors(text.as_bytes()));
+    assert!(!has_vertex_colors(ascii("", 0, 0).as_bytes()));
+
+    let mut binary = header("binary_big_endian").into_bytes();
+    for line in vertices.lines() {
+        let numbers: Vec<f32> = line.split(' ').map(|word| word.parse().unwrap()).collect();
+        binary.extend(numbers[..3].iter().flat_map(|value| value.to_be_bytes()));
+        binary.push(9);
+    }
+    let indices = [8_i32, 0, 1, 2, 3, -1, 2, 3, 4, 2, 0, 1];
+    binary.extend(indices.iter().flat_map(|value| value.to_be_bytes()));
+    assert_eq!(mesh(&binary).triangles, expected);
+
+    let beyond = text.replace("3 4\n2", "3 5\n2");
+    assert!(fault(beyond).contains("vertex index 5, but the file has only 5 vertices"));
+    let other = text.replace("-1 2", "-2 2");
+    assert!(fault(other).contains("vertex index -2"));
+}

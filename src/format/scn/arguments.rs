@@ -81,7 +81,15 @@ impl<'l, 'a> Arguments<'l, 'a> {
         let name = quote(owner.text);
         let message = match self.words.len() {
             0 => format!("{name} stands alone, expected `{usage}`"),
-            found => format!("{name} with {found} of {N} numbers, expected `{usage}`"),
+            found => {
+                let comma = self.words.iter().any(|word| word.text.contains(&b','));
+                let hint = if comma {
+                    ", with blanks instead of commas"
+                } else {
+                    ""
+                };
+                format!("{name} with {found} of {N} numbers, expected `{usage}`{hint}")
+            }
         };
         Err(self.line.error(end, 1, message))
     }

@@ -5,7 +5,7 @@ use crate::{
     error::{LoadError, quote},
     format::{
         files,
-        mesh::{self, LoadedMesh, UpAxis},
+        mesh::{self, LoadedMesh, MeshFormat, UpAxis},
         ply,
     },
     scene::{MaterialId, Transform},
@@ -91,7 +91,14 @@ impl Reader<'_> {
             Kind::Ply => ply::read(file, &path).map(|columns| LoadedMesh::plain(columns, UpAxis::Z)),
             Kind::Any => mesh::read(file, &path, &mut |path| files.beside_mesh(path)),
         };
-        let mut loaded = loaded.map_err(cannot_load)?;
+        let other_format = MeshFormat::of_path(&path).is_some_and(|format| format != MeshFormat::Ply);
+        let mut loaded = loaded.map_err(|cause| {
+            if kind == Kind::Ply && other_format {
+                let message = "`ply_file` reads PLY alone, expected `mesh` for other formats";
+                return line.error_at(&arguments.keyword, message).caused_by(cause);
+            }
+            cannot_load(cause)
+        })?;
         transform.apply(&mut loaded.columns);
         for note in std::mem::take(&mut loaded.notes) {
             self.builder.add_note(format!("{}: {note}", path.display()));

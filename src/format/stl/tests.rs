@@ -103,3 +103,14 @@ fn faults() {
         "5:9: the file ends, expected a number: it is cut short"
     );
 }
+
+#[test]
+fn carriage_returns_alone_end_lines() {
+    let text = TEXT
+        .replace('\n', "\r")
+        .replace("solid\r", "solid of some name\r");
+    assert_eq!(
+        load(text.as_bytes()).expect("text").triangles,
+        [[0, 1, 2], [3, 4, 5]]
+    );
+}

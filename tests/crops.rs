@@ -1,0 +1,245 @@
+//! Tiles of `--crop` put together are the whole picture, byte for byte, whatever the other options: each option of
+//! `octray render` that matters to pixels is in at least one of the cases below.
+
+#[path = "common/images.rs"]
+mod images;
+mod program;
+
+use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
+use images::package;
+use program::Folder;
+use std::{collections::BTreeMap, path::Path};
+
+/// Pixels of the whole picture.
+const SIZE: [usize; 2] = [61, 43];
+/// Where it is cut: the tiles between these columns and rows.
+const COLUMNS: [usize; 4] = [0, 1, 30, 61];
+const ROWS: [usize; 3] = [0, 19, 43];
+
+const SCENE: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+camera near eye 2 -1 1 target 0 0 0.4
+background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
+ambient 0.1
+light 3 -2 5 0.7 color 1 0.8 0.6
+light -4 -6 3 0.4
+material matte cd 0.9 0.9 0.7
+triangle -5 -5 0  5 -5 0  0 5 0
+material reflection mix 0.6
+sphere 0 0 0.5 0.5
+material blinn_phong cd 0.2 0.5 0.9
+sphere 0.8 -0.4 0.3 0.3
+";
+
+const ALL: &str = "--aov depth,normal,albedo,id,heat";
+
+/// Scene or mesh, format, options.
+const CASES: [(&str, &str, &str); 18] = [
+    ("a.scn", "png", ""),
+    ("b.scn", "png", ALL),
+    (
+        "b.scn",
+        "png",
+        "--samples 4 --filter tent --mode scalar --srgb --aov albedo,depth",
+    ),
+    (
+        "b.scn",
+        "png",
+        "--samples 9 --pattern sobol --filter blackman-harris --background transparent",
+    ),
+    (
+        "b.scn",
+        "png",
+        "--samples 4 --pattern stratified --background transparent --srgb --aov id,heat,normal",
+    ),
+    (
+        "b.scn",
+        "png",
+        "--samples 5 --pattern sobol --filter tent --linear --threads 1",
+    ),
+    (
+        "b.scn",
+        "qoi",
+        "--camera near --samples 4 --background transparent --no-shadows",
+    ),
+    (
+        "b.scn",
+        "tiff",
+        "--view 3 --fov 60 --max-depth 1 --background scene",
+    ),
+    (
+        "b.scn",
+        "ppm",
+        "--eye 2,-3,1 --target 0,0,0.3 --up 0.1,0,1 --build fast",
+    ),
+    (
+        "b.scn",
+        "bmp",
+        "--turntable 5 --frames 3 --samples 4 --filter blackman-harris",
+    ),
+    ("b.scn", "exr", "--samples 4 --pattern stratified --filter tent"),
+    (
+        "b.scn",
+        "exr",
+        "--background transparent --samples 3 --pattern sobol --aov depth,normal,albedo,id,heat",
+    ),
+    (
+        "vase.obj",
+        "png",
+        "--ground --smooth-angle 40 --samples 4 --aov depth,normal,albedo,id,heat",
+    ),
+    (
+        "vase.obj",
+        "png",
+        "--up-axis z --fov 20 --filter tent --samples 4 --mode scalar",
+    ),
+    (
+        "gear.stl",
+        "exr",
+        "--ground --turntable 4 --frames 2-2 --aov heat,depth --background transparent",
+    ),
+    (
+        "house.stl",
+        "tif",
+        "--eye 5,4,3 --samples 4 --background transparent --build best",
+    ),
+    ("mobile.gltf", "png", "--camera front --ground --srgb --samples 4"),
+    (
+        "tetrahedron.ply",
+        "png",
+        "--target 0.2,0,0 --up 0,0.2,1 --aov normal",
+    ),
+];
+
+/// Every channel of a picture: its name, and the bits of its values row by row.
+type Channels = BTreeMap<String, Vec<u32>>;
+
+fn channels(path: &Path) -> Channels {
+    if path.extension().is_some_and(|extension| extension == "exr") {
+        let file = read_first_flat_layer_from_file(path).expect("an EXR file");
+        let list = file.layer_data.channel_data.list;
+        let bits = list.into_iter().map(|channel| {
+            let bits = match channel.sample_data {
+                FlatSamples::F32(values) => values.into_iter().map(f32::to_bits).collect(),
+                FlatSamples::U32(values) => values,
+                FlatSamples::F16(_) => panic!("half floats lose what the picture has"),
+            };
+            (channel.name.to_string(), bits)
+        });
+        return bits.collect();
+    }
+    let picture = image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let depth = usize::from(picture.color().channel_count());
+    let channel = |i| {
+        let values = picture.as_bytes().iter().skip(i).step_by(depth);
+        (i.to_string(), values.map(|&byte| byte.into()).collect())
+    };
+    (0..depth).map(channel).collect()
+}
+
+/// Renders, and gives the channels of every file that comes of it, by the end of its name.
+fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<String, Channels> {
+    let folder = Folder::new();
+    folder.write("b.scn", SCENE);
+    let mesh = package().join("scenes/meshes").join(input);
+    let input = if mesh.exists() {
+        mesh.to_string_lossy().into_owned()
+    } else {
+        input.to_owned()
+    };
+    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    let output = format!("made.{format}");
+    let mut arguments = vec!["render", &input, "--size", &size, "-o", &output, "--quiet"];
+    arguments.extend(options.split_whitespace().chain(crop.split_whitespace()));
+    folder.run(&arguments).succeeded();
+    let made = folder.names().into_iter().filter(|name| name.starts_with("made"));
+    let files: BTreeMap<String, Channels> = made
+        .map(|name| (name.clone(), channels(&folder.path(&name))))
+        .collect();
+    assert!(!files.is_empty(), "{arguments:?}");
+    files
+}
+
+/// Puts a tile's values where they belong.
+fn put(whole: &mut Channels, tile: Channels, [x0, y0, x1, y1]: [usize; 4]) {
+    for (name, values) in tile {
+        let channel = whole.entry(name).or_insert_with(|| vec![0; SIZE[0] * SIZE[1]]);
+        assert_eq!(values.len(), (x1 - x0) * (y1 - y0));
+        for (row, values) in values.chunks(x1 - x0).enumerate() {
+            let start = (y0 + row) * SIZE[0] + x0;
+            channel[start..start + values.len()].copy_from_slice(values);
+        }
+    }
+}
+
+#[test]
+fn tiles_are_the_whole_with_every_option() {
+    for (input, format, options) in CASES {
+        let whole = render(input, format, options, "");
+        let mut together: BTreeMap<String, Channels> = BTreeMap::new();
+        for y in ROWS.windows(2) {
+            for x in COLUMNS.windows(2) {
+                let place = [x[0], y[0], x[1], y[1]];
+                let crop = format!("--crop {},{},{},{}", x[0], y[0], x[1], y[1]);
+                for (name, tile) in render(input, format, options, &crop) {
+                    put(together.entry(name).or_default(), tile, place);
+                }
+            }
+        }
+        for (name, channels) in &whole {
+            let shown = channels
+                .values()
+                .any(|values| values.iter().any(|value| *value != values[0]));
+            assert!(shown, "{input} {options}: {name} is empty");
+        }
+        assert!(together == whole, "{input} {options}: tiles are not the whole");
+    }
+}
+
+/// A new option is to be in [`CASES`], or here, if pixels do not depend on it.
+#[test]
+fn no_option_is_left_out() {
+    const NOT_OF_PIXELS: [&str; 14] = [
+        "--output",
+        "--size",
+        "--crop",
+        "--stats",
+        "--quiet",
+        "--skip-existing",
+        "--compare",
+        "--tolerance",
+        "--allow-pixels",
+        "--difference",
+        "--config",
+        "--no-config",
+        "--help",
+        "--version",
+    ];
+    let help = Folder::new().run(&["render", "--help"]);
+    let options: Vec<&str> = help
+        .succeeded()
+        .text()
+        .lines()
+        .filter_map(|line| {
+            line.trim_start()
+                .trim_start_matches("-o, ")
+                .trim_start_matches("-h, ")
+                .split([' ', '=', '['])
+                .next()
+        })
+        .filter(|word| word.starts_with("--"))
+        .collect();
+    assert!(options.len() > 25, "{options:?}");
+    for option in options {
+        let tried = CASES
+            .iter()
+            .any(|(_, _, words)| words.split(' ').any(|word| word == option));
+        assert!(tried || NOT_OF_PIXELS.contains(&option), "{option}");
+    }
+    for what in ["grid", "stratified", "sobol", "box", "tent", "blackman-harris"] {
+        let tried = CASES
+            .iter()
+            .any(|(_, _, words)| words.split(' ').any(|word| word == what));
+        assert!(tried || ["grid", "box"].contains(&what), "{what}");
+    }
+}
