@@ -548,7 +548,7 @@ fn mesh_errors_help() {
     folder.fails(
         &["square.obj", "--camera", "front"],
         2,
-        "no camera `front`: square.obj has no cameras",
+        "the mesh has no camera `front`, nor any other",
     );
     folder.fails(
         &["square.obj", "--smooth-angle", "200"],

@@ -78,8 +78,12 @@ fn what_is_missing_or_does_not_fit_is_told_before_anything_is_rendered() {
     let folder = Folder::new();
     folder.write("a.ply", "ply\n");
     folder.write("a.fbx", "Kaydara");
+    folder.write("c.scn", "sphere 0 0 0 1\n");
     for (last, words) in [
-        ("b.scn", "b.scn: there is no such file; beside it: `a.scn`"),
+        (
+            "b.scn",
+            "b.scn: there is no such file; beside it: `a.scn`, `c.scn`",
+        ),
         (
             "a.obj",
             "a.obj: there is no such file; beside it: `a.ply`, `a.scn`",
@@ -87,7 +91,7 @@ fn what_is_missing_or_does_not_fit_is_told_before_anything_is_rendered() {
         (".", ".: this is a folder"),
         ("a.fbx", "no kind of file that octray reads"),
     ] {
-        folder.fails(&["a.scn", last, SMALL, "-o", "{stem}-1.png"], 1, words);
+        folder.fails(&["c.scn", last, SMALL, "-o", "{stem}-1.png"], 1, words);
     }
     folder.write("b.scn", "sphere 0 0 0 1\n");
     folder.fails(&["a.ply", "b.scn", SMALL, "--ground"], 2, "b.scn is a scene");

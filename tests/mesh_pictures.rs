@@ -47,6 +47,14 @@ fn every_format() {
     );
 }
 
+#[test]
+fn info_lists_what_options_may_name() {
+    let mesh = package().join("scenes/meshes/mobile.gltf");
+    let info = Folder::new().run(&["info", mesh.to_str().expect("UTF-8")]);
+    assert!(info.succeeded().text().contains("camera"), "{info:?}");
+    assert!(info.text().contains("\"front\" eye"), "{info:?}");
+}
+
 /// Columns and rows that hold something else than the background: first and last.
 fn extent(picture: &RgbImage) -> [u32; 4] {
     let background = *picture.get_pixel(0, 0);

@@ -42,8 +42,9 @@ const RENDER_EXAMPLES: &str = "\
 Examples:
   octray render cow.scn -o cow.jpg --size 1920x1080 --samples 9
   octray render cow.scn --eye -3,2,1.5 --target 0,0,0.5 --up 0,0,1 --fov 30
+  octray render bunny.ply --ground --smooth-angle 40 -o bunny.png
   octray render cow.scn --crop 0,0,256,128 -o corner.png
-  octray render cow.scn --samples 16 --pattern sobol --filter blackman-harris --srgb
+  octray render cow.scn --samples 32 --pattern sobol --filter blackman-harris --srgb
   octray render cow.scn --background transparent --aov depth,normal,heat
   octray render cow.scn --quiet --stats=json 2> stats.json
   octray render a.scn b.scn -o out/{stem}.jpg       several scenes, each with its own picture

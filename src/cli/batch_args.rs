@@ -28,7 +28,7 @@ pub struct SeriesArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Comparison")]
 pub struct CompareArgs {
-    /// Compare the picture with this one, and exit with 5 if they differ
+    /// Compare the picture, as it was rendered, with this one, and exit with 5 if they differ
     #[arg(long, value_name = "REFERENCE")]
     pub compare: Option<PathBuf>,
 

@@ -86,12 +86,7 @@ impl CameraArgs {
         if let Some(name) = &self.camera {
             let names: Vec<&str> = mesh.cameras.iter().map(|camera| camera.name.as_str()).collect();
             let camera = &mesh.cameras[find("the mesh", &names, name)?];
-            return self.applied_to(View {
-                eye: camera.eye,
-                target: camera.target,
-                up: camera.up,
-                fov_degrees: camera.fov_degrees,
-            });
+            return self.applied_to(camera.view());
         }
         if let Some(number) = self.view {
             return self.applied_to(viewpoint(number)?);

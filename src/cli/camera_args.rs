@@ -8,7 +8,8 @@ use glam::DVec3;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
-    /// One of the scene's cameras, by its name [default: the first one; else --view 1]
+    /// One of the file's own cameras, by name or number [default: a scene's first one, else --view 1; a mesh is framed
+    /// whole]
     #[arg(long, value_name = "NAME", conflicts_with_all = ["view", "eye"])]
     pub camera: Option<String>,
 
@@ -24,7 +25,7 @@ pub struct CameraArgs {
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub target: Option<DVec3>,
 
-    /// Which way is up [default: as the scene's camera has it; 0,0,1 with --eye or --view]
+    /// Which way is up [default: as the scene's camera has it; 0,0,1 with --eye or --view; a mesh's up axis]
     #[arg(long, value_name = "x,y,z", value_parser = value::vector, allow_hyphen_values = true)]
     pub up: Option<DVec3>,
 

@@ -11,7 +11,7 @@ use crate::{
         self,
         mesh::{LoadedMesh, MeshFormat, UpAxis},
     },
-    scene::{Camera, Scene, SceneBuilder},
+    scene::{Camera, NamedCamera, Scene, SceneBuilder},
 };
 use glam::DVec3;
 use std::{
@@ -138,7 +138,12 @@ pub fn load_and_list(
     }
     let up = up_axis(&loaded, mesh);
     let camera = camera.for_mesh(&loaded, up, aspect)?;
-    let notes = std::mem::take(&mut loaded.notes);
+    // Of several files: which one. A note about a file beside it names that one.
+    let named = |note: String| match note.strip_prefix("left out") {
+        Some(_) => format!("{}: {note}", path.display()),
+        None => note,
+    };
+    let notes = std::mem::take(&mut loaded.notes).into_iter().map(named).collect();
     let view = camera.view();
     let lit_from = mesh.lit_from.unwrap_or(view.eye - view.target);
     let stage = stage::Stage {
@@ -155,7 +160,7 @@ pub fn load_and_list(
     })
 }
 
-/// Loads a scene, or a mesh as it is: without lights.
+/// Loads a scene, or a mesh as it is: without lights, with the cameras and notes of its file.
 ///
 /// # Errors
 /// [`CliError`].
@@ -164,7 +169,19 @@ pub fn load_bare(path: &Path) -> Result<Scene, CliError> {
         return source::load(path);
     }
     let mut builder = SceneBuilder::new();
-    let loaded = format::mesh::load(path)?;
+    let mut loaded = format::mesh::load(path)?;
+    for note in std::mem::take(&mut loaded.notes) {
+        builder.add_note(note);
+    }
+    for camera in std::mem::take(&mut loaded.cameras) {
+        // One without a view is refused where it is asked for.
+        if let Ok(view) = Camera::new(&camera.view()) {
+            builder.add_camera(NamedCamera {
+                name: Some(camera.name).filter(|name| !name.is_empty()),
+                camera: view,
+            });
+        }
+    }
     loaded
         .add_to(&mut builder, None)
         .map_err(|error| failed(path, &error))?;

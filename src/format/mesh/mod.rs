@@ -7,7 +7,7 @@
 use super::{OpenMesh, files, gltf, obj, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError},
-    scene::{Material, MaterialId, MeshColumns, SceneBuilder},
+    scene::{Material, MaterialId, MeshColumns, SceneBuilder, View},
 };
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -43,7 +43,7 @@ pub struct Surface {
 impl Surface {
     /// A neutral, slightly glossy grey, for meshes that say nothing of their look.
     pub const NEUTRAL: Self = Self {
-        diffuse: [0.78, 0.78, 0.76],
+        diffuse: [0.86, 0.86, 0.84],
         specular: [0.12; 3],
         alpha: 24,
     };
@@ -74,6 +74,19 @@ pub struct MeshCamera {
     pub up: DVec3,
     /// Vertical field of view, degrees.
     pub fov_degrees: f64,
+}
+
+impl MeshCamera {
+    /// How it looks at the mesh.
+    #[must_use]
+    pub fn view(&self) -> View {
+        View {
+            eye: self.eye,
+            target: self.target,
+            up: self.up,
+            fov_degrees: self.fov_degrees,
+        }
+    }
 }
 
 /// The axis that points up.

@@ -189,32 +189,34 @@ fn read_faces<V: Values>(
     let possible = values.bytes_left() / least.sum::<usize>().max(1);
     reserve(&mut mesh.triangles, element.count.min(possible + 1), element)?;
 
-    for record in 1..=element.count {
-        let start = values.begin_record();
-        for (step_i, step) in element.steps.iter().enumerate() {
-            let at = At {
-                element,
-                step_i,
-                start,
-                record,
-            };
-            match *step {
-                Step::Indices { count, item } => {
-                    let corners = list_length(count, item, values, &at)?;
-                    read_corners(corners, item, header.vertices, values, mesh, &at)?;
-                }
-                _ => skip(step, values, &at)?,
-            }
+    for_each_property(element, values, |values, step, at| match *step {
+        Step::Indices { count, item } => {
+            let corners = list_length(count, item, values, at)?;
+            read_corners(corners, item, header.vertices, values, mesh, at)
         }
-        end_record(
-            &At {
-                element,
-                step_i: 0,
-                start,
-                record,
-            },
-            values,
-        )?;
+        _ => skip(step, values, at),
+    })
+}
+
+/// Goes through all records of an element, property by property.
+fn for_each_property<V: Values>(
+    element: &Element,
+    values: &mut V,
+    mut read: impl FnMut(&mut V, &Step, &At<'_>) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    for record in 1..=element.count {
+        let mut at = At {
+            element,
+            step_i: 0,
+            start: values.begin_record(),
+            record,
+        };
+        for (step_i, step) in element.steps.iter().enumerate() {
+            at.step_i = step_i;
+            read(values, step, &at)?;
+        }
+        at.step_i = 0;
+        end_record(&at, values)?;
     }
     Ok(())
 }
@@ -248,46 +250,29 @@ fn read_strips<V: Values>(
     values: &mut V,
     mesh: &mut MeshColumns,
 ) -> Result<(), Fault> {
-    for record in 1..=element.count {
-        let start = values.begin_record();
-        for (step_i, step) in element.steps.iter().enumerate() {
-            let at = At {
-                element,
-                step_i,
-                start,
-                record,
-            };
-            let &Step::Indices { count, item } = step else {
-                skip(step, values, &at)?;
-                continue;
-            };
-            let (mut strip_length, mut last) = (0, [0; 2]);
-            for _ in 0..list_length(count, item, values, &at)? {
-                let index = values.whole(item).map_err(|wrong| at.wrong(values, wrong))?;
-                if index == -1 {
-                    strip_length = 0;
-                    continue;
-                }
-                let vertex = checked_index(index, vertices, values, &at)?;
-                // Every other triangle of a strip is turned round.
-                match strip_length {
-                    0 | 1 => {}
-                    length if length % 2 == 0 => mesh.triangles.push([last[0], last[1], vertex]),
-                    _ => mesh.triangles.push([last[1], last[0], vertex]),
-                }
-                last = [last[1], vertex];
-                strip_length += 1;
-            }
-        }
-        let at = At {
-            element,
-            step_i: 0,
-            start,
-            record,
+    for_each_property(element, values, |values, step, at| {
+        let &Step::Indices { count, item } = step else {
+            return skip(step, values, at);
         };
-        end_record(&at, values)?;
-    }
-    Ok(())
+        let (mut strip_length, mut last) = (0, [0; 2]);
+        for _ in 0..list_length(count, item, values, at)? {
+            let index = values.whole(item).map_err(|wrong| at.wrong(values, wrong))?;
+            if index == -1 {
+                strip_length = 0;
+                continue;
+            }
+            let vertex = checked_index(index, vertices, values, at)?;
+            // Every other triangle of a strip is turned round.
+            match strip_length {
+                0 | 1 => {}
+                length if length % 2 == 0 => mesh.triangles.push([last[0], last[1], vertex]),
+                _ => mesh.triangles.push([last[1], last[0], vertex]),
+            }
+            last = [last[1], vertex];
+            strip_length += 1;
+        }
+        Ok(())
+    })
 }
 
 fn checked_index<V: Values>(index: i64, vertices: usize, values: &V, at: &At<'_>) -> Result<u32, Fault> {
@@ -298,31 +283,7 @@ fn checked_index<V: Values>(index: i64, vertices: usize, values: &V, at: &At<'_>
 }
 
 fn read_others<V: Values>(element: &Element, values: &mut V) -> Result<(), Fault> {
-    for record in 1..=element.count {
-        let start = values.begin_record();
-        for (step_i, step) in element.steps.iter().enumerate() {
-            skip(
-                step,
-                values,
-                &At {
-                    element,
-                    step_i,
-                    start,
-                    record,
-                },
-            )?;
-        }
-        end_record(
-            &At {
-                element,
-                step_i: 0,
-                start,
-                record,
-            },
-            values,
-        )?;
-    }
-    Ok(())
+    for_each_property(element, values, |values, step, at| skip(step, values, at))
 }
 
 fn skip<V: Values>(step: &Step, values: &mut V, at: &At<'_>) -> Result<(), Fault> {
