@@ -1,12 +1,9 @@
 //! Tiles of `--crop` put together are the whole picture, byte for byte, whatever the other options: each option of
 //! `octray render` that matters to pixels is in at least one of the cases below.
 
-#[path = "common/images.rs"]
-mod images;
 mod program;
 
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
-use images::package;
 use program::Folder;
 use std::{collections::BTreeMap, path::Path};
 
@@ -141,7 +138,9 @@ fn channels(path: &Path) -> Channels {
 fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<String, Channels> {
     let folder = Folder::new();
     folder.write("b.scn", SCENE);
-    let mesh = package().join("scenes/meshes").join(input);
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("scenes/meshes")
+        .join(input);
     let input = if mesh.exists() {
         mesh.to_string_lossy().into_owned()
     } else {

@@ -21,7 +21,7 @@ const SHIPPED: [&str; 6] = [
     "evening",
 ];
 
-/// Width, height, samples along a side of a pixel. Neither multiples of a packet nor of a tile; a single pixel;
+/// Width, height, samples of a pixel. Neither multiples of a packet nor of a tile; a single pixel;
 /// very wide; several samples.
 const SIZES: [(u32, u32, u32); 4] = [(333, 217, 1), (1, 1, 1), (8191, 3, 1), (64, 48, 4)];
 

@@ -2,6 +2,7 @@
 
 use super::{
     CliError,
+    aov::AovArg,
     args::{RenderArgs, StatsFormat},
     batch::{self, Job, Verdicts},
     faults::{self, Faults},
@@ -77,7 +78,7 @@ fn render_scene(
             let _ = writeln!(io::stderr(), "octray: warning: {}", escape(&note));
         }
     }
-    let rays = expected_rays(settings, &scene) * job.shots.len() as f64;
+    let rays = expected_rays(args, settings, &scene, job.shots.len());
     let quality = args.trace.build.quality(rays, scene.primitive_count());
     expect_memory(scene.primitive_count())?;
     let (bvh, mut build_time) =
@@ -163,17 +164,24 @@ fn expect_memory(primitives: usize) -> Result<(), CliError> {
 }
 
 /// Camera rays, and shadow rays as if each hit something; what mirrors add is not known beforehand.
-fn expected_rays(settings: &Settings, scene: &Scene) -> f64 {
+fn expected_rays(args: &RenderArgs, settings: &Settings, scene: &Scene, pictures: usize) -> f64 {
+    // What rays cost depends on the BVH, so that of a part is to be that of the whole.
+    let (window, pictures) = if args.picture.aovs.contains(&AovArg::Heat) {
+        let whole = Settings {
+            crop: None,
+            ..*settings
+        };
+        (whole.window(), args.series.turntable.unwrap_or(1) as usize)
+    } else {
+        (settings.window(), pictures)
+    };
     let samples = f64::from(settings.samples);
     let lights = if settings.shadows {
         scene.lights().x.len()
     } else {
         0
     };
-    f64::from(settings.window().width())
-        * f64::from(settings.window().height())
-        * samples
-        * (1.0 + lights as f64)
+    f64::from(window.width()) * f64::from(window.height()) * pictures as f64 * samples * (1.0 + lights as f64)
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
