@@ -2,7 +2,8 @@
 
 use super::{
     CliError,
-    args::{MeshArgs, ViewArgs},
+    args::ViewArgs,
+    camera_args::MeshArgs,
     encode::Format,
     generate::quoted,
     input::{self, Input},
