@@ -2,7 +2,7 @@
 
 mod text;
 
-pub use text::{Excerpt, escape, quote};
+pub use text::{Excerpt, escape, in_bytes, quote};
 
 use std::{
     fmt,
@@ -120,6 +120,13 @@ pub enum SceneError {
         /// The largest number allowed.
         limit: usize,
     },
+    /// The scene would take more memory than it may.
+    OverLimit {
+        /// What it would take at least, bytes: an estimate.
+        needed: u64,
+        /// What it may take, bytes.
+        limit: u64,
+    },
     /// Columns do not fit into memory.
     NoMemory {
         /// "triangles".
@@ -167,6 +174,12 @@ impl fmt::Display for SceneError {
                     materials.saturating_sub(1)
                 )
             }
+            Self::OverLimit { needed, limit } => write!(
+                f,
+                "the scene takes about {} of memory or more, its BVH included: more than the memory limit of {}",
+                in_bytes(*needed),
+                in_bytes(*limit)
+            ),
             Self::NoMemory { what } => write!(f, "the {what} do not fit into memory"),
             Self::TooMany { what, limit } => write!(f, "more than {limit} {what}"),
         }

@@ -6,6 +6,7 @@ use super::{
     camera_args::{CameraArgs, MeshArgs},
     config::ConfigArgs,
     generate::GenerateArgs,
+    memory::MemoryArgs,
     picture_args::{PictureArgs, SampleArgs},
     shell::{CompletionsArgs, ManArgs},
     trace_args::TraceArgs,
@@ -132,6 +133,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "512x512", help_heading = "Picture")]
     pub size: Size,
 
+    /// On Ctrl-C, save what there is of the picture under another name: a.partial.png for a.png
+    #[arg(long, help_heading = "Picture")]
+    pub keep_partial: bool,
+
     #[command(flatten)]
     pub picture: PictureArgs,
 
@@ -160,6 +165,9 @@ pub struct RenderArgs {
     /// No progress bar, no closing line, no warnings
     #[arg(long, help_heading = "Messages")]
     pub quiet: bool,
+
+    #[command(flatten)]
+    pub memory: MemoryArgs,
 
     #[command(flatten)]
     pub config: ConfigArgs,
@@ -194,6 +202,9 @@ pub struct ViewArgs {
     #[arg(long, value_name = "SECONDS", value_parser = value::seconds)]
     pub benchmark: Option<f64>,
 
+    #[command(flatten)]
+    pub memory: MemoryArgs,
+
     /// Write the benchmark's figures as JSON to a file, or to standard output (-)
     #[arg(long, value_name = "FILE", requires = "benchmark")]
     pub json: Option<PathBuf>,
@@ -216,6 +227,9 @@ pub struct InfoArgs {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+
+    #[command(flatten)]
+    pub memory: MemoryArgs,
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use super::{
     aov_files::AovFiles,
     args::RenderArgs,
     compare::{Comparison, Verdict},
+    memory::PixelBytes,
     names,
     output::Output,
     turntable::Frames,
@@ -20,6 +21,23 @@ use std::{
 pub struct Job<'a> {
     pub scene: &'a Path,
     pub shots: Vec<Shot>,
+}
+
+impl Job<'_> {
+    /// What a pixel takes of the picture that takes most.
+    pub fn pixel_bytes(&self, args: &RenderArgs) -> PixelBytes {
+        let exr = self.shots.iter().any(|shot| shot.output.is_linear());
+        PixelBytes {
+            film: match (args.picture.transparent(), exr || args.picture.srgb) {
+                (true, _) => 16,
+                (false, true) => 12,
+                (false, false) => 3,
+            },
+            exr,
+            aovs: !args.picture.aovs.is_empty(),
+            compared: args.comparison.compare.is_some(),
+        }
+    }
 }
 
 /// One picture.

@@ -4,8 +4,11 @@ use super::{
     BenchArgs, CliError,
     bench_args::BenchMethod,
     input::{self, Input},
+    interrupt::Interrupt,
+    memory::MemoryArgs,
     report::{SCHEMA, grouped},
     trace_args::BuildArg,
+    whole_file,
 };
 use crate::{
     accel::Bvh,
@@ -48,7 +51,8 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     let mut results = Vec::new();
     if let Some(path) = &args.scene {
         let aspect = f64::from(args.size.width) / f64::from(args.size.height);
-        let Input { scene, camera, .. } = input::load(path, &args.camera, &args.mesh, aspect)?;
+        let memory = MemoryArgs::default().limit();
+        let Input { scene, camera, .. } = input::load(path, &args.camera, &args.mesh, aspect, memory)?;
         let name = path.display().to_string();
         bench.print(&bench.heading())?;
         let rows = bench.scene(&name, &scene, &camera)?;
@@ -305,6 +309,6 @@ pub fn write_json(path: &Path, json: &impl Serialize) -> Result<(), CliError> {
     if path == Path::new("-") {
         return super::print(&text);
     }
-    super::whole_file::write(path, |out| out.write_all(text.as_bytes()))
+    whole_file::write(path, &Interrupt::default(), |out| out.write_all(text.as_bytes()))
         .map_err(|error| CliError::writing(&path.display().to_string(), &error))
 }

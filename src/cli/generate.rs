@@ -1,5 +1,10 @@
 //! `octray generate`: a made-up scene as files.
 
+use super::{
+    CliError,
+    interrupt::Interrupt,
+    whole_file::{self, Guarded},
+};
 use crate::generate::{Generated, Kind, Options, Shape, generate, write_ply};
 use clap::{
     Args,
@@ -43,28 +48,30 @@ fn kind_parser() -> impl TypedValueParser<Value = Kind> {
 /// Writes the scene and its meshes, each whole or not at all, and returns what to tell the user.
 ///
 /// # Errors
-/// A sentence for the user: a count out of its limits, or a file that cannot be written.
-pub fn run(args: &GenerateArgs) -> Result<String, String> {
+/// [`CliError`]: a count out of its limits, or a file that cannot be written.
+pub fn run(args: &GenerateArgs) -> Result<String, CliError> {
+    let interrupt = Interrupt::install()?;
     let options = Options {
         seed: args.seed,
         count: args.count,
     };
-    let generated = generate(args.kind, options).map_err(|error| error.to_string())?;
+    let generated = interrupt.exit_at_once_during(|| generate(args.kind, options))?;
+    let generated = generated.map_err(|error| CliError::Failed(error.to_string()))?;
     let folder = &args.output;
     fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+        .map_err(|error| CliError::writing(&format!("to the folder {}", folder.display()), &error))?;
 
     let mut told = String::new();
     // The meshes first: a scene file that is there can be loaded.
     for part in &generated.parts {
         if let (Shape::Mesh(mesh), Some(name)) = (&part.shape, generated.mesh_file_name(part)) {
             let path = folder.join(name);
-            write_whole(&path, |out| write_ply(mesh, out))?;
+            write_whole(&path, &interrupt, |out| write_ply(mesh, out))?;
             let _ = writeln!(told, "{}: {} triangles", path.display(), mesh.triangles.len());
         }
     }
     let path = folder.join(format!("{}.scn", args.kind.name()));
-    write_whole(&path, |out| generated.write_scn(out))?;
+    write_whole(&path, &interrupt, |out| generated.write_scn(out))?;
     let _ = writeln!(
         told,
         "{}: {} spheres, {} lights",
@@ -103,9 +110,12 @@ pub(super) fn quoted(path: &Path) -> String {
 /// Writes a file whole or not at all.
 fn write_whole(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut fs::File>) -> io::Result<()>,
-) -> Result<(), String> {
-    super::whole_file::write(path, write).map_err(|error| format!("cannot write {}: {error}", path.display()))
+    interrupt: &Interrupt,
+    write: impl FnOnce(&mut BufWriter<Guarded<'_>>) -> io::Result<()>,
+) -> Result<(), CliError> {
+    let written = whole_file::write(path, interrupt, write);
+    interrupt.check()?;
+    written.map_err(|error| CliError::writing(&path.display().to_string(), &error))
 }
 
 #[cfg(test)]
@@ -148,6 +158,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let place = folder.path().to_str().unwrap();
         let args = parse(&["blobs", "-o", place, "--count", "3"]).unwrap();
-        assert!(run(&args).unwrap_err().contains("expected 1000 to"));
+        let text = run(&args).unwrap_err().text().unwrap();
+        assert!(text.contains("expected 1000 to"), "{text}");
     }
 }

@@ -3,12 +3,12 @@
 use super::{
     CliError,
     args::InfoArgs,
-    input,
-    report::{SCHEMA, bytes, faults_text, grouped},
+    input, memory,
+    report::{SCHEMA, faults_text, grouped},
 };
 use crate::{
     accel::{Bvh, BvhStats},
-    error::escape,
+    error::{escape, in_bytes},
     scene::{Material, MeshFaults, NamedCamera, Scene},
 };
 use serde::Serialize;
@@ -26,9 +26,10 @@ const MOST_LINES: usize = 20;
 /// [`CliError`].
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let start = Instant::now();
-    let scene = input::load_bare(&args.scene)?;
+    let scene = input::load_bare(&args.scene, args.memory.limit())?;
     let load_time = start.elapsed();
     let faults = scene.mesh_faults();
+    memory::check_build(&scene)?;
     let bvh = Bvh::build(&scene);
     let info = Info::new(
         args.scene.display().to_string(),
@@ -236,7 +237,7 @@ impl Info {
             None => line("bounds", "empty".into()),
         }
         line("load time", format!("{:.1} ms", self.load_s * 1e3));
-        line("columns", bytes(self.scene_bytes));
+        line("columns", in_bytes(self.scene_bytes as u64));
         for column in &self.columns {
             line(
                 &format!("  {}", column.name),
@@ -244,7 +245,7 @@ impl Info {
             );
         }
         let bvh = &self.bvh;
-        line("BVH", bytes(bvh.bytes));
+        line("BVH", in_bytes(bvh.bytes as u64));
         line("  build", bvh.build.into());
         line("  build time", format!("{:.1} ms", bvh.build_s * 1e3));
         line("  depth", count(bvh.depth));
@@ -345,8 +346,8 @@ fn lights(scene: &Scene) -> Vec<LightInfo> {
 fn bytes_each(column: &Column) -> String {
     format!(
         "{} = {}",
-        bytes(column.bytes.checked_div(column.length).unwrap_or(0)),
-        bytes(column.bytes)
+        in_bytes(column.bytes.checked_div(column.length).unwrap_or(0) as u64),
+        in_bytes(column.bytes as u64)
     )
 }
 

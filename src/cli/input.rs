@@ -95,12 +95,19 @@ fn check_options(path: &Path, camera: &CameraArgs, mesh: &MeshArgs) -> Result<bo
     Ok(is_mesh)
 }
 
-/// Loads a scene or a mesh, and sets up the camera. `aspect` is the picture's width over its height.
+/// Loads a scene or a mesh, and sets up the camera. `aspect` is the picture's width over its height; `memory` is what the
+/// scene may take, bytes.
 ///
 /// # Errors
 /// [`CliError`].
-pub fn load(path: &Path, camera: &CameraArgs, mesh: &MeshArgs, aspect: f64) -> Result<Input, CliError> {
-    load_and_list(path, camera, mesh, aspect, &mut Vec::new())
+pub fn load(
+    path: &Path,
+    camera: &CameraArgs,
+    mesh: &MeshArgs,
+    aspect: f64,
+    memory: u64,
+) -> Result<Input, CliError> {
+    load_and_list(path, camera, mesh, aspect, memory, &mut Vec::new())
 }
 
 /// As [`load`], and adds to `files` every file that was asked for.
@@ -112,13 +119,14 @@ pub fn load_and_list(
     camera: &CameraArgs,
     mesh: &MeshArgs,
     aspect: f64,
+    memory: u64,
     files: &mut Vec<PathBuf>,
 ) -> Result<Input, CliError> {
     if !check_options(path, camera, mesh)? {
         let scene = if source::is_standard_input(path) {
-            source::load(path)?
+            source::load(path, memory)?
         } else {
-            format::load_and_list(path, files)?
+            format::load_within(path, files, memory)?
         };
         return Ok(Input {
             camera: camera.for_scene(&scene)?,
@@ -127,7 +135,7 @@ pub fn load_and_list(
             scene,
         });
     }
-    let mut loaded = format::mesh::load_and_list(path, files)?;
+    let mut loaded = format::mesh::load_within(path, files, memory)?;
     refuse_nothing(path, &loaded)?;
     if let Some(degrees) = mesh.smooth_angle {
         if !loaded.columns.normals.is_empty() {
@@ -151,7 +159,7 @@ pub fn load_and_list(
         up: up.vector(),
         ground: mesh.ground,
     };
-    let scene = stage::build(loaded, &stage).map_err(|error| failed(path, &error))?;
+    let scene = stage::build(loaded, &stage, memory).map_err(|error| failed(path, &error))?;
     Ok(Input {
         scene,
         camera,
@@ -160,16 +168,17 @@ pub fn load_and_list(
     })
 }
 
-/// Loads a scene, or a mesh as it is: without lights, with the cameras and notes of its file.
+/// Loads a scene, or a mesh as it is: without lights, with the cameras and notes of its file. `memory` is what it may
+/// take, bytes.
 ///
 /// # Errors
 /// [`CliError`].
-pub fn load_bare(path: &Path) -> Result<Scene, CliError> {
+pub fn load_bare(path: &Path, memory: u64) -> Result<Scene, CliError> {
     if !is_mesh(path)? {
-        return source::load(path);
+        return source::load(path, memory);
     }
-    let mut builder = SceneBuilder::new();
-    let mut loaded = format::mesh::load(path)?;
+    let mut builder = SceneBuilder::within(memory);
+    let mut loaded = format::mesh::load_within(path, &mut Vec::new(), memory)?;
     for note in std::mem::take(&mut loaded.notes) {
         builder.add_note(note);
     }

@@ -52,6 +52,11 @@ impl Interrupt {
         }
     }
 
+    /// Forgets the signal: the next one counts as the first.
+    pub fn forget(&self) {
+        self.requested.store(false, Ordering::Relaxed);
+    }
+
     /// Runs something that leaves nothing to clean up: a signal ends the process there and then.
     pub fn exit_at_once_during<T>(&self, work: impl FnOnce() -> T) -> Result<T, CliError> {
         self.at_once.store(true, Ordering::SeqCst);

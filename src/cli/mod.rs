@@ -20,6 +20,7 @@ mod generate;
 mod info;
 mod input;
 mod interrupt;
+mod memory;
 mod names;
 mod output;
 mod picture;
@@ -75,6 +76,9 @@ fn run(arguments: &[OsString], start: Instant) -> Result<(), CliError> {
         Ok(parsed) => parsed,
         Err(answer) => return show(answer),
     };
+    if !matches!(cli.command, Command::Completions(_) | Command::Man(_)) {
+        start_threads()?;
+    }
     match cli.command {
         Command::Render(args) => {
             let given = matches.subcommand_matches("render").unwrap_or(&matches);
@@ -95,10 +99,20 @@ fn run(arguments: &[OsString], start: Instant) -> Result<(), CliError> {
         Command::Info(args) => info::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Verify(args) => verify::run(&args),
-        Command::Generate(args) => print(&generate::run(&args).map_err(CliError::Failed)?),
+        Command::Generate(args) => print(&generate::run(&args)?),
         Command::Completions(args) => print(&shell::completions(&args)),
         Command::Man(args) => print(&shell::man(&args)?),
     }
+}
+
+/// Starts the threads that everything runs on. Left to itself, rayon starts them where it first needs them, and panics
+/// where the system has none to give.
+fn start_threads() -> Result<(), CliError> {
+    let started = rayon::ThreadPoolBuilder::new().build_global();
+    started.map_err(|error| {
+        let why = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
+        CliError::Failed(format!("cannot start threads: {why}"))
+    })
 }
 
 fn parse(arguments: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
@@ -129,4 +143,21 @@ fn print(text: &str) -> Result<(), CliError> {
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
         .map_err(|error| CliError::writing("standard output", &error))
+}
+
+/// The numbers of an option's value, by the option's name: for tests and fuzzing, which know no types of clap.
+///
+/// # Errors
+/// What is said about the value.
+#[doc(hidden)]
+pub fn parse_value(option: &str, text: &str) -> Result<Vec<f64>, String> {
+    value::numbers(option, text)
+}
+
+/// The name that a pattern gives for a scene: for tests and fuzzing.
+#[doc(hidden)]
+#[must_use]
+pub fn named(pattern: &str, scene: &str, number: Option<u32>) -> String {
+    let name = names::expand(pattern.as_ref(), names::stem(scene.as_ref()), number);
+    name.to_string_lossy().into_owned()
 }

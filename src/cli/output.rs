@@ -4,9 +4,10 @@ use super::{
     CliError,
     encode::Format,
     interrupt::Interrupt,
+    names,
     picture::Picture,
     picture_args::PictureArgs,
-    whole_file::{folder_of, persist, temporary_in},
+    whole_file::{Temporary, folder_of},
 };
 use std::{
     fs::{self, File, OpenOptions, Permissions},
@@ -113,7 +114,13 @@ impl Output {
 
     fn file(path: &Path, scene: &Path) -> Result<Self, CliError> {
         let name = path.display().to_string();
-        let found = fs::metadata(path).ok();
+        let found = match fs::metadata(path) {
+            // Else only the finished picture would find out.
+            Err(error) if error.kind() == io::ErrorKind::InvalidFilename => {
+                return Err(CliError::writing(&name, &error));
+            }
+            found => found.ok(),
+        };
         if found.as_ref().is_some_and(fs::Metadata::is_dir) {
             return Err(CliError::Failed(format!(
                 "cannot write {name}: it is a folder; name a file in it, such as {}",
@@ -174,6 +181,26 @@ impl Output {
         Ok(())
     }
 
+    /// Where an unfinished picture goes: `a.partial.png` for `a.png`, so that nobody takes it for the picture. `None`
+    /// for what is no file.
+    pub fn partial(&self) -> Option<Self> {
+        let Place::File { path, permissions } = &self.place else {
+            return None;
+        };
+        let beside = |path: &Path| {
+            let extension = path.extension().unwrap_or_default().to_string_lossy();
+            names::beside(path, ".partial", &extension)
+        };
+        Some(Self {
+            name: beside(Path::new(&self.name)).display().to_string(),
+            place: Place::File {
+                path: beside(path),
+                permissions: permissions.clone(),
+            },
+            format: self.format,
+        })
+    }
+
     /// Encodes and writes the picture. On failure the place is as it was before (a device or a pipe may have
     /// got a part).
     ///
@@ -204,18 +231,17 @@ fn replace(
     bytes: &[u8],
     interrupt: &Interrupt,
 ) -> io::Result<()> {
-    let mut file = temporary_in(folder_of(path))?;
+    let mut temporary = Temporary::beside(path)?;
     if let Some(permissions) = permissions {
-        file.as_file().set_permissions(permissions.clone())?;
+        temporary.file().set_permissions(permissions.clone())?;
     }
     for chunk in bytes.chunks(CHUNK) {
         if interrupt.requested() {
             return Err(io::ErrorKind::Interrupted.into());
         }
-        file.as_file_mut().write_all(chunk)?;
+        temporary.file().write_all(chunk)?;
     }
-    file.as_file_mut().flush()?;
-    persist(file, path)
+    temporary.persist()
 }
 
 /// Whether the file may be replaced or made, found out without changing it.
@@ -238,7 +264,7 @@ fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError>
     } else {
         Ok(None)
     };
-    old.and_then(|_| temporary_in(folder))
+    old.and_then(|_| Temporary::beside(path))
         .map(drop)
         .map_err(|error| CliError::writing(name, &error))
 }

@@ -39,10 +39,20 @@ impl Picture {
         }
     }
 
+    /// How many pixels it has.
+    pub fn pixel_count(&self) -> usize {
+        match &self.pixels {
+            Pixels::Bytes(film) => film.pixels().len(),
+            Pixels::Linear(film) => film.pixels().len(),
+            Pixels::Transparent(film) => film.pixels().len(),
+        }
+    }
+
     /// Renders into the picture.
     ///
     /// # Errors
-    /// [`RenderError`]. The picture is of no use then.
+    /// [`RenderError`]. After [`RenderError::Cancelled`] there is what was done until then; the rest is black, or
+    /// transparent.
     pub fn render(
         &mut self,
         renderer: &mut Renderer<'_>,

@@ -141,7 +141,7 @@ impl SampleArgs {
 }
 
 /// `x0,y0,x1,y1`; whether it is within the picture is seen later.
-fn crop(text: &str) -> Result<Crop, String> {
+pub fn crop(text: &str) -> Result<Crop, String> {
     let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     match numbers.as_deref() {
         Some(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(Crop { x0, y0, x1, y1 }),

@@ -6,7 +6,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::{
     fmt::Write,
     ops::ControlFlow,
-    sync::OnceLock,
+    sync::{
+        OnceLock,
+        atomic::{AtomicU64, Ordering},
+    },
     time::{Duration, Instant},
 };
 
@@ -20,6 +23,8 @@ pub struct Bar<'a> {
     start: Instant,
     visible: bool,
     shown: OnceLock<ProgressBar>,
+    /// The most pixels that were done.
+    pixels: AtomicU64,
     interrupt: &'a Interrupt,
 }
 
@@ -30,12 +35,14 @@ impl<'a> Bar<'a> {
             start: Instant::now(),
             visible,
             shown: OnceLock::new(),
+            pixels: AtomicU64::new(0),
             interrupt,
         }
     }
 
     /// Shows where the rendering stands; `Break` if it should stop.
     pub fn report(&self, progress: Progress) -> ControlFlow<()> {
+        self.pixels.fetch_max(progress.pixels_done, Ordering::Relaxed);
         if self.visible && self.start.elapsed() > PATIENCE {
             self.shown
                 .get_or_init(|| new_bar(progress.pixels_total).with_elapsed(self.start.elapsed()))
@@ -48,11 +55,12 @@ impl<'a> Bar<'a> {
         }
     }
 
-    /// Takes the bar away.
-    pub fn clear(self) {
+    /// Takes the bar away; how many pixels were done.
+    pub fn clear(self) -> u64 {
         if let Some(bar) = self.shown.get() {
             bar.finish_and_clear();
         }
+        self.pixels.into_inner()
     }
 }
 

@@ -8,7 +8,9 @@ use super::{
     faults::{self, Faults},
     input::{self, Input},
     interrupt::Interrupt,
+    memory,
     output::Output,
+    picture::Picture,
     progress::Bar,
     report::{Memory, Primitives, Rays, Report, SCHEMA, Seconds},
     turntable::turned,
@@ -36,7 +38,8 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     args.sampling.apply(&mut settings)?;
     settings.validate()?;
     let window = settings.window();
-    let jobs = batch::plan(args, (window.width(), window.height()))?;
+    let size = (window.width(), window.height());
+    let jobs = batch::plan(args, size)?;
     // All of them before the first is loaded: else the last one's fault would be told after the others' pictures.
     for job in &jobs {
         input::check(job.scene, &args.camera, &args.mesh)?;
@@ -45,23 +48,26 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let mut since = start;
     let mut verdicts = Verdicts::default();
     for job in &jobs {
-        render_scene(args, &settings, job, &interrupt, &mut since, &mut verdicts)?;
+        args.memory.check_threads(args.trace.threads)?;
+        let limit = args.memory.beside(size, job.pixel_bytes(args))?;
+        render_scene(args, &settings, job, limit, &interrupt, &mut since, &mut verdicts)?;
     }
     verdicts.finish()
 }
 
-/// Renders the pictures of one scene. `since` is when the picture before was done.
+/// Renders the pictures of one scene, which may take so many bytes of memory. `since` is when the picture before was done.
 fn render_scene(
     args: &RenderArgs,
     settings: &Settings,
     job: &Job<'_>,
+    memory_limit: u64,
     interrupt: &Interrupt,
     since: &mut Instant,
     verdicts: &mut Verdicts,
 ) -> Result<(), CliError> {
     let talkative = !args.quiet && io::stderr().is_terminal();
     let aspect = f64::from(settings.width) / f64::from(settings.height);
-    let load = || input::load(job.scene, &args.camera, &args.mesh, aspect);
+    let load = || input::load(job.scene, &args.camera, &args.mesh, aspect, memory_limit);
     let (input, mut load_time) = interrupt.exit_at_once_during(|| timed(load))?;
     let Input {
         scene, camera, notes, ..
@@ -79,8 +85,8 @@ fn render_scene(
         }
     }
     let rays = expected_rays(args, settings, &scene, job.shots.len());
+    memory::check_build(&scene)?;
     let quality = args.trace.build.quality(rays, scene.primitive_count());
-    expect_memory(scene.primitive_count())?;
     let (bvh, mut build_time) =
         interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
@@ -101,7 +107,10 @@ fn render_scene(
                 .render(&mut renderer, &scene, &camera, settings, progress)?;
             Ok((frame, aovs))
         });
-        bar.clear();
+        let pixels_done = bar.clear();
+        if args.keep_partial && interrupt.requested() {
+            return Err(keep_partial(args, output, &picture, pixels_done, interrupt));
+        }
         let (frame, aovs) = frame?;
         interrupt.check()?;
 
@@ -147,20 +156,30 @@ fn render_scene(
     Ok(())
 }
 
-/// Refuses scenes whose hierarchy would not fit into memory: building it could only end the program then. (Columns that do
-/// not fit are refused as they are read.)
-fn expect_memory(primitives: usize) -> Result<(), CliError> {
-    // Nodes and blocks, on most meshes.
-    const BYTES_PER_PRIMITIVE: usize = 64;
-    let mut room: Vec<u8> = Vec::new();
-    let asked = room.try_reserve_exact(primitives.saturating_mul(BYTES_PER_PRIMITIVE));
-    // Else the compiler may leave out what is never used.
-    std::hint::black_box(&room);
-    asked.map_err(|_| {
-        CliError::Failed(format!(
-            "out of memory: the hierarchy over {primitives} primitives does not fit"
-        ))
-    })
+/// Saves an unfinished picture after a signal. Another signal ends that, too.
+fn keep_partial(
+    args: &RenderArgs,
+    output: &Output,
+    picture: &Picture,
+    pixels_done: u64,
+    interrupt: &Interrupt,
+) -> CliError {
+    interrupt.forget();
+    if let Some(partial) = output.partial() {
+        let text = match partial.write(picture, interrupt) {
+            Ok(()) => format!(
+                "interrupted: {} has {pixels_done} of {} pixels, the others are black",
+                partial.name(),
+                picture.pixel_count()
+            ),
+            Err(error) => error.text().unwrap_or_default(),
+        };
+        if !args.quiet && !text.is_empty() {
+            // The exit code says that it was interrupted.
+            let _ = writeln!(io::stderr(), "octray: {text}");
+        }
+    }
+    CliError::Interrupted
 }
 
 /// Camera rays, and shadow rays as if each hit something; what mirrors add is not known beforehand.

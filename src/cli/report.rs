@@ -1,6 +1,7 @@
 //! What `--stats` prints.
 
 use super::aov::AovReport;
+use crate::error::in_bytes;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -158,8 +159,8 @@ impl Report {
             "memory",
             format!(
                 "scene {}, BVH {}",
-                bytes(memory_bytes.scene),
-                bytes(memory_bytes.bvh)
+                in_bytes(memory_bytes.scene as u64),
+                in_bytes(memory_bytes.bvh as u64)
             ),
         );
         for (name, value) in self.aov.iter().flat_map(AovReport::lines) {
@@ -193,23 +194,6 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// A number of bytes with a unit that suits it.
-pub fn bytes(number: usize) -> String {
-    let mut value = number as f64;
-    if number < 1024 {
-        return format!("{number} B");
-    }
-    let mut unit = "B";
-    for larger in ["KiB", "MiB", "GiB", "TiB"] {
-        if value < 1024.0 {
-            break;
-        }
-        value /= 1024.0;
-        unit = larger;
-    }
-    format!("{value:.1} {unit}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -220,8 +204,8 @@ mod tests {
         assert_eq!(grouped(999), "999");
         assert_eq!(grouped(1000), "1 000");
         assert_eq!(grouped(12_345_678), "12 345 678");
-        assert_eq!(bytes(1023), "1023 B");
-        assert_eq!(bytes(1536), "1.5 KiB");
-        assert_eq!(bytes(3 << 30), "3.0 GiB");
+        assert_eq!(in_bytes(1023), "1023 B");
+        assert_eq!(in_bytes(1536), "1.5 KiB");
+        assert_eq!(in_bytes(3 << 30), "3.0 GiB");
     }
 }

@@ -15,13 +15,13 @@ pub fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Loads a scene from a file, or for `-` from standard input.
+/// Loads a scene from a file, or for `-` from standard input. `memory` is what it may take, bytes.
 ///
 /// # Errors
 /// [`CliError`].
-pub fn load(path: &Path) -> Result<Scene, CliError> {
+pub fn load(path: &Path, memory: u64) -> Result<Scene, CliError> {
     if !is_standard_input(path) {
-        return Ok(format::load(path)?);
+        return Ok(format::load_within(path, &mut Vec::new(), memory)?);
     }
     let stdin = io::stdin();
     if stdin.is_terminal() {
@@ -31,6 +31,6 @@ pub fn load(path: &Path) -> Result<Scene, CliError> {
                 .into(),
         ));
     }
-    let loaded: Result<Scene, LoadError> = format::load_from_reader(stdin.lock(), Path::new(STDIN));
+    let loaded: Result<Scene, LoadError> = format::load_from_reader(stdin.lock(), Path::new(STDIN), memory);
     Ok(loaded?)
 }

@@ -33,11 +33,11 @@ const GROUND_REACH: f64 = 40.0;
 /// How far it is below the mesh, in radii.
 const GROUND_GAP: f64 = 1e-3;
 
-/// A scene of the mesh.
+/// A scene of the mesh, which may take so many bytes of memory.
 ///
 /// # Errors
 /// [`SceneError`].
-pub fn build(loaded: LoadedMesh, stage: &Stage) -> Result<Scene, SceneError> {
+pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<Scene, SceneError> {
     let bounds = bounds(&loaded.columns);
     let center = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) * 0.5;
     let radius = ((bounds.upper.as_dvec3() - bounds.lower.as_dvec3()).length() * 0.5).max(1e-6);
@@ -47,7 +47,7 @@ pub fn build(loaded: LoadedMesh, stage: &Stage) -> Result<Scene, SceneError> {
         (center, radius)
     };
 
-    let mut builder = SceneBuilder::new();
+    let mut builder = SceneBuilder::within(memory);
     builder.set_ambient(AMBIENT)?;
     builder.set_background(Background::constant(BACKGROUND))?;
     let towards_viewer = stage.towards_viewer.normalize_or(DVec3::X);

@@ -1,5 +1,6 @@
 //! Values of options, from text.
 
+use super::{picture_args, turntable};
 use crate::scene::MAX_COORDINATE;
 use glam::DVec3;
 
@@ -69,6 +70,50 @@ pub fn share(text: &str) -> Result<f64, String> {
     share.ok_or_else(|| "expected a share from 0 (none) to 1 (all), such as 0.001".into())
 }
 
+/// Bytes: a number with K, M, G or T (of 1024) behind it, if any; and `iB` or `B` if somebody likes that.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let expected = || "expected a number of bytes, 1 or more, such as 512M or 16G".to_owned();
+    let digits = text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+    let (number, unit) = text.split_at(digits);
+    let unit = unit.to_ascii_uppercase();
+    let shift = match unit
+        .strip_suffix("IB")
+        .or(unit.strip_suffix('B'))
+        .unwrap_or(&unit)
+    {
+        "" => 0,
+        "K" => 10,
+        "M" => 20,
+        "G" => 30,
+        "T" => 40,
+        _ => return Err(expected()),
+    };
+    let bytes = number
+        .parse()
+        .ok()
+        .and_then(|number: u64| number.checked_mul(1 << shift));
+    bytes.filter(|&bytes| bytes > 0).ok_or_else(expected)
+}
+
+/// The numbers of a value, by its option's name.
+pub fn numbers(option: &str, text: &str) -> Result<Vec<f64>, String> {
+    Ok(match option {
+        "size" => size(text).map(|size| vec![size.width.into(), size.height.into()])?,
+        "eye" => vector(text)?.to_array().to_vec(),
+        "smooth-angle" => vec![angle(text)?],
+        "samples" => vec![samples(text)?.into()],
+        "tolerance" => vec![levels(text)?.into()],
+        "allow-pixels" => vec![share(text)?],
+        "crop" => picture_args::crop(text)
+            .map(|crop| [crop.x0, crop.y0, crop.x1, crop.y1].map(f64::from).to_vec())?,
+        "frames" => turntable::frames(text).map(|frames| vec![frames.first.into(), frames.last.into()])?,
+        "max-memory" => vec![bytes(text)? as f64],
+        #[cfg(feature = "viewer")]
+        "benchmark" => vec![seconds(text)?],
+        _ => return Err("expected the name of an option whose value is made of numbers".into()),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,6 +152,34 @@ mod tests {
             "", "1,2", "1,2,3,4", "a,b,c", "1,,3", "nan,0,0", "inf,0,0", "1e10,0,0", "--target",
         ] {
             assert!(vector(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        for (text, expected) in [
+            ("1", 1),
+            ("4096", 4096),
+            ("512M", 512 << 20),
+            ("2gib", 2 << 30),
+            ("3KB", 3072),
+            ("1t", 1 << 40),
+        ] {
+            assert_eq!(bytes(text), Ok(expected), "{text}");
+        }
+        for text in [
+            "",
+            "0",
+            "G",
+            "-1",
+            "1.5G",
+            "1 G",
+            "1X",
+            "1iB1",
+            "99999999999T",
+            "1é",
+        ] {
+            assert!(bytes(text).is_err(), "{text}");
         }
     }
 

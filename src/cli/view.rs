@@ -7,6 +7,7 @@ use super::{
     encode::Format,
     generate::quoted,
     input::{self, Input},
+    interrupt::Interrupt,
     picture::Pixels,
     whole_file,
 };
@@ -36,13 +37,14 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     let settings = args.trace.settings(args.size)?;
     let display = Display::connect()?;
     let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let memory = args.memory.limit();
     let program = Program {
         path: args.scene.clone(),
         mesh: args.mesh.clone(),
         lit_from: Mutex::default(),
         load: {
             let (path, camera, mesh) = (args.scene.clone(), args.camera.clone(), args.mesh.clone());
-            Box::new(move |files| input::load_and_list(&path, &camera, &mesh, aspect, files))
+            Box::new(move |files| input::load_and_list(&path, &camera, &mesh, aspect, memory, files))
         },
     };
     let mut files = Vec::new();
@@ -96,7 +98,7 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     let json = serde_json::to_string(&report).unwrap_or_default() + "\n";
     match &args.json {
         Some(path) if path.as_os_str() != "-" => {
-            whole_file::write(path, |out| out.write_all(json.as_bytes()))
+            whole_file::write(path, &Interrupt::default(), |out| out.write_all(json.as_bytes()))
                 .map_err(|error| CliError::writing(&path.display().to_string(), &error))
         }
         Some(_) => super::print(&json),
@@ -172,8 +174,10 @@ impl Host for Program {
         let bytes = Format::Png
             .encode(&Pixels::Bytes(film.clone()).into())
             .map_err(text)?;
-        whole_file::write(Path::new(&name), |out| out.write_all(&bytes))
-            .map_err(|error| text(CliError::writing(&name, &error)))?;
+        whole_file::write(Path::new(&name), &Interrupt::default(), |out| {
+            out.write_all(&bytes)
+        })
+        .map_err(|error| text(CliError::writing(&name, &error)))?;
         Ok(name)
     }
 

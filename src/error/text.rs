@@ -160,6 +160,24 @@ impl Excerpt {
     }
 }
 
+/// A number of bytes with a unit that suits it.
+#[must_use]
+pub fn in_bytes(number: u64) -> String {
+    let mut value = number as f64;
+    if number < 1024 {
+        return format!("{number} B");
+    }
+    let mut unit = "B";
+    for larger in ["KiB", "MiB", "GiB", "TiB"] {
+        if value < 1024.0 {
+            break;
+        }
+        value /= 1024.0;
+        unit = larger;
+    }
+    format!("{value:.1} {unit}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -33,15 +33,18 @@ pub(super) trait Files {
 }
 
 /// The disk.
-pub(super) struct Disk;
+pub(super) struct Disk {
+    /// How much memory there is, bytes.
+    pub(super) memory: u64,
+}
 
 impl Files for Disk {
     fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
-        read_text(path)
+        read_text(path, self.memory)
     }
 
     fn mesh(&mut self, path: &Path) -> io::Result<Opened> {
-        open(path).map(Opened::File)
+        open(path, self.memory).map(Opened::File)
     }
 
     /// What cannot be resolved cannot be read either, and is refused then.
@@ -51,21 +54,24 @@ impl Files for Disk {
 }
 
 /// The disk, and a list of all files that were asked for.
-pub(super) struct Listed<'a>(pub(super) &'a mut Vec<PathBuf>);
+pub(super) struct Listed<'a> {
+    pub(super) disk: Disk,
+    pub(super) asked: &'a mut Vec<PathBuf>,
+}
 
 impl Files for Listed<'_> {
     fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
-        self.0.push(path.to_path_buf());
-        Disk.text(path)
+        self.asked.push(path.to_path_buf());
+        self.disk.text(path)
     }
 
     fn mesh(&mut self, path: &Path) -> io::Result<Opened> {
-        self.0.push(path.to_path_buf());
-        Disk.mesh(path)
+        self.asked.push(path.to_path_buf());
+        self.disk.mesh(path)
     }
 
     fn identity(&self, path: &Path) -> PathBuf {
-        Disk.identity(path)
+        self.disk.identity(path)
     }
 }
 
@@ -90,8 +96,8 @@ impl Files for Given<'_> {
 }
 
 /// Reads the text of a scene.
-pub(super) fn read_text(path: &Path) -> io::Result<Vec<u8>> {
-    let file = OpenFile::open(path, MAX_TEXT_BYTES).map_err(|error| explained(path, error))?;
+pub(super) fn read_text(path: &Path, memory: u64) -> io::Result<Vec<u8>> {
+    let file = OpenFile::open(path, MAX_TEXT_BYTES, memory).map_err(|error| explained(path, error))?;
     file.read_all()
 }
 
@@ -107,8 +113,8 @@ pub(super) fn read_all_text(reader: impl Read) -> io::Result<Vec<u8>> {
 }
 
 /// Opens a mesh, as [`OpenFile::open`] does.
-pub(super) fn open(path: &Path) -> io::Result<OpenFile> {
-    OpenFile::open(path, MAX_BYTES).map_err(|error| explained(path, error))
+pub(super) fn open(path: &Path, memory: u64) -> io::Result<OpenFile> {
+    OpenFile::open(path, MAX_BYTES, memory).map_err(|error| explained(path, error))
 }
 
 /// Refuses what is missing or no file (a folder, a pipe, a device), without reading it.
@@ -117,8 +123,8 @@ pub(super) fn check_is_file(path: &Path) -> io::Result<()> {
 }
 
 /// Reads a mesh, or what one names.
-pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
-    open(path)?.read_all()
+pub(super) fn read(path: &Path, memory: u64) -> io::Result<Vec<u8>> {
+    open(path, memory)?.read_all()
 }
 
 /// A missing file with what is there instead, if anything is.
@@ -150,7 +156,7 @@ mod tests {
 
     fn message(path: &str) -> String {
         let path = Path::new(path);
-        read(path).map_or_else(
+        read(path, u64::MAX).map_or_else(
             |error| load_error(path, &error).to_string(),
             |_| "read".to_owned(),
         )

@@ -35,8 +35,7 @@ pub type OpenMesh<'a> = &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>;
 /// [`LoadError`], with the place of the fault: a file that cannot be read or is none, a statement that is
 /// not understood, a mesh that is broken.
 pub fn load(path: &Path) -> Result<Scene, LoadError> {
-    let text = files::read_text(path).map_err(|error| files::load_error(path, &error))?;
-    scn::parse(&text, path, &mut Disk)
+    load_within(path, &mut Vec::new(), u64::MAX)
 }
 
 /// Refuses what is missing or no file, in the words of [`load`], without reading it.
@@ -48,24 +47,26 @@ pub fn check_file(path: &Path) -> Result<(), LoadError> {
 }
 
 /// As [`load`], with the text of the `.scn` file from elsewhere, such as a pipe. `name` stands for the file in errors, and
-/// paths are relative to its folder: those of a bare name to the current folder.
+/// paths are relative to its folder: those of a bare name to the current folder. `memory` is as of [`load_within`].
 ///
 /// # Errors
-/// [`LoadError`], as for [`load`]; also where there is more text than a scene may have.
-pub fn load_from_reader(reader: impl io::Read, name: &Path) -> Result<Scene, LoadError> {
+/// [`LoadError`], as for [`load_within`]; also where there is more text than a scene may have.
+pub fn load_from_reader(reader: impl io::Read, name: &Path, memory: u64) -> Result<Scene, LoadError> {
     let text = files::read_all_text(reader).map_err(|error| files::load_error(name, &error))?;
-    scn::parse(&text, name, &mut Disk)
+    scn::parse(&text, name, &mut Disk { memory }, memory)
 }
 
-/// As [`load`], and adds to `files` every file that was asked for, those that could not be read too: what is to be
-/// watched for changes.
+/// As [`load`], and adds to `asked` every file that was asked for, those that could not be read too: what is to be
+/// watched for changes. The scene may take so many bytes of `memory`, the building of its BVH included; that is an
+/// estimate.
 ///
 /// # Errors
-/// [`LoadError`], as for [`load`].
-pub fn load_and_list(path: &Path, files: &mut Vec<PathBuf>) -> Result<Scene, LoadError> {
-    files.push(path.to_path_buf());
-    let text = files::read_text(path).map_err(|error| files::load_error(path, &error))?;
-    scn::parse(&text, path, &mut Listed(files))
+/// [`LoadError`], as for [`load`]; also where the scene, or one of its files, would take more memory.
+pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<Scene, LoadError> {
+    asked.push(path.to_path_buf());
+    let text = files::read_text(path, memory).map_err(|error| files::load_error(path, &error))?;
+    let disk = Disk { memory };
+    scn::parse(&text, path, &mut Listed { disk, asked }, memory)
 }
 
 /// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and paths are relative to its
@@ -97,5 +98,5 @@ pub fn load_and_list(path: &Path, files: &mut Vec<PathBuf>) -> Result<Scene, Loa
 /// # Errors
 /// [`LoadError`], as for [`load`].
 pub fn load_from_bytes(text: &[u8], name: &Path, open: OpenMesh<'_>) -> Result<Scene, LoadError> {
-    scn::parse(text, name, &mut Given(open))
+    scn::parse(text, name, &mut Given(open), u64::MAX)
 }

@@ -35,13 +35,19 @@ const MAX_PATH: usize = 4096;
 /// What may help where a word follows a path.
 const QUOTES_HINT: &str = " (a path with spaces stands in double quotes)";
 
-/// Text to scene. `name` stands for the file in errors, and paths are relative to its folder.
-pub(super) fn parse(text: &[u8], name: &Path, files: &mut dyn Files) -> Result<Scene, LoadError> {
+/// Text to scene. `name` stands for the file in errors, and paths are relative to its folder; `memory` is as of
+/// [`super::load_within`].
+pub(super) fn parse(
+    text: &[u8],
+    name: &Path,
+    files: &mut dyn Files,
+    memory: u64,
+) -> Result<Scene, LoadError> {
     let identity = files.identity(name);
     let mut reader = Reader {
         files,
         folder: PathBuf::new(),
-        builder: SceneBuilder::new(),
+        builder: SceneBuilder::within(memory),
         material: None,
         meshes: HashSet::new(),
         mesh_files: HashSet::new(),

@@ -1,5 +1,6 @@
 //! Where bytes come from: a file, of which threads may ask for pieces, or memory.
 
+use crate::error::in_bytes;
 use rayon::prelude::*;
 use std::{
     fs::{self, File},
@@ -41,7 +42,8 @@ const PIECE: usize = 1 << 20;
 impl OpenFile {
     /// Opens a regular file of at most `limit` bytes. Anything else (a folder, a pipe, a device) is refused before it is
     /// opened: opening a pipe may wait forever, and a device may have no end.
-    pub(super) fn open(path: &Path, limit: u64) -> io::Result<Self> {
+    /// `memory` is how much of that there is.
+    pub(super) fn open(path: &Path, limit: u64, memory: u64) -> io::Result<Self> {
         let kind = fs::metadata(path)?.file_type();
         if kind.is_dir() {
             return Err(io::Error::other("this is a folder, expected a file"));
@@ -51,6 +53,13 @@ impl OpenFile {
         }
         let file = File::open(path)?;
         let length = file.metadata()?.len();
+        if length > memory && length <= limit {
+            return Err(io::Error::other(format!(
+                "the file has {}, more than the memory limit of {}",
+                in_bytes(length),
+                in_bytes(memory)
+            )));
+        }
         match usize::try_from(length) {
             Ok(room) if length <= limit => Ok(Self {
                 file,

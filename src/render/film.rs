@@ -3,6 +3,7 @@
 use super::Transfer;
 use crate::simd::{F32x8, LANES, lane, max, min, splat, truncate};
 use rayon::prelude::*;
+use std::collections::TryReserveError;
 
 /// What a film keeps of each pixel's colour.
 pub trait Pixel: Copy + Default + Send + Sync {
@@ -96,6 +97,17 @@ impl<P: Pixel> Film<P> {
     pub fn resize(&mut self, width: u32, height: u32) {
         (self.width, self.height) = (width, height);
         self.pixels.resize(width as usize * height as usize, P::default());
+    }
+
+    /// As [`Film::resize`].
+    ///
+    /// # Errors
+    /// [`TryReserveError`], where there is no memory for it; the picture is as it was then.
+    pub fn try_resize(&mut self, width: u32, height: u32) -> Result<(), TryReserveError> {
+        let more = (width as usize * height as usize).saturating_sub(self.pixels.len());
+        self.pixels.try_reserve_exact(more)?;
+        self.resize(width, height);
+        Ok(())
     }
 
     /// Pixels across.

@@ -237,6 +237,11 @@ impl Settings {
             ));
         }
         let n = samples.isqrt();
+        if samples == 1 && width.max(height) > MAX_SIDE_SAMPLES {
+            return limit(format!(
+                "a picture of {width}x{height}: expected at most {MAX_SIDE_SAMPLES} pixels along a side"
+            ));
+        }
         if n == 0 || u64::from(width.max(height)) * u64::from(n) > u64::from(MAX_SIDE_SAMPLES) {
             return limit(format!(
                 "{samples} samples for each pixel of a picture of {width}x{height}: expected 1 or more, and at most \

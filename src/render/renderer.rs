@@ -70,13 +70,14 @@ impl<'a> Renderer<'a> {
     }
 
     /// Renders the scene as `camera` sees it into `film` (of linear floats or of bytes), which gets the size that
-    /// `settings` say (that of the crop, where there is one); every pixel is written. After an error the film's colours are of no use.
+    /// `settings` say (that of the crop, where there is one); every pixel is written. After [`RenderError::Cancelled`] the
+    /// pixels that were done until then are, and the others are as they were; after other errors the film is of no use.
     ///
     /// Runs on the current rayon pool, or where `settings` ask for another number of threads, on threads that the
     /// renderer keeps until a frame asks for another number.
     ///
     /// # Errors
-    /// [`RenderError`]: a size out of its limits, threads that do not start, or cancelled by `on_progress`.
+    /// [`RenderError`]: a size out of its limits or the memory, threads that do not start, or cancelled by `on_progress`.
     pub fn render<P: Pixel>(
         &mut self,
         camera: &Camera,
@@ -87,7 +88,13 @@ impl<'a> Renderer<'a> {
         settings.validate()?;
         let start = Instant::now();
         let window = settings.window();
-        film.resize(window.width(), window.height());
+        film.try_resize(window.width(), window.height()).map_err(|_| {
+            RenderError::Limit(format!(
+                "a picture of {}x{} does not fit into memory",
+                window.width(),
+                window.height()
+            ))
+        })?;
         self.pool = self.pool_for(settings.threads)?;
         let (rays, tile_times) = match &self.pool {
             Some(pool) => pool.install(|| self.bands(camera, settings, film, on_progress)),

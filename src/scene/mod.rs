@@ -11,7 +11,7 @@ mod transform;
 mod weld;
 
 pub use background::Background;
-pub use builder::{MeshColumns, SceneBuilder};
+pub use builder::{BVH_BYTES, MAX_LIGHTS, MeshColumns, SceneBuilder};
 pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};

@@ -199,19 +199,20 @@ impl LoadedMesh {
 /// # Errors
 /// [`LoadError`], with the place of the fault as far as the format has places.
 pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
-    load_and_list(path, &mut Vec::new())
+    load_within(path, &mut Vec::new(), u64::MAX)
 }
 
-/// As [`load`], and adds to `asked` every file that was asked for: what is to be watched for changes.
+/// As [`load`], and adds to `asked` every file that was asked for: what is to be watched for changes. No file may have
+/// more bytes than there are of `memory`.
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
-pub fn load_and_list(path: &Path, asked: &mut Vec<PathBuf>) -> Result<LoadedMesh, LoadError> {
+pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<LoadedMesh, LoadError> {
     asked.push(path.to_path_buf());
-    let file = files::open(path).map_err(|error| files::load_error(path, &error))?;
+    let file = files::open(path, memory).map_err(|error| files::load_error(path, &error))?;
     read(Opened::File(file), path, &mut |path| {
         asked.push(path.to_path_buf());
-        files::read(path)
+        files::read(path, memory)
     })
 }
 

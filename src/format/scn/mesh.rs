@@ -17,6 +17,9 @@ use std::path::PathBuf;
 /// memory.
 const MAX_COPIED_BYTES: u64 = 1 << 31;
 
+/// How many meshes a scene may place, those that are there already not counted: each time its file is read.
+const MAX_MESHES: usize = 1 << 16;
+
 /// Which files a statement takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -71,6 +74,9 @@ impl Reader<'_> {
         let placed = (identity.clone(), transform.bits());
         if self.meshes.contains(&placed) {
             return Ok(());
+        }
+        if self.meshes.len() >= MAX_MESHES {
+            return Err(line.error_at(&word, format!("more than {MAX_MESHES} placed meshes")));
         }
         let file = self
             .files

@@ -1,0 +1,420 @@
+//! Faults from outside, injected: full, read-only and vanished disks, readers that go away, signals, files that change
+//! while they are read. Pictures are there whole or not at all, whatever happens.
+#![cfg(unix)]
+
+mod program;
+
+use program::{Folder, Run};
+use std::{
+    fs::{self, OpenOptions},
+    io::{Read, Write},
+    path::{Path, PathBuf},
+    process::{Child, Command, Stdio},
+    thread::sleep,
+    time::{Duration, Instant},
+};
+
+/// Longer than anything here takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+const SCENE: &str = "light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0.5 0.5\nmaterial 3\nsphere 0.6 0.4 0.2 0.2\n";
+
+/// A file system of its own in memory, `size` bytes large; unmounted when dropped.
+struct Mount(PathBuf);
+
+impl Mount {
+    /// `None`, and says so, where this user may not mount.
+    fn new(folder: &Folder, size: usize) -> Option<Self> {
+        let place = folder.path("disk");
+        fs::create_dir(&place).unwrap();
+        let mount = Self(place);
+        if mount.run(&["mount", "-t", "tmpfs", "-o", &format!("size={size}"), "octray"]) {
+            Some(mount)
+        } else {
+            println!("skipped: this user may not mount a file system");
+            std::mem::forget(mount);
+            None
+        }
+    }
+
+    /// Runs a command on the place; whether it succeeded.
+    fn run(&self, command: &[&str]) -> bool {
+        let output = Command::new(command[0]).args(&command[1..]).arg(&self.0).output();
+        output.is_ok_and(|output| output.status.success())
+    }
+}
+
+impl Drop for Mount {
+    fn drop(&mut self) {
+        self.run(&["umount"]);
+    }
+}
+
+#[test]
+fn a_full_disk() {
+    let folder = Folder::new();
+    let Some(mount) = Mount::new(&folder, 1 << 18) else {
+        return;
+    };
+    fs::write(mount.0.join("a.bmp"), "old").unwrap();
+    let left = ["a.bmp"];
+    for arguments in [
+        &["a.scn", "-o", "disk/a.bmp"][..],
+        &["a.scn", "-o", "disk/new.ppm"],
+        &["a.scn", "-o", "disk/new.exr", "--aov", "normal,depth"],
+        &["a.scn", "-o", "disk/new.bmp", "--aov", "normal"],
+        &["generate", "terrain", "-o", "disk", "--count", "20000"],
+    ] {
+        let run = folder.run(arguments);
+        run.failed(1, "cannot write disk/");
+        assert!(run.stderr.contains("no space left on the device"), "{run:?}");
+        assert_eq!(program::names_in(&mount.0), left, "{arguments:?}");
+    }
+    assert_eq!(fs::read_to_string(mount.0.join("a.bmp")).unwrap(), "old");
+    // Not one byte is left.
+    fs::write(mount.0.join("fill"), vec![0; 1 << 18]).unwrap_err();
+    folder
+        .run(&["a.scn", "-o", "disk/a.bmp", "--size", "9x9"])
+        .failed(1, "no space left on the device");
+}
+
+#[test]
+fn a_read_only_disk() {
+    let folder = Folder::new();
+    let Some(mount) = Mount::new(&folder, 1 << 20) else {
+        return;
+    };
+    fs::write(mount.0.join("a.png"), "old").unwrap();
+    assert!(mount.run(&["mount", "-o", "remount,ro"]));
+    // Billions of rays: it is said before they are traced.
+    for name in ["disk/a.png", "disk/new.png"] {
+        folder
+            .run(&["a.scn", "-o", name, "--size", "3000x3000", "--samples", "400"])
+            .failed(1, &format!("cannot write {name}: the file system is read-only"));
+    }
+    let run = folder.run(&["generate", "terrain", "-o", "disk", "--count", "2000"]);
+    run.failed(1, "the file system is read-only");
+}
+
+#[test]
+fn a_folder_that_takes_no_new_files() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("locked")).unwrap();
+    let chattr = |flag: &str| {
+        let run = folder.any_command("chattr", &[flag, "locked"]).output();
+        run.is_ok_and(|output| output.status.success())
+    };
+    if !chattr("+i") {
+        println!("skipped: this user or file system cannot make a folder immutable");
+        return;
+    }
+    let run = folder.run(&["a.scn", "-o", "locked/a.png"]);
+    chattr("-i");
+    run.failed(1, "cannot write locked/a.png: ");
+}
+
+/// Starts a rendering of the scene on its standard input, and waits until it has checked where the picture goes and
+/// waits for the scene.
+#[cfg(target_os = "linux")]
+fn started(folder: &Folder, arguments: &[&str]) -> Child {
+    let mut command = folder.command(arguments);
+    let child = command.stdin(Stdio::piped()).spawn().unwrap();
+    let start = Instant::now();
+    let mut asleep = 0;
+    while asleep < 20 {
+        let stat = fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap_or_default();
+        let sleeps = stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with('S'));
+        // It may also sleep for a moment while its threads start.
+        asleep = if sleeps { asleep + 1 } else { 0 };
+        assert!(
+            start.elapsed() < PATIENCE,
+            "{arguments:?} does not wait for its scene"
+        );
+        sleep(Duration::from_millis(5));
+    }
+    child
+}
+
+/// Gives it the scene and waits for its end.
+fn finish(mut child: Child, scene: &str) -> Run {
+    // It may have ended already.
+    let _ = child.stdin.take().unwrap().write_all(scene.as_bytes());
+    Run::new(child.wait_with_output().unwrap())
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_folder_that_goes_while_the_picture_is_made() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("out")).unwrap();
+    let child = started(&folder, &["-", "-o", "out/a.png"]);
+    fs::remove_dir(folder.path("out")).unwrap();
+    finish(child, SCENE).failed(1, "cannot write out/a.png: ");
+
+    fs::create_dir(folder.path("out")).unwrap();
+    let child = started(&folder, &["-", "-o", "out/a.png"]);
+    fs::remove_dir(folder.path("out")).unwrap();
+    fs::write(folder.path("out"), "a file now").unwrap();
+    finish(child, SCENE).failed(1, "cannot write out/a.png: ");
+
+    // A folder takes the place of the picture.
+    let child = started(&folder, &["-", "-o", "b.png"]);
+    fs::create_dir(folder.path("b.png")).unwrap();
+    finish(child, SCENE).failed(1, "cannot write b.png: it is a folder");
+    assert_eq!(folder.names(), ["a.scn", "b.png", "out"]);
+}
+
+#[test]
+fn a_named_pipe_whose_reader_goes() {
+    let folder = Folder::new();
+    let made = folder.any_command("mkfifo", &["pipe.ppm"]).status();
+    if !made.is_ok_and(|status| status.success()) {
+        println!("skipped: this needs `mkfifo`");
+        return;
+    }
+    // Far more than a pipe holds.
+    let child = folder
+        .command(&["a.scn", "-o", "pipe.ppm", "--size", "2000x2000"])
+        .spawn()
+        .unwrap();
+    let mut start = [0; 2];
+    fs::File::open(folder.path("pipe.ppm"))
+        .unwrap()
+        .read_exact(&mut start)
+        .unwrap();
+    let run = Run::new(child.wait_with_output().unwrap());
+    assert_eq!((&start, run.code, run.stderr.as_str()), (b"P6", Some(1), ""));
+
+    let run = folder.shell("{ \"$0\" a.scn -o - --size 2000x2000; echo $? > code; } | head -c 10 | wc -c");
+    assert_eq!((run.text().trim(), run.stderr.as_str()), ("10", ""));
+    // The picture of few colours may have fitted into the pipe.
+    let code = fs::read_to_string(folder.path("code")).unwrap();
+    assert!(["0", "1"].contains(&code.trim()), "{code}");
+    assert_eq!(folder.names(), ["a.scn", "code", "pipe.ppm"]);
+}
+
+fn signal(child: &Child, name: &str) {
+    // It may have ended already; then nobody is there to be told.
+    let _ = Command::new("kill")
+        .args([name, &child.id().to_string()])
+        .output();
+}
+
+/// Billions of rays.
+const LONG: [&str; 8] = [
+    "a.scn",
+    "--size",
+    "1000x1000",
+    "--samples",
+    "10000",
+    "--mode",
+    "scalar",
+    "--threads=2",
+];
+
+#[test]
+fn signals_leave_nothing_or_a_labelled_part() {
+    let folder = Folder::new();
+    for name in ["-INT", "-TERM", "-HUP"] {
+        let child = folder.command(&LONG).spawn().unwrap();
+        sleep(Duration::from_millis(400));
+        signal(&child, name);
+        let run = Run::new(child.wait_with_output().unwrap());
+        assert_eq!((run.code, run.stderr.as_str()), (Some(130), ""), "{name}");
+        assert_eq!(folder.names(), ["a.scn"], "{name}");
+    }
+
+    folder.write("a.png", "old");
+    for name in ["-INT", "-TERM"] {
+        let (mut wait, mut run) = (Duration::from_millis(300), None);
+        // A signal before the rendering leaves nothing to keep.
+        while !folder.path("a.partial.png").exists() {
+            assert!(wait < PATIENCE, "{run:?}");
+            let child = folder.command(&LONG).arg("--keep-partial").spawn().unwrap();
+            sleep(wait);
+            signal(&child, name);
+            run = Some(Run::new(child.wait_with_output().unwrap()));
+            wait *= 2;
+        }
+        let run = run.unwrap();
+        assert_eq!(run.code, Some(130), "{run:?}");
+        assert!(
+            run.stderr.starts_with("octray: interrupted: a.partial.png has ")
+                && run.stderr.ends_with(" of 1000000 pixels, the others are black\n"),
+            "{run:?}"
+        );
+        let part = image::open(folder.path("a.partial.png")).unwrap();
+        assert_eq!((part.width(), part.height()), (1000, 1000));
+        assert_eq!(folder.names(), ["a.partial.png", "a.png", "a.scn"]);
+        assert_eq!(fs::read_to_string(folder.path("a.png")).unwrap(), "old");
+        fs::remove_file(folder.path("a.partial.png")).unwrap();
+    }
+}
+
+#[test]
+fn a_signal_while_generating_leaves_no_half_file() {
+    let folder = Folder::new();
+    for wait in [100, 400, 1200] {
+        let child = folder
+            .command(&["generate", "terrain", "--count", "2000000"])
+            .spawn()
+            .unwrap();
+        sleep(Duration::from_millis(wait));
+        signal(&child, "-TERM");
+        let run = Run::new(child.wait_with_output().unwrap());
+        assert!([Some(130), Some(0)].contains(&run.code), "{run:?}");
+        for name in folder.names() {
+            assert!(
+                ["a.scn", "terrain.ply", "terrain.scn"].contains(&&*name),
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn killed_at_any_time() {
+    let folder = Folder::new();
+    let arguments = ["a.scn", "-o", "a.bmp", "--size", "1000x1000", "--quiet"];
+    let start = Instant::now();
+    folder.run(&arguments).succeeded();
+    let whole = start.elapsed();
+    let expected = fs::read(folder.path("a.bmp")).unwrap();
+    let mut random = fastrand::Rng::with_seed(1);
+    let (mut whole_ones, mut left) = (0, 0);
+    for _ in 0..24 {
+        fs::remove_file(folder.path("a.bmp")).unwrap_or_default();
+        let mut child = folder.command(&arguments).spawn().unwrap();
+        sleep(whole.mul_f32(random.f32() * 1.2));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let names = folder.names();
+        if names.iter().any(|name| name == "a.bmp") {
+            whole_ones += 1;
+            assert!(
+                fs::read(folder.path("a.bmp")).unwrap() == expected,
+                "half a picture"
+            );
+        }
+        let temporary = names.iter().filter(|name| name.starts_with(".octray-")).count();
+        assert!(temporary <= 1, "{names:?}");
+        left += temporary;
+    }
+    println!("{whole_ones} of 24 pictures were done, {left} temporary files left and taken over");
+    folder.run(&arguments).succeeded();
+    assert_eq!(folder.names(), ["a.bmp", "a.scn"]);
+}
+
+#[test]
+fn what_a_killed_writer_left_is_taken_over() {
+    let folder = Folder::new();
+    folder.run(&["a.scn", "-o", "a.bmp"]).succeeded();
+    // Write to a full disk's worth, killed in the middle: a file that nobody has locked.
+    let child = folder
+        .command(&["a.scn", "-o", "a.bmp", "--size", "4000x4000"])
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    let temporary = loop {
+        let names = folder.names();
+        if let Some(name) = names.iter().find(|name| name.starts_with(".octray-")) {
+            break name.clone();
+        }
+        assert!(start.elapsed() < PATIENCE);
+    };
+    drop(Run::new(child.wait_with_output().unwrap()));
+    fs::write(folder.path(&temporary), "half a picture").unwrap();
+    folder.run(&["a.scn", "-o", "a.bmp"]).succeeded();
+    assert_eq!(folder.names(), ["a.bmp", "a.scn"]);
+}
+
+fn write_mesh(path: &Path, triangles: usize) {
+    let vertices = triangles * 3;
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
+         property float z\nelement face {triangles}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    .into_bytes();
+    for i in 0..vertices {
+        let (a, b) = ((i % 3) as f32, (i / 3) as f32 * 1e-4);
+        for value in [a, b, a * a] {
+            bytes.extend(value.to_le_bytes());
+        }
+    }
+    for i in 0..triangles as u32 {
+        bytes.push(3);
+        for corner in 0..3 {
+            bytes.extend((3 * i + corner).to_le_bytes());
+        }
+    }
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn a_mesh_that_changes_while_it_is_read() {
+    let folder = Folder::new();
+    let path = folder.path("mesh.ply");
+    folder.write("mesh.scn", "light 1 2 3 1\nply_file mesh.ply\n");
+    write_mesh(&path, 200_000);
+    let arguments = ["mesh.scn", "--size", "16x16"];
+    let start = Instant::now();
+    folder.run(&arguments).succeeded();
+    let whole = start.elapsed();
+    let good = fs::read(&path).unwrap();
+    let mut random = fastrand::Rng::with_seed(2);
+    let mut refused = 0;
+    for round in 0..18 {
+        fs::write(&path, &good).unwrap();
+        let child = folder.command(&arguments).spawn().unwrap();
+        sleep(whole.mul_f32(random.f32()));
+        match round % 3 {
+            0 => OpenOptions::new()
+                .write(true)
+                .open(&path)
+                .unwrap()
+                .set_len(good.len() as u64 / 2)
+                .unwrap(),
+            1 => OpenOptions::new()
+                .append(true)
+                .open(&path)
+                .unwrap()
+                .write_all(&[1; 100_000])
+                .unwrap(),
+            _ => fs::remove_file(&path).unwrap(),
+        }
+        let run = Run::new(child.wait_with_output().unwrap());
+        if run.code == Some(0) {
+            run.succeeded();
+        } else {
+            refused += 1;
+            assert!(
+                run.stderr.starts_with("octray: error: mesh.scn:2:10: "),
+                "{run:?}"
+            );
+            assert_eq!(run.code, Some(1), "{run:?}");
+        }
+    }
+    println!("{refused} of 18 changed meshes were refused");
+}
+
+/// Times are differences of a clock that never jumps: nothing asks what time of day it is.
+#[test]
+fn no_clock_that_jumps() {
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+    let mut files = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            files += 1;
+            let text = fs::read_to_string(&path).unwrap_or_default();
+            for clock in ["SystemTime", "UNIX_EPOCH", "CLOCK_REALTIME"] {
+                assert!(!text.contains(clock), "{}: {clock}", path.display());
+            }
+        }
+    }
+    assert!(files > 100);
+}

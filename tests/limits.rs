@@ -1,0 +1,244 @@
+//! Limits: what is too much for the memory or for the program is refused in one sentence, before the work begins.
+#![cfg(unix)]
+
+mod program;
+
+use program::{Folder, Run};
+use std::{fs, io::Write};
+
+/// Address space that everything here has, KiB.
+const ULIMIT: &str = "ulimit -v 4000000";
+
+/// A mesh of one triangle, so many times.
+fn write_mesh(folder: &Folder, name: &str, triangles: usize) {
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {triangles}\nproperty list uchar uchar vertex_indices\nend_header\n"
+    )
+    .into_bytes();
+    for value in [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.5] {
+        bytes.extend(value.to_le_bytes());
+    }
+    bytes.extend([3, 0, 1, 2].repeat(triangles));
+    fs::write(folder.path(name), bytes).unwrap();
+}
+
+/// A file with nothing in it that claims to be large.
+fn write_sparse(folder: &Folder, name: &str, length: u64) {
+    fs::File::create(folder.path(name))
+        .unwrap()
+        .set_len(length)
+        .unwrap();
+}
+
+fn refused(folder: &Folder, script: &str, words: &[&str]) {
+    let before = folder.names();
+    let run = folder.shell(&format!("{ULIMIT}; {script}"));
+    assert_eq!(run.code, Some(1), "{script}: {run:?}");
+    for word in words {
+        assert!(run.stderr.contains(word), "{script}: expected {word:?}: {run:?}");
+    }
+    assert_eq!(run.stderr.matches("error:").count(), 1, "{script}: {run:?}");
+    assert_eq!(folder.names(), before, "{script}");
+}
+
+#[test]
+fn what_does_not_fit_is_refused_before_the_work() {
+    let folder = Folder::new();
+    write_mesh(&folder, "mesh.ply", 1_000_000);
+    write_sparse(&folder, "large.ply", 1 << 30);
+    folder.write("mesh.scn", "light 1 2 3 1\nply_file mesh.ply\n");
+    for (script, words) in [
+        // A picture of whatever format.
+        (
+            "\"$0\" a.scn --size 16384x16384 --max-memory 1G",
+            &["a picture of 16384x16384 takes about", "1.0 GiB"][..],
+        ),
+        (
+            "\"$0\" a.scn --size 16384x16384 -o a.exr --aov depth",
+            &["a picture of 16384x16384 takes about"],
+        ),
+        (
+            "\"$0\" a.scn --size 9000x9000 -o a.exr --max-memory 1500M",
+            &["a picture of 9000x9000 takes about"],
+        ),
+        // A mesh, named in a scene and by itself, by all commands that load one.
+        (
+            "\"$0\" mesh.scn --max-memory 64M",
+            &["mesh.scn:2:10: cannot load mesh.ply", "the scene takes about"],
+        ),
+        (
+            "\"$0\" mesh.ply --max-memory 64M",
+            &[
+                "error: mesh.ply: the scene takes about",
+                "or more, its BVH included",
+            ],
+        ),
+        (
+            "\"$0\" info mesh.ply --max-memory 64M",
+            &["error: mesh.ply: the scene takes about"],
+        ),
+        // The process's own limit counts without being asked for, and more than that cannot be asked for.
+        (
+            "ulimit -v 200000; \"$0\" mesh.ply",
+            &["error: mesh.ply: the scene takes about"],
+        ),
+        (
+            "ulimit -v 200000; \"$0\" mesh.ply --max-memory 100G",
+            &["error: mesh.ply: the scene takes about"],
+        ),
+        // A file by its length alone, before it is read.
+        (
+            "\"$0\" large.ply --max-memory 512M",
+            &["large.ply: the file has 1.0 GiB, more than the memory limit of"],
+        ),
+        (
+            "\"$0\" a.scn --threads 4096",
+            &["--threads 4096: their stacks take"],
+        ),
+    ] {
+        refused(&folder, script, words);
+    }
+    // Enough is enough.
+    folder
+        .run(&["mesh.scn", "--max-memory", "512M", "--quiet"])
+        .succeeded();
+}
+
+/// Whatever the limit on the address space is: a picture, or one sentence.
+#[test]
+fn any_limit_on_the_address_space() {
+    let folder = Folder::new();
+    write_mesh(&folder, "mesh.ply", 300_000);
+    folder.write("mesh.scn", "light 1 2 3 1\nply_file mesh.ply\n");
+    let (mut made, mut said) = (0, 0);
+    for kibibytes in (100_000..=500_000).step_by(40_000) {
+        // Each thread's allocator sets address space aside.
+        let script = format!("ulimit -v {kibibytes}; exec \"$0\" mesh.scn --size 64x64 --quiet");
+        let run = folder.shell(&script);
+        match run.code {
+            Some(0) => made += 1,
+            Some(1) if run.stderr.starts_with("octray: error: ") => said += 1,
+            _ => panic!("{kibibytes}: {run:?}"),
+        }
+    }
+    assert!(made > 0 && said > 0, "{made} pictures, {said} refusals");
+}
+
+#[test]
+fn billions_are_refused_by_name() {
+    let folder = Folder::new();
+    for (arguments, code, words) in [
+        (
+            "--size 31623x31623",
+            1,
+            "a picture of 31623x31623 has more than 268435456 pixels",
+        ),
+        (
+            "--size 10000000x1",
+            1,
+            "a picture of 10000000x1: expected at most 8388608 pixels along a side",
+        ),
+        ("--samples 1000000000", 2, "--samples"),
+        ("--samples 999950884", 1, "31622x31622 samples for each pixel"),
+        ("--max-depth 1000000000", 2, "--max-depth"),
+        ("--turntable 1000000000", 2, "--turntable"),
+        ("--threads 1000000000", 2, "--threads"),
+        ("--max-memory 0", 2, "--max-memory"),
+    ] {
+        let mut all = vec!["a.scn"];
+        all.extend(arguments.split(' '));
+        folder.fails(&all, code, words);
+    }
+}
+
+#[test]
+fn scenes_have_documented_limits() {
+    let folder = Folder::new();
+    let lights = |count: usize| "light 1 2 3 0.001\n".repeat(count) + "sphere 0 0 0.5 0.5\n";
+    folder.write("lights.scn", &lights(1024));
+    folder.run(&["lights.scn", "--size", "4x4"]).succeeded();
+    folder.write("lights.scn", &lights(1025));
+    refused(
+        &folder,
+        "\"$0\" lights.scn",
+        &["lights.scn:1025:1: more than 1024 lights"],
+    );
+
+    folder.write("included.scn", "");
+    folder.write("includes.scn", &"include included.scn\n".repeat(1025));
+    refused(
+        &folder,
+        "\"$0\" includes.scn",
+        &["includes.scn:1025:9: more than 1024 included files"],
+    );
+
+    for depth in 0..=17 {
+        folder.write(
+            &format!("deep{depth}.scn"),
+            &format!("include deep{}.scn\n", depth + 1),
+        );
+    }
+    refused(
+        &folder,
+        "\"$0\" deep0.scn",
+        &["files include files more than 16 deep"],
+    );
+
+    if std::env::var_os("OCTRAY_LONG").is_none() {
+        println!("the limit of placed meshes is tested with OCTRAY_LONG: each is read");
+        return;
+    }
+    let copies: String = (0..=1 << 16)
+        .map(|i| format!("mesh m.obj translate {i} 0 0\n"))
+        .collect();
+    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("meshes.scn", &copies);
+    refused(
+        &folder,
+        "\"$0\" meshes.scn",
+        &["meshes.scn:65537:6: more than 65536 placed meshes"],
+    );
+}
+
+/// Shapes of which each is within the next make the deepest trees, and rays that meet all of them the fullest stacks.
+#[test]
+fn deep_hierarchies_end_on_no_stack() {
+    let folder = Folder::new();
+    let mut file = fs::File::create(folder.path("deep.scn")).unwrap();
+    writeln!(file, "light 3 -2 5 0.7\nmaterial 1").unwrap();
+    for i in 0..20_000 {
+        let size = 1e-8 * 1.0018_f64.powi(i);
+        writeln!(file, "triangle 0 0 0 {size:e} 0 {size:e} 0 {size:e} {size:e}").unwrap();
+    }
+    drop(file);
+    // Threads of a small stack, as the least that a system may give.
+    let script = format!("{ULIMIT}; ulimit -s 256; RUST_MIN_STACK=262144 exec \"$0\" deep.scn --size 8x8");
+    for mode in ["packet", "scalar"] {
+        let run: Run = folder.shell(&format!("{script} --mode {mode} -o {mode}.png"));
+        run.succeeded();
+    }
+    assert!(fs::read(folder.path("packet.png")).unwrap() == fs::read(folder.path("scalar.png")).unwrap());
+}
+
+/// A process that may start no thread says so.
+#[test]
+#[cfg(target_os = "linux")]
+fn no_threads() {
+    let folder = Folder::new();
+    fs::set_permissions(
+        folder.path("."),
+        std::os::unix::fs::PermissionsExt::from_mode(0o777),
+    )
+    .unwrap();
+    // The limit does not hold for the super-user.
+    let script = "command -v setpriv >/dev/null || exit 77
+        setpriv --reuid 65534 --regid 65534 --clear-groups bash -c 'ulimit -u 1 && exec \"$0\" a.scn' \"$0\"";
+    let run = folder.shell(script);
+    if run.stderr.contains("cannot start threads") {
+        run.failed(1, "cannot start threads: ");
+    } else {
+        assert!(!run.stderr.contains("panicked"), "{run:?}");
+        println!("skipped: this user cannot take threads away: {run:?}");
+    }
+}
