@@ -40,7 +40,7 @@ cargo_install() {
 # fuzz SECONDS: builds all fuzz targets, then runs each on a copy of its seeds, so that the checkout stays clean.
 # Sanitizers need an unstable compiler flag: nightly where it is installed, else stable told to allow it.
 fuzz() {
-    local seconds=$1 toolchain=() target corpus work
+    local seconds=$1 toolchain=() target corpus work dictionary options
     cargo_install cargo-fuzz cargo-fuzz
     if rustup toolchain list 2>/dev/null | grep -q '^nightly'; then
         toolchain=(+nightly)
@@ -58,8 +58,12 @@ fuzz() {
         corpus=$work/$target
         mkdir "$corpus"
         cp -r "fuzz/seeds/$target/." "$corpus"
-        cargo "${toolchain[@]}" fuzz run "$target" "$corpus" -- \
-            -max_total_time="$seconds" -rss_limit_mb=1024 -timeout=5 -print_final_stats=1
+        dictionary=fuzz/dictionaries/${target/render/scn}.dict
+        options=(-max_total_time="$seconds" -rss_limit_mb=1024 -timeout=5 -print_final_stats=1)
+        if [ -e "$dictionary" ]; then
+            options+=(-dict="$dictionary")
+        fi
+        cargo "${toolchain[@]}" fuzz run "$target" "$corpus" -- "${options[@]}"
     done
     rm -rf "$work"
     unset RUSTFLAGS RUSTC_BOOTSTRAP

@@ -1,11 +1,16 @@
 //! What the fuzz targets do with their bytes. `fuzz/` calls these functions with bytes that it makes up;
 //! `tests/replay.rs` calls them with the seeds and with every input that once failed.
 
+#[cfg(feature = "cli")]
+pub mod arguments;
+mod grammar;
+pub mod picture;
+
 use octray::{
     accel::Bvh,
     format::{load_from_bytes, mesh as any_mesh, ply},
     render::{Film, Mode, Settings, render as render_frame},
-    scene::{Camera, MeshColumns, Scene},
+    scene::{Camera, MeshColumns, Scene, SceneBuilder},
 };
 use std::{io, ops::ControlFlow, path::Path};
 
@@ -71,28 +76,59 @@ fn check(mesh: &MeshColumns) {
     assert!(corners.all(|&index| (index as usize) < vertices));
 }
 
-/// A letter for the format, and a mesh file. Every file that it names is a small library of materials.
-pub fn mesh(bytes: &[u8]) {
-    let Some((letter, bytes)) = bytes.split_first() else {
-        return;
-    };
-    let name = match letter {
-        b'o' => "fuzz.obj",
-        b's' => "fuzz.stl",
-        b'g' => "fuzz.gltf",
-        _ => return,
-    };
-    let open = &mut |_: &Path| Ok(b"newmtl a\nKd 1 0 0\nKs 1\nNs 9\n".to_vec());
+/// An OBJ file and, behind a byte of value 0, the library of materials that it names.
+pub fn obj(bytes: &[u8]) {
+    let mut parts = bytes.splitn(2, |&byte| byte == 0);
+    let file = parts.next().unwrap_or_default();
+    let library = parts.next().unwrap_or(b"newmtl a\nKd 1 0 0\nKs 1\nNs 9\n");
+    any(file, "fuzz.obj", library);
+}
+
+/// An STL file, text or binary.
+pub fn stl(bytes: &[u8]) {
+    any(bytes, "fuzz.stl", b"");
+}
+
+/// A glTF file, JSON or binary. Every file that it names has 64 bytes.
+pub fn gltf(bytes: &[u8]) {
+    any(bytes, "fuzz.gltf", &[0x3f; 64]);
+}
+
+/// A mesh file; `beside` is the content of every file that it names.
+fn any(bytes: &[u8], name: &str, beside: &[u8]) {
+    let open = &mut |_: &Path| Ok(beside.to_vec());
     match any_mesh::parse(bytes.to_vec(), Path::new(name), open) {
         Ok(mut mesh) => {
             check(&mesh.columns);
+            let corners = mesh.columns.triangles.len() * 3;
+            assert!(
+                corners <= 100 * (bytes.len() + 64),
+                "{corners} corners of {} bytes",
+                bytes.len()
+            );
+            if !mesh.surfaces.is_empty() {
+                assert_eq!(mesh.surface_of.len(), mesh.columns.triangles.len());
+            }
             if mesh.columns.triangles.len() < 10_000 {
                 mesh.columns.smooth_normals(45.0);
                 check(&mesh.columns);
             }
+            // The builder may refuse what is too far away, and nothing else may happen.
+            let mut builder = SceneBuilder::new();
+            let _ = mesh.add_to(&mut builder, None);
         }
         Err(error) => show(&error),
     }
+}
+
+/// Text that is nearly a scene; see [`grammar`].
+pub fn scn_grammar(bytes: &[u8]) {
+    scn(grammar::scene(bytes).as_bytes());
+}
+
+/// A file that is nearly PLY; see [`grammar`].
+pub fn ply_grammar(bytes: &[u8]) {
+    ply(&grammar::ply(bytes));
 }
 
 /// Scene text, rendered by packets and by the scalar reference: the same picture, bit by bit.
@@ -133,8 +169,15 @@ pub fn by_name(name: &str) -> Option<fn(&[u8])> {
     match name {
         "scn" => Some(scn),
         "ply" => Some(ply),
-        "mesh" => Some(mesh),
+        "obj" => Some(obj),
+        "stl" => Some(stl),
+        "gltf" => Some(gltf),
+        "scn_grammar" => Some(scn_grammar),
+        "ply_grammar" => Some(ply_grammar),
         "render" => Some(render),
+        "picture" => Some(picture::picture),
+        #[cfg(feature = "cli")]
+        "arguments" => Some(arguments::arguments),
         _ => None,
     }
 }

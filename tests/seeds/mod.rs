@@ -1,0 +1,214 @@
+//! Makes the seeds in `fuzz/seeds` whose names begin with `made-`: one file for each kind of thing that a format can
+//! say. The other seeds were written by hand.
+
+use std::fmt::Write as _;
+
+/// A seed: its target, its name, its bytes.
+pub type Seed = (&'static str, String, Vec<u8>);
+
+/// All of them.
+pub fn all() -> Vec<Seed> {
+    let mut seeds = Vec::new();
+    plies(&mut seeds);
+    objects(&mut seeds);
+    solids(&mut seeds);
+    gltfs(&mut seeds);
+    arguments(&mut seeds);
+    decisions(&mut seeds);
+    seeds
+}
+
+fn add(seeds: &mut Vec<Seed>, target: &'static str, name: &str, bytes: impl Into<Vec<u8>>) {
+    seeds.push((target, format!("made-{name}"), bytes.into()));
+}
+
+/// Every number type of coordinates and indices, in every encoding.
+fn plies(seeds: &mut Vec<Seed>) {
+    const TYPES: [(&str, usize); 8] = [
+        ("char", 1),
+        ("uchar", 1),
+        ("short", 2),
+        ("ushort", 2),
+        ("int", 4),
+        ("uint", 4),
+        ("float", 4),
+        ("double", 8),
+    ];
+    let points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    let faces: [&[i32]; 3] = [&[0, 1, 2], &[0, 2, 3, 1], &[3, 1, 2]];
+    for (kind, size) in TYPES {
+        for encoding in ["ascii", "binary_little_endian", "binary_big_endian"] {
+            let index = if kind == "float" || kind == "double" {
+                ("int", 4)
+            } else {
+                (kind, size)
+            };
+            let header = format!(
+                "ply\nformat {encoding} 1.0\ncomment seed\nelement vertex 4\nproperty {kind} x\nproperty {kind} y\n\
+                 property {kind} z\nelement face 3\nproperty list uchar {} vertex_indices\nproperty uchar red\n\
+                 end_header\n",
+                index.0
+            );
+            let mut bytes = header.into_bytes();
+            let mut put = |value: i32, (kind, size): (&str, usize)| {
+                if encoding == "ascii" {
+                    bytes.extend(format!("{value} ").into_bytes());
+                    return;
+                }
+                let mut number = match kind {
+                    "float" => (value as f32).to_le_bytes().to_vec(),
+                    "double" => f64::from(value).to_le_bytes().to_vec(),
+                    _ => value.to_le_bytes()[..size].to_vec(),
+                };
+                if encoding == "binary_big_endian" {
+                    number.reverse();
+                }
+                bytes.extend(number);
+            };
+            for value in points.as_flattened() {
+                put(*value, (kind, size));
+            }
+            for face in faces {
+                put(face.len() as i32, ("uchar", 1));
+                face.iter().for_each(|&corner| put(corner, index));
+                put(200, ("uchar", 1));
+            }
+            add(seeds, "ply", &format!("{kind}-{encoding}.ply"), bytes);
+        }
+    }
+}
+
+fn objects(seeds: &mut Vec<Seed>) {
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.5\nvn 0 0 1\nvt 0 0\n";
+    for (name, faces) in [
+        ("plain", "f 1 2 3\nf 1 3 4\n"),
+        ("from_the_end", "f -4 -3 -2\nf -4//-1 -2//-1 -1//-1\n"),
+        ("all_indices", "f 1/1/1 2/1/1 3/1/1 4/1/1\n"),
+        ("texture_only", "f 1/1 2/1 3/1\n"),
+        (
+            "materials",
+            "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\ng group\ns 1\no name\n",
+        ),
+        ("joined_lines", "f 1 \\\n2 \\\r\n3\n"),
+        ("odd_words", "l 1 2\np 1\ncurv 0 1 1 2\n# comment\nf 1 2 3\n"),
+    ] {
+        let library = "newmtl a\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 20\nnewmtl b\nKd 0 1 0\nd 0.5\nillum 2\n";
+        let text = format!("mtllib a.mtl\n{square}{faces}\0{library}");
+        add(seeds, "obj", &format!("{name}.obj"), text);
+    }
+}
+
+fn solids(seeds: &mut Vec<Seed>) {
+    let facet = |x: f32| [0.0, 0.0, 1.0, x, 0.0, 0.0, x + 1.0, 0.0, 0.0, x, 1.0, 0.0];
+    let mut text = String::from("solid a\n");
+    for x in [0.0, 2.0] {
+        let [nx, ny, nz, rest @ ..] = facet(x);
+        let _ = writeln!(text, "facet normal {nx} {ny} {nz}\nouter loop");
+        for corner in rest.chunks_exact(3) {
+            let _ = writeln!(text, "vertex {} {} {}", corner[0], corner[1], corner[2]);
+        }
+        text.push_str("endloop\nendfacet\n");
+    }
+    text.push_str("endsolid a\n");
+    add(seeds, "stl", "upper.stl", text.to_uppercase());
+    add(seeds, "stl", "text.stl", text);
+    let mut bytes = vec![b' '; 80];
+    bytes.extend(2u32.to_le_bytes());
+    for x in [0.0, 2.0] {
+        facet(x)
+            .iter()
+            .for_each(|number| bytes.extend(number.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    add(seeds, "stl", "binary.stl", &bytes[..]);
+    bytes[..6].copy_from_slice(b"solid ");
+    add(seeds, "stl", "binary_that_says_solid.stl", bytes);
+}
+
+fn gltfs(seeds: &mut Vec<Seed>) {
+    let json = |uri: &str, extra: &str| {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0,"scale":[1,2,1]{extra}}},
+{{"mesh":0,"rotation":[0,0,0.7071068,0.7071068],"translation":[1,0,0]}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},
+"indices":1,"mode":4,"material":0}}]}}],"materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[1,0.5,0,1]}}}}],
+"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
+{{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}}],"bufferViews":[{{"buffer":0,"byteLength":36}},
+{{"buffer":0,"byteOffset":36,"byteLength":6}}],"buffers":[{{"byteLength":44{uri}}}]}}"#
+        )
+    };
+    let child = r#","children":[1]"#;
+    // Positions 0 0 0, 1 0 0, 0 1 0, then the indices 0 1 2.
+    let data = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAABAAIAAAA=";
+    let embedded = format!(r#","uri":"data:application/octet-stream;base64,{data}""#);
+    add(seeds, "gltf", "embedded.gltf", json(&embedded, child));
+    add(seeds, "gltf", "file.gltf", json(r#","uri":"a.bin""#, child));
+    add(
+        seeds,
+        "gltf",
+        "camera.gltf",
+        json(
+            &embedded,
+            r#","camera":0},{"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,5,6,7,1]"#,
+        )
+        .replace(
+            r#""scene":0"#,
+            r#""cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],"scene":0"#,
+        ),
+    );
+    let mut text = json("", child).into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let mut bin: Vec<u8> = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+        .iter()
+        .flat_map(|number| number.to_le_bytes())
+        .collect();
+    bin.extend([0, 0, 1, 0, 2, 0, 0, 0]);
+    let mut glb = b"glTF\x02\0\0\0".to_vec();
+    glb.extend((12 + 8 + text.len() + 8 + bin.len()).to_le_bytes()[..4].iter());
+    for (kind, chunk) in [(b"JSON", text), (b"BIN\0", bin)] {
+        glb.extend(&chunk.len().to_le_bytes()[..4]);
+        glb.extend(kind);
+        glb.extend(chunk);
+    }
+    add(seeds, "gltf", "binary.glb", glb);
+}
+
+/// One good and one bad value of each option, and names.
+fn arguments(seeds: &mut Vec<Seed>) {
+    for (i, values) in [
+        ["512x512", "0x5"],
+        ["-1,2.5,3e2", "nan,0,0"],
+        ["30", "181"],
+        ["16", "5"],
+        ["2.5", "256"],
+        ["1e-3", "1.5"],
+        ["0,0,256,128", "1,2,1,4"],
+        ["1-24", "9-3"],
+        ["0.5", "-1"],
+        ["16G", "1.5G"],
+    ]
+    .iter()
+    .enumerate()
+    {
+        for value in values {
+            add(seeds, "arguments", &format!("{i}-{value}"), format!("{i}{value}"));
+        }
+    }
+    for (name, pattern) in [
+        ("stem", "out/{stem}-####.png\nscenes/cow.scn"),
+        ("two_runs", "a##b###.{stem}"),
+        ("no_utf", "ä#ö\n-"),
+    ] {
+        add(seeds, "arguments", name, format!("n{pattern}"));
+    }
+}
+
+/// Bytes that mean decisions: any do.
+fn decisions(seeds: &mut Vec<Seed>) {
+    let mut random = fastrand::Rng::with_seed(1);
+    for target in ["scn_grammar", "ply_grammar", "picture"] {
+        for i in 0..12 {
+            let bytes: Vec<u8> = (0..32 << (i / 3)).map(|_| random.u8(..)).collect();
+            add(seeds, target, &i.to_string(), bytes);
+        }
+    }
+}

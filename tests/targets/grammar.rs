@@ -1,0 +1,260 @@
+//! Bytes as decisions: text that is nearly a scene, files that are nearly meshes. A fuzzer that changes a byte changes
+//! a statement, and not only a letter of one.
+
+use arbitrary::{Result, Unstructured};
+
+type Source<'a, 'b> = &'a mut Unstructured<'b>;
+
+/// Numbers that parsers and shapes stumble over.
+const ODD: [&str; 24] = [
+    "0",
+    "-0",
+    "1",
+    "-1",
+    ".5",
+    "1e-3",
+    "1e-9",
+    "1e-45",
+    "1e9",
+    "-1e9",
+    "1.0000001e9",
+    "1e38",
+    "1e999",
+    "nan",
+    "inf",
+    "-inf",
+    "0x1",
+    "1_0",
+    "--1",
+    "1e",
+    "٣",
+    "4294967296",
+    "18446744073709551616",
+    "0.1000000000000000055511151231257827",
+];
+
+/// Separators, mostly a blank.
+const GAPS: [&str; 8] = [" ", " ", " ", " ", "\t", "  ", "\u{a0}", "\r"];
+
+fn number(u: Source<'_, '_>, out: &mut String) -> Result<()> {
+    match u.int_in_range(0..=7)? {
+        0 => out.push_str(u.choose(&ODD)?),
+        1 => out.push_str(&f32::from_bits(u.arbitrary()?).to_string()),
+        2 => out.push_str(&format!("{:e}", f64::from_bits(u.arbitrary()?))),
+        _ => out.push_str(&(f32::from(u.arbitrary::<i8>()?) / 32.0).to_string()),
+    }
+    Ok(())
+}
+
+fn words(u: Source<'_, '_>, out: &mut String, count: usize) -> Result<()> {
+    // Now and then one too many or too few.
+    let count = match u.int_in_range(0..=30)? {
+        0 => count + 1,
+        1 => count.saturating_sub(1),
+        _ => count,
+    };
+    for _ in 0..count {
+        out.push_str(u.choose(&GAPS)?);
+        number(u, out)?;
+    }
+    Ok(())
+}
+
+fn path(u: Source<'_, '_>, out: &mut String) -> Result<()> {
+    let paths = [
+        "a.ply",
+        "\"b c.ply\"",
+        "no.ply",
+        "part.scn",
+        "loop.scn",
+        "x/deep.scn",
+        "../a.ply",
+        "./././a.ply",
+        "\"\"",
+        "\"open",
+        "a.obj",
+        "a.stl",
+        "a.gltf",
+        ".",
+        "/",
+        "ä.ply",
+        "a.ply\u{0}",
+        "fuzz.scn",
+    ];
+    out.push_str(u.choose(&GAPS)?);
+    out.push_str(u.choose(&paths)?);
+    Ok(())
+}
+
+/// Some keys, each with as many numbers as it takes.
+fn keys(u: Source<'_, '_>, out: &mut String, keys: &[(&str, usize)]) -> Result<()> {
+    for _ in 0..u.int_in_range(0..=4)? {
+        let (key, count) = u.choose(keys)?;
+        out.push(' ');
+        out.push_str(key);
+        words(u, out, *count)?;
+    }
+    Ok(())
+}
+
+fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
+    const COLORS: &[(&str, usize)] = &[
+        ("color", 3),
+        ("cd", 3),
+        ("cs", 3),
+        ("kd", 1),
+        ("ks", 1),
+        ("alpha", 1),
+        ("mix", 1),
+    ];
+    match u.int_in_range(0..=13)? {
+        0 | 1 => {
+            out.push_str("light");
+            words(u, out, 4)?;
+            keys(u, out, &[("color", 3)])?;
+        }
+        2 | 3 => {
+            out.push_str("sphere");
+            words(u, out, 4)?;
+        }
+        4 => {
+            out.push_str("triangle");
+            words(u, out, 9)?;
+        }
+        5 => {
+            out.push_str("mesh");
+            path(u, out)?;
+            keys(
+                u,
+                out,
+                &[("scale", 1), ("scale", 3), ("rotate", 4), ("translate", 3)],
+            )?;
+        }
+        6 => {
+            out.push_str("ply_file");
+            path(u, out)?;
+        }
+        7 => {
+            out.push_str("material");
+            words(u, out, 1)?;
+        }
+        8 | 9 => {
+            out.push_str("material ");
+            out.push_str(u.choose(&[
+                "silhouette",
+                "matte",
+                "blinn_phong",
+                "reflection",
+                "own",
+                "matt",
+                "4",
+            ])?);
+            keys(u, out, COLORS)?;
+        }
+        10 => {
+            out.push_str("camera");
+            out.push_str(u.choose(&["", " a", " \"a b\"", " \"", " eye", " \u{1b}[2J"])?);
+            keys(u, out, &[("eye", 3), ("target", 3), ("up", 3), ("fov", 1)])?;
+        }
+        11 => {
+            out.push_str("background");
+            match u.int_in_range(0..=1)? {
+                0 => words(u, out, 3)?,
+                _ => keys(u, out, &[("bottom", 3), ("top", 3)])?,
+            }
+        }
+        12 => {
+            out.push_str("ambient");
+            words(u, out, 1)?;
+        }
+        _ => {
+            out.push_str("include");
+            path(u, out)?;
+        }
+    }
+    out.push_str(u.choose(&["\n", "\n", "\n", "\r\n", " // a comment\n", "\r", "//\n", ""])?);
+    Ok(())
+}
+
+/// The text of a scene, nearly.
+pub fn scene(bytes: &[u8]) -> String {
+    let mut u = Unstructured::new(bytes);
+    let mut text = String::new();
+    while !u.is_empty() && statement(&mut u, &mut text).is_ok() {}
+    text
+}
+
+/// A PLY file, nearly: elements and properties of all types, and a body that is as long as the header says or not.
+pub fn ply(bytes: &[u8]) -> Vec<u8> {
+    let mut u = Unstructured::new(bytes);
+    let mut file = b"ply\n".to_vec();
+    // What is left of the bytes is the body.
+    let _ = ply_header(&mut u, &mut file);
+    file.extend_from_slice(u.take_rest());
+    file
+}
+
+fn ply_header(u: Source<'_, '_>, file: &mut Vec<u8>) -> Result<()> {
+    const TYPES: [&str; 16] = [
+        "float", "float", "float32", "double", "float64", "uchar", "uint8", "char", "int8", "short",
+        "ushort", "int", "uint", "int32", "uint32", "uint16",
+    ];
+    const NAMES: [&str; 12] = [
+        "x",
+        "y",
+        "z",
+        "nx",
+        "ny",
+        "nz",
+        "x",
+        "y",
+        "z",
+        "red",
+        "s",
+        "vertex_indices",
+    ];
+    let mut text = format!(
+        "format {} 1.0\n",
+        u.choose(&["ascii", "binary_little_endian", "binary_big_endian"])?
+    );
+    for _ in 0..u.int_in_range(1..=3)? {
+        let name = *u.choose(&["vertex", "vertex", "face", "edge"])?;
+        let count = match u.int_in_range(0..=7)? {
+            0 => *u.choose(&["0", "-1", "4294967296", "18446744073709551615", "1e3", "99999"])?,
+            _ => *u.choose(&["1", "2", "3", "4", "5", "9"])?,
+        };
+        text.push_str(&format!("element {name} {count}\n"));
+        if name == "vertex" && u.ratio(3, 4)? {
+            let kind = u.choose(&TYPES)?;
+            for axis in ["x", "y", "z"] {
+                text.push_str(&format!("property {kind} {axis}\n"));
+            }
+        }
+        if name == "face" && u.ratio(3, 4)? {
+            let indices = u.choose(&["vertex_indices", "vertex_index"])?;
+            text.push_str(&format!(
+                "property list {} {} {indices}\n",
+                u.choose(&TYPES)?,
+                u.choose(&TYPES)?
+            ));
+        }
+        for _ in 0..u.int_in_range(0..=3)? {
+            let list = match u.int_in_range(0..=3)? {
+                0 => format!("list {} ", u.choose(&TYPES)?),
+                _ => String::new(),
+            };
+            text.push_str(&format!(
+                "property {list}{} {}\n",
+                u.choose(&TYPES)?,
+                u.choose(&NAMES)?
+            ));
+        }
+    }
+    text.push_str(u.choose(&["", "", "comment a\n", "obj_info b\n"])?);
+    text.push_str("end_header\n");
+    if u.ratio(1, 8)? {
+        text = text.replace('\n', "\r\n");
+    }
+    file.extend_from_slice(text.as_bytes());
+    Ok(())
+}

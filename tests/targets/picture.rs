@@ -1,0 +1,208 @@
+//! Scenes made of bytes, rendered by packets, by scalar code over a BVH, and by testing every primitive: the same bytes.
+
+use arbitrary::{Result, Unstructured};
+use glam::{DVec3, Vec3};
+use octray::{
+    accel::Bvh,
+    ray::{Hit, Ray},
+    reference::{
+        brute,
+        shade::{Intersect, SecondaryRays, radiance},
+    },
+    render::{Film, Filter, Mode, Pattern, Settings, render},
+    scene::{Background, Camera, Material, MeshColumns, Scene, SceneBuilder},
+};
+use std::ops::ControlFlow;
+
+const SIDE: u32 = 16;
+/// More would be slow, and find no more.
+const MOST_PRIMITIVES: usize = 64;
+
+/// On a grid, so that coordinates coincide; or anything that a scene may hold.
+fn coordinate(u: &mut Unstructured<'_>) -> Result<f32> {
+    Ok(match u.int_in_range(0..=15)? {
+        0 => {
+            let any = f32::from_bits(u.arbitrary()?);
+            if any.abs() <= 1e9 { any } else { 1e9 }
+        }
+        1 => f32::from(u.arbitrary::<i16>()?) / 256.0,
+        2 => f32::from(u.arbitrary::<i8>()?) * 1e4,
+        3 => f32::from(u.arbitrary::<i8>()?) * 1e-5,
+        _ => f32::from(u.arbitrary::<i8>()?) / 64.0,
+    })
+}
+
+fn point(u: &mut Unstructured<'_>) -> Result<Vec3> {
+    Ok(Vec3::new(coordinate(u)?, coordinate(u)?, coordinate(u)?))
+}
+
+fn share(u: &mut Unstructured<'_>) -> Result<f32> {
+    Ok(f32::from(u.arbitrary::<u8>()?) / 255.0)
+}
+
+fn color(u: &mut Unstructured<'_>) -> Result<[f32; 3]> {
+    Ok([share(u)?, share(u)?, share(u)?])
+}
+
+fn material(u: &mut Unstructured<'_>) -> Result<Material> {
+    Ok(match u.int_in_range(0..=5)? {
+        0 => Material::Silhouette { color: color(u)? },
+        1 => Material::Matte { color: color(u)? },
+        2 => Material::BlinnPhong {
+            diffuse: color(u)?,
+            specular: color(u)?,
+            k_d: share(u)?,
+            k_s: share(u)?,
+            alpha: u.int_in_range(1..=10_000)?,
+        },
+        3 => Material::Reflection {
+            color: color(u)?,
+            mirror_share: share(u)?,
+        },
+        _ => Material::CLASSIC[u.int_in_range(0..=3)?],
+    })
+}
+
+/// Adds what the bytes say, until they end; what the builder refuses is left out.
+fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
+    let mut current = builder.classic_material(1).expect("there are four");
+    let mut last = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    for _ in 0..MOST_PRIMITIVES {
+        if u.is_empty() {
+            break;
+        }
+        match u.int_in_range(0..=9)? {
+            0 | 1 => {
+                let _ = builder.add_colored_light(point(u)?, share(u)? * 2.0, color(u)?);
+            }
+            2 => {
+                current = builder
+                    .add_material(material(u)?)
+                    .expect("all numbers are shares")
+            }
+            3..=5 => {
+                let _ = builder.add_sphere(point(u)?, coordinate(u)?.abs(), current);
+            }
+            6 => {
+                // A fan with normals.
+                let corners = [point(u)?, point(u)?, point(u)?, point(u)?];
+                let mesh = MeshColumns {
+                    x: corners.map(|c| c.x).to_vec(),
+                    y: corners.map(|c| c.y).to_vec(),
+                    z: corners.map(|c| c.z).to_vec(),
+                    normals: vec![point(u)?, point(u)?, point(u)?, Vec3::ZERO],
+                    triangles: vec![[0, 1, 2], [0, 2, 3], [3, 2, 0]],
+                };
+                let _ = builder.add_mesh(mesh, current);
+            }
+            // A neighbour across an edge, or the same again.
+            7 => {
+                last = [last[1], last[0], point(u)?];
+                let _ = builder.add_triangle(last, current);
+            }
+            _ => {
+                last = [point(u)?, point(u)?, point(u)?];
+                let _ = builder.add_triangle(last, current);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn view(u: &mut Unstructured<'_>) -> Result<Option<Camera>> {
+    if u.ratio(1, 4)? {
+        return Ok(Camera::course_view(u.int_in_range(1..=6)?));
+    }
+    let (eye, target) = (point(u)?.as_dvec3(), point(u)?.as_dvec3());
+    let fov = f64::from(u.int_in_range(1u8..=179)?);
+    let up = *u.choose(&[DVec3::Z, DVec3::Y, DVec3::new(0.3, -0.2, 1.0)])?;
+    Ok(Camera::look_at(eye, target, up, fov).ok())
+}
+
+fn settings(u: &mut Unstructured<'_>) -> Result<Settings> {
+    Ok(Settings {
+        width: SIDE,
+        height: SIDE,
+        samples_per_axis: u.int_in_range(1..=2)?,
+        pattern: *u.choose(&[Pattern::Grid, Pattern::Grid, Pattern::Stratified, Pattern::Sobol])?,
+        filter: *u.choose(&[Filter::Box, Filter::Box, Filter::Tent, Filter::BlackmanHarris])?,
+        max_depth: u.int_in_range(1..=6)?,
+        shadows: u.ratio(7, 8)?,
+        threads: Some(1),
+        ..Settings::default()
+    })
+}
+
+struct EveryPrimitive<'a>(&'a Scene);
+
+impl Intersect for EveryPrimitive<'_> {
+    fn closest_hit(&mut self, ray: &Ray) -> Hit {
+        brute::closest_hit(self.0, ray)
+    }
+
+    fn occluded(&mut self, ray: &Ray) -> bool {
+        brute::occluded(self.0, ray)
+    }
+}
+
+/// See the head.
+pub fn picture(bytes: &[u8]) {
+    let mut u = Unstructured::new(bytes);
+    let (Ok(Some(camera)), Ok(settings)) = (view(&mut u), settings(&mut u)) else {
+        return;
+    };
+    let mut builder = SceneBuilder::new();
+    if let (Ok(bottom), Ok(top), Ok(ambient)) = (color(&mut u), color(&mut u), share(&mut u)) {
+        builder
+            .set_background(Background { bottom, top })
+            .expect("shares");
+        builder.set_ambient(ambient).expect("a share");
+    }
+    // What was added before the bytes ended is a scene, too.
+    let _ = fill(&mut u, &mut builder);
+    let scene = builder.finish();
+    let bvh = Bvh::build(&scene);
+    let film = |mode| -> Film {
+        let settings = Settings { mode, ..settings };
+        let frame = render(&scene, &bvh, &camera, &settings, &|_| ControlFlow::Continue(()));
+        frame.expect("16x16 pixels are within every limit").film
+    };
+    let (packet, scalar) = (film(Mode::Packet), film(Mode::Scalar));
+    same("packets", &packet, "scalar code", &scalar);
+    let one_ray = settings.samples_per_axis == 1 && settings.pattern == Pattern::Grid;
+    if one_ray && settings.filter == Filter::Box {
+        same(
+            "packets",
+            &packet,
+            "every primitive",
+            &brute_force(&scene, &camera, &settings),
+        );
+    }
+}
+
+fn brute_force(scene: &Scene, camera: &Camera, settings: &Settings) -> Film {
+    let rays = camera.pixel_rays(SIDE, SIDE, 1);
+    let mut film = Film::new(SIDE, SIDE);
+    for (i, pixel) in (0..).zip(film.pixels_mut()) {
+        let ray = Ray::new(rays.eye(), rays.direction(i % SIDE, i / SIDE, [0, 0]));
+        let mut counts = SecondaryRays::default();
+        let all = &mut EveryPrimitive(scene);
+        *pixel = radiance(scene, all, ray, settings.max_depth, settings.shadows, &mut counts);
+    }
+    film
+}
+
+fn same(a: &str, ours: &Film, b: &str, theirs: &Film) {
+    for (i, (ours, theirs)) in ours.pixels().iter().zip(theirs.pixels()).enumerate() {
+        let (x, y) = (i % SIDE as usize, i / SIDE as usize);
+        assert_eq!(
+            ours.map(f32::to_bits),
+            theirs.map(f32::to_bits),
+            "pixel {x},{y}: {a} {ours:?}, {b} {theirs:?}"
+        );
+        assert!(
+            ours.iter().all(|channel| channel.is_finite()),
+            "pixel {x},{y}: {ours:?}"
+        );
+    }
+}
