@@ -61,13 +61,18 @@ fn seeds_are_what_the_program_makes() {
     }
 }
 
-/// Random bytes, so that a target that always fails is noticed without a fuzzer.
+/// Random bytes, so that a target that always fails is noticed without a fuzzer; `OCTRAY_LONG=1` makes many more.
 #[test]
 fn random_bytes() {
     let mut random = fastrand::Rng::with_seed(7);
+    let rounds = if std::env::var_os("OCTRAY_LONG").is_some() {
+        50_000
+    } else {
+        300
+    };
     for name in ["scn_grammar", "ply_grammar", "picture"] {
         let target = targets::by_name(name).expect("a target");
-        for round in 0..300 {
+        for round in 0..rounds {
             let bytes: Vec<u8> = (0..random.usize(1..600)).map(|_| random.u8(..)).collect();
             println!("{name}, round {round}");
             target(&bytes);
