@@ -144,7 +144,6 @@ pub fn render(bytes: &[u8]) {
             width: 16,
             height: 16,
             mode,
-            threads: Some(1),
             ..Settings::default()
         };
         let frame = render_frame(&scene, &bvh, &camera, &settings, &|_| ControlFlow::Continue(()));

@@ -128,7 +128,6 @@ fn settings(u: &mut Unstructured<'_>) -> Result<Settings> {
         filter: *u.choose(&[Filter::Box, Filter::Box, Filter::Tent, Filter::BlackmanHarris])?,
         max_depth: u.int_in_range(1..=6)?,
         shadows: u.ratio(7, 8)?,
-        threads: Some(1),
         ..Settings::default()
     })
 }
