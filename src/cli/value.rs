@@ -101,7 +101,6 @@ pub fn numbers(option: &str, text: &str) -> Result<Vec<f64>, String> {
         "size" => size(text).map(|size| vec![size.width.into(), size.height.into()])?,
         "eye" => vector(text)?.to_array().to_vec(),
         "smooth-angle" => vec![angle(text)?],
-        "samples" => vec![samples(text)?.into()],
         "tolerance" => vec![levels(text)?.into()],
         "allow-pixels" => vec![share(text)?],
         "crop" => picture_args::crop(text)

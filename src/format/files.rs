@@ -119,7 +119,7 @@ pub(super) fn open(path: &Path, memory: u64) -> io::Result<OpenFile> {
 
 /// Refuses what is missing or no file (a folder, a pipe, a device), without reading it.
 pub(super) fn check_is_file(path: &Path) -> io::Result<()> {
-    open(path).map(drop)
+    open(path, u64::MAX).map(drop)
 }
 
 /// Reads a mesh, or what one names.

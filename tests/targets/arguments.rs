@@ -3,11 +3,10 @@
 use octray::cli::{named, parse_value};
 
 /// The options whose values have parsers of their own, in the order of a fuzzed input's first byte.
-const OPTIONS: [&str; 10] = [
+const OPTIONS: [&str; 9] = [
     "size",
     "eye",
     "smooth-angle",
-    "samples",
     "tolerance",
     "allow-pixels",
     "crop",
@@ -39,7 +38,6 @@ fn check(option: &str, numbers: &[f64]) {
         ("size", &[width, height]) => width >= 1.0 && height >= 1.0,
         ("eye", &[x, y, z]) => [x, y, z].iter().all(|number| number.abs() <= 1e9),
         ("smooth-angle", &[degrees]) => (0.0..=180.0).contains(&degrees),
-        ("samples", &[root]) => (1.0..=65535.0).contains(&root),
         ("tolerance", &[levels]) => (0.0..=255.0).contains(&levels),
         ("allow-pixels", &[share]) => (0.0..=1.0).contains(&share),
         ("crop", &[x0, y0, x1, y1]) => x0 < x1 && y0 < y1,
