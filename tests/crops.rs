@@ -83,7 +83,7 @@ const CASES: [(&str, &str, &str); 18] = [
     (
         "vase.obj",
         "png",
-        "--ground --smooth-angle 40 --samples 4 --aov depth,normal,albedo,id,heat",
+        "--ground --smooth-angle 40 --lit-from=1,-2,3 --samples 4 --aov depth,normal,albedo,id,heat",
     ),
     (
         "vase.obj",
@@ -198,7 +198,7 @@ fn tiles_are_the_whole_with_every_option() {
 /// A new option is to be in [`CASES`], or here, if pixels do not depend on it.
 #[test]
 fn no_option_is_left_out() {
-    const NOT_OF_PIXELS: [&str; 14] = [
+    const NOT_OF_PIXELS: [&str; 16] = [
         "--output",
         "--size",
         "--crop",
@@ -211,6 +211,8 @@ fn no_option_is_left_out() {
         "--difference",
         "--config",
         "--no-config",
+        "--keep-partial",
+        "--max-memory",
         "--help",
         "--version",
     ];
@@ -227,7 +229,7 @@ fn no_option_is_left_out() {
     for option in options {
         let tried = CASES
             .iter()
-            .any(|(_, _, words)| words.split(' ').any(|word| word == option));
+            .any(|(_, _, words)| words.split([' ', '=']).any(|word| word == option));
         assert!(tried || NOT_OF_PIXELS.contains(&option), "{option}");
     }
     for what in ["grid", "stratified", "sobol", "box", "tent", "blackman-harris"] {

@@ -198,7 +198,13 @@ impl<'a> Viewer<'a> {
         let size = format!("--size={}x{}", self.size[0], self.size[1]);
         let own_size = options.iter().any(|option| option.starts_with("--size"));
         let size = if own_size { vec![] } else { vec![size.as_str()] };
-        let arguments = [&["render", self.scene, "-o", "expected.png"], options, &size].concat();
+        // Quiet: an empty scene is worth a warning.
+        let arguments = [
+            &["render", "--quiet", self.scene, "-o", "expected.png"],
+            options,
+            &size,
+        ]
+        .concat();
         self.folder.run(&arguments).succeeded();
         self.picture("expected.png")
     }
