@@ -61,23 +61,6 @@ impl MemoryArgs {
         self.max_memory.unwrap_or_else(default_limit).min(own_limit())
     }
 
-    /// Whether so many threads can be started.
-    ///
-    /// # Errors
-    /// [`CliError::Failed`], where `ulimit -v` leaves no room for their stacks.
-    pub fn check_threads(self, threads: Option<u32>) -> Result<(), CliError> {
-        let (needed, limit) = (u64::from(threads.unwrap_or(1)) * STACK_BYTES, own_limit());
-        if needed > limit {
-            return Err(CliError::Failed(format!(
-                "--threads {}: their stacks take {} of the process's address space, more than the limit of {}",
-                threads.unwrap_or(1),
-                in_bytes(needed),
-                in_bytes(limit)
-            )));
-        }
-        Ok(())
-    }
-
     /// What is left of it for the scene beside a picture.
     ///
     /// # Errors
@@ -94,6 +77,23 @@ impl MemoryArgs {
             ))
         })
     }
+}
+
+/// Whether so many threads can be started.
+///
+/// # Errors
+/// [`CliError::Failed`], where `ulimit -v` leaves no room for their stacks.
+pub fn check_threads(threads: Option<u32>) -> Result<(), CliError> {
+    let (needed, limit) = (u64::from(threads.unwrap_or(1)) * STACK_BYTES, own_limit());
+    if needed > limit {
+        return Err(CliError::Failed(format!(
+            "--threads {}: their stacks take {} of the process's address space, more than the limit of {}",
+            threads.unwrap_or(1),
+            in_bytes(needed),
+            in_bytes(limit)
+        )));
+    }
+    Ok(())
 }
 
 /// Whether the memory is there that building a scene's BVH takes. It is taken and given back without being used, which

@@ -48,7 +48,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
     let mut since = start;
     let mut verdicts = Verdicts::default();
     for job in &jobs {
-        args.memory.check_threads(args.trace.threads)?;
+        memory::check_threads(args.trace.threads)?;
         let limit = args.memory.beside(size, job.pixel_bytes(args))?;
         render_scene(args, &settings, job, limit, &interrupt, &mut since, &mut verdicts)?;
     }

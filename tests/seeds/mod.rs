@@ -70,7 +70,9 @@ fn plies(seeds: &mut Vec<Seed>) {
             }
             for face in faces {
                 put(face.len() as i32, ("uchar", 1));
-                face.iter().for_each(|&corner| put(corner, index));
+                for &corner in face {
+                    put(corner, index);
+                }
                 put(200, ("uchar", 1));
             }
             add(seeds, "ply", &format!("{kind}-{encoding}.ply"), bytes);
@@ -115,9 +117,9 @@ fn solids(seeds: &mut Vec<Seed>) {
     let mut bytes = vec![b' '; 80];
     bytes.extend(2u32.to_le_bytes());
     for x in [0.0, 2.0] {
-        facet(x)
-            .iter()
-            .for_each(|number| bytes.extend(number.to_le_bytes()));
+        for number in facet(x) {
+            bytes.extend(number.to_le_bytes());
+        }
         bytes.extend([0; 2]);
     }
     add(seeds, "stl", "binary.stl", &bytes[..]);

@@ -78,7 +78,7 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
             2 => {
                 current = builder
                     .add_material(material(u)?)
-                    .expect("all numbers are shares")
+                    .expect("all numbers are shares");
             }
             3..=5 => {
                 let _ = builder.add_sphere(point(u)?, coordinate(u)?.abs(), current);
