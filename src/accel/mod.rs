@@ -35,7 +35,7 @@ mod tree;
 
 pub use binary::{BinaryBvh, BinaryNode};
 pub use node::{Child, Node8};
-pub use prefetch::prefetch;
+pub use prefetch::{Places, prefetch};
 pub use quality::BuildQuality;
 
 use emit::Wide;

@@ -19,15 +19,24 @@ const KIND: u32 = 3 << 30;
 pub struct Child(u32);
 
 impl Child {
+    /// Its [`kind`](Self::kind) is an inner node.
+    pub const INNER: usize = 0;
+    /// Its [`kind`](Self::kind) is a block of triangles.
+    pub const TRIANGLES: usize = 1;
+    /// Its [`kind`](Self::kind) is a block of spheres.
+    pub const SPHERES: usize = 2;
+    /// Its [`kind`](Self::kind) is no child.
+    pub const EMPTY: usize = 3;
+
     /// No child.
     pub const NONE: Self = Self(EMPTY);
-    /// The most blocks of a kind.
+    /// The most nodes, and the most blocks of a kind.
     pub const MAX_BLOCKS: usize = 1 << 27;
 
     /// Inner node `index`.
     #[must_use]
     pub fn inner(index: usize) -> Self {
-        debug_assert!(index < TRIANGLES as usize);
+        debug_assert!(index < Self::MAX_BLOCKS);
         Self(index as u32)
     }
 
@@ -59,6 +68,13 @@ impl Child {
         Self(bits)
     }
 
+    /// What this is, as a number below four.
+    #[inline(always)]
+    #[must_use]
+    pub fn kind(self) -> usize {
+        (self.0 >> 30) as usize
+    }
+
     /// Whether this is an inner node.
     #[inline(always)]
     #[must_use]
@@ -77,11 +93,14 @@ impl Child {
     #[inline(always)]
     #[must_use]
     pub fn index(self) -> usize {
-        (if self.is_inner() {
-            self.0
-        } else {
-            self.0 & 0x07ff_ffff
-        }) as usize
+        (self.0 & 0x07ff_ffff) as usize
+    }
+
+    /// A bit for each primitive of a block.
+    #[inline(always)]
+    #[must_use]
+    pub fn count_bits(self) -> u32 {
+        (2 << (self.0 >> 27 & 7)) - 1
     }
 
     /// Primitives of a block.

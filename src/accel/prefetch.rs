@@ -7,24 +7,44 @@
 
 use super::{Bvh, Child};
 
+/// Where each [kind](Child::kind) of child begins, and how long one is: to ask for memory without a branch on the kind.
+#[derive(Clone, Copy)]
+pub struct Places([(*const u8, usize); 4]);
+
 impl Bvh {
-    /// Asks for `child`'s memory, which will be visited soon.
+    /// See [`Places`].
     #[inline(always)]
-    pub fn prefetch(&self, child: Child) {
-        if child.is_inner() {
-            lines(self.nodes(), child.index());
-        } else if child.is_triangles() {
-            lines(self.triangle_blocks(), child.index());
-        } else {
-            lines(self.sphere_blocks(), child.index());
+    #[must_use]
+    pub fn places(&self) -> Places {
+        fn of<T>(column: &[T]) -> (*const u8, usize) {
+            (column.as_ptr().cast(), size_of::<T>())
         }
+        Places([
+            of(self.nodes()),
+            of(self.triangle_blocks()),
+            of(self.sphere_blocks()),
+            of::<u8>(&[]),
+        ])
     }
 }
 
-#[inline(always)]
-fn lines<T>(of: &[T], index: usize) {
-    if let Some(element) = of.get(index) {
-        prefetch(element);
+impl Places {
+    /// Asks for the memory of what `child` stands for, which will be visited soon: five cache lines, as many as a block of
+    /// triangles has. (Four, without its ids: -4 to -8 % on large scenes.)
+    #[inline(always)]
+    pub fn prefetch(&self, child: Child) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            let (base, size) = self.0[child.kind()];
+            let start = base.wrapping_add(child.index() * size);
+            for offset in [0, 64, 128, 192, 256] {
+                // SAFETY: a prefetch reads nothing and never faults.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(offset).cast()) };
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = (self.0, child);
     }
 }
 

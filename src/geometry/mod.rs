@@ -16,5 +16,6 @@ mod triangle;
 pub use bounds::{Slabs8, pad, padded};
 pub use sphere::{SphereBlock, intersect_spheres};
 pub use triangle::{
-    EDGE_ERROR, EdgeFunctions, Edges, TriangleBlock, TriangleHits, first_look_reach, near_vertex,
+    EDGE_ERROR, EdgeFunctions, EdgeLines, Edges, TriangleBlock, TriangleHits, first_look_reach,
+    lines_look_reach, near_vertex,
 };

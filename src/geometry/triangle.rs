@@ -43,6 +43,27 @@ pub fn first_look_reach(distance: f32) -> f32 {
     FIRST_LOOK * 2.0 * distance
 }
 
+/// What the first look by lines allows for. Beyond what [`EdgeFunctions`] allow for there is the rounding of the edge
+/// functions themselves, 11.5, and of both products of the lines: the sum of corners 2, a cross product 3.5 and six
+/// multiply-adds for the one, the origin 1, a cross product 3.5 and the same six for the other.
+const LINES_LOOK: f32 = 48.0 / (1 << 24) as f32;
+
+/// Beyond this the moments of lines overflow.
+const FARTHEST_LINES: f32 = 1e18;
+
+/// What [`EdgeLines::tolerance`] is of a triangle whose longest edge is 1, if no corner is farther from the origins than
+/// `distance`, and no origin is farther from the point that lines are relative to than `extent`.
+#[inline(always)]
+#[must_use]
+pub fn lines_look_reach(distance: f32, extent: f32) -> f32 {
+    let sum = distance + extent;
+    if sum < FARTHEST_LINES {
+        LINES_LOOK * 2.0 * sum
+    } else {
+        f32::INFINITY
+    }
+}
+
 /// Up to eight triangles, a column a coordinate. Lanes past the last triangle repeat a point: they have no
 /// area and are never hit.
 #[derive(Clone, Copy, Debug)]
@@ -91,6 +112,19 @@ impl TriangleBlock {
             w: turn(edges.w.cross(b + c)),
             normal: turn(edges.normal),
             plane: plane ^ flip,
+            tolerance: edges.longest() * reach,
+        }
+    }
+
+    /// The triangles' edges as lines relative to a point (the same in all lanes); for `reach` see
+    /// [`lines_look_reach`].
+    #[inline(always)]
+    #[must_use]
+    pub fn edge_lines(&self, edges: &Edges, point: Vec3x8, reach: F32x8) -> EdgeLines {
+        let (a, b, c) = (self.v0 - point, self.v1 - point, self.v2 - point);
+        EdgeLines {
+            edges: [edges.u, edges.v, edges.w],
+            moments: [edges.u.cross(c + a), edges.v.cross(a + b), edges.w.cross(b + c)],
             tolerance: edges.longest() * reach,
         }
     }
@@ -156,6 +190,19 @@ impl Edges {
         )
         .sqrt()
     }
+}
+
+/// The edges of up to eight triangles as lines in Plücker coordinates: an edge and its moment. With d a ray's direction and
+/// m twice its moment, (origin - point) x d, `d.moment - edge.m` is the edge function that
+/// [`EdgeFunctions`] tell but for rounding, in six multiply-adds whatever the origin. Good for a first look only.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeLines {
+    /// As in [`Edges`]: u, v, w.
+    pub edges: [Vec3x8; 3],
+    /// An edge times twice its middle.
+    pub moments: [Vec3x8; 3],
+    /// How far on the wrong side of 0 an edge function may be at first look.
+    pub tolerance: F32x8,
 }
 
 /// Triangles as seen from an origin, a lane a pair of triangle and origin. All vectors are turned so that the

@@ -115,6 +115,18 @@ pub fn min_lane(a: F32x8) -> f32 {
     a.to_array().into_iter().fold(f32::INFINITY, math::min)
 }
 
+/// The smallest lane, in all lanes; none may be NaN.
+#[inline(always)]
+#[must_use]
+pub fn min_everywhere(a: F32x8) -> F32x8 {
+    let [low, high]: [wide::f32x4; 2] = bytemuck::cast(a);
+    let m = low.fast_min(high);
+    let [m0, m1, m2, m3] = m.to_array();
+    let m = m.fast_min(wide::f32x4::new([m2, m3, m0, m1]));
+    let [m0, m1, ..] = m.to_array();
+    splat(if m0 < m1 { m0 } else { m1 })
+}
+
 /// The largest lane.
 #[inline]
 #[must_use]

@@ -19,10 +19,11 @@ use crate::{
     accel::{Child, Node8},
     simd::{
         F32x8, LANES, lane,
-        lanes::{Column, LaneMask, Lanes, Vec3Lanes, unpack},
+        lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes, unpack},
         splat,
     },
 };
+use glam::Vec3;
 
 /// A subtree still to visit, the packets that may hit something in it, and the least q of it (the least t, without
 /// a frustum).
@@ -42,6 +43,10 @@ pub(super) struct Culling<'a, V> {
     pub regroup: bool,
     /// See [`first_look_reach`](crate::geometry::first_look_reach).
     pub reach: f32,
+    /// What lines are relative to: where the origins' box begins. (Only for rays with their own origins.)
+    pub point: Vec3,
+    /// See [`lines_look_reach`](crate::geometry::lines_look_reach).
+    pub lines_reach: f32,
 }
 
 impl Tracer<'_> {
@@ -92,7 +97,7 @@ impl Tracer<'_> {
             let taken = if SHARED {
                 leaf::shared_origin::<V, ANY>(bvh, child, culling.frustum, reach, packets, states)
             } else {
-                leaf::separate_origins::<V, ANY>(bvh, child, reach, packets, states)
+                leaf::separate_origins::<V, ANY>(bvh, child, culling, packets, states)
             };
             for p in bits(taken) {
                 self.update_limit::<V>(culling, &mut q_limit, p);
@@ -142,7 +147,7 @@ impl Tracer<'_> {
         let mut near8 = seen.map_or(splat(0.0), |seen| seen.q_near);
         let mut chosen = pairs.children();
         if culling.exact {
-            let entering = entering::<V, SHARED>(node, &pairs, &self.packets);
+            let entering = entering::<V, SHARED>(node, &pairs, &self.packets, &mut self.near);
             pairs = entering.pairs;
             chosen = pairs.children();
             if culling.regroup {
@@ -154,13 +159,14 @@ impl Tracer<'_> {
                 near8 = nearest8::<V>(node, &pairs, &self.packets);
             }
         }
+        let places = self.bvh.places();
         let mut order = [0; LANES];
         let count = V::push_nearest_last(&mut order, near8, &[0, 1, 2, 3, 4, 5, 6, 7], chosen);
         for &entry in order.iter().take(count) {
             let (q_near, c) = unpack(entry);
             let c = c as usize % LANES;
             let child = node.child[c];
-            self.bvh.prefetch(child);
+            places.prefetch(child);
             self.bundle_stack.push(Entry {
                 child,
                 packets: pairs.packets(c),
@@ -178,7 +184,7 @@ impl Tracer<'_> {
                     self.items.push(Item {
                         ray: (p * V::COUNT + i) as u32,
                         child: node.child[c % LANES],
-                        near: 0.0,
+                        near: self.near[(c * PACKETS + p) % PAIRS].0[i % MOST_LANES],
                     });
                 }
             }
@@ -187,7 +193,7 @@ impl Tracer<'_> {
 }
 
 /// Pairs of a node's children and a bundle's packets.
-const PAIRS: usize = LANES * PACKETS;
+pub(super) const PAIRS: usize = LANES * PACKETS;
 
 /// Sixteen bits a child, four children a word.
 #[derive(Clone, Copy, Debug, Default)]
@@ -239,6 +245,7 @@ fn entering<V: Lanes, const SHARED: bool>(
     node: &Node8,
     pairs: &Pairs,
     states: &[Packet; PACKETS],
+    nears: &mut [Column; PAIRS],
 ) -> Entering {
     let mut entering = Entering {
         pairs: Pairs::default(),
@@ -261,6 +268,7 @@ fn entering<V: Lanes, const SHARED: bool>(
             entering.pairs.0[word] |= enters << pair;
             entering.more.0[word] += (u64::from(lanes.count_ones()) - enters) << (pair / PACKETS * PACKETS);
             entering.lanes[(c * PACKETS + p) % PAIRS] = lanes as u16;
+            near.store(&mut nears[(c * PACKETS + p) % PAIRS]);
         }
     }
     entering

@@ -1,9 +1,9 @@
 //! Leaf blocks against the packets of a bundle.
 
-use super::{PACKETS, bits, bits64, frustum::BundleFrustum, rays::Packet};
+use super::{PACKETS, bits, bits64, bundle::Culling, frustum::BundleFrustum, rays::Packet};
 use crate::{
     accel::{Bvh, Child},
-    geometry::{EdgeFunctions, Edges, SphereBlock, TriangleBlock, near_vertex, pad},
+    geometry::{EdgeFunctions, EdgeLines, Edges, SphereBlock, TriangleBlock, near_vertex, pad},
     simd::{
         LANES, Vec3x8, lane,
         lanes::{Column, LaneMask, Lanes, Vec3Lanes},
@@ -103,12 +103,14 @@ fn weights<V: Lanes>(d: &Vec3Lanes<V>, edges8: &EdgeFunctions, i: usize) -> Weig
 /// With more packets than this, triangles are first tested against the frustum of all of them.
 const ALL_FIRST: u32 = 2;
 
-/// A block against packets whose rays have their own origins.
+/// A block against packets whose rays have their own origins: first as lines, which takes half the operations of the
+/// canonical edge functions, then canonically those pairs that are left. (Mirror rays: interior 9.9 to 11.2 Mrays/s, figure
+/// 46 to 51, terrain 4.7 to 4.9.)
 #[inline(always)]
 pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     bvh: &Bvh,
     leaf: Child,
-    reach: f32,
+    culling: &Culling<'_, V>,
     packets: u32,
     states: &mut [Packet; PACKETS],
 ) -> u32 {
@@ -117,46 +119,75 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
     let edges8: Edges = block.edges();
-    let least8 = edges8.longest() * splat(-reach);
-    let mut taken = 0;
-    for i in 0..leaf.count() {
-        let v0 = vector::<V>(&block.v0, i);
-        let v1 = vector::<V>(&block.v1, i);
-        let v2 = vector::<V>(&block.v2, i);
-        let eu = vector::<V>(&edges8.u, i);
-        let ev = vector::<V>(&edges8.v, i);
-        let ew = vector::<V>(&edges8.w, i);
-        let normal = vector::<V>(&edges8.normal, i);
-        for p in bits(packets) {
-            let state = &mut states[p % PACKETS];
-            let o = Vec3Lanes::<V>::load(&state.origin);
-            let d = Vec3Lanes::<V>::load(&state.direction);
-            let (a, b, c) = (v0 - o, v1 - o, v2 - o);
-            let plane = normal.dot(a);
-            let flip = plane.sign();
-            let weights = [
-                d.dot(eu.cross(c + a)).turn(flip),
-                d.dot(ev.cross(a + b)).turn(flip),
-                d.dot(ew.cross(b + c)).turn(flip),
-            ];
-            let look = smallest(weights).ge(V::splat(lane(&least8, i)));
-            if look.bits() != 0 {
-                let (lower, upper) = block.padded_boxes();
-                let bounds = (vector::<V>(&lower, i) - o, vector::<V>(&upper, i) - o);
-                // Turned before the product, as elsewhere: the sign of a determinant of 0 depends on it.
-                let turned = Vec3Lanes {
-                    x: normal.x.turn(flip),
-                    y: normal.y.turn(flip),
-                    z: normal.z.turn(flip),
-                };
-                let determinant = d.dot(turned);
-                let t = plane.turn(flip) / determinant;
-                let hit = hit::<V, ANY>(state, block, i, look, weights, t, bounds);
-                taken |= u32::from(hit) << p;
-            }
+    let lines8 = block.edge_lines(&edges8, Vec3x8::splat(culling.point), splat(culling.lines_reach));
+    let mut looks = [(0_u8, 0_u8); PACKETS * LANES];
+    let mut count = 0;
+    for p in bits(packets) {
+        let state = &states[p % PACKETS];
+        let d = Vec3Lanes::<V>::load(&state.direction);
+        let m = Vec3Lanes::<V>::load(&state.moment);
+        let live = state.live_bits::<V>();
+        for i in 0..leaf.count() {
+            let outside = outside(&d, &m, &lines8, i);
+            looks[count % (PACKETS * LANES)] = (p as u8, i as u8);
+            count += usize::from(live & !outside.bits() != 0);
         }
     }
+    if count == 0 {
+        return 0;
+    }
+    let least8 = edges8.longest() * splat(-culling.reach);
+    let (lower8, upper8) = block.padded_boxes();
+    let mut taken = 0;
+    for &(p, i) in &looks[..count] {
+        let (p, i) = (usize::from(p), usize::from(i));
+        let state = &mut states[p % PACKETS];
+        let o = Vec3Lanes::<V>::load(&state.origin);
+        let d = Vec3Lanes::<V>::load(&state.direction);
+        let a = vector::<V>(&block.v0, i) - o;
+        let b = vector::<V>(&block.v1, i) - o;
+        let c = vector::<V>(&block.v2, i) - o;
+        let normal = vector::<V>(&edges8.normal, i);
+        let plane = normal.dot(a);
+        let flip = plane.sign();
+        let weights = [
+            d.dot(vector::<V>(&edges8.u, i).cross(c + a)).turn(flip),
+            d.dot(vector::<V>(&edges8.v, i).cross(a + b)).turn(flip),
+            d.dot(vector::<V>(&edges8.w, i).cross(b + c)).turn(flip),
+        ];
+        let look = smallest(weights).ge(V::splat(lane(&least8, i)));
+        let bounds = (vector::<V>(&lower8, i) - o, vector::<V>(&upper8, i) - o);
+        // Turned before the product, as elsewhere: the sign of a determinant of 0 depends on it.
+        let turned = Vec3Lanes {
+            x: normal.x.turn(flip),
+            y: normal.y.turn(flip),
+            z: normal.z.turn(flip),
+        };
+        let determinant = d.dot(turned);
+        let t = plane.turn(flip) / determinant;
+        let hit = hit::<V, ANY>(state, block, i, look, weights, t, bounds);
+        taken |= u32::from(hit) << p;
+    }
     taken
+}
+
+/// Lanes whose rays, taken as lines, clearly pass outside triangle `i`: some edges have them on one side, some on the
+/// other.
+#[inline(always)]
+fn outside<V: Lanes>(d: &Vec3Lanes<V>, m: &Vec3Lanes<V>, lines8: &EdgeLines, i: usize) -> V::Mask {
+    let u = beside(d, m, vector(&lines8.edges[0], i), vector(&lines8.moments[0], i));
+    let v = beside(d, m, vector(&lines8.edges[1], i), vector(&lines8.moments[1], i));
+    let w = beside(d, m, vector(&lines8.edges[2], i), vector(&lines8.moments[2], i));
+    let tolerance = lane(&lines8.tolerance, i);
+    u.min(v).min(w).lt(V::splat(-tolerance)) & u.max(v).max(w).gt(V::splat(tolerance))
+}
+
+/// The edge function: on which side of the line with `edge` and `moment` rays pass.
+#[inline(always)]
+fn beside<V: Lanes>(d: &Vec3Lanes<V>, m: &Vec3Lanes<V>, edge: Vec3Lanes<V>, moment: Vec3Lanes<V>) -> V {
+    let by_moment = d.x.mul_add(moment.x, d.y.mul_add(moment.y, d.z * moment.z));
+    let by_edge = m.x.mul_add(edge.x, m.y.mul_add(edge.y, m.z * edge.z));
+    by_moment - by_edge
 }
 
 #[inline(always)]
@@ -277,4 +308,77 @@ fn chord<V: Lanes>(state: &Packet, block: &SphereBlock, i: usize) -> (V, V) {
         z: d.z.mul_add(nearest, from_center.z),
     };
     (nearest, radius * radius - aside.dot(aside))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        geometry::{first_look_reach, lines_look_reach},
+        ray::{PrimitiveId, RayPacket},
+        simd::F32x8,
+    };
+
+    /// Rays at corners, at edges and past them, of triangles of all shapes, near and far from their origins.
+    #[test]
+    fn lines_let_through_what_the_first_look_does() {
+        let mut random = fastrand::Rng::with_seed(11);
+        let mut unit = move || random.f32() * 2.0 - 1.0;
+        let mut vector = |size: f32| Vec3::new(unit(), unit(), unit()) * size;
+        let mut looked = 0;
+        for round in 0..20_000 {
+            let size = [1e-3, 1.0, 1e3, 1e15][round % 4];
+            let around = vector([0.0, 1.0, 1e4][round % 3] * size);
+            let corners = [(); 3].map(|()| around + vector(size));
+            let sliver = [corners[0], corners[1], (corners[0] + corners[1]) * 0.5];
+            let corners = if round % 5 == 0 { sliver } else { corners };
+            let block = TriangleBlock::new(&[(PrimitiveId(0), corners)]);
+            let origins = [(); LANES].map(|()| around + vector(3.0 * size));
+            let mut part = vector(1.0);
+            let directions = origins.map(|origin| {
+                part = Vec3::new(part.y, part.z, (part.x * 7.0).fract());
+                let at = corners[0]
+                    + (corners[1] - corners[0]) * part.x.abs()
+                    + (corners[2] - corners[0]) * [0.0, part.y][round % 2];
+                (at - origin).normalize()
+            });
+            let rays = RayPacket {
+                origin: Vec3x8::from_lanes(origins),
+                direction: Vec3x8::from_lanes(directions),
+                t_max: splat(f32::MAX),
+            };
+            let far = |o: Vec3| {
+                corners
+                    .map(|c| (c - o).abs().element_sum())
+                    .into_iter()
+                    .fold(0.0, f32::max)
+            };
+            let distance = origins.into_iter().map(far).fold(0.0, f32::max);
+            let point = origins.into_iter().fold(origins[0], Vec3::min);
+            let extent = (origins.into_iter().fold(origins[0], Vec3::max) - point).element_sum();
+            let mut packet = Packet::EMPTY;
+            packet.set::<F32x8>(&rays, &rays);
+            packet.take_moments::<F32x8>(point);
+            let lines = block.edge_lines(
+                &block.edges(),
+                Vec3x8::splat(point),
+                splat(lines_look_reach(distance, extent)),
+            );
+            let [d, m] = [&packet.direction, &packet.moment].map(Vec3Lanes::<F32x8>::load);
+            let outside = outside(&d, &m, &lines, 0).bits();
+            for (lane, (origin, direction)) in origins.into_iter().zip(directions).enumerate() {
+                let edges = block.edge_functions(Vec3x8::splat(origin), splat(first_look_reach(distance)));
+                let look = edges.first_look(edges.weights(&Vec3x8::splat(direction))) & 1;
+                looked += look;
+                assert!(
+                    look & outside >> lane == 0,
+                    "round {round}: {corners:?} {origin} {direction}"
+                );
+            }
+        }
+        assert!(
+            (60_000..140_000).contains(&looked),
+            "{looked} of 160,000 looked at"
+        );
+    }
 }

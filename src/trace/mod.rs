@@ -13,16 +13,17 @@ mod single;
 
 use crate::{
     accel::{Bvh, prefetch},
-    geometry::first_look_reach,
+    geometry::{first_look_reach, lines_look_reach},
     math::Aabb,
     ray::{HitPacket, RayPacket},
     simd::{
         F32x8, LANES,
-        lanes::{Lanes, MOST_LANES},
+        lanes::{Column, Lanes, MOST_LANES},
     },
 };
 use bundle::Culling;
 use frustum::BundleFrustum;
+use glam::Vec3;
 use rays::Packet;
 
 /// The most packets of a bundle: as many as a packet has rays.
@@ -57,8 +58,9 @@ pub enum Origins {
 /// Where a bundle's rays have gone on one by one in this many halves of a subtree each, they are scattered: the bundle
 /// was of no use, nor would the next ones be.
 const SCATTERED: usize = 2;
-/// So many bundles of scattered rays go one by one before another is tried. (Terrain, mirror rays: +12 %.)
-const SCATTERED_BUNDLES: u32 = 3;
+/// So many bundles of scattered rays go one by one before another is tried, and twice as many each time that proves to
+/// be of no use again, up to so many.
+const SCATTERED_BUNDLES: std::ops::RangeInclusive<u32> = 3..=48;
 
 /// Where sorting has led to scattered rays all the same it is left out so many times.
 const UNSORTED: u32 = 8;
@@ -74,12 +76,16 @@ pub struct Tracer<'a> {
     bounds: Aabb,
     packets: Box<[Packet; PACKETS]>,
     bundle_stack: Vec<bundle::Entry>,
+    /// Where rays enter the children of the node in hand, by child and packet.
+    near: Box<[Column; bundle::PAIRS]>,
     items: Vec<single::Item>,
     sorted: order::Sorted,
     /// How many times sorting is still left out.
     unsorted: u32,
     /// How many bundles of rays with their own origins are still taken for scattered: those go one by one at once.
     scattered: u32,
+    /// How many that were the last time.
+    scattered_before: u32,
     slots: Box<[single::Slot; single::SLOTS]>,
 }
 
@@ -194,11 +200,13 @@ impl<'a> Tracer<'a> {
             bounds: bvh.bounds(),
             packets: Box::new([Packet::EMPTY; PACKETS]),
             bundle_stack: Vec::with_capacity(size),
+            near: Box::new([Column::splat(0.0); bundle::PAIRS]),
             items: Vec::with_capacity(ITEMS),
             sorted: order::Sorted::new(),
             unsorted: 0,
             scattered: 0,
-            slots: Box::new(single::slots(size)),
+            scattered_before: 0,
+            slots: Box::new(single::slots(bvh.stats().depth)),
         }
     }
 
@@ -366,7 +374,10 @@ impl<'a> Tracer<'a> {
             (high - lower[axis]).abs().max((upper[axis] - low).abs())
         });
         // The largest norm is at least the Euclidean one.
-        let reach = first_look_reach(farthest.iter().sum());
+        let farthest = farthest.iter().sum();
+        let reach = first_look_reach(farthest);
+        let point = Vec3::from(lower);
+        let lines_reach = lines_look_reach(farthest, (Vec3::from(upper) - point).element_sum());
         let single =
             self.method == Method::Single || !SHARED && self.method != Method::Packet && self.scattered > 0;
         let regroup = self.method != Method::Packet;
@@ -395,7 +406,14 @@ impl<'a> Tracer<'a> {
                     exact: ANY || !SHARED || !regroup,
                     regroup,
                     reach,
+                    point,
+                    lines_reach,
                 };
+                if !SHARED {
+                    for packet in &mut self.packets[first..first + size] {
+                        packet.take_moments::<V>(point);
+                    }
+                }
                 let packets = ((1 << size) - 1) << first;
                 self.traverse_bundle::<V, ANY, SHARED>(packets, &culling);
             }
@@ -403,8 +421,14 @@ impl<'a> Tracer<'a> {
         }
         if !SHARED && single {
             self.scattered = self.scattered.saturating_sub(1);
-        } else if !SHARED && self.items.len() > count * V::COUNT * SCATTERED / 2 {
-            self.scattered = SCATTERED_BUNDLES;
+        } else if !SHARED {
+            let (least, most) = (*SCATTERED_BUNDLES.start(), *SCATTERED_BUNDLES.end());
+            if self.items.len() > count * V::COUNT * SCATTERED / 2 {
+                self.scattered_before = (2 * self.scattered_before).clamp(least, most);
+                self.scattered = self.scattered_before;
+            } else {
+                self.scattered_before = 0;
+            }
         }
         self.trace_items::<V, ANY>(reach);
     }

@@ -11,6 +11,7 @@ use crate::{
         splat,
     },
 };
+use glam::Vec3;
 
 /// A packet and its best hits. A lane whose `t` is 0 or below is done: nothing replaces it.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +20,9 @@ pub(super) struct Packet {
     pub direction: [Column; 3],
     /// `1 / direction`, finite: the twin of [`Slabs8::inv_direction`].
     pub inv_direction: [Column; 3],
+    /// Twice the rays' moments about a point, `2 (origin - point) x direction`: only while rays with their own origins
+    /// are traced in bundles; see [`EdgeLines`](crate::geometry::EdgeLines).
+    pub moment: [Column; 3],
     /// Nearest hit so far, at first the ray's end. Occlusion: negative once anything is hit.
     pub t: Column,
     /// Edge functions of the nearest hit, second and third corner, and the sum of all three; not yet divided.
@@ -39,6 +43,7 @@ impl Packet {
         origin: [Column([0.0; 16]); 3],
         direction: [Column([0.0; 16]); 3],
         inv_direction: [Column([0.0; 16]); 3],
+        moment: [Column([0.0; 16]); 3],
         t: Column([0.0; 16]),
         weights: [Column([0.0; 16]); 3],
         primitive: Column([0.0; 16]),
@@ -92,6 +97,14 @@ impl Packet {
         V::splat(0.0).store(u);
         V::splat(0.0).store(v);
         V::splat(1.0).store(sum);
+    }
+
+    /// Fills `moment`.
+    #[inline(always)]
+    pub fn take_moments<V: Lanes>(&mut self, point: Vec3) {
+        let origin = Vec3Lanes::<V>::load(&self.origin) - Vec3Lanes::splat(point);
+        let moment = (origin + origin).cross(Vec3Lanes::load(&self.direction));
+        moment.store(&mut self.moment);
     }
 
     /// The nearest hits of one half, for closest-hit traversal.
