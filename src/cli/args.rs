@@ -193,8 +193,8 @@ pub struct ViewArgs {
     #[command(flatten)]
     pub trace: TraceArgs,
 
-    /// Time for a frame while the camera moves, milliseconds; what takes longer is traced more coarsely, but takes up to
-    /// three times as long before it gets coarser than a quarter of the window's sides
+    /// Time for a frame while the camera moves, milliseconds; what takes longer is traced more coarsely, but a picture of
+    /// all pixels may take twice as long, and one of a quarter of the window's sides three times
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 16)]
     pub budget: u32,
 

@@ -1,6 +1,8 @@
 //! Ctrl-C and friends: a command that has something to clean up stops at its own pace, any other at once.
 
 use super::CliError;
+#[cfg(feature = "viewer")]
+use signal_hook::low_level;
 use signal_hook::{consts, flag};
 use std::sync::{
     Arc,
@@ -22,11 +24,27 @@ pub struct Interrupt {
 impl Interrupt {
     /// Takes over the signals: from now on they set a flag.
     pub fn install() -> Result<Self, CliError> {
+        Self::install_with(|_| CliError::Interrupted.exit_code())
+    }
+
+    /// Takes over the signals for a window: at any time they end the process there and then, but for what
+    /// [`Self::hold_during`] holds. What asks the window to close is no failure; Ctrl-C is an interruption, as elsewhere.
+    #[cfg(feature = "viewer")]
+    pub fn install_for_window() -> Result<Self, CliError> {
+        let this = Self::install_with(|signal| match signal {
+            consts::SIGINT => CliError::Interrupted.exit_code(),
+            _ => 0,
+        })?;
+        this.at_once.store(true, Ordering::SeqCst);
+        Ok(this)
+    }
+
+    fn install_with(exit_code: impl Fn(i32) -> u8) -> Result<Self, CliError> {
         let this = Self::default();
-        let exit_code = i32::from(CliError::Interrupted.exit_code());
         let refused = |error| CliError::Failed(format!("cannot watch for signals: {error}"));
         for &signal in SIGNALS {
             // They run in this order.
+            let exit_code = i32::from(exit_code(signal));
             flag::register_conditional_shutdown(signal, exit_code, Arc::clone(&this.at_once))
                 .and_then(|_| flag::register(signal, Arc::clone(&this.requested)))
                 .map_err(refused)?;
@@ -55,6 +73,19 @@ impl Interrupt {
     /// Forgets the signal: the next one counts as the first.
     pub fn forget(&self) {
         self.requested.store(false, Ordering::Relaxed);
+    }
+
+    /// Runs something that must not be cut off, one at a time: a signal that comes meanwhile ends the process afterwards.
+    #[cfg(feature = "viewer")]
+    pub fn hold_during<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.at_once.store(false, Ordering::SeqCst);
+        let result = work();
+        self.at_once.store(true, Ordering::SeqCst);
+        if self.requested() {
+            // Which signal it was is not known; this one ends the process, or the window stays.
+            let _ = low_level::raise(consts::SIGTERM);
+        }
+        result
     }
 
     /// Runs something that leaves nothing to clean up: a signal ends the process there and then.

@@ -35,6 +35,7 @@ const MOST_PICTURES: u32 = 99_999;
 /// [`CliError`].
 pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     let settings = args.trace.settings(args.size)?;
+    let interrupt = Arc::new(Interrupt::install_for_window()?);
     let display = Display::connect()?;
     let aspect = f64::from(settings.width) / f64::from(settings.height);
     let memory = args.memory.limit();
@@ -42,6 +43,7 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
         path: args.scene.clone(),
         mesh: args.mesh.clone(),
         lit_from: Mutex::default(),
+        interrupt: Arc::clone(&interrupt),
         load: {
             let (path, camera, mesh) = (args.scene.clone(), args.camera.clone(), args.mesh.clone());
             Box::new(move |files| input::load_and_list(&path, &camera, &mesh, aspect, memory, files))
@@ -98,7 +100,9 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     let json = serde_json::to_string(&report).unwrap_or_default() + "\n";
     match &args.json {
         Some(path) if path.as_os_str() != "-" => {
-            whole_file::write(path, &Interrupt::default(), |out| out.write_all(json.as_bytes()))
+            let write =
+                || whole_file::write(path, &Interrupt::default(), |out| out.write_all(json.as_bytes()));
+            (interrupt.hold_during(write))
                 .map_err(|error| CliError::writing(&path.display().to_string(), &error))
         }
         Some(_) => super::print(&json),
@@ -121,6 +125,7 @@ struct Program {
     load: Box<LoadScene>,
     /// Of what was loaded last.
     lit_from: Mutex<Option<DVec3>>,
+    interrupt: Arc<Interrupt>,
 }
 
 impl Program {
@@ -174,10 +179,12 @@ impl Host for Program {
         let bytes = Format::Png
             .encode(&Pixels::Bytes(film.clone()).into())
             .map_err(text)?;
-        whole_file::write(Path::new(&name), &Interrupt::default(), |out| {
-            out.write_all(&bytes)
-        })
-        .map_err(|error| text(CliError::writing(&name, &error)))?;
+        let write = || {
+            whole_file::write(Path::new(&name), &Interrupt::default(), |out| {
+                out.write_all(&bytes)
+            })
+        };
+        (self.interrupt.hold_during(write)).map_err(|error| text(CliError::writing(&name, &error)))?;
         Ok(name)
     }
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-use super::worker::Picture;
+use super::mailbox::Picture;
 
 /// Bumped when a field changes its meaning or goes.
 pub const SCHEMA: u32 = 1;

@@ -1,4 +1,7 @@
 //! How large a picture can be traced while the camera moves, learnt from the frames before.
+//!
+//! The rule, for a budget of 16 ms: all pixels, if they take 16 ms; else all pixels, if they take 32 ms; else as many as
+//! take 16 ms, down to a quarter of the window's sides; else that quarter, in up to 48 ms; else still fewer pixels.
 
 use std::time::Duration;
 
@@ -17,6 +20,11 @@ const RECENT: usize = 5;
 /// What a frame may take at most, in times of the budget, before it becomes coarser than [`FIRST_LEVEL`]: 20 frames a
 /// second, unless another budget is asked for.
 const MOST_TIME: u32 = 3;
+/// What a frame of all pixels may take, in times of the budget, before it becomes coarser at all: 31 frames a second of
+/// the sharp picture are worth more than 60 of a coarser one.
+const FULL_TIME: u32 = 2;
+/// A frame that takes so many times the budget, or twice what it may, is given up for a coarser one.
+const GIVE_UP: u32 = 4;
 /// A finer picture is tried only if it should leave so much of the budget, so that the sharpness does not flicker.
 const MARGIN: f64 = 0.9;
 /// Pixels of a finer picture that has not been traced lately are taken to cost so much of what they cost now: a frame
@@ -128,10 +136,16 @@ impl Budget {
                 let first = if is_slow { self.level + 1 } else { 0 };
                 (first..SCALES.len()).find(fits).unwrap_or(SCALES.len() - 1)
             };
-            let mut choices = (1..=MOST_TIME).map(|time| (time, finest(time)));
-            let (time, level) = choices
-                .find(|&(_, level)| level <= FIRST_LEVEL)
-                .unwrap_or((MOST_TIME, finest(MOST_TIME)));
+            let sharp = (1..=FULL_TIME).map(|time| (time, 0));
+            let coarser = (1..=MOST_TIME).map(|time| (time, FIRST_LEVEL));
+            let (time, level) = sharp
+                .chain(coarser)
+                .map(|(time, coarsest)| (time, finest(time), coarsest))
+                .find(|&(_, level, coarsest)| level <= coarsest)
+                .map_or_else(
+                    || (MOST_TIME, finest(MOST_TIME)),
+                    |(time, level, _)| (time, level),
+                );
             if level > self.level {
                 self.levels[self.level].fail();
             }
@@ -179,7 +193,7 @@ impl Budget {
     /// Whether a frame that has taken so long is far out of its time.
     #[must_use]
     pub fn is_overdrawn(&self, elapsed: Duration) -> bool {
-        elapsed.as_secs_f64() > 4.0 * self.target * f64::from(self.time)
+        elapsed.as_secs_f64() > self.target * f64::from(GIVE_UP.max(2 * self.time))
     }
 }
 
@@ -213,7 +227,7 @@ mod tests {
     #[test]
     fn slow_scenes_keep_the_time() {
         for (nanoseconds, width, seconds) in [
-            (20.0, 960, 0.016),
+            (40.0, 640, 0.016),
             (50.0, 640, 0.016),
             (200.0, 320, 0.016),
             // A quarter of the sides, as long as that leaves 20 frames a second.
@@ -233,6 +247,24 @@ mod tests {
     }
 
     #[test]
+    fn the_sharp_picture_stays_for_twice_the_time() {
+        // 33 frames a second of all pixels, then 27.
+        let cost = |milliseconds: f64| milliseconds * 1e6 / (1280.0 * 720.0);
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        for milliseconds in [15.0, 20.0, 28.0, 30.0, 10.0] {
+            for _ in 0..60 {
+                assert!(run(&mut budget, cost(milliseconds), 1).full, "{milliseconds}");
+            }
+        }
+        // Whoever comes from a coarser picture finds it, too.
+        assert!(!run(&mut budget, cost(80.0), 60).full);
+        assert!(run(&mut budget, cost(27.0), 60).full);
+        for _ in 0..100 {
+            assert_eq!(run(&mut budget, cost(37.0), 20).size[0], 640);
+        }
+    }
+
+    #[test]
     fn it_restores_what_it_lowered() {
         let mut budget = Budget::new(DEFAULT_BUDGET);
         assert!(run(&mut budget, 10.0, 3).full);
@@ -242,8 +274,8 @@ mod tests {
 
     #[test]
     fn it_does_not_flicker() {
-        // A full frame would take 15 ms: in time, but too close to it. And so would one of a quarter of the sides.
-        for milliseconds in [15.0, 16.0 * 15.0, 16.0 * 18.0] {
+        // A full frame would take all of its time, or twice that; or one of a quarter of the sides would.
+        for milliseconds in [15.0, 30.0, 16.0 * 15.0, 16.0 * 18.0] {
             let cost = milliseconds * 1e6 / (1280.0 * 720.0);
             let mut budget = Budget::new(DEFAULT_BUDGET);
             let settled = run(&mut budget, cost, 60);
@@ -277,8 +309,8 @@ mod tests {
 
     #[test]
     fn what_is_too_slow_is_tried_less_and_less_often() {
-        // Each frame takes 1 ms for nothing and 10 ns a pixel: three quarters of the side fit, all pixels would not.
-        let mut budget = Budget::new(Duration::from_micros(9500));
+        // Each frame takes 1 ms for nothing and 10 ns a pixel: half of the sides fit, all pixels would take too long.
+        let mut budget = Budget::new(Duration::from_micros(4750));
         let mut tried = Vec::new();
         for frame in 0..3000 {
             let Plan {
@@ -291,7 +323,7 @@ mod tests {
             budget.learn(pixels, Duration::from_secs_f64(1e-3 + pixels as f64 * 1e-8));
         }
         assert!(!tried.is_empty() && tried.len() < 20, "{tried:?}");
-        assert_eq!(budget.plan(WINDOW).size, [960, 540]);
+        assert_eq!(budget.plan(WINDOW).size, [640, 360]);
     }
 
     #[test]

@@ -83,6 +83,19 @@ impl Wanted {
             && self.size == other.size
     }
 
+    /// The same picture, with the BVH instead of brute force.
+    #[must_use]
+    pub fn by_bvh(&self) -> Self {
+        let style = Style {
+            brute: false,
+            ..self.style
+        };
+        Self {
+            style,
+            ..self.clone()
+        }
+    }
+
     /// Whether a pixel costs about the same in both: what was learnt of one is of use for the other.
     #[must_use]
     pub fn same_rays(&self, other: &Self) -> bool {

@@ -1,13 +1,14 @@
 //! The live window: an orbit camera around a scene that is traced anew for every frame.
 //!
 //! [`orbit`], [`budget`], [`progressive`] and [`benchmark`] are plain types that need no window. [`worker`] traces on a
-//! thread of its own, [`window`](self) takes input and shows what is ready, [`watch`] reloads.
+//! thread of its own and gets its wishes through the [`mailbox`], [`window`](self) takes input and shows what is ready, [`watch`] reloads.
 
 pub mod benchmark;
 pub mod boxes;
 pub mod budget;
 pub mod keys;
 pub mod look;
+pub mod mailbox;
 pub mod orbit;
 mod overlay;
 mod primary;

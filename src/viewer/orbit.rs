@@ -15,6 +15,9 @@ pub const MAX_ELEVATION_DEGREES: f64 = 89.99;
 /// The nearest and the farthest distance from what the camera looks at, in units of [`unit_of`] the scene.
 pub const DISTANCES: [f64; 2] = [0.5, 100.0];
 
+/// What is framed is looked at from so many times the distance from which it would touch the picture's edge.
+const FRAME_MARGIN: f64 = 1.08;
+
 /// Where a camera stands, what it looks at, which way is up, and how wide it sees: the options of `octray render`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
@@ -183,16 +186,25 @@ impl Orbit {
     /// Looks at the middle of `bounds`, from where all of it is seen in a picture `aspect` times as wide as it is
     /// high. The direction stays.
     pub fn frame(&mut self, bounds: Aabb, aspect: f64) {
-        let Some(diagonal) = diagonal_of(bounds) else {
+        if diagonal_of(bounds).is_none() {
             return;
-        };
-        let radius = diagonal / 2.0;
-        let target = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) / 2.0;
+        }
+        let (lower, upper) = (bounds.lower.as_dvec3(), bounds.upper.as_dvec3());
+        let target = (lower + upper) / 2.0;
         let half_height = libm::tan(self.pose.fov_degrees.to_radians() / 2.0);
-        let half_angle = libm::atan(half_height * aspect.min(1.0));
-        let backwards = -self.pose.frame()[2];
+        let [right, up, forward] = self.pose.frame();
+        // From here each corner is within the picture: its offsets across and upwards at most half of what is seen at its
+        // depth.
+        let mut distance = 0.0_f64;
+        for corner in 0..8_u32 {
+            let signs = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { -0.5 } else { 0.5 });
+            let v = (upper - lower) * DVec3::from_array(signs);
+            let across = v.dot(right).abs() / (half_height * aspect);
+            let upwards = v.dot(up).abs() / half_height;
+            distance = distance.max(across.max(upwards) - v.dot(forward));
+        }
         self.go_to(Pose {
-            eye: target + backwards * (radius / libm::sin(half_angle)),
+            eye: target - forward * (distance * FRAME_MARGIN),
             target,
             ..self.pose
         });

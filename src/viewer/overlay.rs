@@ -2,8 +2,8 @@
 
 use super::{
     keys,
+    mailbox::Picture,
     screen::{self, Canvas},
-    worker::Picture,
 };
 
 const WHITE: u32 = 0x00ff_ffff;
@@ -28,7 +28,12 @@ pub struct Overlay<'a> {
 /// Writes it, from the top down.
 pub fn overlay(canvas: &mut Canvas<'_>, overlay: &Overlay<'_>) {
     const MARGIN: usize = 8;
-    let scale = if canvas.width >= 1000 { 2 } else { 1 };
+    // Twice as large where all keys still fit.
+    let scale = if canvas.width >= 1000 && canvas.height >= 600 {
+        2
+    } else {
+        1
+    };
     let columns = (canvas.width as usize).saturating_sub(4 * MARGIN) / (8 * scale);
     let mut y = MARGIN;
     let mut show = |text: &str, color: u32| {

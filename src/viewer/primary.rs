@@ -155,23 +155,27 @@ impl<'a> Scratch<'a> {
                     if (frame.stop)() {
                         return rays;
                     }
-                    let mut intersect = EveryPrimitive { scene };
+                    let mut intersect = EveryPrimitive {
+                        scene,
+                        stop: frame.stop,
+                    };
                     let ray = frame.ray(i, y, sample);
                     let (depth, shadows) = (settings.max_depth, settings.shadows);
                     let color = radiance(scene, &mut intersect, ray, depth, shadows, &mut rays);
                     add(&mut self.sums[i], color);
                 }
+            } else if brute && look == Look::Cost {
+                // Whatever it hits, a ray tests them all.
+                let color = heat_color(scene.primitive_count() as u32);
+                self.sums.iter_mut().for_each(|sum| add(sum, color));
             } else if brute {
                 for i in 0..band.len() {
                     if (frame.stop)() {
                         return rays;
                     }
                     let ray = frame.ray(i, y, sample);
-                    let tests = scene.primitive_count() as u32;
-                    add(
-                        &mut self.sums[i],
-                        color(scene, look, &ray, &brute::closest_hit(scene, &ray), tests),
-                    );
+                    let hit = brute::closest_hit(scene, &ray);
+                    add(&mut self.sums[i], color(scene, look, &ray, &hit, 0));
                 }
             } else if look == Look::Cost {
                 for (i, sum) in self.sums.iter_mut().enumerate() {
@@ -242,10 +246,14 @@ fn add(sum: &mut [f32; 3], color: [f32; 3]) {
     }
 }
 
+/// In the middle of what becomes this byte.
+fn heat_color(tests: u32) -> [f32; 3] {
+    heat(tests).map(|byte| (f32::from(byte) + 0.5) / 255.0)
+}
+
 fn color(scene: &Scene, look: Look, ray: &Ray, hit: &Hit, tests: u32) -> [f32; 3] {
     match look {
-        // In the middle of what becomes this byte.
-        Look::Cost => heat(tests).map(|byte| (f32::from(byte) + 0.5) / 255.0),
+        Look::Cost => heat_color(tests),
         Look::Normals if !hit.is_hit() => [0.0; 3],
         Look::Normals => (shading_normal(scene, ray, hit) * 0.5 + 0.5).to_array(),
         _ if !hit.is_hit() => scene.background().color(ray.direction),
@@ -253,17 +261,31 @@ fn color(scene: &Scene, look: Look, ray: &Ray, hit: &Hit, tests: u32) -> [f32; 3
     }
 }
 
+/// Where a ray tests that many primitives, every ray of a pixel asks whether the picture is still wanted; elsewhere asking
+/// would cost more than the test.
+const MANY: usize = 10_000;
+
 /// Brute force, as the lesson has it.
 struct EveryPrimitive<'a> {
     scene: &'a Scene,
+    stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl EveryPrimitive<'_> {
+    fn is_stopped(&self) -> bool {
+        self.scene.primitive_count() > MANY && (self.stop)()
+    }
 }
 
 impl Intersect for EveryPrimitive<'_> {
     fn closest_hit(&mut self, ray: &Ray) -> Hit {
+        if self.is_stopped() {
+            return Hit::miss(T_MAX);
+        }
         brute::closest_hit(self.scene, ray)
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {
-        brute::occluded(self.scene, ray)
+        self.is_stopped() || brute::occluded(self.scene, ray)
     }
 }

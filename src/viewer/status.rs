@@ -1,6 +1,6 @@
 //! What title and overlay say.
 
-use super::worker::Picture;
+use super::mailbox::Picture;
 use std::time::{Duration, Instant};
 
 /// The title changes no more often than this: it is for reading, and each change goes through the window system.
@@ -62,6 +62,9 @@ impl Status {
         }
         let s = if picture.samples == 1 { "" } else { "s" };
         line.push_str(&format!(" - {} sample{s}", picture.samples));
+        if picture.stand_in {
+            line.push_str(" - by the BVH while it moves");
+        }
         if picture.last {
             line.push_str(" - done");
         }

@@ -5,6 +5,7 @@ use super::{
     benchmark::{Benchmark, Report},
     keys::{self, Action},
     look::{Boxes, Look, Model, Style, Wanted},
+    mailbox::{Picture, Shared},
     orbit::{Orbit, Pose, unit_of},
     overlay::{Overlay, copy, overlay},
     probe,
@@ -12,7 +13,7 @@ use super::{
     screen::Canvas,
     status::Status,
     watch::Reloaded,
-    worker::{self, Note, Picture, Shared},
+    worker::{self, Note},
 };
 use crate::{
     heat,
@@ -258,7 +259,10 @@ impl App {
             Action::Cost => {
                 style.look = look(style.look, Look::Cost);
                 if style.look == Look::Cost {
-                    message = Some(format!("nodes and primitives: 1 dark, {} yellow", heat::HOTTEST));
+                    message = Some(format!(
+                        "nodes and primitives a ray tests: 1 dark, {} yellow",
+                        heat::HOTTEST
+                    ));
                 }
             }
             Action::Antialias => {
@@ -323,11 +327,8 @@ impl App {
 
     /// Traces and writes the picture at full quality, while the window goes on.
     fn save(&self) {
-        let (host, proxy, writing) = (
-            Arc::clone(&self.host),
-            self.proxy.clone(),
-            Arc::clone(&self.writing),
-        );
+        let (host, proxy) = (Arc::clone(&self.host), self.proxy.clone());
+        let (writing, shared) = (Arc::clone(&self.writing), Arc::clone(&self.shared));
         let mut wanted = self.wanted();
         // The same picture by the fastest way.
         wanted.style.brute &= wanted.style.look == Look::Cost;
@@ -341,10 +342,20 @@ impl App {
             let model = Arc::clone(&wanted.model);
             let mut renderer = Renderer::new(&model.scene, &model.bvh);
             let mut film = ByteFilm::black(0, 0);
-            let go_on = |_| Flow::Continue(());
+            let go_on = |_| {
+                if shared.has_ended() {
+                    Flow::Break(())
+                } else {
+                    Flow::Continue(())
+                }
+            };
             let traced = worker::trace(&mut renderer, &model, &wanted, wanted.size, n, &mut film, &go_on);
             let saved = traced.map_err(|error| error.to_string()).and_then(|_| {
                 let _writing = writing.lock().unwrap_or_else(PoisonError::into_inner);
+                // Nobody would wait for a file that is begun now.
+                if shared.has_ended() {
+                    return Err("the window is closed".into());
+                }
                 host.save(&film)
             });
             let _ = proxy.send_event(Event::Saved(saved));

@@ -1,10 +1,11 @@
 //! The thread that traces. The window tells it what it wants; the latest wish wins, and what is under way for an
-//! older one at rest is given up. So input waits for no picture.
+//! older one is given up: at rest at once, else when its time is over. So input waits for no picture.
 
 use super::{
     boxes,
     budget::Budget,
     look::{Boxes, Look, Model, Wanted},
+    mailbox::{Picture, Shared, Wish},
     primary,
     progressive::Progressive,
     screen::{self, Canvas},
@@ -16,7 +17,7 @@ use crate::{
 use std::{
     ops::ControlFlow,
     sync::{
-        Arc, Condvar, Mutex, MutexGuard, PoisonError,
+        Arc,
         atomic::{AtomicU64, Ordering},
     },
     time::{Duration, Instant},
@@ -24,37 +25,8 @@ use std::{
 
 /// When nothing has moved for so long, the camera rests.
 const REST: Duration = Duration::from_millis(80);
-/// For so long even the coarsest picture of a camera that has moved on is traced to its end: of pictures that take a
-/// while every one is shown, and of those that take longer still none is waited for.
-const STALE: Duration = Duration::from_secs(1);
 /// How often a long picture says how far it is.
 const PROGRESS: Duration = Duration::from_millis(250);
-/// The epoch in which everything ends.
-const END: u64 = u64::MAX;
-
-/// A finished picture in pixels of the window.
-#[derive(Debug, Default)]
-pub struct Picture {
-    /// 0RGB, row by row.
-    pub pixels: Vec<u32>,
-    /// Pixels across and down.
-    pub size: [u32; 2],
-    /// Pixels that were traced, across and down.
-    pub traced: [u32; 2],
-    /// Samples of each.
-    pub samples: u32,
-    /// Whether every pixel of the window was traced.
-    pub full: bool,
-    /// Whether it is all that there will be: nothing moves, and all samples are in.
-    pub last: bool,
-    /// Rays of all kinds.
-    pub rays: u64,
-    /// Tracing and shading alone.
-    pub elapsed: Duration,
-    /// Whether this was traced in packets, ray by ray, or by neither in particular.
-    pub packets: Option<bool>,
-}
-
 /// What the worker has to say.
 #[derive(Debug)]
 pub enum Note {
@@ -62,112 +34,6 @@ pub enum Note {
     Picture,
     /// So much of the next picture is done, 0 to 1.
     Progress(f32),
-}
-
-/// What the window and the worker share.
-#[derive(Debug, Default)]
-pub struct Shared {
-    inbox: Mutex<Inbox>,
-    arrived: Condvar,
-    /// Counts wishes for other pictures.
-    epoch: AtomicU64,
-    /// The epoch of the last wish for more than another pose or size.
-    turn: AtomicU64,
-    done: Mutex<Done>,
-}
-
-#[derive(Debug, Default)]
-struct Inbox {
-    next: Option<Wish>,
-    latest: Option<Wanted>,
-}
-
-/// What is wanted, and the epoch that it begins.
-#[derive(Clone, Debug)]
-struct Wish {
-    wanted: Wanted,
-    epoch: u64,
-}
-
-#[derive(Debug, Default)]
-struct Done {
-    picture: Option<Picture>,
-    /// Memory of older pictures.
-    spare: Vec<u32>,
-}
-
-/// What is left by a panicked thread is as good as any other state here.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Shared {
-    /// Asks for a picture, instead of all that was asked for before.
-    pub fn post(&self, wanted: Wanted) {
-        let mut inbox = lock(&self.inbox);
-        let mut epoch = self.epoch.load(Ordering::Relaxed);
-        let latest = inbox.latest.as_ref();
-        if !latest.is_some_and(|latest| latest.same_picture(&wanted)) {
-            epoch += 1;
-            self.epoch.store(epoch, Ordering::Relaxed);
-            if !latest.is_some_and(|latest| latest.same_rays(&wanted)) {
-                self.turn.store(epoch, Ordering::Relaxed);
-            }
-        }
-        inbox.latest = Some(wanted.clone());
-        inbox.next = Some(Wish { wanted, epoch });
-        self.arrived.notify_one();
-    }
-
-    /// Ends the worker, soon.
-    pub fn end(&self) {
-        self.epoch.store(END, Ordering::Relaxed);
-        let _inbox = lock(&self.inbox);
-        self.arrived.notify_one();
-    }
-
-    /// The newest picture, if it has not been taken yet; `old` is given back for its memory.
-    pub fn take(&self, old: &mut Picture) -> bool {
-        let mut done = lock(&self.done);
-        let Some(picture) = done.picture.take() else {
-            return false;
-        };
-        done.spare = std::mem::replace(old, picture).pixels;
-        true
-    }
-
-    fn has_ended(&self) -> bool {
-        self.epoch.load(Ordering::Relaxed) == END
-    }
-
-    /// Whether another picture is wanted by now.
-    fn is_over(&self, epoch: u64) -> bool {
-        self.epoch.load(Ordering::Relaxed) != epoch
-    }
-
-    /// Whether a picture of other rays is.
-    fn has_turned(&self, epoch: u64) -> bool {
-        self.turn.load(Ordering::Relaxed) > epoch || self.has_ended()
-    }
-
-    /// The next wish. Waits for it for as long as `patience`, or for ever.
-    fn next(&self, patience: Option<Duration>) -> Option<Wish> {
-        let inbox = lock(&self.inbox);
-        let is_quiet = |inbox: &mut Inbox| inbox.next.is_none() && !self.has_ended();
-        let mut inbox = match patience {
-            None => self
-                .arrived
-                .wait_while(inbox, is_quiet)
-                .unwrap_or_else(PoisonError::into_inner),
-            Some(patience) => {
-                self.arrived
-                    .wait_timeout_while(inbox, patience, is_quiet)
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .0
-            }
-        };
-        inbox.next.take()
-    }
 }
 
 /// Traces what is asked for until [`Shared::end`].
@@ -183,6 +49,7 @@ pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
             budget: Budget::new(budget),
             progressive: Progressive::default(),
             film: ByteFilm::black(0, 0),
+            stands_in: false,
             boxes: (Boxes::Hidden, Vec::new()),
         };
         wish = session.run(first);
@@ -198,6 +65,9 @@ struct Session<'a> {
     budget: Budget,
     progressive: Progressive,
     film: ByteFilm,
+    /// Whether brute force is too slow for a camera that moves, so that the BVH stands in for it: both make the same
+    /// picture.
+    stands_in: bool,
     boxes: (Boxes, Vec<Aabb>),
 }
 
@@ -228,6 +98,7 @@ impl Session<'_> {
             if !new.same_picture(old) {
                 if !new.same_rays(old) {
                     self.budget.forget();
+                    self.stands_in = false;
                 }
                 moving = true;
             }
@@ -235,37 +106,45 @@ impl Session<'_> {
         }
     }
 
-    /// A picture in time: coarser if it must be.
+    /// A picture in time: coarser if it must be. What takes far longer is given up, so that no input waits for it.
     fn moving_frame(&mut self, Wish { wanted, epoch }: &Wish) {
         self.progressive.restart();
         loop {
             let start = Instant::now();
+            let stand_in = self.stands_in.then(|| wanted.by_bvh());
+            let by_bvh = self.stands_in || !wanted.style.brute;
             let plan = self.budget.plan(wanted.size);
             let (shared, budget, done) = (self.shared, self.budget.clone(), AtomicU64::new(0));
-            let traced = self.trace(wanted, plan.size, 1, &|progress| {
+            let traced = self.trace(stand_in.as_ref().unwrap_or(wanted), plan.size, 1, &|progress| {
                 done.fetch_max(progress.pixels_done, Ordering::Relaxed);
-                let elapsed = start.elapsed();
-                let late = !plan.coarsest && budget.is_overdrawn(elapsed);
-                let stale = elapsed > STALE && shared.is_over(*epoch);
-                if late || stale || shared.has_turned(*epoch) {
+                // With nothing coarser to try it is traced to its end, unless the camera has moved on.
+                let has_other = !plan.coarsest || !by_bvh || shared.is_over(*epoch);
+                if shared.has_turned(*epoch) || has_other && budget.is_overdrawn(start.elapsed()) {
                     return ControlFlow::Break(());
                 }
                 ControlFlow::Continue(())
             });
             match traced {
                 Ok(stats) => {
-                    if plan.full {
+                    if plan.full && stand_in.is_none() {
                         self.progressive.done(1);
                     }
-                    self.publish(wanted, &stats, 1, plan.full);
+                    self.publish(stand_in.as_ref().unwrap_or(wanted), *epoch, &stats, 1, plan.full);
                     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
                     self.budget.learn(pixels, start.elapsed());
                     return;
                 }
-                Err(RenderError::Cancelled) if !plan.coarsest && !self.shared.has_turned(*epoch) => {
-                    self.budget.learn_failure(done.into_inner(), start.elapsed());
+                Err(RenderError::Cancelled) if self.shared.has_turned(*epoch) => return,
+                Err(RenderError::Cancelled) if plan.coarsest && by_bvh => return,
+                Err(RenderError::Cancelled) if plan.coarsest => {
+                    self.stands_in = true;
+                    self.budget.forget();
                 }
+                Err(RenderError::Cancelled) => self.budget.learn_failure(done.into_inner(), start.elapsed()),
                 Err(_) => return,
+            }
+            if self.shared.is_over(*epoch) {
+                return;
             }
         }
     }
@@ -291,7 +170,7 @@ impl Session<'_> {
         match traced {
             Ok(stats) => {
                 self.progressive.done(n);
-                self.publish(wanted, &stats, n, true);
+                self.publish(wanted, *epoch, &stats, n, true);
             }
             Err(RenderError::Cancelled) => {}
             // A limit: there will be no better picture than the one that is shown.
@@ -318,25 +197,26 @@ impl Session<'_> {
     }
 
     /// Hands the film over to the window, with what is drawn over it.
-    fn publish(&mut self, wanted: &Wanted, stats: &FrameStats, n: u32, full: bool) {
-        let mut pixels = std::mem::take(&mut lock(&self.shared.done).spare);
+    fn publish(&mut self, wanted: &Wanted, epoch: u64, stats: &FrameStats, n: u32, full: bool) {
+        let mut pixels = self.shared.spare();
         screen::spread(&self.film, wanted.size, &mut pixels);
         let last = full && self.progressive.next(wanted.style.antialias).is_none();
         self.draw_boxes(wanted, &mut pixels, last || n > 1);
         let is_packets = wanted.style.settings.mode == crate::render::Mode::Packet;
         let either = !wanted.style.brute && wanted.style.look != Look::Cost;
-        let picture = Picture {
+        self.shared.publish(Picture {
             pixels,
+            epoch,
             size: wanted.size,
             traced: [self.film.width(), self.film.height()],
             samples: n * n,
             full,
             last,
+            stand_in: self.stands_in && !wanted.style.brute,
             rays: stats.rays.total(),
             elapsed: stats.elapsed,
             packets: either.then_some(is_packets),
-        };
-        lock(&self.shared.done).picture = Some(picture);
+        });
         (self.tell)(Note::Picture);
     }
 
