@@ -90,24 +90,22 @@ fn text(canvas: &mut Canvas<'_>, [x, y]: [usize; 2], line: &str, color: u32, sca
     }
 }
 
-/// Cuts text into lines of at most `columns` characters.
+/// Cuts text into lines of at most `columns` characters, between words where that wastes less than half a line.
 #[must_use]
 pub fn wrap(text: &str, columns: usize) -> Vec<String> {
     let columns = columns.max(8);
-    text.lines()
-        .flat_map(|line| {
-            let letters: Vec<char> = line.chars().collect();
-            let pieces: Vec<String> = letters
-                .chunks(columns)
-                .map(|piece| piece.iter().collect())
-                .collect();
-            if pieces.is_empty() {
-                vec![String::new()]
-            } else {
-                pieces
-            }
-        })
-        .collect()
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        let letters: Vec<char> = line.chars().collect();
+        let mut rest = &letters[..];
+        while rest.len() > columns {
+            let space = (columns / 2..=columns).rev().find(|&i| rest[i] == ' ');
+            lines.push(rest[..space.unwrap_or(columns)].iter().collect());
+            rest = &rest[space.map_or(columns, |space| space + 1)..];
+        }
+        lines.push(rest.iter().collect());
+    }
+    lines
 }
 
 #[cfg(test)]
@@ -146,5 +144,11 @@ mod tests {
     #[test]
     fn long_lines_are_wrapped() {
         assert_eq!(wrap("0123456789\n\nab", 8), ["01234567", "89", "", "ab"]);
+        let text = "beside it: cow";
+        assert_eq!(wrap(text, 10), ["beside it:", "cow"]);
+        assert_eq!(wrap(text, 9), ["beside", "it: cow"]);
+        assert_eq!(wrap(text, 14), [text]);
+        // A word that begins early is cut rather than leave most of a line empty.
+        assert_eq!(wrap("ab 0123456789", 8), ["ab 01234", "56789"]);
     }
 }
