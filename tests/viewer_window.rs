@@ -22,9 +22,11 @@ fn the_window_does_what_its_keys_say() {
     every_key_does_something(&screen);
     mouse_and_flight_move_the_camera(&screen);
     the_window_resizes(&screen);
+    haste_breaks_nothing(&screen);
     changed_files_are_loaded(&screen);
     at_rest_it_uses_no_cpu(&screen);
     it_ends_at_once(&screen);
+    signals_end_it(&screen);
     benchmarks_are_reported(&screen);
 }
 
@@ -207,6 +209,48 @@ fn the_window_resizes(screen: &Screen) {
     viewer.quit("q");
 }
 
+fn haste_breaks_nothing(screen: &Screen) {
+    let mut viewer = Viewer::open(screen, SIZE, &["--view=1"]);
+    // Sizes come and go while the mouse drags.
+    viewer.move_mouse([20, 20]);
+    viewer.button(1, true);
+    for size in [[1, 1], [300, 1], [1, 300], [2, 3], [400, 300]] {
+        viewer.resize(size);
+        viewer.move_mouse([size[0] / 2, size[1] / 2]);
+    }
+    viewer.button(1, false);
+    // All that switches something, twice each, and back again; what was printed or probed does not matter.
+    let toggles = [
+        "r", "n", "h", "a", "b", "B", "m", "i", "question", "f", "2", "5", "c",
+    ];
+    let again = ["r", "n", "h", "a", "b", "B", "m", "i", "question"];
+    viewer.keys(&toggles);
+    viewer.keys(&again);
+    viewer.keys(&["n", "n", "h", "h", "r", "r", "a"]);
+    viewer.resize(SIZE);
+    viewer.key("3");
+    viewer.wait_for_picture("after haste", &viewer.render(&["--view=3"]), 0);
+    viewer.quit("q");
+    // A mesh without extent: nothing to frame, and no light that would matter.
+    let point = triangle("0").replace("-2 -2 0\n2 -2 0\n0 2 0", "0 0 0\n0 0 0\n0 0 0");
+    let mut viewer = Viewer::open_file(screen, "t.ply", &point, SIZE, &["--view=1"]);
+    viewer.keys(&[
+        "a",
+        "f",
+        "B",
+        "bracketright",
+        "bracketright",
+        "m",
+        "m",
+        "bracketleft",
+        "bracketleft",
+    ]);
+    viewer.drag(1, [60, 60], [90, 70]);
+    viewer.key("1");
+    viewer.wait_for_picture("a point", &viewer.render(&["--view=1"]), 2 * BELOW_MESSAGE);
+    viewer.quit("q");
+}
+
 fn changed_files_are_loaded(screen: &Screen) {
     let mut viewer = Viewer::open(screen, SIZE, &["--view=1"]);
     viewer.key("a");
@@ -242,6 +286,9 @@ fn changed_files_are_loaded(screen: &Screen) {
     shows_the_file("a mesh");
     viewer.write("meshes/t.ply", &triangle("1"));
     shows_the_file("another mesh");
+    // Without a light it is dark, and no failure.
+    viewer.write("a.scn", "material 1\nsphere 0 0 0.5 0.9\n");
+    shows_the_file("no light");
     // Nothing at all is a scene, too.
     viewer.write("a.scn", "");
     shows_the_file("an empty scene");
@@ -282,6 +329,15 @@ fn it_ends_at_once(screen: &Screen) {
     viewer.wait_for_change("normals", &shot, 0.05);
     viewer.key("n");
     viewer.wait_for_picture("the BVH again", &expected, BELOW_MESSAGE);
+    // Nor does another pose: a coarser picture, or one of the BVH, shows it at once.
+    viewer.key("b");
+    viewer.wait_for_change("brute force", &expected, 0.05);
+    let shot = viewer.shot();
+    viewer.key("2");
+    viewer.wait_for_change("another pose", &shot, 0.05);
+    viewer.key("b");
+    viewer.key("1");
+    viewer.wait_for_picture("the BVH once more", &expected, BELOW_MESSAGE);
     viewer.key("b");
     viewer.wait_for_change("brute force again", &expected, 0.05);
     viewer.quit("q");
@@ -290,6 +346,32 @@ fn it_ends_at_once(screen: &Screen) {
     let mut viewer = Viewer::open(screen, size, &["--benchmark=1000"]);
     viewer.wait_for_title("1 sample");
     viewer.close();
+}
+
+fn signals_end_it(screen: &Screen) {
+    // A large picture of many samples is being made for a file, and one for the window.
+    let size = [700, 500];
+    for (name, exit_code) in [("TERM", 0), ("HUP", 0), ("INT", 130)] {
+        let mut viewer = Viewer::open(screen, size, &["--mode=scalar"]);
+        viewer.keys(&["s", "s", "s"]);
+        viewer.signal(name, exit_code);
+        // Pictures are whole, and nothing half-written is left.
+        let names = viewer.files();
+        for name in names.iter().filter(|name| name.contains(".png")) {
+            assert!(name.starts_with("a-") && name.ends_with(".png"), "{name}");
+            viewer.picture(name);
+        }
+    }
+    // The same way out while pictures are written.
+    let mut viewer = Viewer::open(screen, size, &[]);
+    viewer.key("a");
+    viewer.keys(&["s", "s", "s", "s"]);
+    viewer.wait_for_file("a-1.png");
+    viewer.quit("q");
+    for name in viewer.files().iter().filter(|name| name.contains(".png")) {
+        assert!(name.starts_with("a-") && name.ends_with(".png"), "{name}");
+        viewer.picture(name);
+    }
 }
 
 fn benchmarks_are_reported(screen: &Screen) {
@@ -319,4 +401,9 @@ fn benchmarks_are_reported(screen: &Screen) {
             .unwrap(),
     );
     no_display.failed(3, "there is no display");
+    // Before any window.
+    let too_large = screen.run(&folder, &["view", "a.scn", "--size=70000x64"]);
+    too_large.failed(1, "more than 32767 pixels");
+    let missing = screen.run(&folder, &["view", "b.scn"]);
+    missing.failed(1, "b.scn: there is no such file");
 }

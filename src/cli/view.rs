@@ -15,7 +15,7 @@ use crate::{
     error::escape,
     render::ByteFilm,
     scene::{Scene, View},
-    viewer::{Display, Host, Options, ViewError, orbit::Pose},
+    viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},
 };
 use clap::ValueEnum;
 use glam::DVec3;
@@ -35,9 +35,14 @@ const MOST_PICTURES: u32 = 99_999;
 /// [`CliError`].
 pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     let settings = args.trace.settings(args.size)?;
+    let (width, height) = (settings.width, settings.height);
+    if width.max(height) > MAX_SIDE {
+        let why = format!("a window of {width}x{height}: no side can have more than {MAX_SIDE} pixels");
+        return Err(CliError::Failed(why));
+    }
     let interrupt = Arc::new(Interrupt::install_for_window()?);
     let display = Display::connect()?;
-    let aspect = f64::from(settings.width) / f64::from(settings.height);
+    let aspect = f64::from(width) / f64::from(height);
     let memory = args.memory.limit();
     let program = Program {
         path: args.scene.clone(),

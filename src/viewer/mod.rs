@@ -33,6 +33,9 @@ use std::{fmt, path::PathBuf, sync::Arc, time::Duration};
 use window::{App, Event};
 use winit::event_loop::{ControlFlow, EventLoop};
 
+/// The most pixels of a window's side: what window systems count in 16 bits, signed.
+pub const MAX_SIDE: u32 = 32_767;
+
 /// What the window leaves to the program that opens it.
 pub trait Host: Send + Sync {
     /// Loads the scene: it, or what is wrong with it; and all files that were asked for, to be watched.

@@ -241,14 +241,41 @@ impl<'a> Viewer<'a> {
         self.ended();
     }
 
+    /// Keys one right after the other.
+    pub fn keys(&self, keys: &[&str]) {
+        self.screen.xdotool(&[&["key", "--delay", "0"], keys].concat());
+    }
+
+    pub fn button(&self, button: u32, is_down: bool) {
+        let what = if is_down { "mousedown" } else { "mouseup" };
+        self.screen.xdotool(&[what, &button.to_string()]);
+    }
+
+    /// Sends a signal by its name, and expects the program to end with that exit code.
+    pub fn signal(&mut self, name: &str, exit_code: i32) {
+        let pid = self.process.id().to_string();
+        let sent = Command::new("kill").args(["-s", name, &pid]).status().unwrap();
+        assert!(sent.success());
+        self.ended_with(exit_code);
+    }
+
+    /// The files beside the scene.
+    pub fn files(&self) -> Vec<String> {
+        self.folder.names()
+    }
+
     fn ended(&mut self) {
+        self.ended_with(0);
+    }
+
+    fn ended_with(&mut self, exit_code: i32) {
         let status = wait_for("the end", || {
             self.process
                 .try_wait()
                 .unwrap()
                 .ok_or_else(|| "a running program".into())
         });
-        assert!(status.success(), "{status}");
+        assert_eq!(status.code(), Some(exit_code), "{status}");
     }
 }
 
