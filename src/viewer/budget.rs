@@ -17,6 +17,8 @@ const FIRST_LEVEL: usize = 4;
 const TRUST: u32 = 30;
 /// Frames of each level that count.
 const RECENT: usize = 5;
+/// Frames between two that were given up, so that each of them was a stutter.
+const STUTTER: u64 = 10;
 /// What a frame may take at most, in times of the budget, before it becomes coarser than [`FIRST_LEVEL`]: 20 frames a
 /// second, unless another budget is asked for.
 const MOST_TIME: u32 = 3;
@@ -60,6 +62,8 @@ struct Measured {
     failures: u32,
     /// Frames since then.
     kept: u32,
+    /// When one of its frames was given up last.
+    given_up: Option<u64>,
 }
 
 impl Measured {
@@ -187,9 +191,15 @@ impl Budget {
         self.levels[self.level].add(cost, self.frame);
     }
 
-    /// The picture planned last was given up after so many of its pixels.
+    /// The picture planned last was given up after so many of its pixels. Where others were in time just before, that is a
+    /// stutter; a second one soon is none.
     pub fn learn_failure(&mut self, pixels: u64, elapsed: Duration) {
-        self.levels[self.level].count = 0;
+        let measured = &mut self.levels[self.level];
+        let last = measured.given_up.replace(self.frame);
+        let is_second = last.is_some_and(|last| self.frame - last < STUTTER);
+        if is_second || measured.count < RECENT {
+            measured.count = 0;
+        }
         self.learn(pixels.max(1), elapsed);
     }
 
@@ -304,6 +314,25 @@ mod tests {
         assert!(run(&mut budget, 90.0, 2).full);
         assert!(run(&mut budget, 10.0, 4).full);
         assert!(!run(&mut budget, 90.0, 3).full);
+    }
+
+    #[test]
+    fn one_frame_that_is_given_up_is_a_stutter_and_two_are_not() {
+        let fail = |budget: &mut Budget| {
+            budget.plan(WINDOW);
+            budget.learn_failure(1000, Duration::from_millis(70));
+            budget.plan(WINDOW)
+        };
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        for _ in 0..5 {
+            assert!(run(&mut budget, 10.0, 20).full);
+            assert!(fail(&mut budget).full);
+        }
+        assert!(!fail(&mut budget).full);
+        // Nothing is known yet: no stutter.
+        let mut budget = Budget::new(DEFAULT_BUDGET);
+        assert!(run(&mut budget, 10.0, 2).full);
+        assert!(!fail(&mut budget).full);
     }
 
     #[test]
