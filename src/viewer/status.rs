@@ -63,7 +63,7 @@ impl Status {
         let s = if picture.samples == 1 { "" } else { "s" };
         line.push_str(&format!(" - {} sample{s}", picture.samples));
         if picture.stand_in {
-            line.push_str(" - by the BVH while it moves");
+            line.push_str(" - by the BVH meanwhile");
         }
         if picture.last {
             line.push_str(" - done");
