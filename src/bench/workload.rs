@@ -4,7 +4,7 @@ use crate::{
     accel::Bvh,
     math::{cross, dot, max_abs, mul_add3, normalize},
     ray::{Hit, HitPacket, Ray, RayPacket, T_MAX},
-    scene::{Camera, Primitive, Scene},
+    scene::{Camera, Primitive, Scene, for_each_packet},
     simd::{F32x8, LANES, gt, splat},
     trace::{Origins, Tracer},
 };
@@ -13,10 +13,6 @@ use glam::Vec3;
 /// Shadow and mirror rays start off the surface by this share of the diagonal of the scene's bounds. (The
 /// renderer's own offset is finer.)
 const OFFSET: f32 = 1e-4;
-
-/// Pixels of a bundle's side, and of a packet.
-const BLOCK: u32 = 16;
-const PACKET: [u32; 2] = [4, 2];
 
 /// What rays are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,30 +110,20 @@ impl Workload {
     }
 }
 
-/// The camera rays of a picture: bundles of 8x8 pixels, row by row; packets of 4x2 pixels.
+/// The camera rays of a picture, in the order of [`for_each_packet`].
 #[must_use]
 pub fn camera_packets(camera: &Camera, width: u32, height: u32) -> Vec<RayPacket> {
     let pixel_rays = camera.pixel_rays(width, height, 1);
-    let blocks = width.div_ceil(BLOCK) * height.div_ceil(BLOCK);
-    let mut packets = Vec::with_capacity(blocks as usize * 32);
-    for block_y in (0..height).step_by(BLOCK as usize) {
-        for block_x in (0..width).step_by(BLOCK as usize) {
-            for packet_i in 0..32 {
-                // Along a Z-order curve, so that pairs are 4x4 pixels.
-                let x = block_x + ((packet_i >> 1 & 1) + (packet_i >> 3 & 1) * 2) * PACKET[0];
-                let y =
-                    block_y + ((packet_i & 1) + (packet_i >> 2 & 1) * 2 + (packet_i >> 4) * 4) * PACKET[1];
-                let inside =
-                    |lane: usize| x + lane as u32 % PACKET[0] < width && y + lane as u32 / PACKET[0] < height;
-                let t_max: [f32; LANES] = std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 });
-                packets.push(RayPacket {
-                    origin: crate::simd::Vec3x8::splat(pixel_rays.eye()),
-                    direction: pixel_rays.directions8(x, y, [0, 0]),
-                    t_max: t_max.into(),
-                });
-            }
-        }
-    }
+    let mut packets = Vec::with_capacity((width.div_ceil(4) * height.div_ceil(2)) as usize);
+    for_each_packet(width, height, |[x, y]| {
+        let inside = |lane: usize| x + lane as u32 % 4 < width && y + lane as u32 / 4 < height;
+        let t_max: [f32; LANES] = std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 });
+        packets.push(RayPacket {
+            origin: crate::simd::Vec3x8::splat(pixel_rays.eye()),
+            direction: pixel_rays.directions8(x, y, [0, 0]),
+            t_max: t_max.into(),
+        });
+    });
     packets
 }
 

@@ -9,7 +9,7 @@ use super::{
     frame::{FrameContext, TileRect},
     renderer::Watch,
     sampling::CameraRays,
-    tile::{fill, for_each_packet},
+    tile::fill,
 };
 use crate::{
     accel::Bvh,
@@ -18,7 +18,7 @@ use crate::{
         cost::{self, Cost, Todo},
         shade::shading_normal,
     },
-    scene::{Camera, Material, Scene},
+    scene::{Camera, Material, Scene, for_each_packet},
     shade::queue::RayQueue,
     simd::{LANES, splat},
     trace::{Origins, Tracer},
@@ -26,7 +26,7 @@ use crate::{
 use rayon::prelude::*;
 
 /// Pixels of a tile; a band of tiles is as many rows.
-const TILE: [u32; 2] = [128, 8];
+const TILE: [u32; 2] = [128, 16];
 
 /// What the ray through a pixel's centre meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,7 +151,7 @@ impl<'a> Finder<'a> {
             }
             let mut packets = self.rays.packets.iter().zip(&self.hits);
             let todo = &mut self.todo;
-            for_each_packet(rect, |[x, y]| {
+            for_each_packet(rect.width, rect.height, |[x, y]| {
                 let Some((rays, hits)) = packets.next() else {
                     return;
                 };

@@ -22,7 +22,7 @@ use thread_local::ThreadLocal;
 
 /// Pixels of a tile. A band of tiles is as many whole rows of the film, so that threads write to pieces of it that
 /// are theirs alone; it is what threads take from each other, so it is low.
-const TILE: [u32; 2] = [128, 8];
+const TILE: [u32; 2] = [128, 16];
 
 /// Renders frames of one scene, and keeps what it needs for that: threads, and each thread's queues. Once each thread
 /// has rendered a tile, nothing is allocated any more. (Where materials or levels are many, queues may still grow;

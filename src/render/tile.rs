@@ -7,15 +7,13 @@ use super::{
 use crate::{
     accel::Bvh,
     ray::{RayPacket, T_MAX},
-    scene::Scene,
+    scene::{Scene, for_each_packet},
     shade::{ShadeSettings, Shader, TileColors, queue::RayQueue},
     simd::{LANES, Mask8, Vec3x8, splat},
     trace::Tracer,
 };
 use std::time::Instant;
 
-/// Pixels of a bundle's side: eight packets of 4x2 pixels.
-const BLOCK: u32 = 8;
 /// Pixels of a packet.
 const PACKET: [u32; 2] = [4, 2];
 
@@ -97,7 +95,7 @@ impl<'a> TileScratch<'a> {
         let samples8 = splat(samples as f32);
         let mut sums = self.sum.packets.iter();
         let mut alphas = self.sum.alpha.iter();
-        for_each_packet(rect, |[x, y]| {
+        for_each_packet(rect.width, rect.height, |[x, y]| {
             let Some(&sum) = sums.next() else { return };
             let alpha8 = alphas.next().map_or(splat(1.0), |&alpha8| alpha8 / samples8);
             // The same bits for one sample, without a division.
@@ -130,23 +128,6 @@ fn store_part<P: Pixel>(from: &[P; ROW], to: &mut [P]) {
     to.copy_from_slice(&from[..to.len()]);
 }
 
-/// Calls `visit` with the top left pixel of each of a tile's packets, block by block.
-#[inline(always)]
-pub(super) fn for_each_packet(rect: TileRect, mut visit: impl FnMut([u32; 2])) {
-    for block_y in (0..rect.height).step_by(BLOCK as usize) {
-        for block_x in (0..rect.width).step_by(BLOCK as usize) {
-            for packet_i in 0..8 {
-                // Along a Z-order curve, so that pairs are 4x4 pixels: those are traced together.
-                let x = block_x + (packet_i >> 1 & 1) * PACKET[0];
-                let y = block_y + ((packet_i & 1) + (packet_i >> 2) * 2) * PACKET[1];
-                if x < rect.width && y < rect.height {
-                    visit([x, y]);
-                }
-            }
-        }
-    }
-}
-
 /// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
 #[inline(never)]
 pub(super) fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
@@ -154,7 +135,7 @@ pub(super) fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2],
     let origin = Vec3x8::splat(context.camera_rays.eye());
     let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
     let mut first = 0;
-    for_each_packet(rect, |[x, y]| {
+    for_each_packet(rect.width, rect.height, |[x, y]| {
         let packet = RayPacket {
             origin,
             direction: context.camera_rays.directions8(left + x, top + y, sample),

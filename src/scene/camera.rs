@@ -258,3 +258,24 @@ impl PixelRays {
             .normalize()
     }
 }
+
+/// Pixels of a block's side: as many as the largest bundle of rays that are traced together.
+const BLOCK: u32 = 16;
+
+/// Calls `visit` with the top left pixel of each packet of 4x2 pixels ([`PixelRays::directions8`]) of a picture or a part
+/// of it, so that neighbours in this order are neighbours in the picture: blocks of 16x16 pixels, row by row, and within
+/// each along a Z-order curve. (Pairs are 4x4 pixels, eight packets 8x8.) Packets may reach beyond the right and lower edge.
+#[inline(always)]
+pub fn for_each_packet(width: u32, height: u32, mut visit: impl FnMut([u32; 2])) {
+    for block_y in (0..height).step_by(BLOCK as usize) {
+        for block_x in (0..width).step_by(BLOCK as usize) {
+            for i in 0..32 {
+                let x = block_x + ((i >> 1 & 1) + (i >> 3 & 1) * 2) * 4;
+                let y = block_y + ((i & 1) + (i >> 2 & 1) * 2 + (i >> 4) * 4) * 2;
+                if x < width && y < height {
+                    visit([x, y]);
+                }
+            }
+        }
+    }
+}

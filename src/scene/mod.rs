@@ -12,7 +12,7 @@ mod weld;
 
 pub use background::Background;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, MeshColumns, SceneBuilder};
-pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View};
+pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View, for_each_packet};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use material::{MAX_ALPHA, Material};
