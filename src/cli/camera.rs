@@ -50,8 +50,8 @@ impl CameraArgs {
         self.applied_to(view).map(Some)
     }
 
-    /// The camera for a scene: that of --eye or --view, else the one that --camera names, else the scene's first one,
-    /// else the course's first viewpoint. --target, --up and --fov change it.
+    /// The camera for a scene: that of --eye or --view, else the one that --camera names, of the scene or of a mesh in it,
+    /// else the scene's own first one, else the course's first viewpoint. --target, --up and --fov change it.
     ///
     /// # Errors
     /// [`CliError::Usage`]: no such camera, or the options make no view.
@@ -59,16 +59,16 @@ impl CameraArgs {
         if let Some(camera) = self.without_scene()? {
             return Ok(camera);
         }
-        let cameras = scene.cameras();
         let view = match &self.camera {
             Some(name) => {
+                let cameras: Vec<_> = scene.cameras().iter().chain(scene.mesh_cameras()).collect();
                 let names: Vec<&str> = cameras
                     .iter()
                     .map(|camera| camera.name.as_deref().unwrap_or_default())
                     .collect();
                 cameras[find("the scene", &names, name)?].camera.view()
             }
-            None => match cameras.first() {
+            None => match scene.cameras().first() {
                 Some(first) => first.camera.view(),
                 None => viewpoint(1)?,
             },
@@ -78,11 +78,17 @@ impl CameraArgs {
 
     /// The camera for a mesh whose `up` axis points up: the one of the file that --camera names, that of --view, else
     /// one that frames the mesh for a picture of that aspect (width over height). --eye, --target, --up and --fov
-    /// change it.
+    /// change it. `turning`: the framing is to hold all the way round the up axis.
     ///
     /// # Errors
     /// [`CliError::Usage`]: no such camera, or the options make no view.
-    pub fn for_mesh(&self, mesh: &LoadedMesh, up: UpAxis, aspect: f64) -> Result<Camera, CliError> {
+    pub fn for_mesh(
+        &self,
+        mesh: &LoadedMesh,
+        up: UpAxis,
+        aspect: f64,
+        turning: bool,
+    ) -> Result<Camera, CliError> {
         if let Some(name) = &self.camera {
             let names: Vec<&str> = mesh.cameras.iter().map(|camera| camera.name.as_str()).collect();
             let camera = &mesh.cameras[find("the mesh", &names, name)?];
@@ -97,7 +103,11 @@ impl CameraArgs {
             fov_degrees: self.fov.unwrap_or(View::FOV_DEGREES),
             aspect,
         };
-        let fit = framed.fit(&mesh.columns)?;
+        let fit = if turning {
+            framed.fit_turning(&mesh.columns)?
+        } else {
+            framed.fit(&mesh.columns)?
+        };
         let target = self.target.unwrap_or(fit.target);
         self.applied_to(View {
             // Without an eye of its own, a target moves the view and leaves its direction.

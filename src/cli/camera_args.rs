@@ -8,8 +8,8 @@ use glam::DVec3;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
-    /// One of the file's own cameras, by name or number [default: a scene's first one, else --view 1; a mesh is framed
-    /// whole]
+    /// One of the file's own cameras, by name or number; of a scene's meshes, too [default: a scene's own first one, else
+    /// --view 1; a mesh is framed whole]
     #[arg(long, value_name = "NAME", conflicts_with_all = ["view", "eye"])]
     pub camera: Option<String>,
 
@@ -38,6 +38,10 @@ pub struct CameraArgs {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Meshes")]
 pub struct MeshArgs {
+    /// The camera will turn around the mesh, which is to stay whole in the picture.
+    #[arg(skip)]
+    pub turning: bool,
+
     /// Which axis of the mesh points up [default: y for .obj, .gltf and .glb, z for .ply and .stl]
     #[arg(long, value_enum, value_name = "AXIS")]
     pub up_axis: Option<UpArg>,

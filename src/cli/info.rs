@@ -157,7 +157,12 @@ impl Info {
                 bottom: scene.background().bottom,
                 top: scene.background().top,
             },
-            cameras: scene.cameras().iter().map(CameraInfo::new).collect(),
+            cameras: scene
+                .cameras()
+                .iter()
+                .chain(scene.mesh_cameras())
+                .map(CameraInfo::new)
+                .collect(),
             includes: scene
                 .sources()
                 .includes

@@ -145,7 +145,7 @@ pub fn load_and_list(
         loaded.columns.smooth_normals(degrees);
     }
     let up = up_axis(&loaded, mesh);
-    let camera = camera.for_mesh(&loaded, up, aspect)?;
+    let camera = camera.for_mesh(&loaded, up, aspect, mesh.turning)?;
     // Of several files: which one. A note about a file beside it names that one.
     let named = |note: String| match note.strip_prefix("left out") {
         Some(_) => format!("{}: {note}", path.display()),

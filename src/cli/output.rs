@@ -3,6 +3,7 @@
 use super::{
     CliError,
     encode::Format,
+    input,
     interrupt::Interrupt,
     names,
     picture::Picture,
@@ -144,6 +145,8 @@ impl Output {
         } else {
             let path = follow_links(path).map_err(|error| CliError::writing(&name, &error))?;
             if found.is_some() && fs::canonicalize(scene).is_ok_and(|scene| scene == path) {
+                // Whoever renders a picture wants to know first that it is no scene.
+                input::is_mesh(scene)?;
                 return Err(CliError::Usage(format!(
                     "the picture {name} would replace the scene"
                 )));

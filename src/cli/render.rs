@@ -5,6 +5,7 @@ use super::{
     aov::AovArg,
     args::{RenderArgs, StatsFormat},
     batch::{self, Job, Verdicts},
+    camera_args::MeshArgs,
     faults::{self, Faults},
     input::{self, Input},
     interrupt::Interrupt,
@@ -67,7 +68,11 @@ fn render_scene(
 ) -> Result<(), CliError> {
     let talkative = !args.quiet && io::stderr().is_terminal();
     let aspect = f64::from(settings.width) / f64::from(settings.height);
-    let load = || input::load(job.scene, &args.camera, &args.mesh, aspect, memory_limit);
+    let mesh = MeshArgs {
+        turning: args.series.turntable.is_some(),
+        ..args.mesh.clone()
+    };
+    let load = || input::load(job.scene, &args.camera, &mesh, aspect, memory_limit);
     let (input, mut load_time) = interrupt.exit_at_once_during(|| timed(load))?;
     let Input {
         scene, camera, notes, ..

@@ -38,12 +38,14 @@ fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> 
         Some((stem, "ply" | "obj" | "stl" | "gltf" | "glb" | "scn")) => Some(stem.to_owned()),
         _ => None,
     };
+    // An extension is easily forgotten.
+    let wanted_stem = stem(&wanted).unwrap_or_else(|| wanted.clone());
     let mut alike: Vec<(usize, String)> = names
         .filter_map(|name| {
             let lower = name.to_lowercase();
             let distance = strsim::damerau_levenshtein(&wanted, &lower);
             let close = distance <= (wanted.chars().count() / 4).max(1);
-            let namesake = stem(&wanted).is_some_and(|wanted| stem(&lower) == Some(wanted));
+            let namesake = stem(&lower).is_some_and(|stem| stem == wanted_stem);
             (close || namesake).then_some((distance, name))
         })
         .collect();
@@ -68,6 +70,7 @@ mod tests {
         assert_eq!(alike("bunnny.ply"), ["bunny.ply", "buny.ply"]);
         assert_eq!(alike("BUNNY.STL"), ["Bunny.obj", "bunny.ply"]);
         assert_eq!(alike("cwo.ply"), ["cow.ply"]);
+        assert_eq!(alike("bunny"), ["Bunny.obj", "bunny.ply"]);
         assert!(alike("dragon.glb").is_empty());
         assert!(alike(&"x".repeat(300)).is_empty());
     }

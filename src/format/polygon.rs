@@ -1,10 +1,117 @@
 //! Triangles of polygons that a fan would not fill: concave ones.
+//!
+//! Readers make a fan of every polygon and keep where it is ([`Fans`]); when all positions are known, what a fan does not
+//! fill is cut anew into as many triangles.
 
+use crate::scene::MeshColumns;
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Polygons with more corners stay fans: cutting can take quadratic time.
 const MOST_CORNERS: usize = 1024;
+/// So many polygons are looked at by one thread at a time.
+const PIECE: usize = 1 << 12;
+
+/// Which triangles of a mesh are polygons of four corners and more.
+#[derive(Default)]
+pub(super) struct Fans(Vec<Run>);
+
+/// Polygons of equally many triangles, one behind the other.
+struct Run {
+    first: usize,
+    each: usize,
+    count: usize,
+}
+
+impl Run {
+    /// The triangles of each polygon.
+    fn polygons(&self) -> impl Iterator<Item = Range<usize>> {
+        let polygon = |i| self.first + i * self.each..self.first + (i + 1) * self.each;
+        (0..self.count).map(polygon)
+    }
+}
+
+impl Fans {
+    /// Notes `count` polygons of `each` triangles from the triangle `first` on. Triangles need no note.
+    #[inline]
+    pub(super) fn add(&mut self, first: usize, each: usize, count: usize) {
+        if each > 1 {
+            self.add_run(Run { first, each, count });
+        }
+    }
+
+    fn add_run(&mut self, mut run: Run) {
+        if let Some(last) = self.0.last_mut()
+            && last.each == run.each
+            && last.first + last.count * last.each == run.first
+        {
+            let more = run.count.min(PIECE - last.count);
+            last.count += more;
+            run.count -= more;
+            run.first += more * run.each;
+        }
+        while run.count > 0 {
+            let count = run.count.min(PIECE);
+            self.0.push(Run { count, ..run });
+            run.count -= count;
+            run.first += count * run.each;
+        }
+    }
+
+    /// Adds those of a part of the mesh, whose first triangle is `first` in the whole.
+    pub(super) fn append(&mut self, part: Self, first: usize) {
+        for run in part.0 {
+            self.add(first + run.first, run.each, run.count);
+        }
+    }
+
+    /// The triangles of each polygon.
+    pub(super) fn polygons(&self) -> impl Iterator<Item = Range<usize>> {
+        self.0.iter().flat_map(Run::polygons)
+    }
+
+    /// Makes other triangles of concave polygons than a fan.
+    pub(super) fn cut_concave(&self, mesh: &mut MeshColumns) {
+        let runs = self.0.par_iter().map_init(Cutter::default, |cutter, run| {
+            let cut = run.polygons().filter_map(|fan| {
+                let start = fan.start;
+                Some((start, cutter.cut_fan(mesh, mesh.triangles.get(fan)?)?))
+            });
+            cut.collect::<Vec<_>>()
+        });
+        let cut: Vec<(usize, Vec<[u32; 3]>)> = runs.flatten_iter().collect();
+        for (start, triangles) in cut {
+            if let Some(fan) = mesh.triangles.get_mut(start..start + triangles.len()) {
+                fan.copy_from_slice(&triangles);
+            }
+        }
+    }
+}
+
+/// The corners of a polygon that is a fan.
+fn ring(fan: &[[u32; 3]]) -> impl Iterator<Item = u32> {
+    let first = fan.first().into_iter().flat_map(|&[a, b, _]| [a, b]);
+    first.chain(fan.iter().map(|&[_, _, c]| c))
+}
+
+/// Whether the triangles of a fan around the first corner all face the same way: then they fill the polygon. Cheap, and
+/// true of nearly all polygons.
+#[inline]
+fn fan_fills(mut corners: impl Iterator<Item = DVec3>) -> bool {
+    let (Some(first), Some(second)) = (corners.next(), corners.next()) else {
+        return true;
+    };
+    let (mut side, mut sum) = (second - first, DVec3::ZERO);
+    corners.all(|corner| {
+        let next = corner - first;
+        let normal = side.cross(next);
+        side = next;
+        sum += normal;
+        normal.dot(sum - normal) >= 0.0
+    })
+}
 
 /// Cuts polygons; keeps its memory from one to the next.
 #[derive(Default)]
@@ -18,7 +125,7 @@ impl Cutter {
     /// sense. `None` where a fan around the first corner does as well, and where nothing fills it (its sides cross, or it
     /// has no area).
     pub(super) fn cut(&mut self, corners: &[DVec3]) -> Option<&[[u32; 3]]> {
-        if corners.len() > MOST_CORNERS || corners.len() < 4 {
+        if corners.len() > MOST_CORNERS || corners.len() < 4 || fan_fills(corners.iter().copied()) {
             return None;
         }
         let flat = flattened(corners);
@@ -35,6 +142,19 @@ impl Cutter {
             }
         }
         (triangles.len() == corners.len() - 2).then_some(triangles)
+    }
+
+    /// The triangles of a polygon of a mesh, where they are others than those of its fan.
+    fn cut_fan(&mut self, mesh: &MeshColumns, fan: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
+        let at = |column: &[f32], i: u32| column.get(i as usize).map_or(0.0, |&x| x.into());
+        let point = |i| DVec3::new(at(&mesh.x, i), at(&mesh.y, i), at(&mesh.z, i));
+        if fan_fills(ring(fan).map(point)) {
+            return None;
+        }
+        let ring: Vec<u32> = ring(fan).collect();
+        let corners: Vec<DVec3> = ring.iter().map(|&i| point(i)).collect();
+        let cut = self.cut(&corners)?.iter();
+        Some(cut.map(|triangle| triangle.map(|i| ring[i as usize])).collect())
     }
 }
 

@@ -52,6 +52,7 @@ pub(super) fn parse(
         meshes: HashSet::new(),
         mesh_files: HashSet::new(),
         copied_bytes: 0,
+        mesh_cameras: 0,
         includes: Includes::default(),
         said: Said::default(),
     };
@@ -95,6 +96,8 @@ struct Reader<'a> {
     mesh_files: HashSet<PathBuf>,
     /// How many bytes of mesh files were read again.
     copied_bytes: u64,
+    /// How many cameras the meshes brought along.
+    mesh_cameras: usize,
     includes: Includes,
     said: Said,
 }

@@ -11,6 +11,7 @@
 use super::{
     mesh::{LoadedMesh, UpAxis},
     place::{TextFault, Words},
+    polygon::Fans,
 };
 use crate::{
     error::{LoadError, SceneError, SourcePos, quote},
@@ -172,6 +173,7 @@ fn text(bytes: &[u8]) -> Result<MeshColumns, TextFault> {
         end: end..end,
     };
     let mut mesh = MeshColumns::default();
+    let mut fans = Fans::default();
     let mut within = false;
     while let Some((word, place)) = reader.words.next() {
         let is = |keyword: &str| word.eq_ignore_ascii_case(keyword.as_bytes());
@@ -182,7 +184,7 @@ fn text(bytes: &[u8]) -> Result<MeshColumns, TextFault> {
             reader.skip_line();
             within = false;
         } else if within && is("facet") {
-            facet(&mut reader, &mut mesh)?;
+            facet(&mut reader, &mut mesh, &mut fans)?;
         } else {
             let expected = if within {
                 "`facet` or `endsolid`"
@@ -199,10 +201,11 @@ fn text(bytes: &[u8]) -> Result<MeshColumns, TextFault> {
             "the file ends without `endsolid`: it is cut short",
         ));
     }
+    fans.cut_concave(&mut mesh);
     Ok(mesh)
 }
 
-fn facet(reader: &mut Reader<'_>, mesh: &mut MeshColumns) -> Result<(), TextFault> {
+fn facet(reader: &mut Reader<'_>, mesh: &mut MeshColumns, fans: &mut Fans) -> Result<(), TextFault> {
     reader.keyword("normal")?;
     for _ in 0..3 {
         reader.next("a number")?;
@@ -226,6 +229,7 @@ fn facet(reader: &mut Reader<'_>, mesh: &mut MeshColumns) -> Result<(), TextFaul
     let corner = |i: usize| (first + i) as u32;
     let corners = mesh.x.len() - first;
     // Three corners are the rule; more are a fan.
+    fans.add(mesh.triangles.len(), corners.saturating_sub(2), 1);
     mesh.triangles
         .extend((2..corners).map(|i| [corner(0), corner(i - 1), corner(i)]));
     reader.keyword("endfacet")

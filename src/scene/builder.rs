@@ -78,6 +78,7 @@ pub struct SceneBuilder {
     ambient: f32,
     background: Background,
     cameras: Vec<NamedCamera>,
+    mesh_cameras: Vec<NamedCamera>,
     sources: Sources,
     /// What all of it may take with its BVH, bytes.
     memory: u64,
@@ -143,6 +144,7 @@ impl SceneBuilder {
             ambient: course::AMBIENT,
             background: Background::constant(course::BACKGROUND),
             cameras: Vec::new(),
+            mesh_cameras: Vec::new(),
             sources: Sources::default(),
             memory: u64::MAX,
         }
@@ -220,6 +222,11 @@ impl SceneBuilder {
     /// Adds a camera to choose from; the first is what the scene is seen by unless somebody asks otherwise.
     pub fn add_camera(&mut self, camera: NamedCamera) {
         self.cameras.push(camera);
+    }
+
+    /// Adds a camera of a mesh, which is never what the scene is seen by unless somebody asks for it.
+    pub fn add_mesh_camera(&mut self, camera: NamedCamera) {
+        self.mesh_cameras.push(camera);
     }
 
     /// Notes that the scene includes a file.
@@ -472,6 +479,7 @@ impl SceneBuilder {
             ambient,
             background,
             cameras,
+            mesh_cameras,
             sources,
             memory: _,
         } = self;
@@ -484,6 +492,7 @@ impl SceneBuilder {
             ambient,
             background,
             cameras,
+            mesh_cameras,
             sources,
             bounds: Aabb::EMPTY,
             degenerate: 0,

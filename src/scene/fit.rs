@@ -3,6 +3,7 @@
 use super::{CameraError, MeshColumns};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 
 /// The share of the picture's half width and height that is left free around a fitted object.
 const MARGIN: f64 = 0.06;
@@ -77,6 +78,77 @@ impl FitView {
             target: eye + forward * (middle - depth),
         })
     }
+
+    /// As [`FitView::fit`], for a camera that will turn about the up axis through its target, which is the middle of
+    /// the mesh's box as seen from above: every vertex stays inside the picture all the way round.
+    ///
+    /// # Errors
+    /// [`CameraError`], where these directions do not make a view.
+    pub fn fit_turning(&self, mesh: &MeshColumns) -> Result<Fit, CameraError> {
+        let axis = self.up.try_normalize().ok_or(CameraError::UpParallel)?;
+        let (middle, rings) = turned_about(axis, mesh);
+        let fit = self.fit(&rings)?;
+        // Where the line of sight meets the axis.
+        let forward = (fit.target - fit.eye).normalize();
+        let (slope, arm) = (axis.dot(forward), fit.eye - middle);
+        let along = (slope * axis.dot(arm) - forward.dot(arm)) / (1.0 - slope * slope);
+        if along.is_nan() || along <= 0.0 {
+            return Ok(fit);
+        }
+        let height = axis.dot(fit.eye + forward * along - middle);
+        let target = middle + axis * height;
+        Ok(Fit { target, ..fit })
+    }
+}
+
+/// What a mesh sweeps when it turns about the middle of its box, roughly: the corners of rings that hold it, and the
+/// middle.
+fn turned_about(axis: DVec3, mesh: &MeshColumns) -> (DVec3, MeshColumns) {
+    const SLICES: usize = 64;
+    const CORNERS: usize = 96;
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
+    let mut rings = MeshColumns::default();
+    let Some([x, y, z, left, front, bottom]) = extents(mesh, &axes) else {
+        return (DVec3::ZERO, rings);
+    };
+    let middle = DVec3::new(x - left, y - front, z - bottom) * 0.5;
+    let places = || {
+        let points = mesh.x.iter().zip(&mesh.y).zip(&mesh.z);
+        points.map(move |((&x, &y), &z)| {
+            let arm = DVec3::new(x.into(), y.into(), z.into()) - middle;
+            let height = axis.dot(arm);
+            (height, (arm - axis * height).length())
+        })
+    };
+    let ends = places().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (height, _)| {
+        [low.min(height), high.max(height)]
+    });
+    let step = ((ends[1] - ends[0]) / SLICES as f64).max(f64::MIN_POSITIVE);
+    let mut widest = [0.0_f64; SLICES];
+    for (height, radius) in places() {
+        let slice = ((height - ends[0]) / step) as usize;
+        if let Some(most) = widest.get_mut(slice.min(SLICES - 1)) {
+            *most = most.max(radius);
+        }
+    }
+    let side = axis.any_orthonormal_vector();
+    let other = axis.cross(side);
+    // Corners outside of the circle, such that the sides between them touch it.
+    let corner = TAU / CORNERS as f64;
+    let outside = 1.0 / libm::cos(0.5 * corner);
+    for (slice, radius) in widest.into_iter().enumerate() {
+        for end in [slice, slice + 1] {
+            for i in 0..CORNERS {
+                let (sin, cos) = libm::sincos(corner * i as f64);
+                let out = (side * cos + other * sin) * radius * outside;
+                let point = middle + axis * (ends[0] + step * end as f64) + out;
+                rings.x.push(point.x as f32);
+                rings.y.push(point.y as f32);
+                rings.z.push(point.z as f32);
+            }
+        }
+    }
+    (middle, rings)
 }
 
 /// How far the points reach along each direction; `None` without points.

@@ -146,6 +146,7 @@ pub struct Scene {
     ambient: f32,
     background: Background,
     cameras: Vec<NamedCamera>,
+    mesh_cameras: Vec<NamedCamera>,
     sources: Sources,
     bounds: Aabb,
     degenerate: usize,
@@ -199,6 +200,12 @@ impl Scene {
     #[must_use]
     pub fn cameras(&self) -> &[NamedCamera] {
         &self.cameras
+    }
+
+    /// The cameras of the scene's meshes, where those stand: to choose from, the scene's own come first.
+    #[must_use]
+    pub fn mesh_cameras(&self) -> &[NamedCamera] {
+        &self.mesh_cameras
     }
 
     /// Where the scene comes from.

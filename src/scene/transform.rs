@@ -1,6 +1,6 @@
 //! Scaling, turning and moving a mesh, in f64 until the end.
 
-use super::MeshColumns;
+use super::{MeshColumns, View};
 use glam::{DMat3, DVec3, Vec3};
 
 /// A scaling, turning and moving of points: `linear * p + offset`.
@@ -71,6 +71,17 @@ impl Transform {
             *bits = (number + 0.0).to_bits();
         }
         bits
+    }
+
+    /// Where a camera stands and looks that moves with a mesh. Its field of view stays.
+    #[must_use]
+    pub fn view(&self, view: &View) -> View {
+        View {
+            eye: self.linear * view.eye + self.offset,
+            target: self.linear * view.target + self.offset,
+            up: self.linear * view.up,
+            ..*view
+        }
     }
 
     /// Moves a mesh's vertices and turns its normals. A mirrored mesh's triangles change their winding, so that

@@ -4,7 +4,7 @@
 use super::{
     super::{
         place::{TextFault, Words},
-        polygon::Cutter,
+        polygon::{Cutter, Fans},
     },
     corner,
 };
@@ -28,8 +28,7 @@ pub(super) struct Corners {
     positions: Vec<[u32; 3]>,
     /// As long as `positions` as soon as one corner has a normal.
     normals: Vec<[u32; 3]>,
-    /// Faces of four corners and more: the first triangle, and how many there are.
-    polygons: Vec<[u32; 2]>,
+    polygons: Fans,
     /// The largest indices.
     largest: [u32; 2],
     /// Room for one face.
@@ -120,10 +119,7 @@ impl Corners {
         let has_normals =
             self.normals.len() == self.positions.len() && self.face.iter().any(|c| c[1] != NONE);
         let (first, others) = (self.face[0], &self.face[1..]);
-        if others.len() > 2 {
-            self.polygons
-                .push([self.positions.len() as u32, others.len() as u32 - 1]);
-        }
+        self.polygons.add(self.positions.len(), others.len() - 1, 1);
         for pair in others.windows(2) {
             self.positions.push([first[0], pair[0][0], pair[1][0]]);
             if has_normals {
@@ -137,8 +133,7 @@ impl Corners {
     pub(super) fn cut_concave(&mut self, mesh: &MeshColumns) {
         let mut cutter = Cutter::default();
         let (mut ring, mut points) = (Vec::new(), Vec::new());
-        for &[first, count] in &self.polygons {
-            let triangles = first as usize..(first + count) as usize;
+        for triangles in self.polygons.polygons() {
             let has_normals = self.normals.len() >= triangles.end;
             ring.clear();
             for i in triangles.clone() {

@@ -3,7 +3,7 @@
 use super::{
     header::Element,
     lines,
-    rows::{Fault, Place, Values, Wrong},
+    rows::{Faces, Fault, Place, Values, Wrong},
 };
 use crate::scene::MeshColumns;
 use serde_ply::ScalarType;
@@ -157,13 +157,8 @@ impl Values for Text<'_> {
         lines::vertices(self, element, mesh)
     }
 
-    fn fast_faces(
-        &mut self,
-        element: &Element,
-        vertices: usize,
-        mesh: &mut MeshColumns,
-    ) -> Result<bool, Fault> {
-        lines::faces(self, element, vertices, mesh)
+    fn fast_faces(&mut self, element: &Element, vertices: usize, faces: &mut Faces) -> Result<bool, Fault> {
+        lines::faces(self, element, vertices, faces)
     }
 }
 

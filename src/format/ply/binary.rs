@@ -4,7 +4,7 @@ use super::{
     ascii::whole_of,
     fixed::{self, FaceLayout, from_bytes},
     header::{Element, Role, scalar_size},
-    rows::{Fault, Place, Values, Wrong, reserve},
+    rows::{Faces, Fault, Place, Values, Wrong, reserve},
 };
 use crate::scene::MeshColumns;
 use serde_ply::ScalarType;
@@ -45,8 +45,9 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
         count: usize,
         layout: FaceLayout,
         vertices: usize,
-        triangles: &mut Vec<[u32; 3]>,
+        faces: &mut Faces,
     ) -> Option<usize> {
+        let Faces { triangles, fans } = faces;
         let mut at = 0;
         for _ in 0..count {
             let list = bytes.get(at + layout.before..)?;
@@ -57,6 +58,7 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
                 if first.max(previous) as usize >= vertices {
                     return None;
                 }
+                fans.add(triangles.len(), indices.len(), 1);
                 for index in indices {
                     if index as usize >= vertices || triangles.len() == triangles.capacity() {
                         return None;
@@ -145,13 +147,8 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         Ok(end.is_some())
     }
 
-    fn fast_faces(
-        &mut self,
-        element: &Element,
-        vertices: usize,
-        mesh: &mut MeshColumns,
-    ) -> Result<bool, Fault> {
-        if let Some(end) = fixed::faces::<BIG_ENDIAN>(&self.bytes, self.at, element, vertices, mesh)? {
+    fn fast_faces(&mut self, element: &Element, vertices: usize, faces: &mut Faces) -> Result<bool, Fault> {
+        if let Some(end) = fixed::faces::<BIG_ENDIAN>(&self.bytes, self.at, element, vertices, faces)? {
             self.at = end;
             return Ok(true);
         }
@@ -162,18 +159,18 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         let rest = self.rest();
         let least = element.count.saturating_mul(layout.stride(0));
         let possible = rest.len().saturating_sub(least) / 4;
+        let mut mixed = Faces::default();
         reserve(
-            &mut mesh.triangles,
+            &mut mixed.triangles,
             possible.min(element.count.saturating_mul(2)),
             element,
         )?;
-        let read = Self::mixed_faces(rest, element.count, layout, vertices, &mut mesh.triangles);
-        if let Some(length) = read {
-            self.at += length;
-        } else {
-            mesh.triangles.clear();
-        }
-        Ok(read.is_some())
+        let Some(length) = Self::mixed_faces(rest, element.count, layout, vertices, &mut mixed) else {
+            return Ok(false);
+        };
+        self.at += length;
+        faces.append(mixed);
+        Ok(true)
     }
 
     fn fast_skip(&mut self, element: &Element) -> bool {

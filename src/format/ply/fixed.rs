@@ -3,10 +3,10 @@
 
 use super::{
     header::{Element, Header, Role, Step},
-    rows::{Fault, reserve, zeroed},
+    rows::{Faces, Fault, reserve, zeroed},
 };
 use crate::{
-    format::source::Pieces,
+    format::{polygon::Fans, source::Pieces},
     scene::{MeshColumns, is_usable},
 };
 use glam::Vec3;
@@ -34,12 +34,12 @@ pub(super) fn read_all<const BIG_ENDIAN: bool>(
     header: &Header,
     source: &impl Pieces,
 ) -> Result<Option<MeshColumns>, Fault> {
-    let mut mesh = MeshColumns::default();
+    let (mut mesh, mut triangles) = (MeshColumns::default(), Faces::default());
     let mut at = header.body;
     for element in header.needed() {
         let end = match element.role {
             Role::Vertex => vertices::<BIG_ENDIAN>(source, at, element, &mut mesh)?,
-            Role::Face => faces::<BIG_ENDIAN>(source, at, element, header.vertices, &mut mesh)?,
+            Role::Face => faces::<BIG_ENDIAN>(source, at, element, header.vertices, &mut triangles)?,
             Role::Other => end_of(element, at),
             Role::Strips => None,
         };
@@ -48,6 +48,7 @@ pub(super) fn read_all<const BIG_ENDIAN: bool>(
             None => return Ok(None),
         }
     }
+    triangles.add_to(&mut mesh);
     Ok(Some(mesh))
 }
 
@@ -236,14 +237,14 @@ impl FaceLayout {
     }
 }
 
-/// Reads the faces that start at `at`, all triangles or all quadrangles, and says where they end. `None`, with the mesh as
-/// it was, where the slow way has to read them.
+/// Reads the faces that start at `at`, all triangles or all quadrangles, and says where they end. `None`, with `faces` as
+/// they were, where the slow way has to read them.
 pub(super) fn faces<const BIG_ENDIAN: bool>(
     source: &impl Pieces,
     at: usize,
     element: &Element,
     vertices: usize,
-    mesh: &mut MeshColumns,
+    faces: &mut Faces,
 ) -> Result<Option<usize>, Fault> {
     let Some(layout) = FaceLayout::of(element) else {
         return Ok(None);
@@ -264,20 +265,22 @@ pub(super) fn faces<const BIG_ENDIAN: bool>(
     let Some(end) = end.filter(|&end| end <= source.length()) else {
         return Ok(None);
     };
-    let fans = corners - 2;
-    let mut triangles = zeroed(element.count * fans, element)?;
+    let fan = corners - 2;
+    let mut triangles = zeroed(element.count * fan, element)?;
     let read = triangles
-        .par_chunks_mut(PIECE * fans)
+        .par_chunks_mut(PIECE * fan)
         .enumerate()
         .try_for_each_init(Vec::new, |buffer, (i, triangles)| {
-            let length = triangles.len() / fans * stride;
+            let length = triangles.len() / fan * stride;
             let records = source.piece(at + i * PIECE * stride, length, buffer)?;
             piece_to_triangles(records, layout, vertices, triangles).then_some(())
         });
     if read.is_none() {
         return Ok(None);
     }
-    mesh.triangles = triangles;
+    let mut fans = Fans::default();
+    fans.add(0, fan, element.count);
+    faces.append(Faces { triangles, fans });
     Ok(Some(end))
 }
 

@@ -4,7 +4,7 @@
 use super::{
     ascii::Text,
     header::{Element, Step},
-    rows::{Fault, reserve},
+    rows::{Faces, Fault, reserve, zeroed},
 };
 use crate::scene::{MeshColumns, is_usable};
 use glam::Vec3;
@@ -19,153 +19,230 @@ pub(super) fn vertices(
     element: &Element,
     mesh: &mut MeshColumns,
 ) -> Result<bool, Fault> {
-    let kept = element
-        .steps
-        .iter()
-        .filter(|step| matches!(step, Step::Keep { .. }));
-    let width = kept.count();
-    let body = text.rest();
-    let lines = first_lines(body, element.count);
-    let (Some(lines), Some(_)) = (lines, element.stride()) else {
+    let count = element.count;
+    let slot = |step: &Step| match *step {
+        Step::Keep { slot, .. } => slot,
+        _ => SKIPPED,
+    };
+    let slots: Vec<usize> = element.steps.iter().map(slot).collect();
+    let (Some(blocks), Some(_)) = (first_lines(text.rest(), count), element.stride()) else {
         return Ok(false);
     };
-    let blocks: Option<Vec<Vec<f32>>> = blocks(lines)
-        .into_par_iter()
+    let mut columns = [
+        zeroed(count, element)?,
+        zeroed(count, element)?,
+        zeroed(count, element)?,
+    ];
+    let mut normals = Vec::new();
+    if slots.contains(&3) {
+        reserve(&mut normals, count, element)?;
+        normals.resize(count, Vec3::ZERO);
+    }
+    let [mut x, mut y, mut z] = columns.each_mut().map(Vec::as_mut_slice);
+    let mut n = normals.as_mut_slice();
+    let parts: Vec<_> = blocks
+        .iter()
         .map(|block| {
-            // A number and what ends it take two bytes.
-            let mut values = Vec::new();
-            values.try_reserve(block.len() / 2 + 1).ok()?;
-            let mut rest = block;
-            while !rest.is_empty() {
-                vertex(&mut rest, element, width, &mut values)?;
-            }
-            values.shrink_to_fit();
-            Some(values)
+            let [x, y, z] = [&mut x, &mut y, &mut z].map(|column| first(column, block.lines));
+            (block.text, x, y, z, first(&mut n, block.lines))
         })
         .collect();
-    let Some(blocks) = blocks else { return Ok(false) };
-    for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-        reserve(column, element.count, element)?;
-    }
-    let has_normals = width == 6;
-    if has_normals {
-        reserve(&mut mesh.normals, element.count, element)?;
-    }
-    for values in blocks {
-        for vertex in values.chunks_exact(width) {
-            if let [x, y, z, normal @ ..] = vertex {
-                mesh.x.push(*x);
-                mesh.y.push(*y);
-                mesh.z.push(*z);
-                if has_normals {
-                    mesh.normals.push(Vec3::from_slice(normal));
+    let read = parts
+        .into_par_iter()
+        .try_for_each(|(mut rest, x, y, z, normals)| {
+            for (i, ((x, y), z)) in x.iter_mut().zip(y).zip(z).enumerate() {
+                let [px, py, pz, nx, ny, nz, _] = vertex(&mut rest, &slots)?;
+                (*x, *y, *z) = (px, py, pz);
+                if let Some(normal) = normals.get_mut(i) {
+                    *normal = Vec3::new(nx, ny, nz);
                 }
             }
-        }
+            Some(())
+        });
+    if read.is_none() {
+        return Ok(false);
     }
-    text.pass(lines.len());
+    [mesh.x, mesh.y, mesh.z] = columns;
+    mesh.normals = normals;
+    text.pass(length(&blocks));
     Ok(true)
 }
 
-/// Reads all faces; `false`, with the mesh as it was, where the slow way has to.
+/// Reads all faces; `false`, with `faces` as they were, where the slow way has to.
 pub(super) fn faces(
     text: &mut Text<'_>,
     element: &Element,
     vertices: usize,
-    mesh: &mut MeshColumns,
+    faces: &mut Faces,
 ) -> Result<bool, Fault> {
     let lists = element.steps.iter().filter(|step| step.size().is_none()).count();
     let indices = element
         .steps
         .iter()
         .position(|step| matches!(step, Step::Indices { .. }));
-    let (1, Some(before), Some(lines)) = (lists, indices, first_lines(text.rest(), element.count)) else {
+    let (1, Some(before)) = (lists, indices) else {
         return Ok(false);
     };
-    let after = element.steps.len() - before - 1;
-    let blocks: Option<Vec<Vec<[u32; 3]>>> = blocks(lines)
-        .into_par_iter()
-        .map(|block| {
-            let mut triangles = Vec::new();
-            let mut rest = block;
-            while !rest.is_empty() {
-                face(&mut rest, before, after, vertices, &mut triangles)?;
-            }
-            Some(triangles)
-        })
-        .collect();
-    let Some(blocks) = blocks else { return Ok(false) };
-    reserve(&mut mesh.triangles, blocks.iter().map(Vec::len).sum(), element)?;
-    for mut triangles in blocks {
-        mesh.triangles.append(&mut triangles);
-    }
-    text.pass(lines.len());
+    let Some(blocks) = first_lines(text.rest(), element.count) else {
+        return Ok(false);
+    };
+    let layout = FaceLine {
+        before,
+        after: element.steps.len() - before - 1,
+        vertices,
+    };
+    let part = match triangles(&blocks, &layout, element)? {
+        Some(triangles) => Some(Faces {
+            triangles,
+            ..Faces::default()
+        }),
+        None => polygons(&blocks, &layout, element)?,
+    };
+    let Some(part) = part else { return Ok(false) };
+    faces.append(part);
+    text.pass(length(&blocks));
     Ok(true)
 }
 
-/// The next line, which must hold one vertex and nothing else.
-fn vertex(rest: &mut &[u8], element: &Element, width: usize, values: &mut Vec<f32>) -> Option<()> {
-    let mut kept = [0.0; 6];
-    for step in &element.steps {
-        let value = real(rest)?;
-        if let Step::Keep { slot, .. } = *step {
-            if !is_usable(value) {
-                return None;
+/// What a line of a face holds, all numbers.
+struct FaceLine {
+    /// Before the list of indices.
+    before: usize,
+    /// Behind it.
+    after: usize,
+    /// What an index is to be below.
+    vertices: usize,
+}
+
+/// Faces that are triangles, each straight to its place; `None` if one is none.
+fn triangles(
+    blocks: &[Block<'_>],
+    layout: &FaceLine,
+    element: &Element,
+) -> Result<Option<Vec<[u32; 3]>>, Fault> {
+    let mut triangles = zeroed(element.count, element)?;
+    let mut left = triangles.as_mut_slice();
+    let parts: Vec<_> = blocks
+        .iter()
+        .map(|block| (block.text, first(&mut left, block.lines)))
+        .collect();
+    let read = parts
+        .into_par_iter()
+        .try_for_each(|(mut rest, triangles): (_, &mut [[u32; 3]])| {
+            for triangle in triangles.iter_mut() {
+                pass_numbers(&mut rest, layout.before)?;
+                if whole(&mut rest)? != 3 {
+                    return None;
+                }
+                for index in triangle.iter_mut() {
+                    *index = whole(&mut rest)?;
+                }
+                let [a, b, c] = *triangle;
+                if a.max(b).max(c) as usize >= layout.vertices {
+                    return None;
+                }
+                pass_numbers(&mut rest, layout.after)?;
+                end_line(&mut rest)?;
             }
-            *kept.get_mut(slot)? = value;
-        }
+            Some(())
+        });
+    Ok(read.map(|()| triangles))
+}
+
+/// Faces of any number of corners; `None` where the slow way has to read them.
+fn polygons(blocks: &[Block<'_>], layout: &FaceLine, element: &Element) -> Result<Option<Faces>, Fault> {
+    let parts: Option<Vec<Faces>> = blocks
+        .par_iter()
+        .map(|block| {
+            let mut faces = Faces::default();
+            let mut rest = block.text;
+            while !rest.is_empty() {
+                face(&mut rest, layout, &mut faces)?;
+            }
+            Some(faces)
+        })
+        .collect();
+    let Some(parts) = parts else { return Ok(None) };
+    let mut faces = Faces::default();
+    let count = parts.iter().map(|part| part.triangles.len()).sum();
+    reserve(&mut faces.triangles, count, element)?;
+    for part in parts {
+        faces.append(part);
     }
-    values.extend_from_slice(kept.get(..width)?);
-    end_line(rest)
+    Ok(Some(faces))
+}
+
+/// Where numbers go that are not kept.
+const SKIPPED: usize = 6;
+
+/// The next line, which must hold one vertex and nothing else: its numbers by their slots.
+#[inline]
+fn vertex(rest: &mut &[u8], slots: &[usize]) -> Option<[f32; SKIPPED + 1]> {
+    let mut kept = [0.0; SKIPPED + 1];
+    for &slot in slots {
+        let value = real(rest)?;
+        if slot != SKIPPED && !is_usable(value) {
+            return None;
+        }
+        *kept.get_mut(slot)? = value;
+    }
+    end_line(rest)?;
+    Some(kept)
 }
 
 /// The next line, which must hold one face and nothing else.
-fn face(
-    rest: &mut &[u8],
-    before: usize,
-    after: usize,
-    vertices: usize,
-    triangles: &mut Vec<[u32; 3]>,
-) -> Option<()> {
-    for _ in 0..before {
-        real(rest)?;
-    }
+fn face(rest: &mut &[u8], layout: &FaceLine, faces: &mut Faces) -> Option<()> {
+    pass_numbers(rest, layout.before)?;
+    let corners = whole(rest)?;
+    let fan = corners.saturating_sub(2) as usize;
+    faces.fans.add(faces.triangles.len(), fan, 1);
     let (mut first, mut previous) = (0, 0);
-    for corner in 0..whole(rest)? {
-        let index = whole(rest).filter(|&index| (index as usize) < vertices)?;
+    for corner in 0..corners {
+        let index = whole(rest).filter(|&index| (index as usize) < layout.vertices)?;
         match corner {
             0 => first = index,
             1 => {}
-            _ => triangles.push([first, previous, index]),
+            _ => faces.triangles.push([first, previous, index]),
         }
         previous = index;
     }
-    for _ in 0..after {
-        real(rest)?;
-    }
+    pass_numbers(rest, layout.after)?;
     end_line(rest)
 }
 
-/// The first `count` lines; `None` if there are fewer.
-fn first_lines(text: &[u8], count: usize) -> Option<&[u8]> {
-    let pieces: Vec<&[u8]> = text.chunks(BLOCK).collect();
-    let newlines = |piece: &[u8]| piece.iter().filter(|&&byte| byte == b'\n').count();
-    let counts: Vec<usize> = pieces.par_iter().map(|piece| newlines(piece)).collect();
-    let (mut left, mut at) = (count, 0);
-    for (piece, newlines) in pieces.iter().zip(counts) {
-        if newlines >= left {
-            let ends = piece.iter().enumerate().filter(|&(_, &byte)| byte == b'\n');
-            let end = match left.checked_sub(1) {
-                Some(before) => ends.map(|(i, _)| i + 1).nth(before)?,
-                None => 0,
-            };
-            return text.get(..at + end);
-        }
-        left -= newlines;
-        at += piece.len();
+/// Whole lines, and how many they are.
+struct Block<'a> {
+    text: &'a [u8],
+    lines: usize,
+}
+
+/// The first `count` lines, in blocks of about [`BLOCK`] bytes; `None` if there are fewer.
+fn first_lines(text: &[u8], count: usize) -> Option<Vec<Block<'_>>> {
+    let is_newline = |byte: &&u8| **byte == b'\n';
+    let counted = blocks(text).into_par_iter().map(|text| Block {
+        text,
+        // The last line needs no newline.
+        lines: text.iter().filter(is_newline).count() + usize::from(!text.ends_with(b"\n")),
+    });
+    let mut counted: Vec<Block<'_>> = counted.collect();
+    let mut left = count;
+    let last = counted.iter().position(|block| {
+        let is_last = left <= block.lines;
+        left -= left.min(block.lines);
+        is_last
+    });
+    if count == 0 {
+        return Some(Vec::new());
     }
-    // The last line needs no newline.
-    (left == 1 && !text.ends_with(b"\n")).then_some(text)
+    counted.truncate(last? + 1);
+    let before: usize = counted.iter().rev().skip(1).map(|block| block.lines).sum();
+    let block = counted.last_mut()?;
+    let newlines = block.text.iter().enumerate().filter(|&(_, &byte)| byte == b'\n');
+    let lines = count - before;
+    let end = newlines.map(|(i, _)| i + 1).nth(lines - 1);
+    block.text = block.text.get(..end.unwrap_or(block.text.len()))?;
+    block.lines = lines;
+    Some(counted)
 }
 
 /// Whole lines, about [`BLOCK`] bytes of them together.
@@ -179,6 +256,21 @@ fn blocks(mut lines: &[u8]) -> Vec<&[u8]> {
         lines = rest;
     }
     blocks
+}
+
+/// How long the text of all blocks is.
+fn length(blocks: &[Block<'_>]) -> usize {
+    blocks.iter().map(|block| block.text.len()).sum()
+}
+
+/// Takes the first `count` off a slice, or all of it where there are fewer.
+fn first<'a, T>(slice: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let count = count.min(slice.len());
+    slice.split_off_mut(..count).unwrap_or_default()
+}
+
+fn pass_numbers(rest: &mut &[u8], count: usize) -> Option<()> {
+    (0..count).try_for_each(|_| real(rest).map(|_| ()))
 }
 
 fn pass_blanks(line: &mut &[u8]) {

@@ -1,6 +1,6 @@
 //! PLY meshes: text and binary of both byte orders, any scalar types, elements and properties in any order;
-//! what a mesh does not need is skipped. Polygons become fans; faces of fewer than three corners are
-//! skipped. Strips of triangles (`tristrips`, as Cyberware's and Stanford's programs wrote them) are read, too.
+//! what a mesh does not need is skipped. Polygons become triangles, concave ones too (`format/polygon.rs`); faces of
+//! fewer than three corners are skipped. Strips of triangles (`tristrips`, as Cyberware's and Stanford's programs wrote them) are read, too.
 //!
 //! The header is parsed by serde-ply. The values are read by loops of our own: they know where they are when
 //! something is wrong, write straight into the columns, and never believe a count that the file is too short

@@ -3,6 +3,7 @@
 use super::header::{Element, Header, Role, Step};
 use crate::{
     error::{SceneError, quote},
+    format::polygon::Fans,
     scene::{MeshColumns, is_usable},
 };
 use glam::Vec3;
@@ -47,6 +48,32 @@ pub(super) enum Wrong {
     NotWhole,
 }
 
+/// The faces of a mesh, indices checked.
+#[derive(Default)]
+pub(super) struct Faces {
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Which of them are polygons.
+    pub(super) fans: Fans,
+}
+
+impl Faces {
+    /// Adds a part of the faces.
+    pub(super) fn append(&mut self, mut part: Self) {
+        self.fans.append(part.fans, self.triangles.len());
+        if self.triangles.capacity() == 0 {
+            self.triangles = part.triangles;
+        } else {
+            self.triangles.append(&mut part.triangles);
+        }
+    }
+
+    /// Puts them into the mesh that has their vertices.
+    pub(super) fn add_to(self, mesh: &mut MeshColumns) {
+        mesh.triangles = self.triangles;
+        self.fans.cut_concave(mesh);
+    }
+}
+
 /// The values of a mesh's records, one after the other, in text or binary.
 pub(super) trait Values {
     /// Bytes by which the last number of the file may be shorter than `least_bytes`.
@@ -86,7 +113,7 @@ pub(super) trait Values {
         &mut self,
         _element: &Element,
         _vertices: usize,
-        _mesh: &mut MeshColumns,
+        _faces: &mut Faces,
     ) -> Result<bool, Fault> {
         Ok(false)
     }
@@ -98,16 +125,17 @@ pub(super) trait Values {
 
 /// Reads all elements up to the last one that a mesh needs.
 pub(super) fn read_all<V: Values>(header: &Header, values: &mut V) -> Result<MeshColumns, Fault> {
-    let mut mesh = MeshColumns::default();
+    let (mut mesh, mut faces) = (MeshColumns::default(), Faces::default());
     for element in header.needed() {
         match element.role {
             Role::Vertex => read_vertices(element, header, values, &mut mesh)?,
-            Role::Face => read_faces(element, header, values, &mut mesh)?,
-            Role::Strips => read_strips(element, header.vertices, values, &mut mesh)?,
+            Role::Face => read_faces(element, header, values, &mut faces)?,
+            Role::Strips => read_strips(element, header.vertices, values, &mut faces.triangles)?,
             Role::Other if values.fast_skip(element) => {}
             Role::Other => read_others(element, values)?,
         }
     }
+    faces.add_to(&mut mesh);
     Ok(mesh)
 }
 
@@ -174,9 +202,9 @@ fn read_faces<V: Values>(
     element: &Element,
     header: &Header,
     values: &mut V,
-    mesh: &mut MeshColumns,
+    faces: &mut Faces,
 ) -> Result<(), Fault> {
-    if values.fast_faces(element, header.vertices, mesh)? {
+    if values.fast_faces(element, header.vertices, faces)? {
         return Ok(());
     }
     // Room for what can be triangles: the count is no proof.
@@ -187,12 +215,12 @@ fn read_faces<V: Values>(
         }
     });
     let possible = values.bytes_left() / least.sum::<usize>().max(1);
-    reserve(&mut mesh.triangles, element.count.min(possible + 1), element)?;
+    reserve(&mut faces.triangles, element.count.min(possible + 1), element)?;
 
     for_each_property(element, values, |values, step, at| match *step {
         Step::Indices { count, item } => {
             let corners = list_length(count, item, values, at)?;
-            read_corners(corners, item, header.vertices, values, mesh, at)
+            read_corners(corners, item, header.vertices, values, faces, at)
         }
         _ => skip(step, values, at),
     })
@@ -227,9 +255,12 @@ fn read_corners<V: Values>(
     item: ScalarType,
     vertices: usize,
     values: &mut V,
-    mesh: &mut MeshColumns,
+    faces: &mut Faces,
     at: &At<'_>,
 ) -> Result<(), Fault> {
+    faces
+        .fans
+        .add(faces.triangles.len(), corners.saturating_sub(2), 1);
     let (mut first, mut previous) = (0, 0);
     for corner in 0..corners {
         let index = values.whole(item).map_err(|wrong| at.wrong(values, wrong))?;
@@ -237,7 +268,7 @@ fn read_corners<V: Values>(
         match corner {
             0 => first = vertex,
             1 => {}
-            _ => mesh.triangles.push([first, previous, vertex]),
+            _ => faces.triangles.push([first, previous, vertex]),
         }
         previous = vertex;
     }
@@ -248,7 +279,7 @@ fn read_strips<V: Values>(
     element: &Element,
     vertices: usize,
     values: &mut V,
-    mesh: &mut MeshColumns,
+    triangles: &mut Vec<[u32; 3]>,
 ) -> Result<(), Fault> {
     for_each_property(element, values, |values, step, at| {
         let &Step::Indices { count, item } = step else {
@@ -265,8 +296,8 @@ fn read_strips<V: Values>(
             // Every other triangle of a strip is turned round.
             match strip_length {
                 0 | 1 => {}
-                length if length % 2 == 0 => mesh.triangles.push([last[0], last[1], vertex]),
-                _ => mesh.triangles.push([last[1], last[0], vertex]),
+                length if length % 2 == 0 => triangles.push([last[0], last[1], vertex]),
+                _ => triangles.push([last[1], last[0], vertex]),
             }
             last = [last[1], vertex];
             strip_length += 1;

@@ -375,3 +375,68 @@ fn strips_of_triangles() {
     let other = text.replace("-1 2", "-2 2");
     assert!(fault(other).contains("vertex index -2"));
 }
+
+/// The outline of an arrowhead, of which a fan around most corners is not the area.
+const ARROW: &str = "0 2 0\n-1 0 0\n0 1 0\n1 0 0\n";
+
+fn area(mesh: &MeshColumns, triangle: &[u32; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|i| glam::DVec2::new(mesh.x[i as usize].into(), mesh.y[i as usize].into()));
+    (b - a).perp_dot(c - a) * 0.5
+}
+
+#[test]
+fn concave_polygons_are_filled_however_they_are_read() {
+    let corners: [f32; 12] = [0.0, 2.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0];
+    let faces = |lists: &[&[u32]], big_endian: bool| {
+        let mut bytes: Vec<u8> = Vec::new();
+        let order = |mut number: [u8; 4]| {
+            if big_endian {
+                number.reverse();
+            }
+            number
+        };
+        bytes.extend(corners.iter().flat_map(|x| order(x.to_le_bytes())));
+        for list in lists {
+            bytes.push(list.len() as u8);
+            bytes.extend(list.iter().flat_map(|i| order(i.to_le_bytes())));
+        }
+        bytes
+    };
+    let arrow: &[u32] = &[1, 2, 3, 0];
+    // Longer than what one thread takes.
+    let many = vec![arrow; 10_000];
+    let mixed = [&[1, 2, 0][..], arrow, &[2, 3, 0], arrow];
+    for (format, big_endian) in [("binary_little_endian", false), ("binary_big_endian", true)] {
+        for lists in [&many[..], &mixed[..]] {
+            let bytes = [
+                header(format, 4, lists.len()).into_bytes(),
+                faces(lists, big_endian),
+            ]
+            .concat();
+            let mesh = mesh(bytes);
+            assert!(mesh.triangles.iter().all(|t| (area(&mesh, t) - 0.5).abs() < 1e-6));
+        }
+    }
+    // A line each, and a file that has to be read word by word.
+    for text in [
+        "3 1 2 0\n4 1 2 3 0\n4 1 2 3 0\n",
+        "3 1\n2 0\n4 1 2 3 0\n4 1 2 3\n0\n",
+    ] {
+        let mesh = mesh(ascii(&format!("{ARROW}{text}"), 4, 3));
+        assert_eq!(mesh.triangles.len(), 5);
+        assert!(
+            mesh.triangles.iter().all(|t| (area(&mesh, t) - 0.5).abs() < 1e-6),
+            "{text:?}"
+        );
+    }
+}
+
+#[test]
+fn strips_and_faces_in_one_file() {
+    let text = header("ascii", 4, 1).replace(
+        "element face",
+        "element tristrips 1\nproperty list int int vertex_indices\nelement face",
+    );
+    let found = mesh(text + ARROW + "3 1 2 0\n3 2 3 0\n");
+    assert_eq!(found.triangles, [[1, 2, 0], [2, 3, 0]]);
+}

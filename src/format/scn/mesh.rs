@@ -8,7 +8,7 @@ use crate::{
         mesh::{self, LoadedMesh, MeshFormat, UpAxis},
         ply,
     },
-    scene::{MaterialId, Transform},
+    scene::{Camera, MaterialId, NamedCamera, Transform},
 };
 use glam::DVec3;
 use std::path::PathBuf;
@@ -19,6 +19,9 @@ const MAX_COPIED_BYTES: u64 = 1 << 31;
 
 /// How many meshes a scene may place, those that are there already not counted: each time its file is read.
 const MAX_MESHES: usize = 1 << 16;
+
+/// How many cameras of its meshes a scene keeps.
+const MAX_MESH_CAMERAS: usize = 1 << 10;
 
 /// Which files a statement takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -109,6 +112,7 @@ impl Reader<'_> {
         for note in std::mem::take(&mut loaded.notes) {
             self.builder.add_note(format!("{}: {note}", path.display()));
         }
+        self.add_cameras(&loaded, &transform);
         loaded.add_to(&mut self.builder, material).map_err(|error| {
             if transform == Transform::IDENTITY {
                 cannot_load(LoadError::whole_file(&path, error.to_string()))
@@ -119,6 +123,20 @@ impl Reader<'_> {
         })?;
         self.meshes.insert(placed);
         Ok(())
+    }
+
+    /// Adds a mesh's cameras. One that sees nothing, in itself or where it is put, is left out.
+    fn add_cameras(&mut self, mesh: &LoadedMesh, transform: &Transform) {
+        let left = MAX_MESH_CAMERAS.saturating_sub(self.mesh_cameras);
+        for camera in mesh.cameras.iter().take(left) {
+            if let Ok(view) = Camera::new(&transform.view(&camera.view())) {
+                self.mesh_cameras += 1;
+                self.builder.add_mesh_camera(NamedCamera {
+                    name: Some(camera.name.clone()).filter(|name| !name.is_empty()),
+                    camera: view,
+                });
+            }
+        }
     }
 
     /// A path of the scene file, joined to its folder.

@@ -114,3 +114,16 @@ fn carriage_returns_alone_end_lines() {
         [[0, 1, 2], [3, 4, 5]]
     );
 }
+
+#[test]
+fn concave_polygons_are_filled() {
+    let text = "solid\nfacet normal 0 0 1\nouter loop\nvertex -1 0 0\nvertex 0 1 0\nvertex 1 0 0\nvertex 0 2 0\n\
+        endloop\nendfacet\nendsolid\n";
+    let triangles = load(text.as_bytes()).expect("a mesh").triangles;
+    // The side between the notch and the tip, whichever comes first.
+    assert_eq!(triangles.len(), 2);
+    assert!(
+        triangles.iter().all(|t| t.contains(&1) && t.contains(&3)),
+        "{triangles:?}"
+    );
+}

@@ -1,0 +1,125 @@
+//! Options, inputs and names that meet: what each does alone it does together with others.
+
+mod program;
+
+use program::Folder;
+use std::{fs, path::Path};
+
+fn shipped(mesh: &str) -> String {
+    let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");
+    meshes.join(mesh).to_string_lossy().into_owned()
+}
+
+/// The camera of a mesh goes where the mesh goes; it is there to be asked for.
+#[test]
+fn cameras_of_a_scenes_meshes() {
+    let folder = Folder::new();
+    fs::copy(shipped("mobile.gltf"), folder.path("m.gltf")).expect("the mesh is copied");
+    let placed = "rotate 1 0 0 90 scale 0.5 translate 3 2 1";
+    let text = format!("light 3 -2 9 0.7\nmesh m.gltf {placed}\nmesh m.gltf\n");
+    folder.write("mobile.scn", &text);
+    folder.write(
+        "front.scn",
+        &format!("camera front eye 1 2 9 target 3 2 1\n{text}"),
+    );
+    let read = |arguments: &[&str]| {
+        let arguments = [arguments, &["--size=64x48", "-o=p.ppm", "--quiet"]].concat();
+        folder.run(&arguments).succeeded();
+        fs::read(folder.path("p.ppm")).expect("a picture")
+    };
+    let info = folder.run(&["info", "--json", "mobile.scn"]);
+    let info: serde_json::Value = serde_json::from_str(info.succeeded().text()).expect("JSON");
+    let cameras = info["cameras"].as_array().expect("a list");
+    assert_eq!((cameras.len(), &cameras[0]["name"]), (2, &"front".into()));
+    let vector = |name: &str| {
+        let [x, y, z] = [0, 1, 2].map(|i| cameras[0][name][i].to_string());
+        format!("--{name}={x},{y},{z}")
+    };
+    let (eye, target, up) = (vector("eye"), vector("target"), vector("up"));
+    let fov = format!("--fov={}", cameras[0]["fov"]);
+    let by_name = read(&["mobile.scn", "--camera=front"]);
+    assert_eq!(by_name, read(&["mobile.scn", &eye, &target, &up, &fov]));
+    assert_eq!(by_name, read(&["mobile.scn", "--camera=1"]));
+    assert_ne!(by_name, read(&["mobile.scn", "--camera=2"]));
+    // Turned and moved with the mesh: it sees as much as that of the file does.
+    let seen = |picture: &[u8]| picture.chunks_exact(3).filter(|pixel| *pixel != [255; 3]).count();
+    assert!(seen(&by_name) > 64 * 48 / 50, "{}", seen(&by_name));
+    // The scene's own come first.
+    assert_eq!(read(&["mobile.scn"]), read(&["mobile.scn", "--view=1"]));
+    assert_eq!(read(&["front.scn"]), read(&["front.scn", "--camera=front"]));
+    folder.fails(&["mobile.scn", "--camera", "frant"], 2, "did you mean `front`?");
+}
+
+/// The camera goes round the middle of a mesh, and sees all of it from everywhere.
+#[test]
+fn turntables_of_meshes_keep_them_whole() {
+    let folder = Folder::new();
+    for (mesh, options) in [
+        ("house.stl", "--size=90x60"),
+        ("vase.obj", "--size=50x90"),
+        ("mobile.gltf", "--size=64x64"),
+    ] {
+        let mesh = shipped(mesh);
+        let arguments = [
+            &mesh,
+            options,
+            "--turntable=5",
+            "--background=transparent",
+            "-o=t-#.png",
+            "--quiet",
+        ];
+        folder.run(&arguments).succeeded();
+        for number in 1..=5 {
+            let path = folder.path(&format!("t-{number}.png"));
+            let picture = image::open(path).expect("a picture").into_rgba8();
+            let [right, bottom] = [picture.width() - 1, picture.height() - 1];
+            let seen =
+                |(x, y, _): &(u32, u32, &image::Rgba<u8>)| *x == 0 || *y == 0 || *x == right || *y == bottom;
+            let shown = picture.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[3] > 0);
+            assert!(!shown.clone().any(|pixel| seen(&pixel)), "{mesh} {number}");
+            assert!(
+                shown.count() as u32 * 50 > right * bottom,
+                "{mesh} {number} is small"
+            );
+        }
+    }
+}
+
+/// Names as people have them, on all of whose pictures everything is asked for at once.
+#[test]
+fn odd_names_with_everything_at_once() {
+    let folder = Folder::new();
+    let scene = "light 3 -2 9 0.7\nmaterial 2\nsphere 0 0 0.5 0.5\n";
+    for name in ["two words ü####.scn", "{stem}.scn", "-x.scn"] {
+        folder.write(name, scene);
+    }
+    folder.write("defaults.toml", "samples = 4\nsrgb = true\nsize = \"40x30\"\n");
+    let script = "\"$0\" - './-x.scn' 'two words ü####.scn' '{stem}.scn' --config defaults.toml --crop 5,6,30,20 \
+        --turntable 3 --frames 2-3 --aov depth,heat -o 'a b-{stem}-##.png' --quiet < '{stem}.scn'";
+    folder.shell(script).succeeded();
+    let names = folder.names();
+    for stem in ["stdin", "-x", "two words ü####", "{stem}"] {
+        for number in ["02", "03"] {
+            for kind in ["", ".depth", ".heat"] {
+                let name = format!("a b-{stem}-{number}{kind}.png");
+                assert!(names.contains(&name), "{name} is not among {names:?}");
+                let size = image::image_dimensions(folder.path(&name)).expect("a picture");
+                assert_eq!(size, (25, 14));
+            }
+        }
+    }
+    assert_eq!(names.len(), 5 + 24, "{names:?}");
+}
+
+#[test]
+fn a_picture_is_no_scene() {
+    let folder = Folder::new();
+    folder.write("a.scn", "sphere 0 0 0 1\n");
+    folder.run(&["a.scn", "--size=8x8", "--quiet"]).succeeded();
+    folder.fails(
+        &["a.png"],
+        1,
+        "no kind of file that octray reads, expected a scene (.scn)",
+    );
+    folder.fails(&["a"], 1, "beside it: `a.scn`");
+}
