@@ -50,9 +50,9 @@ fn cameras_of_a_scenes_meshes() {
     folder.fails(&["mobile.scn", "--camera", "frant"], 2, "did you mean `front`?");
 }
 
-/// The camera goes round the middle of a mesh, and sees all of it from everywhere.
+/// The camera goes round the middle of a mesh, sees all of it from everywhere, and its light goes with it.
 #[test]
-fn turntables_of_meshes_keep_them_whole() {
+fn turntables_of_meshes_keep_them_whole_and_lit() {
     let folder = Folder::new();
     for (mesh, options) in [
         ("house.stl", "--size=90x60"),
@@ -69,6 +69,8 @@ fn turntables_of_meshes_keep_them_whole() {
             "--quiet",
         ];
         folder.run(&arguments).succeeded();
+        let mut darkest = u64::MAX;
+        let mut brightest = 0;
         for number in 1..=5 {
             let path = folder.path(&format!("t-{number}.png"));
             let picture = image::open(path).expect("a picture").into_rgba8();
@@ -77,11 +79,17 @@ fn turntables_of_meshes_keep_them_whole() {
                 |(x, y, _): &(u32, u32, &image::Rgba<u8>)| *x == 0 || *y == 0 || *x == right || *y == bottom;
             let shown = picture.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[3] > 0);
             assert!(!shown.clone().any(|pixel| seen(&pixel)), "{mesh} {number}");
+            let values = shown.clone().map(|(_, _, pixel)| u64::from(pixel.0[1]));
+            let mean = values.sum::<u64>() / shown.clone().count().max(1) as u64;
+            darkest = darkest.min(mean);
+            brightest = brightest.max(mean);
             assert!(
                 shown.count() as u32 * 50 > right * bottom,
                 "{mesh} {number} is small"
             );
         }
+        // Seen from behind, a mesh that is lit from one side is darker by far.
+        assert!(3 * darkest > 2 * brightest, "{mesh}: {darkest} to {brightest}");
     }
 }
 

@@ -3,7 +3,8 @@
 use super::{
     CliError,
     camera_args::{CameraArgs, MeshArgs, UpArg},
-    source, stage,
+    source,
+    stage::{self, Rig},
 };
 use crate::{
     error::{LoadError, SceneError, escape},
@@ -33,6 +34,8 @@ pub struct Input {
         )
     )]
     pub lit_from: Option<DVec3>,
+    /// What lights a mesh anew for each picture of a turntable, where nothing else says how it is lit.
+    pub rig: Option<Rig>,
     /// To be printed as warnings.
     pub notes: Vec<String>,
 }
@@ -131,6 +134,7 @@ pub fn load_and_list(
         return Ok(Input {
             camera: camera.for_scene(&scene)?,
             lit_from: None,
+            rig: None,
             notes: scene.sources().notes.clone(),
             scene,
         });
@@ -159,11 +163,12 @@ pub fn load_and_list(
         up: up.vector(),
         ground: mesh.ground,
     };
-    let scene = stage::build(loaded, &stage, memory).map_err(|error| failed(path, &error))?;
+    let (scene, rig) = stage::build(loaded, &stage, memory).map_err(|error| failed(path, &error))?;
     Ok(Input {
         scene,
         camera,
         lit_from: Some(lit_from),
+        rig: Some(rig).filter(|_| mesh.turning && mesh.lit_from.is_none()),
         notes,
     })
 }

@@ -4,7 +4,7 @@ use super::{
     CliError,
     aov::AovArg,
     args::{RenderArgs, StatsFormat},
-    batch::{self, Job, Verdicts},
+    batch::{self, Job, Shot, Verdicts},
     camera_args::MeshArgs,
     faults::{self, Faults},
     input::{self, Input},
@@ -29,6 +29,30 @@ use std::{
     time::{Duration, Instant},
 };
 
+/// What all pictures of a call have in common.
+struct Call<'a> {
+    args: &'a RenderArgs,
+    settings: &'a Settings,
+    interrupt: &'a Interrupt,
+    talkative: bool,
+}
+
+/// A scene that is ready to be rendered.
+struct Loaded<'a> {
+    job: &'a Job<'a>,
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    faults: &'a Faults,
+}
+
+/// What the next picture has taken already.
+struct Spent<'a> {
+    load: Duration,
+    build: Duration,
+    /// When the picture before was done.
+    since: &'a mut Instant,
+}
+
 /// Renders scenes into pictures. `start` is when the program began.
 ///
 /// # Errors
@@ -46,36 +70,49 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<(), CliError> {
         input::check(job.scene, &args.camera, &args.mesh)?;
     }
     let interrupt = Interrupt::install()?;
+    let call = Call {
+        args,
+        settings: &settings,
+        interrupt: &interrupt,
+        talkative: !args.quiet && io::stderr().is_terminal(),
+    };
     let mut since = start;
     let mut verdicts = Verdicts::default();
     for job in &jobs {
         memory::check_threads(args.trace.threads)?;
         let limit = args.memory.beside(size, job.pixel_bytes(args))?;
-        render_scene(args, &settings, job, limit, &interrupt, &mut since, &mut verdicts)?;
+        render_scene(&call, job, limit, &mut since, &mut verdicts)?;
     }
     verdicts.finish()
 }
 
 /// Renders the pictures of one scene, which may take so many bytes of memory. `since` is when the picture before was done.
 fn render_scene(
-    args: &RenderArgs,
-    settings: &Settings,
+    call: &Call<'_>,
     job: &Job<'_>,
     memory_limit: u64,
-    interrupt: &Interrupt,
     since: &mut Instant,
     verdicts: &mut Verdicts,
 ) -> Result<(), CliError> {
-    let talkative = !args.quiet && io::stderr().is_terminal();
+    let Call {
+        args,
+        settings,
+        interrupt,
+        ..
+    } = *call;
     let aspect = f64::from(settings.width) / f64::from(settings.height);
     let mesh = MeshArgs {
         turning: args.series.turntable.is_some(),
         ..args.mesh.clone()
     };
     let load = || input::load(job.scene, &args.camera, &mesh, aspect, memory_limit);
-    let (input, mut load_time) = interrupt.exit_at_once_during(|| timed(load))?;
+    let (input, load_time) = interrupt.exit_at_once_during(|| timed(load))?;
     let Input {
-        scene, camera, notes, ..
+        mut scene,
+        camera,
+        rig,
+        notes,
+        ..
     } = input?;
     let faults = faults::of(&scene);
     if !args.quiet {
@@ -92,24 +129,78 @@ fn render_scene(
     let rays = expected_rays(args, settings, &scene, job.shots.len());
     memory::check_build(&scene)?;
     let quality = args.trace.build.quality(rays, scene.primitive_count());
-    let (bvh, mut build_time) =
-        interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
+    let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
+    let mut spent = Spent {
+        load: load_time,
+        build: build_time,
+        since,
+    };
+    let camera_of = |shot: &Shot| match shot.turn {
+        Some((number, count)) => Camera::new(&turned(&camera.view(), number, count)),
+        None => Ok(camera),
+    };
+    if let Some(rig) = rig {
+        for shot in &job.shots {
+            let camera = camera_of(shot)?;
+            let view = camera.view();
+            let lights = rig.lights(view.eye - view.target);
+            scene.take_lights(lights.map_err(|error| CliError::Failed(error.to_string()))?);
+            let loaded = Loaded {
+                job,
+                scene: &scene,
+                bvh: &bvh,
+                faults: &faults,
+            };
+            let mut renderer = Renderer::new(&scene, &bvh);
+            call.render_shot(&loaded, &mut renderer, shot, &camera, &mut spent, verdicts)?;
+        }
+        return Ok(());
+    }
+    let loaded = Loaded {
+        job,
+        scene: &scene,
+        bvh: &bvh,
+        faults: &faults,
+    };
     let mut renderer = Renderer::new(&scene, &bvh);
     for shot in &job.shots {
-        let camera = match shot.turn {
-            Some((number, count)) => Camera::new(&turned(&camera.view(), number, count))?,
-            None => camera,
-        };
+        let camera = camera_of(shot)?;
+        call.render_shot(&loaded, &mut renderer, shot, &camera, &mut spent, verdicts)?;
+    }
+    Ok(())
+}
+
+impl Call<'_> {
+    /// Renders, writes and compares one picture.
+    fn render_shot(
+        &self,
+        loaded: &Loaded<'_>,
+        renderer: &mut Renderer<'_>,
+        shot: &Shot,
+        camera: &Camera,
+        spent: &mut Spent<'_>,
+        verdicts: &mut Verdicts,
+    ) -> Result<(), CliError> {
+        let Self {
+            args,
+            settings,
+            interrupt,
+            talkative,
+        } = *self;
+        let Loaded {
+            job,
+            scene,
+            bvh,
+            faults,
+        } = *loaded;
         let output = &shot.output;
         let bar = Bar::new(talkative, interrupt);
         let mut picture = output.new_picture(&args.picture);
         let progress = &|progress| bar.report(progress);
-        let frame = picture.render(&mut renderer, &camera, settings, progress);
+        let frame = picture.render(renderer, camera, settings, progress);
         let frame = frame.and_then(|frame| {
-            let aovs = shot
-                .aovs
-                .render(&mut renderer, &scene, &camera, settings, progress)?;
+            let aovs = shot.aovs.render(renderer, scene, camera, settings, progress)?;
             Ok((frame, aovs))
         });
         let pixels_done = bar.clear();
@@ -129,14 +220,14 @@ fn render_scene(
 
         // Loading and building count for the scene's first picture.
         let times = Times {
-            load: std::mem::take(&mut load_time),
-            build: std::mem::take(&mut build_time),
+            load: std::mem::take(&mut spent.load),
+            build: std::mem::take(&mut spent.build),
             write: write_time,
-            total: since.elapsed(),
+            total: spent.since.elapsed(),
         };
-        *since = Instant::now();
+        *spent.since = Instant::now();
         let report = || {
-            let mut report = report(job.scene, settings, &scene, &faults, &bvh, &frame, output, &times);
+            let mut report = report(job.scene, settings, scene, faults, bvh, &frame, output, &times);
             report.aov = aovs.as_ref().and_then(|aovs| shot.aovs.report(aovs));
             report
         };
@@ -157,8 +248,8 @@ fn render_scene(
         if let Some(comparison) = &shot.comparison {
             verdicts.add(comparison.run(&picture, output.name(), interrupt)?, args.quiet);
         }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Saves an unfinished picture after a signal. Another signal ends that, too.

@@ -18,6 +18,41 @@ pub struct Stage {
     pub ground: bool,
 }
 
+/// Where the lights of a mesh go, given where it is seen from.
+#[derive(Clone, Copy, Debug)]
+pub struct Rig {
+    center: DVec3,
+    radius: f64,
+    up: DVec3,
+}
+
+impl Rig {
+    /// A scene of the lights alone.
+    ///
+    /// # Errors
+    /// [`SceneError`].
+    pub fn lights(&self, towards_viewer: DVec3) -> Result<Scene, SceneError> {
+        let mut builder = SceneBuilder::new();
+        self.add_lights(towards_viewer, &mut builder)?;
+        Ok(builder.finish())
+    }
+
+    fn add_lights(&self, towards_viewer: DVec3, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+        let towards_viewer = towards_viewer.normalize_or(DVec3::X);
+        let right = self
+            .up
+            .cross(towards_viewer)
+            .normalize_or(self.up.any_orthonormal_vector());
+        let up = towards_viewer.cross(right);
+        for ([to_right, upwards, forwards], intensity) in LIGHTS {
+            let direction = right * to_right + up * upwards + towards_viewer * forwards;
+            let position = self.center + direction.normalize() * (self.radius * LIGHT_DISTANCE);
+            builder.add_light(position.as_vec3(), intensity)?;
+        }
+        Ok(())
+    }
+}
+
 const BACKGROUND: [f32; 3] = [0.93, 0.94, 0.96];
 const AMBIENT: f32 = 0.2;
 const GROUND: [f32; 3] = [0.95, 0.95, 0.94];
@@ -33,11 +68,11 @@ const GROUND_REACH: f64 = 40.0;
 /// How far it is below the mesh, in radii.
 const GROUND_GAP: f64 = 1e-3;
 
-/// A scene of the mesh, which may take so many bytes of memory.
+/// A scene of the mesh, which may take so many bytes of memory, and what would light it from elsewhere.
 ///
 /// # Errors
 /// [`SceneError`].
-pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<Scene, SceneError> {
+pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Rig), SceneError> {
     let bounds = bounds(&loaded.columns);
     let center = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) * 0.5;
     let radius = ((bounds.upper.as_dvec3() - bounds.lower.as_dvec3()).length() * 0.5).max(1e-6);
@@ -50,23 +85,18 @@ pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<Scene, Sc
     let mut builder = SceneBuilder::within(memory);
     builder.set_ambient(AMBIENT)?;
     builder.set_background(Background::constant(BACKGROUND))?;
-    let towards_viewer = stage.towards_viewer.normalize_or(DVec3::X);
-    let right = stage
-        .up
-        .cross(towards_viewer)
-        .normalize_or(stage.up.any_orthonormal_vector());
-    let up = towards_viewer.cross(right);
-    for ([to_right, upwards, forwards], intensity) in LIGHTS {
-        let direction = right * to_right + up * upwards + towards_viewer * forwards;
-        let position = center + direction.normalize() * (radius * LIGHT_DISTANCE);
-        builder.add_light(position.as_vec3(), intensity)?;
-    }
+    let rig = Rig {
+        center,
+        radius,
+        up: stage.up,
+    };
+    rig.add_lights(stage.towards_viewer, &mut builder)?;
     loaded.add_to(&mut builder, None)?;
     if stage.ground {
         let material = builder.add_material(Material::Matte { color: GROUND })?;
         builder.add_mesh(ground(stage.up, &bounds, center, radius), material)?;
     }
-    Ok(builder.finish())
+    Ok((builder.finish(), rig))
 }
 
 fn bounds(mesh: &MeshColumns) -> Aabb {

@@ -195,6 +195,11 @@ impl Scene {
         self.background
     }
 
+    /// Puts another scene's lights in the place of this one's.
+    pub fn take_lights(&mut self, other: Self) {
+        self.lights = other.lights;
+    }
+
     /// The scene's own cameras, in the order in which they were added. The first is the one that it is meant to be
     /// seen by.
     #[must_use]
