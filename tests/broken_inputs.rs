@@ -457,6 +457,16 @@ fn pipes_devices_and_locked_files() {
     fs::write(inside("zero.scn"), "ply_file /dev/zero").expect("written");
     assert!(refused("zeros as mesh", &inside("zero.scn")).ends_with("expected a file"));
 
+    // A regular file, it says, that waits for what the kernel will say next.
+    if Path::new("/proc/kmsg").is_file() {
+        let direct = must_end("the kernel's messages", || load(Path::new("/proc/kmsg")).is_err());
+        fs::write(inside("kernel.scn"), "include /proc/kmsg").expect("written");
+        let included = must_end("the same, included", || load(&inside("kernel.scn")).is_err());
+        fs::write(inside("kernel.scn"), "ply_file /proc/kmsg").expect("written");
+        let mesh = must_end("the same as mesh", || load(&inside("kernel.scn")).is_err());
+        assert!(direct && included && mesh);
+    }
+
     std::os::unix::fs::symlink(inside("loop.scn"), inside("loop.scn")).expect("a link");
     assert!(refused("a link to itself", &inside("loop.scn")).starts_with("SCENE: "));
 

@@ -397,6 +397,74 @@ fn a_mesh_that_changes_while_it_is_read() {
     println!("{refused} of 18 changed meshes were refused");
 }
 
+/// Put before the system's own by `LD_PRELOAD`: the time of day jumps hours and years to and fro. The monotonic clock
+/// stays what it is: that it never jumps is what the system promises of it.
+const JUMPING_CLOCKS: &str = r"
+#define _GNU_SOURCE
+#include <sys/syscall.h>
+#include <sys/time.h>
+#include <time.h>
+#include <unistd.h>
+static long jump(void) {
+    static unsigned calls;
+    static const long by[] = {0, 7200, -7200, 400000000, -300000000, 1, -86400};
+    return 1000000000 + by[__atomic_fetch_add(&calls, 1, __ATOMIC_RELAXED) % 7];
+}
+int clock_gettime(clockid_t clock, struct timespec *now) {
+    if (clock != CLOCK_REALTIME && clock != CLOCK_REALTIME_COARSE)
+        return (int)syscall(SYS_clock_gettime, clock, now);
+    now->tv_sec = jump();
+    now->tv_nsec = 5;
+    return 0;
+}
+int gettimeofday(struct timeval *restrict now, void *restrict zone) {
+    (void)zone;
+    now->tv_sec = jump();
+    now->tv_usec = 5;
+    return 0;
+}
+time_t time(time_t *now) {
+    time_t then = jump();
+    if (now) *now = then;
+    return then;
+}
+";
+
+#[test]
+#[cfg(target_os = "linux")]
+fn clocks_that_jump() {
+    let folder = Folder::new();
+    folder.write("clocks.c", JUMPING_CLOCKS);
+    let compiler = folder
+        .any_command("cc", &["-shared", "-fPIC", "-o", "clocks.so", "clocks.c"])
+        .status();
+    if !compiler.is_ok_and(|status| status.success()) {
+        println!("skipped: this needs a C compiler, `cc`");
+        return;
+    }
+    let jumping = |arguments: &[&str]| {
+        let mut command = folder.command(arguments);
+        command.env("LD_PRELOAD", folder.path("clocks.so"));
+        Run::new(command.output().unwrap())
+    };
+    let picture = ["a.scn", "--size", "100x100", "-o"];
+    folder.run(&[&picture[..], &["a.png"]].concat()).succeeded();
+    jumping(&[&picture[..], &["b.png"]].concat()).succeeded();
+    let [a, b] = ["a.png", "b.png"].map(|name| fs::read(folder.path(name)).unwrap());
+    assert!(a == b, "another picture");
+    // What asks for the time the most: figures, a search that ends with it, measurements.
+    for arguments in [
+        &["a.scn", "--size", "100x100", "--stats", "-o", "c.png"][..],
+        &["verify", "--rays", "20000"],
+        &["verify", "--seconds", "1"],
+        &["bench", "a.scn", "--frames", "2"],
+    ] {
+        let run = jumping(arguments);
+        assert_eq!(run.code, Some(0), "{arguments:?}: {run:?}");
+        assert!(!run.stderr.contains("panicked"), "{arguments:?}: {run:?}");
+    }
+}
+
 /// Times are differences of a clock that never jumps: nothing asks what time of day it is.
 #[test]
 fn no_clock_that_jumps() {

@@ -10,7 +10,7 @@ use crate::{
     scene::{BVH_BYTES, Scene},
 };
 use clap::Args;
-use std::{fs, path::PathBuf};
+use std::{fs, path::Path};
 
 /// What a command may take of the machine.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -153,16 +153,19 @@ fn kibibytes(meminfo: &str) -> Option<u64> {
 /// The least limit of the process's control group and of those around it: of version 2, else of version 1.
 fn cgroup() -> Option<u64> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
+    least_of_groups(&groups, Path::new("/sys/fs/cgroup"))
+}
+
+/// The same of what `/proc/self/cgroup` says, with the groups' files below `mounted`.
+fn least_of_groups(groups: &str, mounted: &Path) -> Option<u64> {
     let files = groups.lines().filter_map(|line| {
         let mut parts = line.splitn(3, ':').skip(1);
         let (controllers, path) = (parts.next()?, parts.next()?.trim_start_matches('/'));
         match controllers {
-            "" => Some((PathBuf::from("/sys/fs/cgroup"), path, "memory.max")),
-            names if names.split(',').any(|name| name == "memory") => Some((
-                PathBuf::from("/sys/fs/cgroup/memory"),
-                path,
-                "memory.limit_in_bytes",
-            )),
+            "" => Some((mounted.to_path_buf(), path, "memory.max")),
+            names if names.split(',').any(|name| name == "memory") => {
+                Some((mounted.join("memory"), path, "memory.limit_in_bytes"))
+            }
             _ => None,
         }
     });
@@ -216,6 +219,39 @@ mod tests {
         if cfg!(target_os = "linux") {
             assert!(machine().is_some_and(|bytes| bytes > 1 << 24));
             assert!(default_limit() <= three_quarters(machine().unwrap_or(0)));
+        }
+    }
+
+    #[test]
+    fn limits_of_control_groups() {
+        let root = tempfile::TempDir::new().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = root.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        };
+        write("a/memory.max", "8000000\n");
+        write("a/b/memory.max", "max\n");
+        write("a/c/memory.max", "5000000\n");
+        write("memory/d/memory.limit_in_bytes", "3000000\n");
+        write("memory/memory.limit_in_bytes", "9223372036854771712\n");
+        write("odd/memory.max", "many\n");
+        for (groups, expected) in [
+            // The group's own limit, and that of a group around it.
+            ("0::/a/c\n", Some(5_000_000)),
+            ("0::/a/b\n", Some(8_000_000)),
+            // Of a group that cannot be seen from here, those around it that can.
+            ("0::/a/gone/too\n", Some(8_000_000)),
+            ("0::/\n", None),
+            ("0::/odd\n", None),
+            // Version 1, alone and beside version 2.
+            ("7:cpu,memory:/d\n3:pids:/a\n", Some(3_000_000)),
+            ("7:memory:/elsewhere\n", Some(9_223_372_036_854_771_712)),
+            ("7:memory:/d\n0::/a/c\n", Some(3_000_000)),
+            ("", None),
+            ("nonsense\n::\n", None),
+        ] {
+            assert_eq!(least_of_groups(groups, root.path()), expected, "{groups:?}");
         }
     }
 
