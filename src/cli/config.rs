@@ -4,7 +4,10 @@
 //! option `render` has can stand in the file, and is checked as on the command line, but with its place in the file.
 
 use super::{CliError, args::Cli};
-use crate::error::{LoadError, SourcePos, escape};
+use crate::{
+    error::{LoadError, SourcePos, escape},
+    format,
+};
 use clap::{
     Arg, ArgAction, ArgMatches, Args, Command, CommandFactory, error::ErrorKind, parser::ValueSource,
 };
@@ -97,7 +100,7 @@ fn read(path: &Path) -> io::Result<String> {
         return Err(io::Error::other("this is no file"));
     }
     let mut text = String::new();
-    let length = fs::File::open(path)?
+    let length = format::open_file(path)?
         .take(MAX_BYTES + 1)
         .read_to_string(&mut text)?;
     if length as u64 > MAX_BYTES {

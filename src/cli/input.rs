@@ -16,7 +16,6 @@ use crate::{
 };
 use glam::DVec3;
 use std::{
-    fs::File,
     io::Read,
     path::{Path, PathBuf},
 };
@@ -60,7 +59,7 @@ pub fn is_mesh(path: &Path) -> Result<bool, CliError> {
     }
     let mut start = Vec::new();
     // What cannot be read is refused when it is loaded, with better words.
-    let read = File::open(path).and_then(|file| file.take(1024).read_to_end(&mut start));
+    let read = format::open_file(path).and_then(|file| file.take(1024).read_to_end(&mut start));
     if read.is_ok() && MeshFormat::of(path, &start).is_some() {
         return Ok(true);
     }

@@ -60,6 +60,7 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
         camera,
         lit_from,
         notes,
+        rig: _,
     } = (program.load)(&mut files)?;
     *program.lit_from() = lit_from;
     for note in notes {

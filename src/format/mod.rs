@@ -16,6 +16,9 @@ mod scn;
 mod source;
 mod stl;
 
+#[cfg(feature = "cli")]
+pub(crate) use source::open_file;
+
 use crate::{error::LoadError, scene::Scene};
 use files::{Disk, Given, Listed};
 use std::{

@@ -51,7 +51,7 @@ impl OpenFile {
         if !kind.is_file() {
             return Err(io::Error::other("this is a pipe or a device, expected a file"));
         }
-        let file = open_without_waiting(path)?;
+        let file = open_file(path)?;
         let length = file.metadata()?.len();
         if length > memory && length <= limit {
             return Err(io::Error::other(format!(
@@ -125,7 +125,7 @@ impl Pieces for OpenFile {
 
 /// Opens a file such that neither opening nor reading waits for anybody: some of /proc are regular files that give what
 /// is still to come (`kmsg`), and a pipe may have taken the file's place since it was looked at.
-fn open_without_waiting(path: &Path) -> io::Result<File> {
+pub(crate) fn open_file(path: &Path) -> io::Result<File> {
     let mut options = File::options();
     options.read(true);
     #[cfg(unix)]

@@ -216,11 +216,20 @@ pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result
     })
 }
 
+/// So many bytes tell that an .obj is no text.
+const TEXT_HEAD: usize = 4096;
+
 /// Reads a mesh from its file, as [`parse`] does from bytes: in pieces or as a whole, as its format wants it.
 pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
     if MeshFormat::of(path, opened.head(16, &mut Vec::new())) == Some(MeshFormat::Ply) {
         let has_colors = ply::has_vertex_colors(opened.head(ply::HEAD, &mut Vec::new()));
         return Ok(plain_ply(ply::read(opened, path)?, has_colors));
+    }
+    let mut head = Vec::new();
+    let head = opened.head(TEXT_HEAD, &mut head);
+    if MeshFormat::of(path, head) == Some(MeshFormat::Obj) && head.contains(&0) {
+        // To find the same out from gigabytes would take seconds.
+        return obj::parse(head, path, open);
     }
     let bytes = opened.into_bytes();
     parse(

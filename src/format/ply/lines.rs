@@ -43,8 +43,15 @@ pub(super) fn vertices(
     let parts: Vec<_> = blocks
         .iter()
         .map(|block| {
-            let [x, y, z] = [&mut x, &mut y, &mut z].map(|column| first(column, block.lines));
-            (block.text, x, y, z, first(&mut n, block.lines))
+            let ends = ..block.lines.min(x.len());
+            let normals = ..block.lines.min(n.len());
+            (
+                block.text,
+                x.split_off_mut(ends).unwrap_or_default(),
+                y.split_off_mut(ends).unwrap_or_default(),
+                z.split_off_mut(ends).unwrap_or_default(),
+                n.split_off_mut(normals).unwrap_or_default(),
+            )
         })
         .collect();
     let read = parts
@@ -124,7 +131,10 @@ fn triangles(
     let mut left = triangles.as_mut_slice();
     let parts: Vec<_> = blocks
         .iter()
-        .map(|block| (block.text, first(&mut left, block.lines)))
+        .map(|block| {
+            let triangles = ..block.lines.min(left.len());
+            (block.text, left.split_off_mut(triangles).unwrap_or_default())
+        })
         .collect();
     let read = parts
         .into_par_iter()
@@ -261,12 +271,6 @@ fn blocks(mut lines: &[u8]) -> Vec<&[u8]> {
 /// How long the text of all blocks is.
 fn length(blocks: &[Block<'_>]) -> usize {
     blocks.iter().map(|block| block.text.len()).sum()
-}
-
-/// Takes the first `count` off a slice, or all of it where there are fewer.
-fn first<'a, T>(slice: &mut &'a mut [T], count: usize) -> &'a mut [T] {
-    let count = count.min(slice.len());
-    slice.split_off_mut(..count).unwrap_or_default()
 }
 
 fn pass_numbers(rest: &mut &[u8], count: usize) -> Option<()> {
