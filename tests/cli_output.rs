@@ -124,13 +124,18 @@ fn what_cannot_be_written_is_said_before_rendering() {
 #[test]
 fn the_scene_is_not_overwritten() {
     let folder = Folder::new();
-    folder.write("scene.png", "sphere 0 0 0.5 0.5\n");
-    folder.fails(&["scene.png"], 2, "would replace the scene");
-    folder.fails(&["./scene.png", "-o", "scene.png"], 2, "would replace the scene");
-    assert_eq!(
-        fs::read_to_string(folder.path("scene.png")).unwrap(),
-        "sphere 0 0 0.5 0.5\n"
-    );
+    for name in ["scene.png", "scene.ppm"] {
+        folder.write(name, "sphere 0 0 0.5 0.5\n");
+    }
+    folder.fails(&["./scene.ppm", "-o", "scene.ppm"], 2, "would replace the scene");
+    // A picture's name is no scene's, whatever the file holds.
+    folder.fails(&["scene.png"], 1, "this is no kind of file that octray reads");
+    for name in ["scene.png", "scene.ppm"] {
+        assert_eq!(
+            fs::read_to_string(folder.path(name)).unwrap(),
+            "sphere 0 0 0.5 0.5\n"
+        );
+    }
 }
 
 #[test]
