@@ -130,6 +130,10 @@ impl Projection {
 fn line(canvas: &mut Canvas<'_>, a: [f64; 2], b: [f64; 2], color: u32) {
     let size = [f64::from(canvas.width), f64::from(canvas.height)];
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+    // The box of a mesh without extent lies in the eye.
+    if !(dx.is_finite() && dy.is_finite()) {
+        return;
+    }
     // The part of the line, from 0 to 1, that can be in the picture (Liang and Barsky 1984).
     let (mut first, mut last) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
@@ -147,7 +151,9 @@ fn line(canvas: &mut Canvas<'_>, a: [f64; 2], b: [f64; 2], color: u32) {
     if first > last {
         return;
     }
-    let steps = (dx.abs().max(dy.abs()) * (last - first)).ceil() as u32 + 1;
+    // Where rounding has its way with ends far outside, no more than the picture has.
+    let most = f64::from(canvas.width.max(canvas.height));
+    let steps = (dx.abs().max(dy.abs()) * (last - first)).ceil().min(most) as u32 + 1;
     for i in 0..=steps {
         let t = first + (last - first) * f64::from(i) / f64::from(steps);
         let (x, y) = ((a[0] + dx * t) as usize, (a[1] + dy * t) as usize);
@@ -162,6 +168,29 @@ mod tests {
     use super::*;
     use crate::generate::{Kind, Options, generate};
     use glam::Vec3;
+
+    #[test]
+    fn lines_end_at_the_picture_wherever_their_ends_are() {
+        for ends in [
+            [[-1e300, 3.0], [1e300, 3.0]],
+            [[1e38, -1e38], [-1e38, 1e38]],
+            [[f64::NAN, 0.0], [1.0, 1.0]],
+            [[f64::INFINITY, 0.0], [1.0, f64::NEG_INFINITY]],
+            [[2.0, 2.0], [2.0, 2.0]],
+        ] {
+            let mut pixels = vec![0; 64];
+            let mut canvas = Canvas {
+                pixels: &mut pixels,
+                width: 8,
+                height: 8,
+            };
+            line(&mut canvas, ends[0], ends[1], 1);
+            assert!(
+                pixels.iter().filter(|&&pixel| pixel == 1).count() <= 10,
+                "{ends:?}"
+            );
+        }
+    }
 
     #[test]
     fn levels_and_leaves_are_found() {
