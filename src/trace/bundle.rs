@@ -97,7 +97,7 @@ impl Tracer<'_> {
             let taken = if SHARED {
                 leaf::shared_origin::<V, ANY>(bvh, child, culling.frustum, reach, packets, states)
             } else {
-                leaf::separate_origins::<V, ANY>(bvh, child, culling, packets, states)
+                leaf::separate_origins::<V, ANY>(bvh, child, culling, packets, &self.moments, states)
             };
             for p in bits(taken) {
                 self.update_limit::<V>(culling, &mut q_limit, p);
@@ -159,14 +159,13 @@ impl Tracer<'_> {
                 near8 = nearest8::<V>(node, &pairs, &self.packets);
             }
         }
-        let places = self.bvh.places();
         let mut order = [0; LANES];
         let count = V::push_nearest_last(&mut order, near8, &[0, 1, 2, 3, 4, 5, 6, 7], chosen);
         for &entry in order.iter().take(count) {
             let (q_near, c) = unpack(entry);
             let c = c as usize % LANES;
             let child = node.child[c];
-            places.prefetch(child);
+            self.bvh.prefetch(child);
             self.bundle_stack.push(Entry {
                 child,
                 packets: pairs.packets(c),

@@ -112,6 +112,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     leaf: Child,
     culling: &Culling<'_, V>,
     packets: u32,
+    moments: &[[Column; 3]; PACKETS],
     states: &mut [Packet; PACKETS],
 ) -> u32 {
     if !leaf.is_triangles() {
@@ -125,7 +126,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     for p in bits(packets) {
         let state = &states[p % PACKETS];
         let d = Vec3Lanes::<V>::load(&state.direction);
-        let m = Vec3Lanes::<V>::load(&state.moment);
+        let m = Vec3Lanes::<V>::load(&moments[p % PACKETS]);
         let live = state.live_bits::<V>();
         for i in 0..leaf.count() {
             let outside = outside(&d, &m, &lines8, i);
@@ -358,13 +359,13 @@ mod tests {
             let extent = (origins.into_iter().fold(origins[0], Vec3::max) - point).element_sum();
             let mut packet = Packet::EMPTY;
             packet.set::<F32x8>(&rays, &rays);
-            packet.take_moments::<F32x8>(point);
             let lines = block.edge_lines(
                 &block.edges(),
                 Vec3x8::splat(point),
                 splat(lines_look_reach(distance, extent)),
             );
-            let [d, m] = [&packet.direction, &packet.moment].map(Vec3Lanes::<F32x8>::load);
+            let d = Vec3Lanes::<F32x8>::load(&packet.direction);
+            let m = packet.moments::<F32x8>(point);
             let outside = outside(&d, &m, &lines, 0).bits();
             for (lane, (origin, direction)) in origins.into_iter().zip(directions).enumerate() {
                 let edges = block.edge_functions(Vec3x8::splat(origin), splat(first_look_reach(distance)));

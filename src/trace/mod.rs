@@ -75,6 +75,9 @@ pub struct Tracer<'a> {
     method: Method,
     bounds: Aabb,
     packets: Box<[Packet; PACKETS]>,
+    /// The rays' [`moments`](Packet::moments), only while rays with their own origins are traced in bundles. (As a part
+    /// of the packets they cost camera rays of small scenes 4 %.)
+    moments: Box<[[Column; 3]; PACKETS]>,
     bundle_stack: Vec<bundle::Entry>,
     /// Where rays enter the children of the node in hand, by child and packet.
     near: Box<[Column; bundle::PAIRS]>,
@@ -199,6 +202,7 @@ impl<'a> Tracer<'a> {
             method,
             bounds: bvh.bounds(),
             packets: Box::new([Packet::EMPTY; PACKETS]),
+            moments: Box::new([[Column::splat(0.0); 3]; PACKETS]),
             bundle_stack: Vec::with_capacity(size),
             near: Box::new([Column::splat(0.0); bundle::PAIRS]),
             items: Vec::with_capacity(ITEMS),
@@ -410,8 +414,9 @@ impl<'a> Tracer<'a> {
                     lines_reach,
                 };
                 if !SHARED {
-                    for packet in &mut self.packets[first..first + size] {
-                        packet.take_moments::<V>(point);
+                    let packets = self.packets.iter().zip(self.moments.iter_mut());
+                    for (packet, moments) in packets.skip(first).take(size) {
+                        packet.moments::<V>(point).store(moments);
                     }
                 }
                 let packets = ((1 << size) - 1) << first;

@@ -20,9 +20,6 @@ pub(super) struct Packet {
     pub direction: [Column; 3],
     /// `1 / direction`, finite: the twin of [`Slabs8::inv_direction`].
     pub inv_direction: [Column; 3],
-    /// Twice the rays' moments about a point, `2 (origin - point) x direction`: only while rays with their own origins
-    /// are traced in bundles; see [`EdgeLines`](crate::geometry::EdgeLines).
-    pub moment: [Column; 3],
     /// Nearest hit so far, at first the ray's end. Occlusion: negative once anything is hit.
     pub t: Column,
     /// Edge functions of the nearest hit, second and third corner, and the sum of all three; not yet divided.
@@ -43,7 +40,6 @@ impl Packet {
         origin: [Column([0.0; 16]); 3],
         direction: [Column([0.0; 16]); 3],
         inv_direction: [Column([0.0; 16]); 3],
-        moment: [Column([0.0; 16]); 3],
         t: Column([0.0; 16]),
         weights: [Column([0.0; 16]); 3],
         primitive: Column([0.0; 16]),
@@ -99,12 +95,12 @@ impl Packet {
         V::splat(1.0).store(sum);
     }
 
-    /// Fills `moment`.
+    /// Twice the rays' moments about a point, `2 (origin - point) x direction`; see
+    /// [`EdgeLines`](crate::geometry::EdgeLines).
     #[inline(always)]
-    pub fn take_moments<V: Lanes>(&mut self, point: Vec3) {
+    pub fn moments<V: Lanes>(&self, point: Vec3) -> Vec3Lanes<V> {
         let origin = Vec3Lanes::<V>::load(&self.origin) - Vec3Lanes::splat(point);
-        let moment = (origin + origin).cross(Vec3Lanes::load(&self.direction));
-        moment.store(&mut self.moment);
+        (origin + origin).cross(Vec3Lanes::load(&self.direction))
     }
 
     /// The nearest hits of one half, for closest-hit traversal.
