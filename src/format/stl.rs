@@ -9,9 +9,11 @@
 //! Format: *StereoLithography Interface Specification*, 3D Systems, 1989.
 
 use super::{
+    files,
     mesh::{LoadedMesh, UpAxis},
     place::{TextFault, Words},
     polygon::Fans,
+    source::{Opened, Pieces},
 };
 use crate::{
     error::{LoadError, SceneError, SourcePos, quote},
@@ -27,76 +29,120 @@ const FACET: usize = 50;
 /// Fewer vertices than this are not worth another thread.
 const MIN_PIECE: usize = 1 << 14;
 
-/// Reads a mesh.
+/// So many facets are read at a time.
+const PIECE: usize = 1 << 12;
+/// So many bytes tell whether a file is text.
+const HEAD: usize = 1024;
+
+/// Reads a mesh: text as a whole, binary piece by piece.
 ///
 /// # Errors
 /// [`LoadError`]: with line and column for text, with the facet's number for binary.
+pub(super) fn read(opened: Opened, path: &Path) -> Result<LoadedMesh, LoadError> {
+    let is_text = is_text(opened.head(HEAD, &mut Vec::new()), opened.length());
+    if let Opened::File(file) = &opened
+        && !is_text
+        && let Some(columns) = binary(file, path)?
+    {
+        return Ok(LoadedMesh::plain(columns, UpAxis::Z));
+    }
+    let bytes = opened.into_bytes();
+    parse(&bytes.map_err(|error| files::load_error(path, &error))?, path)
+}
+
+/// Reads a mesh from the bytes of its file.
+///
+/// # Errors
+/// [`LoadError`], as for [`read`].
 pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<LoadedMesh, LoadError> {
-    let columns = if is_text(bytes) {
-        text(bytes).map_err(|fault| fault.into_error(bytes, path))
+    let columns = if is_text(bytes, bytes.len()) {
+        text(bytes).map_err(|fault| fault.into_error(bytes, path))?
     } else {
-        binary(bytes, path)
+        binary(&bytes, path)?.unwrap_or_default()
     };
-    columns.map(|columns| LoadedMesh::plain(columns, UpAxis::Z))
+    Ok(LoadedMesh::plain(columns, UpAxis::Z))
 }
 
 /// How many facets a binary file promises.
-fn promised(bytes: &[u8]) -> Option<usize> {
-    let count = bytes.get(HEADER - 4..)?.first_chunk()?;
+fn promised(head: &[u8]) -> Option<usize> {
+    let count = head.get(HEADER - 4..)?.first_chunk()?;
     Some(u32::from_le_bytes(*count) as usize)
 }
 
-/// Whether this is text: it begins with `solid`, which the free text of a binary file may do as well. Such a file
-/// has the length that it promises, or a NUL byte soon.
-fn is_text(bytes: &[u8]) -> bool {
-    let start = bytes.trim_ascii_start();
+/// Whether a file of so many bytes, of which the first [`HEAD`] are `head`, is text: it begins with `solid`, which the free
+/// text of a binary file may do as well. Such a file has the length that it promises, or a NUL byte soon.
+fn is_text(head: &[u8], length: usize) -> bool {
+    let start = head.trim_ascii_start();
     let begins = start
         .get(..5)
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    let fits = promised(bytes).is_some_and(|count| HEADER + count * FACET == bytes.len());
-    begins && !fits && !bytes.iter().take(1024).any(|&byte| byte == 0)
+    let fits = promised(head).is_some_and(|count| HEADER + count * FACET == length);
+    begins && !fits && !head.iter().take(HEAD).any(|&byte| byte == 0)
 }
 
-fn binary(bytes: &[u8], path: &Path) -> Result<MeshColumns, LoadError> {
-    let refused = |message: String| LoadError::whole_file(path, message);
-    if bytes.is_empty() {
-        return Err(refused("the file is empty, expected an STL mesh".into()));
+/// `None` if bytes that were there are not to be had.
+fn binary(source: &impl Pieces, path: &Path) -> Result<Option<MeshColumns>, LoadError> {
+    let refused = |message: String| Err(LoadError::whole_file(path, message));
+    let length = source.length();
+    if length == 0 {
+        return refused("the file is empty, expected an STL mesh".into());
     }
-    let Some(count) = promised(bytes) else {
-        let length = bytes.len();
-        return Err(refused(format!(
+    if length < HEADER {
+        return refused(format!(
             "this is no STL mesh: it does not begin with `solid`, and a binary one has {HEADER} bytes or more, not {length}"
-        )));
+        ));
+    }
+    let mut buffer = Vec::new();
+    let Some(count) = source.piece(0, HEADER, &mut buffer).and_then(promised) else {
+        return Ok(None);
     };
-    let body = bytes.get(HEADER..).unwrap_or_default();
-    let Some(facets) = body.get(..count * FACET) else {
-        return Err(refused(format!(
+    if length - HEADER < count * FACET {
+        return refused(format!(
             "{count} facets need {} bytes, but only {} bytes follow the header: the file is cut short, the count is \
              wrong or this is no STL mesh",
             count * FACET,
-            body.len()
-        )));
-    };
+            length - HEADER
+        ));
+    }
     let mut mesh = MeshColumns::default();
-    let no_memory = |_| refused(format!("{count} facets do not fit into memory"));
-    let columns = [&mut mesh.x, &mut mesh.y, &mut mesh.z];
-    for (axis, column) in columns.into_iter().enumerate() {
-        column.try_reserve_exact(3 * count).map_err(no_memory)?;
-        column.par_extend((0..3 * count).into_par_iter().with_min_len(MIN_PIECE).map(|i| {
-            let at = i / 3 * FACET + 12 * (i % 3 + 1) + 4 * axis;
-            let value = facets.get(at..).and_then(|rest| rest.first_chunk());
-            value.map_or(f32::NAN, |&bytes| f32::from_le_bytes(bytes))
-        }));
+    // All that is needed, before anything is read.
+    let room = [&mut mesh.x, &mut mesh.y, &mut mesh.z]
+        .into_iter()
+        .try_for_each(|column| column.try_reserve_exact(3 * count))
+        .and_then(|()| mesh.triangles.try_reserve_exact(count));
+    if room.is_err() {
+        return refused(format!("{count} facets do not fit into memory"));
+    }
+    for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
+        column.resize(3 * count, 0.0);
+    }
+    let pieces = (
+        mesh.x.par_chunks_mut(3 * PIECE),
+        mesh.y.par_chunks_mut(3 * PIECE),
+        mesh.z.par_chunks_mut(3 * PIECE),
+    );
+    let read = pieces
+        .into_par_iter()
+        .enumerate()
+        .try_for_each_init(Vec::new, |buffer, (i, (x, y, z))| {
+            let facets = source.piece(HEADER + i * PIECE * FACET, x.len() / 3 * FACET, buffer)?;
+            let corners = facets.as_chunks::<FACET>().0.iter().flat_map(corners);
+            for (((x, y), z), corner) in x.iter_mut().zip(y).zip(z).zip(corners) {
+                [*x, *y, *z] = corner;
+            }
+            Some(())
+        });
+    if read.is_none() {
+        return Ok(None);
+    }
+    for (what, column) in [("x", &mesh.x), ("y", &mesh.y), ("z", &mesh.z)] {
         let unusable = column
             .par_iter()
             .with_min_len(MIN_PIECE)
             .position_first(|value| !is_usable(*value));
         if let Some(i) = unusable {
-            let what = ["x", "y", "z"][axis];
-            let error = SceneError::NotUsable {
-                what,
-                value: column[i],
-            };
+            let value = column[i];
+            let error = SceneError::NotUsable { what, value };
             let message = format!(
                 "facet {} of {count}, corner {}: {error} (the facet starts at byte {})",
                 i / 3 + 1,
@@ -107,11 +153,19 @@ fn binary(bytes: &[u8], path: &Path) -> Result<MeshColumns, LoadError> {
             return Err(LoadError::new(at, message));
         }
     }
-    mesh.triangles.try_reserve_exact(count).map_err(no_memory)?;
     let triangles = (0..count as u32).into_par_iter().with_min_len(MIN_PIECE);
     mesh.triangles
         .par_extend(triangles.map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
-    Ok(mesh)
+    Ok(Some(mesh))
+}
+
+/// The corners of a facet, behind its normal.
+fn corners(facet: &[u8; FACET]) -> [[f32; 3]; 3] {
+    let number = |i: usize| {
+        let bytes = facet.get(4 * i..).and_then(|rest| rest.first_chunk());
+        bytes.map_or(f32::NAN, |&bytes| f32::from_le_bytes(bytes))
+    };
+    [3, 6, 9].map(|first| [number(first), number(first + 1), number(first + 2)])
 }
 
 /// Words one after the other; lines matter only behind `solid` and `endsolid`, whose names end with them.

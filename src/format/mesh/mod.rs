@@ -227,9 +227,11 @@ pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<Lo
     }
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
-    if MeshFormat::of(path, head) == Some(MeshFormat::Obj) && head.contains(&0) {
+    match MeshFormat::of(path, head) {
         // To find the same out from gigabytes would take seconds.
-        return obj::parse(head, path, open);
+        Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open),
+        Some(MeshFormat::Stl) => return stl::read(opened, path),
+        _ => {}
     }
     let bytes = opened.into_bytes();
     parse(
