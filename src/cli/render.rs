@@ -140,33 +140,31 @@ fn render_scene(
         Some((number, count)) => Camera::new(&turned(&camera.view(), number, count)),
         None => Ok(camera),
     };
-    if let Some(rig) = rig {
-        for shot in &job.shots {
-            let camera = camera_of(shot)?;
-            let view = camera.view();
+    // A renderer holds on to its scene: where the lights go with the view, each picture has one of its own.
+    let together = if rig.is_some() { 1 } else { job.shots.len().max(1) };
+    for shots in job.shots.chunks(together) {
+        if let (Some(rig), [shot]) = (&rig, shots) {
+            let view = camera_of(shot)?.view();
             let lights = rig.lights(view.eye - view.target);
             scene.take_lights(lights.map_err(|error| CliError::Failed(error.to_string()))?);
-            let loaded = Loaded {
-                job,
-                scene: &scene,
-                bvh: &bvh,
-                faults: &faults,
-            };
-            let mut renderer = Renderer::new(&scene, &bvh);
-            call.render_shot(&loaded, &mut renderer, shot, &camera, &mut spent, verdicts)?;
         }
-        return Ok(());
-    }
-    let loaded = Loaded {
-        job,
-        scene: &scene,
-        bvh: &bvh,
-        faults: &faults,
-    };
-    let mut renderer = Renderer::new(&scene, &bvh);
-    for shot in &job.shots {
-        let camera = camera_of(shot)?;
-        call.render_shot(&loaded, &mut renderer, shot, &camera, &mut spent, verdicts)?;
+        let loaded = Loaded {
+            job,
+            scene: &scene,
+            bvh: &bvh,
+            faults: &faults,
+        };
+        let mut renderer = Renderer::new(&scene, &bvh);
+        for shot in shots {
+            call.render_shot(
+                &loaded,
+                &mut renderer,
+                shot,
+                &camera_of(shot)?,
+                &mut spent,
+                verdicts,
+            )?;
+        }
     }
     Ok(())
 }
