@@ -12,7 +12,7 @@ use std::{
     path::PathBuf,
     process::{Child, Command, Stdio},
     sync::mpsc::{self, Receiver},
-    thread,
+    thread::{self, JoinHandle},
     time::{Duration, Instant},
 };
 
@@ -25,6 +25,8 @@ pub struct Viewer<'a> {
     folder: Folder,
     process: Child,
     lines: Receiver<String>,
+    /// Whether a thread of the program panicked, once it has ended: the window outlives some.
+    panicked: Option<JoinHandle<bool>>,
     window: u32,
     scene: &'static str,
     size: [u32; 2],
@@ -70,7 +72,16 @@ impl<'a> Viewer<'a> {
         let size_option = format!("--size={}x{}", size[0], size[1]);
         let arguments = [&["view", scene, &size_option], options].concat();
         let mut command = screen.on(folder.command(&arguments));
-        let mut process = command.stderr(Stdio::inherit()).spawn().unwrap();
+        let mut process = command.stderr(Stdio::piped()).spawn().unwrap();
+        let stderr = BufReader::new(process.stderr.take().unwrap());
+        let panicked = thread::spawn(move || {
+            let mut panicked = false;
+            for line in stderr.lines().map_while(Result::ok) {
+                panicked |= line.contains("panicked");
+                eprintln!("{line}");
+            }
+            panicked
+        });
         let stdout = BufReader::new(process.stdout.take().unwrap());
         let (sender, lines) = mpsc::channel();
         thread::spawn(move || {
@@ -93,6 +104,7 @@ impl<'a> Viewer<'a> {
             folder,
             process,
             lines,
+            panicked: Some(panicked),
             window,
             scene,
             size,
@@ -276,6 +288,8 @@ impl<'a> Viewer<'a> {
                 .ok_or_else(|| "a running program".into())
         });
         assert_eq!(status.code(), Some(exit_code), "{status}");
+        let panicked = self.panicked.take().is_some_and(|thread| thread.join().unwrap());
+        assert!(!panicked, "a thread of the program panicked");
     }
 }
 
