@@ -71,7 +71,7 @@ impl Workload {
     /// The rays of `camera`'s view, `width` x `height` pixels.
     #[must_use]
     pub fn new(scene: &Scene, bvh: &Bvh, camera: &Camera, width: u32, height: u32) -> Self {
-        let camera_rays = camera_packets(camera, width, height);
+        let camera_rays = camera_packets(scene, camera, width, height);
         let mut hits = vec![HitPacket::miss(F32x8::ZERO); camera_rays.len()];
         Tracer::new(bvh).closest_hit(Origins::Shared, &camera_rays, &mut hits);
         let offset = scene.bounds().diagonal() * OFFSET;
@@ -110,10 +110,10 @@ impl Workload {
     }
 }
 
-/// The camera rays of a picture, in the order of [`for_each_packet`].
+/// The camera rays of a picture of a scene, in the order of [`for_each_packet`].
 #[must_use]
-pub fn camera_packets(camera: &Camera, width: u32, height: u32) -> Vec<RayPacket> {
-    let pixel_rays = camera.pixel_rays(width, height, 1);
+pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -> Vec<RayPacket> {
+    let pixel_rays = camera.pixel_rays(scene, width, height, 1);
     let mut packets = Vec::with_capacity((width.div_ceil(4) * height.div_ceil(2)) as usize);
     for_each_packet(width, height, |[x, y]| {
         let inside = |lane: usize| x + lane as u32 % 4 < width && y + lane as u32 / 4 < height;

@@ -341,7 +341,7 @@ fn statement(material: &Material) -> String {
 fn lights(scene: &Scene) -> Vec<LightInfo> {
     let lights = scene.lights();
     let one = |i| LightInfo {
-        position: lights.position(i).to_array(),
+        position: (scene.origin() + lights.position(i)).to_array(),
         intensity: lights.intensity[i],
         color: lights.color[i],
     };

@@ -80,7 +80,7 @@ impl Renderer<'_> {
         let context = FrameContext {
             scene,
             bvh,
-            camera_rays: CameraRays::new(camera, &settings),
+            camera_rays: CameraRays::new(scene, camera, &settings),
             window,
             settings,
         };

@@ -146,7 +146,7 @@ impl<'a> Renderer<'a> {
         let context = FrameContext {
             scene: self.scene,
             bvh: self.bvh,
-            camera_rays: CameraRays::new(camera, settings),
+            camera_rays: CameraRays::new(self.scene, camera, settings),
             window,
             settings: *settings,
         };

@@ -7,7 +7,7 @@
 
 use super::Settings;
 use crate::{
-    scene::{Camera, PixelRays},
+    scene::{Camera, PixelRays, Scene},
     simd::{LANES, Vec3x8, from_lanes},
 };
 use glam::Vec3;
@@ -62,8 +62,8 @@ struct Spread {
 }
 
 impl CameraRays {
-    /// Those of `camera` for a picture with these settings.
-    pub fn new(camera: &Camera, settings: &Settings) -> Self {
+    /// Those of `camera` for a picture of a scene with these settings.
+    pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
         let &Settings {
             width,
             height,
@@ -75,7 +75,7 @@ impl CameraRays {
         let samples_per_axis = samples.isqrt();
         let regular = (pattern, filter) == (Pattern::Grid, Filter::Box);
         Self {
-            pixel_rays: camera.pixel_rays(width, height, if regular { samples_per_axis } else { 1 }),
+            pixel_rays: camera.pixel_rays(scene, width, height, if regular { samples_per_axis } else { 1 }),
             samples: match pattern {
                 Pattern::Sobol => [samples, 1],
                 Pattern::Grid | Pattern::Stratified => [samples_per_axis; 2],

@@ -1,5 +1,6 @@
 //! A pinhole camera, and the rays through its pixels.
 
+use super::Scene;
 use crate::{
     course,
     math::{mul_add3, normalize},
@@ -156,14 +157,14 @@ impl Camera {
         self.view.eye.as_vec3()
     }
 
-    /// The rays of a picture of `width` x `height` pixels with `samples_per_axis`² samples a pixel.
+    /// The rays of a picture of `scene`, `width` x `height` pixels with `samples_per_axis`² samples a pixel.
     #[must_use]
-    pub fn pixel_rays(&self, width: u32, height: u32, samples_per_axis: u32) -> PixelRays {
+    pub fn pixel_rays(&self, scene: &Scene, width: u32, height: u32, samples_per_axis: u32) -> PixelRays {
         let n = samples_per_axis;
         // Half a sample's width, so that odd multiples of it are the samples' centres.
         let step = (self.half_height / (f64::from(height) * f64::from(n))) as f32;
         PixelRays {
-            eye: self.eye(),
+            eye: (self.view.eye - scene.origin().as_dvec3()).as_vec3(),
             forward: self.forward.as_vec3(),
             right: self.right.as_vec3(),
             up: self.up.as_vec3(),
@@ -190,7 +191,7 @@ pub struct PixelRays {
 }
 
 impl PixelRays {
-    /// The shared origin of all rays, scene units.
+    /// The shared origin of all rays, relative to the scene's ([`Scene::origin`]), scene units.
     #[must_use]
     pub fn eye(&self) -> Vec3 {
         self.eye

@@ -20,6 +20,7 @@ pub use transform::Transform;
 
 use crate::{math::Aabb, ray::PrimitiveId};
 use glam::Vec3;
+use rayon::prelude::*;
 use std::path::PathBuf;
 
 /// The largest absolute coordinate, radius or intensity that a scene may hold: the kernels take products of up
@@ -40,11 +41,11 @@ pub struct MaterialId(pub u32);
 /// Vertices, shared by the triangles of a mesh. Columns of equal length.
 #[derive(Debug, Default)]
 pub struct Vertices {
-    /// Position, scene units.
+    /// Position, relative to [`Scene::origin`], scene units.
     pub x: Vec<f32>,
-    /// Position, scene units.
+    /// Position, relative to [`Scene::origin`], scene units.
     pub y: Vec<f32>,
-    /// Position, scene units.
+    /// Position, relative to [`Scene::origin`], scene units.
     pub z: Vec<f32>,
     /// Vertex normals (not necessarily unit length; zero where a vertex has none). Empty if no vertex of
     /// the scene has one, else as long as the positions.
@@ -74,11 +75,11 @@ pub struct Triangles {
 /// Spheres. Columns of equal length.
 #[derive(Debug, Default)]
 pub struct Spheres {
-    /// Centre, scene units.
+    /// Centre, relative to [`Scene::origin`], scene units.
     pub center_x: Vec<f32>,
-    /// Centre, scene units.
+    /// Centre, relative to [`Scene::origin`], scene units.
     pub center_y: Vec<f32>,
-    /// Centre, scene units.
+    /// Centre, relative to [`Scene::origin`], scene units.
     pub center_z: Vec<f32>,
     /// Radius, scene units, above 0.
     pub radius: Vec<f32>,
@@ -98,11 +99,11 @@ impl Spheres {
 /// Point lights. Columns of equal length.
 #[derive(Debug, Default)]
 pub struct Lights {
-    /// Position, scene units.
+    /// Position, relative to [`Scene::origin`], scene units.
     pub x: Vec<f32>,
-    /// Position, scene units.
+    /// Position, relative to [`Scene::origin`], scene units.
     pub y: Vec<f32>,
-    /// Position, scene units.
+    /// Position, relative to [`Scene::origin`], scene units.
     pub z: Vec<f32>,
     /// Intensity I_i; it does not fall off with distance.
     pub intensity: Vec<f32>,
@@ -118,11 +119,27 @@ impl Lights {
         Vec3::new(self.x[i], self.y[i], self.z[i])
     }
 
+    fn translate(&mut self, by: Vec3) {
+        translate([&mut self.x, &mut self.y, &mut self.z], by);
+    }
+
     /// Intensity of light `i` in each channel: its intensity times its colour.
     #[inline]
     #[must_use]
     pub fn power(&self, i: usize) -> [f32; 3] {
         self.color[i].map(|channel| self.intensity[i] * channel)
+    }
+}
+
+/// Adds to three columns of coordinates.
+fn translate(columns: [&mut [f32]; 3], by: Vec3) {
+    for (column, by) in columns.into_iter().zip(by.to_array()) {
+        if by != 0.0 {
+            column
+                .par_iter_mut()
+                .with_min_len(builder::MIN_PIECE)
+                .for_each(|x| *x += by);
+        }
     }
 }
 
@@ -136,6 +153,8 @@ pub struct Sources {
 }
 
 /// A finished scene: immutable columns. Primitive ids count the triangles first, then the spheres.
+///
+/// Positions in its columns, and so rays and hits, are relative to [`Scene::origin`].
 #[derive(Debug)]
 pub struct Scene {
     vertices: Vertices,
@@ -148,6 +167,7 @@ pub struct Scene {
     cameras: Vec<NamedCamera>,
     mesh_cameras: Vec<NamedCamera>,
     sources: Sources,
+    origin: Vec3,
     bounds: Aabb,
     degenerate: usize,
 }
@@ -198,6 +218,15 @@ impl Scene {
     /// Puts another scene's lights in the place of this one's.
     pub fn take_lights(&mut self, other: Self) {
         self.lights = other.lights;
+        self.lights.translate(other.origin - self.origin);
+    }
+
+    /// Where the origin of all positions in the columns is, as positions were given: 0 in each axis unless the scene is
+    /// further away from there than it is long. It is near there then, because what is computed from large coordinates
+    /// is rounded in large steps: where rays start, above all.
+    #[must_use]
+    pub fn origin(&self) -> Vec3 {
+        self.origin
     }
 
     /// The scene's own cameras, in the order in which they were added. The first is the one that it is meant to be
@@ -219,7 +248,8 @@ impl Scene {
         &self.sources
     }
 
-    /// The smallest box around all primitives; empty if there are none.
+    /// The smallest box around all primitives, as positions were given, not relative to [`Scene::origin`]; empty if there
+    /// are none.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds

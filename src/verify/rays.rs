@@ -160,7 +160,7 @@ pub fn ray(random: &mut Random, scene: &Scene) -> Ray {
             origin[axis] = target[axis];
             origin
         }
-        _ => scene.bounds().lower + random.in_cube() * size,
+        _ => scene.bounds().lower - scene.origin() + random.in_cube() * size,
     };
     let mut direction = (target - origin).normalize_or(random.pick(&Vec3::AXES));
     let mut start = origin;

@@ -2,7 +2,7 @@
 
 use super::{look::Boxes, orbit::Pose, screen::Canvas};
 use crate::{accel::Bvh, math::Aabb};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Their colour, 0RGB: on none of the course's materials.
 pub const COLOR: u32 = 0x0000_90ff;
@@ -51,9 +51,15 @@ fn walk(bvh: &Bvh, deepest: usize, visit: &mut impl FnMut(usize, Aabb, bool)) {
     }
 }
 
-/// Draws the edges of the boxes.
-pub fn draw(canvas: &mut Canvas<'_>, pose: &Pose, boxes: impl Iterator<Item = Aabb>, color: u32) {
-    let view = Projection::new(pose, canvas.width, canvas.height);
+/// Draws the edges of boxes, which are relative to `origin`.
+pub fn draw(
+    canvas: &mut Canvas<'_>,
+    pose: &Pose,
+    origin: Vec3,
+    boxes: impl Iterator<Item = Aabb>,
+    color: u32,
+) {
+    let view = Projection::new(pose, origin, canvas.width, canvas.height);
     for Aabb { lower, upper } in boxes {
         let (lower, upper) = (lower.as_dvec3(), upper.as_dvec3());
         let corners: [DVec3; 8] = std::array::from_fn(|i| {
@@ -89,10 +95,10 @@ struct Projection {
 }
 
 impl Projection {
-    fn new(pose: &Pose, width: u32, height: u32) -> Self {
+    fn new(pose: &Pose, origin: Vec3, width: u32, height: u32) -> Self {
         let half_height = libm::tan(pose.fov_degrees.to_radians() / 2.0);
         Self {
-            eye: pose.eye,
+            eye: pose.eye - origin.as_dvec3(),
             frame: pose.frame(),
             scale: f64::from(height) / 2.0 / half_height,
             center: [f64::from(width) / 2.0, f64::from(height) / 2.0],
@@ -167,7 +173,6 @@ fn line(canvas: &mut Canvas<'_>, a: [f64; 2], b: [f64; 2], color: u32) {
 mod tests {
     use super::*;
     use crate::generate::{Kind, Options, generate};
-    use glam::Vec3;
 
     #[test]
     fn lines_end_at_the_picture_wherever_their_ends_are() {
@@ -236,7 +241,7 @@ mod tests {
             lower: Vec3::new(-5.1, 0.0, -5.1),
             upper: Vec3::new(5.1, 0.0, 5.1),
         };
-        draw(&mut canvas, &pose, std::iter::once(flat), 7);
+        draw(&mut canvas, &pose, Vec3::ZERO, std::iter::once(flat), 7);
         // A square of half the picture's side around its middle, its outline only.
         assert_eq!([pixels[50 * 100 + 24], pixels[24 * 100 + 50]], [7, 7]);
         assert_eq!(pixels[50 * 100 + 50], 0);
@@ -258,7 +263,7 @@ mod tests {
                 lower: Vec3::splat(-size),
                 upper: Vec3::splat(size),
             };
-            draw(&mut canvas, &pose, std::iter::once(around), 1);
+            draw(&mut canvas, &pose, Vec3::ZERO, std::iter::once(around), 1);
         }
     }
 }

@@ -83,7 +83,7 @@ pub fn render(
     let frame = Frame {
         model,
         style,
-        rays: camera.pixel_rays(width, height, n),
+        rays: camera.pixel_rays(&model.scene, width, height, n),
         width,
         n,
         stop: &|| report(0),

@@ -15,7 +15,7 @@ use glam::Vec3;
 #[must_use]
 pub fn describe(model: &Model, camera: &Camera, [width, height]: [u32; 2], [x, y]: [u32; 2]) -> Vec<String> {
     let scene = &model.scene;
-    let rays = camera.pixel_rays(width, height, 1);
+    let rays = camera.pixel_rays(scene, width, height, 1);
     let ray = Ray::new(rays.eye(), rays.direction(x, y, [0, 0]));
     let (hit, cost) = cost::closest_hit(scene, &model.bvh, &mut Todo::default(), &ray);
     let vector = |v: Vec3| format!("{:.4} {:.4} {:.4}", v.x, v.y, v.z);
@@ -33,7 +33,10 @@ pub fn describe(model: &Model, camera: &Camera, [width, height]: [u32; 2], [x, y
         };
         lines.push(format!("hit       {primitive}, {material}"));
         lines.push(format!("distance  {:.6}", hit.t));
-        lines.push(format!("point     {}", vector(surface::point(&ray, &hit))));
+        lines.push(format!(
+            "point     {}",
+            vector(scene.origin() + surface::point(&ray, &hit))
+        ));
         lines.push(format!("normal    {}", vector(shading_normal(scene, &ray, &hit))));
     } else {
         lines.push("hit       nothing".into());

@@ -239,6 +239,7 @@ impl Session<'_> {
         boxes::draw(
             &mut canvas,
             &wanted.pose,
+            self.model.scene.origin(),
             all.iter().copied().step_by(stride),
             boxes::COLOR,
         );

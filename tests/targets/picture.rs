@@ -180,7 +180,7 @@ pub fn picture(bytes: &[u8]) {
 }
 
 fn brute_force(scene: &Scene, camera: &Camera, settings: &Settings) -> Film {
-    let rays = camera.pixel_rays(SIDE, SIDE, 1);
+    let rays = camera.pixel_rays(scene, SIDE, SIDE, 1);
     let mut film = Film::new(SIDE, SIDE);
     for (i, pixel) in (0..).zip(film.pixels_mut()) {
         let ray = Ray::new(rays.eye(), rays.direction(i % SIDE, i / SIDE, [0, 0]));
