@@ -79,11 +79,11 @@ impl Hit {
     }
 }
 
-/// Eight rays. A lane without a ray has `t_max` 0 (and any unit direction): it hits nothing.
+/// Eight rays, but for where they start: that is often the same for many packets, and [`Origins`] say it. Two cache lines.
+/// A lane without a ray has `t_max` 0 (and any unit direction): it hits nothing.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub struct RayPacket {
-    /// Where t is 0, scene units.
-    pub origin: Vec3x8,
     /// Unit length.
     pub direction: Vec3x8,
     /// Hits count only below this t.
@@ -91,40 +91,134 @@ pub struct RayPacket {
 }
 
 impl RayPacket {
-    /// Eight lanes without a ray.
+    /// Lane `i` as a ray from `origin`.
+    #[inline(always)]
     #[must_use]
-    pub fn inactive() -> Self {
-        Self {
-            origin: Vec3x8::ZERO,
-            direction: Vec3x8::splat(Vec3::Z),
-            t_max: F32x8::ZERO,
-        }
-    }
-
-    /// Lane `i` as a ray.
-    #[must_use]
-    pub fn ray(&self, i: usize) -> Ray {
+    pub fn ray(&self, i: usize, origin: Vec3) -> Ray {
         Ray {
-            origin: self.origin.lane(i),
+            origin,
             direction: self.direction.lane(i),
             t_max: self.t_max.as_array()[i],
         }
     }
+}
 
-    /// Puts `ray` into lane `i`.
-    pub fn set_ray(&mut self, i: usize, ray: &Ray) {
-        self.origin.x.as_mut_array()[i] = ray.origin.x;
-        self.origin.y.as_mut_array()[i] = ray.origin.y;
-        self.origin.z.as_mut_array()[i] = ray.origin.z;
-        self.direction.x.as_mut_array()[i] = ray.direction.x;
-        self.direction.y.as_mut_array()[i] = ray.direction.y;
-        self.direction.z.as_mut_array()[i] = ray.direction.z;
-        self.t_max.as_mut_array()[i] = ray.t_max;
+/// Where the rays of packets start: where t is 0.
+#[derive(Clone, Copy, Debug)]
+pub enum Origins<'a> {
+    /// All at one point, scene units. What depends on it alone is shared then.
+    Shared(Vec3),
+    /// Each ray at a point of its own, scene units: one vector a packet.
+    Separate(&'a [Vec3x8]),
+}
+
+/// Packets of rays and where they start.
+#[derive(Clone, Debug, Default)]
+pub struct RayPackets {
+    packets: Vec<RayPacket>,
+    /// Where all of them start, or `None`: as `origins` say.
+    shared: Option<Vec3>,
+    /// As long as `packets`, or empty.
+    origins: Vec<Vec3x8>,
+}
+
+impl RayPackets {
+    /// No rays yet; all will start at `origin`.
+    #[must_use]
+    pub fn sharing(origin: Vec3) -> Self {
+        Self {
+            shared: Some(origin),
+            ..Self::default()
+        }
+    }
+
+    /// Forgets all rays; those to come start at `origin`, or each at its own point.
+    pub fn restart(&mut self, origin: Option<Vec3>) {
+        self.packets.clear();
+        self.origins.clear();
+        self.shared = origin;
+    }
+
+    /// Makes room for so many packets.
+    pub fn reserve(&mut self, packets: usize) {
+        self.packets.reserve(packets);
+        self.origins.reserve(packets);
+    }
+
+    /// Adds a packet.
+    ///
+    /// # Panics
+    /// If rays start at points of their own: then these are to be told ([`RayPackets::push_from`]).
+    #[inline(always)]
+    pub fn push(&mut self, packet: RayPacket) {
+        assert!(self.shared.is_some(), "these rays share their origin");
+        self.packets.push(packet);
+    }
+
+    /// Adds a packet of rays that start at points of their own.
+    ///
+    /// # Panics
+    /// If all rays share one origin.
+    #[inline(always)]
+    pub fn push_from(&mut self, origin: Vec3x8, packet: RayPacket) {
+        assert!(self.shared.is_none(), "these rays have their own origins");
+        self.packets.push(packet);
+        self.origins.push(origin);
+    }
+
+    /// Adds eight rays. (If all share one origin, theirs must be that.)
+    pub fn push_rays(&mut self, rays: &[Ray; LANES]) {
+        let packet = RayPacket {
+            direction: Vec3x8::from_lanes(rays.map(|ray| ray.direction)),
+            t_max: rays.map(|ray| ray.t_max).into(),
+        };
+        match self.shared {
+            Some(_) => self.push(packet),
+            None => self.push_from(Vec3x8::from_lanes(rays.map(|ray| ray.origin)), packet),
+        }
+    }
+
+    /// The packets.
+    #[inline(always)]
+    #[must_use]
+    pub fn packets(&self) -> &[RayPacket] {
+        &self.packets
+    }
+
+    /// Where the rays start.
+    #[inline(always)]
+    #[must_use]
+    pub fn origins(&self) -> Origins<'_> {
+        match self.shared {
+            Some(origin) => Origins::Shared(origin),
+            None => Origins::Separate(&self.origins),
+        }
+    }
+
+    /// Where the rays of packet `i` start.
+    #[inline(always)]
+    #[must_use]
+    pub fn origin(&self, i: usize) -> Vec3x8 {
+        match self.shared {
+            Some(origin) => Vec3x8::splat(origin),
+            None => self.origins[i],
+        }
+    }
+
+    /// A ray of packet `i`.
+    #[must_use]
+    pub fn ray(&self, i: usize, lane: usize) -> Ray {
+        let origin = match self.shared {
+            Some(origin) => origin,
+            None => self.origins[i].lane(lane),
+        };
+        self.packets[i].ray(lane, origin)
     }
 }
 
-/// What eight rays hit first, a column a field of [`Hit`].
+/// What eight rays hit first, a column a field of [`Hit`]. Two cache lines.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub struct HitPacket {
     /// Distances.
     pub t: F32x8,

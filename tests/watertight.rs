@@ -5,11 +5,11 @@
 use glam::{Mat3, Vec3};
 use octray::{
     accel::Bvh,
-    ray::{HitPacket, Ray, RayPacket},
+    ray::{HitPacket, Ray, RayPackets},
     reference::brute,
     scene::{MeshColumns, Scene, SceneBuilder},
     simd::{F32x8, LANES},
-    trace::{BUNDLE, Method, Origins, Tracer},
+    trace::{BUNDLE, Method, Tracer},
     verify::Random,
 };
 
@@ -95,6 +95,7 @@ fn weak_point(random: &mut Random, scene: &Scene) -> Vec3 {
 
 fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32, bundles: usize) {
     let bvh = Bvh::build(scene);
+    let center = center - scene.origin();
     let mut tracers = [
         Method::Adaptive,
         Method::Adaptive8,
@@ -109,32 +110,25 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
         };
         let origin = inside(random);
         let near = weak_point(random, scene);
-        let mut packets = Vec::new();
+        let mut rays = RayPackets::default();
+        rays.restart(Some(origin).filter(|_| shared));
         for _ in 0..BUNDLE {
-            let mut packet = RayPacket::inactive();
-            for lane in 0..LANES {
+            rays.push_rays(&std::array::from_fn(|_| {
                 let origin = if shared { origin } else { inside(random) };
                 let target = if random.one_in(2) {
                     near
                 } else {
                     weak_point(random, scene)
                 };
-                let ray = Ray::new(origin, (target - origin).normalize());
-                packet.set_ray(lane, &ray);
-            }
-            packets.push(packet);
+                Ray::new(origin, (target - origin).normalize())
+            }));
         }
-        let origins = if shared {
-            Origins::Shared
-        } else {
-            Origins::Separate
-        };
         for tracer in &mut tracers {
             let mut hits = vec![HitPacket::miss(F32x8::ZERO); BUNDLE];
-            tracer.closest_hit(origins, &packets, &mut hits);
-            for (packet, hits) in packets.iter().zip(&hits) {
+            tracer.closest_hit(rays.origins(), rays.packets(), &mut hits);
+            for (packet_i, hits) in hits.iter().enumerate() {
                 for lane in 0..LANES {
-                    let (ray, hit) = (packet.ray(lane), hits.hit(lane));
+                    let (ray, hit) = (rays.ray(packet_i, lane), hits.hit(lane));
                     assert!(
                         hit.is_hit(),
                         "{name}: {ray:?} slips out; brute: {:?}",

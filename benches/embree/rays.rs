@@ -7,7 +7,7 @@ use crate::{
 };
 use octray::{
     bench::{Kind, RaySet, Results},
-    ray::RayPacket,
+    ray::Ray,
 };
 use std::ops::{Deref, DerefMut};
 
@@ -77,14 +77,14 @@ impl Prepared {
     pub fn new(set: &RaySet, from_light: bool) -> Self {
         let mut lanes = Vec::new();
         let mut first = 0;
-        for (light, packets) in &set.groups {
-            for (packet_i, packet) in (first..).zip(packets) {
+        for (light, rays) in &set.groups {
+            for packet_i in 0..rays.packets().len() {
                 lanes.extend((0..8).map(|lane| {
-                    let source = (packet_i * 8 + lane) as u32;
-                    Lane::new(packet, lane, source, light.filter(|_| from_light))
+                    let source = ((first + packet_i) * 8 + lane) as u32;
+                    Lane::new(&rays.ray(packet_i, lane), source, light.filter(|_| from_light))
                 }));
             }
-            first += packets.len();
+            first += rays.packets().len();
         }
         // Pairs of packets are 4x4 pixels.
         let prepared = Self {
@@ -157,8 +157,7 @@ impl Lane {
         source: u32::MAX,
     };
 
-    fn new(packet: &RayPacket, lane: usize, source: u32, light: Option<glam::Vec3>) -> Self {
-        let ray = packet.ray(lane);
+    fn new(ray: &Ray, source: u32, light: Option<glam::Vec3>) -> Self {
         let (origin, direction) = match light {
             Some(light) => (light, -ray.direction),
             None => (ray.origin, ray.direction),

@@ -3,11 +3,11 @@
 use super::workload::{Kind, RaySet};
 use crate::{
     accel::{BinaryBvh, Bvh},
-    ray::{HitPacket, PrimitiveId, Ray, RayPacket},
+    ray::{HitPacket, Origins, PrimitiveId, Ray, RayPacket},
     reference::bvh::{self, Stack},
     scene::Scene,
-    simd::{F32x8, LANES, Vec3x8},
-    trace::{self, Origins, Tracer},
+    simd::{F32x8, LANES},
+    trace::{self, Tracer},
 };
 use std::time::Instant;
 
@@ -101,13 +101,12 @@ impl Results {
     }
 }
 
-/// Ray packets that are handed to the tracer at a time: as many as the renderer's tile of 32x32 pixels holds.
-const BATCH: usize = 128;
+/// Ray packets that are handed to the tracer at a time: as many as the renderer's tile of 128x16 pixels holds.
+const BATCH: usize = 256;
 
-/// A shadow ray from its light to the surface.
-fn reversed(light: glam::Vec3, packet: &RayPacket) -> RayPacket {
+/// Shadow rays from their light to the surface.
+fn reversed(packet: &RayPacket) -> RayPacket {
     RayPacket {
-        origin: Vec3x8::splat(light),
         direction: -packet.direction,
         t_max: packet.t_max,
     }
@@ -115,18 +114,18 @@ fn reversed(light: glam::Vec3, packet: &RayPacket) -> RayPacket {
 
 fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
     let mut stack = Stack::default();
-    for (light, packets) in &set.groups {
-        for packet in packets {
+    for (light, group) in &set.groups {
+        for (packet_i, packet) in group.packets().iter().enumerate() {
             let rays: [Ray; LANES] = std::array::from_fn(|lane| match light {
                 Some(light) => {
-                    let ray = packet.ray(lane);
+                    let ray = group.ray(packet_i, lane);
                     Ray {
                         origin: *light,
                         direction: -ray.direction,
                         ..ray
                     }
                 }
-                None => packet.ray(lane),
+                None => group.ray(packet_i, lane),
             });
             if set.kind == Kind::Shadow {
                 let blocked =
@@ -147,7 +146,7 @@ fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
 
 /// Memory for a set's results, once: those of the last time are written over.
 fn make_room(set: &RaySet, results: &mut Results) {
-    let packets = set.groups.iter().map(|(_, packets)| packets.len()).sum();
+    let packets = set.groups.iter().map(|(_, rays)| rays.packets().len()).sum();
     let (hits, blocked) = if set.kind == Kind::Shadow {
         (0, packets)
     } else {
@@ -161,18 +160,17 @@ fn run_simd(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
     make_room(set, results);
     let mut reversed_rays = Vec::with_capacity(BATCH);
     let mut start = 0;
-    for (light, packets) in &set.groups {
-        for bundle in packets.chunks(BATCH) {
+    for (light, rays) in &set.groups {
+        for (bundle_i, bundle) in rays.packets().chunks(BATCH).enumerate() {
             if let Some(light) = light {
                 reversed_rays.clear();
-                reversed_rays.extend(bundle.iter().map(|p| reversed(*light, p)));
+                reversed_rays.extend(bundle.iter().map(reversed));
                 let blocked = &mut results.blocked[start..start + bundle.len()];
-                tracer.occluded(Origins::Shared, &reversed_rays, blocked);
+                tracer.occluded(Origins::Shared(*light), &reversed_rays, blocked);
             } else {
-                let origins = if set.kind == Kind::Camera {
-                    Origins::Shared
-                } else {
-                    Origins::Separate
+                let origins = match rays.origins() {
+                    Origins::Separate(all) => Origins::Separate(&all[bundle_i * BATCH..][..bundle.len()]),
+                    shared @ Origins::Shared(_) => shared,
                 };
                 let hits = &mut results.hits[start..start + bundle.len()];
                 tracer.closest_hit(origins, bundle, hits);
@@ -208,7 +206,7 @@ pub fn compare(
     repeat: usize,
 ) -> Vec<Measurement> {
     let binary = bvh.binary(scene);
-    let packets = set.groups.iter().map(|(_, packets)| packets.len()).sum();
+    let packets = set.groups.iter().map(|(_, rays)| rays.packets().len()).sum();
     let mut truth = Results::default();
     run_scalar(binary, set, &mut truth);
 

@@ -3,10 +3,10 @@
 use crate::{
     accel::Bvh,
     math::{cross, dot, max_abs, mul_add3, normalize},
-    ray::{Hit, HitPacket, Ray, RayPacket, T_MAX},
+    ray::{Hit, HitPacket, Ray, RayPacket, RayPackets, T_MAX},
     scene::{Camera, Primitive, Scene, for_each_packet},
     simd::{F32x8, LANES, gt, splat},
-    trace::{Origins, Tracer},
+    trace::Tracer,
 };
 use glam::Vec3;
 
@@ -47,15 +47,19 @@ pub struct RaySet {
     /// What the rays are for.
     pub kind: Kind,
     /// The rays, in groups. A group of shadow rays has its light's position.
-    pub groups: Vec<(Option<Vec3>, Vec<RayPacket>)>,
+    pub groups: Vec<(Option<Vec3>, RayPackets)>,
     /// Lanes that hold a ray.
     pub count: u64,
 }
 
 impl RaySet {
-    fn new(kind: Kind, groups: Vec<(Option<Vec3>, Vec<RayPacket>)>) -> Self {
+    fn new(kind: Kind, groups: Vec<(Option<Vec3>, RayPackets)>) -> Self {
         let active = |p: &RayPacket| u64::from(gt(p.t_max, splat(0.0)).bits().count_ones());
-        let count = groups.iter().flat_map(|(_, packets)| packets).map(active).sum();
+        let count = groups
+            .iter()
+            .flat_map(|(_, rays)| rays.packets())
+            .map(active)
+            .sum();
         Self { kind, groups, count }
     }
 }
@@ -72,8 +76,8 @@ impl Workload {
     #[must_use]
     pub fn new(scene: &Scene, bvh: &Bvh, camera: &Camera, width: u32, height: u32) -> Self {
         let camera_rays = camera_packets(scene, camera, width, height);
-        let mut hits = vec![HitPacket::miss(F32x8::ZERO); camera_rays.len()];
-        Tracer::new(bvh).closest_hit(Origins::Shared, &camera_rays, &mut hits);
+        let mut hits = vec![HitPacket::miss(F32x8::ZERO); camera_rays.packets().len()];
+        Tracer::new(bvh).closest_hit(camera_rays.origins(), camera_rays.packets(), &mut hits);
         let offset = scene.bounds().diagonal() * OFFSET;
 
         let lights = (0..scene.lights().intensity.len()).map(|i| scene.lights().position(i));
@@ -112,14 +116,14 @@ impl Workload {
 
 /// The camera rays of a picture of a scene, in the order of [`for_each_packet`].
 #[must_use]
-pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -> Vec<RayPacket> {
+pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -> RayPackets {
     let pixel_rays = camera.pixel_rays(scene, width, height, 1);
-    let mut packets = Vec::with_capacity((width.div_ceil(4) * height.div_ceil(2)) as usize);
+    let mut packets = RayPackets::sharing(pixel_rays.eye());
+    packets.reserve((width.div_ceil(4) * height.div_ceil(2)) as usize);
     for_each_packet(width, height, |[x, y]| {
         let inside = |lane: usize| x + lane as u32 % 4 < width && y + lane as u32 / 4 < height;
         let t_max: [f32; LANES] = std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 });
         packets.push(RayPacket {
-            origin: crate::simd::Vec3x8::splat(pixel_rays.eye()),
             direction: pixel_rays.directions8(x, y, [0, 0]),
             t_max: t_max.into(),
         });
@@ -132,20 +136,20 @@ pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -
 /// neighbour.
 fn secondary(
     scene: &Scene,
-    camera_rays: &[RayPacket],
+    camera_rays: &RayPackets,
     hits: &[HitPacket],
     offset: f32,
     ray_from: impl Fn(&Ray, Vec3, Vec3) -> Option<Ray>,
-) -> Vec<RayPacket> {
+) -> RayPackets {
     let mut neighbour = Ray {
         origin: Vec3::ZERO,
         direction: Vec3::Z,
         t_max: 0.0,
     };
-    let mut packets = Vec::with_capacity(camera_rays.len());
-    for (packet, hits) in camera_rays.iter().zip(hits) {
+    let mut packets = Vec::with_capacity(hits.len());
+    for (packet_i, hits) in hits.iter().enumerate() {
         let rays: [Option<Ray>; LANES] = std::array::from_fn(|lane| {
-            let (ray, hit) = (packet.ray(lane), hits.hit(lane));
+            let (ray, hit) = (camera_rays.ray(packet_i, lane), hits.hit(lane));
             if !hit.is_hit() {
                 return None;
             }
@@ -156,15 +160,16 @@ fn secondary(
         if let Some(ray) = rays.iter().flatten().next() {
             neighbour = Ray { t_max: 0.0, ..*ray };
         }
-        let mut packet = RayPacket::inactive();
-        for (lane, ray) in rays.iter().enumerate() {
-            packet.set_ray(lane, &ray.unwrap_or(neighbour));
-        }
-        packets.push(packet);
+        packets.push(rays.map(|ray| ray.unwrap_or(neighbour)));
     }
-    let holds_ray = |packet: &RayPacket| gt(packet.t_max, splat(0.0)).any();
-    let pairs = packets.chunks(2).filter(|pair| pair.iter().any(holds_ray));
-    pairs.flatten().copied().collect()
+    let holds_ray = |rays: &[Ray; LANES]| rays.iter().any(|ray| ray.t_max > 0.0);
+    let mut kept = RayPackets::default();
+    for pair in packets.chunks(2).filter(|pair| pair.iter().any(holds_ray)) {
+        for rays in pair {
+            kept.push_rays(rays);
+        }
+    }
+    kept
 }
 
 fn geometric_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {

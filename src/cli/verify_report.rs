@@ -94,8 +94,13 @@ fn ray_text(difference: &Difference) -> String {
     } = difference.ray();
     let (i, count) = difference.in_group;
     let mut text = format!(
-        "ray {} of the scene, {i} of {count} traced together, origins {:?}\n",
-        difference.ray_i, difference.group.origins
+        "ray {} of the scene, {i} of {count} traced together{}\n",
+        difference.ray_i,
+        if difference.group.shared {
+            ", from one origin"
+        } else {
+            ""
+        }
     );
     let vectors = [("origin", origin.to_array()), ("direction", direction.to_array())];
     for (name, [x, y, z]) in vectors {

@@ -21,7 +21,7 @@ use crate::{
     scene::{Camera, Material, Scene, for_each_packet},
     shade::queue::RayQueue,
     simd::{LANES, splat},
-    trace::{Origins, Tracer},
+    trace::Tracer,
 };
 use rayon::prelude::*;
 
@@ -144,12 +144,14 @@ impl<'a> Finder<'a> {
             fill(context, rect, [0, 0], &mut self.rays);
             self.hits.clear();
             self.hits
-                .resize(self.rays.packets.len(), HitPacket::miss(splat(0.0)));
+                .resize(self.rays.rays.packets().len(), HitPacket::miss(splat(0.0)));
             if !one_by_one {
+                let rays = &self.rays.rays;
                 self.tracer
-                    .closest_hit(Origins::Shared, &self.rays.packets, &mut self.hits);
+                    .closest_hit(rays.origins(), rays.packets(), &mut self.hits);
             }
-            let mut packets = self.rays.packets.iter().zip(&self.hits);
+            let eye = context.camera_rays.eye();
+            let mut packets = self.rays.rays.packets().iter().zip(&self.hits);
             let todo = &mut self.todo;
             for_each_packet(rect.width, rect.height, |[x, y]| {
                 let Some((rays, hits)) = packets.next() else {
@@ -160,7 +162,7 @@ impl<'a> Finder<'a> {
                     if x >= rect.width || y >= rect.height {
                         continue;
                     }
-                    let ray = rays.ray(lane);
+                    let ray = rays.ray(lane, eye);
                     let (hit, cost) = if one_by_one {
                         let (hit, cost) = cost::closest_hit(context.scene, context.bvh, todo, &ray);
                         (hit, if costs { cost } else { Cost::default() })

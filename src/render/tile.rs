@@ -9,7 +9,7 @@ use crate::{
     ray::{RayPacket, T_MAX},
     scene::{Scene, for_each_packet},
     shade::{ShadeSettings, Shader, TileColors, queue::RayQueue},
-    simd::{LANES, Mask8, Vec3x8, splat},
+    simd::{LANES, Mask8, splat},
     trace::Tracer,
 };
 use std::time::Instant;
@@ -67,7 +67,7 @@ impl<'a> TileScratch<'a> {
             let start = Instant::now();
             fill(context, rect, sample, &mut self.rays);
             times.ray_generation += start.elapsed();
-            self.sample.reset(self.rays.packets.len());
+            self.sample.reset(self.rays.rays.packets().len());
             self.shader
                 .shade(scene, &mut self.tracer, shade, &mut self.rays, &mut self.sample);
             if sample == [0, 0] {
@@ -131,13 +131,11 @@ fn store_part<P: Pixel>(from: &[P; ROW], to: &mut [P]) {
 /// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
 #[inline(never)]
 pub(super) fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
-    rays.clear();
-    let origin = Vec3x8::splat(context.camera_rays.eye());
+    rays.restart(Some(context.camera_rays.eye()));
     let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
     let mut first = 0;
     for_each_packet(rect.width, rect.height, |[x, y]| {
         let packet = RayPacket {
-            origin,
             direction: context.camera_rays.directions8(left + x, top + y, sample),
             t_max: Mask8::from_bits(inside(rect, x, y)).select(splat(T_MAX), splat(0.0)),
         };

@@ -4,7 +4,6 @@ use super::{
     Background, Lights, Material, MaterialId, NamedCamera, Scene, Sources, Spheres, Triangles, Vertices,
     is_usable,
     material::{check_color, check_share},
-    translate,
 };
 use crate::{
     course,
@@ -503,33 +502,12 @@ impl SceneBuilder {
         for i in 0..scene.spheres.radius.len() {
             scene.bounds = scene.bounds.union(scene.sphere_bounds(i));
         }
-        scene.move_to(origin_of(scene.bounds));
+        scene.move_to_origin();
         scene
     }
 }
 
-/// The middle of `bounds` in each axis in which they are further from 0 than they are long. To subtract it is exact there:
-/// no coordinate is less than half or more than twice of it (Sterbenz's lemma).
-fn origin_of(bounds: Aabb) -> Vec3 {
-    if bounds.is_empty() {
-        return Vec3::ZERO;
-    }
-    let Aabb { lower, upper } = bounds;
-    let is_far = (lower.cmpgt(Vec3::ZERO) & upper.cmple(lower * 2.0))
-        | (upper.cmplt(Vec3::ZERO) & lower.cmpge(upper * 2.0));
-    Vec3::select(is_far, (lower + upper) * 0.5, Vec3::ZERO)
-}
-
 impl Scene {
-    /// Makes all positions relative to `origin`.
-    fn move_to(&mut self, origin: Vec3) {
-        self.origin = origin;
-        let (v, s) = (&mut self.vertices, &mut self.spheres);
-        translate([&mut v.x, &mut v.y, &mut v.z], -origin);
-        translate([&mut s.center_x, &mut s.center_y, &mut s.center_z], -origin);
-        self.lights.translate(-origin);
-    }
-
     /// The box around all triangles, and how many of them have no area.
     fn triangle_extent(&self) -> (Aabb, usize) {
         let pieces = self.triangles.corners.par_chunks(MIN_PIECE);
@@ -585,50 +563,4 @@ fn append<T>(to: &mut Vec<T>, mut from: Vec<T>) {
 
 fn max_abs_or_nan(v: Vec3) -> f32 {
     if v.is_finite() { max_abs(v) } else { f32::NAN }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scenes_far_away_are_kept_near_their_origin_without_rounding() {
-        let far = Vec3::new(8000.3, -5500.7, 0.4);
-        let mut builder = SceneBuilder::new();
-        let matte = MaterialId(1);
-        let corners = [far, far + Vec3::X * 3.7, far + Vec3::Y * 0.3];
-        builder.add_triangle(corners, matte).unwrap();
-        builder.add_sphere(far - Vec3::Z, 1.1, matte).unwrap();
-        builder.add_light(far * 1.5, 1.0).unwrap();
-        let scene = builder.finish();
-        assert_eq!(scene.origin().z, 0.0, "the scene reaches from below to above 0");
-        let again = scene.triangle(0).map(|corner| corner + scene.origin());
-        assert_eq!(again, corners);
-        assert_eq!(scene.spheres().center(0) + scene.origin(), far - Vec3::Z);
-        assert_eq!(scene.lights().position(0) + scene.origin(), far * 1.5);
-        let Aabb { lower, upper } = scene.bounds();
-        assert!(lower.cmple(far - Vec3::ONE).all() && upper.cmpge(far).all());
-        assert!(scene.vertices().x.iter().all(|x| x.abs() < 5.0));
-
-        // A scene's lights in another one are where they were.
-        let mut lights = SceneBuilder::new();
-        lights.add_light(far, 1.0).unwrap();
-        let mut scene = scene;
-        scene.take_lights(lights.finish());
-        assert_eq!(scene.lights().position(0) + scene.origin(), far);
-    }
-
-    #[test]
-    fn scenes_around_0_stay_where_they_are() {
-        for x in [-1.0, 0.0, 0.9] {
-            let mut builder = SceneBuilder::new();
-            builder.add_sphere(Vec3::splat(x), 0.5, MaterialId(0)).unwrap();
-            let scene = builder.finish();
-            assert_eq!(
-                (scene.origin(), scene.spheres().center(0)),
-                (Vec3::ZERO, Vec3::splat(x))
-            );
-        }
-        assert_eq!(SceneBuilder::new().finish().origin(), Vec3::ZERO);
-    }
 }

@@ -6,6 +6,7 @@ mod camera;
 mod faults;
 mod fit;
 mod material;
+mod origin;
 mod smooth;
 mod transform;
 mod weld;
@@ -20,7 +21,6 @@ pub use transform::Transform;
 
 use crate::{math::Aabb, ray::PrimitiveId};
 use glam::Vec3;
-use rayon::prelude::*;
 use std::path::PathBuf;
 
 /// The largest absolute coordinate, radius or intensity that a scene may hold: the kernels take products of up
@@ -119,27 +119,11 @@ impl Lights {
         Vec3::new(self.x[i], self.y[i], self.z[i])
     }
 
-    fn translate(&mut self, by: Vec3) {
-        translate([&mut self.x, &mut self.y, &mut self.z], by);
-    }
-
     /// Intensity of light `i` in each channel: its intensity times its colour.
     #[inline]
     #[must_use]
     pub fn power(&self, i: usize) -> [f32; 3] {
         self.color[i].map(|channel| self.intensity[i] * channel)
-    }
-}
-
-/// Adds to three columns of coordinates.
-fn translate(columns: [&mut [f32]; 3], by: Vec3) {
-    for (column, by) in columns.into_iter().zip(by.to_array()) {
-        if by != 0.0 {
-            column
-                .par_iter_mut()
-                .with_min_len(builder::MIN_PIECE)
-                .for_each(|x| *x += by);
-        }
     }
 }
 

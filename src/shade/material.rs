@@ -133,12 +133,9 @@ fn mirror(share: f32, surfaces: &[SurfacePacket], next: &mut RayQueue) {
             .geometric_normal
             .mul_add(s.magnitude * splat(SURFACE_OFFSET), s.point);
         let t_max = Mask8::from_bits(s.active).select(splat(T_MAX), splat(0.0));
-        next.push(
-            RayPacket {
-                origin,
-                direction,
-                t_max,
-            },
+        next.push_from(
+            origin,
+            RayPacket { direction, t_max },
             s.pixel,
             s.weight * splat(share),
         );
@@ -157,7 +154,7 @@ pub(super) fn background(scene: &Scene, direction: &Vec3x8) -> [F32x8; 3] {
 
 /// Gives the rays of a queue that is not traced any further the background.
 pub fn end_of_depth(scene: &Scene, rays: &RayQueue, colors: &mut TileColors) {
-    for ((packet, pixel), &weight) in rays.packets.iter().zip(&rays.pixel).zip(&rays.weight) {
+    for ((packet, pixel), &weight) in rays.rays.packets().iter().zip(&rays.pixel).zip(&rays.weight) {
         let background = background(scene, &packet.direction);
         colors.add(gt(packet.t_max, splat(0.0)).bits(), pixel, weight, background);
     }

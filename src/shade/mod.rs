@@ -21,7 +21,7 @@ use crate::{
     ray::{HitPacket, PrimitiveId},
     scene::Scene,
     simd::{F32x8, LANES, Mask8, equal_lanes, is_run, mul_add, splat},
-    trace::{Origins, Tracer},
+    trace::Tracer,
 };
 use material::Light8;
 use queue::{HitQueue, RayQueue};
@@ -154,15 +154,14 @@ impl Shader {
         rays: &mut RayQueue,
         colors: &mut TileColors,
     ) {
-        let mut origins = Origins::Shared;
         for level in 1..=settings.max_depth {
-            let packets = rays.packets.len();
+            let packets = rays.rays.packets().len();
             if self.hits.len() < packets {
                 self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
             }
             let hits = &mut self.hits[..packets];
             let start = Instant::now();
-            tracer.closest_hit(origins, &rays.packets, hits);
+            tracer.closest_hit(rays.rays.origins(), rays.rays.packets(), hits);
             self.tracing += start.elapsed();
             let see_through = settings.transparent && level == 1;
             if see_through {
@@ -181,7 +180,7 @@ impl Shader {
             self.light.resize(self.surfaces.len(), Light8::NONE);
             self.add_lights(scene, tracer, settings.shadows);
 
-            self.next.clear();
+            self.next.restart(None);
             for (material, range) in self.by_material.ranges() {
                 let material = &scene.materials()[material.0 as usize];
                 let (surfaces, light) = (&self.surfaces[range.clone()], &self.light[range]);
@@ -189,16 +188,15 @@ impl Shader {
             }
             if level == settings.max_depth {
                 material::end_of_depth(scene, &self.next, colors);
-                self.next.clear();
+                self.next.restart(None);
             }
             std::mem::swap(rays, &mut self.next);
             self.reflection_rays += rays.active_rays();
-            origins = Origins::Separate;
-            if rays.packets.is_empty() {
+            if rays.rays.packets().is_empty() {
                 break;
             }
         }
-        rays.clear();
+        rays.restart(None);
     }
 
     fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, shadows: bool) {

@@ -2,17 +2,18 @@
 
 use super::{TileColors, material::background, surface::SurfacePacket};
 use crate::{
-    ray::{HitPacket, PrimitiveId, RayPacket},
+    ray::{HitPacket, PrimitiveId, RayPacket, RayPackets},
     scene::{Material, MaterialId, Scene},
-    simd::{F32x8, LANES, equal_lanes, gt, splat},
+    simd::{F32x8, LANES, Vec3x8, equal_lanes, gt, splat},
 };
+use glam::Vec3;
 use std::ops::Range;
 
 /// Rays to trace: for each packet the pixels and weights of its lanes.
 #[derive(Debug, Default)]
 pub struct RayQueue {
     /// The rays; lanes without one have `t_max` 0.
-    pub packets: Vec<RayPacket>,
+    pub rays: RayPackets,
     /// Places of the pixels in [`TileColors`].
     pub pixel: Vec<[u32; LANES]>,
     /// What a ray's colour counts.
@@ -22,22 +23,30 @@ pub struct RayQueue {
 impl RayQueue {
     /// Makes room for so many packets.
     pub fn reserve(&mut self, packets: usize) {
-        self.packets.reserve(packets);
+        self.rays.reserve(packets);
         self.pixel.reserve(packets);
         self.weight.reserve(packets);
     }
 
-    /// Forgets all rays.
-    pub fn clear(&mut self) {
-        self.packets.clear();
+    /// Forgets all rays. Those to come start at `origin`, or each at its own point.
+    pub fn restart(&mut self, origin: Option<Vec3>) {
+        self.rays.restart(origin);
         self.pixel.clear();
         self.weight.clear();
     }
 
-    /// Adds eight rays.
+    /// Adds eight rays that start where all do.
     #[inline(always)]
     pub fn push(&mut self, rays: RayPacket, pixel: [u32; LANES], weight: F32x8) {
-        self.packets.push(rays);
+        self.rays.push(rays);
+        self.pixel.push(pixel);
+        self.weight.push(weight);
+    }
+
+    /// Adds eight rays that start at `origin`.
+    #[inline(always)]
+    pub fn push_from(&mut self, origin: Vec3x8, rays: RayPacket, pixel: [u32; LANES], weight: F32x8) {
+        self.rays.push_from(origin, rays);
         self.pixel.push(pixel);
         self.weight.push(weight);
     }
@@ -45,7 +54,8 @@ impl RayQueue {
     /// How many lanes hold a ray.
     #[must_use]
     pub fn active_rays(&self) -> u64 {
-        self.packets
+        self.rays
+            .packets()
             .iter()
             .map(|p| u64::from(gt(p.t_max, splat(0.0)).bits().count_ones()))
             .sum()
@@ -192,7 +202,7 @@ pub fn sort(
     colors: &mut TileColors,
 ) {
     by_material.reset(scene.materials().len());
-    for (packet_i, (packet, hits)) in rays.packets.iter().zip(hits).enumerate() {
+    for (packet_i, (packet, hits)) in rays.rays.packets().iter().zip(hits).enumerate() {
         let active = gt(packet.t_max, splat(0.0)).bits();
         let none = equal_lanes(&hits.primitive, PrimitiveId::NONE.0);
         let missed = active & none;

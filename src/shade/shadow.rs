@@ -2,9 +2,9 @@
 
 use super::{LIGHT_OFFSET, SURFACE_OFFSET, surface::SurfacePacket};
 use crate::{
-    ray::RayPacket,
+    ray::{Origins, RayPacket},
     simd::{F32x8, Mask8, Vec3x8, gt, max, mul_add, splat},
-    trace::{Origins, Tracer},
+    trace::Tracer,
 };
 use glam::Vec3;
 use std::time::{Duration, Instant};
@@ -67,7 +67,7 @@ pub fn pass(
     scratch.blocked.clear();
     scratch.blocked.resize(scratch.rays.len(), 0);
     let start = Instant::now();
-    tracer.occluded(Origins::Shared, &scratch.rays, &mut scratch.blocked);
+    tracer.occluded(Origins::Shared(light), &scratch.rays, &mut scratch.blocked);
     let time = start.elapsed();
     for (&surface_i, &blocked) in scratch.surface.iter().zip(&scratch.blocked) {
         if blocked != 0 {
@@ -91,7 +91,6 @@ fn ray(light8: Vec3x8, s: &SurfacePacket, distance: F32x8, active: Mask8) -> Ray
         Vec3x8::splat(Vec3::Z),
     );
     RayPacket {
-        origin: light8,
         direction: somewhere,
         t_max: active.select(length, splat(0.0)),
     }

@@ -44,10 +44,10 @@ impl Hits8 {
     /// A packet as it is.
     #[inline(always)]
     fn whole(rays: &RayQueue, hits: &[HitPacket], p: usize) -> Self {
-        let (packet, hits) = (&rays.packets[p], &hits[p]);
+        let (packet, hits) = (&rays.rays.packets()[p], &hits[p]);
         Self {
             direction: packet.direction,
-            origin: packet.origin,
+            origin: rays.rays.origin(p),
             pixel: rays.pixel[p],
             weight: rays.weight[p],
             t: hits.t,
@@ -95,7 +95,7 @@ impl Hits8 {
         for to in 0..LANES {
             let i = ray_i[to.min(ray_i.len() - 1)] as usize;
             let (p, from) = (i / LANES, i % LANES);
-            let (packet, hits) = (&rays.packets[p], &hits[p]);
+            let (packet, hits) = (&rays.rays.packets()[p], &hits[p]);
             let copy = |to8: &mut F32x8, from8: &F32x8| to8.as_mut_array()[to] = lane(from8, from);
             let copy3 = |to8: &mut Vec3x8, from8: &Vec3x8| {
                 copy(&mut to8.x, &from8.x);
@@ -103,7 +103,7 @@ impl Hits8 {
                 copy(&mut to8.z, &from8.z);
             };
             copy3(&mut together.direction, &packet.direction);
-            copy3(&mut together.origin, &packet.origin);
+            copy3(&mut together.origin, &rays.rays.origin(p));
             copy(&mut together.weight, &rays.weight[p]);
             copy(&mut together.t, &hits.t);
             copy(&mut together.u, &hits.u);

@@ -344,7 +344,6 @@ mod tests {
                 (at - origin).normalize()
             });
             let rays = RayPacket {
-                origin: Vec3x8::from_lanes(origins),
                 direction: Vec3x8::from_lanes(directions),
                 t_max: splat(f32::MAX),
             };
@@ -358,7 +357,9 @@ mod tests {
             let point = origins.into_iter().fold(origins[0], Vec3::min);
             let extent = (origins.into_iter().fold(origins[0], Vec3::max) - point).element_sum();
             let mut packet = Packet::EMPTY;
+            let origin8 = Vec3x8::from_lanes(origins);
             packet.set::<F32x8>(&rays, &rays);
+            packet.start_at::<F32x8>(&origin8, &origin8);
             let lines = block.edge_lines(
                 &block.edges(),
                 Vec3x8::splat(point),

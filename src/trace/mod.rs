@@ -15,9 +15,9 @@ use crate::{
     accel::{Bvh, prefetch},
     geometry::{first_look_reach, lines_look_reach},
     math::Aabb,
-    ray::{HitPacket, RayPacket},
+    ray::{HitPacket, Origins, RayPacket},
     simd::{
-        F32x8, LANES,
+        F32x8, LANES, Vec3x8,
         lanes::{Column, Lanes, MOST_LANES},
     },
 };
@@ -46,15 +46,6 @@ pub enum Method {
     Adaptive8,
 }
 
-/// Whether rays of a bundle start at one point: then what depends on the origin alone is shared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origins {
-    /// All lanes of all packets hold the same origin.
-    Shared,
-    /// Each ray has its own.
-    Separate,
-}
-
 /// Where a bundle's rays have gone on one by one in this many halves of a subtree each, they are scattered: the bundle
 /// was of no use, nor would the next ones be.
 const SCATTERED: usize = 2;
@@ -75,6 +66,8 @@ pub struct Tracer<'a> {
     method: Method,
     bounds: Aabb,
     packets: Box<[Packet; PACKETS]>,
+    /// Where all of them start, if that is one point: rays of the next call often start there, too.
+    shared: Option<Vec3>,
     /// The rays' [`moments`](Packet::moments), only while rays with their own origins are traced in bundles. (As a part
     /// of the packets they cost camera rays of small scenes 4 %.)
     moments: Box<[[Column; 3]; PACKETS]>,
@@ -131,6 +124,8 @@ fn size<V: Lanes, const SHARED: bool>() -> usize {
 
 /// Where answers go, in the order of the rays.
 trait Answers {
+    /// Asks for the memory of answer `i`, which will be written.
+    fn prefetch(&self, i: usize);
     /// Answer `i`: half `half` of a packet.
     fn put(&mut self, i: usize, packet: &Packet, half: usize);
     /// Answer `i`, of eight lanes without a ray.
@@ -141,6 +136,10 @@ trait Answers {
 }
 
 impl Answers for &mut [HitPacket] {
+    #[inline(always)]
+    fn prefetch(&self, i: usize) {
+        prefetch(&self[i]);
+    }
     #[inline(always)]
     fn put(&mut self, i: usize, packet: &Packet, half: usize) {
         self[i] = packet.hits(half);
@@ -166,6 +165,8 @@ impl Answers for &mut [HitPacket] {
 }
 
 impl Answers for &mut [u8] {
+    #[inline(always)]
+    fn prefetch(&self, _: usize) {}
     #[inline(always)]
     fn put(&mut self, i: usize, packet: &Packet, half: usize) {
         self[i] = packet.blocked_bits(half) as u8;
@@ -202,6 +203,7 @@ impl<'a> Tracer<'a> {
             method,
             bounds: bvh.bounds(),
             packets: Box::new([Packet::EMPTY; PACKETS]),
+            shared: None,
             moments: Box::new([[Column::splat(0.0); 3]; PACKETS]),
             bundle_stack: Vec::with_capacity(size),
             near: Box::new([Column::splat(0.0); bundle::PAIRS]),
@@ -218,37 +220,64 @@ impl<'a> Tracer<'a> {
     /// should be neighbours in space: [`BUNDLE`] of them are traced together.
     ///
     /// # Panics
-    /// If `rays` and `hits` differ in length.
-    pub fn closest_hit(&mut self, origins: Origins, rays: &[RayPacket], hits: &mut [HitPacket]) {
+    /// If `rays` and `hits`, or separate origins, differ in length.
+    pub fn closest_hit(&mut self, origins: Origins<'_>, rays: &[RayPacket], hits: &mut [HitPacket]) {
         assert_eq!(rays.len(), hits.len(), "a hit packet for each ray packet");
-        match origins {
-            Origins::Shared => self.dispatch::<_, false, true>(rays, hits),
-            Origins::Separate => self.dispatch::<_, false, false>(rays, hits),
+        match self.start_at(origins, rays) {
+            None => self.dispatch::<_, false, true>(rays, &[], hits),
+            Some(origins) => self.dispatch::<_, false, false>(rays, origins, hits),
         }
     }
 
     /// Whether anything is hit before the rays' ends: a bit a lane.
     ///
     /// # Panics
-    /// If `rays` and `occluded` differ in length.
-    pub fn occluded(&mut self, origins: Origins, rays: &[RayPacket], occluded: &mut [u8]) {
+    /// If `rays` and `occluded`, or separate origins, differ in length.
+    pub fn occluded(&mut self, origins: Origins<'_>, rays: &[RayPacket], occluded: &mut [u8]) {
         assert_eq!(rays.len(), occluded.len(), "eight bits for each ray packet");
-        match origins {
-            Origins::Shared => self.dispatch::<_, true, true>(rays, occluded),
-            Origins::Separate => self.dispatch::<_, true, false>(rays, occluded),
+        match self.start_at(origins, rays) {
+            None => self.dispatch::<_, true, true>(rays, &[], occluded),
+            Some(origins) => self.dispatch::<_, true, false>(rays, origins, occluded),
         }
     }
 
-    fn dispatch<A: Answers, const ANY: bool, const SHARED: bool>(&mut self, rays: &[RayPacket], answers: A) {
+    /// Gives all packets their shared origin, or answers those that are separate.
+    fn start_at<'o>(&mut self, origins: Origins<'o>, rays: &[RayPacket]) -> Option<&'o [Vec3x8]> {
+        match origins {
+            Origins::Shared(origin) => {
+                if self.shared != Some(origin) {
+                    let columns = origin.to_array().map(Column::splat);
+                    for packet in self.packets.iter_mut() {
+                        packet.origin = columns;
+                    }
+                    self.shared = Some(origin);
+                }
+                None
+            }
+            Origins::Separate(origins) => {
+                assert_eq!(rays.len(), origins.len(), "an origin for each ray");
+                self.shared = None;
+                Some(origins)
+            }
+        }
+    }
+
+    /// `origins` is empty where they are shared.
+    fn dispatch<A: Answers, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        rays: &[RayPacket],
+        origins: &[Vec3x8],
+        answers: A,
+    ) {
         #[cfg(target_arch = "x86_64")]
         if self.method != Method::Packet
             && self.method != Method::Adaptive8
             && crate::simd::avx512::is_available()
         {
             // SAFETY: the CPU has these instructions.
-            return unsafe { self.run_avx512::<A, ANY, SHARED>(rays, answers) };
+            return unsafe { self.run_avx512::<A, ANY, SHARED>(rays, origins, answers) };
         }
-        self.run::<F32x8, A, ANY, SHARED>(rays, answers);
+        self.run::<F32x8, A, ANY, SHARED>(rays, origins, answers);
     }
 
     /// [`run`](Self::run) with sixteen lanes.
@@ -257,9 +286,10 @@ impl<'a> Tracer<'a> {
     fn run_avx512<A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
         rays: &[RayPacket],
+        origins: &[Vec3x8],
         answers: A,
     ) {
-        self.run::<crate::simd::avx512::F32x16, A, ANY, SHARED>(rays, answers);
+        self.run::<crate::simd::avx512::F32x16, A, ANY, SHARED>(rays, origins, answers);
     }
 
     /// Traces in the order that fits: as the packets come, or ray by ray in order of directions.
@@ -267,23 +297,25 @@ impl<'a> Tracer<'a> {
     fn run<V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
         rays: &[RayPacket],
+        origins: &[Vec3x8],
         mut answers: A,
     ) {
         if SHARED || self.method != Method::Adaptive && self.method != Method::Adaptive8 {
-            self.in_place::<V, A, ANY, SHARED>(rays, 0, rays.len(), &mut answers);
+            self.in_place::<V, A, ANY, SHARED>(rays, origins, 0, rays.len(), &mut answers);
             return;
         }
         let mut sorted = std::mem::take(&mut self.sorted);
         for first in (0..rays.len()).step_by(order::PACKETS) {
             let end = rays.len().min(first + order::PACKETS);
             if self.unsorted == 0 && sorted.by_direction(&rays[first..end]) {
-                self.one_by_one::<V, A, ANY>(&rays[first..end], first, sorted.rays(), &mut answers);
+                let (rays, origins) = (&rays[first..end], &origins[first..end]);
+                self.one_by_one::<V, A, ANY>(rays, origins, first, sorted.rays(), &mut answers);
                 if self.scattered > 0 {
                     self.unsorted = UNSORTED;
                 }
             } else {
                 self.unsorted = self.unsorted.saturating_sub(1);
-                self.in_place::<V, A, ANY, SHARED>(rays, first, end, &mut answers);
+                self.in_place::<V, A, ANY, SHARED>(rays, origins, first, end, &mut answers);
             }
         }
         self.sorted = sorted;
@@ -295,6 +327,7 @@ impl<'a> Tracer<'a> {
     fn one_by_one<V: Lanes, A: Answers, const ANY: bool>(
         &mut self,
         rays: &[RayPacket],
+        origins: &[Vec3x8],
         base: usize,
         order: &[u16],
         answers: &mut A,
@@ -304,7 +337,7 @@ impl<'a> Tracer<'a> {
         }
         for members in order.chunks(size::<V, false>() * V::COUNT) {
             for (packet, members) in self.packets.iter_mut().zip(members.chunks(V::COUNT)) {
-                packet.gather::<V>(rays, members);
+                packet.gather::<V>(rays, origins, members);
             }
             self.trace::<V, ANY, false>(members.len().div_ceil(V::COUNT));
             for (packet, members) in self.packets.iter().zip(members.chunks(V::COUNT)) {
@@ -318,6 +351,7 @@ impl<'a> Tracer<'a> {
     fn in_place<V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
         rays: &[RayPacket],
+        origins: &[Vec3x8],
         mut next: usize,
         end: usize,
         answers: &mut A,
@@ -335,6 +369,7 @@ impl<'a> Tracer<'a> {
             while next < rays.len() && count < most {
                 if rays::live(&rays[next]) {
                     members[count % BUNDLE] = next;
+                    answers.prefetch(next);
                     count += 1;
                 } else {
                     answers.put_none(next, &rays[next]);
@@ -344,6 +379,11 @@ impl<'a> Tracer<'a> {
             // The next bundle's rays come from memory while this one is traced.
             for rays in rays[next..].iter().take(BUNDLE) {
                 prefetch(rays);
+            }
+            if !SHARED {
+                for origins in origins[next..].iter().take(BUNDLE) {
+                    prefetch(origins);
+                }
             }
             let packets = count.div_ceil(halves);
             for (packet, pair) in self.packets.iter_mut().zip(members[..count].chunks(halves)) {
@@ -357,6 +397,10 @@ impl<'a> Tracer<'a> {
                             ..*low
                         },
                     ),
+                }
+                if !SHARED {
+                    let high = pair.get(1).unwrap_or(&pair[0]);
+                    packet.start_at::<V>(&origins[pair[0]], &origins[*high]);
                 }
             }
             self.trace::<V, ANY, SHARED>(packets);

@@ -111,7 +111,6 @@ mod tests {
 
     fn packets(directions: &[[Vec3; LANES]]) -> Vec<RayPacket> {
         let packet = |d: &[Vec3; LANES]| RayPacket {
-            origin: Vec3x8::splat(Vec3::ZERO),
             direction: Vec3x8::from_lanes(*d),
             t_max: splat(1.0),
         };

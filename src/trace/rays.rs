@@ -45,25 +45,31 @@ impl Packet {
         primitive: Column([0.0; 16]),
     };
 
-    /// Puts rays into both halves, with no hits; eight lanes have but one.
+    /// Puts rays into both halves, with no hits; eight lanes have but one. Where they start stays as it was.
     #[inline(always)]
     pub fn set<V: Lanes>(&mut self, low: &RayPacket, high: &RayPacket) {
         let direction = joined::<V>(&low.direction, &high.direction);
         direction.store(&mut self.direction);
-        joined::<V>(&low.origin, &high.origin).store(&mut self.origin);
         V::join(low.t_max, high.t_max).store(&mut self.t);
         self.start::<V>(direction);
+    }
+
+    /// Puts the origins of rays into both halves.
+    #[inline(always)]
+    pub fn start_at<V: Lanes>(&mut self, low: &Vec3x8, high: &Vec3x8) {
+        joined::<V>(low, high).store(&mut self.origin);
     }
 
     /// Puts single rays into the lanes, with no hits: `members` are packets times eight plus lane. Lanes beyond them
     /// repeat the last one, with an end of 0.
     #[inline(always)]
-    pub fn gather<V: Lanes>(&mut self, rays: &[RayPacket], members: &[u16]) {
+    pub fn gather<V: Lanes>(&mut self, rays: &[RayPacket], origins: &[Vec3x8], members: &[u16]) {
         let last = members.last().copied().unwrap_or(0);
         for i in 0..V::COUNT {
             let member = usize::from(members.get(i).copied().unwrap_or(last));
-            let (from, lane) = (&rays[member / LANES], member % LANES);
-            let (o, d) = (&from.origin, &from.direction);
+            let (packet, lane) = (member / LANES, member % LANES);
+            let (from, o) = (&rays[packet], &origins[packet]);
+            let d = &from.direction;
             for (column, values) in self.origin.iter_mut().zip([&o.x, &o.y, &o.z]) {
                 column.0[i % MOST_LANES] = values.as_array()[lane];
             }

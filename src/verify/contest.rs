@@ -152,5 +152,5 @@ fn group(random: &mut Random, scene: &Scene, shapes: &Shapes, most: usize) -> Gr
             ray.t_max = random.pick(&[hit.t, hit.t.next_up(), hit.t.next_down()]);
         }
     }
-    Group::new(group.origins, rays)
+    Group::new(group.shared, rays)
 }

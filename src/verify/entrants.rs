@@ -111,11 +111,11 @@ impl Entrant for Kernel<'_> {
     }
 
     fn trace(&mut self, group: &Group, found: &mut Vec<Found>) {
-        let packets = &group.packets;
+        let (origins, packets) = (group.packets.origins(), group.packets.packets());
         self.hits.resize(packets.len(), HitPacket::miss(F32x8::ZERO));
         self.blocked.resize(packets.len(), 0);
-        self.tracer.closest_hit(group.origins, packets, &mut self.hits);
-        self.tracer.occluded(group.origins, packets, &mut self.blocked);
+        self.tracer.closest_hit(origins, packets, &mut self.hits);
+        self.tracer.occluded(origins, packets, &mut self.blocked);
         found.clear();
         found.extend((0..group.rays.len()).map(|i| Found {
             hit: self.hits[i / LANES].hit(i % LANES),

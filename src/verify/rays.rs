@@ -3,44 +3,39 @@
 
 use super::Random;
 use crate::{
-    ray::{Ray, RayPacket, T_MAX},
+    ray::{Ray, RayPackets, T_MAX},
     scene::{Primitive, Scene},
     simd::LANES,
-    trace::{BUNDLE, Origins},
+    trace::BUNDLE,
 };
 use glam::Vec3;
 
 /// Rays that are traced together.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// Whether all have the same origin.
-    pub origins: Origins,
+    /// Whether all are traced as sharing the first one's origin.
+    pub shared: bool,
     /// At least one, at most a bundle's.
     pub rays: Vec<Ray>,
     /// The same in packets. Lanes past the last ray repeat it, switched off.
-    pub packets: Vec<RayPacket>,
+    pub packets: RayPackets,
 }
 
 impl Group {
     /// Of these rays.
     #[must_use]
-    pub fn new(origins: Origins, rays: Vec<Ray>) -> Self {
-        let packets = rays
-            .chunks(LANES)
-            .map(|chunk| {
-                let mut packet = RayPacket::inactive();
-                for lane in 0..LANES {
-                    let mut ray = chunk[lane.min(chunk.len() - 1)];
-                    if lane >= chunk.len() {
-                        ray.t_max = 0.0;
-                    }
-                    packet.set_ray(lane, &ray);
-                }
-                packet
-            })
-            .collect();
+    pub fn new(shared: bool, rays: Vec<Ray>) -> Self {
+        let mut packets = RayPackets::default();
+        packets.restart(rays.first().filter(|_| shared).map(|ray| ray.origin));
+        for chunk in rays.chunks(LANES) {
+            packets.push_rays(&std::array::from_fn(|lane| {
+                let ray = chunk[lane.min(chunk.len() - 1)];
+                let t_max = if lane < chunk.len() { ray.t_max } else { 0.0 };
+                Ray { t_max, ..ray }
+            }));
+        }
         Self {
-            origins,
+            shared,
             rays,
             packets,
         }
@@ -84,12 +79,7 @@ impl Group {
             ray
         });
         let rays = rays.collect();
-        let origins = if matches!(kind, 1 | 2) {
-            Origins::Shared
-        } else {
-            Origins::Separate
-        };
-        Self::new(origins, rays)
+        Self::new(matches!(kind, 1 | 2), rays)
     }
 }
 

@@ -7,7 +7,7 @@ use super::{
 use crate::{
     accel::BinaryBvh,
     heat::heat,
-    ray::{Hit, HitPacket, Ray, RayPacket, T_MAX},
+    ray::{Hit, HitPacket, Origins, Ray, RayPacket, T_MAX},
     reference::{
         brute, bvh,
         cost::{self, Todo},
@@ -15,8 +15,8 @@ use crate::{
     },
     render::{ByteFilm, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, TileTimes},
     scene::{Camera, PixelRays, Scene},
-    simd::{F32x8, LANES, Vec3x8},
-    trace::{Origins, Tracer},
+    simd::{F32x8, LANES},
+    trace::Tracer,
 };
 use rayon::prelude::*;
 use std::{
@@ -202,13 +202,12 @@ impl<'a> Scratch<'a> {
 
     /// One sample of all pixels of a band, in packets of 4x2.
     fn packets(&mut self, frame: &Frame<'_>, y: u32, sample: [u32; 2]) {
-        let origin = Vec3x8::splat(frame.rays.eye());
+        let eye = frame.rays.eye();
         let width = frame.width as usize;
         let rows = self.sums.len() / width;
         let packet = |x: usize| {
             let inside = |lane: usize| lane / ROW < rows && x + lane % ROW < width;
             RayPacket {
-                origin,
                 direction: frame.rays.directions8(x as u32, y, sample),
                 t_max: F32x8::from(std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 })),
             }
@@ -218,13 +217,14 @@ impl<'a> Scratch<'a> {
         self.hits.clear();
         self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
         self.tracer
-            .closest_hit(Origins::Shared, &self.packets, &mut self.hits);
+            .closest_hit(Origins::Shared(eye), &self.packets, &mut self.hits);
         for (packet_i, (rays, hits)) in self.packets.iter().zip(&self.hits).enumerate() {
             for lane in 0..LANES {
                 let (column, row) = (packet_i * ROW + lane % ROW, lane / ROW);
                 if row < rows && column < width {
                     let hit = hits.hit(lane);
-                    let color = color(&frame.model.scene, frame.style.look, &rays.ray(lane), &hit, 0);
+                    let ray = rays.ray(lane, eye);
+                    let color = color(&frame.model.scene, frame.style.look, &ray, &hit, 0);
                     add(&mut self.sums[row * width + column], color);
                 }
             }

@@ -1,0 +1,96 @@
+//! Scenes that lie far from 0 are kept near an origin of their own, so that what is computed from their coordinates is
+//! rounded in steps that fit their size.
+
+use super::{Lights, Scene, builder::MIN_PIECE};
+use crate::math::Aabb;
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// The middle of `bounds` in each axis in which they are further from 0 than they are long. To subtract it is exact there:
+/// no coordinate is less than half or more than twice of it (Sterbenz's lemma).
+fn origin_of(bounds: Aabb) -> Vec3 {
+    if bounds.is_empty() {
+        return Vec3::ZERO;
+    }
+    let Aabb { lower, upper } = bounds;
+    let is_far = (lower.cmpgt(Vec3::ZERO) & upper.cmple(lower * 2.0))
+        | (upper.cmplt(Vec3::ZERO) & lower.cmpge(upper * 2.0));
+    Vec3::select(is_far, (lower + upper) * 0.5, Vec3::ZERO)
+}
+
+impl Scene {
+    /// Chooses the origin by the bounds, and makes all positions relative to it.
+    pub(super) fn move_to_origin(&mut self) {
+        let origin = origin_of(self.bounds);
+        self.origin = origin;
+        let (v, s) = (&mut self.vertices, &mut self.spheres);
+        translate([&mut v.x, &mut v.y, &mut v.z], -origin);
+        translate([&mut s.center_x, &mut s.center_y, &mut s.center_z], -origin);
+        self.lights.translate(-origin);
+    }
+}
+
+impl Lights {
+    pub(super) fn translate(&mut self, by: Vec3) {
+        translate([&mut self.x, &mut self.y, &mut self.z], by);
+    }
+}
+
+/// Adds to three columns of coordinates.
+fn translate(columns: [&mut [f32]; 3], by: Vec3) {
+    for (column, by) in columns.into_iter().zip(by.to_array()) {
+        if by != 0.0 {
+            column
+                .par_iter_mut()
+                .with_min_len(MIN_PIECE)
+                .for_each(|x| *x += by);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{MaterialId, SceneBuilder};
+
+    #[test]
+    fn scenes_far_away_are_kept_near_their_origin_without_rounding() {
+        let far = Vec3::new(8000.3, -5500.7, 0.4);
+        let mut builder = SceneBuilder::new();
+        let matte = MaterialId(1);
+        let corners = [far, far + Vec3::X * 3.7, far + Vec3::Y * 0.3];
+        builder.add_triangle(corners, matte).unwrap();
+        builder.add_sphere(far - Vec3::Z, 1.1, matte).unwrap();
+        builder.add_light(far * 1.5, 1.0).unwrap();
+        let scene = builder.finish();
+        assert_eq!(scene.origin().z, 0.0, "the scene reaches from below to above 0");
+        let again = scene.triangle(0).map(|corner| corner + scene.origin());
+        assert_eq!(again, corners);
+        assert_eq!(scene.spheres().center(0) + scene.origin(), far - Vec3::Z);
+        assert_eq!(scene.lights().position(0) + scene.origin(), far * 1.5);
+        let Aabb { lower, upper } = scene.bounds();
+        assert!(lower.cmple(far - Vec3::ONE).all() && upper.cmpge(far).all());
+        assert!(scene.vertices().x.iter().all(|x| x.abs() < 5.0));
+
+        // A scene's lights in another one are where they were.
+        let mut lights = SceneBuilder::new();
+        lights.add_light(far, 1.0).unwrap();
+        let mut scene = scene;
+        scene.take_lights(lights.finish());
+        assert_eq!(scene.lights().position(0) + scene.origin(), far);
+    }
+
+    #[test]
+    fn scenes_around_0_stay_where_they_are() {
+        for x in [-1.0, 0.0, 0.9] {
+            let mut builder = SceneBuilder::new();
+            builder.add_sphere(Vec3::splat(x), 0.5, MaterialId(0)).unwrap();
+            let scene = builder.finish();
+            assert_eq!(
+                (scene.origin(), scene.spheres().center(0)),
+                (Vec3::ZERO, Vec3::splat(x))
+            );
+        }
+        assert_eq!(SceneBuilder::new().finish().origin(), Vec3::ZERO);
+    }
+}
