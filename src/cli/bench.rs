@@ -219,10 +219,10 @@ fn table(rows: &[Measurement]) -> String {
     text
 }
 
-/// Whole frames, with shadows and reflections; the last three columns are of the threads' time within tiles.
+/// Whole frames, with shadows and reflections; the last four columns are of the threads' time within tiles.
 fn frame_table(frames: &[FrameTimes]) -> String {
     let mut text = format!(
-        "{:>7}{:>13}{:>10}{:>10}{:>10}{:>10}{:>10}{:>12}{:>10}\n",
+        "{:>7}{:>13}{:>10}{:>10}{:>10}{:>10}{:>10}{:>12}{:>10}{:>8}\n",
         "threads",
         "ms a frame",
         "spread",
@@ -231,16 +231,17 @@ fn frame_table(frames: &[FrameTimes]) -> String {
         "speed-up",
         "tracing",
         "shading",
-        "ray gen."
+        "ray gen.",
+        "film"
     );
     for f in frames {
         let seconds = f.frame.as_secs_f64().max(1e-9);
-        let tiles = f.tiles.ray_generation + f.tiles.tracing + f.tiles.shading;
+        let tiles = f.tiles.ray_generation + f.tiles.tracing + f.tiles.shading + f.tiles.film;
         let share = |part: Duration| 100.0 * part.as_secs_f64() / tiles.as_secs_f64().max(1e-9);
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "{:>7}{:>13.2}{:>9.1}%{:>10.1}{:>10.1}{:>9.2}x{:>9.1}%{:>11.1}%{:>9.1}%",
+            "{:>7}{:>13.2}{:>9.1}%{:>10.1}{:>10.1}{:>9.2}x{:>9.1}%{:>11.1}%{:>9.1}%{:>7.1}%",
             f.threads,
             seconds * 1e3,
             f.spread * 100.0,
@@ -250,6 +251,7 @@ fn frame_table(frames: &[FrameTimes]) -> String {
             share(f.tiles.tracing),
             share(f.tiles.shading),
             share(f.tiles.ray_generation),
+            share(f.tiles.film),
         );
     }
     text

@@ -2,7 +2,7 @@
 //! operations in the same order.
 
 use crate::{
-    math::{cross, dot, max, max_abs, min, mul_add, mul_add3, normalize, powi},
+    math::{cross, dot, max, max_abs, min, mul_add, mul_add3, normalize, powi, scale_to_one},
     ray::{Hit, Ray},
     scene::{Material, Primitive, Scene},
 };
@@ -172,14 +172,9 @@ fn shadow_ray(light: Vec3, s: &Surface) -> Ray {
     let offset = mul_add(distance, LIGHT_OFFSET, s.magnitude * SURFACE_OFFSET);
     let from_light = mul_add3(s.geometric_normal, offset, s.point) - light;
     let length = dot(from_light, from_light).sqrt();
-    let direction = Vec3::new(
-        from_light.x / length,
-        from_light.y / length,
-        from_light.z / length,
-    );
     Ray {
         origin: light,
-        direction,
+        direction: from_light * (1.0 / length),
         t_max: length,
     }
 }
@@ -220,14 +215,14 @@ fn triangle(scene: &Scene, i: usize, hit: &Hit) -> (Vec3, Vec3, Vec3, f32) {
     let w = 1.0 - u - v;
     let interpolate = |a: Vec3, b: Vec3, c: Vec3| mul_add3(b, u, mul_add3(c, v, a * w));
     let facet = cross(v1 - v0, v2 - v0);
-    let geometric = normalize(facet / max_abs(facet));
+    let geometric = normalize(facet * scale_to_one(max_abs(facet)));
     let mut normal = geometric;
     let normals = &scene.vertices().normals;
     if !normals.is_empty() {
         let [n0, n1, n2] = scene.triangles().corners[i].map(|vertex| normals[vertex as usize]);
         let smooth = interpolate(n0, n1, n2);
         if [n0, n1, n2].iter().all(|&n| n != Vec3::ZERO) && max_abs(smooth) > 0.0 {
-            normal = normalize(smooth / max_abs(smooth));
+            normal = normalize(smooth * scale_to_one(max_abs(smooth)));
         }
     }
     let magnitude = max(max(max_abs(v0), max_abs(v1)), max_abs(v2));

@@ -119,8 +119,10 @@ pub struct TileTimes {
     pub ray_generation: Duration,
     /// Tracing rays of all kinds.
     pub tracing: Duration,
-    /// Everything else: sorting hits, shading, making secondary rays, writing to the film.
+    /// Everything between: sorting hits, shading, making secondary rays.
     pub shading: Duration,
+    /// Turning colours into pixels of the film.
+    pub film: Duration,
 }
 
 impl std::ops::Add for TileTimes {
@@ -130,6 +132,7 @@ impl std::ops::Add for TileTimes {
             ray_generation: self.ray_generation + other.ray_generation,
             tracing: self.tracing + other.tracing,
             shading: self.shading + other.shading,
+            film: self.film + other.film,
         }
     }
 }

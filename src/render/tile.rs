@@ -76,11 +76,13 @@ impl<'a> TileScratch<'a> {
                 self.sum.add_all(&self.sample);
             }
         }
+        let start = Instant::now();
         self.store(rect, settings.samples, context.window.width() as usize, band);
+        times.film = start.elapsed();
         times.tracing = self.shader.tracing;
         times.shading = tile_start
             .elapsed()
-            .saturating_sub(times.ray_generation + times.tracing);
+            .saturating_sub(times.ray_generation + times.tracing + times.film);
         let counts = RayCounts {
             camera: u64::from(pixels) * u64::from(settings.samples),
             shadow: self.shader.shadow_rays,

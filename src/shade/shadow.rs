@@ -47,7 +47,7 @@ pub fn pass(
     for (s, surface_i) in surfaces.iter().zip(0..) {
         let to_light = light8 - s.point;
         let distance = to_light.dot(to_light).sqrt();
-        let facing = max(s.normal.dot(to_light.divide(distance)), splat(0.0));
+        let facing = max(s.normal.dot(to_light * (splat(1.0) / distance)), splat(0.0));
         arriving.push(facing);
         let active = gt(facing, splat(0.0)) & Mask8::from_bits(s.active);
         let bits = active.bits();
@@ -87,7 +87,7 @@ fn ray(light8: Vec3x8, s: &SurfacePacket, distance: F32x8, active: Mask8) -> Ray
     // A point on the light has no direction; its ray of length 0 hits nothing, whichever way it goes.
     let somewhere = Vec3x8::select(
         gt(length, splat(0.0)),
-        from_light.divide(length),
+        from_light * (splat(1.0) / length),
         Vec3x8::splat(Vec3::Z),
     );
     RayPacket {

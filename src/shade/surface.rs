@@ -4,7 +4,7 @@ use super::queue::{HitQueue, PacketLanes, RayIndex, RayQueue};
 use crate::{
     ray::{HitPacket, PrimitiveId},
     scene::{Primitive, Scene},
-    simd::{F32x8, LANES, Mask8, Vec3x8, eq, equal_lanes, from_lanes, gt, lane, max, splat},
+    simd::{F32x8, LANES, Mask8, Vec3x8, eq, equal_lanes, from_lanes, gt, lane, max, scale_to_one, splat},
 };
 
 /// Eight points on surfaces of one material.
@@ -273,7 +273,7 @@ fn triangles(hits: &Hits8, corners: &Corners) -> Facing {
     let interpolate = |a: Vec3x8, b: Vec3x8, c: Vec3x8| b.mul_add(hits.u, c.mul_add(hits.v, a * w));
     let facet = (v1 - v0).cross(v2 - v0);
     // Scaled first, so that squares of tiny or huge triangles' normals stay within f32.
-    let geometric = facet.divide(facet.max_abs()).normalize();
+    let geometric = (facet * scale_to_one(facet.max_abs())).normalize();
     let mut normal = geometric;
     if let Some([n0, n1, n2]) = corners.normal {
         let zero = splat(0.0);
@@ -281,7 +281,7 @@ fn triangles(hits: &Hits8, corners: &Corners) -> Facing {
         let smooth = interpolate(n0, n1, n2);
         let size = smooth.max_abs();
         let usable = gt(size, zero) & !(missing(n0) | missing(n1) | missing(n2));
-        normal = Vec3x8::select(usable, smooth.divide(size).normalize(), geometric);
+        normal = Vec3x8::select(usable, (smooth * scale_to_one(size)).normalize(), geometric);
     }
     Facing {
         point: interpolate(v0, v1, v2),

@@ -344,18 +344,7 @@ impl Vec3x8 {
     #[inline(always)]
     #[must_use]
     pub fn normalize(self) -> Self {
-        self.divide(self.dot(self).sqrt())
-    }
-
-    /// Each component divided by `s`.
-    #[inline(always)]
-    #[must_use]
-    pub fn divide(self, s: F32x8) -> Self {
-        Self {
-            x: self.x / s,
-            y: self.y / s,
-            z: self.z / s,
-        }
+        self * (splat(1.0) / self.dot(self).sqrt())
     }
 
     /// Twin of [`math::max_abs`].
@@ -431,6 +420,14 @@ impl Mul<F32x8> for Vec3x8 {
 pub fn equal_lanes(a: &[u32; LANES], b: u32) -> u32 {
     let equal8 = wide::u32x8::from(*a).simd_eq(wide::u32x8::splat(b));
     bytemuck::cast::<_, F32x8>(equal8).to_bitmask()
+}
+
+/// Twin of [`math::scale_to_one`].
+#[inline(always)]
+#[must_use]
+pub fn scale_to_one(size: F32x8) -> F32x8 {
+    let bits: wide::u32x8 = bytemuck::cast(size);
+    bytemuck::cast(wide::u32x8::splat(254 << 23) - (bits & wide::u32x8::splat(math::EXPONENT)))
 }
 
 /// The lanes that `lane` makes. (Arrays' own `map` and `from_fn` are calls here, not eight instructions: shading
