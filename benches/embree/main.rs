@@ -22,6 +22,7 @@ mod rays;
 mod report;
 mod run;
 mod spheres;
+mod truth;
 #[path = "../common/view.rs"]
 mod view;
 

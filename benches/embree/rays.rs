@@ -4,6 +4,7 @@
 use crate::{
     device::{EmbreeScene, empty},
     ffi::{self, Arguments, RayHits},
+    truth::Dispute,
 };
 use octray::{
     bench::{Kind, RaySet, Results},
@@ -129,13 +130,13 @@ impl Prepared {
         }
     }
 
-    /// Compares what [`Self::trace`] left in that width with octray's results.
-    pub fn differences(&self, width: usize, ours: &Results) -> Differences {
-        let shadow = self.kind == Kind::Shadow;
+    /// Compares what [`Self::trace`] left in that width with octray's results, and answers the rays of `set`, which this
+    /// was made of, on which they disagree.
+    pub fn differences(&self, width: usize, set: &RaySet, ours: &Results) -> (Differences, Vec<Dispute>) {
         match width {
-            1 => self.one.differences(shadow, ours),
-            8 => self.eight.differences(shadow, ours),
-            _ => self.sixteen.differences(shadow, ours),
+            1 => self.one.differences(set, ours),
+            8 => self.eight.differences(set, ours),
+            _ => self.sixteen.differences(set, ours),
         }
     }
 }
@@ -236,8 +237,26 @@ impl<const N: usize> Width<N> {
         }
     }
 
-    fn differences(&self, shadow: bool, ours: &Results) -> Differences {
+    /// The ray in a lane, as Embree gets it.
+    fn ray(&self, packet_i: usize, lane: usize) -> Ray {
+        let packet = &self.packets[packet_i];
+        Ray {
+            origin: packet.origin.map(|axis| axis[lane]).into(),
+            direction: packet.direction.map(|axis| axis[lane]).into(),
+            t_max: packet.t_far[lane],
+        }
+    }
+
+    fn differences(&self, set: &RaySet, ours: &Results) -> (Differences, Vec<Dispute>) {
         let mut differences = Differences::default();
+        let mut disputes = Vec::new();
+        let mut dispute = |source: u32, packet_i: usize, lane: usize, we_hit: bool| {
+            disputes.push(Dispute {
+                ours: our_ray(set, source as usize / 8, source as usize % 8),
+                embree: self.ray(packet_i, lane),
+                we_hit,
+            });
+        };
         for (packet_i, sources) in self.sources.iter().enumerate() {
             for (lane, &source) in sources.iter().enumerate() {
                 if source == u32::MAX {
@@ -245,20 +264,43 @@ impl<const N: usize> Width<N> {
                 }
                 differences.rays += 1;
                 let (i, our_lane) = (source as usize / 8, source as usize % 8);
-                if shadow {
+                if set.kind == Kind::Shadow {
                     let blocked = ours.blocked[i] >> our_lane & 1 == 1;
-                    differences.hit_miss += u64::from(blocked != (self.t_far[packet_i][lane] < 0.0));
+                    if blocked != (self.t_far[packet_i][lane] < 0.0) {
+                        dispute(source, packet_i, lane, blocked);
+                    }
                     continue;
                 }
                 let (ours, hits) = (ours.hits[i].hit(our_lane), &self.hits[packet_i]);
                 if ours.is_hit() != (hits.geometry[lane] != ffi::NONE) {
-                    differences.hit_miss += 1;
+                    dispute(source, packet_i, lane, ours.is_hit());
                 } else if ours.is_hit() && (hits.t[lane] - ours.t).abs() > 1e-4 * ours.t {
                     differences.distance += 1;
                 }
             }
         }
-        differences
+        differences.hit_miss = disputes.len() as u64;
+        (differences, disputes)
+    }
+}
+
+/// Lane `lane` of packet `packet_i` of the set, as octray traces it: shadow rays start at their light.
+fn our_ray(set: &RaySet, mut packet_i: usize, lane: usize) -> Ray {
+    let mut groups = set.groups.iter();
+    loop {
+        let (light, rays) = groups.next().expect("the set has this packet");
+        if packet_i < rays.packets().len() {
+            let ray = rays.ray(packet_i, lane);
+            return match *light {
+                None => ray,
+                Some(origin) => Ray {
+                    origin,
+                    direction: -ray.direction,
+                    ..ray
+                },
+            };
+        }
+        packet_i -= rays.packets().len();
     }
 }
 

@@ -39,9 +39,16 @@ pub fn heading(repeat: usize, size: u32) -> String {
 
 /// A line of the table.
 pub fn line(row: &Row) -> String {
-    let d = &row.differences;
+    let (d, right) = (&row.differences, &row.right);
+    let decided = match right.disputes {
+        0 => String::new(),
+        n => format!(
+            "; of {n} in f64 octray is right on {}, Embree on {}",
+            right.ours, right.embree
+        ),
+    };
     format!(
-        "{:<10} {:<7} {:>8.2} {:>5.0}% {:>8.2} {:>5.0}%  {:<42} {:>5.2}x  {:>9.1} {:>9.1}  {}",
+        "{:<10} {:<7} {:>8.2} {:>5.0}% {:>8.2} {:>5.0}%  {:<42} {:>5.2}x  {:>9.1} {:>9.1}  {}{decided}",
         row.scene,
         row.kind.name(),
         row.ours.0,
@@ -139,6 +146,10 @@ struct JsonRow {
     embree_mode: String,
     ratio: f64,
     agree: bool,
+    /// Where one hits and the other does not, so many were decided in `f64`, and so often each was right.
+    disputes: usize,
+    ours_right: usize,
+    embree_right: usize,
 }
 
 #[derive(Serialize)]
@@ -163,6 +174,9 @@ pub fn write_json(path: &Path, rows: &[Row], builds: &[(String, Builds)]) -> Res
         embree_mode: row.mode.name(),
         ratio: row.ratio(),
         agree: row.agree(),
+        disputes: row.right.disputes,
+        ours_right: row.right.ours,
+        embree_right: row.right.embree,
     };
     let build = |(scene, b): &(String, Builds)| JsonBuilds {
         scene: scene.clone(),

@@ -5,6 +5,7 @@ use crate::{
     ffi::Api,
     inputs::Input,
     rays::{Differences, Prepared},
+    truth::{self, Dispute, Right},
 };
 use octray::{
     accel::Bvh,
@@ -101,6 +102,8 @@ pub struct Row {
     pub embree: (f64, f64),
     pub mode: Mode,
     pub differences: Differences,
+    /// Who is right where one hits and the other does not.
+    pub right: Right,
     /// Whether ours is the scalar reference's answer, bit for bit.
     pub exact: bool,
 }
@@ -233,8 +236,8 @@ impl<'a> Embree<'a> {
     }
 
     /// Of what the last mode of that width and direction found.
-    fn differences(&self, mode: &Mode, ours: &Results) -> Differences {
-        self.prepared[usize::from(mode.from_light)].differences(mode.width, ours)
+    fn differences(&self, mode: &Mode, set: &RaySet, ours: &Results) -> (Differences, Vec<Dispute>) {
+        self.prepared[usize::from(mode.from_light)].differences(mode.width, set, ours)
     }
 }
 
@@ -251,7 +254,7 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
         let looks = (0..LOOKS).map(|_| embree.time(&mode));
         looked_at.push((looks.fold(f64::INFINITY, f64::min), mode));
         if plan.all_modes {
-            let d = embree.differences(&mode, &results);
+            let (d, _) = embree.differences(&mode, set, &results);
             let speed = set.count as f64 / looked_at[looked_at.len() - 1].0 / 1e6;
             println!(
                 "  {speed:>8.2} Mrays/s, differ {} in hit/miss and {} in distance: {}",
@@ -293,7 +296,7 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
     );
     // Once more, because other modes of that width may have traced since.
     embree.time(&mode);
-    let differences = embree.differences(&mode, &results);
+    let (differences, disputes) = embree.differences(&mode, set, &results);
     Row {
         scene: input.name.clone(),
         kind: set.kind,
@@ -302,6 +305,7 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
         embree: embree_speed,
         mode,
         differences,
+        right: truth::decide(&input.scene, &disputes),
         exact,
     }
 }
