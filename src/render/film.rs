@@ -1,10 +1,9 @@
 //! The picture in memory: linear colour, and how it becomes bytes.
 
 use super::Transfer;
-use crate::simd::{F32x8, LANES, lane, max, min, splat, truncate};
+use crate::simd::{F32x8, LANES, lane, max, min, pack, splat, truncate};
 use rayon::prelude::*;
 use std::collections::TryReserveError;
-use wide::u32x8;
 
 /// What a film keeps of each pixel's colour.
 pub trait Pixel: Copy + Default + Send + Sync {
@@ -62,9 +61,7 @@ impl Pixel for [u8; 3] {
 
     #[inline(always)]
     fn from_lanes(rgb8: &[F32x8; 3], _: &F32x8) -> [Self; LANES] {
-        let [r8, g8, b8] = quantize8(rgb8).map(u32x8::from);
-        let rgb8: u32x8 = r8 | (g8 << 8_u32) | (b8 << 16_u32);
-        let rgb = rgb8.to_array().map(u128::from);
+        let rgb = pack(quantize8(rgb8)).map(u128::from);
         // Twelve bytes at a time instead of one.
         let four = |i: usize| (rgb[i] | rgb[i + 1] << 24 | rgb[i + 2] << 48 | rgb[i + 3] << 72).to_le_bytes();
         let (low, high) = (four(0), four(4));

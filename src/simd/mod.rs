@@ -422,6 +422,15 @@ pub fn equal_lanes(a: &[u32; LANES], b: u32) -> u32 {
     bytemuck::cast::<_, F32x8>(equal8).to_bitmask()
 }
 
+/// Three numbers below 256 a lane as one, the first lowest.
+#[inline(always)]
+#[must_use]
+pub fn pack(numbers: [[u32; LANES]; 3]) -> [u32; LANES] {
+    let [a, b, c] = numbers.map(wide::u32x8::from);
+    let packed: wide::u32x8 = a | (b << 8_u32) | (c << 16_u32);
+    packed.to_array()
+}
+
 /// Twin of [`math::scale_to_one`].
 #[inline(always)]
 #[must_use]
