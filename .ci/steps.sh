@@ -32,9 +32,9 @@ apt_install() {
     fi
 }
 
-# cargo_install COMMAND CRATE: installs a cargo subcommand where it is missing.
+# cargo_install COMMAND CRATE [OPTION...]: installs a cargo subcommand where it is missing.
 cargo_install() {
-    command -v "$1" >/dev/null || cargo install --locked "$2"
+    command -v "$1" >/dev/null || cargo install --locked "${@:2}"
 }
 
 # fuzz SECONDS: builds all fuzz targets, then runs each on a copy of its seeds, so that the checkout stays clean.

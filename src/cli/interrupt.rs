@@ -6,7 +6,7 @@ use signal_hook::low_level;
 use signal_hook::{consts, flag};
 use std::sync::{
     Arc,
-    atomic::{AtomicBool, Ordering},
+    atomic::{AtomicBool, AtomicUsize, Ordering},
 };
 
 #[cfg(unix)]
@@ -19,6 +19,8 @@ const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM];
 pub struct Interrupt {
     requested: Arc<AtomicBool>,
     at_once: Arc<AtomicBool>,
+    /// The signal that came last.
+    signal: Arc<AtomicUsize>,
 }
 
 impl Interrupt {
@@ -46,6 +48,7 @@ impl Interrupt {
             // They run in this order.
             let exit_code = i32::from(exit_code(signal));
             flag::register_conditional_shutdown(signal, exit_code, Arc::clone(&this.at_once))
+                .and_then(|_| flag::register_usize(signal, Arc::clone(&this.signal), signal as usize))
                 .and_then(|_| flag::register(signal, Arc::clone(&this.requested)))
                 .map_err(refused)?;
         }
@@ -82,8 +85,8 @@ impl Interrupt {
         let result = work();
         self.at_once.store(true, Ordering::SeqCst);
         if self.requested() {
-            // Which signal it was is not known; this one ends the process, or the window stays.
-            let _ = low_level::raise(consts::SIGTERM);
+            // It ends the process this time, or, if it cannot be sent, the window stays.
+            let _ = low_level::raise(self.signal.load(Ordering::SeqCst) as i32);
         }
         result
     }
