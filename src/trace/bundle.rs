@@ -93,6 +93,7 @@ impl Tracer<'_> {
                 );
                 continue;
             }
+            self.leaves += usize::from(SHARED && !ANY);
             let (reach, states) = (culling.reach, &mut self.packets);
             let taken = if SHARED {
                 leaf::shared_origin::<V, ANY>(bvh, child, culling.frustum, reach, packets, states)
