@@ -110,9 +110,9 @@ pub struct Tracer<'a> {
     unsorted: u32,
     /// Of rays with their own origins.
     scattered: Backoff,
-    /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more leaves than it has rays is of
-    /// no use: triangles are far smaller than what is between its rays. (Camera rays of ten million triangles: 9.4 to 14
-    /// Mrays/s.)
+    /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more than two leaves for each of
+    /// its rays is of no use: triangles are far smaller than what is between its rays. (Camera rays of ten million
+    /// triangles: 9.6 to 13.8 Mrays/s. With one leaf a ray 14.5, but a million then lose 6 %.)
     crowded: Backoff,
     /// Leaves that the bundle in hand has visited.
     leaves: usize,
@@ -512,7 +512,7 @@ impl<'a> Tracer<'a> {
         } else if !ANY && single {
             self.crowded.one_less();
         } else if !ANY {
-            self.crowded.tried(self.leaves > rays);
+            self.crowded.tried(self.leaves > 2 * rays);
         }
         self.trace_items::<V, ANY>(reach);
     }
