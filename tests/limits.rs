@@ -47,6 +47,10 @@ fn what_does_not_fit_is_refused_before_the_work() {
     let folder = Folder::new();
     write_mesh(&folder, "mesh.ply", 1_000_000);
     write_sparse(&folder, "large.ply", 1 << 30);
+    write_sparse(&folder, "facets.stl", 84 + 50 * 20_000_000);
+    let stl = fs::OpenOptions::new().write(true).open(folder.path("facets.stl"));
+    let header = [[0; 80].as_slice(), &20_000_000_u32.to_le_bytes()].concat();
+    stl.unwrap().write_all(&header).unwrap();
     folder.write("mesh.scn", "light 1 2 3 1\nply_file mesh.ply\n");
     for (script, words) in [
         // A picture of whatever format.
@@ -91,6 +95,11 @@ fn what_does_not_fit_is_refused_before_the_work() {
         (
             "\"$0\" large.ply --max-memory 512M",
             &["large.ply: the file has 1.0 GiB, more than the memory limit of"],
+        ),
+        // A file of which the header tells what is to come, before it is read.
+        (
+            "\"$0\" facets.stl --max-memory 2G",
+            &["facets.stl: the scene takes about 2.8 GiB"],
         ),
         (
             "\"$0\" a.scn --threads 4096",

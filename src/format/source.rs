@@ -13,6 +13,11 @@ pub(super) trait Pieces: Sync {
     /// How many bytes there are.
     fn length(&self) -> usize;
 
+    /// How much memory there is for what is made of them, bytes.
+    fn memory(&self) -> u64 {
+        u64::MAX
+    }
+
     /// `length` bytes from `at` on, in `buffer` unless they are in memory already. `None` if they are not to be had.
     fn piece<'a>(&'a self, at: usize, length: usize, buffer: &'a mut Vec<u8>) -> Option<&'a [u8]>;
 }
@@ -32,6 +37,7 @@ pub(super) struct OpenFile {
     file: File,
     length: usize,
     limit: u64,
+    memory: u64,
 }
 
 /// From this size on, bytes, files are read by all threads.
@@ -65,6 +71,7 @@ impl OpenFile {
                 file,
                 length: room,
                 limit,
+                memory,
             }),
             _ => Err(too_large(limit)),
         }
@@ -109,6 +116,10 @@ impl OpenFile {
 }
 
 impl Pieces for OpenFile {
+    fn memory(&self) -> u64 {
+        self.memory
+    }
+
     fn length(&self) -> usize {
         self.length
     }

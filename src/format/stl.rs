@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, SceneError, SourcePos, quote},
-    scene::{MeshColumns, is_usable},
+    scene::{MeshColumns, check_memory, is_usable},
 };
 use rayon::prelude::*;
 use std::{ops::Range, path::Path, sync::Arc};
@@ -104,8 +104,11 @@ fn binary(source: &impl Pieces, path: &Path) -> Result<Option<MeshColumns>, Load
             length - HEADER
         ));
     }
+    // What the scene would refuse at last, before anything is read.
+    if let Err(error) = check_memory([count, 0, 3 * count], source.memory()) {
+        return refused(error.to_string());
+    }
     let mut mesh = MeshColumns::default();
-    // All that is needed, before anything is read.
     let room = [&mut mesh.x, &mut mesh.y, &mut mesh.z]
         .into_iter()
         .try_for_each(|column| column.try_reserve_exact(3 * count))

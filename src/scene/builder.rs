@@ -90,6 +90,23 @@ impl Default for SceneBuilder {
     }
 }
 
+/// Whether so many triangles, spheres, and positions and normals together, have room in so many bytes of memory, the building
+/// of their BVH included. Counts are those of a scene: within 32 bits, so that no sum is too large.
+///
+/// # Errors
+/// [`SceneError::OverLimit`].
+pub(crate) fn check_memory(counts: [usize; 3], limit: u64) -> Result<(), SceneError> {
+    let [triangles, spheres, vectors] = counts.map(|count| count as u64);
+    let needed = triangles * TRIANGLE_BYTES
+        + spheres * SPHERE_BYTES
+        + vectors * VECTOR_BYTES
+        + (triangles + spheres) * BVH_BYTES;
+    if needed > limit {
+        return Err(SceneError::OverLimit { needed, limit });
+    }
+    Ok(())
+}
+
 fn usable(what: &'static str, value: f32) -> Result<(), SceneError> {
     if is_usable(value) {
         Ok(())
@@ -268,19 +285,8 @@ impl SceneBuilder {
                 });
             }
         }
-        // Within the limits above no sum is too large.
-        let [triangles, spheres, vertices] = [triangles, spheres, vertices].map(|count| count as u64);
-        let needed = triangles * TRIANGLE_BYTES
-            + spheres * SPHERE_BYTES
-            + (vertices + self.vertices.normals.len() as u64) * VECTOR_BYTES
-            + (triangles + spheres) * BVH_BYTES;
-        if needed > self.memory {
-            return Err(SceneError::OverLimit {
-                needed,
-                limit: self.memory,
-            });
-        }
-        Ok(())
+        let vectors = vertices + self.vertices.normals.len();
+        check_memory([triangles, spheres, vectors], self.memory)
     }
 
     /// Adds a white point light.

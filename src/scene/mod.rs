@@ -12,6 +12,7 @@ mod transform;
 mod weld;
 
 pub use background::Background;
+pub(crate) use builder::check_memory;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, MeshColumns, SceneBuilder};
 pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View, for_each_packet};
 pub use faults::MeshFaults;
