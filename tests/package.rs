@@ -59,7 +59,7 @@ fn the_package_holds_what_it_should() {
     assert!(total <= MOST_BYTES, "{total} bytes");
 }
 
-/// "1.89" and "1.89.0" as numbers.
+/// "1.95" and "1.95.0" as numbers.
 fn version(text: &str) -> Vec<u32> {
     let mut parts: Vec<u32> = text
         .split('.')
