@@ -15,7 +15,4 @@ mod triangle;
 
 pub use bounds::{Slabs8, pad, padded};
 pub use sphere::{SphereBlock, intersect_spheres};
-pub use triangle::{
-    EDGE_ERROR, EdgeFunctions, EdgeLines, Edges, TriangleBlock, TriangleHits, first_look_reach,
-    lines_look_reach, near_vertex,
-};
+pub use triangle::{EdgeFunctions, EdgeLines, Edges, TriangleBlock, TriangleHits, passes_through};

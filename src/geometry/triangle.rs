@@ -2,21 +2,26 @@
 //!
 //! Möller and Trumbore 1997 in its scalar-triple-product form (Kensler and Shirley 2006): with A, B, C the
 //! corners as seen from the origin, d.(CxA), d.(AxB) and d.(BxC) are the barycentric weights times d.N. Differs:
-//! no back-face culling, and **watertight**:
+//! no back-face culling, and **exact where it matters**: what `f32` cannot tell is told in `f64`.
 //!
-//! - An edge function is `d . ((C - A) x (C + A))`, twice d.(CxA). Swapping A and C negates it exactly, fused or
-//!   not, so of two triangles that share an edge at least one has the ray on its inner side. (The form is that of
-//!   Embree's robust mode. It also cancels before it multiplies, which keeps small far triangles accurate.) The
-//!   difference is taken of the corners themselves, not as seen from the origin: it is then the same for all rays.
-//! - Near a vertex the signs of the edges that meet there may contradict each other: each is right only up to
-//!   rounding, and around a fan all of them could say "outside". So where two edge functions are within the bound
-//!   on their rounding error, both may be negative up to that bound.
+//! - An edge function is `d . ((C - A) x (C + A))`, twice d.(CxA). Swapping A and C negates it exactly, so of two
+//!   triangles that share an edge at least one has the ray on its inner side. (The form is that of Embree's robust mode.
+//!   It also cancels before it multiplies, which keeps small far triangles accurate.) The difference is taken of the
+//!   corners themselves, not as seen from the origin: it is then the same for all rays.
+//! - Where an edge function in `f32` is within the bound on its rounding error, its sign means nothing: along edges,
+//!   around vertices, and all over triangles that are seen edge-on. There [`passes_through`] takes it in `f64`, where
+//!   differences of coordinates are exact and products nearly so. (A filter before an exact predicate, as of Shewchuk,
+//!   *Adaptive Precision Floating-Point Arithmetic*, 1997.) All ways of tracing, whatever they allow for at first look,
+//!   so find the same.
+//! - Near a vertex even those signs may contradict each other: each is right only up to rounding, and around a fan all
+//!   of them could say "outside". So where two edge functions are within their error bound in `f64`, both may be
+//!   negative up to that bound.
 //!
-//! So no ray passes between triangles whose corners are equal, and triangles are no wider than they are but for
-//! about a millionth of their distance around their vertices. (Tried: a tolerance along whole edges, which needs
-//! no agreement between neighbours. It blocked a thousand in a million shadow rays along the silhouettes of tiny
-//! triangles 18 units from their light. What is left blocks up to a hundred of those: triangles seen edge-on are wider all
-//! along. Asking also how near the vertex is lets rays through: one in ten million left a flat octahedron.)
+//! So no ray passes between triangles whose corners are equal, and triangles are no wider than they are. (Tried: a
+//! tolerance of `f32` along whole edges, which needs no agreement between neighbours. It blocked a thousand in a million
+//! shadow rays along the silhouettes of tiny triangles 18 units from their light. At vertices alone it blocked up to
+//! a hundred of them, for triangles seen edge-on are then wider all along; asking also how near the vertex is lets rays
+//! through: one in ten million left a flat octahedron.)
 //!
 //! As seen from a shared origin all of this but the products with d is hoisted: a triangle then costs eight rays
 //! nine multiply-adds.
@@ -24,46 +29,25 @@
 use super::bounds::{Slabs8, pad};
 use crate::{
     ray::PrimitiveId,
-    simd::{F32x8, LANES, Mask8, Vec3x8, ge, gt, le, max, min, splat},
+    simd::{F32x8, LANES, Mask8, Vec3x8, ge, gt, lane, le, max, min, mul_add, splat},
 };
 use glam::Vec3;
 
-/// Bound on the rounding error of an edge function near its corners, as a share of |C - A| |C + A|: one half-ulp each
-/// for the two vectors, two for corners that the sum sees rounded and the difference does not, 3.5 for the cross
-/// product, 3 for the dot product, and one to spare.
-pub const EDGE_ERROR: f32 = 11.5 / (1 << 24) as f32;
+/// Bound on the rounding error of an edge function, as a share of |C - A| |C + A|: one half-ulp each for the two vectors, two
+/// for corners that the sum sees rounded and the difference does not, 3.5 for the cross product, 3 for the dot product,
+/// and one to spare.
+const EDGE_ERROR: f64 = 11.5 / (1 << 24) as f64;
+
+/// [`EDGE_ERROR`] of edge functions in `f64`.
+const EDGE_ERROR_64: f64 = 11.5 / (1_u64 << 53) as f64;
 
 /// What the first look at an edge allows for: the bound above, and the rounding of all that it is made of.
 const FIRST_LOOK: f32 = 20.0 / (1 << 24) as f32;
-
-/// What [`EdgeFunctions::tolerance`] is of a triangle whose longest edge is 1, if no corner is farther from the origins
-/// than `distance`.
-#[inline(always)]
-#[must_use]
-pub fn first_look_reach(distance: f32) -> f32 {
-    FIRST_LOOK * 2.0 * distance
-}
 
 /// What the first look by lines allows for. Beyond what [`EdgeFunctions`] allow for there is the rounding of the edge
 /// functions themselves, 11.5, and of both products of the lines: the sum of corners 2, a cross product 3.5 and six
 /// multiply-adds for the one, the origin 1, a cross product 3.5 and the same six for the other.
 const LINES_LOOK: f32 = 48.0 / (1 << 24) as f32;
-
-/// Beyond this the moments of lines overflow.
-const FARTHEST_LINES: f32 = 1e18;
-
-/// What [`EdgeLines::tolerance`] is of a triangle whose longest edge is 1, if no corner is farther from the origins than
-/// `distance`, and no origin is farther from the point that lines are relative to than `extent`.
-#[inline(always)]
-#[must_use]
-pub fn lines_look_reach(distance: f32, extent: f32) -> f32 {
-    let sum = distance + extent;
-    if sum < FARTHEST_LINES {
-        LINES_LOOK * 2.0 * sum
-    } else {
-        f32::INFINITY
-    }
-}
 
 /// Up to eight triangles, a column a coordinate. Lanes past the last triangle repeat a point: they have no
 /// area and are never hit.
@@ -97,11 +81,10 @@ impl TriangleBlock {
         }
     }
 
-    /// The edge functions of all eight triangles as seen from one origin (all lanes of `origin` the same); for `reach`
-    /// see [`first_look_reach`].
+    /// The edge functions of all eight triangles as seen from one origin (all lanes of `origin` the same).
     #[inline(always)]
     #[must_use]
-    pub fn edge_functions(&self, origin: Vec3x8, reach: F32x8) -> EdgeFunctions {
+    pub fn edge_functions(&self, origin: Vec3x8) -> EdgeFunctions {
         let edges = self.edges();
         let (a, b, c) = (self.v0 - origin, self.v1 - origin, self.v2 - origin);
         let plane = edges.normal.dot(a);
@@ -113,20 +96,23 @@ impl TriangleBlock {
             w: turn(edges.w.cross(b + c)),
             normal: turn(edges.normal),
             plane: plane ^ flip,
-            tolerance: edges.longest() * reach,
+            tolerance: edges.size(a.dot(a)) * splat(FIRST_LOOK),
         }
     }
 
-    /// The triangles' edges as lines relative to a point (the same in all lanes); for `reach` see
-    /// [`lines_look_reach`].
+    /// The triangles' edges as lines relative to a point (the same in all lanes), for rays that start within `extent` of it.
     #[inline(always)]
     #[must_use]
-    pub fn edge_lines(&self, edges: &Edges, point: Vec3x8, reach: F32x8) -> EdgeLines {
+    pub fn edge_lines(&self, edges: &Edges, point: Vec3x8, extent: F32x8) -> EdgeLines {
         let (a, b, c) = (self.v0 - point, self.v1 - point, self.v2 - point);
+        // (x + y)^2 is at most 2 (x^2 + y^2).
+        let distance_squared = mul_add(extent, extent, a.dot(a));
+        let size = edges.size(distance_squared + distance_squared);
         EdgeLines {
             edges: [edges.u, edges.v, edges.w],
             moments: [edges.u.cross(c + a), edges.v.cross(a + b), edges.w.cross(b + c)],
-            tolerance: edges.longest() * reach,
+            look_tolerance: size * splat(LINES_LOOK),
+            tolerance: size * splat(FIRST_LOOK),
         }
     }
 
@@ -179,17 +165,18 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// The lengths of the longest edges. Where their squares underflow, the root of the least normal number is more
-    /// than enough.
+    /// At least |C - A| |C + A| of every edge, with corners as seen from an origin that is as far as that from the first: the
+    /// longest edge times twice its length and the distance. Where squares underflow, the least normal number
+    /// is more than enough.
     #[inline(always)]
     #[must_use]
-    pub fn longest(&self) -> F32x8 {
+    pub fn size(&self, distance_squared: F32x8) -> F32x8 {
         let Self { u, v, w, .. } = self;
-        max(
-            max(u.dot(*u), v.dot(*v)),
-            max(w.dot(*w), splat(f32::MIN_POSITIVE)),
-        )
-        .sqrt()
+        let least = splat(f32::MIN_POSITIVE);
+        let longest_squared = max(max(u.dot(*u), v.dot(*v)), max(w.dot(*w), least));
+        let both_squared = longest_squared + distance_squared;
+        // The square of twice a sum is at most eight times the sum of squares.
+        max(longest_squared * splat(8.0) * both_squared, least).sqrt()
     }
 }
 
@@ -203,6 +190,8 @@ pub struct EdgeLines {
     /// An edge times twice its middle.
     pub moments: [Vec3x8; 3],
     /// How far on the wrong side of 0 an edge function may be at first look.
+    pub look_tolerance: F32x8,
+    /// As [`EdgeFunctions::tolerance`], for all origins.
     pub tolerance: F32x8,
 }
 
@@ -270,39 +259,50 @@ impl EdgeFunctions {
     ) -> TriangleHits {
         let zero = splat(0.0);
         let [u, v, w] = weights;
-        let inside = ge(min(min(u, v), w), zero);
-        let mut hit = inside & Mask8::from_bits(first_look);
-        if inside.bits() & first_look != first_look {
-            let corners = [block.v0, block.v1, block.v2];
-            hit = hit | near_vertex(weights, corners, slabs.origin) & Mask8::from_bits(first_look);
-        }
         let (lower, upper) = block.padded_boxes();
         let (near, far) = slabs.interval(lower, upper);
         let t = min(max(self.plane / direction.dot(self.normal), near), far);
+        let mut hit = (le(near, far) & gt(t, zero)).bits() & first_look;
+        let unsure = hit & !gt(min(min(u, v), w), self.tolerance).bits();
+        if unsure != 0 {
+            for i in (0..LANES).filter(|i| unsure >> i & 1 != 0) {
+                let corners = [&block.v0, &block.v1, &block.v2].map(|corner| corner.lane(i));
+                let weights = [&u, &v, &w].map(|weight| lane(weight, i));
+                let passes = passes_through(slabs.origin.lane(i), direction.lane(i), corners, weights);
+                hit &= !(u32::from(!passes) << i);
+            }
+        }
         let [u, v, w] = weights.map(|weight| max(weight, zero));
         let sum = max(u + v + w, splat(f32::MIN_POSITIVE));
         TriangleHits {
-            hit: hit & le(near, far) & gt(t, zero),
+            hit: Mask8::from_bits(hit),
             t,
             weights: [u, v, sum],
         }
     }
 }
 
-/// The lanes whose rays pass so near a vertex that the signs of its edges mean nothing: no edge function is
-/// below its error bound, and two are within it. Each lane has its own triangle, or its own origin, or both.
+/// Whether the line of a ray passes through a triangle, its edges included, where `f32` cannot tell: in `f64`. `direction` is of
+/// unit length, and `weights` are the edge functions in `f32`, turned towards the ray. (They may be turned the wrong way if
+/// the origin is in the triangle's plane but for rounding. Then all are small, and clearly negative ones are of triangles
+/// behind it.)
 #[cold]
 #[inline(never)]
 #[must_use]
-pub fn near_vertex(weights: [F32x8; 3], [v0, v1, v2]: [Vec3x8; 3], origin: Vec3x8) -> Mask8 {
+pub fn passes_through(origin: Vec3, direction: Vec3, [v0, v1, v2]: [Vec3; 3], weights: [f32; 3]) -> bool {
+    let d = direction.as_dvec3();
+    let [v0, v1, v2, origin] = [v0, v1, v2, origin].map(Vec3::as_dvec3);
     let (a, b, c) = (v0 - origin, v1 - origin, v2 - origin);
-    let bound = |e: Vec3x8, s: Vec3x8| e.dot(e).sqrt() * s.dot(s).sqrt() * splat(EDGE_ERROR);
-    let bounds = [
-        bound(v2 - v0, c + a),
-        bound(v0 - v1, a + b),
-        bound(v1 - v2, b + c),
-    ];
-    let [u, v, w] = [0, 1, 2].map(|i| ge(weights[i], -bounds[i]));
-    let [small_u, small_v, small_w] = [0, 1, 2].map(|i| le(weights[i].abs(), bounds[i]));
-    u & v & w & (small_u & small_v | small_v & small_w | small_w & small_u)
+    let edges = [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)];
+    let sizes = edges.map(|(edge, sum)| edge.length() * sum.length());
+    if (0..3).any(|i| f64::from(weights[i]) < -EDGE_ERROR * sizes[i]) {
+        return false;
+    }
+    let weights = edges.map(|(edge, sum)| d.dot(edge.cross(sum)));
+    if weights.iter().all(|&weight| weight >= 0.0) || weights.iter().all(|&weight| weight <= 0.0) {
+        return true;
+    }
+    let errors = sizes.map(|size| EDGE_ERROR_64 * size);
+    let is_small = [0, 1, 2].map(|i: usize| weights[i].abs() <= errors[i]);
+    is_small.into_iter().filter(|&is_small| is_small).count() >= 2
 }

@@ -9,7 +9,10 @@ use glam::Vec3;
 
 const GEOMETRIC_PAD: f32 = 1.0 / 4_194_304.0;
 const INTERVAL_PAD: f32 = 4.0 / 16_777_216.0;
-const EDGE_ERROR: f32 = 11.5 / 16_777_216.0;
+/// More than the rounding error of an edge function, as a share of the longest edge and twice the farthest corner.
+const FILTER: f32 = 20.0 / 16_777_216.0;
+const EDGE_ERROR: f64 = 11.5 / 16_777_216.0;
+const EDGE_ERROR_64: f64 = 11.5 / 9_007_199_254_740_992.0;
 
 /// What the slab test needs of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -74,14 +77,15 @@ fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32
 
     let edges = [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)];
     let weights = edges.map(|(edge, sum)| dot(d, cross(edge, sum) * side));
-    let is_outside = |weight: f32| weight < 0.0 || weight.is_nan();
-    if weights.into_iter().any(is_outside) {
-        let error = |(edge, sum)| dot(edge, edge).sqrt() * dot(sum, sum).sqrt() * EDGE_ERROR;
-        let errors = edges.map(error);
-        let within = (0..3).filter(|&i| weights[i].abs() <= errors[i]).count();
-        if within < 2 || (0..3).any(|i| weights[i] < -errors[i]) {
-            return None;
-        }
+    // No vector is longer than its coordinates together.
+    let length = |v: Vec3| v.abs().element_sum();
+    let longest = edges.into_iter().map(|(edge, _)| length(edge)).fold(0.0, max);
+    let farthest = [a, b, c].into_iter().map(length).fold(0.0, max);
+    let tolerance = FILTER * longest * 2.0 * farthest;
+    let smallest = min(min(weights[0], weights[1]), weights[2]);
+    let inside = smallest > tolerance || smallest >= -tolerance && passes_through(ray, [v0, v1, v2], weights);
+    if !inside {
+        return None;
     }
     let (near, far) = slabs.primitive_interval(Aabb {
         lower: v0.min(v1).min(v2),
@@ -91,6 +95,31 @@ fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32
     let [u, v, w] = weights.map(|weight| max(weight, 0.0));
     let sum = max(u + v + w, f32::MIN_POSITIVE);
     (near <= far && t > 0.0).then_some((t, u / sum, v / sum))
+}
+
+/// Where `f32` cannot tell: whether the ray's line passes through the triangle, or two of its edges within the error of
+/// `f64`. Not if one of the edge functions in `f32` is clearly negative: the triangle is then behind.
+#[cold]
+#[inline(never)]
+fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {
+    let [v0, v1, v2] = corners.map(Vec3::as_dvec3);
+    let (origin, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let [a, b, c] = [v0, v1, v2].map(|v| v - origin);
+    let (mut left, mut right, mut within) = (0, 0, 0);
+    for ((edge, sum), weight) in [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)]
+        .into_iter()
+        .zip(weights)
+    {
+        let size = edge.length() * sum.length();
+        if f64::from(weight) < -size * EDGE_ERROR {
+            return false;
+        }
+        let weight = d.dot(edge.cross(sum));
+        left += i32::from(weight >= 0.0);
+        right += i32::from(weight <= 0.0);
+        within += i32::from(weight.abs() <= size * EDGE_ERROR_64);
+    }
+    left == 3 || right == 3 || within >= 2
 }
 
 fn sphere(center: Vec3, radius: f32, ray: &Ray, slabs: &RaySlabs) -> Option<f32> {

@@ -41,12 +41,10 @@ pub(super) struct Culling<'a, V> {
     pub exact: bool,
     /// Few rays left go on one by one.
     pub regroup: bool,
-    /// See [`first_look_reach`](crate::geometry::first_look_reach).
-    pub reach: f32,
     /// What lines are relative to: where the origins' box begins. (Only for rays with their own origins.)
     pub point: Vec3,
-    /// See [`lines_look_reach`](crate::geometry::lines_look_reach).
-    pub lines_reach: f32,
+    /// How far from there origins are at most.
+    pub extent: f32,
 }
 
 impl Tracer<'_> {
@@ -94,9 +92,9 @@ impl Tracer<'_> {
                 continue;
             }
             self.leaves += usize::from(SHARED && !ANY);
-            let (reach, states) = (culling.reach, &mut self.packets);
+            let states = &mut self.packets;
             let taken = if SHARED {
-                leaf::shared_origin::<V, ANY>(bvh, child, culling.frustum, reach, packets, states)
+                leaf::shared_origin::<V, ANY>(bvh, child, culling.frustum, packets, states)
             } else {
                 leaf::separate_origins::<V, ANY>(bvh, child, culling, packets, &self.moments, states)
             };

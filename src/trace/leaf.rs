@@ -3,7 +3,7 @@
 use super::{PACKETS, bits, bits64, bundle::Culling, frustum::BundleFrustum, rays::Packet};
 use crate::{
     accel::{Bvh, Child},
-    geometry::{EdgeFunctions, EdgeLines, Edges, SphereBlock, TriangleBlock, near_vertex, pad},
+    geometry::{EdgeFunctions, EdgeLines, Edges, SphereBlock, TriangleBlock, pad, passes_through},
     simd::{
         LANES, Vec3x8, lane,
         lanes::{Column, LaneMask, Lanes, Vec3Lanes},
@@ -23,14 +23,13 @@ fn vector<V: Lanes>(v: &Vec3x8, i: usize) -> Vec3Lanes<V> {
 
 /// A block against the packets of `packets` that share their origin. What depends on the origin alone is taken once,
 /// for eight triangles at a time; triangles that no ray of the frustum can hit are dropped, and so are packets none of
-/// whose rays can hit a triangle. `reach`: see [`first_look_reach`](crate::geometry::first_look_reach). Answers which
+/// whose rays can hit a triangle. Answers which
 /// packets took a hit.
 #[inline(always)]
 pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     bvh: &Bvh,
     leaf: Child,
     frustum: Option<&BundleFrustum<V>>,
-    reach: f32,
     packets: u32,
     states: &mut [Packet; PACKETS],
 ) -> u32 {
@@ -40,7 +39,7 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     let block = &bvh.triangle_blocks()[leaf.index()];
     let [x, y, z] = &states[0].origin;
     let origin = Vec3::new(x.0[0], y.0[0], z.0[0]);
-    let edges8 = block.edge_functions(Vec3x8::splat(origin), splat(reach));
+    let edges8 = block.edge_functions(Vec3x8::splat(origin));
     let mut triangles = (1_u32 << leaf.count()) - 1;
     if let Some(frustum) = frustum
         && packets.count_ones() > ALL_FIRST
@@ -80,11 +79,11 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
         let state = &mut states[p % PACKETS];
         let d = Vec3Lanes::<V>::load(&state.direction);
         let weights = weights(&d, &edges8, i);
-        let look = smallest(weights).ge(V::splat(-lane(&edges8.tolerance, i)));
+        let tolerance = V::splat(lane(&edges8.tolerance, i));
         let determinant = d.dot(vector(&edges8.normal, i));
         let plane = V::splat(lane(&edges8.plane, i));
         let bounds = (vector::<V>(&lower, i), vector::<V>(&upper, i));
-        let hit = hit::<V, ANY>(state, block, i, look, weights, plane / determinant, bounds);
+        let hit = hit::<V, ANY>(state, block, i, tolerance, weights, plane / determinant, bounds);
         taken |= u32::from(hit) << p;
     }
     taken
@@ -120,7 +119,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
     let edges8: Edges = block.edges();
-    let lines8 = block.edge_lines(&edges8, Vec3x8::splat(culling.point), splat(culling.lines_reach));
+    let lines8 = block.edge_lines(&edges8, Vec3x8::splat(culling.point), splat(culling.extent));
     let mut looks = [(0_u8, 0_u8); PACKETS * LANES];
     let mut count = 0;
     for p in bits(packets) {
@@ -137,7 +136,6 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     if count == 0 {
         return 0;
     }
-    let least8 = edges8.longest() * splat(-culling.reach);
     let (lower8, upper8) = block.padded_boxes();
     let mut taken = 0;
     for &(p, i) in &looks[..count] {
@@ -156,7 +154,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
             d.dot(vector::<V>(&edges8.v, i).cross(a + b)).turn(flip),
             d.dot(vector::<V>(&edges8.w, i).cross(b + c)).turn(flip),
         ];
-        let look = smallest(weights).ge(V::splat(lane(&least8, i)));
+        let tolerance = V::splat(lane(&lines8.tolerance, i));
         let bounds = (vector::<V>(&lower8, i) - o, vector::<V>(&upper8, i) - o);
         // Turned before the product, as elsewhere: the sign of a determinant of 0 depends on it.
         let turned = Vec3Lanes {
@@ -166,7 +164,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
         };
         let determinant = d.dot(turned);
         let t = plane.turn(flip) / determinant;
-        let hit = hit::<V, ANY>(state, block, i, look, weights, t, bounds);
+        let hit = hit::<V, ANY>(state, block, i, tolerance, weights, t, bounds);
         taken |= u32::from(hit) << p;
     }
     taken
@@ -179,7 +177,7 @@ fn outside<V: Lanes>(d: &Vec3Lanes<V>, m: &Vec3Lanes<V>, lines8: &EdgeLines, i: 
     let u = beside(d, m, vector(&lines8.edges[0], i), vector(&lines8.moments[0], i));
     let v = beside(d, m, vector(&lines8.edges[1], i), vector(&lines8.moments[1], i));
     let w = beside(d, m, vector(&lines8.edges[2], i), vector(&lines8.moments[2], i));
-    let tolerance = lane(&lines8.tolerance, i);
+    let tolerance = lane(&lines8.look_tolerance, i);
     u.min(v).min(w).lt(V::splat(-tolerance)) & u.max(v).max(w).gt(V::splat(tolerance))
 }
 
@@ -196,32 +194,34 @@ fn smallest<V: Lanes>([u, v, w]: Weights<V>) -> V {
     u.min(v).min(w)
 }
 
-/// The canonical test of triangle `i`, for the lanes that survived the first look; twin of
-/// [`EdgeFunctions::intersect`]. `bounds`: its padded box, relative to the origins. Answers whether a lane may have
-/// taken it.
+/// The canonical test of triangle `i`; twin of [`EdgeFunctions::intersect`]. `bounds`: its padded box, relative to the
+/// origins. Answers whether a lane may have taken it.
 #[inline(always)]
 fn hit<V: Lanes, const ANY: bool>(
     state: &mut Packet,
     block: &TriangleBlock,
     i: usize,
-    look: V::Mask,
+    tolerance: V,
     weights: Weights<V>,
     t: V,
     bounds: (Vec3Lanes<V>, Vec3Lanes<V>),
 ) -> bool {
     let zero = V::splat(0.0);
-    let mut inside = look & smallest(weights).ge(zero);
-    if inside.bits() != look.bits() {
+    let (near, far) = state.interval(bounds.0, bounds.1);
+    let t = t.max(near).min(far);
+    // Asking for the nearer here, and not only where hits are taken, made shadow rays 5 to 10 % faster.
+    let ahead = near.le(far) & t.gt(zero) & t.le(V::load(&state.t));
+    let smallest = smallest(weights);
+    let looked = ahead & smallest.ge(-tolerance);
+    let mut hit = looked & smallest.gt(tolerance);
+    if hit.bits() != looked.bits() {
         let mut columns = [Column::splat(0.0); 3];
         for (column, weight) in columns.iter_mut().zip(weights) {
             weight.store(column);
         }
-        let near = near_a_vertex(&columns, block, i, &state.origin);
-        inside = inside | look & V::Mask::from_bits(near);
+        let unsure = looked.bits() & !hit.bits();
+        hit = hit | V::Mask::from_bits(passing(state, unsure, &columns, block, i));
     }
-    let (near, far) = state.interval(bounds.0, bounds.1);
-    let t = t.max(near).min(far);
-    let hit = inside & near.le(far) & t.gt(zero);
     let any = hit.bits() != 0;
     if any {
         let [u, v, w] = weights;
@@ -232,17 +232,19 @@ fn hit<V: Lanes, const ANY: bool>(
     any
 }
 
-/// [`near_vertex`] for both halves of a packet.
+/// Those of `lanes` whose rays [pass through](passes_through) triangle `i`.
 #[cold]
 #[inline(never)]
-fn near_a_vertex(weights: &[Column; 3], block: &TriangleBlock, i: usize, origin: &[Column; 3]) -> u32 {
-    let corners = [&block.v0, &block.v1, &block.v2].map(|v| Vec3x8::splat(v.lane(i)));
-    let half = |half: usize| {
-        let weights = [0, 1, 2].map(|w: usize| weights[w].halves()[half]);
-        let [x, y, z] = [0, 1, 2].map(|axis: usize| origin[axis].halves()[half]);
-        near_vertex(weights, corners, Vec3x8::new(x, y, z)).bits()
+fn passing(state: &Packet, lanes: u32, weights: &[Column; 3], block: &TriangleBlock, i: usize) -> u32 {
+    let corners = [&block.v0, &block.v1, &block.v2].map(|corner| corner.lane(i));
+    let passes = |&ray: &usize| {
+        let vector = |columns: &[Column; 3]| [0, 1, 2].map(|axis: usize| columns[axis].0[ray & 15]);
+        let (origin, direction) = (vector(&state.origin), vector(&state.direction));
+        passes_through(origin.into(), direction.into(), corners, vector(weights))
     };
-    half(0) | half(1) << 8
+    bits(lanes)
+        .filter(passes)
+        .fold(0, |passing, ray| passing | 1 << ray)
 }
 
 /// A block of spheres; twin of [`intersect_spheres`](crate::geometry::intersect_spheres).
@@ -315,18 +317,17 @@ fn chord<V: Lanes>(state: &Packet, block: &SphereBlock, i: usize) -> (V, V) {
 mod tests {
     use super::*;
     use crate::{
-        geometry::{first_look_reach, lines_look_reach},
         ray::{PrimitiveId, RayPacket},
         simd::F32x8,
     };
 
     /// Rays at corners, at edges and past them, of triangles of all shapes, near and far from their origins.
     #[test]
-    fn lines_let_through_what_the_first_look_does() {
+    fn first_looks_lose_no_ray_that_passes_through() {
         let mut random = fastrand::Rng::with_seed(11);
         let mut unit = move || random.f32() * 2.0 - 1.0;
         let mut vector = |size: f32| Vec3::new(unit(), unit(), unit()) * size;
-        let mut looked = 0;
+        let mut passing = 0;
         for round in 0..20_000 {
             let size = [1e-3, 1.0, 1e3, 1e15][round % 4];
             let around = vector([0.0, 1.0, 1e4][round % 3] * size);
@@ -347,40 +348,36 @@ mod tests {
                 direction: Vec3x8::from_lanes(directions),
                 t_max: splat(f32::MAX),
             };
-            let far = |o: Vec3| {
-                corners
-                    .map(|c| (c - o).abs().element_sum())
-                    .into_iter()
-                    .fold(0.0, f32::max)
-            };
-            let distance = origins.into_iter().map(far).fold(0.0, f32::max);
             let point = origins.into_iter().fold(origins[0], Vec3::min);
-            let extent = (origins.into_iter().fold(origins[0], Vec3::max) - point).element_sum();
+            let extent = (origins.into_iter().fold(origins[0], Vec3::max) - point).length();
             let mut packet = Packet::EMPTY;
             let origin8 = Vec3x8::from_lanes(origins);
             packet.set::<F32x8>(&rays, &rays);
             packet.start_at::<F32x8>(&origin8, &origin8);
-            let lines = block.edge_lines(
-                &block.edges(),
-                Vec3x8::splat(point),
-                splat(lines_look_reach(distance, extent)),
-            );
+            let lines = block.edge_lines(&block.edges(), Vec3x8::splat(point), splat(extent));
             let d = Vec3Lanes::<F32x8>::load(&packet.direction);
             let m = packet.moments::<F32x8>(point);
             let outside = outside(&d, &m, &lines, 0).bits();
             for (lane, (origin, direction)) in origins.into_iter().zip(directions).enumerate() {
-                let edges = block.edge_functions(Vec3x8::splat(origin), splat(first_look_reach(distance)));
-                let look = edges.first_look(edges.weights(&Vec3x8::splat(direction))) & 1;
-                looked += look;
+                let edges = block.edge_functions(Vec3x8::splat(origin));
+                let weights = edges.weights(&Vec3x8::splat(direction));
+                let look = edges.first_look(weights) & 1;
+                let passes = passes_through(
+                    origin,
+                    direction,
+                    corners,
+                    weights.map(|w| crate::simd::lane(&w, 0)),
+                );
+                passing += u32::from(passes);
                 assert!(
-                    look & outside >> lane == 0,
+                    !passes || look != 0 && outside >> lane & 1 == 0,
                     "round {round}: {corners:?} {origin} {direction}"
                 );
             }
         }
         assert!(
-            (60_000..140_000).contains(&looked),
-            "{looked} of 160,000 looked at"
+            (40_000..120_000).contains(&passing),
+            "{passing} of 160,000 pass through"
         );
     }
 }

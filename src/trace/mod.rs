@@ -13,8 +13,6 @@ mod single;
 
 use crate::{
     accel::{Bvh, prefetch},
-    geometry::{first_look_reach, lines_look_reach},
-    math::Aabb,
     ray::{HitPacket, Origins, RayPacket},
     simd::{
         F32x8, LANES, Vec3x8,
@@ -94,7 +92,6 @@ const ITEMS: usize = 4096;
 pub struct Tracer<'a> {
     bvh: &'a Bvh,
     method: Method,
-    bounds: Aabb,
     packets: Box<[Packet; PACKETS]>,
     /// Where all of them start, as bits, if that is one point: rays of the next call often start there, too.
     shared: Option<[u32; 3]>,
@@ -235,7 +232,6 @@ impl<'a> Tracer<'a> {
         Self {
             bvh,
             method,
-            bounds: bvh.bounds(),
             packets: Box::new([Packet::EMPTY; PACKETS]),
             shared: None,
             moments: Box::new([[Column::splat(0.0); 3]; PACKETS]),
@@ -454,15 +450,8 @@ impl<'a> Tracer<'a> {
             return;
         }
         let (lower, upper) = frustum::origins::<V, SHARED>(&self.packets[..count]);
-        let farthest = [0, 1, 2].map(|axis: usize| {
-            let (low, high) = (self.bounds.lower[axis], self.bounds.upper[axis]);
-            (high - lower[axis]).abs().max((upper[axis] - low).abs())
-        });
-        // The largest norm is at least the Euclidean one.
-        let farthest = farthest.iter().sum();
-        let reach = first_look_reach(farthest);
         let point = Vec3::from(lower);
-        let lines_reach = lines_look_reach(farthest, (Vec3::from(upper) - point).element_sum());
+        let extent = (Vec3::from(upper) - point).length();
         let regroup = self.method != Method::Packet;
         let is_scattered = !SHARED && self.scattered.is_on() || SHARED && !ANY && self.crowded.is_on();
         let single = self.method == Method::Single || regroup && is_scattered;
@@ -491,9 +480,8 @@ impl<'a> Tracer<'a> {
                     frustum: frustum.as_ref(),
                     exact: ANY || !SHARED || !regroup,
                     regroup,
-                    reach,
                     point,
-                    lines_reach,
+                    extent,
                 };
                 if !SHARED {
                     let packets = self.packets.iter().zip(self.moments.iter_mut());
@@ -516,6 +504,6 @@ impl<'a> Tracer<'a> {
         } else if !ANY {
             self.crowded.tried(self.leaves > 2 * rays);
         }
-        self.trace_items::<V, ANY>(reach);
+        self.trace_items::<V, ANY>();
     }
 }

@@ -234,7 +234,7 @@ impl Turns {
 impl Tracer<'_> {
     /// Traces the rays of `items`, in packets of `V::COUNT`.
     #[inline(always)]
-    pub(super) fn trace_items<V: Lanes, const ANY: bool>(&mut self, reach: f32) {
+    pub(super) fn trace_items<V: Lanes, const ANY: bool>(&mut self) {
         let Self {
             bvh,
             packets,
@@ -274,10 +274,10 @@ impl Tracer<'_> {
             for i in 0..count {
                 let i = turns.slot(Child::TRIANGLES, i);
                 looked[looks % SLOTS] = i as u8;
-                looks += usize::from(looks_hit(&slots[i], bvh, reach));
+                looks += usize::from(looks_hit(&slots[i], bvh));
             }
             for &i in looked.iter().take(looks) {
-                triangles::<ANY>(&mut slots[usize::from(i) % SLOTS], bvh, packets, reach);
+                triangles::<ANY>(&mut slots[usize::from(i) % SLOTS], bvh, packets);
             }
             pop_all(&mut turns, Child::TRIANGLES, count, slots, &places);
             let count = turns.take(Child::SPHERES);
@@ -347,21 +347,16 @@ fn pop_all(turns: &mut Turns, kind: usize, count: usize, slots: &mut [Slot; SLOT
 
 /// Whether a ray may hit something in its block of triangles, at first look.
 #[inline(always)]
-fn looks_hit(slot: &Slot, bvh: &Bvh, reach: f32) -> bool {
+fn looks_hit(slot: &Slot, bvh: &Bvh) -> bool {
     let (ray, leaf) = (&slot.ray, slot.child);
-    let edges = bvh.triangle_blocks()[leaf.index()].edge_functions(Vec3x8::splat(ray.origin), splat(reach));
+    let edges = bvh.triangle_blocks()[leaf.index()].edge_functions(Vec3x8::splat(ray.origin));
     let first_look = edges.first_look(edges.weights(&Vec3x8::splat(ray.direction)));
     first_look & leaf.count_bits() != 0
 }
 
 /// A block of triangles against a ray.
 #[inline(always)]
-fn triangles<const ANY: bool>(
-    slot: &mut Slot,
-    bvh: &Bvh,
-    packets: &mut [Packet; super::PACKETS],
-    reach: f32,
-) {
+fn triangles<const ANY: bool>(slot: &mut Slot, bvh: &Bvh, packets: &mut [Packet; super::PACKETS]) {
     let (ray, leaf) = (&slot.ray, slot.child);
     let (state, i) = (
         &mut packets[ray.packet as usize % super::PACKETS],
@@ -369,7 +364,7 @@ fn triangles<const ANY: bool>(
     );
     let (slabs, direction) = (ray.slabs(), Vec3x8::splat(ray.direction));
     let block = &bvh.triangle_blocks()[leaf.index()];
-    let edges = block.edge_functions(slabs.origin, splat(reach));
+    let edges = block.edge_functions(slabs.origin);
     let weights = edges.weights(&direction);
     let first_look = edges.first_look(weights) & leaf.count_bits();
     let found = edges.intersect(first_look, weights, block, &slabs, &direction);
