@@ -14,8 +14,8 @@
 //!   *Adaptive Precision Floating-Point Arithmetic*, 1997.) All ways of tracing, whatever they allow for at first look,
 //!   so find the same.
 //! - Near a vertex even those signs may contradict each other: each is right only up to rounding, and around a fan all
-//!   of them could say "outside". So where two edge functions are within their error bound in `f64`, both may be
-//!   negative up to that bound.
+//!   of them could say "outside". The same holds all along triangles that are a line for a ray but for that rounding. So
+//!   where two edge functions are within their error bound in `f64`, a hit is what lies between two corners.
 //!
 //! So no ray passes between triangles whose corners are equal, and triangles are no wider than they are. (Tried: a
 //! tolerance of `f32` along whole edges, which needs no agreement between neighbours. It blocked a thousand in a million
@@ -48,6 +48,10 @@ const FIRST_LOOK: f32 = 20.0 / (1 << 24) as f32;
 /// functions themselves, 11.5, and of both products of the lines: the sum of corners 2, a cross product 3.5 and six
 /// multiply-adds for the one, the origin 1, a cross product 3.5 and the same six for the other.
 const LINES_LOOK: f32 = 48.0 / (1 << 24) as f32;
+
+/// More than the rounding error of a product of two corners' offsets from a ray in `f64`, as a share of their distances from
+/// its origin: four half-ulps an offset, three for the product, and as many to spare.
+const ASIDE_ERROR_64: f64 = 22.0 / (1_u64 << 53) as f64;
 
 /// Up to eight triangles, a column a coordinate. Lanes past the last triangle repeat a point: they have no
 /// area and are never hit.
@@ -299,10 +303,14 @@ pub fn passes_through(origin: Vec3, direction: Vec3, [v0, v1, v2]: [Vec3; 3], we
         return false;
     }
     let weights = edges.map(|(edge, sum)| d.dot(edge.cross(sum)));
-    if weights.iter().all(|&weight| weight >= 0.0) || weights.iter().all(|&weight| weight <= 0.0) {
-        return true;
+    let is_small = |i: &usize| weights[*i].abs() <= EDGE_ERROR_64 * sizes[*i];
+    if (0..3).filter(is_small).count() < 2 {
+        return weights.iter().all(|&weight| weight >= 0.0) || weights.iter().all(|&weight| weight <= 0.0);
     }
-    let errors = sizes.map(|size| EDGE_ERROR_64 * size);
-    let is_small = [0, 1, 2].map(|i: usize| weights[i].abs() <= errors[i]);
-    is_small.into_iter().filter(|&is_small| is_small).count() >= 2
+    // At a vertex, or on the line that all of the triangle is for it: between two corners?
+    let aside = [a, b, c].map(|corner| corner - d * (corner.dot(d) / d.length_squared()));
+    let lengths = [a, b, c].map(glam::DVec3::length);
+    [(0, 1), (1, 2), (2, 0)]
+        .into_iter()
+        .any(|(i, j)| aside[i].dot(aside[j]) <= ASIDE_ERROR_64 * lengths[i] * lengths[j])
 }

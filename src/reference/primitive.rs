@@ -5,7 +5,7 @@ use crate::{
     ray::{Hit, PrimitiveId, Ray},
     scene::Shape,
 };
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 const GEOMETRIC_PAD: f32 = 1.0 / 4_194_304.0;
 const INTERVAL_PAD: f32 = 4.0 / 16_777_216.0;
@@ -13,6 +13,7 @@ const INTERVAL_PAD: f32 = 4.0 / 16_777_216.0;
 const FILTER: f32 = 20.0 / 16_777_216.0;
 const EDGE_ERROR: f64 = 11.5 / 16_777_216.0;
 const EDGE_ERROR_64: f64 = 11.5 / 9_007_199_254_740_992.0;
+const ASIDE_ERROR_64: f64 = 22.0 / 9_007_199_254_740_992.0;
 
 /// What the slab test needs of a ray.
 #[derive(Clone, Copy, Debug)]
@@ -97,8 +98,9 @@ fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32
     (near <= far && t > 0.0).then_some((t, u / sum, v / sum))
 }
 
-/// Where `f32` cannot tell: whether the ray's line passes through the triangle, or two of its edges within the error of
-/// `f64`. Not if one of the edge functions in `f32` is clearly negative: the triangle is then behind.
+/// Where `f32` cannot tell: whether the ray's line passes through the triangle in `f64`, or, where two of its edges are within
+/// that one's error, between two corners. Not if one of the edge functions in `f32` is clearly negative: the triangle
+/// is then behind.
 #[cold]
 #[inline(never)]
 fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {
@@ -119,7 +121,12 @@ fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {
         right += i32::from(weight <= 0.0);
         within += i32::from(weight.abs() <= size * EDGE_ERROR_64);
     }
-    left == 3 || right == 3 || within >= 2
+    if within < 2 {
+        return left == 3 || right == 3;
+    }
+    let aside = |v: DVec3| v - d * (v.dot(d) / d.length_squared());
+    let is_between = |p: DVec3, q: DVec3| aside(p).dot(aside(q)) <= p.length() * q.length() * ASIDE_ERROR_64;
+    is_between(a, b) || is_between(b, c) || is_between(c, a)
 }
 
 fn sphere(center: Vec3, radius: f32, ray: &Ray, slabs: &RaySlabs) -> Option<f32> {

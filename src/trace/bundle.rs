@@ -34,6 +34,17 @@ pub(super) struct Entry {
     q_near: f32,
 }
 
+impl Entry {
+    const NONE: Self = Self {
+        child: Child::NONE,
+        packets: 0,
+        q_near: 0.0,
+    };
+}
+
+/// How many steps a leaf waits.
+const WAITING: usize = 4;
+
 /// How the rays of a bundle are culled.
 pub(super) struct Culling<'a, V> {
     pub frustum: Option<&'a BundleFrustum<V>>,
@@ -72,23 +83,54 @@ impl Tracer<'_> {
             packets: all,
             q_near: 0.0,
         });
-        while let Some(Entry {
-            child,
-            packets,
-            q_near,
-        }) = self.bundle_stack.pop()
-        {
-            let packets = packets & V::splat(q_near).le(V::load(&q_limit)).bits();
+        let mut waiting = [Entry::NONE; WAITING];
+        let (mut held, mut step) = (0, 0);
+        loop {
+            let mut leaf = match self.bundle_stack.pop() {
+                Some(Entry {
+                    child,
+                    packets,
+                    q_near,
+                }) => {
+                    let packets = packets & V::splat(q_near).le(V::load(&q_limit)).bits();
+                    if packets == 0 {
+                        continue;
+                    }
+                    if child.is_inner() {
+                        self.push_children::<V, ANY, SHARED>(
+                            &bvh.nodes()[child.index()],
+                            culling,
+                            packets,
+                            V::load(&q_limit),
+                        );
+                        Entry::NONE
+                    } else {
+                        held += 1;
+                        Entry {
+                            child,
+                            packets,
+                            q_near,
+                        }
+                    }
+                }
+                None if held == 0 => break,
+                None => Entry::NONE,
+            };
+            if SHARED {
+                std::mem::swap(&mut waiting[step % WAITING], &mut leaf);
+                step += 1;
+            }
+            let Entry {
+                child,
+                packets,
+                q_near,
+            } = leaf;
             if packets == 0 {
                 continue;
             }
-            if child.is_inner() {
-                self.push_children::<V, ANY, SHARED>(
-                    &bvh.nodes()[child.index()],
-                    culling,
-                    packets,
-                    V::load(&q_limit),
-                );
+            held -= 1;
+            let packets = packets & V::splat(q_near).le(V::load(&q_limit)).bits();
+            if packets == 0 {
                 continue;
             }
             self.leaves += usize::from(SHARED && !ANY);
