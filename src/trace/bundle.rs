@@ -42,7 +42,10 @@ impl Entry {
     };
 }
 
-/// How many steps a leaf waits.
+/// So many leaves wait for their memory while other nodes and leaves are visited, where rays share their origin. (Camera rays
+/// of a million triangles +10 to +14 %, shadow rays +8 %; with one leaf half of that, with six less. Rays with their own
+/// origins: -1 to -4 %.) In occlusion a node waits as well, until there is another. (Shadow rays of the interior
+/// +8 %, terrain +3 %, figure -3 %. Camera rays: up to -15 %, for they then visit what is behind first.)
 const WAITING: usize = 4;
 
 /// How the rays of a bundle are culled.
@@ -83,8 +86,10 @@ impl Tracer<'_> {
             packets: all,
             q_near: 0.0,
         });
+        // Leaves in the order they came, and the node that waits until the next or the last.
         let mut waiting = [Entry::NONE; WAITING];
-        let (mut held, mut step) = (0, 0);
+        let (mut held, mut oldest) = (0, 0);
+        let (mut node, mut is_last) = (Entry::NONE, false);
         loop {
             let mut leaf = match self.bundle_stack.pop() {
                 Some(Entry {
@@ -97,6 +102,17 @@ impl Tracer<'_> {
                         continue;
                     }
                     if child.is_inner() {
+                        let (mut child, mut packets, mut q_near) = (child, packets, q_near);
+                        if ANY && SHARED && !is_last {
+                            std::mem::swap(&mut child, &mut node.child);
+                            std::mem::swap(&mut packets, &mut node.packets);
+                            std::mem::swap(&mut q_near, &mut node.q_near);
+                            packets &= V::splat(q_near).le(V::load(&q_limit)).bits();
+                            if packets == 0 {
+                                continue;
+                            }
+                        }
+                        is_last = false;
                         self.push_children::<V, ANY, SHARED>(
                             &bvh.nodes()[child.index()],
                             culling,
@@ -113,12 +129,27 @@ impl Tracer<'_> {
                         }
                     }
                 }
+                None if ANY && SHARED && node.packets != 0 => {
+                    self.bundle_stack.push(node);
+                    node.packets = 0;
+                    is_last = true;
+                    continue;
+                }
                 None if held == 0 => break,
                 None => Entry::NONE,
             };
             if SHARED {
-                std::mem::swap(&mut waiting[step % WAITING], &mut leaf);
-                step += 1;
+                if leaf.packets != 0 {
+                    waiting[(oldest + held - 1) % WAITING] = leaf;
+                    if held < WAITING {
+                        continue;
+                    }
+                }
+                if held == 0 {
+                    continue;
+                }
+                leaf = waiting[oldest % WAITING];
+                oldest += 1;
             }
             let Entry {
                 child,
