@@ -186,7 +186,8 @@ impl<V: Lanes> BundleFrustum<V> {
         let sign = V::splat(frame.sign);
         let mut least = V::splat(1.0);
         let [mut a0, mut a1, mut b0, mut b1, mut most_along_k] = [Column::splat(0.0); 5];
-        for half in 0..V::COUNT / LANES {
+        let halves = packets.len().div_ceil(LANES);
+        for half in 0..halves {
             let mut along = [splat(0.0); LANES];
             let [mut a_low, mut a_high, mut b_low, mut b_high] = [[splat(0.0); LANES]; 4];
             for row in 0..LANES {
@@ -210,6 +211,12 @@ impl<V: Lanes> BundleFrustum<V> {
             b0.halves_mut()[half] = smallest(b_low);
             b1.halves_mut()[half] = largest(b_high);
             most_along_k.halves_mut()[half] = F32x8::transpose(along).into_iter().fold(splat(0.0), max);
+        }
+        // Lanes beyond the packets repeat others.
+        if halves < V::COUNT / LANES {
+            for column in [&mut a0, &mut a1, &mut b0, &mut b1, &mut most_along_k] {
+                column.halves_mut()[1] = column.halves()[0];
+            }
         }
         if least.lt(V::splat(LEAST_ALONG_K)).bits() != 0 {
             return None;
