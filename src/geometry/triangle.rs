@@ -33,7 +33,7 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Bound on the rounding error of an edge function, as a share of |C - A| |C + A|: one half-ulp each for the two vectors, two
+/// Bound on the rounding error of an edge function, as a share of |C - A| (|C| + |A|): one half-ulp each for the two vectors, two
 /// for corners that the sum sees rounded and the difference does not, 3.5 for the cross product, 3 for the dot product,
 /// and one to spare.
 const EDGE_ERROR: f64 = 11.5 / (1 << 24) as f64;
@@ -169,7 +169,7 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// At least |C - A| |C + A| of every edge, with corners as seen from an origin that is as far as that from the first: the
+    /// At least |C - A| (|C| + |A|) of every edge, with corners as seen from an origin that is as far as that from the first: the
     /// longest edge times twice its length and the distance. Where squares underflow, the least normal number
     /// is more than enough.
     #[inline(always)]
@@ -297,8 +297,14 @@ pub fn passes_through(origin: Vec3, direction: Vec3, [v0, v1, v2]: [Vec3; 3], we
     let d = direction.as_dvec3();
     let [v0, v1, v2, origin] = [v0, v1, v2, origin].map(Vec3::as_dvec3);
     let (a, b, c) = (v0 - origin, v1 - origin, v2 - origin);
+    let lengths = [a, b, c].map(glam::DVec3::length);
     let edges = [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)];
-    let sizes = edges.map(|(edge, sum)| edge.length() * sum.length());
+    let far = [
+        lengths[2] + lengths[0],
+        lengths[0] + lengths[1],
+        lengths[1] + lengths[2],
+    ];
+    let sizes = [0, 1, 2].map(|i: usize| edges[i].0.length() * far[i]);
     if (0..3).any(|i| f64::from(weights[i]) < -EDGE_ERROR * sizes[i]) {
         return false;
     }
@@ -309,7 +315,6 @@ pub fn passes_through(origin: Vec3, direction: Vec3, [v0, v1, v2]: [Vec3; 3], we
     }
     // At a vertex, or on the line that all of the triangle is for it: between two corners?
     let aside = [a, b, c].map(|corner| corner - d * (corner.dot(d) / d.length_squared()));
-    let lengths = [a, b, c].map(glam::DVec3::length);
     [(0, 1), (1, 2), (2, 0)]
         .into_iter()
         .any(|(i, j)| aside[i].dot(aside[j]) <= ASIDE_ERROR_64 * lengths[i] * lengths[j])

@@ -108,15 +108,15 @@ fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {
     let (origin, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let [a, b, c] = [v0, v1, v2].map(|v| v - origin);
     let (mut left, mut right, mut within) = (0, 0, 0);
-    for ((edge, sum), weight) in [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)]
+    for ((p, q, edge), weight) in [(c, a, v2 - v0), (a, b, v0 - v1), (b, c, v1 - v2)]
         .into_iter()
         .zip(weights)
     {
-        let size = edge.length() * sum.length();
+        let size = edge.length() * (p.length() + q.length());
         if f64::from(weight) < -size * EDGE_ERROR {
             return false;
         }
-        let weight = d.dot(edge.cross(sum));
+        let weight = d.dot(edge.cross(p + q));
         left += i32::from(weight >= 0.0);
         right += i32::from(weight <= 0.0);
         within += i32::from(weight.abs() <= size * EDGE_ERROR_64);
