@@ -34,6 +34,26 @@ fn octahedron() -> Closed {
     Closed { corners, triangles }
 }
 
+/// Corners at -1 and 1.
+fn cube() -> Closed {
+    let corner = |i: u32| Vec3::from([0, 1, 2].map(|axis| (i >> axis & 1) as f32 * 2.0 - 1.0));
+    let sides = [
+        [0, 1, 3, 2],
+        [4, 6, 7, 5],
+        [0, 4, 5, 1],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 5, 7, 3],
+    ];
+    Closed {
+        corners: (0..8).map(corner).collect(),
+        triangles: sides
+            .into_iter()
+            .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .collect(),
+    }
+}
+
 /// Every triangle in four, corners pushed by `place`.
 fn subdivided(mesh: &Closed, place: impl Fn(Vec3) -> Vec3) -> Closed {
     let mut corners = mesh.corners.clone();
@@ -148,9 +168,17 @@ fn no_ray_leaves_a_closed_mesh() {
         400
     };
     let mut random = Random::new(7, 0);
+    let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+    for size in [10.0, 1e3, 1e5] {
+        // Edges a thousand times as long as they are far: their ends' sum, as seen from between them, is almost 0.
+        let wide = |p: Vec3| p * Vec3::new(size, size, 0.5);
+        let as_is = scene(&cube(), false, wide);
+        shoot(&mut random, "wide", &as_is, Vec3::ZERO, 0.5, bundles);
+        let turned = scene(&cube(), false, |p| turn * wide(p));
+        shoot(&mut random, "wide, turned", &turned, Vec3::ZERO, 0.5, bundles);
+    }
     let mut mesh = octahedron();
     for level in 0..5 {
-        let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
         for split in [false, true] {
             let name = |what| format!("{what}, level {level}, split {split}");
             let as_is = scene(&mesh, split, |p| p);
