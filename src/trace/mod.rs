@@ -105,6 +105,8 @@ pub struct Tracer<'a> {
     sorted: order::Sorted,
     /// How many times sorting is still left out.
     unsorted: u32,
+    /// Whether nodes [wait](bundle), too: the tree is larger than caches near the core are.
+    nodes_wait: bool,
     /// Of rays with their own origins.
     scattered: Backoff,
     /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more than two leaves for each of
@@ -115,6 +117,9 @@ pub struct Tracer<'a> {
     leaves: usize,
     slots: Box<[single::Slot; single::SLOTS]>,
 }
+
+/// Nodes of a large tree, bytes. (Its blocks of triangles are eight times as much.)
+const LARGE: usize = 1 << 20;
 
 /// The set bits of a mask, lowest first.
 #[inline(always)]
@@ -240,6 +245,7 @@ impl<'a> Tracer<'a> {
             items: Vec::with_capacity(ITEMS),
             sorted: order::Sorted::new(),
             unsorted: 0,
+            nodes_wait: size_of_val(bvh.nodes()) > LARGE,
             scattered: Backoff::default(),
             crowded: Backoff::default(),
             leaves: 0,
