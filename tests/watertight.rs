@@ -54,6 +54,21 @@ fn cube() -> Closed {
     }
 }
 
+/// The same with each side a fan around a point so near a corner that one of its triangles is a needle.
+fn needles(share: f32) -> Closed {
+    let mut mesh = cube();
+    let mut triangles = Vec::new();
+    for pair in mesh.triangles.chunks(2) {
+        let ([a, b, c], [_, _, d]) = (pair[0], pair[1]);
+        let middle = mesh.corners.len() as u32;
+        let (from, to) = (mesh.corners[b as usize], mesh.corners[d as usize]);
+        mesh.corners.push(from + (to - from) * share);
+        triangles.extend([[a, b, middle], [b, c, middle], [c, d, middle], [d, a, middle]]);
+    }
+    mesh.triangles = triangles;
+    mesh
+}
+
 /// Every triangle in four, corners pushed by `place`.
 fn subdivided(mesh: &Closed, place: impl Fn(Vec3) -> Vec3) -> Closed {
     let mut corners = mesh.corners.clone();
@@ -103,13 +118,14 @@ fn scene(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> Scene {
     builder.finish()
 }
 
-/// A point of the mesh where rays slip through: a vertex, an edge's middle, a point of an edge.
+/// A point of the mesh where rays slip through: a vertex, an edge's middle, a point of an edge, the inside of a needle.
 fn weak_point(random: &mut Random, scene: &Scene) -> Vec3 {
-    let [a, b, _] = scene.triangle(random.index(scene.triangles().corners.len()));
-    match random.below(3) {
+    let [a, b, c] = scene.triangle(random.index(scene.triangles().corners.len()));
+    match random.below(4) {
         0 => a,
         1 => (a + b) * 0.5,
-        _ => a + (b - a) * random.unit(),
+        2 => a + (b - a) * random.unit(),
+        _ => a + ((b - a) * random.unit() + (c - a) * random.unit()) * 0.5,
     }
 }
 
@@ -176,6 +192,12 @@ fn no_ray_leaves_a_closed_mesh() {
         shoot(&mut random, "wide", &as_is, Vec3::ZERO, 0.5, bundles);
         let turned = scene(&cube(), false, |p| turn * wide(p));
         shoot(&mut random, "wide, turned", &turned, Vec3::ZERO, 0.5, bundles);
+    }
+    for (share, size) in [(1e-6, 100.0), (1e-5, 1e3), (1e-4, 1e3)] {
+        let needles = scene(&needles(share), false, |p| {
+            turn * (p * Vec3::new(size, size, 1.0))
+        });
+        shoot(&mut random, "needles", &needles, Vec3::ZERO, 1.0, bundles);
     }
     let mut mesh = octahedron();
     for level in 0..5 {

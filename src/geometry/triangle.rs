@@ -288,8 +288,9 @@ impl EdgeFunctions {
 
 /// Whether the line of a ray passes through a triangle, its edges included, where `f32` cannot tell: in `f64`. `direction` is of
 /// unit length, and `weights` are the edge functions in `f32`, turned towards the ray. (They may be turned the wrong way if
-/// the origin is in the triangle's plane but for rounding. Then all are small, and clearly negative ones are of triangles
-/// behind it.)
+/// the origin is in the triangle's plane but for rounding, and a needle's plane is known badly. Then all are within the
+/// error of the largest, so that what is clearly negative is a triangle behind the ray. With each edge's own error instead,
+/// rays slipped through needles of 1:1,000,000.)
 #[cold]
 #[inline(never)]
 #[must_use]
@@ -305,7 +306,11 @@ pub fn passes_through(origin: Vec3, direction: Vec3, [v0, v1, v2]: [Vec3; 3], we
         lengths[1] + lengths[2],
     ];
     let sizes = [0, 1, 2].map(|i: usize| edges[i].0.length() * far[i]);
-    if (0..3).any(|i| f64::from(weights[i]) < -EDGE_ERROR * sizes[i]) {
+    let largest = sizes.into_iter().fold(0.0, f64::max);
+    if weights
+        .into_iter()
+        .any(|weight| f64::from(weight) < -EDGE_ERROR * largest)
+    {
         return false;
     }
     let weights = edges.map(|(edge, sum)| d.dot(edge.cross(sum)));

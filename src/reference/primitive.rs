@@ -107,15 +107,17 @@ fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {
     let [v0, v1, v2] = corners.map(Vec3::as_dvec3);
     let (origin, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let [a, b, c] = [v0, v1, v2].map(|v| v - origin);
-    let (mut left, mut right, mut within) = (0, 0, 0);
-    for ((p, q, edge), weight) in [(c, a, v2 - v0), (a, b, v0 - v1), (b, c, v1 - v2)]
-        .into_iter()
-        .zip(weights)
+    let edges = [(c, a, v2 - v0), (a, b, v0 - v1), (b, c, v1 - v2)];
+    let sizes = edges.map(|(p, q, edge)| edge.length() * (p.length() + q.length()));
+    let largest = sizes[0].max(sizes[1]).max(sizes[2]);
+    if weights
+        .iter()
+        .any(|&weight| f64::from(weight) < -largest * EDGE_ERROR)
     {
-        let size = edge.length() * (p.length() + q.length());
-        if f64::from(weight) < -size * EDGE_ERROR {
-            return false;
-        }
+        return false;
+    }
+    let (mut left, mut right, mut within) = (0, 0, 0);
+    for ((p, q, edge), size) in edges.into_iter().zip(sizes) {
         let weight = d.dot(edge.cross(p + q));
         left += i32::from(weight >= 0.0);
         right += i32::from(weight <= 0.0);
