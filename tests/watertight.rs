@@ -186,7 +186,7 @@ fn no_ray_leaves_a_closed_mesh() {
     let mut random = Random::new(7, 0);
     let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
     for size in [10.0, 1e3, 1e5] {
-        // Edges a thousand times as long as they are far: their ends' sum, as seen from between them, is almost 0.
+        // Edges far longer than they are away: their ends' sum, as seen from between them, is almost 0.
         let wide = |p: Vec3| p * Vec3::new(size, size, 0.5);
         let as_is = scene(&cube(), false, wide);
         shoot(&mut random, "wide", &as_is, Vec3::ZERO, 0.5, bundles);

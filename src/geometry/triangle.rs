@@ -17,7 +17,9 @@
 //!   of them could say "outside". The same holds all along triangles that are a line for a ray but for that rounding. So
 //!   where two edge functions are within their error bound in `f64`, a hit is what lies between two corners.
 //!
-//! So no ray passes between triangles whose corners are equal, and triangles are no wider than they are. (Tried: a
+//! So no ray passes between triangles whose corners are equal, and triangles are no wider than they are. What is left: on
+//! which side of a triangle's plane a ray starts, and how far it has to go, is told in `f32`, so that one which starts in
+//! the plane but for rounding, far nearer to it than the edges are long, may be said to miss. (Tried: a
 //! tolerance of `f32` along whole edges, which needs no agreement between neighbours. It blocked a thousand in a million
 //! shadow rays along the silhouettes of tiny triangles 18 units from their light. At vertices alone it blocked up to
 //! a hundred of them, for triangles seen edge-on are then wider all along; asking also how near the vertex is lets rays
@@ -33,9 +35,9 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Bound on the rounding error of an edge function, as a share of |C - A| (|C| + |A|): one half-ulp each for the two vectors, two
-/// for corners that the sum sees rounded and the difference does not, 3.5 for the cross product, 3 for the dot product,
-/// and one to spare.
+/// Bound on the rounding error of an edge function, as a share of |C - A| (|C| + |A|): one half-ulp each for the two
+/// vectors, two for corners that the sum sees rounded and the difference does not, 3.5 for the cross product, 3 for the
+/// dot product, and one to spare.
 const EDGE_ERROR: f64 = 11.5 / (1 << 24) as f64;
 
 /// [`EDGE_ERROR`] of edge functions in `f64`.
@@ -49,8 +51,8 @@ const FIRST_LOOK: f32 = 20.0 / (1 << 24) as f32;
 /// multiply-adds for the one, the origin 1, a cross product 3.5 and the same six for the other.
 const LINES_LOOK: f32 = 48.0 / (1 << 24) as f32;
 
-/// More than the rounding error of a product of two corners' offsets from a ray in `f64`, as a share of their distances from
-/// its origin: four half-ulps an offset, three for the product, and as many to spare.
+/// More than the rounding error of a product of two corners' offsets from a ray in `f64`, as a share of their distances
+/// from its origin: four half-ulps an offset, three for the product, and as many to spare.
 const ASIDE_ERROR_64: f64 = 22.0 / (1_u64 << 53) as f64;
 
 /// Up to eight triangles, a column a coordinate. Lanes past the last triangle repeat a point: they have no
@@ -104,7 +106,8 @@ impl TriangleBlock {
         }
     }
 
-    /// The triangles' edges as lines relative to a point (the same in all lanes), for rays that start within `extent` of it.
+    /// The triangles' edges as lines relative to a point (the same in all lanes), for rays that start within `extent` of
+    /// it.
     #[inline(always)]
     #[must_use]
     pub fn edge_lines(&self, edges: &Edges, point: Vec3x8, extent: F32x8) -> EdgeLines {
@@ -169,9 +172,9 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// At least |C - A| (|C| + |A|) of every edge, with corners as seen from an origin that is as far as that from the first: the
-    /// longest edge times twice its length and the distance. Where squares underflow, the least normal number
-    /// is more than enough.
+    /// At least |C - A| (|C| + |A|) of every edge, with corners as seen from an origin whose squared distance from the
+    /// first corner is given: the longest edge times twice its length and the distance. Where squares underflow, the least
+    /// normal number is more than enough.
     #[inline(always)]
     #[must_use]
     pub fn size(&self, distance_squared: F32x8) -> F32x8 {
@@ -286,10 +289,11 @@ impl EdgeFunctions {
     }
 }
 
-/// Whether the line of a ray passes through a triangle, its edges included, where `f32` cannot tell: in `f64`. `direction` is of
-/// unit length, and `weights` are the edge functions in `f32`, turned towards the ray. (They may be turned the wrong way if
-/// the origin is in the triangle's plane but for rounding, and a needle's plane is known badly. Then all are within the
-/// error of the largest, so that what is clearly negative is a triangle behind the ray. With each edge's own error instead,
+/// Whether the line of a ray passes through a triangle, its edges included, where `f32` cannot tell: in `f64`.
+///
+/// `direction` is of unit length, and `weights` are the edge functions in `f32`, turned towards the ray. (They may be
+/// turned the wrong way if the origin is in the triangle's plane but for rounding, and a needle's plane is known badly. What
+/// is negative beyond the error of the largest is taken for a triangle behind the ray. With each edge's own error instead,
 /// rays slipped through needles of 1:1,000,000.)
 #[cold]
 #[inline(never)]
@@ -322,5 +326,5 @@ pub fn passes_through(origin: Vec3, direction: Vec3, [v0, v1, v2]: [Vec3; 3], we
     let aside = [a, b, c].map(|corner| corner - d * (corner.dot(d) / d.length_squared()));
     [(0, 1), (1, 2), (2, 0)]
         .into_iter()
-        .any(|(i, j)| aside[i].dot(aside[j]) <= ASIDE_ERROR_64 * lengths[i] * lengths[j])
+        .any(|(i, j)| aside[i].dot(aside[j]) <= lengths[i] * lengths[j] * ASIDE_ERROR_64)
 }

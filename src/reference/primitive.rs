@@ -98,9 +98,9 @@ fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32
     (near <= far && t > 0.0).then_some((t, u / sum, v / sum))
 }
 
-/// Where `f32` cannot tell: whether the ray's line passes through the triangle in `f64`, or, where two of its edges are within
-/// that one's error, between two corners. Not if one of the edge functions in `f32` is clearly negative: the triangle
-/// is then behind.
+/// Where `f32` cannot tell: whether the ray's line passes through the triangle in `f64`, or, where two of its edges are
+/// within that one's error, between two corners. Not if one of the edge functions in `f32` is clearly negative: the
+/// triangle is then behind.
 #[cold]
 #[inline(never)]
 fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {
