@@ -53,6 +53,8 @@ const WAITING: usize = 4;
 /// How the rays of a bundle are culled.
 pub(super) struct Culling<'a, V> {
     pub frustum: Option<&'a BundleFrustum<V>>,
+    /// What to visit in place of the root.
+    pub entry: Option<&'a Node8>,
     /// Boxes are also tested ray by ray.
     pub exact: bool,
     /// Few rays left go on one by one.
@@ -83,11 +85,16 @@ impl Tracer<'_> {
             }
         }
         self.bundle_stack.clear();
-        self.bundle_stack.push(Entry {
-            child: bvh.root(),
-            packets: all,
-            q_near: 0.0,
-        });
+        match culling.entry {
+            Some(entry) if SHARED && !ANY => {
+                self.push_children::<V, ANY, SHARED>(entry, culling, all, V::load(&q_limit));
+            }
+            _ => self.bundle_stack.push(Entry {
+                child: bvh.root(),
+                packets: all,
+                q_near: 0.0,
+            }),
+        }
         // A ring of `held` leaves, in the order they came.
         let mut waiting = [Entry::NONE; WAITING];
         let (mut held, mut oldest) = (0, 0);

@@ -10,21 +10,23 @@
 //! by 14 half-ulps of its distance, and the arithmetic here rounds a few more times (slopes are products with a
 //! reciprocal).
 
-use super::rays::Packet;
+use super::{PACKETS, bits, rays::Packet};
 use crate::{
     accel::Node8,
     geometry::EdgeFunctions,
+    ray::RayPacket,
     simd::{
         F32x8, LANES, Vec3x8, ge, lane,
         lanes::{Column, LaneMask, Lanes, Vec3Lanes},
         le, max, max_lane, min, min_lane, mul_add, splat,
     },
 };
+use glam::Vec3;
 
 /// Slopes are widened by this times (1 + |slope|), and distances along k by this share.
 const SLACK: f32 = 2e-6;
 
-/// A frustum needs all its rays to go at least this much along k, else its slopes are too far apart to be of
+/// A frustum needs all its rays to go at least this much along k, which is its [`Way`], else its slopes are too far apart to be of
 /// use.
 const LEAST_ALONG_K: f32 = 0.3;
 
@@ -63,12 +65,18 @@ struct Directions<V> {
     half: Vec3Lanes<V>,
 }
 
+/// A frustum around many rays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frustum {
+    frame: Frame,
+    slopes: Slopes<F32x8>,
+}
+
 /// The rays of a bundle: a frustum for all, and one for each packet (a lane a packet).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BundleFrustum<V> {
-    frame: Frame,
+    all: Frustum,
     slopes: Slopes<V>,
-    all_slopes: Slopes<F32x8>,
     /// A lane a packet: middle x, y, z, half x, y, z.
     directions: [Column; 6],
     all_directions: Directions<F32x8>,
@@ -134,10 +142,69 @@ fn widen_up(slope: F32x8) -> F32x8 {
     slope + splat(SLACK) * (splat(1.0) + slope.abs())
 }
 
+/// The way that all rays of a frustum go: along an axis, up or down.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    axis: usize,
+    sign: f32,
+}
+
+impl Way {
+    /// Along the axis of the sum of all directions.
+    #[inline(always)]
+    pub fn of_most<V: Lanes>(states: &[Packet; PACKETS], packets: u32) -> Self {
+        let mut sum = Vec3Lanes::<V>::splat(Vec3::ZERO);
+        for p in bits(packets) {
+            sum = sum + Vec3Lanes::load(&states[p % PACKETS].direction);
+        }
+        let sum = [sum.x, sum.y, sum.z].map(|sum| (sum.fold_max() + sum.fold_min()).reduce_add());
+        let largest = (0..3).max_by(|&p, &q| sum[p].abs().total_cmp(&sum[q].abs()));
+        let axis = largest.unwrap_or(0);
+        let sign = if sum[axis] < 0.0 { -1.0 } else { 1.0 };
+        Self { axis, sign }
+    }
+
+    /// Those of `packets` all of whose rays go this way.
+    #[inline(always)]
+    fn gone_by<V: Lanes>(self, states: &[Packet; PACKETS], packets: u32) -> u32 {
+        let (least, sign) = (V::splat(LEAST_ALONG_K), V::splat(self.sign));
+        let mut gone = 0;
+        for p in bits(packets) {
+            let along = V::load(&states[p % PACKETS].direction[self.axis]) * sign;
+            gone |= u32::from(along.ge(least).bits() == (1 << V::COUNT) - 1) << p;
+        }
+        gone
+    }
+}
+
+/// As many of `packets` (a bit each) as go one way; `None` if there is none all of whose rays do.
+///
+/// (Mirrors have folds and edges. Where a bundle that no frustum holds was traced packet by packet, mirror rays lost
+/// 11 to 17 %.)
+#[inline(always)]
+pub(super) fn most_going_one_way<V: Lanes>(states: &[Packet; PACKETS], packets: u32) -> Option<(u32, Way)> {
+    let mut most = None;
+    let mut count = 0;
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            let way = Way { axis, sign };
+            let gone = way.gone_by::<V>(states, packets);
+            if gone.count_ones() > count {
+                count = gone.count_ones();
+                most = Some((gone, way));
+            }
+        }
+    }
+    most
+}
+
 /// The box of the packets' origins: lower and upper corner.
 #[inline(always)]
-pub(super) fn origins<V: Lanes, const SHARED: bool>(packets: &[Packet]) -> ([f32; 3], [f32; 3]) {
-    let first = &packets[0];
+pub(super) fn origins<V: Lanes, const SHARED: bool>(
+    packets: &[Packet],
+    members: u32,
+) -> ([f32; 3], [f32; 3]) {
+    let first = &packets[members.trailing_zeros() as usize % packets.len()];
     if SHARED {
         let [x, y, z] = &first.origin;
         let origin = [x.0[0], y.0[0], z.0[0]];
@@ -146,8 +213,8 @@ pub(super) fn origins<V: Lanes, const SHARED: bool>(packets: &[Packet]) -> ([f32
     let (mut origin_lower, mut origin_upper) = ([0.0; 3], [0.0; 3]);
     for axis in 0..3 {
         let (mut lower, mut upper) = (V::load(&first.origin[axis]), V::load(&first.origin[axis]));
-        for packet in &packets[1..] {
-            let o = V::load(&packet.origin[axis]);
+        for p in bits(members) {
+            let o = V::load(&packets[p % PACKETS].origin[axis]);
             (lower, upper) = (lower.min(o), upper.max(o));
         }
         (origin_lower[axis], origin_upper[axis]) = (min_lane(lower.fold_min()), max_lane(upper.fold_max()));
@@ -156,28 +223,19 @@ pub(super) fn origins<V: Lanes, const SHARED: bool>(packets: &[Packet]) -> ([f32
 }
 
 impl<V: Lanes> BundleFrustum<V> {
-    /// The frusta of up to as many packets as there are lanes; `None` if some ray goes too little along the common axis.
-    /// Lanes without a ray count too: they hold a neighbour's direction.
+    /// The frusta of `members` (a bit each) of the packets; `None` if not all of their rays go that way. Lanes without a ray
+    /// count too: they hold a neighbour's direction.
     #[inline(always)]
-    pub fn new<const SHARED: bool>(packets: &[Packet]) -> Option<Self> {
-        let first = packets.first()?;
-        let mut sum = Vec3Lanes::<V>::load(&first.direction);
-        for packet in &packets[1..] {
-            sum = sum + Vec3Lanes::load(&packet.direction);
-        }
-        let sum = [
-            (sum.x.fold_max() + sum.x.fold_min()).reduce_add(),
-            (sum.y.fold_max() + sum.y.fold_min()).reduce_add(),
-            (sum.z.fold_max() + sum.z.fold_min()).reduce_add(),
-        ];
-        let k = (0..3).max_by(|&p, &q| sum[p].abs().total_cmp(&sum[q].abs()))?;
+    pub fn new<const SHARED: bool>(packets: &[Packet; PACKETS], members: u32, way: Way) -> Option<Self> {
+        let first = members.trailing_zeros() as usize % PACKETS;
+        let Way { axis: k, sign } = way;
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        let (origin_lower, origin_upper) = origins::<V, SHARED>(packets);
+        let (origin_lower, origin_upper) = origins::<V, SHARED>(packets, members);
         let frame = Frame {
             k,
             i,
             j,
-            sign: if sum[k] < 0.0 { -1.0 } else { 1.0 },
+            sign,
             origin_lower,
             origin_upper,
         };
@@ -186,12 +244,14 @@ impl<V: Lanes> BundleFrustum<V> {
         let sign = V::splat(frame.sign);
         let mut least = V::splat(1.0);
         let [mut a0, mut a1, mut b0, mut b1, mut most_along_k] = [Column::splat(0.0); 5];
-        let halves = packets.len().div_ceil(LANES);
+        let halves = if members >> LANES == 0 { 1 } else { 2 };
         for half in 0..halves {
             let mut along = [splat(0.0); LANES];
             let [mut a_low, mut a_high, mut b_low, mut b_high] = [[splat(0.0); LANES]; 4];
             for row in 0..LANES {
-                let packet = packets.get(half * LANES + row).unwrap_or(first);
+                let p = half * LANES + row;
+                let p = if members >> p & 1 == 0 { first } else { p };
+                let packet = &packets[p % PACKETS];
                 let d_i = V::load(&packet.direction[i]);
                 let d_j = V::load(&packet.direction[j]);
                 let d_k = V::load(&packet.direction[k]);
@@ -227,14 +287,16 @@ impl<V: Lanes> BundleFrustum<V> {
         let all_b0 = splat(min_lane(b0.fold_min()));
         let all_b1 = splat(max_lane(b1.fold_max()));
         Some(Self {
-            frame,
+            all: Frustum {
+                frame,
+                slopes: Slopes {
+                    a: Range::new(all_a0, all_a1),
+                    b: Range::new(all_b0, all_b1),
+                },
+            },
             slopes: Slopes {
                 a: Range::new(a0, a1),
                 b: Range::new(b0, b1),
-            },
-            all_slopes: Slopes {
-                a: Range::new(all_a0, all_a1),
-                b: Range::new(all_b0, all_b1),
             },
             directions: Directions::new(&frame, [a0, a1], [b0, b1]).columns(),
             all_directions: Directions::new(&frame, [all_a0, all_a1], [all_b0, all_b1]),
@@ -246,6 +308,93 @@ impl<V: Lanes> BundleFrustum<V> {
     #[inline(always)]
     pub fn q_limit(&self, p: usize, t: f32) -> f32 {
         t * self.most_along_k.0[p & 15] * (1.0 + SLACK)
+    }
+
+    /// See [`Frustum::children`].
+    #[inline(always)]
+    pub fn children(&self, node: &Node8) -> (u32, Seen<F32x8>) {
+        self.all.children(node)
+    }
+
+    /// The packets that may hit something in box `child` of `seen` before their limits (a lane a packet).
+    #[inline(always)]
+    pub fn packets_of(&self, seen: &Seen<F32x8>, child: usize, q_limit: V) -> u32 {
+        let seen = seen.splat::<V>(child);
+        let inside = outside(&seen, &self.slopes).le(V::splat(0.0));
+        (inside & seen.q_near.le(q_limit)).bits()
+    }
+
+    /// The triangles (a lane each) that some ray may hit: those none of whose edges is wholly outside.
+    #[inline(always)]
+    pub fn triangles(&self, edges: &EdgeFunctions) -> u32 {
+        self.all_directions.triangles(edges)
+    }
+
+    /// The triangles (a lane each) that some ray of packet `p` may hit.
+    #[inline(always)]
+    pub fn triangles_of(&self, p: usize, edges: &EdgeFunctions) -> u32 {
+        let [x, y, z, half_x, half_y, half_z] = &self.directions;
+        let directions = Directions {
+            middle: Vec3Lanes {
+                x: splat(x.0[p & 15]),
+                y: splat(y.0[p & 15]),
+                z: splat(z.0[p & 15]),
+            },
+            half: Vec3Lanes {
+                x: splat(half_x.0[p & 15]),
+                y: splat(half_y.0[p & 15]),
+                z: splat(half_z.0[p & 15]),
+            },
+        };
+        directions.triangles(edges)
+    }
+}
+
+impl Frustum {
+    /// Around rays that start at `origin`; `None` if they do not go one way. The slopes are those of the box of directions:
+    /// no division a ray, and little more where they are as close as those of a picture's tile.
+    #[inline(always)]
+    pub fn around(origin: Vec3, rays: &[RayPacket]) -> Option<Self> {
+        let mut low = [splat(f32::MAX); 3];
+        let mut high = [splat(-f32::MAX); 3];
+        for packet in rays {
+            let d = &packet.direction;
+            for (axis, d) in [d.x, d.y, d.z].into_iter().enumerate() {
+                // What is no number is in the first place, and dropped.
+                low[axis] = min(d, low[axis]);
+                high[axis] = max(d, high[axis]);
+            }
+        }
+        let (low, high) = (low.map(min_lane), high.map(max_lane));
+        let least = |axis: usize| low[axis].max(-high[axis]);
+        let k = (0..3).max_by(|&p, &q| least(p).total_cmp(&least(q)))?;
+        let along = least(k);
+        // Some rays go the other way, or there is none.
+        if !(LEAST_ALONG_K..=1.5).contains(&along) {
+            return None;
+        }
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let most = low[k].abs().max(high[k].abs());
+        let slopes = |axis: usize| {
+            let least = low[axis] / if low[axis] < 0.0 { along } else { most };
+            let largest = high[axis] / if high[axis] > 0.0 { along } else { most };
+            Range::new(widen_down(splat(least)), widen_up(splat(largest)))
+        };
+        let origin = origin.to_array();
+        Some(Self {
+            frame: Frame {
+                k,
+                i,
+                j,
+                sign: if low[k] < 0.0 { -1.0 } else { 1.0 },
+                origin_lower: origin,
+                origin_upper: origin,
+            },
+            slopes: Slopes {
+                a: slopes(i),
+                b: slopes(j),
+            },
+        })
     }
 
     /// The children of `node` that a ray may hit, and where they lie.
@@ -281,41 +430,8 @@ impl<V: Lanes> BundleFrustum<V> {
             j_lower: node.planes[j] - splat(origin_upper[j]),
             j_upper: node.planes[j + 3] - splat(origin_lower[j]),
         };
-        let outside = max(outside(&seen, &self.all_slopes), -far);
+        let outside = max(outside(&seen, &self.slopes), -far);
         (le(outside, splat(0.0)).bits(), seen)
-    }
-
-    /// The packets that may hit something in box `child` of `seen` before their limits (a lane a packet).
-    #[inline(always)]
-    pub fn packets_of(&self, seen: &Seen<F32x8>, child: usize, q_limit: V) -> u32 {
-        let seen = seen.splat::<V>(child);
-        let inside = outside(&seen, &self.slopes).le(V::splat(0.0));
-        (inside & seen.q_near.le(q_limit)).bits()
-    }
-
-    /// The triangles (a lane each) that some ray may hit: those none of whose edges is wholly outside.
-    #[inline(always)]
-    pub fn triangles(&self, edges: &EdgeFunctions) -> u32 {
-        self.all_directions.triangles(edges)
-    }
-
-    /// The triangles (a lane each) that some ray of packet `p` may hit.
-    #[inline(always)]
-    pub fn triangles_of(&self, p: usize, edges: &EdgeFunctions) -> u32 {
-        let [x, y, z, half_x, half_y, half_z] = &self.directions;
-        let directions = Directions {
-            middle: Vec3Lanes {
-                x: splat(x.0[p & 15]),
-                y: splat(y.0[p & 15]),
-                z: splat(z.0[p & 15]),
-            },
-            half: Vec3Lanes {
-                x: splat(half_x.0[p & 15]),
-                y: splat(half_y.0[p & 15]),
-                z: splat(half_z.0[p & 15]),
-            },
-        };
-        directions.triangles(edges)
     }
 }
 

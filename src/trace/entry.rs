@@ -1,0 +1,150 @@
+//! Where the rays of a tile begin: not at the root, but at the few subtrees that the tile's frustum meets, found once for
+//! several bundles (Reshetov, Soupikov and Hurley, *Multi-Level Ray Tracing Algorithm*, 2005). They find one entry
+//! point, the subtree with all that is met; here up to eight subtrees become the children of a node of their own, which
+//! bundles visit in place of the root and what is below it. Where there are none, the tile is done.
+//!
+//! Camera rays of small scenes gain 15 to 20 %, of large ones 0 to 3 %. (Shadow rays: -1 to -5 %, for they test boxes ray by
+//! ray, and eight children more often than a root's few. Tiles of half the size: the same. Four subtrees at most: figure
+//! -5 %.)
+
+use super::{bits, frustum::Frustum};
+use crate::{
+    accel::{Bvh, Child, Node8},
+    math::Aabb,
+    simd::LANES,
+};
+
+/// So many nodes are opened at most to find a tile's entries. (16: the same.)
+const MOST_OPENED: usize = 6;
+
+/// A subtree that the tile's rays may meet.
+#[derive(Clone, Copy)]
+struct Met {
+    child: Child,
+    bounds: Aabb,
+    /// Half of the box's surface, or below 0 if it is not to be opened.
+    area: f32,
+}
+
+/// A node whose children are what rays within `frustum` may hit.
+#[inline(always)]
+pub(super) fn entry(bvh: &Bvh, frustum: &Frustum) -> Option<Node8> {
+    if !bvh.root().is_inner() {
+        return None;
+    }
+    let nothing = Met {
+        child: Child::NONE,
+        bounds: Aabb::EMPTY,
+        area: -1.0,
+    };
+    let mut met = [nothing; LANES];
+    let mut count = children_met(bvh, bvh.root(), frustum, &mut met);
+    for _ in 0..MOST_OPENED {
+        let Some((largest, area)) = met[..count]
+            .iter()
+            .map(|met| met.area)
+            .enumerate()
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+        else {
+            break;
+        };
+        if area < 0.0 {
+            break;
+        }
+        let mut opened = [nothing; LANES];
+        let more = children_met(bvh, met[largest].child, frustum, &mut opened);
+        if count - 1 + more > LANES {
+            met[largest].area = -1.0;
+            continue;
+        }
+        // The last one takes the place of the one that was opened.
+        count -= 1;
+        met[largest] = met[count];
+        met[count..count + more].copy_from_slice(&opened[..more]);
+        count += more;
+    }
+    let children = met.map(|met| (met.child, met.bounds));
+    Some(Node8::new(&children[..count]))
+}
+
+/// Puts those children of `of` that the frustum meets into `met`, and says how many they are.
+#[inline(always)]
+fn children_met(bvh: &Bvh, of: Child, frustum: &Frustum, met: &mut [Met; LANES]) -> usize {
+    let node = &bvh.nodes()[of.index()];
+    let (candidates, _) = frustum.children(node);
+    let mut count = 0;
+    for c in bits(candidates & node.valid_bits()) {
+        let child = node.child[c % LANES];
+        let (lower, upper) = node.corners(c);
+        let size = upper - lower;
+        met[count % LANES] = Met {
+            child,
+            bounds: Aabb { lower, upper },
+            area: if child.is_inner() {
+                size.x * (size.y + size.z) + size.y * size.z
+            } else {
+                -1.0
+            },
+        };
+        count += 1;
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        accel::Bvh,
+        ray::{HitPacket, Origins, RayPacket},
+        scene::SceneBuilder,
+        simd::{F32x8, LANES, Vec3x8},
+        trace::{Method, Tracer},
+    };
+    use glam::Vec3;
+
+    #[test]
+    fn tiles_hit_what_single_rays_hit() {
+        let mut random = fastrand::Rng::with_seed(5);
+        let mut unit = move || random.f32() * 2.0 - 1.0;
+        let mut vector = move || Vec3::new(unit(), unit(), unit());
+        let mut builder = SceneBuilder::new();
+        let material = builder.classic_material(1).unwrap();
+        for _ in 0..3000 {
+            let at = vector();
+            builder
+                .add_triangle([at, at + vector() * 0.1, at + vector() * 0.1], material)
+                .unwrap();
+        }
+        let scene = builder.finish();
+        let bvh = Bvh::build(&scene);
+        let mut hit = 0;
+        for tile in 0..60 {
+            let origin = vector() * [0.5, 3.0, 20.0][tile % 3];
+            let spread = [0.0, 0.02, 0.3][tile / 3 % 3] / origin.length();
+            let to = if tile % 5 == 0 { origin + Vec3::X } else { vector() };
+            let rays: Vec<RayPacket> = (0..200)
+                .map(|_| {
+                    let mut direction =
+                        || (to - origin + vector() * spread * to.distance(origin)).normalize();
+                    let directions: [Vec3; LANES] = [(); LANES].map(|()| direction());
+                    RayPacket {
+                        direction: Vec3x8::from_lanes(directions),
+                        t_max: F32x8::splat(f32::MAX),
+                    }
+                })
+                .collect();
+            let hits_of = |method| {
+                let mut hits = vec![HitPacket::miss(F32x8::ZERO); rays.len()];
+                Tracer::with_method(&bvh, method).closest_hit(Origins::Shared(origin), &rays, &mut hits);
+                hits
+            };
+            let (tiled, single) = (hits_of(Method::Adaptive), hits_of(Method::Single));
+            for (tiled, single) in tiled.iter().zip(&single) {
+                assert_eq!(tiled.primitive, single.primitive);
+                assert_eq!(tiled.t.to_array(), single.t.to_array());
+                hit += tiled.primitive.iter().filter(|&&id| id != u32::MAX).count();
+            }
+        }
+        assert!(hit > 10_000, "{hit}");
+    }
+}
