@@ -230,13 +230,19 @@ impl Tracer<'_> {
         let mut near8 = seen.map_or(splat(0.0), |seen| seen.q_near);
         let mut chosen = pairs.children();
         if culling.exact {
-            let entering = entering::<V, SHARED>(node, &pairs, &self.packets, &mut self.near);
+            let mut planes = node.planes;
+            if SHARED {
+                for (i, plane) in planes.iter_mut().enumerate() {
+                    *plane -= splat(self.packets[0].origin[i % 3].0[0]);
+                }
+            }
+            let entering = entering::<V, SHARED>(&planes, &pairs, &self.packets);
             pairs = entering.pairs;
             chosen = pairs.children();
             if culling.regroup {
                 let few = chosen & !entering.more.children();
                 chosen &= !few;
-                self.go_on_alone::<V>(node, few, &entering);
+                self.go_on_alone::<V, SHARED>(node, &planes, few, &pairs);
             }
             if culling.frustum.is_none() {
                 near8 = nearest8::<V>(node, &pairs, &self.packets);
@@ -257,25 +263,32 @@ impl Tracer<'_> {
         }
     }
 
-    /// Puts the rays that enter children `few` into `items`.
+    /// Puts the rays that enter children `few` into `items`. (They are few: to find them once more costs less than to keep all
+    /// that enter any child.)
     #[inline(always)]
-    fn go_on_alone<V: Lanes>(&mut self, node: &Node8, few: u32, entering: &Entering) {
+    fn go_on_alone<V: Lanes, const SHARED: bool>(
+        &mut self,
+        node: &Node8,
+        planes: &[F32x8; 6],
+        few: u32,
+        pairs: &Pairs,
+    ) {
         for c in bits(few) {
-            for p in bits(entering.pairs.packets(c)) {
-                for i in bits(u32::from(entering.lanes[(c * PACKETS + p) % PAIRS])) {
+            for p in bits(pairs.packets(c)) {
+                let (near, lanes) = enter::<V, SHARED>(planes, c, &self.packets[p % PACKETS]);
+                let mut nears = Column::splat(0.0);
+                near.store(&mut nears);
+                for i in bits(lanes.bits()) {
                     self.items.push(Item {
                         ray: (p * V::COUNT + i) as u32,
                         child: node.child[c % LANES],
-                        near: self.near[(c * PACKETS + p) % PAIRS].0[i % MOST_LANES],
+                        near: nears.0[i % MOST_LANES],
                     });
                 }
             }
         }
     }
 }
-
-/// Pairs of a node's children and a bundle's packets.
-pub(super) const PAIRS: usize = LANES * PACKETS;
 
 /// Sixteen bits a child, four children a word.
 #[derive(Clone, Copy, Debug, Default)]
@@ -310,50 +323,44 @@ fn nonzero(word: u64) -> u32 {
     ((top >> 15).wrapping_mul(1 << 48 | 1 << 33 | 1 << 18 | 1 << 3) >> 48) as u32 & 15
 }
 
-/// Which rays enter the children of a node.
+/// Which packets enter the children of a node.
 struct Entering {
-    /// Packets with such rays.
+    /// Packets with rays that do.
     pairs: Pairs,
     /// By child, how many rays there are beyond one a packet: where there is none the rays go on one by one. (Tried: 3/2
     /// a packet, -7 % on shadow rays of small scenes; half a ray a packet, -20 % on mirror rays of large ones.)
     more: Pairs,
-    /// Rays by child and packet. What is not in `pairs` is 0.
-    lanes: [u16; PAIRS],
 }
 
-/// Those of the packets of which a ray enters a child: the canonical test, ray by ray.
+/// Those of the packets of which a ray enters a child: the canonical test, ray by ray. `planes` are a node's, relative to
+/// the origin if it is shared.
 #[inline(always)]
 fn entering<V: Lanes, const SHARED: bool>(
-    node: &Node8,
+    planes: &[F32x8; 6],
     pairs: &Pairs,
     states: &[Packet; PACKETS],
-    nears: &mut [Column; PAIRS],
 ) -> Entering {
     let mut entering = Entering {
         pairs: Pairs::default(),
         more: Pairs::default(),
-        lanes: [0; PAIRS],
     };
-    let mut planes = node.planes;
-    if SHARED {
-        for (i, plane) in planes.iter_mut().enumerate() {
-            *plane -= splat(states[0].origin[i % 3].0[0]);
-        }
-    }
     for (word, &pairs) in pairs.0.iter().enumerate() {
         for pair in bits64(pairs) {
             let (c, p) = (word * 4 + pair / PACKETS, pair % PACKETS);
-            let state = &states[p];
-            let (near, far) = interval::<V, SHARED>(&planes, c, state);
-            let lanes = near.le(far.min(V::load(&state.t))).bits();
+            let lanes = enter::<V, SHARED>(planes, c, &states[p]).1.bits();
             let enters = u64::from(lanes != 0);
             entering.pairs.0[word] |= enters << pair;
             entering.more.0[word] += (u64::from(lanes.count_ones()) - enters) << (pair / PACKETS * PACKETS);
-            entering.lanes[(c * PACKETS + p) % PAIRS] = lanes as u16;
-            near.store(&mut nears[(c * PACKETS + p) % PAIRS]);
         }
     }
     entering
+}
+
+/// Where a packet's rays enter child `c`, and which do.
+#[inline(always)]
+fn enter<V: Lanes, const SHARED: bool>(planes: &[F32x8; 6], c: usize, state: &Packet) -> (V, V::Mask) {
+    let (near, far) = interval::<V, SHARED>(planes, c, state);
+    (near, near.le(far.min(V::load(&state.t))))
 }
 
 /// Where a packet's rays are inside child `c`; `planes` are a node's, relative to the origin if it is shared.

@@ -101,8 +101,6 @@ pub struct Tracer<'a> {
     /// of the packets they cost camera rays of small scenes 4 %.)
     moments: Box<[[Column; 3]; PACKETS]>,
     bundle_stack: Vec<bundle::Entry>,
-    /// Where rays enter the children of the node in hand, by child and packet.
-    near: Box<[Column; bundle::PAIRS]>,
     items: Vec<single::Item>,
     sorted: order::Sorted,
     /// How many times sorting is still left out.
@@ -239,7 +237,6 @@ impl<'a> Tracer<'a> {
             shared: None,
             moments: Box::new([[Column::splat(0.0); 3]; PACKETS]),
             bundle_stack: Vec::with_capacity(size),
-            near: Box::new([Column::splat(0.0); bundle::PAIRS]),
             items: Vec::with_capacity(ITEMS),
             sorted: order::Sorted::new(),
             unsorted: 0,
