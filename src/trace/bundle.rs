@@ -12,7 +12,7 @@ use super::{
     PACKETS, Tracer, bits, bits64,
     frustum::{BundleFrustum, Seen},
     leaf,
-    rays::Packet,
+    rays::{Packet, PacketSlabs},
     single::Item,
 };
 use crate::{
@@ -236,7 +236,7 @@ impl Tracer<'_> {
                     *plane -= splat(self.packets[0].origin[i % 3].0[0]);
                 }
             }
-            let entering = entering::<V, SHARED>(&planes, &pairs, &self.packets);
+            let entering = entering::<V, SHARED>(&planes, &pairs, &self.packets, &self.slabs);
             pairs = entering.pairs;
             chosen = pairs.children();
             if culling.regroup {
@@ -275,7 +275,8 @@ impl Tracer<'_> {
     ) {
         for c in bits(few) {
             for p in bits(pairs.packets(c)) {
-                let (near, lanes) = enter::<V, SHARED>(planes, c, &self.packets[p % PACKETS]);
+                let (near, lanes) =
+                    enter::<V, SHARED>(planes, c, &self.packets[p % PACKETS], &self.slabs[p % PACKETS]);
                 let mut nears = Column::splat(0.0);
                 near.store(&mut nears);
                 for i in bits(lanes.bits()) {
@@ -332,13 +333,14 @@ struct Entering {
     more: Pairs,
 }
 
-/// Those of the packets of which a ray enters a child: the canonical test, ray by ray. `planes` are a node's, relative to
+/// Those of the packets of which a ray enters a child, tested ray by ray. `planes` are a node's, relative to
 /// the origin if it is shared.
 #[inline(always)]
 fn entering<V: Lanes, const SHARED: bool>(
     planes: &[F32x8; 6],
     pairs: &Pairs,
     states: &[Packet; PACKETS],
+    slabs: &[PacketSlabs; PACKETS],
 ) -> Entering {
     let mut entering = Entering {
         pairs: Pairs::default(),
@@ -347,7 +349,7 @@ fn entering<V: Lanes, const SHARED: bool>(
     for (word, &pairs) in pairs.0.iter().enumerate() {
         for pair in bits64(pairs) {
             let (c, p) = (word * 4 + pair / PACKETS, pair % PACKETS);
-            let lanes = enter::<V, SHARED>(planes, c, &states[p]).1.bits();
+            let lanes = enter::<V, SHARED>(planes, c, &states[p], &slabs[p]).1.bits();
             let enters = u64::from(lanes != 0);
             entering.pairs.0[word] |= enters << pair;
             entering.more.0[word] += (u64::from(lanes.count_ones()) - enters) << (pair / PACKETS * PACKETS);
@@ -358,8 +360,17 @@ fn entering<V: Lanes, const SHARED: bool>(
 
 /// Where a packet's rays enter child `c`, and which do.
 #[inline(always)]
-fn enter<V: Lanes, const SHARED: bool>(planes: &[F32x8; 6], c: usize, state: &Packet) -> (V, V::Mask) {
-    let (near, far) = interval::<V, SHARED>(planes, c, state);
+fn enter<V: Lanes, const SHARED: bool>(
+    planes: &[F32x8; 6],
+    c: usize,
+    state: &Packet,
+    slabs: &PacketSlabs,
+) -> (V, V::Mask) {
+    let (near, far) = if SHARED {
+        interval::<V, SHARED>(planes, c, state)
+    } else {
+        slabs.interval::<V>(planes, c, state)
+    };
     (near, near.le(far.min(V::load(&state.t))))
 }
 

@@ -23,7 +23,7 @@ use crate::{
 use bundle::Culling;
 use frustum::{BundleFrustum, Frustum, Way};
 use glam::Vec3;
-use rays::Packet;
+use rays::{Packet, PacketSlabs};
 
 /// The most packets of a bundle: as many as a packet has rays, so that a vector has a lane for each of either. (Sixteen of
 /// sixteen against eight: camera rays of the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %.)
@@ -100,6 +100,8 @@ pub struct Tracer<'a> {
     /// The rays' [`moments`](Packet::moments), only while rays with their own origins are traced in bundles. (As a part
     /// of the packets they cost camera rays of small scenes 4 %.)
     moments: Box<[[Column; 3]; PACKETS]>,
+    /// As the moments.
+    slabs: Box<[PacketSlabs; PACKETS]>,
     bundle_stack: Vec<bundle::Entry>,
     items: Vec<single::Item>,
     sorted: order::Sorted,
@@ -236,6 +238,7 @@ impl<'a> Tracer<'a> {
             packets: Box::new([Packet::EMPTY; PACKETS]),
             shared: None,
             moments: Box::new([[Column::splat(0.0); 3]; PACKETS]),
+            slabs: Box::new([PacketSlabs::EMPTY; PACKETS]),
             bundle_stack: Vec::with_capacity(size),
             items: Vec::with_capacity(ITEMS),
             sorted: order::Sorted::new(),
@@ -511,6 +514,7 @@ impl<'a> Tracer<'a> {
             };
             if !SHARED {
                 for p in bits(packets) {
+                    self.slabs[p % PACKETS].set::<V>(&self.packets[p % PACKETS]);
                     self.packets[p % PACKETS]
                         .moments::<V>(point)
                         .store(&mut self.moments[p % PACKETS]);

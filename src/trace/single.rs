@@ -13,7 +13,10 @@
 //! branches 0 to 25 %, one at a time out of [`Siblings`] instead of sorting 2 to 6 %, box tests and next children in
 //! loops of their own 12 %.)
 
-use super::{Tracer, bits, rays::Packet};
+use super::{
+    Tracer, bits,
+    rays::{NODE_PAD, OFFSET_ERROR, Packet},
+};
 use crate::{
     accel::{Bvh, Child, Node8, Places},
     geometry::{Slabs8, intersect_spheres},
@@ -39,15 +42,6 @@ pub(super) const SLOTS: usize = 32;
 
 /// Blocks are visited when no more than this many rays are at nodes. (4 or 16: the same.)
 const FEW: usize = 8;
-
-/// Bound on the rounding of `plane * inv - origin * inv` beyond that of its result, as a share of `origin * inv`: a
-/// half-ulp for that product, one for the sum with this bound, one for the other product where multiply-add is not
-/// fused, and one to spare.
-const OFFSET_ERROR: f32 = 4.0 / (1 << 24) as f32;
-
-/// Entry distances shrink and exit distances grow by this share: the canonical interval's own margin of 4
-/// half-ulps and 3 roundings, and the rounding of the multiply-add here.
-const INTERVAL_PAD: f32 = 12.0 / (1 << 24) as f32;
 
 /// One ray.
 #[derive(Clone, Copy, Debug, Default)]
@@ -113,8 +107,8 @@ impl SingleRay {
         let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) = (planes(0), planes(1), planes(2));
         let near = max(max(near_x, near_y), max(near_z, splat(0.0)));
         let far = min(min(far_x, far_y), min(far_z, t_max));
-        let near = near * splat(1.0 - INTERVAL_PAD);
-        let entered = le(near, far * splat(1.0 + INTERVAL_PAD)).bits();
+        let near = near * splat(1.0 - NODE_PAD);
+        let entered = le(near, far * splat(1.0 + NODE_PAD)).bits();
         // Empty lanes are turned inside out, but an origin of 1e30 makes NaN of them.
         let entered = entered & node.valid_bits();
         (
