@@ -76,18 +76,18 @@ impl Tracer<'_> {
     ) {
         let bvh = self.bvh;
         // Packets that can take hits, and up to where: -1 for those that are done.
-        let mut q_limit = Column::splat(-1.0);
+        let mut q_limit = V::splat(-1.0);
         let mut all = 0;
         for p in bits(packets) {
             if self.packets[p % PACKETS].live_bits::<V>() != 0 {
                 all |= 1 << p;
-                self.update_limit::<V>(culling, &mut q_limit, p);
+                q_limit = self.with_limit(culling, q_limit, p);
             }
         }
         self.bundle_stack.clear();
         match culling.entry {
             Some(entry) if SHARED && !ANY => {
-                self.push_children::<V, ANY, SHARED>(entry, culling, all, V::load(&q_limit));
+                self.push_children::<V, ANY, SHARED>(entry, culling, all, q_limit);
             }
             _ => self.bundle_stack.push(Entry {
                 child: bvh.root(),
@@ -107,7 +107,7 @@ impl Tracer<'_> {
                     packets,
                     q_near,
                 }) => {
-                    let packets = packets & V::splat(q_near).le(V::load(&q_limit)).bits();
+                    let packets = packets & V::splat(q_near).le(q_limit).bits();
                     if packets == 0 {
                         continue;
                     }
@@ -118,7 +118,7 @@ impl Tracer<'_> {
                             std::mem::swap(&mut child, &mut node.child);
                             std::mem::swap(&mut packets, &mut node.packets);
                             std::mem::swap(&mut q_near, &mut node.q_near);
-                            packets &= V::splat(q_near).le(V::load(&q_limit)).bits();
+                            packets &= V::splat(q_near).le(q_limit).bits();
                             if packets == 0 {
                                 continue;
                             }
@@ -128,7 +128,7 @@ impl Tracer<'_> {
                             &bvh.nodes()[child.index()],
                             culling,
                             packets,
-                            V::load(&q_limit),
+                            q_limit,
                         );
                         Entry::NONE
                     } else {
@@ -171,7 +171,7 @@ impl Tracer<'_> {
                 continue;
             }
             held -= 1;
-            let packets = packets & V::splat(q_near).le(V::load(&q_limit)).bits();
+            let packets = packets & V::splat(q_near).le(q_limit).bits();
             if packets == 0 {
                 continue;
             }
@@ -183,19 +183,22 @@ impl Tracer<'_> {
                 leaf::separate_origins::<V, ANY>(bvh, child, culling, packets, &self.moments, states)
             };
             for p in bits(taken) {
-                self.update_limit::<V>(culling, &mut q_limit, p);
+                q_limit = self.with_limit(culling, q_limit, p);
             }
         }
     }
 
+    /// `q_limit` with the limit of packet `p` as it is now. (A vector of its own, not one in memory: to load what was just
+    /// now written in parts waits for all of them.)
     #[inline(always)]
-    fn update_limit<V: Lanes>(&self, culling: &Culling<'_, V>, q_limit: &mut Column, p: usize) {
+    fn with_limit<V: Lanes>(&self, culling: &Culling<'_, V>, q_limit: V, p: usize) -> V {
         let t = self.packets[p % PACKETS].farthest::<V>();
-        q_limit.0[p % PACKETS] = match culling.frustum {
+        let limit = match culling.frustum {
             _ if t <= 0.0 => -1.0,
             Some(frustum) => frustum.q_limit(p, t),
             None => t,
         };
+        V::select(V::Mask::from_bits(1 << p), V::splat(limit), q_limit)
     }
 
     /// Pushes the children that some of `packets` may hit, nearest last.
