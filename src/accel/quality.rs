@@ -41,12 +41,10 @@ impl BuildQuality {
             Self::Fast => Effort {
                 bins: 8,
                 all_axes: false,
-                leaf: 8,
             },
             Self::Best => Effort {
                 bins: 16,
                 all_axes: true,
-                leaf: 6,
             },
         }
     }

@@ -19,8 +19,6 @@ pub(super) struct Effort {
     pub(super) bins: usize,
     /// Whether all axes are tried, not only the one on which the centres lie farthest apart.
     pub(super) all_axes: bool,
-    /// Sets of so many primitives, at most those of a block, are not divided.
-    pub(super) leaf: usize,
 }
 
 /// Sets above this are looked at, and divided, in parallel; in chunks of half of it.
