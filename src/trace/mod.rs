@@ -153,8 +153,8 @@ impl Iterator for Bits {
     }
 }
 
-/// So many [`RayPacket`]s that start at one point share an [`entry`]: eight bundles of 256 rays.
-const TILE: usize = 256;
+/// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays.
+const TILE: usize = 128;
 
 /// Where answers go, in the order of the rays.
 trait Answers {
