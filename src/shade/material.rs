@@ -6,7 +6,6 @@ use crate::{
     scene::{Material, Scene},
     simd::{F32x8, Mask8, Vec3x8, gt, max, min, mul_add, powi, splat},
 };
-use glam::Vec3;
 
 /// The light that arrives at eight points, over all lights so far, by channel.
 #[derive(Clone, Copy, Debug)]
@@ -25,32 +24,70 @@ impl Light8 {
     };
 }
 
-/// Adds a light of intensities `power` at `position` that arrives with `arriving` = n.l (0: hidden or behind).
-pub fn add_light(
-    material: &Material,
-    position: Vec3,
-    power: [f32; 3],
-    surfaces: &[SurfacePacket],
-    arriving: &[F32x8],
-    light: &mut [Light8],
-) {
-    let power8 = power.map(splat);
-    let add = |sum: &mut [F32x8; 3], share: F32x8| {
-        for (sum, power8) in sum.iter_mut().zip(power8) {
+/// What one light brings to the points of one material.
+#[derive(Clone, Copy, Debug)]
+pub struct OneLight<'a> {
+    /// Its intensities.
+    pub power: [f32; 3],
+    /// n.l at the points; 0: hidden or behind.
+    pub arriving: &'a [F32x8],
+    /// The unit directions to it.
+    pub toward: &'a [Vec3x8],
+}
+
+impl Light8 {
+    #[inline(always)]
+    fn add(sums: &mut [F32x8; 3], power8: [F32x8; 3], share: F32x8) {
+        for (sum, power8) in sums.iter_mut().zip(power8) {
             *sum = mul_add(power8, share, *sum);
         }
-    };
-    for (sum, &facing) in light.iter_mut().zip(arriving) {
-        add(&mut sum.diffuse, facing);
     }
+
+    /// With one more light on a surface that only scatters.
+    #[inline(always)]
+    fn with_diffuse(mut self, power8: [F32x8; 3], facing: F32x8) -> Self {
+        Self::add(&mut self.diffuse, power8, facing);
+        self
+    }
+
+    /// With one more light on a surface with highlights.
+    #[inline(always)]
+    fn with_gloss(
+        mut self,
+        power8: [F32x8; 3],
+        facing: F32x8,
+        toward: Vec3x8,
+        s: &SurfacePacket,
+        alpha: u32,
+    ) -> Self {
+        Self::add(&mut self.diffuse, power8, facing);
+        let halfway = (toward - s.direction).normalize();
+        let highlight = powi(max(s.normal.dot(halfway), splat(0.0)), alpha);
+        let lit = gt(facing, splat(0.0)).select(highlight, splat(0.0));
+        Self::add(&mut self.specular, power8, lit);
+        self
+    }
+}
+
+/// Adds a light to `light`, which holds the sums of the lights before; the first one puts its own there. (Sums that were
+/// made 0 first, and highlights in a loop of their own, took 7 % longer in all of shading.)
+pub fn add_light(
+    material: &Material,
+    one: OneLight<'_>,
+    surfaces: &[SurfacePacket],
+    light: &mut [Light8],
+    is_first: bool,
+) {
+    let power8 = one.power.map(splat);
+    let arriving = one.arriving.iter().zip(one.toward).zip(surfaces);
+    let before = |sum: &Light8| if is_first { Light8::NONE } else { *sum };
     if let Material::BlinnPhong { alpha, .. } = material {
-        let position8 = Vec3x8::splat(position);
-        for ((sum, &facing), s) in light.iter_mut().zip(arriving).zip(surfaces) {
-            let to_light = (position8 - s.point).normalize();
-            let halfway = (to_light - s.direction).normalize();
-            let highlight = powi(max(s.normal.dot(halfway), splat(0.0)), *alpha);
-            let lit = gt(facing, splat(0.0)).select(highlight, splat(0.0));
-            add(&mut sum.specular, lit);
+        for (sum, ((&facing, &toward), s)) in light.iter_mut().zip(arriving) {
+            *sum = before(sum).with_gloss(power8, facing, toward, s, *alpha);
+        }
+    } else {
+        for (sum, &facing) in light.iter_mut().zip(one.arriving) {
+            *sum = before(sum).with_diffuse(power8, facing);
         }
     }
 }

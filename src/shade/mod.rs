@@ -23,7 +23,7 @@ use crate::{
     simd::{F32x8, LANES, Mask8, equal_lanes, is_run, mul_add, splat},
     trace::Tracer,
 };
-use material::Light8;
+use material::{Light8, OneLight};
 use queue::{HitQueue, RayQueue};
 use std::time::{Duration, Instant};
 use surface::SurfacePacket;
@@ -57,7 +57,7 @@ pub struct Shader {
     by_material: HitQueue,
     surfaces: Vec<SurfacePacket>,
     light: Vec<Light8>,
-    arriving: Vec<F32x8>,
+    arriving: shadow::Arriving,
     shadow: shadow::Scratch,
     next: RayQueue,
     /// Occlusion rays traced so far.
@@ -106,7 +106,8 @@ impl TileColors {
         if first.is_multiple_of(LANES as u32) && is_run(pixel, first) {
             let added = Mask8::from_bits(bits);
             for (sum, color8) in self.packets[first as usize / LANES].iter_mut().zip(color) {
-                *sum = added.select(mul_add(weight, color8, *sum), *sum);
+                // Other lanes add 0. (To choose between sums became a masked store, which takes AMD's CPUs far longer.)
+                *sum = mul_add(weight, added.select(color8, F32x8::ZERO), *sum);
             }
         } else {
             self.scatter(bits, pixel, weight, color);
@@ -176,8 +177,6 @@ impl Shader {
             if self.surfaces.is_empty() {
                 break;
             }
-            self.light.clear();
-            self.light.resize(self.surfaces.len(), Light8::NONE);
             self.add_lights(scene, tracer, settings.shadows);
 
             self.next.restart(None);
@@ -201,6 +200,11 @@ impl Shader {
 
     fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, shadows: bool) {
         let lights = scene.lights();
+        if lights.intensity.is_empty() {
+            self.light.clear();
+        }
+        // What is left of the last time is written over by the first light.
+        self.light.resize(self.surfaces.len(), Light8::NONE);
         let lit = self.by_material.lit_surfaces(scene, &self.surfaces);
         for light_i in 0..lights.intensity.len() {
             let (position, power) = (lights.position(light_i), lights.power(light_i));
@@ -209,14 +213,14 @@ impl Shader {
             self.shadow_rays += rays;
             self.tracing += time;
             for (material, range) in self.by_material.ranges().take_while(|(_, r)| r.end <= lit.len()) {
-                material::add_light(
-                    &scene.materials()[material.0 as usize],
-                    position,
+                let one = OneLight {
                     power,
-                    &self.surfaces[range.clone()],
-                    &self.arriving[range.clone()],
-                    &mut self.light[range],
-                );
+                    arriving: &self.arriving.share[range.clone()],
+                    toward: &self.arriving.toward[range.clone()],
+                };
+                let material = &scene.materials()[material.0 as usize];
+                let surfaces = &self.surfaces[range.clone()];
+                material::add_light(material, one, surfaces, &mut self.light[range], light_i == 0);
             }
         }
     }

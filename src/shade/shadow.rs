@@ -27,8 +27,24 @@ impl Scratch {
     }
 }
 
-/// For each point max(0, n.l) of the light at `light`, and 0 where the light is hidden; `tracer` is absent
-/// where shadows are off. Answers how many rays were traced, and in what time.
+/// What reaches points of one light.
+#[derive(Debug, Default)]
+pub struct Arriving {
+    /// For each point max(0, n.l), and 0 where the light is hidden.
+    pub share: Vec<F32x8>,
+    /// The unit directions l to the light.
+    pub toward: Vec<Vec3x8>,
+}
+
+impl Arriving {
+    /// Makes room for so many surface packets.
+    pub fn reserve(&mut self, packets: usize) {
+        self.share.reserve(packets);
+        self.toward.reserve(packets);
+    }
+}
+
+/// What reaches the points of the light at `light`; `tracer` is absent where shadows are off. Answers how many rays were traced, and in what time.
 ///
 /// A shadow ray runs from the light to the point, offset to the viewer's side: so all rays of a pass share
 /// their origin. Packets without a point that faces the light are left out.
@@ -36,19 +52,22 @@ pub fn pass(
     light: Vec3,
     tracer: Option<&mut Tracer<'_>>,
     surfaces: &[SurfacePacket],
-    arriving: &mut Vec<F32x8>,
+    arriving: &mut Arriving,
     scratch: &mut Scratch,
 ) -> (u64, Duration) {
     let light8 = Vec3x8::splat(light);
-    arriving.clear();
+    arriving.share.clear();
+    arriving.toward.clear();
     scratch.rays.clear();
     scratch.surface.clear();
     let mut count = 0;
     for (s, surface_i) in surfaces.iter().zip(0..) {
         let to_light = light8 - s.point;
         let distance = to_light.dot(to_light).sqrt();
-        let facing = max(s.normal.dot(to_light * (splat(1.0) / distance)), splat(0.0));
-        arriving.push(facing);
+        let toward = to_light * (splat(1.0) / distance);
+        let facing = max(s.normal.dot(toward), splat(0.0));
+        arriving.share.push(facing);
+        arriving.toward.push(toward);
         let active = gt(facing, splat(0.0)) & Mask8::from_bits(s.active);
         let bits = active.bits();
         if tracer.is_some() && bits != 0 {
@@ -71,7 +90,7 @@ pub fn pass(
     let time = start.elapsed();
     for (&surface_i, &blocked) in scratch.surface.iter().zip(&scratch.blocked) {
         if blocked != 0 {
-            let facing = &mut arriving[surface_i as usize];
+            let facing = &mut arriving.share[surface_i as usize];
             *facing = Mask8::from_bits(blocked.into()).select(splat(0.0), *facing);
         }
     }
