@@ -53,7 +53,7 @@ const WAITING: usize = 4;
 /// How the rays of a bundle are culled.
 pub(super) struct Culling<'a, V> {
     pub frustum: Option<&'a BundleFrustum<V>>,
-    /// What to visit in place of the root.
+    /// What to visit in place of the root, for camera rays.
     pub entry: Option<&'a Node8>,
     /// Boxes are also tested ray by ray.
     pub exact: bool,

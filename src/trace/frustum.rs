@@ -223,8 +223,8 @@ pub(super) fn origins<V: Lanes, const SHARED: bool>(
 }
 
 impl<V: Lanes> BundleFrustum<V> {
-    /// The frusta of `members` (a bit each) of the packets; `None` if not all of their rays go that way. Lanes without a ray
-    /// count too: they hold a neighbour's direction.
+    /// The frusta of `members` (a bit each) of the packets; `None` if not all of their rays go that way. Directions are
+    /// numbers. Lanes without a ray count too: they hold a neighbour's direction.
     #[inline(always)]
     pub fn new<const SHARED: bool>(packets: &[Packet; PACKETS], members: u32, way: Way) -> Option<Self> {
         let first = members.trailing_zeros() as usize % PACKETS;

@@ -86,7 +86,7 @@ impl Backoff {
 /// Where sorting has led to scattered rays all the same it is left out so many times.
 const UNSORTED: u32 = 8;
 
-/// Room for rays that go on one by one: more than bundles of 128 rays leave, but in odd scenes.
+/// Room for rays that go on one by one: more than a bundle leaves, but in odd scenes.
 const ITEMS: usize = 4096;
 
 /// Traces rays through one BVH. Holds the memory of traversal: one for each thread, reused for all its rays.
@@ -153,7 +153,7 @@ impl Iterator for Bits {
     }
 }
 
-/// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays.
+/// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays, or sixteen of 64.
 const TILE: usize = 128;
 
 /// Where answers go, in the order of the rays.

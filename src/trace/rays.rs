@@ -40,7 +40,7 @@ pub(super) const OFFSET_ERROR: f32 = 4.0 / (1 << 24) as f32;
 /// own margin of 4 half-ulps and 3 roundings, and the rounding of the multiply-add.
 pub(super) const NODE_PAD: f32 = 12.0 / (1 << 24) as f32;
 
-/// Above this, products with a plane might overflow.
+/// Origins times `1 / direction` above this might overflow.
 const MOST_OFFSET: f32 = 1e37;
 
 fn id_bits(id: u32) -> f32 {
