@@ -70,7 +70,7 @@ impl Light8 {
 }
 
 /// Adds a light to `light`, which holds the sums of the lights before; the first one puts its own there. (Sums that were
-/// made 0 first, and highlights in a loop of their own, took 7 % longer in all of shading.)
+/// made 0 first, and highlights in a loop of their own: shading of the course's blinn_phong.scn took 7 % longer.)
 pub fn add_light(
     material: &Material,
     one: OneLight<'_>,

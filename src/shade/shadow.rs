@@ -44,7 +44,8 @@ impl Arriving {
     }
 }
 
-/// What reaches the points of the light at `light`; `tracer` is absent where shadows are off. Answers how many rays were traced, and in what time.
+/// What reaches the points of the light at `light`; `tracer` is absent where shadows are off. Answers how many rays were
+/// traced, and in what time.
 ///
 /// A shadow ray runs from the light to the point, offset to the viewer's side: so all rays of a pass share
 /// their origin. Packets without a point that faces the light are left out.

@@ -361,7 +361,7 @@ fn entering<V: Lanes, const SHARED: bool>(
     entering
 }
 
-/// Where a packet's rays enter child `c`, and which do.
+/// Where a packet's rays enter child `c`, and which do; `planes` are a node's, relative to the origin if it is shared.
 #[inline(always)]
 fn enter<V: Lanes, const SHARED: bool>(
     planes: &[F32x8; 6],
@@ -370,32 +370,22 @@ fn enter<V: Lanes, const SHARED: bool>(
     slabs: &PacketSlabs,
 ) -> (V, V::Mask) {
     let (near, far) = if SHARED {
-        interval::<V, SHARED>(planes, c, state)
+        let (lower, upper) = corners(planes, c);
+        state.interval(lower, upper)
     } else {
-        slabs.interval::<V>(planes, c, state)
+        slabs.interval(planes, c, state)
     };
     (near, near.le(far.min(V::load(&state.t))))
 }
 
-/// Where a packet's rays are inside child `c`; `planes` are a node's, relative to the origin if it is shared.
+/// The box of child `c` in all lanes: lower and upper corner.
 #[inline(always)]
-fn interval<V: Lanes, const SHARED: bool>(planes: &[F32x8; 6], c: usize, state: &Packet) -> (V, V) {
-    let [x0, y0, z0, x1, y1, z1] = planes;
-    let lower = Vec3Lanes {
-        x: V::splat(lane(x0, c)),
-        y: V::splat(lane(y0, c)),
-        z: V::splat(lane(z0, c)),
-    };
-    let upper = Vec3Lanes {
-        x: V::splat(lane(x1, c)),
-        y: V::splat(lane(y1, c)),
-        z: V::splat(lane(z1, c)),
-    };
-    if SHARED {
-        return state.interval(lower, upper);
-    }
-    let o = Vec3Lanes::load(&state.origin);
-    state.interval(lower - o, upper - o)
+fn corners<V: Lanes>(planes: &[F32x8; 6], c: usize) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
+    let [x0, y0, z0, x1, y1, z1] = planes.each_ref().map(|plane| V::splat(lane(plane, c)));
+    (
+        Vec3Lanes { x: x0, y: y0, z: z0 },
+        Vec3Lanes { x: x1, y: y1, z: z1 },
+    )
 }
 
 /// Where the first ray enters each child, at least: what the frustum tells where there is one.
@@ -404,7 +394,10 @@ fn nearest8<V: Lanes>(node: &Node8, pairs: &Pairs, states: &[Packet; PACKETS]) -
     let mut nearest8 = splat(f32::MAX);
     for c in 0..LANES {
         for p in bits(pairs.packets(c)) {
-            let (near, _) = interval::<V, false>(&node.planes, c, &states[p % PACKETS]);
+            let state = &states[p % PACKETS];
+            let o = Vec3Lanes::<V>::load(&state.origin);
+            let (lower, upper) = corners(&node.planes, c);
+            let (near, _) = state.interval(lower - o, upper - o);
             let least = -(-near).largest();
             let nearest = &mut nearest8.as_mut_array()[c];
             *nearest = nearest.min(least);

@@ -1,10 +1,10 @@
-//! Where the rays of a tile begin: not at the root, but at the few subtrees that the tile's frustum meets, found once for
-//! several bundles (Reshetov, Soupikov and Hurley, *Multi-Level Ray Tracing Algorithm*, 2005). They find one entry
-//! point, the subtree with all that is met; here up to eight subtrees become the children of a node of their own, which
-//! bundles visit in place of the root and what is below it. Where there are none, the tile is done.
+//! Where neighbouring bundles begin: not at the root, but at the few subtrees that the frustum of all of them meets, found
+//! once (Reshetov, Soupikov and Hurley, *Multi-Level Ray Tracing Algorithm*, 2005). They find one entry point, the
+//! subtree with all that is met; here up to eight subtrees become the children of a node of their own, which bundles
+//! visit in place of the root and what is below it. Where there are none, all of the bundles are done.
 //!
 //! Camera rays of small scenes gain 15 to 20 %, of large ones 0 to 3 %. (Shadow rays: -1 to -5 %, for they test boxes ray by
-//! ray, and eight children more often than a root's few. Tiles of twice the size: -5 % for the smallest scenes. Four
+//! ray, and eight children more often than a root's few. Twice as many bundles: -5 % for the smallest scenes. Four
 //! subtrees at most: figure -5 %.)
 
 use super::{bits, frustum::Frustum};
@@ -14,10 +14,10 @@ use crate::{
     simd::LANES,
 };
 
-/// So many nodes are opened at most to find a tile's entries. (16: the same.)
+/// So many nodes are opened at most to find entries. (16: the same.)
 const MOST_OPENED: usize = 6;
 
-/// A subtree that the tile's rays may meet.
+/// A subtree that the rays may meet.
 #[derive(Clone, Copy)]
 struct Met {
     child: Child,
@@ -28,7 +28,7 @@ struct Met {
 
 /// A node whose children are what rays within `frustum` may hit.
 #[inline(always)]
-pub(super) fn entry(bvh: &Bvh, frustum: &Frustum) -> Option<Node8> {
+pub(super) fn entry_node(bvh: &Bvh, frustum: &Frustum) -> Option<Node8> {
     if !bvh.root().is_inner() {
         return None;
     }
@@ -103,7 +103,7 @@ mod tests {
     use glam::Vec3;
 
     #[test]
-    fn tiles_hit_what_single_rays_hit() {
+    fn bundles_that_share_an_entry_hit_what_single_rays_hit() {
         let mut random = fastrand::Rng::with_seed(5);
         let mut unit = move || random.f32() * 2.0 - 1.0;
         let mut vector = move || Vec3::new(unit(), unit(), unit());
@@ -118,10 +118,14 @@ mod tests {
         let scene = builder.finish();
         let bvh = Bvh::build(&scene);
         let mut hit = 0;
-        for tile in 0..60 {
-            let origin = vector() * [0.5, 3.0, 20.0][tile % 3];
-            let spread = [0.0, 0.02, 0.3][tile / 3 % 3] / origin.length();
-            let to = if tile % 5 == 0 { origin + Vec3::X } else { vector() };
+        for round in 0..60 {
+            let origin = vector() * [0.5, 3.0, 20.0][round % 3];
+            let spread = [0.0, 0.02, 0.3][round / 3 % 3] / origin.length();
+            let to = if round % 5 == 0 {
+                origin + Vec3::X
+            } else {
+                vector()
+            };
             let rays: Vec<RayPacket> = (0..200)
                 .map(|_| {
                     let mut direction =
@@ -138,11 +142,11 @@ mod tests {
                 Tracer::with_method(&bvh, method).closest_hit(Origins::Shared(origin), &rays, &mut hits);
                 hits
             };
-            let (tiled, single) = (hits_of(Method::Adaptive), hits_of(Method::Single));
-            for (tiled, single) in tiled.iter().zip(&single) {
-                assert_eq!(tiled.primitive, single.primitive);
-                assert_eq!(tiled.t.to_array(), single.t.to_array());
-                hit += tiled.primitive.iter().filter(|&&id| id != u32::MAX).count();
+            let (bundled, single) = (hits_of(Method::Adaptive), hits_of(Method::Single));
+            for (bundled, single) in bundled.iter().zip(&single) {
+                assert_eq!(bundled.primitive, single.primitive);
+                assert_eq!(bundled.t.to_array(), single.t.to_array());
+                hit += bundled.primitive.iter().filter(|&&id| id != u32::MAX).count();
             }
         }
         assert!(hit > 10_000, "{hit}");

@@ -352,7 +352,7 @@ impl<V: Lanes> BundleFrustum<V> {
 
 impl Frustum {
     /// Around rays that start at `origin`; `None` if they do not go one way. The slopes are those of the box of directions:
-    /// no division a ray, and little more where they are as close as those of a picture's tile.
+    /// no division a ray, and little more where they are as close as those of neighbouring pixels.
     #[inline(always)]
     pub fn around(origin: Vec3, rays: &[RayPacket]) -> Option<Self> {
         let mut low = [splat(f32::MAX); 3];

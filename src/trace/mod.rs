@@ -154,7 +154,7 @@ impl Iterator for Bits {
 }
 
 /// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays, or sixteen of 64.
-const TILE: usize = 128;
+const ENTRY_PACKETS: usize = 128;
 
 /// Where answers go, in the order of the rays.
 trait Answers {
@@ -341,15 +341,14 @@ impl<'a> Tracer<'a> {
         if SHARED && !ANY && is_adaptive {
             let [x, y, z] = &self.packets[0].origin;
             let origin = Vec3::new(x.0[0], y.0[0], z.0[0]);
-            for first in (0..rays.len()).step_by(TILE) {
-                let end = rays.len().min(first + TILE);
-                let tile = &rays[first..end];
-                let frustum = if tile.len() > BUNDLE {
-                    Frustum::around(origin, tile)
+            for first in (0..rays.len()).step_by(ENTRY_PACKETS) {
+                let end = rays.len().min(first + ENTRY_PACKETS);
+                let frustum = if end - first > BUNDLE {
+                    Frustum::around(origin, &rays[first..end])
                 } else {
                     None
                 };
-                let entry = frustum.and_then(|frustum| entry::entry(self.bvh, &frustum));
+                let entry = frustum.and_then(|frustum| entry::entry_node(self.bvh, &frustum));
                 if entry.is_some_and(|entry| entry.count == 0) {
                     for (i, rays) in rays.iter().enumerate().take(end).skip(first) {
                         answers.put_none(i, rays);

@@ -256,7 +256,7 @@ impl PacketSlabs {
         }
     }
 
-    /// Where the rays are inside child `c`, at least, and not beyond their ends; `planes` are a node's.
+    /// Where the rays are inside child `c`, at least; `planes` are a node's.
     #[inline(always)]
     pub fn interval<V: Lanes>(&self, planes: &[F32x8; 6], c: usize, packet: &Packet) -> (V, V) {
         let inv = Vec3Lanes::<V>::load(&packet.inv_direction);
@@ -268,10 +268,7 @@ impl PacketSlabs {
         let (z0, z1) = (at(2, inv.z), at(5, inv.z));
         let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(V::splat(0.0)));
         let far = x0.max(x1).min(y0.max(y1)).min(z0.max(z1));
-        (
-            near * V::splat(1.0 - NODE_PAD),
-            far.min(V::load(&packet.t)) * V::splat(1.0 + NODE_PAD),
-        )
+        (near * V::splat(1.0 - NODE_PAD), far * V::splat(1.0 + NODE_PAD))
     }
 }
 
@@ -296,4 +293,60 @@ fn reciprocal<V: Lanes>(d: V) -> V {
 #[inline(always)]
 pub(super) fn live(rays: &RayPacket) -> bool {
     gt(rays.t_max, splat(0.0)).any()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{accel::Child, accel::Node8, math::Aabb};
+
+    /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis.
+    #[test]
+    fn slabs_hold_what_the_canonical_interval_holds() {
+        let mut random = fastrand::Rng::with_seed(3);
+        let mut unit = move || random.f32() * 2.0 - 1.0;
+        let mut vector = |size: f32| Vec3::new(unit(), unit(), unit()) * size;
+        let mut met = 0;
+        for round in 0..20_000 {
+            let size = [1e-6, 1.0, 1e6, 1e9][round % 4];
+            let far = [1.0, 1e3, 1e12, 1e30][round / 4 % 4];
+            let origins = [(); LANES].map(|()| vector(size * far));
+            let mut directions = [(); LANES].map(|()| vector(1.0).normalize());
+            directions[0] = [Vec3::X, Vec3::NEG_Y, Vec3::new(-0.0, 0.6, 0.8)][round % 3];
+            let ray = round % LANES;
+            let at = (origins[ray] + directions[ray] * size).clamp(Vec3::splat(-2e9), Vec3::splat(2e9));
+            let half = vector(size).abs() * [0.0, 1e-6, 1.0][round / 16 % 3];
+            let bounds = Aabb {
+                lower: at - half,
+                upper: at + half,
+            };
+            let rays = RayPacket {
+                direction: Vec3x8::from_lanes(directions),
+                t_max: splat(f32::MAX),
+            };
+            let mut packet = Packet::EMPTY;
+            packet.set::<F32x8>(&rays, &rays);
+            let origin8 = Vec3x8::from_lanes(origins);
+            packet.start_at::<F32x8>(&origin8, &origin8);
+            let mut slabs = PacketSlabs::EMPTY;
+            slabs.set::<F32x8>(&packet);
+            let node = Node8::new(&[(Child::inner(0), bounds)]);
+            let (near, beyond): (F32x8, F32x8) = slabs.interval(&node.planes, 0, &packet);
+            let o = Vec3Lanes::<F32x8>::load(&packet.origin);
+            let (lower, upper) = (Vec3Lanes::splat(bounds.lower), Vec3Lanes::splat(bounds.upper));
+            let (canonical_near, canonical_far) = packet.interval(lower - o, upper - o);
+            for i in 0..LANES {
+                let [near, beyond] = [near, beyond].map(|t| lane(&t, i));
+                let [least, most] = [canonical_near, canonical_far].map(|t| lane(&t, i));
+                if least <= most {
+                    met += 1;
+                    assert!(
+                        near <= least && beyond >= most,
+                        "{round}: {near} {least}, {beyond} {most}"
+                    );
+                }
+            }
+        }
+        assert!(met > 5_000, "{met}");
+    }
 }
