@@ -294,37 +294,44 @@ impl Tracer<'_> {
     }
 }
 
-/// Sixteen bits a child, four children a word.
+/// Sixteen bits a child, four children a word. (Named and picked without an index, so that both stay in registers.)
 #[derive(Clone, Copy, Debug, Default)]
-struct Pairs([u64; 2]);
+struct Pairs {
+    low: u64,
+    high: u64,
+}
 
 impl Pairs {
     /// Sets the packets of child `c`, which had none.
     #[inline(always)]
     fn put(&mut self, c: usize, packets: u32) {
-        self.0[c / 4 % 2] |= u64::from(packets) << (c % 4 * PACKETS);
+        let bits = u64::from(packets) << (c % 4 * PACKETS);
+        let is_high = u64::from(c >= 4).wrapping_neg();
+        self.low |= bits & !is_high;
+        self.high |= bits & is_high;
     }
 
     /// The packets of child `c`, a bit each.
     #[inline(always)]
     fn packets(&self, c: usize) -> u32 {
-        (self.0[c / 4 % 2] >> (c % 4 * PACKETS)) as u32 & 0xffff
+        let word = if c < 4 { self.low } else { self.high };
+        (word >> (c % 4 * PACKETS)) as u32 & 0xffff
     }
 
     /// The children whose sixteen bits are not 0, a bit each.
     #[inline(always)]
     fn children(&self) -> u32 {
-        nonzero(self.0[0]) | nonzero(self.0[1]) << 4
+        // The product brings the top bits next to each other.
+        let spread = nonzero(self.low) | nonzero(self.high) << 4;
+        (spread.wrapping_mul(1 << 48 | 1 << 33 | 1 << 18 | 1 << 3) >> 48) as u32 & 0xff
     }
 }
 
-/// Which of four times sixteen bits are not 0, a bit each.
+/// Of four times sixteen bits, each one's lowest: whether they are not 0.
 #[inline(always)]
-fn nonzero(word: u64) -> u32 {
+fn nonzero(word: u64) -> u64 {
     const LOW: u64 = 0x7fff_7fff_7fff_7fff;
-    let top = (((word & LOW) + LOW) | word) & !LOW;
-    // The product brings the four top bits next to each other.
-    ((top >> 15).wrapping_mul(1 << 48 | 1 << 33 | 1 << 18 | 1 << 3) >> 48) as u32 & 15
+    ((((word & LOW) + LOW) | word) & !LOW) >> 15
 }
 
 /// Which packets enter the children of a node.
@@ -345,20 +352,35 @@ fn entering<V: Lanes, const SHARED: bool>(
     states: &[Packet; PACKETS],
     slabs: &[PacketSlabs; PACKETS],
 ) -> Entering {
-    let mut entering = Entering {
-        pairs: Pairs::default(),
-        more: Pairs::default(),
-    };
-    for (word, &pairs) in pairs.0.iter().enumerate() {
-        for pair in bits64(pairs) {
-            let (c, p) = (word * 4 + pair / PACKETS, pair % PACKETS);
-            let lanes = enter::<V, SHARED>(planes, c, &states[p], &slabs[p]).1.bits();
-            let enters = u64::from(lanes != 0);
-            entering.pairs.0[word] |= enters << pair;
-            entering.more.0[word] += (u64::from(lanes.count_ones()) - enters) << (pair / PACKETS * PACKETS);
-        }
+    let (low, more_low) = entering_of::<V, SHARED>(planes, pairs.low, 0, states, slabs);
+    let (high, more_high) = entering_of::<V, SHARED>(planes, pairs.high, 4, states, slabs);
+    Entering {
+        pairs: Pairs { low, high },
+        more: Pairs {
+            low: more_low,
+            high: more_high,
+        },
     }
-    entering
+}
+
+/// [`entering`] for one word of pairs, whose first child is `first`: the same word of pairs and of rays beyond one a packet.
+#[inline(always)]
+fn entering_of<V: Lanes, const SHARED: bool>(
+    planes: &[F32x8; 6],
+    pairs: u64,
+    first: usize,
+    states: &[Packet; PACKETS],
+    slabs: &[PacketSlabs; PACKETS],
+) -> (u64, u64) {
+    let (mut entering, mut more) = (0, 0);
+    for pair in bits64(pairs) {
+        let (c, p) = (first + pair / PACKETS, pair % PACKETS);
+        let lanes = enter::<V, SHARED>(planes, c, &states[p], &slabs[p]).1.bits();
+        let enters = u64::from(lanes != 0);
+        entering |= enters << pair;
+        more += (u64::from(lanes.count_ones()) - enters) << (pair / PACKETS * PACKETS);
+    }
+    (entering, more)
 }
 
 /// Where a packet's rays enter child `c`, and which do; `planes` are a node's, relative to the origin if it is shared.

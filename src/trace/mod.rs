@@ -156,6 +156,9 @@ impl Iterator for Bits {
 /// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays, or sixteen of 64.
 const ENTRY_PACKETS: usize = 128;
 
+/// So many packets ahead of a long run of answers, memory is asked for them.
+const AHEAD: usize = 16;
+
 /// Where answers go, in the order of the rays.
 trait Answers {
     /// Asks for the memory of answer `i`, which will be written.
@@ -350,8 +353,9 @@ impl<'a> Tracer<'a> {
                 };
                 let entry = frustum.and_then(|frustum| entry::entry_node(self.bvh, &frustum));
                 if entry.is_some_and(|entry| entry.count == 0) {
-                    for (i, rays) in rays.iter().enumerate().take(end).skip(first) {
-                        answers.put_none(i, rays);
+                    for (i, packet) in rays.iter().enumerate().take(end).skip(first) {
+                        answers.prefetch((i + AHEAD).min(rays.len() - 1));
+                        answers.put_none(i, packet);
                     }
                 } else {
                     self.in_place::<V, A, ANY, SHARED>(

@@ -41,7 +41,7 @@ pub(super) struct Item {
 pub(super) const SLOTS: usize = 32;
 
 /// Blocks are visited when no more than this many rays are at nodes. (4 or 16: the same.)
-const FEW: usize = 8;
+const FEW: u32 = 8;
 
 /// One ray.
 #[derive(Clone, Copy, Debug, Default)]
@@ -161,9 +161,11 @@ impl Slot {
     fn pop(&mut self, places: &Places) {
         let siblings = &mut self.stack[self.len - 1];
         let near8 = siblings.near8;
-        let i = eq(near8, min_everywhere(near8)).bits().trailing_zeros() as usize % LANES;
-        self.child = siblings.child[i];
-        siblings.near8.as_mut_array()[i] = f32::INFINITY;
+        let nearest = eq(near8, min_everywhere(near8)).bits();
+        self.child = siblings.child[nearest.trailing_zeros() as usize % LANES];
+        // All lanes are stored, for then no later load has to wait until it is known which one it was.
+        let visited = Mask8::from_bits(nearest & nearest.wrapping_neg());
+        siblings.near8 = visited.select(splat(f32::INFINITY), near8);
         let left = lt(near8, splat(f32::INFINITY)).bits();
         self.len -= usize::from(left & left.wrapping_sub(1) == 0);
         places.prefetch(self.child);
@@ -197,31 +199,35 @@ impl Slot {
     }
 }
 
-/// Which slots are to visit a node, a block of triangles, one of spheres, or are through: a list for each
-/// [kind](Child::kind).
+/// What each slot is to do next: the [kind](Child::kind) of its child, a bit a slot.
 struct Turns {
-    slots: [[u8; SLOTS]; 4],
-    counts: [usize; 4],
+    low: u32,
+    high: u32,
 }
 
 impl Turns {
+    /// All slots are through.
+    const NONE: Self = Self { low: !0, high: !0 };
+
+    /// The slots whose child is of a kind.
+    #[inline(always)]
+    fn of(&self, kind: usize) -> u32 {
+        let side = |bits: u32, is_set: usize| if is_set != 0 { bits } else { !bits };
+        side(self.low, kind & 1) & side(self.high, kind >> 1)
+    }
+
+    /// Forgets what these slots were to do, for [`Self::put`].
+    #[inline(always)]
+    fn clear(&mut self, slots: u32) {
+        self.low &= !slots;
+        self.high &= !slots;
+    }
+
     #[inline(always)]
     fn put(&mut self, slot: usize, child: Child) {
-        let kind = child.kind();
-        let count = &mut self.counts[kind];
-        self.slots[kind][*count % SLOTS] = slot as u8;
-        *count += 1;
-    }
-
-    /// How many there are of a kind; from now on none, but they can still be read as long as not more are put.
-    #[inline(always)]
-    fn take(&mut self, kind: usize) -> usize {
-        std::mem::take(&mut self.counts[kind])
-    }
-
-    #[inline(always)]
-    fn slot(&self, kind: usize, i: usize) -> usize {
-        usize::from(self.slots[kind][i % SLOTS]) % SLOTS
+        let kind = child.kind() as u32;
+        self.low |= (kind & 1) << slot;
+        self.high |= (kind >> 1) << slot;
     }
 }
 
@@ -241,50 +247,49 @@ impl Tracer<'_> {
         }
         let places = bvh.places();
         let mut left = items.iter();
-        let mut turns = Turns {
-            slots: [[0; SLOTS]; 4],
-            counts: [0; 4],
-        };
+        let mut turns = Turns::NONE;
         for (i, slot) in slots.iter_mut().enumerate() {
             if !start(slot, &places, packets, &mut left, V::COUNT) {
                 break;
             }
+            turns.clear(1 << i);
             turns.put(i, slot.child);
         }
-        while turns.counts[..3] != [0; 3] {
+        while turns.of(Child::EMPTY) != !0 {
             loop {
-                let count = turns.take(Child::INNER);
-                for i in 0..count {
-                    enter_children(&mut slots[turns.slot(Child::INNER, i)], bvh);
+                let nodes = turns.of(Child::INNER);
+                for i in bits(nodes) {
+                    enter_children(&mut slots[i % SLOTS], bvh);
                 }
-                pop_all(&mut turns, Child::INNER, count, slots, &places);
-                if turns.counts[Child::INNER] <= FEW {
+                pop_all(&mut turns, nodes, slots, &places);
+                if turns.of(Child::INNER).count_ones() <= FEW {
                     break;
                 }
             }
-            let count = turns.take(Child::TRIANGLES);
-            let mut looked = [0; SLOTS];
-            let mut looks = 0;
-            for i in 0..count {
-                let i = turns.slot(Child::TRIANGLES, i);
-                looked[looks % SLOTS] = i as u8;
-                looks += usize::from(looks_hit(&slots[i], bvh));
+            let blocks = turns.of(Child::TRIANGLES);
+            let mut looked = 0;
+            for i in bits(blocks) {
+                looked |= u32::from(looks_hit(&slots[i % SLOTS], bvh)) << i;
             }
-            for &i in looked.iter().take(looks) {
-                triangles::<ANY>(&mut slots[usize::from(i) % SLOTS], bvh, packets);
+            for i in bits(looked) {
+                triangles::<ANY>(&mut slots[i % SLOTS], bvh, packets);
             }
-            pop_all(&mut turns, Child::TRIANGLES, count, slots, &places);
-            let count = turns.take(Child::SPHERES);
-            for i in 0..count {
-                spheres::<ANY>(&mut slots[turns.slot(Child::SPHERES, i)], bvh, packets);
+            pop_all(&mut turns, blocks, slots, &places);
+            let blocks = turns.of(Child::SPHERES);
+            for i in bits(blocks) {
+                spheres::<ANY>(&mut slots[i % SLOTS], bvh, packets);
             }
-            pop_all(&mut turns, Child::SPHERES, count, slots, &places);
-            for i in 0..turns.take(Child::EMPTY) {
-                let i = turns.slot(Child::EMPTY, i);
-                let slot = &mut slots[i];
-                if start(slot, &places, packets, &mut left, V::COUNT) {
-                    turns.put(i, slot.child);
+            pop_all(&mut turns, blocks, slots, &places);
+            if left.len() == 0 {
+                continue;
+            }
+            for i in bits(turns.of(Child::EMPTY)) {
+                let slot = &mut slots[i % SLOTS];
+                if !start(slot, &places, packets, &mut left, V::COUNT) {
+                    break;
                 }
+                turns.clear(1 << i);
+                turns.put(i, slot.child);
             }
         }
         items.clear();
@@ -328,12 +333,12 @@ fn enter_children(slot: &mut Slot, bvh: &Bvh) {
     slot.len += usize::from(entered);
 }
 
-/// Takes the next children of slots that were `count` of a kind.
+/// Takes the next children of `which` slots.
 #[inline(always)]
-fn pop_all(turns: &mut Turns, kind: usize, count: usize, slots: &mut [Slot; SLOTS], places: &Places) {
-    for i in 0..count {
-        let i = turns.slot(kind, i);
-        let slot = &mut slots[i];
+fn pop_all(turns: &mut Turns, which: u32, slots: &mut [Slot; SLOTS], places: &Places) {
+    turns.clear(which);
+    for i in bits(which) {
+        let slot = &mut slots[i % SLOTS];
         slot.pop(places);
         turns.put(i, slot.child);
     }
