@@ -53,7 +53,10 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
         if let Some(frustum) = frustum {
             triangles &= frustum.triangles_of(p, &edges8);
         }
-        let (triangles, is_high) = (u64::from(triangles) << (p % 8 * 8), u64::from(p >= 8).wrapping_neg());
+        let (triangles, is_high) = (
+            u64::from(triangles) << (p % 8 * 8),
+            u64::from(p >= 8).wrapping_neg(),
+        );
         pairs[0] |= triangles & !is_high;
         pairs[1] |= triangles & is_high;
     }
