@@ -53,7 +53,7 @@ fn lines<T>(of: &[T], index: usize) {
 impl Places {
     /// Asks for the memory of what `child` stands for, which will be visited soon: five cache lines, as many as a block of
     /// triangles has. (Four, without its ids: -4 to -8 % on large scenes; seven: 0 to -2 %. As many as each kind has:
-    /// -6 to -12 %. The node behind a node is its first child that is one.)
+    /// -6 to -12 %. A node has four: the fifth mostly is the first of its first inner child.)
     #[inline(always)]
     pub fn prefetch(&self, child: Child) {
         #[cfg(target_arch = "x86_64")]

@@ -403,11 +403,10 @@ fn enter<V: Lanes, const SHARED: bool>(
 /// The box of child `c` in all lanes: lower and upper corner.
 #[inline(always)]
 fn corners<V: Lanes>(planes: &[F32x8; 6], c: usize) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
-    let [x0, y0, z0, x1, y1, z1] = planes.each_ref().map(|plane| V::splat(lane(plane, c)));
-    (
-        Vec3Lanes { x: x0, y: y0, z: z0 },
-        Vec3Lanes { x: x1, y: y1, z: z1 },
-    )
+    let [x0, y0, z0, x1, y1, z1] = planes;
+    let lower = Vec3::new(lane(x0, c), lane(y0, c), lane(z0, c));
+    let upper = Vec3::new(lane(x1, c), lane(y1, c), lane(z1, c));
+    (Vec3Lanes::splat(lower), Vec3Lanes::splat(upper))
 }
 
 /// Where the first ray enters each child, at least: what the frustum tells where there is one.

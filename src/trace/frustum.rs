@@ -142,6 +142,11 @@ fn widen_up(slope: F32x8) -> F32x8 {
     slope + splat(SLACK) * (splat(1.0) + slope.abs())
 }
 
+#[inline(always)]
+fn sum_of_lanes<V: Lanes>(v: V) -> f32 {
+    (v.fold_max() + v.fold_min()).reduce_add()
+}
+
 /// The way that all rays of a frustum go: along an axis, up or down.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
@@ -157,7 +162,8 @@ impl Way {
         for p in bits(packets) {
             sum = sum + Vec3Lanes::load(&states[p % PACKETS].direction);
         }
-        let sum = [sum.x, sum.y, sum.z].map(|sum| (sum.fold_max() + sum.fold_min()).reduce_add());
+        // Without a closure, which would not be inlined into AVX-512 code.
+        let sum = [sum_of_lanes(sum.x), sum_of_lanes(sum.y), sum_of_lanes(sum.z)];
         let largest = (0..3).max_by(|&p, &q| sum[p].abs().total_cmp(&sum[q].abs()));
         let axis = largest.unwrap_or(0);
         let sign = if sum[axis] < 0.0 { -1.0 } else { 1.0 };

@@ -53,12 +53,7 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
         if let Some(frustum) = frustum {
             triangles &= frustum.triangles_of(p, &edges8);
         }
-        let (triangles, is_high) = (
-            u64::from(triangles) << (p % 8 * 8),
-            u64::from(p >= 8).wrapping_neg(),
-        );
-        pairs[0] |= triangles & !is_high;
-        pairs[1] |= triangles & is_high;
+        put(&mut pairs, p, triangles);
     }
     let mut looks = [(0_u8, 0_u8); PACKETS * LANES];
     let mut count = 0;
@@ -92,6 +87,14 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
         taken |= u32::from(hit) << p;
     }
     taken
+}
+
+/// Puts packet `p`'s byte into `pairs`, which had none. (Without an index, so that both words stay in registers.)
+#[inline(always)]
+fn put(pairs: &mut [u64; PACKETS / 8], p: usize, byte: u32) {
+    let (bits, is_high) = (u64::from(byte) << (p % 8 * 8), u64::from(p >= 8).wrapping_neg());
+    pairs[0] |= bits & !is_high;
+    pairs[1] |= bits & is_high;
 }
 
 /// The barycentric weights of triangle `i`, see [`EdgeFunctions::weights`].
@@ -266,10 +269,10 @@ fn spheres<V: Lanes, const ANY: bool>(
     let pad8 = Vec3x8::new(pad8, pad8, pad8);
     let (lower8, upper8) = (lower8 - pad8, upper8 + pad8);
     let zero = V::splat(0.0);
-    let all = (1_u64 << count) - 1;
+    let all = (1_u32 << count) - 1;
     let mut pairs = [0_u64; PACKETS / 8];
     for p in bits(packets) {
-        pairs[p / 8 % 2] |= all << (p % 8 * 8);
+        put(&mut pairs, p, all);
     }
     let mut meets = [(0_u8, 0_u8); PACKETS * LANES];
     let mut met = 0;

@@ -298,7 +298,10 @@ pub(super) fn live(rays: &RayPacket) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{accel::Child, accel::Node8, math::Aabb};
+    use crate::{
+        accel::{Child, Node8},
+        math::Aabb,
+    };
 
     /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis.
     #[test]
