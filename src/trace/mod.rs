@@ -156,7 +156,8 @@ impl Iterator for Bits {
 /// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays, or sixteen of 64.
 const ENTRY_PACKETS: usize = 128;
 
-/// So many packets ahead of a long run of answers, memory is asked for them.
+/// So many packets ahead of a long run of answers, memory is asked for them. (Camera rays of small scenes: +1 to +6 % on a
+/// Xeon.)
 const AHEAD: usize = 16;
 
 /// Where answers go, in the order of the rays.
