@@ -217,8 +217,8 @@ impl RayPackets {
 }
 
 /// What eight rays hit first, a column a field of [`Hit`]. Two cache lines.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(64))]
 pub struct HitPacket {
     /// Distances.
     pub t: F32x8,

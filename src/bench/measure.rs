@@ -101,7 +101,8 @@ impl Results {
     }
 }
 
-/// Ray packets that are handed to the tracer at a time: as many as the renderer's tile of 128x16 pixels holds.
+/// Ray packets that are turned around at a time, for then they stay in the cache: as many as the renderer's tile of 128x16
+/// pixels holds.
 const BATCH: usize = 256;
 
 /// Shadow rays from their light to the surface.
@@ -161,21 +162,18 @@ fn run_simd(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
     let mut reversed_rays = Vec::with_capacity(BATCH);
     let mut start = 0;
     for (light, rays) in &set.groups {
-        for (bundle_i, bundle) in rays.packets().chunks(BATCH).enumerate() {
-            if let Some(light) = light {
-                reversed_rays.clear();
-                reversed_rays.extend(bundle.iter().map(reversed));
-                let blocked = &mut results.blocked[start..start + bundle.len()];
-                tracer.occluded(Origins::Shared(*light), &reversed_rays, blocked);
-            } else {
-                let origins = match rays.origins() {
-                    Origins::Separate(all) => Origins::Separate(&all[bundle_i * BATCH..][..bundle.len()]),
-                    shared @ Origins::Shared(_) => shared,
-                };
-                let hits = &mut results.hits[start..start + bundle.len()];
-                tracer.closest_hit(origins, bundle, hits);
-            }
-            start += bundle.len();
+        let packets = rays.packets();
+        let group = start..start + packets.len();
+        start = group.end;
+        let Some(light) = light else {
+            tracer.closest_hit(rays.origins(), packets, &mut results.hits[group]);
+            continue;
+        };
+        let blocked = results.blocked[group].chunks_mut(BATCH);
+        for (packets, blocked) in packets.chunks(BATCH).zip(blocked) {
+            reversed_rays.clear();
+            reversed_rays.extend(packets.iter().map(reversed));
+            tracer.occluded(Origins::Shared(*light), &reversed_rays, blocked);
         }
     }
 }

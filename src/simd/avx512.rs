@@ -124,6 +124,11 @@ impl Lanes for F32x16 {
         unsafe { _mm512_store_ps(to.0.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
+    fn stream(line: Column, to: &mut Column) {
+        // SAFETY: as for `load`.
+        unsafe { _mm512_stream_ps(to.0.as_mut_ptr(), Self::load(&line).0) }
+    }
+    #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         avx512!(Self, _mm512_fmadd_ps(self.0, b.0, c.0))
     }

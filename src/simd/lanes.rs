@@ -3,14 +3,14 @@
 //!
 //! A lane's arithmetic does not depend on how many lanes there are: both give the same bits.
 
-use super::{F32x8, Mask8, eq, ge, gt, le, lt, max, min, mul_add, mul_sub, splat};
+use super::{F32x8, Mask8, eq, ge, gt, le, lt, max, min, mul_add, mul_sub, splat, stream};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 /// The most lanes that a [`Lanes`] has.
 pub const MOST_LANES: usize = 16;
 
 /// Memory for one vector of either width; the narrower one uses the first eight places.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct Column(pub [f32; MOST_LANES]);
 
@@ -65,6 +65,8 @@ pub trait Lanes:
     #[must_use]
     fn join(low: F32x8, high: F32x8) -> Self;
     fn store(self, to: &mut Column);
+    /// Writes a cache line to memory and leaves it in no cache, where the build knows how; see [`stream`].
+    fn stream(line: Column, to: &mut Column);
     #[must_use]
     fn mul_add(self, b: Self, c: Self) -> Self;
     #[must_use]
@@ -146,6 +148,10 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn store(self, to: &mut Column) {
         to.halves_mut()[0] = self;
+    }
+    #[inline(always)]
+    fn stream(line: Column, to: &mut Column) {
+        stream::by_halves(line, to);
     }
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {

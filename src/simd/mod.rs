@@ -11,6 +11,7 @@
 )]
 pub mod avx512;
 pub mod lanes;
+pub mod stream;
 
 use crate::math;
 use glam::Vec3;

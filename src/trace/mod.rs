@@ -4,6 +4,7 @@
 //! no hit in it. A [`Tracer`] chooses among them by what its rays do: bundles as long as one frustum holds the
 //! rays of several packets, packets as long as several lanes enter a box, single rays where coherence is gone.
 
+mod answers;
 mod bundle;
 mod entry;
 mod frustum;
@@ -20,6 +21,7 @@ use crate::{
         lanes::{Column, Lanes, MOST_LANES},
     },
 };
+use answers::{AHEAD, Answers, Hits};
 use bundle::Culling;
 use frustum::{BundleFrustum, Frustum, Way};
 use glam::Vec3;
@@ -156,75 +158,6 @@ impl Iterator for Bits {
 /// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays, or sixteen of 64.
 const ENTRY_PACKETS: usize = 128;
 
-/// So many packets ahead of a long run of answers, memory is asked for them. (Camera rays of small scenes: +1 to +6 % on a
-/// Xeon.)
-const AHEAD: usize = 16;
-
-/// Where answers go, in the order of the rays.
-trait Answers {
-    /// Asks for the memory of answer `i`, which will be written.
-    fn prefetch(&self, i: usize);
-    /// Answer `i`: half `half` of a packet.
-    fn put(&mut self, i: usize, packet: &Packet, half: usize);
-    /// Answer `i`, of eight lanes without a ray.
-    fn put_none(&mut self, i: usize, rays: &RayPacket);
-    /// The answers of a packet of rays from anywhere: `members` are answers times eight plus lane, from `base` on, which
-    /// hold none yet.
-    fn scatter(&mut self, base: usize, packet: &Packet, members: &[u16]);
-}
-
-impl Answers for &mut [HitPacket] {
-    #[inline(always)]
-    fn prefetch(&self, i: usize) {
-        prefetch(&self[i]);
-    }
-    #[inline(always)]
-    fn put(&mut self, i: usize, packet: &Packet, half: usize) {
-        self[i] = packet.hits(half);
-    }
-    #[inline(always)]
-    fn put_none(&mut self, i: usize, rays: &RayPacket) {
-        self[i] = HitPacket::miss(rays.t_max);
-    }
-    #[inline(always)]
-    fn scatter(&mut self, base: usize, packet: &Packet, members: &[u16]) {
-        for (half, members) in members.chunks(LANES).enumerate() {
-            let hits = packet.hits(half);
-            for (lane, &member) in members.iter().enumerate() {
-                let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
-                let answer = &mut self[i];
-                answer.t.as_mut_array()[to] = hits.t.as_array()[lane];
-                answer.u.as_mut_array()[to] = hits.u.as_array()[lane];
-                answer.v.as_mut_array()[to] = hits.v.as_array()[lane];
-                answer.primitive[to] = hits.primitive[lane];
-            }
-        }
-    }
-}
-
-impl Answers for &mut [u8] {
-    #[inline(always)]
-    fn prefetch(&self, _: usize) {}
-    #[inline(always)]
-    fn put(&mut self, i: usize, packet: &Packet, half: usize) {
-        self[i] = packet.blocked_bits(half) as u8;
-    }
-    #[inline(always)]
-    fn put_none(&mut self, i: usize, _: &RayPacket) {
-        self[i] = 0;
-    }
-    #[inline(always)]
-    fn scatter(&mut self, base: usize, packet: &Packet, members: &[u16]) {
-        for (half, members) in members.chunks(LANES).enumerate() {
-            let blocked = packet.blocked_bits(half);
-            for (lane, &member) in members.iter().enumerate() {
-                let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
-                self[i] |= ((blocked >> lane & 1) << to) as u8;
-            }
-        }
-    }
-}
-
 impl<'a> Tracer<'a> {
     /// A tracer that chooses its way by itself.
     #[must_use]
@@ -263,8 +196,8 @@ impl<'a> Tracer<'a> {
     pub fn closest_hit(&mut self, origins: Origins<'_>, rays: &[RayPacket], hits: &mut [HitPacket]) {
         assert_eq!(rays.len(), hits.len(), "a hit packet for each ray packet");
         match self.start_at(origins, rays) {
-            None => self.dispatch::<_, false, true>(rays, &[], hits),
-            Some(origins) => self.dispatch::<_, false, false>(rays, origins, hits),
+            None => self.dispatch::<_, false, true>(rays, &[], Hits::new(hits)),
+            Some(origins) => self.dispatch::<_, false, false>(rays, origins, Hits::new(hits)),
         }
     }
 
@@ -356,7 +289,7 @@ impl<'a> Tracer<'a> {
                 if entry.is_some_and(|entry| entry.count == 0) {
                     for (i, packet) in rays.iter().enumerate().take(end).skip(first) {
                         answers.prefetch((i + AHEAD).min(rays.len() - 1));
-                        answers.put_none(i, packet);
+                        answers.put_none::<V>(i, packet);
                     }
                 } else {
                     self.in_place::<V, A, ANY, SHARED>(
@@ -404,7 +337,7 @@ impl<'a> Tracer<'a> {
         answers: &mut A,
     ) {
         for (i, rays) in rays.iter().enumerate() {
-            answers.put_none(base + i, rays);
+            answers.clear(base + i, rays);
         }
         for members in order.chunks(V::COUNT * V::COUNT) {
             for (packet, members) in self.packets.iter_mut().zip(members.chunks(V::COUNT)) {
@@ -444,7 +377,7 @@ impl<'a> Tracer<'a> {
                     answers.prefetch(next);
                     count += 1;
                 } else {
-                    answers.put_none(next, &rays[next]);
+                    answers.put_none::<V>(next, &rays[next]);
                 }
                 next += 1;
             }
@@ -477,7 +410,7 @@ impl<'a> Tracer<'a> {
             }
             self.trace::<V, ANY, SHARED>(packets, entry);
             for (member, &i) in members[..count].iter().enumerate() {
-                answers.put(i, &self.packets[member / halves], member % halves);
+                answers.put::<V>(i, &self.packets[member / halves], member % halves);
             }
         }
     }
