@@ -65,8 +65,12 @@ pub trait Lanes:
     #[must_use]
     fn join(low: F32x8, high: F32x8) -> Self;
     fn store(self, to: &mut Column);
-    /// Writes a cache line to memory and leaves it in no cache, where the build knows how; see [`stream`].
-    fn stream(line: Column, to: &mut Column);
+    /// Writes a cache line, places 0 to 7 and 8 to 15, to memory and leaves it in no cache; see [`stream`].
+    ///
+    /// # Safety
+    /// The same thread calls [`stream::finish`] before anything else reads or writes `to`.
+    #[allow(unsafe_code, reason = "this order is the caller's to keep")]
+    unsafe fn stream(low: F32x8, high: F32x8, to: &mut Column);
     #[must_use]
     fn mul_add(self, b: Self, c: Self) -> Self;
     #[must_use]
@@ -150,8 +154,10 @@ impl Lanes for F32x8 {
         to.halves_mut()[0] = self;
     }
     #[inline(always)]
-    fn stream(line: Column, to: &mut Column) {
-        stream::by_halves(line, to);
+    #[allow(unsafe_code, reason = "as in the trait")]
+    unsafe fn stream(low: F32x8, high: F32x8, to: &mut Column) {
+        // SAFETY: as for this.
+        unsafe { stream::by_halves(low, high, to) }
     }
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {

@@ -7,25 +7,32 @@
     reason = "these stores have no safe name; a single core of a Xeon writes long columns of answers 2.5 times as fast"
 )]
 
-use super::lanes::Column;
+use super::{F32x8, lanes::Column};
 
-/// Writes a cache line by two such stores, where the build has them. [`finish`] comes before other threads are told of it.
+/// Whether the build has such stores; without them the others stand in.
+pub const IS_KNOWN: bool = cfg!(all(target_arch = "x86_64", target_feature = "avx"));
+
+/// Writes a cache line by two such stores.
+///
+/// # Safety
+/// The same thread calls [`finish`] before anything else reads or writes `to`.
 #[inline(always)]
-pub fn by_halves(line: Column, to: &mut Column) {
-    #[cfg(all(target_arch = "x86_64", target_feature = "avx"))]
-    for (&half, to) in line.halves().iter().zip(to.halves_mut()) {
-        // SAFETY: the build has AVX, and `to` lies at a multiple of its 32 bytes.
+pub unsafe fn by_halves(low: F32x8, high: F32x8, to: &mut Column) {
+    for (half, to) in [low, high].into_iter().zip(to.halves_mut()) {
+        #[cfg(all(target_arch = "x86_64", target_feature = "avx"))]
+        // SAFETY: the build has AVX, `to` lies at a multiple of its 32 bytes, and the caller sees to the rest.
         unsafe {
             std::arch::x86_64::_mm256_stream_ps(std::ptr::from_mut(to).cast(), bytemuck::cast(half));
         }
-    }
-    #[cfg(not(all(target_arch = "x86_64", target_feature = "avx")))]
-    {
-        *to = line;
+        #[cfg(not(all(target_arch = "x86_64", target_feature = "avx")))]
+        {
+            *to = half;
+        }
     }
 }
 
-/// What was written past the caches is in memory before whatever is stored after this, as other threads see it.
+/// What this thread wrote past the caches comes before whatever it reads and writes after this, as other threads see it,
+/// too.
 pub fn finish() {
     #[cfg(target_arch = "x86_64")]
     // SAFETY: every x86-64 CPU has this instruction.
