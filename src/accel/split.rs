@@ -1,10 +1,10 @@
 //! Where to divide a set of primitives: binned, by the surface area heuristic (Wald, *On fast Construction of
-//! SAH-based Bounding Volume Hierarchies*, 2007), on all three axes at once or, where time matters more, on the one
-//! on which the centres lie farthest apart.
+//! SAH-based Bounding Volume Hierarchies*, 2007) over leaf blocks, not primitives, on all three axes at once or, where
+//! time matters more, on the one on which the centres lie farthest apart.
 //!
 //! Sets of few primitives have few bins, as in Embree: 8 primitives 5, 96 and more all of them.
 
-use super::boxes::Box8;
+use super::{boxes::Box8, plan::WIDTH};
 use crate::simd::{F32x8, trunc};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -126,13 +126,13 @@ impl Bins {
             for bin in (1..bins).rev() {
                 all = all.union(bounds[bin]);
                 count += counts[bin];
-                above[bin] = all.half_area() * count as f32;
+                above[bin] = all.half_area() * blocks(count);
             }
             let (mut all, mut count) = (Box8::EMPTY, 0);
             for bin in 1..bins {
                 all = all.union(bounds[bin - 1]);
                 count += counts[bin - 1];
-                let cost = all.half_area() * count as f32 + above[bin];
+                let cost = all.half_area() * blocks(count) + above[bin];
                 if cost < best.0 {
                     best = (cost, Some((axis, bin)));
                 }
@@ -140,6 +140,15 @@ impl Bins {
         }
         best.1
     }
+}
+
+/// How many leaf blocks so many primitives take at least: what they cost, for a block costs the same whatever it holds.
+///
+/// (With the primitives themselves as the cost blocks held 6 on average, now 7: 10 to 15 % less memory, and on a Xeon
+/// camera rays +3 to +8 %, shadow rays +2 to +7 %, mirror rays 0 to +3 %, of a small scene -4 %. Both added up gain less.)
+#[inline(always)]
+fn blocks(primitives: u32) -> f32 {
+    primitives.div_ceil(WIDTH as u32) as f32
 }
 
 /// Divides `boxes` in place and says how many are in the first part: at least one, and not all.
