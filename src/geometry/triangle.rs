@@ -227,7 +227,7 @@ pub struct TriangleHits {
     pub hit: Mask8,
     /// Distances.
     pub t: F32x8,
-    /// Weights of second and third corner, and the sum of all three; at least 0, not yet divided by that sum.
+    /// Weights of second corner, third and first, not yet divided by their sum. Below 0 is as good as 0.
     pub weights: [F32x8; 3],
 }
 
@@ -264,12 +264,11 @@ impl EdgeFunctions {
         slabs: &Slabs8,
         direction: &Vec3x8,
     ) -> TriangleHits {
-        let zero = splat(0.0);
         let [u, v, w] = weights;
         let (lower, upper) = block.padded_boxes();
         let (near, far) = slabs.interval(lower, upper);
         let t = min(max(self.plane / direction.dot(self.normal), near), far);
-        let mut hit = (le(near, far) & gt(t, zero)).bits() & first_look;
+        let mut hit = (le(near, far) & gt(t, splat(0.0))).bits() & first_look;
         let unsure = hit & !gt(min(min(u, v), w), self.tolerance).bits();
         if unsure != 0 {
             for i in (0..LANES).filter(|i| unsure >> i & 1 != 0) {
@@ -279,12 +278,10 @@ impl EdgeFunctions {
                 hit &= !(u32::from(!passes) << i);
             }
         }
-        let [u, v, w] = weights.map(|weight| max(weight, zero));
-        let sum = max(u + v + w, splat(f32::MIN_POSITIVE));
         TriangleHits {
             hit: Mask8::from_bits(hit),
             t,
-            weights: [u, v, sum],
+            weights,
         }
     }
 }

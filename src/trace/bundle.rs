@@ -59,6 +59,8 @@ pub(super) struct Culling<'a, V> {
     pub exact: bool,
     /// Few rays left go on one by one.
     pub regroup: bool,
+    /// By axis, whether all rays go down: 1 or 0. `None` if they differ.
+    pub down: Option<[u8; 3]>,
     /// What lines are relative to: where the origins' box begins. (Only for rays with their own origins.)
     pub point: Vec3,
     /// How far from there origins are at most.
@@ -178,7 +180,7 @@ impl Tracer<'_> {
             self.leaves += usize::from(SHARED && !ANY);
             let states = &mut self.packets;
             let taken = if SHARED {
-                leaf::shared_origin::<V, ANY>(bvh, child, culling.frustum, packets, states)
+                leaf::shared_origin::<V, ANY>(bvh, child, culling, packets, states)
             } else {
                 leaf::separate_origins::<V, ANY>(bvh, child, culling, packets, &self.moments, states)
             };
@@ -233,19 +235,27 @@ impl Tracer<'_> {
         let mut near8 = seen.map_or(splat(0.0), |seen| seen.q_near);
         let mut chosen = pairs.children();
         if culling.exact {
-            let mut planes = node.planes;
+            let mut planes = in_order(node, culling.down);
             if SHARED {
                 for (i, plane) in planes.iter_mut().enumerate() {
                     *plane -= splat(self.packets[0].origin[i % 3].0[0]);
                 }
             }
-            let entering = entering::<V, SHARED>(&planes, &pairs, &self.packets, &self.slabs);
+            let entering = if culling.down.is_some() {
+                entering::<V, SHARED, true>(&planes, &pairs, &self.packets, &self.slabs)
+            } else {
+                entering::<V, SHARED, false>(&planes, &pairs, &self.packets, &self.slabs)
+            };
             pairs = entering.pairs;
             chosen = pairs.children();
             if culling.regroup {
                 let few = chosen & !entering.more.children();
                 chosen &= !few;
-                self.go_on_alone::<V, SHARED>(node, &planes, few, &pairs);
+                if few != 0 && culling.down.is_some() {
+                    self.go_on_alone::<V, SHARED, true>(node, &planes, few, &pairs);
+                } else {
+                    self.go_on_alone::<V, SHARED, false>(node, &planes, few, &pairs);
+                }
             }
             if culling.frustum.is_none() {
                 near8 = nearest8::<V>(node, &pairs, &self.packets);
@@ -269,7 +279,7 @@ impl Tracer<'_> {
     /// Puts the rays that enter children `few` into `items`. (They are few: to find them once more costs less than to keep all
     /// that enter any child.)
     #[inline(always)]
-    fn go_on_alone<V: Lanes, const SHARED: bool>(
+    fn go_on_alone<V: Lanes, const SHARED: bool, const ONE_WAY: bool>(
         &mut self,
         node: &Node8,
         planes: &[F32x8; 6],
@@ -278,8 +288,12 @@ impl Tracer<'_> {
     ) {
         for c in bits(few) {
             for p in bits(pairs.packets(c)) {
-                let (near, lanes) =
-                    enter::<V, SHARED>(planes, c, &self.packets[p % PACKETS], &self.slabs[p % PACKETS]);
+                let (near, lanes) = enter::<V, SHARED, ONE_WAY>(
+                    planes,
+                    c,
+                    &self.packets[p % PACKETS],
+                    &self.slabs[p % PACKETS],
+                );
                 let mut nears = Column::splat(0.0);
                 near.store(&mut nears);
                 for i in bits(lanes.bits()) {
@@ -343,17 +357,17 @@ struct Entering {
     more: Pairs,
 }
 
-/// Those of the packets of which a ray enters a child, tested ray by ray. `planes` are a node's, relative to
+/// Those of the packets of which a ray enters a child, tested ray by ray. `planes` are a node's, [in order](in_order), relative to
 /// the origin if it is shared.
 #[inline(always)]
-fn entering<V: Lanes, const SHARED: bool>(
+fn entering<V: Lanes, const SHARED: bool, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
     pairs: &Pairs,
     states: &[Packet; PACKETS],
     slabs: &[PacketSlabs; PACKETS],
 ) -> Entering {
-    let (low, more_low) = entering_of::<V, SHARED>(planes, pairs.low, 0, states, slabs);
-    let (high, more_high) = entering_of::<V, SHARED>(planes, pairs.high, 4, states, slabs);
+    let (low, more_low) = entering_of::<V, SHARED, ONE_WAY>(planes, pairs.low, 0, states, slabs);
+    let (high, more_high) = entering_of::<V, SHARED, ONE_WAY>(planes, pairs.high, 4, states, slabs);
     Entering {
         pairs: Pairs { low, high },
         more: Pairs {
@@ -365,7 +379,7 @@ fn entering<V: Lanes, const SHARED: bool>(
 
 /// [`entering`] for one word of pairs, whose first child is `first`: the same word of pairs and of rays beyond one a packet.
 #[inline(always)]
-fn entering_of<V: Lanes, const SHARED: bool>(
+fn entering_of<V: Lanes, const SHARED: bool, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
     pairs: u64,
     first: usize,
@@ -375,7 +389,9 @@ fn entering_of<V: Lanes, const SHARED: bool>(
     let (mut entering, mut more) = (0, 0);
     for pair in bits64(pairs) {
         let (c, p) = (first + pair / PACKETS, pair % PACKETS);
-        let lanes = enter::<V, SHARED>(planes, c, &states[p], &slabs[p]).1.bits();
+        let lanes = enter::<V, SHARED, ONE_WAY>(planes, c, &states[p], &slabs[p])
+            .1
+            .bits();
         let enters = u64::from(lanes != 0);
         entering |= enters << pair;
         more += (u64::from(lanes.count_ones()) - enters) << (pair / PACKETS * PACKETS);
@@ -383,9 +399,9 @@ fn entering_of<V: Lanes, const SHARED: bool>(
     (entering, more)
 }
 
-/// Where a packet's rays enter child `c`, and which do; `planes` are a node's, relative to the origin if it is shared.
+/// Where a packet's rays enter child `c`, and which do; `planes` are as [`entering`] has them.
 #[inline(always)]
-fn enter<V: Lanes, const SHARED: bool>(
+fn enter<V: Lanes, const SHARED: bool, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
     c: usize,
     state: &Packet,
@@ -393,16 +409,37 @@ fn enter<V: Lanes, const SHARED: bool>(
 ) -> (V, V::Mask) {
     let (near, far) = if SHARED {
         let (lower, upper) = corners(planes, c);
-        state.interval(lower, upper)
+        if ONE_WAY {
+            state.interval_one_way(lower, upper)
+        } else {
+            state.interval(lower, upper)
+        }
     } else {
-        slabs.interval(planes, c, state)
+        slabs.interval::<V, ONE_WAY>(planes, c, state)
     };
     (near, near.le(far.min(V::load(&state.t))))
 }
 
+/// The node's planes: those through which rays that go one way come in, then those through which they leave; lower, then
+/// upper ones if they do not go one way.
+#[inline(always)]
+pub(super) fn in_order(node: &Node8, down: Option<[u8; 3]>) -> [F32x8; 6] {
+    let Some(down) = down else { return node.planes };
+    let sides: &[[F32x8; 3]; 2] = bytemuck::cast_ref(&node.planes);
+    let side = |turned: u8, axis: usize| sides[usize::from(down[axis] ^ turned) & 1][axis];
+    [
+        side(0, 0),
+        side(0, 1),
+        side(0, 2),
+        side(1, 0),
+        side(1, 1),
+        side(1, 2),
+    ]
+}
+
 /// The box of child `c` in all lanes: lower and upper corner.
 #[inline(always)]
-fn corners<V: Lanes>(planes: &[F32x8; 6], c: usize) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
+pub(super) fn corners<V: Lanes>(planes: &[F32x8; 6], c: usize) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
     let [x0, y0, z0, x1, y1, z1] = planes;
     let lower = Vec3::new(lane(x0, c), lane(y0, c), lane(z0, c));
     let upper = Vec3::new(lane(x1, c), lane(y1, c), lane(z1, c));

@@ -310,6 +310,22 @@ impl<V: Lanes> BundleFrustum<V> {
         })
     }
 
+    /// By axis, whether all rays go down, 1 or 0; `None` if they differ, or nearly do.
+    #[inline(always)]
+    pub fn down(&self) -> Option<[u8; 3]> {
+        let Frame { k, i, j, sign, .. } = self.all.frame;
+        let mut down = [0; 3];
+        for (axis, slopes) in [(i, &self.all.slopes.a), (j, &self.all.slopes.b)] {
+            let is_down = lane(&slopes.minus_high, 0) > 0.0;
+            if !is_down && lane(&slopes.low, 0) <= 0.0 {
+                return None;
+            }
+            down[axis] = u8::from(is_down);
+        }
+        down[k] = u8::from(sign < 0.0);
+        Some(down)
+    }
+
     /// The q beyond which packet `p` takes no hit, when no lane of it does beyond distance `t`.
     #[inline(always)]
     pub fn q_limit(&self, p: usize, t: f32) -> f32 {

@@ -462,12 +462,13 @@ impl<'a> Tracer<'a> {
                 entry,
                 exact: ANY || !SHARED || !regroup,
                 regroup,
+                down: frustum.as_ref().and_then(BundleFrustum::down),
                 point,
                 extent,
             };
             if !SHARED {
                 for p in bits(packets) {
-                    self.slabs[p % PACKETS].set::<V>(&self.packets[p % PACKETS]);
+                    self.slabs[p % PACKETS].set::<V>(&self.packets[p % PACKETS], culling.down.is_some());
                     self.packets[p % PACKETS]
                         .moments::<V>(point)
                         .store(&mut self.moments[p % PACKETS]);

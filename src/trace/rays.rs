@@ -8,7 +8,7 @@ use crate::{
     simd::{
         F32x8, LANES, Vec3x8, gt, lane,
         lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes},
-        splat,
+        max, splat,
     },
 };
 use glam::Vec3;
@@ -22,7 +22,7 @@ pub(super) struct Packet {
     pub inv_direction: [Column; 3],
     /// Nearest hit so far, at first the ray's end. Occlusion: negative once anything is hit.
     pub t: Column,
-    /// Edge functions of the nearest hit, second and third corner, and the sum of all three; not yet divided.
+    /// Edge functions of the nearest hit: second corner, third, first. Not yet divided by their sum; below 0 is as good as 0.
     weights: [Column; 3],
     /// Raw ids as bits of floats, so that they blend like the rest.
     primitive: Column,
@@ -107,10 +107,10 @@ impl Packet {
         };
         inv_direction.store(&mut self.inv_direction);
         V::splat(id_bits(PrimitiveId::NONE.0)).store(&mut self.primitive);
-        let [u, v, sum] = &mut self.weights;
+        let [u, v, w] = &mut self.weights;
         V::splat(0.0).store(u);
         V::splat(0.0).store(v);
-        V::splat(1.0).store(sum);
+        V::splat(1.0).store(w);
     }
 
     /// Twice the rays' moments about a point, `2 (origin - point) x direction`; see
@@ -125,8 +125,11 @@ impl Packet {
     #[inline(always)]
     pub fn hits(&self, half: usize) -> HitPacket {
         let half = half & 1;
-        let [u, v, sum] = &self.weights;
-        let (u, v, sum) = (u.halves()[half], v.halves()[half], sum.halves()[half]);
+        let [u, v, w] = self
+            .weights
+            .each_ref()
+            .map(|weight| max(weight.halves()[half], splat(0.0)));
+        let sum = max(u + v + w, splat(f32::MIN_POSITIVE));
         HitPacket {
             t: self.t.halves()[half],
             u: u / sum,
@@ -153,18 +156,17 @@ impl Packet {
         V::load(&self.t).largest()
     }
 
-    /// Offers primitive `id` at `t` to the lanes of `candidate`, with its edge functions (of second and third
-    /// corner, and the sum of all).
+    /// Offers primitive `id` at `t`, with its edge functions, to the lanes of `candidate`, for none of which that is beyond
+    /// their hit.
     #[inline(always)]
     pub fn offer<V: Lanes, const ANY: bool>(&mut self, candidate: V::Mask, t: V, id: u32, weights: [V; 3]) {
         let best = V::load(&self.t);
-        let nearer = candidate & t.lt(best);
+        let mut accept = candidate & t.lt(best);
         if ANY {
-            V::select(nearer, V::splat(BLOCKED), best).store(&mut self.t);
+            V::select(accept, V::splat(BLOCKED), best).store(&mut self.t);
             return;
         }
-        let mut accept = nearer;
-        let tie = (candidate & t.eq(best)).bits();
+        let tie = candidate.bits() & !accept.bits();
         if tie != 0 {
             accept = accept | V::Mask::from_bits(self.ties_won(tie, id));
         }
@@ -219,6 +221,20 @@ impl Packet {
             far * V::splat(Slabs8::EXIT_SCALE),
         )
     }
+
+    /// [`interval`](Self::interval) of rays that all go one way, given the planes through which they come in and those
+    /// through which they leave: the same bits.
+    #[inline(always)]
+    pub fn interval_one_way<V: Lanes>(&self, first: Vec3Lanes<V>, last: Vec3Lanes<V>) -> (V, V) {
+        let inv = Vec3Lanes::<V>::load(&self.inv_direction);
+        let near = (first.x * inv.x).max(first.y * inv.y);
+        let near = near.max((first.z * inv.z).max(V::splat(0.0)));
+        let far = (last.x * inv.x).min(last.y * inv.y).min(last.z * inv.z);
+        (
+            near * V::splat(Slabs8::ENTRY_SCALE),
+            far * V::splat(Slabs8::EXIT_SCALE),
+        )
+    }
 }
 
 /// What packets whose rays have their own origins need to be tested against nodes' boxes with one multiply-add a plane.
@@ -236,8 +252,9 @@ impl PacketSlabs {
         offset: [Column([0.0; 16]); 6],
     };
 
+    /// `is_one_way`: all rays go one way, and planes come in that order.
     #[inline(always)]
-    pub fn set<V: Lanes>(&mut self, packet: &Packet) {
+    pub fn set<V: Lanes>(&mut self, packet: &Packet, is_one_way: bool) {
         for axis in 0..3 {
             let inv = V::load(&packet.inv_direction[axis]);
             let offset = V::load(&packet.origin[axis]) * inv;
@@ -250,15 +267,25 @@ impl PacketSlabs {
             );
             let offset = V::select(is_tame, -offset, V::splat(0.0));
             let (before, behind) = (offset - error, offset + error);
-            let down = inv.lt(V::splat(0.0));
-            V::select(down, behind, before).store(&mut self.offset[axis]);
-            V::select(down, before, behind).store(&mut self.offset[axis + 3]);
+            if is_one_way {
+                before.store(&mut self.offset[axis]);
+                behind.store(&mut self.offset[axis + 3]);
+            } else {
+                let down = inv.lt(V::splat(0.0));
+                V::select(down, behind, before).store(&mut self.offset[axis]);
+                V::select(down, before, behind).store(&mut self.offset[axis + 3]);
+            }
         }
     }
 
-    /// Where the rays are inside child `c`, at least; `planes` are a node's.
+    /// Where the rays are inside child `c`, at least; `planes` are a node's, in the order that [`set`](Self::set) was told.
     #[inline(always)]
-    pub fn interval<V: Lanes>(&self, planes: &[F32x8; 6], c: usize, packet: &Packet) -> (V, V) {
+    pub fn interval<V: Lanes, const ONE_WAY: bool>(
+        &self,
+        planes: &[F32x8; 6],
+        c: usize,
+        packet: &Packet,
+    ) -> (V, V) {
         let inv = Vec3Lanes::<V>::load(&packet.inv_direction);
         let at = |plane: usize, inv: V| {
             V::splat(lane(&planes[plane], c)).mul_add(inv, V::load(&self.offset[plane]))
@@ -266,8 +293,13 @@ impl PacketSlabs {
         let (x0, x1) = (at(0, inv.x), at(3, inv.x));
         let (y0, y1) = (at(1, inv.y), at(4, inv.y));
         let (z0, z1) = (at(2, inv.z), at(5, inv.z));
-        let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(V::splat(0.0)));
-        let far = x0.max(x1).min(y0.max(y1)).min(z0.max(z1));
+        let zero = V::splat(0.0);
+        let (near, far) = if ONE_WAY {
+            (x0.max(y0).max(z0.max(zero)), x1.min(y1).min(z1))
+        } else {
+            let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(zero));
+            (near, x0.max(x1).min(y0.max(y1)).min(z0.max(z1)))
+        };
         (near * V::splat(1.0 - NODE_PAD), far * V::splat(1.0 + NODE_PAD))
     }
 }
@@ -301,9 +333,11 @@ mod tests {
     use crate::{
         accel::{Child, Node8},
         math::Aabb,
+        trace::bundle::{corners, in_order},
     };
 
-    /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis.
+    /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis; half
+    /// of the rays go one way.
     #[test]
     fn slabs_hold_what_the_canonical_interval_holds() {
         let mut random = fastrand::Rng::with_seed(3);
@@ -316,6 +350,12 @@ mod tests {
             let origins = [(); LANES].map(|()| vector(size * far));
             let mut directions = [(); LANES].map(|()| vector(1.0).normalize());
             directions[0] = [Vec3::X, Vec3::NEG_Y, Vec3::new(-0.0, 0.6, 0.8)][round % 3];
+            let down = [0, 1, 2].map(|axis| (round >> (axis + 1) & 1) as u8);
+            let down = (round % 2 == 0).then_some(down);
+            if let Some(down) = down {
+                let signs = Vec3::from(down.map(|down| 1.0 - 2.0 * f32::from(down)));
+                directions = directions.map(|d| (d.abs() + 1e-5) * signs);
+            }
             let ray = round % LANES;
             let at = (origins[ray] + directions[ray] * size).clamp(Vec3::splat(-2e9), Vec3::splat(2e9));
             let half = vector(size).abs() * [0.0, 1e-6, 1.0][round / 16 % 3];
@@ -332,12 +372,22 @@ mod tests {
             let origin8 = Vec3x8::from_lanes(origins);
             packet.start_at::<F32x8>(&origin8, &origin8);
             let mut slabs = PacketSlabs::EMPTY;
-            slabs.set::<F32x8>(&packet);
+            slabs.set::<F32x8>(&packet, down.is_some());
             let node = Node8::new(&[(Child::inner(0), bounds)]);
-            let (near, beyond): (F32x8, F32x8) = slabs.interval(&node.planes, 0, &packet);
+            let planes = in_order(&node, down);
+            let (near, beyond): (F32x8, F32x8) = if down.is_some() {
+                slabs.interval::<_, true>(&planes, 0, &packet)
+            } else {
+                slabs.interval::<_, false>(&planes, 0, &packet)
+            };
             let o = Vec3Lanes::<F32x8>::load(&packet.origin);
             let (lower, upper) = (Vec3Lanes::splat(bounds.lower), Vec3Lanes::splat(bounds.upper));
             let (canonical_near, canonical_far) = packet.interval(lower - o, upper - o);
+            if down.is_some() {
+                let (first, last) = corners(&planes, 0);
+                let same = packet.interval_one_way(first - o, last - o);
+                assert_eq!(same, (canonical_near, canonical_far), "{round}");
+            }
             for i in 0..LANES {
                 let [near, beyond] = [near, beyond].map(|t| lane(&t, i));
                 let [least, most] = [canonical_near, canonical_far].map(|t| lane(&t, i));

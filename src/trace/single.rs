@@ -374,9 +374,8 @@ fn triangles<const ANY: bool>(slot: &mut Slot, bvh: &Bvh, packets: &mut [Packet;
     let weights = edges.weights(&direction);
     let first_look = edges.first_look(weights) & leaf.count_bits();
     let found = edges.intersect(first_look, weights, block, &slabs, &direction);
-    let [u, v, sum] = &found.weights;
     for c in bits(found.hit.bits()) {
-        let weights = [lane(u, c), lane(v, c), lane(sum, c)];
+        let weights = found.weights.each_ref().map(|weight| lane(weight, c));
         state.offer_lane::<ANY>(i, lane(&found.t, c), block.id[c], weights);
     }
     slot.end_at::<ANY>(state.t.0[i]);
