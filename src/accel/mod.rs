@@ -34,7 +34,7 @@ mod tree;
 
 pub use binary::{BinaryBvh, BinaryNode};
 pub use node::{Child, Node8};
-pub use prefetch::{Places, prefetch};
+pub use prefetch::{Places, prefetch, prefetch_for_later};
 pub use quality::BuildQuality;
 
 use emit::Wide;

@@ -71,18 +71,31 @@ impl Places {
     }
 }
 
-/// Asks for all cache lines of `element`.
+/// Asks for all cache lines of `element`, which will be used soon.
 #[inline(always)]
 pub fn prefetch<T>(element: &T) {
     #[cfg(target_arch = "x86_64")]
-    {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let start = std::ptr::from_ref(element).cast::<i8>();
-        for offset in (0..size_of::<T>()).step_by(64) {
-            // SAFETY: the addresses are within `element`, and a prefetch reads nothing.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(offset)) };
-        }
-    }
+    all_lines::<T, { std::arch::x86_64::_MM_HINT_T0 }>(element);
     #[cfg(not(target_arch = "x86_64"))]
     let _ = element;
+}
+
+/// Asks for all cache lines of `element`, which will be used after much else: into the second-level cache, for the first has
+/// no room for them. (Rays, on a Xeon: 0 to +3 %.)
+#[inline(always)]
+pub fn prefetch_for_later<T>(element: &T) {
+    #[cfg(target_arch = "x86_64")]
+    all_lines::<T, { std::arch::x86_64::_MM_HINT_T1 }>(element);
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = element;
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn all_lines<T, const HINT: i32>(element: &T) {
+    let start = std::ptr::from_ref(element).cast::<i8>();
+    for offset in (0..size_of::<T>()).step_by(64) {
+        // SAFETY: the addresses are within `element`, and a prefetch reads nothing.
+        unsafe { std::arch::x86_64::_mm_prefetch::<HINT>(start.add(offset)) };
+    }
 }

@@ -5,7 +5,7 @@ use crate::{
     accel::{Bvh, Child},
     geometry::{EdgeFunctions, EdgeLines, Edges, SphereBlock, TriangleBlock, pad, passes_through},
     simd::{
-        LANES, Mask8, Vec3x8, lane,
+        F32x8, LANES, Mask8, Vec3x8, lane,
         lanes::{Column, LaneMask, Lanes, Vec3Lanes},
         splat,
     },
@@ -46,14 +46,16 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     {
         triangles &= frustum.triangles(&edges8);
     }
-    // Which triangles for which packet: a byte a packet.
+    // Which triangles for which packet: a byte a packet. (Both words by their own loop: no choice between them a packet.)
     let mut pairs = [0_u64; PACKETS / 8];
-    for p in bits(packets) {
-        let mut triangles = triangles;
-        if let Some(frustum) = culling.frustum {
-            triangles &= frustum.triangles_of(p, &edges8);
+    for (word, pairs) in pairs.iter_mut().enumerate() {
+        for p in bits(packets >> (word * 8) & 0xff) {
+            let mut triangles = triangles;
+            if let Some(frustum) = culling.frustum {
+                triangles &= frustum.triangles_of(word * 8 + p, &edges8);
+            }
+            *pairs |= u64::from(triangles) << (p * 8);
         }
-        put(&mut pairs, p, triangles);
     }
     // Turned here for all: a number that is broadcast from memory costs nothing, one that is turned first does.
     let lowest8 = -edges8.tolerance;
@@ -130,7 +132,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     let block = &bvh.triangle_blocks()[leaf.index()];
     let edges8: Edges = block.edges();
     let lines8 = block.edge_lines(&edges8, Vec3x8::splat(culling.point), splat(culling.extent));
-    let lowest8 = -lines8.tolerance;
+    let (lowest8, look_lowest8) = (-lines8.tolerance, -lines8.look_tolerance);
     let mut looks = [0_u8; PACKETS * LANES];
     let mut count = 0;
     for p in bits(packets) {
@@ -139,7 +141,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
         let m = Vec3Lanes::<V>::load(&moments[p % PACKETS]);
         let live = state.live_bits::<V>();
         for i in 0..leaf.count() {
-            let outside = outside(&d, &m, &lines8, i);
+            let outside = outside(&d, &m, &lines8, &look_lowest8, i);
             looks[count % (PACKETS * LANES)] = (p * LANES + i) as u8;
             count += usize::from(live & !outside.bits() != 0);
         }
@@ -185,12 +187,18 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
 /// Lanes whose rays, taken as lines, clearly pass outside triangle `i`: some edges have them on one side, some on the
 /// other.
 #[inline(always)]
-fn outside<V: Lanes>(d: &Vec3Lanes<V>, m: &Vec3Lanes<V>, lines8: &EdgeLines, i: usize) -> V::Mask {
+fn outside<V: Lanes>(
+    d: &Vec3Lanes<V>,
+    m: &Vec3Lanes<V>,
+    lines8: &EdgeLines,
+    lowest8: &F32x8,
+    i: usize,
+) -> V::Mask {
     let u = beside(d, m, vector(&lines8.edges[0], i), vector(&lines8.moments[0], i));
     let v = beside(d, m, vector(&lines8.edges[1], i), vector(&lines8.moments[1], i));
     let w = beside(d, m, vector(&lines8.edges[2], i), vector(&lines8.moments[2], i));
-    let tolerance = lane(&lines8.look_tolerance, i);
-    u.min(v).min(w).lt(V::splat(-tolerance)) & u.max(v).max(w).gt(V::splat(tolerance))
+    let highest = V::splat(lane(&lines8.look_tolerance, i));
+    u.min(v).min(w).lt(V::splat(lane(lowest8, i))) & u.max(v).max(w).gt(highest)
 }
 
 /// The edge function: on which side of the line with `edge` and `moment` rays pass.
@@ -416,7 +424,7 @@ mod tests {
             let lines = block.edge_lines(&block.edges(), Vec3x8::splat(point), splat(extent));
             let d = Vec3Lanes::<F32x8>::load(&packet.direction);
             let m = packet.moments::<F32x8>(point);
-            let outside = outside(&d, &m, &lines, 0).bits();
+            let outside = outside(&d, &m, &lines, &-lines.look_tolerance, 0).bits();
             for (lane, (origin, direction)) in origins.into_iter().zip(directions).enumerate() {
                 let edges = block.edge_functions(Vec3x8::splat(origin));
                 let weights = edges.weights(&Vec3x8::splat(direction));

@@ -14,7 +14,7 @@ mod rays;
 mod single;
 
 use crate::{
-    accel::{Bvh, Node8, prefetch},
+    accel::{Bvh, Node8, prefetch_for_later},
     ray::{HitPacket, Origins, RayPacket},
     simd::{
         F32x8, LANES, Vec3x8,
@@ -166,10 +166,10 @@ const ENTRY_PACKETS: usize = 128;
 #[inline(always)]
 fn prefetch_rays(rays: &[RayPacket], origins: &[Vec3x8], i: usize) {
     if let Some(rays) = rays.get(i) {
-        prefetch(rays);
+        prefetch_for_later(rays);
     }
     if let Some(origins) = origins.get(i) {
-        prefetch(origins);
+        prefetch_for_later(origins);
     }
 }
 
