@@ -77,6 +77,8 @@ pub(super) struct Frustum {
 pub(super) struct BundleFrustum<V> {
     all: Frustum,
     slopes: Slopes<V>,
+    /// The same slopes in memory: least and largest a, least and largest b.
+    slope_columns: [Column; 4],
     /// A lane a packet: middle x, y, z, half x, y, z.
     directions: [Column; 6],
     all_directions: Directions<F32x8>,
@@ -292,6 +294,10 @@ impl<V: Lanes> BundleFrustum<V> {
         let all_a1 = splat(max_lane(a1.fold_max()));
         let all_b0 = splat(min_lane(b0.fold_min()));
         let all_b1 = splat(max_lane(b1.fold_max()));
+        let mut slope_columns = [Column::splat(0.0); 4];
+        for (column, slopes) in slope_columns.iter_mut().zip([a0, a1, b0, b1]) {
+            slopes.store(column);
+        }
         Some(Self {
             all: Frustum {
                 frame,
@@ -304,6 +310,7 @@ impl<V: Lanes> BundleFrustum<V> {
                 a: Range::new(a0, a1),
                 b: Range::new(b0, b1),
             },
+            slope_columns,
             directions: Directions::new(&frame, [a0, a1], [b0, b1]).columns(),
             all_directions: Directions::new(&frame, [all_a0, all_a1], [all_b0, all_b1]),
             most_along_k,
@@ -344,6 +351,26 @@ impl<V: Lanes> BundleFrustum<V> {
         let seen = seen.splat::<V>(child);
         let inside = outside(&seen, &self.slopes).le(V::splat(0.0));
         (inside & seen.q_near.le(q_limit)).bits()
+    }
+
+    /// See [`Frustum::boxes`].
+    #[inline(always)]
+    pub fn boxes(&self, planes: &[F32x8; 6]) -> (u32, Seen<F32x8>) {
+        self.all.boxes(planes)
+    }
+
+    /// Those of eight boxes (a lane each) that some ray of packet `p` may hit.
+    #[inline(always)]
+    pub fn boxes_of(&self, p: usize, seen: &Seen<F32x8>) -> u32 {
+        let [a0, a1, b0, b1] = self
+            .slope_columns
+            .each_ref()
+            .map(|column| splat(column.0[p & 15]));
+        let slopes = Slopes {
+            a: Range::new(a0, a1),
+            b: Range::new(b0, b1),
+        };
+        le(outside(seen, &slopes), splat(0.0)).bits()
     }
 
     /// The triangles (a lane each) that some ray may hit: those none of whose edges is wholly outside.
@@ -422,6 +449,12 @@ impl Frustum {
     /// The children of `node` that a ray may hit, and where they lie.
     #[inline(always)]
     pub fn children(&self, node: &Node8) -> (u32, Seen<F32x8>) {
+        self.boxes(&node.planes)
+    }
+
+    /// Those of eight boxes that a ray may hit, and where they lie; `planes` as a [node](Node8::planes) has them.
+    #[inline(always)]
+    pub fn boxes(&self, planes: &[F32x8; 6]) -> (u32, Seen<F32x8>) {
         let Frame {
             k,
             i,
@@ -433,13 +466,13 @@ impl Frustum {
         let (&k, &i, &j) = (k, i, j);
         let (near, far) = if *sign > 0.0 {
             (
-                node.planes[k] - splat(origin_upper[k]),
-                node.planes[k + 3] - splat(origin_lower[k]),
+                planes[k] - splat(origin_upper[k]),
+                planes[k + 3] - splat(origin_lower[k]),
             )
         } else {
             (
-                splat(origin_lower[k]) - node.planes[k + 3],
-                splat(origin_upper[k]) - node.planes[k],
+                splat(origin_lower[k]) - planes[k + 3],
+                splat(origin_upper[k]) - planes[k],
             )
         };
         let near = max(near, splat(0.0));
@@ -447,10 +480,10 @@ impl Frustum {
             q_near: near,
             q_middle: (near + far) * splat(0.5),
             q_half: mul_add(far, splat(HALF_ERROR), (far - near) * splat(0.5)),
-            i_lower: node.planes[i] - splat(origin_upper[i]),
-            i_upper: node.planes[i + 3] - splat(origin_lower[i]),
-            j_lower: node.planes[j] - splat(origin_upper[j]),
-            j_upper: node.planes[j + 3] - splat(origin_lower[j]),
+            i_lower: planes[i] - splat(origin_upper[i]),
+            i_upper: planes[i + 3] - splat(origin_lower[i]),
+            j_lower: planes[j] - splat(origin_upper[j]),
+            j_upper: planes[j + 3] - splat(origin_lower[j]),
         };
         let outside = max(outside(&seen, &self.slopes), -far);
         (le(outside, splat(0.0)).bits(), seen)

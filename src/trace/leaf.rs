@@ -34,7 +34,8 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     states: &mut [Packet; PACKETS],
 ) -> u32 {
     if !leaf.is_triangles() {
-        return spheres::<V, ANY>(&bvh.sphere_blocks()[leaf.index()], leaf.count(), packets, states);
+        let block = &bvh.sphere_blocks()[leaf.index()];
+        return spheres::<V, ANY>(block, leaf.count_bits(), culling, packets, states);
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
     let [x, y, z] = &states[0].origin;
@@ -127,7 +128,8 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     states: &mut [Packet; PACKETS],
 ) -> u32 {
     if !leaf.is_triangles() {
-        return spheres::<V, ANY>(&bvh.sphere_blocks()[leaf.index()], leaf.count(), packets, states);
+        let block = &bvh.sphere_blocks()[leaf.index()];
+        return spheres::<V, ANY>(block, leaf.count_bits(), culling, packets, states);
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
     let edges8: Edges = block.edges();
@@ -313,11 +315,14 @@ fn passing(state: &Packet, lanes: u32, weights: [&Column; 3], block: &TriangleBl
         .fold(0, |passing, ray| passing | 1 << ray)
 }
 
-/// A block of spheres; twin of [`intersect_spheres`](crate::geometry::intersect_spheres).
+/// A block of spheres (`all`: a bit each); twin of [`intersect_spheres`](crate::geometry::intersect_spheres). Spheres whose
+/// boxes a packet's frustum does not meet are left out. (Camera rays of a hundred thousand spheres +30 %. The same for
+/// triangles and rays with their own origins: -6 to +5 %.)
 #[inline(always)]
 fn spheres<V: Lanes, const ANY: bool>(
     block: &SphereBlock,
-    count: usize,
+    mut all: u32,
+    culling: &Culling<'_, V>,
     packets: u32,
     states: &mut [Packet; PACKETS],
 ) -> u32 {
@@ -327,10 +332,18 @@ fn spheres<V: Lanes, const ANY: bool>(
     let pad8 = Vec3x8::new(pad8, pad8, pad8);
     let (lower8, upper8) = (lower8 - pad8, upper8 + pad8);
     let zero = V::splat(0.0);
-    let all = (1_u32 << count) - 1;
     let mut pairs = [0_u64; PACKETS / 8];
-    for p in bits(packets) {
-        put(&mut pairs, p, all);
+    if let Some(frustum) = culling.frustum {
+        let planes = [lower8.x, lower8.y, lower8.z, upper8.x, upper8.y, upper8.z];
+        let (met, seen) = frustum.boxes(&planes);
+        all &= met;
+        for p in bits(packets) {
+            put(&mut pairs, p, all & frustum.boxes_of(p, &seen));
+        }
+    } else {
+        for p in bits(packets) {
+            put(&mut pairs, p, all);
+        }
     }
     let mut meets = [0_u8; PACKETS * LANES];
     let mut met = 0;
