@@ -61,16 +61,20 @@ const LONG: usize = 4 << 20;
 /// Bytes that are written past the caches at once.
 const STREAMED: usize = 32;
 
-/// Writes `hits` past the caches, where the build knows how: `to` is a multiple of [`STREAMED`] long, and lies at one.
+/// Writes `hits` past the caches, where the build knows how.
+///
+/// # Safety
+/// `to` is a multiple of [`STREAMED`] long, and lies at one. The same thread calls `octray::simd::stream::finish` before
+/// anything else reads or writes it.
 #[inline(always)]
-fn past_caches<const N: usize>(hits: &Hits<N>, to: &mut Hits<N>) {
+unsafe fn past_caches<const N: usize>(hits: &Hits<N>, to: &mut Hits<N>) {
     #[cfg(all(target_arch = "x86_64", target_feature = "avx"))]
     {
         use std::arch::x86_64::{_mm256_loadu_ps, _mm256_stream_ps};
         let from = std::ptr::from_ref(hits).cast::<f32>();
         let to = std::ptr::from_mut(to).cast::<f32>();
         for i in (0..size_of::<Hits<N>>() / size_of::<f32>()).step_by(STREAMED / size_of::<f32>()) {
-            // SAFETY: both are as long, `to` is aligned, and the caller finishes before it is read.
+            // SAFETY: both are as long, and the caller sees to the rest.
             unsafe { _mm256_stream_ps(to.add(i), _mm256_loadu_ps(from.add(i))) };
         }
     }
@@ -249,7 +253,8 @@ impl<const N: usize> Width<N> {
                 geometry: work.geometry,
             };
             if is_long {
-                past_caches(&found, hits);
+                // SAFETY: the length is asked for above, lines lie at multiples of 64, and what follows the loop finishes.
+                unsafe { past_caches(&found, hits) };
             } else {
                 *hits = found;
             }

@@ -27,7 +27,7 @@ const NOT_ID: [f32; LANES] = {
 pub(super) struct Box8(F32x8);
 
 impl Box8 {
-    /// Contains nothing. Its half area is infinite, so that its cost, times no primitives, is no number and
+    /// Contains nothing. Its half area is infinite, so that its cost, times no blocks, is no number and
     /// never the least.
     pub(super) const EMPTY: Self = Self(F32x8::new([-1e30; LANES]));
 

@@ -1,7 +1,7 @@
 //! Sixteen lanes by AVX-512.
 //!
-//! What it buys: on Zen 5 tiles of 128 rays in packets of sixteen, against tiles of 64 in packets of eight; the figures
-//! are in `trace/bundle.rs`. `wide` has sixteen lanes as well, but chooses instructions at compile time, so that an
+//! What it buys: bundles of 256 rays in packets of sixteen, against bundles of 64 in packets of eight (on a Xeon camera
+//! rays +13 to +60 %, shadow rays +24 to +75 %, mirror rays 0 to +40 %). `wide` has sixteen lanes as well, but chooses instructions at compile time, so that an
 //! ordinary build would never use these.
 #![allow(clippy::wildcard_imports, reason = "intrinsics have a prefix of their own")]
 
@@ -175,10 +175,6 @@ impl Lanes for F32x16 {
     #[inline(always)]
     fn ge(self, b: Self) -> Mask16 {
         avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_GE_OQ>(self.0, b.0))
-    }
-    #[inline(always)]
-    fn eq(self, b: Self) -> Mask16 {
-        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, b.0))
     }
     #[inline(always)]
     fn select(mask: Mask16, if_true: Self, if_false: Self) -> Self {

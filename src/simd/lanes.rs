@@ -3,7 +3,7 @@
 //!
 //! A lane's arithmetic does not depend on how many lanes there are: both give the same bits.
 
-use super::{F32x8, Mask8, eq, ge, gt, le, lt, max, min, mul_add, mul_sub, splat, stream};
+use super::{F32x8, Mask8, ge, gt, le, lt, max, min, mul_add, mul_sub, splat, stream};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 /// The most lanes that a [`Lanes`] has.
@@ -93,7 +93,6 @@ pub trait Lanes:
     fn le(self, b: Self) -> Self::Mask;
     fn gt(self, b: Self) -> Self::Mask;
     fn ge(self, b: Self) -> Self::Mask;
-    fn eq(self, b: Self) -> Self::Mask;
     /// `if_true` where set, else `if_false`.
     #[must_use]
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
@@ -206,10 +205,6 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn ge(self, b: Self) -> Mask8 {
         ge(self, b)
-    }
-    #[inline(always)]
-    fn eq(self, b: Self) -> Mask8 {
-        eq(self, b)
     }
     #[inline(always)]
     fn select(mask: Mask8, if_true: Self, if_false: Self) -> Self {

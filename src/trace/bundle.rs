@@ -251,7 +251,7 @@ impl Tracer<'_> {
             if culling.regroup {
                 let few = chosen & !entering.more.children();
                 chosen &= !few;
-                if few != 0 && culling.down.is_some() {
+                if culling.down.is_some() {
                     self.go_on_alone::<V, SHARED, true>(node, &planes, few, &pairs);
                 } else {
                     self.go_on_alone::<V, SHARED, false>(node, &planes, few, &pairs);

@@ -1,4 +1,4 @@
-//! The frustum of many rays in slope form, against eight boxes, or against one box packet by packet.
+//! The frustum of many rays in slope form against eight boxes, those of packets against eight boxes or one.
 //!
 //! With k the axis along which the rays mainly go, a ray is `origin + q * (a, b, ±1)`, where q = t |d_k| and the
 //! slopes are a = d_i / |d_k|, b = d_j / |d_k|. A set of rays is then a rectangle of slopes, [a0, a1] x [b0, b1],
@@ -295,9 +295,10 @@ impl<V: Lanes> BundleFrustum<V> {
         let all_b0 = splat(min_lane(b0.fold_min()));
         let all_b1 = splat(max_lane(b1.fold_max()));
         let mut slope_columns = [Column::splat(0.0); 4];
-        for (column, slopes) in slope_columns.iter_mut().zip([a0, a1, b0, b1]) {
-            slopes.store(column);
-        }
+        a0.store(&mut slope_columns[0]);
+        a1.store(&mut slope_columns[1]);
+        b0.store(&mut slope_columns[2]);
+        b1.store(&mut slope_columns[3]);
         Some(Self {
             all: Frustum {
                 frame,
@@ -324,7 +325,8 @@ impl<V: Lanes> BundleFrustum<V> {
         let mut down = [0; 3];
         for (axis, slopes) in [(i, &self.all.slopes.a), (j, &self.all.slopes.b)] {
             let is_down = lane(&slopes.minus_high, 0) > 0.0;
-            if !is_down && lane(&slopes.low, 0) <= 0.0 {
+            let is_up = lane(&slopes.low, 0) > 0.0;
+            if !is_down && !is_up {
                 return None;
             }
             down[axis] = u8::from(is_down);
