@@ -8,9 +8,9 @@
 //! ```
 //!
 //! The rays are those of [`octray::bench::Workload`]. Timed is the way from rays in memory to hit records in
-//! memory. octray traces them as the renderer does, but camera and mirror rays in one call instead of many; Embree in every mode that
-//! could win: 1, 8 and 16 rays a call, flagged coherent or not, with the CPU's best instruction set or AVX2, built
-//! with medium or high quality, spheres as its own geometry or as ours (a callback a packet), shadow rays from the
+//! memory. octray traces them as the renderer does, but camera and mirror rays in one call instead of many; Embree in
+//! every mode that could win: 1, 8 and 16 rays a call, flagged coherent or not, with the CPU's best instruction set or
+//! AVX2, built with medium or high quality, spheres as its own geometry or as ours (a callback a packet), shadow rays from the
 //! surface or from the light. All modes are tried briefly, those near the fastest are then measured in turn with
 //! octray, and the best by its median counts. Embree's rays lie ready in the layout of its own packets, 16 rays as
 //! blocks of 4x4 pixels, and packets without any ray are left out. The rays of both lie in large pages, as in the

@@ -253,7 +253,8 @@ impl<const N: usize> Width<N> {
                 geometry: work.geometry,
             };
             if is_long {
-                // SAFETY: the length is asked for above, lines lie at multiples of 64, and what follows the loop finishes.
+                // SAFETY: the length is asked for above, lines lie at multiples of 64, and what follows the loop
+                // finishes.
                 unsafe { past_caches(&found, hits) };
             } else {
                 *hits = found;

@@ -80,8 +80,8 @@ pub fn prefetch<T>(element: &T) {
     let _ = element;
 }
 
-/// Asks for all cache lines of `element`, which will be used after much else: into the second-level cache, for the first has
-/// no room for them. (Rays, on a Xeon: 0 to +3 %.)
+/// Asks for all cache lines of `element`, which will be used after much else: into the second-level cache, for the first
+/// has no room for them. (Rays, on a Xeon: 0 to +3 %.)
 #[inline(always)]
 pub fn prefetch_for_later<T>(element: &T) {
     #[cfg(target_arch = "x86_64")]

@@ -205,7 +205,8 @@ impl Builder {
                 boxes.sort_unstable_by_key(Box8::id);
                 first_part = Some(boxes.len() - spheres);
             } else {
-                // What fits a block is not divided. (With six at most: camera rays -2 to -5 %, before sets were divided by blocks.)
+                // What fits a block is not divided. (With six at most: camera rays -2 to -5 %, before sets were
+                // divided by blocks.)
                 let bounds = Box8::around(boxes);
                 self.nodes[node_i].plan = Plan::block(boxes.len() - spheres, spheres, bounds.half_area());
                 return bounds;

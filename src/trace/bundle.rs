@@ -357,8 +357,8 @@ struct Entering {
     more: Pairs,
 }
 
-/// Those of the packets of which a ray enters a child, tested ray by ray. `planes` are a node's, [in order](in_order), relative to
-/// the origin if it is shared.
+/// Those of the packets of which a ray enters a child, tested ray by ray. `planes` are a node's, [in order](in_order),
+/// relative to the origin if it is shared.
 #[inline(always)]
 fn entering<V: Lanes, const SHARED: bool, const ONE_WAY: bool>(
     planes: &[F32x8; 6],

@@ -22,7 +22,8 @@ pub(super) struct Packet {
     pub inv_direction: [Column; 3],
     /// Nearest hit so far, at first the ray's end. Occlusion: negative once anything is hit.
     pub t: Column,
-    /// Edge functions of the nearest hit: second corner, third, first. Not yet divided by their sum; below 0 is as good as 0.
+    /// Edge functions of the nearest hit: second corner, third, first. Not yet divided by their sum; below 0 is as good
+    /// as 0.
     weights: [Column; 3],
     /// Raw ids as bits of floats, so that they blend like the rest.
     primitive: Column,
@@ -243,9 +244,8 @@ impl Packet {
 /// -10 %; for all rays of a bundle at once see [`in_order`](super::bundle::in_order).)
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PacketSlabs {
-    /// What to add to each of a node's [planes](crate::accel::Node8::planes), in the order that [`set`](Self::set) was
-    /// told, times `1 / direction`: minus the origin times
-    /// that, moved outwards by its error.
+    /// What to add to each of a node's [planes](crate::accel::Node8::planes) times `1 / direction`, in the order that
+    /// [`set`](Self::set) was told: minus the origin times that, moved outwards by its error.
     offset: [Column; 6],
 }
 
