@@ -105,14 +105,16 @@ pub fn max_abs(v: Vec3) -> f32 {
 #[must_use]
 pub fn powi(x: f32, exponent: u32) -> f32 {
     let (mut result, mut square, mut bits) = (1.0, x, exponent);
-    while bits > 0 {
+    loop {
         if bits & 1 == 1 {
             result *= square;
         }
-        square *= square;
         bits >>= 1;
+        if bits == 0 {
+            return result;
+        }
+        square *= square;
     }
-    result
 }
 
 /// An axis-aligned box, closed on all sides. The empty box has `lower > upper`.

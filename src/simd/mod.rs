@@ -254,14 +254,16 @@ pub fn signs_clear<const N: usize>(values: [F32x8; N]) -> u32 {
 #[must_use]
 pub fn powi(x: F32x8, exponent: u32) -> F32x8 {
     let (mut result, mut square, mut bits) = (splat(1.0), x, exponent);
-    while bits > 0 {
+    loop {
         if bits & 1 == 1 {
             result *= square;
         }
-        square = square * square;
         bits >>= 1;
+        if bits == 0 {
+            return result;
+        }
+        square = square * square;
     }
-    result
 }
 
 /// Eight vectors, a column an axis.
