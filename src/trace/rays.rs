@@ -42,7 +42,7 @@ pub(super) const OFFSET_ERROR: f32 = 4.0 / (1 << 24) as f32;
 pub(super) const NODE_PAD: f32 = 12.0 / (1 << 24) as f32;
 
 /// Origins times `1 / direction` above this might overflow.
-const MOST_OFFSET: f32 = 1e37;
+pub(super) const MOST_OFFSET: f32 = 1e37;
 
 fn id_bits(id: u32) -> f32 {
     f32::from_bits(id)
@@ -335,7 +335,10 @@ mod tests {
     use crate::{
         accel::{Child, Node8},
         math::Aabb,
-        trace::bundle::{corners, in_order},
+        trace::{
+            bundle::{corners, in_order},
+            single::SingleRay,
+        },
     };
 
     /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis; half
@@ -397,6 +400,8 @@ mod tests {
                 let [least, most] = [canonical_near, canonical_far].map(|t| lane(&t, i));
                 if least <= most {
                     met += 1;
+                    let (enters, near8) = SingleRay::new(&packet, 0, i).enter(&node, splat(f32::MAX));
+                    assert!(enters && lane(&near8, 0) <= least.min(f32::MAX), "{round}: alone");
                     assert!(
                         near <= least && beyond >= most,
                         "{round}: {near} {least}, {beyond} {most}"

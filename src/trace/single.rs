@@ -2,7 +2,9 @@
 //! Packets*, 2008), many in flight: while one waits for a node from memory, the others go on (asynchronous memory
 //! access chaining: Kocberber, Falsafi and Grot 2015).
 //!
-//! Boxes are tested with one multiply-add a plane, near and far planes picked by the direction's signs beforehand.
+//! Boxes are tested with one multiply-add a plane; which of two is the near one is found by comparing distances. (On a Xeon
+//! mirror rays of the terrain +3 %, of the blobs +4 % against picking it by the direction's sign, whose address takes
+//! three times as many instructions.)
 //!
 //! What a ray is to do next no branch predictor knows, and the chain from a box test to the next node's address is
 //! longer than what a CPU looks ahead. So all rays in flight do one short thing after the other, in loops without a
@@ -20,7 +22,7 @@
 
 use super::{
     Tracer, bits,
-    rays::{NODE_PAD, OFFSET_ERROR, Packet},
+    rays::{MOST_OFFSET, NODE_PAD, OFFSET_ERROR, Packet},
 };
 use crate::{
     accel::{Bvh, Child, Node8, Places},
@@ -50,40 +52,35 @@ const FEW: u32 = 8;
 
 /// One ray.
 #[derive(Clone, Copy, Debug, Default)]
-struct SingleRay {
+pub(super) struct SingleRay {
     packet: u32,
     lane: u32,
     origin: Vec3,
     direction: Vec3,
     inv: Vec3,
-    /// What to add to plane x inv for a near plane and a far plane: `-origin * inv`, moved apart by its error.
-    near_offset: Vec3,
-    far_offset: Vec3,
-    /// By axis, whether the ray goes down: whether a node's near planes are the upper ones.
-    down: [u8; 3],
+    /// What to add to a lower plane and to an upper plane times `inv`: `-origin * inv`, moved outwards by its error.
+    lower_offset: Vec3,
+    upper_offset: Vec3,
 }
 
 impl SingleRay {
     #[inline(always)]
-    fn new(state: &Packet, packet: usize, lane: usize) -> Self {
+    pub(super) fn new(state: &Packet, packet: usize, lane: usize) -> Self {
         let vector = |[x, y, z]: &[Column; 3]| Vec3::new(x.0[lane & 15], y.0[lane & 15], z.0[lane & 15]);
         let (origin, inv) = (vector(&state.origin), vector(&state.inv_direction));
         let offset = origin * inv;
-        let error = offset.abs() * OFFSET_ERROR;
-        let down = [
-            u8::from(inv.x < 0.0),
-            u8::from(inv.y < 0.0),
-            u8::from(inv.z < 0.0),
-        ];
+        // What overflows is not culled.
+        let is_tame = offset.abs().cmplt(Vec3::splat(MOST_OFFSET));
+        let error = Vec3::select(is_tame, offset.abs() * OFFSET_ERROR, Vec3::INFINITY);
+        let (offset, error) = (Vec3::select(is_tame, offset, Vec3::ZERO), error.copysign(inv));
         Self {
             packet: packet as u32,
             lane: lane as u32,
             origin,
             direction: vector(&state.direction),
             inv,
-            near_offset: -offset - error,
-            far_offset: -offset + error,
-            down,
+            lower_offset: -offset - error,
+            upper_offset: -offset + error,
         }
     }
 
@@ -97,17 +94,12 @@ impl SingleRay {
 
     /// Whether the ray enters children not beyond `t_max`, and where: infinite for the others.
     #[inline(always)]
-    fn enter(&self, node: &Node8, t_max: F32x8) -> (bool, F32x8) {
-        let sides: &[[F32x8; 3]; 2] = bytemuck::cast_ref(&node.planes);
+    pub(super) fn enter(&self, node: &Node8, t_max: F32x8) -> (bool, F32x8) {
         let planes = |axis: usize| {
-            let down = usize::from(self.down[axis]);
-            let near = &sides[down & 1][axis];
-            let far = &sides[down & 1 ^ 1][axis];
             let inv = splat(self.inv[axis]);
-            (
-                mul_add(*near, inv, splat(self.near_offset[axis])),
-                mul_add(*far, inv, splat(self.far_offset[axis])),
-            )
+            let lower = mul_add(node.planes[axis], inv, splat(self.lower_offset[axis]));
+            let upper = mul_add(node.planes[axis + 3], inv, splat(self.upper_offset[axis]));
+            (min(lower, upper), max(lower, upper))
         };
         let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) = (planes(0), planes(1), planes(2));
         let near = max(max(near_x, near_y), max(near_z, splat(0.0)));
@@ -332,11 +324,11 @@ fn start(
 #[inline(always)]
 fn enter_children(slot: &mut Slot, bvh: &Bvh) {
     let node = &bvh.nodes()[slot.child.index()];
+    // First of all, for what is loaded before a bounds check is not broadcast from memory.
+    let top = &mut slot.stack[slot.len];
     let (entered, near) = slot.ray.enter(node, splat(slot.t));
-    slot.stack[slot.len] = Siblings {
-        near8: near,
-        child: node.child,
-    };
+    top.near8 = near;
+    top.child = node.child;
     slot.len += usize::from(entered);
 }
 
