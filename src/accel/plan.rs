@@ -1,7 +1,8 @@
 //! What becomes of a binary tree: which of its nodes are children of wide nodes, and which are blocks.
 //!
 //! The optimal collapse of Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed
-//! Wide BVHs*, 2017, from the leaves up; differs: blocks are of one kind of primitive.
+//! Wide BVHs*, 2017, from the leaves up; differs: blocks are of one kind of primitive, and what is visited is visited by
+//! rays with a width.
 //!
 //! Tried: opening the largest child until there are eight (Wald, Benthin and Boulos 2008), with blocks decided
 //! beforehand. A third of the nodes had two children.
@@ -27,21 +28,21 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// A block of so many primitives, all of one kind and at most [`WIDTH`].
-    pub(super) fn block(triangles: usize, spheres: usize, area: f32) -> Self {
+    /// A block of so many primitives, all of one kind and at most [`WIDTH`]. `visits`: how often it is visited.
+    pub(super) fn block(triangles: usize, spheres: usize, visits: f32) -> Self {
         let mut plan = Self {
             cost: [0.0; WIDTH - 1],
             triangles: triangles as u8,
             spheres: spheres as u8,
             is_block: true,
         };
-        plan.cost = [plan.block_cost(area); WIDTH - 1];
+        plan.cost = [plan.block_cost(visits); WIDTH - 1];
         plan
     }
 
-    /// A node above two subtrees.
+    /// A node above two subtrees that is visited so often.
     #[inline(always)]
-    pub(super) fn inner(left: &Self, right: &Self, area: f32) -> Self {
+    pub(super) fn inner(left: &Self, right: &Self, visits: f32) -> Self {
         let most = WIDTH as u8 + 1;
         let mut plan = Self {
             cost: [0.0; WIDTH - 1],
@@ -49,9 +50,9 @@ impl Plan {
             spheres: (left.spheres + right.spheres).min(most),
             is_block: false,
         };
-        plan.cost[0] = area * NODE_COST + best_split::<WIDTH>(left, right).1;
+        plan.cost[0] = visits * NODE_COST + best_split::<WIDTH>(left, right).1;
         if plan.fits_block() {
-            let block = plan.block_cost(area);
+            let block = plan.block_cost(visits);
             plan.is_block = block <= plan.cost[0];
             plan.cost[0] = plan.cost[0].min(block);
         }
@@ -88,8 +89,8 @@ impl Plan {
         (t == 0 && s <= WIDTH) || (s == 0 && t <= WIDTH)
     }
 
-    fn block_cost(&self, area: f32) -> f32 {
-        area * (BLOCK_COST + PRIMITIVE_COST * f32::from(self.triangles + self.spheres))
+    fn block_cost(&self, visits: f32) -> f32 {
+        visits * (BLOCK_COST + PRIMITIVE_COST * f32::from(self.triangles + self.spheres))
     }
 
     /// How many of `slots` children the subtree takes: fewer where more do not pay.
