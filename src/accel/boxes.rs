@@ -76,9 +76,14 @@ impl Box8 {
     /// The centre as a box without size, and twice as far out as it is.
     #[inline(always)]
     pub(super) fn center(self) -> Self {
-        // The id is no number to reckon with: where it is denormal, that takes its time.
-        let corners = self.0 & F32x8::new(NOT_ID);
+        let corners = self.without_id().0;
         Self(corners - swap_halves(corners))
+    }
+
+    /// Corners alone: the id is no number to reckon with, for where it is denormal, that takes its time.
+    #[inline(always)]
+    pub(super) fn without_id(self) -> Self {
+        Self(self.0 & F32x8::new(NOT_ID))
     }
 
     #[inline(always)]

@@ -18,7 +18,7 @@
 //! | spheres, 100,000 | 63 ms | 16 ms | 92 %, 79 %, 83 % |
 //!
 //! So the tree that is built sooner is nowhere slower to trace beyond noise, and obvhs is not offered for it. (These are of
-//! a version that divided by primitives, not by blocks; see `split`.)
+//! a version that divided by primitives, not by blocks, and for rays without a width; see `split` and `tree`.)
 
 mod binary;
 mod boxes;

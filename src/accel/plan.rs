@@ -1,8 +1,8 @@
 //! What becomes of a binary tree: which of its nodes are children of wide nodes, and which are blocks.
 //!
 //! The optimal collapse of Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed
-//! Wide BVHs*, 2017, from the leaves up; differs: blocks are of one kind of primitive, and what is visited is visited by
-//! rays with a width.
+//! Wide BVHs*, 2017, from the leaves up; differs: blocks are of one kind of primitive, and boxes
+//! are weighed for rays [with a width](super::tree).
 //!
 //! Tried: opening the largest child until there are eight (Wald, Benthin and Boulos 2008), with blocks decided
 //! beforehand. A third of the nodes had two children.
@@ -40,7 +40,7 @@ impl Plan {
         plan
     }
 
-    /// A node above two subtrees that is visited so often.
+    /// A node above two subtrees; `visits` as for [`block`](Self::block).
     #[inline(always)]
     pub(super) fn inner(left: &Self, right: &Self, visits: f32) -> Self {
         let most = WIDTH as u8 + 1;

@@ -41,10 +41,12 @@ impl BuildQuality {
             Self::Fast => Effort {
                 bins: 8,
                 all_axes: false,
+                divides_blocks: false,
             },
             Self::Best => Effort {
                 bins: 16,
                 all_axes: true,
+                divides_blocks: true,
             },
         }
     }

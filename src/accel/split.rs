@@ -2,7 +2,8 @@
 //! SAH-based Bounding Volume Hierarchies*, 2007) over leaf blocks, not primitives, on all three axes at once or, where
 //! time matters more, on the one on which the centres lie farthest apart.
 //!
-//! Sets of few primitives have few bins, as in Embree: 9 primitives 5, 96 and more all of them.
+//! Sets of few primitives have few bins, as in Embree: 9 primitives 5, 96 and more all of them. Here rays have no width;
+//! what becomes of the parts is decided for [rays that have one](super::tree).
 
 use super::{boxes::Box8, plan::WIDTH};
 use crate::simd::{F32x8, trunc};
@@ -19,6 +20,8 @@ pub(super) struct Effort {
     pub(super) bins: usize,
     /// Whether all axes are tried, not only the one on which the centres lie farthest apart.
     pub(super) all_axes: bool,
+    /// Whether sets that fit a block are divided where that may pay.
+    pub(super) divides_blocks: bool,
 }
 
 /// Sets above this are looked at, and divided, in parallel; in chunks of half of it.
@@ -145,8 +148,8 @@ impl Bins {
 /// How many leaf blocks so many primitives take at least, 0 for none: what they cost, for a block costs nearly the same
 /// whatever it holds. (`plan` adds a little for each primitive. To add some of that here gained less.)
 ///
-/// (With the primitives themselves as the cost blocks of the terrain held 6.3 on average, now 7.4: 14 to 17 % less memory, and on a Xeon
-/// camera rays +3 to +8 %, shadow rays +2 to +7 %, mirror rays 0 to +3 %, of a small scene -4 %.)
+/// (With the primitives themselves as the cost blocks of the terrain held 6.3 on average, now 7.4: 14 to 17 % less
+/// memory, and on a Xeon camera rays +3 to +8 %, shadow rays +2 to +7 %, mirror rays 0 to +3 %, of a small scene -4 %.)
 #[inline(always)]
 fn blocks(primitives: u32) -> f32 {
     primitives.div_ceil(WIDTH as u32) as f32

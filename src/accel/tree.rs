@@ -111,23 +111,45 @@ impl Slot {
 /// Builds over `boxes`, of which the first is number `first` of all, and puts them into the order of the leaves. Ids
 /// from `first_sphere` on are spheres.
 pub(super) fn build(boxes: &mut [Box8], first_sphere: u32, effort: Effort) -> Top {
-    // Centres lie twice as far apart as they are.
-    let footprint = around_centers(boxes).half_area() / (4.0 * FOOTPRINTS);
     let job = Job {
         first_sphere,
         effort,
         subtree: subtree_size(boxes.len()),
-        footprint: if footprint.is_finite() { footprint } else { 0.0 },
+        footprint: footprint(boxes),
     };
     build_top(boxes, 0, job, most_levels(boxes.len()))
 }
 
-/// A bundle is taken to meet boxes like a ray that is as wide as a box with one in so many parts of the scene's area: 256
-/// rays of a million that meet the whole scene are as many. (On a Xeon, against rays without a width: mirror rays of the
-/// course's cow +14 %, of the interior +3 to +6 %, shadow rays of these +3 to +7 %, others 0 within 3 %; 1024 and 16,384
-/// do as well, but 16,384 takes the builder 12 % longer on the interior. Blocks divided further wherever that makes the
-/// cost less for thin rays: camera rays of the terrain and the blobs -11 to -15 %.)
-const FOOTPRINTS: f32 = 4096.0;
+/// A bundle of rays is taken to meet a box as often as a thin ray would if the box had so much more area: one part in so
+/// many of the scene's. 256 rays of a million are one part in 4096.
+///
+/// (On a Xeon, against rays without a width: mirror rays of the course's cow +14 %, of the interior +3 to +6 %, shadow rays
+/// of these +3 to +7 %, others unchanged within 3 %. One part in 1024 or 16,384 does as well, but with 16,384 the interior
+/// takes 12 % longer to build. Tried: dividing blocks wherever that makes the cost less for thin rays, camera rays of the
+/// terrain and the blobs -11 to -15 %.)
+const SCENE_IN_FOOTPRINTS: f32 = 4096.0;
+
+/// How much more area boxes seem to have. The scene's is that of the box around all centres, which the large triangles of a
+/// ground do not make larger, or that of all primitives if that is less: the scene is then mostly empty.
+fn footprint(boxes: &[Box8]) -> f32 {
+    let of_part = |boxes: &[Box8]| {
+        let (mut centers, mut area) = (Box8::EMPTY, 0.0);
+        for &b in boxes {
+            centers = centers.union(b.center());
+            area += b.without_id().half_area();
+        }
+        (centers, area)
+    };
+    // Summed part by part, in one order whatever the number of threads.
+    let parts: Vec<(Box8, f32)> = boxes.par_chunks(PARALLEL / 2).map(of_part).collect();
+    let (mut centers, mut area) = (Box8::EMPTY, 0.0);
+    for (centers_of_part, area_of_part) in parts {
+        centers = centers.union(centers_of_part);
+        area += area_of_part;
+    }
+    // A center is twice as far out as it is.
+    area.min(centers.half_area() / 4.0) / SCENE_IN_FOOTPRINTS
+}
 
 /// What stays the same all over a tree.
 #[derive(Clone, Copy)]
@@ -136,7 +158,7 @@ struct Job {
     effort: Effort,
     /// See [`subtree_size`].
     subtree: usize,
-    /// How wide a bundle of rays is, as a half area; see [`FOOTPRINTS`].
+    /// How wide a bundle of rays is, as a half area; see [`SCENE_IN_FOOTPRINTS`].
     footprint: f32,
 }
 
@@ -144,6 +166,13 @@ impl Job {
     /// How often bundles of rays visit a box, in the unit of areas. (For thin rays that is its area alone.)
     fn visits(&self, bounds: Box8) -> f32 {
         bounds.half_area() + self.footprint
+    }
+
+    /// Whether what fits a block may be better off in several: those are wider than a bundle of rays. (In a row along an
+    /// axis bundles have no width.)
+    fn pays_to_divide(&self, count: usize, bounds: Box8) -> bool {
+        let is_wide = self.footprint > 0.0 && bounds.half_area() > self.footprint;
+        self.effort.divides_blocks && count > 1 && is_wide
     }
 }
 
@@ -225,8 +254,7 @@ impl Builder {
                 first_part = Some(boxes.len() - spheres);
             } else {
                 let bounds = Box8::around(boxes);
-                // What fits a block and is smaller than a bundle of rays is not divided.
-                if boxes.len() == 1 || bounds.half_area() < self.job.footprint {
+                if !self.job.pays_to_divide(boxes.len(), bounds) {
                     let visits = self.job.visits(bounds);
                     self.nodes[node_i].plan = Plan::block(boxes.len() - spheres, spheres, visits);
                     return bounds;
@@ -254,7 +282,7 @@ impl Builder {
 impl Subtree {
     fn new(boxes: &mut [Box8], first: usize, job: Job, levels: u32) -> Self {
         let mut builder = Builder {
-            nodes: Vec::with_capacity(boxes.len()),
+            nodes: Vec::with_capacity(2 * boxes.len()),
             job,
         };
         let bounds = builder.divide(boxes, 0, levels);

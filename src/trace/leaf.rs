@@ -316,8 +316,8 @@ fn passing(state: &Packet, lanes: u32, weights: [&Column; 3], block: &TriangleBl
 }
 
 /// A block of spheres (`all`: a bit each); twin of [`intersect_spheres`](crate::geometry::intersect_spheres). Spheres
-/// whose boxes a packet's frustum does not meet are left out. (Camera rays of a hundred thousand spheres +30 %. The same for
-/// triangles: with rays that share their origin -4 to 0 %, with others -6 to +5 %.)
+/// whose boxes a packet's frustum does not meet are left out. (Camera rays of a hundred thousand spheres +30 %. The same
+/// for triangles: with rays that share their origin -4 to 0 %, with others -6 to +5 %.)
 #[inline(always)]
 fn spheres<V: Lanes, const ANY: bool>(
     block: &SphereBlock,

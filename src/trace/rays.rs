@@ -402,6 +402,8 @@ mod tests {
                     met += 1;
                     let (enters, near8) = SingleRay::new(&packet, 0, i).enter(&node, splat(f32::MAX));
                     assert!(enters && lane(&near8, 0) <= least.min(f32::MAX), "{round}: alone");
+                    let empty = (1..LANES).all(|c| lane(&near8, c) == f32::INFINITY);
+                    assert!(empty, "{round}: {near8}");
                     assert!(
                         near <= least && beyond >= most,
                         "{round}: {near} {least}, {beyond} {most}"
