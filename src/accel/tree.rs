@@ -129,6 +129,10 @@ pub(super) fn build(boxes: &mut [Box8], first_sphere: u32, effort: Effort) -> To
 /// terrain and the blobs -11 to -15 %.)
 const SCENE_IN_FOOTPRINTS: f32 = 4096.0;
 
+/// Blocks as wide as so many bundles may be divided. (All that are wider than one: the same rays a second, but small scenes
+/// take 10 % longer to build, 100,000 spheres 60 %. None: mirror rays of the cow -14 %, of the interior -6 %.)
+const WIDE: f32 = 16.0;
+
 /// How much more area boxes seem to have. The scene's is that of the box around all centres, which the large triangles of a
 /// ground do not make larger, or that of all primitives if that is less: the scene is then mostly empty.
 fn footprint(boxes: &[Box8]) -> f32 {
@@ -168,10 +172,10 @@ impl Job {
         bounds.half_area() + self.footprint
     }
 
-    /// Whether what fits a block may be better off in several: those are wider than a bundle of rays. (In a row along an
+    /// Whether what fits a block may be better off in several: it is far wider than a bundle of rays. (In a row along an
     /// axis bundles have no width.)
     fn pays_to_divide(&self, count: usize, bounds: Box8) -> bool {
-        let is_wide = self.footprint > 0.0 && bounds.half_area() > self.footprint;
+        let is_wide = self.footprint > 0.0 && bounds.half_area() > WIDE * self.footprint;
         self.effort.divides_blocks && count > 1 && is_wide
     }
 }
