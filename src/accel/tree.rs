@@ -123,14 +123,14 @@ pub(super) fn build(boxes: &mut [Box8], first_sphere: u32, effort: Effort) -> To
 /// A bundle of rays is taken to meet a box as often as a thin ray would if the box had so much more area: one part in so
 /// many of the scene's. 256 rays of a million are one part in 4096.
 ///
-/// (On a Xeon, against rays without a width: mirror rays of the course's cow +14 %, of the interior +3 to +6 %, shadow rays
-/// of these +3 to +7 %, others unchanged within 3 %. One part in 1024 or 16,384 does as well, but with 16,384 the interior
-/// takes 12 % longer to build. Tried: dividing blocks wherever that makes the cost less for thin rays, camera rays of the
-/// terrain and the blobs -11 to -15 %.)
+/// (On a Xeon, against rays without a width: mirror rays of the course's cow +14 %, of the interior +3 to +7 %, shadow
+/// rays of these 0 to +9 %, others unchanged within 3 %. One part in 1024 or 16,384 traces alike, measured before [`WIDE`].
+/// Tried: dividing blocks wherever that makes the cost less for thin rays, camera rays of the terrain and the blobs -11 to
+/// -15 %.)
 const SCENE_IN_FOOTPRINTS: f32 = 4096.0;
 
-/// Blocks as wide as so many bundles may be divided. (All that are wider than one: the same rays a second, but small scenes
-/// take 10 % longer to build, 100,000 spheres 60 %. None: mirror rays of the cow -14 %, of the interior -6 %.)
+/// Blocks wider than so many bundles may be divided. (All that are wider than one: the same rays a second, but small
+/// scenes take 10 % longer to build, 100,000 spheres 60 %. None: mirror rays of the cow -14 %, of the interior -6 %.)
 const WIDE: f32 = 16.0;
 
 /// How much more area boxes seem to have. The scene's is that of the box around all centres, which the large triangles of a
