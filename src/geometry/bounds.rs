@@ -7,7 +7,7 @@
 
 use crate::{
     math::{Aabb, MIN_ABS_DIRECTION},
-    simd::{F32x8, Mask8, Vec3x8, le, lt, max, min, splat},
+    simd::{F32x8, Mask8, Vec3x8, lanes::Lanes, le, lt, max, min, splat},
 };
 
 /// Boxes of primitives grow on all sides by this share of their largest absolute coordinate, so that a ray in
@@ -22,7 +22,13 @@ const INTERVAL_PAD: f32 = 4.0 / (1 << 24) as f32;
 #[inline(always)]
 #[must_use]
 pub fn pad(max_abs: F32x8) -> F32x8 {
-    max_abs * splat(GEOMETRIC_PAD)
+    pad_of(max_abs)
+}
+
+/// [`pad`] in vectors of any width.
+#[inline(always)]
+pub(super) fn pad_of<V: Lanes>(max_abs: V) -> V {
+    max_abs * V::splat(GEOMETRIC_PAD)
 }
 
 /// The box of a primitive as nodes must contain it; the scalar twin of [`pad`].

@@ -15,4 +15,6 @@ mod triangle;
 
 pub use bounds::{Slabs8, pad, padded};
 pub use sphere::{SphereBlock, intersect_spheres};
-pub use triangle::{EdgeFunctions, EdgeLines, Edges, TriangleBlock, TriangleHits, passes_through};
+pub use triangle::{
+    EdgeFunctions, EdgeLines, Edges, TriangleBlock, TriangleHits, padded_boxes, passes_through,
+};

@@ -28,10 +28,14 @@
 //! As seen from a shared origin all of this but the products with d is hoisted: a triangle then costs eight rays
 //! nine multiply-adds.
 
-use super::bounds::{Slabs8, pad};
+use super::bounds::{Slabs8, pad_of};
 use crate::{
     ray::PrimitiveId,
-    simd::{F32x8, LANES, Mask8, Vec3x8, ge, gt, lane, le, max, min, mul_add, splat},
+    simd::{
+        F32x8, LANES, Mask8, Vec3x8, ge, gt, lane,
+        lanes::{Lanes, Vec3Lanes},
+        le, max, min, splat,
+    },
 };
 use glam::Vec3;
 
@@ -87,137 +91,161 @@ impl TriangleBlock {
         }
     }
 
+    /// First, second and third corners: of two blocks where vectors have sixteen lanes, else of the first of them.
+    #[inline(always)]
+    #[must_use]
+    pub fn corners<V: Lanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
+        [
+            Vec3Lanes::join(low.v0, high.v0),
+            Vec3Lanes::join(low.v1, high.v1),
+            Vec3Lanes::join(low.v2, high.v2),
+        ]
+    }
+
     /// The edge functions of all eight triangles as seen from one origin (all lanes of `origin` the same).
     #[inline(always)]
     #[must_use]
     pub fn edge_functions(&self, origin: Vec3x8) -> EdgeFunctions {
-        let edges = self.edges();
-        let (a, b, c) = (self.v0 - origin, self.v1 - origin, self.v2 - origin);
-        let plane = edges.normal.dot(a);
-        let flip = plane & splat(-0.0);
-        let turn = |v: Vec3x8| Vec3x8::new(v.x ^ flip, v.y ^ flip, v.z ^ flip);
-        EdgeFunctions {
-            u: turn(edges.u.cross(c + a)),
-            v: turn(edges.v.cross(a + b)),
-            w: turn(edges.w.cross(b + c)),
-            normal: turn(edges.normal),
-            plane: plane ^ flip,
-            tolerance: edges.size(a.dot(a)) * splat(FIRST_LOOK),
-        }
-    }
-
-    /// The triangles' edges as lines relative to a point (the same in all lanes), for rays that start within `extent` of
-    /// it.
-    #[inline(always)]
-    #[must_use]
-    pub fn edge_lines(&self, edges: &Edges, point: Vec3x8, extent: F32x8) -> EdgeLines {
-        let (a, b, c) = (self.v0 - point, self.v1 - point, self.v2 - point);
-        // (x + y)^2 is at most 2 (x^2 + y^2).
-        let distance_squared = mul_add(extent, extent, a.dot(a));
-        let size = edges.size(distance_squared + distance_squared);
-        EdgeLines {
-            edges: [edges.u, edges.v, edges.w],
-            moments: [edges.u.cross(c + a), edges.v.cross(a + b), edges.w.cross(b + c)],
-            look_tolerance: size * splat(LINES_LOOK),
-            tolerance: size * splat(FIRST_LOOK),
-        }
-    }
-
-    /// What does not depend on the origin.
-    #[inline(always)]
-    #[must_use]
-    pub fn edges(&self) -> Edges {
-        Edges {
-            u: self.v2 - self.v0,
-            v: self.v0 - self.v1,
-            w: self.v1 - self.v2,
-            normal: (self.v1 - self.v0).cross(self.v2 - self.v0),
-        }
+        EdgeFunctions::new(&Self::corners([self, self]), Vec3Lanes::join(origin, origin))
     }
 
     /// The padded boxes of the triangles: lower and upper corners. Distances are held to these.
     #[inline(always)]
     #[must_use]
     pub fn padded_boxes(&self) -> (Vec3x8, Vec3x8) {
-        let Self { v0, v1, v2, .. } = self;
-        let low = |a, b, c| min(min(a, b), c);
-        let high = |a, b, c| max(max(a, b), c);
-        let lower = Vec3x8::new(
-            low(v0.x, v1.x, v2.x),
-            low(v0.y, v1.y, v2.y),
-            low(v0.z, v1.z, v2.z),
-        );
-        let upper = Vec3x8::new(
-            high(v0.x, v1.x, v2.x),
-            high(v0.y, v1.y, v2.y),
-            high(v0.z, v1.z, v2.z),
-        );
-        let pad = pad(max(lower.max_abs(), upper.max_abs()));
-        let pad = Vec3x8::new(pad, pad, pad);
-        (lower - pad, upper + pad)
+        let (lower, upper) = padded_boxes::<F32x8>(&Self::corners([self, self]));
+        let boxes = [lower, upper].map(|v| Vec3x8::new(v.x, v.y, v.z));
+        (boxes[0], boxes[1])
     }
 }
 
-/// The edges of up to eight triangles, each turned the way its edge function takes it, and their normals.
-#[derive(Clone, Copy, Debug)]
-pub struct Edges {
-    /// From the first corner to the third.
-    pub u: Vec3x8,
-    /// From the second corner to the first.
-    pub v: Vec3x8,
-    /// From the third corner to the second.
-    pub w: Vec3x8,
-    /// Twice the area long.
-    pub normal: Vec3x8,
+/// [`TriangleBlock::padded_boxes`] of as many triangles as there are lanes, given by their corners.
+#[inline(always)]
+#[must_use]
+pub fn padded_boxes<V: Lanes>([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
+    let lower = v0.min(*v1).min(*v2);
+    let upper = v0.max(*v1).max(*v2);
+    let pad = pad_of(lower.max_abs().max(upper.max_abs()));
+    let pad = Vec3Lanes {
+        x: pad,
+        y: pad,
+        z: pad,
+    };
+    (lower - pad, upper + pad)
 }
 
-impl Edges {
+/// The edges of as many triangles as there are lanes, each turned the way its edge function takes it, and their normals.
+#[derive(Clone, Copy, Debug)]
+pub struct Edges<V = F32x8> {
+    /// From the first corner to the third.
+    pub u: Vec3Lanes<V>,
+    /// From the second corner to the first.
+    pub v: Vec3Lanes<V>,
+    /// From the third corner to the second.
+    pub w: Vec3Lanes<V>,
+    /// Twice the area long.
+    pub normal: Vec3Lanes<V>,
+}
+
+impl<V: Lanes> Edges<V> {
+    /// Of triangles given by their corners.
+    #[inline(always)]
+    #[must_use]
+    pub fn new([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> Self {
+        Self {
+            u: *v2 - *v0,
+            v: *v0 - *v1,
+            w: *v1 - *v2,
+            normal: (*v1 - *v0).cross(*v2 - *v0),
+        }
+    }
+
     /// At least |C - A| (|C| + |A|) of every edge, with corners as seen from an origin whose squared distance from the
     /// first corner is given: the longest edge times twice its length and the distance. Where squares underflow, the least
     /// normal number is more than enough.
     #[inline(always)]
     #[must_use]
-    pub fn size(&self, distance_squared: F32x8) -> F32x8 {
+    pub fn size(&self, distance_squared: V) -> V {
         let Self { u, v, w, .. } = self;
-        let least = splat(f32::MIN_POSITIVE);
-        let longest_squared = max(max(u.dot(*u), v.dot(*v)), max(w.dot(*w), least));
+        let least = V::splat(f32::MIN_POSITIVE);
+        let longest_squared = u.dot(*u).max(v.dot(*v)).max(w.dot(*w).max(least));
         let both_squared = longest_squared + distance_squared;
         // The square of twice a sum is at most eight times the sum of squares.
-        max(longest_squared * splat(8.0) * both_squared, least).sqrt()
+        (longest_squared * V::splat(8.0) * both_squared).max(least).sqrt()
     }
 }
 
-/// The edges of up to eight triangles as lines in Plücker coordinates: an edge and its moment. With d a ray's direction and
+/// The edges of triangles as lines in Plücker coordinates: an edge and its moment. With d a ray's direction and
 /// m twice its moment, (origin - point) x d, `d.moment - edge.m` is the edge function that
 /// [`EdgeFunctions`] tell but for rounding, in six multiply-adds whatever the origin. Good for a first look only.
 #[derive(Clone, Copy, Debug)]
-pub struct EdgeLines {
+pub struct EdgeLines<V = F32x8> {
     /// As in [`Edges`]: u, v, w.
-    pub edges: [Vec3x8; 3],
+    pub edges: [Vec3Lanes<V>; 3],
     /// An edge times twice its middle.
-    pub moments: [Vec3x8; 3],
+    pub moments: [Vec3Lanes<V>; 3],
     /// How far on the wrong side of 0 an edge function may be at first look.
-    pub look_tolerance: F32x8,
+    pub look_tolerance: V,
     /// As [`EdgeFunctions::tolerance`], for all origins.
-    pub tolerance: F32x8,
+    pub tolerance: V,
+}
+
+impl<V: Lanes> EdgeLines<V> {
+    /// Of triangles given by their corners and edges, as lines relative to a point (the same in all lanes), for rays that
+    /// start within `extent` of it.
+    #[inline(always)]
+    #[must_use]
+    pub fn new([v0, v1, v2]: &[Vec3Lanes<V>; 3], edges: &Edges<V>, point: Vec3Lanes<V>, extent: V) -> Self {
+        let (a, b, c) = (*v0 - point, *v1 - point, *v2 - point);
+        // (x + y)^2 is at most 2 (x^2 + y^2).
+        let distance_squared = extent.mul_add(extent, a.dot(a));
+        let size = edges.size(distance_squared + distance_squared);
+        Self {
+            edges: [edges.u, edges.v, edges.w],
+            moments: [edges.u.cross(c + a), edges.v.cross(a + b), edges.w.cross(b + c)],
+            look_tolerance: size * V::splat(LINES_LOOK),
+            tolerance: size * V::splat(FIRST_LOOK),
+        }
+    }
 }
 
 /// Triangles as seen from an origin, a lane a pair of triangle and origin. All vectors are turned so that the
 /// determinant of a ray that meets the plane ahead is positive.
 #[derive(Clone, Copy, Debug)]
-pub struct EdgeFunctions {
+pub struct EdgeFunctions<V = F32x8> {
     /// d.u is the weight of the second corner, times twice the determinant.
-    pub u: Vec3x8,
+    pub u: Vec3Lanes<V>,
     /// d.v is the weight of the third corner, times twice the determinant.
-    pub v: Vec3x8,
+    pub v: Vec3Lanes<V>,
     /// d.w is the weight of the first corner, times twice the determinant.
-    pub w: Vec3x8,
+    pub w: Vec3Lanes<V>,
     /// d.normal is the determinant.
-    pub normal: Vec3x8,
+    pub normal: Vec3Lanes<V>,
     /// normal.(v0 - origin), at least 0: t times the determinant.
-    pub plane: F32x8,
+    pub plane: V,
     /// How far below 0 an edge function may be at first look: more than its rounding error.
-    pub tolerance: F32x8,
+    pub tolerance: V,
+}
+
+impl<V: Lanes> EdgeFunctions<V> {
+    /// Of triangles given by their corners, as seen from `origin`.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(corners: &[Vec3Lanes<V>; 3], origin: Vec3Lanes<V>) -> Self {
+        let edges = Edges::new(corners);
+        let [v0, v1, v2] = corners;
+        let (a, b, c) = (*v0 - origin, *v1 - origin, *v2 - origin);
+        let plane = edges.normal.dot(a);
+        let flip = plane.sign();
+        Self {
+            u: edges.u.cross(c + a).turn(flip),
+            v: edges.v.cross(a + b).turn(flip),
+            w: edges.w.cross(b + c).turn(flip),
+            normal: edges.normal.turn(flip),
+            plane: plane.turn(flip),
+            tolerance: edges.size(a.dot(a)) * V::splat(FIRST_LOOK),
+        }
+    }
 }
 
 /// Where rays meet triangles.
@@ -237,11 +265,8 @@ impl EdgeFunctions {
     #[inline(always)]
     #[must_use]
     pub fn weights(&self, direction: &Vec3x8) -> [F32x8; 3] {
-        [
-            direction.dot(self.u),
-            direction.dot(self.v),
-            direction.dot(self.w),
-        ]
+        let d = Vec3Lanes::join(*direction, *direction);
+        [d.dot(self.u), d.dot(self.v), d.dot(self.w)]
     }
 
     /// The first look, which most rays do not survive: lanes whose rays do not clearly pass outside an edge (a
@@ -267,7 +292,8 @@ impl EdgeFunctions {
         let [u, v, w] = weights;
         let (lower, upper) = block.padded_boxes();
         let (near, far) = slabs.interval(lower, upper);
-        let t = min(max(self.plane / direction.dot(self.normal), near), far);
+        let determinant = Vec3Lanes::join(*direction, *direction).dot(self.normal);
+        let t = min(max(self.plane / determinant, near), far);
         let mut hit = (le(near, far) & gt(t, splat(0.0))).bits() & first_look;
         let unsure = hit & !gt(min(min(u, v), w), self.tolerance).bits();
         if unsure != 0 {

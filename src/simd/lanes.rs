@@ -3,7 +3,7 @@
 //!
 //! A lane's arithmetic does not depend on how many lanes there are: both give the same bits.
 
-use super::{F32x8, Mask8, ge, gt, le, lt, max, min, mul_add, mul_sub, splat, stream};
+use super::{F32x8, Mask8, Vec3x8, ge, gt, le, lt, max, min, mul_add, mul_sub, splat, stream};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 /// The most lanes that a [`Lanes`] has.
@@ -256,6 +256,13 @@ pub struct Vec3Lanes<V> {
     pub z: V,
 }
 
+impl<V> From<[V; 3]> for Vec3Lanes<V> {
+    #[inline(always)]
+    fn from([x, y, z]: [V; 3]) -> Self {
+        Self { x, y, z }
+    }
+}
+
 impl<V: Lanes> Vec3Lanes<V> {
     /// From memory.
     #[inline(always)]
@@ -280,6 +287,57 @@ impl<V: Lanes> Vec3Lanes<V> {
     pub fn splat(v: glam::Vec3) -> Self {
         let [x, y, z] = [V::splat(v.x), V::splat(v.y), V::splat(v.z)];
         Self { x, y, z }
+    }
+
+    /// Lanes 0 to 7 and, where there are sixteen, 8 to 15.
+    #[inline(always)]
+    #[must_use]
+    pub fn join(low: Vec3x8, high: Vec3x8) -> Self {
+        Self {
+            x: V::join(low.x, high.x),
+            y: V::join(low.y, high.y),
+            z: V::join(low.z, high.z),
+        }
+    }
+
+    /// The smaller components.
+    #[inline(always)]
+    #[must_use]
+    pub fn min(self, b: Self) -> Self {
+        Self {
+            x: self.x.min(b.x),
+            y: self.y.min(b.y),
+            z: self.z.min(b.z),
+        }
+    }
+
+    /// The larger components.
+    #[inline(always)]
+    #[must_use]
+    pub fn max(self, b: Self) -> Self {
+        Self {
+            x: self.x.max(b.x),
+            y: self.y.max(b.y),
+            z: self.z.max(b.z),
+        }
+    }
+
+    /// The largest absolute component.
+    #[inline(always)]
+    #[must_use]
+    pub fn max_abs(self) -> V {
+        self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+
+    /// Signs turned where `sign` has one.
+    #[inline(always)]
+    #[must_use]
+    pub fn turn(self, sign: V) -> Self {
+        Self {
+            x: self.x.turn(sign),
+            y: self.y.turn(sign),
+            z: self.z.turn(sign),
+        }
     }
 
     /// Twin of [`math::dot`](crate::math::dot).

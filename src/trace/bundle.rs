@@ -11,7 +11,7 @@
 use super::{
     PACKETS, Tracer, bits, bits64,
     frustum::{BundleFrustum, Seen},
-    leaf,
+    leaf::{self, Leaves},
     rays::{Packet, PacketSlabs},
     single::Item,
 };
@@ -163,26 +163,44 @@ impl Tracer<'_> {
                 }
                 leaf = waiting[oldest % WAITING];
                 oldest += 1;
+                leaf.packets &= V::splat(leaf.q_near).le(q_limit).bits();
             }
-            let Entry {
-                child,
-                packets,
-                q_near,
-            } = leaf;
-            if packets == 0 {
+            if leaf.packets == 0 {
+                held = held.saturating_sub(usize::from(SHARED));
                 continue;
             }
             held -= 1;
-            let packets = packets & V::splat(q_near).le(q_limit).bits();
-            if packets == 0 {
-                continue;
-            }
-            self.leaves += usize::from(SHARED && !ANY);
-            let states = &mut self.packets;
             let taken = if SHARED {
-                leaf::shared_origin::<V, ANY>(bvh, child, culling, packets, states)
+                // Another one with it, where there is one.
+                let mut second = Entry {
+                    child: leaf.child,
+                    ..Entry::NONE
+                };
+                let next = waiting[oldest % WAITING];
+                if V::COUNT > LANES && held > 0 && leaf.child.is_triangles() && next.child.is_triangles() {
+                    held -= 1;
+                    oldest += 1;
+                    let packets = next.packets & V::splat(next.q_near).le(q_limit).bits();
+                    if packets != 0 {
+                        second = Entry { packets, ..next };
+                    }
+                }
+                let leaves = Leaves {
+                    child: [leaf.child, second.child],
+                    packets: [leaf.packets, second.packets],
+                };
+                self.leaves += usize::from(!ANY) * (1 + usize::from(second.packets != 0));
+                leaf::shared_origin::<V, ANY>(bvh, leaves, culling, &mut self.packets)
             } else {
-                leaf::separate_origins::<V, ANY>(bvh, child, culling, packets, &self.moments, states)
+                let (child, packets) = (leaf.child, leaf.packets);
+                leaf::separate_origins::<V, ANY>(
+                    bvh,
+                    child,
+                    culling,
+                    packets,
+                    &self.moments,
+                    &mut self.packets,
+                )
             };
             for p in bits(taken) {
                 q_limit = self.with_limit(culling, q_limit, p);

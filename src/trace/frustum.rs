@@ -16,7 +16,7 @@ use crate::{
     geometry::EdgeFunctions,
     ray::RayPacket,
     simd::{
-        F32x8, LANES, Vec3x8, ge, lane,
+        F32x8, LANES, lane,
         lanes::{Column, LaneMask, Lanes, Vec3Lanes},
         le, max, max_lane, min, min_lane, mul_add, splat,
     },
@@ -377,24 +377,31 @@ impl<V: Lanes> BundleFrustum<V> {
 
     /// The triangles (a lane each) that some ray may hit: those none of whose edges is wholly outside.
     #[inline(always)]
-    pub fn triangles(&self, edges: &EdgeFunctions) -> u32 {
-        self.all_directions.triangles(edges)
+    pub fn triangles(&self, edges: &EdgeFunctions<V>) -> u32 {
+        let all = |v: &Vec3Lanes<F32x8>| {
+            Vec3Lanes::<V>::splat(Vec3::new(lane(&v.x, 0), lane(&v.y, 0), lane(&v.z, 0)))
+        };
+        let directions = Directions {
+            middle: all(&self.all_directions.middle),
+            half: all(&self.all_directions.half),
+        };
+        directions.triangles(edges)
     }
 
     /// The triangles (a lane each) that some ray of packet `p` may hit.
     #[inline(always)]
-    pub fn triangles_of(&self, p: usize, edges: &EdgeFunctions) -> u32 {
+    pub fn triangles_of(&self, p: usize, edges: &EdgeFunctions<V>) -> u32 {
         let [x, y, z, half_x, half_y, half_z] = &self.directions;
         let directions = Directions {
             middle: Vec3Lanes {
-                x: splat(x.0[p & 15]),
-                y: splat(y.0[p & 15]),
-                z: splat(z.0[p & 15]),
+                x: V::splat(x.0[p & 15]),
+                y: V::splat(y.0[p & 15]),
+                z: V::splat(z.0[p & 15]),
             },
             half: Vec3Lanes {
-                x: splat(half_x.0[p & 15]),
-                y: splat(half_y.0[p & 15]),
-                z: splat(half_z.0[p & 15]),
+                x: V::splat(half_x.0[p & 15]),
+                y: V::splat(half_y.0[p & 15]),
+                z: V::splat(half_z.0[p & 15]),
             },
         };
         directions.triangles(edges)
@@ -492,30 +499,22 @@ impl Frustum {
     }
 }
 
-#[inline(always)]
-fn lanes_of(v: &Vec3x8) -> Vec3Lanes<F32x8> {
-    Vec3Lanes {
-        x: v.x,
-        y: v.y,
-        z: v.z,
-    }
-}
-
 /// The kernel's tolerance over |d_k|, which is above 0.3, and twice it for the rounding here.
 const TRIANGLE_MARGIN: f32 = 6.0;
 
-impl Directions<F32x8> {
+impl<V: Lanes> Directions<V> {
     /// The triangles none of whose edges is wholly outside.
     #[inline(always)]
-    fn triangles(&self, edges: &EdgeFunctions) -> u32 {
-        let u = self.largest(lanes_of(&edges.u));
-        let v = self.largest(lanes_of(&edges.v));
-        let w = self.largest(lanes_of(&edges.w));
-        ge(min(min(u, v), w), edges.tolerance * splat(-TRIANGLE_MARGIN)).bits()
+    fn triangles(&self, edges: &EdgeFunctions<V>) -> u32 {
+        let u = self.largest(edges.u);
+        let v = self.largest(edges.v);
+        let w = self.largest(edges.w);
+        u.min(v)
+            .min(w)
+            .ge(edges.tolerance * V::splat(-TRIANGLE_MARGIN))
+            .bits()
     }
-}
 
-impl<V: Lanes> Directions<V> {
     #[inline(always)]
     fn new(frame: &Frame, [a0, a1]: [V; 2], [b0, b1]: [V; 2]) -> Self {
         let mut middle = [V::splat(frame.sign); 3];
