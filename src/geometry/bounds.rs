@@ -21,13 +21,7 @@ const INTERVAL_PAD: f32 = 4.0 / (1 << 24) as f32;
 /// How far a primitive's box grows on all sides, given its largest absolute coordinate.
 #[inline(always)]
 #[must_use]
-pub fn pad(max_abs: F32x8) -> F32x8 {
-    pad_of(max_abs)
-}
-
-/// [`pad`] in vectors of any width.
-#[inline(always)]
-pub(super) fn pad_of<V: Lanes>(max_abs: V) -> V {
+pub fn pad<V: Lanes>(max_abs: V) -> V {
     max_abs * V::splat(GEOMETRIC_PAD)
 }
 

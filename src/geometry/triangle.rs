@@ -17,24 +17,24 @@
 //!   of them could say "outside". The same holds all along triangles that are a line for a ray but for that rounding. So
 //!   where two edge functions are within their error bound in `f64`, a hit is what lies between two corners.
 //!
-//! So no ray passes between triangles whose corners are equal, and triangles are no wider than they are. What is left: on
-//! which side of a triangle's plane a ray starts, and how far it has to go, is told in `f32`, so that one which starts in
-//! the plane but for rounding, far nearer to it than the edges are long, may be said to miss. (Tried: a
-//! tolerance of `f32` along whole edges, which needs no agreement between neighbours. It blocked a thousand in a million
-//! shadow rays along the silhouettes of tiny triangles 18 units from their light. At vertices alone it blocked up to
-//! a hundred of them, for triangles seen edge-on are then wider all along; asking also how near the vertex is lets rays
-//! through: one in ten million left a flat octahedron.)
+//! So no ray passes between triangles whose corners are equal, and triangles are no wider than they are. What is left:
+//! on which side of a triangle's plane a ray starts, and how far it has to go, is told in `f32`, so that one which
+//! starts in the plane but for rounding, far nearer to it than the edges are long, may be said to miss. (Tried: a
+//! tolerance of `f32` along whole edges, which needs no agreement between neighbours. It blocked a thousand in a
+//! million shadow rays along the silhouettes of tiny triangles 18 units from their light. At vertices alone it blocked
+//! up to a hundred of them, for triangles seen edge-on are then wider all along; asking also how near the vertex is
+//! lets rays through: one in ten million left a flat octahedron.)
 //!
 //! As seen from a shared origin all of this but the products with d is hoisted: a triangle then costs eight rays
 //! nine multiply-adds.
 
-use super::bounds::{Slabs8, pad_of};
+use super::bounds::{Slabs8, pad};
 use crate::{
     ray::PrimitiveId,
     simd::{
         F32x8, LANES, Mask8, Vec3x8, ge, gt, lane,
         lanes::{Lanes, Vec3Lanes},
-        le, max, min, splat,
+        le, max, min, mul_add, splat,
     },
 };
 use glam::Vec3;
@@ -125,7 +125,7 @@ impl TriangleBlock {
 pub fn padded_boxes<V: Lanes>([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
     let lower = v0.min(*v1).min(*v2);
     let upper = v0.max(*v1).max(*v2);
-    let pad = pad_of(lower.max_abs().max(upper.max_abs()));
+    let pad = pad(lower.max_abs().max(upper.max_abs()));
     let pad = Vec3Lanes {
         x: pad,
         y: pad,
@@ -134,7 +134,8 @@ pub fn padded_boxes<V: Lanes>([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> (Vec3Lanes<V>
     (lower - pad, upper + pad)
 }
 
-/// The edges of as many triangles as there are lanes, each turned the way its edge function takes it, and their normals.
+/// The edges of as many triangles as there are lanes, each turned the way its edge function takes it, and their
+/// normals.
 #[derive(Clone, Copy, Debug)]
 pub struct Edges<V = F32x8> {
     /// From the first corner to the third.
@@ -161,8 +162,8 @@ impl<V: Lanes> Edges<V> {
     }
 
     /// At least |C - A| (|C| + |A|) of every edge, with corners as seen from an origin whose squared distance from the
-    /// first corner is given: the longest edge times twice its length and the distance. Where squares underflow, the least
-    /// normal number is more than enough.
+    /// first corner is given: the longest edge times twice its length and the distance. Where squares underflow, the
+    /// least normal number is more than enough.
     #[inline(always)]
     #[must_use]
     pub fn size(&self, distance_squared: V) -> V {
@@ -179,32 +180,37 @@ impl<V: Lanes> Edges<V> {
 /// m twice its moment, (origin - point) x d, `d.moment - edge.m` is the edge function that
 /// [`EdgeFunctions`] tell but for rounding, in six multiply-adds whatever the origin. Good for a first look only.
 #[derive(Clone, Copy, Debug)]
-pub struct EdgeLines<V = F32x8> {
+pub struct EdgeLines {
     /// As in [`Edges`]: u, v, w.
-    pub edges: [Vec3Lanes<V>; 3],
+    pub edges: [Vec3Lanes<F32x8>; 3],
     /// An edge times twice its middle.
-    pub moments: [Vec3Lanes<V>; 3],
+    pub moments: [Vec3Lanes<F32x8>; 3],
     /// How far on the wrong side of 0 an edge function may be at first look.
-    pub look_tolerance: V,
+    pub look_tolerance: F32x8,
     /// As [`EdgeFunctions::tolerance`], for all origins.
-    pub tolerance: V,
+    pub tolerance: F32x8,
 }
 
-impl<V: Lanes> EdgeLines<V> {
-    /// Of triangles given by their corners and edges, as lines relative to a point (the same in all lanes), for rays that
-    /// start within `extent` of it.
+impl EdgeLines {
+    /// Of triangles given by their corners and edges, as lines relative to a point (the same in all lanes), for rays
+    /// that start within `extent` of it.
     #[inline(always)]
     #[must_use]
-    pub fn new([v0, v1, v2]: &[Vec3Lanes<V>; 3], edges: &Edges<V>, point: Vec3Lanes<V>, extent: V) -> Self {
+    pub fn new(
+        [v0, v1, v2]: &[Vec3Lanes<F32x8>; 3],
+        edges: &Edges,
+        point: Vec3Lanes<F32x8>,
+        extent: F32x8,
+    ) -> Self {
         let (a, b, c) = (*v0 - point, *v1 - point, *v2 - point);
         // (x + y)^2 is at most 2 (x^2 + y^2).
-        let distance_squared = extent.mul_add(extent, a.dot(a));
+        let distance_squared = mul_add(extent, extent, a.dot(a));
         let size = edges.size(distance_squared + distance_squared);
         Self {
             edges: [edges.u, edges.v, edges.w],
             moments: [edges.u.cross(c + a), edges.v.cross(a + b), edges.w.cross(b + c)],
-            look_tolerance: size * V::splat(LINES_LOOK),
-            tolerance: size * V::splat(FIRST_LOOK),
+            look_tolerance: size * splat(LINES_LOOK),
+            tolerance: size * splat(FIRST_LOOK),
         }
     }
 }
@@ -315,9 +321,9 @@ impl EdgeFunctions {
 /// Whether the line of a ray passes through a triangle, its edges included, where `f32` cannot tell: in `f64`.
 ///
 /// `direction` is of unit length, and `weights` are the edge functions in `f32`, turned towards the ray. (They may be
-/// turned the wrong way if the origin is in the triangle's plane but for rounding, and a needle's plane is known badly. What
-/// is negative beyond the error of the largest is taken for a triangle behind the ray. With each edge's own error instead,
-/// rays slipped through needles of 1:1,000,000.)
+/// turned the wrong way if the origin is in the triangle's plane but for rounding, and a needle's plane is known badly.
+/// What is negative beyond the error of the largest is taken for a triangle behind the ray. With each edge's own error
+/// instead, rays slipped through needles of 1:1,000,000.)
 #[cold]
 #[inline(never)]
 #[must_use]

@@ -1,4 +1,4 @@
-//! Vectors whose lanes are rays: eight everywhere, sixteen where the CPU has AVX-512. Kernels that are generic over
+//! Vectors whose lanes are rays, or triangles: eight everywhere, sixteen where the CPU has AVX-512. Kernels generic over
 //! [`Lanes`] are compiled once for each, and the one that suits the CPU is chosen at run time.
 //!
 //! A lane's arithmetic does not depend on how many lanes there are: both give the same bits.

@@ -159,13 +159,6 @@ impl Mask8 {
         Self(bytemuck::cast(set8))
     }
 
-    /// The mask with every lane, or with none.
-    #[inline(always)]
-    #[must_use]
-    pub fn all_or_none(all: bool) -> Self {
-        Self(bytemuck::cast([u32::from(all).wrapping_neg(); LANES]))
-    }
-
     /// Whether any lane is set.
     #[inline(always)]
     #[must_use]

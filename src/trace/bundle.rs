@@ -1,12 +1,13 @@
 //! Up to sixteen packets of rays together: their frustum is tested against eight boxes at once, then each box left
-//! against the frusta of all packets at once (a lane a packet). Descends from packet tracing with
-//! frusta (Boulos et al. 2006; Overbeck, Ramamoorthi and Mark, *Large Ray Packets for Real-time Whitted Ray
-//! Tracing*, 2008); a mask of packets takes the place of their first-active index.
+//! against the frusta of all packets at once (a lane a packet), or, where rays have their own origins, against these
+//! ray by ray. Descends from packet tracing with frusta (Boulos et al. 2006; Overbeck, Ramamoorthi and Mark, *Large Ray
+//! Packets for Real-time Whitted Ray Tracing*, 2008); a mask of packets takes the place of their first-active index.
 //!
 //! What is to be done next depends on the rays in ways that no branch predictor learns, and a wrong guess costs as much
 //! as testing a box against two packets. So pairs (of child and packet, of packet and triangle) are gathered as bits
-//! first and then worked off in one loop, whose results are counted rather than branched upon. That took shadow rays from
-//! 12.4 to 15.3 Mrays/s on the terrain and from 14 to 18 on the spheres, and camera rays from 39 to 43 on the blobs.
+//! first and then worked off in one loop, whose results are counted rather than branched upon; or loops are made whose
+//! length stays the same for a while. The first took shadow rays from 12.4 to 15.3 Mrays/s on the terrain and from 14
+//! to 18 on the spheres, and camera rays from 39 to 43 on the blobs.
 
 use super::{
     PACKETS, Tracer, bits, bits64,
@@ -43,11 +44,12 @@ impl Entry {
 }
 
 /// Up to so many leaves wait for their memory while other nodes and leaves are visited, where rays share their origin.
-/// (Camera rays of a million triangles +10 to +14 %, shadow rays +8 %; with one leaf half of that, with six less. Rays with
-/// their own origins: -1 to -4 %.)
+/// (Camera rays of a million triangles +10 to +14 %, shadow rays +8 %; with one leaf half of that, with six less,
+/// before [two were taken at a time](Leaves). Rays with their own origins: -1 to -4 %.)
 ///
-/// In occlusion a node of a large tree waits as well, until there is another. (Shadow rays of the interior +8 %, terrain
-/// +3 %. Figure: -3 %, so not in small trees. Camera rays: up to -15 %, for they then visit first what is behind.)
+/// In occlusion a node of a large tree waits as well, until there is another. (Shadow rays of the interior +8 %,
+/// terrain +3 %. Figure: -3 %, so not in small trees. Camera rays: up to -15 %, for they then visit first what is
+/// behind.)
 const WAITING: usize = 4;
 
 /// How the rays of a bundle are culled.
@@ -166,30 +168,28 @@ impl Tracer<'_> {
                 leaf.packets &= V::splat(leaf.q_near).le(q_limit).bits();
             }
             if leaf.packets == 0 {
-                held = held.saturating_sub(usize::from(SHARED));
+                // It was one of those held, or is none at all.
+                held -= usize::from(SHARED);
                 continue;
             }
             held -= 1;
             let taken = if SHARED {
                 // Another one with it, where there is one.
-                let mut second = Entry {
-                    child: leaf.child,
-                    ..Entry::NONE
-                };
+                let mut second = (leaf.child, 0);
                 let next = waiting[oldest % WAITING];
                 if V::COUNT > LANES && held > 0 && leaf.child.is_triangles() && next.child.is_triangles() {
                     held -= 1;
                     oldest += 1;
                     let packets = next.packets & V::splat(next.q_near).le(q_limit).bits();
                     if packets != 0 {
-                        second = Entry { packets, ..next };
+                        second = (next.child, packets);
                     }
                 }
                 let leaves = Leaves {
-                    child: [leaf.child, second.child],
-                    packets: [leaf.packets, second.packets],
+                    child: [leaf.child, second.0],
+                    packets: [leaf.packets, second.1],
                 };
-                self.leaves += usize::from(!ANY) * (1 + usize::from(second.packets != 0));
+                self.leaves += usize::from(!ANY) * (1 + usize::from(second.1 != 0));
                 leaf::shared_origin::<V, ANY>(bvh, leaves, culling, &mut self.packets)
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
@@ -208,8 +208,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// `q_limit` with the limit of packet `p` as it is now. (A vector of its own, not one in memory: to load what was just
-    /// now written in parts waits for all of them.)
+    /// `q_limit` with the limit of packet `p` as it is now. (A vector of its own, not one in memory: to load what was
+    /// just now written in parts waits for all of them.)
     #[inline(always)]
     fn with_limit<V: Lanes>(&self, culling: &Culling<'_, V>, q_limit: V, p: usize) -> V {
         let t = self.packets[p % PACKETS].farthest::<V>();
@@ -238,6 +238,7 @@ impl Tracer<'_> {
             None => (node.valid_bits(), None),
         };
         let mut pairs = Pairs::default();
+        debug_assert!(SHARED || culling.exact, "pairs come from ray by ray");
         match (culling.frustum, &seen) {
             // `entering_by_packet` asks for all of them.
             _ if !SHARED => {}
@@ -298,8 +299,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// Puts the rays that enter children `few` into `items`. (They are few: to find them once more costs less than to keep all
-    /// that enter any child.)
+    /// Puts the rays that enter children `few` into `items`. (They are few: to find them once more costs less than to
+    /// keep all that enter any child.)
     #[inline(always)]
     fn go_on_alone<V: Lanes, const SHARED: bool, const ONE_WAY: bool>(
         &mut self,
@@ -432,7 +433,8 @@ fn entering<V: Lanes, const ONE_WAY: bool>(
     }
 }
 
-/// [`entering`] for one word of pairs, whose first child is `first`: the same word of pairs and of rays beyond one a packet.
+/// [`entering`] for one word of pairs, whose first child is `first`: the same word of pairs and of rays beyond one a
+/// packet.
 #[inline(always)]
 fn entering_of<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
@@ -455,9 +457,9 @@ fn entering_of<V: Lanes, const ONE_WAY: bool>(
 /// `planes` are a node's, in order.
 ///
 /// Frusta of packets with a box of origins each hold nearly all that the bundle's holds, so they are not asked for. All
-/// packets test the same children, so that how many these are can be foreseen. (Mirror rays +1 to +4 %. Shadow rays
-/// the same way, with three quarters of the pairs in vain: -2 to -5 %; pairs left by the frusta in loops of their own, child by child: -1 to
-/// -9 %.)
+/// packets test the same children, so that how many these are can be foreseen. (Mirror rays +1 to +6 %. Shadow rays the
+/// same way, with half of the pairs in vain: -2 to -5 %. Pairs that frusta leave, child by child, in loops of a length
+/// that cannot be foreseen: shadow rays -1 to -9 %, mirror rays -5 to +1 %.)
 #[inline(always)]
 fn entering_by_packet<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
@@ -500,8 +502,8 @@ fn enter<V: Lanes, const ONE_WAY: bool>(planes: &[F32x8; 6], c: usize, state: &P
     (near, near.le(far.min(V::load(&state.t))))
 }
 
-/// The node's planes: those through which rays that go one way come in, then those through which they leave; lower, then
-/// upper ones if they do not go one way.
+/// The node's planes: those through which rays that go one way come in, then those through which they leave; lower,
+/// then upper ones if they do not go one way.
 #[inline(always)]
 pub(super) fn in_order(node: &Node8, down: Option<[u8; 3]>) -> [F32x8; 6] {
     let Some(down) = down else { return node.planes };

@@ -378,12 +378,9 @@ impl<V: Lanes> BundleFrustum<V> {
     /// The triangles (a lane each) that some ray may hit: those none of whose edges is wholly outside.
     #[inline(always)]
     pub fn triangles(&self, edges: &EdgeFunctions<V>) -> u32 {
-        let all = |v: &Vec3Lanes<F32x8>| {
-            Vec3Lanes::<V>::splat(Vec3::new(lane(&v.x, 0), lane(&v.y, 0), lane(&v.z, 0)))
-        };
         let directions = Directions {
-            middle: all(&self.all_directions.middle),
-            half: all(&self.all_directions.half),
+            middle: widened(&self.all_directions.middle),
+            half: widened(&self.all_directions.half),
         };
         directions.triangles(edges)
     }
@@ -497,6 +494,12 @@ impl Frustum {
         let outside = max(outside(&seen, &self.slopes), -far);
         (le(outside, splat(0.0)).bits(), seen)
     }
+}
+
+/// What is the same in all lanes, in as many as `V` has.
+#[inline(always)]
+fn widened<V: Lanes>(v: &Vec3Lanes<F32x8>) -> Vec3Lanes<V> {
+    Vec3Lanes::splat(Vec3::new(lane(&v.x, 0), lane(&v.y, 0), lane(&v.z, 0)))
 }
 
 /// The kernel's tolerance over |d_k|, which is above 0.3, and twice it for the rounding here.

@@ -30,10 +30,13 @@ fn vector<V: Lanes>(v: &Vec3Lanes<F32x8>, i: usize) -> Vec3Lanes<V> {
 /// Places of [`Leaves`]: as many triangles as vectors have lanes.
 const PLACES: usize = MOST_LANES;
 
-/// A leaf and the packets that may hit something in it; where vectors have sixteen lanes, and both hold triangles, a second
-/// one: what is worked out for eight triangles at a time is then worked out for both at once, and what the loops behind it
-/// cost besides their work is paid once. (On a Xeon camera rays +4 to +18 %, shadow rays +6 to +16 %. The same for rays with
-/// their own origins, with two leaves that come one after the other: mirror rays -7 to -12 %.)
+/// A leaf and the packets that may hit something in it; where vectors have sixteen lanes, and both hold triangles, a
+/// second one: what is worked out for eight triangles at a time is then worked out for both at once, and what the loops
+/// behind it cost besides their work is paid once. (On a Xeon camera rays of triangles +4 to +18 %, shadow rays +6 to
+/// +16 %. The same for rays with their own origins, with two leaves that come one after the other: mirror rays -7 to
+/// -12 %.)
+///
+/// Where there is no second one, no packets are its own and `child` repeats the first.
 #[derive(Clone, Copy)]
 pub(super) struct Leaves {
     pub child: [Child; 2],
@@ -48,7 +51,8 @@ impl Leaves {
         [&blocks[first.index()], &blocks[second.index()]]
     }
 
-    /// The places with a triangle, a bit each: those of the second leaf behind all of the first one's.
+    /// The places with a triangle, a bit each: those of the second leaf behind all of the first one's. (Also where
+    /// there is no second one, which is no packet's.)
     #[inline(always)]
     fn places(self) -> u32 {
         let [first, second] = self.child;
@@ -212,8 +216,8 @@ fn stored<V: Lanes>(v: Vec3Lanes<V>) -> Columns3 {
     columns
 }
 
-/// Puts packet `p`'s bits into `pairs`, which had none and have room for `each` packets a word. (Without an index, so that
-/// both words stay in registers.)
+/// Puts packet `p`'s bits into `pairs`, which had none and have room for `each` packets a word. (Without an index, so
+/// that both words stay in registers.)
 #[inline(always)]
 fn put(pairs: &mut [u64; 2], p: usize, each: usize, bits: u32) {
     let is_high = u64::from(p >= each).wrapping_neg();
@@ -226,8 +230,8 @@ fn put(pairs: &mut [u64; 2], p: usize, each: usize, bits: u32) {
 const ALL_FIRST: u32 = 2;
 
 /// A block against packets whose rays have their own origins: first as lines, which takes half the operations of the
-/// canonical edge functions, then canonically those pairs that are left. (Mirror rays: interior 9.9 to 11.2 Mrays/s, figure
-/// 46 to 51, terrain 4.7 to 4.9.)
+/// canonical edge functions, then canonically those pairs that are left. (Mirror rays: interior 9.9 to 11.2 Mrays/s,
+/// figure 46 to 51, terrain 4.7 to 4.9.)
 #[inline(always)]
 pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     bvh: &Bvh,
@@ -361,8 +365,8 @@ fn interval<V: Lanes>(
     }
 }
 
-/// The canonical test of triangle `i`; twin of [`EdgeFunctions::intersect`]. `tolerance`: below 0, then above. `bounds`:
-/// where the rays are in its padded box. Answers whether a lane may have taken it.
+/// The canonical test of triangle `i`; twin of [`EdgeFunctions::intersect`]. `tolerance`: below 0, then above.
+/// `bounds`: where the rays are in its padded box. Answers whether a lane may have taken it.
 #[inline(always)]
 fn hit<V: Lanes, const ANY: bool>(
     state: &mut Packet,
@@ -431,8 +435,8 @@ fn passing(state: &Packet, lanes: u32, weights: [&Column; 3], block: &TriangleBl
 }
 
 /// A block of spheres (`all`: a bit each); twin of [`intersect_spheres`](crate::geometry::intersect_spheres). Spheres
-/// whose boxes a packet's frustum does not meet are left out. (Camera rays of a hundred thousand spheres +30 %. The same
-/// for triangles: with rays that share their origin -4 to 0 %, with others -6 to +5 %.)
+/// whose boxes a packet's frustum does not meet are left out. (Camera rays of a hundred thousand spheres +30 %. The
+/// same for triangles: with rays that share their origin -4 to 0 %, with others -6 to +5 %.)
 #[inline(always)]
 fn spheres<V: Lanes, const ANY: bool>(
     block: &SphereBlock,

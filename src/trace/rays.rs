@@ -37,8 +37,9 @@ pub(super) const BLOCKED: f32 = -1.0;
 /// fused, and one to spare.
 pub(super) const OFFSET_ERROR: f32 = 4.0 / (1 << 24) as f32;
 
-/// Where multiply-adds stand for the canonical interval, entry distances shrink and exit distances grow by this share: its
-/// own margin of 4 half-ulps and 3 roundings, and the rounding of the multiply-add.
+/// Where multiply-adds stand for the canonical interval, entry distances shrink and exit distances grow by this share:
+/// its own margin of 4 half-ulps and 3 roundings, and the rounding of the multiply-add. (Packets have all of it on the
+/// entry distance: see [`Slabs::enter`].)
 pub(super) const NODE_PAD: f32 = 12.0 / (1 << 24) as f32;
 
 /// Origins times `1 / direction` above this might overflow.
@@ -61,7 +62,7 @@ impl Packet {
     /// Puts rays into both halves, with no hits; eight lanes have but one. Where they start stays as it was.
     #[inline(always)]
     pub fn set<V: Lanes>(&mut self, low: &RayPacket, high: &RayPacket) {
-        let direction = joined::<V>(&low.direction, &high.direction);
+        let direction = Vec3Lanes::<V>::join(low.direction, high.direction);
         direction.store(&mut self.direction);
         V::join(low.t_max, high.t_max).store(&mut self.t);
         self.start::<V>(direction);
@@ -70,7 +71,7 @@ impl Packet {
     /// Puts the origins of rays into both halves.
     #[inline(always)]
     pub fn start_at<V: Lanes>(&mut self, low: &Vec3x8, high: &Vec3x8) {
-        joined::<V>(low, high).store(&mut self.origin);
+        Vec3Lanes::<V>::join(*low, *high).store(&mut self.origin);
     }
 
     /// Puts single rays into the lanes, with no hits: `members` are packets times eight plus lane. Lanes beyond them
@@ -157,8 +158,8 @@ impl Packet {
         V::load(&self.t).largest()
     }
 
-    /// Offers primitive `id` at `t`, with its edge functions, to the lanes of `candidate`, for none of which that is beyond
-    /// their hit.
+    /// Offers primitive `id` at `t`, with its edge functions, to the lanes of `candidate`, for none of which that is
+    /// beyond their hit.
     #[inline(always)]
     pub fn offer<V: Lanes, const ANY: bool>(&mut self, candidate: V::Mask, t: V, id: u32, weights: [V; 3]) {
         let best = V::load(&self.t);
@@ -240,7 +241,8 @@ impl Packet {
 }
 
 /// What packets whose rays have their own origins need to be tested against nodes' boxes with one multiply-add a plane.
-/// (Against a difference and a product: mirror rays +2 %. Near and far planes picked packet by packet, ray by ray: -3 to
+/// (Against a difference and a product: mirror rays +2 %. Near and far planes picked packet by packet, ray by ray: -3
+/// to
 /// -10 %; for all rays of a bundle at once see [`in_order`](super::bundle::in_order).)
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PacketSlabs {
@@ -324,19 +326,10 @@ impl<V: Lanes> Slabs<V> {
             let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(zero));
             (near, x0.max(x1).min(y0.max(y1)).min(z0.max(z1).min(*t)))
         };
-        // All of the margin is on this side, with some to spare: one product less.
+        // One product less: n (1 - p) <= f (1 + p) follows from n (1 - 2p) <= f, for no f is below 0 where there is
+        // a hit, and one p is far more than the product's rounding.
         let near = near * V::splat(1.0 - 3.0 * NODE_PAD);
         (near, near.le(far))
-    }
-}
-
-/// Lanes 0 to 7 from `low`, lanes 8 to 15 from `high`.
-#[inline(always)]
-fn joined<V: Lanes>(low: &Vec3x8, high: &Vec3x8) -> Vec3Lanes<V> {
-    Vec3Lanes {
-        x: V::join(low.x, high.x),
-        y: V::join(low.y, high.y),
-        z: V::join(low.z, high.z),
     }
 }
 
@@ -365,8 +358,8 @@ mod tests {
         },
     };
 
-    /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis; half
-    /// of the rays go one way.
+    /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis;
+    /// half of the rays go one way.
     #[test]
     fn slabs_hold_what_the_canonical_interval_holds() {
         let mut random = fastrand::Rng::with_seed(3);
