@@ -11,6 +11,9 @@ use rayon::prelude::*;
 
 /// How many primitives become a subtree with a root of its own: few enough for the cache, and for all threads to have
 /// some. It is the scene that decides, not the number of threads, so that every machine builds the same tree.
+///
+/// (Tried: to plan across where subtrees begin, with a thousand of the largest nodes reinserted where they fit best. The
+/// course's cow: mirror rays +8 %, shadow rays +4 %; others -4 to +2 %; builds 2 to 24 % longer.)
 fn subtree_size(count: usize) -> usize {
     (count / 32).clamp(1024, 4096)
 }

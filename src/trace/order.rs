@@ -5,7 +5,8 @@
 //! bundle have little in common. A counting sort of a few thousand rays by where they go through a cube map took the
 //! mirror rays of the interior from 8.4 to 9.9 Mrays/s, sorting included (11.3 without); where packets agree, or the
 //! rays are scattered all the same, it is left out. (Tried: whole packets by the direction of one of their rays, which
-//! moves no rays: no gain. Finer squares, or order by origin: slower.)
+//! moves no rays: no gain. Finer squares, or order by origin: slower. Rays that enter a subtree few a packet put together
+//! into full packets for it: -4 to +2 %.)
 
 use crate::{
     ray::RayPacket,
