@@ -241,9 +241,8 @@ impl Packet {
 }
 
 /// What packets whose rays have their own origins need to be tested against nodes' boxes with one multiply-add a plane.
-/// (Against a difference and a product: mirror rays +2 %. Near and far planes picked packet by packet, ray by ray: -3
-/// to
-/// -10 %; for all rays of a bundle at once see [`in_order`](super::bundle::in_order).)
+/// (Against a difference and a product: mirror rays +2 %. Near and far planes picked packet by packet, ray by ray:
+/// -3 to -10 %; for all rays of a bundle at once see [`in_order`](super::bundle::in_order).)
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PacketSlabs {
     /// What to add to each of a node's [planes](crate::accel::Node8::planes) times `1 / direction`, in the order that
