@@ -34,7 +34,7 @@ use crate::{
     simd::{
         F32x8, LANES, Mask8, Vec3x8, ge, gt, lane,
         lanes::{Lanes, Vec3Lanes},
-        le, max, min, mul_add, splat,
+        le, lt, max, min, mul_add, splat,
     },
 };
 use glam::Vec3;
@@ -54,6 +54,13 @@ const FIRST_LOOK: f32 = 20.0 / (1 << 24) as f32;
 /// functions themselves, 11.5, and of both products of the lines: the sum of corners 2, a cross product 3.5 and six
 /// multiply-adds for the one, the origin 1, a cross product 3.5 and the same six for the other.
 const LINES_LOOK: f32 = 48.0 / (1 << 24) as f32;
+
+/// What [`TriangleBlock::may_hit`] allows for, whose edge functions are half of those of [`EdgeFunctions`]. In half-ulps,
+/// as shares of 2 E (E + |a|), E the longer of two edges from the first corner a: of its own rounding 8.5 an edge
+/// function (two vectors, a cross product, a dot product), 10.5 for the one that is what the others leave of the
+/// determinant; and as [`passes_through`] takes what is up to 11.5 below 0 but for its rounding, 11.5, half of that 23,
+/// twice over, for it goes by the longest edge, which may have 2 E.
+const MAY_HIT: f32 = 40.0 / (1 << 24) as f32;
 
 /// More than the rounding error of a product of two corners' offsets from a ray in `f64`, as a share of their distances
 /// from its origin: four half-ulps an offset, three for the product, and as many to spare.
@@ -107,6 +114,29 @@ impl TriangleBlock {
     #[must_use]
     pub fn edge_functions(&self, origin: Vec3x8) -> EdgeFunctions {
         EdgeFunctions::new(&Self::corners([self, self]), Vec3Lanes::join(origin, origin))
+    }
+
+    /// Triangles (a bit each) that a ray, the same in all lanes, does not clearly miss: a first look in half of the
+    /// operations of [`EdgeFunctions`], by edge functions in the form of Möller and Trumbore 1997, without a division.
+    /// (Mirror rays: interior +13 %, terrain +12 %, blobs +8 %, figure +2 % on a Xeon. Without regard to triangles behind
+    /// the ray: terrain -6 %, blobs -9 %.)
+    #[inline(always)]
+    #[must_use]
+    pub fn may_hit(&self, origin: Vec3x8, direction: Vec3x8) -> u32 {
+        let (e1, e2, a) = (self.v1 - self.v0, self.v2 - self.v0, self.v0 - origin);
+        // To the last bit those of `EdgeFunctions`, so that triangles are turned the same way.
+        let normal = e1.cross(e2);
+        let flip = normal.dot(a) & splat(-0.0);
+        let u = a.dot(direction.cross(e2));
+        let v = direction.dot(a.cross(e1));
+        let w = direction.dot(normal) - u - v;
+        // At least E (E + |a|) twice, see `Edges::size`. Where it overflows nothing is missed.
+        let least = splat(f32::MIN_POSITIVE);
+        let longest_squared = max(max(e1.dot(e1), e2.dot(e2)), least);
+        let both_squared = longest_squared + a.dot(a);
+        let size = max(longest_squared * splat(8.0) * both_squared, least).sqrt();
+        let smallest = min(min(u ^ flip, v ^ flip), w ^ flip);
+        !lt(smallest, size * splat(-MAY_HIT)).bits() & 0xff
     }
 
     /// The padded boxes of the triangles: lower and upper corners. Distances are held to these.

@@ -570,7 +570,9 @@ mod tests {
             for (lane, (origin, direction)) in origins.into_iter().zip(directions).enumerate() {
                 let edges = block.edge_functions(Vec3x8::splat(origin));
                 let weights = edges.weights(&Vec3x8::splat(direction));
-                let look = edges.first_look(weights) & 1;
+                let look = edges.first_look(weights)
+                    & block.may_hit(Vec3x8::splat(origin), Vec3x8::splat(direction))
+                    & 1;
                 let passes = passes_through(
                     origin,
                     direction,

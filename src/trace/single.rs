@@ -348,9 +348,9 @@ fn pop_all(turns: &mut Turns, which: u32, slots: &mut [Slot; SLOTS], places: &Pl
 #[inline(always)]
 fn looks_hit(slot: &Slot, bvh: &Bvh) -> bool {
     let (ray, leaf) = (&slot.ray, slot.child);
-    let edges = bvh.triangle_blocks()[leaf.index()].edge_functions(Vec3x8::splat(ray.origin));
-    let first_look = edges.first_look(edges.weights(&Vec3x8::splat(ray.direction)));
-    first_look & leaf.count_bits() != 0
+    let block = &bvh.triangle_blocks()[leaf.index()];
+    let may_hit = block.may_hit(Vec3x8::splat(ray.origin), Vec3x8::splat(ray.direction));
+    may_hit & leaf.count_bits() != 0
 }
 
 /// A block of triangles against a ray.
