@@ -161,8 +161,9 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     {
         triangles &= frustum.triangles(&edges);
     }
-    // Which triangles for which packet: sixteen bits a packet. (Words by their own loops, and no index: they stay in
-    // registers.)
+    // Which triangles for which packet: as many bits a packet as vectors have lanes. (Words by their own loops, and no
+    // index: they stay in registers.)
+    let each = 64 / V::COUNT;
     let mut pairs = [0_u64; PACKETS / 4];
     for (half, pairs) in pairs.as_chunks_mut::<2>().0.iter_mut().enumerate() {
         for p in bits(packets >> (half * 8) & 0xff) {
@@ -171,7 +172,7 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
             if let Some(frustum) = culling.frustum {
                 triangles &= frustum.triangles_of(own, &edges);
             }
-            put(pairs, p, 4, triangles);
+            put(pairs, p, each, triangles);
         }
     }
     let functions = Functions::new(&edges);
@@ -179,7 +180,7 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     let mut count = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
         for pair in bits64(pairs) {
-            let (p, i) = (word * 4 + pair / PLACES, pair % PLACES);
+            let (p, i) = (word * each + pair / V::COUNT, pair % V::COUNT);
             let d = Vec3Lanes::<V>::load(&states[p % PACKETS].direction);
             let look = smallest(functions.weights(&d, i)).ge(number(&functions.lowest, i));
             looks[count % (PACKETS * PLACES)] = (word * 64 + pair) as u8;
@@ -194,7 +195,7 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     let (first, last) = (stored(first), stored(last));
     let mut taken = 0;
     for &pair in &looks[..count] {
-        let (p, i) = (usize::from(pair) / PLACES, usize::from(pair) % PLACES);
+        let (p, i) = (usize::from(pair) / V::COUNT, usize::from(pair) % V::COUNT);
         let state = &mut states[p % PACKETS];
         let d = Vec3Lanes::<V>::load(&state.direction);
         let weights = functions.weights(&d, i);
