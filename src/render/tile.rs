@@ -39,8 +39,8 @@ impl<'a> TileScratch<'a> {
             sum: TileColors::default(),
         };
         scratch.shader.reserve(scene, pixels, &mut scratch.rays);
-        scratch.sample.reset(pixels / LANES);
-        scratch.sum.reset(pixels / LANES);
+        scratch.sample.resize(pixels / LANES);
+        scratch.sum.resize(pixels / LANES);
         scratch.sample.alpha.reserve(pixels / LANES);
         scratch.sum.alpha.reserve(pixels / LANES);
         scratch
@@ -67,7 +67,6 @@ impl<'a> TileScratch<'a> {
             let start = Instant::now();
             fill(context, rect, sample, &mut self.rays);
             times.ray_generation += start.elapsed();
-            self.sample.reset(self.rays.rays.packets().len());
             self.shader
                 .shade(scene, &mut self.tracer, shade, &mut self.rays, &mut self.sample);
             if sample == [0, 0] {
@@ -135,18 +134,12 @@ fn store_part<P: Pixel>(from: &[P; ROW], to: &mut [P]) {
 pub(super) fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
     rays.restart(Some(context.camera_rays.eye()));
     let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
-    let mut first = 0;
     for_each_packet(rect.width, rect.height, |[x, y]| {
         let packet = RayPacket {
             direction: context.camera_rays.directions8(left + x, top + y, sample),
             t_max: Mask8::from_bits(inside(rect, x, y)).select(splat(T_MAX), splat(0.0)),
         };
-        let mut pixel = [0; LANES];
-        for (to, i) in pixel.iter_mut().zip(first..) {
-            *to = i;
-        }
-        first += LANES as u32;
-        rays.push(packet, pixel, splat(1.0));
+        rays.push(packet);
     });
 }
 

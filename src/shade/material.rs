@@ -191,8 +191,9 @@ pub(super) fn background(scene: &Scene, direction: &Vec3x8) -> [F32x8; 3] {
 
 /// Gives the rays of a queue that is not traced any further the background.
 pub fn end_of_depth(scene: &Scene, rays: &RayQueue, colors: &mut TileColors) {
-    for ((packet, pixel), &weight) in rays.rays.packets().iter().zip(&rays.pixel).zip(&rays.weight) {
+    for (p, packet) in rays.rays.packets().iter().enumerate() {
+        let active = gt(packet.t_max, splat(0.0)).bits();
         let background = background(scene, &packet.direction);
-        colors.add(gt(packet.t_max, splat(0.0)).bits(), pixel, weight, background);
+        colors.add(active, &rays.pixel(p), rays.weight(p), background);
     }
 }

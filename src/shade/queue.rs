@@ -2,22 +2,22 @@
 
 use super::{TileColors, material::background, surface::SurfacePacket};
 use crate::{
-    ray::{HitPacket, PrimitiveId, RayPacket, RayPackets},
+    ray::{HitPacket, Origins, PrimitiveId, RayPacket, RayPackets},
     scene::{Material, MaterialId, Scene},
-    simd::{F32x8, LANES, Vec3x8, equal_lanes, gt, splat},
+    simd::{F32x8, LANES, Vec3x8, equal_lanes, gt, run, splat},
 };
 use glam::Vec3;
 use std::ops::Range;
 
-/// Rays to trace: for each packet the pixels and weights of its lanes.
+/// Rays to trace: either a tile's camera rays, which share their origin, or mirrored ones.
 #[derive(Debug, Default)]
 pub struct RayQueue {
     /// The rays; lanes without one have `t_max` 0.
     pub rays: RayPackets,
-    /// Places of the pixels in [`TileColors`].
-    pub pixel: Vec<[u32; LANES]>,
-    /// What a ray's colour counts.
-    pub weight: Vec<F32x8>,
+    /// See [`Self::pixel`]. None for camera rays.
+    pixel: Vec<[u32; LANES]>,
+    /// See [`Self::weight`]. None for camera rays.
+    weight: Vec<F32x8>,
 }
 
 impl RayQueue {
@@ -35,12 +35,10 @@ impl RayQueue {
         self.weight.clear();
     }
 
-    /// Adds eight rays that start where all do.
+    /// Adds eight camera rays, of the next eight pixels.
     #[inline(always)]
-    pub fn push(&mut self, rays: RayPacket, pixel: [u32; LANES], weight: F32x8) {
+    pub fn push(&mut self, rays: RayPacket) {
         self.rays.push(rays);
-        self.pixel.push(pixel);
-        self.weight.push(weight);
     }
 
     /// Adds eight rays that start at `origin`.
@@ -49,6 +47,33 @@ impl RayQueue {
         self.rays.push_from(origin, rays);
         self.pixel.push(pixel);
         self.weight.push(weight);
+    }
+
+    /// Whether these are camera rays.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_first(&self) -> bool {
+        matches!(self.rays.origins(), Origins::Shared(_))
+    }
+
+    /// The places in [`TileColors`] of the pixels of packet `p`'s rays.
+    #[inline(always)]
+    #[must_use]
+    pub fn pixel(&self, p: usize) -> [u32; LANES] {
+        match self.pixel.get(p) {
+            Some(&pixel) => pixel,
+            None => run((p * LANES) as u32),
+        }
+    }
+
+    /// What the colours of packet `p`'s rays count.
+    #[inline(always)]
+    #[must_use]
+    pub fn weight(&self, p: usize) -> F32x8 {
+        match self.weight.get(p) {
+            Some(&weight8) => weight8,
+            None => splat(1.0),
+        }
     }
 
     /// How many lanes hold a ray.
@@ -192,7 +217,8 @@ impl HitQueue {
     }
 }
 
-/// Files the hits of `rays` by material; misses take the background at once, or nothing if they `see_through` it.
+/// Files the hits of `rays` by material; misses take the background at once, or nothing if they `see_through` it. Camera
+/// rays put the first colours there are, others add theirs.
 pub fn sort(
     scene: &Scene,
     rays: &RayQueue,
@@ -202,13 +228,17 @@ pub fn sort(
     colors: &mut TileColors,
 ) {
     by_material.reset(scene.materials().len());
+    let is_first = rays.is_first();
     for (packet_i, (packet, hits)) in rays.rays.packets().iter().zip(hits).enumerate() {
         let active = gt(packet.t_max, splat(0.0)).bits();
         let none = equal_lanes(&hits.primitive, PrimitiveId::NONE.0);
         let missed = active & none;
-        if missed != 0 && !see_through {
+        let seen = if see_through { 0 } else { missed };
+        if is_first {
+            colors.put(packet_i, seen, background(scene, &packet.direction));
+        } else if seen != 0 {
             let background = background(scene, &packet.direction);
-            colors.add(missed, &rays.pixel[packet_i], rays.weight[packet_i], background);
+            colors.add(seen, &rays.pixel(packet_i), rays.weight(packet_i), background);
         }
         // One round for each primitive that was hit, not for each lane; most often all lanes hit the same few.
         let mut left = active & !none;

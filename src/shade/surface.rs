@@ -48,8 +48,8 @@ impl Hits8 {
         Self {
             direction: packet.direction,
             origin: rays.rays.origin(p),
-            pixel: rays.pixel[p],
-            weight: rays.weight[p],
+            pixel: rays.pixel(p),
+            weight: rays.weight(p),
             t: hits.t,
             u: hits.u,
             v: hits.v,
@@ -104,11 +104,11 @@ impl Hits8 {
             };
             copy3(&mut together.direction, &packet.direction);
             copy3(&mut together.origin, &rays.rays.origin(p));
-            copy(&mut together.weight, &rays.weight[p]);
+            copy(&mut together.weight, &rays.weight(p));
             copy(&mut together.t, &hits.t);
             copy(&mut together.u, &hits.u);
             copy(&mut together.v, &hits.v);
-            together.pixel[to] = rays.pixel[p][from];
+            together.pixel[to] = rays.pixel(p)[from];
             together.primitive[to] = hits.primitive[from];
         }
         together

@@ -466,11 +466,20 @@ pub fn truncate(a: F32x8) -> [u32; LANES] {
     bytemuck::cast(a.fast_trunc_int())
 }
 
+const OFFSETS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
+
+/// `first`, `first + 1`, ...
+#[inline(always)]
+#[must_use]
+pub fn run(first: u32) -> [u32; LANES] {
+    (wide::u32x8::splat(first) + wide::u32x8::new(OFFSETS)).to_array()
+}
+
 /// Whether the lanes are `first`, `first + 1`, ...
 #[inline(always)]
 #[must_use]
 pub fn is_run(a: &[u32; LANES], first: u32) -> bool {
-    let offset8 = wide::u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
+    let offset8 = wide::u32x8::new(OFFSETS);
     let from_first8 = wide::u32x8::from(*a) - offset8;
     equal_lanes(&from_first8.to_array(), first) == (1 << LANES) - 1
 }
