@@ -12,6 +12,7 @@ mod leaf;
 mod order;
 mod rays;
 mod single;
+mod way;
 
 use crate::{
     accel::{Bvh, Node8, prefetch_for_later},
@@ -23,10 +24,11 @@ use crate::{
 };
 use answers::{AHEAD, Answers, Hits};
 use bundle::Culling;
-use frustum::{BundleFrustum, Frustum, Way};
+use frustum::{BundleFrustum, Frustum};
 use glam::Vec3;
 use rays::{Packet, PacketSlabs};
 use std::ops::Range;
+use way::Way;
 
 /// The most packets of a bundle: as many as a packet has rays, so that a vector has a lane for each of either. (Sixteen of
 /// sixteen against eight: camera rays of the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %.)
@@ -499,7 +501,7 @@ impl<'a> Tracer<'a> {
             if frustum.is_some() {
                 return (group.0, frustum);
             }
-            match frustum::most_going_one_way::<V>(&self.packets, packets) {
+            match way::most_going_one_way::<V>(&self.packets, packets) {
                 Some(most) => group = most,
                 None => return (packets, None),
             }

@@ -1,0 +1,70 @@
+//! Which way rays mainly go, for those of a [frustum](super::frustum) go the same way.
+
+use super::{PACKETS, bits, rays::Packet};
+use crate::simd::lanes::{LaneMask, Lanes, Vec3Lanes};
+use glam::Vec3;
+
+/// A frustum needs all its rays to go at least this much along its axis, else its slopes are too far apart to be of use.
+pub(super) const LEAST_ALONG_K: f32 = 0.3;
+
+#[inline(always)]
+fn sum_of_lanes<V: Lanes>(v: V) -> f32 {
+    (v.fold_max() + v.fold_min()).reduce_add()
+}
+
+/// The way that all rays of a frustum go: along an axis, up or down.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    pub axis: usize,
+    pub sign: f32,
+}
+
+impl Way {
+    /// Along the axis of the sum of all directions.
+    #[inline(always)]
+    pub fn of_most<V: Lanes>(states: &[Packet; PACKETS], packets: u32) -> Self {
+        let mut sum = Vec3Lanes::<V>::splat(Vec3::ZERO);
+        for p in bits(packets) {
+            sum = sum + Vec3Lanes::load(&states[p % PACKETS].direction);
+        }
+        // Without a closure, which would not be inlined into AVX-512 code.
+        let sum = [sum_of_lanes(sum.x), sum_of_lanes(sum.y), sum_of_lanes(sum.z)];
+        let largest = (0..3).max_by(|&p, &q| sum[p].abs().total_cmp(&sum[q].abs()));
+        let axis = largest.unwrap_or(0);
+        let sign = if sum[axis] < 0.0 { -1.0 } else { 1.0 };
+        Self { axis, sign }
+    }
+
+    /// Those of `packets` all of whose rays go this way.
+    #[inline(always)]
+    fn gone_by<V: Lanes>(self, states: &[Packet; PACKETS], packets: u32) -> u32 {
+        let (least, sign) = (V::splat(LEAST_ALONG_K), V::splat(self.sign));
+        let mut gone = 0;
+        for p in bits(packets) {
+            let along = V::load(&states[p % PACKETS].direction[self.axis]) * sign;
+            gone |= u32::from(along.ge(least).bits() == (1 << V::COUNT) - 1) << p;
+        }
+        gone
+    }
+}
+
+/// As many of `packets` (a bit each) as go one way; `None` if there is none all of whose rays do.
+///
+/// (Mirrors have folds and edges. Where a bundle that no frustum holds was traced packet by packet, mirror rays lost
+/// 11 to 17 %.)
+#[inline(always)]
+pub(super) fn most_going_one_way<V: Lanes>(states: &[Packet; PACKETS], packets: u32) -> Option<(u32, Way)> {
+    let mut most = None;
+    let mut count = 0;
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            let way = Way { axis, sign };
+            let gone = way.gone_by::<V>(states, packets);
+            if gone.count_ones() > count {
+                count = gone.count_ones();
+                most = Some((gone, way));
+            }
+        }
+    }
+    most
+}
