@@ -118,8 +118,8 @@ impl TriangleBlock {
 
     /// Triangles (a bit each) that a ray, the same in all lanes, does not clearly miss: a first look in half of the
     /// operations of [`EdgeFunctions`], by edge functions in the form of Möller and Trumbore 1997, without a division.
-    /// (Mirror rays: interior +13 %, terrain +12 %, blobs +8 %, figure +2 % on a Xeon. Without regard to triangles behind
-    /// the ray: terrain -6 %, blobs -9 %.)
+    /// (On a Xeon mirror rays of a million blobs +7 %, of the terrain +3 to +5 %, of smaller scenes +1 %. Where triangles
+    /// behind the ray were let through: blobs and terrain 16 % less.)
     #[inline(always)]
     #[must_use]
     pub fn may_hit(&self, origin: Vec3x8, direction: Vec3x8) -> u32 {
