@@ -28,10 +28,10 @@ use queue::{HitQueue, RayQueue};
 use std::time::{Duration, Instant};
 use surface::SurfacePacket;
 
-/// Secondary rays start off the surface by this share of the primitive's largest absolute coordinate: 32
-/// half-ulps, three times the rounding error of a point on it. More would move shadows and mirror images where scenes
-/// are far from the origin: 128 changed four times as many pixels of one that is 10,000 away. (After Wächter and Binder, *A Fast and Robust
-/// Method for Avoiding Self-Intersection*, Ray Tracing Gems ch. 6, 2019; scaled by the primitive instead of the
+/// Secondary rays start off the surface by this share of the primitive's largest absolute coordinate: 32 half-ulps,
+/// three times the rounding error of a point on it. More would move shadows and mirror images where scenes are far from
+/// the origin: 128 changed four times as many pixels of one that is 10,000 away. (After Wächter and Binder, *A Fast and
+/// Robust Method for Avoiding Self-Intersection*, Ray Tracing Gems ch. 6, 2019; scaled by the primitive instead of the
 /// point, so that scenes of any scale and place behave alike.)
 pub const SURFACE_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 
@@ -79,7 +79,7 @@ pub struct TileColors {
 }
 
 impl TileColors {
-    /// Makes room for `packets` camera packets; what their colours are is not said.
+    /// Makes room for `packets` camera packets, whose colours may be anything, and forgets `alpha`.
     pub fn resize(&mut self, packets: usize) {
         self.packets.resize(packets, [F32x8::ZERO; 3]);
         self.alpha.clear();
@@ -112,7 +112,8 @@ impl TileColors {
         if first.is_multiple_of(LANES as u32) && is_run(pixel, first) {
             let added = Mask8::from_bits(bits);
             for (sum, color8) in self.packets[first as usize / LANES].iter_mut().zip(color) {
-                // Other lanes add 0. (A choice between sums became a masked store: shading of matte.scn took 4 % longer.)
+                // Other lanes add 0. (A choice between sums became a masked store: shading of matte.scn took 4 %
+                // longer.)
                 *sum = mul_add(weight, added.select(color8, F32x8::ZERO), *sum);
             }
         } else {
@@ -151,9 +152,9 @@ impl Shader {
         (self.shadow_rays, self.reflection_rays, self.tracing) = (0, 0, Duration::ZERO);
     }
 
-    /// Traces and shades `rays`, which are camera rays, and what they lead to, and puts their colours into `colors`.
-    /// Leaves `rays` empty. (To make colours black first, and to keep pixels and weights of camera rays, took 10 % of a
-    /// frame of the course's blinn_phong.scn.)
+    /// Traces and shades `rays`, which are camera rays, to at least one level, and what they lead to, and puts their
+    /// colours into `colors`. Leaves `rays` empty. (To make colours black first, and to keep pixels and weights of
+    /// camera rays, took 10 % of a frame of the course's blinn_phong.scn.)
     pub fn shade(
         &mut self,
         scene: &Scene,
@@ -162,6 +163,10 @@ impl Shader {
         rays: &mut RayQueue,
         colors: &mut TileColors,
     ) {
+        debug_assert!(
+            rays.are_camera_rays() && settings.max_depth > 0,
+            "else nothing puts the first colours"
+        );
         colors.resize(rays.rays.packets().len());
         for level in 1..=settings.max_depth {
             let packets = rays.rays.packets().len();

@@ -52,7 +52,7 @@ impl RayQueue {
     /// Whether these are camera rays.
     #[inline(always)]
     #[must_use]
-    pub fn is_first(&self) -> bool {
+    pub fn are_camera_rays(&self) -> bool {
         matches!(self.rays.origins(), Origins::Shared(_))
     }
 
@@ -60,9 +60,10 @@ impl RayQueue {
     #[inline(always)]
     #[must_use]
     pub fn pixel(&self, p: usize) -> [u32; LANES] {
-        match self.pixel.get(p) {
-            Some(&pixel) => pixel,
-            None => run((p * LANES) as u32),
+        if self.are_camera_rays() {
+            run((p * LANES) as u32)
+        } else {
+            self.pixel[p]
         }
     }
 
@@ -70,9 +71,10 @@ impl RayQueue {
     #[inline(always)]
     #[must_use]
     pub fn weight(&self, p: usize) -> F32x8 {
-        match self.weight.get(p) {
-            Some(&weight8) => weight8,
-            None => splat(1.0),
+        if self.are_camera_rays() {
+            splat(1.0)
+        } else {
+            self.weight[p]
         }
     }
 
@@ -217,8 +219,8 @@ impl HitQueue {
     }
 }
 
-/// Files the hits of `rays` by material; misses take the background at once, or nothing if they `see_through` it. Camera
-/// rays put the first colours there are, others add theirs.
+/// Files the hits of `rays` by material; misses take the background at once, or nothing if they `see_through` it.
+/// Camera rays put the first colours there are, others add theirs.
 pub fn sort(
     scene: &Scene,
     rays: &RayQueue,
@@ -228,13 +230,13 @@ pub fn sort(
     colors: &mut TileColors,
 ) {
     by_material.reset(scene.materials().len());
-    let is_first = rays.is_first();
+    let are_first = rays.are_camera_rays();
     for (packet_i, (packet, hits)) in rays.rays.packets().iter().zip(hits).enumerate() {
         let active = gt(packet.t_max, splat(0.0)).bits();
         let none = equal_lanes(&hits.primitive, PrimitiveId::NONE.0);
         let missed = active & none;
         let seen = if see_through { 0 } else { missed };
-        if is_first {
+        if are_first {
             colors.put(packet_i, seen, background(scene, &packet.direction));
         } else if seen != 0 {
             let background = background(scene, &packet.direction);

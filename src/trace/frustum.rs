@@ -72,7 +72,8 @@ pub(super) struct Frustum {
     slopes: Slopes<F32x8>,
 }
 
-/// The rays of a bundle: a frustum for all, and one for each packet (a lane a packet).
+/// The rays of a bundle: a frustum for all, and one for each packet (a lane a packet). Where rays have their own
+/// origins all packets share the bundle's.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BundleFrustum<V> {
     all: Frustum,
@@ -221,9 +222,9 @@ fn slopes_by_packet<V: Lanes>(
     Some(([a0, a1, b0, b1], most_along_k))
 }
 
-/// As [`slopes_by_packet`] those of all rays, the same in all lanes, in a third of the operations: the frusta of packets
-/// whose rays have their own origins hold nearly all that the bundle's holds. (Mirror rays: cow +4 %, figure +1 to
-/// +2 %, larger scenes 0.)
+/// Like [`slopes_by_packet`], but of all rays together, the same in all lanes, in a third of the operations: the frusta
+/// of packets whose rays have their own origins hold nearly all that the bundle's holds. (Mirror rays: cow +4 %, figure
+/// +1 to +2 %, larger scenes 0.)
 #[inline(always)]
 fn slopes_of_all<V: Lanes>(
     packets: &[Packet; PACKETS],
@@ -258,8 +259,9 @@ fn slopes_of_all<V: Lanes>(
 }
 
 impl<V: Lanes> BundleFrustum<V> {
-    /// The frusta of `members` (a bit each) of the packets; `None` if not all of their rays go that way. Directions are
-    /// numbers. Lanes without a ray count too: they hold a neighbour's direction.
+    /// The frusta of `members` (a bit each) of the packets, or one for all of them where rays have their own origins;
+    /// `None` if not all of their rays go that way. Directions are numbers. Lanes without a ray count too: they hold a
+    /// neighbour's direction.
     #[inline(always)]
     pub fn new<const SHARED: bool>(packets: &[Packet; PACKETS], members: u32, way: Way) -> Option<Self> {
         let Way { axis: k, sign } = way;
@@ -391,8 +393,8 @@ impl<V: Lanes> BundleFrustum<V> {
 }
 
 impl Frustum {
-    /// Around rays that start at `origin`; `None` if they do not go one way. The slopes are those of the box of directions:
-    /// no division a ray, and little more where they are as close as those of neighbouring pixels.
+    /// Around rays that start at `origin`; `None` if they do not go one way. The slopes are those of the box of
+    /// directions: no division a ray, and little more where they are as close as those of neighbouring pixels.
     #[inline(always)]
     pub fn around(origin: Vec3, rays: &[RayPacket]) -> Option<Self> {
         let mut low = [splat(f32::MAX); 3];

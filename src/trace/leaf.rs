@@ -27,7 +27,7 @@ fn vector<V: Lanes>(v: &Vec3Lanes<F32x8>, i: usize) -> Vec3Lanes<V> {
     }
 }
 
-/// Places of [`Leaves`]: as many triangles as vectors have lanes.
+/// Places of [`Leaves`]: as many triangles as vectors have lanes at most.
 const PLACES: usize = MOST_LANES;
 
 /// A leaf and the packets that may hit something in it; where vectors have sixteen lanes, and both hold triangles, a
@@ -147,7 +147,7 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     let Leaves { child, packets } = leaves;
     if !child[0].is_triangles() {
         let block = &bvh.sphere_blocks()[child[0].index()];
-        return spheres::<V, ANY>(block, child[0].count_bits(), culling, packets[0], states);
+        return spheres::<V, ANY, true>(block, child[0].count_bits(), culling, packets[0], states);
     }
     let blocks = leaves.blocks(bvh);
     let [x, y, z] = &states[0].origin;
@@ -163,7 +163,8 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     }
     // Which triangles for which packet: as many bits a packet as vectors have lanes. (Words by their own loops, and no
     // index: they stay in registers.)
-    let each = 64 / V::COUNT;
+    let packets_a_word = 64 / V::COUNT;
+    debug_assert_eq!(packets >> V::COUNT, 0, "no more packets than lanes");
     let mut pairs = [0_u64; PACKETS / 4];
     for (half, pairs) in pairs.as_chunks_mut::<2>().0.iter_mut().enumerate() {
         for p in bits(packets >> (half * 8) & 0xff) {
@@ -172,7 +173,7 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
             if let Some(frustum) = culling.frustum {
                 triangles &= frustum.triangles_of(own, &edges);
             }
-            put(pairs, p, each, triangles);
+            put(pairs, p, packets_a_word, triangles);
         }
     }
     let functions = Functions::new(&edges);
@@ -180,7 +181,7 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
     let mut count = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
         for pair in bits64(pairs) {
-            let (p, i) = (word * each + pair / V::COUNT, pair % V::COUNT);
+            let (p, i) = (word * packets_a_word + pair / V::COUNT, pair % V::COUNT);
             let d = Vec3Lanes::<V>::load(&states[p % PACKETS].direction);
             let look = smallest(functions.weights(&d, i)).ge(number(&functions.lowest, i));
             looks[count % (PACKETS * PLACES)] = (word * 64 + pair) as u8;
@@ -244,7 +245,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
 ) -> u32 {
     if !leaf.is_triangles() {
         let block = &bvh.sphere_blocks()[leaf.index()];
-        return spheres::<V, ANY>(block, leaf.count_bits(), culling, packets, states);
+        return spheres::<V, ANY, false>(block, leaf.count_bits(), culling, packets, states);
     }
     let block = &bvh.triangle_blocks()[leaf.index()];
     let corners8 = TriangleBlock::corners::<F32x8>([block, block]);
@@ -436,10 +437,11 @@ fn passing(state: &Packet, lanes: u32, weights: [&Column; 3], block: &TriangleBl
 }
 
 /// A block of spheres (`all`: a bit each); twin of [`intersect_spheres`](crate::geometry::intersect_spheres). Spheres
-/// whose boxes a packet's frustum does not meet are left out. (Camera rays of a hundred thousand spheres +30 %. The
-/// same for triangles: with rays that share their origin -4 to 0 %, with others -6 to +5 %.)
+/// whose boxes a packet's frustum does not meet (the bundle's, for rays with their own origins) are left out. (Camera
+/// rays of a hundred thousand spheres +30 %. The same for triangles: with rays that share their origin -4 to 0 %, with
+/// others -6 to +5 %.)
 #[inline(always)]
-fn spheres<V: Lanes, const ANY: bool>(
+fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
     block: &SphereBlock,
     mut all: u32,
     culling: &Culling<'_, V>,
@@ -458,7 +460,8 @@ fn spheres<V: Lanes, const ANY: bool>(
         let (met, seen) = frustum.boxes(&planes);
         all &= met;
         for p in bits(packets) {
-            put(&mut pairs, p, 8, all & frustum.boxes_of(p, &seen));
+            let own = if SHARED { frustum.boxes_of(p, &seen) } else { all };
+            put(&mut pairs, p, 8, all & own);
         }
     } else {
         for p in bits(packets) {
@@ -571,9 +574,7 @@ mod tests {
             for (lane, (origin, direction)) in origins.into_iter().zip(directions).enumerate() {
                 let edges = block.edge_functions(Vec3x8::splat(origin));
                 let weights = edges.weights(&Vec3x8::splat(direction));
-                let look = edges.first_look(weights)
-                    & block.may_hit(Vec3x8::splat(origin), Vec3x8::splat(direction))
-                    & 1;
+                let look = edges.first_look(weights) & 1;
                 let passes = passes_through(
                     origin,
                     direction,

@@ -1,10 +1,11 @@
-//! Which way rays mainly go, for those of a [frustum](super::frustum) go the same way.
+//! Which way rays mainly go: a [frustum](super::frustum) holds only rays that go the same way.
 
 use super::{PACKETS, bits, rays::Packet};
 use crate::simd::lanes::{LaneMask, Lanes, Vec3Lanes};
 use glam::Vec3;
 
-/// A frustum needs all its rays to go at least this much along its axis, else its slopes are too far apart to be of use.
+/// A frustum needs all its rays to go at least this much along its axis, else its slopes are too far apart to be of
+/// use.
 pub(super) const LEAST_ALONG_K: f32 = 0.3;
 
 #[inline(always)]
