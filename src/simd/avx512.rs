@@ -158,6 +158,10 @@ impl Lanes for F32x16 {
         avx512!(Self, _mm512_and_ps(self.0, _mm512_set1_ps(-0.0)))
     }
     #[inline(always)]
+    fn sign_bits(self) -> u32 {
+        avx512!(Mask16, _mm512_movepi32_mask(_mm512_castps_si512(self.0))).bits()
+    }
+    #[inline(always)]
     fn turn(self, sign: Self) -> Self {
         avx512!(Self, _mm512_xor_ps(self.0, sign.0))
     }

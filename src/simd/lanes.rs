@@ -86,6 +86,8 @@ pub trait Lanes:
     /// The sign bits alone.
     #[must_use]
     fn sign(self) -> Self;
+    /// The sign bits, a bit a lane.
+    fn sign_bits(self) -> u32;
     /// Signs turned where `sign` has one.
     #[must_use]
     fn turn(self, sign: Self) -> Self;
@@ -185,6 +187,10 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn sign(self) -> Self {
         self & splat(-0.0)
+    }
+    #[inline(always)]
+    fn sign_bits(self) -> u32 {
+        self.to_bitmask()
     }
     #[inline(always)]
     fn turn(self, sign: Self) -> Self {

@@ -13,6 +13,7 @@ use super::{
     PACKETS, Tracer, bits, bits64,
     frustum::{BundleFrustum, Seen},
     leaf::{self, Leaves},
+    lines,
     rays::{Packet, PacketSlabs},
     single::Item,
 };
@@ -193,12 +194,13 @@ impl Tracer<'_> {
                 leaf::shared_origin::<V, ANY>(bvh, leaves, culling, &mut self.packets)
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
-                leaf::separate_origins::<V, ANY>(
+                lines::separate_origins::<V, ANY>(
                     bvh,
                     child,
                     culling,
                     packets,
                     &self.moments,
+                    &mut self.looks,
                     &mut self.packets,
                 )
             };

@@ -3,13 +3,10 @@
 use super::{PACKETS, bits, bits64, bundle::Culling, rays::Packet};
 use crate::{
     accel::{Bvh, Child},
-    geometry::{
-        EdgeFunctions, EdgeLines, Edges, SphereBlock, TriangleBlock, pad, padded_boxes, passes_through,
-    },
+    geometry::{EdgeFunctions, SphereBlock, TriangleBlock, pad, padded_boxes, passes_through},
     simd::{
         F32x8, LANES, Vec3x8, lane,
         lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes},
-        splat,
     },
 };
 use glam::Vec3;
@@ -19,7 +16,7 @@ type Weights<V> = [V; 3];
 
 /// Lane `i` of eight vectors, in all lanes.
 #[inline(always)]
-fn vector<V: Lanes>(v: &Vec3Lanes<F32x8>, i: usize) -> Vec3Lanes<V> {
+pub(super) fn vector<V: Lanes>(v: &Vec3Lanes<F32x8>, i: usize) -> Vec3Lanes<V> {
     Vec3Lanes {
         x: V::splat(lane(&v.x, i)),
         y: V::splat(lane(&v.y, i)),
@@ -231,99 +228,6 @@ fn put(pairs: &mut [u64; 2], p: usize, each: usize, bits: u32) {
 /// With more packets than this, triangles are first tested against the frustum of all of them.
 const ALL_FIRST: u32 = 2;
 
-/// A block against packets whose rays have their own origins: first as lines, which takes half the operations of the
-/// canonical edge functions, then canonically those pairs that are left. (Mirror rays: interior 9.9 to 11.2 Mrays/s,
-/// figure 46 to 51, terrain 4.7 to 4.9.)
-#[inline(always)]
-pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
-    bvh: &Bvh,
-    leaf: Child,
-    culling: &Culling<'_, V>,
-    packets: u32,
-    moments: &[[Column; 3]; PACKETS],
-    states: &mut [Packet; PACKETS],
-) -> u32 {
-    if !leaf.is_triangles() {
-        let block = &bvh.sphere_blocks()[leaf.index()];
-        return spheres::<V, ANY, false>(block, leaf.count_bits(), culling, packets, states);
-    }
-    let block = &bvh.triangle_blocks()[leaf.index()];
-    let corners8 = TriangleBlock::corners::<F32x8>([block, block]);
-    let edges8 = Edges::new(&corners8);
-    let point8 = Vec3Lanes::splat(culling.point);
-    let lines8 = EdgeLines::new(&corners8, &edges8, point8, splat(culling.extent));
-    let (lowest8, look_lowest8) = (-lines8.tolerance, -lines8.look_tolerance);
-    let mut looks = [0_u8; PACKETS * LANES];
-    let mut count = 0;
-    for p in bits(packets) {
-        let state = &states[p % PACKETS];
-        let d = Vec3Lanes::<V>::load(&state.direction);
-        let m = Vec3Lanes::<V>::load(&moments[p % PACKETS]);
-        let live = state.live_bits::<V>();
-        for i in 0..leaf.count() {
-            let outside = outside(&d, &m, &lines8, &look_lowest8, i);
-            looks[count % (PACKETS * LANES)] = (p * LANES + i) as u8;
-            count += usize::from(live & !outside.bits() != 0);
-        }
-    }
-    if count == 0 {
-        return 0;
-    }
-    let (lower8, upper8) = padded_boxes(&corners8);
-    let (first8, last8) = in_order(lower8, upper8, culling.down);
-    let mut taken = 0;
-    for &pair in &looks[..count] {
-        let (p, i) = (usize::from(pair) / LANES, usize::from(pair) % LANES);
-        let state = &mut states[p % PACKETS];
-        let o = Vec3Lanes::<V>::load(&state.origin);
-        let d = Vec3Lanes::<V>::load(&state.direction);
-        let a = Vec3Lanes::<V>::splat(block.v0.lane(i)) - o;
-        let b = Vec3Lanes::<V>::splat(block.v1.lane(i)) - o;
-        let c = Vec3Lanes::<V>::splat(block.v2.lane(i)) - o;
-        let normal = vector::<V>(&edges8.normal, i);
-        let plane = normal.dot(a);
-        let flip = plane.sign();
-        let weights = [
-            d.dot(vector::<V>(&edges8.u, i).cross(c + a)).turn(flip),
-            d.dot(vector::<V>(&edges8.v, i).cross(a + b)).turn(flip),
-            d.dot(vector::<V>(&edges8.w, i).cross(b + c)).turn(flip),
-        ];
-        let tolerance = [V::splat(lane(&lowest8, i)), V::splat(lane(&lines8.tolerance, i))];
-        let bounds = interval::<V>(state, vector(&first8, i) - o, vector(&last8, i) - o, culling);
-        // Turned before the product, as elsewhere: the sign of a determinant of 0 depends on it.
-        let determinant = d.dot(normal.turn(flip));
-        let t = plane.turn(flip) / determinant;
-        let hit = hit::<V, ANY>(state, block, i, tolerance, weights, t, bounds);
-        taken |= u32::from(hit) << p;
-    }
-    taken
-}
-
-/// Lanes whose rays, taken as lines, clearly pass outside triangle `i`: some edges have them on one side, some on the
-/// other.
-#[inline(always)]
-fn outside<V: Lanes>(
-    d: &Vec3Lanes<V>,
-    m: &Vec3Lanes<V>,
-    lines8: &EdgeLines,
-    lowest8: &F32x8,
-    i: usize,
-) -> V::Mask {
-    let u = beside(d, m, vector(&lines8.edges[0], i), vector(&lines8.moments[0], i));
-    let v = beside(d, m, vector(&lines8.edges[1], i), vector(&lines8.moments[1], i));
-    let w = beside(d, m, vector(&lines8.edges[2], i), vector(&lines8.moments[2], i));
-    let highest = V::splat(lane(&lines8.look_tolerance, i));
-    u.min(v).min(w).lt(V::splat(lane(lowest8, i))) & u.max(v).max(w).gt(highest)
-}
-
-/// The edge function: on which side of the line with `edge` and `moment` rays pass.
-#[inline(always)]
-fn beside<V: Lanes>(d: &Vec3Lanes<V>, m: &Vec3Lanes<V>, edge: Vec3Lanes<V>, moment: Vec3Lanes<V>) -> V {
-    let by_moment = d.x.mul_add(moment.x, d.y.mul_add(moment.y, d.z * moment.z));
-    let by_edge = m.x.mul_add(edge.x, m.y.mul_add(edge.y, m.z * edge.z));
-    by_moment - by_edge
-}
-
 #[inline(always)]
 fn smallest<V: Lanes>([u, v, w]: Weights<V>) -> V {
     u.min(v).min(w)
@@ -332,7 +236,7 @@ fn smallest<V: Lanes>([u, v, w]: Weights<V>) -> V {
 /// Boxes' corners: those where rays that go one way come in, then those where they leave; lower and upper ones if
 /// they do not go one way.
 #[inline(always)]
-fn in_order<V: Lanes>(
+pub(super) fn in_order<V: Lanes>(
     lower: Vec3Lanes<V>,
     upper: Vec3Lanes<V>,
     down: Option<[u8; 3]>,
@@ -354,7 +258,7 @@ fn exchanged_if<V: Lanes>(which: u8, a: V, b: V) -> (V, V) {
 
 /// The canonical interval of rays in a box, given by what [`in_order`] tells, relative to their origins.
 #[inline(always)]
-fn interval<V: Lanes>(
+pub(super) fn interval<V: Lanes>(
     state: &Packet,
     first: Vec3Lanes<V>,
     last: Vec3Lanes<V>,
@@ -370,7 +274,7 @@ fn interval<V: Lanes>(
 /// The canonical test of triangle `i`; twin of [`EdgeFunctions::intersect`]. `tolerance`: below 0, then above.
 /// `bounds`: where the rays are in its padded box. Answers whether a lane may have taken it.
 #[inline(always)]
-fn hit<V: Lanes, const ANY: bool>(
+pub(super) fn hit<V: Lanes, const ANY: bool>(
     state: &mut Packet,
     block: &TriangleBlock,
     i: usize,
@@ -441,7 +345,7 @@ fn passing(state: &Packet, lanes: u32, weights: [&Column; 3], block: &TriangleBl
 /// rays of a hundred thousand spheres +30 %. The same for triangles: with rays that share their origin -4 to 0 %, with
 /// others -6 to +5 %.)
 #[inline(always)]
-fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
+pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
     block: &SphereBlock,
     mut all: u32,
     culling: &Culling<'_, V>,
@@ -518,79 +422,4 @@ fn chord<V: Lanes>(state: &Packet, block: &SphereBlock, i: usize) -> (V, V) {
         z: d.z.mul_add(nearest, from_center.z),
     };
     (nearest, radius * radius - aside.dot(aside))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{
-        ray::{PrimitiveId, RayPacket},
-        simd::F32x8,
-    };
-
-    /// Rays at corners, at edges and past them, of triangles of all shapes, near and far from their origins.
-    #[test]
-    fn first_looks_lose_no_ray_that_passes_through() {
-        let mut random = fastrand::Rng::with_seed(11);
-        let mut unit = move || random.f32() * 2.0 - 1.0;
-        let mut vector = |size: f32| Vec3::new(unit(), unit(), unit()) * size;
-        let mut passing = 0;
-        for round in 0..20_000 {
-            let size = [1e-3, 1.0, 1e3, 1e15][round % 4];
-            let around = vector([0.0, 1.0, 1e4][round % 3] * size);
-            let corners = [(); 3].map(|()| around + vector(size));
-            let sliver = [corners[0], corners[1], (corners[0] + corners[1]) * 0.5];
-            let corners = if round % 5 == 0 { sliver } else { corners };
-            let block = TriangleBlock::new(&[(PrimitiveId(0), corners)]);
-            let origins = [(); LANES].map(|()| around + vector(3.0 * size));
-            let mut part = vector(1.0);
-            let directions = origins.map(|origin| {
-                part = Vec3::new(part.y, part.z, (part.x * 7.0).fract());
-                let at = corners[0]
-                    + (corners[1] - corners[0]) * part.x.abs()
-                    + (corners[2] - corners[0]) * [0.0, part.y][round % 2];
-                (at - origin).normalize()
-            });
-            let rays = RayPacket {
-                direction: Vec3x8::from_lanes(directions),
-                t_max: splat(f32::MAX),
-            };
-            let point = origins.into_iter().fold(origins[0], Vec3::min);
-            let extent = (origins.into_iter().fold(origins[0], Vec3::max) - point).length();
-            let mut packet = Packet::EMPTY;
-            let origin8 = Vec3x8::from_lanes(origins);
-            packet.set::<F32x8>(&rays, &rays);
-            packet.start_at::<F32x8>(&origin8, &origin8);
-            let corners8 = TriangleBlock::corners::<F32x8>([&block, &block]);
-            let lines = EdgeLines::new(
-                &corners8,
-                &Edges::new(&corners8),
-                Vec3Lanes::splat(point),
-                splat(extent),
-            );
-            let d = Vec3Lanes::<F32x8>::load(&packet.direction);
-            let m = packet.moments::<F32x8>(point);
-            let outside = outside(&d, &m, &lines, &-lines.look_tolerance, 0).bits();
-            for (lane, (origin, direction)) in origins.into_iter().zip(directions).enumerate() {
-                let edges = block.edge_functions(Vec3x8::splat(origin));
-                let weights = edges.weights(&Vec3x8::splat(direction));
-                let look = edges.first_look(weights) & 1;
-                let passes = passes_through(
-                    origin,
-                    direction,
-                    corners,
-                    weights.map(|w| crate::simd::lane(&w, 0)),
-                );
-                passing += u32::from(passes);
-                assert!(
-                    !passes || look != 0 && outside >> lane & 1 == 0,
-                    "round {round}: {corners:?} {origin} {direction}"
-                );
-            }
-        }
-        assert!(
-            (40_000..120_000).contains(&passing),
-            "{passing} of 160,000 pass through"
-        );
-    }
 }

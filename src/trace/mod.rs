@@ -9,6 +9,7 @@ mod bundle;
 mod entry;
 mod frustum;
 mod leaf;
+mod lines;
 mod order;
 mod rays;
 mod single;
@@ -107,6 +108,8 @@ pub struct Tracer<'a> {
     moments: Box<[[Column; 3]; PACKETS]>,
     /// As the moments.
     slabs: Box<[PacketSlabs; PACKETS]>,
+    /// As the moments.
+    looks: Box<lines::Looks>,
     bundle_stack: Vec<bundle::Entry>,
     items: Vec<single::Item>,
     sorted: order::Sorted,
@@ -193,6 +196,7 @@ impl<'a> Tracer<'a> {
             shared: None,
             moments: Box::new([[Column::splat(0.0); 3]; PACKETS]),
             slabs: Box::new([PacketSlabs::EMPTY; PACKETS]),
+            looks: Box::new(lines::Looks::EMPTY),
             bundle_stack: Vec::with_capacity(size),
             items: Vec::with_capacity(ITEMS),
             sorted: order::Sorted::new(),
