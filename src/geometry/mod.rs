@@ -16,5 +16,5 @@ mod triangle;
 pub use bounds::{Slabs8, pad, padded};
 pub use sphere::{SphereBlock, intersect_spheres};
 pub use triangle::{
-    EdgeFunctions, EdgeLines, Edges, TriangleBlock, TriangleHits, padded_boxes, passes_through,
+    EdgeFunctions, Edges, FIRST_LOOK, TriangleBlock, TriangleHits, padded_boxes, passes_through,
 };

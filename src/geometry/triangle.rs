@@ -34,7 +34,7 @@ use crate::{
     simd::{
         F32x8, LANES, Mask8, Vec3x8, ge, gt, lane,
         lanes::{Lanes, Vec3Lanes},
-        le, lt, max, min, mul_add, splat,
+        le, lt, max, min, splat,
     },
 };
 use glam::Vec3;
@@ -47,13 +47,9 @@ const EDGE_ERROR: f64 = 11.5 / (1 << 24) as f64;
 /// [`EDGE_ERROR`] of edge functions in `f64`.
 const EDGE_ERROR_64: f64 = 11.5 / (1_u64 << 53) as f64;
 
-/// What the first look at an edge allows for: the bound above, and the rounding of all that it is made of.
-const FIRST_LOOK: f32 = 20.0 / (1 << 24) as f32;
-
-/// What the first look by lines allows for. Beyond what [`EdgeFunctions`] allow for there is the rounding of the edge
-/// functions themselves, 11.5, and of both products of the lines: the sum of corners 2, a cross product 3.5 and six
-/// multiply-adds for the one, the origin 1, a cross product 3.5 and the same six for the other.
-const LINES_LOOK: f32 = 48.0 / (1 << 24) as f32;
+/// What the first look at an edge allows for, as a share of [`Edges::size`]: the bound on the rounding error of an edge
+/// function, 11.5 half-ulps, and the rounding of all that it is made of.
+pub const FIRST_LOOK: f32 = 20.0 / (1 << 24) as f32;
 
 /// What [`TriangleBlock::may_hit`] allows for, whose edge functions are half of those of [`EdgeFunctions`]: half-ulps,
 /// as shares of 2 E (E + |A|), with E the longer of the edges from the first corner and A that corner as seen from the
@@ -204,45 +200,6 @@ impl<V: Lanes> Edges<V> {
         let both_squared = longest_squared + distance_squared;
         // The square of twice a sum is at most eight times the sum of squares.
         (longest_squared * V::splat(8.0) * both_squared).max(least).sqrt()
-    }
-}
-
-/// The edges of triangles as lines in Plücker coordinates: an edge and its moment. With d a ray's direction and
-/// m twice its moment, (origin - point) x d, `d.moment - edge.m` is the edge function that
-/// [`EdgeFunctions`] tell but for rounding, in six multiply-adds whatever the origin. Good for a first look only.
-#[derive(Clone, Copy, Debug)]
-pub struct EdgeLines {
-    /// As in [`Edges`]: u, v, w.
-    pub edges: [Vec3Lanes<F32x8>; 3],
-    /// An edge times twice its middle.
-    pub moments: [Vec3Lanes<F32x8>; 3],
-    /// How far on the wrong side of 0 an edge function may be at first look.
-    pub look_tolerance: F32x8,
-    /// As [`EdgeFunctions::tolerance`], for all origins.
-    pub tolerance: F32x8,
-}
-
-impl EdgeLines {
-    /// Of triangles given by their corners and edges, as lines relative to a point (the same in all lanes), for rays
-    /// that start within `extent` of it.
-    #[inline(always)]
-    #[must_use]
-    pub fn new(
-        [v0, v1, v2]: &[Vec3Lanes<F32x8>; 3],
-        edges: &Edges,
-        point: Vec3Lanes<F32x8>,
-        extent: F32x8,
-    ) -> Self {
-        let (a, b, c) = (*v0 - point, *v1 - point, *v2 - point);
-        // (x + y)^2 is at most 2 (x^2 + y^2).
-        let distance_squared = mul_add(extent, extent, a.dot(a));
-        let size = edges.size(distance_squared + distance_squared);
-        Self {
-            edges: [edges.u, edges.v, edges.w],
-            moments: [edges.u.cross(c + a), edges.v.cross(a + b), edges.w.cross(b + c)],
-            look_tolerance: size * splat(LINES_LOOK),
-            tolerance: size * splat(FIRST_LOOK),
-        }
     }
 }
 

@@ -13,7 +13,7 @@ use super::{
     PACKETS, Tracer, bits, bits64,
     frustum::{BundleFrustum, Seen},
     leaf::{self, Leaves},
-    lines,
+    lines::{self, LineSpace},
     rays::{Packet, PacketSlabs},
     single::Item,
 };
@@ -64,10 +64,8 @@ pub(super) struct Culling<'a, V> {
     pub regroup: bool,
     /// By axis, whether all rays go down: 1 or 0. `None` if they differ.
     pub down: Option<[u8; 3]>,
-    /// What lines are relative to: where the origins' box begins. (Only for rays with their own origins.)
-    pub point: Vec3,
-    /// How far from there origins are at most.
-    pub extent: f32,
+    /// For rays with their own origins.
+    pub space: LineSpace,
 }
 
 impl Tracer<'_> {
@@ -199,7 +197,7 @@ impl Tracer<'_> {
                     child,
                     culling,
                     packets,
-                    &self.moments,
+                    &self.lines,
                     &mut self.looks,
                     &mut self.packets,
                 )

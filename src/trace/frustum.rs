@@ -305,6 +305,22 @@ impl<V: Lanes> BundleFrustum<V> {
         })
     }
 
+    /// The axes i, j and k, the first two exchanged where rays go down k: seen along the rays they turn the same way.
+    #[inline(always)]
+    pub fn axes(&self) -> [usize; 3] {
+        let Frame { k, i, j, sign, .. } = self.all.frame;
+        if sign < 0.0 { [j, i, k] } else { [i, j, k] }
+    }
+
+    /// The square of how far rays go at most while they go 1 along k.
+    #[inline(always)]
+    pub fn stretch_squared(&self) -> f32 {
+        let Slopes { a, b } = &self.all.slopes;
+        let steepest_a = lane(&a.minus_abs_low, 0).min(lane(&a.minus_abs_high, 0));
+        let steepest_b = lane(&b.minus_abs_low, 0).min(lane(&b.minus_abs_high, 0));
+        1.0 + steepest_a * steepest_a + steepest_b * steepest_b
+    }
+
     /// By axis, whether all rays go down, 1 or 0; `None` if they differ, or nearly do.
     #[inline(always)]
     pub fn down(&self) -> Option<[u8; 3]> {

@@ -1,21 +1,28 @@
-//! Leaf blocks against packets whose rays have their own origins: at first rays and edges are lines in Plücker
-//! coordinates.
+//! Leaf blocks against packets whose rays have their own origins.
+//!
+//! At first rays are lines: space is sheared along the axis k of their frustum until their direction is that axis (Woop,
+//! Benthin and Wald, *Watertight Ray/Triangle Intersection*, 2013, shear for the canonical test; here it is a first look
+//! only). What is left is on which side of a triangle's edges, in the plane, a point lies: 24 operations a triangle and 11
+//! numbers of it. (Edges and rays in Plücker coordinates take 29 operations and 20 numbers, and moments of edges for each
+//! block: mirror rays of cow, figure and interior 0 to 2 % less.)
 
 use super::{
     PACKETS, bits,
     bundle::Culling,
+    frustum::BundleFrustum,
     leaf::{hit, in_order, interval, spheres, vector},
     rays::Packet,
 };
 use crate::{
     accel::{Bvh, Child},
-    geometry::{EdgeLines, Edges, TriangleBlock, padded_boxes},
+    geometry::{Edges, FIRST_LOOK, TriangleBlock, padded_boxes},
     simd::{
-        F32x8, LANES, lane,
+        F32x8, LANES, Vec3x8, lane,
         lanes::{Column, LaneMask, Lanes, Vec3Lanes},
-        splat,
+        mul_add, splat,
     },
 };
+use glam::Vec3;
 
 /// A packet and a triangle, as seen at first look.
 ///
@@ -64,9 +71,9 @@ impl Looks {
     pub const EMPTY: Self = Self([Look(0); PACKETS * LANES]);
 }
 
-/// A block against packets whose rays have their own origins: first as lines, which takes half the operations of the
-/// canonical edge functions, then canonically those pairs that are left. (Mirror rays: interior 9.9 to 11.2 Mrays/s,
-/// figure 46 to 51, terrain 4.7 to 4.9.)
+/// A block against packets whose rays have their own origins: first as lines, which takes less than half the operations
+/// of the canonical edge functions, then canonically those pairs that are left. (Mirror rays, by lines in Plücker
+/// coordinates: interior 9.9 to 11.2 Mrays/s, figure 46 to 51, terrain 4.7 to 4.9.)
 ///
 /// A line does not tell what is behind a ray, and every ray that a mirror sends out passes through the triangle it comes
 /// from: half of the pairs that were left, on curved meshes. So the canonical test ends where no ray starts on the side
@@ -78,7 +85,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     leaf: Child,
     culling: &Culling<'_, V>,
     packets: u32,
-    moments: &[[Column; 3]; PACKETS],
+    lines: &[PacketLines; PACKETS],
     looks: &mut Looks,
     states: &mut [Packet; PACKETS],
 ) -> u32 {
@@ -89,18 +96,14 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     let block = &bvh.triangle_blocks()[leaf.index()];
     let corners8 = TriangleBlock::corners::<F32x8>([block, block]);
     let edges8 = Edges::new(&corners8);
-    let point8 = Vec3Lanes::splat(culling.point);
-    let lines8 = EdgeLines::new(&corners8, &edges8, point8, splat(culling.extent));
-    let (lowest8, look_lowest8) = (-lines8.tolerance, -lines8.look_tolerance);
+    let seen8 = SeenTriangles::new(block, &edges8, &culling.space);
     let Looks(looks) = looks;
     let mut count = 0;
     for p in bits(packets) {
-        let state = &states[p % PACKETS];
-        let d = Vec3Lanes::<V>::load(&state.direction);
-        let m = Vec3Lanes::<V>::load(&moments[p % PACKETS]);
-        let live = state.live_bits::<V>();
+        let live = states[p % PACKETS].live_bits::<V>();
+        let lines = PacketLines::load::<V>(&lines[p % PACKETS]);
         for i in 0..leaf.count() {
-            let look = Look::new(p, i, Sides::new(&d, &m, &lines8, &look_lowest8, i).of(live));
+            let look = Look::new(p, i, lines.sides(&seen8, i).of(live));
             looks[count % (PACKETS * LANES)] = look;
             count += usize::from(look.is_close());
         }
@@ -108,6 +111,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     if count == 0 {
         return 0;
     }
+    let lowest8 = -seen8.tolerance;
     let (lower8, upper8) = padded_boxes(&corners8);
     let (first8, last8) = in_order(lower8, upper8, culling.down);
     let mut taken = 0;
@@ -130,7 +134,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
             d.dot(vector::<V>(&edges8.v, i).cross(a + b)).turn(flip),
             d.dot(vector::<V>(&edges8.w, i).cross(b + c)).turn(flip),
         ];
-        let tolerance = [V::splat(lane(&lowest8, i)), V::splat(lane(&lines8.tolerance, i))];
+        let tolerance = [V::splat(lane(&lowest8, i)), V::splat(lane(&seen8.tolerance, i))];
         let bounds = interval::<V>(state, vector(&first8, i) - o, vector(&last8, i) - o, culling);
         // Turned before the product, as elsewhere: the sign of a determinant of 0 depends on it.
         let determinant = d.dot(normal.turn(flip));
@@ -151,28 +155,6 @@ struct Sides {
 }
 
 impl Sides {
-    /// Of triangle `i`.
-    #[inline(always)]
-    fn new<V: Lanes>(
-        d: &Vec3Lanes<V>,
-        m: &Vec3Lanes<V>,
-        lines8: &EdgeLines,
-        lowest8: &F32x8,
-        i: usize,
-    ) -> Self {
-        let u = beside(d, m, vector(&lines8.edges[0], i), vector(&lines8.moments[0], i));
-        let v = beside(d, m, vector(&lines8.edges[1], i), vector(&lines8.moments[1], i));
-        let w = beside(d, m, vector(&lines8.edges[2], i), vector(&lines8.moments[2], i));
-        let (lowest, highest) = (
-            V::splat(lane(lowest8, i)),
-            V::splat(lane(&lines8.look_tolerance, i)),
-        );
-        Self {
-            above: !u.min(v).min(w).lt(lowest).bits(),
-            below: !u.max(v).max(w).gt(highest).bits(),
-        }
-    }
-
     /// Those of `lanes`.
     #[inline(always)]
     fn of(self, lanes: u32) -> Self {
@@ -183,12 +165,194 @@ impl Sides {
     }
 }
 
-/// The edge function: on which side of the line with `edge` and `moment` rays pass.
+/// What lines are told by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LineSpace {
+    /// The [axes](BundleFrustum::axes) i, j and k.
+    axes: [usize; 3],
+    /// What all places are relative to: where the origins' box begins.
+    point: Vec3,
+    /// How far from there origins are at most.
+    extent: f32,
+    /// [How far](LINES_LOOK) on the wrong side of an edge a line may pass at first look, as a share of [`Edges::size`].
+    look: f32,
+}
+
+impl LineSpace {
+    /// Without a frustum, no line misses anything.
+    #[inline(always)]
+    pub fn new<V: Lanes>(frustum: Option<&BundleFrustum<V>>, point: Vec3, extent: f32) -> Self {
+        let (axes, stretch_squared) = match frustum {
+            Some(frustum) => (frustum.axes(), frustum.stretch_squared()),
+            None => ([0, 1, 2], f32::INFINITY),
+        };
+        Self {
+            axes,
+            point,
+            extent,
+            look: LINES_LOOK * stretch_squared,
+        }
+    }
+}
+
+/// What the first look by lines allows for, in half-ulps, times the square of N, how far rays go while they go 1 along k:
+/// as a share of [`Edges::size`], which is at least 2 E (E + L) with E the longest edge and L more than the distances of
+/// point and origins from the first corner, and from each other.
+///
+/// The shear makes vectors at most N times as long. Errors of a sheared edge: its own rounding, the slope's (2), and the
+/// multiply-add's: 4 N E. Of the sheared first corner: its and the origin's rounding relative to the point, the slope's
+/// (2), p and q, the difference and the multiply-add: 6 N L. With the rounding of two products u and v are wrong by up to
+/// 12 N^2 E L, their sum with w, which is what they leave of it, by 10 N^2 E^2; w then by 27 N^2 E (E + L), half of that as
+/// a share of the size.
+///
+/// The canonical edge functions are these times twice the direction along k, at least 2 / N; they are rejected below
+/// -20 half-ulps ([`FIRST_LOOK`]) and wrong by up to 11.5, which here is 15.75 N. Together 29.25 N^2, for N is at least 1.
+const LINES_LOOK: f32 = 32.0 / (1 << 24) as f32;
+
+/// The rays of a packet as lines in slope form: relative to a [`LineSpace`] they pass through
+/// (p + a x_k, q + b x_k, x_k) for all x_k.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PacketLines {
+    minus_a: Column,
+    minus_b: Column,
+    p: Column,
+    q: Column,
+}
+
+impl PacketLines {
+    pub const EMPTY: Self = Self {
+        minus_a: Column([0.0; 16]),
+        minus_b: Column([0.0; 16]),
+        p: Column([0.0; 16]),
+        q: Column([0.0; 16]),
+    };
+
+    /// Of rays that the space's frustum holds.
+    #[inline(always)]
+    pub fn set<V: Lanes>(&mut self, packet: &Packet, space: &LineSpace) {
+        let [i, j, k] = space.axes;
+        let o_i = V::load(&packet.origin[i]) - V::splat(space.point[i]);
+        let o_j = V::load(&packet.origin[j]) - V::splat(space.point[j]);
+        let o_k = V::load(&packet.origin[k]) - V::splat(space.point[k]);
+        let minus_inv = -V::load(&packet.inv_direction[k]);
+        let minus_a = V::load(&packet.direction[i]) * minus_inv;
+        let minus_b = V::load(&packet.direction[j]) * minus_inv;
+        minus_a.store(&mut self.minus_a);
+        minus_b.store(&mut self.minus_b);
+        minus_a.mul_add(o_k, o_i).store(&mut self.p);
+        minus_b.mul_add(o_k, o_j).store(&mut self.q);
+    }
+
+    /// In registers.
+    #[inline(always)]
+    fn load<V: Lanes>(&self) -> Lines<V> {
+        Lines {
+            minus_a: V::load(&self.minus_a),
+            minus_b: V::load(&self.minus_b),
+            p: V::load(&self.p),
+            q: V::load(&self.q),
+        }
+    }
+}
+
+/// [`PacketLines`] in registers.
+#[derive(Clone, Copy)]
+struct Lines<V> {
+    minus_a: V,
+    minus_b: V,
+    p: V,
+    q: V,
+}
+
+impl<V: Lanes> Lines<V> {
+    /// Edge `n` of eight, sheared: what it is along i and j.
+    #[inline(always)]
+    fn sheared(&self, [i, j, k]: &[F32x8; 3], n: usize) -> [V; 2] {
+        let along = V::splat(lane(k, n));
+        [
+            self.minus_a.mul_add(along, V::splat(lane(i, n))),
+            self.minus_b.mul_add(along, V::splat(lane(j, n))),
+        ]
+    }
+
+    /// From which sides lines may hit triangle `n`.
+    #[inline(always)]
+    fn sides(&self, seen8: &SeenTriangles, n: usize) -> Sides {
+        let [e1_i, e1_j] = self.sheared(&seen8.e1, n);
+        let [e2_i, e2_j] = self.sheared(&seen8.e2, n);
+        let [i, j, k] = &seen8.v0;
+        let along = V::splat(lane(k, n));
+        let v0_i = self.minus_a.mul_add(along, V::splat(lane(i, n)) - self.p);
+        let v0_j = self.minus_b.mul_add(along, V::splat(lane(j, n)) - self.q);
+        let u = e2_i.mul_sub(v0_j, e2_j * v0_i);
+        let v = v0_i.mul_sub(e1_j, v0_j * e1_i);
+        let w = e1_i.mul_sub(e2_j, e1_j * e2_i) - u - v;
+        let lowest = V::splat(lane(&seen8.lowest, n));
+        let highest = V::splat(lane(&seen8.highest, n));
+        Sides {
+            above: !u.min(v).min(w).lt(lowest).bits(),
+            below: !u.max(v).max(w).gt(highest).bits(),
+        }
+    }
+}
+
+/// A block's triangles in a [`LineSpace`]: vectors are columns along i, j and k.
+#[derive(Clone, Copy, Debug)]
+struct SeenTriangles {
+    /// First corners.
+    v0: [F32x8; 3],
+    /// Edges from there to the second corners.
+    e1: [F32x8; 3],
+    /// Edges from there to the third corners.
+    e2: [F32x8; 3],
+    /// How far on the wrong side of 0 an edge function may be at first look, and minus that.
+    highest: F32x8,
+    lowest: F32x8,
+    /// As [`EdgeFunctions::tolerance`](crate::geometry::EdgeFunctions::tolerance), for all origins.
+    tolerance: F32x8,
+}
+
+impl SeenTriangles {
+    #[inline(always)]
+    fn new(block: &TriangleBlock, edges8: &Edges, space: &LineSpace) -> Self {
+        let point8 = Vec3x8::splat(space.point);
+        let (from, a) = (columns(&point8, space), columns(&block.v0, space));
+        let (b, c) = (columns(&block.v1, space), columns(&block.v2, space));
+        let v0 = [a[0] - from[0], a[1] - from[1], a[2] - from[2]];
+        let extent8 = splat(space.extent);
+        // (x + y)^2 is at most 2 (x^2 + y^2).
+        let distance_squared = mul_add(
+            v0[0],
+            v0[0],
+            mul_add(v0[1], v0[1], mul_add(v0[2], v0[2], extent8 * extent8)),
+        );
+        let size = edges8.size(distance_squared + distance_squared);
+        let highest = size * splat(space.look);
+        Self {
+            v0,
+            e1: [b[0] - a[0], b[1] - a[1], b[2] - a[2]],
+            e2: [c[0] - a[0], c[1] - a[1], c[2] - a[2]],
+            highest,
+            lowest: -highest,
+            tolerance: size * splat(FIRST_LOOK),
+        }
+    }
+}
+
+/// The columns of eight vectors along i, j and k.
 #[inline(always)]
-fn beside<V: Lanes>(d: &Vec3Lanes<V>, m: &Vec3Lanes<V>, edge: Vec3Lanes<V>, moment: Vec3Lanes<V>) -> V {
-    let by_moment = d.x.mul_add(moment.x, d.y.mul_add(moment.y, d.z * moment.z));
-    let by_edge = m.x.mul_add(edge.x, m.y.mul_add(edge.y, m.z * edge.z));
-    by_moment - by_edge
+fn columns(v: &Vec3x8, space: &LineSpace) -> [F32x8; 3] {
+    let [i, j, k] = space.axes;
+    [column(v, i), column(v, j), column(v, k)]
+}
+
+#[inline(always)]
+fn column(v: &Vec3x8, axis: usize) -> F32x8 {
+    match axis {
+        0 => v.x,
+        1 => v.y,
+        _ => v.z,
+    }
 }
 
 #[cfg(test)]
@@ -197,9 +361,40 @@ mod tests {
     use crate::{
         geometry::passes_through,
         ray::{PrimitiveId, RayPacket},
-        simd::Vec3x8,
+        trace::way::Way,
     };
-    use glam::Vec3;
+
+    /// The lanes that may hit the first triangle, of rays that all go one way.
+    fn ahead(
+        block: &TriangleBlock,
+        edges8: &Edges,
+        origin8: &Vec3x8,
+        direction: Vec3,
+        (point, extent): (Vec3, f32),
+        round: usize,
+    ) -> u32 {
+        let mut packets = [Packet::EMPTY; PACKETS];
+        let rays = RayPacket {
+            direction: Vec3x8::splat(direction),
+            t_max: splat(f32::MAX),
+        };
+        packets[0].set::<F32x8>(&rays, &rays);
+        packets[0].start_at::<F32x8>(origin8, origin8);
+        // Any axis that they go along well enough.
+        let frustum = (0..3).find_map(|turn| {
+            let axis = (round + turn) % 3;
+            let sign = direction[axis].signum();
+            BundleFrustum::<F32x8>::new::<false>(&packets, 1, Way { axis, sign })
+        });
+        let space = LineSpace::new(frustum.as_ref(), point, extent);
+        assert!(space.look.is_finite(), "one axis is along {direction}");
+        let mut lines = PacketLines::EMPTY;
+        lines.set::<F32x8>(&packets[0], &space);
+        let seen8 = SeenTriangles::new(block, edges8, &space);
+        let v0 = Vec3Lanes::<F32x8>::splat(block.v0.lane(0));
+        let plane = leaf::vector(&edges8.normal, 0).dot(v0 - Vec3Lanes::load(&packets[0].origin));
+        Look::new(0, 0, lines.load::<F32x8>().sides(&seen8, 0)).ahead(plane.sign_bits())
+    }
 
     /// Rays at corners, at edges and past them, of triangles of all shapes, near and far from their origins.
     #[test]
@@ -224,32 +419,13 @@ mod tests {
                     + (corners[2] - corners[0]) * [0.0, part.y][round % 2];
                 (at - origin).normalize()
             });
-            let rays = RayPacket {
-                direction: Vec3x8::from_lanes(directions),
-                t_max: splat(f32::MAX),
-            };
             let point = origins.into_iter().fold(origins[0], Vec3::min);
             let extent = (origins.into_iter().fold(origins[0], Vec3::max) - point).length();
-            let mut packet = Packet::EMPTY;
-            let origin8 = Vec3x8::from_lanes(origins);
-            packet.set::<F32x8>(&rays, &rays);
-            packet.start_at::<F32x8>(&origin8, &origin8);
             let corners8 = TriangleBlock::corners::<F32x8>([&block, &block]);
-            let lines = EdgeLines::new(
-                &corners8,
-                &Edges::new(&corners8),
-                Vec3Lanes::splat(point),
-                splat(extent),
-            );
-            let d = Vec3Lanes::<F32x8>::load(&packet.direction);
-            let m = packet.moments::<F32x8>(point);
-            let sides = Sides::new(&d, &m, &lines, &-lines.look_tolerance, 0);
-            let normal = leaf::vector::<F32x8>(&Edges::new(&corners8).normal, 0);
-            let turned = normal
-                .dot(Vec3Lanes::splat(corners[0]) - Vec3Lanes::load(&packet.origin))
-                .sign_bits();
-            let ahead = Look::new(0, 0, sides).ahead(turned);
+            let edges8 = Edges::new(&corners8);
+            let origin8 = Vec3x8::from_lanes(origins);
             for (lane, (origin, direction)) in origins.into_iter().zip(directions).enumerate() {
+                let ahead = ahead(&block, &edges8, &origin8, direction, (point, extent), round);
                 let edges = block.edge_functions(Vec3x8::splat(origin));
                 let weights = edges.weights(&Vec3x8::splat(direction));
                 let look = edges.first_look(weights) & 1;

@@ -27,6 +27,7 @@ use answers::{AHEAD, Answers, Hits};
 use bundle::Culling;
 use frustum::{BundleFrustum, Frustum};
 use glam::Vec3;
+use lines::LineSpace;
 use rays::{Packet, PacketSlabs};
 use std::ops::Range;
 use way::Way;
@@ -103,12 +104,12 @@ pub struct Tracer<'a> {
     packets: Box<[Packet; PACKETS]>,
     /// Where all of them start, as bits, if that is one point: rays of the next call often start there, too.
     shared: Option<[u32; 3]>,
-    /// The rays' [`moments`](Packet::moments), only while rays with their own origins are traced in bundles. (As a part
-    /// of the packets they cost camera rays of small scenes 4 %.)
-    moments: Box<[[Column; 3]; PACKETS]>,
-    /// As the moments.
+    /// The rays as lines, only while rays with their own origins are traced in bundles. (As a part of the packets they
+    /// cost camera rays of small scenes 4 %.)
+    lines: Box<[lines::PacketLines; PACKETS]>,
+    /// As the lines.
     slabs: Box<[PacketSlabs; PACKETS]>,
-    /// As the moments.
+    /// As the lines.
     looks: Box<lines::Looks>,
     bundle_stack: Vec<bundle::Entry>,
     items: Vec<single::Item>,
@@ -194,7 +195,7 @@ impl<'a> Tracer<'a> {
             method,
             packets: Box::new([Packet::EMPTY; PACKETS]),
             shared: None,
-            moments: Box::new([[Column::splat(0.0); 3]; PACKETS]),
+            lines: Box::new([lines::PacketLines::EMPTY; PACKETS]),
             slabs: Box::new([PacketSlabs::EMPTY; PACKETS]),
             looks: Box::new(lines::Looks::EMPTY),
             bundle_stack: Vec::with_capacity(size),
@@ -468,16 +469,13 @@ impl<'a> Tracer<'a> {
                 entry,
                 exact: ANY || !SHARED || !regroup,
                 regroup,
+                space: LineSpace::new(frustum.as_ref(), point, extent),
                 down: frustum.as_ref().and_then(BundleFrustum::down),
-                point,
-                extent,
             };
             if !SHARED {
                 for p in bits(packets) {
                     self.slabs[p % PACKETS].set::<V>(&self.packets[p % PACKETS], culling.down.is_some());
-                    self.packets[p % PACKETS]
-                        .moments::<V>(point)
-                        .store(&mut self.moments[p % PACKETS]);
+                    self.lines[p % PACKETS].set::<V>(&self.packets[p % PACKETS], &culling.space);
                 }
             }
             self.traverse_bundle::<V, ANY, SHARED>(packets, &culling);

@@ -11,7 +11,6 @@ use crate::{
         max, splat,
     },
 };
-use glam::Vec3;
 
 /// A packet and its best hits. A lane whose `t` is 0 or below is done: nothing replaces it.
 #[derive(Clone, Copy, Debug)]
@@ -113,14 +112,6 @@ impl Packet {
         V::splat(0.0).store(u);
         V::splat(0.0).store(v);
         V::splat(1.0).store(w);
-    }
-
-    /// Twice the rays' moments about a point, `2 (origin - point) x direction`; see
-    /// [`EdgeLines`](crate::geometry::EdgeLines).
-    #[inline(always)]
-    pub fn moments<V: Lanes>(&self, point: Vec3) -> Vec3Lanes<V> {
-        let origin = Vec3Lanes::<V>::load(&self.origin) - Vec3Lanes::splat(point);
-        (origin + origin).cross(Vec3Lanes::load(&self.direction))
     }
 
     /// The nearest hits of one half, for closest-hit traversal.
@@ -356,6 +347,7 @@ mod tests {
             single::SingleRay,
         },
     };
+    use glam::Vec3;
 
     /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis;
     /// half of the rays go one way.
