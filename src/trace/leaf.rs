@@ -1,4 +1,5 @@
-//! Leaf blocks against the packets of a bundle.
+//! Leaf blocks against the packets of a bundle: triangles for rays that share their origin (for others see
+//! [`lines`](super::lines)), spheres, and the canonical test.
 
 use super::{PACKETS, bits, bits64, bundle::Culling, rays::Packet};
 use crate::{

@@ -1,10 +1,10 @@
 //! Leaf blocks against packets whose rays have their own origins.
 //!
-//! At first rays are lines: space is sheared along the axis k of their frustum until their direction is that axis (Woop,
-//! Benthin and Wald, *Watertight Ray/Triangle Intersection*, 2013, shear for the canonical test; here it is a first look
-//! only). What is left is on which side of a triangle's edges, in the plane, a point lies: 24 operations a triangle and 11
-//! numbers of it. (Edges and rays in Plücker coordinates take 29 operations and 20 numbers, and moments of edges for each
-//! block: mirror rays of cow, figure and interior 0 to 2 % less.)
+//! At first rays are lines: space is sheared along the axis k of their frustum until their direction is that axis
+//! (Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, 2013, shear for the canonical test; here it is a
+//! first look only). What is left is on which side of a triangle's edges, in the plane, a point lies: 24 operations a
+//! triangle and 11 numbers of it. (Edges and rays in Plücker coordinates take 29 operations and 20 numbers, and moments
+//! of edges for each block: mirror rays of cow, figure and interior 0 to 2 % less.)
 
 use super::{
     PACKETS, bits,
@@ -62,8 +62,8 @@ impl Look {
     }
 }
 
-/// Memory for what passes the first look at a block. (Made anew for each block, and so filled with zeros, mirror rays
-/// lost 4 to 6 %.)
+/// Memory for what passes the first look at a block. (Where it was made anew for each block, and so filled with zeros,
+/// mirror rays lost 4 to 6 %.)
 #[derive(Debug)]
 pub(super) struct Looks([Look; PACKETS * LANES]);
 
@@ -72,13 +72,14 @@ impl Looks {
 }
 
 /// A block against packets whose rays have their own origins: first as lines, which takes less than half the operations
-/// of the canonical edge functions, then canonically those pairs that are left. (Mirror rays, by lines in Plücker
-/// coordinates: interior 9.9 to 11.2 Mrays/s, figure 46 to 51, terrain 4.7 to 4.9.)
+/// of the canonical edge functions, then canonically those pairs that are left. (A first look, at that time in Plücker
+/// coordinates, took mirror rays of the interior from 9.9 to 11.2 Mrays/s, figure 46 to 51, terrain 4.7 to 4.9.)
 ///
-/// A line does not tell what is behind a ray, and every ray that a mirror sends out passes through the triangle it comes
-/// from: half of the pairs that were left, on curved meshes. So the canonical test ends where no ray starts on the side
-/// from which its line would hit. (Mirror rays: cow +4 to +6 %, figure 0 to +5 %, interior, terrain and blobs 0 to
-/// +2 %. With a loop of its own for this, in place of a branch within the canonical test: 2 to 3 % less.)
+/// A line does not tell what is behind a ray, and every ray that a mirror sends out passes through the triangle it
+/// comes from: half of the pairs that were left, on curved meshes. So the canonical test ends where no ray starts on
+/// the side of the triangle's plane from which its line would hit. (Mirror rays: cow +4 to +6 %, figure 0 to +5 %,
+/// interior, terrain and blobs 0 to +2 %. With a loop of its own for this, in place of a branch within the canonical
+/// test: 2 to 3 % less.)
 #[inline(always)]
 pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     bvh: &Bvh,
@@ -195,18 +196,19 @@ impl LineSpace {
     }
 }
 
-/// What the first look by lines allows for, in half-ulps, times the square of N, how far rays go while they go 1 along k:
-/// as a share of [`Edges::size`], which is at least 2 E (E + L) with E the longest edge and L more than the distances of
-/// point and origins from the first corner, and from each other.
+/// What the first look by lines allows for, in half-ulps, times the square of N, how far rays go while they go 1 along
+/// k: as a share of [`Edges::size`], which is at least 2 E (E + L) with E the longest edge and L more than the
+/// distances of point and origins from the first corner, and from each other.
 ///
-/// The shear makes vectors at most N times as long. Errors of a sheared edge: its own rounding, the slope's (2), and the
-/// multiply-add's: 4 N E. Of the sheared first corner: its and the origin's rounding relative to the point, the slope's
-/// (2), p and q, the difference and the multiply-add: 6 N L. With the rounding of two products u and v are wrong by up to
-/// 12 N^2 E L, their sum with w, which is what they leave of it, by 10 N^2 E^2; w then by 27 N^2 E (E + L), half of that as
-/// a share of the size.
+/// The shear makes vectors at most N times as long. Errors of a sheared edge: its own rounding, the slope's (2), and
+/// the multiply-add's: 4 N E. Of the sheared first corner: its and the origin's rounding relative to the point, the
+/// slope's (2), p and q, the difference and the multiply-add: 6 N L. With the rounding of two products u and v are
+/// wrong by up to 12 N^2 E L, their sum with w, which is what they leave of it, by 10 N^2 E^2; w then by 27 N^2 E (E +
+/// L), half of that as a share of the size. Where multiply-adds are not fused, 15 N^2.
 ///
-/// The canonical edge functions are these times twice the direction along k, at least 2 / N; they are rejected below
-/// -20 half-ulps ([`FIRST_LOOK`]) and wrong by up to 11.5, which here is 15.75 N. Together 29.25 N^2, for N is at least 1.
+/// The canonical edge functions are these times twice what rays go along k, at least 2 / N; they are rejected below
+/// -20 half-ulps ([`FIRST_LOOK`]) and wrong by up to 11.5, which here is 15.75 N. Together up to 30.75 N^2, for N is at
+/// least 1.
 const LINES_LOOK: f32 = 32.0 / (1 << 24) as f32;
 
 /// The rays of a packet as lines in slope form: relative to a [`LineSpace`] they pass through
@@ -227,7 +229,7 @@ impl PacketLines {
         q: Column([0.0; 16]),
     };
 
-    /// Of rays that the space's frustum holds.
+    /// Of rays that the space's frustum holds. (Without one they may be anything, but then miss nothing.)
     #[inline(always)]
     pub fn set<V: Lanes>(&mut self, packet: &Packet, space: &LineSpace) {
         let [i, j, k] = space.axes;

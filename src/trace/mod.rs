@@ -1,4 +1,5 @@
-//! Closest hits and occlusion over bundles (eight packets of eight rays or sixteen of sixteen), packets and single rays.
+//! Closest hits and occlusion over bundles (eight packets of eight rays or sixteen of sixteen), packets and single
+//! rays.
 //!
 //! All ways give the same hits, bit for bit: they differ only in which boxes they skip, and what they skip has
 //! no hit in it. A [`Tracer`] chooses among them by what its rays do: bundles as long as one frustum holds the
@@ -31,8 +32,8 @@ use lines::LineSpace;
 use rays::{Packet, PacketSlabs};
 use way::Way;
 
-/// The most packets of a bundle: as many as a packet has rays, so that a vector has a lane for each of either. (Sixteen of
-/// sixteen against eight: camera rays of the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %.)
+/// The most packets of a bundle: as many as a packet has rays, so that a vector has a lane for each of either. (Sixteen
+/// of sixteen against eight: camera rays of the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %.)
 const PACKETS: usize = MOST_LANES;
 
 /// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are fastest.
@@ -103,8 +104,8 @@ pub struct Tracer<'a> {
     packets: Box<[Packet; PACKETS]>,
     /// Where all of them start, as bits, if that is one point: rays of the next call often start there, too.
     shared: Option<[u32; 3]>,
-    /// The rays as lines, only while rays with their own origins are traced in bundles. (As a part of the packets they
-    /// cost camera rays of small scenes 4 %.)
+    /// The rays as lines, only while rays with their own origins are traced in bundles. (Three columns more as a part
+    /// of the packets cost camera rays of small scenes 4 %.)
     lines: Box<[lines::PacketLines; PACKETS]>,
     /// As the lines.
     slabs: Box<[PacketSlabs; PACKETS]>,
@@ -119,8 +120,8 @@ pub struct Tracer<'a> {
     nodes_wait: bool,
     /// Of rays with their own origins.
     scattered: Backoff,
-    /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more than two leaves for each of
-    /// its rays is of no use: triangles are far smaller than what is between its rays. (Camera rays of ten million
+    /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more than two leaves for each
+    /// of its rays is of no use: triangles are far smaller than what is between its rays. (Camera rays of ten million
     /// triangles: 9.6 to 13.8 Mrays/s. With one leaf a ray 14.5, but a million then lose 6 %.)
     crowded: Backoff,
     /// Leaves that the bundle in hand has visited.
@@ -166,8 +167,8 @@ const ENTRY_PACKETS: usize = 128;
 
 /// Asks for the memory of packet `i` of the rays, where there is one: rays further on come from memory while others are
 /// traced, each as another is made ready, for a core waits for few lines at a time. (To ask once a bundle, for the next
-/// bundle's rays, left the frustum of an [`entry`] to wait for all of its own: on a Xeon, whose memory answers in 160 ns,
-/// camera rays -4 to -10 % in small scenes, 0 to -4 % in large ones. Sorted mirror rays without this: 0 to -4 %.)
+/// bundle's rays, left the frustum of an [`entry`] to wait for all of its own: on a Xeon, whose memory answers in 160
+/// ns, camera rays -4 to -10 % in small scenes, 0 to -4 % in large ones. Sorted mirror rays without this: 0 to -4 %.)
 #[inline(always)]
 fn prefetch_rays(rays: &[RayPacket], origins: &[Vec3x8], i: usize) {
     if let Some(rays) = rays.get(i) {
@@ -183,16 +184,16 @@ struct Group<'a> {
     /// From which packet on, and up to which.
     start: usize,
     end: usize,
-    /// What to visit in place of the root.
+    /// What to visit in place of the root, for camera rays.
     entry: Option<&'a Node8>,
-    /// Single rays, to be put together in this order: each is a packet, from the first on, times eight plus lane. `None`:
-    /// packets that hold a ray, as they come.
+    /// For rays with their own origins: single ones, to be put together in this order: each is a packet, from the first
+    /// on, times eight plus lane. `None`: packets that hold a ray, as they come.
     order: Option<&'a [u16]>,
 }
 
-/// Puts rays into packets as they come, those that `members` tells, and asks for those `ahead`.
+/// Fills packets with rays as they come, those that `members` tells, and asks for those `ahead`.
 #[inline(always)]
-fn set<V: Lanes, const SHARED: bool>(
+fn fill<V: Lanes, const SHARED: bool>(
     packets: &mut [Packet; PACKETS],
     rays: &[RayPacket],
     origins: &[Vec3x8],
@@ -252,8 +253,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// The nearest hits of all rays; of several equally near, the one with the lowest id. Neighbours in `rays`
-    /// should be neighbours in space: [`BUNDLE`] of them are traced together. More than 4 MB of hits are written past the
+    /// The nearest hits of all rays; of several equally near, the one with the lowest id. Neighbours in `rays` should
+    /// be neighbours in space: [`BUNDLE`] of them are traced together. More than 4 MB of hits are written past the
     /// caches.
     ///
     /// # Panics
@@ -390,8 +391,8 @@ impl<'a> Tracer<'a> {
         entry::entry_node(self.bvh, &frustum)
     }
 
-    /// Traces a group, a bundle at a time. (From one place for both orders, for what traverses is compiled into it: mirror
-    /// rays of cow, figure and interior +2 to +4 % against two, and a third less code to compile.)
+    /// Traces a group, a bundle at a time. (One call of [`trace`](Self::trace) for both orders, for all of traversal is
+    /// compiled into it: mirror rays of cow, figure and interior +2 to +4 %, and a third less code.)
     #[inline(always)]
     fn trace_group<V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
@@ -415,8 +416,8 @@ impl<'a> Tracer<'a> {
         }
         let mut members = [0; BUNDLE];
         let (mut next, mut first) = (start, 0);
-        let mut ahead = end..end + order::PACKETS;
-        let at_a_time = match order {
+        let mut later = end..end + order::PACKETS;
+        let asked_each = match order {
             Some(order) => order::PACKETS.div_ceil(order.len().div_ceil(V::COUNT).max(1)),
             None => 0,
         };
@@ -427,7 +428,7 @@ impl<'a> Tracer<'a> {
                 bundle = &order[first..order.len().min(first + V::COUNT * V::COUNT)];
                 first += bundle.len();
                 for (packet, members) in packets.iter_mut().zip(bundle.chunks(V::COUNT)) {
-                    for i in ahead.by_ref().take(at_a_time) {
+                    for i in later.by_ref().take(asked_each) {
                         prefetch_rays(rays, origins, i);
                     }
                     packet.gather::<V>(&rays[start..end], &origins[start..end], members);
@@ -444,7 +445,7 @@ impl<'a> Tracer<'a> {
                     next += 1;
                 }
                 let ahead = if SHARED && !ANY { ENTRY_PACKETS } else { BUNDLE };
-                set::<V, SHARED>(packets, rays, origins, &members[..count], ahead);
+                fill::<V, SHARED>(packets, rays, origins, &members[..count], ahead);
             }
             let filled = bundle.len().div_ceil(V::COUNT) + count.div_ceil(halves);
             if filled == 0 {
@@ -515,8 +516,8 @@ impl<'a> Tracer<'a> {
         self.trace_items::<V, ANY>();
     }
 
-    /// Those of `packets` that are traced together next, and their frustum: all of them if one holds them, else many that
-    /// go one way. Without a frustum, there are none that do.
+    /// Those of `packets` that are traced together next, and their frustum: all of them if one holds them, else many
+    /// that go one way. Without a frustum, there are none that do.
     #[inline(always)]
     fn next_group<V: Lanes, const SHARED: bool>(&self, packets: u32) -> (u32, Option<BundleFrustum<V>>) {
         let mut group = (packets, Way::of_most::<V>(&self.packets, packets));
