@@ -408,6 +408,7 @@ impl<'a> Tracer<'a> {
         } else {
             V::COUNT * halves
         };
+        // Never there where origins are shared: said so that none of it is compiled for those.
         let order = if SHARED { None } else { group.order };
         if order.is_some() {
             for (i, rays) in rays.iter().enumerate().take(end).skip(start) {
