@@ -14,7 +14,7 @@ use super::{
     frustum::{BundleFrustum, Seen},
     leaf::{self, Leaves},
     lines::{self, LineSpace},
-    rays::{Packet, PacketSlabs},
+    rays::{NODE_PAD, Packet, PacketSlabs},
     single::Item,
 };
 use crate::{
@@ -490,16 +490,27 @@ fn entering_by_packet<V: Lanes, const ONE_WAY: bool>(
     }
 }
 
-/// Where a packet's rays enter child `c`, and which do; `planes` are as [`entering`] has them.
+/// Where a packet's rays enter child `c`, at least (below 0 where they start inside), and which do; `planes` are as
+/// [`entering`] has them.
+///
+/// Whatever has the [canonical interval](Packet::interval) of something in the box is in here: one product and one
+/// maximum less hold more. What is behind the origin the frusta have left out.
 #[inline(always)]
 fn enter<V: Lanes, const ONE_WAY: bool>(planes: &[F32x8; 6], c: usize, state: &Packet) -> (V, V::Mask) {
-    let (lower, upper) = corners(planes, c);
+    let inv = Vec3Lanes::<V>::load(&state.inv_direction);
+    let (first, last) = corners::<V>(planes, c);
+    let (x0, x1) = (first.x * inv.x, last.x * inv.x);
+    let (y0, y1) = (first.y * inv.y, last.y * inv.y);
+    let (z0, z1) = (first.z * inv.z, last.z * inv.z);
+    let t = V::load(&state.t);
     let (near, far) = if ONE_WAY {
-        state.interval_one_way(lower, upper)
+        (x0.max(y0).max(z0), x1.min(y1).min(z1.min(t)))
     } else {
-        state.interval(lower, upper)
+        let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1));
+        (near, x0.max(x1).min(y0.max(y1)).min(z0.max(z1).min(t)))
     };
-    (near, near.le(far.min(V::load(&state.t))))
+    let near = near * V::splat(1.0 - NODE_PAD);
+    (near, near.le(far))
 }
 
 /// The node's planes: those through which rays that go one way come in, then those through which they leave; lower,
