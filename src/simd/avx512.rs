@@ -8,7 +8,7 @@
 
 use super::{
     F32x8,
-    lanes::{Column, LaneMask, Lanes},
+    lanes::{Column, LaneMask, Lanes, MOST_LANES},
 };
 use std::{
     arch::x86_64::*,
@@ -99,6 +99,53 @@ fn halves(a: F32x16) -> [F32x8; 2] {
     // SAFETY: as for the operators.
     let halves: [__m256; 2] = unsafe { [_mm512_castps512_ps256(a.0), _mm512_extractf32x8_ps::<1>(a.0)] };
     halves.map(bytemuck::cast)
+}
+
+/// Halves the lanes of two vectors by `$reduce`, and puts the second one's behind the first one's, 128 bits or one lane at
+/// a time, as `$shuffle` picks them by `$low` and `$high`.
+macro_rules! halved {
+    ($reduce:ident, $shuffle:ident, $low:literal, $high:literal, $a:expr, $b:expr) => {{
+        let (a, b) = ($a, $b);
+        let low = avx512!(F32x16, $shuffle::<$low>(a.0, b.0));
+        let high = avx512!(F32x16, $shuffle::<$high>(a.0, b.0));
+        low.$reduce(high)
+    }};
+}
+
+/// Lane i: all lanes of `$rows[i]` reduced to one. Half of the shuffles of a transpose: at every step half of the
+/// numbers are left.
+macro_rules! of_each {
+    ($reduce:ident, $rows:expr) => {{
+        // Every fourth row, for these are next to each other in the end.
+        let mut fours = [Self::splat(0.0); 4];
+        for (i, four) in fours.iter_mut().enumerate() {
+            let (a, b) = (
+                halved!(
+                    $reduce,
+                    _mm512_shuffle_f32x4,
+                    0b01_00_01_00,
+                    0b11_10_11_10,
+                    $rows[i],
+                    $rows[i + 4]
+                ),
+                halved!(
+                    $reduce,
+                    _mm512_shuffle_f32x4,
+                    0b01_00_01_00,
+                    0b11_10_11_10,
+                    $rows[i + 8],
+                    $rows[i + 12]
+                ),
+            );
+            *four = halved!($reduce, _mm512_shuffle_f32x4, 0b10_00_10_00, 0b11_01_11_01, a, b);
+        }
+        let [a, b, c, d] = fours;
+        let (a, b) = (
+            halved!($reduce, _mm512_shuffle_ps, 0b01_00_01_00, 0b11_10_11_10, a, b),
+            halved!($reduce, _mm512_shuffle_ps, 0b01_00_01_00, 0b11_10_11_10, c, d),
+        );
+        halved!($reduce, _mm512_shuffle_ps, 0b10_00_10_00, 0b11_01_11_01, a, b)
+    }};
 }
 
 impl Lanes for F32x16 {
@@ -194,6 +241,14 @@ impl Lanes for F32x16 {
     fn fold_max(self) -> F32x8 {
         let [low, high] = halves(self);
         super::max(low, high)
+    }
+    #[inline(always)]
+    fn least_of_each(rows: &[Self; MOST_LANES]) -> Self {
+        of_each!(min, rows)
+    }
+    #[inline(always)]
+    fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self {
+        of_each!(max, rows)
     }
     #[inline(always)]
     fn largest(self) -> f32 {

@@ -102,6 +102,12 @@ pub trait Lanes:
     fn fold_min(self) -> F32x8;
     /// The larger of lane i and lane i + 8, for sixteen lanes.
     fn fold_max(self) -> F32x8;
+    /// Lane i: the smallest lane of row i, of the first [`COUNT`](Self::COUNT) rows.
+    #[must_use]
+    fn least_of_each(rows: &[Self; MOST_LANES]) -> Self;
+    /// Lane i: the largest lane of row i, of the first [`COUNT`](Self::COUNT) rows.
+    #[must_use]
+    fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self;
     /// The largest lane; none may be NaN.
     fn largest(self) -> f32;
     /// Writes those of eight [`entry`]s of which `chosen` has a bit to the start of `stack`, nearest last, and answers
@@ -223,6 +229,16 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn fold_max(self) -> F32x8 {
         self
+    }
+    #[inline(always)]
+    fn least_of_each(rows: &[Self; MOST_LANES]) -> Self {
+        let columns = F32x8::transpose(*rows.first_chunk().unwrap_or(&[F32x8::ZERO; 8]));
+        columns.into_iter().reduce(min).unwrap_or_default()
+    }
+    #[inline(always)]
+    fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self {
+        let columns = F32x8::transpose(*rows.first_chunk().unwrap_or(&[F32x8::ZERO; 8]));
+        columns.into_iter().reduce(max).unwrap_or_default()
     }
     #[inline(always)]
     fn largest(self) -> f32 {

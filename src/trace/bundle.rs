@@ -79,14 +79,18 @@ impl Tracer<'_> {
     ) {
         let bvh = self.bvh;
         // Packets that can take hits, and up to where: -1 for those that are done.
-        let mut q_limit = V::splat(-1.0);
-        let mut all = 0;
+        let mut ends = [V::splat(0.0); MOST_LANES];
         for p in bits(packets) {
-            if self.packets[p % PACKETS].live_bits::<V>() != 0 {
-                all |= 1 << p;
-                q_limit = self.with_limit(culling, q_limit, p);
-            }
+            ends[p % MOST_LANES] = V::load(&self.packets[p % PACKETS].t);
         }
+        let farthest = V::largest_of_each(&ends);
+        let can_hit = farthest.gt(V::splat(0.0));
+        let all = can_hit.bits();
+        let limits = match culling.frustum {
+            Some(frustum) => frustum.q_limits(farthest),
+            None => farthest,
+        };
+        let mut q_limit = V::select(can_hit, limits, V::splat(-1.0));
         self.bundle_stack.clear();
         match culling.entry {
             Some(entry) if SHARED && !ANY => {

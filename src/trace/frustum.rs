@@ -20,8 +20,8 @@ use crate::{
     geometry::EdgeFunctions,
     ray::RayPacket,
     simd::{
-        F32x8, LANES, lane,
-        lanes::{Column, LaneMask, Lanes, Vec3Lanes},
+        F32x8, lane,
+        lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes},
         le, max, max_lane, min, min_lane, mul_add, splat,
     },
 };
@@ -137,12 +137,14 @@ fn outside<V: Lanes>(seen: &Seen<V>, slopes: &Slopes<V>) -> V {
     a.max(b)
 }
 
-fn widen_down(slope: F32x8) -> F32x8 {
-    slope - splat(SLACK) * (splat(1.0) + slope.abs())
+#[inline(always)]
+fn widen_down<V: Lanes>(slope: V) -> V {
+    slope - V::splat(SLACK) * (V::splat(1.0) + slope.abs())
 }
 
-fn widen_up(slope: F32x8) -> F32x8 {
-    slope + splat(SLACK) * (splat(1.0) + slope.abs())
+#[inline(always)]
+fn widen_up<V: Lanes>(slope: V) -> V {
+    slope + V::splat(SLACK) * (V::splat(1.0) + slope.abs())
 }
 
 /// The box of the packets' origins: lower and upper corner.
@@ -179,46 +181,31 @@ fn slopes_by_packet<V: Lanes>(
 ) -> Option<([Column; 4], Column)> {
     let first = members.trailing_zeros() as usize % PACKETS;
     let (i, j, k) = (frame.i, frame.j, frame.k);
-    // Eight packets at a time: rows are packets until the transpose, then lanes are.
     let sign = V::splat(frame.sign);
     let mut least = V::splat(1.0);
-    let [mut a0, mut a1, mut b0, mut b1, mut most_along_k] = [Column::splat(0.0); 5];
-    let halves = if members >> LANES == 0 { 1 } else { 2 };
-    for half in 0..halves {
-        let mut along = [splat(0.0); LANES];
-        let [mut a_low, mut a_high, mut b_low, mut b_high] = [[splat(0.0); LANES]; 4];
-        for row in 0..LANES {
-            let p = half * LANES + row;
-            let p = if members >> p & 1 == 0 { first } else { p };
-            let packet = &packets[p % PACKETS];
-            let d_i = V::load(&packet.direction[i]);
-            let d_j = V::load(&packet.direction[j]);
-            let d_k = V::load(&packet.direction[k]);
-            let along_k = d_k * sign;
-            least = least.min(along_k);
-            along[row] = along_k.fold_max();
-            let inv = V::load(&packet.inv_direction[k]).abs();
-            let (a, b) = (d_i * inv, d_j * inv);
-            (a_low[row], a_high[row]) = (a.fold_min(), a.fold_max());
-            (b_low[row], b_high[row]) = (b.fold_min(), b.fold_max());
-        }
-        let smallest = |rows| widen_down(F32x8::transpose(rows).into_iter().reduce(min).unwrap_or_default());
-        let largest = |rows| widen_up(F32x8::transpose(rows).into_iter().reduce(max).unwrap_or_default());
-        a0.halves_mut()[half] = smallest(a_low);
-        a1.halves_mut()[half] = largest(a_high);
-        b0.halves_mut()[half] = smallest(b_low);
-        b1.halves_mut()[half] = largest(b_high);
-        most_along_k.halves_mut()[half] = F32x8::transpose(along).into_iter().fold(splat(0.0), max);
-    }
-    // Lanes beyond the packets repeat others.
-    if halves < V::COUNT / LANES {
-        for column in [&mut a0, &mut a1, &mut b0, &mut b1, &mut most_along_k] {
-            column.halves_mut()[1] = column.halves()[0];
-        }
+    let [mut a, mut b, mut along] = [[V::splat(0.0); MOST_LANES]; 3];
+    for row in 0..V::COUNT {
+        // Rows beyond the packets repeat the first one.
+        let p = if members >> row & 1 == 0 { first } else { row };
+        let packet = &packets[p % PACKETS];
+        let along_k = V::load(&packet.direction[k]) * sign;
+        least = least.min(along_k);
+        along[row] = along_k;
+        let inv = V::load(&packet.inv_direction[k]) * sign;
+        a[row] = V::load(&packet.direction[i]) * inv;
+        b[row] = V::load(&packet.direction[j]) * inv;
     }
     if least.lt(V::splat(LEAST_ALONG_K)).bits() != 0 {
         return None;
     }
+    let mut columns = [Column::splat(0.0); 5];
+    let [a0, a1, b0, b1, most_along_k] = &mut columns;
+    widen_down(V::least_of_each(&a)).store(a0);
+    widen_up(V::largest_of_each(&a)).store(a1);
+    widen_down(V::least_of_each(&b)).store(b0);
+    widen_up(V::largest_of_each(&b)).store(b1);
+    V::largest_of_each(&along).store(most_along_k);
+    let [a0, a1, b0, b1, most_along_k] = columns;
     Some(([a0, a1, b0, b1], most_along_k))
 }
 
@@ -342,6 +329,12 @@ impl<V: Lanes> BundleFrustum<V> {
     #[inline(always)]
     pub fn q_limit(&self, p: usize, t: f32) -> f32 {
         t * self.most_along_k.0[p & 15] * (1.0 + SLACK)
+    }
+
+    /// [`q_limit`](Self::q_limit) of all packets, a lane a packet.
+    #[inline(always)]
+    pub fn q_limits(&self, t: V) -> V {
+        t * V::load(&self.most_along_k) * V::splat(1.0 + SLACK)
     }
 
     /// See [`Frustum::children`].
