@@ -77,13 +77,20 @@ pub(super) struct Frustum {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BundleFrustum<V> {
     all: Frustum,
+    /// Where rays share their origin.
+    own: Option<PacketFrusta<V>>,
+    most_along_k: Column,
+}
+
+/// A frustum for each packet, a lane a packet, and what else only rays from one origin ask for.
+#[derive(Clone, Copy, Debug)]
+struct PacketFrusta<V> {
     slopes: Slopes<V>,
     /// The same slopes in memory: least and largest a, least and largest b.
     slope_columns: [Column; 4],
-    /// A lane a packet: middle x, y, z, half x, y, z.
+    /// Middle x, y, z, half x, y, z.
     directions: [Column; 6],
     all_directions: Directions<F32x8>,
-    most_along_k: Column,
 }
 
 /// Where boxes lie as seen from the origins: distances along k, and offsets along i and j. Eight boxes, or the same one
@@ -217,7 +224,7 @@ fn slopes_of_all<V: Lanes>(
     packets: &[Packet; PACKETS],
     members: u32,
     frame: &Frame,
-) -> Option<([Column; 4], Column)> {
+) -> Option<([F32x8; 4], f32)> {
     let sign = V::splat(frame.sign);
     let (mut least, mut most) = (V::splat(1.0), V::splat(0.0));
     let [mut a_low, mut b_low] = [V::splat(f32::MAX); 2];
@@ -241,8 +248,7 @@ fn slopes_of_all<V: Lanes>(
         widen_down(splat(min_lane(b_low.fold_min()))),
         widen_up(splat(max_lane(b_high.fold_max()))),
     ];
-    let most = Column::splat(max_lane(most.fold_max()));
-    Some((slopes.map(|slope| Column::splat(lane(&slope, 0))), most))
+    Some((slopes, max_lane(most.fold_max())))
 }
 
 impl<V: Lanes> BundleFrustum<V> {
@@ -263,31 +269,38 @@ impl<V: Lanes> BundleFrustum<V> {
             origin_upper,
         };
 
-        let (slopes, most_along_k) = if SHARED {
-            slopes_by_packet::<V>(packets, members, &frame)
-        } else {
-            slopes_of_all::<V>(packets, members, &frame)
-        }?;
-        let [a0, a1, b0, b1] = slopes.each_ref().map(V::load);
+        let frustum = |[a0, a1, b0, b1]: [F32x8; 4]| Frustum {
+            frame,
+            slopes: Slopes {
+                a: Range::new(a0, a1),
+                b: Range::new(b0, b1),
+            },
+        };
+        if !SHARED {
+            let (slopes, most_along_k) = slopes_of_all::<V>(packets, members, &frame)?;
+            return Some(Self {
+                all: frustum(slopes),
+                own: None,
+                most_along_k: Column::splat(most_along_k),
+            });
+        }
+        let (slope_columns, most_along_k) = slopes_by_packet::<V>(packets, members, &frame)?;
+        let [a0, a1, b0, b1] = slope_columns.each_ref().map(V::load);
         let all_a0 = splat(min_lane(a0.fold_min()));
         let all_a1 = splat(max_lane(a1.fold_max()));
         let all_b0 = splat(min_lane(b0.fold_min()));
         let all_b1 = splat(max_lane(b1.fold_max()));
         Some(Self {
-            all: Frustum {
-                frame,
+            all: frustum([all_a0, all_a1, all_b0, all_b1]),
+            own: Some(PacketFrusta {
                 slopes: Slopes {
-                    a: Range::new(all_a0, all_a1),
-                    b: Range::new(all_b0, all_b1),
+                    a: Range::new(a0, a1),
+                    b: Range::new(b0, b1),
                 },
-            },
-            slopes: Slopes {
-                a: Range::new(a0, a1),
-                b: Range::new(b0, b1),
-            },
-            slope_columns: slopes,
-            directions: Directions::new(&frame, [a0, a1], [b0, b1]).columns(),
-            all_directions: Directions::new(&frame, [all_a0, all_a1], [all_b0, all_b1]),
+                slope_columns,
+                directions: Directions::new(&frame, [a0, a1], [b0, b1]).columns(),
+                all_directions: Directions::new(&frame, [all_a0, all_a1], [all_b0, all_b1]),
+            }),
             most_along_k,
         })
     }
@@ -346,8 +359,11 @@ impl<V: Lanes> BundleFrustum<V> {
     /// The packets that may hit something in box `child` of `seen` before their limits (a lane a packet).
     #[inline(always)]
     pub fn packets_of(&self, seen: &Seen<F32x8>, child: usize, q_limit: V) -> u32 {
+        let Some(own) = &self.own else {
+            return !0;
+        };
         let seen = seen.splat::<V>(child);
-        let inside = outside(&seen, &self.slopes).le(V::splat(0.0));
+        let inside = outside(&seen, &own.slopes).le(V::splat(0.0));
         (inside & seen.q_near.le(q_limit)).bits()
     }
 
@@ -360,10 +376,10 @@ impl<V: Lanes> BundleFrustum<V> {
     /// Those of eight boxes (a lane each) that some ray of packet `p` may hit.
     #[inline(always)]
     pub fn boxes_of(&self, p: usize, seen: &Seen<F32x8>) -> u32 {
-        let [a0, a1, b0, b1] = self
-            .slope_columns
-            .each_ref()
-            .map(|column| splat(column.0[p & 15]));
+        let Some(own) = &self.own else {
+            return !0;
+        };
+        let [a0, a1, b0, b1] = own.slope_columns.each_ref().map(|column| splat(column.0[p & 15]));
         let slopes = Slopes {
             a: Range::new(a0, a1),
             b: Range::new(b0, b1),
@@ -374,9 +390,12 @@ impl<V: Lanes> BundleFrustum<V> {
     /// The triangles (a lane each) that some ray may hit: those none of whose edges is wholly outside.
     #[inline(always)]
     pub fn triangles(&self, edges: &EdgeFunctions<V>) -> u32 {
+        let Some(own) = &self.own else {
+            return !0;
+        };
         let directions = Directions {
-            middle: widened(&self.all_directions.middle),
-            half: widened(&self.all_directions.half),
+            middle: widened(&own.all_directions.middle),
+            half: widened(&own.all_directions.half),
         };
         directions.triangles(edges)
     }
@@ -384,7 +403,10 @@ impl<V: Lanes> BundleFrustum<V> {
     /// The triangles (a lane each) that some ray of packet `p` may hit.
     #[inline(always)]
     pub fn triangles_of(&self, p: usize, edges: &EdgeFunctions<V>) -> u32 {
-        let [x, y, z, half_x, half_y, half_z] = &self.directions;
+        let Some(own) = &self.own else {
+            return !0;
+        };
+        let [x, y, z, half_x, half_y, half_z] = &own.directions;
         let directions = Directions {
             middle: Vec3Lanes {
                 x: V::splat(x.0[p & 15]),
