@@ -404,3 +404,41 @@ impl<V: Lanes> Sub for Vec3Lanes<V> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn each_row_is_reduced<V: Lanes>() {
+        let mut random = fastrand::Rng::with_seed(7);
+        for _ in 0..1000 {
+            let numbers = [(); MOST_LANES].map(|()| Column([(); MOST_LANES].map(|()| random.f32() - 0.5)));
+            let rows = numbers.each_ref().map(V::load);
+            let [mut least, mut largest] = [Column::splat(0.0); 2];
+            V::least_of_each(&rows).store(&mut least);
+            V::largest_of_each(&rows).store(&mut largest);
+            for (i, row) in numbers.iter().enumerate().take(V::COUNT) {
+                let row = &row.0[..V::COUNT];
+                assert_eq!(
+                    least.0[i],
+                    row.iter().copied().fold(f32::MAX, f32::min),
+                    "row {i}"
+                );
+                assert_eq!(
+                    largest.0[i],
+                    row.iter().copied().fold(-f32::MAX, f32::max),
+                    "row {i}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn each_row_is_reduced_to_its_lane() {
+        each_row_is_reduced::<F32x8>();
+        #[cfg(target_arch = "x86_64")]
+        if super::super::avx512::is_available() {
+            each_row_is_reduced::<super::super::avx512::F32x16>();
+        }
+    }
+}

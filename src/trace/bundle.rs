@@ -437,8 +437,8 @@ fn entering<V: Lanes, const ONE_WAY: bool>(
     }
 }
 
-/// [`entering`] for one word of pairs, whose first child is `first`: the same word of pairs and of rays beyond one a
-/// packet.
+/// [`entering`] for one word of pairs, whose first child is `first`: the same word of pairs, and those of which two rays
+/// enter.
 #[inline(always)]
 fn entering_of<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
@@ -450,9 +450,8 @@ fn entering_of<V: Lanes, const ONE_WAY: bool>(
     for pair in bits64(pairs) {
         let (c, p) = (first + pair / PACKETS, pair % PACKETS);
         let lanes = enter::<V, ONE_WAY>(planes, c, &states[p]).1.bits();
-        let enters = u64::from(lanes != 0);
-        entering |= enters << pair;
-        more += (u64::from(lanes.count_ones()) - enters) << (pair / PACKETS * PACKETS);
+        entering |= u64::from(lanes != 0) << pair;
+        more |= u64::from(lanes & lanes.wrapping_sub(1) != 0) << pair;
     }
     (entering, more)
 }
