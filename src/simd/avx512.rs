@@ -101,8 +101,8 @@ fn halves(a: F32x16) -> [F32x8; 2] {
     halves.map(bytemuck::cast)
 }
 
-/// Halves the lanes of two vectors by `$reduce`, and puts the second one's behind the first one's, 128 bits or one lane at
-/// a time, as `$shuffle` picks them by `$low` and `$high`.
+/// Halves the lanes of two vectors by `$reduce`, and puts the second one's behind the first one's, by 128 bits, or lane by
+/// lane within each 128 bits, as `$shuffle` picks them by `$low` and `$high`.
 macro_rules! halved {
     ($reduce:ident, $shuffle:ident, $low:literal, $high:literal, $a:expr, $b:expr) => {{
         let (a, b) = ($a, $b);
@@ -116,7 +116,7 @@ macro_rules! halved {
 /// numbers are left.
 macro_rules! of_each {
     ($reduce:ident, $rows:expr) => {{
-        // Every fourth row, for these are next to each other in the end.
+        // Rows i, i + 4, i + 8 and i + 12, for in the end each of these is in another 128 bits.
         let mut fours = [Self::splat(0.0); 4];
         for (i, four) in fours.iter_mut().enumerate() {
             let (a, b) = (

@@ -102,10 +102,10 @@ pub trait Lanes:
     fn fold_min(self) -> F32x8;
     /// The larger of lane i and lane i + 8, for sixteen lanes.
     fn fold_max(self) -> F32x8;
-    /// Lane i: the smallest lane of row i, of the first [`COUNT`](Self::COUNT) rows.
+    /// Lane i: the smallest lane of row i, of the first [`COUNT`](Self::COUNT) rows; none may be NaN.
     #[must_use]
     fn least_of_each(rows: &[Self; MOST_LANES]) -> Self;
-    /// Lane i: the largest lane of row i, of the first [`COUNT`](Self::COUNT) rows.
+    /// Lane i: the largest lane of row i, of the first [`COUNT`](Self::COUNT) rows; none may be NaN.
     #[must_use]
     fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self;
     /// The largest lane; none may be NaN.
@@ -408,6 +408,8 @@ impl<V: Lanes> Sub for Vec3Lanes<V> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    #[cfg(target_arch = "x86_64")]
+    use crate::simd::avx512;
 
     fn each_row_is_reduced<V: Lanes>() {
         let mut random = fastrand::Rng::with_seed(7);
@@ -437,8 +439,8 @@ mod tests {
     fn each_row_is_reduced_to_its_lane() {
         each_row_is_reduced::<F32x8>();
         #[cfg(target_arch = "x86_64")]
-        if super::super::avx512::is_available() {
-            each_row_is_reduced::<super::super::avx512::F32x16>();
+        if avx512::is_available() {
+            each_row_is_reduced::<avx512::F32x16>();
         }
     }
 }

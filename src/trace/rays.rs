@@ -38,7 +38,8 @@ pub(super) const OFFSET_ERROR: f32 = 4.0 / (1 << 24) as f32;
 
 /// Where multiply-adds stand for the canonical interval, entry distances shrink and exit distances grow by this share:
 /// its own margin of 4 half-ulps and 3 roundings, and the rounding of the multiply-add. (Packets have all of it on the
-/// entry distance: see [`Slabs::enter`].)
+/// entry distance: see [`Slabs::enter`]. Where rays share their origin there are no multiply-adds, and one pad on the
+/// entry distance is enough: twice that margin and 3 roundings are 11 half-ulps.)
 pub(super) const NODE_PAD: f32 = 12.0 / (1 << 24) as f32;
 
 /// Origins times `1 / direction` above this might overflow.
@@ -343,7 +344,7 @@ mod tests {
         accel::{Child, Node8},
         math::Aabb,
         trace::{
-            bundle::{corners, in_order},
+            bundle::{corners, enter, in_order},
             single::SingleRay,
         },
     };
@@ -419,5 +420,66 @@ mod tests {
             }
         }
         assert!(met > 5_000, "{met}");
+    }
+
+    /// The same where rays share their origin, for rays that end at the box as well; the origin is sometimes in it.
+    #[test]
+    fn planes_as_seen_from_one_origin_hold_what_the_canonical_interval_holds() {
+        let mut random = fastrand::Rng::with_seed(4);
+        let mut ways = random.fork();
+        let mut unit = move || random.f32() * 2.0 - 1.0;
+        let mut vector = |size: f32| Vec3::new(unit(), unit(), unit()) * size;
+        let mut met = 0;
+        for round in 0..50_000 {
+            let size = [1e-6, 1.0, 1e6, 1e9][round % 4];
+            let origin =
+                vector(size * [0.0, 1.0, 1e3][round / 4 % 3]).clamp(Vec3::splat(-2e9), Vec3::splat(2e9));
+            let mut directions = [(); LANES].map(|()| vector(1.0).normalize());
+            directions[0] = [Vec3::X, Vec3::NEG_Y, Vec3::new(-0.0, 0.6, 0.8)][round % 3];
+            let down = ways.bool().then(|| [(); 3].map(|()| ways.u8(..2)));
+            if let Some(down) = down {
+                let signs = Vec3::from(down.map(|down| 1.0 - 2.0 * f32::from(down)));
+                directions = directions.map(|d| (d.abs() + 1e-5) * signs);
+            }
+            let at = origin + directions[round % LANES] * size;
+            let half = vector(size).abs() * [0.0, 1e-6, 1.0, 3.0][round / 16 % 4];
+            let bounds = Aabb {
+                lower: at - half,
+                upper: at + half,
+            };
+            let rays = RayPacket {
+                direction: Vec3x8::from_lanes(directions),
+                t_max: splat(f32::MAX),
+            };
+            let mut packet = Packet::EMPTY;
+            packet.set::<F32x8>(&rays, &rays);
+            let origin8 = Vec3x8::splat(origin);
+            packet.start_at::<F32x8>(&origin8, &origin8);
+            let o = Vec3Lanes::<F32x8>::load(&packet.origin);
+            let (lower, upper) = (Vec3Lanes::splat(bounds.lower), Vec3Lanes::splat(bounds.upper));
+            let (canonical_near, canonical_far) = packet.interval(lower - o, upper - o);
+            if ways.bool() {
+                // As soon as they are in the box.
+                max(canonical_near, splat(f32::MIN_POSITIVE)).store(&mut packet.t);
+            }
+            let mut planes = in_order(&Node8::new(&[(Child::inner(0), bounds)]), down);
+            for (i, plane) in planes.iter_mut().enumerate() {
+                *plane -= splat(origin[i % 3]);
+            }
+            let (near, entering) = if down.is_some() {
+                enter::<F32x8, true>(&planes, 0, &packet)
+            } else {
+                enter::<F32x8, false>(&planes, 0, &packet)
+            };
+            for i in 0..LANES {
+                let [least, most] = [canonical_near, canonical_far].map(|t| lane(&t, i));
+                if least <= most && most > 0.0 {
+                    met += 1;
+                    let (enters, near) = (entering.bits() >> i & 1 != 0, lane(&near, i));
+                    assert!(enters && near <= least, "{round}: {enters} {near} {least}");
+                }
+            }
+        }
+        assert!(met > 20_000, "{met}");
     }
 }

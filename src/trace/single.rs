@@ -41,6 +41,7 @@ pub(super) struct Item {
     /// Packet times lanes plus lane.
     pub ray: u32,
     pub child: Child,
+    /// Where it enters that, at least; may be below 0.
     pub near: f32,
 }
 
