@@ -113,7 +113,7 @@ macro_rules! halved {
 }
 
 /// Lane i: all lanes of `$rows[i]` reduced to one. Half of the shuffles of a transpose: at every step half of the
-/// numbers are left.
+/// numbers are left. (On Zen 5 shadow rays of small scenes +3 %, of the interior +1 %.)
 macro_rules! of_each {
     ($reduce:ident, $rows:expr) => {{
         // Rows i, i + 4, i + 8 and i + 12, for in the end each of these is in another 128 bits.

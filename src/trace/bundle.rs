@@ -79,7 +79,7 @@ impl Tracer<'_> {
     ) {
         let bvh = self.bvh;
         // Where packets' rays end, a row a packet; from that, packets that can take hits, and up to where: -1 for those
-        // that are done.
+        // that are done. (All at once and not packet by packet: on Zen 5 +1 to +2 %.)
         let mut ends = [V::splat(0.0); MOST_LANES];
         for p in bits(packets) {
             ends[p % MOST_LANES] = V::load(&self.packets[p % PACKETS].t);

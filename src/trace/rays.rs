@@ -324,7 +324,8 @@ impl<V: Lanes> Slabs<V> {
     }
 }
 
-/// `1 / d`, finite; see [`Slabs8::inv_direction`].
+/// `1 / d`, finite; see [`Slabs8::inv_direction`]. (Tried: an approximation and two fused steps of Newton's, which round
+/// as the division does. On Zen 5 camera and shadow rays -1 to -3 %.)
 #[inline(always)]
 fn reciprocal<V: Lanes>(d: V) -> V {
     let least = V::splat(MIN_ABS_DIRECTION);
