@@ -72,8 +72,8 @@ pub(super) struct Frustum {
     slopes: Slopes<F32x8>,
 }
 
-/// The rays of a bundle: a frustum for all and, where rays share their origin, one for each packet. (What asks for a
-/// packet's leaves nothing out elsewhere.)
+/// The rays of a bundle: a frustum for all and, where rays share their origin, one for each packet. (Elsewhere a
+/// packet's leaves nothing out.)
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BundleFrustum<V> {
     all: Frustum,

@@ -351,6 +351,23 @@ mod tests {
     };
     use glam::Vec3;
 
+    /// Directions, one of them along an axis or in a plane of two; half of the time all go one way: which, see
+    /// [`BundleFrustum::down`](super::super::frustum::BundleFrustum::down).
+    fn directions(
+        round: usize,
+        vector: &mut impl FnMut(f32) -> Vec3,
+        ways: &mut fastrand::Rng,
+    ) -> ([Vec3; LANES], Option<[u8; 3]>) {
+        let mut directions = [(); LANES].map(|()| vector(1.0).normalize());
+        directions[0] = [Vec3::X, Vec3::NEG_Y, Vec3::new(-0.0, 0.6, 0.8)][round % 3];
+        let down = ways.bool().then(|| [(); 3].map(|()| ways.u8(..2)));
+        if let Some(down) = down {
+            let signs = Vec3::from(down.map(|down| 1.0 - 2.0 * f32::from(down)));
+            directions = directions.map(|d| (d.abs() + 1e-5) * signs);
+        }
+        (directions, down)
+    }
+
     /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis;
     /// half of the rays go one way.
     #[test]
@@ -364,13 +381,7 @@ mod tests {
             let size = [1e-6, 1.0, 1e6, 1e9][round % 4];
             let far = [1.0, 1e3, 1e12, 1e30][round / 4 % 4];
             let origins = [(); LANES].map(|()| vector(size * far));
-            let mut directions = [(); LANES].map(|()| vector(1.0).normalize());
-            directions[0] = [Vec3::X, Vec3::NEG_Y, Vec3::new(-0.0, 0.6, 0.8)][round % 3];
-            let down = ways.bool().then(|| [(); 3].map(|()| ways.u8(..2)));
-            if let Some(down) = down {
-                let signs = Vec3::from(down.map(|down| 1.0 - 2.0 * f32::from(down)));
-                directions = directions.map(|d| (d.abs() + 1e-5) * signs);
-            }
+            let (directions, down) = directions(round, &mut vector, &mut ways);
             let ray = round % LANES;
             let at = (origins[ray] + directions[ray] * size).clamp(Vec3::splat(-2e9), Vec3::splat(2e9));
             let half = vector(size).abs() * [0.0, 1e-6, 1.0][round / 16 % 3];
@@ -435,13 +446,7 @@ mod tests {
             let size = [1e-6, 1.0, 1e6, 1e9][round % 4];
             let origin =
                 vector(size * [0.0, 1.0, 1e3][round / 4 % 3]).clamp(Vec3::splat(-2e9), Vec3::splat(2e9));
-            let mut directions = [(); LANES].map(|()| vector(1.0).normalize());
-            directions[0] = [Vec3::X, Vec3::NEG_Y, Vec3::new(-0.0, 0.6, 0.8)][round % 3];
-            let down = ways.bool().then(|| [(); 3].map(|()| ways.u8(..2)));
-            if let Some(down) = down {
-                let signs = Vec3::from(down.map(|down| 1.0 - 2.0 * f32::from(down)));
-                directions = directions.map(|d| (d.abs() + 1e-5) * signs);
-            }
+            let (directions, down) = directions(round, &mut vector, &mut ways);
             let at = origin + directions[round % LANES] * size;
             let half = vector(size).abs() * [0.0, 1e-6, 1.0, 3.0][round / 16 % 4];
             let bounds = Aabb {
