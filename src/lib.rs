@@ -71,8 +71,8 @@
 //! # A pixel's way
 //! 1. [`format::load`] reads bytes into statements, each with its place; [`scene::SceneBuilder`] checks them and
 //!    finishes the columns of a [`scene::Scene`].
-//! 2. [`accel::Bvh::build`] makes a binary tree with obvhs and collapses it into nodes of eight children and leaf
-//!    blocks of up to eight primitives.
+//! 2. [`accel::Bvh::build`] divides the primitives top down and writes nodes of eight children and leaf blocks of up to
+//!    eight primitives.
 //! 3. [`render::Renderer`] hands bands of tiles to rayon's threads; a tile owns its pixels. [`render::render`] is
 //!    one frame of it.
 //! 4. [`scene::PixelRays`] fills the tile's ray queue, packets of 4x2 pixels, bundles of 8x8.

@@ -2,7 +2,7 @@
 //! of threads, within its share of memory.
 
 use octray::{
-    accel::{BuildQuality, Bvh, Child, Node8},
+    accel::{BuildQuality, Bvh, Layout, Node8},
     generate::{Kind, Options, generate},
     geometry::padded,
     math::Aabb,
@@ -11,6 +11,7 @@ use octray::{
 };
 
 const QUALITIES: [BuildQuality; 2] = [BuildQuality::Fast, BuildQuality::Best];
+const LAYOUTS: [Layout; 2] = [Layout::Whole, Layout::Indexed];
 
 fn scene(kind: Kind, count: usize) -> Scene {
     let options = Options {
@@ -31,14 +32,6 @@ fn child_bounds(node: &Node8, lane: usize) -> Aabb {
     Aabb { lower, upper }
 }
 
-fn ids_of(bvh: &Bvh, child: Child) -> &[u32] {
-    if child.is_triangles() {
-        &bvh.triangle_blocks()[child.index()].id[..child.count()]
-    } else {
-        &bvh.sphere_blocks()[child.index()].id[..child.count()]
-    }
-}
-
 /// The box around a node's primitives, each of which is counted.
 fn check(scene: &Scene, bvh: &Bvh, node_i: usize, seen: &mut [u32]) -> Aabb {
     let node = &bvh.nodes()[node_i];
@@ -48,13 +41,15 @@ fn check(scene: &Scene, bvh: &Bvh, node_i: usize, seen: &mut [u32]) -> Aabb {
         let below = if child.is_inner() {
             check(scene, bvh, child.index(), seen)
         } else {
-            ids_of(bvh, child).iter().fold(Aabb::EMPTY, |around, &id| {
-                seen[id as usize] += 1;
-                around.union(padded(match scene.primitive(PrimitiveId(id)) {
-                    Primitive::Triangle(i) => Aabb::around(scene.triangle(i)),
-                    Primitive::Sphere(i) => scene.sphere_bounds(i),
-                }))
-            })
+            bvh.leaf_ids(child)[..child.count()]
+                .iter()
+                .fold(Aabb::EMPTY, |around, &id| {
+                    seen[id as usize] += 1;
+                    around.union(padded(match scene.primitive(PrimitiveId(id)) {
+                        Primitive::Triangle(i) => Aabb::around(scene.triangle(i)),
+                        Primitive::Sphere(i) => scene.sphere_bounds(i),
+                    }))
+                })
         };
         assert_eq!(child_bounds(node, lane), below, "node {node_i}, child {lane}");
         all = all.union(below);
@@ -71,15 +66,19 @@ fn every_primitive_is_in_one_place_and_boxes_fit() {
         (Kind::Flake, 3_000),
         (Kind::Figure, 10_000),
         (Kind::Terrain, 100_000),
+        (Kind::Interior, 20_000),
     ] {
         let scene = scene(kind, count);
-        for quality in QUALITIES {
-            let bvh = Bvh::build_with(&scene, quality);
+        for (quality, layout) in QUALITIES
+            .into_iter()
+            .flat_map(|q| LAYOUTS.map(|layout| (q, layout)))
+        {
+            let bvh = Bvh::build_as(&scene, quality, layout);
             let mut seen = vec![0; scene.primitive_count()];
             check(&scene, &bvh, bvh.root().index(), &mut seen);
             assert!(
                 seen.iter().all(|&times| times == 1),
-                "{kind:?} {count} {quality:?}"
+                "{kind:?} {count} {quality:?} {layout:?}"
             );
             let stats = bvh.stats();
             assert_eq!(
@@ -87,7 +86,7 @@ fn every_primitive_is_in_one_place_and_boxes_fit() {
                 stats.triangle_blocks + stats.sphere_blocks
             );
             assert_eq!(stats.child_counts.iter().sum::<usize>(), bvh.nodes().len());
-            assert_eq!(stats.quality, quality);
+            assert_eq!((stats.quality, stats.layout), (quality, layout));
             let most = 100 * scene.primitive_count() + 1024;
             assert!(
                 stats.memory_bytes <= most,
@@ -107,8 +106,23 @@ fn any_number_of_threads_builds_the_same_tree() {
         for (a, b) in one.nodes().iter().zip(four.nodes()) {
             assert_eq!((a.child, a.planes), (b.child, b.planes));
         }
-        for (a, b) in one.triangle_blocks().iter().zip(four.triangle_blocks()) {
-            assert_eq!(a.id, b.id);
+        assert_eq!(one.triangle_blocks().len(), four.triangle_blocks().len());
+        for i in 0..one.triangle_blocks().len() {
+            assert_eq!(one.triangle_blocks().ids(i), four.triangle_blocks().ids(i));
         }
+    }
+}
+
+#[test]
+fn vertices_that_are_shared_are_stored_once() {
+    for kind in [Kind::Terrain, Kind::Figure, Kind::Blobs] {
+        let scene = scene(kind, 100_000);
+        let [whole, indexed] = LAYOUTS.map(|layout| Bvh::build_as(&scene, BuildQuality::Best, layout));
+        let (whole, indexed) = (whole.stats().memory_bytes, indexed.stats().memory_bytes);
+        assert!(
+            indexed * 10 < whole * 7,
+            "{kind:?}: {indexed} bytes in place of {whole}"
+        );
+        assert_eq!(Layout::for_scene(&scene), Layout::Whole, "{kind:?} fits a cache");
     }
 }

@@ -3,7 +3,7 @@
 //! `OCTRAY_LONG=1` runs 1,000,000 rays against each of 200 scenes.
 
 use octray::{
-    accel::Bvh,
+    accel::{BuildQuality, Bvh, Layout},
     verify::{Counts, Random, contest, entrants, scenes},
 };
 use proptest::prelude::*;
@@ -11,7 +11,8 @@ use proptest::prelude::*;
 fn check(seed: u64, count: usize, rays: u64) -> Result<(), String> {
     let mut random = Random::new(seed, 0);
     let scene = scenes::small(&mut random, count).map_err(|error| error.to_string())?;
-    let bvh = Bvh::build(&scene);
+    let layout = random.pick(&[Layout::Whole, Layout::Indexed]);
+    let bvh = Bvh::build_as(&scene, BuildQuality::Best, layout);
     let mut counts = Counts::default();
     contest(&scene, &bvh, &entrants, &mut random, rays, &mut counts, &|| false)
         .map_err(|difference| format!("scene seed {seed}, {count} primitives: {difference:#?}"))?;

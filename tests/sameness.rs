@@ -1,7 +1,7 @@
 //! One scene, one picture: packets or scalar, one thread or two, any size: the same linear colours, bit for bit.
 
 use octray::{
-    accel::{BuildQuality, Bvh},
+    accel::{BuildQuality, Bvh, Layout},
     format,
     generate::{Kind, Options, generate},
     render::{Film, Mode, Settings, render},
@@ -59,16 +59,21 @@ fn check(name: &str, scene: &Scene, camera: &Camera, basis: &Settings) {
         basis.width as usize * basis.height as usize,
         "{name}"
     );
-    let fast = Bvh::build_with(scene, BuildQuality::Fast);
     let settings = Settings {
         mode: Mode::Packet,
         threads: Some(1),
         ..*basis
     };
-    let frame = render(scene, &fast, camera, &settings, &|_| ControlFlow::Continue(()));
-    let other = frame.unwrap_or_else(|error| panic!("{name}: {error}")).film;
-    if let Some(where_) = first_difference(&first, &other) {
-        panic!("{name}: the best and the fast build differ at {where_}");
+    for (quality, layout) in [
+        (BuildQuality::Fast, Layout::Whole),
+        (BuildQuality::Best, Layout::Indexed),
+    ] {
+        let other = Bvh::build_as(scene, quality, layout);
+        let frame = render(scene, &other, camera, &settings, &|_| ControlFlow::Continue(()));
+        let other = frame.unwrap_or_else(|error| panic!("{name}: {error}")).film;
+        if let Some(where_) = first_difference(&first, &other) {
+            panic!("{name}: the usual build and the {quality:?}, {layout:?} one differ at {where_}");
+        }
     }
     for (mode, threads) in [(Mode::Packet, 2), (Mode::Scalar, 1), (Mode::Scalar, 2)] {
         let other = film(mode, threads);

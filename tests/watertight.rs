@@ -4,7 +4,7 @@
 
 use glam::{Mat3, Vec3};
 use octray::{
-    accel::Bvh,
+    accel::{BuildQuality, Bvh, Layout},
     ray::{HitPacket, Ray, RayPackets},
     reference::brute,
     scene::{MeshColumns, Scene, SceneBuilder},
@@ -130,7 +130,8 @@ fn weak_point(random: &mut Random, scene: &Scene) -> Vec3 {
 }
 
 fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32, bundles: usize) {
-    let bvh = Bvh::build(scene);
+    let layout = random.pick(&[Layout::Whole, Layout::Indexed]);
+    let bvh = Bvh::build_as(scene, BuildQuality::Best, layout);
     let center = center - scene.origin();
     let mut tracers = [
         Method::Adaptive,

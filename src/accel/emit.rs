@@ -5,13 +5,14 @@
 
 use super::{
     Child, Node8,
+    blocks::TriangleBlocks,
     boxes::{Box8, corners, sphere_box, triangle_box},
     pages,
     plan::{Plan, Planned, WIDTH, widen},
     tree::{Counts, Slot, Subtree, Top},
 };
 use crate::{
-    geometry::{SphereBlock, TriangleBlock},
+    geometry::{IndexedBlock, SphereBlock, TriangleBlock},
     math::Aabb,
     ray::PrimitiveId,
     scene::Scene,
@@ -21,26 +22,38 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::{marker::PhantomData, mem::MaybeUninit};
 
-/// What a hierarchy is stored as.
-pub(super) struct Wide {
+/// What a hierarchy is stored as, its blocks of triangles as `B`.
+pub(super) struct Wide<B> {
     pub(super) nodes: Vec<Node8>,
-    pub(super) triangle_blocks: Vec<TriangleBlock>,
+    pub(super) triangle_blocks: B,
     pub(super) sphere_blocks: Vec<SphereBlock>,
     pub(super) counts: Counts,
 }
 
-impl Wide {
+impl Wide<TriangleBlocks> {
     /// A root without children.
     pub(super) fn nothing() -> Self {
         Self {
             nodes: vec![Node8::new(&[])],
-            triangle_blocks: Vec::new(),
+            triangle_blocks: TriangleBlocks::Whole(Vec::new()),
             sphere_blocks: Vec::new(),
             counts: Counts {
                 nodes: 1,
                 depth: 1,
                 ..Counts::default()
             },
+        }
+    }
+}
+
+impl<B> Wide<B> {
+    /// The same with blocks as `into` makes them.
+    pub(super) fn with_blocks<C>(self, into: impl FnOnce(B) -> C) -> Wide<C> {
+        Wide {
+            nodes: self.nodes,
+            triangle_blocks: into(self.triangle_blocks),
+            sphere_blocks: self.sphere_blocks,
+            counts: self.counts,
         }
     }
 }
@@ -74,8 +87,57 @@ impl<'a, T> Pieces<'a, T> {
     }
 }
 
+/// A block written from a scene.
+pub(super) trait FromScene: Sized + Send {
+    /// Triangles `ids` of a scene, and the box around them.
+    fn of(scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8);
+}
+
+impl FromScene for TriangleBlock {
+    fn of(scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8) {
+        let mut around = Box8::EMPTY;
+        // The block's columns, corner after corner; lanes past the last triangle are a point.
+        let mut columns = [[0.0; WIDTH]; 9];
+        let mut id = [PrimitiveId::NONE.0; WIDTH];
+        for (lane, &triangle) in ids.iter().enumerate().take(WIDTH) {
+            id[lane] = triangle.0;
+            let [v0, v1, v2] = corners(scene, triangle.0 as usize);
+            around = around.union(triangle_box([v0, v1, v2], triangle));
+            let numbers = [v0.x, v0.y, v0.z, v1.x, v1.y, v1.z, v2.x, v2.y, v2.z];
+            for (column, number) in columns.iter_mut().zip(numbers) {
+                column[lane] = number;
+            }
+        }
+        let [x0, y0, z0, x1, y1, z1, x2, y2, z2] = columns;
+        let corner8 = |x: [f32; WIDTH], y: [f32; WIDTH], z: [f32; WIDTH]| {
+            Vec3x8::new(F32x8::new(x), F32x8::new(y), F32x8::new(z))
+        };
+        let block = Self {
+            v0: corner8(x0, y0, z0),
+            v1: corner8(x1, y1, z1),
+            v2: corner8(x2, y2, z2),
+            id,
+        };
+        (block, around)
+    }
+}
+
+impl FromScene for IndexedBlock {
+    fn of(scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8) {
+        let mut around = Box8::EMPTY;
+        let mut triangles = [(PrimitiveId::NONE, [0; 3], [Vec3::ZERO; 3]); WIDTH];
+        for (triangle, &id) in triangles.iter_mut().zip(ids) {
+            let i = id.0 as usize;
+            *triangle = (id, scene.triangles().corners[i], corners(scene, i));
+            around = around.union(triangle_box(triangle.2, id));
+        }
+        let block = Self::new(&triangles[..ids.len()]);
+        (block.expect("what has too many vertices is divided"), around)
+    }
+}
+
 /// Writes out `top`, whose leaves' order is that of `ids`.
-pub(super) fn emit(scene: &Scene, top: &Top, ids: &[PrimitiveId]) -> Wide {
+pub(super) fn emit<B: FromScene>(scene: &Scene, top: &Top, ids: &[PrimitiveId]) -> Wide<Vec<B>> {
     let mut above = Above::default();
     let depth = match top {
         Top::Subtree(subtree) => {
@@ -220,7 +282,7 @@ impl<'a> Above<'a> {
 }
 
 /// One subtree being written.
-struct Emission<'a> {
+struct Emission<'a, B> {
     scene: &'a Scene,
     /// From the subtree's first on.
     ids: &'a [PrimitiveId],
@@ -228,11 +290,11 @@ struct Emission<'a> {
     start: Start,
     written: Start,
     nodes: &'a mut [MaybeUninit<Node8>],
-    triangle_blocks: &'a mut [MaybeUninit<TriangleBlock>],
+    triangle_blocks: &'a mut [MaybeUninit<B>],
     sphere_blocks: &'a mut [MaybeUninit<SphereBlock>],
 }
 
-impl Emission<'_> {
+impl<B: FromScene> Emission<'_, B> {
     fn run(mut self) {
         self.node();
         let all = (
@@ -282,35 +344,15 @@ impl Emission<'_> {
     /// Writes the next block in line; answers the box around it.
     fn block(&mut self, ids: &[PrimitiveId]) -> (Child, Box8) {
         let first_sphere = self.scene.triangles().corners.len();
-        let mut around = Box8::EMPTY;
         if (ids[0].0 as usize) < first_sphere {
-            // The block's columns, corner after corner; lanes past the last triangle are a point.
-            let mut columns = [[0.0; WIDTH]; 9];
-            let mut id = [PrimitiveId::NONE.0; WIDTH];
-            for (lane, &triangle) in ids.iter().enumerate().take(WIDTH) {
-                id[lane] = triangle.0;
-                let [v0, v1, v2] = corners(self.scene, triangle.0 as usize);
-                around = around.union(triangle_box([v0, v1, v2], triangle));
-                let numbers = [v0.x, v0.y, v0.z, v1.x, v1.y, v1.z, v2.x, v2.y, v2.z];
-                for (column, number) in columns.iter_mut().zip(numbers) {
-                    column[lane] = number;
-                }
-            }
-            let [x0, y0, z0, x1, y1, z1, x2, y2, z2] = columns;
-            let corner8 = |x: [f32; WIDTH], y: [f32; WIDTH], z: [f32; WIDTH]| {
-                Vec3x8::new(F32x8::new(x), F32x8::new(y), F32x8::new(z))
-            };
+            let (block, around) = B::of(self.scene, ids);
             let block_i = self.written.triangle_block;
             self.written.triangle_block += 1;
-            self.triangle_blocks[block_i].write(TriangleBlock {
-                v0: corner8(x0, y0, z0),
-                v1: corner8(x1, y1, z1),
-                v2: corner8(x2, y2, z2),
-                id,
-            });
+            self.triangle_blocks[block_i].write(block);
             let child = Child::triangles(self.start.triangle_block + block_i, ids.len());
             (child, around)
         } else {
+            let mut around = Box8::EMPTY;
             let mut spheres = [(PrimitiveId::NONE, Vec3::ZERO, 0.0); WIDTH];
             for (sphere, &id) in spheres.iter_mut().zip(ids) {
                 let i = id.0 as usize - first_sphere;

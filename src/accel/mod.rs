@@ -21,6 +21,7 @@
 //! a version that divided by primitives, not by blocks, and for rays without a width; see `split` and `tree`.)
 
 mod binary;
+mod blocks;
 mod boxes;
 mod emit;
 mod node;
@@ -33,17 +34,14 @@ mod split;
 mod tree;
 
 pub use binary::{BinaryBvh, BinaryNode};
+pub use blocks::{Layout, LeafBlocks, TriangleBlocks};
 pub use node::{Child, Node8};
 pub use prefetch::{Places, prefetch, prefetch_for_later};
 pub use quality::BuildQuality;
 
 use emit::Wide;
 
-use crate::{
-    geometry::{SphereBlock, TriangleBlock},
-    math::Aabb,
-    scene::Scene,
-};
+use crate::{geometry::SphereBlock, math::Aabb, scene::Scene, simd::LANES};
 use std::{
     sync::OnceLock,
     time::{Duration, Instant},
@@ -53,7 +51,7 @@ use std::{
 #[derive(Debug)]
 pub struct Bvh {
     nodes: Vec<Node8>,
-    triangle_blocks: Vec<TriangleBlock>,
+    triangle_blocks: TriangleBlocks,
     sphere_blocks: Vec<SphereBlock>,
     root: Child,
     stats: BvhStats,
@@ -65,6 +63,8 @@ pub struct Bvh {
 pub struct BvhStats {
     /// What was asked for.
     pub quality: BuildQuality,
+    /// How triangles are stored.
+    pub layout: Layout,
     /// Inner nodes.
     pub nodes: usize,
     /// Leaf blocks of up to 8 triangles.
@@ -95,6 +95,12 @@ impl Bvh {
     /// number of threads.
     #[must_use]
     pub fn build_with(scene: &Scene, quality: BuildQuality) -> Self {
+        Self::build_as(scene, quality, Layout::for_scene(scene))
+    }
+
+    /// [`Self::build_with`], with triangles stored in a given way, to compare them. Both find the same hits.
+    #[must_use]
+    pub fn build_as(scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
         let start = Instant::now();
         let mut boxes = boxes::boxes_of(scene);
         let Wide {
@@ -105,21 +111,24 @@ impl Bvh {
         } = if boxes.is_empty() {
             Wide::nothing()
         } else {
-            let first_sphere = scene.triangles().corners.len() as u32;
-            let top = tree::build(&mut boxes, first_sphere, quality.effort());
-            emit::emit(scene, &top, &boxes::into_ids(boxes))
+            let is_indexed = layout == Layout::Indexed || Layout::is_shared(scene);
+            let top = tree::build(&mut boxes, scene, quality.effort(), is_indexed);
+            let ids = boxes::into_ids(boxes);
+            match layout {
+                Layout::Whole => emit::emit(scene, &top, &ids).with_blocks(TriangleBlocks::Whole),
+                Layout::Indexed => emit::emit(scene, &top, &ids).with_blocks(TriangleBlocks::Indexed),
+            }
         };
         let stats = BvhStats {
             quality,
+            layout,
             nodes: counts.nodes,
             triangle_blocks: counts.triangle_blocks,
             sphere_blocks: counts.sphere_blocks,
             depth: counts.depth,
             leaf_sizes: counts.leaf_sizes,
             child_counts: counts.children,
-            memory_bytes: size_of_val(&nodes[..])
-                + size_of_val(&triangle_blocks[..])
-                + size_of_val(&sphere_blocks[..]),
+            memory_bytes: size_of_val(&nodes[..]) + triangle_blocks.bytes() + size_of_val(&sphere_blocks[..]),
             build_time: start.elapsed(),
         };
         Self {
@@ -145,11 +154,21 @@ impl Bvh {
         &self.nodes
     }
 
-    /// Leaf blocks of triangles, indexed by [`Child::index`].
+    /// Leaf blocks of triangles, by [`Child::index`].
     #[inline(always)]
     #[must_use]
-    pub fn triangle_blocks(&self) -> &[TriangleBlock] {
+    pub fn triangle_blocks(&self) -> &TriangleBlocks {
         &self.triangle_blocks
+    }
+
+    /// The ids of a leaf's primitives: the first [`Child::count`] of them.
+    #[must_use]
+    pub fn leaf_ids(&self, leaf: Child) -> [u32; LANES] {
+        if leaf.is_triangles() {
+            self.triangle_blocks.ids(leaf.index())
+        } else {
+            self.sphere_blocks[leaf.index()].id
+        }
     }
 
     /// Leaf blocks of spheres, indexed by [`Child::index`].

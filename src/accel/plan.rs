@@ -40,9 +40,10 @@ impl Plan {
         plan
     }
 
-    /// A node above two subtrees; `visits` as for [`block`](Self::block).
+    /// A node above two subtrees, which may become a block if they are few enough; `visits` as for
+    /// [`block`](Self::block).
     #[inline(always)]
-    pub(super) fn inner(left: &Self, right: &Self, visits: f32) -> Self {
+    pub(super) fn inner(left: &Self, right: &Self, visits: f32, may_be_block: bool) -> Self {
         let most = WIDTH as u8 + 1;
         let mut plan = Self {
             cost: [0.0; WIDTH - 1],
@@ -51,7 +52,10 @@ impl Plan {
             is_block: false,
         };
         plan.cost[0] = visits * NODE_COST + best_split::<WIDTH>(left, right).1;
-        if plan.fits_block() {
+        if !may_be_block {
+            // Nor may what it is a part of.
+            plan.triangles = most;
+        } else if plan.fits_block() {
             let block = plan.block_cost(visits);
             plan.is_block = block <= plan.cost[0];
             plan.cost[0] = plan.cost[0].min(block);

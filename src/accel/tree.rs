@@ -7,6 +7,7 @@ use super::{
     plan::{Plan, Planned, WIDTH, widen},
     split::{Effort, divide},
 };
+use crate::{geometry::IndexedBlock, scene::Scene};
 use rayon::prelude::*;
 
 /// How many primitives become a subtree with a root of its own: few enough for the cache, and for all threads to have
@@ -111,11 +112,13 @@ impl Slot {
     }
 }
 
-/// Builds over `boxes`, of which the first is number `first` of all, and puts them into the order of the leaves. Ids
-/// from `first_sphere` on are spheres.
-pub(super) fn build(boxes: &mut [Box8], first_sphere: u32, effort: Effort) -> Top {
+/// Builds over `boxes` of a scene's primitives and puts them into the order of the leaves; `is_indexed`: blocks of triangles
+/// must fit an [`IndexedBlock`].
+pub(super) fn build(boxes: &mut [Box8], scene: &Scene, effort: Effort, is_indexed: bool) -> Top {
+    let triangles = &scene.triangles().corners[..];
     let job = Job {
-        first_sphere,
+        first_sphere: triangles.len() as u32,
+        shared: is_indexed.then_some(triangles),
         effort,
         subtree: subtree_size(boxes.len()),
         footprint: footprint(boxes),
@@ -160,8 +163,11 @@ fn footprint(boxes: &[Box8]) -> f32 {
 
 /// What stays the same all over a tree.
 #[derive(Clone, Copy)]
-struct Job {
+struct Job<'a> {
+    /// Ids from here on are spheres.
     first_sphere: u32,
+    /// The corners of all triangles, if those of a block must fit an [`IndexedBlock`].
+    shared: Option<&'a [[u32; 3]]>,
     effort: Effort,
     /// See [`subtree_size`].
     subtree: usize,
@@ -169,10 +175,17 @@ struct Job {
     footprint: f32,
 }
 
-impl Job {
+impl Job<'_> {
     /// How often bundles of rays visit a box, in the unit of areas. (For thin rays that is its area alone.)
     fn visits(&self, bounds: Box8) -> f32 {
         bounds.half_area() + self.footprint
+    }
+
+    /// Whether triangles, at most eight, can be a block of their own.
+    fn is_block(&self, boxes: &[Box8]) -> bool {
+        let corners =
+            |triangles: &[[u32; 3]]| IndexedBlock::fits(boxes.iter().map(|b| triangles[b.id().0 as usize]));
+        self.shared.is_none_or(corners)
     }
 
     /// Whether what fits a block may be better off in several: it is far wider than a bundle of rays. (In a row along an
@@ -184,7 +197,7 @@ impl Job {
 }
 
 /// `levels`: how often the heuristic may still divide.
-fn build_top(boxes: &mut [Box8], first: usize, job: Job, levels: u32) -> Top {
+fn build_top(boxes: &mut [Box8], first: usize, job: Job<'_>, levels: u32) -> Top {
     if boxes.len() <= job.subtree {
         return Top::Subtree(Subtree::new(boxes, first, job, levels));
     }
@@ -197,7 +210,7 @@ fn build_top(boxes: &mut [Box8], first: usize, job: Job, levels: u32) -> Top {
         || build_top(right, first + count, job, levels),
     );
     let bounds = left.bounds().union(right.bounds());
-    let plan = Plan::inner(left.plan(), right.plan(), job.visits(bounds));
+    let plan = Plan::inner(left.plan(), right.plan(), job.visits(bounds), true);
     Top::Inner(Box::new(TopInner {
         children: [left, right],
         bounds,
@@ -224,12 +237,12 @@ struct Node {
     right: u32,
 }
 
-struct Builder {
+struct Builder<'a> {
     nodes: Vec<Node>,
-    job: Job,
+    job: Job<'a>,
 }
 
-impl Planned for Builder {
+impl Planned for Builder<'_> {
     type Node = usize;
 
     fn plan(&self, node_i: usize) -> &Plan {
@@ -242,7 +255,7 @@ impl Planned for Builder {
     }
 }
 
-impl Builder {
+impl Builder<'_> {
     /// Appends the tree over `boxes` and answers the box around them.
     fn divide(&mut self, boxes: &mut [Box8], first: usize, levels: u32) -> Box8 {
         let node_i = self.nodes.len();
@@ -252,7 +265,7 @@ impl Builder {
             count: boxes.len() as u32,
             right: 0,
         });
-        let mut first_part = None;
+        let (mut first_part, mut may_be_block) = (None, true);
         if boxes.len() <= WIDTH {
             let spheres = boxes.iter().filter(|b| b.id().0 >= self.job.first_sphere).count();
             if spheres != 0 && spheres != boxes.len() {
@@ -261,7 +274,8 @@ impl Builder {
                 first_part = Some(boxes.len() - spheres);
             } else {
                 let bounds = Box8::around(boxes);
-                if !self.job.pays_to_divide(boxes.len(), bounds) {
+                may_be_block = spheres != 0 || self.job.is_block(boxes);
+                if may_be_block && !self.job.pays_to_divide(boxes.len(), bounds) {
                     let visits = self.job.visits(bounds);
                     self.nodes[node_i].plan = Plan::block(boxes.len() - spheres, spheres, visits);
                     return bounds;
@@ -279,6 +293,7 @@ impl Builder {
             &self.nodes[node_i + 1].plan,
             &self.nodes[right_i].plan,
             self.job.visits(bounds),
+            may_be_block,
         );
         let node = &mut self.nodes[node_i];
         (node.plan, node.right) = (plan, right_i as u32);
@@ -287,7 +302,7 @@ impl Builder {
 }
 
 impl Subtree {
-    fn new(boxes: &mut [Box8], first: usize, job: Job, levels: u32) -> Self {
+    fn new(boxes: &mut [Box8], first: usize, job: Job<'_>, levels: u32) -> Self {
         let mut builder = Builder {
             nodes: Vec::with_capacity(2 * boxes.len()),
             job,
@@ -304,7 +319,7 @@ impl Subtree {
         subtree
     }
 
-    fn write_node(&mut self, builder: &Builder, node_i: usize, depth: usize) {
+    fn write_node(&mut self, builder: &Builder<'_>, node_i: usize, depth: usize) {
         let children = widen(builder, node_i);
         let counts = &mut self.counts;
         counts.nodes += 1;

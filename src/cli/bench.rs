@@ -2,7 +2,7 @@
 
 use super::{
     BenchArgs, CliError,
-    bench_args::BenchMethod,
+    bench_args::{BenchMethod, LayoutArg},
     input::{self, Input},
     interrupt::Interrupt,
     memory::MemoryArgs,
@@ -45,6 +45,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         repeat: args.frames.unwrap_or(args.repeat) as usize,
         frames_only: args.frames.is_some(),
         build: args.build,
+        layout: args.layout,
         quiet: args.json.as_deref() == Some(Path::new("-")),
     };
 
@@ -90,6 +91,7 @@ struct Bench {
     /// Frames are all that is timed.
     frames_only: bool,
     build: BuildArg,
+    layout: LayoutArg,
     quiet: bool,
 }
 
@@ -100,7 +102,7 @@ impl Bench {
         let lights = scene.lights().x.len() as f64;
         let rays = f64::from(width) * f64::from(height) * (1.0 + lights) * self.repeat as f64;
         let quality = self.build.quality(rays, scene.primitive_count());
-        let bvh = Bvh::build_with(scene, quality);
+        let bvh = Bvh::build_as(scene, quality, self.layout.layout(scene));
         if self.frames_only {
             self.print(&self.frames(scene, &bvh, camera)?)?;
             return Ok(Vec::new());

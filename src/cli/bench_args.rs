@@ -5,6 +5,7 @@ use super::{
     trace_args::BuildArg,
     value::{self, Size},
 };
+use crate::{accel::Layout, scene::Scene};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -41,6 +42,10 @@ pub struct BenchArgs {
     #[arg(long, value_enum, value_name = "QUALITY", default_value_t = BuildArg::Best)]
     pub build: BuildArg,
 
+    /// How the BVH stores triangles
+    #[arg(long, value_enum, value_name = "LAYOUT", default_value_t = LayoutArg::Auto)]
+    pub layout: LayoutArg,
+
     /// What to time, all by default; may be given several times or separated by commas
     #[arg(long = "method", value_name = "METHOD", value_enum, value_delimiter = ',')]
     pub methods: Vec<BenchMethod>,
@@ -52,6 +57,28 @@ pub struct BenchArgs {
     /// Write the results as JSON to a file, or to standard output (-)
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+/// See [`Layout`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LayoutArg {
+    /// Indexed where a mesh is too large for any cache, else whole
+    Auto,
+    /// Each triangle with its corners
+    Whole,
+    /// The triangles of a leaf with the vertices they share
+    Indexed,
+}
+
+impl LayoutArg {
+    /// What is built over a scene.
+    pub fn layout(self, scene: &Scene) -> Layout {
+        match self {
+            Self::Auto => Layout::for_scene(scene),
+            Self::Whole => Layout::Whole,
+            Self::Indexed => Layout::Indexed,
+        }
+    }
 }
 
 /// What `octray bench` can time.

@@ -125,6 +125,8 @@ struct Column {
 struct BvhInfo {
     /// Which was built: "fast" or "best".
     build: &'static str,
+    /// How triangles are stored: "whole" or "indexed".
+    layout: &'static str,
     depth: usize,
     nodes: usize,
     triangle_blocks: usize,
@@ -179,6 +181,7 @@ impl Info {
             load_s: load_time.as_secs_f64(),
             bvh: BvhInfo {
                 build: bvh.quality.name(),
+                layout: bvh.layout.name(),
                 depth: bvh.depth,
                 nodes: bvh.nodes,
                 triangle_blocks: bvh.triangle_blocks,
@@ -252,6 +255,7 @@ impl Info {
         let bvh = &self.bvh;
         line("BVH", in_bytes(bvh.bytes as u64));
         line("  build", bvh.build.into());
+        line("  triangles", bvh.layout.into());
         line("  build time", format!("{:.1} ms", bvh.build_s * 1e3));
         line("  depth", count(bvh.depth));
         line("  nodes", count(bvh.nodes));

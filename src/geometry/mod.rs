@@ -10,11 +10,13 @@
 //! hit far from the sliver.
 
 mod bounds;
+mod indexed;
 mod sphere;
 mod triangle;
 
 pub use bounds::{Slabs8, pad, padded};
+pub use indexed::IndexedBlock;
 pub use sphere::{SphereBlock, intersect_spheres};
 pub use triangle::{
-    EdgeFunctions, Edges, FIRST_LOOK, TriangleBlock, TriangleHits, padded_boxes, passes_through,
+    EdgeFunctions, Edges, FIRST_LOOK, TriangleBlock, TriangleHits, TriangleLeaf, padded_boxes, passes_through,
 };

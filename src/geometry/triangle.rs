@@ -78,6 +78,47 @@ pub struct TriangleBlock {
     pub id: [u32; LANES],
 }
 
+/// Up to eight triangles of a leaf, however they are stored.
+pub trait TriangleLeaf: Sized {
+    /// First, second and third corners: of two blocks where vectors have sixteen lanes, else of the first of them.
+    #[must_use]
+    fn corners<V: Lanes>(blocks: [&Self; 2]) -> [Vec3Lanes<V>; 3];
+    /// All of it as columns: unpacked into `room` if need be.
+    #[must_use]
+    fn whole<'a, V: Lanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock;
+    /// The id of triangle `lane`, as the raw value of [`PrimitiveId`].
+    #[must_use]
+    fn id(&self, lane: usize) -> u32;
+    /// The corners of triangle `lane`.
+    #[must_use]
+    fn triangle(&self, lane: usize) -> [Vec3; 3];
+}
+
+impl TriangleLeaf for TriangleBlock {
+    #[inline(always)]
+    fn corners<V: Lanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
+        [
+            Vec3Lanes::join(low.v0, high.v0),
+            Vec3Lanes::join(low.v1, high.v1),
+            Vec3Lanes::join(low.v2, high.v2),
+        ]
+    }
+
+    #[inline(always)]
+    fn whole<'a, V: Lanes>(&'a self, _: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
+        self
+    }
+
+    #[inline(always)]
+    fn id(&self, lane: usize) -> u32 {
+        self.id[lane % LANES]
+    }
+
+    fn triangle(&self, lane: usize) -> [Vec3; 3] {
+        [&self.v0, &self.v1, &self.v2].map(|corner| corner.lane(lane))
+    }
+}
+
 impl TriangleBlock {
     /// A block of `triangles` (id and corners), at most eight.
     #[must_use]
@@ -93,17 +134,6 @@ impl TriangleBlock {
             v2: corner(2),
             id: std::array::from_fn(|i| triangles.get(i).map_or(PrimitiveId::NONE.0, |t| t.0.0)),
         }
-    }
-
-    /// First, second and third corners: of two blocks where vectors have sixteen lanes, else of the first of them.
-    #[inline(always)]
-    #[must_use]
-    pub fn corners<V: Lanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
-        [
-            Vec3Lanes::join(low.v0, high.v0),
-            Vec3Lanes::join(low.v1, high.v1),
-            Vec3Lanes::join(low.v2, high.v2),
-        ]
     }
 
     /// The edge functions of all eight triangles as seen from one origin (all lanes of `origin` the same).
@@ -291,7 +321,7 @@ impl EdgeFunctions {
         let unsure = hit & !gt(min(min(u, v), w), self.tolerance).bits();
         if unsure != 0 {
             for i in (0..LANES).filter(|i| unsure >> i & 1 != 0) {
-                let corners = [&block.v0, &block.v1, &block.v2].map(|corner| corner.lane(i));
+                let corners = block.triangle(i);
                 let weights = [&u, &v, &w].map(|weight| lane(weight, i));
                 let passes = passes_through(slabs.origin.lane(i), direction.lane(i), corners, weights);
                 hit &= !(u32::from(!passes) << i);

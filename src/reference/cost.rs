@@ -57,11 +57,7 @@ pub fn closest_hit(scene: &Scene, bvh: &Bvh, Todo(todo): &mut Todo, ray: &Ray) -
             }
             todo[first..].sort_by(|a, b| b.0.total_cmp(&a.0));
         } else {
-            let ids = if child.is_triangles() {
-                &bvh.triangle_blocks()[child.index()].id
-            } else {
-                &bvh.sphere_blocks()[child.index()].id
-            };
+            let ids = bvh.leaf_ids(child);
             for id in ids[..child.count()].iter().map(|&id| PrimitiveId(id)) {
                 cost.primitives += 1;
                 if let Some(hit) = intersect_shape(id, &scene.shape(id), ray, &slabs)

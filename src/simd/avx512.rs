@@ -167,6 +167,32 @@ impl Lanes for F32x16 {
         avx512!(Self, _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high))
     }
     #[inline(always)]
+    fn picked8(from: &Column, places: u32) -> F32x8 {
+        let [low, high]: [__m256; 2] = from.halves().map(bytemuck::cast);
+        // SAFETY: as for the operators.
+        let picked: __m256 = unsafe {
+            let shifts = _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28);
+            let places = _mm256_srlv_epi32(_mm256_set1_epi32(places.cast_signed()), shifts);
+            _mm256_permutex2var_ps(low, places, high)
+        };
+        bytemuck::cast(picked)
+    }
+    #[inline(always)]
+    fn picked([low, high]: [&Column; 2], [low_places, high_places]: [u32; 2]) -> Self {
+        // SAFETY: as for the operators; a column is 64 bytes at an address that is a multiple of 64.
+        avx512!(Self, {
+            let shifts = _mm512_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28, 0, 4, 8, 12, 16, 20, 24, 28);
+            let words = _mm512_set1_epi32(low_places.cast_signed());
+            let words = _mm512_mask_set1_epi32(words, 0xff00, high_places.cast_signed());
+            // Four bits each, and a fifth for the second table: (words and 15) or 16.
+            let second = _mm512_setr_epi32(0, 0, 0, 0, 0, 0, 0, 0, 16, 16, 16, 16, 16, 16, 16, 16);
+            let places = _mm512_srlv_epi32(words, shifts);
+            let places = _mm512_ternarylogic_epi32::<0xea>(places, _mm512_set1_epi32(15), second);
+            let (low, high) = (_mm512_load_ps(low.0.as_ptr()), _mm512_load_ps(high.0.as_ptr()));
+            _mm512_permutex2var_ps(low, places, high)
+        })
+    }
+    #[inline(always)]
     fn store(self, to: &mut Column) {
         // SAFETY: as for `load`.
         unsafe { _mm512_store_ps(to.0.as_mut_ptr(), self.0) }

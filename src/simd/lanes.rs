@@ -64,6 +64,12 @@ pub trait Lanes:
     /// written waits for both.)
     #[must_use]
     fn join(low: F32x8, high: F32x8) -> Self;
+    /// Lane i: the place of `from` that bits 4 i to 4 i + 3 of `places` tell.
+    #[must_use]
+    fn picked8(from: &Column, places: u32) -> F32x8;
+    /// [`picked8`](Self::picked8) from the first column and, where there are sixteen lanes, from the second one.
+    #[must_use]
+    fn picked(from: [&Column; 2], places: [u32; 2]) -> Self;
     fn store(self, to: &mut Column);
     /// Writes a cache line, places 0 to 7 and 8 to 15, to memory and leaves it in no cache; see [`stream`].
     ///
@@ -155,6 +161,14 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn join(low: F32x8, _: F32x8) -> Self {
         low
+    }
+    #[inline(always)]
+    fn picked8(from: &Column, places: u32) -> F32x8 {
+        super::picked(from, places)
+    }
+    #[inline(always)]
+    fn picked([from, _]: [&Column; 2], [places, _]: [u32; 2]) -> Self {
+        Self::picked8(from, places)
     }
     #[inline(always)]
     fn store(self, to: &mut Column) {

@@ -32,6 +32,17 @@ pub fn isa() -> &'static str {
     ISA
 }
 
+/// Whether [`picked`](lanes::Lanes::picked) is one instruction for all lanes.
+#[must_use]
+pub fn picks_quickly() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        avx512::is_available()
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    false
+}
+
 const ISA: &str = if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
     "x86-64 AVX2+FMA"
 } else if cfg!(target_feature = "avx") {
@@ -49,6 +60,25 @@ const ISA: &str = if cfg!(all(target_feature = "avx2", target_feature = "fma")) 
 #[must_use]
 pub fn mul_add(a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
     if math::FUSED { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// Lane i: the place of `from` that bits 4 i to 4 i + 3 of `places` tell.
+#[inline(always)]
+#[must_use]
+pub fn picked(from: &lanes::Column, places: u32) -> F32x8 {
+    #[cfg(target_feature = "avx2")]
+    {
+        let places = wide::u32x8::splat(places) >> wide::u32x8::new([0, 4, 8, 12, 16, 20, 24, 28]);
+        let [low, high] = from.halves().map(|half| {
+            // Goes by the three lowest bits.
+            let half = safe_arch::shuffle_av_f32_all_m256(bytemuck::cast(half), bytemuck::cast(places));
+            bytemuck::cast::<_, F32x8>(half)
+        });
+        let is_high: F32x8 = bytemuck::cast((places & wide::u32x8::splat(8)).simd_eq(wide::u32x8::splat(8)));
+        is_high.select(high, low)
+    }
+    #[cfg(not(target_feature = "avx2"))]
+    F32x8::new(std::array::from_fn(|i| from.0[(places >> (4 * i)) as usize & 15]))
 }
 
 /// `a * b - c`, with the rounding of [`mul_add`].

@@ -18,7 +18,8 @@ use super::{
     single::Item,
 };
 use crate::{
-    accel::{Child, Node8},
+    accel::{Child, LeafBlocks, Node8},
+    geometry::TriangleLeaf,
     simd::{
         F32x8, LANES, lane,
         lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes, unpack},
@@ -72,8 +73,9 @@ impl Tracer<'_> {
     /// Traces `packets` through the whole tree; rays that are left to go on one by one are put into
     /// `items`.
     #[inline(always)]
-    pub(super) fn traverse_bundle<V: Lanes, const ANY: bool, const SHARED: bool>(
+    pub(super) fn traverse_bundle<B: TriangleLeaf, V: Lanes, const ANY: bool, const SHARED: bool>(
         &mut self,
+        blocks: LeafBlocks<'_, B>,
         packets: u32,
         culling: &Culling<'_, V>,
     ) {
@@ -95,7 +97,7 @@ impl Tracer<'_> {
         self.bundle_stack.clear();
         match culling.entry {
             Some(entry) if SHARED && !ANY => {
-                self.push_children::<V, ANY, SHARED>(entry, culling, all, q_limit);
+                self.push_children::<B, V, ANY, SHARED>(blocks, entry, culling, all, q_limit);
             }
             _ => self.bundle_stack.push(Entry {
                 child: bvh.root(),
@@ -132,7 +134,8 @@ impl Tracer<'_> {
                             }
                         }
                         is_last = false;
-                        self.push_children::<V, ANY, SHARED>(
+                        self.push_children::<B, V, ANY, SHARED>(
+                            blocks,
                             &bvh.nodes()[child.index()],
                             culling,
                             packets,
@@ -194,11 +197,11 @@ impl Tracer<'_> {
                     packets: [leaf.packets, second.1],
                 };
                 self.leaves += usize::from(!ANY) * (1 + usize::from(second.1 != 0));
-                leaf::shared_origin::<V, ANY>(bvh, leaves, culling, &mut self.packets)
+                leaf::shared_origin::<B, V, ANY>(blocks, leaves, culling, &mut self.packets)
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
-                lines::separate_origins::<V, ANY>(
-                    bvh,
+                lines::separate_origins::<B, V, ANY>(
+                    blocks,
                     child,
                     culling,
                     packets,
@@ -228,8 +231,9 @@ impl Tracer<'_> {
 
     /// Pushes the children that some of `packets` may hit, nearest last.
     #[inline(always)]
-    fn push_children<V: Lanes, const ANY: bool, const SHARED: bool>(
+    fn push_children<B, V: Lanes, const ANY: bool, const SHARED: bool>(
         &mut self,
+        blocks: LeafBlocks<'_, B>,
         node: &Node8,
         culling: &Culling<'_, V>,
         packets: u32,
@@ -295,7 +299,7 @@ impl Tracer<'_> {
             let (q_near, c) = unpack(entry);
             let c = c as usize % LANES;
             let child = node.child[c];
-            self.bvh.prefetch(child);
+            self.bvh.prefetch(child, blocks);
             self.bundle_stack.push(Entry {
                 child,
                 packets: pairs.packets(c),

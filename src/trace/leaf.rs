@@ -3,8 +3,8 @@
 
 use super::{PACKETS, bits, bits64, bundle::Culling, rays::Packet};
 use crate::{
-    accel::{Bvh, Child},
-    geometry::{EdgeFunctions, SphereBlock, TriangleBlock, pad, padded_boxes, passes_through},
+    accel::{Child, LeafBlocks},
+    geometry::{EdgeFunctions, SphereBlock, TriangleLeaf, pad, padded_boxes, passes_through},
     simd::{
         F32x8, LANES, Vec3x8, lane,
         lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes},
@@ -42,13 +42,6 @@ pub(super) struct Leaves {
 }
 
 impl Leaves {
-    #[inline(always)]
-    fn blocks(self, bvh: &Bvh) -> [&TriangleBlock; 2] {
-        let [first, second] = self.child;
-        let blocks = bvh.triangle_blocks();
-        [&blocks[first.index()], &blocks[second.index()]]
-    }
-
     /// The places with a triangle, a bit each: those of the second leaf behind all of the first one's. (Also where
     /// there is no second one, which is no packet's.)
     #[inline(always)]
@@ -136,21 +129,24 @@ impl Functions {
 /// for all triangles at a time; triangles that no ray of the frustum can hit are dropped, and so are packets none of
 /// whose rays can hit a triangle. Answers which packets may have taken a hit.
 #[inline(always)]
-pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
-    bvh: &Bvh,
+pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+    blocks: LeafBlocks<'_, B>,
     leaves: Leaves,
     culling: &Culling<'_, V>,
     states: &mut [Packet; PACKETS],
 ) -> u32 {
     let Leaves { child, packets } = leaves;
     if !child[0].is_triangles() {
-        let block = &bvh.sphere_blocks()[child[0].index()];
+        let block = &blocks.spheres[child[0].index()];
         return spheres::<V, ANY, true>(block, child[0].count_bits(), culling, packets[0], states);
     }
-    let blocks = leaves.blocks(bvh);
+    let blocks = [
+        &blocks.triangles[child[0].index()],
+        &blocks.triangles[child[1].index()],
+    ];
     let [x, y, z] = &states[0].origin;
     let origin = Vec3Lanes::splat(Vec3::new(x.0[0], y.0[0], z.0[0]));
-    let corners = TriangleBlock::corners::<V>(blocks);
+    let corners = B::corners::<V>(blocks);
     let edges = EdgeFunctions::new(&corners, origin);
     let packets = packets[0] | packets[1];
     let mut triangles = leaves.places();
@@ -202,7 +198,15 @@ pub(super) fn shared_origin<V: Lanes, const ANY: bool>(
         let determinant = d.dot(place(&functions.normal, i));
         let t = number::<V>(&functions.plane, i) / determinant;
         let bounds = interval::<V>(state, place(&first, i), place(&last, i), culling);
-        let hit = hit::<V, ANY>(state, blocks[i / LANES], i % LANES, tolerance, weights, t, bounds);
+        let hit = hit::<B, V, ANY>(
+            state,
+            blocks[i / LANES % 2],
+            i % LANES,
+            tolerance,
+            weights,
+            t,
+            bounds,
+        );
         taken |= u32::from(hit) << p;
     }
     taken
@@ -272,12 +276,12 @@ pub(super) fn interval<V: Lanes>(
     }
 }
 
-/// The canonical test of triangle `i`; twin of [`EdgeFunctions::intersect`]. `tolerance`: below 0, then above.
+/// The canonical test of triangle `i` of a block; twin of [`EdgeFunctions::intersect`]. `tolerance`: below 0, then above.
 /// `bounds`: where the rays are in its padded box. Answers whether a lane may have taken it.
 #[inline(always)]
-pub(super) fn hit<V: Lanes, const ANY: bool>(
+pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     state: &mut Packet,
-    block: &TriangleBlock,
+    block: &B,
     i: usize,
     tolerance: [V; 2],
     weights: Weights<V>,
@@ -297,10 +301,10 @@ pub(super) fn hit<V: Lanes, const ANY: bool>(
         for (column, value) in columns.iter_mut().zip([weights[0], weights[1], weights[2], t]) {
             value.store(column);
         }
-        return unsure::<ANY>(state, block, i, hit.bits(), looked, &columns);
+        return unsure::<B, ANY>(state, block, i, hit.bits(), looked, &columns);
     }
     if looked != 0 {
-        state.offer::<V, ANY>(hit, t, block.id[i], weights);
+        state.offer::<V, ANY>(hit, t, block.id(i), weights);
     }
     looked != 0
 }
@@ -309,25 +313,24 @@ pub(super) fn hit<V: Lanes, const ANY: bool>(
 /// and distances. (Not to come back from here with what rays hit keeps that out of memory everywhere else.)
 #[cold]
 #[inline(never)]
-fn unsure<const ANY: bool>(
+fn unsure<B: TriangleLeaf, const ANY: bool>(
     state: &mut Packet,
-    block: &TriangleBlock,
+    block: &B,
     i: usize,
     sure: u32,
     looked: u32,
     [u, v, w, t]: &[Column; 4],
 ) -> bool {
-    let hit = sure | passing(state, looked & !sure, [u, v, w], block, i);
+    let hit = sure | passing(state, looked & !sure, [u, v, w], block.triangle(i));
     for ray in bits(hit) {
         let weights = [u, v, w].map(|weights| weights.0[ray & 15]);
-        state.offer_lane::<ANY>(ray & 15, t.0[ray & 15], block.id[i], weights);
+        state.offer_lane::<ANY>(ray & 15, t.0[ray & 15], block.id(i), weights);
     }
     hit != 0
 }
 
 /// Those of `lanes` whose rays [pass through](passes_through) triangle `i`.
-fn passing(state: &Packet, lanes: u32, weights: [&Column; 3], block: &TriangleBlock, i: usize) -> u32 {
-    let corners = [&block.v0, &block.v1, &block.v2].map(|corner| corner.lane(i));
+fn passing(state: &Packet, lanes: u32, weights: [&Column; 3], corners: [Vec3; 3]) -> u32 {
     let passes = |&ray: &usize| {
         let vector = |columns: [&Column; 3]| columns.map(|column| column.0[ray & 15]);
         let (origin, direction) = (

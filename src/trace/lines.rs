@@ -14,8 +14,8 @@ use super::{
     rays::Packet,
 };
 use crate::{
-    accel::{Bvh, Child},
-    geometry::{Edges, FIRST_LOOK, TriangleBlock, padded_boxes},
+    accel::{Child, LeafBlocks},
+    geometry::{Edges, FIRST_LOOK, TriangleBlock, TriangleLeaf, padded_boxes},
     simd::{
         F32x8, LANES, Vec3x8, lane,
         lanes::{Column, LaneMask, Lanes, Vec3Lanes},
@@ -81,8 +81,8 @@ impl Looks {
 /// interior, terrain and blobs 0 to +2 %. With a loop of its own for this, in place of a branch within the canonical
 /// test: 2 to 3 % less.)
 #[inline(always)]
-pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
-    bvh: &Bvh,
+pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+    blocks: LeafBlocks<'_, B>,
     leaf: Child,
     culling: &Culling<'_, V>,
     packets: u32,
@@ -91,10 +91,12 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
     states: &mut [Packet; PACKETS],
 ) -> u32 {
     if !leaf.is_triangles() {
-        let block = &bvh.sphere_blocks()[leaf.index()];
+        let block = &blocks.spheres[leaf.index()];
         return spheres::<V, ANY, false>(block, leaf.count_bits(), culling, packets, states);
     }
-    let block = &bvh.triangle_blocks()[leaf.index()];
+    let mut room = None;
+    let stored = &blocks.triangles[leaf.index()];
+    let block = stored.whole::<V>(&mut room);
     let corners8 = TriangleBlock::corners::<F32x8>([block, block]);
     let edges8 = Edges::new(&corners8);
     let seen8 = SeenTriangles::new(block, &edges8, &culling.space);
@@ -140,7 +142,7 @@ pub(super) fn separate_origins<V: Lanes, const ANY: bool>(
         // Turned before the product, as elsewhere: the sign of a determinant of 0 depends on it.
         let determinant = d.dot(normal.turn(flip));
         let t = plane.turn(flip) / determinant;
-        let hit = hit::<V, ANY>(state, block, i, tolerance, weights, t, bounds);
+        let hit = hit::<B, V, ANY>(state, stored, i, tolerance, weights, t, bounds);
         taken |= u32::from(hit) << p;
     }
     taken

@@ -17,7 +17,8 @@ mod single;
 mod way;
 
 use crate::{
-    accel::{Bvh, Node8, prefetch_for_later},
+    accel::{Bvh, LeafBlocks, Node8, TriangleBlocks, prefetch_for_later},
+    geometry::TriangleLeaf,
     ray::{HitPacket, Origins, RayPacket},
     simd::{
         F32x8, LANES, Vec3x8,
@@ -309,33 +310,56 @@ impl<'a> Tracer<'a> {
         origins: &[Vec3x8],
         answers: A,
     ) {
+        let bvh = self.bvh;
+        let spheres = bvh.sphere_blocks();
+        match bvh.triangle_blocks() {
+            TriangleBlocks::Whole(triangles) => {
+                let blocks = LeafBlocks { triangles, spheres };
+                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, answers);
+            }
+            TriangleBlocks::Indexed(triangles) => {
+                let blocks = LeafBlocks { triangles, spheres };
+                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, answers);
+            }
+        }
+    }
+
+    fn dispatch_to<B: TriangleLeaf, A: Answers, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        blocks: LeafBlocks<'_, B>,
+        rays: &[RayPacket],
+        origins: &[Vec3x8],
+        answers: A,
+    ) {
         #[cfg(target_arch = "x86_64")]
         if self.method != Method::Packet
             && self.method != Method::Adaptive8
             && crate::simd::avx512::is_available()
         {
             // SAFETY: the CPU has these instructions.
-            return unsafe { self.run_avx512::<A, ANY, SHARED>(rays, origins, answers) };
+            return unsafe { self.run_avx512::<B, A, ANY, SHARED>(blocks, rays, origins, answers) };
         }
-        self.run::<F32x8, A, ANY, SHARED>(rays, origins, answers);
+        self.run::<B, F32x8, A, ANY, SHARED>(blocks, rays, origins, answers);
     }
 
     /// [`run`](Self::run) with sixteen lanes.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn run_avx512<A: Answers, const ANY: bool, const SHARED: bool>(
+    fn run_avx512<B: TriangleLeaf, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
+        blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
         origins: &[Vec3x8],
         answers: A,
     ) {
-        self.run::<crate::simd::avx512::F32x16, A, ANY, SHARED>(rays, origins, answers);
+        self.run::<B, crate::simd::avx512::F32x16, A, ANY, SHARED>(blocks, rays, origins, answers);
     }
 
     /// Traces in the order that fits: as the packets come, or ray by ray in order of directions.
     #[inline(always)]
-    fn run<V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
+    fn run<B: TriangleLeaf, V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
+        blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
         origins: &[Vec3x8],
         mut answers: A,
@@ -372,7 +396,7 @@ impl<'a> Tracer<'a> {
                 entry: entry.as_ref(),
                 order,
             };
-            self.trace_group::<V, A, ANY, SHARED>(rays, origins, &group, &mut answers);
+            self.trace_group::<B, V, A, ANY, SHARED>(blocks, rays, origins, &group, &mut answers);
             if order.is_some() && self.scattered.is_on() {
                 self.unsorted = UNSORTED;
             }
@@ -394,8 +418,9 @@ impl<'a> Tracer<'a> {
     /// Traces a group, a bundle at a time. (One call of [`trace`](Self::trace) for both orders, for all of traversal is
     /// compiled into it: mirror rays of cow, figure and interior +2 to +4 %, and a third less code.)
     #[inline(always)]
-    fn trace_group<V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
+    fn trace_group<B: TriangleLeaf, V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
+        blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
         origins: &[Vec3x8],
         group: &Group<'_>,
@@ -452,7 +477,7 @@ impl<'a> Tracer<'a> {
             if filled == 0 {
                 break;
             }
-            self.trace::<V, ANY, SHARED>(filled, group.entry);
+            self.trace::<B, V, ANY, SHARED>(blocks, filled, group.entry);
             for (packet, members) in self.packets.iter().zip(bundle.chunks(V::COUNT)) {
                 answers.scatter(start, packet, members);
             }
@@ -464,7 +489,12 @@ impl<'a> Tracer<'a> {
 
     /// Traces the first `count` packets.
     #[inline(always)]
-    fn trace<V: Lanes, const ANY: bool, const SHARED: bool>(&mut self, count: usize, entry: Option<&Node8>) {
+    fn trace<B: TriangleLeaf, V: Lanes, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        blocks: LeafBlocks<'_, B>,
+        count: usize,
+        entry: Option<&Node8>,
+    ) {
         if count == 0 {
             return;
         }
@@ -502,7 +532,7 @@ impl<'a> Tracer<'a> {
                     self.lines[p % PACKETS].set::<V>(&self.packets[p % PACKETS], &culling.space);
                 }
             }
-            self.traverse_bundle::<V, ANY, SHARED>(packets, &culling);
+            self.traverse_bundle::<B, V, ANY, SHARED>(blocks, packets, &culling);
         }
         let rays = count * V::COUNT;
         if !SHARED && single {
@@ -514,7 +544,7 @@ impl<'a> Tracer<'a> {
         } else if !ANY {
             self.crowded.tried(self.leaves > 2 * rays);
         }
-        self.trace_items::<V, ANY>();
+        self.trace_items::<B, V, ANY>(blocks);
     }
 
     /// Those of `packets` that are traced together next, and their frustum: all of them if one holds them, else many

@@ -28,8 +28,8 @@ use super::{
     rays::{MOST_OFFSET, NODE_PAD, OFFSET_ERROR, Packet},
 };
 use crate::{
-    accel::{Bvh, Child, Node8, Places},
-    geometry::{Slabs8, intersect_spheres},
+    accel::{Bvh, Child, LeafBlocks, Node8, Places},
+    geometry::{Slabs8, SphereBlock, TriangleLeaf, intersect_spheres},
     simd::{
         F32x8, LANES, Mask8, Vec3x8, eq, lane,
         lanes::{Column, Lanes},
@@ -160,7 +160,7 @@ pub(super) fn slots(depth: usize) -> [Slot; SLOTS] {
 impl Slot {
     /// Goes on with the nearest of the last siblings.
     #[inline(always)]
-    fn pop(&mut self, places: &Places) {
+    fn pop<B>(&mut self, places: &Places<B>) {
         let siblings = &mut self.stack[self.len - 1];
         let near8 = siblings.near8;
         let nearest = eq(near8, min_everywhere(near8)).bits();
@@ -238,7 +238,10 @@ impl Turns {
 impl Tracer<'_> {
     /// Traces the rays of `items`, in packets of `V::COUNT`.
     #[inline(always)]
-    pub(super) fn trace_items<V: Lanes, const ANY: bool>(&mut self) {
+    pub(super) fn trace_items<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+        &mut self,
+        blocks: LeafBlocks<'_, B>,
+    ) {
         let Self {
             bvh,
             packets,
@@ -249,7 +252,7 @@ impl Tracer<'_> {
         if items.is_empty() {
             return;
         }
-        let places = bvh.places();
+        let places = bvh.places(blocks);
         let mut left = items.iter();
         let mut turns = Turns::NONE;
         for (i, slot) in slots.iter_mut().enumerate() {
@@ -270,20 +273,20 @@ impl Tracer<'_> {
                     break;
                 }
             }
-            let blocks = turns.of(Child::TRIANGLES);
+            let leaves = turns.of(Child::TRIANGLES);
             let mut looked = 0;
-            for i in bits(blocks) {
-                looked |= u32::from(looks_hit(&slots[i % SLOTS], bvh)) << i;
+            for i in bits(leaves) {
+                looked |= u32::from(looks_hit::<B, V>(&slots[i % SLOTS], blocks.triangles)) << i;
             }
             for i in bits(looked) {
-                triangles::<ANY>(&mut slots[i % SLOTS], bvh, packets);
+                triangles::<B, V, ANY>(&mut slots[i % SLOTS], blocks.triangles, packets);
             }
-            pop_all(&mut turns, blocks, slots, &places);
-            let blocks = turns.of(Child::SPHERES);
-            for i in bits(blocks) {
-                spheres::<ANY>(&mut slots[i % SLOTS], bvh, packets);
+            pop_all(&mut turns, leaves, slots, &places);
+            let leaves = turns.of(Child::SPHERES);
+            for i in bits(leaves) {
+                spheres::<ANY>(&mut slots[i % SLOTS], blocks.spheres, packets);
             }
-            pop_all(&mut turns, blocks, slots, &places);
+            pop_all(&mut turns, leaves, slots, &places);
             if left.len() == 0 {
                 continue;
             }
@@ -302,9 +305,9 @@ impl Tracer<'_> {
 
 /// Gives a slot the next ray that may still hit something; `false` if none is left.
 #[inline(always)]
-fn start(
+fn start<B>(
     slot: &mut Slot,
-    places: &Places,
+    places: &Places<B>,
     packets: &[Packet; super::PACKETS],
     items: &mut std::slice::Iter<'_, Item>,
     lanes: usize,
@@ -339,7 +342,7 @@ fn enter_children(slot: &mut Slot, bvh: &Bvh) {
 
 /// Takes the next children of `which` slots.
 #[inline(always)]
-fn pop_all(turns: &mut Turns, which: u32, slots: &mut [Slot; SLOTS], places: &Places) {
+fn pop_all<B>(turns: &mut Turns, which: u32, slots: &mut [Slot; SLOTS], places: &Places<B>) {
     turns.clear(which);
     for i in bits(which) {
         let slot = &mut slots[i % SLOTS];
@@ -350,23 +353,29 @@ fn pop_all(turns: &mut Turns, which: u32, slots: &mut [Slot; SLOTS], places: &Pl
 
 /// Whether a ray may hit something in its block of triangles, at first look.
 #[inline(always)]
-fn looks_hit(slot: &Slot, bvh: &Bvh) -> bool {
+fn looks_hit<B: TriangleLeaf, V: Lanes>(slot: &Slot, blocks: &[B]) -> bool {
     let (ray, leaf) = (&slot.ray, slot.child);
-    let block = &bvh.triangle_blocks()[leaf.index()];
-    let may_hit = block.may_hit(Vec3x8::splat(ray.origin), Vec3x8::splat(ray.direction));
-    may_hit & leaf.count_bits() != 0
+    let (origin, direction) = (Vec3x8::splat(ray.origin), Vec3x8::splat(ray.direction));
+    let mut room = None;
+    let block = blocks[leaf.index()].whole::<V>(&mut room);
+    block.may_hit(origin, direction) & leaf.count_bits() != 0
 }
 
 /// A block of triangles against a ray.
 #[inline(always)]
-fn triangles<const ANY: bool>(slot: &mut Slot, bvh: &Bvh, packets: &mut [Packet; super::PACKETS]) {
+fn triangles<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+    slot: &mut Slot,
+    blocks: &[B],
+    packets: &mut [Packet; super::PACKETS],
+) {
     let (ray, leaf) = (&slot.ray, slot.child);
     let (state, i) = (
         &mut packets[ray.packet as usize % super::PACKETS],
         ray.lane as usize & 15,
     );
     let (slabs, direction) = (ray.slabs(), Vec3x8::splat(ray.direction));
-    let block = &bvh.triangle_blocks()[leaf.index()];
+    let mut room = None;
+    let block = blocks[leaf.index()].whole::<V>(&mut room);
     let edges = block.edge_functions(slabs.origin);
     let weights = edges.weights(&direction);
     let first_look = edges.first_look(weights) & leaf.count_bits();
@@ -380,13 +389,13 @@ fn triangles<const ANY: bool>(slot: &mut Slot, bvh: &Bvh, packets: &mut [Packet;
 
 /// A block of spheres against a ray.
 #[inline(always)]
-fn spheres<const ANY: bool>(slot: &mut Slot, bvh: &Bvh, packets: &mut [Packet; super::PACKETS]) {
+fn spheres<const ANY: bool>(slot: &mut Slot, blocks: &[SphereBlock], packets: &mut [Packet; super::PACKETS]) {
     let (ray, leaf) = (&slot.ray, slot.child);
     let (state, i) = (
         &mut packets[ray.packet as usize % super::PACKETS],
         ray.lane as usize & 15,
     );
-    let block = &bvh.sphere_blocks()[leaf.index()];
+    let block = &blocks[leaf.index()];
     let direction = Vec3x8::splat(ray.direction);
     let (ahead, t) = intersect_spheres(block.center, block.radius, &ray.slabs(), &direction);
     for c in bits(ahead.bits() & leaf.count_bits()) {

@@ -24,7 +24,7 @@ pub use random::Random;
 pub use rays::Group;
 
 use crate::{
-    accel::{BuildQuality, Bvh},
+    accel::{BuildQuality, Bvh, Layout},
     scene::Scene,
 };
 use std::{
@@ -203,7 +203,8 @@ impl Shared {
             let traced = catch_unwind(AssertUnwindSafe(|| {
                 let scene = plan.scene();
                 let quality = plan.random.pick(&[BuildQuality::Fast, BuildQuality::Best]);
-                let bvh = Bvh::build_with(&scene, quality);
+                let layout = plan.random.pick(&[Layout::Whole, Layout::Indexed]);
+                let bvh = Bvh::build_as(&scene, quality, layout);
                 let random = &mut plan.random;
                 let stop = || self.stopped();
                 contest(&scene, &bvh, entrants, random, plan.rays, &mut counts, &stop)

@@ -1,0 +1,127 @@
+//! Leaf blocks of triangles, in one of two layouts.
+//!
+//! Lab notes: indexed blocks against whole ones, kernels of both in turn in one run (median of 3 to 7), Zen 5, one thread:
+//!
+//! | scene | bytes a triangle | build | camera, shadow, mirror rays |
+//! |---|---|---|---|
+//! | cow, figure | 54 and 51 to 36 and 34 | +0 % | -6 %, 0 %, -2 to +2 % |
+//! | interior, 370,000 | 50.5 to 39.4 | +20 % | -1 %, -3 %, -1 % |
+//! | terrain, 1,000,000 | 49.3 to 32.1 | +12 % | 0 %, +1 %, -1 % |
+//! | blobs, 1,000,000 | 52.1 to 34.0 | +10 % | +4 %, +3 %, -3 % |
+//! | blobs, 10,000,000 | 51.7 to 33.6 | -10 % (two threads: -3 %) | +2 %, +1 %, -2 % |
+//!
+//! So what is saved in waiting for memory goes into unpacking, until a scene is far larger than the caches, and the memory
+//! itself is what is gained. With vectors of eight lanes, where a vertex takes two permutations and a selection, ten million
+//! triangles lost 3 %, 3 % and 7 %: there blocks stay whole.
+//!
+//! Quantised nodes would save 2 to 3 bytes a triangle: nodes take 5 to 8 of them.
+
+use crate::{
+    geometry::{IndexedBlock, SphereBlock, TriangleBlock, TriangleLeaf as _},
+    scene::Scene,
+    simd::{self, LANES},
+};
+
+/// How triangles are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// Each with its corners: [`TriangleBlock`].
+    #[default]
+    Whole,
+    /// Those of a block with the vertices that they share: [`IndexedBlock`].
+    Indexed,
+}
+
+/// From so many triangles on (160 MB of whole blocks) vertices are shared.
+const LARGE: usize = 4_000_000;
+
+impl Layout {
+    /// What suits a scene on this CPU: vertices are shared where that [is worth it](Self::is_shared) and quickly undone.
+    #[must_use]
+    pub fn for_scene(scene: &Scene) -> Self {
+        if Self::is_shared(scene) && simd::picks_quickly() {
+            Self::Indexed
+        } else {
+            Self::Whole
+        }
+    }
+
+    /// Whether blocks are such that they can share vertices: there are too many triangles for any cache, and no more
+    /// vertices than triangles. (Also where they are stored whole in the end, so that all CPUs have the same tree.)
+    #[must_use]
+    pub(super) fn is_shared(scene: &Scene) -> bool {
+        let (triangles, vertices) = (scene.triangles().corners.len(), scene.vertices().x.len());
+        triangles >= LARGE && vertices <= triangles
+    }
+
+    /// "whole" or "indexed".
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Whole => "whole",
+            Self::Indexed => "indexed",
+        }
+    }
+}
+
+/// The leaf blocks of triangles, by [`Child::index`](super::Child::index).
+#[derive(Debug)]
+pub enum TriangleBlocks {
+    /// See [`Layout::Whole`].
+    Whole(Vec<TriangleBlock>),
+    /// See [`Layout::Indexed`].
+    Indexed(Vec<IndexedBlock>),
+}
+
+impl TriangleBlocks {
+    /// How many.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Whole(blocks) => blocks.len(),
+            Self::Indexed(blocks) => blocks.len(),
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Their size in memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Whole(blocks) => size_of_val(&blocks[..]),
+            Self::Indexed(blocks) => size_of_val(&blocks[..]),
+        }
+    }
+
+    /// The ids of block `i`.
+    #[must_use]
+    pub fn ids(&self, i: usize) -> [u32; LANES] {
+        match self {
+            Self::Whole(blocks) => blocks[i].id,
+            Self::Indexed(blocks) => std::array::from_fn(|lane| blocks[i].id(lane)),
+        }
+    }
+}
+
+/// All leaf blocks, those of triangles as they are stored: what kernels are compiled for.
+#[derive(Debug)]
+pub struct LeafBlocks<'a, B> {
+    /// By [`Child::index`](super::Child::index).
+    pub triangles: &'a [B],
+    /// As the triangles.
+    pub spheres: &'a [SphereBlock],
+}
+
+impl<B> Clone for LeafBlocks<'_, B> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<B> Copy for LeafBlocks<'_, B> {}

@@ -1,0 +1,259 @@
+//! Triangles that share their vertices.
+
+use super::{TriangleBlock, TriangleLeaf};
+use crate::{
+    ray::PrimitiveId,
+    simd::{
+        LANES, Vec3x8,
+        lanes::{Column, Lanes, Vec3Lanes},
+    },
+};
+use glam::Vec3;
+
+/// Up to eight triangles whose corners are at most twelve vertices: three cache lines, where a [`TriangleBlock`] has five.
+/// (Nine of ten blocks of a mesh have no more than ten.)
+///
+/// A line an axis: the vertices' coordinates, three ids, and a word that names the vertices of the eight first, second or
+/// third corners, four bits each.
+#[derive(Clone, Copy, Debug)]
+pub struct IndexedBlock {
+    lines: [Line; 3],
+}
+
+/// See [`IndexedBlock`].
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(64))]
+struct Line {
+    /// Coordinates along one axis.
+    at: [f32; IndexedBlock::MOST_VERTICES],
+    /// Three of the ids.
+    ids: [u32; 3],
+    /// Places of one corner of each triangle.
+    corners: u32,
+}
+
+impl IndexedBlock {
+    /// The most vertices of a block.
+    pub const MOST_VERTICES: usize = 12;
+
+    /// A block of at most eight triangles: their ids, the names of their corners, and these; `None` if they are too many
+    /// vertices. Lanes past the last triangle repeat a point.
+    #[must_use]
+    pub fn new(triangles: &[(PrimitiveId, [u32; 3], [Vec3; 3])]) -> Option<Self> {
+        let mut names = Names::default();
+        let mut lines = [Line::default(); 3];
+        for (lane, &(id, corners, at)) in triangles.iter().enumerate().take(LANES) {
+            lines[lane / 3].ids[lane % 3] = id.0;
+            for (corner, &name) in corners.iter().enumerate() {
+                let vertex = names.place_of(name)?;
+                lines[corner].corners |= (vertex as u32) << (4 * lane);
+                for (line, coordinate) in lines.iter_mut().zip(at[corner].to_array()) {
+                    line.at[vertex] = coordinate;
+                }
+            }
+        }
+        Some(Self { lines })
+    }
+
+    /// Whether triangles whose corners have these names, at most eight, are few enough vertices for a block.
+    #[inline]
+    #[must_use]
+    pub fn fits(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> bool {
+        if 3 * triangles.len() <= Self::MOST_VERTICES {
+            return true;
+        }
+        let mut names = Names::default();
+        for corners in triangles {
+            for name in corners {
+                if names.place_of(name).is_none() {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// The vertices at these places.
+    #[inline(always)]
+    fn corner<V: Lanes>(&self, places: u32) -> Vec3x8 {
+        let [x, y, z]: &[Column; 3] = bytemuck::cast_ref(&self.lines);
+        Vec3x8::new(
+            V::picked8(x, places),
+            V::picked8(y, places),
+            V::picked8(z, places),
+        )
+    }
+}
+
+impl TriangleLeaf for IndexedBlock {
+    #[inline(always)]
+    fn corners<V: Lanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
+        let [x0, y0, z0]: &[Column; 3] = bytemuck::cast_ref(&low.lines);
+        let [x1, y1, z1]: &[Column; 3] = bytemuck::cast_ref(&high.lines);
+        let [a, b, c] = [0, 1, 2].map(|i: usize| [low.lines[i].corners, high.lines[i].corners]);
+        [
+            Vec3Lanes {
+                x: V::picked([x0, x1], a),
+                y: V::picked([y0, y1], a),
+                z: V::picked([z0, z1], a),
+            },
+            Vec3Lanes {
+                x: V::picked([x0, x1], b),
+                y: V::picked([y0, y1], b),
+                z: V::picked([z0, z1], b),
+            },
+            Vec3Lanes {
+                x: V::picked([x0, x1], c),
+                y: V::picked([y0, y1], c),
+                z: V::picked([z0, z1], c),
+            },
+        ]
+    }
+
+    #[inline(always)]
+    fn whole<'a, V: Lanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
+        let [x, y, z] = &self.lines;
+        room.insert(TriangleBlock {
+            v0: self.corner::<V>(x.corners),
+            v1: self.corner::<V>(y.corners),
+            v2: self.corner::<V>(z.corners),
+            id: [
+                x.ids[0], x.ids[1], x.ids[2], y.ids[0], y.ids[1], y.ids[2], z.ids[0], z.ids[1],
+            ],
+        })
+    }
+
+    #[inline(always)]
+    fn id(&self, lane: usize) -> u32 {
+        let lane = lane % LANES;
+        self.lines[lane / 3].ids[lane % 3]
+    }
+
+    fn triangle(&self, lane: usize) -> [Vec3; 3] {
+        self.lines.map(|Line { corners, .. }| {
+            let vertex = (corners >> (4 * lane)) as usize & 15;
+            self.lines.map(|line| line.at[vertex]).into()
+        })
+    }
+}
+
+/// Vertices in the order in which they were first named.
+#[derive(Default)]
+struct Names {
+    names: [u32; IndexedBlock::MOST_VERTICES],
+    count: usize,
+}
+
+impl Names {
+    /// The place of a vertex, which it is given now if it has none; `None` if there is no more room.
+    #[inline(always)]
+    fn place_of(&mut self, name: u32) -> Option<usize> {
+        let mut place = self.count;
+        for (i, &known) in self.names[..self.count].iter().enumerate() {
+            if known == name {
+                place = i;
+                break;
+            }
+        }
+        if place == self.count {
+            *self.names.get_mut(place)? = name;
+            self.count += 1;
+        }
+        Some(place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::F32x8;
+
+    type Triangle = (PrimitiveId, [u32; 3], [Vec3; 3]);
+
+    /// Triangles whose corners are among so many vertices.
+    fn triangles(random: &mut fastrand::Rng, count: usize, vertices: u32) -> Vec<Triangle> {
+        let at: Vec<Vec3> = (0..vertices)
+            .map(|_| Vec3::new(random.f32(), -random.f32(), random.f32()))
+            .collect();
+        (0..count)
+            .map(|_| {
+                let corners = [(); 3].map(|()| random.u32(..vertices));
+                (
+                    PrimitiveId(random.u32(..)),
+                    corners,
+                    corners.map(|corner| at[corner as usize]),
+                )
+            })
+            .collect()
+    }
+
+    fn is_unpacked<V: Lanes>(low: &[Triangle], high: &[Triangle]) {
+        let blocks = [low, high].map(|all| IndexedBlock::new(all).expect("few vertices"));
+        let mut columns = [[Column::splat(0.0); 3]; 3];
+        for (corner, columns) in IndexedBlock::corners::<V>(blocks.each_ref())
+            .into_iter()
+            .zip(&mut columns)
+        {
+            corner.store(columns);
+        }
+        for (i, &(id, _, at)) in low.iter().enumerate() {
+            let mut room = None;
+            let whole = blocks[0].whole::<V>(&mut room);
+            assert_eq!((whole.triangle(i), whole.id(i)), (at, id.0));
+            assert_eq!((blocks[0].triangle(i), blocks[0].id(i)), (at, id.0));
+        }
+        let lanes = low
+            .iter()
+            .enumerate()
+            .chain(high.iter().enumerate().map(|(i, t)| (LANES + i, t)));
+        for (lane, &(_, _, at)) in lanes.take_while(|&(lane, _)| lane < V::COUNT) {
+            for (column, corner) in columns.iter().zip(at) {
+                assert_eq!(column.each_ref().map(|axis| axis.0[lane]), corner.to_array());
+            }
+        }
+    }
+
+    #[test]
+    fn triangles_come_out_as_they_went_in() {
+        let mut random = fastrand::Rng::with_seed(3);
+        for round in 0..2000 {
+            let count = 1 + round % LANES;
+            let (low, high) = (
+                triangles(&mut random, count, 12),
+                triangles(&mut random, LANES, 9),
+            );
+            is_unpacked::<F32x8>(&low, &high);
+            #[cfg(target_arch = "x86_64")]
+            if crate::simd::avx512::is_available() {
+                is_unpacked::<crate::simd::avx512::F32x16>(&low, &high);
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_past_the_last_triangle_are_a_point() {
+        let mut random = fastrand::Rng::with_seed(4);
+        let block = IndexedBlock::new(&triangles(&mut random, 5, 12)).expect("few vertices");
+        for lane in 5..LANES {
+            let [a, b, c] = block.triangle(lane);
+            assert!(a == b && b == c);
+        }
+    }
+
+    #[test]
+    fn a_block_has_no_more_than_twelve_vertices() {
+        let mut random = fastrand::Rng::with_seed(5);
+        let mut too_many = 0;
+        for _ in 0..2000 {
+            let all = triangles(&mut random, LANES, 16);
+            let mut names: Vec<u32> = all.iter().flat_map(|t| t.1).collect();
+            names.sort_unstable();
+            names.dedup();
+            let fits = names.len() <= IndexedBlock::MOST_VERTICES;
+            assert_eq!(IndexedBlock::new(&all).is_some(), fits);
+            assert_eq!(IndexedBlock::fits(all.iter().map(|t| t.1)), fits);
+            too_many += usize::from(!fits);
+        }
+        assert!((500..1500).contains(&too_many), "{too_many} of 2000 do not fit");
+    }
+}
