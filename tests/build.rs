@@ -1,13 +1,14 @@
 //! The BVH as it is built: every primitive in one place, boxes around what is below them, the same tree for any number
 //! of threads, within its share of memory.
 
+use glam::Vec3;
 use octray::{
-    accel::{BuildQuality, Bvh, Layout, Node8},
+    accel::{BuildQuality, Bvh, Layout, Node8, TriangleBlocks},
     generate::{Kind, Options, generate},
     geometry::padded,
     math::Aabb,
     ray::PrimitiveId,
-    scene::{Primitive, Scene},
+    scene::{Primitive, Scene, SceneBuilder},
 };
 
 const QUALITIES: [BuildQuality; 2] = [BuildQuality::Fast, BuildQuality::Best];
@@ -22,9 +23,10 @@ fn scene(kind: Kind, count: usize) -> Scene {
     generated.into_scene().expect("valid columns")
 }
 
-fn build_on(threads: usize, scene: &Scene, quality: BuildQuality) -> Bvh {
+fn build_on(threads: usize, scene: &Scene, quality: BuildQuality, layout: Layout) -> Bvh {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.expect("threads").install(|| Bvh::build_with(scene, quality))
+    pool.expect("threads")
+        .install(|| Bvh::build_as(scene, quality, layout))
 }
 
 fn child_bounds(node: &Node8, lane: usize) -> Aabb {
@@ -100,8 +102,8 @@ fn every_primitive_is_in_one_place_and_boxes_fit() {
 #[test]
 fn any_number_of_threads_builds_the_same_tree() {
     let scene = scene(Kind::Blobs, 150_000);
-    for quality in QUALITIES {
-        let [one, four] = [1, 4].map(|threads| build_on(threads, &scene, quality));
+    for (quality, layout) in QUALITIES.into_iter().zip(LAYOUTS) {
+        let [one, four] = [1, 4].map(|threads| build_on(threads, &scene, quality, layout));
         assert_eq!(one.nodes().len(), four.nodes().len());
         for (a, b) in one.nodes().iter().zip(four.nodes()) {
             assert_eq!((a.child, a.planes), (b.child, b.planes));
@@ -124,5 +126,43 @@ fn vertices_that_are_shared_are_stored_once() {
             "{kind:?}: {indexed} bytes in place of {whole}"
         );
         assert_eq!(Layout::for_scene(&scene), Layout::Whole, "{kind:?} fits a cache");
+    }
+}
+
+#[test]
+fn triangles_that_share_nothing_are_four_a_block_with_spheres_among_them() {
+    let mut builder = SceneBuilder::new();
+    let material = builder.classic_material(1).expect("a material");
+    let mut random = fastrand::Rng::with_seed(11);
+    for i in 0..3000 {
+        let mut near = || Vec3::new(random.f32(), random.f32(), random.f32());
+        let at = near() * 10.0;
+        if i % 5 == 0 {
+            builder.add_sphere(at, 0.1, material).expect("a sphere");
+        } else {
+            let corners = [at, at + near() * 0.2, at + near() * 0.2];
+            builder.add_triangle(corners, material).expect("a triangle");
+        }
+    }
+    let scene = builder.finish();
+    for quality in QUALITIES {
+        let bvh = Bvh::build_as(&scene, quality, Layout::Indexed);
+        let mut seen = vec![0; scene.primitive_count()];
+        check(&scene, &bvh, bvh.root().index(), &mut seen);
+        assert!(seen.iter().all(|&times| times == 1), "{quality:?}");
+        assert!(bvh.stats().triangle_blocks >= 600, "at most four a block");
+    }
+}
+
+#[test]
+fn an_empty_scene_has_the_layout_that_was_asked_for() {
+    let scene = SceneBuilder::new().finish();
+    for layout in LAYOUTS {
+        let bvh = Bvh::build_as(&scene, BuildQuality::Best, layout);
+        let is_indexed = matches!(bvh.triangle_blocks(), TriangleBlocks::Indexed(_));
+        assert_eq!(
+            (bvh.stats().layout, is_indexed),
+            (layout, layout == Layout::Indexed)
+        );
     }
 }

@@ -496,6 +496,8 @@ fn meshes_are_taken_by_every_command() {
             "--repeat",
             "1",
             "--ground",
+            "--layout",
+            "indexed",
         ])
         .succeeded();
     for options in [

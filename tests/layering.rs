@@ -57,7 +57,7 @@ const ROOMS: [(&str, Option<&str>); 23] = [
 const EXTRA: [(&str, &str); 2] = [("reference/bvh.rs", "accel"), ("reference/cost.rs", "accel")];
 
 /// Crates that only one place names.
-const ONLY_IN: [(&str, &str); 2] = [("wide", "simd/"), ("obvhs", "accel/")];
+const ONLY_IN: [(&str, &str); 3] = [("wide", "simd/"), ("safe_arch", "simd/"), ("obvhs", "accel/")];
 
 /// Rooms that may print and end the program.
 const PRINTING: [&str; 3] = ["cli", "main", "cpu"];

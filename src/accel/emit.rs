@@ -4,7 +4,7 @@
 //! by side, before those of the nodes below it.
 
 use super::{
-    Child, Node8,
+    Child, Layout, Node8,
     blocks::TriangleBlocks,
     boxes::{Box8, corners, sphere_box, triangle_box},
     pages,
@@ -32,10 +32,10 @@ pub(super) struct Wide<B> {
 
 impl Wide<TriangleBlocks> {
     /// A root without children.
-    pub(super) fn nothing() -> Self {
+    pub(super) fn nothing(layout: Layout) -> Self {
         Self {
             nodes: vec![Node8::new(&[])],
-            triangle_blocks: TriangleBlocks::Whole(Vec::new()),
+            triangle_blocks: TriangleBlocks::none(layout),
             sphere_blocks: Vec::new(),
             counts: Counts {
                 nodes: 1,

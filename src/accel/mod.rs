@@ -109,10 +109,9 @@ impl Bvh {
             sphere_blocks,
             counts,
         } = if boxes.is_empty() {
-            Wide::nothing()
+            Wide::nothing(layout)
         } else {
-            let is_indexed = layout == Layout::Indexed || Layout::is_shared(scene);
-            let top = tree::build(&mut boxes, scene, quality.effort(), is_indexed);
+            let top = tree::build(&mut boxes, scene, quality.effort(), layout);
             let ids = boxes::into_ids(boxes);
             match layout {
                 Layout::Whole => emit::emit(scene, &top, &ids).with_blocks(TriangleBlocks::Whole),
@@ -154,7 +153,7 @@ impl Bvh {
         &self.nodes
     }
 
-    /// Leaf blocks of triangles, by [`Child::index`].
+    /// Leaf blocks of triangles.
     #[inline(always)]
     #[must_use]
     pub fn triangle_blocks(&self) -> &TriangleBlocks {
@@ -162,6 +161,9 @@ impl Bvh {
     }
 
     /// The ids of a leaf's primitives: the first [`Child::count`] of them.
+    ///
+    /// # Panics
+    /// If `leaf` is no leaf of this hierarchy.
     #[must_use]
     pub fn leaf_ids(&self, leaf: Child) -> [u32; LANES] {
         if leaf.is_triangles() {

@@ -6,6 +6,7 @@
 )]
 
 use super::{Bvh, Child, LeafBlocks};
+use crate::geometry::TriangleLeaf;
 use std::marker::PhantomData;
 
 /// Where each [kind](Child::kind) of child begins, and how long one is: to ask for memory without a branch on the kind.
@@ -17,7 +18,7 @@ impl Bvh {
     /// See [`Places`].
     #[inline(always)]
     #[must_use]
-    pub fn places<B>(&self, blocks: LeafBlocks<'_, B>) -> Places<B> {
+    pub fn places<B: TriangleLeaf>(&self, blocks: LeafBlocks<'_, B>) -> Places<B> {
         fn of<T>(column: &[T]) -> (*const u8, usize) {
             (column.as_ptr().cast(), size_of::<T>())
         }
@@ -35,7 +36,7 @@ impl Bvh {
     /// Asks for the memory of what `child` stands for: no more than that. (In bundles, where the branch on the kind is one
     /// of many, 4 % faster than [`Places::prefetch`] for camera rays of small scenes.)
     #[inline(always)]
-    pub fn prefetch<B>(&self, child: Child, blocks: LeafBlocks<'_, B>) {
+    pub fn prefetch<B: TriangleLeaf>(&self, child: Child, blocks: LeafBlocks<'_, B>) {
         if child.is_inner() {
             lines(self.nodes(), child.index());
         } else if child.is_triangles() {
@@ -53,9 +54,9 @@ fn lines<T>(of: &[T], index: usize) {
     }
 }
 
-impl<B> Places<B> {
-    /// Asks for the memory of what `child` stands for, which will be visited soon: five cache lines, as many as a block of
-    /// triangles has. (Four, without its ids: -4 to -8 % on large scenes; seven: 0 to -2 %. As many as each kind has:
+impl<B: TriangleLeaf> Places<B> {
+    /// Asks for the memory of what `child` stands for, which will be visited soon: five cache lines, as many as a whole
+    /// block of triangles has, or the four of a node, where blocks have three. (Of whole blocks four, without its ids: -4 to -8 % on large scenes; seven: 0 to -2 %. As many as each kind has:
     /// -6 to -12 %. A node has four: the fifth mostly is the first of its first inner child.)
     #[inline(always)]
     pub fn prefetch(&self, child: Child) {

@@ -3,6 +3,7 @@
 //! tree until the end.
 
 use super::{
+    Layout,
     boxes::Box8,
     plan::{Plan, Planned, WIDTH, widen},
     split::{Effort, divide},
@@ -112,13 +113,12 @@ impl Slot {
     }
 }
 
-/// Builds over `boxes` of a scene's primitives and puts them into the order of the leaves; `is_indexed`: blocks of triangles
-/// must fit an [`IndexedBlock`].
-pub(super) fn build(boxes: &mut [Box8], scene: &Scene, effort: Effort, is_indexed: bool) -> Top {
+/// Builds over `boxes` of a scene's primitives, for blocks of a layout, and puts them into the order of the leaves.
+pub(super) fn build(boxes: &mut [Box8], scene: &Scene, effort: Effort, layout: Layout) -> Top {
     let triangles = &scene.triangles().corners[..];
     let job = Job {
         first_sphere: triangles.len() as u32,
-        shared: is_indexed.then_some(triangles),
+        shared: (layout == Layout::Indexed).then_some(triangles),
         effort,
         subtree: subtree_size(boxes.len()),
         footprint: footprint(boxes),
@@ -183,9 +183,9 @@ impl Job<'_> {
 
     /// Whether triangles, at most eight, can be a block of their own.
     fn is_block(&self, boxes: &[Box8]) -> bool {
-        let corners =
+        let fits =
             |triangles: &[[u32; 3]]| IndexedBlock::fits(boxes.iter().map(|b| triangles[b.id().0 as usize]));
-        self.shared.is_none_or(corners)
+        self.shared.is_none_or(fits)
     }
 
     /// Whether what fits a block may be better off in several: it is far wider than a bundle of rays. (In a row along an

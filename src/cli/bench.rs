@@ -19,6 +19,7 @@ use crate::{
     scene::{Camera, Scene},
     simd,
 };
+use clap::ValueEnum;
 use serde::Serialize;
 use std::{fmt::Write as _, io::Write as _, path::Path, time::Duration};
 
@@ -72,7 +73,7 @@ pub fn run(args: &BenchArgs) -> Result<(), CliError> {
         }
     }
     if let Some(path) = &args.json {
-        write_json(path, &Json::new(&results))?;
+        write_json(path, &Json::new(args, &results))?;
     }
     if results.iter().flat_map(|(_, rows)| rows).all(|row| row.agree) {
         Ok(())
@@ -265,6 +266,10 @@ struct Json {
     machine: String,
     isa: &'static str,
     threads: usize,
+    /// As asked for.
+    build: String,
+    /// As asked for.
+    layout: String,
     results: Vec<JsonRow>,
 }
 
@@ -281,7 +286,7 @@ struct JsonRow {
 }
 
 impl Json {
-    fn new(results: &[(String, Vec<Measurement>)]) -> Self {
+    fn new(args: &BenchArgs, results: &[(String, Vec<Measurement>)]) -> Self {
         let row = |scene: &str, row: &Measurement| JsonRow {
             scene: scene.to_string(),
             kind: row.kind.name(),
@@ -297,12 +302,20 @@ impl Json {
             machine: machine(),
             isa: simd::isa(),
             threads: 1,
+            build: name(&args.build),
+            layout: name(&args.layout),
             results: results
                 .iter()
                 .flat_map(|(scene, rows)| rows.iter().map(|r| row(scene, r)))
                 .collect(),
         }
     }
+}
+
+/// A value as it is given on the command line.
+fn name(value: &impl ValueEnum) -> String {
+    let value = value.to_possible_value();
+    value.map_or_else(String::new, |value| value.get_name().to_string())
 }
 
 /// Writes an answer as JSON to a file, or to standard output (-).

@@ -62,7 +62,7 @@ pub struct BenchArgs {
 /// See [`Layout`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LayoutArg {
-    /// Indexed where a mesh is too large for any cache, else whole
+    /// Indexed from four million triangles on if there are no more vertices, else whole
     Auto,
     /// Each triangle with its corners
     Whole,

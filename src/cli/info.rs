@@ -255,7 +255,7 @@ impl Info {
         let bvh = &self.bvh;
         line("BVH", in_bytes(bvh.bytes as u64));
         line("  build", bvh.build.into());
-        line("  triangles", bvh.layout.into());
+        line("  layout", bvh.layout.into());
         line("  build time", format!("{:.1} ms", bvh.build_s * 1e3));
         line("  depth", count(bvh.depth));
         line("  nodes", count(bvh.nodes));

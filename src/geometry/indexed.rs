@@ -21,7 +21,7 @@ pub struct IndexedBlock {
 }
 
 /// See [`IndexedBlock`].
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 struct Line {
     /// Coordinates along one axis.
@@ -32,6 +32,14 @@ struct Line {
     corners: u32,
 }
 
+impl Line {
+    const EMPTY: Self = Self {
+        at: [0.0; IndexedBlock::MOST_VERTICES],
+        ids: [PrimitiveId::NONE.0; 3],
+        corners: 0,
+    };
+}
+
 impl IndexedBlock {
     /// The most vertices of a block.
     pub const MOST_VERTICES: usize = 12;
@@ -40,8 +48,9 @@ impl IndexedBlock {
     /// vertices. Lanes past the last triangle repeat a point.
     #[must_use]
     pub fn new(triangles: &[(PrimitiveId, [u32; 3], [Vec3; 3])]) -> Option<Self> {
+        debug_assert!(triangles.len() <= LANES, "{} triangles", triangles.len());
         let mut names = Names::default();
-        let mut lines = [Line::default(); 3];
+        let mut lines = [Line::EMPTY; 3];
         for (lane, &(id, corners, at)) in triangles.iter().enumerate().take(LANES) {
             lines[lane / 3].ids[lane % 3] = id.0;
             for (corner, &name) in corners.iter().enumerate() {
@@ -73,6 +82,19 @@ impl IndexedBlock {
         true
     }
 
+    /// Coordinates of the vertices, a column an axis.
+    #[inline(always)]
+    fn axes(&self) -> &[Column; 3] {
+        bytemuck::cast_ref(&self.lines)
+    }
+
+    /// The words that name the first, second and third corners.
+    #[inline(always)]
+    fn places(&self) -> [u32; 3] {
+        let [x, y, z] = &self.lines;
+        [x.corners, y.corners, z.corners]
+    }
+
     /// The vertices at these places.
     #[inline(always)]
     fn corner<V: Lanes>(&self, places: u32) -> Vec3x8 {
@@ -88,9 +110,9 @@ impl IndexedBlock {
 impl TriangleLeaf for IndexedBlock {
     #[inline(always)]
     fn corners<V: Lanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
-        let [x0, y0, z0]: &[Column; 3] = bytemuck::cast_ref(&low.lines);
-        let [x1, y1, z1]: &[Column; 3] = bytemuck::cast_ref(&high.lines);
-        let [a, b, c] = [0, 1, 2].map(|i: usize| [low.lines[i].corners, high.lines[i].corners]);
+        let ([x0, y0, z0], [x1, y1, z1]) = (low.axes(), high.axes());
+        let ([a0, b0, c0], [a1, b1, c1]) = (low.places(), high.places());
+        let (a, b, c) = ([a0, a1], [b0, b1], [c0, c1]);
         [
             Vec3Lanes {
                 x: V::picked([x0, x1], a),
@@ -112,11 +134,11 @@ impl TriangleLeaf for IndexedBlock {
 
     #[inline(always)]
     fn whole<'a, V: Lanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
-        let [x, y, z] = &self.lines;
+        let ([a, b, c], [x, y, z]) = (self.places(), &self.lines);
         room.insert(TriangleBlock {
-            v0: self.corner::<V>(x.corners),
-            v1: self.corner::<V>(y.corners),
-            v2: self.corner::<V>(z.corners),
+            v0: self.corner::<V>(a),
+            v1: self.corner::<V>(b),
+            v2: self.corner::<V>(c),
             id: [
                 x.ids[0], x.ids[1], x.ids[2], y.ids[0], y.ids[1], y.ids[2], z.ids[0], z.ids[1],
             ],

@@ -64,7 +64,7 @@ impl LaneMask for Mask16 {
 /// Intrinsics on the registers of the arguments.
 macro_rules! avx512 {
     ($result:ident, $($call:tt)*) => {
-        // SAFETY: the only values are made by `splat` and `load`, in kernels that are entered after `is_available`.
+        // SAFETY: all values are made in kernels that are entered after `is_available`.
         $result(unsafe { $($call)* })
     };
 }
@@ -168,8 +168,9 @@ impl Lanes for F32x16 {
     }
     #[inline(always)]
     fn picked8(from: &Column, places: u32) -> F32x8 {
-        let [low, high]: [__m256; 2] = from.halves().map(bytemuck::cast);
-        // SAFETY: as for the operators.
+        let [low, high] = *from.halves();
+        let (low, high): (__m256, __m256) = (bytemuck::cast(low), bytemuck::cast(high));
+        // SAFETY: as for the operators: only kernels that are entered after `is_available` call this.
         let picked: __m256 = unsafe {
             let shifts = _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28);
             let places = _mm256_srlv_epi32(_mm256_set1_epi32(places.cast_signed()), shifts);

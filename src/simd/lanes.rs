@@ -164,7 +164,7 @@ impl Lanes for F32x8 {
     }
     #[inline(always)]
     fn picked8(from: &Column, places: u32) -> F32x8 {
-        super::picked(from, places)
+        super::picked8(from, places)
     }
     #[inline(always)]
     fn picked([from, _]: [&Column; 2], [places, _]: [u32; 2]) -> Self {

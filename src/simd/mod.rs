@@ -32,17 +32,6 @@ pub fn isa() -> &'static str {
     ISA
 }
 
-/// Whether [`picked`](lanes::Lanes::picked) is one instruction for all lanes.
-#[must_use]
-pub fn picks_quickly() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    {
-        avx512::is_available()
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    false
-}
-
 const ISA: &str = if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
     "x86-64 AVX2+FMA"
 } else if cfg!(target_feature = "avx") {
@@ -65,7 +54,7 @@ pub fn mul_add(a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
 /// Lane i: the place of `from` that bits 4 i to 4 i + 3 of `places` tell.
 #[inline(always)]
 #[must_use]
-pub fn picked(from: &lanes::Column, places: u32) -> F32x8 {
+pub fn picked8(from: &lanes::Column, places: u32) -> F32x8 {
     #[cfg(target_feature = "avx2")]
     {
         let places = wide::u32x8::splat(places) >> wide::u32x8::new([0, 4, 8, 12, 16, 20, 24, 28]);

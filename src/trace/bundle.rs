@@ -231,7 +231,7 @@ impl Tracer<'_> {
 
     /// Pushes the children that some of `packets` may hit, nearest last.
     #[inline(always)]
-    fn push_children<B, V: Lanes, const ANY: bool, const SHARED: bool>(
+    fn push_children<B: TriangleLeaf, V: Lanes, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         node: &Node8,

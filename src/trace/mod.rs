@@ -130,7 +130,7 @@ pub struct Tracer<'a> {
     slots: Box<[single::Slot; single::SLOTS]>,
 }
 
-/// Nodes of a large tree, bytes. (Its blocks of triangles are eight times as much.)
+/// Nodes of a large tree, bytes. (Its whole blocks of triangles are eight times as much, indexed ones five times.)
 const LARGE: usize = 1 << 20;
 
 /// The set bits of a mask, lowest first.

@@ -160,7 +160,7 @@ pub(super) fn slots(depth: usize) -> [Slot; SLOTS] {
 impl Slot {
     /// Goes on with the nearest of the last siblings.
     #[inline(always)]
-    fn pop<B>(&mut self, places: &Places<B>) {
+    fn pop<B: TriangleLeaf>(&mut self, places: &Places<B>) {
         let siblings = &mut self.stack[self.len - 1];
         let near8 = siblings.near8;
         let nearest = eq(near8, min_everywhere(near8)).bits();
@@ -305,7 +305,7 @@ impl Tracer<'_> {
 
 /// Gives a slot the next ray that may still hit something; `false` if none is left.
 #[inline(always)]
-fn start<B>(
+fn start<B: TriangleLeaf>(
     slot: &mut Slot,
     places: &Places<B>,
     packets: &[Packet; super::PACKETS],
@@ -342,7 +342,7 @@ fn enter_children(slot: &mut Slot, bvh: &Bvh) {
 
 /// Takes the next children of `which` slots.
 #[inline(always)]
-fn pop_all<B>(turns: &mut Turns, which: u32, slots: &mut [Slot; SLOTS], places: &Places<B>) {
+fn pop_all<B: TriangleLeaf>(turns: &mut Turns, which: u32, slots: &mut [Slot; SLOTS], places: &Places<B>) {
     turns.clear(which);
     for i in bits(which) {
         let slot = &mut slots[i % SLOTS];
