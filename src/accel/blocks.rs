@@ -62,7 +62,7 @@ impl Layout {
     }
 }
 
-/// The leaf blocks of triangles; [`Child::index`](super::Child::index) counts them.
+/// The leaf blocks of triangles, numbered as [`Child::index`](super::Child::index) has it.
 #[derive(Debug)]
 pub enum TriangleBlocks {
     /// See [`Layout::Whole`].

@@ -56,8 +56,9 @@ fn lines<T>(of: &[T], index: usize) {
 
 impl<B: TriangleLeaf> Places<B> {
     /// Asks for the memory of what `child` stands for, which will be visited soon: five cache lines, as many as a whole
-    /// block of triangles has, or the four of a node, where blocks have three. (Of whole blocks four, without its ids: -4 to -8 % on large scenes; seven: 0 to -2 %. As many as each kind has:
-    /// -6 to -12 %. A node has four: the fifth mostly is the first of its first inner child.)
+    /// block of triangles has, or the four of a node, where blocks have three. (Of whole blocks four, without their ids: -4
+    /// to -8 % on large scenes; seven: 0 to -2 %. As many as each kind has: -6 to -12 %. A node has four: a fifth mostly is
+    /// the first of its first inner child.)
     #[inline(always)]
     pub fn prefetch(&self, child: Child) {
         #[cfg(target_arch = "x86_64")]

@@ -11,7 +11,7 @@ use crate::{
 use glam::Vec3;
 
 /// Up to eight triangles whose corners are at most twelve vertices: three cache lines, where a [`TriangleBlock`] has five.
-/// (Nine of ten blocks of a mesh have no more than ten.)
+/// (Nine of ten blocks of a closed mesh have no more than ten.)
 ///
 /// A line an axis: the vertices' coordinates, three ids, and a word that names the vertices of the eight first, second or
 /// third corners, four bits each.
@@ -98,7 +98,7 @@ impl IndexedBlock {
     /// The vertices at these places.
     #[inline(always)]
     fn corner<V: Lanes>(&self, places: u32) -> Vec3x8 {
-        let [x, y, z]: &[Column; 3] = bytemuck::cast_ref(&self.lines);
+        let [x, y, z] = self.axes();
         Vec3x8::new(
             V::picked8(x, places),
             V::picked8(y, places),
