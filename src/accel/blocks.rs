@@ -8,7 +8,7 @@
 //! | interior, 370,000 | 50.5 to 39.4 | +25 % | -1 %, -3 %, -1 % |
 //! | terrain, 1,000,000 | 49.3 to 32.1 | +16 % | 0 %, +1 %, -1 % |
 //! | blobs, 1,000,000 | 52.1 to 34.0 | +18 % | +4 %, +3 %, -3 % |
-//! | blobs, 10,000,000 | 51.7 to 33.6 | -10 to -14 % (two threads: -3 %) | +1 %, +1 %, -2 % |
+//! | blobs, 10,000,000 | 51.7 to 33.6 | -10 to -14 % (two threads: -3 %) | +1 %, +1 %, -1 to -4 % |
 //!
 //! So what is saved in waiting for memory goes into unpacking, until a scene is far larger than the caches; then the memory
 //! itself is what is gained, and the time to write it: from a file to a picture ten million triangles take 1.28 s in place

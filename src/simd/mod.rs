@@ -51,7 +51,8 @@ pub fn mul_add(a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
     if math::FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// Lane i: the place of `from` that bits 4 i to 4 i + 3 of `places` tell.
+/// Lane i: the place of `from` that bits 4 i to 4 i + 3 of `places` tell. (Lane by lane instead, rays were 4 to 21 % slower
+/// where leaves are indexed, in place of 1 % faster to 11 % slower: million-triangle scenes, eight lanes.)
 #[inline(always)]
 #[must_use]
 pub fn picked8(from: &lanes::Column, places: u32) -> F32x8 {

@@ -324,6 +324,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// [`dispatch`](Self::dispatch) for blocks of one layout: to kernels of as many lanes as the CPU has.
     fn dispatch_to<B: TriangleLeaf, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
