@@ -135,9 +135,15 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         }
     }
     print!("{}", report::means(&rows, &builds));
-    match &arguments.json {
-        Some(path) => report::write_json(path, &rows, &builds),
-        None => Ok(()),
+    if let Some(path) = &arguments.json {
+        report::write_json(path, &rows, &builds)?;
+    }
+    match rows.iter().filter(|row| !row.agree()).count() {
+        0 => Ok(()),
+        differing => Err(format!(
+            "{differing} of {} rows do not agree: their speeds mean nothing",
+            rows.len()
+        )),
     }
 }
 

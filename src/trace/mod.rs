@@ -254,6 +254,11 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// Whether nodes [wait](bundle) in occlusion, which the size of the tree decides else: for tests, whose trees are small.
+    pub(crate) fn let_nodes_wait(&mut self, wait: bool) {
+        self.nodes_wait = wait;
+    }
+
     /// The nearest hits of all rays; of several equally near, the one with the lowest id. Neighbours in `rays` should
     /// be neighbours in space: [`BUNDLE`] of them are traced together. More than 4 MB of hits are written past the
     /// caches.

@@ -48,6 +48,7 @@ pub fn entrants<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>
         Box::new(Kernel {
             name,
             tracer: Tracer::with_method(bvh, method),
+            nodes_wait: false,
             hits: Vec::new(),
             blocked: Vec::new(),
         })
@@ -101,6 +102,8 @@ impl Entrant for Scalar<'_> {
 struct Kernel<'a> {
     name: &'static str,
     tracer: Tracer<'a>,
+    /// Whether shadow rays let nodes wait.
+    nodes_wait: bool,
     hits: Vec<HitPacket>,
     blocked: Vec<u8>,
 }
@@ -111,6 +114,9 @@ impl Entrant for Kernel<'_> {
     }
 
     fn trace(&mut self, group: &Group, found: &mut Vec<Found>) {
+        // Every other group as in trees that are larger than any here.
+        self.nodes_wait = !self.nodes_wait;
+        self.tracer.let_nodes_wait(self.nodes_wait);
         let (origins, packets) = (group.packets.origins(), group.packets.packets());
         self.hits.resize(packets.len(), HitPacket::miss(F32x8::ZERO));
         self.blocked.resize(packets.len(), 0);

@@ -15,7 +15,7 @@ use glam::Vec3;
 pub struct Group {
     /// Whether all are traced as sharing the first one's origin.
     pub shared: bool,
-    /// At least one, at most a bundle's.
+    /// At least one.
     pub rays: Vec<Ray>,
     /// The same in packets. Lanes past the last ray repeat it, switched off.
     pub packets: RayPackets,
@@ -41,9 +41,15 @@ impl Group {
         }
     }
 
-    /// Rays as they come: all alike, sharing an origin, or mixed; some without length.
+    /// Rays as they come: all alike, sharing an origin, or mixed; some without length. Mostly no more than a bundle's,
+    /// else as many as several bundles that begin together, or are sorted together, and now and then more than those.
     pub fn random(random: &mut Random, scene: &Scene, most: usize) -> Self {
-        let count = 1 + random.index(most.min(BUNDLE * LANES));
+        let packets = match random.below(32) {
+            0 => 20 * BUNDLE,
+            1..=3 => 5 * BUNDLE,
+            _ => BUNDLE,
+        };
+        let count = 1 + random.index(most.min(packets * LANES));
         let first = ray(random, scene);
         let kind = random.below(4);
         let spread = random.pick(&[0.0, 1e-3, 0.1, 1.0]);
