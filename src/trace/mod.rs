@@ -254,7 +254,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Whether nodes [wait](bundle) in occlusion, which the size of the tree decides else: for tests, whose trees are small.
+    /// Whether nodes [wait](bundle) in occlusion, which else the size of the tree decides: to verify that in small trees,
+    /// too.
     pub(crate) fn let_nodes_wait(&mut self, wait: bool) {
         self.nodes_wait = wait;
     }
