@@ -135,7 +135,7 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
     let center = center - scene.origin();
     let mut tracers = [
         Method::Adaptive,
-        Method::Adaptive8,
+        Method::AdaptiveBaseline,
         Method::Packet,
         Method::Single,
     ]

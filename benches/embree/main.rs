@@ -72,6 +72,10 @@ struct Arguments {
     #[arg(long)]
     robust: bool,
 
+    /// Hold both to AVX2: Embree's device, and octray's packets to eight rays
+    #[arg(long)]
+    avx2: bool,
+
     /// Print what every mode of Embree does at the first look
     #[arg(long)]
     all_modes: bool,
@@ -116,16 +120,17 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         size: arguments.size,
         repeat: arguments.repeat as usize,
         robust: arguments.robust,
+        avx2: arguments.avx2,
         all_modes: arguments.all_modes,
         cpu: arguments.cpu.map(|cpu| cpu as usize),
     };
-    println!("{}", report::heading(plan.repeat, plan.size));
+    println!("{}", report::heading(plan));
     let (mut rows, mut builds) = (Vec::new(), Vec::new());
     for source in sources {
         let input = source.load(&arguments.view)?;
         if !arguments.no_builds {
             eprintln!("{}: builds", input.name);
-            let of_scene = run::builds_of(&api, &input.scene)?;
+            let of_scene = run::builds_of(&api, &input.scene, plan)?;
             println!("{}", report::build_line(&input.name, &of_scene));
             builds.push((input.name.clone(), of_scene));
         }
@@ -136,7 +141,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     }
     print!("{}", report::means(&rows, &builds));
     if let Some(path) = &arguments.json {
-        report::write_json(path, &rows, &builds)?;
+        report::write_json(path, plan, &rows, &builds)?;
     }
     match rows.iter().filter(|row| !row.exact).count() {
         0 => Ok(()),

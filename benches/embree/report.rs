@@ -1,21 +1,19 @@
 //! The table and the JSON.
 
-use crate::run::{Builds, Row};
-use octray::{
-    bench::{Kind, machine},
-    simd,
-};
+use crate::run::{Builds, Plan, Row};
+use octray::bench::{Kind, machine};
 use serde::Serialize;
 use std::path::Path;
 
 /// The table's heading, with what it was measured on.
-pub fn heading(repeat: usize, size: u32) -> String {
+pub fn heading(plan: Plan) -> String {
+    let Plan { size, repeat, .. } = plan;
     format!(
         "{}, octray on {}; one thread, {size}x{size} rays, median of {repeat}, alternating\n\n\
          {:<10} {:<7} {:>8} {:>6} {:>8} {:>6}  {:<42} {:>6}  {:>9} {:>9}  {}\n\
          {:<10} {:<7} {:>15} {:>15}  {:<42} {:>6}  {:>19}\n",
         machine(),
-        simd::isa(),
+        plan.isa(),
         "scene",
         "rays",
         "octray",
@@ -165,7 +163,7 @@ struct JsonBuilds {
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_json(path: &Path, rows: &[Row], builds: &[(String, Builds)]) -> Result<(), String> {
+pub fn write_json(path: &Path, plan: Plan, rows: &[Row], builds: &[(String, Builds)]) -> Result<(), String> {
     let row = |row: &Row| JsonRow {
         scene: row.scene.clone(),
         kind: row.kind.name(),
@@ -188,7 +186,7 @@ pub fn write_json(path: &Path, rows: &[Row], builds: &[(String, Builds)]) -> Res
     let json = Json {
         schema: 1,
         machine: machine(),
-        isa: simd::isa(),
+        isa: plan.isa(),
         results: rows.iter().filter(|row| !row.robust).map(row).collect(),
         builds: builds.iter().map(build).collect(),
     };

@@ -11,7 +11,8 @@ use octray::{
     accel::Bvh,
     bench::{Kind, RaySet, Results, Workload, reference, trace_set},
     scene::Scene,
-    trace::Tracer,
+    simd,
+    trace::{Method, Tracer},
 };
 use std::time::Instant;
 
@@ -71,14 +72,14 @@ impl Mode {
 }
 
 /// What can be built; the scene with medium quality and Embree's own spheres comes first.
-fn builds(robust: bool, has_spheres: bool) -> Vec<Build> {
+fn builds(robust: bool, only_avx2: bool, has_spheres: bool) -> Vec<Build> {
     let mut builds = Vec::new();
     for own_spheres in if has_spheres {
         vec![false, true]
     } else {
         vec![false]
     } {
-        for avx2 in [false, true] {
+        for &avx2 in if only_avx2 { &[true][..] } else { &[false, true] } {
             for high in [false, true] {
                 builds.push(Build {
                     avx2,
@@ -129,9 +130,12 @@ pub struct Builds {
 ///
 /// # Errors
 /// What Embree or the system says.
-pub fn builds_of(api: &Api, scene: &Scene) -> Result<Builds, String> {
+pub fn builds_of(api: &Api, scene: &Scene, plan: Plan) -> Result<Builds, String> {
     let buffers = Buffers::new(scene);
-    let medium = Build::default();
+    let medium = Build {
+        avx2: plan.avx2,
+        ..Build::default()
+    };
     let mut best = Builds {
         ours: [f64::INFINITY; 2],
         embree_medium: [f64::INFINITY; 2],
@@ -163,10 +167,32 @@ pub struct Plan {
     pub size: u32,
     pub repeat: usize,
     pub robust: bool,
+    /// Both are held to AVX2.
+    pub avx2: bool,
     /// Print each mode's speed at the first look, and what it finds.
     pub all_modes: bool,
     /// Which CPU to stay on; the last one if not told.
     pub cpu: Option<usize>,
+}
+
+impl Plan {
+    /// How octray traces.
+    fn method(self) -> Method {
+        if self.avx2 {
+            Method::AdaptiveBaseline
+        } else {
+            Method::Adaptive
+        }
+    }
+
+    /// What octray's kernels are compiled for.
+    pub fn isa(self) -> &'static str {
+        if self.avx2 {
+            simd::COMPILED_FOR
+        } else {
+            simd::isa()
+        }
+    }
 }
 
 /// Traces every kind of rays of a scene: rows of Embree's best mode, then of its best robust one if wanted.
@@ -182,7 +208,7 @@ pub fn rows_of(api: &Api, input: &Input, plan: Plan) -> Result<Vec<Row>, String>
     let robust_or_not: &[bool] = if plan.robust { &[false, true] } else { &[false] };
     for &robust in robust_or_not {
         let mut scenes = Vec::new();
-        for build in builds(robust, buffers.has_spheres()) {
+        for build in builds(robust, plan.avx2, buffers.has_spheres()) {
             scenes.push(EmbreeScene::new(api, &buffers, build, 1)?);
         }
         // A thread of its own, so that builds keep all CPUs.
@@ -244,7 +270,7 @@ impl<'a> Embree<'a> {
 fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan: Plan, robust: bool) -> Row {
     eprintln!("{}: {} rays", input.name, set.kind.name());
     let mut embree = Embree::new(scenes, set);
-    let mut tracer = Tracer::new(bvh);
+    let mut tracer = Tracer::with_method(bvh, plan.method());
     let mut results = Results::default();
     trace_set(&mut tracer, set, &mut results);
     let exact = results.same(&reference(&input.scene, bvh, set));

@@ -150,6 +150,7 @@ macro_rules! of_each {
 
 impl Lanes for F32x16 {
     type Mask = Mask16;
+    type Packets = Self;
     const COUNT: usize = 16;
 
     #[inline(always)]

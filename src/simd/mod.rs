@@ -11,6 +11,7 @@
 )]
 pub mod avx512;
 pub mod lanes;
+pub mod pair;
 pub mod stream;
 
 use crate::math;
@@ -22,17 +23,18 @@ pub use wide::f32x8 as F32x8;
 /// Lanes of [`F32x8`].
 pub const LANES: usize = 8;
 
-/// The instruction set of this build on this CPU: what it was compiled for, and whether kernels of sixteen lanes run.
+/// The instruction set of this build on this CPU: what it was compiled for, or AVX-512 where kernels use it.
 #[must_use]
 pub fn isa() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     if avx512::is_available() {
         return "x86-64 AVX-512";
     }
-    ISA
+    COMPILED_FOR
 }
 
-const ISA: &str = if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
+/// The instruction set that this build was compiled for.
+pub const COMPILED_FOR: &str = if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
     "x86-64 AVX2+FMA"
 } else if cfg!(target_feature = "avx") {
     "x86-64 AVX"

@@ -189,7 +189,7 @@ mod tests {
             .collect();
         for method in [
             Method::Adaptive,
-            Method::Adaptive8,
+            Method::AdaptiveBaseline,
             Method::Packet,
             Method::Single,
         ] {

@@ -55,7 +55,7 @@ impl Entry {
 const WAITING: usize = 4;
 
 /// How the rays of a bundle are culled.
-pub(super) struct Culling<'a, V> {
+pub(super) struct Culling<'a, V: Lanes> {
     pub frustum: Option<&'a BundleFrustum<V>>,
     /// What to visit in place of the root, for camera rays.
     pub entry: Option<&'a Node8>,
@@ -87,13 +87,13 @@ impl Tracer<'_> {
             ends[p % MOST_LANES] = V::load(&self.packets[p % PACKETS].t);
         }
         let farthest = V::largest_of_each(&ends);
-        let can_hit = farthest.gt(V::splat(0.0));
+        let can_hit = farthest.gt(V::Packets::splat(0.0));
         let all = can_hit.bits();
         let limits = match culling.frustum {
             Some(frustum) => frustum.q_limits(farthest),
             None => farthest,
         };
-        let mut q_limit = V::select(can_hit, limits, V::splat(-1.0));
+        let mut q_limit = V::Packets::select(can_hit, limits, V::Packets::splat(-1.0));
         self.bundle_stack.clear();
         match culling.entry {
             Some(entry) if SHARED && !ANY => {
@@ -117,7 +117,7 @@ impl Tracer<'_> {
                     packets,
                     q_near,
                 }) => {
-                    let packets = packets & V::splat(q_near).le(q_limit).bits();
+                    let packets = packets & V::Packets::splat(q_near).le(q_limit).bits();
                     if packets == 0 {
                         continue;
                     }
@@ -128,7 +128,7 @@ impl Tracer<'_> {
                             std::mem::swap(&mut child, &mut node.child);
                             std::mem::swap(&mut packets, &mut node.packets);
                             std::mem::swap(&mut q_near, &mut node.q_near);
-                            packets &= V::splat(q_near).le(q_limit).bits();
+                            packets &= V::Packets::splat(q_near).le(q_limit).bits();
                             if packets == 0 {
                                 continue;
                             }
@@ -172,7 +172,7 @@ impl Tracer<'_> {
                 }
                 leaf = waiting[oldest % WAITING];
                 oldest += 1;
-                leaf.packets &= V::splat(leaf.q_near).le(q_limit).bits();
+                leaf.packets &= V::Packets::splat(leaf.q_near).le(q_limit).bits();
             }
             if leaf.packets == 0 {
                 // It was one of those held, or is none at all.
@@ -187,7 +187,7 @@ impl Tracer<'_> {
                 if V::COUNT > LANES && held > 0 && leaf.child.is_triangles() && next.child.is_triangles() {
                     held -= 1;
                     oldest += 1;
-                    let packets = next.packets & V::splat(next.q_near).le(q_limit).bits();
+                    let packets = next.packets & V::Packets::splat(next.q_near).le(q_limit).bits();
                     if packets != 0 {
                         second = (next.child, packets);
                     }
@@ -219,14 +219,15 @@ impl Tracer<'_> {
     /// `q_limit` with the limit of packet `p` as it is now. (A vector of its own, not one in memory: to load what was
     /// just now written in parts waits for all of them.)
     #[inline(always)]
-    fn with_limit<V: Lanes>(&self, culling: &Culling<'_, V>, q_limit: V, p: usize) -> V {
+    fn with_limit<V: Lanes>(&self, culling: &Culling<'_, V>, q_limit: V::Packets, p: usize) -> V::Packets {
         let t = self.packets[p % PACKETS].farthest::<V>();
         let limit = match culling.frustum {
             _ if t <= 0.0 => -1.0,
             Some(frustum) => frustum.q_limit(p, t),
             None => t,
         };
-        V::select(V::Mask::from_bits(1 << p), V::splat(limit), q_limit)
+        let only = <V::Packets as Lanes>::Mask::from_bits(1 << p);
+        V::Packets::select(only, V::Packets::splat(limit), q_limit)
     }
 
     /// Pushes the children that some of `packets` may hit, nearest last.
@@ -237,7 +238,7 @@ impl Tracer<'_> {
         node: &Node8,
         culling: &Culling<'_, V>,
         packets: u32,
-        q_limit: V,
+        q_limit: V::Packets,
     ) {
         let (candidates, seen): (u32, Option<Seen<F32x8>>) = match culling.frustum {
             Some(frustum) => {

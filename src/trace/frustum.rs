@@ -75,17 +75,17 @@ pub(super) struct Frustum {
 /// The rays of a bundle: a frustum for all and, where rays share their origin, one for each packet. (Elsewhere a
 /// packet's leaves nothing out.)
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BundleFrustum<V> {
+pub(super) struct BundleFrustum<V: Lanes> {
     all: Frustum,
     /// Where rays share their origin.
-    own: Option<PacketFrusta<V>>,
+    own: Option<PacketFrusta<V::Packets>>,
     most_along_k: Column,
 }
 
 /// A frustum for each packet, a lane a packet, and what else only rays from one origin ask for.
 #[derive(Clone, Copy, Debug)]
-struct PacketFrusta<V> {
-    slopes: Slopes<V>,
+struct PacketFrusta<P> {
+    slopes: Slopes<P>,
     /// The same slopes in memory: least and largest a, least and largest b.
     slope_columns: [Column; 4],
     /// Middle x, y, z, half x, y, z.
@@ -191,7 +191,7 @@ fn slopes_by_packet<V: Lanes>(
     let sign = V::splat(frame.sign);
     let mut least = V::splat(1.0);
     let [mut a, mut b, mut along] = [[V::splat(0.0); MOST_LANES]; 3];
-    for row in 0..V::COUNT {
+    for row in 0..PACKETS {
         // Rows beyond the packets repeat the first one.
         let p = if members >> row & 1 == 0 { first } else { row };
         let packet = &packets[p % PACKETS];
@@ -278,7 +278,7 @@ impl<V: Lanes> BundleFrustum<V> {
             });
         }
         let (slope_columns, most_along_k) = slopes_by_packet::<V>(packets, members, &frame)?;
-        let [a0, a1, b0, b1] = slope_columns.each_ref().map(V::load);
+        let [a0, a1, b0, b1] = slope_columns.each_ref().map(V::Packets::load);
         let all_a0 = splat(min_lane(a0.fold_min()));
         let all_a1 = splat(max_lane(a1.fold_max()));
         let all_b0 = splat(min_lane(b0.fold_min()));
@@ -339,8 +339,8 @@ impl<V: Lanes> BundleFrustum<V> {
 
     /// [`q_limit`](Self::q_limit) of all packets, a lane a packet.
     #[inline(always)]
-    pub fn q_limits(&self, t: V) -> V {
-        t * V::load(&self.most_along_k) * V::splat(1.0 + SLACK)
+    pub fn q_limits(&self, t: V::Packets) -> V::Packets {
+        t * V::Packets::load(&self.most_along_k) * V::Packets::splat(1.0 + SLACK)
     }
 
     /// See [`Frustum::children`].
@@ -351,12 +351,12 @@ impl<V: Lanes> BundleFrustum<V> {
 
     /// The packets that may hit something in box `child` of `seen` before their limits (a lane a packet).
     #[inline(always)]
-    pub fn packets_of(&self, seen: &Seen<F32x8>, child: usize, q_limit: V) -> u32 {
+    pub fn packets_of(&self, seen: &Seen<F32x8>, child: usize, q_limit: V::Packets) -> u32 {
         let Some(own) = &self.own else {
             return !0;
         };
-        let seen = seen.splat::<V>(child);
-        let inside = outside(&seen, &own.slopes).le(V::splat(0.0));
+        let seen = seen.splat::<V::Packets>(child);
+        let inside = outside(&seen, &own.slopes).le(V::Packets::splat(0.0));
         (inside & seen.q_near.le(q_limit)).bits()
     }
 

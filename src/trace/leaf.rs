@@ -158,7 +158,6 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     // Which triangles for which packet: as many bits a packet as vectors have lanes. (Words by their own loops, and no
     // index: they stay in registers.)
     let packets_a_word = 64 / V::COUNT;
-    debug_assert_eq!(packets >> V::COUNT, 0, "no more packets than lanes");
     let mut pairs = [0_u64; PACKETS / 4];
     for (half, pairs) in pairs.as_chunks_mut::<2>().0.iter_mut().enumerate() {
         for p in bits(packets >> (half * 8) & 0xff) {
@@ -174,11 +173,12 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let mut looks = [0_u8; PACKETS * PLACES];
     let mut count = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
+        let first = (word / 2 * 8 + word % 2 * packets_a_word) * V::COUNT;
         for pair in bits64(pairs) {
-            let (p, i) = (word * packets_a_word + pair / V::COUNT, pair % V::COUNT);
+            let (p, i) = ((first + pair) / V::COUNT, pair % V::COUNT);
             let d = Vec3Lanes::<V>::load(&states[p % PACKETS].direction);
             let look = smallest(functions.weights(&d, i)).ge(number(&functions.lowest, i));
-            looks[count % (PACKETS * PLACES)] = (word * 64 + pair) as u8;
+            looks[count % (PACKETS * PLACES)] = (first + pair) as u8;
             count += usize::from(look.bits() != 0);
         }
     }

@@ -23,6 +23,7 @@ use crate::{
     simd::{
         F32x8, LANES, Vec3x8,
         lanes::{Column, Lanes, MOST_LANES},
+        pair::{self, F32x8x2},
     },
 };
 use answers::{AHEAD, Answers, Hits};
@@ -50,8 +51,8 @@ pub enum Method {
     Packet,
     /// One ray against eight boxes, eight primitives at a time.
     Single,
-    /// As `Adaptive`, in packets of eight rays even where the CPU could do sixteen.
-    Adaptive8,
+    /// As `Adaptive`, with the instructions that the build was compiled for even where the CPU has AVX-512.
+    AdaptiveBaseline,
 }
 
 /// Where a bundle's rays have gone on one by one in this many halves of a subtree each, they are scattered: the bundle
@@ -330,7 +331,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// [`dispatch`](Self::dispatch) for blocks of one layout: to kernels of as many lanes as the CPU has.
+    /// [`dispatch`](Self::dispatch) for blocks of one layout: to kernels of sixteen lanes where the CPU has AVX-512, or
+    /// where rays share their origin and it [pays](pair); else of eight.
     fn dispatch_to<B: TriangleLeaf, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
@@ -340,11 +342,14 @@ impl<'a> Tracer<'a> {
     ) {
         #[cfg(target_arch = "x86_64")]
         if self.method != Method::Packet
-            && self.method != Method::Adaptive8
+            && self.method != Method::AdaptiveBaseline
             && crate::simd::avx512::is_available()
         {
             // SAFETY: the CPU has these instructions.
             return unsafe { self.run_avx512::<B, A, ANY, SHARED>(blocks, rays, origins, answers) };
+        }
+        if pair::IS_FAST && SHARED && self.method != Method::Packet {
+            return self.run::<B, F32x8x2, A, ANY, SHARED>(blocks, rays, origins, answers);
         }
         self.run::<B, F32x8, A, ANY, SHARED>(blocks, rays, origins, answers);
     }
@@ -371,7 +376,7 @@ impl<'a> Tracer<'a> {
         origins: &[Vec3x8],
         mut answers: A,
     ) {
-        let is_adaptive = self.method == Method::Adaptive || self.method == Method::Adaptive8;
+        let is_adaptive = self.method == Method::Adaptive || self.method == Method::AdaptiveBaseline;
         let at_a_time = match (SHARED, ANY) {
             (true, false) if is_adaptive => ENTRY_PACKETS,
             (false, _) if is_adaptive => order::PACKETS,
@@ -438,7 +443,7 @@ impl<'a> Tracer<'a> {
         let most = if self.method == Method::Packet {
             1
         } else {
-            V::COUNT * halves
+            PACKETS * halves
         };
         // Never there where origins are shared: said so that none of it is compiled for those.
         let order = if SHARED { None } else { group.order };
@@ -458,7 +463,7 @@ impl<'a> Tracer<'a> {
             let (packets, mut count) = (&mut self.packets, 0);
             let mut bundle: &[u16] = &[];
             if let Some(order) = order {
-                bundle = &order[first..order.len().min(first + V::COUNT * V::COUNT)];
+                bundle = &order[first..order.len().min(first + V::COUNT * PACKETS)];
                 first += bundle.len();
                 for (packet, members) in packets.iter_mut().zip(bundle.chunks(V::COUNT)) {
                     for i in later.by_ref().take(asked_each) {

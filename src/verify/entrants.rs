@@ -57,24 +57,24 @@ pub fn entrants<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>
         bvh: bvh.binary(scene),
         stack: Stack::default(),
     })];
-    if has_sixteen_lanes() {
-        all.push(kernel("adaptive, 16 lanes", Method::Adaptive));
-        all.push(kernel("single rays, 16 lanes", Method::Single));
+    if has_avx512() {
+        all.push(kernel("adaptive, AVX-512", Method::Adaptive));
+        all.push(kernel("single rays, AVX-512", Method::Single));
     } else {
-        all.push(kernel("single rays, 8 lanes", Method::Single));
+        all.push(kernel("single rays", Method::Single));
     }
-    all.push(kernel("adaptive, 8 lanes", Method::Adaptive8));
-    all.push(kernel("packets, 8 lanes", Method::Packet));
+    all.push(kernel("adaptive, as compiled", Method::AdaptiveBaseline));
+    all.push(kernel("packets", Method::Packet));
     all
 }
 
 #[cfg(target_arch = "x86_64")]
-fn has_sixteen_lanes() -> bool {
+fn has_avx512() -> bool {
     crate::simd::avx512::is_available()
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn has_sixteen_lanes() -> bool {
+fn has_avx512() -> bool {
     false
 }
 
