@@ -5,16 +5,17 @@ use clap::Args;
 use glam::{DVec3, Vec3};
 use octray::{
     bench::SuiteScene,
-    course, format,
+    course,
+    format::{self, mesh::MeshFormat},
     math::Aabb,
-    scene::{Camera, Scene, SceneBuilder},
+    scene::{Camera, MeshColumns, Scene, SceneBuilder},
 };
 use std::path::{Path, PathBuf};
 
 /// A scene that can be loaded when its turn comes.
 #[derive(Clone, Debug)]
 pub enum Source {
-    /// A .scn or .ply file.
+    /// A scene or a mesh, of any format that octray reads.
     File(PathBuf),
     /// A file with a name of its own.
     Course(PathBuf),
@@ -111,20 +112,20 @@ fn course_camera(view: u32) -> Result<Camera, String> {
 }
 
 fn is_mesh(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply"))
+    MeshFormat::of_path(path).is_some()
 }
 
 fn load_file(path: &Path) -> Result<Scene, String> {
     if !is_mesh(path) {
         return format::load(path).map_err(|error| error.report());
     }
-    let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let mesh = format::ply::parse(&bytes, path).map_err(|error| error.report())?;
-    let corners = (0..mesh.x.len()).map(|i| Vec3::new(mesh.x[i], mesh.y[i], mesh.z[i]));
+    let mesh = format::mesh::load(path).map_err(|error| error.report())?;
+    let MeshColumns { x, y, z, .. } = &mesh.columns;
+    let corners = (0..x.len()).map(|i| Vec3::new(x[i], y[i], z[i]));
     let bounds = Aabb::around(corners);
     let mut builder = SceneBuilder::new();
     let material = builder.classic_material(1).map_err(text)?;
-    builder.add_mesh(mesh, material).map_err(text)?;
+    mesh.add_to(&mut builder, Some(material)).map_err(text)?;
     // Where the course's two lights stand relative to its figure, scaled to the mesh.
     let center = (bounds.lower + bounds.upper) * 0.5;
     for (direction, intensity) in [([3.0, -1.5, 3.0], 0.7), ([-3.0, 0.6, 4.5], 0.3)] {
@@ -135,8 +136,8 @@ fn load_file(path: &Path) -> Result<Scene, String> {
 }
 
 impl View {
-    /// Without any word on the view: the one that the file's comments tell, as those of `octray generate` do.
-    /// Else the course's first viewpoint, if the scene is where the course's are. Else all of the scene is seen.
+    /// Without any word on the view: the scene's first camera, or the one that the file's comments tell, as those of
+    /// `octray generate` do. Else the course's first viewpoint, if the scene is where the course's are. Else all of the scene is seen.
     fn camera(&self, scene: &Scene, path: &Path) -> Result<Camera, String> {
         let course_eye = course::viewpoint(self.viewpoint.unwrap_or(1)).unwrap_or(DVec3::X);
         let look =
@@ -146,6 +147,9 @@ impl View {
                 self.eye.unwrap_or(course_eye),
                 self.target.unwrap_or(course::TARGET),
             );
+        }
+        if let Some(first) = scene.cameras().first() {
+            return Ok(first.camera);
         }
         if !is_mesh(path) {
             let told = std::fs::read_to_string(path)

@@ -44,7 +44,7 @@ static ALLOCATOR: huge_pages::HugePages = huge_pages::HugePages;
     max_term_width = 110
 )]
 struct Arguments {
-    /// Scenes (.scn) or meshes (.ply) instead of the suite
+    /// Scenes or meshes of any format that octray reads, instead of the suite
     #[arg(value_name = "SCENE_OR_MESH")]
     files: Vec<PathBuf>,
 

@@ -131,6 +131,11 @@ struct Json {
     schema: u32,
     machine: String,
     isa: &'static str,
+    version: &'static str,
+    /// Camera rays across and down.
+    size: u32,
+    /// Each speed is the median of so many.
+    repeat: usize,
     results: Vec<JsonRow>,
     builds: Vec<JsonBuilds>,
 }
@@ -141,6 +146,9 @@ struct JsonRow {
     kind: &'static str,
     ours: f64,
     embree: f64,
+    /// (slowest - fastest) / median.
+    ours_spread: f64,
+    embree_spread: f64,
     embree_mode: String,
     ratio: f64,
     agree: bool,
@@ -169,6 +177,8 @@ pub fn write_json(path: &Path, plan: Plan, rows: &[Row], builds: &[(String, Buil
         kind: row.kind.name(),
         ours: row.ours.0,
         embree: row.embree.0,
+        ours_spread: row.ours.1,
+        embree_spread: row.embree.1,
         embree_mode: row.mode.name(),
         ratio: row.ratio(),
         agree: row.agree(),
@@ -187,6 +197,9 @@ pub fn write_json(path: &Path, plan: Plan, rows: &[Row], builds: &[(String, Buil
         schema: 1,
         machine: machine(),
         isa: plan.isa(),
+        version: env!("CARGO_PKG_VERSION"),
+        size: plan.size,
+        repeat: plan.repeat,
         results: rows.iter().filter(|row| !row.robust).map(row).collect(),
         builds: builds.iter().map(build).collect(),
     };

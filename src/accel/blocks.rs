@@ -1,4 +1,5 @@
-//! Leaf blocks of triangles, in one of two layouts.
+//! Leaf blocks of triangles, in one of two layouts. (After Benthin, Wald, Woop and Áfra, *Compressed-Leaf Bounding Volume
+//! Hierarchies*, 2018. Differs: vertices keep all their bits, so that both layouts give the same hits.)
 //!
 //! Lab notes: indexed blocks against whole ones, kernels of both in turn in one run (median of 3 to 7), Zen 5, one thread:
 //!

@@ -1,4 +1,5 @@
-//! The wide node.
+//! The wide node (Dammertz, Hanika and Keller, *Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of Incoherent
+//! Rays*, 2008, with eight children for four).
 
 use crate::{
     math::Aabb,

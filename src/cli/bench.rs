@@ -265,7 +265,13 @@ struct Json {
     schema: u32,
     machine: String,
     isa: &'static str,
+    version: &'static str,
     threads: usize,
+    /// Of the pictures whose rays are traced.
+    width: u32,
+    height: u32,
+    /// Each speed is the median of so many.
+    repeat: u32,
     /// As asked for.
     build: String,
     /// As asked for.
@@ -301,7 +307,11 @@ impl Json {
             schema: SCHEMA,
             machine: machine(),
             isa: simd::isa(),
+            version: env!("CARGO_PKG_VERSION"),
             threads: 1,
+            width: args.size.width,
+            height: args.size.height,
+            repeat: args.repeat,
             build: name(&args.build),
             layout: name(&args.layout),
             results: results

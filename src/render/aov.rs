@@ -24,6 +24,8 @@ use crate::{
     trace::Tracer,
 };
 use rayon::prelude::*;
+use std::cell::RefCell;
+use thread_local::ThreadLocal;
 
 /// Pixels of a tile; a band of tiles is as many rows.
 const TILE: [u32; 2] = [128, 16];
@@ -86,15 +88,13 @@ impl Renderer<'_> {
         };
         let watch = Watch::new(window, on_progress);
         let mut pixels = vec![Aov::NOTHING; window.width() as usize * window.height() as usize];
+        let finders = ThreadLocal::new();
         let mut find = || {
             pixels
                 .par_chunks_mut((window.width() * TILE[1]) as usize)
                 .enumerate()
                 .with_max_len(1)
-                .for_each_init(
-                    || Finder::new(bvh),
-                    |finder, (i, band)| finder.band(&context, i as u32 * TILE[1], band, costs, &watch),
-                );
+                .for_each(|(i, band)| find_band(&finders, &context, i as u32 * TILE[1], band, costs, &watch));
         };
         match self.pool(settings.threads)? {
             Some(pool) => pool.install(find),
@@ -127,54 +127,70 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// Finds the variables of the window's rows from `y` on.
-    fn band(&mut self, context: &FrameContext<'_>, y: u32, band: &mut [Aov], costs: bool, watch: &Watch<'_>) {
-        let (width, height) = (context.window.width(), context.window.height());
+    /// Finds the variables of a tile; `band` has the pixels of its rows.
+    fn tile(&mut self, context: &FrameContext<'_>, rect: TileRect, band: &mut [Aov], costs: bool) {
         let one_by_one = costs || context.settings.mode == Mode::Scalar;
-        for x in (0..width).step_by(TILE[0] as usize) {
-            if watch.is_cancelled() {
-                return;
-            }
-            let rect = TileRect {
-                x,
-                y,
-                width: TILE[0].min(width - x),
-                height: TILE[1].min(height - y),
-            };
-            fill(context, rect, [0, 0], &mut self.rays);
-            self.hits.clear();
-            self.hits
-                .resize(self.rays.rays.packets().len(), HitPacket::miss(splat(0.0)));
-            if !one_by_one {
-                let rays = &self.rays.rays;
-                self.tracer
-                    .closest_hit(rays.origins(), rays.packets(), &mut self.hits);
-            }
-            let eye = context.camera_rays.eye();
-            let mut packets = self.rays.rays.packets().iter().zip(&self.hits);
-            let todo = &mut self.todo;
-            for_each_packet(rect.width, rect.height, |[x, y]| {
-                let Some((rays, hits)) = packets.next() else {
-                    return;
-                };
-                for lane in 0..LANES {
-                    let (x, y) = (x + lane as u32 % 4, y + lane as u32 / 4);
-                    if x >= rect.width || y >= rect.height {
-                        continue;
-                    }
-                    let ray = rays.ray(lane, eye);
-                    let (hit, cost) = if one_by_one {
-                        let (hit, cost) = cost::closest_hit(context.scene, context.bvh, todo, &ray);
-                        (hit, if costs { cost } else { Cost::default() })
-                    } else {
-                        (hits.hit(lane), Cost::default())
-                    };
-                    let pixel = y as usize * width as usize + (rect.x + x) as usize;
-                    band[pixel] = Aov::new(context.scene, &ray, &hit, cost);
-                }
-            });
-            watch.done(u64::from(rect.width) * u64::from(rect.height));
+        fill(context, rect, [0, 0], &mut self.rays);
+        self.hits.clear();
+        self.hits
+            .resize(self.rays.rays.packets().len(), HitPacket::miss(splat(0.0)));
+        if !one_by_one {
+            let rays = &self.rays.rays;
+            self.tracer
+                .closest_hit(rays.origins(), rays.packets(), &mut self.hits);
         }
+        let eye = context.camera_rays.eye();
+        let mut packets = self.rays.rays.packets().iter().zip(&self.hits);
+        let todo = &mut self.todo;
+        for_each_packet(rect.width, rect.height, |[x, y]| {
+            let Some((rays, hits)) = packets.next() else {
+                return;
+            };
+            for lane in 0..LANES {
+                let (x, y) = (x + lane as u32 % 4, y + lane as u32 / 4);
+                if x >= rect.width || y >= rect.height {
+                    continue;
+                }
+                let ray = rays.ray(lane, eye);
+                let (hit, cost) = if one_by_one {
+                    let (hit, cost) = cost::closest_hit(context.scene, context.bvh, todo, &ray);
+                    (hit, if costs { cost } else { Cost::default() })
+                } else {
+                    (hits.hit(lane), Cost::default())
+                };
+                let pixel = y as usize * context.window.width() as usize + (rect.x + x) as usize;
+                band[pixel] = Aov::new(context.scene, &ray, &hit, cost);
+            }
+        });
+    }
+}
+
+/// Finds the variables of the window's rows from `y` on. A thread's memory is borrowed for a tile, not while progress is
+/// told: whoever is told may let the thread take another band.
+fn find_band<'a>(
+    finders: &ThreadLocal<RefCell<Finder<'a>>>,
+    context: &FrameContext<'a>,
+    y: u32,
+    band: &mut [Aov],
+    costs: bool,
+    watch: &Watch<'_>,
+) {
+    let (width, height) = (context.window.width(), context.window.height());
+    for x in (0..width).step_by(TILE[0] as usize) {
+        if watch.is_cancelled() {
+            return;
+        }
+        let rect = TileRect {
+            x,
+            y,
+            width: TILE[0].min(width - x),
+            height: TILE[1].min(height - y),
+        };
+        finders
+            .get_or(|| RefCell::new(Finder::new(context.bvh)))
+            .borrow_mut()
+            .tile(context, rect, band, costs);
+        watch.done(u64::from(rect.width) * u64::from(rect.height));
     }
 }
 

@@ -33,7 +33,7 @@ pub fn isa() -> &'static str {
     COMPILED_FOR
 }
 
-/// The instruction set that this build was compiled for.
+/// The instruction set that this build was compiled for, kernels of AVX-512 aside.
 pub const COMPILED_FOR: &str = if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
     "x86-64 AVX2+FMA"
 } else if cfg!(target_feature = "avx") {

@@ -1,5 +1,10 @@
 //! Leaf blocks against the packets of a bundle: triangles for rays that share their origin (for others see
 //! [`lines`](super::lines)), spheres, and the canonical test.
+//!
+//! That triangles are held against frusta before rays, by what their edge functions are in these at most, is of Dmitriev,
+//! Havran and Seidel, *Faster Ray Tracing with SIMD Shaft Culling*, 2004, and, with many frusta from one origin, of Benthin
+//! and Wald, *Efficient Ray Traced Soft Shadows using Multi-Frusta Tracing*, 2009. Differs: a lane is a triangle, not a
+//! frustum, and a frustum is a box of directions, not its corner rays.
 
 use super::{PACKETS, bits, bits64, bundle::Culling, rays::Packet};
 use crate::{

@@ -34,8 +34,10 @@ use lines::LineSpace;
 use rays::{Packet, PacketSlabs};
 use way::Way;
 
-/// The most packets of a bundle: as many as a packet has rays, so that a vector has a lane for each of either. (Sixteen
-/// of sixteen against eight: camera rays of the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %.)
+/// The most packets of a bundle: as many as the widest vector has lanes. (Sixteen of sixteen against eight: camera rays of
+/// the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %; sixteen of eight against eight: see [`pair`]. Tried:
+/// 32 of sixteen, whose rays no longer fit into a core's first cache: shadow rays of small scenes 0 to +17 %, of large ones
+/// -3 to +5 %, camera rays of triangles -9 to +9 %, of spheres +15 %; without AVX-512 -1 to +8 %.)
 const PACKETS: usize = MOST_LANES;
 
 /// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are fastest.
@@ -164,7 +166,7 @@ impl Iterator for Bits {
     }
 }
 
-/// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays, or sixteen of 64.
+/// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays, or eight of 128.
 const ENTRY_PACKETS: usize = 128;
 
 /// Asks for the memory of packet `i` of the rays, where there is one: rays further on come from memory while others are

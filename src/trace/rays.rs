@@ -1,4 +1,5 @@
-//! Rays on their way through the tree, a packet of eight or sixteen at a time, and what they hit so far.
+//! Rays on their way through the tree, a packet of eight or sixteen at a time, and what they hit so far. (Packets: Wald,
+//! Slusallek, Benthin and Wagner, *Interactive Rendering with Coherent Ray Tracing*, 2001.)
 
 use super::bits;
 use crate::{

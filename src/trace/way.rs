@@ -1,4 +1,6 @@
-//! Which way rays mainly go: a [frustum](super::frustum) holds only rays that go the same way.
+//! Which way rays mainly go: a [frustum](super::frustum) holds only rays that go the same way. (The main axis and slopes
+//! along it are those of Wald, Ize, Kensler, Knoll and Parker, *Ray Tracing Animated Scenes using Coherent Grid Traversal*,
+//! 2006. Differs: a bundle that goes several ways is divided, by packets, in place of being traced ray by ray.)
 
 use super::{PACKETS, bits, rays::Packet};
 use crate::simd::lanes::{LaneMask, Lanes, Vec3Lanes};
