@@ -8,7 +8,8 @@ use octray::{
         cost::{self, Cost, Todo},
     },
     render::{
-        Aov, Aovs, Crop, Film, Filter, Mode, Pattern, Pixel, RenderError, Renderer, Settings, Transfer,
+        Aov, Aovs, Crop, Film, Filter, Mode, Pattern, Pixel, Progress, RenderError, Renderer, Settings,
+        Transfer,
     },
     scene::{Camera, Scene},
     verify::{Random, rays, scenes},
@@ -163,6 +164,27 @@ fn crops_without_pixels_or_outside_are_refused() {
         let error = settings.validate().unwrap_err().to_string();
         assert!(error.contains(words), "{error}");
     }
+}
+
+/// Whoever is told of progress may let the thread do other work, such as further bands.
+#[test]
+fn variables_while_whoever_is_told_yields() {
+    let scene = reflections();
+    let bvh = Bvh::build(&scene);
+    let settings = Settings {
+        threads: Some(2),
+        ..settings()
+    };
+    let find = |on_progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync)| {
+        let aovs = Renderer::new(&scene, &bvh).aovs(&camera(), &settings, false, on_progress);
+        aovs.unwrap_or_else(|error| panic!("{error}"))
+    };
+    let quiet = find(&|_| ControlFlow::Continue(()));
+    let busy = find(&|_| {
+        rayon::yield_now();
+        ControlFlow::Continue(())
+    });
+    assert_eq!(quiet, busy);
 }
 
 #[test]

@@ -2,13 +2,13 @@
 
 use crate::view;
 use clap::Args;
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use octray::{
     bench::SuiteScene,
     course,
     format::{self, mesh::MeshFormat},
     math::Aabb,
-    scene::{Camera, MeshColumns, Scene, SceneBuilder},
+    scene::{Camera, MeshColumns, NamedCamera, Scene, SceneBuilder},
 };
 use std::path::{Path, PathBuf};
 
@@ -87,10 +87,10 @@ impl Source {
     pub fn load(&self, view: &View) -> Result<Input, String> {
         let (scene, camera) = match self {
             Self::Generated(scene) => scene.make().map_err(text)?,
-            Self::Course(path) => (load_file(path)?, course_camera(1)?),
+            Self::Course(path) => (load_file(path)?.0, course_camera(1)?),
             Self::File(path) => {
-                let scene = load_file(path)?;
-                let camera = view.camera(&scene, path)?;
+                let (scene, up) = load_file(path)?;
+                let camera = view.camera(&scene, up, path)?;
                 (scene, camera)
             }
         };
@@ -115,33 +115,49 @@ fn is_mesh(path: &Path) -> bool {
     MeshFormat::of_path(path).is_some()
 }
 
-fn load_file(path: &Path) -> Result<Scene, String> {
+/// `direction` turned as Z must be to become `up`.
+fn turned(direction: DVec3, up: DVec3) -> DVec3 {
+    DQuat::from_rotation_arc(DVec3::Z, up) * direction
+}
+
+/// The scene, and which way is up in it.
+fn load_file(path: &Path) -> Result<(Scene, DVec3), String> {
     if !is_mesh(path) {
-        return format::load(path).map_err(|error| error.report());
+        let scene = format::load(path).map_err(|error| error.report())?;
+        return Ok((scene, course::UP));
     }
     let mesh = format::mesh::load(path).map_err(|error| error.report())?;
+    for note in &mesh.notes {
+        eprintln!("{}: {note}", path.display());
+    }
+    let up = mesh.up.vector();
     let MeshColumns { x, y, z, .. } = &mesh.columns;
     let corners = (0..x.len()).map(|i| Vec3::new(x[i], y[i], z[i]));
     let bounds = Aabb::around(corners);
     let mut builder = SceneBuilder::new();
     let material = builder.classic_material(1).map_err(text)?;
+    if let Some(camera) = mesh.cameras.first() {
+        let view = camera.view();
+        let camera = Camera::look_at(view.eye, view.target, view.up, view.fov_degrees).map_err(text)?;
+        builder.add_camera(NamedCamera { name: None, camera });
+    }
     mesh.add_to(&mut builder, Some(material)).map_err(text)?;
     // Where the course's two lights stand relative to its figure, scaled to the mesh.
     let center = (bounds.lower + bounds.upper) * 0.5;
     for (direction, intensity) in [([3.0, -1.5, 3.0], 0.7), ([-3.0, 0.6, 4.5], 0.3)] {
-        let position = center + Vec3::from(direction) * bounds.diagonal();
+        let direction = turned(DVec3::from(direction), up).as_vec3();
+        let position = center + direction * bounds.diagonal();
         builder.add_light(position, intensity).map_err(text)?;
     }
-    Ok(builder.finish())
+    Ok((builder.finish(), up))
 }
 
 impl View {
     /// Without any word on the view: the scene's first camera, or the one that the file's comments tell, as those of
     /// `octray generate` do. Else the course's first viewpoint, if the scene is where the course's are. Else all of the scene is seen.
-    fn camera(&self, scene: &Scene, path: &Path) -> Result<Camera, String> {
+    fn camera(&self, scene: &Scene, up: DVec3, path: &Path) -> Result<Camera, String> {
         let course_eye = course::viewpoint(self.viewpoint.unwrap_or(1)).unwrap_or(DVec3::X);
-        let look =
-            |eye: DVec3, target: DVec3| Camera::look_at(eye, target, course::UP, self.fov).map_err(text);
+        let look = |eye: DVec3, target: DVec3| Camera::look_at(eye, target, up, self.fov).map_err(text);
         if self.viewpoint.is_some() || self.eye.is_some() || self.target.is_some() {
             return look(
                 self.eye.unwrap_or(course_eye),
@@ -167,7 +183,7 @@ impl View {
         if at_home && !is_mesh(path) {
             return look(course_eye, course::TARGET);
         }
-        let away = DVec3::new(1.0, -0.8, 0.6).normalize();
+        let away = turned(DVec3::new(1.0, -0.8, 0.6).normalize(), up);
         look(center + away * size * 1.2, center)
     }
 }

@@ -72,7 +72,7 @@ struct Arguments {
     #[arg(long)]
     robust: bool,
 
-    /// Hold both to AVX2: Embree's device, and octray's packets to eight rays
+    /// Hold both to AVX2: Embree's device, and octray to what it was compiled for
     #[arg(long)]
     avx2: bool,
 
@@ -107,6 +107,12 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
+    if arguments.avx2 && !run::IS_AVX2 {
+        return Err(
+            "--avx2 wants a build for AVX2, such as an ordinary one for x86-64: this one is for another"
+                .into(),
+        );
+    }
     let sources = sources(arguments)?;
     let api = match ffi::Api::load() {
         Ok(api) => api,

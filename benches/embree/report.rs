@@ -132,6 +132,8 @@ struct Json {
     machine: String,
     isa: &'static str,
     version: &'static str,
+    /// Both were held to AVX2.
+    avx2: bool,
     /// Camera rays across and down.
     size: u32,
     /// Each speed is the median of so many.
@@ -198,6 +200,7 @@ pub fn write_json(path: &Path, plan: Plan, rows: &[Row], builds: &[(String, Buil
         machine: machine(),
         isa: plan.isa(),
         version: env!("CARGO_PKG_VERSION"),
+        avx2: plan.avx2,
         size: plan.size,
         repeat: plan.repeat,
         results: rows.iter().filter(|row| !row.robust).map(row).collect(),

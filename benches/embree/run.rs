@@ -161,6 +161,9 @@ pub fn builds_of(api: &Api, scene: &Scene, plan: Plan) -> Result<Builds, String>
     Ok(best)
 }
 
+/// Whether octray's own kernels, those for AVX-512 aside, are compiled for AVX2 and no more.
+pub const IS_AVX2: bool = cfg!(all(target_feature = "avx2", not(target_feature = "avx512f")));
+
 /// How long, and on which rays.
 #[derive(Clone, Copy)]
 pub struct Plan {

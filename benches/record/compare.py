@@ -50,8 +50,9 @@ def main():
                         help="exit with 5 if a row is below SHARE times its old value")
     arguments = parser.parse_args()
     old, new = load(arguments.old), load(arguments.new)
-    for field in ("machine", "isa", "threads"):
-        if old.get(field) != new.get(field):
+    # Older files do not tell all of these.
+    for field in ("machine", "isa", "threads", "avx2", "size", "width", "height", "repeat"):
+        if field in old and field in new and old[field] != new[field]:
             print(f"warning: not the same {field}: {old.get(field)} and {new.get(field)}")
 
     old_rows, new_rows = rows(old), rows(new)

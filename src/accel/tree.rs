@@ -1,7 +1,7 @@
 //! The binary tree, top down, and what it becomes. Subtrees of a few thousand primitives are built, planned and
 //! written down as the shape of a wide tree while they are in the cache; only the few nodes above them stay a binary
 //! tree until the end. (Threads first share the large sets, then take subtrees of their own: Wald, *Fast Construction of
-//! SAH BVHs on the Intel Many Integrated Core Architecture*, 2012. Differs: subtrees also become wide there.)
+//! SAH BVHs on the Intel Many Integrated Core (MIC) Architecture*, 2012. Differs: threads also make their subtrees wide.)
 
 use super::{
     Layout,

@@ -245,6 +245,7 @@ mod tests {
                 triangles(&mut random, LANES, 9),
             );
             is_unpacked::<F32x8>(&low, &high);
+            is_unpacked::<crate::simd::pair::F32x8x2>(&low, &high);
             #[cfg(target_arch = "x86_64")]
             if crate::simd::avx512::is_available() {
                 is_unpacked::<crate::simd::avx512::F32x16>(&low, &high);

@@ -1,6 +1,6 @@
 //! Sixteen lanes by AVX-512.
 //!
-//! What it buys over [two vectors of eight](super::pair), on Zen 5: camera rays +17 to +45 %, shadow rays +20 to +34 %,
+//! What it buys over a build for AVX2 ([two vectors of eight](super::pair), or one), on Zen 5: camera rays +17 to +45 %, shadow rays +20 to +34 %,
 //! mirror rays +1 to +32 %. `wide` has sixteen lanes as well, but chooses instructions at compile time, so that an
 //! ordinary build would never use these.
 #![allow(clippy::wildcard_imports, reason = "intrinsics have a prefix of their own")]

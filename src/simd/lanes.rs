@@ -1,8 +1,8 @@
 //! Vectors whose lanes are rays, or triangles: eight or sixteen, the latter in one register where the CPU has AVX-512,
 //! else in [two](super::pair). Kernels generic over [`Lanes`] are compiled for each, and those that suit the CPU are
-//! chosen at run time.
+//! chosen when the program runs.
 //!
-//! A lane's arithmetic does not depend on how many lanes there are: both give the same bits.
+//! A lane's arithmetic does not depend on how many lanes there are: all give the same bits.
 
 use super::{
     F32x8, LANES, Mask8, Vec3x8, ge, gt, le, lt, max, min, mul_add, mul_sub, pair::F32x8x2, splat, stream,
@@ -466,6 +466,116 @@ mod tests {
                     "row {i}"
                 );
             }
+        }
+    }
+
+    /// Zeros of both signs among few others, so that some are equal.
+    fn column(random: &mut fastrand::Rng) -> Column {
+        let numbers = [0.0, -0.0, 1.0, -1.0, 0.3, -0.3, 1e30, -1e-30];
+        Column([(); MOST_LANES].map(|()| match random.usize(..16) {
+            i if i < numbers.len() => numbers[i],
+            _ => random.f32() - 0.5,
+        }))
+    }
+
+    fn bits_of<V: Lanes>(v: V) -> [u32; MOST_LANES] {
+        let mut column = Column::splat(0.0);
+        v.store(&mut column);
+        column.0.map(f32::to_bits)
+    }
+
+    /// Sixteen lanes do what eight do, half by half.
+    #[expect(clippy::cognitive_complexity, reason = "one line an operation")]
+    fn halves_are_as_eight_lanes<V: Lanes>() {
+        let mut random = fastrand::Rng::with_seed(11);
+        for _ in 0..2000 {
+            let columns = [(); 3].map(|()| column(&mut random));
+            let half = |i: usize| columns.each_ref().map(|column| column.halves()[i]);
+            macro_rules! same {
+                (|$a:ident, $b:ident, $c:ident| $result:expr) => {{
+                    let whole = {
+                        let [$a, $b, $c] = columns.each_ref().map(V::load);
+                        bits_of($result)
+                    };
+                    for i in 0..2 {
+                        let [$a, $b, $c] = half(i);
+                        let (of_half, of_whole) = (bits_of($result), &whole[i * 8..][..8]);
+                        assert_eq!(&of_half[..8], of_whole, stringify!($result));
+                    }
+                }};
+            }
+            macro_rules! same_bits {
+                (|$a:ident, $b:ident| $result:expr) => {{
+                    let whole = {
+                        let [$a, $b, _] = columns.each_ref().map(V::load);
+                        $result
+                    };
+                    let [low, high] = [0, 1].map(|i| {
+                        let [$a, $b, _] = half(i);
+                        $result
+                    });
+                    assert_eq!(low | high << 8, whole, stringify!($result));
+                }};
+            }
+            same!(|a, b, _c| a + b);
+            same!(|a, b, _c| a - b);
+            same!(|a, b, _c| a * b);
+            same!(|a, b, _c| a / b);
+            same!(|a, _b, _c| -a);
+            same!(|a, b, c| Lanes::mul_add(a, b, c));
+            same!(|a, b, c| Lanes::mul_sub(a, b, c));
+            same!(|a, b, _c| Lanes::min(a, b));
+            same!(|a, b, _c| Lanes::max(a, b));
+            same!(|a, _b, _c| Lanes::abs(a));
+            same!(|a, _b, _c| Lanes::sqrt(Lanes::abs(a)));
+            same!(|a, _b, _c| Lanes::sign(a));
+            same!(|a, b, _c| Lanes::turn(a, Lanes::sign(b)));
+            same!(|a, b, c| Lanes::select(Lanes::lt(a, b), b, c));
+            same!(|a, b, c| Lanes::select(Lanes::le(a, b) & Lanes::gt(b, c), b, c));
+            same!(|a, b, c| Lanes::select(Lanes::ge(a, b) | Lanes::lt(b, c), b, c));
+            same_bits!(|a, b| Lanes::lt(a, b).bits());
+            same_bits!(|a, b| Lanes::le(a, b).bits());
+            same_bits!(|a, b| Lanes::gt(a, b).bits());
+            same_bits!(|a, b| Lanes::ge(a, b).bits());
+            same_bits!(|a, _b| Lanes::sign_bits(a));
+
+            let [low, high] = *columns[0].halves();
+            let whole = V::load(&columns[0]);
+            assert_eq!(bits_of(V::join(low, high)), bits_of(whole));
+            assert_eq!(bits_of(whole.fold_min()), bits_of(Lanes::min(low, high)));
+            assert_eq!(bits_of(whole.fold_max()), bits_of(Lanes::max(low, high)));
+            assert_eq!(whole.largest(), Lanes::max(low, high).largest());
+            let places = [random.u32(..), random.u32(..)];
+            let picked = bits_of(V::picked([&columns[0], &columns[1]], places));
+            for (i, word) in places.into_iter().enumerate() {
+                let of_half = F32x8::picked([&columns[i], &columns[i]], [word, word]);
+                assert_eq!(&bits_of(of_half)[..8], &picked[i * 8..][..8]);
+                assert_eq!(
+                    bits_of(V::picked8(&columns[i], word)),
+                    bits_of(F32x8::picked8(&columns[i], word))
+                );
+            }
+            let chosen = random.u32(..256);
+            let (near, children) = (Lanes::abs(low), [(); 8].map(|()| random.u32(..)));
+            let (mut stack, mut expected) = ([0; 8], [0; 8]);
+            let count = V::push_nearest_last(&mut stack, near, &children, chosen);
+            assert_eq!(
+                F32x8::push_nearest_last(&mut expected, near, &children, chosen),
+                count
+            );
+            assert_eq!(stack[..count], expected[..count]);
+        }
+        for bits in 0..1 << MOST_LANES {
+            assert_eq!(V::Mask::from_bits(bits).bits(), bits);
+        }
+    }
+
+    #[test]
+    fn sixteen_lanes_are_as_eight_twice() {
+        halves_are_as_eight_lanes::<F32x8x2>();
+        #[cfg(target_arch = "x86_64")]
+        if avx512::is_available() {
+            halves_are_as_eight_lanes::<avx512::F32x16>();
         }
     }
 

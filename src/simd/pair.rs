@@ -1,7 +1,7 @@
 //! Sixteen lanes as two vectors of eight, for CPUs without AVX-512.
 //!
 //! As numbers of packets, a lane a packet: bundles of sixteen packets of eight, in place of eight. (Zen 5, held to AVX2:
-//! camera rays +11 to +33 %, shadow rays +13 to +28 %, mirror rays 0 to +9 %. SSE2: +4 to +8, +9 to +14, -2 to +5 %.)
+//! camera rays +11 to +33 %, shadow rays +13 to +28 %, mirror rays 0 to +6 %. SSE2: +4 to +8, +9 to +14, -2 to +5 %.)
 //!
 //! As rays: packets of sixteen, where they share their origin and a register [holds eight](IS_FAST): half as much is
 //! done at once as with AVX-512, but nodes and leaves are passed by 256 rays together, in place of 128. (Held to AVX2:

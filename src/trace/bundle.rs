@@ -252,7 +252,8 @@ impl Tracer<'_> {
         match (culling.frustum, &seen) {
             // `entering_by_packet` asks for all of them.
             _ if !SHARED => {}
-            (Some(frustum), Some(seen)) => {
+            // A packet on its own fills the bundle's frustum.
+            (Some(frustum), Some(seen)) if culling.regroup => {
                 for c in bits(candidates) {
                     pairs.put(c, packets & frustum.packets_of(seen, c, q_limit));
                 }

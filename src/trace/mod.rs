@@ -1,11 +1,11 @@
-//! Closest hits and occlusion over bundles (eight packets of eight rays or sixteen of sixteen), packets and single
-//! rays.
+//! Closest hits and occlusion over bundles (sixteen packets of eight or sixteen rays), packets and single rays.
 //!
 //! All ways give the same hits, bit for bit: they differ only in which boxes they skip, and what they skip has
 //! no hit in it. A [`Tracer`] chooses among them by what its rays do: bundles as long as one frustum holds the
 //! rays of several packets, packets as long as several lanes enter a box, single rays where coherence is gone.
 
 mod answers;
+mod backoff;
 mod bundle;
 mod entry;
 mod frustum;
@@ -27,6 +27,7 @@ use crate::{
     },
 };
 use answers::{AHEAD, Answers, Hits};
+use backoff::Backoff;
 use bundle::Culling;
 use frustum::{BundleFrustum, Frustum};
 use glam::Vec3;
@@ -60,40 +61,6 @@ pub enum Method {
 /// Where a bundle's rays have gone on one by one in this many halves of a subtree each, they are scattered: the bundle
 /// was of no use, nor would the next ones be.
 const SCATTERED: usize = 2;
-/// So many bundles of scattered rays go one by one before another is tried, and twice as many each time that proves to
-/// be of no use again, up to so many.
-const SCATTERED_BUNDLES: std::ops::RangeInclusive<u32> = 3..=48;
-
-/// How many bundles still go one by one, because those before were scattered.
-#[derive(Debug, Default)]
-struct Backoff {
-    left: u32,
-    /// How many did so the last time; 0 if the last bundle was of use.
-    before: u32,
-}
-
-impl Backoff {
-    fn is_on(&self) -> bool {
-        self.left > 0
-    }
-
-    /// Another bundle went one by one.
-    fn one_less(&mut self) {
-        self.left = self.left.saturating_sub(1);
-    }
-
-    /// A bundle was tried.
-    fn tried(&mut self, was_scattered: bool) {
-        if was_scattered {
-            let (least, most) = (*SCATTERED_BUNDLES.start(), *SCATTERED_BUNDLES.end());
-            self.before = (2 * self.before).clamp(least, most);
-            self.left = self.before;
-        } else {
-            self.before = 0;
-        }
-    }
-}
-
 /// Where sorting has led to scattered rays all the same it is left out so many times.
 const UNSORTED: u32 = 8;
 
@@ -122,6 +89,8 @@ pub struct Tracer<'a> {
     unsorted: u32,
     /// Whether nodes [wait](bundle), too: the tree is larger than caches near the core are.
     nodes_wait: bool,
+    /// Rays that share their origin go in packets of eight, too.
+    eight_lanes: bool,
     /// Of rays with their own origins.
     scattered: Backoff,
     /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more than two leaves for each
@@ -250,6 +219,7 @@ impl<'a> Tracer<'a> {
             sorted: order::Sorted::new(),
             unsorted: 0,
             nodes_wait: size_of_val(bvh.nodes()) > LARGE,
+            eight_lanes: false,
             scattered: Backoff::default(),
             crowded: Backoff::default(),
             leaves: 0,
@@ -261,6 +231,11 @@ impl<'a> Tracer<'a> {
     /// too.
     pub(crate) fn let_nodes_wait(&mut self, wait: bool) {
         self.nodes_wait = wait;
+    }
+
+    /// Never a [pair] of vectors, as in builds for which it does not pay: to verify those in others, too.
+    pub(crate) fn hold_to_eight_lanes(&mut self) {
+        self.eight_lanes = true;
     }
 
     /// The nearest hits of all rays; of several equally near, the one with the lowest id. Neighbours in `rays` should
@@ -350,7 +325,7 @@ impl<'a> Tracer<'a> {
             // SAFETY: the CPU has these instructions.
             return unsafe { self.run_avx512::<B, A, ANY, SHARED>(blocks, rays, origins, answers) };
         }
-        if pair::IS_FAST && SHARED && self.method != Method::Packet {
+        if pair::IS_FAST && SHARED && self.method != Method::Packet && !self.eight_lanes {
             return self.run::<B, F32x8x2, A, ANY, SHARED>(blocks, rays, origins, answers);
         }
         self.run::<B, F32x8, A, ANY, SHARED>(blocks, rays, origins, answers);
@@ -512,6 +487,7 @@ impl<'a> Tracer<'a> {
         if count == 0 {
             return;
         }
+        const { assert!(<V::Packets as Lanes>::COUNT == PACKETS, "a lane for each packet") }
         let all = (1_u32 << count) - 1;
         let (lower, upper) = frustum::origins::<V, SHARED>(&self.packets[..], all);
         let point = Vec3::from(lower);

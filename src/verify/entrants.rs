@@ -6,7 +6,7 @@ use crate::{
     ray::{Hit, HitPacket},
     reference::bvh::{self, Stack},
     scene::Scene,
-    simd::{F32x8, LANES},
+    simd::{F32x8, LANES, pair},
     trace::{Method, Tracer},
 };
 
@@ -44,15 +44,16 @@ pub type Entrants = dyn for<'a> Fn(&'a Scene, &'a Bvh) -> Vec<Box<dyn Entrant + 
 /// Every way of tracing that octray has on this CPU.
 #[must_use]
 pub fn entrants<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>> {
-    let kernel = |name, method| -> Box<dyn Entrant + 'a> {
+    let with_tracer = |name, tracer| -> Box<dyn Entrant + 'a> {
         Box::new(Kernel {
             name,
-            tracer: Tracer::with_method(bvh, method),
+            tracer,
             nodes_wait: false,
             hits: Vec::new(),
             blocked: Vec::new(),
         })
     };
+    let kernel = |name, method| with_tracer(name, Tracer::with_method(bvh, method));
     let mut all: Vec<Box<dyn Entrant + 'a>> = vec![Box::new(Scalar {
         bvh: bvh.binary(scene),
         stack: Stack::default(),
@@ -64,6 +65,11 @@ pub fn entrants<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>
         all.push(kernel("single rays", Method::Single));
     }
     all.push(kernel("adaptive, as compiled", Method::AdaptiveBaseline));
+    if pair::IS_FAST {
+        let mut tracer = Tracer::with_method(bvh, Method::AdaptiveBaseline);
+        tracer.hold_to_eight_lanes();
+        all.push(with_tracer("adaptive, eight lanes", tracer));
+    }
     all.push(kernel("packets", Method::Packet));
     all
 }
