@@ -37,7 +37,7 @@ use way::Way;
 
 /// The most packets of a bundle: as many as the widest vector has lanes. (Sixteen of sixteen against eight: camera rays of
 /// the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %; sixteen of eight against eight: see [`pair`]. Tried:
-/// 32 of sixteen, whose rays no longer fit into a core's first cache: shadow rays of small scenes 0 to +17 %, of large ones
+/// 32 of sixteen, which fill more than half of a core's first cache: shadow rays of small scenes 0 to +17 %, of large ones
 /// -3 to +5 %, camera rays of triangles -9 to +9 %, of spheres +15 %; without AVX-512 -1 to +8 %.)
 const PACKETS: usize = MOST_LANES;
 
