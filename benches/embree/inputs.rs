@@ -154,7 +154,8 @@ fn load_file(path: &Path) -> Result<(Scene, DVec3), String> {
 
 impl View {
     /// Without any word on the view: the scene's first camera, or the one that the file's comments tell, as those of
-    /// `octray generate` do. Else the course's first viewpoint, if the scene is where the course's are. Else all of the scene is seen.
+    /// `octray generate` do. Else the course's first viewpoint, if the scene is where the course's are. Else all of the
+    /// scene is seen.
     fn camera(&self, scene: &Scene, up: DVec3, path: &Path) -> Result<Camera, String> {
         let course_eye = course::viewpoint(self.viewpoint.unwrap_or(1)).unwrap_or(DVec3::X);
         let look = |eye: DVec3, target: DVec3| Camera::look_at(eye, target, up, self.fov).map_err(text);

@@ -178,6 +178,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let mut looks = [0_u8; PACKETS * PLACES];
     let mut count = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
+        // Two words hold eight packets: of eight lanes all are in the first one.
         let first = (word / 2 * 8 + word % 2 * packets_a_word) * V::COUNT;
         for pair in bits64(pairs) {
             let (p, i) = ((first + pair) / V::COUNT, pair % V::COUNT);

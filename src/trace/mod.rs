@@ -61,6 +61,7 @@ pub enum Method {
 /// Where a bundle's rays have gone on one by one in this many halves of a subtree each, they are scattered: the bundle
 /// was of no use, nor would the next ones be.
 const SCATTERED: usize = 2;
+
 /// Where sorting has led to scattered rays all the same it is left out so many times.
 const UNSORTED: u32 = 8;
 
