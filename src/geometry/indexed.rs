@@ -5,7 +5,7 @@ use crate::{
     ray::PrimitiveId,
     simd::{
         LANES, Vec3x8,
-        lanes::{Column, Lanes, Vec3Lanes},
+        lanes::{Column, TriangleLanes, Vec3Lanes},
     },
 };
 use glam::Vec3;
@@ -97,7 +97,7 @@ impl IndexedBlock {
 
     /// The vertices at these places.
     #[inline(always)]
-    fn corner<V: Lanes>(&self, places: u32) -> Vec3x8 {
+    fn corner<V: TriangleLanes>(&self, places: u32) -> Vec3x8 {
         let [x, y, z] = self.axes();
         Vec3x8::new(
             V::picked8(x, places),
@@ -109,7 +109,7 @@ impl IndexedBlock {
 
 impl TriangleLeaf for IndexedBlock {
     #[inline(always)]
-    fn corners<V: Lanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
+    fn corners<V: TriangleLanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
         let ([x0, y0, z0], [x1, y1, z1]) = (low.axes(), high.axes());
         let ([a0, b0, c0], [a1, b1, c1]) = (low.places(), high.places());
         let (a, b, c) = ([a0, a1], [b0, b1], [c0, c1]);
@@ -133,7 +133,7 @@ impl TriangleLeaf for IndexedBlock {
     }
 
     #[inline(always)]
-    fn whole<'a, V: Lanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
+    fn whole<'a, V: TriangleLanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
         let ([a, b, c], [x, y, z]) = (self.places(), &self.lines);
         room.insert(TriangleBlock {
             v0: self.corner::<V>(a),
@@ -209,7 +209,7 @@ mod tests {
             .collect()
     }
 
-    fn is_unpacked<V: Lanes>(low: &[Triangle], high: &[Triangle]) {
+    fn is_unpacked<V: TriangleLanes>(low: &[Triangle], high: &[Triangle]) {
         let blocks = [low, high].map(|all| IndexedBlock::new(all).expect("few vertices"));
         let mut columns = [[Column::splat(0.0); 3]; 3];
         for (corner, columns) in IndexedBlock::corners::<V>(blocks.each_ref())

@@ -33,7 +33,7 @@ use crate::{
     ray::PrimitiveId,
     simd::{
         F32x8, LANES, Mask8, Vec3x8, ge, gt, lane,
-        lanes::{Lanes, Vec3Lanes},
+        lanes::{Lanes, TriangleLanes, Vec3Lanes},
         le, lt, max, min, splat,
     },
 };
@@ -82,10 +82,10 @@ pub struct TriangleBlock {
 pub trait TriangleLeaf: Sized {
     /// First, second and third corners: of two blocks where vectors have sixteen lanes, else of the first of them.
     #[must_use]
-    fn corners<V: Lanes>(blocks: [&Self; 2]) -> [Vec3Lanes<V>; 3];
+    fn corners<V: TriangleLanes>(blocks: [&Self; 2]) -> [Vec3Lanes<V>; 3];
     /// All of it as columns: unpacked into `room` if need be.
     #[must_use]
-    fn whole<'a, V: Lanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock;
+    fn whole<'a, V: TriangleLanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock;
     /// The id of triangle `lane`, as the raw value of [`PrimitiveId`].
     #[must_use]
     fn id(&self, lane: usize) -> u32;
@@ -96,16 +96,16 @@ pub trait TriangleLeaf: Sized {
 
 impl TriangleLeaf for TriangleBlock {
     #[inline(always)]
-    fn corners<V: Lanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
+    fn corners<V: TriangleLanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
         [
-            Vec3Lanes::join(low.v0, high.v0),
-            Vec3Lanes::join(low.v1, high.v1),
-            Vec3Lanes::join(low.v2, high.v2),
+            Vec3Lanes::join(&low.v0, &high.v0),
+            Vec3Lanes::join(&low.v1, &high.v1),
+            Vec3Lanes::join(&low.v2, &high.v2),
         ]
     }
 
     #[inline(always)]
-    fn whole<'a, V: Lanes>(&'a self, _: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
+    fn whole<'a, V: TriangleLanes>(&'a self, _: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
         self
     }
 
@@ -140,7 +140,7 @@ impl TriangleBlock {
     #[inline(always)]
     #[must_use]
     pub fn edge_functions(&self, origin: Vec3x8) -> EdgeFunctions {
-        EdgeFunctions::new(&Self::corners([self, self]), Vec3Lanes::join(origin, origin))
+        EdgeFunctions::new(&Self::corners([self, self]), Vec3Lanes::join(&origin, &origin))
     }
 
     /// Triangles (a bit each) that a ray, the same in all lanes, does not clearly miss: a first look in two thirds of
@@ -289,7 +289,7 @@ impl EdgeFunctions {
     #[inline(always)]
     #[must_use]
     pub fn weights(&self, direction: &Vec3x8) -> [F32x8; 3] {
-        let d = Vec3Lanes::join(*direction, *direction);
+        let d = Vec3Lanes::join(direction, direction);
         [d.dot(self.u), d.dot(self.v), d.dot(self.w)]
     }
 
@@ -315,7 +315,7 @@ impl EdgeFunctions {
         let [u, v, w] = weights;
         let (lower, upper) = block.padded_boxes();
         let (near, far) = slabs.interval(lower, upper);
-        let determinant = Vec3Lanes::join(*direction, *direction).dot(self.normal);
+        let determinant = Vec3Lanes::join(direction, direction).dot(self.normal);
         let t = min(max(self.plane / determinant, near), far);
         let mut hit = (le(near, far) & gt(t, splat(0.0))).bits() & first_look;
         let unsure = hit & !gt(min(min(u, v), w), self.tolerance).bits();

@@ -7,7 +7,8 @@
 
 use super::{
     F32x8,
-    lanes::{Column, LaneMask, Lanes, MOST_LANES},
+    lanes::{Column, LaneMask, Lanes, MOST_LANES, TriangleLanes, WideColumn},
+    pair::{Half, Pair},
 };
 use std::{
     arch::x86_64::*,
@@ -147,25 +148,7 @@ macro_rules! of_each {
     }};
 }
 
-impl Lanes for F32x16 {
-    type Mask = Mask16;
-    type Packets = Self;
-    const COUNT: usize = 16;
-
-    #[inline(always)]
-    fn splat(a: f32) -> Self {
-        avx512!(Self, _mm512_set1_ps(a))
-    }
-    #[inline(always)]
-    fn load(from: &Column) -> Self {
-        // SAFETY: a column is 64 bytes at an address that is a multiple of 64.
-        avx512!(Self, _mm512_load_ps(from.0.as_ptr()))
-    }
-    #[inline(always)]
-    fn join(low: F32x8, high: F32x8) -> Self {
-        let [low, high]: [__m256; 2] = [low, high].map(bytemuck::cast);
-        avx512!(Self, _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high))
-    }
+impl TriangleLanes for F32x16 {
     #[inline(always)]
     fn picked8(from: &Column, places: u32) -> F32x8 {
         let [low, high] = *from.halves();
@@ -192,6 +175,63 @@ impl Lanes for F32x16 {
             let (low, high) = (_mm512_load_ps(low.0.as_ptr()), _mm512_load_ps(high.0.as_ptr()));
             _mm512_permutex2var_ps(low, places, high)
         })
+    }
+    #[inline(always)]
+    fn least_of_each(rows: &[Self; MOST_LANES]) -> Self {
+        of_each!(min, rows)
+    }
+    #[inline(always)]
+    fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self {
+        of_each!(max, rows)
+    }
+}
+
+/// Thirty-two lanes as two registers: packets of 32 rays that share their origin. Nodes and leaves are passed by 512 of
+/// them together, and what is broadcast to the lanes is broadcast for twice as many.
+pub type F32x16x2 = Pair<F32x16>;
+
+impl Half for F32x16 {
+    type Whole = WideColumn;
+
+    #[inline(always)]
+    fn load_both(WideColumn([low, high]): &WideColumn) -> [Self; 2] {
+        [Self::load(low), Self::load(high)]
+    }
+    #[inline(always)]
+    fn store_both([low, high]: [Self; 2], WideColumn([to_low, to_high]): &mut WideColumn) {
+        low.store(to_low);
+        high.store(to_high);
+    }
+    #[inline(always)]
+    fn min_of_both([low, high]: [Self; 2]) -> Self {
+        low.min(high)
+    }
+    #[inline(always)]
+    fn max_of_both([low, high]: [Self; 2]) -> Self {
+        low.max(high)
+    }
+}
+
+impl Lanes for F32x16 {
+    type Mask = Mask16;
+    type Memory = Column;
+    type Packets = Self;
+    type Triangles = Self;
+    const COUNT: usize = 16;
+
+    #[inline(always)]
+    fn splat(a: f32) -> Self {
+        avx512!(Self, _mm512_set1_ps(a))
+    }
+    #[inline(always)]
+    fn load(from: &Column) -> Self {
+        // SAFETY: a column is 64 bytes at an address that is a multiple of 64.
+        avx512!(Self, _mm512_load_ps(from.0.as_ptr()))
+    }
+    #[inline(always)]
+    fn of_eights([low, high, ..]: [F32x8; 4]) -> Self {
+        let [low, high]: [__m256; 2] = [low, high].map(bytemuck::cast);
+        avx512!(Self, _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high))
     }
     #[inline(always)]
     fn store(self, to: &mut Column) {
@@ -270,12 +310,12 @@ impl Lanes for F32x16 {
         super::max(low, high)
     }
     #[inline(always)]
-    fn least_of_each(rows: &[Self; MOST_LANES]) -> Self {
-        of_each!(min, rows)
+    fn fold_min_to_16(self) -> Self {
+        self
     }
     #[inline(always)]
-    fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self {
-        of_each!(max, rows)
+    fn fold_max_to_16(self) -> Self {
+        self
     }
     #[inline(always)]
     fn largest(self) -> f32 {

@@ -1,44 +1,17 @@
-//! Vectors whose lanes are rays, or triangles: eight or sixteen, the latter in one register where the CPU has AVX-512,
-//! else in [two](super::pair). Kernels generic over [`Lanes`] are compiled for each, and those that suit the CPU are
+//! Vectors whose lanes are rays, or triangles: eight, sixteen or thirty-two, in registers of eight or (AVX-512) sixteen, or
+//! in [two](super::pair) of either. Kernels generic over [`Lanes`] are compiled for each, and those that suit the CPU are
 //! chosen when the program runs.
 //!
 //! A lane's arithmetic does not depend on how many lanes there are: all give the same bits.
 
+pub use super::column::{Column, Memory, WideColumn};
 use super::{
     F32x8, LANES, Mask8, Vec3x8, ge, gt, le, lt, max, min, mul_add, mul_sub, pair::F32x8x2, splat, stream,
 };
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-/// The most lanes that a [`Lanes`] has.
+/// Lanes of the widest register. A packet has as many at most, or twice that in [two](super::pair).
 pub const MOST_LANES: usize = 16;
-
-/// Memory for one vector of either width; the narrower one uses the first eight places.
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C, align(64))]
-pub struct Column(pub [f32; MOST_LANES]);
-
-impl Column {
-    /// The same number in all places.
-    #[inline(always)]
-    #[must_use]
-    pub fn splat(a: f32) -> Self {
-        Self([a; MOST_LANES])
-    }
-
-    /// Places 0 to 7, then 8 to 15. (A cast of the numbers alone asks at each load whether they lie at a multiple of 32:
-    /// kernels of eight lanes 1 to 4 % slower.)
-    #[inline(always)]
-    #[must_use]
-    pub fn halves(&self) -> &[F32x8; 2] {
-        bytemuck::must_cast_ref(self)
-    }
-
-    /// Places 0 to 7, then 8 to 15.
-    #[inline(always)]
-    pub fn halves_mut(&mut self) -> &mut [F32x8; 2] {
-        bytemuck::must_cast_mut(self)
-    }
-}
 
 /// One truth value a lane.
 pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
@@ -48,7 +21,7 @@ pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
     fn from_bits(bits: u32) -> Self;
 }
 
-/// Eight or sixteen `f32`. Operations are those of the functions of the same names in [`simd`](super), lane by lane.
+/// Eight, sixteen or thirty-two `f32`. Operations are those of the functions of the same names in [`simd`](super), lane by lane.
 #[expect(
     missing_docs,
     reason = "each is what its name says, and its twin in `simd` says more"
@@ -57,26 +30,24 @@ pub trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     type Mask: LaneMask;
-    /// As many lanes as a bundle has packets: [`MOST_LANES`].
-    type Packets: Lanes<Packets = Self::Packets>;
+    /// What lanes are stored to.
+    type Memory: Memory;
+    /// [`MOST_LANES`], as many as a bundle has packets, and as two leaves have triangles.
+    type Packets: TriangleLanes<Packets = Self::Packets>;
+    /// As many lanes as these, or the most there are up to [`MOST_LANES`]: a lane a triangle.
+    type Triangles: TriangleLanes<Packets = Self::Packets>;
     /// How many lanes.
     const COUNT: usize;
 
     #[must_use]
     fn splat(a: f32) -> Self;
     #[must_use]
-    fn load(from: &Column) -> Self;
-    /// Lanes 0 to 7 and, where there are sixteen, 8 to 15. (Not by way of a [`Column`]: a load of what two stores have
-    /// written waits for both.)
+    fn load(from: &Self::Memory) -> Self;
+    /// Eight lanes each; those that there are no lanes for are left out. (Not by way of [`Memory`]: a load of what two
+    /// stores have written waits for both.)
     #[must_use]
-    fn join(low: F32x8, high: F32x8) -> Self;
-    /// Lane i: the place of `from` that bits 4 i to 4 i + 3 of `places` tell.
-    #[must_use]
-    fn picked8(from: &Column, places: u32) -> F32x8;
-    /// [`picked8`](Self::picked8) from the first column and, where there are sixteen lanes, from the second one.
-    #[must_use]
-    fn picked(from: [&Column; 2], places: [u32; 2]) -> Self;
-    fn store(self, to: &mut Column);
+    fn of_eights(eights: [F32x8; 4]) -> Self;
+    fn store(self, to: &mut Self::Memory);
     /// Writes a cache line, places 0 to 7 and 8 to 15, to memory and leaves it in no cache; see [`stream`].
     ///
     /// # Safety
@@ -110,21 +81,41 @@ pub trait Lanes:
     /// `if_true` where set, else `if_false`.
     #[must_use]
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
-    /// The smaller of lane i and lane i + 8, for sixteen lanes.
+    /// Lane i: the smallest of lanes i, i + 8 and so on.
     fn fold_min(self) -> F32x8;
-    /// The larger of lane i and lane i + 8, for sixteen lanes.
+    /// Lane i: the largest of lanes i, i + 8 and so on.
     fn fold_max(self) -> F32x8;
+    /// Lane i: the smaller of lane i and, where there is one, lane i + 16.
+    fn fold_min_to_16(self) -> Self::Triangles;
+    /// Lane i: the larger of lane i and, where there is one, lane i + 16.
+    fn fold_max_to_16(self) -> Self::Triangles;
+    /// The largest lane; none may be NaN.
+    fn largest(self) -> f32;
+    /// Writes those of eight [`entry`]s of which `chosen` has a bit to the start of `stack`, nearest last, and answers
+    /// how many they are. What follows them in its first eight places is undefined.
+    fn push_nearest_last(stack: &mut [u64; 8], near: F32x8, children: &[u32; 8], chosen: u32) -> usize;
+}
+
+/// Eight or sixteen lanes, for triangles.
+pub trait TriangleLanes: Lanes<Memory = Column, Triangles = Self> {
+    /// Lanes 0 to 7 and, where there are sixteen, 8 to 15.
+    #[inline(always)]
+    #[must_use]
+    fn join(low: F32x8, high: F32x8) -> Self {
+        Self::of_eights([low, high, low, high])
+    }
+    /// Lane i: the place of `from` that bits 4 i to 4 i + 3 of `places` tell.
+    #[must_use]
+    fn picked8(from: &Column, places: u32) -> F32x8;
+    /// [`picked8`](Self::picked8) from the first column and, where there are sixteen lanes, from the second one.
+    #[must_use]
+    fn picked(from: [&Column; 2], places: [u32; 2]) -> Self;
     /// Lane i: the smallest lane of row i; none may be NaN.
     #[must_use]
     fn least_of_each(rows: &[Self; MOST_LANES]) -> Self::Packets;
     /// Lane i: the largest lane of row i; none may be NaN.
     #[must_use]
     fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self::Packets;
-    /// The largest lane; none may be NaN.
-    fn largest(self) -> f32;
-    /// Writes those of eight [`entry`]s of which `chosen` has a bit to the start of `stack`, nearest last, and answers
-    /// how many they are. What follows them in its first eight places is undefined.
-    fn push_nearest_last(stack: &mut [u64; 8], near: F32x8, children: &[u32; 8], chosen: u32) -> usize;
 }
 
 /// A distance not below 0 and a number, so that entries sort as their distances.
@@ -152,9 +143,30 @@ impl LaneMask for Mask8 {
     }
 }
 
+impl TriangleLanes for F32x8 {
+    #[inline(always)]
+    fn picked8(from: &Column, places: u32) -> F32x8 {
+        super::picked8(from, places)
+    }
+    #[inline(always)]
+    fn picked([from, _]: [&Column; 2], [places, _]: [u32; 2]) -> Self {
+        Self::picked8(from, places)
+    }
+    #[inline(always)]
+    fn least_of_each(rows: &[Self; MOST_LANES]) -> F32x8x2 {
+        of_each(rows, min)
+    }
+    #[inline(always)]
+    fn largest_of_each(rows: &[Self; MOST_LANES]) -> F32x8x2 {
+        of_each(rows, max)
+    }
+}
+
 impl Lanes for F32x8 {
     type Mask = Mask8;
+    type Memory = Column;
     type Packets = F32x8x2;
+    type Triangles = Self;
     const COUNT: usize = 8;
 
     #[inline(always)]
@@ -166,16 +178,8 @@ impl Lanes for F32x8 {
         from.halves()[0]
     }
     #[inline(always)]
-    fn join(low: F32x8, _: F32x8) -> Self {
-        low
-    }
-    #[inline(always)]
-    fn picked8(from: &Column, places: u32) -> F32x8 {
-        super::picked8(from, places)
-    }
-    #[inline(always)]
-    fn picked([from, _]: [&Column; 2], [places, _]: [u32; 2]) -> Self {
-        Self::picked8(from, places)
+    fn of_eights([eight, ..]: [F32x8; 4]) -> Self {
+        eight
     }
     #[inline(always)]
     fn store(self, to: &mut Column) {
@@ -252,12 +256,12 @@ impl Lanes for F32x8 {
         self
     }
     #[inline(always)]
-    fn least_of_each(rows: &[Self; MOST_LANES]) -> F32x8x2 {
-        of_each(rows, min)
+    fn fold_min_to_16(self) -> Self {
+        self
     }
     #[inline(always)]
-    fn largest_of_each(rows: &[Self; MOST_LANES]) -> F32x8x2 {
-        of_each(rows, max)
+    fn fold_max_to_16(self) -> Self {
+        self
     }
     #[inline(always)]
     fn largest(self) -> f32 {
@@ -323,14 +327,14 @@ impl<V: Lanes> Vec3Lanes<V> {
     /// From memory.
     #[inline(always)]
     #[must_use]
-    pub fn load(from: &[Column; 3]) -> Self {
+    pub fn load(from: &[V::Memory; 3]) -> Self {
         let [x, y, z] = [V::load(&from[0]), V::load(&from[1]), V::load(&from[2])];
         Self { x, y, z }
     }
 
     /// To memory.
     #[inline(always)]
-    pub fn store(self, to: &mut [Column; 3]) {
+    pub fn store(self, to: &mut [V::Memory; 3]) {
         let [x, y, z] = to;
         self.x.store(x);
         self.y.store(y);
@@ -345,14 +349,14 @@ impl<V: Lanes> Vec3Lanes<V> {
         Self { x, y, z }
     }
 
-    /// Lanes 0 to 7 and, where there are sixteen, 8 to 15.
+    /// See [`Lanes::of_eights`].
     #[inline(always)]
     #[must_use]
-    pub fn join(low: Vec3x8, high: Vec3x8) -> Self {
+    pub fn of_eights([a, b, c, d]: [&Vec3x8; 4]) -> Self {
         Self {
-            x: V::join(low.x, high.x),
-            y: V::join(low.y, high.y),
-            z: V::join(low.z, high.z),
+            x: V::of_eights([a.x, b.x, c.x, d.x]),
+            y: V::of_eights([a.y, b.y, c.y, d.y]),
+            z: V::of_eights([a.z, b.z, c.z, d.z]),
         }
     }
 
@@ -415,6 +419,15 @@ impl<V: Lanes> Vec3Lanes<V> {
     }
 }
 
+impl<V: TriangleLanes> Vec3Lanes<V> {
+    /// See [`TriangleLanes::join`].
+    #[inline(always)]
+    #[must_use]
+    pub fn join(low: &Vec3x8, high: &Vec3x8) -> Self {
+        Self::of_eights([low, high, low, high])
+    }
+}
+
 impl<V: Lanes> Add for Vec3Lanes<V> {
     type Output = Self;
     #[inline(always)]
@@ -440,152 +453,4 @@ impl<V: Lanes> Sub for Vec3Lanes<V> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    #[cfg(target_arch = "x86_64")]
-    use crate::simd::avx512;
-
-    fn each_row_is_reduced<V: Lanes>() {
-        let mut random = fastrand::Rng::with_seed(7);
-        for _ in 0..1000 {
-            let numbers = [(); MOST_LANES].map(|()| Column([(); MOST_LANES].map(|()| random.f32() - 0.5)));
-            let rows = numbers.each_ref().map(V::load);
-            let [mut least, mut largest] = [Column::splat(0.0); 2];
-            V::least_of_each(&rows).store(&mut least);
-            V::largest_of_each(&rows).store(&mut largest);
-            for (i, row) in numbers.iter().enumerate() {
-                let row = &row.0[..V::COUNT];
-                assert_eq!(
-                    least.0[i],
-                    row.iter().copied().fold(f32::MAX, f32::min),
-                    "row {i}"
-                );
-                assert_eq!(
-                    largest.0[i],
-                    row.iter().copied().fold(-f32::MAX, f32::max),
-                    "row {i}"
-                );
-            }
-        }
-    }
-
-    /// Zeros of both signs among few others, so that some are equal.
-    fn column(random: &mut fastrand::Rng) -> Column {
-        let numbers = [0.0, -0.0, 1.0, -1.0, 0.3, -0.3, 1e30, -1e-30];
-        Column([(); MOST_LANES].map(|()| match random.usize(..16) {
-            i if i < numbers.len() => numbers[i],
-            _ => random.f32() - 0.5,
-        }))
-    }
-
-    fn bits_of<V: Lanes>(v: V) -> [u32; MOST_LANES] {
-        let mut column = Column::splat(0.0);
-        v.store(&mut column);
-        column.0.map(f32::to_bits)
-    }
-
-    /// Sixteen lanes do what eight do, half by half.
-    #[expect(clippy::cognitive_complexity, reason = "one line an operation")]
-    fn halves_are_as_eight_lanes<V: Lanes>() {
-        let mut random = fastrand::Rng::with_seed(11);
-        for _ in 0..2000 {
-            let columns = [(); 3].map(|()| column(&mut random));
-            let half = |i: usize| columns.each_ref().map(|column| column.halves()[i]);
-            macro_rules! same {
-                (|$a:ident, $b:ident, $c:ident| $result:expr) => {{
-                    let whole = {
-                        let [$a, $b, $c] = columns.each_ref().map(V::load);
-                        bits_of($result)
-                    };
-                    for i in 0..2 {
-                        let [$a, $b, $c] = half(i);
-                        let (of_half, of_whole) = (bits_of($result), &whole[i * 8..][..8]);
-                        assert_eq!(&of_half[..8], of_whole, stringify!($result));
-                    }
-                }};
-            }
-            macro_rules! same_bits {
-                (|$a:ident, $b:ident| $result:expr) => {{
-                    let whole = {
-                        let [$a, $b, _] = columns.each_ref().map(V::load);
-                        $result
-                    };
-                    let [low, high] = [0, 1].map(|i| {
-                        let [$a, $b, _] = half(i);
-                        $result
-                    });
-                    assert_eq!(low | high << 8, whole, stringify!($result));
-                }};
-            }
-            same!(|a, b, _c| a + b);
-            same!(|a, b, _c| a - b);
-            same!(|a, b, _c| a * b);
-            same!(|a, b, _c| a / b);
-            same!(|a, _b, _c| -a);
-            same!(|a, b, c| Lanes::mul_add(a, b, c));
-            same!(|a, b, c| Lanes::mul_sub(a, b, c));
-            same!(|a, b, _c| Lanes::min(a, b));
-            same!(|a, b, _c| Lanes::max(a, b));
-            same!(|a, _b, _c| Lanes::abs(a));
-            same!(|a, _b, _c| Lanes::sqrt(Lanes::abs(a)));
-            same!(|a, _b, _c| Lanes::sign(a));
-            same!(|a, b, _c| Lanes::turn(a, Lanes::sign(b)));
-            same!(|a, b, c| Lanes::select(Lanes::lt(a, b), b, c));
-            same!(|a, b, c| Lanes::select(Lanes::le(a, b) & Lanes::gt(b, c), b, c));
-            same!(|a, b, c| Lanes::select(Lanes::ge(a, b) | Lanes::lt(b, c), b, c));
-            same_bits!(|a, b| Lanes::lt(a, b).bits());
-            same_bits!(|a, b| Lanes::le(a, b).bits());
-            same_bits!(|a, b| Lanes::gt(a, b).bits());
-            same_bits!(|a, b| Lanes::ge(a, b).bits());
-            same_bits!(|a, _b| Lanes::sign_bits(a));
-
-            let [low, high] = *columns[0].halves();
-            let whole = V::load(&columns[0]);
-            assert_eq!(bits_of(V::join(low, high)), bits_of(whole));
-            assert_eq!(bits_of(whole.fold_min()), bits_of(Lanes::min(low, high)));
-            assert_eq!(bits_of(whole.fold_max()), bits_of(Lanes::max(low, high)));
-            assert_eq!(whole.largest(), Lanes::max(low, high).largest());
-            let places = [random.u32(..), random.u32(..)];
-            let picked = bits_of(V::picked([&columns[0], &columns[1]], places));
-            for (i, word) in places.into_iter().enumerate() {
-                let of_half = F32x8::picked([&columns[i], &columns[i]], [word, word]);
-                assert_eq!(&bits_of(of_half)[..8], &picked[i * 8..][..8]);
-                assert_eq!(
-                    bits_of(V::picked8(&columns[i], word)),
-                    bits_of(F32x8::picked8(&columns[i], word))
-                );
-            }
-            let chosen = random.u32(..256);
-            let (near, children) = (Lanes::abs(low), [(); 8].map(|()| random.u32(..)));
-            let (mut stack, mut expected) = ([0; 8], [0; 8]);
-            let count = V::push_nearest_last(&mut stack, near, &children, chosen);
-            assert_eq!(
-                F32x8::push_nearest_last(&mut expected, near, &children, chosen),
-                count
-            );
-            assert_eq!(stack[..count], expected[..count]);
-        }
-        for bits in 0..1 << MOST_LANES {
-            assert_eq!(V::Mask::from_bits(bits).bits(), bits);
-        }
-    }
-
-    #[test]
-    fn sixteen_lanes_are_as_eight_twice() {
-        halves_are_as_eight_lanes::<F32x8x2>();
-        #[cfg(target_arch = "x86_64")]
-        if avx512::is_available() {
-            halves_are_as_eight_lanes::<avx512::F32x16>();
-        }
-    }
-
-    #[test]
-    fn each_row_is_reduced_to_its_lane() {
-        each_row_is_reduced::<F32x8>();
-        each_row_is_reduced::<F32x8x2>();
-        #[cfg(target_arch = "x86_64")]
-        if avx512::is_available() {
-            each_row_is_reduced::<avx512::F32x16>();
-        }
-    }
-}
+mod tests;

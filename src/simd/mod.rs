@@ -10,6 +10,7 @@
     reason = "intrinsics of an instruction set that is found at run time; the head of the file says what it buys"
 )]
 pub mod avx512;
+pub mod column;
 pub mod lanes;
 pub mod pair;
 pub mod stream;

@@ -9,52 +9,89 @@
 //! small scenes +2 to +16 %, large ones -12 to -18 %.)
 
 use super::{
-    F32x8, Mask8,
-    lanes::{Column, LaneMask, Lanes, MOST_LANES},
-    stream,
+    F32x8,
+    lanes::{Column, LaneMask, Lanes, MOST_LANES, Memory, TriangleLanes},
 };
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 /// Whether packets of sixteen pay: a register of this build holds eight lanes.
 pub const IS_FAST: bool = cfg!(target_feature = "avx");
 
-/// Lanes 0 to 7, then 8 to 15.
-#[derive(Clone, Copy, Debug)]
-pub struct F32x8x2([F32x8; 2]);
+/// What two vectors make one of: [`F32x8`], or [`F32x16`](super::avx512::F32x16).
+pub trait Half: Lanes<Memory = Column> {
+    /// Memory for two.
+    type Whole: Memory;
+    /// Lower lanes, then upper ones.
+    fn load_both(from: &Self::Whole) -> [Self; 2];
+    /// Lower lanes, then upper ones.
+    fn store_both(both: [Self; 2], to: &mut Self::Whole);
+    /// See [`Lanes::fold_min_to_16`].
+    fn min_of_both(both: [Self; 2]) -> Self::Packets;
+    /// See [`Lanes::fold_max_to_16`].
+    fn max_of_both(both: [Self; 2]) -> Self::Packets;
+}
 
-/// A truth value for each lane of [`F32x8x2`].
+/// The lower lanes, then the upper ones.
 #[derive(Clone, Copy, Debug)]
-pub struct Mask8x2([Mask8; 2]);
+pub struct Pair<H>([H; 2]);
 
-impl F32x8x2 {
+/// A truth value for each lane of a [`Pair`].
+#[derive(Clone, Copy, Debug)]
+pub struct PairMask<H: Lanes>([H::Mask; 2]);
+
+/// Sixteen lanes.
+pub type F32x8x2 = Pair<F32x8>;
+
+impl Half for F32x8 {
+    type Whole = Column;
+
     #[inline(always)]
-    fn of(self, f: impl Fn(F32x8) -> F32x8) -> Self {
+    fn load_both(from: &Column) -> [Self; 2] {
+        *from.halves()
+    }
+    #[inline(always)]
+    fn store_both(both: [Self; 2], to: &mut Column) {
+        *to.halves_mut() = both;
+    }
+    #[inline(always)]
+    fn min_of_both(both: [Self; 2]) -> F32x8x2 {
+        Pair(both)
+    }
+    #[inline(always)]
+    fn max_of_both(both: [Self; 2]) -> F32x8x2 {
+        Pair(both)
+    }
+}
+
+impl<H: Half> Pair<H> {
+    #[inline(always)]
+    fn of(self, f: impl Fn(H) -> H) -> Self {
         let [low, high] = self.0;
         Self([f(low), f(high)])
     }
 
     #[inline(always)]
-    fn with(self, b: Self, f: impl Fn(F32x8, F32x8) -> F32x8) -> Self {
+    fn with(self, b: Self, f: impl Fn(H, H) -> H) -> Self {
         let ([low, high], [b_low, b_high]) = (self.0, b.0);
         Self([f(low, b_low), f(high, b_high)])
     }
 
     #[inline(always)]
-    fn with_both(self, b: Self, c: Self, f: impl Fn(F32x8, F32x8, F32x8) -> F32x8) -> Self {
+    fn with_both(self, b: Self, c: Self, f: impl Fn(H, H, H) -> H) -> Self {
         let ([low, high], [b_low, b_high], [c_low, c_high]) = (self.0, b.0, c.0);
         Self([f(low, b_low, c_low), f(high, b_high, c_high)])
     }
 
     #[inline(always)]
-    fn compared(self, b: Self, f: impl Fn(F32x8, F32x8) -> Mask8) -> Mask8x2 {
+    fn compared(self, b: Self, f: impl Fn(H, H) -> H::Mask) -> PairMask<H> {
         let ([low, high], [b_low, b_high]) = (self.0, b.0);
-        Mask8x2([f(low, b_low), f(high, b_high)])
+        PairMask([f(low, b_low), f(high, b_high)])
     }
 }
 
 macro_rules! operator {
     ($trait:ident, $method:ident, $of:ty) => {
-        impl $trait for $of {
+        impl<H: Half> $trait for $of {
             type Output = Self;
             #[inline(always)]
             fn $method(self, b: Self) -> Self {
@@ -64,14 +101,14 @@ macro_rules! operator {
         }
     };
 }
-operator!(Add, add, F32x8x2);
-operator!(Sub, sub, F32x8x2);
-operator!(Mul, mul, F32x8x2);
-operator!(Div, div, F32x8x2);
-operator!(BitAnd, bitand, Mask8x2);
-operator!(BitOr, bitor, Mask8x2);
+operator!(Add, add, Pair<H>);
+operator!(Sub, sub, Pair<H>);
+operator!(Mul, mul, Pair<H>);
+operator!(Div, div, Pair<H>);
+operator!(BitAnd, bitand, PairMask<H>);
+operator!(BitOr, bitor, PairMask<H>);
 
-impl Neg for F32x8x2 {
+impl<H: Half> Neg for Pair<H> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -79,15 +116,15 @@ impl Neg for F32x8x2 {
     }
 }
 
-impl LaneMask for Mask8x2 {
+impl<H: Half> LaneMask for PairMask<H> {
     #[inline(always)]
     fn bits(self) -> u32 {
         let [low, high] = self.0;
-        low.bits() | high.bits() << 8
+        low.bits() | high.bits() << H::COUNT
     }
     #[inline(always)]
     fn from_bits(bits: u32) -> Self {
-        Self([Mask8::from_bits(bits), Mask8::from_bits(bits >> 8)])
+        Self([H::Mask::from_bits(bits), H::Mask::from_bits(bits >> H::COUNT)])
     }
 }
 
@@ -101,23 +138,7 @@ fn folded(rows: &[F32x8x2; MOST_LANES], fold: impl Fn(F32x8x2) -> F32x8) -> [F32
     folded
 }
 
-impl Lanes for F32x8x2 {
-    type Mask = Mask8x2;
-    type Packets = Self;
-    const COUNT: usize = 16;
-
-    #[inline(always)]
-    fn splat(a: f32) -> Self {
-        Self([super::splat(a); 2])
-    }
-    #[inline(always)]
-    fn load(from: &Column) -> Self {
-        Self(*from.halves())
-    }
-    #[inline(always)]
-    fn join(low: F32x8, high: F32x8) -> Self {
-        Self([low, high])
-    }
+impl TriangleLanes for F32x8x2 {
     #[inline(always)]
     fn picked8(from: &Column, places: u32) -> F32x8 {
         super::picked8(from, places)
@@ -127,88 +148,6 @@ impl Lanes for F32x8x2 {
         Self([super::picked8(low, low_places), super::picked8(high, high_places)])
     }
     #[inline(always)]
-    fn store(self, to: &mut Column) {
-        *to.halves_mut() = self.0;
-    }
-    #[inline(always)]
-    #[allow(unsafe_code, reason = "as in the trait")]
-    unsafe fn stream(low: F32x8, high: F32x8, to: &mut Column) {
-        // SAFETY: as for this.
-        unsafe { stream::by_halves(low, high, to) }
-    }
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        self.with_both(b, c, super::mul_add)
-    }
-    #[inline(always)]
-    fn mul_sub(self, b: Self, c: Self) -> Self {
-        self.with_both(b, c, super::mul_sub)
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        self.with(b, super::min)
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        self.with(b, super::max)
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.of(Lanes::abs)
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.of(Lanes::sqrt)
-    }
-    #[inline(always)]
-    fn sign(self) -> Self {
-        self.of(Lanes::sign)
-    }
-    #[inline(always)]
-    fn sign_bits(self) -> u32 {
-        let [low, high] = self.0;
-        low.sign_bits() | high.sign_bits() << 8
-    }
-    #[inline(always)]
-    fn turn(self, sign: Self) -> Self {
-        self.with(sign, Lanes::turn)
-    }
-    #[inline(always)]
-    fn lt(self, b: Self) -> Mask8x2 {
-        self.compared(b, super::lt)
-    }
-    #[inline(always)]
-    fn le(self, b: Self) -> Mask8x2 {
-        self.compared(b, super::le)
-    }
-    #[inline(always)]
-    fn gt(self, b: Self) -> Mask8x2 {
-        self.compared(b, super::gt)
-    }
-    #[inline(always)]
-    fn ge(self, b: Self) -> Mask8x2 {
-        self.compared(b, super::ge)
-    }
-    #[inline(always)]
-    fn select(mask: Mask8x2, if_true: Self, if_false: Self) -> Self {
-        let [low, high] = mask.0;
-        let ([true_low, true_high], [false_low, false_high]) = (if_true.0, if_false.0);
-        Self([
-            low.select(true_low, false_low),
-            high.select(true_high, false_high),
-        ])
-    }
-    #[inline(always)]
-    fn fold_min(self) -> F32x8 {
-        let [low, high] = self.0;
-        super::min(low, high)
-    }
-    #[inline(always)]
-    fn fold_max(self) -> F32x8 {
-        let [low, high] = self.0;
-        super::max(low, high)
-    }
-    #[inline(always)]
     fn least_of_each(rows: &[Self; MOST_LANES]) -> Self {
         F32x8::least_of_each(&folded(rows, Self::fold_min))
     }
@@ -216,12 +155,124 @@ impl Lanes for F32x8x2 {
     fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self {
         F32x8::largest_of_each(&folded(rows, Self::fold_max))
     }
+}
+
+impl<H: Half> Lanes for Pair<H> {
+    type Mask = PairMask<H>;
+    type Memory = H::Whole;
+    type Packets = H::Packets;
+    type Triangles = H::Packets;
+    const COUNT: usize = 2 * H::COUNT;
+
+    #[inline(always)]
+    fn splat(a: f32) -> Self {
+        Self([H::splat(a); 2])
+    }
+    #[inline(always)]
+    fn load(from: &H::Whole) -> Self {
+        Self(H::load_both(from))
+    }
+    #[inline(always)]
+    fn of_eights([a, b, c, d]: [F32x8; 4]) -> Self {
+        let high = if H::COUNT == 8 { [b, b, b, b] } else { [c, d, c, d] };
+        Self([H::of_eights([a, b, a, b]), H::of_eights(high)])
+    }
+    #[inline(always)]
+    fn store(self, to: &mut H::Whole) {
+        H::store_both(self.0, to);
+    }
+    #[inline(always)]
+    #[allow(unsafe_code, reason = "as in the trait")]
+    unsafe fn stream(low: F32x8, high: F32x8, to: &mut Column) {
+        // SAFETY: as for this.
+        unsafe { H::stream(low, high, to) }
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        self.with_both(b, c, H::mul_add)
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        self.with_both(b, c, H::mul_sub)
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        self.with(b, H::min)
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        self.with(b, H::max)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.of(H::abs)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.of(H::sqrt)
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        self.of(H::sign)
+    }
+    #[inline(always)]
+    fn sign_bits(self) -> u32 {
+        let [low, high] = self.0;
+        low.sign_bits() | high.sign_bits() << H::COUNT
+    }
+    #[inline(always)]
+    fn turn(self, sign: Self) -> Self {
+        self.with(sign, H::turn)
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> PairMask<H> {
+        self.compared(b, H::lt)
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> PairMask<H> {
+        self.compared(b, H::le)
+    }
+    #[inline(always)]
+    fn gt(self, b: Self) -> PairMask<H> {
+        self.compared(b, H::gt)
+    }
+    #[inline(always)]
+    fn ge(self, b: Self) -> PairMask<H> {
+        self.compared(b, H::ge)
+    }
+    #[inline(always)]
+    fn select(mask: PairMask<H>, if_true: Self, if_false: Self) -> Self {
+        let [low, high] = mask.0;
+        let ([true_low, true_high], [false_low, false_high]) = (if_true.0, if_false.0);
+        Self([
+            H::select(low, true_low, false_low),
+            H::select(high, true_high, false_high),
+        ])
+    }
+    #[inline(always)]
+    fn fold_min(self) -> F32x8 {
+        let [low, high] = self.0;
+        low.min(high).fold_min()
+    }
+    #[inline(always)]
+    fn fold_max(self) -> F32x8 {
+        let [low, high] = self.0;
+        low.max(high).fold_max()
+    }
+    #[inline(always)]
+    fn fold_min_to_16(self) -> H::Packets {
+        H::min_of_both(self.0)
+    }
+    #[inline(always)]
+    fn fold_max_to_16(self) -> H::Packets {
+        H::max_of_both(self.0)
+    }
     #[inline(always)]
     fn largest(self) -> f32 {
         self.fold_max().largest()
     }
     #[inline(always)]
     fn push_nearest_last(stack: &mut [u64; 8], near: F32x8, children: &[u32; 8], chosen: u32) -> usize {
-        F32x8::push_nearest_last(stack, near, children, chosen)
+        H::push_nearest_last(stack, near, children, chosen)
     }
 }

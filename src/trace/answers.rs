@@ -10,7 +10,7 @@ use crate::{
     ray::{HitPacket, RayPacket},
     simd::{
         LANES,
-        lanes::{Column, Lanes},
+        lanes::{Column, Lanes, Memory},
         stream,
     },
 };
@@ -29,15 +29,15 @@ const LONG: usize = 4 << 20;
 pub(super) trait Answers {
     /// Asks for the memory of answer `i`, which will be written.
     fn prefetch(&self, i: usize);
-    /// Answer `i`, written once: half `half` of a packet.
-    fn put<V: Lanes>(&mut self, i: usize, packet: &Packet, half: usize);
+    /// Answer `i`, written once: those of eight lanes of a packet.
+    fn put<V: Lanes>(&mut self, i: usize, packet: &Packet<V::Memory>, eight: usize);
     /// Answer `i`, written once: eight lanes without a hit.
     fn put_none<V: Lanes>(&mut self, i: usize, rays: &RayPacket);
     /// Answer `i`, which [`scatter`](Self::scatter) goes on with: eight lanes without a hit.
     fn clear(&mut self, i: usize, rays: &RayPacket);
     /// The answers of a packet of rays from anywhere: `members` are answers times eight plus lane, from `base` on, which
     /// hold none yet.
-    fn scatter(&mut self, base: usize, packet: &Packet, members: &[u16]);
+    fn scatter<M: Memory>(&mut self, base: usize, packet: &Packet<M>, members: &[u16]);
 }
 
 /// Closest hits. All of them may be read once this is dropped.
@@ -84,8 +84,8 @@ impl Answers for Hits<'_> {
         }
     }
     #[inline(always)]
-    fn put<V: Lanes>(&mut self, i: usize, packet: &Packet, half: usize) {
-        self.write::<V>(i, packet.hits(half));
+    fn put<V: Lanes>(&mut self, i: usize, packet: &Packet<V::Memory>, eight: usize) {
+        self.write::<V>(i, packet.hits(eight));
     }
     #[inline(always)]
     fn put_none<V: Lanes>(&mut self, i: usize, rays: &RayPacket) {
@@ -96,9 +96,9 @@ impl Answers for Hits<'_> {
         self.hits[i] = HitPacket::miss(rays.t_max);
     }
     #[inline(always)]
-    fn scatter(&mut self, base: usize, packet: &Packet, members: &[u16]) {
-        for (half, members) in members.chunks(LANES).enumerate() {
-            let hits = packet.hits(half);
+    fn scatter<M: Memory>(&mut self, base: usize, packet: &Packet<M>, members: &[u16]) {
+        for (eight, members) in members.chunks(LANES).enumerate() {
+            let hits = packet.hits(eight);
             for (lane, &member) in members.iter().enumerate() {
                 let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
                 let answer = &mut self.hits[i];
@@ -116,8 +116,8 @@ impl Answers for &mut [u8] {
     #[inline(always)]
     fn prefetch(&self, _: usize) {}
     #[inline(always)]
-    fn put<V: Lanes>(&mut self, i: usize, packet: &Packet, half: usize) {
-        self[i] = packet.blocked_bits(half) as u8;
+    fn put<V: Lanes>(&mut self, i: usize, packet: &Packet<V::Memory>, eight: usize) {
+        self[i] = packet.blocked_bits(eight) as u8;
     }
     #[inline(always)]
     fn put_none<V: Lanes>(&mut self, i: usize, _: &RayPacket) {
@@ -128,9 +128,9 @@ impl Answers for &mut [u8] {
         self[i] = 0;
     }
     #[inline(always)]
-    fn scatter(&mut self, base: usize, packet: &Packet, members: &[u16]) {
-        for (half, members) in members.chunks(LANES).enumerate() {
-            let blocked = packet.blocked_bits(half);
+    fn scatter<M: Memory>(&mut self, base: usize, packet: &Packet<M>, members: &[u16]) {
+        for (eight, members) in members.chunks(LANES).enumerate() {
+            let blocked = packet.blocked_bits(eight);
             for (lane, &member) in members.iter().enumerate() {
                 let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
                 self[i] |= ((blocked >> lane & 1) << to) as u8;

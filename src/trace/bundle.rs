@@ -14,7 +14,9 @@ use super::{
     frustum::{BundleFrustum, Seen},
     leaf::{self, Leaves},
     lines::{self, LineSpace},
+    pairs::Pairs,
     rays::{NODE_PAD, Packet, PacketSlabs},
+    room::RayLanes,
     single::Item,
 };
 use crate::{
@@ -22,7 +24,7 @@ use crate::{
     geometry::TriangleLeaf,
     simd::{
         F32x8, LANES, lane,
-        lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes, unpack},
+        lanes::{LaneMask, Lanes, MOST_LANES, Memory, TriangleLanes, Vec3Lanes, unpack},
         splat,
     },
 };
@@ -73,7 +75,7 @@ impl Tracer<'_> {
     /// Traces `packets` through the whole tree; rays that are left to go on one by one are put into
     /// `items`.
     #[inline(always)]
-    pub(super) fn traverse_bundle<B: TriangleLeaf, V: Lanes, const ANY: bool, const SHARED: bool>(
+    pub(super) fn traverse_bundle<B: TriangleLeaf, V: RayLanes, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         packets: u32,
@@ -82,11 +84,12 @@ impl Tracer<'_> {
         let bvh = self.bvh;
         // Where packets' rays end, a row a packet; from that, packets that can take hits, and up to where: -1 for those
         // that are done. (All at once and not packet by packet: on Zen 5 +1 to +2 %.)
-        let mut ends = [V::splat(0.0); MOST_LANES];
+        let mut ends = [V::Triangles::splat(0.0); MOST_LANES];
+        let room = self.rooms.of::<V>();
         for p in bits(packets) {
-            ends[p % MOST_LANES] = V::load(&self.packets[p % PACKETS].t);
+            ends[p % MOST_LANES] = V::load(&room.packets[p % PACKETS].t).fold_max_to_16();
         }
-        let farthest = V::largest_of_each(&ends);
+        let farthest = V::Triangles::largest_of_each(&ends);
         let can_hit = farthest.gt(V::Packets::splat(0.0));
         let all = can_hit.bits();
         let limits = match culling.frustum {
@@ -196,18 +199,28 @@ impl Tracer<'_> {
                     child: [leaf.child, second.0],
                     packets: [leaf.packets, second.1],
                 };
-                self.leaves += usize::from(!ANY) * (1 + usize::from(second.1 != 0));
-                leaf::shared_origin::<B, V, ANY>(blocks, leaves, culling, &mut self.packets)
+                if !ANY {
+                    let seconds = usize::from(second.1 != 0);
+                    self.leaves += 1 + seconds;
+                    self.density.leaves += usize::from(leaf.child.is_triangles()) + seconds;
+                }
+                leaf::shared_origin::<B, V, ANY>(
+                    blocks,
+                    leaves,
+                    culling,
+                    &mut self.rooms.of_mut::<V>().packets,
+                )
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
+                let room = self.rooms.of_mut::<V>();
                 lines::separate_origins::<B, V, ANY>(
                     blocks,
                     child,
                     culling,
                     packets,
-                    &self.lines,
+                    &room.lines,
                     &mut self.looks,
-                    &mut self.packets,
+                    &mut room.packets,
                 )
             };
             for p in bits(taken) {
@@ -219,8 +232,8 @@ impl Tracer<'_> {
     /// `q_limit` with the limit of packet `p` as it is now. (A vector of its own, not one in memory: to load what was
     /// just now written in parts waits for all of them.)
     #[inline(always)]
-    fn with_limit<V: Lanes>(&self, culling: &Culling<'_, V>, q_limit: V::Packets, p: usize) -> V::Packets {
-        let t = self.packets[p % PACKETS].farthest::<V>();
+    fn with_limit<V: RayLanes>(&self, culling: &Culling<'_, V>, q_limit: V::Packets, p: usize) -> V::Packets {
+        let t = self.rooms.of::<V>().packets[p % PACKETS].farthest::<V>();
         let limit = match culling.frustum {
             _ if t <= 0.0 => -1.0,
             Some(frustum) => frustum.q_limit(p, t),
@@ -232,7 +245,7 @@ impl Tracer<'_> {
 
     /// Pushes the children that some of `packets` may hit, nearest last.
     #[inline(always)]
-    fn push_children<B: TriangleLeaf, V: Lanes, const ANY: bool, const SHARED: bool>(
+    fn push_children<B: TriangleLeaf, V: RayLanes, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         node: &Node8,
@@ -270,10 +283,11 @@ impl Tracer<'_> {
             let mut planes = in_order(node, culling.down);
             if SHARED {
                 for (i, plane) in planes.iter_mut().enumerate() {
-                    *plane -= splat(self.packets[0].origin[i % 3].0[0]);
+                    *plane -= splat(self.origin[i % 3]);
                 }
             }
-            let (states, slabs) = (&self.packets, &self.slabs);
+            let room = self.rooms.of::<V>();
+            let (states, slabs) = (&room.packets, &room.slabs);
             let entering = match (SHARED, culling.down.is_some()) {
                 (true, true) => entering::<V, true>(&planes, &pairs, states),
                 (true, false) => entering::<V, false>(&planes, &pairs, states),
@@ -292,7 +306,7 @@ impl Tracer<'_> {
                 }
             }
             if culling.frustum.is_none() {
-                near8 = nearest8::<V>(node, &pairs, &self.packets);
+                near8 = nearest8::<V>(node, &pairs, &self.rooms.of::<V>().packets);
             }
         }
         let mut order = [0; LANES];
@@ -313,107 +327,37 @@ impl Tracer<'_> {
     /// Puts the rays that enter children `few` into `items`. (They are few: to find them once more costs less than to
     /// keep all that enter any child.)
     #[inline(always)]
-    fn go_on_alone<V: Lanes, const SHARED: bool, const ONE_WAY: bool>(
+    fn go_on_alone<V: RayLanes, const SHARED: bool, const ONE_WAY: bool>(
         &mut self,
         node: &Node8,
         planes: &[F32x8; 6],
         few: u32,
         pairs: &Pairs,
     ) {
+        let room = self.rooms.of::<V>();
         for c in bits(few) {
             for p in bits(pairs.packets(c)) {
-                let state = &self.packets[p % PACKETS];
+                let state = &room.packets[p % PACKETS];
                 let live = state.live_bits::<V>();
                 let (near, lanes) = if SHARED {
                     enter::<V, ONE_WAY>(planes, c, state)
                 } else {
-                    self.slabs[p % PACKETS]
+                    room.slabs[p % PACKETS]
                         .load::<V>(state)
                         .enter::<ONE_WAY>(planes, c)
                 };
-                let mut nears = Column::splat(0.0);
+                let mut nears = V::Memory::ZERO;
                 near.store(&mut nears);
                 for i in bits(lanes.bits() & live) {
                     self.items.push(Item {
                         ray: (p * V::COUNT + i) as u32,
                         child: node.child[c % LANES],
-                        near: nears.0[i % MOST_LANES],
+                        near: nears.place(i),
                     });
                 }
             }
         }
     }
-}
-
-/// Sixteen bits a child, four children a word. (Named and picked without an index, so that both stay in registers.)
-#[derive(Clone, Copy, Debug, Default)]
-struct Pairs {
-    low: u64,
-    high: u64,
-}
-
-impl Pairs {
-    /// Sets the packets of child `c`, which had none.
-    #[inline(always)]
-    fn put(&mut self, c: usize, packets: u32) {
-        let bits = u64::from(packets) << (c % 4 * PACKETS);
-        let is_high = u64::from(c >= 4).wrapping_neg();
-        self.low |= bits & !is_high;
-        self.high |= bits & is_high;
-    }
-
-    /// From the children of packets 0 to 7 and of 8 to 15, a byte a packet.
-    #[inline(always)]
-    fn of_packets(low: u64, high: u64) -> Self {
-        let (first, second) = (transposed(low), transposed(high));
-        Self {
-            low: spread(first) | spread(second) << 8,
-            high: spread(first >> 32) | spread(second >> 32) << 8,
-        }
-    }
-
-    /// The packets of child `c`, a bit each.
-    #[inline(always)]
-    fn packets(&self, c: usize) -> u32 {
-        let word = if c < 4 { self.low } else { self.high };
-        (word >> (c % 4 * PACKETS)) as u32 & 0xffff
-    }
-
-    /// The children whose sixteen bits are not 0, a bit each.
-    #[inline(always)]
-    fn children(&self) -> u32 {
-        // The product brings the top bits next to each other.
-        let spread = nonzero(self.low) | nonzero(self.high) << 4;
-        (spread.wrapping_mul(1 << 48 | 1 << 33 | 1 << 18 | 1 << 3) >> 48) as u32 & 0xff
-    }
-}
-
-/// Of four times sixteen bits, each one's lowest: whether they are not 0.
-#[inline(always)]
-fn nonzero(word: u64) -> u64 {
-    const LOW: u64 = 0x7fff_7fff_7fff_7fff;
-    ((((word & LOW) + LOW) | word) & !LOW) >> 15
-}
-
-/// Eight rows of eight bits with rows and columns exchanged (Warren, *Hacker's Delight*, 7-3).
-#[inline(always)]
-fn transposed(mut rows: u64) -> u64 {
-    for (by, those) in [
-        (7, 0x00aa_00aa_00aa_00aa),
-        (14, 0x0000_cccc_0000_cccc),
-        (28, 0x0000_0000_f0f0_f0f0),
-    ] {
-        let differ = (rows ^ (rows >> by)) & those;
-        rows ^= differ | differ << by;
-    }
-    rows
-}
-
-/// The four low bytes, each with a byte of room above it.
-#[inline(always)]
-fn spread(bytes: u64) -> u64 {
-    let pairs = ((bytes & 0xffff) | bytes << 16) & 0x0000_ffff_0000_ffff;
-    (pairs | pairs << 8) & 0x00ff_00ff_00ff_00ff
 }
 
 /// Which packets enter the children of a node.
@@ -431,7 +375,7 @@ struct Entering {
 fn entering<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
     pairs: &Pairs,
-    states: &[Packet; PACKETS],
+    states: &[Packet<V::Memory>; PACKETS],
 ) -> Entering {
     let (low, more_low) = entering_of::<V, ONE_WAY>(planes, pairs.low, 0, states);
     let (high, more_high) = entering_of::<V, ONE_WAY>(planes, pairs.high, 4, states);
@@ -452,7 +396,7 @@ fn entering_of<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
     pairs: u64,
     first: usize,
-    states: &[Packet; PACKETS],
+    states: &[Packet<V::Memory>; PACKETS],
 ) -> (u64, u64) {
     let (mut entering, mut more) = (0, 0);
     for pair in bits64(pairs) {
@@ -476,8 +420,8 @@ fn entering_by_packet<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
     candidates: u32,
     packets: u32,
-    states: &[Packet; PACKETS],
-    slabs: &[PacketSlabs; PACKETS],
+    states: &[Packet<V::Memory>; PACKETS],
+    slabs: &[PacketSlabs<V::Memory>; PACKETS],
 ) -> Entering {
     // The children of eight packets, a byte a packet.
     let (mut low, mut high) = (0, 0);
@@ -511,7 +455,7 @@ fn entering_by_packet<V: Lanes, const ONE_WAY: bool>(
 pub(super) fn enter<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
     c: usize,
-    state: &Packet,
+    state: &Packet<V::Memory>,
 ) -> (V, V::Mask) {
     let inv = Vec3Lanes::<V>::load(&state.inv_direction);
     let (first, last) = corners::<V>(planes, c);
@@ -557,7 +501,7 @@ pub(super) fn corners<V: Lanes>(planes: &[F32x8; 6], c: usize) -> (Vec3Lanes<V>,
 
 /// Where the first ray enters each child, at least: what the frustum tells where there is one.
 #[inline(always)]
-fn nearest8<V: Lanes>(node: &Node8, pairs: &Pairs, states: &[Packet; PACKETS]) -> F32x8 {
+fn nearest8<V: Lanes>(node: &Node8, pairs: &Pairs, states: &[Packet<V::Memory>; PACKETS]) -> F32x8 {
     let mut nearest8 = splat(f32::MAX);
     for c in 0..LANES {
         for p in bits(pairs.packets(c)) {
@@ -571,27 +515,4 @@ fn nearest8<V: Lanes>(node: &Node8, pairs: &Pairs, states: &[Packet; PACKETS]) -
         }
     }
     nearest8
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn children_of_packets_become_packets_of_children() {
-        let mut random = fastrand::Rng::with_seed(5);
-        for _ in 0..1000 {
-            let (low, high) = (random.u64(..) & random.u64(..), random.u64(..) & random.u64(..));
-            let pairs = Pairs::of_packets(low, high);
-            for (c, p) in (0..LANES).flat_map(|c| (0..PACKETS).map(move |p| (c, p))) {
-                let word = if p < 8 { low } else { high };
-                let expected = word >> (p % 8 * 8 + c) & 1 != 0;
-                assert_eq!(
-                    pairs.packets(c) >> p & 1 != 0,
-                    expected,
-                    "{low:x} {high:x}: {c}, {p}"
-                );
-            }
-        }
-    }
 }

@@ -12,6 +12,7 @@
 
 use super::{
     PACKETS, bits,
+    directions::Directions,
     rays::Packet,
     way::{LEAST_ALONG_K, Way},
 };
@@ -21,7 +22,7 @@ use crate::{
     ray::RayPacket,
     simd::{
         F32x8, lane,
-        lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes},
+        lanes::{Column, LaneMask, Lanes, MOST_LANES, Memory, TriangleLanes, Vec3Lanes},
         le, max, max_lane, min, min_lane, mul_add, splat,
     },
 };
@@ -32,11 +33,11 @@ const SLACK: f32 = 2e-6;
 
 /// Which axes stand for k, i and j, which way the rays go along k, and where they start.
 #[derive(Clone, Copy, Debug)]
-struct Frame {
-    k: usize,
-    i: usize,
-    j: usize,
-    sign: f32,
+pub(super) struct Frame {
+    pub k: usize,
+    pub i: usize,
+    pub j: usize,
+    pub sign: f32,
     origin_lower: [f32; 3],
     origin_upper: [f32; 3],
 }
@@ -55,14 +56,6 @@ struct Range<V> {
     minus_abs_low: V,
     minus_high: V,
     minus_abs_high: V,
-}
-
-/// Boxes of directions whose component along k is 1 or -1: what an edge function is for them at most is six
-/// multiply-adds.
-#[derive(Clone, Copy, Debug)]
-struct Directions<V> {
-    middle: Vec3Lanes<V>,
-    half: Vec3Lanes<V>,
 }
 
 /// A frustum around many rays.
@@ -157,13 +150,13 @@ fn widen_up<V: Lanes>(slope: V) -> V {
 /// The box of the packets' origins: lower and upper corner.
 #[inline(always)]
 pub(super) fn origins<V: Lanes, const SHARED: bool>(
-    packets: &[Packet],
+    packets: &[Packet<V::Memory>],
     members: u32,
 ) -> ([f32; 3], [f32; 3]) {
     let first = &packets[members.trailing_zeros() as usize % packets.len()];
     if SHARED {
         let [x, y, z] = &first.origin;
-        let origin = [x.0[0], y.0[0], z.0[0]];
+        let origin = [x.place(0), y.place(0), z.place(0)];
         return (origin, origin);
     }
     let (mut origin_lower, mut origin_upper) = ([0.0; 3], [0.0; 3]);
@@ -182,7 +175,7 @@ pub(super) fn origins<V: Lanes, const SHARED: bool>(
 /// along k at most. `None` if not all of them go that way.
 #[inline(always)]
 fn slopes_by_packet<V: Lanes>(
-    packets: &[Packet; PACKETS],
+    packets: &[Packet<V::Memory>; PACKETS],
     members: u32,
     frame: &Frame,
 ) -> Option<([Column; 4], Column)> {
@@ -190,28 +183,36 @@ fn slopes_by_packet<V: Lanes>(
     let (i, j, k) = (frame.i, frame.j, frame.k);
     let sign = V::splat(frame.sign);
     let mut least = V::splat(1.0);
-    let [mut a, mut b, mut along] = [[V::splat(0.0); MOST_LANES]; 3];
+    let is_folded = V::COUNT > MOST_LANES;
+    // Folded here, and not two vectors of thirty-two lanes kept, which went to memory.
+    let [mut a0, mut a1, mut b0, mut b1, mut along] = [[V::Triangles::splat(0.0); MOST_LANES]; 5];
     for row in 0..PACKETS {
         // Rows beyond the packets repeat the first one.
         let p = if members >> row & 1 == 0 { first } else { row };
         let packet = &packets[p % PACKETS];
         let along_k = V::load(&packet.direction[k]) * sign;
         least = least.min(along_k);
-        along[row] = along_k;
+        along[row] = along_k.fold_max_to_16();
         let inv = V::load(&packet.inv_direction[k]) * sign;
-        a[row] = V::load(&packet.direction[i]) * inv;
-        b[row] = V::load(&packet.direction[j]) * inv;
+        let a = V::load(&packet.direction[i]) * inv;
+        let b = V::load(&packet.direction[j]) * inv;
+        (a0[row], b0[row]) = (a.fold_min_to_16(), b.fold_min_to_16());
+        if is_folded {
+            (a1[row], b1[row]) = (a.fold_max_to_16(), b.fold_max_to_16());
+        }
     }
     if least.lt(V::splat(LEAST_ALONG_K)).bits() != 0 {
         return None;
     }
     let mut columns = [Column::splat(0.0); 5];
-    let [a0, a1, b0, b1, most_along_k] = &mut columns;
-    widen_down(V::least_of_each(&a)).store(a0);
-    widen_up(V::largest_of_each(&a)).store(a1);
-    widen_down(V::least_of_each(&b)).store(b0);
-    widen_up(V::largest_of_each(&b)).store(b1);
-    V::largest_of_each(&along).store(most_along_k);
+    // Else both are the same rows.
+    let (a1, b1) = if is_folded { (&a1, &b1) } else { (&a0, &b0) };
+    let [least_a, most_a, least_b, most_b, most_along_k] = &mut columns;
+    widen_down(V::Triangles::least_of_each(&a0)).store(least_a);
+    widen_up(V::Triangles::largest_of_each(a1)).store(most_a);
+    widen_down(V::Triangles::least_of_each(&b0)).store(least_b);
+    widen_up(V::Triangles::largest_of_each(b1)).store(most_b);
+    V::Triangles::largest_of_each(&along).store(most_along_k);
     let [a0, a1, b0, b1, most_along_k] = columns;
     Some(([a0, a1, b0, b1], most_along_k))
 }
@@ -221,7 +222,7 @@ fn slopes_by_packet<V: Lanes>(
 /// Without columns for packets, which nobody asks for then: cow +2 %, figure +2 to +5 %.)
 #[inline(always)]
 fn slopes_of_all<V: Lanes>(
-    packets: &[Packet; PACKETS],
+    packets: &[Packet<V::Memory>; PACKETS],
     members: u32,
     frame: &Frame,
 ) -> Option<([F32x8; 4], f32)> {
@@ -256,7 +257,11 @@ impl<V: Lanes> BundleFrustum<V> {
     /// `None` if not all of their rays go that way. Directions are numbers. Lanes without a ray count too: they hold a
     /// neighbour's direction.
     #[inline(always)]
-    pub fn new<const SHARED: bool>(packets: &[Packet; PACKETS], members: u32, way: Way) -> Option<Self> {
+    pub fn new<const SHARED: bool>(
+        packets: &[Packet<V::Memory>; PACKETS],
+        members: u32,
+        way: Way,
+    ) -> Option<Self> {
         let Way { axis: k, sign } = way;
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let (origin_lower, origin_upper) = origins::<V, SHARED>(packets, members);
@@ -382,7 +387,7 @@ impl<V: Lanes> BundleFrustum<V> {
 
     /// The triangles (a lane each) that some ray may hit: those none of whose edges is wholly outside.
     #[inline(always)]
-    pub fn triangles(&self, edges: &EdgeFunctions<V>) -> u32 {
+    pub fn triangles(&self, edges: &EdgeFunctions<V::Triangles>) -> u32 {
         let Some(own) = &self.own else {
             return !0;
         };
@@ -395,21 +400,21 @@ impl<V: Lanes> BundleFrustum<V> {
 
     /// The triangles (a lane each) that some ray of packet `p` may hit.
     #[inline(always)]
-    pub fn triangles_of(&self, p: usize, edges: &EdgeFunctions<V>) -> u32 {
+    pub fn triangles_of(&self, p: usize, edges: &EdgeFunctions<V::Triangles>) -> u32 {
         let Some(own) = &self.own else {
             return !0;
         };
         let [x, y, z, half_x, half_y, half_z] = &own.directions;
         let directions = Directions {
             middle: Vec3Lanes {
-                x: V::splat(x.0[p & 15]),
-                y: V::splat(y.0[p & 15]),
-                z: V::splat(z.0[p & 15]),
+                x: V::Triangles::splat(x.0[p & 15]),
+                y: V::Triangles::splat(y.0[p & 15]),
+                z: V::Triangles::splat(z.0[p & 15]),
             },
             half: Vec3Lanes {
-                x: V::splat(half_x.0[p & 15]),
-                y: V::splat(half_y.0[p & 15]),
-                z: V::splat(half_z.0[p & 15]),
+                x: V::Triangles::splat(half_x.0[p & 15]),
+                y: V::Triangles::splat(half_y.0[p & 15]),
+                z: V::Triangles::splat(half_z.0[p & 15]),
             },
         };
         directions.triangles(edges)
@@ -523,63 +528,6 @@ impl Frustum {
 #[inline(always)]
 fn widened<V: Lanes>(v: &Vec3Lanes<F32x8>) -> Vec3Lanes<V> {
     Vec3Lanes::splat(Vec3::new(lane(&v.x, 0), lane(&v.y, 0), lane(&v.z, 0)))
-}
-
-/// The kernel's tolerance over |d_k|, which is above 0.3, and twice it for the rounding here.
-const TRIANGLE_MARGIN: f32 = 6.0;
-
-impl<V: Lanes> Directions<V> {
-    /// The triangles none of whose edges is wholly outside.
-    #[inline(always)]
-    fn triangles(&self, edges: &EdgeFunctions<V>) -> u32 {
-        let u = self.largest(edges.u);
-        let v = self.largest(edges.v);
-        let w = self.largest(edges.w);
-        u.min(v)
-            .min(w)
-            .ge(edges.tolerance * V::splat(-TRIANGLE_MARGIN))
-            .bits()
-    }
-
-    #[inline(always)]
-    fn new(frame: &Frame, [a0, a1]: [V; 2], [b0, b1]: [V; 2]) -> Self {
-        let mut middle = [V::splat(frame.sign); 3];
-        let mut half = [V::splat(0.0); 3];
-        for (axis, low, high) in [(frame.i, a0, a1), (frame.j, b0, b1)] {
-            middle[axis] = (low + high) * V::splat(0.5);
-            half[axis] = (high - low) * V::splat(0.5);
-        }
-        let ([x, y, z], [half_x, half_y, half_z]) = (middle, half);
-        Self {
-            middle: Vec3Lanes { x, y, z },
-            half: Vec3Lanes {
-                x: half_x,
-                y: half_y,
-                z: half_z,
-            },
-        }
-    }
-
-    #[inline(always)]
-    fn columns(self) -> [Column; 6] {
-        let mut columns = [Column::splat(0.0); 6];
-        let [x, y, z, half_x, half_y, half_z] = &mut columns;
-        self.middle.x.store(x);
-        self.middle.y.store(y);
-        self.middle.z.store(z);
-        self.half.x.store(half_x);
-        self.half.y.store(half_y);
-        self.half.z.store(half_z);
-        columns
-    }
-
-    /// The largest dot product of `e` with a direction.
-    #[inline(always)]
-    fn largest(&self, e: Vec3Lanes<V>) -> V {
-        let x = self.half.x.mul_add(e.x.abs(), self.middle.x * e.x);
-        let y = self.half.y.mul_add(e.y.abs(), self.middle.y.mul_add(e.y, x));
-        self.half.z.mul_add(e.z.abs(), self.middle.z.mul_add(e.z, y))
-    }
 }
 
 impl Seen<F32x8> {

@@ -12,7 +12,7 @@ use crate::{
     geometry::{EdgeFunctions, SphereBlock, TriangleLeaf, pad, padded_boxes, passes_through},
     simd::{
         F32x8, LANES, Vec3x8, lane,
-        lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes},
+        lanes::{Column, LaneMask, Lanes, MOST_LANES, Memory, TriangleLanes, Vec3Lanes},
     },
 };
 use glam::Vec3;
@@ -99,7 +99,7 @@ struct Functions {
 
 impl Functions {
     #[inline(always)]
-    fn new<V: Lanes>(edges: &EdgeFunctions<V>) -> Self {
+    fn new<V: TriangleLanes>(edges: &EdgeFunctions<V>) -> Self {
         let mut functions = Self {
             u: [EMPTY; 3],
             v: [EMPTY; 3],
@@ -138,7 +138,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     blocks: LeafBlocks<'_, B>,
     leaves: Leaves,
     culling: &Culling<'_, V>,
-    states: &mut [Packet; PACKETS],
+    states: &mut [Packet<V::Memory>; PACKETS],
 ) -> u32 {
     let Leaves { child, packets } = leaves;
     if !child[0].is_triangles() {
@@ -150,8 +150,8 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         &blocks.triangles[child[1].index()],
     ];
     let [x, y, z] = &states[0].origin;
-    let origin = Vec3Lanes::splat(Vec3::new(x.0[0], y.0[0], z.0[0]));
-    let corners = B::corners::<V>(blocks);
+    let origin = Vec3Lanes::splat(Vec3::new(x.place(0), y.place(0), z.place(0)));
+    let corners = B::corners::<V::Triangles>(blocks);
     let edges = EdgeFunctions::new(&corners, origin);
     let packets = packets[0] | packets[1];
     let mut triangles = leaves.places();
@@ -160,9 +160,10 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     {
         triangles &= frustum.triangles(&edges);
     }
-    // Which triangles for which packet: as many bits a packet as vectors have lanes. (Words by their own loops, and no
+    // Which triangles for which packet: as many bits a packet as there are places. (Words by their own loops, and no
     // index: they stay in registers.)
-    let packets_a_word = 64 / V::COUNT;
+    let places = V::Triangles::COUNT;
+    let packets_a_word = 64 / places;
     let mut pairs = [0_u64; PACKETS / 4];
     for (half, pairs) in pairs.as_chunks_mut::<2>().0.iter_mut().enumerate() {
         for p in bits(packets >> (half * 8) & 0xff) {
@@ -179,9 +180,9 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let mut count = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
         // Two words hold eight packets: of eight lanes all are in the first one.
-        let first = (word / 2 * 8 + word % 2 * packets_a_word) * V::COUNT;
+        let first = (word / 2 * 8 + word % 2 * packets_a_word) * places;
         for pair in bits64(pairs) {
-            let (p, i) = ((first + pair) / V::COUNT, pair % V::COUNT);
+            let (p, i) = ((first + pair) / places, pair % places);
             let d = Vec3Lanes::<V>::load(&states[p % PACKETS].direction);
             let look = smallest(functions.weights(&d, i)).ge(number(&functions.lowest, i));
             looks[count % (PACKETS * PLACES)] = (first + pair) as u8;
@@ -196,7 +197,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let (first, last) = (stored(first), stored(last));
     let mut taken = 0;
     for &pair in &looks[..count] {
-        let (p, i) = (usize::from(pair) / V::COUNT, usize::from(pair) % V::COUNT);
+        let (p, i) = (usize::from(pair) / places, usize::from(pair) % places);
         let state = &mut states[p % PACKETS];
         let d = Vec3Lanes::<V>::load(&state.direction);
         let weights = functions.weights(&d, i);
@@ -220,7 +221,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
 
 /// Vectors in memory.
 #[inline(always)]
-fn stored<V: Lanes>(v: Vec3Lanes<V>) -> Columns3 {
+fn stored<V: TriangleLanes>(v: Vec3Lanes<V>) -> Columns3 {
     let mut columns = [EMPTY; 3];
     v.store(&mut columns);
     columns
@@ -270,7 +271,7 @@ fn exchanged_if<V: Lanes>(which: u8, a: V, b: V) -> (V, V) {
 /// The canonical interval of rays in a box, given by what [`in_order`] tells, relative to their origins.
 #[inline(always)]
 pub(super) fn interval<V: Lanes>(
-    state: &Packet,
+    state: &Packet<V::Memory>,
     first: Vec3Lanes<V>,
     last: Vec3Lanes<V>,
     culling: &Culling<'_, V>,
@@ -286,7 +287,7 @@ pub(super) fn interval<V: Lanes>(
 /// `bounds`: where the rays are in its padded box. Answers whether a lane may have taken it.
 #[inline(always)]
 pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
-    state: &mut Packet,
+    state: &mut Packet<V::Memory>,
     block: &B,
     i: usize,
     tolerance: [V; 2],
@@ -303,11 +304,11 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let looked = (ahead & smallest.ge(tolerance[0])).bits();
     let hit = ahead & smallest.gt(tolerance[1]);
     if hit.bits() != looked {
-        let mut columns = [Column::splat(0.0); 4];
+        let mut columns = [V::Memory::ZERO; 4];
         for (column, value) in columns.iter_mut().zip([weights[0], weights[1], weights[2], t]) {
             value.store(column);
         }
-        return unsure::<B, ANY>(state, block, i, hit.bits(), looked, &columns);
+        return unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), looked, &columns);
     }
     if looked != 0 {
         state.offer::<V, ANY>(hit, t, block.id(i), weights);
@@ -319,26 +320,26 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
 /// and distances. (Not to come back from here with what rays hit keeps that out of memory everywhere else.)
 #[cold]
 #[inline(never)]
-fn unsure<B: TriangleLeaf, const ANY: bool>(
-    state: &mut Packet,
+fn unsure<B: TriangleLeaf, M: Memory, const ANY: bool>(
+    state: &mut Packet<M>,
     block: &B,
     i: usize,
     sure: u32,
     looked: u32,
-    [u, v, w, t]: &[Column; 4],
+    [u, v, w, t]: &[M; 4],
 ) -> bool {
     let hit = sure | passing(state, looked & !sure, [u, v, w], block.triangle(i));
     for ray in bits(hit) {
-        let weights = [u, v, w].map(|weights| weights.0[ray & 15]);
-        state.offer_lane::<ANY>(ray & 15, t.0[ray & 15], block.id(i), weights);
+        let weights = [u, v, w].map(|weights| weights.place(ray));
+        state.offer_lane::<ANY>(ray, t.place(ray), block.id(i), weights);
     }
     hit != 0
 }
 
 /// Those of `lanes` whose rays [pass through](passes_through) triangle `i`.
-fn passing(state: &Packet, lanes: u32, weights: [&Column; 3], corners: [Vec3; 3]) -> u32 {
+fn passing<M: Memory>(state: &Packet<M>, lanes: u32, weights: [&M; 3], corners: [Vec3; 3]) -> u32 {
     let passes = |&ray: &usize| {
-        let vector = |columns: [&Column; 3]| columns.map(|column| column.0[ray & 15]);
+        let vector = |columns: [&M; 3]| columns.map(|column| column.place(ray));
         let (origin, direction) = (
             vector(state.origin.each_ref()),
             vector(state.direction.each_ref()),
@@ -360,7 +361,7 @@ pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
     mut all: u32,
     culling: &Culling<'_, V>,
     packets: u32,
-    states: &mut [Packet; PACKETS],
+    states: &mut [Packet<V::Memory>; PACKETS],
 ) -> u32 {
     let size = Vec3x8::new(block.radius, block.radius, block.radius);
     let (lower8, upper8) = (block.center - size, block.center + size);
@@ -420,7 +421,7 @@ pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
 
 /// How far along the rays sphere `i` is nearest, and the square of half the chord.
 #[inline(always)]
-fn chord<V: Lanes>(state: &Packet, block: &SphereBlock, i: usize) -> (V, V) {
+fn chord<V: Lanes>(state: &Packet<V::Memory>, block: &SphereBlock, i: usize) -> (V, V) {
     let o = Vec3Lanes::<V>::load(&state.origin);
     let d = Vec3Lanes::<V>::load(&state.direction);
     let from_center = o - Vec3Lanes::splat(block.center.lane(i));

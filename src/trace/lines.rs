@@ -18,7 +18,7 @@ use crate::{
     geometry::{Edges, FIRST_LOOK, TriangleBlock, TriangleLeaf, padded_boxes},
     simd::{
         F32x8, LANES, Vec3x8, lane,
-        lanes::{Column, LaneMask, Lanes, Vec3Lanes},
+        lanes::{LaneMask, Lanes, Memory, Vec3Lanes},
         mul_add, splat,
     },
 };
@@ -86,9 +86,9 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     leaf: Child,
     culling: &Culling<'_, V>,
     packets: u32,
-    lines: &[PacketLines; PACKETS],
+    lines: &[PacketLines<V::Memory>; PACKETS],
     looks: &mut Looks,
-    states: &mut [Packet; PACKETS],
+    states: &mut [Packet<V::Memory>; PACKETS],
 ) -> u32 {
     if !leaf.is_triangles() {
         let block = &blocks.spheres[leaf.index()];
@@ -96,7 +96,7 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     }
     let mut room = None;
     let stored = &blocks.triangles[leaf.index()];
-    let block = stored.whole::<V>(&mut room);
+    let block = stored.whole::<V::Triangles>(&mut room);
     let corners8 = TriangleBlock::corners::<F32x8>([block, block]);
     let edges8 = Edges::new(&corners8);
     let seen8 = SeenTriangles::new(block, &edges8, &culling.space);
@@ -216,24 +216,24 @@ const LINES_LOOK: f32 = 32.0 / (1 << 24) as f32;
 /// The rays of a packet as lines in slope form: relative to a [`LineSpace`] they pass through
 /// (p + a x_k, q + b x_k, x_k) for all x_k.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PacketLines {
-    minus_a: Column,
-    minus_b: Column,
-    p: Column,
-    q: Column,
+pub(super) struct PacketLines<M> {
+    minus_a: M,
+    minus_b: M,
+    p: M,
+    q: M,
 }
 
-impl PacketLines {
+impl<M: Memory> PacketLines<M> {
     pub const EMPTY: Self = Self {
-        minus_a: Column([0.0; 16]),
-        minus_b: Column([0.0; 16]),
-        p: Column([0.0; 16]),
-        q: Column([0.0; 16]),
+        minus_a: M::ZERO,
+        minus_b: M::ZERO,
+        p: M::ZERO,
+        q: M::ZERO,
     };
 
     /// Of rays that the space's frustum holds. (Without one they may be anything, but then miss nothing.)
     #[inline(always)]
-    pub fn set<V: Lanes>(&mut self, packet: &Packet, space: &LineSpace) {
+    pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, space: &LineSpace) {
         let [i, j, k] = space.axes;
         let o_i = V::load(&packet.origin[i]) - V::splat(space.point[i]);
         let o_j = V::load(&packet.origin[j]) - V::splat(space.point[j]);
@@ -249,7 +249,7 @@ impl PacketLines {
 
     /// In registers.
     #[inline(always)]
-    fn load<V: Lanes>(&self) -> Lines<V> {
+    fn load<V: Lanes<Memory = M>>(&self) -> Lines<V> {
         Lines {
             minus_a: V::load(&self.minus_a),
             minus_b: V::load(&self.minus_b),
@@ -382,8 +382,8 @@ mod tests {
             direction: Vec3x8::splat(direction),
             t_max: splat(f32::MAX),
         };
-        packets[0].set::<F32x8>(&rays, &rays);
-        packets[0].start_at::<F32x8>(origin8, origin8);
+        packets[0].set::<F32x8>([&rays; 4], [rays.t_max; 4]);
+        packets[0].start_at::<F32x8>([origin8; 4]);
         // Any axis that they go along well enough.
         let frustum = (0..3).find_map(|turn| {
             let axis = (round + turn) % 3;

@@ -7,12 +7,17 @@
 mod answers;
 mod backoff;
 mod bundle;
+mod density;
+mod directions;
 mod entry;
 mod frustum;
 mod leaf;
 mod lines;
 mod order;
+mod pairs;
 mod rays;
+mod room;
+mod run;
 mod single;
 mod way;
 
@@ -22,17 +27,18 @@ use crate::{
     ray::{HitPacket, Origins, RayPacket},
     simd::{
         F32x8, LANES, Vec3x8,
-        lanes::{Column, Lanes, MOST_LANES},
-        pair::{self, F32x8x2},
+        lanes::{Lanes, MOST_LANES},
     },
 };
-use answers::{AHEAD, Answers, Hits};
+use answers::{Answers, Hits};
 use backoff::Backoff;
 use bundle::Culling;
+use density::Density;
 use frustum::{BundleFrustum, Frustum};
 use glam::Vec3;
 use lines::LineSpace;
-use rays::{Packet, PacketSlabs};
+use rays::Packet;
+use room::{RayLanes, Rooms};
 use way::Way;
 
 /// The most packets of a bundle: as many as the widest vector has lanes. (Sixteen of sixteen against eight: camera rays of
@@ -42,7 +48,7 @@ use way::Way;
 const PACKETS: usize = MOST_LANES;
 
 /// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are fastest.
-pub const BUNDLE: usize = PACKETS * MOST_LANES / LANES;
+pub const BUNDLE: usize = PACKETS * 2 * MOST_LANES / LANES;
 
 /// Which way of tracing to use; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,15 +79,10 @@ const ITEMS: usize = 4096;
 pub struct Tracer<'a> {
     bvh: &'a Bvh,
     method: Method,
-    packets: Box<[Packet; PACKETS]>,
-    /// Where all of them start, as bits, if that is one point: rays of the next call often start there, too.
-    shared: Option<[u32; 3]>,
-    /// The rays as lines, only while rays with their own origins are traced in bundles. (Three columns more as a part
-    /// of the packets cost camera rays of small scenes 4 %.)
-    lines: Box<[lines::PacketLines; PACKETS]>,
-    /// As the lines.
-    slabs: Box<[PacketSlabs; PACKETS]>,
-    /// As the lines.
+    rooms: Rooms,
+    /// Where rays start that share their origin.
+    origin: Vec3,
+    /// For rays with their own origins.
     looks: Box<lines::Looks>,
     bundle_stack: Vec<bundle::Entry>,
     items: Vec<single::Item>,
@@ -90,8 +91,8 @@ pub struct Tracer<'a> {
     unsorted: u32,
     /// Whether nodes [wait](bundle), too: the tree is larger than caches near the core are.
     nodes_wait: bool,
-    /// Rays that share their origin go in packets of eight, too.
-    eight_lanes: bool,
+    widths: Widths,
+    density: Density,
     /// Of rays with their own origins.
     scattered: Backoff,
     /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more than two leaves for each
@@ -101,6 +102,17 @@ pub struct Tracer<'a> {
     /// Leaves that the bundle in hand has visited.
     leaves: usize,
     slots: Box<[single::Slot; single::SLOTS]>,
+}
+
+/// How many lanes rays go in that share their origin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Widths {
+    /// Those of two registers where that pays.
+    Fitting,
+    /// Those of one register.
+    OneRegister,
+    /// Those of two registers.
+    TwoRegisters,
 }
 
 /// Nodes of a large tree, bytes. (Its whole blocks of triangles are eight times as much, indexed ones five times.)
@@ -136,7 +148,7 @@ impl Iterator for Bits {
     }
 }
 
-/// So many [`RayPacket`]s that start at one point share an [`entry`]: four bundles of 256 rays, or eight of 128.
+/// So many [`RayPacket`]s that start at one point share an [`entry`]: two bundles of 512 rays, or four of 256.
 const ENTRY_PACKETS: usize = 128;
 
 /// Asks for the memory of packet `i` of the rays, where there is one: rays further on come from memory while others are
@@ -167,31 +179,29 @@ struct Group<'a> {
 
 /// Fills packets with rays as they come, those that `members` tells, and asks for those `ahead`.
 #[inline(always)]
-fn fill<V: Lanes, const SHARED: bool>(
-    packets: &mut [Packet; PACKETS],
+fn fill<V: RayLanes, const SHARED: bool>(
+    packets: &mut [Packet<V::Memory>; PACKETS],
     rays: &[RayPacket],
     origins: &[Vec3x8],
     members: &[usize],
     ahead: usize,
 ) {
-    for (packet, pair) in packets.iter_mut().zip(members.chunks(V::COUNT / LANES)) {
-        for &i in pair {
+    for (packet, members) in packets.iter_mut().zip(members.chunks(V::COUNT / LANES)) {
+        for &i in members {
             prefetch_rays(rays, origins, i + ahead);
         }
-        let low = &rays[pair[0]];
-        match pair.get(1) {
-            Some(&high) => packet.set::<V>(low, &rays[high]),
-            None => packet.set::<V>(
-                low,
-                &RayPacket {
-                    t_max: F32x8::ZERO,
-                    ..*low
-                },
-            ),
+        // Eights of lanes without rays repeat the last ones, with an end of 0.
+        // (What vectors have no lanes for repeats the first: nothing is looked up for it.)
+        let at = |eight: usize| members[(eight % (V::COUNT / LANES)).min(members.len() - 1)];
+        let from = [&rays[at(0)], &rays[at(1)], &rays[at(2)], &rays[at(3)]];
+        let [a, b, c, d] = from;
+        let mut t_max = [a.t_max, b.t_max, c.t_max, d.t_max];
+        for eight in members.len()..V::COUNT / LANES {
+            t_max[eight % 4] = F32x8::ZERO;
         }
+        packet.set::<V>(from, t_max);
         if !SHARED {
-            let high = pair.get(1).unwrap_or(&pair[0]);
-            packet.start_at::<V>(&origins[pair[0]], &origins[*high]);
+            packet.start_at::<V>([&origins[at(0)], &origins[at(1)], &origins[at(2)], &origins[at(3)]]);
         }
     }
 }
@@ -210,17 +220,16 @@ impl<'a> Tracer<'a> {
         Self {
             bvh,
             method,
-            packets: Box::new([Packet::EMPTY; PACKETS]),
-            shared: None,
-            lines: Box::new([lines::PacketLines::EMPTY; PACKETS]),
-            slabs: Box::new([PacketSlabs::EMPTY; PACKETS]),
+            rooms: Rooms::new(),
+            origin: Vec3::ZERO,
             looks: Box::new(lines::Looks::EMPTY),
             bundle_stack: Vec::with_capacity(size),
             items: Vec::with_capacity(ITEMS),
             sorted: order::Sorted::new(),
             unsorted: 0,
             nodes_wait: size_of_val(bvh.nodes()) > LARGE,
-            eight_lanes: false,
+            widths: Widths::Fitting,
+            density: Density::default(),
             scattered: Backoff::default(),
             crowded: Backoff::default(),
             leaves: 0,
@@ -234,9 +243,10 @@ impl<'a> Tracer<'a> {
         self.nodes_wait = wait;
     }
 
-    /// Never a [pair] of vectors, as in builds for which it does not pay: to verify those in others, too.
-    pub(crate) fn hold_to_eight_lanes(&mut self) {
-        self.eight_lanes = true;
+    /// One width for all rays that share their origin: to verify each of them with any rays, and those that other builds
+    /// use.
+    pub(crate) fn hold_to(&mut self, widths: Widths) {
+        self.widths = widths;
     }
 
     /// The nearest hits of all rays; of several equally near, the one with the lowest id. Neighbours in `rays` should
@@ -265,24 +275,15 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Gives all packets their shared origin, or answers those that are separate.
+    /// Keeps the shared origin, or answers those that are separate.
     fn start_at<'o>(&mut self, origins: Origins<'o>, rays: &[RayPacket]) -> Option<&'o [Vec3x8]> {
         match origins {
             Origins::Shared(origin) => {
-                // By bits: 0 and -0 are equal, and make edge functions of different signs.
-                let bits = origin.to_array().map(f32::to_bits);
-                if self.shared != Some(bits) {
-                    let columns = origin.to_array().map(Column::splat);
-                    for packet in self.packets.iter_mut() {
-                        packet.origin = columns;
-                    }
-                    self.shared = Some(bits);
-                }
+                self.origin = origin;
                 None
             }
             Origins::Separate(origins) => {
                 assert_eq!(rays.len(), origins.len(), "an origin for each ray");
-                self.shared = None;
                 Some(origins)
             }
         }
@@ -309,106 +310,20 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// [`dispatch`](Self::dispatch) for blocks of one layout: to kernels of sixteen lanes where the CPU has AVX-512, or
-    /// where rays share their origin and it [pays](pair); else of eight.
-    fn dispatch_to<B: TriangleLeaf, A: Answers, const ANY: bool, const SHARED: bool>(
-        &mut self,
-        blocks: LeafBlocks<'_, B>,
-        rays: &[RayPacket],
-        origins: &[Vec3x8],
-        answers: A,
-    ) {
-        #[cfg(target_arch = "x86_64")]
-        if self.method != Method::Packet
-            && self.method != Method::AdaptiveBaseline
-            && crate::simd::avx512::is_available()
-        {
-            // SAFETY: the CPU has these instructions.
-            return unsafe { self.run_avx512::<B, A, ANY, SHARED>(blocks, rays, origins, answers) };
-        }
-        if pair::IS_FAST && SHARED && self.method != Method::Packet && !self.eight_lanes {
-            return self.run::<B, F32x8x2, A, ANY, SHARED>(blocks, rays, origins, answers);
-        }
-        self.run::<B, F32x8, A, ANY, SHARED>(blocks, rays, origins, answers);
-    }
-
-    /// [`run`](Self::run) with sixteen lanes.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn run_avx512<B: TriangleLeaf, A: Answers, const ANY: bool, const SHARED: bool>(
-        &mut self,
-        blocks: LeafBlocks<'_, B>,
-        rays: &[RayPacket],
-        origins: &[Vec3x8],
-        answers: A,
-    ) {
-        self.run::<B, crate::simd::avx512::F32x16, A, ANY, SHARED>(blocks, rays, origins, answers);
-    }
-
-    /// Traces in the order that fits: as the packets come, or ray by ray in order of directions.
-    #[inline(always)]
-    fn run<B: TriangleLeaf, V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
-        &mut self,
-        blocks: LeafBlocks<'_, B>,
-        rays: &[RayPacket],
-        origins: &[Vec3x8],
-        mut answers: A,
-    ) {
-        let is_adaptive = self.method == Method::Adaptive || self.method == Method::AdaptiveBaseline;
-        let at_a_time = match (SHARED, ANY) {
-            (true, false) if is_adaptive => ENTRY_PACKETS,
-            (false, _) if is_adaptive => order::PACKETS,
-            _ => rays.len().max(1),
-        };
-        let mut sorted = std::mem::take(&mut self.sorted);
-        for start in (0..rays.len()).step_by(at_a_time) {
-            let end = rays.len().min(start + at_a_time);
-            let (mut entry, mut order) = (None, None);
-            if SHARED && !ANY && is_adaptive {
-                entry = self.entry(&rays[start..end]);
-                if entry.as_ref().is_some_and(|entry| entry.count == 0) {
-                    for (i, packet) in rays.iter().enumerate().take(end).skip(start) {
-                        answers.prefetch((i + AHEAD).min(rays.len() - 1));
-                        prefetch_rays(rays, &[], i + ENTRY_PACKETS);
-                        answers.put_none::<V>(i, packet);
-                    }
-                    continue;
-                }
-            } else if !SHARED && is_adaptive {
-                if self.unsorted == 0 && sorted.by_direction(&rays[start..end]) {
-                    order = Some(sorted.rays());
-                }
-                self.unsorted = self.unsorted.saturating_sub(1);
-            }
-            let group = Group {
-                start,
-                end,
-                entry: entry.as_ref(),
-                order,
-            };
-            self.trace_group::<B, V, A, ANY, SHARED>(blocks, rays, origins, &group, &mut answers);
-            if order.is_some() && self.scattered.is_on() {
-                self.unsorted = UNSORTED;
-            }
-        }
-        self.sorted = sorted;
-    }
-
     /// Where camera rays begin in place of the root, if that is known.
     #[inline(always)]
     fn entry(&self, rays: &[RayPacket]) -> Option<Node8> {
-        if rays.len() <= BUNDLE {
+        if rays.len() <= BUNDLE / 2 {
             return None;
         }
-        let [x, y, z] = &self.packets[0].origin;
-        let frustum = Frustum::around(Vec3::new(x.0[0], y.0[0], z.0[0]), rays)?;
+        let frustum = Frustum::around(self.origin, rays)?;
         entry::entry_node(self.bvh, &frustum)
     }
 
     /// Traces a group, a bundle at a time. (One call of [`trace`](Self::trace) for both orders, for all of traversal is
     /// compiled into it: mirror rays of cow, figure and interior +2 to +4 %, and a third less code.)
     #[inline(always)]
-    fn trace_group<B: TriangleLeaf, V: Lanes, A: Answers, const ANY: bool, const SHARED: bool>(
+    fn trace_group<B: TriangleLeaf, V: RayLanes, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
@@ -417,11 +332,11 @@ impl<'a> Tracer<'a> {
         answers: &mut A,
     ) {
         let &Group { start, end, .. } = group;
-        let halves = V::COUNT / LANES;
+        let eights = V::COUNT / LANES;
         let most = if self.method == Method::Packet {
             1
         } else {
-            PACKETS * halves
+            PACKETS * eights
         };
         // Never there where origins are shared: said so that none of it is compiled for those.
         let order = if SHARED { None } else { group.order };
@@ -438,7 +353,7 @@ impl<'a> Tracer<'a> {
             None => 0,
         };
         loop {
-            let (packets, mut count) = (&mut self.packets, 0);
+            let (packets, mut count) = (&mut self.rooms.of_mut::<V>().packets, 0);
             let mut bundle: &[u16] = &[];
             if let Some(order) = order {
                 bundle = &order[first..order.len().min(first + V::COUNT * PACKETS)];
@@ -460,26 +375,31 @@ impl<'a> Tracer<'a> {
                     }
                     next += 1;
                 }
-                let ahead = if SHARED && !ANY { ENTRY_PACKETS } else { BUNDLE };
+                let ahead = match (SHARED, ANY) {
+                    (true, false) => ENTRY_PACKETS,
+                    _ if V::COUNT > MOST_LANES => BUNDLE,
+                    _ => BUNDLE / 2,
+                };
                 fill::<V, SHARED>(packets, rays, origins, &members[..count], ahead);
             }
-            let filled = bundle.len().div_ceil(V::COUNT) + count.div_ceil(halves);
+            let filled = bundle.len().div_ceil(V::COUNT) + count.div_ceil(eights);
             if filled == 0 {
                 break;
             }
             self.trace::<B, V, ANY, SHARED>(blocks, filled, group.entry);
-            for (packet, members) in self.packets.iter().zip(bundle.chunks(V::COUNT)) {
+            let packets = &self.rooms.of::<V>().packets;
+            for (packet, members) in packets.iter().zip(bundle.chunks(V::COUNT)) {
                 answers.scatter(start, packet, members);
             }
             for (member, &i) in members[..count].iter().enumerate() {
-                answers.put::<V>(i, &self.packets[member / halves], member % halves);
+                answers.put::<V>(i, &packets[member / eights % PACKETS], member % eights);
             }
         }
     }
 
     /// Traces the first `count` packets.
     #[inline(always)]
-    fn trace<B: TriangleLeaf, V: Lanes, const ANY: bool, const SHARED: bool>(
+    fn trace<B: TriangleLeaf, V: RayLanes, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         count: usize,
@@ -490,7 +410,7 @@ impl<'a> Tracer<'a> {
         }
         const { assert!(<V::Packets as Lanes>::COUNT == PACKETS, "a lane for each packet") }
         let all = (1_u32 << count) - 1;
-        let (lower, upper) = frustum::origins::<V, SHARED>(&self.packets[..], all);
+        let (lower, upper) = frustum::origins::<V, SHARED>(&self.rooms.of::<V>().packets[..], all);
         let point = Vec3::from(lower);
         let extent = (Vec3::from(upper) - point).length();
         let regroup = self.method != Method::Packet;
@@ -518,9 +438,10 @@ impl<'a> Tracer<'a> {
                 down: frustum.as_ref().and_then(BundleFrustum::down),
             };
             if !SHARED {
+                let room = self.rooms.of_mut::<V>();
                 for p in bits(packets) {
-                    self.slabs[p % PACKETS].set::<V>(&self.packets[p % PACKETS], culling.down.is_some());
-                    self.lines[p % PACKETS].set::<V>(&self.packets[p % PACKETS], &culling.space);
+                    room.slabs[p % PACKETS].set::<V>(&room.packets[p % PACKETS], culling.down.is_some());
+                    room.lines[p % PACKETS].set::<V>(&room.packets[p % PACKETS], &culling.space);
                 }
             }
             self.traverse_bundle::<B, V, ANY, SHARED>(blocks, packets, &culling);
@@ -534,6 +455,7 @@ impl<'a> Tracer<'a> {
             self.crowded.one_less();
         } else if !ANY {
             self.crowded.tried(self.leaves > 2 * rays);
+            self.density.rays += rays;
         }
         self.trace_items::<B, V, ANY>(blocks);
     }
@@ -541,14 +463,15 @@ impl<'a> Tracer<'a> {
     /// Those of `packets` that are traced together next, and their frustum: all of them if one holds them, else many
     /// that go one way. Without a frustum, there are none that do.
     #[inline(always)]
-    fn next_group<V: Lanes, const SHARED: bool>(&self, packets: u32) -> (u32, Option<BundleFrustum<V>>) {
-        let mut group = (packets, Way::of_most::<V>(&self.packets, packets));
+    fn next_group<V: RayLanes, const SHARED: bool>(&self, packets: u32) -> (u32, Option<BundleFrustum<V>>) {
+        let states = &self.rooms.of::<V>().packets;
+        let mut group = (packets, Way::of_most::<V>(states, packets));
         loop {
-            let frustum = BundleFrustum::new::<SHARED>(&self.packets, group.0, group.1);
+            let frustum = BundleFrustum::new::<SHARED>(states, group.0, group.1);
             if frustum.is_some() {
                 return (group.0, frustum);
             }
-            match way::most_going_one_way::<V>(&self.packets, packets) {
+            match way::most_going_one_way::<V>(states, packets) {
                 Some(most) => group = most,
                 None => return (packets, None),
             }
@@ -557,9 +480,10 @@ impl<'a> Tracer<'a> {
 
     /// Puts all rays of `packets` into `items`.
     #[inline(always)]
-    fn go_alone<V: Lanes>(&mut self, packets: u32) {
+    fn go_alone<V: RayLanes>(&mut self, packets: u32) {
+        let room = self.rooms.of::<V>();
         for p in bits(packets) {
-            for i in bits(self.packets[p % PACKETS].live_bits::<V>()) {
+            for i in bits(room.packets[p % PACKETS].live_bits::<V>()) {
                 self.items.push(single::Item {
                     ray: (p * V::COUNT + i) as u32,
                     child: self.bvh.root(),

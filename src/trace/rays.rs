@@ -1,4 +1,4 @@
-//! Rays on their way through the tree, a packet of eight or sixteen at a time, and what they hit so far. (Packets: Wald,
+//! Rays on their way through the tree, a packet of eight, sixteen or thirty-two at a time, and what they hit so far. (Packets: Wald,
 //! Slusallek, Benthin and Wagner, *Interactive Rendering with Coherent Ray Tracing*, 2001.)
 
 use super::bits;
@@ -8,25 +8,25 @@ use crate::{
     ray::{HitPacket, PrimitiveId, RayPacket},
     simd::{
         F32x8, LANES, Vec3x8, gt, lane,
-        lanes::{Column, LaneMask, Lanes, MOST_LANES, Vec3Lanes},
+        lanes::{LaneMask, Lanes, Memory, Vec3Lanes},
         max, splat,
     },
 };
 
 /// A packet and its best hits. A lane whose `t` is 0 or below is done: nothing replaces it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Packet {
-    pub origin: [Column; 3],
-    pub direction: [Column; 3],
+pub(super) struct Packet<M> {
+    pub origin: [M; 3],
+    pub direction: [M; 3],
     /// `1 / direction`, finite: the twin of [`Slabs8::inv_direction`].
-    pub inv_direction: [Column; 3],
+    pub inv_direction: [M; 3],
     /// Nearest hit so far, at first the ray's end. Occlusion: negative once anything is hit.
-    pub t: Column,
+    pub t: M,
     /// Edge functions of the nearest hit: second corner, third, first. Not yet divided by their sum; below 0 is as good
     /// as 0.
-    weights: [Column; 3],
+    weights: [M; 3],
     /// Raw ids as bits of floats, so that they blend like the rest.
-    primitive: Column,
+    primitive: M,
 }
 
 /// What t becomes in occlusion, once a ray is blocked.
@@ -50,35 +50,41 @@ fn id_bits(id: u32) -> f32 {
     f32::from_bits(id)
 }
 
-impl Packet {
+impl<M: Memory> Packet<M> {
     pub const EMPTY: Self = Self {
-        origin: [Column([0.0; 16]); 3],
-        direction: [Column([0.0; 16]); 3],
-        inv_direction: [Column([0.0; 16]); 3],
-        t: Column([0.0; 16]),
-        weights: [Column([0.0; 16]); 3],
-        primitive: Column([0.0; 16]),
+        origin: [M::ZERO; 3],
+        direction: [M::ZERO; 3],
+        inv_direction: [M::ZERO; 3],
+        t: M::ZERO,
+        weights: [M::ZERO; 3],
+        primitive: M::ZERO,
     };
 
-    /// Puts rays into both halves, with no hits; eight lanes have but one. Where they start stays as it was.
+    /// Puts rays into the eights of lanes that vectors have, with their ends and no hits. Where they start stays as it
+    /// was.
     #[inline(always)]
-    pub fn set<V: Lanes>(&mut self, low: &RayPacket, high: &RayPacket) {
-        let direction = Vec3Lanes::<V>::join(low.direction, high.direction);
+    pub fn set<V: Lanes<Memory = M>>(&mut self, rays: [&RayPacket; 4], t_max: [F32x8; 4]) {
+        let direction = Vec3Lanes::<V>::of_eights([
+            &rays[0].direction,
+            &rays[1].direction,
+            &rays[2].direction,
+            &rays[3].direction,
+        ]);
         direction.store(&mut self.direction);
-        V::join(low.t_max, high.t_max).store(&mut self.t);
+        V::of_eights(t_max).store(&mut self.t);
         self.start::<V>(direction);
     }
 
-    /// Puts the origins of rays into both halves.
+    /// Puts the origins of rays into the eights of lanes.
     #[inline(always)]
-    pub fn start_at<V: Lanes>(&mut self, low: &Vec3x8, high: &Vec3x8) {
-        Vec3Lanes::<V>::join(*low, *high).store(&mut self.origin);
+    pub fn start_at<V: Lanes<Memory = M>>(&mut self, origins: [&Vec3x8; 4]) {
+        Vec3Lanes::<V>::of_eights(origins).store(&mut self.origin);
     }
 
     /// Puts single rays into the lanes, with no hits: `members` are packets times eight plus lane. Lanes beyond them
     /// repeat the last one, with an end of 0.
     #[inline(always)]
-    pub fn gather<V: Lanes>(&mut self, rays: &[RayPacket], origins: &[Vec3x8], members: &[u16]) {
+    pub fn gather<V: Lanes<Memory = M>>(&mut self, rays: &[RayPacket], origins: &[Vec3x8], members: &[u16]) {
         let last = members.last().copied().unwrap_or(0);
         for i in 0..V::COUNT {
             let member = usize::from(members.get(i).copied().unwrap_or(last));
@@ -86,12 +92,12 @@ impl Packet {
             let (from, o) = (&rays[packet], &origins[packet]);
             let d = &from.direction;
             for (column, values) in self.origin.iter_mut().zip([&o.x, &o.y, &o.z]) {
-                column.0[i % MOST_LANES] = values.as_array()[lane];
+                *column.place_mut(i) = values.as_array()[lane];
             }
             for (column, values) in self.direction.iter_mut().zip([&d.x, &d.y, &d.z]) {
-                column.0[i % MOST_LANES] = values.as_array()[lane];
+                *column.place_mut(i) = values.as_array()[lane];
             }
-            self.t.0[i % MOST_LANES] = if i < members.len() {
+            *self.t.place_mut(i) = if i < members.len() {
                 from.t_max.as_array()[lane]
             } else {
                 0.0
@@ -102,7 +108,7 @@ impl Packet {
 
     /// What follows from the directions, and no hits.
     #[inline(always)]
-    fn start<V: Lanes>(&mut self, direction: Vec3Lanes<V>) {
+    fn start<V: Lanes<Memory = M>>(&mut self, direction: Vec3Lanes<V>) {
         let inv_direction = Vec3Lanes {
             x: reciprocal(direction.x),
             y: reciprocal(direction.y),
@@ -116,45 +122,50 @@ impl Packet {
         V::splat(1.0).store(w);
     }
 
-    /// The nearest hits of one half, for closest-hit traversal.
+    /// The nearest hits of eight lanes, for closest-hit traversal.
     #[inline(always)]
-    pub fn hits(&self, half: usize) -> HitPacket {
-        let half = half & 1;
+    pub fn hits(&self, eight: usize) -> HitPacket {
         let [u, v, w] = self
             .weights
             .each_ref()
-            .map(|weight| max(weight.halves()[half], splat(0.0)));
+            .map(|weight| max(weight.eight(eight), splat(0.0)));
         let sum = max(u + v + w, splat(f32::MIN_POSITIVE));
         HitPacket {
-            t: self.t.halves()[half],
+            t: self.t.eight(eight),
             u: u / sum,
             v: v / sum,
-            primitive: bytemuck::cast(self.primitive.halves()[half]),
+            primitive: bytemuck::cast(self.primitive.eight(eight)),
         }
     }
 
-    /// Lanes of one half that hit something, for occlusion.
+    /// Those of eight lanes that hit something, for occlusion.
     #[inline(always)]
-    pub fn blocked_bits(&self, half: usize) -> u32 {
-        gt(splat(0.0), self.t.halves()[half & 1]).bits()
+    pub fn blocked_bits(&self, eight: usize) -> u32 {
+        gt(splat(0.0), self.t.eight(eight)).bits()
     }
 
     /// Lanes that can still hit something.
     #[inline(always)]
-    pub fn live_bits<V: Lanes>(&self) -> u32 {
+    pub fn live_bits<V: Lanes<Memory = M>>(&self) -> u32 {
         V::load(&self.t).gt(V::splat(0.0)).bits()
     }
 
     /// Beyond this distance no lane takes a hit.
     #[inline(always)]
-    pub fn farthest<V: Lanes>(&self) -> f32 {
+    pub fn farthest<V: Lanes<Memory = M>>(&self) -> f32 {
         V::load(&self.t).largest()
     }
 
     /// Offers primitive `id` at `t`, with its edge functions, to the lanes of `candidate`, for none of which that is
     /// beyond their hit.
     #[inline(always)]
-    pub fn offer<V: Lanes, const ANY: bool>(&mut self, candidate: V::Mask, t: V, id: u32, weights: [V; 3]) {
+    pub fn offer<V: Lanes<Memory = M>, const ANY: bool>(
+        &mut self,
+        candidate: V::Mask,
+        t: V,
+        id: u32,
+        weights: [V; 3],
+    ) {
         let best = V::load(&self.t);
         debug_assert_eq!((candidate & t.gt(best)).bits(), 0, "none is beyond the best hit");
         let mut accept = candidate & t.lt(best);
@@ -179,7 +190,7 @@ impl Packet {
     #[inline(never)]
     fn ties_won(&self, tie: u32, id: u32) -> u32 {
         let won = |i: &usize| {
-            let own = self.primitive.0[*i].to_bits();
+            let own = self.primitive.place(*i).to_bits();
             own != PrimitiveId::NONE.0 && id < own
         };
         bits(tie).filter(won).fold(0, |won, i| won | 1 << i)
@@ -188,24 +199,24 @@ impl Packet {
     /// Offers a candidate to one lane, as [`offer`](Self::offer) does.
     #[inline(always)]
     pub fn offer_lane<const ANY: bool>(&mut self, i: usize, t: f32, id: u32, weights: [f32; 3]) {
-        let best = self.t.0[i];
-        let own = self.primitive.0[i].to_bits();
+        let best = self.t.place(i);
+        let own = self.primitive.place(i).to_bits();
         if ANY {
             if t < best {
-                self.t.0[i] = BLOCKED;
+                *self.t.place_mut(i) = BLOCKED;
             }
         } else if t < best || (t == best && own != PrimitiveId::NONE.0 && id < own) {
-            self.t.0[i] = t;
-            self.primitive.0[i] = id_bits(id);
+            *self.t.place_mut(i) = t;
+            *self.primitive.place_mut(i) = id_bits(id);
             for (own, new) in self.weights.iter_mut().zip(weights) {
-                own.0[i] = new;
+                *own.place_mut(i) = new;
             }
         }
     }
 
     /// The rays against boxes given relative to their origins; see [`Slabs8::interval`], of which this is the twin.
     #[inline(always)]
-    pub fn interval<V: Lanes>(&self, lower: Vec3Lanes<V>, upper: Vec3Lanes<V>) -> (V, V) {
+    pub fn interval<V: Lanes<Memory = M>>(&self, lower: Vec3Lanes<V>, upper: Vec3Lanes<V>) -> (V, V) {
         let inv = Vec3Lanes::<V>::load(&self.inv_direction);
         let (x0, x1) = (lower.x * inv.x, upper.x * inv.x);
         let (y0, y1) = (lower.y * inv.y, upper.y * inv.y);
@@ -221,7 +232,7 @@ impl Packet {
     /// [`interval`](Self::interval) of rays that all go one way, given the planes through which they come in and those
     /// through which they leave: the same bits, for boxes that are not turned inside out.
     #[inline(always)]
-    pub fn interval_one_way<V: Lanes>(&self, first: Vec3Lanes<V>, last: Vec3Lanes<V>) -> (V, V) {
+    pub fn interval_one_way<V: Lanes<Memory = M>>(&self, first: Vec3Lanes<V>, last: Vec3Lanes<V>) -> (V, V) {
         let inv = Vec3Lanes::<V>::load(&self.inv_direction);
         let near = (first.x * inv.x).max(first.y * inv.y);
         let near = near.max((first.z * inv.z).max(V::splat(0.0)));
@@ -237,20 +248,18 @@ impl Packet {
 /// (Against a difference and a product: mirror rays +2 %. Near and far planes picked packet by packet, ray by ray:
 /// -3 to -10 %; for all rays of a bundle at once see [`in_order`](super::bundle::in_order).)
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PacketSlabs {
+pub(super) struct PacketSlabs<M> {
     /// What to add to each of a node's [planes](crate::accel::Node8::planes) times `1 / direction`, in the order that
     /// [`set`](Self::set) was told: minus the origin times that, moved outwards by its error.
-    offset: [Column; 6],
+    offset: [M; 6],
 }
 
-impl PacketSlabs {
-    pub const EMPTY: Self = Self {
-        offset: [Column([0.0; 16]); 6],
-    };
+impl<M: Memory> PacketSlabs<M> {
+    pub const EMPTY: Self = Self { offset: [M::ZERO; 6] };
 
     /// `is_one_way`: all rays go one way, and planes come in that order.
     #[inline(always)]
-    pub fn set<V: Lanes>(&mut self, packet: &Packet, is_one_way: bool) {
+    pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, is_one_way: bool) {
         for axis in 0..3 {
             let inv = V::load(&packet.inv_direction[axis]);
             let offset = V::load(&packet.origin[axis]) * inv;
@@ -276,7 +285,7 @@ impl PacketSlabs {
 
     /// In registers.
     #[inline(always)]
-    pub fn load<V: Lanes>(&self, packet: &Packet) -> Slabs<V> {
+    pub fn load<V: Lanes<Memory = M>>(&self, packet: &Packet<M>) -> Slabs<V> {
         let [x0, y0, z0, x1, y1, z1] = &self.offset;
         Slabs {
             inv: Vec3Lanes::load(&packet.inv_direction),
@@ -395,9 +404,9 @@ mod tests {
                 t_max: splat(f32::MAX),
             };
             let mut packet = Packet::EMPTY;
-            packet.set::<F32x8>(&rays, &rays);
+            packet.set::<F32x8>([&rays; 4], [rays.t_max; 4]);
             let origin8 = Vec3x8::from_lanes(origins);
-            packet.start_at::<F32x8>(&origin8, &origin8);
+            packet.start_at::<F32x8>([&origin8; 4]);
             let mut slabs = PacketSlabs::EMPTY;
             slabs.set::<F32x8>(&packet, down.is_some());
             let node = Node8::new(&[(Child::inner(0), bounds)]);
@@ -459,9 +468,9 @@ mod tests {
                 t_max: splat(f32::MAX),
             };
             let mut packet = Packet::EMPTY;
-            packet.set::<F32x8>(&rays, &rays);
+            packet.set::<F32x8>([&rays; 4], [rays.t_max; 4]);
             let origin8 = Vec3x8::splat(origin);
-            packet.start_at::<F32x8>(&origin8, &origin8);
+            packet.start_at::<F32x8>([&origin8; 4]);
             let o = Vec3Lanes::<F32x8>::load(&packet.origin);
             let (lower, upper) = (Vec3Lanes::splat(bounds.lower), Vec3Lanes::splat(bounds.upper));
             let (canonical_near, canonical_far) = packet.interval(lower - o, upper - o);

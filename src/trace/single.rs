@@ -26,13 +26,14 @@
 use super::{
     Tracer, bits,
     rays::{MOST_OFFSET, NODE_PAD, OFFSET_ERROR, Packet},
+    room::RayLanes,
 };
 use crate::{
     accel::{Bvh, Child, LeafBlocks, Node8, Places},
     geometry::{Slabs8, SphereBlock, TriangleLeaf, intersect_spheres},
     simd::{
         F32x8, LANES, Mask8, Vec3x8, eq, lane,
-        lanes::{Column, Lanes},
+        lanes::{Lanes, Memory},
         le, lt, max, min, min_everywhere, mul_add, splat,
     },
 };
@@ -69,8 +70,8 @@ pub(super) struct SingleRay {
 
 impl SingleRay {
     #[inline(always)]
-    pub(super) fn new(state: &Packet, packet: usize, lane: usize) -> Self {
-        let vector = |[x, y, z]: &[Column; 3]| Vec3::new(x.0[lane & 15], y.0[lane & 15], z.0[lane & 15]);
+    pub(super) fn new<M: Memory>(state: &Packet<M>, packet: usize, lane: usize) -> Self {
+        let vector = |[x, y, z]: &[M; 3]| Vec3::new(x.place(lane), y.place(lane), z.place(lane));
         let (origin, inv) = (vector(&state.origin), vector(&state.inv_direction));
         let offset = origin * inv;
         // What overflows is not culled.
@@ -238,13 +239,13 @@ impl Turns {
 impl Tracer<'_> {
     /// Traces the rays of `items`, in packets of `V::COUNT`.
     #[inline(always)]
-    pub(super) fn trace_items<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+    pub(super) fn trace_items<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
     ) {
         let Self {
             bvh,
-            packets,
+            rooms,
             items,
             slots,
             ..
@@ -252,6 +253,7 @@ impl Tracer<'_> {
         if items.is_empty() {
             return;
         }
+        let packets = &mut rooms.of_mut::<V>().packets;
         let places = bvh.places(blocks);
         let mut left = items.iter();
         let mut turns = Turns::NONE;
@@ -284,7 +286,7 @@ impl Tracer<'_> {
             pop_all(&mut turns, leaves, slots, &places);
             let leaves = turns.of(Child::SPHERES);
             for i in bits(leaves) {
-                spheres::<ANY>(&mut slots[i % SLOTS], blocks.spheres, packets);
+                spheres::<V::Memory, ANY>(&mut slots[i % SLOTS], blocks.spheres, packets);
             }
             pop_all(&mut turns, leaves, slots, &places);
             if left.len() == 0 {
@@ -305,17 +307,17 @@ impl Tracer<'_> {
 
 /// Gives a slot the next ray that may still hit something; `false` if none is left.
 #[inline(always)]
-fn start<B: TriangleLeaf>(
+fn start<B: TriangleLeaf, M: Memory>(
     slot: &mut Slot,
     places: &Places<B>,
-    packets: &[Packet; super::PACKETS],
+    packets: &[Packet<M>; super::PACKETS],
     items: &mut std::slice::Iter<'_, Item>,
     lanes: usize,
 ) -> bool {
     for &Item { ray, child, near } in items {
         let (p, i) = (ray as usize / lanes, ray as usize % lanes);
         let state = &packets[p % super::PACKETS];
-        let t = state.t.0[i & 15];
+        let t = state.t.place(i);
         if near <= t {
             places.prefetch(child);
             slot.ray = SingleRay::new(state, p, i);
@@ -357,7 +359,7 @@ fn looks_hit<B: TriangleLeaf, V: Lanes>(slot: &Slot, blocks: &[B]) -> bool {
     let (ray, leaf) = (&slot.ray, slot.child);
     let (origin, direction) = (Vec3x8::splat(ray.origin), Vec3x8::splat(ray.direction));
     let mut room = None;
-    let block = blocks[leaf.index()].whole::<V>(&mut room);
+    let block = blocks[leaf.index()].whole::<V::Triangles>(&mut room);
     block.may_hit(origin, direction) & leaf.count_bits() != 0
 }
 
@@ -366,16 +368,16 @@ fn looks_hit<B: TriangleLeaf, V: Lanes>(slot: &Slot, blocks: &[B]) -> bool {
 fn triangles<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     slot: &mut Slot,
     blocks: &[B],
-    packets: &mut [Packet; super::PACKETS],
+    packets: &mut [Packet<V::Memory>; super::PACKETS],
 ) {
     let (ray, leaf) = (&slot.ray, slot.child);
     let (state, i) = (
         &mut packets[ray.packet as usize % super::PACKETS],
-        ray.lane as usize & 15,
+        ray.lane as usize,
     );
     let (slabs, direction) = (ray.slabs(), Vec3x8::splat(ray.direction));
     let mut room = None;
-    let block = blocks[leaf.index()].whole::<V>(&mut room);
+    let block = blocks[leaf.index()].whole::<V::Triangles>(&mut room);
     let edges = block.edge_functions(slabs.origin);
     let weights = edges.weights(&direction);
     let first_look = edges.first_look(weights) & leaf.count_bits();
@@ -384,16 +386,20 @@ fn triangles<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         let weights = found.weights.each_ref().map(|weight| lane(weight, c));
         state.offer_lane::<ANY>(i, lane(&found.t, c), block.id[c], weights);
     }
-    slot.end_at::<ANY>(state.t.0[i]);
+    slot.end_at::<ANY>(state.t.place(i));
 }
 
 /// A block of spheres against a ray.
 #[inline(always)]
-fn spheres<const ANY: bool>(slot: &mut Slot, blocks: &[SphereBlock], packets: &mut [Packet; super::PACKETS]) {
+fn spheres<M: Memory, const ANY: bool>(
+    slot: &mut Slot,
+    blocks: &[SphereBlock],
+    packets: &mut [Packet<M>; super::PACKETS],
+) {
     let (ray, leaf) = (&slot.ray, slot.child);
     let (state, i) = (
         &mut packets[ray.packet as usize % super::PACKETS],
-        ray.lane as usize & 15,
+        ray.lane as usize,
     );
     let block = &blocks[leaf.index()];
     let direction = Vec3x8::splat(ray.direction);
@@ -401,5 +407,5 @@ fn spheres<const ANY: bool>(slot: &mut Slot, blocks: &[SphereBlock], packets: &m
     for c in bits(ahead.bits() & leaf.count_bits()) {
         state.offer_lane::<ANY>(i, lane(&t, c), block.id[c], [0.0, 0.0, 1.0]);
     }
-    slot.end_at::<ANY>(state.t.0[i]);
+    slot.end_at::<ANY>(state.t.place(i));
 }

@@ -7,7 +7,7 @@ use crate::{
     reference::bvh::{self, Stack},
     scene::Scene,
     simd::{F32x8, LANES, pair},
-    trace::{Method, Tracer},
+    trace::{Method, Tracer, Widths},
 };
 
 /// What a ray came to.
@@ -65,10 +65,29 @@ pub fn entrants<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>
         all.push(kernel("single rays", Method::Single));
     }
     all.push(kernel("adaptive, as compiled", Method::AdaptiveBaseline));
+    let held = |name, method, widths| {
+        let mut tracer = Tracer::with_method(bvh, method);
+        tracer.hold_to(widths);
+        with_tracer(name, tracer)
+    };
+    if has_avx512() {
+        all.push(held(
+            "adaptive, 16 lanes",
+            Method::Adaptive,
+            Widths::OneRegister,
+        ));
+        all.push(held(
+            "adaptive, 32 lanes",
+            Method::Adaptive,
+            Widths::TwoRegisters,
+        ));
+    }
     if pair::IS_FAST {
-        let mut tracer = Tracer::with_method(bvh, Method::AdaptiveBaseline);
-        tracer.hold_to_eight_lanes();
-        all.push(with_tracer("adaptive, eight lanes", tracer));
+        all.push(held(
+            "adaptive, 8 lanes",
+            Method::AdaptiveBaseline,
+            Widths::OneRegister,
+        ));
     }
     all.push(kernel("packets", Method::Packet));
     all

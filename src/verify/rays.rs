@@ -45,8 +45,8 @@ impl Group {
     /// else as many as several bundles that begin together, or are sorted together, and now and then more than those.
     pub fn random(random: &mut Random, scene: &Scene, most: usize) -> Self {
         let packets = match random.below(32) {
-            0 => 20 * BUNDLE,
-            1..=3 => 5 * BUNDLE,
+            0 => 10 * BUNDLE,
+            1..=3 => 5 * BUNDLE / 2,
             _ => BUNDLE,
         };
         let count = 1 + random.index(most.min(packets * LANES));

@@ -1,0 +1,169 @@
+//! Which kernels rays go to, and in which groups.
+
+use super::{
+    ENTRY_PACKETS, Group, Method, Tracer, UNSORTED, Widths,
+    answers::{AHEAD, Answers},
+    order, prefetch_rays,
+    room::RayLanes,
+};
+use crate::{
+    accel::LeafBlocks,
+    geometry::TriangleLeaf,
+    ray::RayPacket,
+    simd::{
+        F32x8, Vec3x8,
+        pair::{self, F32x8x2},
+    },
+};
+
+/// Rays to trace, and where their answers go.
+struct Work<'a, A> {
+    rays: &'a [RayPacket],
+    /// Empty where they are shared.
+    origins: &'a [Vec3x8],
+    answers: A,
+    /// The first packet that is not traced yet.
+    next: usize,
+}
+
+impl Tracer<'_> {
+    /// [`dispatch`](Self::dispatch) for blocks of one layout: to kernels of sixteen lanes where the CPU has AVX-512, else
+    /// of eight; of rays that share their origin to those with twice as many lanes, where they [pay](pair).
+    pub(super) fn dispatch_to<B: TriangleLeaf, A: Answers, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        blocks: LeafBlocks<'_, B>,
+        rays: &[RayPacket],
+        origins: &[Vec3x8],
+        answers: A,
+    ) {
+        let mut work = Work {
+            rays,
+            origins,
+            answers,
+            next: 0,
+        };
+        while work.next < rays.len() {
+            #[cfg(target_arch = "x86_64")]
+            use crate::simd::avx512::{self, F32x16, F32x16x2};
+            #[cfg(target_arch = "x86_64")]
+            if self.method != Method::Packet
+                && self.method != Method::AdaptiveBaseline
+                && avx512::is_available()
+            {
+                let is_wide = SHARED
+                    && self.method == Method::Adaptive
+                    && match self.widths {
+                        Widths::Fitting => ANY || !self.density.is_high,
+                        Widths::OneRegister => false,
+                        Widths::TwoRegisters => true,
+                    };
+                // SAFETY: the CPU has these instructions.
+                work = unsafe {
+                    if is_wide {
+                        self.run_avx512::<B, F32x16x2, A, ANY, SHARED>(blocks, work)
+                    } else {
+                        self.run_avx512::<B, F32x16, A, ANY, SHARED>(blocks, work)
+                    }
+                };
+                continue;
+            }
+            let is_wide = SHARED
+                && self.method != Method::Packet
+                && match self.widths {
+                    Widths::Fitting => pair::IS_FAST,
+                    Widths::OneRegister => false,
+                    Widths::TwoRegisters => true,
+                };
+            if is_wide {
+                work = self.run::<B, F32x8x2, A, ANY, SHARED>(blocks, work);
+            } else {
+                work = self.run::<B, F32x8, A, ANY, SHARED>(blocks, work);
+            }
+        }
+    }
+
+    /// [`run`](Self::run) with AVX-512.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn run_avx512<'w, B: TriangleLeaf, V: RayLanes, A: Answers, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        blocks: LeafBlocks<'_, B>,
+        work: Work<'w, A>,
+    ) -> Work<'w, A> {
+        self.run::<B, V, A, ANY, SHARED>(blocks, work)
+    }
+
+    /// Traces in the order that fits: as the packets come, or ray by ray in order of directions. Ends early where the next
+    /// rays may fit another width.
+    #[inline(always)]
+    fn run<'w, B: TriangleLeaf, V: RayLanes, A: Answers, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        blocks: LeafBlocks<'_, B>,
+        work: Work<'w, A>,
+    ) -> Work<'w, A> {
+        let Work {
+            rays,
+            origins,
+            mut answers,
+            mut next,
+        } = work;
+        if SHARED {
+            let origin = self.origin;
+            self.rooms.of_mut::<V>().start_at::<V>(origin);
+        } else {
+            self.rooms.of_mut::<V>().start_apart();
+        }
+        let is_adaptive = self.method == Method::Adaptive || self.method == Method::AdaptiveBaseline;
+        let at_a_time = match (SHARED, ANY) {
+            (true, false) if is_adaptive => ENTRY_PACKETS,
+            (false, _) if is_adaptive => order::PACKETS,
+            _ => rays.len().max(1),
+        };
+        let mut sorted = std::mem::take(&mut self.sorted);
+        let was_high = self.density.is_high;
+        for start in (next..rays.len()).step_by(at_a_time) {
+            let end = rays.len().min(start + at_a_time);
+            next = end;
+            let (mut entry, mut order) = (None, None);
+            if SHARED && !ANY && is_adaptive {
+                entry = self.entry(&rays[start..end]);
+                if entry.as_ref().is_some_and(|entry| entry.count == 0) {
+                    for (i, packet) in rays.iter().enumerate().take(end).skip(start) {
+                        answers.prefetch((i + AHEAD).min(rays.len() - 1));
+                        prefetch_rays(rays, &[], i + ENTRY_PACKETS);
+                        answers.put_none::<V>(i, packet);
+                    }
+                    continue;
+                }
+            } else if !SHARED && is_adaptive {
+                if self.unsorted == 0 && sorted.by_direction(&rays[start..end]) {
+                    order = Some(sorted.rays());
+                }
+                self.unsorted = self.unsorted.saturating_sub(1);
+            }
+            let group = Group {
+                start,
+                end,
+                entry: entry.as_ref(),
+                order,
+            };
+            self.trace_group::<B, V, A, ANY, SHARED>(blocks, rays, origins, &group, &mut answers);
+            if order.is_some() && self.scattered.is_on() {
+                self.unsorted = UNSORTED;
+            }
+            if SHARED && !ANY {
+                self.density.end_group();
+                if self.density.is_high != was_high {
+                    break;
+                }
+            }
+        }
+        self.sorted = sorted;
+        Work {
+            rays,
+            origins,
+            answers,
+            next,
+        }
+    }
+}
