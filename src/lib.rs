@@ -1,5 +1,5 @@
 //! octray traces rays through scenes of triangle meshes and spheres on the CPU: camera rays, shadows, matte,
-//! Blinn-Phong and mirror shading (Whitted 1980), in SIMD packets of 8 or 16 rays and bundles of sixteen packets.
+//! Blinn-Phong and mirror shading (Whitted 1980), in SIMD packets of 8 to 32 rays and bundles of sixteen packets.
 //! The same scene gives the same bytes, whichever code traces it and on however many threads.
 //!
 //! # From a file to a picture
@@ -75,7 +75,7 @@
 //!    eight primitives.
 //! 3. [`render::Renderer`] hands bands of tiles to rayon's threads; a tile owns its pixels. [`render::render`] is
 //!    one frame of it.
-//! 4. [`scene::PixelRays`] fills the tile's ray queue, packets of 4x2 pixels, bundles of up to 16x16.
+//! 4. [`scene::PixelRays`] fills the tile's ray queue, packets of 4x2 pixels, bundles of one or two blocks of 16x16.
 //! 5. [`trace::Tracer::closest_hit`] fills the hit records of the whole tile.
 //! 6. [`shade::queue::sort`] files hits by material; misses take the background.
 //! 7. [`shade::shadow::pass`] traces one run of occlusion rays for each light, from the light.

@@ -90,6 +90,6 @@ pub enum BenchMethod {
     Packet,
     /// One ray against eight boxes at a time
     Single,
-    /// What the renderer uses: up to 256 rays together, packets or single rays
+    /// What the renderer uses: up to 512 rays together, packets or single rays
     Render,
 }

@@ -260,12 +260,12 @@ impl PixelRays {
     }
 }
 
-/// Pixels of a block's side: as many as the largest bundle of rays that are traced together.
+/// Pixels of a block's side: as many as a bundle of rays that are traced together, or half of the largest one.
 const BLOCK: u32 = 16;
 
 /// Calls `visit` with the top left pixel of each packet of 4x2 pixels ([`PixelRays::directions8`]) of a picture or a part
 /// of it, so that neighbours in this order are neighbours in the picture: blocks of 16x16 pixels, row by row, and within
-/// each along a Z-order curve. (Pairs are 4x4 pixels, eight packets 8x8.) Packets may reach beyond the right and lower edge.
+/// each along a Z-order curve. (Pairs are 4x4 pixels, fours 8x4, eight packets 8x8.) Packets may reach beyond the right and lower edge.
 #[inline(always)]
 pub fn for_each_packet(width: u32, height: u32, mut visit: impl FnMut([u32; 2])) {
     for block_y in (0..height).step_by(BLOCK as usize) {

@@ -1,4 +1,4 @@
-//! Eight lanes of `f32`, masks, vectors of lanes; and in [`lanes`] what kernels need to run on sixteen as well. The only
+//! Eight lanes of `f32`, masks, vectors of lanes; and in [`lanes`] what kernels need to run on more as well. The only
 //! room that names `wide`.
 //!
 //! Every function that has a scalar twin in [`math`] does the same operations in the same order

@@ -1,9 +1,9 @@
-//! Sixteen lanes as two vectors of eight, for CPUs without AVX-512.
+//! Twice as many lanes, as two vectors: sixteen for CPUs without AVX-512, thirty-two (`avx512::F32x16x2`) with it.
 //!
-//! As numbers of packets, a lane a packet: bundles of sixteen packets of eight, in place of eight. (Zen 5, held to AVX2:
+//! Sixteen as numbers of packets, a lane a packet: bundles of sixteen packets of eight, in place of eight. (Zen 5, held to AVX2:
 //! camera rays +11 to +33 %, shadow rays +13 to +28 %, mirror rays 0 to +6 %. SSE2: +4 to +8, +9 to +14, -2 to +5 %.)
 //!
-//! As rays: packets of sixteen, where they share their origin and a register [holds eight](IS_FAST): half as much is
+//! Sixteen as rays: packets of sixteen, where they share their origin and a register [holds eight](IS_FAST): half as much is
 //! done at once as with AVX-512, but nodes and leaves are passed by 256 rays together, in place of 128. (Held to AVX2:
 //! camera rays +4 to +23 % more, shadow rays +5 to +19 %. Rays with their own origins: interior and terrain -7 %. SSE2:
 //! small scenes +2 to +16 %, large ones -12 to -18 %.)
@@ -14,10 +14,10 @@ use super::{
 };
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-/// Whether packets of sixteen pay: a register of this build holds eight lanes.
+/// Whether packets of sixteen pay, as two eights: a register of this build holds eight lanes.
 pub const IS_FAST: bool = cfg!(target_feature = "avx");
 
-/// What two vectors make one of: [`F32x8`], or [`F32x16`](super::avx512::F32x16).
+/// What two vectors make one of: [`F32x8`], or `avx512::F32x16`.
 pub trait Half: Lanes<Memory = Column> {
     /// Memory for two.
     type Whole: Memory;
@@ -25,10 +25,10 @@ pub trait Half: Lanes<Memory = Column> {
     fn load_both(from: &Self::Whole) -> [Self; 2];
     /// Lower lanes, then upper ones.
     fn store_both(both: [Self; 2], to: &mut Self::Whole);
-    /// See [`Lanes::fold_min_to_16`].
-    fn min_of_both(both: [Self; 2]) -> Self::Packets;
-    /// See [`Lanes::fold_max_to_16`].
-    fn max_of_both(both: [Self; 2]) -> Self::Packets;
+    /// [`Lanes::fold_min_to_16`] of the two.
+    fn fold_both_min(both: [Self; 2]) -> Self::Packets;
+    /// [`Lanes::fold_max_to_16`] of the two.
+    fn fold_both_max(both: [Self; 2]) -> Self::Packets;
 }
 
 /// The lower lanes, then the upper ones.
@@ -54,11 +54,11 @@ impl Half for F32x8 {
         *to.halves_mut() = both;
     }
     #[inline(always)]
-    fn min_of_both(both: [Self; 2]) -> F32x8x2 {
+    fn fold_both_min(both: [Self; 2]) -> F32x8x2 {
         Pair(both)
     }
     #[inline(always)]
-    fn max_of_both(both: [Self; 2]) -> F32x8x2 {
+    fn fold_both_max(both: [Self; 2]) -> F32x8x2 {
         Pair(both)
     }
 }
@@ -261,11 +261,11 @@ impl<H: Half> Lanes for Pair<H> {
     }
     #[inline(always)]
     fn fold_min_to_16(self) -> H::Packets {
-        H::min_of_both(self.0)
+        H::fold_both_min(self.0)
     }
     #[inline(always)]
     fn fold_max_to_16(self) -> H::Packets {
-        H::max_of_both(self.0)
+        H::fold_both_max(self.0)
     }
     #[inline(always)]
     fn largest(self) -> f32 {

@@ -187,7 +187,11 @@ impl Tracer<'_> {
                 // Another one with it, where there is one.
                 let mut second = (leaf.child, 0);
                 let next = waiting[oldest % WAITING];
-                if V::COUNT > LANES && held > 0 && leaf.child.is_triangles() && next.child.is_triangles() {
+                if V::Triangles::COUNT > LANES
+                    && held > 0
+                    && leaf.child.is_triangles()
+                    && next.child.is_triangles()
+                {
                     held -= 1;
                     oldest += 1;
                     let packets = next.packets & V::Packets::splat(next.q_near).le(q_limit).bits();

@@ -30,10 +30,10 @@ pub(super) fn vector<V: Lanes>(v: &Vec3Lanes<F32x8>, i: usize) -> Vec3Lanes<V> {
     }
 }
 
-/// Places of [`Leaves`]: as many triangles as vectors have lanes at most.
+/// Places of [`Leaves`]: as many triangles as two leaves have.
 const PLACES: usize = MOST_LANES;
 
-/// A leaf and the packets that may hit something in it; where vectors have sixteen lanes, and both hold triangles, a
+/// A leaf and the packets that may hit something in it; where [triangles](Lanes::Triangles) have sixteen lanes, and both hold some, a
 /// second one: what is worked out for eight triangles at a time is then worked out for both at once, and what the loops
 /// behind it cost besides their work is paid once. (On a Xeon camera rays of triangles +4 to +18 %, shadow rays +6 to
 /// +16 %. The same for rays with their own origins, with two leaves that come one after the other: mirror rays -7 to
@@ -179,7 +179,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let mut looks = [0_u8; PACKETS * PLACES];
     let mut count = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
-        // Two words hold eight packets: of eight lanes all are in the first one.
+        // Two words hold eight packets: of eight places all are in the first one.
         let first = (word / 2 * 8 + word % 2 * packets_a_word) * places;
         for pair in bits64(pairs) {
             let (p, i) = ((first + pair) / places, pair % places);

@@ -90,6 +90,7 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     looks: &mut Looks,
     states: &mut [Packet<V::Memory>; PACKETS],
 ) -> u32 {
+    debug_assert!(V::COUNT <= 16, "a `Look` has no room for more lanes");
     if !leaf.is_triangles() {
         let block = &blocks.spheres[leaf.index()];
         return spheres::<V, ANY, false>(block, leaf.count_bits(), culling, packets, states);

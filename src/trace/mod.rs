@@ -1,4 +1,4 @@
-//! Closest hits and occlusion over bundles (sixteen packets of eight or sixteen rays), packets and single rays.
+//! Closest hits and occlusion over bundles (sixteen packets of eight, sixteen or thirty-two rays), packets and single rays.
 //!
 //! All ways give the same hits, bit for bit: they differ only in which boxes they skip, and what they skip has
 //! no hit in it. A [`Tracer`] chooses among them by what its rays do: bundles as long as one frustum holds the
@@ -41,14 +41,18 @@ use rays::Packet;
 use room::{RayLanes, Rooms};
 use way::Way;
 
-/// The most packets of a bundle: as many as the widest vector has lanes. (Sixteen of sixteen against eight: camera rays of
-/// the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %; sixteen of eight against eight: see [`pair`]. Tried:
-/// 32 of sixteen, which fill more than half of a core's first cache: shadow rays of small scenes 0 to +17 %, of large ones
-/// -3 to +5 %, camera rays of triangles -9 to +9 %, of spheres +15 %; without AVX-512 -1 to +8 %.)
+/// The most packets of a bundle: as many as the widest register has lanes. (Sixteen of sixteen against eight: camera rays
+/// of the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %; sixteen of eight against eight: see [pairs](crate::simd::pair). Tried:
+/// 32 of sixteen, against sixteen: shadow rays of small scenes 0 to +17 %, of large ones -3 to +5 %, camera rays of
+/// triangles -9 to +9 %, of spheres +15 %; without AVX-512 -1 to +8 %. Sixteen of 32 are better: see
+/// `simd::avx512::F32x16x2`.)
 const PACKETS: usize = MOST_LANES;
 
 /// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are fastest.
-pub const BUNDLE: usize = PACKETS * 2 * MOST_LANES / LANES;
+pub const BUNDLE: usize = 2 * BUNDLE_OF_16;
+
+/// The most [`RayPacket`]s of a bundle whose packets are of sixteen rays.
+const BUNDLE_OF_16: usize = PACKETS * MOST_LANES / LANES;
 
 /// Which way of tracing to use; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,12 +111,23 @@ pub struct Tracer<'a> {
 /// How many lanes rays go in that share their origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Widths {
-    /// Those of two registers where that pays.
+    /// Those of a [pair](crate::simd::pair) where that pays.
     Fitting,
-    /// Those of one register.
-    OneRegister,
-    /// Those of two registers.
-    TwoRegisters,
+    /// Those of one vector.
+    One,
+    /// Those of a pair.
+    Pair,
+}
+
+impl Widths {
+    /// Whether rays go in pairs, told whether that pays.
+    fn are_wide(self, pays: bool) -> bool {
+        match self {
+            Self::Fitting => pays,
+            Self::One => false,
+            Self::Pair => true,
+        }
+    }
 }
 
 /// Nodes of a large tree, bytes. (Its whole blocks of triangles are eight times as much, indexed ones five times.)
@@ -148,7 +163,8 @@ impl Iterator for Bits {
     }
 }
 
-/// So many [`RayPacket`]s that start at one point share an [`entry`]: two bundles of 512 rays, or four of 256.
+/// So many [`RayPacket`]s that start at one point share an [`entry`]: two bundles of 512 rays, four of 256,
+/// or eight of 128.
 const ENTRY_PACKETS: usize = 128;
 
 /// Asks for the memory of packet `i` of the rays, where there is one: rays further on come from memory while others are
@@ -191,7 +207,7 @@ fn fill<V: RayLanes, const SHARED: bool>(
             prefetch_rays(rays, origins, i + ahead);
         }
         // Eights of lanes without rays repeat the last ones, with an end of 0.
-        // (What vectors have no lanes for repeats the first: nothing is looked up for it.)
+        // (What vectors have no lanes for repeats what they have: nothing is looked up for it.)
         let at = |eight: usize| members[(eight % (V::COUNT / LANES)).min(members.len() - 1)];
         let from = [&rays[at(0)], &rays[at(1)], &rays[at(2)], &rays[at(3)]];
         let [a, b, c, d] = from;
@@ -313,7 +329,7 @@ impl<'a> Tracer<'a> {
     /// Where camera rays begin in place of the root, if that is known.
     #[inline(always)]
     fn entry(&self, rays: &[RayPacket]) -> Option<Node8> {
-        if rays.len() <= BUNDLE / 2 {
+        if rays.len() <= BUNDLE_OF_16 {
             return None;
         }
         let frustum = Frustum::around(self.origin, rays)?;
@@ -378,7 +394,7 @@ impl<'a> Tracer<'a> {
                 let ahead = match (SHARED, ANY) {
                     (true, false) => ENTRY_PACKETS,
                     _ if V::COUNT > MOST_LANES => BUNDLE,
-                    _ => BUNDLE / 2,
+                    _ => BUNDLE_OF_16,
                 };
                 fill::<V, SHARED>(packets, rays, origins, &members[..count], ahead);
             }

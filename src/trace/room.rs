@@ -12,8 +12,9 @@ use glam::Vec3;
 #[derive(Debug)]
 pub(super) struct Room<M> {
     pub packets: Box<[Packet<M>; PACKETS]>,
-    /// Where all of them start, as bits, if that is one point: rays of the next call often start there, too.
-    shared: Option<[u32; 3]>,
+    /// Where all of them start, as bits, if that is one point: rays of the next call often start there, too. And in how
+    /// many lanes that is written.
+    shared: Option<([u32; 3], usize)>,
     /// The rays as lines, only while rays with their own origins are traced in bundles. (Three columns more as a part
     /// of the packets cost camera rays of small scenes 4 %.)
     pub lines: Box<[PacketLines<M>; PACKETS]>,
@@ -35,12 +36,12 @@ impl<M: Memory> Room<M> {
     #[inline(always)]
     pub fn start_at<V: Lanes<Memory = M>>(&mut self, origin: Vec3) {
         // By bits: 0 and -0 are equal, and make edge functions of different signs.
-        let bits = origin.to_array().map(f32::to_bits);
-        if self.shared != Some(bits) {
+        let now = Some((origin.to_array().map(f32::to_bits), V::COUNT));
+        if self.shared != now {
             for packet in self.packets.iter_mut() {
                 Vec3Lanes::<V>::splat(origin).store(&mut packet.origin);
             }
-            self.shared = Some(bits);
+            self.shared = now;
         }
     }
 

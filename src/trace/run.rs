@@ -1,7 +1,7 @@
 //! Which kernels rays go to, and in which groups.
 
 use super::{
-    ENTRY_PACKETS, Group, Method, Tracer, UNSORTED, Widths,
+    ENTRY_PACKETS, Group, Method, Tracer, UNSORTED,
     answers::{AHEAD, Answers},
     order, prefetch_rays,
     room::RayLanes,
@@ -50,13 +50,8 @@ impl Tracer<'_> {
                 && self.method != Method::AdaptiveBaseline
                 && avx512::is_available()
             {
-                let is_wide = SHARED
-                    && self.method == Method::Adaptive
-                    && match self.widths {
-                        Widths::Fitting => ANY || !self.density.is_high,
-                        Widths::OneRegister => false,
-                        Widths::TwoRegisters => true,
-                    };
+                let pays = ANY || !self.density.is_high;
+                let is_wide = SHARED && self.method == Method::Adaptive && self.widths.are_wide(pays);
                 // SAFETY: the CPU has these instructions.
                 work = unsafe {
                     if is_wide {
@@ -67,13 +62,7 @@ impl Tracer<'_> {
                 };
                 continue;
             }
-            let is_wide = SHARED
-                && self.method != Method::Packet
-                && match self.widths {
-                    Widths::Fitting => pair::IS_FAST,
-                    Widths::OneRegister => false,
-                    Widths::TwoRegisters => true,
-                };
+            let is_wide = SHARED && self.method != Method::Packet && self.widths.are_wide(pair::IS_FAST);
             if is_wide {
                 work = self.run::<B, F32x8x2, A, ANY, SHARED>(blocks, work);
             } else {

@@ -58,36 +58,22 @@ pub fn entrants<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>
         bvh: bvh.binary(scene),
         stack: Stack::default(),
     })];
-    if has_avx512() {
-        all.push(kernel("adaptive, AVX-512", Method::Adaptive));
-        all.push(kernel("single rays, AVX-512", Method::Single));
-    } else {
-        all.push(kernel("single rays", Method::Single));
-    }
-    all.push(kernel("adaptive, as compiled", Method::AdaptiveBaseline));
     let held = |name, method, widths| {
         let mut tracer = Tracer::with_method(bvh, method);
         tracer.hold_to(widths);
         with_tracer(name, tracer)
     };
     if has_avx512() {
-        all.push(held(
-            "adaptive, 16 lanes",
-            Method::Adaptive,
-            Widths::OneRegister,
-        ));
-        all.push(held(
-            "adaptive, 32 lanes",
-            Method::Adaptive,
-            Widths::TwoRegisters,
-        ));
+        all.push(kernel("adaptive, AVX-512", Method::Adaptive));
+        all.push(held("adaptive, 16 lanes", Method::Adaptive, Widths::One));
+        all.push(held("adaptive, 32 lanes", Method::Adaptive, Widths::Pair));
+        all.push(kernel("single rays, AVX-512", Method::Single));
+    } else {
+        all.push(kernel("single rays", Method::Single));
     }
+    all.push(kernel("adaptive, as compiled", Method::AdaptiveBaseline));
     if pair::IS_FAST {
-        all.push(held(
-            "adaptive, 8 lanes",
-            Method::AdaptiveBaseline,
-            Widths::OneRegister,
-        ));
+        all.push(held("adaptive, 8 lanes", Method::AdaptiveBaseline, Widths::One));
     }
     all.push(kernel("packets", Method::Packet));
     all
