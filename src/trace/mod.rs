@@ -42,10 +42,10 @@ use room::{RayLanes, Rooms};
 use way::Way;
 
 /// The most packets of a bundle: as many as the widest register has lanes. (Sixteen of sixteen against eight: camera rays
-/// of the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %; sixteen of eight against eight: see [pairs](crate::simd::pair). Tried:
-/// 32 of sixteen, against sixteen: shadow rays of small scenes 0 to +17 %, of large ones -3 to +5 %, camera rays of
-/// triangles -9 to +9 %, of spheres +15 %; without AVX-512 -1 to +8 %. Sixteen of 32 are better: see
-/// `simd::avx512::F32x16x2`.)
+/// of the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %; sixteen of eight against eight: see
+/// [pairs](crate::simd::pair). Tried: 32 of sixteen, against sixteen: shadow rays of small scenes 0 to +17 %, of large
+/// ones -3 to +5 %, camera rays of triangles -9 to +9 %, of spheres +15 %; without AVX-512 -1 to +8 %. Sixteen of 32 are
+/// better: see `simd::avx512::F32x16x2`.)
 const PACKETS: usize = MOST_LANES;
 
 /// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are fastest.
