@@ -1,8 +1,8 @@
 //! Sixteen lanes by AVX-512, and twice as many.
 //!
 //! What sixteen buy over a build for AVX2 ([two vectors of eight](super::pair), or one), on Zen 5: camera rays +17 to
-//! +45 %, shadow rays +20 to +34 %, mirror rays +1 to +32 %. `wide` has sixteen lanes as well, but chooses instructions at compile time, so that an
-//! ordinary build would never use these.
+//! +45 %, shadow rays +20 to +34 %, mirror rays +1 to +32 %. `wide` has sixteen lanes as well, but chooses instructions
+//! at compile time, so that an ordinary build would never use these.
 #![allow(clippy::wildcard_imports, reason = "intrinsics have a prefix of their own")]
 
 use super::{
@@ -189,7 +189,7 @@ impl TriangleLanes for F32x16 {
 /// Thirty-two lanes as two registers: packets of 32 rays that share their origin. Nodes and leaves are passed by 512 of
 /// them together, and what is broadcast to the lanes is broadcast for twice as many. (Zen 5, against packets of sixteen:
 /// shadow rays of small scenes +3 to +17 %, of large ones -2 to 0 %, of spheres +4 %; camera rays of small scenes +1 to
-/// +8 %, of spheres +15 %, of large ones see `trace/density.rs`.)
+/// +8 %, of spheres +15 %, of large ones, which mostly stay with sixteen, -2 %: see `trace/density.rs`.)
 pub type F32x16x2 = Pair<F32x16>;
 
 impl Half for F32x16 {

@@ -60,8 +60,8 @@ impl Memory for Column {
     }
 }
 
-/// Thirty-two places: two columns. (A type of its own, for lanes that are alone in half of the places of such columns
-/// use half of a cache's sets: packets of sixteen 1 to 10 % slower.)
+/// Thirty-two places: two columns. (A type of its own, for packets of sixteen in such columns use half of a cache's sets:
+/// in a prototype they were up to 10 % slower, whatever else it did to them included.)
 #[derive(Clone, Copy, Debug)]
 pub struct WideColumn(pub [Column; 2]);
 

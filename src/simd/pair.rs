@@ -1,12 +1,13 @@
 //! Twice as many lanes, as two vectors: sixteen for CPUs without AVX-512, thirty-two (`avx512::F32x16x2`) with it.
 //!
-//! Sixteen as numbers of packets, a lane a packet: bundles of sixteen packets of eight, in place of eight. (Zen 5, held to AVX2:
-//! camera rays +11 to +33 %, shadow rays +13 to +28 %, mirror rays 0 to +6 %. SSE2: +4 to +8, +9 to +14, -2 to +5 %.)
+//! Sixteen as numbers of packets, a lane a packet: bundles of sixteen packets of eight, in place of eight. (Zen 5, held
+//! to AVX2: camera rays +11 to +33 %, shadow rays +13 to +28 %, mirror rays 0 to +6 %. SSE2: +4 to +8, +9 to +14, -2 to
+//! +5 %.)
 //!
-//! Sixteen as rays: packets of sixteen, where they share their origin and a register [holds eight](IS_FAST): half as much is
-//! done at once as with AVX-512, but nodes and leaves are passed by 256 rays together, in place of 128. (Held to AVX2:
-//! camera rays +4 to +23 % more, shadow rays +5 to +19 %. Rays with their own origins: interior and terrain -7 %. SSE2:
-//! small scenes +2 to +16 %, large ones -12 to -18 %.)
+//! Sixteen as rays: packets of sixteen, where they share their origin and a register [holds eight](IS_FAST): half as
+//! much is done at once as with AVX-512, but nodes and leaves are passed by 256 rays together, in place of 128. (Held to
+//! AVX2: camera rays +4 to +23 % more, shadow rays +5 to +19 %. Rays with their own origins: interior and terrain -7 %.
+//! SSE2: small scenes +2 to +16 %, large ones -12 to -18 %.)
 
 use super::{
     F32x8,

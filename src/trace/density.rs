@@ -2,13 +2,13 @@
 
 /// With more leaves than one for so many rays, packets of 32 rays do not pay (AVX-512): many of their triangles are hit by
 /// so few rays that sixteen lanes have them as well. (Zen 5, closest hits, packets of 32 against sixteen, and how many
-/// rays there are for a leaf with packets of sixteen: cow +15 %, 75; figure +5 %, 40; interior 0 %, 20; terrain -13 %, 5; blobs of ten thousand,
-/// a hundred thousand and a million triangles +12, -2 and -11 %, 46, 19 and 5. Occlusion: cow +21 %, figure +8 %,
-/// interior +10 %, terrain +1 %, a million and ten million blobs 0 %, so never there.)
+/// rays there are for a leaf with packets of sixteen: cow +15 %, 75; figure +5 %, 40; interior -4 to +2 %, 20; terrain
+/// -14 %, 5; blobs of ten thousand, a hundred thousand and a million triangles +12, -2 and -11 %, 46, 19 and 5. Occlusion:
+/// cow +21 %, figure +8 %, interior +10 %, terrain +1 %, a million and ten million blobs 0 %, so never there.)
 const RAYS_A_LEAF: usize = 22;
 
-/// So many groups weigh on the choice at a time. (With the last one alone widths change all the time, and with them the
-/// memory that packets are in: camera rays of small scenes -4 %.)
+/// So many groups weigh on the choice at a time. (With the last one alone: camera rays -2 to +1 %, which is noise. But
+/// where widths change all the time, and with them the memory that packets are in, those of the cow lose 18 %.)
 const GROUPS: usize = 8;
 
 /// Of rays whose closest hit is asked for and that go in bundles: about the last [`GROUPS`] groups of them.

@@ -10,7 +10,7 @@ use glam::Vec3;
 /// use.
 pub(super) const LEAST_ALONG_K: f32 = 0.3;
 
-/// Four times the sum of eight lanes, twice that of more.
+/// The sum of thirty-two lanes, twice that of sixteen, four times that of eight.
 #[inline(always)]
 fn sum_of_lanes<V: Lanes>(v: V) -> f32 {
     // The smaller of two and the larger of two are both of them, or one of them twice.
