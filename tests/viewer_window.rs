@@ -106,6 +106,13 @@ fn every_key_does_something(screen: &Screen) {
     viewer.key("i");
     // This time until the last message has gone.
     viewer.wait_for_picture("single rays", &plain, 0);
+    // A key that was pressed elsewhere, and is still held when the window gets the focus, is none of its own.
+    viewer.set_focus(false);
+    viewer.key_down("n");
+    viewer.set_focus(true);
+    viewer.camera_options();
+    viewer.key_up("n");
+    viewer.wait_for_picture("a key of another window", &plain, BELOW_MESSAGE);
     // The object fills the picture. As the camera is printed, it renders the same.
     viewer.key("f");
     keep(&viewer.wait_for_change("f", &plain, 0.01), "f");

@@ -550,7 +550,13 @@ impl ApplicationHandler<Event> for App {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resized(size),
-            WindowEvent::KeyboardInput { event, .. } => self.key(&event, event_loop),
+            // The synthetic ones are of keys that are held when the focus comes or goes: pressed for another window, or
+            // reported as pressed here as well.
+            WindowEvent::KeyboardInput {
+                event,
+                is_synthetic: false,
+                ..
+            } => self.key(&event, event_loop),
             WindowEvent::CursorMoved { position, .. } => self.mouse_moved(position),
             WindowEvent::MouseInput { state, button, .. } => {
                 let pressed = state == ElementState::Pressed;

@@ -131,6 +131,12 @@ impl<'a> Viewer<'a> {
         self.screen.xdotool(&["keyup", key]);
     }
 
+    /// Whether keys come here, or are nobody's.
+    pub fn set_focus(&self, has_focus: bool) {
+        self.screen
+            .focus(if has_focus { self.window } else { x11rb::NONE });
+    }
+
     pub fn click(&self, button: u32, times: u32) {
         let [button, times] = [button, times].map(|n| n.to_string());
         self.screen

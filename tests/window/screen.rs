@@ -10,8 +10,8 @@ use std::{
 use x11rb::{
     connection::Connection,
     protocol::xproto::{
-        Atom, AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt, EventMask, ImageFormat,
-        InputFocus, MapState,
+        Atom, AtomEnum, AutoRepeatMode, ChangeKeyboardControlAux, ClientMessageEvent, ConfigureWindowAux,
+        ConnectionExt, EventMask, ImageFormat, InputFocus, MapState,
     },
     rust_connection::RustConnection,
 };
@@ -66,6 +66,13 @@ impl Screen {
         let display = format!(":{}", number.trim());
         let (connection, screen_i) = x11rb::connect(Some(&display)).expect("Xvfb answers");
         let root = connection.setup().roots[screen_i].root;
+        // However long a busy machine takes from a key's press to its release, it is one press.
+        let once = ChangeKeyboardControlAux::new().auto_repeat_mode(AutoRepeatMode::OFF);
+        connection
+            .change_keyboard_control(&once)
+            .unwrap()
+            .check()
+            .unwrap();
         Some(Self {
             server,
             display,
@@ -136,7 +143,7 @@ impl Screen {
         cookie.check().unwrap();
     }
 
-    /// Keys go there from now on.
+    /// Keys go there from now on, or to no window at all: `x11rb::NONE`.
     pub fn focus(&self, window: u32) {
         wait_for("the focus", || {
             let cookie = self
