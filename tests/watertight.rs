@@ -180,9 +180,9 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
 #[test]
 fn no_ray_leaves_a_closed_mesh() {
     let bundles = if std::env::var_os("OCTRAY_LONG").is_some() {
-        40_000
+        20_000
     } else {
-        400
+        200
     };
     let mut random = Random::new(7, 0);
     let turn = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, 3.0).normalize(), 0.7);

@@ -7,7 +7,7 @@
 
 use super::{
     F32x8,
-    lanes::{Column, LaneMask, Lanes, MOST_LANES, TriangleLanes, WideColumn},
+    lanes::{Column, LaneMask, Lanes, REGISTER_LANES, TriangleLanes, WideColumn},
     pair::{Half, Pair},
 };
 use std::{
@@ -177,11 +177,11 @@ impl TriangleLanes for F32x16 {
         })
     }
     #[inline(always)]
-    fn least_of_each(rows: &[Self; MOST_LANES]) -> Self {
+    fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Self {
         of_each!(min, rows)
     }
     #[inline(always)]
-    fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self {
+    fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Self {
         of_each!(max, rows)
     }
 }

@@ -1,6 +1,6 @@
 //! Memory for the lanes of one vector.
 
-use super::{F32x8, LANES, lanes::MOST_LANES};
+use super::{F32x8, LANES, lanes::REGISTER_LANES};
 use std::fmt::Debug;
 
 /// Places for as many lanes as a vector has, or more.
@@ -18,14 +18,14 @@ pub trait Memory: Copy + Debug {
 /// Sixteen places; a vector of eight lanes uses the first eight.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
-pub struct Column(pub [f32; MOST_LANES]);
+pub struct Column(pub [f32; REGISTER_LANES]);
 
 impl Column {
     /// The same number in all places.
     #[inline(always)]
     #[must_use]
     pub fn splat(a: f32) -> Self {
-        Self([a; MOST_LANES])
+        Self([a; REGISTER_LANES])
     }
 
     /// Places 0 to 7, then 8 to 15. (A cast of the numbers alone asks at each load whether they lie at a multiple of 32:
@@ -44,15 +44,15 @@ impl Column {
 }
 
 impl Memory for Column {
-    const ZERO: Self = Self([0.0; MOST_LANES]);
+    const ZERO: Self = Self([0.0; REGISTER_LANES]);
 
     #[inline(always)]
     fn place(&self, i: usize) -> f32 {
-        self.0[i % MOST_LANES]
+        self.0[i % REGISTER_LANES]
     }
     #[inline(always)]
     fn place_mut(&mut self, i: usize) -> &mut f32 {
-        &mut self.0[i % MOST_LANES]
+        &mut self.0[i % REGISTER_LANES]
     }
     #[inline(always)]
     fn eight(&self, i: usize) -> F32x8 {
@@ -70,14 +70,14 @@ impl Memory for WideColumn {
 
     #[inline(always)]
     fn place(&self, i: usize) -> f32 {
-        self.0[i / MOST_LANES % 2].place(i)
+        self.0[i / REGISTER_LANES % 2].place(i)
     }
     #[inline(always)]
     fn place_mut(&mut self, i: usize) -> &mut f32 {
-        self.0[i / MOST_LANES % 2].place_mut(i)
+        self.0[i / REGISTER_LANES % 2].place_mut(i)
     }
     #[inline(always)]
     fn eight(&self, i: usize) -> F32x8 {
-        self.0[i / (MOST_LANES / LANES) % 2].eight(i)
+        self.0[i / (REGISTER_LANES / LANES) % 2].eight(i)
     }
 }

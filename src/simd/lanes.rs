@@ -11,7 +11,7 @@ use super::{
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 /// Lanes of the widest register. A packet has as many at most, or twice that in [two](super::pair).
-pub const MOST_LANES: usize = 16;
+pub const REGISTER_LANES: usize = 16;
 
 /// One truth value a lane.
 pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
@@ -32,9 +32,9 @@ pub trait Lanes:
     type Mask: LaneMask;
     /// What lanes are stored to.
     type Memory: Memory;
-    /// [`MOST_LANES`], as many as a bundle has packets, and as two leaves have triangles.
+    /// [`REGISTER_LANES`], as many as a bundle has packets, and as two leaves have triangles.
     type Packets: TriangleLanes<Packets = Self::Packets>;
-    /// As many lanes as these, or the most there are up to [`MOST_LANES`]: a lane a triangle.
+    /// As many lanes as these, or the most there are up to [`REGISTER_LANES`]: a lane a triangle.
     type Triangles: TriangleLanes<Packets = Self::Packets>;
     /// How many lanes.
     const COUNT: usize;
@@ -112,10 +112,10 @@ pub trait TriangleLanes: Lanes<Memory = Column, Triangles = Self> {
     fn picked(from: [&Column; 2], places: [u32; 2]) -> Self;
     /// Lane i: the smallest lane of row i; none may be NaN.
     #[must_use]
-    fn least_of_each(rows: &[Self; MOST_LANES]) -> Self::Packets;
+    fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Self::Packets;
     /// Lane i: the largest lane of row i; none may be NaN.
     #[must_use]
-    fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self::Packets;
+    fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Self::Packets;
 }
 
 /// A distance not below 0 and a number, so that entries sort as their distances.
@@ -153,11 +153,11 @@ impl TriangleLanes for F32x8 {
         Self::picked8(from, places)
     }
     #[inline(always)]
-    fn least_of_each(rows: &[Self; MOST_LANES]) -> F32x8x2 {
+    fn least_of_each(rows: &[Self; REGISTER_LANES]) -> F32x8x2 {
         of_each(rows, min)
     }
     #[inline(always)]
-    fn largest_of_each(rows: &[Self; MOST_LANES]) -> F32x8x2 {
+    fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> F32x8x2 {
         of_each(rows, max)
     }
 }
@@ -292,7 +292,7 @@ impl Lanes for F32x8 {
 
 /// Lane i: all lanes of row i reduced to one.
 #[inline(always)]
-fn of_each(rows: &[F32x8; MOST_LANES], reduce: impl Fn(F32x8, F32x8) -> F32x8) -> F32x8x2 {
+fn of_each(rows: &[F32x8; REGISTER_LANES], reduce: impl Fn(F32x8, F32x8) -> F32x8) -> F32x8x2 {
     let mut halves = [[F32x8::ZERO; LANES]; 2];
     for (i, row) in rows.iter().enumerate() {
         halves[i / LANES][i % LANES] = *row;

@@ -11,7 +11,7 @@
 
 use super::{
     F32x8,
-    lanes::{Column, LaneMask, Lanes, MOST_LANES, Memory, TriangleLanes},
+    lanes::{Column, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes},
 };
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
@@ -131,8 +131,8 @@ impl<H: Half> LaneMask for PairMask<H> {
 
 /// Each row folded to eight lanes.
 #[inline(always)]
-fn folded(rows: &[F32x8x2; MOST_LANES], fold: impl Fn(F32x8x2) -> F32x8) -> [F32x8; MOST_LANES] {
-    let mut folded = [F32x8::ZERO; MOST_LANES];
+fn folded(rows: &[F32x8x2; REGISTER_LANES], fold: impl Fn(F32x8x2) -> F32x8) -> [F32x8; REGISTER_LANES] {
+    let mut folded = [F32x8::ZERO; REGISTER_LANES];
     for (to, row) in folded.iter_mut().zip(rows) {
         *to = fold(*row);
     }
@@ -149,11 +149,11 @@ impl TriangleLanes for F32x8x2 {
         Self([super::picked8(low, low_places), super::picked8(high, high_places)])
     }
     #[inline(always)]
-    fn least_of_each(rows: &[Self; MOST_LANES]) -> Self {
+    fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Self {
         F32x8::least_of_each(&folded(rows, Self::fold_min))
     }
     #[inline(always)]
-    fn largest_of_each(rows: &[Self; MOST_LANES]) -> Self {
+    fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Self {
         F32x8::largest_of_each(&folded(rows, Self::fold_max))
     }
 }

@@ -24,7 +24,7 @@ use crate::{
     geometry::TriangleLeaf,
     simd::{
         F32x8, LANES, lane,
-        lanes::{LaneMask, Lanes, MOST_LANES, Memory, TriangleLanes, Vec3Lanes, unpack},
+        lanes::{LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes, Vec3Lanes, unpack},
         splat,
     },
 };
@@ -84,10 +84,10 @@ impl Tracer<'_> {
         let bvh = self.bvh;
         // Where packets' rays end, a row a packet; from that, packets that can take hits, and up to where: -1 for those
         // that are done. (All at once and not packet by packet: on Zen 5 +1 to +2 %.)
-        let mut ends = [V::Triangles::splat(0.0); MOST_LANES];
+        let mut ends = [V::Triangles::splat(0.0); REGISTER_LANES];
         let room = self.rooms.of::<V>();
         for p in bits(packets) {
-            ends[p % MOST_LANES] = V::load(&room.packets[p % PACKETS].t).fold_max_to_16();
+            ends[p % REGISTER_LANES] = V::load(&room.packets[p % PACKETS].t).fold_max_to_16();
         }
         let farthest = V::Triangles::largest_of_each(&ends);
         let can_hit = farthest.gt(V::Packets::splat(0.0));

@@ -22,7 +22,7 @@ use crate::{
     ray::RayPacket,
     simd::{
         F32x8, lane,
-        lanes::{Column, LaneMask, Lanes, MOST_LANES, Memory, TriangleLanes, Vec3Lanes},
+        lanes::{Column, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes, Vec3Lanes},
         le, max, max_lane, min, min_lane, mul_add, splat,
     },
 };
@@ -183,9 +183,9 @@ fn slopes_by_packet<V: Lanes>(
     let (i, j, k) = (frame.i, frame.j, frame.k);
     let sign = V::splat(frame.sign);
     let mut least = V::splat(1.0);
-    let is_folded = V::COUNT > MOST_LANES;
+    let is_folded = V::COUNT > REGISTER_LANES;
     // Folded here, and not two vectors of thirty-two lanes kept, which went to memory.
-    let [mut a0, mut a1, mut b0, mut b1, mut along] = [[V::Triangles::splat(0.0); MOST_LANES]; 5];
+    let [mut a0, mut a1, mut b0, mut b1, mut along] = [[V::Triangles::splat(0.0); REGISTER_LANES]; 5];
     for row in 0..PACKETS {
         // Rows beyond the packets repeat the first one.
         let p = if members >> row & 1 == 0 { first } else { row };

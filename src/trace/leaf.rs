@@ -12,7 +12,7 @@ use crate::{
     geometry::{EdgeFunctions, SphereBlock, TriangleLeaf, pad, padded_boxes, passes_through},
     simd::{
         F32x8, LANES, Vec3x8, lane,
-        lanes::{Column, LaneMask, Lanes, MOST_LANES, Memory, TriangleLanes, Vec3Lanes},
+        lanes::{Column, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes, Vec3Lanes},
     },
 };
 use glam::Vec3;
@@ -31,7 +31,7 @@ pub(super) fn vector<V: Lanes>(v: &Vec3Lanes<F32x8>, i: usize) -> Vec3Lanes<V> {
 }
 
 /// Places of [`Leaves`]: as many triangles as two leaves have.
-const PLACES: usize = MOST_LANES;
+const PLACES: usize = REGISTER_LANES;
 
 /// A leaf and the packets that may hit something in it; where [triangles](Lanes::Triangles) have sixteen lanes, and both hold some, a
 /// second one: what is worked out for eight triangles at a time is then worked out for both at once, and what the loops
@@ -66,7 +66,7 @@ impl Leaves {
 /// Vectors that are broadcast, number by number.
 type Columns3 = [Column; 3];
 
-const EMPTY: Column = Column([0.0; MOST_LANES]);
+const EMPTY: Column = Column([0.0; REGISTER_LANES]);
 
 /// Place `i` of `columns`, in all lanes.
 #[inline(always)]

@@ -27,7 +27,7 @@ use crate::{
     ray::{HitPacket, Origins, RayPacket},
     simd::{
         F32x8, LANES, Vec3x8,
-        lanes::{Lanes, MOST_LANES},
+        lanes::{Lanes, REGISTER_LANES},
     },
 };
 use answers::{Answers, Hits};
@@ -46,13 +46,13 @@ use way::Way;
 /// [pairs](crate::simd::pair). Tried: 32 of sixteen, against sixteen: shadow rays of small scenes 0 to +17 %, of large
 /// ones -3 to +5 %, camera rays of triangles -9 to +9 %, of spheres +15 %; without AVX-512 -1 to +8 %. Sixteen of 32 are
 /// better: see `simd::avx512::F32x16x2`.)
-const PACKETS: usize = MOST_LANES;
+const PACKETS: usize = REGISTER_LANES;
 
 /// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are fastest.
 pub const BUNDLE: usize = 2 * BUNDLE_OF_16;
 
 /// The most [`RayPacket`]s of a bundle whose packets are of sixteen rays.
-const BUNDLE_OF_16: usize = PACKETS * MOST_LANES / LANES;
+const BUNDLE_OF_16: usize = PACKETS * REGISTER_LANES / LANES;
 
 /// Which way of tracing to use; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -393,7 +393,7 @@ impl<'a> Tracer<'a> {
                 }
                 let ahead = match (SHARED, ANY) {
                     (true, false) => ENTRY_PACKETS,
-                    _ if V::COUNT > MOST_LANES => BUNDLE,
+                    _ if V::COUNT > REGISTER_LANES => BUNDLE,
                     _ => BUNDLE_OF_16,
                 };
                 fill::<V, SHARED>(packets, rays, origins, &members[..count], ahead);

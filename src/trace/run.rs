@@ -36,6 +36,8 @@ impl Tracer<'_> {
         origins: &[Vec3x8],
         answers: A,
     ) {
+        #[cfg(target_arch = "x86_64")]
+        use crate::simd::avx512::{self, F32x16, F32x16x2};
         let mut work = Work {
             rays,
             origins,
@@ -43,8 +45,6 @@ impl Tracer<'_> {
             next: 0,
         };
         while work.next < rays.len() {
-            #[cfg(target_arch = "x86_64")]
-            use crate::simd::avx512::{self, F32x16, F32x16x2};
             #[cfg(target_arch = "x86_64")]
             if self.method != Method::Packet
                 && self.method != Method::AdaptiveBaseline

@@ -5,7 +5,8 @@ use crate::simd::avx512;
 fn each_row_is_reduced<V: TriangleLanes>() {
     let mut random = fastrand::Rng::with_seed(7);
     for _ in 0..1000 {
-        let numbers = [(); MOST_LANES].map(|()| Column([(); MOST_LANES].map(|()| random.f32() - 0.5)));
+        let numbers =
+            [(); REGISTER_LANES].map(|()| Column([(); REGISTER_LANES].map(|()| random.f32() - 0.5)));
         let rows = numbers.each_ref().map(V::load);
         let [mut least, mut largest] = [Column::splat(0.0); 2];
         V::least_of_each(&rows).store(&mut least);
@@ -29,7 +30,7 @@ fn each_row_is_reduced<V: TriangleLanes>() {
 /// Zeros of both signs among few others, so that some are equal.
 fn column(random: &mut fastrand::Rng) -> Column {
     let numbers = [0.0, -0.0, 1.0, -1.0, 0.3, -0.3, 1e30, -1e-30];
-    Column([(); MOST_LANES].map(|()| match random.usize(..16) {
+    Column([(); REGISTER_LANES].map(|()| match random.usize(..16) {
         i if i < numbers.len() => numbers[i],
         _ => random.f32() - 0.5,
     }))
@@ -137,7 +138,7 @@ fn eights_are_as_eight_lanes<V: Lanes>() {
             numbers_of(whole.fold_max_to_16()),
         );
         for i in 0..V::Triangles::COUNT {
-            let own = || lanes.iter().copied().skip(i).step_by(MOST_LANES);
+            let own = || lanes.iter().copied().skip(i).step_by(REGISTER_LANES);
             assert_eq!(smallest[i], least(&mut own()));
             assert_eq!(largest[i], most(&mut own()));
         }
