@@ -30,7 +30,7 @@ pub struct GenerateArgs {
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Spheres (flake, spheres: exactly) or triangles (the others: at most, and nearly) [default: 100000 spheres;
-    /// terrain and blobs 1000000, interior 370000, figure 70000 triangles]
+    /// terrain and blobs 1000000, interior 370000, pipes 192000, figure 70000 triangles]
     #[arg(long, value_name = "N")]
     pub count: Option<usize>,
 }

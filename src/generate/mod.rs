@@ -22,6 +22,7 @@ mod figure;
 mod flake;
 mod interior;
 mod mesh;
+mod pipes;
 mod random;
 mod spheres;
 mod terrain;
@@ -52,17 +53,20 @@ pub enum Kind {
     Figure,
     /// A cloud of small spheres.
     Spheres,
+    /// Pipes at all angles: long thin triangles.
+    Pipes,
 }
 
 impl Kind {
     /// All kinds, in the order in which they are listed to users.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Flake,
         Self::Terrain,
         Self::Interior,
         Self::Blobs,
         Self::Figure,
         Self::Spheres,
+        Self::Pipes,
     ];
 
     /// The name on the command line and of the files.
@@ -75,6 +79,7 @@ impl Kind {
             Self::Blobs => "blobs",
             Self::Figure => "figure",
             Self::Spheres => "spheres",
+            Self::Pipes => "pipes",
         }
     }
 
@@ -88,6 +93,7 @@ impl Kind {
             Self::Blobs => "a ring of finely tessellated, displaced spheres",
             Self::Figure => "a smooth statue on a slab, as dense as a scan",
             Self::Spheres => "a cloud of small spheres",
+            Self::Pipes => "pipes at all angles: long thin triangles",
         }
     }
 
@@ -99,6 +105,7 @@ impl Kind {
             Self::Terrain | Self::Blobs => 1_000_000,
             Self::Interior => 370_000,
             Self::Figure => 70_000,
+            Self::Pipes => 192_000,
         }
     }
 
@@ -110,6 +117,7 @@ impl Kind {
             Self::Terrain => 2,
             Self::Blobs | Self::Figure => 1_000,
             Self::Interior => 20_000,
+            Self::Pipes => pipes::PIPE,
         }
     }
 }
@@ -246,6 +254,7 @@ pub fn generate(kind: Kind, options: Options) -> Result<Generated, GenerateError
         Kind::Blobs => blobs::make(seed, count),
         Kind::Figure => figure::make(seed, count),
         Kind::Spheres => spheres::make(seed, count),
+        Kind::Pipes => pipes::make(seed, count),
     };
     Ok(Generated {
         kind,

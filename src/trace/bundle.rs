@@ -205,8 +205,13 @@ impl Tracer<'_> {
                 };
                 if !ANY {
                     let seconds = usize::from(second.1 != 0);
+                    let came_by = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
                     self.leaves += 1 + seconds;
-                    self.density.leaves += usize::from(leaf.child.is_triangles()) + seconds;
+                    self.came_by += came_by;
+                    if leaf.child.is_triangles() {
+                        self.density.leaves += 1 + seconds;
+                        self.density.packets += came_by;
+                    }
                 }
                 leaf::shared_origin::<B, V, ANY>(
                     blocks,

@@ -100,11 +100,15 @@ pub struct Tracer<'a> {
     /// Of rays with their own origins.
     scattered: Backoff,
     /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more than two leaves for each
-    /// of its rays is of no use: triangles are far smaller than what is between its rays. (Camera rays of ten million
-    /// triangles: 9.6 to 13.8 Mrays/s. With one leaf a ray 14.5, but a million then lose 6 %.)
+    /// of its rays, and most of these with a packet or two, is of no use: triangles are far smaller than what is between
+    /// its rays. (Camera rays of ten million triangles: 9.6 to 13.8 Mrays/s. With one leaf a ray 14.5, but a million then
+    /// lose 6 %. Where many packets come by each leaf, as of long thin triangles that are seen through one another, all
+    /// the rays of a bundle share what it does: see [`is_crowded`].)
     crowded: Backoff,
     /// Leaves that the bundle in hand has visited.
     leaves: usize,
+    /// Packets that came by them, summed over the leaves.
+    came_by: usize,
     slots: Box<[single::Slot; single::SLOTS]>,
 }
 
@@ -128,6 +132,14 @@ impl Widths {
             Self::Pair => true,
         }
     }
+}
+
+/// Whether a bundle of so many `rays` was of no use, that visited `leaves`, with `came_by` packets in all. (Zen 5, camera
+/// rays, Mrays/s in bundles and one by one: 192,000 triangles of pipes, nine packets a leaf, 13.3 and 1.9. While other
+/// programs ran, so roughly: two million small triangles anywhere, 3.3 packets a leaf, 7.2 and 2.7; blobs of three, ten and
+/// twenty million, 1.8, 1.4 and 1.2, 16 and 12, 15 and 8, 5 and 13.)
+fn is_crowded(rays: usize, leaves: usize, came_by: usize) -> bool {
+    leaves > 2 * rays && came_by < 2 * leaves
 }
 
 /// Nodes of a large tree, bytes. (Its whole blocks of triangles are eight times as much, indexed ones five times.)
@@ -249,6 +261,7 @@ impl<'a> Tracer<'a> {
             scattered: Backoff::default(),
             crowded: Backoff::default(),
             leaves: 0,
+            came_by: 0,
             slots: Box::new(single::slots(bvh.stats().depth)),
         }
     }
@@ -432,7 +445,7 @@ impl<'a> Tracer<'a> {
         let regroup = self.method != Method::Packet;
         let is_scattered = !SHARED && self.scattered.is_on() || SHARED && !ANY && self.crowded.is_on();
         let single = self.method == Method::Single || regroup && is_scattered;
-        self.leaves = 0;
+        (self.leaves, self.came_by) = (0, 0);
         let mut left = all;
         while left != 0 {
             let (packets, frustum) = if single {
@@ -470,8 +483,7 @@ impl<'a> Tracer<'a> {
         } else if !ANY && single {
             self.crowded.one_less();
         } else if !ANY {
-            self.crowded.tried(self.leaves > 2 * rays);
-            self.density.rays += rays;
+            self.crowded.tried(is_crowded(rays, self.leaves, self.came_by));
         }
         self.trace_items::<B, V, ANY>(blocks);
     }

@@ -1,0 +1,42 @@
+//! Pipes at all angles in a cube, as in a plant's drawing: long thin triangles, of which whoever looks through them sees
+//! many before the first that is hit.
+
+use super::{Content, Part, Shape, course_lights, mesh::MeshBuilder, random::Random, view};
+use glam::DVec3;
+use std::f64::consts::TAU;
+
+/// Sides of a pipe, two triangles each.
+const SIDES: usize = 24;
+/// Triangles of a pipe. It is open at both ends.
+pub(super) const PIPE: usize = 2 * SIDES;
+
+const LOWER: DVec3 = DVec3::new(-1.0, -1.0, 0.2);
+const UPPER: DVec3 = DVec3::new(1.0, 1.0, 1.6);
+/// From the shortest to the longest, and from the thinnest to the thickest.
+const LENGTHS: [f64; 2] = [0.2, 1.0];
+const RADII: [f64; 2] = [0.002, 0.01];
+
+pub(super) fn make(seed: u64, count: usize) -> Content {
+    let mut random = Random::new(seed);
+    let mut mesh = MeshBuilder::default();
+    for _ in 0..count / PIPE {
+        let center = DVec3::from_array([0, 1, 2].map(|axis| random.range(LOWER[axis], UPPER[axis])));
+        let along = random.direction();
+        let (across, over) = along.any_orthonormal_pair();
+        let length = random.range(LENGTHS[0], LENGTHS[1]);
+        let radius = random.range(RADII[0], RADII[1]);
+        mesh.tube(SIDES, 1, |u, v| {
+            let (sin, cos) = libm::sincos(TAU * u);
+            center + along * ((v - 0.5) * length) + (across * cos + over * sin) * radius
+        });
+    }
+    Content {
+        parts: vec![Part {
+            name: "",
+            material: 2,
+            shape: Shape::Mesh(mesh.finish()),
+        }],
+        lights: course_lights(),
+        view: view([3.4, 1.6, 2.6], [0.0, 0.0, 0.85]),
+    }
+}
