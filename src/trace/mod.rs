@@ -100,10 +100,10 @@ pub struct Tracer<'a> {
     /// Of rays with their own origins.
     scattered: Backoff,
     /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more than two leaves for each
-    /// of its rays, and most of these with a packet or two, is of no use: triangles are far smaller than what is between
-    /// its rays. (Camera rays of ten million triangles: 9.6 to 13.8 Mrays/s. With one leaf a ray 14.5, but a million then
-    /// lose 6 %. Where many packets come by each leaf, as of long thin triangles that are seen through one another, all
-    /// the rays of a bundle share what it does: see [`is_crowded`].)
+    /// of its rays, most of them with a packet or two, is of no use: triangles are far smaller than what is between its
+    /// rays. (Camera rays of ten million triangles: 9.6 to 13.8 Mrays/s. With one leaf a ray 14.5, but a million then lose
+    /// 6 %.) Where many packets come by each leaf, as where rays look through long thin triangles, a bundle's rays share
+    /// what is done for it: see [`is_crowded`].
     crowded: Backoff,
     /// Leaves that the bundle in hand has visited.
     leaves: usize,
