@@ -205,12 +205,12 @@ impl Tracer<'_> {
                 };
                 if !ANY {
                     let seconds = usize::from(second.1 != 0);
-                    let came_by = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
+                    let met = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
                     self.leaves += 1 + seconds;
-                    self.came_by += came_by;
+                    self.leaf_packets += met;
                     if leaf.child.is_triangles() {
                         self.density.leaves += 1 + seconds;
-                        self.density.packets += came_by;
+                        self.density.packets += met;
                     }
                 }
                 leaf::shared_origin::<B, V, ANY>(

@@ -551,7 +551,8 @@ impl ApplicationHandler<Event> for App {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resized(size),
             // The synthetic ones are of keys that are held when the focus comes or goes: pressed for another window, or
-            // reported as pressed here as well.
+            // reported as pressed here as well. (What is let go elsewhere is dealt with below. On X11 a key that is still
+            // held when it repeats counts as pressed here then.)
             WindowEvent::KeyboardInput {
                 event,
                 is_synthetic: false,
