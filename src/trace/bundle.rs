@@ -203,15 +203,11 @@ impl Tracer<'_> {
                     child: [leaf.child, second.0],
                     packets: [leaf.packets, second.1],
                 };
-                if !ANY {
-                    let seconds = usize::from(second.1 != 0);
-                    let met = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
-                    self.leaves += 1 + seconds;
-                    self.leaf_packets += met;
-                    if leaf.child.is_triangles() {
-                        self.density.leaves += 1 + seconds;
-                        self.density.packets += met;
-                    }
+                let count = 1 + usize::from(second.1 != 0);
+                let met = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
+                self.visits.add(count, met);
+                if !ANY && leaf.child.is_triangles() {
+                    self.density.visits.add(count, met);
                 }
                 leaf::shared_origin::<B, V, ANY>(
                     blocks,

@@ -1,5 +1,7 @@
 //! How many packets of rays that share their origin come by a leaf.
 
+use super::Visits;
+
 /// With fewer packets a leaf than a tenth of this, packets of 32 rays do not pay (AVX-512): many of their triangles are hit
 /// by so few rays that sixteen lanes have them as well. (Zen 5, camera rays, packets of 32 against sixteen, and
 /// how many of either come by a leaf: terrain -12 %, 2.2 and 2.4; a million blobs -11 %, 2.1 and 2.4; two million, one
@@ -22,23 +24,21 @@ pub(super) struct Density {
     pub is_high: bool,
     /// Leaves of triangles that bundles of this group have come by. (Spheres are held against a packet's frustum before
     /// its rays, and packets of 32 pay there where they would not with triangles.)
-    pub leaves: usize,
-    /// Packets that came by them, summed over the leaves.
-    pub packets: usize,
-    /// Leaves and packets of groups before, less of those that were longer ago.
-    before: [usize; 2],
+    pub visits: Visits,
+    /// Those of groups before, less of those that were longer ago.
+    before: Visits,
 }
 
 impl Density {
     /// The bundles so far were a group. (What came by no leaf of triangles says nothing, be it spheres.)
     pub fn end_group(&mut self) {
-        if self.leaves > 0 {
-            let [leaves, packets] = self.before.map(|before| before - before / GROUPS);
-            self.before = [leaves + self.leaves, packets + self.packets];
-            let [leaves, packets] = self.before;
-            self.is_high = packets * 10 < leaves * PACKETS_A_LEAF_X10;
+        let Visits { leaves, packets } = std::mem::take(&mut self.visits);
+        if leaves > 0 {
+            self.before.leaves -= self.before.leaves / GROUPS;
+            self.before.packets -= self.before.packets / GROUPS;
+            self.before.add(leaves, packets);
+            self.is_high = self.before.packets * 10 < self.before.leaves * PACKETS_A_LEAF_X10;
         }
-        (self.leaves, self.packets) = (0, 0);
     }
 }
 
@@ -47,8 +47,7 @@ mod tests {
     use super::*;
 
     fn group(density: &mut Density, leaves: usize, packets: usize) -> bool {
-        density.leaves += leaves;
-        density.packets += packets;
+        density.visits.add(leaves, packets);
         density.end_group();
         density.is_high
     }

@@ -105,11 +105,29 @@ pub struct Tracer<'a> {
     /// 6 %.) Where many packets come by each leaf, as where rays look through long thin triangles, a bundle's rays share
     /// what is done for it: see [`is_crowded`].
     crowded: Backoff,
-    /// Leaves that the bundle in hand has visited.
+    /// Of the bundle in hand.
+    visits: Visits,
+    /// Of rays with a shared origin whose occlusion is asked for.
+    /// Of the last group of rays with a shared origin whose occlusion was asked for.
+    effort: order::Effort,
+    slots: Box<[single::Slot; single::SLOTS]>,
+}
+
+/// Of leaves that bundles came by.
+#[derive(Clone, Copy, Debug, Default)]
+struct Visits {
     leaves: usize,
     /// Packets that came by them, summed over the leaves.
-    leaf_packets: usize,
-    slots: Box<[single::Slot; single::SLOTS]>,
+    packets: usize,
+}
+
+impl Visits {
+    /// One leaf more, or two, by which so many packets came.
+    #[inline(always)]
+    fn add(&mut self, leaves: usize, packets: usize) {
+        self.leaves += leaves;
+        self.packets += packets;
+    }
 }
 
 /// How many lanes rays go in that share their origin.
@@ -134,14 +152,14 @@ impl Widths {
     }
 }
 
-/// Whether a bundle of so many `rays` was of no use, that visited `leaves`, with `leaf_packets` in all.
+/// Whether a bundle of so many `rays` was of no use.
 ///
 /// (Zen 5, AVX-512, camera rays, Mrays/s in bundles and one by one. 192,000 triangles of pipes, nine packets a leaf: 13.3
 /// and 1.9. While other programs ran, so roughly: two million small triangles anywhere, 3.3 packets a leaf, 7.2 and 2.7;
 /// twenty million in blobs, 1.2 packets a leaf, 5 and 13. Of ten million, 1.4 packets a leaf, some parts are better off
 /// in bundles, some one by one: 14.3 either way, 16.2 if bundles of two leaves a ray are given up.)
-fn is_crowded(rays: usize, leaves: usize, leaf_packets: usize) -> bool {
-    leaves > 2 * rays && leaf_packets < 2 * leaves
+fn is_crowded(rays: usize, visits: Visits) -> bool {
+    visits.leaves > 2 * rays && visits.packets < 2 * visits.leaves
 }
 
 /// Nodes of a large tree, bytes. (Its whole blocks of triangles are eight times as much, indexed ones five times.)
@@ -202,8 +220,8 @@ struct Group<'a> {
     end: usize,
     /// What to visit in place of the root, for camera rays.
     entry: Option<&'a Node8>,
-    /// For rays with their own origins: single ones, to be put together in this order: each is a packet, from the first
-    /// on, times eight plus lane. `None`: packets that hold a ray, as they come.
+    /// Single rays to be put together in this order, but for camera rays: each is a packet, from the first on, times eight
+    /// plus lane. `None`: packets that hold a ray, as they come.
     order: Option<&'a [u16]>,
 }
 
@@ -262,8 +280,8 @@ impl<'a> Tracer<'a> {
             density: Density::default(),
             scattered: Backoff::default(),
             crowded: Backoff::default(),
-            leaves: 0,
-            leaf_packets: 0,
+            visits: Visits::default(),
+            effort: order::Effort::default(),
             slots: Box::new(single::slots(bvh.stats().depth)),
         }
     }
@@ -369,8 +387,9 @@ impl<'a> Tracer<'a> {
         } else {
             PACKETS * eights
         };
-        // Never there where origins are shared: said so that none of it is compiled for those.
-        let order = if SHARED { None } else { group.order };
+        // Never there for camera rays: said so that none of it is compiled for those.
+        let order = if SHARED && !ANY { None } else { group.order };
+        let origins_of_group = if SHARED { &[] } else { &origins[start..end] };
         if order.is_some() {
             for (i, rays) in rays.iter().enumerate().take(end).skip(start) {
                 answers.clear(i, rays);
@@ -393,7 +412,7 @@ impl<'a> Tracer<'a> {
                     for i in later.by_ref().take(asked_each) {
                         prefetch_rays(rays, origins, i);
                     }
-                    packet.gather::<V>(&rays[start..end], &origins[start..end], members);
+                    packet.gather::<V, SHARED>(&rays[start..end], origins_of_group, members);
                 }
             } else {
                 while next < end && count < most {
@@ -447,7 +466,7 @@ impl<'a> Tracer<'a> {
         let regroup = self.method != Method::Packet;
         let is_scattered = !SHARED && self.scattered.is_on() || SHARED && !ANY && self.crowded.is_on();
         let single = self.method == Method::Single || regroup && is_scattered;
-        (self.leaves, self.leaf_packets) = (0, 0);
+        self.visits = Visits::default();
         let mut left = all;
         while left != 0 {
             let (packets, frustum) = if single {
@@ -486,8 +505,9 @@ impl<'a> Tracer<'a> {
             self.crowded.one_less();
         } else if !ANY && count >= PACKETS / 2 {
             // Bundles of few packets, at a picture's edge, tell nothing of others: few can come by a leaf.
-            self.crowded
-                .tried(is_crowded(rays, self.leaves, self.leaf_packets));
+            self.crowded.tried(is_crowded(rays, self.visits));
+        } else if ANY {
+            self.effort.add(rays, self.visits.packets, self.items.len());
         }
         self.trace_items::<B, V, ANY>(blocks);
     }
@@ -528,13 +548,14 @@ impl<'a> Tracer<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::is_crowded;
+    use super::{Visits, is_crowded};
 
     #[test]
     fn bundles_are_given_up_where_triangles_are_smaller_than_what_is_between_rays() {
         // About as measured: pipes, twenty million triangles in blobs, and most other scenes.
-        assert!(!is_crowded(512, 2000, 18_000));
-        assert!(is_crowded(256, 700, 850));
-        assert!(!is_crowded(256, 60, 70));
+        let visits = |leaves, packets| Visits { leaves, packets };
+        assert!(!is_crowded(512, visits(2000, 18_000)));
+        assert!(is_crowded(256, visits(700, 850)));
+        assert!(!is_crowded(256, visits(60, 70)));
     }
 }

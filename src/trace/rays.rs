@@ -82,17 +82,25 @@ impl<M: Memory> Packet<M> {
     }
 
     /// Puts single rays into the lanes, with no hits: `members` are packets times eight plus lane. Lanes beyond them
-    /// repeat the last one, with an end of 0.
+    /// repeat the last one, with an end of 0. Where they share their origin that stays as it was.
     #[inline(always)]
-    pub fn gather<V: Lanes<Memory = M>>(&mut self, rays: &[RayPacket], origins: &[Vec3x8], members: &[u16]) {
+    pub fn gather<V: Lanes<Memory = M>, const SHARED: bool>(
+        &mut self,
+        rays: &[RayPacket],
+        origins: &[Vec3x8],
+        members: &[u16],
+    ) {
         let last = members.last().copied().unwrap_or(0);
         for i in 0..V::COUNT {
             let member = usize::from(members.get(i).copied().unwrap_or(last));
             let (packet, lane) = (member / LANES, member % LANES);
-            let (from, o) = (&rays[packet], &origins[packet]);
+            let from = &rays[packet];
             let d = &from.direction;
-            for (column, values) in self.origin.iter_mut().zip([&o.x, &o.y, &o.z]) {
-                *column.place_mut(i) = values.as_array()[lane];
+            if !SHARED {
+                let o = &origins[packet];
+                for (column, values) in self.origin.iter_mut().zip([&o.x, &o.y, &o.z]) {
+                    *column.place_mut(i) = values.as_array()[lane];
+                }
             }
             for (column, values) in self.direction.iter_mut().zip([&d.x, &d.y, &d.z]) {
                 *column.place_mut(i) = values.as_array()[lane];

@@ -105,7 +105,7 @@ impl Tracer<'_> {
         let is_adaptive = self.method == Method::Adaptive || self.method == Method::AdaptiveBaseline;
         let at_a_time = match (SHARED, ANY) {
             (true, false) if is_adaptive => ENTRY_PACKETS,
-            (false, _) if is_adaptive => order::PACKETS,
+            _ if is_adaptive => order::PACKETS,
             _ => rays.len().max(1),
         };
         let mut sorted = std::mem::take(&mut self.sorted);
@@ -123,6 +123,11 @@ impl Tracer<'_> {
                         answers.put_none::<V>(i, packet);
                     }
                     continue;
+                }
+            } else if SHARED && ANY && is_adaptive {
+                let effort = std::mem::take(&mut self.effort);
+                if effort.is_high() && sorted.by_place(&rays[start..end]) {
+                    order = Some(sorted.rays());
                 }
             } else if !SHARED && is_adaptive {
                 if self.unsorted == 0 && sorted.by_direction(&rays[start..end]) {
@@ -153,6 +158,69 @@ impl Tracer<'_> {
             origins,
             answers,
             next,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        accel::Bvh,
+        ray::{Origins, RayPacket},
+        scene::SceneBuilder,
+        simd::{F32x8, LANES, Vec3x8},
+        trace::{Method, Tracer, Widths, order},
+    };
+    use glam::Vec3;
+
+    /// From a light to points among long thin triangles: several groups, and lanes and packets without a ray.
+    #[test]
+    fn sorted_shadow_rays_are_blocked_as_others_are() {
+        let mut random = fastrand::Rng::with_seed(5);
+        let mut unit = move || random.f32() * 2.0 - 1.0;
+        let mut vector = move || Vec3::new(unit(), unit(), unit());
+        let mut builder = SceneBuilder::new();
+        let material = builder.classic_material(1).unwrap();
+        for _ in 0..3000 {
+            let (at, along) = (vector(), vector() * 0.5);
+            let corners = [at - along, at + along, at + vector() * 0.01];
+            builder.add_triangle(corners, material).unwrap();
+        }
+        let scene = builder.finish();
+        let bvh = Bvh::build(&scene);
+        let light = Vec3::new(2.0, 3.0, 4.0);
+        let packets = 3 * order::PACKETS + 7;
+        let rays: Vec<RayPacket> = (0..packets)
+            .map(|i| {
+                let to = [(); LANES].map(|()| vector() * 0.5 - light);
+                let mut t_max = to.map(Vec3::length);
+                t_max[i % LANES] = 0.0;
+                RayPacket {
+                    direction: Vec3x8::from_lanes(to.map(Vec3::normalize)),
+                    t_max: if i % 9 == 0 {
+                        F32x8::ZERO
+                    } else {
+                        F32x8::from(t_max)
+                    },
+                }
+            })
+            .collect();
+        let blocked = |tracer: &mut Tracer<'_>| {
+            let mut blocked = vec![0; packets];
+            tracer.occluded(Origins::Shared(light), &rays, &mut blocked);
+            blocked
+        };
+        let expected = blocked(&mut Tracer::with_method(&bvh, Method::Packet));
+        let count: u32 = expected.iter().map(|bits| bits.count_ones()).sum();
+        assert!((5000..8000).contains(&count), "{count}");
+        for method in [Method::Adaptive, Method::AdaptiveBaseline] {
+            for widths in [Widths::Fitting, Widths::One, Widths::Pair] {
+                let mut tracer = Tracer::with_method(&bvh, method);
+                tracer.hold_to(widths);
+                assert!(tracer.sorted.rays().is_empty());
+                assert!(blocked(&mut tracer) == expected, "{method:?} {widths:?}");
+                assert!(!tracer.sorted.rays().is_empty(), "nothing was sorted");
+            }
         }
     }
 }
