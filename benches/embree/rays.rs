@@ -4,7 +4,7 @@
 use crate::{
     device::{EmbreeScene, empty},
     ffi::{self, Arguments, RayHits},
-    truth::Dispute,
+    truth::{Dispute, Distances, TOLERANCE},
 };
 use octray::{
     bench::{Kind, RaySet, Results},
@@ -18,7 +18,7 @@ pub struct Differences {
     pub rays: u64,
     /// One hits (or is blocked), the other not.
     pub hit_miss: u64,
-    /// Both hit, but the distances differ by more than 1e-4 of them.
+    /// Both hit, but the distances differ by more than [`TOLERANCE`] of them.
     pub distance: u64,
 }
 
@@ -31,6 +31,13 @@ impl Differences {
     pub fn per_million(&self, count: u64) -> f64 {
         count as f64 * 1e6 / self.rays.max(1) as f64
     }
+}
+
+/// The rays on which they disagree.
+#[derive(Clone, Debug, Default)]
+pub struct Disputes {
+    pub hit_miss: Vec<Dispute>,
+    pub distance: Vec<Distances>,
 }
 
 /// N rays, a column a field. Its 32 N bytes put `valid` where Embree wants it.
@@ -161,7 +168,7 @@ impl Prepared {
 
     /// Compares what [`Self::trace`] left in that width with octray's results, and answers the rays of `set`, which this
     /// was made of, on which they disagree.
-    pub fn differences(&self, width: usize, set: &RaySet, ours: &Results) -> (Differences, Vec<Dispute>) {
+    pub fn differences(&self, width: usize, set: &RaySet, ours: &Results) -> (Differences, Disputes) {
         match width {
             1 => self.one.differences(set, ours),
             8 => self.eight.differences(set, ours),
@@ -285,11 +292,11 @@ impl<const N: usize> Width<N> {
         }
     }
 
-    fn differences(&self, set: &RaySet, ours: &Results) -> (Differences, Vec<Dispute>) {
+    fn differences(&self, set: &RaySet, ours: &Results) -> (Differences, Disputes) {
         let mut differences = Differences::default();
-        let mut disputes = Vec::new();
+        let mut disputes = Disputes::default();
         let mut dispute = |source: u32, packet_i: usize, lane: usize, we_hit: bool| {
-            disputes.push(Dispute {
+            disputes.hit_miss.push(Dispute {
                 ours: our_ray(set, source as usize / 8, source as usize % 8),
                 embree: self.ray(packet_i, lane),
                 we_hit,
@@ -312,12 +319,17 @@ impl<const N: usize> Width<N> {
                 let (ours, hits) = (ours.hits[i].hit(our_lane), &self.hits[packet_i]);
                 if ours.is_hit() != (hits.geometry[lane] != ffi::NONE) {
                     dispute(source, packet_i, lane, ours.is_hit());
-                } else if ours.is_hit() && (hits.t[lane] - ours.t).abs() > 1e-4 * ours.t {
-                    differences.distance += 1;
+                } else if ours.is_hit() && (hits.t[lane] - ours.t).abs() > TOLERANCE * ours.t {
+                    disputes.distance.push(Distances {
+                        ray: self.ray(packet_i, lane),
+                        ours: ours.t,
+                        embree: hits.t[lane],
+                    });
                 }
             }
         }
-        differences.hit_miss = disputes.len() as u64;
+        differences.hit_miss = disputes.hit_miss.len() as u64;
+        differences.distance = disputes.distance.len() as u64;
         (differences, disputes)
     }
 }

@@ -1,6 +1,9 @@
 //! The table and the JSON.
 
-use crate::run::{Builds, Plan, Row};
+use crate::{
+    run::{Builds, Plan, Row},
+    truth::Right,
+};
 use octray::bench::{Kind, machine};
 use serde::Serialize;
 use std::path::Path;
@@ -37,14 +40,15 @@ pub fn heading(plan: Plan) -> String {
 
 /// A line of the table.
 pub fn line(row: &Row) -> String {
-    let (d, right) = (&row.differences, &row.right);
-    let decided = match right.disputes {
+    let d = &row.differences;
+    let decided = |what: &str, right: &Right| match right.disputes {
         0 => String::new(),
         n => format!(
-            "; of {n} in f64 octray is right on {}, Embree on {}",
+            "; of {n} {what}in f64 octray is right on {}, Embree on {}",
             right.ours, right.embree
         ),
     };
+    let decided = decided("", &row.right) + &decided("distances ", &row.right_distance);
     format!(
         "{:<10} {:<7} {:>8.2} {:>5.0}% {:>8.2} {:>5.0}%  {:<42} {:>5.2}x  {:>9.1} {:>9.1}  {}{decided}",
         row.scene,
@@ -158,6 +162,10 @@ struct JsonRow {
     disputes: usize,
     ours_right: usize,
     embree_right: usize,
+    /// The same where both hit, but at different distances.
+    distance_disputes: usize,
+    ours_distance_right: usize,
+    embree_distance_right: usize,
 }
 
 #[derive(Serialize)]
@@ -187,6 +195,9 @@ pub fn write_json(path: &Path, plan: Plan, rows: &[Row], builds: &[(String, Buil
         disputes: row.right.disputes,
         ours_right: row.right.ours,
         embree_right: row.right.embree,
+        distance_disputes: row.right_distance.disputes,
+        ours_distance_right: row.right_distance.ours,
+        embree_distance_right: row.right_distance.embree,
     };
     let build = |(scene, b): &(String, Builds)| JsonBuilds {
         scene: scene.clone(),

@@ -4,8 +4,8 @@ use crate::{
     device::{Buffers, Build, EmbreeScene},
     ffi::Api,
     inputs::Input,
-    rays::{Differences, Prepared},
-    truth::{self, Dispute, Right},
+    rays::{Differences, Disputes, Prepared},
+    truth::{self, Right},
 };
 use octray::{
     accel::Bvh,
@@ -105,6 +105,8 @@ pub struct Row {
     pub differences: Differences,
     /// Who is right where one hits and the other does not.
     pub right: Right,
+    /// Who is right where both hit, but at different distances.
+    pub right_distance: Right,
     /// Whether ours is the scalar reference's answer, bit for bit.
     pub exact: bool,
 }
@@ -265,7 +267,7 @@ impl<'a> Embree<'a> {
     }
 
     /// Of what the last mode of that width and direction found.
-    fn differences(&self, mode: &Mode, set: &RaySet, ours: &Results) -> (Differences, Vec<Dispute>) {
+    fn differences(&self, mode: &Mode, set: &RaySet, ours: &Results) -> (Differences, Disputes) {
         self.prepared[usize::from(mode.from_light)].differences(mode.width, set, ours)
     }
 }
@@ -334,7 +336,8 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
         embree: embree_speed,
         mode,
         differences,
-        right: truth::decide(&input.scene, &disputes),
+        right: truth::decide(&input.scene, &disputes.hit_miss),
+        right_distance: truth::decide_distances(&input.scene, &disputes.distance),
         exact,
     }
 }

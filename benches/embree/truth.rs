@@ -1,4 +1,4 @@
-//! Who is right where the two disagree on whether a ray hits: every primitive in `f64`, in which the differences of `f32`
+//! Who is right where the two disagree on whether a ray hits, or how far away: every primitive in `f64`, in which the differences of `f32`
 //! coordinates are exact and their products nearly so.
 
 use octray::{
@@ -16,6 +16,17 @@ pub struct Dispute {
     /// What octray says; Embree says the opposite.
     pub we_hit: bool,
 }
+
+/// A ray that both say hits something, at different distances.
+#[derive(Clone, Copy, Debug)]
+pub struct Distances {
+    pub ray: Ray,
+    pub ours: f32,
+    pub embree: f32,
+}
+
+/// Distances that differ by less than this share are the same.
+pub const TOLERANCE: f32 = 1e-4;
 
 /// In how many disputes each is right about the ray that it traced.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,36 +50,65 @@ pub fn decide(scene: &Scene, disputes: &[Dispute]) -> Right {
     right
 }
 
+/// As [`decide`], of distances: who is within [`TOLERANCE`] of the nearest hit.
+pub fn decide_distances(scene: &Scene, disputes: &[Distances]) -> Right {
+    let mut right = Right::default();
+    for dispute in disputes.iter().take(MOST) {
+        let nearest = nearest(scene, &dispute.ray);
+        let is_right = |t: f32| (f64::from(t) - nearest).abs() <= f64::from(TOLERANCE) * nearest;
+        right.disputes += 1;
+        right.ours += usize::from(is_right(dispute.ours));
+        right.embree += usize::from(is_right(dispute.embree));
+    }
+    right
+}
+
 /// Whether the ray hits anything in (0, `t_max`), edges included.
 fn hits(scene: &Scene, ray: &Ray) -> bool {
+    let primitives = (0..scene.primitive_count() as u32).into_par_iter();
+    primitives
+        .flat_map_iter(|id| distances(scene, id, ray))
+        .any(|t| is_within(t, ray))
+}
+
+/// The nearest hit in (0, `t_max`), edges included; infinite where there is none.
+fn nearest(scene: &Scene, ray: &Ray) -> f64 {
+    let primitives = (0..scene.primitive_count() as u32).into_par_iter();
+    primitives
+        .flat_map_iter(|id| distances(scene, id, ray))
+        .filter(|&t| is_within(t, ray))
+        .reduce(|| f64::INFINITY, f64::min)
+}
+
+fn is_within(t: f64, ray: &Ray) -> bool {
+    t > 0.0 && t < f64::from(ray.t_max)
+}
+
+/// Where the ray's line meets the primitive: up to two places, the others not a number.
+fn distances(scene: &Scene, id: u32, ray: &Ray) -> [f64; 2] {
     let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    let is_within = |t: f64| t > 0.0 && t < f64::from(ray.t_max);
-    (0..scene.primitive_count() as u32).into_par_iter().any(|id| {
-        match scene.shape(octray::ray::PrimitiveId(id)) {
-            Shape::Triangle(corners) => {
-                let [a, b, c] = corners.map(|corner| corner.as_dvec3() - origin);
-                let (u, v, w) = (
-                    direction.dot(c.cross(b)),
-                    direction.dot(a.cross(c)),
-                    direction.dot(b.cross(a)),
-                );
-                let inside = u.min(v).min(w) >= 0.0 || u.max(v).max(w) <= 0.0;
-                inside
-                    && is_within(
-                        (a * u + b * v + c * w).dot(direction) / ((u + v + w) * direction.length_squared()),
-                    )
-            }
-            Shape::Sphere(center, radius) => {
-                let from_center = origin - center.as_dvec3();
-                let (half_b, c) = (
-                    from_center.dot(direction),
-                    from_center.length_squared() - f64::from(radius).powi(2),
-                );
-                let a = direction.length_squared();
-                let discriminant = half_b * half_b - a * c;
-                let root = discriminant.max(0.0).sqrt();
-                discriminant >= 0.0 && (is_within((-half_b - root) / a) || is_within((root - half_b) / a))
-            }
+    match scene.shape(octray::ray::PrimitiveId(id)) {
+        Shape::Triangle(corners) => {
+            let [a, b, c] = corners.map(|corner| corner.as_dvec3() - origin);
+            let (u, v, w) = (
+                direction.dot(c.cross(b)),
+                direction.dot(a.cross(c)),
+                direction.dot(b.cross(a)),
+            );
+            let inside = u.min(v).min(w) >= 0.0 || u.max(v).max(w) <= 0.0;
+            let t = (a * u + b * v + c * w).dot(direction) / ((u + v + w) * direction.length_squared());
+            [if inside { t } else { f64::NAN }, f64::NAN]
         }
-    })
+        Shape::Sphere(center, radius) => {
+            let from_center = origin - center.as_dvec3();
+            let (half_b, c) = (
+                from_center.dot(direction),
+                from_center.length_squared() - f64::from(radius).powi(2),
+            );
+            let a = direction.length_squared();
+            // Not a number where the line passes by.
+            let root = (half_b * half_b - a * c).sqrt();
+            [(-half_b - root) / a, (root - half_b) / a]
+        }
+    }
 }
