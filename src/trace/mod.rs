@@ -99,12 +99,8 @@ pub struct Tracer<'a> {
     density: Density,
     /// Of rays with their own origins.
     scattered: Backoff,
-    /// Of rays with a shared origin whose closest hit is asked for. A bundle that visits more than two leaves for each
-    /// of its rays, with fewer than two packets a leaf, is of no use: triangles are far smaller than what is between its
-    /// rays. (Camera rays of ten million triangles: 9.6 to 13.8 Mrays/s. With one leaf a ray 14.5, but a million then lose
-    /// 6 %.) Where many packets come by each leaf, as where rays look through long thin triangles, a bundle's rays share
-    /// what is done for it: see [`is_crowded`].
-    crowded: Backoff,
+    /// Of rays with a shared origin: of those whose closest hit is asked for, and of those whose occlusion is.
+    crowded: [Backoff; 2],
     /// Of the bundle in hand.
     visits: Visits,
     /// Of rays with a shared origin whose occlusion is asked for.
@@ -152,14 +148,19 @@ impl Widths {
     }
 }
 
-/// Whether a bundle of so many `rays` was of no use.
+/// Whether a bundle of so many `rays` from one point was of no use: it visited more than two leaves for each of them, with
+/// fewer than two packets a leaf, or for occlusion (`ANY`) one and a half. Triangles are far smaller than what is between its
+/// rays. Where many packets come by each leaf, as where rays look through long thin triangles, they share what is done for it.
 ///
 /// (Zen 5, AVX-512, camera rays, Mrays/s in bundles and one by one. 192,000 triangles of pipes, nine packets a leaf: 13.3
 /// and 1.9. While other programs ran, so roughly: two million small triangles anywhere, 3.3 packets a leaf, 7.2 and 2.7;
 /// twenty million in blobs, 1.2 packets a leaf, 5 and 13. Of ten million, 1.4 packets a leaf, some parts are better off
-/// in bundles, some one by one: 14.3 either way, 16.2 if bundles of two leaves a ray are given up.)
-fn is_crowded(rays: usize, visits: Visits) -> bool {
-    visits.leaves > 2 * rays && visits.packets < 2 * visits.leaves
+/// in bundles, some one by one: 14.3 either way, 16.2 if bundles of two leaves a ray are given up. With one leaf a ray
+/// 14.5, but a million then lose 6 %. Shadow rays, [sorted](order): two million small triangles anywhere, 1.4 packets a leaf,
+/// 1.3 and 1.6; dense hair, 1.8 packets a leaf, 1.02 and 0.9.)
+fn is_crowded<const ANY: bool>(rays: usize, visits: Visits) -> bool {
+    let least_x2 = if ANY { 3 } else { 4 };
+    visits.leaves > 2 * rays && 2 * visits.packets < least_x2 * visits.leaves
 }
 
 /// Nodes of a large tree, bytes. (Its whole blocks of triangles are eight times as much, indexed ones five times.)
@@ -279,7 +280,7 @@ impl<'a> Tracer<'a> {
             widths: Widths::Fitting,
             density: Density::default(),
             scattered: Backoff::default(),
-            crowded: Backoff::default(),
+            crowded: <[Backoff; 2]>::default(),
             visits: Visits::default(),
             effort: order::Effort::default(),
             slots: Box::new(single::slots(bvh.stats().depth)),
@@ -464,8 +465,12 @@ impl<'a> Tracer<'a> {
         let point = Vec3::from(lower);
         let extent = (Vec3::from(upper) - point).length();
         let regroup = self.method != Method::Packet;
-        let is_scattered = !SHARED && self.scattered.is_on() || SHARED && !ANY && self.crowded.is_on();
-        let single = self.method == Method::Single || regroup && is_scattered;
+        let backoff = if SHARED {
+            &self.crowded[usize::from(ANY)]
+        } else {
+            &self.scattered
+        };
+        let single = self.method == Method::Single || regroup && backoff.is_on();
         self.visits = Visits::default();
         let mut left = all;
         while left != 0 {
@@ -497,16 +502,20 @@ impl<'a> Tracer<'a> {
             self.traverse_bundle::<B, V, ANY, SHARED>(blocks, packets, &culling);
         }
         let rays = count * V::COUNT;
-        if !SHARED && single {
-            self.scattered.one_less();
+        let backoff = if SHARED {
+            &mut self.crowded[usize::from(ANY)]
+        } else {
+            &mut self.scattered
+        };
+        if single {
+            backoff.one_less();
         } else if !SHARED {
-            self.scattered.tried(self.items.len() > rays * SCATTERED / 2);
-        } else if !ANY && single {
-            self.crowded.one_less();
-        } else if !ANY && count >= PACKETS / 2 {
+            backoff.tried(self.items.len() > rays * SCATTERED / 2);
+        } else if count >= PACKETS / 2 {
             // Bundles of few packets, at a picture's edge, tell nothing of others: few can come by a leaf.
-            self.crowded.tried(is_crowded(rays, self.visits));
-        } else if ANY {
+            backoff.tried(is_crowded::<ANY>(rays, self.visits));
+        }
+        if SHARED && ANY {
             self.effort.add(rays, self.visits.packets, self.items.len());
         }
         self.trace_items::<B, V, ANY>(blocks);
@@ -554,8 +563,11 @@ mod tests {
     fn bundles_are_given_up_where_triangles_are_smaller_than_what_is_between_rays() {
         // About as measured: pipes, twenty million triangles in blobs, and most other scenes.
         let visits = |leaves, packets| Visits { leaves, packets };
-        assert!(!is_crowded(512, visits(2000, 18_000)));
-        assert!(is_crowded(256, visits(700, 850)));
-        assert!(!is_crowded(256, visits(60, 70)));
+        assert!(!is_crowded::<false>(512, visits(2000, 18_000)));
+        assert!(is_crowded::<false>(256, visits(700, 850)));
+        assert!(!is_crowded::<false>(256, visits(60, 70)));
+        // Small triangles anywhere, and hair.
+        assert!(is_crowded::<true>(512, visits(2300, 3200)));
+        assert!(!is_crowded::<true>(512, visits(3700, 6500)));
     }
 }

@@ -10,12 +10,12 @@
 //!
 //! Rays from a light to what neighbouring pixels show are neighbours only where that is one surface. Through a thicket of
 //! thin things a bundle of them spreads over all that the whole group spreads over; sorted by place, each has its own part.
-//! (Zen 5, AVX-512, shadow rays of a picture of 1024 x 1024, sorting included: pipes of thin triangles +80 %, hair +120 %, a
-//! denser one +75 %, a million triangles anywhere +35 %, two million smaller ones +40 %, where rays one by one are 15 %
-//! better still; beams +11 %, spheres +9 %, cow to blobs -1 to +1 %. Whole packets by their first rays: no gain. Told by
-//! the effort alone: figure and blobs -4 to -10 %, for they are sorted in vain where a silhouette has cost much; tried in
-//! turn, group by group, and what costs less kept: the same, for groups differ more than that. Bundles that leave many rays
-//! to go on one by one, given up: two million triangles +20 %, hair -20 %.)
+//! (Zen 5, AVX-512, shadow rays of a picture of 1024 x 1024, sorting included: pipes of thin triangles +80 %, hair +120 %,
+//! a denser one +75 %, a million triangles anywhere +35 %, two million smaller ones +40 %, or +85 % where they then go one by
+//! one, beams +11 %, spheres +10 %, cow to blobs -1 to +1 %. Whole packets by their first rays: no gain. Told by the
+//! effort alone: figure and blobs -4 to -10 %, for they are sorted in vain where a silhouette has cost much. Tried in turn,
+//! group by group, and what costs less kept: the same, for groups differ more than that. Bundles given up that leave many
+//! rays to go on one by one, in place of those that visit many leaves: hair -20 %.)
 
 use crate::{
     ray::RayPacket,
