@@ -1,5 +1,5 @@
-//! Who is right where the two disagree on whether a ray hits, or how far away: every primitive in `f64`, in which the differences of `f32`
-//! coordinates are exact and their products nearly so.
+//! Who is right where the two disagree on whether a ray hits, or how far away: every primitive in `f64`, in which the
+//! differences of `f32` coordinates are exact and their products nearly so.
 
 use octray::{
     ray::Ray,
@@ -54,8 +54,10 @@ pub fn decide(scene: &Scene, disputes: &[Dispute]) -> Right {
 pub fn decide_distances(scene: &Scene, disputes: &[Distances]) -> Right {
     let mut right = Right::default();
     for dispute in disputes.iter().take(MOST) {
-        let nearest = nearest(scene, &dispute.ray);
-        let is_right = |t: f32| (f64::from(t) - nearest).abs() <= f64::from(TOLERANCE) * nearest;
+        let truth = nearest(scene, &dispute.ray);
+        // Nobody is where there is no hit.
+        let is_right =
+            |t: f32| truth.is_finite() && (f64::from(t) - truth).abs() <= f64::from(TOLERANCE) * truth;
         right.disputes += 1;
         right.ours += usize::from(is_right(dispute.ours));
         right.embree += usize::from(is_right(dispute.embree));

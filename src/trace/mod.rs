@@ -103,8 +103,7 @@ pub struct Tracer<'a> {
     crowded: [Backoff; 2],
     /// Of the bundle in hand.
     visits: Visits,
-    /// Of rays with a shared origin whose occlusion is asked for.
-    /// Of the last group of rays with a shared origin whose occlusion was asked for.
+    /// Of the last group of rays with a shared origin whose occlusion was asked for, whichever light they came from.
     effort: order::Effort,
     slots: Box<[single::Slot; single::SLOTS]>,
 }

@@ -71,12 +71,15 @@ impl Effort {
     }
 }
 
-/// Rays of a packet are spread where they go to places farther apart than this part of what all packets go to. (On a
-/// smooth surface it is a sixteenth.)
-const SPREAD: f32 = 10.0;
+/// Rays of a packet are spread where the square around the places that they go to is larger than so many times their share
+/// of the square around all. (On a smooth surface it is at most about twice its share, and less where that is long.)
+const SPREAD: f32 = 2.5;
 
 /// Where one packet in this many is spread, sorting rays from one point pays.
-const MOSTLY_SPREAD: usize = 5;
+const SPREAD_ONE_IN: usize = 5;
+
+/// Fewer packets are not sorted by place: they are half a bundle, and sorting costs as much as that of many.
+const FEWEST: usize = 32;
 
 /// Memory for sorting.
 #[derive(Debug, Default)]
@@ -178,12 +181,16 @@ impl Sorted {
     /// most of the places that rays go to; what goes elsewhere belongs to the cells at the side.
     #[inline(never)]
     pub fn by_place(&mut self, rays: &[RayPacket]) -> bool {
+        if rays.len() < FEWEST {
+            return false;
+        }
         let asked = rays.iter().step_by(ASKED);
         let mut sum = [splat(0.0); 3];
         for rays in asked.clone() {
+            let live8 = gt(rays.t_max, splat(0.0));
             let d = &rays.direction;
             for (sum, d) in sum.iter_mut().zip([d.x, d.y, d.z]) {
-                *sum += d;
+                *sum += live8.select(d, splat(0.0));
             }
         }
         let octahedron = Octahedron::toward(sum.map(F32x8::reduce_add));
@@ -202,8 +209,9 @@ impl Sorted {
         let size = (upper[0] - lower[0])
             .max(upper[1] - lower[1])
             .max(f32::MIN_POSITIVE);
-        let spread = sizes.iter().filter(|&&of| of * SPREAD > size).count();
-        if spread * MOSTLY_SPREAD < rays.len().div_ceil(ASKED) {
+        let share = SPREAD / rays.len() as f32 * size * size;
+        let spread = sizes.iter().filter(|&&of| of * of > share).count();
+        if spread * SPREAD_ONE_IN < rays.len().div_ceil(ASKED) {
             return false;
         }
         let scale = splat(CELLS as f32 / size);
@@ -324,24 +332,25 @@ mod tests {
         let (u, v) = (Vec3::X * 0.01, Vec3::Y * 0.01);
         let way = Vec3::new(0.1, -0.2, -1.0);
         assert!(!Sorted::new().by_place(&toward(20, way, u, v)));
+        assert!(!Sorted::new().by_place(&toward(2, way, u, v)[..FEWEST - 1]));
+        assert!(Sorted::new().by_place(&toward(2, way, u, v)[..FEWEST]));
         let mut rays = toward(2, way, u, v);
         rays[1].t_max = splat(0.0);
         rays[2].t_max = F32x8::from([1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0]);
         let mut sorted = Sorted::new();
         assert!(sorted.by_place(&rays));
-        // Eight bundles hold two to three times the square in all, and not eight times.
-        let mut area = 0.0;
-        for bundle in sorted.rays().chunks(RAYS / 8) {
+        // The sides of 64 packets: squares have 16 in all, rows would have 65, and unsorted rays 128.
+        let mut sides = 0.0;
+        for packet in sorted.rays().chunks(RAYS / 64) {
             let place = |&ray: &u16| {
                 let ray = usize::from(ray);
                 rays[ray / LANES].direction.lane(ray % LANES)
             };
-            let lower = bundle.iter().map(place).reduce(Vec3::min).unwrap();
-            let upper = bundle.iter().map(place).reduce(Vec3::max).unwrap();
-            let size = (upper - lower) / 0.01;
-            area += size.x * size.y;
+            let lower = packet.iter().map(place).reduce(Vec3::min).unwrap();
+            let upper = packet.iter().map(place).reduce(Vec3::max).unwrap();
+            sides += (upper - lower).element_sum() / 0.01;
         }
-        assert!(area < 3.0, "{area}");
+        assert!(sides < 30.0, "{sides}");
         let mut all = sorted.rays().to_vec();
         all.sort_unstable();
         let live = |&ray: &u16| {
@@ -394,9 +403,10 @@ mod tests {
             effort.is_high()
         };
         assert!(!Effort::default().is_high());
-        assert!(!high(1000, 110, 0));
-        assert!(!high(1000, 400, 10));
-        assert!(high(1000, 12_600, 400));
+        assert!(!high(1000, 500, 0));
+        assert!(high(1000, 501, 0));
+        assert!(!high(1000, 20, 60));
+        assert!(high(1000, 20, 61));
     }
 
     #[test]

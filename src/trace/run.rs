@@ -124,9 +124,9 @@ impl Tracer<'_> {
                     }
                     continue;
                 }
-            } else if SHARED && ANY && is_adaptive {
+            } else if SHARED && ANY {
                 let effort = std::mem::take(&mut self.effort);
-                if effort.is_high() && sorted.by_place(&rays[start..end]) {
+                if is_adaptive && effort.is_high() && sorted.by_place(&rays[start..end]) {
                     order = Some(sorted.rays());
                 }
             } else if !SHARED && is_adaptive {
@@ -142,7 +142,7 @@ impl Tracer<'_> {
                 order,
             };
             self.trace_group::<B, V, A, ANY, SHARED>(blocks, rays, origins, &group, &mut answers);
-            if order.is_some() && self.scattered.is_on() {
+            if !SHARED && order.is_some() && self.scattered.is_on() {
                 self.unsorted = UNSORTED;
             }
             if SHARED && !ANY {
@@ -205,13 +205,23 @@ mod tests {
                 }
             })
             .collect();
+        let separate = vec![Vec3x8::splat(-light); packets];
+        // From the light, from the other side, and from the light again.
         let blocked = |tracer: &mut Tracer<'_>| {
-            let mut blocked = vec![0; packets];
-            tracer.occluded(Origins::Shared(light), &rays, &mut blocked);
-            blocked
+            [
+                Origins::Shared(light),
+                Origins::Separate(&separate),
+                Origins::Shared(light + Vec3::X),
+                Origins::Shared(light),
+            ]
+            .map(|origins| {
+                let mut blocked = vec![0; packets];
+                tracer.occluded(origins, &rays, &mut blocked);
+                blocked
+            })
         };
         let expected = blocked(&mut Tracer::with_method(&bvh, Method::Packet));
-        let count: u32 = expected.iter().map(|bits| bits.count_ones()).sum();
+        let count: u32 = expected[0].iter().map(|bits| bits.count_ones()).sum();
         assert!((5000..8000).contains(&count), "{count}");
         for method in [Method::Adaptive, Method::AdaptiveBaseline] {
             for widths in [Widths::Fitting, Widths::One, Widths::Pair] {
