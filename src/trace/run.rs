@@ -228,8 +228,11 @@ mod tests {
                 let mut tracer = Tracer::with_method(&bvh, method);
                 tracer.hold_to(widths);
                 assert!(tracer.sorted.rays().is_empty());
-                assert!(blocked(&mut tracer) == expected, "{method:?} {widths:?}");
+                let mut first = vec![0; packets];
+                tracer.occluded(Origins::Shared(light), &rays, &mut first);
                 assert!(!tracer.sorted.rays().is_empty(), "nothing was sorted");
+                assert!(first == expected[0], "{method:?} {widths:?}");
+                assert!(blocked(&mut tracer) == expected, "{method:?} {widths:?}");
             }
         }
     }
