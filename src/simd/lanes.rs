@@ -17,6 +17,11 @@ pub const REGISTER_LANES: usize = 16;
 pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
     /// A bit a lane, lane 0 the lowest.
     fn bits(self) -> u32;
+    /// Whether any lane is in it.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
     /// The mask with the lanes of `bits`.
     fn from_bits(bits: u32) -> Self;
 }
@@ -78,6 +83,10 @@ pub trait Lanes:
     fn le(self, b: Self) -> Self::Mask;
     fn gt(self, b: Self) -> Self::Mask;
     fn ge(self, b: Self) -> Self::Mask;
+    /// Those of `lanes` that are not less: NaN is not.
+    fn not_lt(self, b: Self, lanes: Self::Mask) -> Self::Mask;
+    /// Those of `lanes` that are not greater: NaN is not.
+    fn not_gt(self, b: Self, lanes: Self::Mask) -> Self::Mask;
     /// `if_true` where set, else `if_false`.
     #[must_use]
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
@@ -91,9 +100,9 @@ pub trait Lanes:
     fn fold_max_to_16(self) -> Self::Triangles;
     /// The largest lane; none may be NaN.
     fn largest(self) -> f32;
-    /// Writes those of eight [`entry`]s of which `chosen` has a bit to the start of `stack`, nearest last, and answers
-    /// how many they are. What follows them in its first eight places is undefined.
-    fn push_nearest_last(stack: &mut [u64; 8], near: F32x8, children: &[u32; 8], chosen: u32) -> usize;
+    /// An [`entry`] for each of those of eight lanes of which `chosen` has a bit, nearest last, and how many they are.
+    /// What follows them is undefined.
+    fn nearest_last(near: F32x8, chosen: u32) -> ([u32; 8], usize);
 }
 
 /// Eight or sixteen lanes, for triangles.
@@ -118,19 +127,23 @@ pub trait TriangleLanes: Lanes<Memory = Column, Triangles = Self> {
     fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Self::Packets;
 }
 
-/// A distance not below 0 and a number, so that entries sort as their distances.
+/// A distance not below 0 and one of eight lanes, so that entries sort as their distances do: the lane takes the place of
+/// the three lowest bits, without which the distance is less, if anything.
 #[inline(always)]
 #[must_use]
-pub fn entry(near: f32, child: u32) -> u64 {
-    u64::from(near.to_bits()) << 32 | u64::from(child)
+pub fn entry(near: f32, lane: usize) -> u32 {
+    near.to_bits() & !LANE_BITS | lane as u32
 }
 
 /// What [`entry`] was made of.
 #[inline(always)]
 #[must_use]
-pub fn unpack(entry: u64) -> (f32, u32) {
-    (f32::from_bits((entry >> 32) as u32), entry as u32)
+pub fn unpack(entry: u32) -> (f32, usize) {
+    (f32::from_bits(entry & !LANE_BITS), (entry & LANE_BITS) as usize)
 }
+
+/// Those bits of an [`entry`] that tell the lane.
+pub(super) const LANE_BITS: u32 = LANES as u32 - 1;
 
 impl LaneMask for Mask8 {
     #[inline(always)]
@@ -244,6 +257,14 @@ impl Lanes for F32x8 {
         ge(self, b)
     }
     #[inline(always)]
+    fn not_lt(self, b: Self, lanes: Mask8) -> Mask8 {
+        lanes & !lt(self, b)
+    }
+    #[inline(always)]
+    fn not_gt(self, b: Self, lanes: Mask8) -> Mask8 {
+        lanes & !gt(self, b)
+    }
+    #[inline(always)]
     fn select(mask: Mask8, if_true: Self, if_false: Self) -> Self {
         mask.select(if_true, if_false)
     }
@@ -271,22 +292,22 @@ impl Lanes for F32x8 {
         of(of(four[0], four[1]), of(four[2], four[3]))
     }
     #[inline(always)]
-    fn push_nearest_last(stack: &mut [u64; 8], near: F32x8, children: &[u32; 8], chosen: u32) -> usize {
+    fn nearest_last(near: F32x8, chosen: u32) -> ([u32; 8], usize) {
         let near = near.to_array();
-        let (mut count, mut left) = (0, chosen & 0xff);
+        let (mut entries, mut count, mut left) = ([0; 8], 0, chosen & 0xff);
         while left != 0 {
-            let c = left.trailing_zeros() as usize;
+            let i = left.trailing_zeros() as usize;
             left &= left - 1;
-            let new = entry(near[c % 8], children[c % 8]);
+            let new = entry(near[i % 8], i % 8);
             let mut at = count;
-            while at > 0 && stack[(at - 1) % 8] < new {
-                stack[at % 8] = stack[(at - 1) % 8];
+            while at > 0 && entries[(at - 1) % 8] < new {
+                entries[at % 8] = entries[(at - 1) % 8];
                 at -= 1;
             }
-            stack[at % 8] = new;
+            entries[at % 8] = new;
             count += 1;
         }
-        count
+        (entries, count)
     }
 }
 

@@ -242,6 +242,16 @@ impl<H: Half> Lanes for Pair<H> {
         self.compared(b, H::ge)
     }
     #[inline(always)]
+    fn not_lt(self, b: Self, lanes: PairMask<H>) -> PairMask<H> {
+        let ([low, high], [b_low, b_high], [lanes_low, lanes_high]) = (self.0, b.0, lanes.0);
+        PairMask([low.not_lt(b_low, lanes_low), high.not_lt(b_high, lanes_high)])
+    }
+    #[inline(always)]
+    fn not_gt(self, b: Self, lanes: PairMask<H>) -> PairMask<H> {
+        let ([low, high], [b_low, b_high], [lanes_low, lanes_high]) = (self.0, b.0, lanes.0);
+        PairMask([low.not_gt(b_low, lanes_low), high.not_gt(b_high, lanes_high)])
+    }
+    #[inline(always)]
     fn select(mask: PairMask<H>, if_true: Self, if_false: Self) -> Self {
         let [low, high] = mask.0;
         let ([true_low, true_high], [false_low, false_high]) = (if_true.0, if_false.0);
@@ -273,7 +283,7 @@ impl<H: Half> Lanes for Pair<H> {
         self.fold_max().largest()
     }
     #[inline(always)]
-    fn push_nearest_last(stack: &mut [u64; 8], near: F32x8, children: &[u32; 8], chosen: u32) -> usize {
-        H::push_nearest_last(stack, near, children, chosen)
+    fn nearest_last(near: F32x8, chosen: u32) -> ([u32; 8], usize) {
+        H::nearest_last(near, chosen)
     }
 }

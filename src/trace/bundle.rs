@@ -228,6 +228,12 @@ impl Tracer<'_> {
                     &mut room.packets,
                 )
             };
+            if ANY {
+                // Without a branch on which packets these are.
+                let done = <V::Packets as Lanes>::Mask::from_bits(taken);
+                q_limit = V::Packets::select(done, V::Packets::splat(-1.0), q_limit);
+                continue;
+            }
             for p in bits(taken) {
                 q_limit = self.with_limit(culling, q_limit, p);
             }
@@ -240,7 +246,6 @@ impl Tracer<'_> {
     fn with_limit<V: RayLanes>(&self, culling: &Culling<'_, V>, q_limit: V::Packets, p: usize) -> V::Packets {
         let t = self.rooms.of::<V>().packets[p % PACKETS].farthest::<V>();
         let limit = match culling.frustum {
-            _ if t <= 0.0 => -1.0,
             Some(frustum) => frustum.q_limit(p, t),
             None => t,
         };
@@ -314,13 +319,12 @@ impl Tracer<'_> {
                 near8 = nearest8::<V>(node, &pairs, &self.rooms.of::<V>().packets);
             }
         }
-        let mut order = [0; LANES];
-        let count = V::push_nearest_last(&mut order, near8, &[0, 1, 2, 3, 4, 5, 6, 7], chosen);
+        let places = self.bvh.places(blocks);
+        let (order, count) = V::nearest_last(near8, chosen);
         for &entry in order.iter().take(count) {
             let (q_near, c) = unpack(entry);
-            let c = c as usize % LANES;
             let child = node.child[c];
-            self.bvh.prefetch(child, blocks);
+            places.prefetch(child);
             self.bundle_stack.push(Entry {
                 child,
                 packets: pairs.packets(c),

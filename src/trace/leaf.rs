@@ -132,7 +132,7 @@ impl Functions {
 
 /// Blocks against packets that share their origin. What depends on the origin alone is taken once,
 /// for all triangles at a time; triangles that no ray of the frustum can hit are dropped, and so are packets none of
-/// whose rays can hit a triangle. Answers which packets may have taken a hit.
+/// whose rays can hit a triangle. Answers which packets may have taken a hit, in occlusion which are done.
 #[inline(always)]
 pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     blocks: LeafBlocks<'_, B>,
@@ -284,7 +284,9 @@ pub(super) fn interval<V: Lanes>(
 }
 
 /// The canonical test of triangle `i` of a block; twin of [`EdgeFunctions::intersect`]. `tolerance`: below 0, then above.
-/// `bounds`: where the rays are in its padded box. Answers whether a lane may have taken it.
+/// `bounds`: where the rays are in its padded box. Answers whether a lane may have taken it, in occlusion whether all lanes
+/// are done. (There it does not branch on whether any is hit, which cannot be foreseen: on a Xeon shadow rays of cow, figure,
+/// interior and spheres +2 %, terrain +1 %, blobs +3 %.)
 #[inline(always)]
 pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     state: &mut Packet<V::Memory>,
@@ -308,10 +310,14 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         for (column, value) in columns.iter_mut().zip([weights[0], weights[1], weights[2], t]) {
             value.store(column);
         }
-        return unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), looked, &columns);
+        let taken = unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), looked, &columns);
+        return if ANY { state.live_bits::<V>() == 0 } else { taken };
+    }
+    if ANY {
+        return state.block::<V>(hit);
     }
     if looked != 0 {
-        state.offer::<V, ANY>(hit, t, block.id(i), weights);
+        state.offer::<V>(hit, t, block.id(i), weights);
     }
     looked != 0
 }
@@ -409,10 +415,15 @@ pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
         );
         let held = t.max(near).min(far);
         let hit = discriminant.ge(zero) & t.gt(zero) & held.gt(zero) & near.le(far);
+        if ANY {
+            let hit = hit & held.lt(V::load(&state.t));
+            taken |= u32::from(state.block::<V>(hit)) << p;
+            continue;
+        }
         if hit.bits() != 0 {
             // Not asked before: camera rays of spheres +7 % (before packets' frusta were asked).
             let hit = hit & held.le(V::load(&state.t));
-            state.offer::<V, ANY>(hit, held, block.id[i], [zero, zero, V::splat(1.0)]);
+            state.offer::<V>(hit, held, block.id[i], [zero, zero, V::splat(1.0)]);
             taken |= 1 << p;
         }
     }

@@ -154,8 +154,14 @@ impl<M: Memory> Packet<M> {
 
     /// Lanes that can still hit something.
     #[inline(always)]
+    pub fn live<V: Lanes<Memory = M>>(&self) -> V::Mask {
+        V::load(&self.t).gt(V::splat(0.0))
+    }
+
+    /// [`live`](Self::live), a bit a lane.
+    #[inline(always)]
     pub fn live_bits<V: Lanes<Memory = M>>(&self) -> u32 {
-        V::load(&self.t).gt(V::splat(0.0)).bits()
+        self.live::<V>().bits()
     }
 
     /// Beyond this distance no lane takes a hit.
@@ -164,23 +170,13 @@ impl<M: Memory> Packet<M> {
         V::load(&self.t).largest()
     }
 
-    /// Offers primitive `id` at `t`, with its edge functions, to the lanes of `candidate`, for none of which that is
-    /// beyond their hit.
+    /// Closest hits: offers primitive `id` at `t`, with its edge functions, to the lanes of `candidate`, for none of which
+    /// that is beyond their hit.
     #[inline(always)]
-    pub fn offer<V: Lanes<Memory = M>, const ANY: bool>(
-        &mut self,
-        candidate: V::Mask,
-        t: V,
-        id: u32,
-        weights: [V; 3],
-    ) {
+    pub fn offer<V: Lanes<Memory = M>>(&mut self, candidate: V::Mask, t: V, id: u32, weights: [V; 3]) {
         let best = V::load(&self.t);
         debug_assert_eq!((candidate & t.gt(best)).bits(), 0, "none is beyond the best hit");
         let mut accept = candidate & t.lt(best);
-        if ANY {
-            V::select(accept, V::splat(BLOCKED), best).store(&mut self.t);
-            return;
-        }
         let tie = candidate.bits() & !accept.bits();
         if tie != 0 {
             accept = accept | V::Mask::from_bits(self.ties_won(tie, id));
@@ -191,6 +187,15 @@ impl<M: Memory> Packet<M> {
         for (new, own) in weights.into_iter().zip(&mut self.weights) {
             V::select(accept, new, V::load(own)).store(own);
         }
+    }
+
+    /// Occlusion: the lanes of `hit`, none of which is done, are blocked. Answers whether all lanes are done now.
+    #[inline(always)]
+    pub fn block<V: Lanes<Memory = M>>(&mut self, hit: V::Mask) -> bool {
+        debug_assert_eq!(hit.bits() & !self.live_bits::<V>(), 0, "none is done");
+        let t = V::select(hit, V::splat(BLOCKED), V::load(&self.t));
+        t.store(&mut self.t);
+        !t.gt(V::splat(0.0)).any()
     }
 
     /// The lanes of `tie` whose hit has a higher id. Rare, so lane by lane.
@@ -204,7 +209,7 @@ impl<M: Memory> Packet<M> {
         bits(tie).filter(won).fold(0, |won, i| won | 1 << i)
     }
 
-    /// Offers a candidate to one lane, as [`offer`](Self::offer) does.
+    /// Offers a candidate to one lane, as [`offer`](Self::offer) does; in occlusion it blocks the lane.
     #[inline(always)]
     pub fn offer_lane<const ANY: bool>(&mut self, i: usize, t: f32, id: u32, weights: [f32; 3]) {
         let best = self.t.place(i);

@@ -114,6 +114,9 @@ fn eights_are_as_eight_lanes<V: Lanes>() {
         same_bits!(|a, b| Lanes::gt(a, b).bits());
         same_bits!(|a, b| Lanes::ge(a, b).bits());
         same_bits!(|a, _b| Lanes::sign_bits(a));
+        // Also of 0 / 0.
+        same_bits!(|a, b| Lanes::not_lt(a / b, b, Lanes::ge(a, b * b)).bits());
+        same_bits!(|a, b| Lanes::not_gt(a / b, b, Lanes::ge(a, b * b)).bits());
 
         let [whole, ..] = of_eights();
         let mut memory = V::Memory::ZERO;
@@ -145,14 +148,18 @@ fn eights_are_as_eight_lanes<V: Lanes>() {
         assert_eq!(whole.largest(), most(&mut lanes.iter().copied()));
 
         let chosen = random.u32(..256);
-        let (near, children) = (Lanes::abs(eight(0)[0]), [(); 8].map(|()| random.u32(..)));
-        let (mut stack, mut expected) = ([0; 8], [0; 8]);
-        let count = V::push_nearest_last(&mut stack, near, &children, chosen);
-        assert_eq!(
-            F32x8::push_nearest_last(&mut expected, near, &children, chosen),
-            count
-        );
-        assert_eq!(stack[..count], expected[..count]);
+        let near = Lanes::abs(eight(0)[0]);
+        let (entries, count) = V::nearest_last(near, chosen);
+        let mut expected: Vec<u32> = (0..LANES)
+            .filter(|lane| chosen >> lane & 1 != 0)
+            .map(|lane| entry(near.to_array()[lane], lane))
+            .collect();
+        expected.sort_by(|a, b| b.cmp(a));
+        assert_eq!(entries[..count], expected);
+        for (near_of_entry, lane) in expected.into_iter().map(unpack) {
+            let near = near.to_array()[lane];
+            assert!((near * (1.0 - 1e-6)..=near).contains(&near_of_entry), "{near}");
+        }
     }
     for _ in 0..1 << 16 {
         let bits = random.u32(..) & random.u32(..);
