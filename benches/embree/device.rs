@@ -266,8 +266,10 @@ fn check_answers(scene: &EmbreeScene<'_>, at: impl Fn(usize) -> f32) -> Result<(
             odd if odd % 2 == 1 => (2.0 - (0.25f32 - 0.125 * 0.125).sqrt(), 16 + lane as u32),
             _ => (2.0, lane as u32),
         };
-        let weights = id == ffi::NONE || id >= 16 || (u, v) == (0.25, 0.125);
-        if (t - expected_t).abs() < 1e-4 && id == expected_id && weights {
+        // Not to the bit: Embree divides by approximate reciprocals, which differ from CPU to CPU.
+        let near = |found: f32, expected: f32| (found - expected).abs() < 1e-4;
+        let weights = id == ffi::NONE || id >= 16 || near(u, 0.25) && near(v, 0.125);
+        if near(t, expected_t) && id == expected_id && weights {
             Ok(())
         } else {
             Err(format!(
