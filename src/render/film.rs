@@ -1,7 +1,7 @@
 //! The picture in memory: linear colour, and how it becomes bytes.
 
 use super::Transfer;
-use crate::simd::{F32x8, LANES, lane, max, min, pack, splat, truncate};
+use crate::simd::{F32x8, LANES, lane, max, min, pack_pairs, splat, truncate};
 use rayon::prelude::*;
 use std::collections::TryReserveError;
 
@@ -61,13 +61,14 @@ impl Pixel for [u8; 3] {
 
     #[inline(always)]
     fn from_lanes(rgb8: &[F32x8; 3], _: &F32x8) -> [Self; LANES] {
-        let rgb = pack(quantize8(rgb8)).map(u128::from);
-        // Twelve bytes at a time instead of one.
-        let four = |i: usize| (rgb[i] | rgb[i + 1] << 24 | rgb[i + 2] << 48 | rgb[i + 3] << 72).to_le_bytes();
-        let (low, high) = (four(0), four(4));
+        // Two pixels a number, then four in two: the second two begin in the first number. (In numbers of 128 bits, put
+        // together pixel by pixel, the course's frames took 2 % longer, on Zen 3.)
+        let [a, b, c, d] = pack_pairs(quantize8(rgb8));
         let mut bytes = [0; 3 * LANES];
-        bytes[..12].copy_from_slice(&low[..12]);
-        bytes[12..].copy_from_slice(&high[..12]);
+        for (bytes, [low, high]) in bytes.as_chunks_mut::<12>().0.iter_mut().zip([[a, b], [c, d]]) {
+            bytes[..8].copy_from_slice(&(low | high << 48).to_le_bytes());
+            bytes[8..].copy_from_slice(&((high >> 16) as u32).to_le_bytes());
+        }
         bytemuck::cast(bytes)
     }
 }

@@ -448,13 +448,15 @@ pub fn equal_lanes(a: &[u32; LANES], b: u32) -> u32 {
     bytemuck::cast::<_, F32x8>(equal8).to_bitmask()
 }
 
-/// Three numbers below 256 a lane as one, the first lowest.
+/// Three numbers below 256 a lane, of two lanes in the lowest 48 bits of each number: the first lane's first one lowest.
 #[inline(always)]
 #[must_use]
-pub fn pack(numbers: [[u32; LANES]; 3]) -> [u32; LANES] {
+pub fn pack_pairs(numbers: [[u32; LANES]; 3]) -> [u64; LANES / 2] {
     let [a, b, c] = numbers.map(wide::u32x8::from);
     let packed: wide::u32x8 = a | (b << 8_u32) | (c << 16_u32);
-    packed.to_array()
+    let pairs: wide::u64x4 = bytemuck::cast(packed);
+    let second = (pairs >> 32_u32) << 24_u32;
+    ((pairs & wide::u64x4::splat(0xff_ffff)) | second).to_array()
 }
 
 /// Twin of [`math::scale_to_one`].
