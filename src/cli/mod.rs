@@ -31,6 +31,7 @@ mod report;
 mod shell;
 mod source;
 mod stage;
+mod threads;
 mod trace_args;
 mod turntable;
 mod usage;
@@ -105,11 +106,9 @@ fn run(arguments: &[OsString], start: Instant) -> Result<(), CliError> {
     }
 }
 
-/// Starts the threads that everything runs on. Left to itself, rayon starts them where it first needs them, and panics
-/// where the system has none to give.
+/// Starts the [threads] that everything runs on.
 fn start_threads() -> Result<(), CliError> {
-    let started = rayon::ThreadPoolBuilder::new().build_global();
-    started.map_err(|error| {
+    threads::start().map_err(|error| {
         let why = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
         CliError::Failed(format!("cannot start threads: {why}"))
     })
