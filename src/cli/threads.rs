@@ -1,11 +1,10 @@
-//! The threads that everything runs on.
+//! The threads of rayon's global pool, which most of what is parallel runs on.
 //!
-//! Where there is one for each CPU, each keeps to its own. Left to the system they are woken on any: Linux takes an idle
-//! CPU of a virtual machine for a busy one (its host has halted it), wakes two threads on one, and moves one of them
-//! milliseconds later. (Two threads, frames of 1920x1080 of the course's reflections.scn in 20 to 30 ms, on an EPYC Zen 3
-//! virtual machine with nothing else to do: 1.47 to 1.52 times as fast as one left to the system, with spreads of 35 to
-//! 56 %; 1.94 to 1.96 times so, with 3 to 8 %.) Beside other programs nothing is lost that tiles do not make good:
-//! threads take them from each other.
+//! Where there is one for each CPU, each keeps to its own. Left to the system they are woken on any: Linux takes an
+//! idle CPU of a virtual machine for a busy one (its host has halted it), wakes two threads on one, and moves one of
+//! them milliseconds later. (Two threads, frames of 1920x1080 of the course's reflections.scn in 17 to 23 ms, on an EPYC
+//! Zen 3 virtual machine with nothing else to do: 1.47 to 1.52 times as fast as one left to the system, with spreads of
+//! 35 to 56 %; 1.94 to 1.96 times so, with 3 to 8 %. Beside a program that kept a CPU busy there was no difference.)
 
 use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 
@@ -26,7 +25,10 @@ fn each_on_its_own_cpu(pool: ThreadPoolBuilder) -> ThreadPoolBuilder {
         // More CPUs than there is room for.
         return pool;
     };
-    let cpus: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|&cpu| allowed.is_set(cpu)).collect();
+    let mut cpus: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|&cpu| allowed.is_set(cpu)).collect();
+    // Where little is to be done, rayon wakes the first threads: those of several processes should not meet on one CPU.
+    let first = std::process::id() as usize % cpus.len().max(1);
+    cpus.rotate_left(first);
     pool.start_handler(move |thread_i| {
         if rayon::current_num_threads() == cpus.len() {
             let mut own = CpuSet::new();
@@ -46,21 +48,29 @@ fn each_on_its_own_cpu(pool: ThreadPoolBuilder) -> ThreadPoolBuilder {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
-    use rustix::thread::{CpuSet, sched_getaffinity};
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-    /// The CPUs that each of so many threads may use.
-    fn cpus_of(threads: usize) -> Vec<CpuSet> {
-        let pool = each_on_its_own_cpu(ThreadPoolBuilder::new().num_threads(threads));
-        let pool = pool.build().expect("threads");
-        pool.broadcast(|_| sched_getaffinity(None).expect("affinity"))
+    /// The CPUs that the process may use, and a function that tells those of each of so many threads. `None` where the
+    /// system does not say, or does not let threads choose.
+    fn cpus() -> Option<(CpuSet, impl Fn(usize) -> Vec<CpuSet>)> {
+        let allowed = sched_getaffinity(None).ok();
+        let Some(allowed) = allowed.filter(|allowed| sched_setaffinity(None, allowed).is_ok()) else {
+            println!("skipped: CPUs cannot be chosen here");
+            return None;
+        };
+        let of_each = |threads: usize| {
+            let pool = each_on_its_own_cpu(ThreadPoolBuilder::new().num_threads(threads));
+            let pool = pool.build().expect("threads");
+            pool.broadcast(|_| sched_getaffinity(None).expect("as before"))
+        };
+        Some((allowed, of_each))
     }
 
     #[test]
     fn as_many_threads_as_cpus_have_one_each() {
-        let allowed = sched_getaffinity(None).expect("affinity");
-        let count = allowed.count() as usize;
+        let Some((allowed, of_each)) = cpus() else { return };
         let mut used = CpuSet::new();
-        for own in cpus_of(count) {
+        for own in of_each(allowed.count() as usize) {
             assert_eq!(own.count(), 1);
             let cpu = (0..CpuSet::MAX_CPU).find(|&cpu| own.is_set(cpu));
             used.set(cpu.expect("one"));
@@ -70,12 +80,10 @@ mod tests {
 
     #[test]
     fn fewer_or_more_threads_are_free() {
-        let allowed = sched_getaffinity(None).expect("affinity");
-        for threads in [1, allowed.count() as usize + 1] {
-            if threads == allowed.count() as usize {
-                continue;
-            }
-            assert!(cpus_of(threads).iter().all(|own| *own == allowed));
+        let Some((allowed, of_each)) = cpus() else { return };
+        let count = allowed.count() as usize;
+        for threads in [1, count + 1].into_iter().filter(|&threads| threads != count) {
+            assert!(of_each(threads).iter().all(|own| *own == allowed));
         }
     }
 }

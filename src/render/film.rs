@@ -216,4 +216,13 @@ mod tests {
             assert_eq!(lanes, [<[u8; 3]>::from_linear(rgb, 1.0); LANES], "{rgb:?}");
         }
     }
+
+    #[test]
+    fn lanes_become_pixels_in_their_order() {
+        let byte = |i: usize| (i as f32 + 0.5) / 255.0;
+        let channel = |c: usize| crate::simd::from_lanes(|lane| byte(3 * lane + c));
+        let lanes = <[u8; 3]>::from_lanes(&[channel(0), channel(1), channel(2)], &splat(1.0));
+        let bytes: Vec<u8> = (0..3 * LANES as u8).collect();
+        assert_eq!(lanes.as_flattened(), bytes);
+    }
 }

@@ -448,13 +448,16 @@ pub fn equal_lanes(a: &[u32; LANES], b: u32) -> u32 {
     bytemuck::cast::<_, F32x8>(equal8).to_bitmask()
 }
 
-/// Three numbers below 256 a lane, of two lanes in the lowest 48 bits of each number: the first lane's first one lowest.
+/// Three numbers below 256 a lane, those of two lanes in the lowest 48 bits of one: the first lane's first is lowest.
 #[inline(always)]
 #[must_use]
 pub fn pack_pairs(numbers: [[u32; LANES]; 3]) -> [u64; LANES / 2] {
     let [a, b, c] = numbers.map(wide::u32x8::from);
     let packed: wide::u32x8 = a | (b << 8_u32) | (c << 16_u32);
-    let pairs: wide::u64x4 = bytemuck::cast(packed);
+    let mut pairs: wide::u64x4 = bytemuck::cast(packed);
+    if cfg!(target_endian = "big") {
+        pairs = (pairs << 32_u32) | (pairs >> 32_u32);
+    }
     let second = (pairs >> 32_u32) << 24_u32;
     ((pairs & wide::u64x4::splat(0xff_ffff)) | second).to_array()
 }
