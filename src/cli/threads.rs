@@ -2,9 +2,10 @@
 //!
 //! Where there is one for each CPU, each keeps to its own. Left to the system they are woken on any: Linux takes an
 //! idle CPU of a virtual machine for a busy one (its host has halted it), wakes two threads on one, and moves one of
-//! them milliseconds later. (Two threads, frames of 1920x1080 of the course's reflections.scn in 17 to 23 ms, on an EPYC
-//! Zen 3 virtual machine with nothing else to do: 1.47 to 1.52 times as fast as one left to the system, with spreads of
-//! 35 to 56 %; 1.94 to 1.96 times so, with 3 to 8 %. Beside a program that kept a CPU busy there was no difference.)
+//! them milliseconds later. (Frames of 1920x1080 of the course's reflections.scn, 17 to 23 ms each, on an EPYC Zen 3
+//! virtual machine with nothing else to do: two threads left to the system were 1.47 to 1.52 times as fast as one, with
+//! spreads of 35 to 56 %; so they are 1.94 to 1.96 times as fast, with 3 to 8 %. Beside a program that kept a CPU busy,
+//! and with four processes at a time, there was no difference.)
 
 use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 
