@@ -76,6 +76,7 @@
 //! 3. [`render::Renderer`] hands bands of tiles to rayon's threads; a tile owns its pixels. [`render::render`] is
 //!    one frame of it.
 //! 4. [`scene::PixelRays`] fills the tile's ray queue, packets of 4x2 pixels, bundles of one or two blocks of 16x16.
+//!    (A tile [without anything to hit](trace::Tracer::may_hit) takes the background and is done.)
 //! 5. [`trace::Tracer::closest_hit`] fills the hit records of the whole tile.
 //! 6. [`shade::queue::sort`] files hits by material; misses take the background.
 //! 7. [`shade::shadow::pass`] traces one run of occlusion rays for each light, from the light.

@@ -85,7 +85,7 @@ impl Default for Settings {
 /// Rays traced, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
-    /// Rays from the eye.
+    /// Rays from the eye, one for each sample of a pixel; those too that are known to hit nothing without being traced.
     pub camera: u64,
     /// Rays between a light and a surface.
     pub shadow: u64,
@@ -121,7 +121,7 @@ pub struct TileTimes {
     pub tracing: Duration,
     /// Everything between: sorting hits, shading, making secondary rays.
     pub shading: Duration,
-    /// Turning colours into pixels of the film.
+    /// Turning colours into pixels of the film, and filling what shows one colour only.
     pub film: Duration,
 }
 

@@ -100,6 +100,11 @@ impl CameraRays {
         (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]))
     }
 
+    /// See [`PixelRays::corners`].
+    pub fn corners(&self, first: [u32; 2], size: [u32; 2]) -> [Vec3; 4] {
+        self.pixel_rays.corners(first, size)
+    }
+
     /// Unit direction of the ray of one sample of a pixel of the whole picture.
     #[inline(always)]
     pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {

@@ -23,6 +23,12 @@ impl Background {
         }
     }
 
+    /// Whether it is the same colour everywhere.
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
+        self.rise() == [0.0; 3]
+    }
+
     /// What is added to `bottom` on the way to straight up; 0 where there is one colour only.
     #[inline]
     #[must_use]

@@ -244,6 +244,25 @@ impl PixelRays {
         self.directions8_from(self.offsets(x, y, [0, 0]), aside)
     }
 
+    /// Directions around those of all rays through `width` x `height` pixels: each of these is a sum of shares of them,
+    /// none below 0. Two pixels further out than the outermost ones, as filters reach beyond a pixel, and more than rays
+    /// are rounded. Unit vectors, or no numbers where the field of view is all but 180 degrees.
+    #[must_use]
+    pub fn corners(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [Vec3; 4] {
+        let pixel = (2 * self.samples_per_axis) as f32 * self.step;
+        [(-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(rightwards, upwards)| {
+            let (right, up) = self.offsets(
+                if rightwards > 0.0 { x + width } else { x },
+                if upwards < 0.0 { y + height } else { y },
+                [0, 0],
+            );
+            let (right, up) = (right * self.step, up * self.step);
+            let margin = 2.0 * pixel + CORNER_MARGIN * (1.0 + right * right + up * up);
+            let along_right = mul_add3(self.right, right + rightwards * margin, self.forward);
+            normalize(mul_add3(self.up, up + upwards * margin, along_right))
+        })
+    }
+
     /// From the first pixel's offsets, whole numbers, and what is to be added to each pixel's.
     #[inline(always)]
     fn directions8_from(&self, (right, up): (f32, f32), aside: [F32x8; 2]) -> Vec3x8 {
@@ -260,6 +279,10 @@ impl PixelRays {
     }
 }
 
+/// How far [corners](PixelRays::corners) are moved out for rounding, on a plane at distance 1, times the square of how far
+/// they are: 64 half-ulps, for a direction is rounded a dozen times.
+const CORNER_MARGIN: f32 = 64.0 / (1 << 24) as f32;
+
 /// Pixels of a block's side: as many as a bundle of rays that are traced together, or half of the largest one.
 const BLOCK: u32 = 16;
 
@@ -275,6 +298,63 @@ pub fn for_each_packet(width: u32, height: u32, mut visit: impl FnMut([u32; 2]))
                 let y = block_y + ((i & 1) + (i >> 2 & 1) * 2 + (i >> 4) * 4) * 2;
                 if x < width && y < height {
                     visit([x, y]);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SceneBuilder;
+
+    /// How far to the right and up a direction goes for each unit that it goes forward.
+    fn slopes(rays: &PixelRays, direction: Vec3) -> [f64; 2] {
+        let along = |axis: Vec3| direction.as_dvec3().dot(axis.as_dvec3());
+        [along(rays.right), along(rays.up)].map(|slope| slope / along(rays.forward))
+    }
+
+    #[test]
+    fn corners_are_around_all_rays() {
+        let scene = SceneBuilder::new().finish();
+        let mut random = fastrand::Rng::with_seed(3);
+        for (fov, [width, height], samples) in [
+            (45.0, [1920, 1080], 1),
+            (45.0, [33, 21], 5),
+            (1e-5, [640, 480], 1),
+            (179.9, [1000, 700], 2),
+            (60.0, [1 << 23, 3], 1),
+            (1e-3, [3, 1 << 21], 4),
+        ] {
+            let [eye, target] = [DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.1, 0.2, 0.3)];
+            let camera = Camera::look_at(eye, target, DVec3::Z, fov).unwrap();
+            let rays = camera.pixel_rays(&scene, width, height, samples);
+            for _ in 0..500 {
+                let first = [random.u32(0..width), random.u32(0..height)];
+                let size = [
+                    random.u32(1..=128.min(width - first[0])),
+                    random.u32(1..=16.min(height - first[1])),
+                ];
+                let corners = rays.corners(first, size).map(|corner| slopes(&rays, corner));
+                for _ in 0..20 {
+                    let [x, y] = [0, 1].map(|axis| first[axis] + random.u32(0..size[axis]));
+                    let sample = [(); 2].map(|()| random.u32(0..samples));
+                    let direction = if samples == 1 {
+                        // As far aside as the widest filter goes.
+                        rays.direction_aside(x, y, [(); 2].map(|()| 6.0 * random.f32() - 3.0))
+                    } else {
+                        rays.direction(x, y, sample)
+                    };
+                    for (axis, slope) in slopes(&rays, direction).into_iter().enumerate() {
+                        let of_corners = corners.iter().map(|corner| corner[axis]);
+                        let least = of_corners.clone().fold(f64::INFINITY, f64::min);
+                        let largest = of_corners.fold(f64::NEG_INFINITY, f64::max);
+                        assert!(
+                            least < slope && slope < largest,
+                            "{fov}, {first:?}: {slope} of {least} to {largest}"
+                        );
+                    }
                 }
             }
         }

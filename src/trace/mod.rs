@@ -360,6 +360,23 @@ impl<'a> Tracer<'a> {
         }
     }
 
+    /// Whether any ray from `origin` may hit something whose direction is a sum of shares of `corners`, none below 0. Where
+    /// this cannot tell, it may.
+    #[must_use]
+    pub fn may_hit(&self, origin: Vec3, corners: [Vec3; 4]) -> bool {
+        // Frusta leave out what is no number.
+        if !corners.iter().all(|corner| corner.is_finite()) {
+            return true;
+        }
+        let packet = RayPacket {
+            direction: Vec3x8::from_lanes(std::array::from_fn(|lane| corners[lane % 4])),
+            t_max: F32x8::ZERO,
+        };
+        Frustum::around(origin, &[packet])
+            .and_then(|frustum| entry::entry_node(self.bvh, &frustum))
+            .is_none_or(|entry| entry.count != 0)
+    }
+
     /// Where camera rays begin in place of the root, if that is known.
     #[inline(always)]
     fn entry(&self, rays: &[RayPacket]) -> Option<Node8> {
