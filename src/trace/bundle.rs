@@ -56,6 +56,13 @@ impl Entry {
 /// behind.)
 const WAITING: usize = 4;
 
+/// A leaf that blocks all rays of so many packets is what the next bundle visits first. (A light's last occluder, as in
+/// Haines and Greenberg, *The Light Buffer: A Shadow-Testing Accelerator*, 1986; here it is a leaf, or two, and serves a
+/// bundle. Zen 3, eight lanes, shadow rays: interior +8 %, others -1 to 0 %. With one packet in place of four: terrain
+/// -2 %. The last two, four or eight leaves: -2 to -5 %. For closest hits, the leaf that most packets hit: mirror rays -1 to
+/// -8 %, camera rays -2 to -27 %.)
+const BLOCKING: u32 = 4;
+
 /// How the rays of a bundle are culled.
 pub(super) struct Culling<'a, V: Lanes> {
     pub frustum: Option<&'a BundleFrustum<V>>,
@@ -108,9 +115,24 @@ impl Tracer<'_> {
                 q_near: 0.0,
             }),
         }
-        // A ring of `held` leaves, in the order they came.
+        // A ring of `held` leaves, in the order they came, and how many of them there are to be.
         let mut waiting = [Entry::NONE; WAITING];
         let (mut held, mut oldest) = (0, 0);
+        let mut enough = WAITING;
+        // What blocked the bundle before this one comes first, and at once.
+        if ANY
+            && SHARED
+            && let Some([first, second]) = self.blockers.take()
+        {
+            enough = 1 + usize::from(second != first);
+            for child in [second, first].into_iter().skip(2 - enough) {
+                self.bundle_stack.push(Entry {
+                    child,
+                    packets: all,
+                    q_near: 0.0,
+                });
+            }
+        }
         // The node that waits, and whether nothing comes behind it.
         let (mut node, mut is_last) = (Entry::NONE, false);
         loop {
@@ -166,9 +188,10 @@ impl Tracer<'_> {
             if SHARED {
                 if leaf.packets != 0 {
                     waiting[(oldest + held - 1) % WAITING] = leaf;
-                    if held < WAITING {
+                    if held < enough {
                         continue;
                     }
+                    enough = WAITING;
                 }
                 if held == 0 {
                     continue;
@@ -209,12 +232,12 @@ impl Tracer<'_> {
                 if !ANY && leaf.child.is_triangles() {
                     self.density.visits.add(count, met);
                 }
-                leaf::shared_origin::<B, V, ANY>(
-                    blocks,
-                    leaves,
-                    culling,
-                    &mut self.rooms.of_mut::<V>().packets,
-                )
+                let packets = &mut self.rooms.of_mut::<V>().packets;
+                let taken = leaf::shared_origin::<B, V, ANY>(blocks, leaves, culling, packets);
+                if ANY && taken.count_ones() >= BLOCKING {
+                    self.blockers = Some(leaves.child);
+                }
+                taken
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
                 let room = self.rooms.of_mut::<V>();

@@ -22,7 +22,7 @@ mod single;
 mod way;
 
 use crate::{
-    accel::{Bvh, LeafBlocks, Node8, TriangleBlocks, prefetch_for_later},
+    accel::{Bvh, Child, LeafBlocks, Node8, TriangleBlocks, prefetch_for_later},
     geometry::TriangleLeaf,
     ray::{HitPacket, Origins, RayPacket},
     simd::{
@@ -106,6 +106,8 @@ pub struct Tracer<'a> {
     /// Of the last group of rays with a shared origin whose occlusion was asked for, whichever light they came from.
     effort: order::Effort,
     slots: Box<[single::Slot; single::SLOTS]>,
+    /// The leaves that were the last to block many of the [last bundle's](bundle) packets, if any were.
+    blockers: Option<[Child; 2]>,
 }
 
 /// Of leaves that bundles came by.
@@ -284,6 +286,7 @@ impl<'a> Tracer<'a> {
             visits: Visits::default(),
             effort: order::Effort::default(),
             slots: Box::new(single::slots(bvh.stats().depth)),
+            blockers: None,
         }
     }
 
