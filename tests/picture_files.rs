@@ -34,6 +34,22 @@ fn variables_get_files_of_their_own() {
     assert!(!folder.run(&["a.scn", "--stats"]).stderr.contains("heat"));
 }
 
+/// Many blocks, which threads pack in no certain order.
+#[test]
+fn exr_files_are_the_same_each_time() {
+    let folder = Folder::new();
+    for options in ["", "--background transparent", "--aov depth,id"] {
+        let files = ["a.exr", "b.exr", "c.exr"].map(|name| {
+            let arguments = format!("a.scn --size 700x500 -o {name} {options}");
+            folder
+                .run(&arguments.split_whitespace().collect::<Vec<_>>())
+                .succeeded();
+            std::fs::read(folder.path(name)).unwrap()
+        });
+        assert!(files[0] == files[1] && files[0] == files[2], "{options}");
+    }
+}
+
 #[test]
 fn exr_holds_them_as_layers() {
     let folder = Folder::new();

@@ -4,7 +4,6 @@ use super::{
     CliError, exr_layers,
     picture::{Picture, Pixels},
 };
-use crate::render::{Film, Pixel};
 use image::{
     ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageResult,
     codecs::{
@@ -87,17 +86,20 @@ impl Format {
 
     fn encode_into(self, picture: &Picture, to: &mut Cursor<Vec<u8>>) -> ImageResult<()> {
         let exr = self == Self::Exr;
+        let layers = &picture.layers[..];
         match &picture.pixels {
-            Pixels::Linear(film) if exr => {
-                encode_exr(film, ["R", "G", "B"], ExtendedColorType::Rgb32F, picture, to)
+            Pixels::Linear(film) if exr && layers.is_empty() => {
+                exr_layers::write_rgb(film, to).map_err(exr_error)
             }
-            Pixels::Transparent(film) if exr => encode_exr(
-                film,
-                ["R", "G", "B", "A"],
-                ExtendedColorType::Rgba32F,
-                picture,
-                to,
-            ),
+            Pixels::Linear(film) if exr => {
+                exr_layers::write(film, ["R", "G", "B"], layers, to).map_err(exr_error)
+            }
+            Pixels::Transparent(film) if exr && layers.is_empty() => {
+                exr_layers::write_rgba(film, to).map_err(exr_error)
+            }
+            Pixels::Transparent(film) if exr => {
+                exr_layers::write(film, ["R", "G", "B", "A"], layers, to).map_err(exr_error)
+            }
             Pixels::Bytes(film) => {
                 let bytes = film.pixels().as_flattened();
                 self.encode_bytes(bytes, [film.width(), film.height()], ExtendedColorType::Rgb8, to)
@@ -148,23 +150,8 @@ impl Format {
     }
 }
 
-/// Without other layers by the image crate, whose files have no more than they need.
-fn encode_exr<const N: usize>(
-    film: &Film<[f32; N]>,
-    names: [&'static str; N],
-    color: ExtendedColorType,
-    picture: &Picture,
-    to: &mut Cursor<Vec<u8>>,
-) -> ImageResult<()>
-where
-    [f32; N]: Pixel + bytemuck::Pod,
-{
-    if picture.layers.is_empty() {
-        let bytes = bytemuck::cast_slice(film.pixels());
-        return OpenExrEncoder::new(to).write_image(bytes, film.width(), film.height(), color);
-    }
-    exr_layers::write(film, names, &picture.layers, to).map_err(|error| {
-        let format = ImageFormatHint::Exact(ImageFormat::OpenExr);
-        ImageError::Encoding(EncodingError::new(format, error))
-    })
+/// An error of the exr crate as one of the image crate.
+fn exr_error(error: exr::error::Error) -> ImageError {
+    let format = ImageFormatHint::Exact(ImageFormat::OpenExr);
+    ImageError::Encoding(EncodingError::new(format, error))
 }

@@ -1,10 +1,52 @@
-//! EXR files with more channels than colours, which the image crate does not write.
+//! EXR files: colours alone, or with other channels beside them. (The image crate writes colours only, in blocks that come
+//! in the order in which threads finish them: another file each time.)
 
 use crate::render::{Film, Pixel};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    SpecificChannels, Vec2, WritableImage,
 };
 use std::io::Cursor;
+
+/// One scene, one file: blocks in their order, whichever thread packs them first.
+const ENCODING: Encoding = Encoding {
+    line_order: LineOrder::Increasing,
+    ..Encoding::FAST_LOSSLESS
+};
+
+/// Writes the film's colours. (As channels for all, [`write`] would have them, they are copied once more.)
+///
+/// # Errors
+/// What the exr crate says.
+pub fn write_rgb(film: &Film, to: &mut Cursor<Vec<u8>>) -> exr::error::UnitResult {
+    let size @ Vec2(width, _) = size(film);
+    let channels = SpecificChannels::rgb(|Vec2(x, y)| {
+        let [r, g, b] = film.pixels()[y * width + x];
+        (r, g, b)
+    });
+    Image::from_encoded_channels(size, ENCODING, channels)
+        .write()
+        .to_buffered(to)
+}
+
+/// Writes the film's colours, multiplied by alpha, and alpha.
+///
+/// # Errors
+/// What the exr crate says.
+pub fn write_rgba(film: &Film<[f32; 4]>, to: &mut Cursor<Vec<u8>>) -> exr::error::UnitResult {
+    let size @ Vec2(width, _) = size(film);
+    let channels = SpecificChannels::rgba(|Vec2(x, y)| {
+        let [r, g, b, alpha] = film.pixels()[y * width + x];
+        (r, g, b, alpha)
+    });
+    Image::from_encoded_channels(size, ENCODING, channels)
+        .write()
+        .to_buffered(to)
+}
+
+fn size<P: Pixel>(film: &Film<P>) -> Vec2<usize> {
+    Vec2(film.width() as usize, film.height() as usize)
+}
 
 /// A channel by its full name, such as `normal.X`, row by row.
 pub struct Channel {
@@ -43,9 +85,9 @@ where
         AnyChannel::new(channel.name, values)
     });
     let layer = Layer::new(
-        (film.width() as usize, film.height() as usize),
+        size(film),
         LayerAttributes::default(),
-        Encoding::FAST_LOSSLESS,
+        ENCODING,
         AnyChannels::sort(color.chain(others).collect()),
     );
     Image::from_layer(layer).write().to_buffered(to)
