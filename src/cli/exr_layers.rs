@@ -14,7 +14,7 @@ const ENCODING: Encoding = Encoding {
     ..Encoding::FAST_LOSSLESS
 };
 
-/// Writes the film's colours. (As channels for all, [`write`] would have them, they are copied once more.)
+/// Writes the film's colours. (Without [`write`]'s copy of each channel.)
 ///
 /// # Errors
 /// What the exr crate says.

@@ -82,10 +82,10 @@ impl Default for Settings {
     }
 }
 
-/// Rays traced, by kind.
+/// Rays of a picture, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
-    /// Rays from the eye, one for each sample of a pixel; those too that are known to hit nothing without being traced.
+    /// Rays from the eye, one for each sample of a pixel: those too that are known to hit nothing before they are made.
     pub camera: u64,
     /// Rays between a light and a surface.
     pub shadow: u64,
@@ -119,7 +119,8 @@ pub struct TileTimes {
     pub ray_generation: Duration,
     /// Tracing rays of all kinds.
     pub tracing: Duration,
-    /// Everything between: sorting hits, shading, making secondary rays.
+    /// Everything between: sorting hits, shading, making secondary rays; and the background of tiles without anything else,
+    /// where it has several colours.
     pub shading: Duration,
     /// Turning colours into pixels of the film, and filling what shows one colour only.
     pub film: Duration,

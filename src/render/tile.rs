@@ -79,7 +79,7 @@ impl<'a> TileScratch<'a> {
     }
 
     /// Whether camera rays of the tile may hit anything. (Frames of the course's scenes at 1920x1080, where three tiles in
-    /// four show background only, without tracing and shading those, on Zen 3: -13 to -20 %. Where the background is of
+    /// four show background only, without tracing and shading those, on Zen 3, one thread: -13 to -20 %. Where the background is of
     /// several colours, and rays are made for it: -7 %.)
     fn may_hit(&self, context: &FrameContext<'_>, rect: TileRect) -> bool {
         let first = [context.window.x0 + rect.x, context.window.y0 + rect.y];

@@ -246,7 +246,7 @@ impl PixelRays {
 
     /// Directions around those of all rays through `width` x `height` pixels: each of these is a sum of shares of them,
     /// none below 0. Two pixels further out than the outermost ones, as filters reach beyond a pixel, and more than rays
-    /// are rounded. Unit vectors, or no numbers where the field of view is all but 180 degrees.
+    /// are rounded. Unit vectors; no numbers where rays go so far aside that rounding may turn them round.
     #[must_use]
     pub fn corners(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [Vec3; 4] {
         let pixel = (2 * self.samples_per_axis) as f32 * self.step;
@@ -257,6 +257,9 @@ impl PixelRays {
                 [0, 0],
             );
             let (right, up) = (right * self.step, up * self.step);
+            if right.abs().max(up.abs()) > MOST_ASIDE {
+                return Vec3::NAN;
+            }
             let margin = 2.0 * pixel + CORNER_MARGIN * (1.0 + right * right + up * up);
             let along_right = mul_add3(self.right, right + rightwards * margin, self.forward);
             normalize(mul_add3(self.up, up + upwards * margin, along_right))
@@ -282,6 +285,10 @@ impl PixelRays {
 /// How far [corners](PixelRays::corners) are moved out for rounding, on a plane at distance 1, times the square of how far
 /// they are: 64 half-ulps, for a direction is rounded a dozen times.
 const CORNER_MARGIN: f32 = 64.0 / (1 << 24) as f32;
+
+/// How far aside [corners](PixelRays::corners) may be, on a plane at distance 1: a twentieth of where their margin becomes as
+/// large.
+const MOST_ASIDE: f32 = 1e4;
 
 /// Pixels of a block's side: as many as a bundle of rays that are traced together, or half of the largest one.
 const BLOCK: u32 = 16;
@@ -319,6 +326,7 @@ mod tests {
     fn corners_are_around_all_rays() {
         let scene = SceneBuilder::new().finish();
         let mut random = fastrand::Rng::with_seed(3);
+        let mut compared = 0;
         for (fov, [width, height], samples) in [
             (45.0, [1920, 1080], 1),
             (45.0, [33, 21], 5),
@@ -336,7 +344,12 @@ mod tests {
                     random.u32(1..=128.min(width - first[0])),
                     random.u32(1..=16.min(height - first[1])),
                 ];
-                let corners = rays.corners(first, size).map(|corner| slopes(&rays, corner));
+                let corners = rays.corners(first, size);
+                if !corners.iter().all(|corner| corner.is_finite()) {
+                    continue;
+                }
+                let corners = corners.map(|corner| slopes(&rays, corner));
+                compared += 1;
                 for _ in 0..20 {
                     let [x, y] = [0, 1].map(|axis| first[axis] + random.u32(0..size[axis]));
                     let sample = [(); 2].map(|()| random.u32(0..samples));
@@ -358,5 +371,6 @@ mod tests {
                 }
             }
         }
+        assert!(compared > 2000, "{compared}");
     }
 }

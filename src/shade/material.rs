@@ -181,7 +181,7 @@ fn mirror(share: f32, surfaces: &[SurfacePacket], next: &mut RayQueue) {
 
 /// What rays see that leave the scene along `direction`. Twin of [`Background::color`](crate::scene::Background::color).
 #[inline(always)]
-pub fn background(scene: &Scene, direction: &Vec3x8) -> [F32x8; 3] {
+pub(crate) fn background(scene: &Scene, direction: &Vec3x8) -> [F32x8; 3] {
     let background = scene.background();
     let share = mul_add(direction.z, splat(0.5), splat(0.5));
     let share = min(max(share, splat(0.0)), splat(1.0));
