@@ -56,12 +56,12 @@ impl Entry {
 /// behind.)
 const WAITING: usize = 4;
 
-/// A leaf at which so many packets are done, all of their rays blocked, is what the next bundle visits first. (A light's last occluder, as in
-/// Haines and Greenberg, *The Light Buffer: A Shadow-Testing Accelerator*, 1986; here it is a leaf, or two, and serves a
-/// bundle. Zen 3, eight lanes, shadow rays: an interior of 60,000 triangles +8 %, of 370,000 +1 %, others -1 to 0 %. With
-/// one packet in place of four: terrain -2 %. The last two, four or eight leaves: -2 to -5 %. Children that are largest or
-/// farthest first: -4 to +1 %. For closest hits, the leaf that most packets hit: mirror rays -1 to -8 %, camera rays -2 to
-/// -27 %.)
+/// A leaf at which so many packets are done, all of their rays blocked, is what the next bundle visits first. (A
+/// light's last occluder, as in Haines and Greenberg, *The Light Buffer: A Shadow-Testing Accelerator*, 1986; here it
+/// is a leaf, or two, and serves a bundle. Zen 3, eight lanes, shadow rays: an interior of 60,000 triangles +8 %, of
+/// 370,000 +1 %, others -1 to 0 %. With one packet in place of four: terrain -2 %. The last two, four or eight
+/// leaves: -2 to -5 %. Children that are largest or farthest first: -4 to +1 %. For closest hits, the leaf that most
+/// packets hit: mirror rays -1 to -8 %, camera rays -2 to -27 %.)
 const BLOCKING: u32 = 4;
 
 /// How the rays of a bundle are culled.
