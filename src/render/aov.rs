@@ -6,6 +6,7 @@
 
 use super::{
     Filter, Mode, OnProgress, Pattern, RenderError, Renderer, Settings,
+    bands::Bands,
     frame::{FrameContext, TileRect},
     renderer::Watch,
     sampling::CameraRays,
@@ -90,11 +91,9 @@ impl Renderer<'_> {
         let mut pixels = vec![Aov::NOTHING; window.width() as usize * window.height() as usize];
         let finders = ThreadLocal::new();
         let mut find = || {
-            pixels
-                .par_chunks_mut((window.width() * TILE[1]) as usize)
-                .enumerate()
-                .with_max_len(1)
-                .for_each(|(i, band)| find_band(&finders, &context, i as u32 * TILE[1], band, costs, &watch));
+            Bands::new(&mut pixels, window.width(), TILE[1])
+                .in_turn()
+                .for_each(|(y, band)| find_band(&finders, &context, y, band, costs, &watch));
         };
         match self.pool(settings.threads)? {
             Some(pool) => pool.install(find),

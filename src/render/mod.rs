@@ -1,6 +1,7 @@
 //! From a scene, its BVH and a camera to a picture. Knows no terminal and no window.
 
 mod aov;
+pub(crate) mod bands;
 mod crop;
 mod film;
 mod frame;

@@ -2,6 +2,7 @@
 
 use super::{
     Crop, Film, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, Settings, TileTimes,
+    bands::Bands,
     frame::{FrameContext, TileRect},
     sampling::CameraRays,
     scalar,
@@ -21,7 +22,7 @@ use std::{
 use thread_local::ThreadLocal;
 
 /// Pixels of a tile. A band of tiles is as many whole rows of the film, so that threads write to pieces of it that
-/// are theirs alone; it is what threads take from each other, so it is low.
+/// are theirs alone; it is what threads take at a time, so it is low.
 const TILE: [u32; 2] = [128, 16];
 
 /// Renders frames of one scene, and keeps what it needs for that: threads, and each thread's queues. Once each thread
@@ -134,7 +135,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders all bands, each as a piece of work of its own: threads take them from each other to the last.
+    /// Renders all bands.
     fn bands<P: Pixel>(
         &self,
         camera: &Camera,
@@ -154,12 +155,9 @@ impl<'a> Renderer<'a> {
             self.bvh.binary(self.scene);
         }
         let watch = Watch::new(window, on_progress);
-        let counts = film
-            .pixels_mut()
-            .par_chunks_mut((window.width() * TILE[1]) as usize)
-            .enumerate()
-            .with_max_len(1)
-            .map(|(band_i, band)| self.band(&context, band_i as u32 * TILE[1], band, &watch))
+        let counts = Bands::new(film.pixels_mut(), window.width(), TILE[1])
+            .in_turn()
+            .map(|(y, band)| self.band(&context, y, band, &watch))
             .reduce(<_>::default, |a, b| (a.0 + b.0, a.1 + b.1));
         watch.finish()?;
         Ok(counts)

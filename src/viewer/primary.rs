@@ -13,7 +13,10 @@ use crate::{
         cost::{self, Todo},
         shade::{Intersect, SecondaryRays, radiance, shading_normal},
     },
-    render::{ByteFilm, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, TileTimes},
+    render::{
+        ByteFilm, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, TileTimes,
+        bands::Bands,
+    },
     scene::{Camera, PixelRays, Scene},
     simd::{F32x8, LANES},
     trace::Tracer,
@@ -91,17 +94,13 @@ pub fn render(
     if !style.brute && style.look != Look::Cost && style.settings.mode == Mode::Scalar {
         model.bvh.binary(&model.scene);
     }
-    let secondary = film
-        .pixels_mut()
-        .par_chunks_mut((width * BAND) as usize)
-        .enumerate()
-        .with_max_len(1)
+    let secondary = Bands::new(film.pixels_mut(), width, BAND)
+        .in_turn()
         .map_init(
             || Scratch::new(model),
-            |scratch, (band_i, band)| {
+            |scratch, (y, band)| {
                 let mut counts = RayCounts::default();
                 if !cancelled.load(Ordering::Relaxed) {
-                    let y = band_i as u32 * BAND;
                     let traced = scratch.band(&frame, y, band);
                     counts.shadow = traced.shadow;
                     counts.reflection = traced.reflection;
