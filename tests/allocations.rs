@@ -54,6 +54,9 @@ const FRAMES: usize = 40;
 /// a tile would be 3,000.
 const BLOCKS_OF_RAYON: usize = 8;
 
+/// A frame has a lock, which takes memory on some systems.
+const BLOCKS_OF_LOCKS: usize = if cfg!(target_vendor = "apple") { FRAMES } else { 0 };
+
 // One test: another's allocations would be counted too.
 #[test]
 fn frames_allocate_nothing_once_threads_have_their_memory() {
@@ -98,7 +101,7 @@ fn frames_allocate_nothing_once_threads_have_their_memory() {
         }
         let allocations = ALLOCATIONS.load(Ordering::Relaxed) - before;
         assert!(
-            allocations <= BLOCKS_OF_RAYON,
+            allocations <= BLOCKS_OF_RAYON + BLOCKS_OF_LOCKS,
             "{name}, {threads} threads: {allocations} allocations in {FRAMES} frames"
         );
     }

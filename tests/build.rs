@@ -11,7 +11,7 @@ use octray::{
     scene::{Primitive, Scene, SceneBuilder},
 };
 
-const QUALITIES: [BuildQuality; 2] = [BuildQuality::Fast, BuildQuality::Best];
+const QUALITIES: [BuildQuality; 3] = [BuildQuality::Fast, BuildQuality::Best, BuildQuality::Ploc];
 const LAYOUTS: [Layout; 2] = [Layout::Whole, Layout::Indexed];
 
 fn scene(kind: Kind, count: usize) -> Scene {
@@ -102,7 +102,7 @@ fn every_primitive_is_in_one_place_and_boxes_fit() {
 #[test]
 fn any_number_of_threads_builds_the_same_tree() {
     let scene = scene(Kind::Blobs, 150_000);
-    for (quality, layout) in QUALITIES.into_iter().zip(LAYOUTS) {
+    for (quality, layout) in QUALITIES.into_iter().zip(LAYOUTS.into_iter().cycle()) {
         let [one, four] = [1, 4].map(|threads| build_on(threads, &scene, quality, layout));
         assert_eq!(one.nodes().len(), four.nodes().len());
         for (a, b) in one.nodes().iter().zip(four.nodes()) {

@@ -4,7 +4,7 @@
 
 use glam::{DVec3, Vec3};
 use octray::{
-    accel::Bvh,
+    accel::{BuildQuality, Bvh},
     render::{Mode, Settings, render},
     scene::{Camera, MaterialId, MeshColumns, Scene, SceneBuilder},
 };
@@ -136,11 +136,13 @@ fn many_equal_primitives_build_soon() {
         ("concentric spheres", scene(1.0, &concentric, &[], &[])),
         ("a row of spheres", scene(1.0, &row, &[], &[])),
     ] {
-        let start = Instant::now();
-        let depth = Bvh::build(&scene).stats().depth;
-        let took = start.elapsed();
-        println!("{name}: {took:?}, depth {depth}");
-        assert!(took < limit, "{name}: {took:?}");
-        assert!(depth < 64, "{name}: depth {depth}");
+        for quality in [BuildQuality::Fast, BuildQuality::Best, BuildQuality::Ploc] {
+            let start = Instant::now();
+            let depth = Bvh::build_with(&scene, quality).stats().depth;
+            let took = start.elapsed();
+            println!("{name}, {}: {took:?}, depth {depth}", quality.name());
+            assert!(took < limit, "{name}, {}: {took:?}", quality.name());
+            assert!(depth < 64, "{name}, {}: depth {depth}", quality.name());
+        }
     }
 }

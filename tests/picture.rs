@@ -14,7 +14,14 @@ use octray::{
     scene::{Camera, Scene},
     verify::{Random, rays, scenes},
 };
-use std::{fmt::Debug, ops::ControlFlow, path::Path};
+use std::{
+    fmt::Debug,
+    ops::ControlFlow,
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering},
+    thread,
+    time::{Duration, Instant},
+};
 
 /// Neither tiles nor packets fit into it.
 const SIZE: [u32; 2] = [157, 61];
@@ -166,7 +173,7 @@ fn crops_without_pixels_or_outside_are_refused() {
     }
 }
 
-/// Whoever is told of progress may let the thread do other work, such as further bands.
+/// Whoever is told of progress may let the thread do other work, such as the bands that are left.
 #[test]
 fn variables_while_whoever_is_told_yields() {
     let scene = reflections();
@@ -180,10 +187,29 @@ fn variables_while_whoever_is_told_yields() {
         aovs.unwrap_or_else(|error| panic!("{error}"))
     };
     let quiet = find(&|_| ControlFlow::Continue(()));
-    let busy = find(&|_| {
-        rayon::yield_now();
-        ControlFlow::Continue(())
-    });
+    // The other thread takes nothing before the first band's thread has.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+    let (is_busy, has_yielded) = (AtomicBool::new(false), AtomicBool::new(false));
+    let start = Instant::now();
+    let wait_for = |flag: &AtomicBool| {
+        while !flag.load(Ordering::Relaxed) && start.elapsed() < Duration::from_secs(20) {
+            thread::yield_now();
+        }
+    };
+    let one_that_yields = || {
+        wait_for(&is_busy);
+        find(&|_| {
+            rayon::yield_now();
+            has_yielded.store(true, Ordering::Relaxed);
+            ControlFlow::Continue(())
+        })
+    };
+    let one_that_waits = || {
+        is_busy.store(true, Ordering::Relaxed);
+        wait_for(&has_yielded);
+    };
+    let both = || rayon::join(one_that_yields, one_that_waits);
+    let (busy, ()) = pool.expect("threads").install(both);
     assert_eq!(quiet, busy);
 }
 

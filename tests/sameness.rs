@@ -67,6 +67,7 @@ fn check(name: &str, scene: &Scene, camera: &Camera, basis: &Settings) {
     for (quality, layout) in [
         (BuildQuality::Fast, Layout::Whole),
         (BuildQuality::Best, Layout::Indexed),
+        (BuildQuality::Ploc, Layout::Whole),
     ] {
         let other = Bvh::build_as(scene, quality, layout);
         let frame = render(scene, &other, camera, &settings, &|_| ControlFlow::Continue(()));

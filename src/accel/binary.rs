@@ -1,7 +1,10 @@
 //! The binary layout of the scalar baseline: 32 bytes a node, siblings side by side (after Wald's and Bikker's
 //! common layout).
 
-use super::source::{self, BinaryTree, BinaryTreeNode};
+use super::{
+    boxes::{Box8, boxes_of},
+    ploc::{self, BinaryTree, BinaryTreeNode},
+};
 use crate::{
     math::Aabb,
     ray::PrimitiveId,
@@ -53,7 +56,8 @@ impl BinaryBvh {
     /// Builds the hierarchy over the scene's spheres and its triangles that have an area.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
-        let tree = source::build_binary(scene);
+        let boxes = boxes_of(scene);
+        let tree = ploc::build(&boxes);
         let mut bvh = Self {
             nodes: Vec::new(),
             primitives: Vec::new(),
@@ -62,12 +66,11 @@ impl BinaryBvh {
         if tree.is_empty() {
             return bvh;
         }
-        let sizes = subtree_sizes(&tree);
         bvh.nodes.push(box_only(tree.bounds(0)));
         let mut todo = vec![(0_usize, 0_usize)];
         while let Some((own_i, tree_i)) = todo.pop() {
             match tree.node(tree_i) {
-                BinaryTreeNode::Inner(children) if sizes[tree_i] > LEAF_SIZE => {
+                BinaryTreeNode::Inner(children) if tree.size(tree_i) > LEAF_SIZE => {
                     let first = bvh.nodes.len();
                     bvh.nodes.extend(children.map(|c| box_only(tree.bounds(c))));
                     bvh.nodes[own_i].first = first as u32;
@@ -75,8 +78,8 @@ impl BinaryBvh {
                 }
                 _ => {
                     bvh.nodes[own_i].first = bvh.primitives.len() as u32;
-                    bvh.nodes[own_i].count = sizes[tree_i];
-                    bvh.push_primitives(&tree, tree_i);
+                    bvh.nodes[own_i].count = tree.size(tree_i);
+                    bvh.push_primitives(&boxes, &tree, tree_i);
                 }
             }
         }
@@ -84,11 +87,11 @@ impl BinaryBvh {
         bvh
     }
 
-    fn push_primitives(&mut self, tree: &BinaryTree, tree_i: usize) {
+    fn push_primitives(&mut self, boxes: &[Box8], tree: &BinaryTree, tree_i: usize) {
         let mut stack = vec![tree_i];
         while let Some(node_i) = stack.pop() {
             match tree.node(node_i) {
-                BinaryTreeNode::Leaf(id) => self.primitives.push(id),
+                BinaryTreeNode::Leaf(box_i) => self.primitives.push(boxes[box_i].id()),
                 BinaryTreeNode::Inner([left, right]) => stack.extend([right, left]),
             }
         }
@@ -102,14 +105,4 @@ fn box_only(bounds: Aabb) -> BinaryNode {
         upper: bounds.upper,
         count: 0,
     }
-}
-
-fn subtree_sizes(tree: &BinaryTree) -> Vec<u32> {
-    let mut sizes = vec![1_u32; tree.len()];
-    for &node_i in tree.parents_first().iter().rev() {
-        if let BinaryTreeNode::Inner([left, right]) = tree.node(node_i as usize) {
-            sizes[node_i as usize] = sizes[left] + sizes[right];
-        }
-    }
-    sizes
 }

@@ -1,24 +1,24 @@
 //! The bounding volume hierarchies, stored in our own layout. The only folder that names `obvhs`.
 //!
 //! - [`Bvh`]: eight children a node, leaves that are blocks of up to eight primitives of one kind, for packets
-//!   and SIMD single rays. Built top down by a builder of our own.
-//! - [`BinaryBvh`]: two children a node, for the scalar baseline; built only when that is asked for, with obvhs (PLOC:
-//!   Meister and Bittner, *Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction*, 2018, with
-//!   reinsertion: Meister and Bittner, *Parallel Reinsertion for Bounding Volume Hierarchy Optimization*, 2018).
+//!   and SIMD single rays. Built top down by a builder of our own; with [`BuildQuality::Ploc`], to compare, divided as
+//!   obvhs divides and made wide by the same code.
+//! - [`BinaryBvh`]: two children a node, for the scalar baseline; built only when that is asked for, with obvhs (PLOC and
+//!   reinsertion).
 //!
-//! Lab notes (Zen 5, one thread, all trees traced in turn in one process, best of five; on a busy machine, so that 5 %
-//! mean nothing):
+//! Lab notes (`cargo bench --bench builds`, Zen 3, eight lanes, all trees built and traced in turn in one process, median
+//! of seven; spread up to 10 %, the machine slow by a third at times, all trees alike):
 //!
-//! | scene | build: obvhs, collapsed | best | camera, shadow, mirror rays: best's time as a share of obvhs' |
+//! | scene | build, one thread: PLOC, best | two threads | best's rays a second as a share of PLOC's: camera, shadow, mirror |
 //! |---|---|---|---|
-//! | figure, 70,000 | 49 ms | 12 ms | 101 %, 89 %, 88 % |
-//! | interior, 370,000 | 471 ms | 91 ms | 93 %, 102 %, 102 % |
-//! | terrain, 1,000,000 | 1231 ms | 229 ms | 75 %, 86 %, 86 % |
-//! | blobs, 1,000,000 | 1166 ms | 287 ms | 81 %, 90 %, 86 % |
-//! | spheres, 100,000 | 63 ms | 16 ms | 92 %, 79 %, 83 % |
+//! | figurine, 6,000 | 3.3 ms, 1.4 ms | 3.0 ms, 0.8 ms | 113 %, 99 %, 102 % |
+//! | figure, 70,000 | 34 ms, 14 ms | 33 ms, 11 ms | 101 %, 103 %, 102 % |
+//! | interior, 370,000 | 268 ms, 99 ms | 210 ms, 65 ms | 101 %, 98 %, 105 % |
+//! | terrain, 1,000,000 | 920 ms, 272 ms | 587 ms, 152 ms | 113 %, 121 %, 119 % |
+//! | spheres, 100,000 | 46 ms, 19 ms | 34 ms, 10 ms | 111 %, 107 %, 115 % |
 //!
-//! So the tree that is built sooner is nowhere slower to trace beyond noise, and obvhs is not offered for it. (These are of
-//! a version that divided by primitives, not by blocks, and for rays without a width; see `split` and `tree`.)
+//! PLOC's leaf blocks are less full, too: 60 to 65 bytes a triangle in place of 49 to 54. So the tree that is built sooner
+//! is nowhere slower to trace beyond noise, and nothing takes the other one unless told to.
 
 mod binary;
 mod blocks;
@@ -27,9 +27,9 @@ mod emit;
 mod node;
 mod pages;
 mod plan;
+mod ploc;
 mod prefetch;
 mod quality;
-mod source;
 mod split;
 mod tree;
 
@@ -111,7 +111,7 @@ impl Bvh {
         } = if boxes.is_empty() {
             Wide::nothing(layout)
         } else {
-            let top = tree::build(&mut boxes, scene, quality.effort(), layout);
+            let top = tree::build(&mut boxes, scene, quality, layout);
             let ids = boxes::into_ids(boxes);
             match layout {
                 Layout::Whole => emit::emit(scene, &top, &ids).with_blocks(TriangleBlocks::Whole),

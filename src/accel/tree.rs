@@ -4,9 +4,10 @@
 //! SAH BVHs on the Intel Many Integrated Core (MIC) Architecture*, 2012. Differs: threads also make their subtrees wide.)
 
 use super::{
-    Layout,
+    BuildQuality, Layout,
     boxes::Box8,
     plan::{Plan, Planned, WIDTH, widen},
+    ploc::{self, BinaryTree, BinaryTreeNode},
     split::{Effort, divide},
 };
 use crate::{geometry::IndexedBlock, scene::Scene};
@@ -114,17 +115,72 @@ impl Slot {
     }
 }
 
+/// What says where sets of primitives are divided.
+trait Divider: Copy + Sync + Send {
+    /// Divides `boxes` in place, says how many are in the first part, at least one and not all, and what divides the
+    /// parts. If `halve`, both are equal.
+    fn divide(self, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]);
+}
+
+/// The [surface area heuristic](super::split).
+#[derive(Clone, Copy)]
+struct BySurfaceArea;
+
+impl Divider for BySurfaceArea {
+    #[inline(always)]
+    fn divide(self, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]) {
+        (divide(boxes, around_centers(boxes), effort, halve), [self; 2])
+    }
+}
+
+/// A binary tree that is there already, in whose leaves' order the boxes are, down to sets that may fit a block; below
+/// those, the surface area heuristic.
+#[derive(Clone, Copy)]
+struct AsIn<'a> {
+    tree: &'a BinaryTree,
+    /// The node of the set.
+    node_i: Option<usize>,
+}
+
+impl Divider for AsIn<'_> {
+    fn divide(self, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]) {
+        let with = |node_i| Self { node_i, ..self };
+        match self.node_i.map(|node_i| self.tree.node(node_i)) {
+            Some(BinaryTreeNode::Inner([left, right])) if boxes.len() > WIDTH && !halve => {
+                let count = self.tree.size(left) as usize;
+                (count, [with(Some(left)), with(Some(right))])
+            }
+            _ => {
+                let (count, _) = BySurfaceArea.divide(boxes, effort, halve);
+                (count, [with(None); 2])
+            }
+        }
+    }
+}
+
 /// Builds over `boxes` of a scene's primitives, for blocks of a layout, and puts them into the order of the leaves.
-pub(super) fn build(boxes: &mut [Box8], scene: &Scene, effort: Effort, layout: Layout) -> Top {
+pub(super) fn build(boxes: &mut [Box8], scene: &Scene, quality: BuildQuality, layout: Layout) -> Top {
     let triangles = &scene.triangles().corners[..];
     let job = Job {
         first_sphere: triangles.len() as u32,
         shared: (layout == Layout::Indexed).then_some(triangles),
-        effort,
+        effort: quality.effort(),
         subtree: subtree_size(boxes.len()),
         footprint: footprint(boxes),
     };
-    build_top(boxes, 0, job, most_levels(boxes.len()))
+    let levels = most_levels(boxes.len());
+    if quality != BuildQuality::Ploc {
+        return build_top(boxes, 0, job, BySurfaceArea, levels);
+    }
+    let tree = ploc::build(boxes);
+    let ordered: Vec<Box8> = tree.boxes_in_order().map(|box_i| boxes[box_i]).collect();
+    boxes.copy_from_slice(&ordered);
+    drop(ordered);
+    let as_in_tree = AsIn {
+        tree: &tree,
+        node_i: Some(0),
+    };
+    build_top(boxes, 0, job, as_in_tree, levels)
 }
 
 /// A bundle of rays is taken to meet a box as often as a thin ray would if the box had so much more area: one part in so
@@ -197,18 +253,17 @@ impl Job<'_> {
     }
 }
 
-/// `levels`: how often the heuristic may still divide.
-fn build_top(boxes: &mut [Box8], first: usize, job: Job<'_>, levels: u32) -> Top {
+/// `levels`: how often the divider may still say where; halves after that.
+fn build_top<D: Divider>(boxes: &mut [Box8], first: usize, job: Job<'_>, divider: D, levels: u32) -> Top {
     if boxes.len() <= job.subtree {
-        return Top::Subtree(Subtree::new(boxes, first, job, levels));
+        return Top::Subtree(Subtree::new(boxes, first, job, divider, levels));
     }
-    let centers = around_centers(boxes);
-    let count = divide(boxes, centers, job.effort, levels == 0);
+    let (count, [left_divider, right_divider]) = divider.divide(boxes, job.effort, levels == 0);
     let (left, right) = boxes.split_at_mut(count);
     let levels = levels.saturating_sub(1);
     let (left, right) = rayon::join(
-        || build_top(left, first, job, levels),
-        || build_top(right, first + count, job, levels),
+        || build_top(left, first, job, left_divider, levels),
+        || build_top(right, first + count, job, right_divider, levels),
     );
     let bounds = left.bounds().union(right.bounds());
     let plan = Plan::inner(left.plan(), right.plan(), job.visits(bounds), true);
@@ -219,6 +274,7 @@ fn build_top(boxes: &mut [Box8], first: usize, job: Job<'_>, levels: u32) -> Top
     }))
 }
 
+#[inline(always)]
 fn around_centers(boxes: &[Box8]) -> Box8 {
     if boxes.len() <= PARALLEL {
         return Box8::around_centers(boxes);
@@ -258,7 +314,7 @@ impl Planned for Builder<'_> {
 
 impl Builder<'_> {
     /// Appends the tree over `boxes` and answers the box around them.
-    fn divide(&mut self, boxes: &mut [Box8], first: usize, levels: u32) -> Box8 {
+    fn divide<D: Divider>(&mut self, boxes: &mut [Box8], first: usize, divider: D, levels: u32) -> Box8 {
         let node_i = self.nodes.len();
         self.nodes.push(Node {
             plan: Plan::default(),
@@ -283,13 +339,17 @@ impl Builder<'_> {
                 }
             }
         }
-        let count = first_part
-            .unwrap_or_else(|| divide(boxes, Box8::around_centers(boxes), self.job.effort, levels == 0));
+        let (count, [left_divider, right_divider]) = match first_part {
+            Some(count) => (count, [divider; 2]),
+            None => divider.divide(boxes, self.job.effort, levels == 0),
+        };
         let (left, right) = boxes.split_at_mut(count);
         let levels = levels.saturating_sub(1);
-        let left_bounds = self.divide(left, first, levels);
+        let left_bounds = self.divide(left, first, left_divider, levels);
         let right_i = self.nodes.len();
-        let bounds = self.divide(right, first + count, levels).union(left_bounds);
+        let bounds = self
+            .divide(right, first + count, right_divider, levels)
+            .union(left_bounds);
         let plan = Plan::inner(
             &self.nodes[node_i + 1].plan,
             &self.nodes[right_i].plan,
@@ -303,12 +363,12 @@ impl Builder<'_> {
 }
 
 impl Subtree {
-    fn new(boxes: &mut [Box8], first: usize, job: Job<'_>, levels: u32) -> Self {
+    fn new<D: Divider>(boxes: &mut [Box8], first: usize, job: Job<'_>, divider: D, levels: u32) -> Self {
         let mut builder = Builder {
             nodes: Vec::with_capacity(2 * boxes.len()),
             job,
         };
-        let bounds = builder.divide(boxes, 0, levels);
+        let bounds = builder.divide(boxes, 0, divider, levels);
         let mut subtree = Self {
             first,
             bounds,

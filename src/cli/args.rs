@@ -328,6 +328,7 @@ mod tests {
         assert_eq!(BuildArg::Auto.quality(1e6, 10_000_000), BuildQuality::Fast);
         assert_eq!(BuildArg::Auto.quality(1e6, 10_000), BuildQuality::Best);
         assert_eq!(BuildArg::Best.quality(1.0, 10_000_000), BuildQuality::Best);
+        assert_eq!(BuildArg::Ploc.quality(1.0, 10_000_000), BuildQuality::Ploc);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::{
     report::{SCHEMA, faults_text, grouped},
 };
 use crate::{
-    accel::{Bvh, BvhStats},
+    accel::{BuildQuality, Bvh, BvhStats},
     error::{escape, in_bytes},
     scene::{Material, MeshFaults, NamedCamera, Scene},
 };
@@ -29,7 +29,7 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     let scene = input::load_bare(&args.scene, args.memory.limit())?;
     let load_time = start.elapsed();
     let faults = scene.mesh_faults();
-    memory::check_build(&scene)?;
+    memory::check_build(&scene, BuildQuality::Best)?;
     let bvh = Bvh::build(&scene);
     let info = Info::new(
         args.scene.display().to_string(),

@@ -6,6 +6,7 @@
 
 use super::CliError;
 use crate::{
+    accel::BuildQuality,
     error::in_bytes,
     scene::{BVH_BYTES, Scene},
 };
@@ -24,6 +25,9 @@ pub struct MemoryArgs {
 
 /// What a thread's stack takes of a process's address space, bytes; of memory it takes what is used.
 const STACK_BYTES: u64 = 9 << 18;
+
+/// [`BVH_BYTES`] where PLOC divides: measured on a terrain of two million triangles (290).
+const PLOC_BYTES: u64 = 300;
 
 /// What threads take of a process's address space before they do anything, bytes.
 const THREADS_BYTES: u64 = 64 << 20;
@@ -101,8 +105,13 @@ pub fn check_threads(threads: Option<u32>) -> Result<(), CliError> {
 ///
 /// # Errors
 /// [`CliError::Failed`].
-pub fn check_build(scene: &Scene) -> Result<(), CliError> {
-    let needed = scene.primitive_count() as u64 * BVH_BYTES;
+pub fn check_build(scene: &Scene, quality: BuildQuality) -> Result<(), CliError> {
+    let bytes = if quality == BuildQuality::Ploc {
+        PLOC_BYTES
+    } else {
+        BVH_BYTES
+    };
+    let needed = scene.primitive_count() as u64 * bytes;
     let mut room: Vec<u8> = Vec::new();
     let asked = usize::try_from(needed).map(|needed| room.try_reserve_exact(needed));
     // Else the compiler may leave out what is never used.

@@ -127,8 +127,8 @@ fn render_scene(
         }
     }
     let rays = expected_rays(args, settings, &scene, job.shots.len());
-    memory::check_build(&scene)?;
     let quality = args.trace.build.quality(rays, scene.primitive_count());
+    memory::check_build(&scene, quality)?;
     let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(|| Bvh::build_with(&scene, quality)))?;
 
     let mut spent = Spent {

@@ -70,6 +70,8 @@ pub enum BuildArg {
     Fast,
     /// The BVH that is traced fastest
     Best,
+    /// A BVH divided as PLOC does it, to compare with best
+    Ploc,
 }
 
 impl BuildArg {
@@ -79,6 +81,7 @@ impl BuildArg {
             Self::Auto => BuildQuality::for_rays(rays, primitives),
             Self::Fast => BuildQuality::Fast,
             Self::Best => BuildQuality::Best,
+            Self::Ploc => BuildQuality::Ploc,
         }
     }
 }

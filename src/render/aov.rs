@@ -165,7 +165,7 @@ impl<'a> Finder<'a> {
 }
 
 /// Finds the variables of the window's rows from `y` on. A thread's memory is borrowed for a tile, not while progress is
-/// told: whoever is told may let the thread take another band.
+/// told: whoever is told may let the thread take the bands that are left.
 fn find_band<'a>(
     finders: &ThreadLocal<RefCell<Finder<'a>>>,
     context: &FrameContext<'a>,

@@ -202,7 +202,9 @@ impl Shared {
             let mut counts = Counts::default();
             let traced = catch_unwind(AssertUnwindSafe(|| {
                 let scene = plan.scene();
-                let quality = plan.random.pick(&[BuildQuality::Fast, BuildQuality::Best]);
+                let quality = plan
+                    .random
+                    .pick(&[BuildQuality::Fast, BuildQuality::Best, BuildQuality::Ploc]);
                 let layout = plan.random.pick(&[Layout::Whole, Layout::Indexed]);
                 let bvh = Bvh::build_as(&scene, quality, layout);
                 let random = &mut plan.random;

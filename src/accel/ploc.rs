@@ -1,7 +1,10 @@
-//! The binary tree of the scalar baseline.
+//! Binary trees by obvhs: PLOC (Meister and Bittner, *Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy
+//! Construction*, 2018) and a little reinsertion (Meister and Bittner, *Parallel Reinsertion for Bounding Volume Hierarchy
+//! Optimization*, 2018). Differs: boxes are roughened, and where all overlap, nothing is reinserted, so that no input takes
+//! quadratic time.
 
-use super::boxes::boxes_of;
-use crate::{math::Aabb, ray::PrimitiveId, scene::Scene};
+use super::boxes::Box8;
+use crate::math::Aabb;
 use glam::Vec3A;
 use obvhs::{
     aabb::Aabb as ObvhsAabb,
@@ -10,29 +13,28 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-/// A binary tree with one primitive a leaf. Root is node 0; an empty scene has no nodes.
+/// A binary tree with one box a leaf. Root is node 0; a tree over nothing has no nodes.
 pub(super) struct BinaryTree {
     nodes: Vec<Bvh2Node>,
-    primitives: Vec<PrimitiveId>,
-    /// Node indices, parents before children.
+    /// Which box, a leaf each.
+    leaves: Vec<u32>,
+    /// Node indices, parents before children, left children's nodes before right ones'.
     parents_first: Vec<u32>,
+    /// Leaves below each node.
+    sizes: Vec<u32>,
 }
 
 /// A node of [`BinaryTree`].
 pub(super) enum BinaryTreeNode {
     /// Indices of both children.
     Inner([usize; 2]),
-    /// One primitive.
-    Leaf(PrimitiveId),
+    /// Index of one box.
+    Leaf(usize),
 }
 
 impl BinaryTree {
     pub(super) fn is_empty(&self) -> bool {
         self.nodes.is_empty()
-    }
-
-    pub(super) fn len(&self) -> usize {
-        self.nodes.len()
     }
 
     pub(super) fn bounds(&self, node_i: usize) -> Aabb {
@@ -47,27 +49,47 @@ impl BinaryTree {
         let node = &self.nodes[node_i];
         let first = node.first_index as usize;
         if node.is_leaf() {
-            BinaryTreeNode::Leaf(self.primitives[first])
+            BinaryTreeNode::Leaf(self.leaves[first] as usize)
         } else {
             BinaryTreeNode::Inner([first, first + 1])
         }
     }
 
-    /// Node indices, parents before children.
-    pub(super) fn parents_first(&self) -> &[u32] {
-        &self.parents_first
+    /// How many leaves are below a node; 1 for a leaf.
+    pub(super) fn size(&self, node_i: usize) -> u32 {
+        self.sizes[node_i]
+    }
+
+    /// The boxes of all leaves, from left to right, by index.
+    pub(super) fn boxes_in_order(&self) -> impl Iterator<Item = usize> {
+        self.parents_first
+            .iter()
+            .filter_map(|&node_i| match self.node(node_i as usize) {
+                BinaryTreeNode::Leaf(box_i) => Some(box_i),
+                BinaryTreeNode::Inner(_) => None,
+            })
     }
 
     fn sort_parents_first(&mut self) {
-        let mut order = Vec::with_capacity(self.len());
+        let mut order = Vec::with_capacity(self.nodes.len());
         let mut stack = vec![0_u32];
         while let Some(node_i) = stack.pop() {
             order.push(node_i);
-            if let BinaryTreeNode::Inner(children) = self.node(node_i as usize) {
-                stack.extend(children.map(|c| c as u32));
+            if let BinaryTreeNode::Inner([left, right]) = self.node(node_i as usize) {
+                stack.extend([right as u32, left as u32]);
             }
         }
         self.parents_first = order;
+    }
+
+    fn count_leaves(&mut self) {
+        let mut sizes = vec![1_u32; self.nodes.len()];
+        for &node_i in self.parents_first.iter().rev() {
+            if let BinaryTreeNode::Inner([left, right]) = self.node(node_i as usize) {
+                sizes[node_i as usize] = sizes[left] + sizes[right];
+            }
+        }
+        self.sizes = sizes;
     }
 }
 
@@ -94,9 +116,9 @@ const ROUGHNESS_OF_CROWDS: f32 = 1.0 / 16.0;
 /// The box with each side moved out by up to `roughness` times its diagonal, as the id says. PLOC merges what
 /// is mutually nearest; where distances are equal, as in a row of equal boxes or for boxes inside one another,
 /// hardly any two are, and it takes quadratic time (10,000 spheres in a row: 3 s).
-fn roughened(bounds: &ObvhsAabb, id: PrimitiveId, roughness: f32) -> ObvhsAabb {
+fn roughened(bounds: &ObvhsAabb, id: u32, roughness: f32) -> ObvhsAabb {
     // Knuth's multiplicative hash, stretched to four bits a side.
-    let mut bits = u64::from(id.0).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+    let mut bits = u64::from(id).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
     let step = bounds.diagonal().length() * roughness / 15.0;
     let mut side = || {
         let steps = (bits & 15) as f32;
@@ -110,32 +132,33 @@ fn roughened(bounds: &ObvhsAabb, id: PrimitiveId, roughness: f32) -> ObvhsAabb {
     }
 }
 
-/// PLOC and a little reinsertion: obvhs' "medium" preset with one primitive a leaf
-/// ([`BinaryBvh`](super::BinaryBvh) makes the leaves).
-pub(super) fn build_binary(scene: &Scene) -> BinaryTree {
-    let (primitives, mut boxes): (Vec<PrimitiveId>, Vec<ObvhsAabb>) = boxes_of(scene)
-        .into_par_iter()
+/// A tree over `boxes`: obvhs' "medium" preset with one box a leaf.
+pub(super) fn build(boxes: &[Box8]) -> BinaryTree {
+    let mut tree = BinaryTree {
+        nodes: Vec::new(),
+        leaves: Vec::new(),
+        parents_first: Vec::new(),
+        sizes: Vec::new(),
+    };
+    if boxes.is_empty() {
+        return tree;
+    }
+    let ids: Vec<u32> = boxes.par_iter().map(|b| b.id().0).collect();
+    let mut boxes: Vec<ObvhsAabb> = boxes
+        .par_iter()
         .map(|b| {
             let Aabb { lower, upper } = b.bounds();
-            let bounds = ObvhsAabb {
+            ObvhsAabb {
                 min: lower.into(),
                 max: upper.into(),
-            };
-            (b.id(), bounds)
+            }
         })
-        .unzip();
-    if primitives.is_empty() {
-        return BinaryTree {
-            nodes: Vec::new(),
-            primitives,
-            parents_first: Vec::new(),
-        };
-    }
+        .collect();
     let crowded = overlap(&boxes) > MAX_OVERLAP;
     let roughness = if crowded { ROUGHNESS_OF_CROWDS } else { ROUGHNESS };
     boxes
         .par_iter_mut()
-        .zip(&primitives)
+        .zip(&ids)
         .for_each(|(b, &id)| *b = roughened(b, id, roughness));
     let mut bvh: Bvh2 = PlocBuilder::with_capacity(boxes.len()).build(
         PlocSearchDistance::Medium,
@@ -147,16 +170,8 @@ pub(super) fn build_binary(scene: &Scene) -> BinaryTree {
     if !crowded {
         ReinsertionOptimizer::default().run(&mut bvh, 0.05, None);
     }
-    let primitives = bvh
-        .primitive_indices
-        .par_iter()
-        .map(|&i| primitives[i as usize])
-        .collect();
-    let mut tree = BinaryTree {
-        nodes: bvh.nodes,
-        primitives,
-        parents_first: Vec::new(),
-    };
+    (tree.nodes, tree.leaves) = (bvh.nodes, bvh.primitive_indices);
     tree.sort_parents_first();
+    tree.count_leaves();
     tree
 }
