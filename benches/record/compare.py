@@ -51,7 +51,7 @@ def main():
     arguments = parser.parse_args()
     old, new = load(arguments.old), load(arguments.new)
     # Older files do not tell all of these.
-    for field in ("machine", "isa", "threads", "avx2", "size", "width", "height", "repeat"):
+    for field in ("machine", "isa", "threads", "avx2", "size", "width", "height", "repeat", "build"):
         if field in old and field in new and old[field] != new[field]:
             print(f"warning: not the same {field}: {old.get(field)} and {new.get(field)}")
 

@@ -7,9 +7,9 @@
 //!   reinsertion).
 //!
 //! Lab notes (`cargo bench --bench builds`, Zen 3, eight lanes, all trees built and traced in turn in one process, median
-//! of seven; spread up to 10 %, the machine slow by a third at times, all trees alike):
+//! of seven; a slow phase of the machine, in which all trees lose up to a third; ten million blobs not measured):
 //!
-//! | scene | build, one thread: PLOC, best | two threads | best's rays a second as a share of PLOC's: camera, shadow, mirror |
+//! | scene | build, one thread: PLOC, best | two threads | rays a second, best's of PLOC's: camera, shadow, mirror |
 //! |---|---|---|---|
 //! | figurine, 6,000 | 3.3 ms, 1.4 ms | 3.0 ms, 0.8 ms | 113 %, 99 %, 102 % |
 //! | figure, 70,000 | 34 ms, 14 ms | 33 ms, 11 ms | 101 %, 103 %, 102 % |
@@ -92,7 +92,7 @@ impl Bvh {
     }
 
     /// [`Self::build`], with a word on what it may cost. The tree depends on scene and quality alone, not on the
-    /// number of threads.
+    /// number of threads (with an exception of [`BuildQuality::Ploc`]).
     #[must_use]
     pub fn build_with(scene: &Scene, quality: BuildQuality) -> Self {
         Self::build_as(scene, quality, Layout::for_scene(scene))

@@ -1,7 +1,8 @@
 //! Binary trees by obvhs: PLOC (Meister and Bittner, *Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy
 //! Construction*, 2018) and a little reinsertion (Meister and Bittner, *Parallel Reinsertion for Bounding Volume Hierarchy
-//! Optimization*, 2018). Differs: boxes are roughened, and where all overlap, nothing is reinserted, so that no input takes
-//! quadratic time.
+//! Optimization*, 2018). Differs: boxes are roughened, and where all overlap, nothing is reinserted, so that rows of equal
+//! boxes and crowds of them do not take quadratic time. (Far from the origin roughness is lost in rounding: there a row
+//! of equal boxes still does.)
 
 use super::boxes::Box8;
 use crate::math::Aabb;
@@ -101,10 +102,13 @@ const MAX_OVERLAP: f32 = 256.0;
 /// the area of the box around them.
 fn overlap(boxes: &[ObvhsAabb]) -> f32 {
     let sum_and_union = |(sum, all): (f32, ObvhsAabb), b: &ObvhsAabb| (sum + b.half_area(), all.union(b));
-    let (sum, all) = boxes
+    // Summed part by part, in one order whatever the number of threads.
+    let parts: Vec<(f32, ObvhsAabb)> = boxes
         .par_chunks(1 << 14)
         .map(|chunk| chunk.iter().fold((0.0, ObvhsAabb::empty()), sum_and_union))
-        .reduce(|| (0.0, ObvhsAabb::empty()), |a, b| (a.0 + b.0, a.1.union(&b.1)));
+        .collect();
+    let both = |a: (f32, ObvhsAabb), b: (f32, ObvhsAabb)| (a.0 + b.0, a.1.union(&b.1));
+    let (sum, all) = parts.into_iter().fold((0.0, ObvhsAabb::empty()), both);
     sum / all.half_area()
 }
 

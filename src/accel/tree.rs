@@ -25,7 +25,7 @@ fn subtree_size(count: usize) -> usize {
 /// Sets above this find their centres' box in parallel.
 const PARALLEL: usize = 1 << 15;
 
-/// How often the heuristic may divide on the way to one primitive, for `count` primitives; halves after that.
+/// How often the [`Divider`] may say where to divide on the way to one primitive, for `count` primitives; halves after that.
 fn most_levels(count: usize) -> u32 {
     3 * (usize::BITS - count.leading_zeros()) + 16
 }

@@ -123,7 +123,7 @@ struct Column {
 
 #[derive(Debug, Serialize)]
 struct BvhInfo {
-    /// Which was built: "fast" or "best".
+    /// Which was built: "best".
     build: &'static str,
     /// How triangles are stored: "whole" or "indexed".
     layout: &'static str,

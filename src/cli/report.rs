@@ -20,7 +20,7 @@ pub struct Report {
     pub max_depth: u32,
     pub shadows: bool,
     pub mode: &'static str,
-    /// Which BVH was built: "fast" or "best".
+    /// Which BVH was built: "fast", "best" or "ploc".
     pub build: &'static str,
     pub isa: &'static str,
     pub threads: usize,
