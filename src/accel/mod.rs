@@ -7,7 +7,8 @@
 //!   reinsertion).
 //!
 //! Lab notes (`cargo bench --bench builds`, Zen 3, eight lanes, all trees built and traced in turn in one process, median
-//! of seven; a slow phase of the machine, in which all trees lose up to a third; ten million blobs not measured):
+//! of seven, built without LTO; a slow phase of the machine, in which all trees lose up to a third; ten million blobs
+//! not measured):
 //!
 //! | scene | build, one thread: PLOC, best | two threads | rays a second, best's of PLOC's: camera, shadow, mirror |
 //! |---|---|---|---|
