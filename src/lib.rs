@@ -11,7 +11,7 @@
 //! # std::env::set_current_dir(env!("CARGO_MANIFEST_DIR"))?;
 //! let scene = format::load(Path::new("scenes/reflections.scn"))?;
 //! let bvh = Bvh::build(&scene);
-//! let camera = Camera::course_view(1).ok_or("there are six viewpoints")?;
+//! let camera = Camera::classic_view(1).ok_or("there are six viewpoints")?;
 //! let settings = Settings { width: 64, height: 64, ..Settings::default() };
 //! let frame = render(&scene, &bvh, &camera, &settings, &|_| ControlFlow::Continue(()))?;
 //! let rgb: Vec<u8> = frame.film.to_rgb8();
@@ -57,7 +57,7 @@
 //! use std::ops::ControlFlow;
 //!
 //! let scene = SceneBuilder::new().finish();
-//! let camera = Camera::course_view(2).unwrap();
+//! let camera = Camera::classic_view(2).unwrap();
 //! let stopped = render(&scene, &Bvh::build(&scene), &camera, &Settings::default(), &|progress| {
 //!     if progress.pixels_done * 2 < progress.pixels_total {
 //!         ControlFlow::Continue(())
@@ -87,7 +87,7 @@
 //! # The rooms
 //! | module | what it is |
 //! |---|---|
-//! | [`error`], [`math`], [`course`] | errors with places; boxes and scalar arithmetic; the numbers of a classic scene |
+//! | [`error`], [`math`], [`classic`] | errors with places; boxes and scalar arithmetic; the numbers of a classic scene |
 //! | [`simd`], [`ray`] | eight lanes, their masks and vectors; rays and hits, single and in packets |
 //! | [`geometry`] | the canonical tests of one primitive against eight rays and eight against one |
 //! | [`scene`], [`mod@format`], [`generate`] | columns, from files or from a seed |
@@ -99,10 +99,10 @@
 
 pub mod accel;
 pub mod bench;
+pub mod classic;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
-pub mod course;
 pub mod error;
 pub mod format;
 pub mod generate;

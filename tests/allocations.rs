@@ -71,7 +71,7 @@ fn frames_allocate_nothing_once_threads_have_their_memory() {
             max_depth: 6,
             ..Settings::default()
         };
-        let cameras: Vec<Camera> = (1..=6).filter_map(Camera::course_view).collect();
+        let cameras: Vec<Camera> = (1..=6).filter_map(Camera::classic_view).collect();
         let mut renderer = Renderer::new(&scene, &bvh);
         let mut film = ByteFilm::black(settings.width, settings.height);
 

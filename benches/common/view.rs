@@ -2,7 +2,7 @@
 //! `--eye=x,y,z --target=x,y,z --fov=DEG` into a comment.
 
 use glam::DVec3;
-use octray::{course, scene::Camera};
+use octray::{classic, scene::Camera};
 
 /// The camera of the first comment that has one; `None` if there is none.
 pub fn told_in(scene_file: &str) -> Option<Camera> {
@@ -19,9 +19,9 @@ fn camera(comment: &str) -> Option<Camera> {
             .find_map(|word| word.strip_prefix(name))
     };
     let eye = vector(option("--eye=")?)?;
-    let target = option("--target=").map_or(Some(course::TARGET), vector)?;
-    let fov = option("--fov=").map_or(Some(course::FOV_DEGREES), |text| text.parse().ok())?;
-    Camera::look_at(eye, target, course::UP, fov).ok()
+    let target = option("--target=").map_or(Some(classic::TARGET), vector)?;
+    let fov = option("--fov=").map_or(Some(classic::FOV_DEGREES), |text| text.parse().ok())?;
+    Camera::look_at(eye, target, classic::UP, fov).ok()
 }
 
 /// `x,y,z`.

@@ -5,7 +5,7 @@ use clap::Args;
 use glam::{DQuat, DVec3, Vec3};
 use octray::{
     bench::SuiteScene,
-    course,
+    classic,
     format::{self, mesh::MeshFormat},
     math::Aabb,
     scene::{Camera, MeshColumns, NamedCamera, Scene, SceneBuilder},
@@ -46,7 +46,7 @@ pub struct View {
     target: Option<DVec3>,
 
     /// Named scenes: vertical field of view, degrees
-    #[arg(long, value_name = "DEG", default_value_t = course::FOV_DEGREES)]
+    #[arg(long, value_name = "DEG", default_value_t = classic::FOV_DEGREES)]
     fov: f64,
 }
 
@@ -108,7 +108,7 @@ fn text(error: impl ToString) -> String {
 }
 
 fn course_camera(view: u32) -> Result<Camera, String> {
-    Camera::course_view(view).ok_or_else(|| format!("there is no viewpoint {view}"))
+    Camera::classic_view(view).ok_or_else(|| format!("there is no viewpoint {view}"))
 }
 
 fn is_mesh(path: &Path) -> bool {
@@ -124,7 +124,7 @@ fn turned(direction: DVec3, up: DVec3) -> DVec3 {
 fn load_file(path: &Path) -> Result<(Scene, DVec3), String> {
     if !is_mesh(path) {
         let scene = format::load(path).map_err(|error| error.report())?;
-        return Ok((scene, course::UP));
+        return Ok((scene, classic::UP));
     }
     let mesh = format::mesh::load(path).map_err(|error| error.report())?;
     for note in &mesh.notes {
@@ -157,12 +157,12 @@ impl View {
     /// `octray generate` do. Else the course's first viewpoint, if the scene is where the course's are. Else all of the
     /// scene is seen.
     fn camera(&self, scene: &Scene, up: DVec3, path: &Path) -> Result<Camera, String> {
-        let course_eye = course::viewpoint(self.viewpoint.unwrap_or(1)).unwrap_or(DVec3::X);
+        let course_eye = classic::viewpoint(self.viewpoint.unwrap_or(1)).unwrap_or(DVec3::X);
         let look = |eye: DVec3, target: DVec3| Camera::look_at(eye, target, up, self.fov).map_err(text);
         if self.viewpoint.is_some() || self.eye.is_some() || self.target.is_some() {
             return look(
                 self.eye.unwrap_or(course_eye),
-                self.target.unwrap_or(course::TARGET),
+                self.target.unwrap_or(classic::TARGET),
             );
         }
         if let Some(first) = scene.cameras().first() {
@@ -180,9 +180,9 @@ impl View {
         let bounds = scene.bounds();
         let center = ((bounds.lower + bounds.upper) * 0.5).as_dvec3();
         let size = f64::from(bounds.diagonal());
-        let at_home = course::TARGET.distance(center) < size && (1.0..30.0).contains(&size);
+        let at_home = classic::TARGET.distance(center) < size && (1.0..30.0).contains(&size);
         if at_home && !is_mesh(path) {
-            return look(course_eye, course::TARGET);
+            return look(course_eye, classic::TARGET);
         }
         let away = turned(DVec3::new(1.0, -0.8, 0.6).normalize(), up);
         look(center + away * size * 1.2, center)

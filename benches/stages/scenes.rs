@@ -109,7 +109,7 @@ impl Ready {
         let bvh = Bvh::build(&scene);
         let told = view::told_in(&String::from_utf8_lossy(&files.text));
         let camera = told
-            .or_else(|| Camera::course_view(1))
+            .or_else(|| Camera::classic_view(1))
             .expect("there is a view 1");
         let workload = Workload::new(&scene, &bvh, &camera, SIZE, SIZE);
         // The scalar methods' tree is built at its first use: not while the clock runs.

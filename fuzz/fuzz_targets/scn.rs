@@ -1,6 +1,6 @@
 #![no_main]
 
-#[path = "../../tests/targets/mod.rs"]
+#[path = "../../tests/library/targets/mod.rs"]
 #[allow(dead_code, reason = "each target uses its own function")]
 mod targets;
 

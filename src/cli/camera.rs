@@ -2,7 +2,7 @@
 
 use super::{CliError, camera_args::CameraArgs};
 use crate::{
-    course,
+    classic,
     error::escape,
     format::mesh::{LoadedMesh, UpAxis},
     scene::{Camera, FitView, Scene, View},
@@ -40,7 +40,7 @@ impl CameraArgs {
         let view = match (self.eye, self.view) {
             (Some(eye), _) => View {
                 eye,
-                target: course::TARGET,
+                target: classic::TARGET,
                 up: View::UP,
                 fov_degrees: View::FOV_DEGREES,
             },
@@ -129,7 +129,7 @@ impl CameraArgs {
 }
 
 fn viewpoint(number: u32) -> Result<View, CliError> {
-    View::course(number)
+    View::classic(number)
         .ok_or_else(|| CliError::Usage(format!("there is no viewpoint {number}, expected 1 to 6")))
 }
 

@@ -3,7 +3,7 @@
 use super::value::Size;
 use crate::{
     accel::BuildQuality,
-    course,
+    classic,
     render::{Mode, RenderError, Settings},
 };
 use clap::{Args, ValueEnum};
@@ -28,7 +28,7 @@ pub struct TraceArgs {
     pub no_shadows: bool,
 
     /// A ray of this level returns the background, so 1 traces camera rays only
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = course::MAX_DEPTH, help_heading = "Rendering")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = classic::MAX_DEPTH, help_heading = "Rendering")]
     pub max_depth: u32,
 }
 

@@ -1,7 +1,7 @@
 //! A ring of displaced spheres, tessellated so finely that triangles become smaller than pixels.
 
 use super::{
-    Content, Part, Shape, course_lights,
+    Content, Part, Shape, classic_lights,
     mesh::{MeshBuilder, on_sphere, side},
     random::{Noise, Random},
     view,
@@ -36,7 +36,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
             material: 2,
             shape: Shape::Mesh(mesh.finish()),
         }],
-        lights: course_lights(),
+        lights: classic_lights(),
         view: view([3.3, 1.6, 2.7], [0.0, 0.0, 0.38]),
     }
 }

@@ -2,7 +2,7 @@
 //! picture, as a scan does.
 
 use super::{
-    Content, Part, Shape, course_lights,
+    Content, Part, Shape, classic_lights,
     mesh::{MeshBuilder, side},
     random::{Noise, Random, smoothstep},
     view,
@@ -68,7 +68,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
                 shape: Shape::Mesh(figure.finish()),
             },
         ],
-        lights: course_lights(),
+        lights: classic_lights(),
         view: view([3.2, -1.6, 1.7], [0.0, 0.0, 0.62]),
     }
 }

@@ -1,7 +1,7 @@
 //! A sphere flake: on every sphere sit nine of a third of its radius, six around the middle and three above
 //! (after Haines, "A Proposal for Standard Graphics Environments", 1987). It stands on a square floor.
 
-use super::{Ball, Content, Part, Shape, course_lights, mesh::MeshBuilder, random::Random, view};
+use super::{Ball, Content, Part, Shape, classic_lights, mesh::MeshBuilder, random::Random, view};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -83,7 +83,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
                 shape: Shape::Balls(balls),
             },
         ],
-        lights: course_lights(),
+        lights: classic_lights(),
         view: view([3.0, 1.5, 2.0], [0.0, 0.0, 0.5]),
     }
 }

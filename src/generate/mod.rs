@@ -31,7 +31,7 @@ mod write;
 pub use write::write_ply;
 
 use crate::{
-    course,
+    classic,
     error::SceneError,
     scene::{Camera, CameraError, MeshColumns, Scene, SceneBuilder},
 };
@@ -178,7 +178,7 @@ impl View {
     /// # Errors
     /// [`CameraError`]; never for the views of generated scenes.
     pub fn camera(&self) -> Result<Camera, CameraError> {
-        Camera::look_at(self.eye, self.target, course::UP, self.fov_degrees)
+        Camera::look_at(self.eye, self.target, classic::UP, self.fov_degrees)
     }
 }
 
@@ -317,7 +317,7 @@ fn light(x: f32, y: f32, z: f32, intensity: f32) -> Light {
 }
 
 /// The two lights of the course's scenes: one in front, bright; one behind, dim.
-fn course_lights() -> Vec<Light> {
+fn classic_lights() -> Vec<Light> {
     vec![light(9.0, -4.0, 10.0, 0.7), light(-10.0, 2.0, 15.0, 0.3)]
 }
 
@@ -326,7 +326,7 @@ fn view(eye: [f64; 3], target: [f64; 3]) -> View {
     View {
         eye: eye.into(),
         target: target.into(),
-        fov_degrees: course::FOV_DEGREES,
+        fov_degrees: classic::FOV_DEGREES,
     }
 }
 

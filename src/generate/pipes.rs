@@ -1,7 +1,7 @@
 //! Pipes at all angles in a cube, as in a plant's drawing: long thin triangles, of which whoever looks through them sees
 //! many before the first that is hit.
 
-use super::{Content, Part, Shape, course_lights, mesh::MeshBuilder, random::Random, view};
+use super::{Content, Part, Shape, classic_lights, mesh::MeshBuilder, random::Random, view};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -36,7 +36,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
             material: 2,
             shape: Shape::Mesh(mesh.finish()),
         }],
-        lights: course_lights(),
+        lights: classic_lights(),
         view: view([3.4, 1.6, 2.6], [0.0, 0.0, 0.85]),
     }
 }

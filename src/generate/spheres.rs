@@ -1,6 +1,6 @@
 //! A flat cloud of small spheres, of three materials.
 
-use super::{Ball, Content, Part, Shape, course_lights, random::Random, view};
+use super::{Ball, Content, Part, Shape, classic_lights, random::Random, view};
 use glam::DVec3;
 
 const LOWER: DVec3 = DVec3::new(-1.5, -1.5, 0.0);
@@ -33,7 +33,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
         .into();
     Content {
         parts,
-        lights: course_lights(),
+        lights: classic_lights(),
         view: view([3.6, 1.7, 2.4], [0.0, 0.0, 0.35]),
     }
 }

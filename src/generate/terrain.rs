@@ -1,7 +1,7 @@
 //! Mountains: a height field over a square, two triangles a quad.
 
 use super::{
-    Content, Part, Shape, course_lights,
+    Content, Part, Shape, classic_lights,
     mesh::{MeshBuilder, side},
     random::{Noise, lerp, smoothstep},
     view,
@@ -25,7 +25,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
             material: 1,
             shape: Shape::Mesh(mesh.finish()),
         }],
-        lights: course_lights(),
+        lights: classic_lights(),
         view: view([3.3, 1.6, 1.75], [0.0, 0.0, 0.2]),
     }
 }

@@ -19,7 +19,7 @@ pub use renderer::Renderer;
 pub use sampling::{Filter, Pattern};
 pub use transfer::Transfer;
 
-use crate::course;
+use crate::classic;
 use std::{fmt, ops::ControlFlow, time::Duration};
 
 /// The largest width or height of a picture, pixels, times the samples along a side of a pixel: sample
@@ -69,13 +69,13 @@ impl Default for Settings {
     /// The course's picture: 512x512, one sample, three levels, shadows.
     fn default() -> Self {
         Self {
-            width: course::IMAGE_SIZE,
-            height: course::IMAGE_SIZE,
+            width: classic::IMAGE_SIZE,
+            height: classic::IMAGE_SIZE,
             crop: None,
             samples: 1,
             pattern: Pattern::Grid,
             filter: Filter::Box,
-            max_depth: course::MAX_DEPTH,
+            max_depth: classic::MAX_DEPTH,
             shadows: true,
             mode: Mode::Packet,
             threads: None,

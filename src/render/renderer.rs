@@ -40,7 +40,7 @@ const TILE: [u32; 2] = [128, 16];
 /// let mut renderer = Renderer::new(&scene, &bvh);
 /// let mut film = Film::new(64, 64);
 /// for view in 1..=6 {
-///     let camera = Camera::course_view(view).ok_or("there are six viewpoints")?;
+///     let camera = Camera::classic_view(view).ok_or("there are six viewpoints")?;
 ///     let stats = renderer.render(&camera, &settings, &mut film, &|_| ControlFlow::Continue(()))?;
 ///     assert_eq!(stats.rays.camera, 64 * 64);
 /// }

@@ -6,7 +6,7 @@ use super::{
     material::{check_color, check_share},
 };
 use crate::{
-    course,
+    classic,
     error::SceneError,
     math::{Aabb, max_abs},
 };
@@ -158,8 +158,8 @@ impl SceneBuilder {
                 .zip(Material::CLASSIC)
                 .map(|(id, material)| (material.bits(), id))
                 .collect(),
-            ambient: course::AMBIENT,
-            background: Background::constant(course::BACKGROUND),
+            ambient: classic::AMBIENT,
+            background: Background::constant(classic::BACKGROUND),
             cameras: Vec::new(),
             mesh_cameras: Vec::new(),
             sources: Sources::default(),

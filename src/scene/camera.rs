@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::{
-    course,
+    classic,
     math::{mul_add3, normalize},
     simd::{F32x8, LANES, Vec3x8, splat},
 };
@@ -60,16 +60,16 @@ pub struct View {
 
 impl View {
     /// Which way is up unless a camera says otherwise.
-    pub const UP: DVec3 = course::UP;
+    pub const UP: DVec3 = classic::UP;
     /// The vertical field of view unless a camera says otherwise, degrees.
-    pub const FOV_DEGREES: f64 = course::FOV_DEGREES;
+    pub const FOV_DEGREES: f64 = classic::FOV_DEGREES;
 
     /// The course's viewpoint 1 to 6; `None` for another number.
     #[must_use]
-    pub fn course(view: u32) -> Option<Self> {
+    pub fn classic(view: u32) -> Option<Self> {
         Some(Self {
-            eye: course::viewpoint(view)?,
-            target: course::TARGET,
+            eye: classic::viewpoint(view)?,
+            target: classic::TARGET,
             up: Self::UP,
             fov_degrees: Self::FOV_DEGREES,
         })
@@ -147,8 +147,8 @@ impl Camera {
 
     /// The course's viewpoint 1 to 6; `None` for another number.
     #[must_use]
-    pub fn course_view(view: u32) -> Option<Self> {
-        Self::new(&View::course(view)?).ok()
+    pub fn classic_view(view: u32) -> Option<Self> {
+        Self::new(&View::classic(view)?).ok()
     }
 
     /// Where the camera stands, scene units.

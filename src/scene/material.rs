@@ -1,12 +1,12 @@
 //! Materials: how a surface answers light, and which constants it may have.
 
-use crate::{course, error::SceneError};
+use crate::{classic, error::SceneError};
 
 /// The largest exponent of a highlight. `f32` unit vectors may be a little longer than 1: beyond this their powers
 /// would be no highlights.
 pub const MAX_ALPHA: u32 = 10_000;
 
-/// How a surface answers light. The formulas are those of the course (see [`course`]); I_i is a light's intensity in
+/// How a surface answers light. The formulas are those of the course (see [`classic`]); I_i is a light's intensity in
 /// a channel, its colour included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Material {
@@ -46,19 +46,19 @@ impl Material {
     /// The four materials of a classic `.scn`, by their number there.
     pub const CLASSIC: [Self; 4] = [
         Self::Silhouette {
-            color: course::SILHOUETTE,
+            color: classic::SILHOUETTE,
         },
         Self::Matte { color: [1.0; 3] },
         Self::BlinnPhong {
-            diffuse: course::DIFFUSE,
-            specular: course::SPECULAR,
-            k_d: course::K_D,
-            k_s: course::K_S,
-            alpha: course::ALPHA,
+            diffuse: classic::DIFFUSE,
+            specular: classic::SPECULAR,
+            k_d: classic::K_D,
+            k_s: classic::K_S,
+            alpha: classic::ALPHA,
         },
         Self::Reflection {
             color: [1.0; 3],
-            mirror_share: course::MIRROR_SHARE,
+            mirror_share: classic::MIRROR_SHARE,
         },
     ];
 

@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn around_and_behind_the_eye_nothing_breaks() {
-        let pose = Pose::course_view(1).unwrap();
+        let pose = Pose::classic_view(1).unwrap();
         let mut pixels = vec![0; 33 * 17];
         let mut canvas = Canvas {
             pixels: &mut pixels,

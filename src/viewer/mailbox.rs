@@ -189,7 +189,7 @@ mod tests {
     }
 
     fn wish(model: &Arc<Model>, view: u32) -> Wanted {
-        let pose = Pose::course_view(view).unwrap();
+        let pose = Pose::classic_view(view).unwrap();
         Wanted {
             model: Arc::clone(model),
             pose,

@@ -1,7 +1,7 @@
 //! Where the camera is, and how it is moved: around what it looks at, towards it, and in free flight.
 
 use crate::{
-    course,
+    classic,
     math::Aabb,
     scene::{Camera, CameraError},
 };
@@ -34,12 +34,12 @@ pub struct Pose {
 impl Pose {
     /// The course's viewpoint 1 to 6; `None` for another number.
     #[must_use]
-    pub fn course_view(view: u32) -> Option<Self> {
+    pub fn classic_view(view: u32) -> Option<Self> {
         Some(Self {
-            eye: course::viewpoint(view)?,
-            target: course::TARGET,
-            up: course::UP,
-            fov_degrees: course::FOV_DEGREES,
+            eye: classic::viewpoint(view)?,
+            target: classic::TARGET,
+            up: classic::UP,
+            fov_degrees: classic::FOV_DEGREES,
         })
     }
 
@@ -217,7 +217,7 @@ mod tests {
     use glam::Vec3;
 
     fn view(number: u32) -> Orbit {
-        Orbit::new(Pose::course_view(number).unwrap(), 1.0).unwrap()
+        Orbit::new(Pose::classic_view(number).unwrap(), 1.0).unwrap()
     }
 
     fn spherical(orbit: &Orbit) -> [f64; 3] {
@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn it_begins_exactly_where_it_was_put() {
         for number in 1..=6 {
-            assert_eq!(Some(view(number).camera()), Camera::course_view(number));
+            assert_eq!(Some(view(number).camera()), Camera::classic_view(number));
         }
     }
 

@@ -245,7 +245,7 @@ impl App {
         match action {
             Action::Quit => event_loop.exit(),
             Action::View(number) => {
-                if let Some(pose) = Pose::course_view(number) {
+                if let Some(pose) = Pose::classic_view(number) {
                     self.orbit.go_to(pose);
                 }
             }

@@ -1,10 +1,8 @@
 //! `--aov`, `--srgb` and `--background` on the command line, and what is in the files. See `crops.rs` for `--crop`.
 
-mod program;
-
+use crate::program::Folder;
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 use image::DynamicImage;
-use program::Folder;
 
 fn render(folder: &Folder, name: &str, options: &str) -> DynamicImage {
     let arguments = format!("a.scn --size 60x40 -o {name} {options}");

@@ -1,8 +1,6 @@
 //! The config file, completions and manual pages.
 
-mod program;
-
-use program::Folder;
+use crate::program::Folder;
 use std::fs;
 
 const SMALL: &str = "--size=24x16";

@@ -1,14 +1,11 @@
 //! The shipped scenes against pictures that were looked at and kept. `OCTRAY_BLESS=1 cargo test --test golden`
 //! makes them anew.
 
-#[path = "common/images.rs"]
-mod images;
-
+use crate::images::{assert_all, compare_golden, package, to_image};
 use glam::DVec3;
-use images::{assert_all, compare_golden, package, to_image};
 use octray::{
     accel::Bvh,
-    course, format,
+    classic, format,
     generate::{Kind, Options, generate},
     render::{Settings, render},
     scene::{Camera, Scene},
@@ -52,7 +49,7 @@ fn the_course_figure_from_all_sides() {
             ("reflections", 6),
         ]
         .map(|(name, view)| {
-            let camera = Camera::course_view(view).expect("views are 1 to 6");
+            let camera = Camera::classic_view(view).expect("views are 1 to 6");
             let actual = picture(&shipped(name), &camera, &settings(160, 160));
             compare_golden(&format!("{name}-{view}"), &actual, SHARE)
         }),
@@ -62,7 +59,7 @@ fn the_course_figure_from_all_sides() {
 #[test]
 fn the_hall_of_mirrors() {
     let (eye, target) = (DVec3::new(-2.2, -1.3, 1.25), DVec3::new(0.6, 0.35, 0.55));
-    let camera = Camera::look_at(eye, target, course::UP, 70.0).expect("a view");
+    let camera = Camera::look_at(eye, target, classic::UP, 70.0).expect("a view");
     let settings = Settings {
         max_depth: 12,
         samples: 4,

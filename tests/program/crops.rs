@@ -1,10 +1,8 @@
 //! Tiles of `--crop` put together are the whole picture, byte for byte, whatever the other options: each option of
 //! `octray render` that matters to pixels is in at least one of the cases below.
 
-mod program;
-
+use crate::program::Folder;
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
-use program::Folder;
 use std::{collections::BTreeMap, path::Path};
 
 /// Pixels of the whole picture.

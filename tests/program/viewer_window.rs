@@ -4,11 +4,8 @@
 //! Nothing here waits for a time and hopes: it waits for what is to come, for a minute at most.
 #![cfg(target_os = "linux")]
 
-mod program;
-mod window;
-
+use crate::window::{Screen, Viewer, difference, idle_ticks, keep, wait_for};
 use std::{thread, time::Duration};
-use window::{Screen, Viewer, difference, idle_ticks, keep, wait_for};
 
 const SIZE: [u32; 2] = [200, 150];
 /// Messages of one line are above this row.
@@ -389,7 +386,7 @@ fn only_whole_pictures(viewer: &Viewer) {
 }
 
 fn benchmarks_are_reported(screen: &Screen) {
-    let folder = program::Folder::new();
+    let folder = crate::program::Folder::new();
     let run = screen.run(
         &folder,
         &["view", "a.scn", "--size=64x64", "--benchmark=0.5", "--json=-"],
@@ -405,7 +402,7 @@ fn benchmarks_are_reported(screen: &Screen) {
     ] {
         assert!(run.text().contains(field), "{}", run.text());
     }
-    let no_display = program::Run::new(
+    let no_display = crate::program::Run::new(
         folder
             .command(&["view", "a.scn"])
             .env_remove("DISPLAY")

@@ -13,37 +13,37 @@ use std::{
 const ROOMS: [(&str, Option<&str>); 23] = [
     ("error", Some("")),
     ("math", Some("")),
-    ("course", Some("")),
+    ("classic", Some("")),
     ("simd", Some("math")),
     ("ray", Some("simd math")),
     ("geometry", Some("ray simd math")),
     // Costs as colours.
     ("heat", Some("")),
-    ("scene", Some("course ray math simd error")),
+    ("scene", Some("classic ray math simd error")),
     ("format", Some("scene error")),
-    ("generate", Some("scene format math course error")),
-    ("accel", Some("scene geometry course ray simd math error")),
-    ("trace", Some("accel scene geometry course ray simd math error")),
+    ("generate", Some("scene format math classic error")),
+    ("accel", Some("scene geometry classic ray simd math error")),
+    ("trace", Some("accel scene geometry classic ray simd math error")),
     (
         "shade",
-        Some("trace accel scene geometry course ray simd math error"),
+        Some("trace accel scene geometry classic ray simd math error"),
     ),
-    ("reference", Some("scene course ray math")),
+    ("reference", Some("scene classic ray math")),
     (
         "render",
-        Some("shade reference trace accel scene geometry course ray simd math error"),
+        Some("shade reference trace accel scene geometry classic ray simd math error"),
     ),
     (
         "bench",
-        Some("render generate shade reference trace accel scene geometry course ray simd math error"),
+        Some("render generate shade reference trace accel scene geometry classic ray simd math error"),
     ),
     (
         "verify",
-        Some("generate reference trace accel scene geometry course ray simd math error"),
+        Some("generate reference trace accel scene geometry classic ray simd math error"),
     ),
     (
         "viewer",
-        Some("render shade reference trace accel scene geometry course heat ray simd math error"),
+        Some("render shade reference trace accel scene geometry classic heat ray simd math error"),
     ),
     ("cli", None),
     // The program: it speaks to the library as any other user does.
@@ -342,7 +342,7 @@ fn offenders_are_caught() {
         assert_eq!(found.len(), 1, "{path}: {source}: {found:?}");
     };
     caught("scene/mod.rs", "use crate::accel::Bvh;");
-    caught("scene/mod.rs", "use crate::{course, render::{Film, render}};");
+    caught("scene/mod.rs", "use crate::{classic, render::{Film, render}};");
     caught("scene/camera.rs", "use super::super::render;");
     caught("simd/mod.rs", "fn f() { super::scene::g(); }");
     caught("math.rs", "fn f() { vec![crate::ray::T_MAX]; }");
@@ -368,7 +368,7 @@ fn the_innocent_are_left_alone() {
         ),
         (
             "scene/mod.rs",
-            "use crate::{course, scene::Camera, math::Aabb}; use super::scene as s;",
+            "use crate::{classic, scene::Camera, math::Aabb}; use super::scene as s;",
         ),
         (
             "scene/camera.rs",

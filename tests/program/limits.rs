@@ -1,9 +1,7 @@
 //! Limits: what is too much for the memory or for the program is refused in one sentence, before the work begins.
 #![cfg(unix)]
 
-mod program;
-
-use program::{Folder, Run};
+use crate::program::{Folder, Run};
 use std::{fs, io::Write};
 
 /// Address space that everything here has, KiB.

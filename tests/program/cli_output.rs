@@ -1,9 +1,7 @@
 //! Where pictures go: files, folders, devices, pipes, and what is left after a failure.
 #![cfg(unix)]
 
-mod program;
-
-use program::{Folder, Run};
+use crate::program::{Folder, Run};
 use std::{
     fs,
     io::Read,

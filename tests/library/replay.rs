@@ -1,8 +1,5 @@
 //! The fuzz targets on a stable compiler: all seeds, and every input that once failed.
 
-mod seeds;
-mod targets;
-
 use std::{fs, path::Path};
 
 /// Runs every file of `folder/TARGET/` through its target.
@@ -22,7 +19,7 @@ fn replay(folder: &str) {
         if name == "arguments" && cfg!(not(feature = "cli")) {
             continue;
         }
-        let target = targets::by_name(&name.to_string_lossy())
+        let target = crate::targets::by_name(&name.to_string_lossy())
             .unwrap_or_else(|| panic!("{} belongs to no target", entry.path().display()));
         for input in fs::read_dir(entry.path()).expect("a readable folder") {
             let path = input.expect("a readable folder").path();
@@ -50,7 +47,7 @@ fn seeds_are_what_the_program_makes() {
         println!("skipped: {} is not there", folder.display());
         return;
     }
-    for (target, name, bytes) in seeds::all() {
+    for (target, name, bytes) in crate::seeds::all() {
         let path = folder.join(target).join(&name);
         if std::env::var_os("OCTRAY_SEEDS").is_some() {
             fs::create_dir_all(folder.join(target)).expect("a folder");
@@ -71,7 +68,7 @@ fn random_bytes() {
         300
     };
     for name in ["scn_grammar", "ply_grammar", "picture"] {
-        let target = targets::by_name(name).expect("a target");
+        let target = crate::targets::by_name(name).expect("a target");
         for round in 0..rounds {
             let bytes: Vec<u8> = (0..random.usize(1..600)).map(|_| random.u8(..)).collect();
             println!("{name}, round {round}");

@@ -1,8 +1,6 @@
 //! Options, inputs and names that meet: what each does alone it does together with others.
 
-mod program;
-
-use program::Folder;
+use crate::program::Folder;
 use std::{fs, path::Path};
 
 fn shipped(mesh: &str) -> String {

@@ -2,9 +2,7 @@
 //! while they are read. Pictures are there whole or not at all, whatever happens.
 #![cfg(unix)]
 
-mod program;
-
-use program::{Folder, Run};
+use crate::program::{Folder, Run};
 use std::{
     fs::{self, OpenOptions},
     io::{Read, Write},
@@ -68,7 +66,7 @@ fn a_full_disk() {
         let run = folder.run(arguments);
         run.failed(1, "cannot write disk/");
         assert!(run.stderr.contains("no space left on the device"), "{run:?}");
-        assert_eq!(program::names_in(&mount.0), left, "{arguments:?}");
+        assert_eq!(crate::program::names_in(&mount.0), left, "{arguments:?}");
     }
     assert_eq!(fs::read_to_string(mount.0.join("a.bmp")).unwrap(), "old");
     // Not one byte is left.

@@ -1,8 +1,6 @@
 //! Several pictures in one call, scenes from standard input, turntables, comparisons.
 
-mod program;
-
-use program::{Folder, Run};
+use crate::program::{Folder, Run};
 use std::{fs, io::Write, process::Stdio};
 
 const SMALL: &str = "--size=24x16";

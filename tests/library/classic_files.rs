@@ -4,7 +4,7 @@ use octray::{format::load, scene::Scene};
 use std::{env, path::PathBuf};
 
 /// The course's folder, where it is at hand.
-fn course() -> Option<PathBuf> {
+fn classic() -> Option<PathBuf> {
     let shared = env::var_os("OCTRAY_SHARED").map_or_else(
         || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"),
         PathBuf::from,
@@ -18,7 +18,7 @@ fn course() -> Option<PathBuf> {
 }
 
 fn scene(name: &str) -> Option<Scene> {
-    let path = course()?.join("framework").join(name);
+    let path = classic()?.join("framework").join(name);
     Some(load(&path).unwrap_or_else(|error| panic!("{}", error.report())))
 }
 

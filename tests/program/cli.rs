@@ -1,8 +1,6 @@
 //! The command line: arguments, exit codes, what is said where. See `cli_output.rs` for files and pipes.
 
-mod program;
-
-use program::{Folder, Run};
+use crate::program::{Folder, Run};
 use serde_json::Value;
 
 #[test]
@@ -435,7 +433,7 @@ fn a_broken_scene_is_one_error() {
 
 /// On a terminal, by way of util-linux's `script`; `None` where that is not installed.
 fn on_a_terminal(folder: &Folder, arguments: &str) -> Option<Run> {
-    let command = format!("{} {arguments}", program::PROGRAM);
+    let command = format!("{} {arguments}", crate::program::PROGRAM);
     if let Ok(output) = folder
         .any_command("script", &["-qec", &command, "/dev/null"])
         .output()

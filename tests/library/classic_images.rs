@@ -13,10 +13,7 @@
 //! | reflections | 0.0015 % | 0.0046 % |
 //! | cow | 0.0050 % | 0.0149 % |
 
-#[path = "common/images.rs"]
-mod images;
-
-use images::{assert_all, compare, package, to_image};
+use crate::images::{assert_all, compare, package, to_image};
 use octray::{
     accel::Bvh,
     format,
@@ -30,7 +27,7 @@ use std::{
 
 /// The folder with the course's scenes and expected pictures: `$OCTRAY_SHARED/course` or `../shared/course`.
 /// `None`, and a line that says so, where it is absent: it is not part of the project.
-fn course_folder() -> Option<PathBuf> {
+fn classic_folder() -> Option<PathBuf> {
     let shared = std::env::var_os("OCTRAY_SHARED").map_or_else(|| package().join("../shared"), PathBuf::from);
     let folder = shared.join("course");
     if folder.is_dir() {
@@ -63,7 +60,7 @@ fn check(course: &Path, expected: &Path, mode: Mode) -> Result<(), String> {
         parse(stem).ok_or(format!("{stem}.png: expected SCENE-VIEW.png as its name"))?;
     let scene = format::load(&course.join("framework").join(format!("{scene_name}.scn")))
         .map_err(|error| format!("{stem}: {error:?}"))?;
-    let camera = Camera::course_view(view).ok_or(format!("{stem}: no viewpoint {view}"))?;
+    let camera = Camera::classic_view(view).ok_or(format!("{stem}: no viewpoint {view}"))?;
     let settings = Settings {
         shadows,
         mode,
@@ -83,7 +80,7 @@ fn check(course: &Path, expected: &Path, mode: Mode) -> Result<(), String> {
 }
 
 fn check_all(mode: Mode) {
-    let Some(course) = course_folder() else {
+    let Some(course) = classic_folder() else {
         return;
     };
     let mut expected: Vec<_> = std::fs::read_dir(course.join("expected"))

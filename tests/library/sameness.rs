@@ -102,7 +102,7 @@ fn shipped_scenes_are_the_same_in_every_mode() {
         let path = scenes().join(format!("{name}.scn"));
         let scene = format::load(&path).unwrap_or_else(|error| panic!("{error:?}"));
         let bvh = Bvh::build(&scene);
-        let camera = Camera::course_view(1).expect("views are 1 to 6");
+        let camera = Camera::classic_view(1).expect("views are 1 to 6");
         let frame = render(&scene, &bvh, &camera, &sized(32, 32, 1), &|_| {
             ControlFlow::Continue(())
         });
@@ -112,7 +112,7 @@ fn shipped_scenes_are_the_same_in_every_mode() {
             "{name}: nothing to compare"
         );
         for (i, (width, height, samples)) in SIZES.into_iter().enumerate() {
-            let camera = Camera::course_view(i as u32 + 1).expect("views are 1 to 6");
+            let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");
             check(name, &scene, &camera, &sized(width, height, samples));
         }
     }
@@ -122,7 +122,7 @@ fn shipped_scenes_are_the_same_in_every_mode() {
 fn without_shadows_and_with_many_levels_too() {
     let path = scenes().join("hall_of_mirrors.scn");
     let scene = format::load(&path).unwrap_or_else(|error| panic!("{error:?}"));
-    let camera = Camera::course_view(2).expect("views are 1 to 6");
+    let camera = Camera::classic_view(2).expect("views are 1 to 6");
     for (shadows, max_depth) in [(false, 1), (false, 3), (true, 1), (true, 20)] {
         let settings = Settings {
             shadows,

@@ -35,7 +35,7 @@ fn reflections() -> Scene {
 }
 
 fn camera() -> Camera {
-    Camera::course_view(3).expect("views are 1 to 6")
+    Camera::classic_view(3).expect("views are 1 to 6")
 }
 
 fn settings() -> Settings {

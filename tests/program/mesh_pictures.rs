@@ -1,13 +1,9 @@
 //! Meshes straight from the command line: one picture of each format, looked at and kept, and that meshes are framed
 //! whole. `OCTRAY_BLESS=1 cargo test --test mesh_pictures` makes the pictures anew.
 
-#[path = "common/images.rs"]
-mod images;
-mod program;
-
+use crate::images::{assert_all, compare_golden, package};
+use crate::program::Folder;
 use image::RgbImage;
-use images::{assert_all, compare_golden, package};
-use program::Folder;
 
 /// At most so many pixels may differ: edges may fall on either side where builds round differently.
 const SHARE: f64 = 0.001;

@@ -15,10 +15,6 @@ use octray::{
 };
 use std::{ops::ControlFlow, path::Path};
 
-#[path = "common/images.rs"]
-#[allow(dead_code, reason = "this file needs a part of it")]
-mod images;
-
 const SIDE: u32 = 160;
 const TOLERANCE: i16 = 2;
 
@@ -33,7 +29,7 @@ fn picture_in(scene: &Scene, camera: &Camera, mode: Mode, max_depth: u32) -> Rgb
     };
     let bvh = Bvh::build(scene);
     let frame = render(scene, &bvh, camera, &settings, &|_| ControlFlow::Continue(()));
-    images::to_image(&frame.expect("it renders").film)
+    crate::images::to_image(&frame.expect("it renders").film)
 }
 
 fn picture(scene: &Scene, camera: &Camera) -> RgbImage {
@@ -132,7 +128,7 @@ fn shipped() -> Vec<(&'static str, Scene, View)> {
     .map(|(name, view)| {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.scn"));
         let scene = format::load(&path).unwrap_or_else(|error| panic!("{error}"));
-        (name, scene, View::course(view).expect("views are 1 to 6"))
+        (name, scene, View::classic(view).expect("views are 1 to 6"))
     })
     .collect()
 }

@@ -136,7 +136,7 @@ pub fn render(bytes: &[u8]) {
     let Some(scene) = load(bytes) else { return };
     let bvh = Bvh::build(&scene);
     let view = 1 + bytes.len() as u32 % 6;
-    let Some(camera) = Camera::course_view(view) else {
+    let Some(camera) = Camera::classic_view(view) else {
         return;
     };
     let film = |mode| -> Film {

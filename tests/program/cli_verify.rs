@@ -1,8 +1,6 @@
 //! `octray verify` from the outside. (That a fault exits with 5 is shown beside its code, where one can be put in.)
 
-mod program;
-
-use program::{Folder, Run};
+use crate::program::{Folder, Run};
 use serde_json::Value;
 
 #[test]

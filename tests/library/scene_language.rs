@@ -73,7 +73,7 @@ fn every_example_shows_something() {
     for Block { text, .. } in blocks.iter().filter(|block| block.part.is_none()) {
         let scene = load(text, &blocks);
         let camera = scene.cameras().first().map(|named| named.camera);
-        let camera = camera.unwrap_or_else(|| Camera::course_view(1).expect("a view"));
+        let camera = camera.unwrap_or_else(|| Camera::classic_view(1).expect("a view"));
         let packet = film(&scene, &camera, Mode::Packet);
         let scalar = film(&scene, &camera, Mode::Scalar);
         let bits = |film: &Film| -> Vec<[u32; 3]> {

@@ -111,7 +111,7 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
 
 fn view(u: &mut Unstructured<'_>) -> Result<Option<Camera>> {
     if u.ratio(1, 4)? {
-        return Ok(Camera::course_view(u.int_in_range(1..=6)?));
+        return Ok(Camera::classic_view(u.int_in_range(1..=6)?));
     }
     let (eye, target) = (point(u)?.as_dvec3(), point(u)?.as_dvec3());
     let fov = f64::from(u.int_in_range(1u8..=179)?);

@@ -1,0 +1,24 @@
+//! Tests of the library, in one program: linking is what costs.
+
+#[path = "../common/images.rs"]
+mod images;
+mod seeds;
+mod targets;
+
+mod broken_inputs;
+mod build;
+mod classic_files;
+mod classic_images;
+mod errors;
+mod generated_files;
+mod golden;
+mod layering;
+mod mesh_files;
+mod numbers;
+mod odd_scenes;
+mod picture;
+mod replay;
+mod same_hits;
+mod sameness;
+mod scene_language;
+mod watertight;

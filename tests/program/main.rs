@@ -1,0 +1,24 @@
+//! Tests of the program, in one program: linking is what costs.
+
+#[path = "../common/images.rs"]
+mod images;
+#[path = "../common/program.rs"]
+mod program;
+#[cfg(feature = "viewer")]
+mod window;
+
+mod cli;
+mod cli_batch;
+mod cli_config;
+mod cli_output;
+mod cli_together;
+mod cli_verify;
+mod crops;
+mod faults;
+mod limits;
+mod mesh_pictures;
+mod old_cpu;
+mod package;
+mod picture_files;
+#[cfg(feature = "viewer")]
+mod viewer_window;
