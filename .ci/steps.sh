@@ -1,12 +1,20 @@
 # What .ci/run and .ci/long share. Sourced by bash, from the package's root.
 
-# step HEADING COMMAND...: prints the heading, runs the command, prints how long it took.
+# step HEADING COMMAND...: prints the heading, runs the command, prints its seconds and keeps them for step_table.
+step_seconds=()
 step() {
     local heading=$1 start=$SECONDS
     shift
     printf '\n=== %s\n' "$heading"
     "$@"
     printf '=== %s: %d s\n' "$heading" "$((SECONDS - start))"
+    step_seconds+=("$(printf '%5d s  %s' "$((SECONDS - start))" "$heading")")
+}
+
+# step_table: the seconds of every step so far.
+step_table() {
+    printf '\n'
+    printf '%s\n' "${step_seconds[@]}"
 }
 
 # apt_install COMMAND PACKAGE: installs PACKAGE where COMMAND is missing and apt can be used; else says so.
@@ -37,34 +45,48 @@ cargo_install() {
     command -v "$1" >/dev/null || cargo install --locked "${@:2}"
 }
 
-# fuzz SECONDS: builds all fuzz targets, then runs each on a copy of its seeds, so that the checkout stays clean.
+# fuzz SECONDS: builds all fuzz targets once, as cargo-fuzz would, then runs them two at a time on copies of their seeds.
 # Sanitizers need an unstable compiler flag: nightly where it is installed, else stable told to allow it.
 fuzz() {
-    local seconds=$1 toolchain=() target corpus work dictionary options
-    cargo_install cargo-fuzz cargo-fuzz
+    local seconds=$1 toolchain=() host flags
     if rustup toolchain list 2>/dev/null | grep -q '^nightly'; then
         toolchain=(+nightly)
     else
         export RUSTC_BOOTSTRAP=1
     fi
-    # cargo-fuzz sets RUSTFLAGS, which hides .cargo/config.toml: say the target CPU again.
+    host=$(rustc -vV | sed -n 's/^host: //p')
+    flags="--cfg fuzzing -Zsanitizer=address -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4"
+    flags+=" -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table"
+    flags+=" -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-simplifycfg-branch-fold-threshold=0"
+    # RUSTFLAGS hides .cargo/config.toml: say the target CPU again.
     if [ "$(uname -m)" = x86_64 ]; then
-        export RUSTFLAGS="-C target-cpu=x86-64-v3"
+        flags+=" -Ctarget-cpu=x86-64-v3"
     fi
-    cargo "${toolchain[@]}" fuzz build
-    work=$(mktemp -d)
-    for target in $(cargo "${toolchain[@]}" fuzz list); do
-        printf '\n--- fuzz target %s, %d s\n' "$target" "$seconds"
-        corpus=$work/$target
-        mkdir "$corpus"
-        cp -r "fuzz/seeds/$target/." "$corpus"
-        dictionary=fuzz/dictionaries/${target/render/scn}.dict
-        options=(-max_total_time="$seconds" -rss_limit_mb=1024 -timeout=5 -print_final_stats=1)
-        if [ -e "$dictionary" ]; then
-            options+=(-dict="$dictionary")
-        fi
-        cargo "${toolchain[@]}" fuzz run "$target" "$corpus" -- "${options[@]}"
-    done
-    rm -rf "$work"
-    unset RUSTFLAGS RUSTC_BOOTSTRAP
+    RUSTFLAGS=$flags cargo "${toolchain[@]}" build --release --manifest-path fuzz/Cargo.toml --target "$host" \
+        --target-dir target/fuzz
+    unset RUSTC_BOOTSTRAP
+
+    fuzz_work=$(mktemp -d)
+    export fuzz_work fuzz_seconds=$seconds fuzz_programs=target/fuzz/$host/release
+    export -f fuzz_one
+    ls fuzz/fuzz_targets | sed 's/\.rs$//' | xargs -P 2 -I NAME bash -c 'fuzz_one NAME'
+    rm -rf "$fuzz_work"
+}
+
+# fuzz_one TARGET: one target for $fuzz_seconds; the last lines of its log, all of it where it fails.
+fuzz_one() {
+    local target=$1 log=$fuzz_work/$1.log corpus=$fuzz_work/$1 dictionary=fuzz/dictionaries/${1/render/scn}.dict
+    local options=(-max_total_time="$fuzz_seconds" -rss_limit_mb=1024 -timeout=5 -print_final_stats=1)
+    mkdir -p "$corpus" "fuzz/artifacts/$target"
+    cp -r "fuzz/seeds/$target/." "$corpus"
+    options+=(-artifact_prefix="fuzz/artifacts/$target/")
+    if [ -e "$dictionary" ]; then
+        options+=(-dict="$dictionary")
+    fi
+    if ! ASAN_OPTIONS=detect_odr_violation=0 "$fuzz_programs/$target" "$corpus" "${options[@]}" >"$log" 2>&1; then
+        cat "$log"
+        echo "fuzz target $target failed"
+        return 1
+    fi
+    printf '%-12s %s executions\n' "$target" "$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")"
 }
