@@ -18,13 +18,13 @@ pub const EXIT_CODE: u8 = 4;
 
 /// What is said then.
 pub const MESSAGE: &str = if cfg!(target_feature = "avx512f") {
-    "octray: error: this build needs a CPU with AVX-512 (or others of the building machine's instructions), \
+    "error: this build needs a CPU with AVX-512 (or others of the building machine's instructions), \
      which this one lacks; build octray here with RUSTFLAGS=\"-C target-cpu=native\"\n"
 } else if cfg!(target_feature = "avx2") {
-    "octray: error: this build needs a CPU with AVX2, FMA and BMI2 (x86-64-v3), which this one lacks; \
+    "error: this build needs a CPU with AVX2, FMA and BMI2 (x86-64-v3), which this one lacks; \
      build octray here with RUSTFLAGS=\"-C target-cpu=native\"\n"
 } else {
-    "octray: error: this build needs a CPU with instructions that this one lacks; \
+    "error: this build needs a CPU with instructions that this one lacks; \
      build octray here with RUSTFLAGS=\"-C target-cpu=native\"\n"
 };
 

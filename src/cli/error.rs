@@ -1,4 +1,4 @@
-//! Why a command did not do what was asked, and its exit code.
+//! Why a command failed, and its exit code.
 
 use crate::{error::LoadError, render::RenderError, scene::CameraError};
 use std::io;
@@ -6,15 +6,15 @@ use std::io;
 /// Why a command failed.
 #[derive(Debug)]
 pub enum CliError {
-    /// The arguments make no sense together. Exit code 2.
+    /// The arguments are wrong. Exit code 2.
     Usage(String),
-    /// The arguments make no sense, and clap has said so already. Exit code 2.
+    /// The arguments are wrong, and clap has said so already. Exit code 2.
     UsageShown,
     /// The scene cannot be loaded. Exit code 1.
     Load(LoadError),
     /// The disk or a limit failed. Exit code 1.
     Failed(String),
-    /// Whoever read our output has stopped; nobody needs to be told. Exit code 1.
+    /// The reader of the output has gone. Not reported. Exit code 1.
     ClosedPipe,
     /// There is no display for a window. Exit code 3.
     NoDisplay(String),
@@ -75,25 +75,25 @@ impl From<RenderError> for CliError {
 }
 
 impl From<CameraError> for CliError {
-    /// A scene's own cameras are checked when it is loaded: what is wrong comes from the arguments.
+    /// A scene's own cameras are checked when it is loaded, so the fault is in the arguments.
     fn from(error: CameraError) -> Self {
         Self::Usage(error.to_string())
     }
 }
 
-/// Why, in words rather than the system's error numbers where there are some.
+/// The reason, in words without an error number where possible.
 fn reason(error: &io::Error) -> String {
     use io::ErrorKind as Kind;
     match error.kind() {
-        Kind::NotFound => "there is no such file or folder".into(),
+        Kind::NotFound => "no such file or directory".into(),
         Kind::PermissionDenied => "permission denied".into(),
         Kind::ReadOnlyFilesystem => "the file system is read-only".into(),
         Kind::StorageFull => "no space left on the device".into(),
         Kind::QuotaExceeded => "the disk quota is used up".into(),
         Kind::FileTooLarge => "the file would be too large".into(),
         Kind::InvalidFilename => "the name is too long or not allowed".into(),
-        Kind::IsADirectory => "it is a folder".into(),
-        Kind::NotADirectory => "a part of the path is not a folder".into(),
+        Kind::IsADirectory => "it is a directory".into(),
+        Kind::NotADirectory => "a part of the path is not a directory".into(),
         _ => error.to_string(),
     }
 }

@@ -421,7 +421,7 @@ fn a_broken_scene_is_one_error() {
     ] {
         let run = folder.run(command);
         assert_eq!(run.code, Some(1));
-        assert!(run.stderr.starts_with("octray: error: broken.scn:1:"), "{run:?}");
+        assert!(run.stderr.starts_with("error: broken.scn:1:"), "{run:?}");
         assert_eq!(run.stderr.matches("error:").count(), 1);
         assert!(run.stdout.is_empty());
     }
@@ -464,7 +464,7 @@ fn a_terminal_gets_no_png() {
     if let Some(run) = on_a_terminal(&folder, "a.scn -o -") {
         assert_eq!(run.code, Some(2), "{run:?}");
         assert!(
-            run.text().contains("octray: error: a PNG is not for a terminal"),
+            run.text().contains("error: a PNG is not for a terminal"),
             "{run:?}"
         );
     }
@@ -494,8 +494,6 @@ fn meshes_are_taken_by_every_command() {
             "--repeat",
             "1",
             "--ground",
-            "--layout",
-            "indexed",
         ])
         .succeeded();
     for options in [
@@ -519,7 +517,7 @@ fn what_is_wrong_with_a_mesh_is_said_once() {
     assert_eq!(run.code, Some(0));
     assert_eq!(
         run.stderr,
-        "octray: warning: twice.obj: of 4 triangles 1 have no area and are never hit, 1 are there more than once\n"
+        "warning: twice.obj: of 4 triangles 1 have no area and are never hit, 1 are there more than once\n"
     );
     folder.run(&["twice.obj", "--size", "8x8", "--quiet"]).succeeded();
     let stats = folder.run(&["twice.obj", "--size", "8x8", "--quiet", "--stats=json"]);

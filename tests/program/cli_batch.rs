@@ -296,7 +296,7 @@ fn references_have_patterns_too() {
     );
     assert_eq!(run.code, Some(5));
     assert!(
-        run.stderr.starts_with("octray: error: 1 of 3 pictures differ")
+        run.stderr.starts_with("error: 1 of 3 pictures differ")
             && run.stderr.contains("a-02.png differs from ref/a2.png"),
         "{run:?}"
     );

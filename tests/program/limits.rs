@@ -125,7 +125,7 @@ fn any_limit_on_the_address_space() {
         let run = folder.shell(&script);
         match run.code {
             Some(0) => made += 1,
-            Some(1) if run.stderr.starts_with("octray: error: ") => said += 1,
+            Some(1) if run.stderr.starts_with("error: ") => said += 1,
             _ => panic!("{kibibytes}: {run:?}"),
         }
     }

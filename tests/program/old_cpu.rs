@@ -45,7 +45,7 @@ fn an_old_cpu_is_told() {
         let stderr = stderr(&output);
         assert_eq!(output.status.code(), Some(4), "{cpu}: {output:?}");
         assert!(
-            stderr.starts_with("octray: error: this build needs a CPU with "),
+            stderr.starts_with("error: this build needs a CPU with "),
             "{cpu}: {stderr}"
         );
         assert_eq!(stderr.lines().count(), 1, "{cpu}: {stderr}");

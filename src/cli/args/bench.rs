@@ -1,0 +1,105 @@
+//! Arguments of `octray bench`.
+
+use super::{
+    camera::{CameraArgs, MeshArgs},
+    values::{self, Size},
+};
+use crate::{
+    accel::BuildQuality,
+    bench::Method,
+    cli::{
+        CliError,
+        load::memory,
+        plan::{BenchPlan, BenchScenes, Build, InputPlan, JsonTarget},
+    },
+    render::Settings,
+};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `octray bench`.
+#[derive(Args, Debug)]
+pub struct BenchArgs {
+    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb)
+    #[arg(required_unless_present = "all", conflicts_with = "all")]
+    pub scene: Option<PathBuf>,
+
+    /// Instead of a scene, a suite of generated ones, from a few thousand to ten million triangles
+    #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov", "up_axis", "ground", "smooth_angle"])]
+    pub all: bool,
+
+    /// With --all, smaller scenes
+    #[arg(long, requires = "all", conflicts_with = "scene")]
+    pub quick: bool,
+
+    /// Camera rays across and down
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    pub size: Size,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub mesh: MeshArgs,
+
+    /// How often each method runs; the median counts
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 9)]
+    pub repeat: u32,
+
+    /// Which BVH is traced; auto counts camera and shadow rays of all runs
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = Build::Quality(BuildQuality::Best))]
+    pub build: Build,
+
+    /// What to time, all by default; may be given several times or separated by commas
+    #[arg(long = "method", value_name = "METHOD", value_enum, value_delimiter = ',')]
+    pub methods: Vec<Method>,
+
+    /// Time N whole frames instead, with one thread and with all threads in turn
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["methods", "json", "repeat"])]
+    pub frames: Option<u32>,
+
+    /// Write the results as JSON to a file, or to standard output (-)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+impl BenchArgs {
+    /// Checks the arguments.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn plan(&self) -> Result<BenchPlan, CliError> {
+        let Size { width, height } = self.size;
+        let settings = Settings {
+            width,
+            height,
+            threads: Some(1),
+            ..Settings::default()
+        };
+        settings.validate()?;
+        let scenes = match &self.scene {
+            None => BenchScenes::Suite { quick: self.quick },
+            Some(path) => {
+                let aspect = f64::from(width) / f64::from(height);
+                let (camera, mesh) = (self.camera.options(), self.mesh.options(false));
+                BenchScenes::One(
+                    Box::new(InputPlan::new(path, camera, mesh, aspect)?),
+                    memory::limit(None),
+                )
+            }
+        };
+        Ok(BenchPlan {
+            scenes,
+            methods: if self.methods.is_empty() {
+                Method::ALL.to_vec()
+            } else {
+                self.methods.clone()
+            },
+            settings,
+            repeat: self.frames.unwrap_or(self.repeat),
+            frames_only: self.frames.is_some(),
+            build: self.build,
+            json: self.json.as_deref().map(JsonTarget::new),
+        })
+    }
+}

@@ -1,0 +1,91 @@
+//! The camera and how a mesh is shown: arguments of `render`, `view` and `bench`.
+
+use super::values;
+use crate::{
+    cli::plan::{CameraOptions, MeshOptions, StartView},
+    format::mesh::UpAxis,
+};
+use clap::Args;
+use glam::DVec3;
+
+/// The camera.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Camera")]
+pub struct CameraArgs {
+    /// A camera of the file, by name or number; also of a mesh in a scene [default: the scene's first camera, else --view 1;
+    /// a mesh is framed]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["view", "eye"])]
+    pub camera: Option<String>,
+
+    /// One of the six classic viewpoints
+    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), conflicts_with = "eye")]
+    pub view: Option<u32>,
+
+    /// Where the camera stands
+    #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub eye: Option<DVec3>,
+
+    /// What the camera looks at [default: the scene camera's target; 0,0,0.5 with --eye or --view; the centre of a mesh]
+    #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub target: Option<DVec3>,
+
+    /// Up direction of the camera [default: the scene camera's; 0,0,1 with --eye or --view; the up axis of a mesh]
+    #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub up: Option<DVec3>,
+
+    /// Vertical field of view, degrees [default: the scene camera's; 45 with --eye or --view]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub fov: Option<f64>,
+}
+
+/// How a mesh without a scene is shown.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Meshes")]
+pub struct MeshArgs {
+    /// Axis of the mesh that points up [default: y for .obj, .gltf and .glb, z for .ply and .stl]
+    #[arg(long, value_enum, value_name = "AXIS")]
+    pub up_axis: Option<UpAxis>,
+
+    /// Put the mesh on a ground plane
+    #[arg(long)]
+    pub ground: bool,
+
+    /// Smooth a mesh without normals where faces meet at no more than this angle, degrees
+    #[arg(long, value_name = "DEG", value_parser = values::angle)]
+    pub smooth_angle: Option<f64>,
+
+    /// Light the mesh as for a viewer in this direction [default: the direction of the eye]
+    #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub lit_from: Option<DVec3>,
+}
+
+impl CameraArgs {
+    /// As plain values.
+    pub fn options(&self) -> CameraOptions {
+        let start = match (&self.camera, self.view, self.eye) {
+            (Some(name), ..) => StartView::Named(name.clone()),
+            (None, Some(number), _) => StartView::Classic(number),
+            (None, None, Some(eye)) => StartView::Eye(eye),
+            (None, None, None) => StartView::Default,
+        };
+        CameraOptions {
+            start,
+            target: self.target,
+            up: self.up,
+            fov_degrees: self.fov,
+        }
+    }
+}
+
+impl MeshArgs {
+    /// As plain values. If `turning`, the camera goes around the mesh.
+    pub fn options(&self, turning: bool) -> MeshOptions {
+        MeshOptions {
+            up_axis: self.up_axis,
+            ground: self.ground,
+            smooth_degrees: self.smooth_angle,
+            lit_from: self.lit_from,
+            turning,
+        }
+    }
+}

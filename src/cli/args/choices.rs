@@ -1,0 +1,80 @@
+//! Named values of options: how the program's own types are spelled on the command line.
+
+use crate::{
+    accel::BuildQuality,
+    bench::Method,
+    cli::{
+        plan::{Build, StatsFormat},
+        write::AovKind,
+    },
+    format::mesh::UpAxis,
+    render::{Filter, Mode, Pattern},
+};
+use clap::{ValueEnum, builder::PossibleValue};
+
+/// Gives a type's values their names and help texts.
+macro_rules! choices {
+    ($type:ty: $($value:expr => $name:literal, $help:literal;)*) => {
+        impl ValueEnum for $type {
+            fn value_variants<'a>() -> &'a [Self] {
+                &[$($value),*]
+            }
+
+            fn to_possible_value(&self) -> Option<PossibleValue> {
+                $(if *self == $value {
+                    return Some(PossibleValue::new($name).help($help));
+                })*
+                None
+            }
+        }
+    };
+}
+
+choices! { AovKind:
+    Self::Depth => "depth", "Distance from the eye";
+    Self::Normal => "normal", "Shading normal";
+    Self::Albedo => "albedo", "The material's own colour";
+    Self::Id => "id", "Which triangle or sphere";
+    Self::Heat => "heat", "How many nodes and primitives the ray visited";
+}
+
+choices! { Pattern:
+    Self::Grid => "grid", "A regular grid";
+    Self::Stratified => "stratified", "A random point in each cell of a regular grid";
+    Self::Sobol => "sobol", "A Sobol' sequence, scrambled differently in each pixel";
+}
+
+choices! { Filter:
+    Self::Box => "box", "Constant within the pixel";
+    Self::Tent => "tent", "Falls linearly to 0 at a distance of 1 pixel";
+    Self::BlackmanHarris => "blackman-harris", "A bell that falls to 0 at a distance of 1.5 pixels";
+}
+
+choices! { Mode:
+    Self::Packet => "packet", "SIMD packets, batched shading";
+    Self::Scalar => "scalar", "One ray at a time";
+}
+
+choices! { Build:
+    Self::Auto => "auto", "fast for few rays and many primitives, else best";
+    Self::Quality(BuildQuality::Fast) => "fast", "The BVH that is built fastest";
+    Self::Quality(BuildQuality::Best) => "best", "The BVH that is traced fastest";
+    Self::Quality(BuildQuality::Ploc) => "ploc", "A BVH by PLOC, to compare with best: building takes 300 bytes per primitive instead of 100, which --max-memory does not count";
+}
+
+choices! { UpAxis:
+    Self::Y => "y", "As in glTF";
+    Self::Z => "z", "As in scenes";
+}
+
+choices! { StatsFormat:
+    Self::Text => "text", "A few lines of text";
+    Self::Json => "json", "One JSON object";
+}
+
+choices! { Method:
+    Self::Scalar => "scalar", "The scalar reference over the BVH, one ray at a time";
+    Self::Packet => "packet", "Packets of eight rays";
+    Self::Single => "single", "One ray against eight boxes at a time";
+    Self::Render => "render", "What the renderer uses: up to 512 rays together, packets or single rays";
+}

@@ -1,0 +1,281 @@
+//! The config file: defaults for options of `octray render`.
+//!
+//! A key is an option's long name. The file becomes arguments before those of the command line, so every option of
+//! `render` works in the file and is checked as on the command line, with its place in the file.
+
+use super::definition;
+use crate::{
+    cli::CliError,
+    error::{LoadError, SourcePos, escape},
+    format,
+};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, error::ErrorKind, parser::ValueSource};
+use std::{
+    env,
+    ffi::OsString,
+    fs,
+    io::{self, Read},
+    ops::Range,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+use toml::{Spanned, de::DeTable, de::DeValue};
+
+/// The largest file, bytes.
+const MAX_BYTES: u64 = 1 << 20;
+/// Options that make no sense in a file of defaults.
+const NO_KEYS: [&str; 4] = ["config", "no-config", "help", "version"];
+
+/// Where defaults come from.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Configuration")]
+pub struct ConfigArgs {
+    /// Read default options from a TOML file [default: octray/config.toml in $XDG_CONFIG_HOME or ~/.config, if it exists]
+    #[arg(long, value_name = "FILE", conflicts_with = "no_config")]
+    pub config: Option<PathBuf>,
+
+    /// Read no config file
+    #[arg(long)]
+    pub no_config: bool,
+}
+
+/// A parsed command line of `render` with the config file's defaults added; `None` if there is no file.
+///
+/// # Errors
+/// [`CliError::Load`], with the place of the fault: no such file, invalid TOML, an unknown option, an invalid value.
+pub fn with_defaults(
+    arguments: &[OsString],
+    matches: &ArgMatches,
+    args: &ConfigArgs,
+) -> Result<Option<Vec<OsString>>, CliError> {
+    let path = match &args.config {
+        Some(path) => path.clone(),
+        None if args.no_config => return Ok(None),
+        None => match usual_place().filter(|path| path.exists()) {
+            Some(path) => path,
+            None => return Ok(None),
+        },
+    };
+    let text = read(&path).map_err(|error| LoadError::whole_file(&path, error.to_string()))?;
+    let file = File {
+        path: Arc::new(path),
+        text: &text,
+    };
+    let defaults = file.defaults()?;
+    let given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
+    let kept = defaults.into_iter().filter(|default| {
+        // The command line wins, also over options that it excludes.
+        !given(&default.id) && !default.excludes.iter().any(|id| given(id))
+    });
+    // After the names of the program and the command.
+    let (command, rest) = arguments.split_at(2);
+    let kept = kept.filter_map(|default| default.argument);
+    Ok(Some(
+        command
+            .iter()
+            .cloned()
+            .chain(kept)
+            .chain(rest.iter().cloned())
+            .collect(),
+    ))
+}
+
+fn usual_place() -> Option<PathBuf> {
+    let set = |name| env::var_os(name).map(PathBuf::from);
+    // The XDG standard: a relative path is ignored.
+    let folder = set("XDG_CONFIG_HOME").filter(|folder| folder.is_absolute());
+    let folder = folder.or_else(|| Some(set("HOME")?.join(".config")))?;
+    Some(folder.join("octray").join("config.toml"))
+}
+
+fn read(path: &Path) -> io::Result<String> {
+    let found = fs::metadata(path).map_err(|error| match error.kind() {
+        io::ErrorKind::NotFound => io::Error::other("no such file"),
+        _ => error,
+    })?;
+    if !found.is_file() {
+        return Err(io::Error::other("not a regular file"));
+    }
+    let mut text = String::new();
+    let length = format::open_file(path)?
+        .take(MAX_BYTES + 1)
+        .read_to_string(&mut text)?;
+    if length as u64 > MAX_BYTES {
+        return Err(io::Error::other(format!(
+            "the file is larger than {MAX_BYTES} bytes"
+        )));
+    }
+    Ok(text)
+}
+
+/// An option's default from the file.
+struct Setting {
+    id: String,
+    /// Options that conflict with it.
+    excludes: Vec<String>,
+    /// `None` for a switch that is off.
+    argument: Option<OsString>,
+    key: Range<usize>,
+}
+
+struct File<'a> {
+    path: Arc<PathBuf>,
+    text: &'a str,
+}
+
+impl File<'_> {
+    fn defaults(&self) -> Result<Vec<Setting>, LoadError> {
+        let table = DeTable::parse(self.text)
+            .map_err(|error| self.fault(error.span().unwrap_or(0..0), error.message()))?;
+        let render = render_command();
+        let mut entries: Vec<_> = table.get_ref().iter().collect();
+        // Faults are reported in the order of the file.
+        entries.sort_by_key(|(key, _)| key.span().start);
+        let mut defaults: Vec<Setting> = Vec::new();
+        for (key, value) in entries {
+            let default = self.default(&render, key.get_ref(), key.span(), value)?;
+            if let Some(other) = defaults.iter().find(|other| {
+                let both = default.argument.is_some() && other.argument.is_some();
+                both && (other.excludes.contains(&default.id) || default.excludes.contains(&other.id))
+            }) {
+                let message = format!(
+                    "`{}` cannot be used with `{}`",
+                    key.get_ref(),
+                    &self.text[other.key.clone()]
+                );
+                return Err(self.fault(key.span(), &message));
+            }
+            defaults.push(default);
+        }
+        Ok(defaults)
+    }
+
+    fn default(
+        &self,
+        render: &Command,
+        key: &str,
+        span: Range<usize>,
+        value: &Spanned<DeValue<'_>>,
+    ) -> Result<Setting, LoadError> {
+        let option = options(render).find(|option| option.get_long() == Some(key));
+        let option = option.ok_or_else(|| self.fault(span.clone(), &no_option(render, key)))?;
+        let fault = |message: &str| self.fault(value.span(), message);
+        let argument = match (option.get_action(), value.get_ref()) {
+            (ArgAction::SetTrue, DeValue::Boolean(on)) => on.then(|| format!("--{key}")),
+            (ArgAction::SetTrue, _) => {
+                return Err(fault(&format!("`{key}` is a switch, expected true or false")));
+            }
+            (_, value) => {
+                let text = text(value).ok_or_else(|| {
+                    fault(&format!(
+                        "expected a string, a number, or a list of them, as after --{key} on the command line"
+                    ))
+                })?;
+                Some(format!("--{key}={text}"))
+            }
+        };
+        if let Some(argument) = &argument {
+            check(render, argument).map_err(|message| fault(&message))?;
+        }
+        Ok(Setting {
+            id: option.get_id().to_string(),
+            excludes: excluded(render, option),
+            argument: argument.map(OsString::from),
+            key: span,
+        })
+    }
+
+    fn fault(&self, span: Range<usize>, message: &str) -> LoadError {
+        // A span counts bytes and may begin at the end of the text.
+        let bytes = self.text.as_bytes();
+        let start = span.start.min(bytes.len());
+        let line_start = bytes[..start]
+            .iter()
+            .rposition(|&byte| byte == b'\n')
+            .map_or(0, |newline| newline + 1);
+        let line = bytes[line_start..]
+            .split(|&byte| byte == b'\n')
+            .next()
+            .unwrap_or_default();
+        let column = start - line_start;
+        let at = SourcePos {
+            file: Arc::clone(&self.path),
+            line: bytes[..line_start].iter().filter(|&&byte| byte == b'\n').count() as u32 + 1,
+            column: column as u32 + 1,
+        };
+        let end = (column + span.len()).min(line.len()).max(column.min(line.len()));
+        // A parser's message may have several lines.
+        LoadError::new(at, message.replace('\n', ", ")).with_line(line, column.min(line.len())..end)
+    }
+}
+
+fn render_command() -> Command {
+    let mut all = definition();
+    all.build();
+    all.find_subcommand("render").cloned().unwrap_or_default()
+}
+
+/// The options that may be keys.
+fn options(render: &Command) -> impl Iterator<Item = &Arg> {
+    let is_key = |option: &&Arg| option.get_long().is_some_and(|long| !NO_KEYS.contains(&long));
+    render.get_arguments().filter(is_key)
+}
+
+fn no_option(render: &Command, key: &str) -> String {
+    let names = options(render).filter_map(Arg::get_long);
+    let near = names
+        .map(|name| (strsim::damerau_levenshtein(name, key), name))
+        .min()
+        .filter(|(distance, name)| *distance <= name.len().div_ceil(3));
+    let key = escape(key);
+    match near {
+        Some((_, near)) => format!("`octray render` has no option `{key}`, did you mean `{near}`?"),
+        None => format!("`octray render` has no option `{key}`; `octray render --help` lists them"),
+    }
+}
+
+/// A value as on the command line.
+fn text(value: &DeValue<'_>) -> Option<String> {
+    Some(match value {
+        DeValue::String(text) => text.to_string(),
+        DeValue::Integer(number) if number.radix() == 10 => number.as_str().into(),
+        DeValue::Float(number) => number.as_str().into(),
+        DeValue::Array(values) => {
+            let texts: Option<Vec<String>> = values.iter().map(|value| text(value.get_ref())).collect();
+            texts?.join(",")
+        }
+        _ => return None,
+    })
+}
+
+/// Checks the value of an argument of `render`.
+fn check(render: &Command, argument: &str) -> Result<(), String> {
+    let all = ["render", argument, "--", "scene"];
+    match render.clone().try_get_matches_from(all) {
+        Ok(_) => Ok(()),
+        // Another option may come from the command line.
+        Err(error) if error.kind() == ErrorKind::MissingRequiredArgument => Ok(()),
+        Err(error) => {
+            let message = error.to_string();
+            let lines = message.lines().take_while(|line| !line.trim().is_empty());
+            let lines: Vec<&str> = lines.map(str::trim).collect();
+            let message = lines.join(" ");
+            Err(message.strip_prefix("error: ").unwrap_or(&message).to_owned())
+        }
+    }
+}
+
+/// The options that conflict with this one, whichever of the two declares it.
+fn excluded(render: &Command, option: &Arg) -> Vec<String> {
+    let names = |one: &Arg, other: &Arg| {
+        let conflicts = render.get_arg_conflicts_with(one);
+        conflicts
+            .iter()
+            .any(|conflict| conflict.get_id() == other.get_id())
+    };
+    let others = render.get_arguments();
+    others
+        .filter(|other| names(option, other) || names(other, option))
+        .map(|other| other.get_id().to_string())
+        .collect()
+}

@@ -1,0 +1,61 @@
+//! Usage lines and examples of the help texts.
+
+pub const ALL: &str = "\
+Examples:
+  octray scenes/reflections.scn                   reflections.png, 512x512, the scene's first camera
+  octray a.scn -o big.png --size 3840x2160        a large picture
+  octray a.scn --view 3 --samples 16              another viewpoint, 16 samples per pixel
+  octray a.scn --eye -3,2,1.5 --target 0,0,0.5    a view of your own
+  octray a.scn --camera gate --fov 30             a camera of the scene, zoomed in
+  octray a.scn -o a.exr                           linear floats instead of 8 bits
+  octray a.scn -o - | magick - a.webp             a PNG into a pipe
+  octray bunny.ply --ground                       a mesh, framed and lit, on a ground plane
+  octray view a.scn                               a window to look around in
+  octray info a.scn                               what is in a scene
+  octray bench a.scn                              how fast this machine traces it
+  octray bench --all --quick                      how fast it traces generated scenes
+  octray verify --seconds 60                      check all ways of tracing on this machine
+
+`octray SCENE` is short for `octray render SCENE`; `octray render --help` lists its options. For a scene \
+with the name of a command, write a path such as ./info, or the command before it.
+
+Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 3 no display; 4 this CPU
+cannot run this build; 5 a comparison or verification differs; 130 interrupted.";
+
+pub const RENDER: &str = "\
+Examples:
+  octray render a.scn -o a.jpg --size 1920x1080 --samples 9
+  octray render a.scn --eye -3,2,1.5 --target 0,0,0.5 --up 0,0,1 --fov 30
+  octray render bunny.ply --ground --smooth-angle 40 -o bunny.png
+  octray render a.scn --crop 0,0,256,128 -o corner.png
+  octray render a.scn --samples 32 --pattern sobol --filter blackman-harris --srgb
+  octray render a.scn --background transparent --aov depth,normal,heat
+  octray render a.scn --quiet --stats=json 2> stats.json
+  octray render a.scn b.scn -o out/{stem}.jpg       several scenes, one picture each
+  octray render a.scn --turntable 48 -o t-##.png    48 frames around the scene
+  octray render a.scn --turntable 48 -o t-##.png --frames 1-24
+                                                    the first half of them
+  octray render a.scn --compare a.png --tolerance 2 -o new.png
+                                                    exits with 5 if the picture differs
+  generate-scene | octray render - -o made.png      a scene from a program";
+
+pub const COMPLETIONS: &str = "\
+Examples:
+  octray completions bash > ~/.local/share/bash-completion/completions/octray
+  octray completions zsh > _octray          in a directory of $fpath
+  octray completions fish > ~/.config/fish/completions/octray.fish";
+
+#[cfg(feature = "viewer")]
+pub const VIEW_KEYS: &str = "\
+In the window, drag with the left button to turn, with the right button (or the wheel) to move nearer;
+press ? for all keys, q to quit.";
+
+pub const MAN: &str = "\
+Examples:
+  octray man > octray.1
+  octray man render > octray-render.1
+  octray man render | man -l -                read it";
+
+pub const RENDER_USAGE: &str = "octray [render] [OPTIONS] <SCENE>...";
+
+pub const USAGE: &str = "octray [render] [OPTIONS] <SCENE>...\n       octray <COMMAND> ...";

@@ -1,0 +1,56 @@
+//! Arguments of `octray generate`.
+
+use crate::{
+    cli::plan::GeneratePlan,
+    generate::{Kind, Options},
+};
+use clap::{
+    Args,
+    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
+};
+use std::path::PathBuf;
+
+/// Arguments of `octray generate`.
+#[derive(Args, Debug)]
+pub struct GenerateArgs {
+    /// What to make
+    #[arg(value_parser = kind_parser())]
+    pub kind: Kind,
+
+    /// Directory for KIND.scn and its meshes; created if missing
+    #[arg(short, long, value_name = "FOLDER", default_value = ".")]
+    pub output: PathBuf,
+
+    /// Another seed makes another scene of the same kind
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+
+    /// Number of spheres (flake, spheres: exactly) or triangles (others: at most) [default: 100000 spheres; terrain and
+    /// blobs 1000000, interior 370000, pipes 192000, figure 70000 triangles]
+    #[arg(long, value_name = "N")]
+    pub count: Option<usize>,
+}
+
+fn kind_parser() -> impl TypedValueParser<Value = Kind> {
+    PossibleValuesParser::new(Kind::ALL.map(|kind| PossibleValue::new(kind.name()).help(kind.summary())))
+        .try_map(|name| {
+            Kind::ALL
+                .into_iter()
+                .find(|kind| kind.name() == name)
+                .ok_or("not a kind")
+        })
+}
+
+impl GenerateArgs {
+    /// As plain values.
+    pub fn plan(self) -> GeneratePlan {
+        GeneratePlan {
+            kind: self.kind,
+            options: Options {
+                seed: self.seed,
+                count: self.count,
+            },
+            folder: self.output,
+        }
+    }
+}

@@ -1,0 +1,274 @@
+//! The arguments: clap's definition of all commands, the config file, and the way from both to a checked [`Plan`].
+//!
+//! Nothing outside this folder sees clap, except the command that prints completions and manual pages.
+
+mod bench;
+mod camera;
+mod choices;
+mod config;
+mod default_command;
+mod examples;
+mod generate;
+mod info;
+mod limits;
+mod picture;
+mod render;
+mod series;
+mod shell;
+mod trace;
+mod usage;
+mod values;
+mod verify;
+#[cfg(feature = "viewer")]
+mod view;
+
+pub use values::numbers;
+
+use super::{CliError, plan::Plan, report::version};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
+
+/// A fast CPU ray tracer for scenes of triangle meshes and spheres.
+#[derive(Debug, Parser)]
+#[command(
+    name = "octray",
+    version = version::short(),
+    long_version = version::long(),
+    propagate_version = true,
+    override_usage = examples::USAGE,
+    after_long_help = examples::ALL,
+    max_term_width = 110
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene into a picture
+    #[command(override_usage = examples::RENDER_USAGE, after_long_help = examples::RENDER)]
+    Render(render::RenderArgs),
+    /// Look around a scene in a window, ray traced live
+    #[cfg(feature = "viewer")]
+    #[command(after_long_help = examples::VIEW_KEYS)]
+    View(view::ViewArgs),
+    /// Show what is in a scene and in its BVH
+    Info(info::InfoArgs),
+    /// Time ways of tracing against each other on the same rays, on one thread
+    Bench(bench::BenchArgs),
+    /// Check every way of tracing against brute force, on random scenes and rays
+    Verify(verify::VerifyArgs),
+    /// Generate a scene of any size from a seed
+    Generate(generate::GenerateArgs),
+    /// Print a script that completes octray's arguments in a shell
+    #[command(after_help = examples::COMPLETIONS)]
+    Completions(shell::CompletionsArgs),
+    /// Print the manual page of octray or of a command
+    #[command(after_help = examples::MAN)]
+    Man(shell::ManArgs),
+}
+
+/// The definition of all commands and options.
+pub fn definition() -> clap::Command {
+    Cli::command()
+}
+
+/// The plan of a command line; `None` if clap has shown help or the version instead.
+///
+/// # Errors
+/// [`CliError`].
+pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
+    let arguments = default_command::with_default_command(arguments);
+    let (mut cli, matches) = match parse(&arguments) {
+        Ok(parsed) => parsed,
+        Err(answer) => return show(answer),
+    };
+    if let (Command::Render(args), Some(given)) = (&cli.command, matches.subcommand_matches("render"))
+        && let Some(arguments) = config::with_defaults(&arguments, given, &args.config)?
+    {
+        match parse(&arguments) {
+            Ok((with_defaults, _)) => cli = with_defaults,
+            Err(answer) => return show(answer),
+        }
+    }
+    cli.command.plan().map(Some)
+}
+
+impl Command {
+    fn plan(self) -> Result<Plan, CliError> {
+        Ok(match self {
+            Self::Render(args) => Plan::Render(args.plan()?),
+            #[cfg(feature = "viewer")]
+            Self::View(args) => Plan::View(args.plan()?),
+            Self::Info(args) => Plan::Info(args.plan()?),
+            Self::Bench(args) => Plan::Bench(args.plan()?),
+            Self::Verify(args) => Plan::Verify(args.plan()),
+            Self::Generate(args) => Plan::Generate(args.plan()),
+            Self::Completions(args) => Plan::Completions(args.shell.to_string()),
+            Self::Man(args) => Plan::Man(args.command),
+        })
+    }
+}
+
+fn parse(arguments: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
+    let matches = Cli::command().try_get_matches_from(arguments)?;
+    let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut Cli::command()))?;
+    Ok((cli, matches))
+}
+
+/// Shows help, the version or a usage error.
+fn show(mut answer: clap::Error) -> Result<Option<Plan>, CliError> {
+    usage::explain(&mut answer);
+    // A closed pipe is no failure of help.
+    let _ = answer.print();
+    if answer.use_stderr() {
+        Err(CliError::UsageShown)
+    } else {
+        Ok(None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{default_command::with_default_command, render::RenderArgs, values::Size, *};
+    use crate::{
+        accel::BuildQuality,
+        bench::Method,
+        cli::plan::{Build, StatsFormat},
+    };
+    use glam::DVec3;
+    use std::path::PathBuf;
+
+    fn parse(arguments: &[&str]) -> Result<Command, clap::Error> {
+        let arguments = std::iter::once("octray").chain(arguments.iter().copied());
+        Cli::try_parse_from(with_default_command(arguments.map(OsString::from).collect()))
+            .map(|cli| cli.command)
+    }
+
+    fn parse_render(arguments: &[&str]) -> RenderArgs {
+        match parse(arguments) {
+            Ok(Command::Render(args)) => args,
+            other => panic!("{arguments:?}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn clap_accepts_the_definition() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn render_is_the_default_command() {
+        for arguments in [
+            &["a.scn", "--view", "2"][..],
+            &["render", "a.scn", "--view=2"],
+            &["--view", "2", "a.scn"],
+            &["--view", "2", "--", "a.scn"],
+        ] {
+            let args = parse_render(arguments);
+            assert_eq!((args.scenes, args.camera.view), (vec!["a.scn".into()], Some(2)));
+        }
+        assert_eq!(parse_render(&["./info"]).scenes, [PathBuf::from("./info")]);
+        assert_eq!(parse_render(&["render", "info"]).scenes, [PathBuf::from("info")]);
+        assert!(matches!(parse(&["info", "render"]), Ok(Command::Info(_))));
+    }
+
+    #[test]
+    fn coordinates_may_be_negative() {
+        let args = parse_render(&[
+            "a.scn",
+            "--eye",
+            "-1,2,3",
+            "--target=-0.5,0,-1e3",
+            "--up",
+            "-0,0,1",
+        ]);
+        assert_eq!(args.camera.eye, Some(DVec3::new(-1.0, 2.0, 3.0)));
+        assert_eq!(args.camera.target, Some(DVec3::new(-0.5, 0.0, -1000.0)));
+    }
+
+    #[test]
+    fn one_option_says_where_the_camera_stands() {
+        for arguments in [
+            &["a.scn", "--view", "2", "--eye", "1,2,3"][..],
+            &["a.scn", "--camera", "a", "--eye", "1,2,3"],
+            &["a.scn", "--camera", "a", "--view=2"],
+        ] {
+            let error = parse(arguments).expect_err("a contradiction");
+            assert_eq!(error.kind(), clap::error::ErrorKind::ArgumentConflict);
+        }
+        let args = parse_render(&["a.scn", "--camera", "a", "--fov", "30"]);
+        assert_eq!(
+            (args.camera.camera.as_deref(), args.camera.fov),
+            (Some("a"), Some(30.0))
+        );
+    }
+
+    #[test]
+    fn stats_take_their_value_after_an_equals_sign_only() {
+        assert_eq!(parse_render(&["--stats", "a.scn"]).stats, Some(StatsFormat::Text));
+        assert_eq!(
+            parse_render(&["a.scn", "--stats=json"]).stats,
+            Some(StatsFormat::Json)
+        );
+        assert_eq!(parse_render(&["a.scn"]).stats, None);
+    }
+
+    #[test]
+    fn the_build_pays_for_itself() {
+        assert_eq!(parse_render(&["a.scn"]).trace.build, Build::Auto);
+        assert_eq!(
+            parse_render(&["a.scn", "--build", "fast"]).trace.build,
+            Build::Quality(BuildQuality::Fast)
+        );
+        assert_eq!(Build::Auto.quality(1e6, 10_000_000), BuildQuality::Fast);
+        assert_eq!(Build::Auto.quality(1e6, 10_000), BuildQuality::Best);
+        assert_eq!(
+            Build::Quality(BuildQuality::Best).quality(1.0, 10_000_000),
+            BuildQuality::Best
+        );
+        assert_eq!(
+            Build::Quality(BuildQuality::Ploc).quality(1.0, 10_000_000),
+            BuildQuality::Ploc
+        );
+    }
+
+    #[test]
+    fn bench_takes_a_scene_or_the_suite() {
+        let Ok(Command::Bench(args)) = parse(&["bench", "--all", "--quick"]) else {
+            panic!("not bench");
+        };
+        assert!(args.all && args.quick && args.scene.is_none());
+        for arguments in [
+            &["bench"][..],
+            &["bench", "a.scn", "--all"],
+            &["bench", "a.scn", "--quick"],
+            &["bench", "--all", "--view", "2"],
+        ] {
+            assert!(parse(arguments).is_err(), "{arguments:?}");
+        }
+    }
+
+    #[test]
+    fn bench_methods_may_be_listed() {
+        let Ok(Command::Bench(args)) = parse(&[
+            "bench",
+            "a.scn",
+            "--method",
+            "scalar,packet",
+            "--method",
+            "render",
+        ]) else {
+            panic!("not bench");
+        };
+        assert_eq!(args.methods, [Method::Scalar, Method::Packet, Method::Render]);
+        assert_eq!(
+            args.size,
+            Size {
+                width: 1024,
+                height: 1024
+            }
+        );
+    }
+}

@@ -1,0 +1,113 @@
+//! What the pixels of a picture hold, and where its samples lie.
+
+use super::values;
+use crate::{
+    cli::{CliError, plan::PictureOptions, write::AovKind},
+    render::{Crop, Filter, Pattern, Settings, Transfer},
+};
+use clap::{Args, ValueEnum};
+
+/// What the pixels hold.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
+pub struct PictureArgs {
+    /// Render only columns x0 to x1 and rows y0 to y1, x1 and y1 not included, with the same pixels as in the whole picture;
+    /// row 0 is at the top
+    #[arg(long, value_name = "x0,y0,x1,y1", value_parser = values::crop)]
+    pub crop: Option<Crop>,
+
+    /// Also write AOVs of the ray through each pixel's centre: to files named after the picture (a.png: a.depth.png), or
+    /// as layers of an EXR picture
+    #[arg(id = "aov", long, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    pub aovs: Vec<AovKind>,
+
+    /// Encode bytes with the sRGB curve, as screens expect
+    #[arg(long, conflicts_with = "linear")]
+    pub srgb: bool,
+
+    /// Write linear values, without gamma (the default)
+    #[arg(long)]
+    pub linear: bool,
+
+    /// What is behind the scene
+    #[arg(long, value_enum, default_value_t = BackgroundArg::Scene)]
+    pub background: BackgroundArg,
+}
+
+/// Where the samples of a pixel lie.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Samples")]
+pub struct SampleArgs {
+    /// Samples per pixel: 1, 4, 9, 16 or another square number; any number with --pattern sobol
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
+    pub samples: u32,
+
+    /// How the samples of a pixel are placed
+    #[arg(long, value_enum, default_value_t = Pattern::Grid)]
+    pub pattern: Pattern,
+
+    /// How samples are weighted by their distance from the pixel's centre
+    #[arg(long, value_enum, default_value_t = Filter::Box)]
+    pub filter: Filter,
+}
+
+/// What camera rays that hit nothing return.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackgroundArg {
+    /// The scene's background
+    Scene,
+    /// Alpha 0 (mirrors still show the scene's background)
+    Transparent,
+}
+
+impl PictureArgs {
+    /// As plain values.
+    pub fn options(&self) -> PictureOptions {
+        PictureOptions {
+            transfer: if self.srgb {
+                Transfer::Srgb
+            } else {
+                Transfer::Linear
+            },
+            transparent: self.background == BackgroundArg::Transparent,
+            aovs: self.aovs.clone(),
+        }
+    }
+
+    /// Puts the crop into settings that have the size of the picture.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] if it is not within the picture.
+    pub fn apply(&self, settings: &mut Settings) -> Result<(), CliError> {
+        let (width, height) = (settings.width, settings.height);
+        if let Some(crop) = self.crop.filter(|crop| crop.x1 > width || crop.y1 > height) {
+            return Err(CliError::Usage(format!(
+                "--crop {crop} is not within the picture of {width}x{height}: expected at most 0,0,{width},{height}"
+            )));
+        }
+        settings.crop = self.crop;
+        Ok(())
+    }
+}
+
+impl SampleArgs {
+    /// Puts the samples into the settings.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] if the number does not suit the pattern.
+    pub fn apply(&self, settings: &mut Settings) -> Result<(), CliError> {
+        let samples = self.samples;
+        let side = samples.isqrt();
+        if self.pattern != Pattern::Sobol && side * side != samples {
+            let [below, above] = [side, side + 1].map(|side| u64::from(side) * u64::from(side));
+            return Err(CliError::Usage(format!(
+                "--samples {samples} does not fill a square grid: expected {below} or {above}, or --pattern sobol, which \
+                 takes any number"
+            )));
+        }
+        settings.samples = samples;
+        settings.pattern = self.pattern;
+        settings.filter = self.filter;
+        Ok(())
+    }
+}

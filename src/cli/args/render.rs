@@ -1,0 +1,105 @@
+//! Arguments of `octray render`.
+
+use super::{
+    camera::{CameraArgs, MeshArgs},
+    config::ConfigArgs,
+    limits::MemoryArgs,
+    picture::{PictureArgs, SampleArgs},
+    series::{CompareArgs, SeriesArgs},
+    trace::TraceArgs,
+    values::{self, Size},
+};
+use crate::cli::{
+    CliError,
+    load::memory,
+    plan::{Pictures, RenderPlan, StatsFormat},
+};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `octray render`.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// Scenes (.scn) or meshes (.ply, .obj, .stl, .gltf, .glb); - reads a scene from standard input
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+
+    /// The picture: .png, .ppm, .qoi, .jpg, .bmp, .tiff or .exr (linear floats); - writes a PNG to standard output;
+    /// {stem} stands for the scene's name [default: {stem}.png, in the current directory]
+    #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
+    pub output: Option<PathBuf>,
+
+    /// Width and height, pixels
+    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512", help_heading = "Picture")]
+    pub size: Size,
+
+    #[command(flatten)]
+    pub picture: PictureArgs,
+
+    #[command(flatten)]
+    pub sampling: SampleArgs,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub mesh: MeshArgs,
+
+    #[command(flatten)]
+    pub trace: TraceArgs,
+
+    #[command(flatten)]
+    pub series: SeriesArgs,
+
+    #[command(flatten)]
+    pub comparison: CompareArgs,
+
+    /// Print rays, times and memory to standard error, as text or as one JSON object
+    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text", help_heading = "Messages")]
+    pub stats: Option<StatsFormat>,
+
+    /// No progress bar, no closing line, no warnings
+    #[arg(long, help_heading = "Messages")]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub memory: MemoryArgs,
+
+    #[command(flatten)]
+    pub config: ConfigArgs,
+}
+
+impl RenderArgs {
+    /// Checks the arguments, and names and checks every picture.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn plan(&self) -> Result<RenderPlan, CliError> {
+        let mut settings = self.trace.settings(self.size)?;
+        self.picture.apply(&mut settings)?;
+        self.sampling.apply(&mut settings)?;
+        settings.validate()?;
+        let picture = self.picture.options();
+        let turntable = self.series.turntable();
+        let pictures = Pictures {
+            settings: &settings,
+            picture: &picture,
+            output: self.output.as_deref(),
+            turntable,
+            skip_existing: self.series.skip_existing,
+            comparison: self.comparison.options(),
+        };
+        let (camera, mesh) = (self.camera.options(), self.mesh.options(turntable.is_some()));
+        let jobs = pictures.jobs(&self.scenes, &camera, &mesh, self.memory.limit())?;
+        memory::check_threads(self.trace.threads)?;
+        Ok(RenderPlan {
+            settings,
+            build: self.trace.build,
+            picture,
+            whole_turn: turntable.map_or(1, |turntable| turntable.count),
+            jobs,
+            stats: self.stats,
+            quiet: self.quiet,
+        })
+    }
+}

@@ -1,0 +1,54 @@
+//! How rays are traced and shaded: arguments of `render` and `view`.
+
+use super::values::Size;
+use crate::{
+    classic,
+    cli::plan::Build,
+    render::{Mode, RenderError, Settings},
+};
+use clap::Args;
+
+/// How rays are traced and shaded.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Rendering")]
+pub struct TraceArgs {
+    /// Number of threads [default: one for each CPU]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+
+    /// Which code traces the rays; the picture is the same
+    #[arg(long, value_enum, default_value_t = Mode::Packet)]
+    pub mode: Mode,
+
+    /// How much time building the BVH may take; the picture is the same
+    #[arg(long, value_enum, value_name = "QUALITY", default_value_t = Build::Auto)]
+    pub build: Build,
+
+    /// Disable shadows
+    #[arg(long)]
+    pub no_shadows: bool,
+
+    /// Maximum ray depth; 1 disables reflections
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = classic::MAX_DEPTH)]
+    pub max_depth: u32,
+}
+
+impl TraceArgs {
+    /// The settings for pictures of that size, with one sample per pixel.
+    ///
+    /// # Errors
+    /// [`RenderError`] if the size is not allowed.
+    pub fn settings(&self, size: Size) -> Result<Settings, RenderError> {
+        let settings = Settings {
+            width: size.width,
+            height: size.height,
+            max_depth: self.max_depth,
+            shadows: !self.no_shadows,
+            mode: self.mode,
+            threads: self.threads.map(|threads| threads as usize),
+            ..Settings::default()
+        };
+        settings.validate()?;
+        Ok(settings)
+    }
+}

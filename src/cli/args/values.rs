@@ -1,0 +1,292 @@
+//! Parsers of option values.
+
+use crate::{cli::plan::FrameRange, render::Crop, scene::MAX_COORDINATE};
+use glam::DVec3;
+
+/// Width and height of a picture, pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+}
+
+/// `WxH`, both above 0.
+pub fn size(text: &str) -> Result<Size, String> {
+    let parts = text.split_once(['x', 'X']).and_then(|(width, height)| {
+        let side = |side: &str| side.parse().ok().filter(|&pixels| pixels > 0);
+        Some(Size {
+            width: side(width)?,
+            height: side(height)?,
+        })
+    });
+    parts.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, both 1 or more, such as 512x512".into())
+}
+
+/// `x,y,z`.
+pub fn vector(text: &str) -> Result<DVec3, String> {
+    let mut numbers = text.split(',').map(|number| number.trim().parse::<f64>().ok());
+    let mut next = || numbers.next().flatten();
+    let vector = match (next(), next(), next()) {
+        (Some(x), Some(y), Some(z)) => DVec3::new(x, y, z),
+        _ => return Err("expected three numbers x,y,z such as -1,2.5,3".into()),
+    };
+    if numbers.next().is_some() {
+        return Err("expected three numbers x,y,z, found more".into());
+    }
+    if vector.is_finite() && vector.abs().max_element() <= f64::from(MAX_COORDINATE) {
+        Ok(vector)
+    } else {
+        Err(format!("expected numbers of at most {MAX_COORDINATE:e}"))
+    }
+}
+
+/// `A-B`, or `A` alone.
+pub fn frames(text: &str) -> Result<FrameRange, String> {
+    let number = |digits: &str| {
+        let plain = !digits.is_empty() && digits.bytes().all(|digit| digit.is_ascii_digit());
+        digits.parse().ok().filter(|&number: &u32| plain && number > 0)
+    };
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    match (number(first), number(last)) {
+        (Some(first), Some(last)) if first <= last => Ok(FrameRange { first, last }),
+        (Some(first), Some(last)) => Err(format!("expected the lower number first: {last}-{first}")),
+        _ => Err("expected two numbers A-B from 1 on, such as 1-24, or one".into()),
+    }
+}
+
+/// `x0,y0,x1,y1`. Not checked against the size of the picture.
+pub fn crop(text: &str) -> Result<Crop, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(Crop { x0, y0, x1, y1 }),
+        Some(&[..]) if text.split(',').count() == 4 => Err("expected x0 below x1 and y0 below y1".into()),
+        _ => Err("expected four whole numbers x0,y0,x1,y1 in pixels, such as 0,0,256,128".into()),
+    }
+}
+
+/// A time in seconds, above 0 and at most an hour.
+#[cfg(feature = "viewer")]
+pub fn seconds(text: &str) -> Result<f64, String> {
+    seconds_up_to(3600, text)
+}
+
+/// A time in seconds, above 0 and at most a hundred days.
+pub fn long_seconds(text: &str) -> Result<f64, String> {
+    seconds_up_to(8_640_000, text)
+}
+
+fn seconds_up_to(most: u32, text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    seconds
+        .filter(|&seconds| seconds > 0.0 && seconds <= f64::from(most))
+        .ok_or_else(|| format!("expected a number of seconds, more than 0 and at most {most}"))
+}
+
+/// An angle between faces, degrees.
+pub fn angle(text: &str) -> Result<f64, String> {
+    let angle = text.parse().ok().filter(|angle| (0.0..=180.0).contains(angle));
+    angle.ok_or_else(|| "expected degrees from 0 to 180, such as 30".into())
+}
+
+/// A difference of colours, 0 to 255.
+pub fn levels(text: &str) -> Result<f32, String> {
+    let levels = text.parse().ok().filter(|levels| (0.0..=255.0).contains(levels));
+    levels.ok_or_else(|| "expected levels of 255: a number from 0 to 255".into())
+}
+
+/// A part of a whole, 0 to 1.
+pub fn share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "expected a share from 0 (none) to 1 (all), such as 0.001".into())
+}
+
+/// Bytes: a number, optionally followed by K, M, G or T (powers of 1024) and `B` or `iB`.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let expected = || "expected a number of bytes, 1 or more, such as 512M or 16G".to_owned();
+    let digits = text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+    let (number, unit) = text.split_at(digits);
+    let unit = unit.to_ascii_uppercase();
+    let shift = match unit
+        .strip_suffix("IB")
+        .or(unit.strip_suffix('B'))
+        .unwrap_or(&unit)
+    {
+        "" => 0,
+        "K" => 10,
+        "M" => 20,
+        "G" => 30,
+        "T" => 40,
+        _ => return Err(expected()),
+    };
+    let bytes = number
+        .parse()
+        .ok()
+        .and_then(|number: u64| number.checked_mul(1 << shift));
+    bytes.filter(|&bytes| bytes > 0).ok_or_else(expected)
+}
+
+/// The numbers of an option's value.
+pub fn numbers(option: &str, text: &str) -> Result<Vec<f64>, String> {
+    Ok(match option {
+        "size" => size(text).map(|size| vec![size.width.into(), size.height.into()])?,
+        "eye" => vector(text)?.to_array().to_vec(),
+        "smooth-angle" => vec![angle(text)?],
+        "tolerance" => vec![levels(text)?.into()],
+        "allow-pixels" => vec![share(text)?],
+        "crop" => crop(text).map(|crop| [crop.x0, crop.y0, crop.x1, crop.y1].map(f64::from).to_vec())?,
+        "frames" => frames(text).map(|frames| vec![frames.first.into(), frames.last.into()])?,
+        "max-memory" => vec![bytes(text)? as f64],
+        #[cfg(feature = "viewer")]
+        "benchmark" => vec![seconds(text)?],
+        _ => return Err("expected an option with numbers as its value".into()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(
+            size("333x217"),
+            Ok(Size {
+                width: 333,
+                height: 217
+            })
+        );
+        for text in [
+            "",
+            "x",
+            "12",
+            "12x",
+            "x12",
+            "0x5",
+            "5x0",
+            "1x2x3",
+            "-1x5",
+            "1.5x2",
+            "99999999999x1",
+        ] {
+            assert!(size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn vectors() {
+        assert_eq!(vector("-1,2.5,3e2"), Ok(DVec3::new(-1.0, 2.5, 300.0)));
+        assert_eq!(vector("1, 2, 3"), Ok(DVec3::new(1.0, 2.0, 3.0)));
+        for text in [
+            "", "1,2", "1,2,3,4", "a,b,c", "1,,3", "nan,0,0", "inf,0,0", "1e10,0,0", "--target",
+        ] {
+            assert!(vector(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn bytes_have_units() {
+        for (text, expected) in [
+            ("1", 1),
+            ("4096", 4096),
+            ("512M", 512 << 20),
+            ("2gib", 2 << 30),
+            ("3KB", 3072),
+            ("1t", 1 << 40),
+        ] {
+            assert_eq!(bytes(text), Ok(expected), "{text}");
+        }
+        for text in [
+            "",
+            "0",
+            "G",
+            "-1",
+            "1.5G",
+            "1 G",
+            "1X",
+            "1iB1",
+            "99999999999T",
+            "1é",
+        ] {
+            assert!(bytes(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn levels_and_shares() {
+        assert_eq!(
+            (levels("0"), levels("2.5"), levels("255")),
+            (Ok(0.0), Ok(2.5), Ok(255.0))
+        );
+        assert_eq!(
+            (share("0"), share("1e-3"), share("1")),
+            (Ok(0.0), Ok(0.001), Ok(1.0))
+        );
+        for text in ["", "-1", "256", "nan", "inf", "1%", "x"] {
+            assert!(levels(text).is_err() && share(text).is_err(), "{text}");
+        }
+        assert!(share("1.5").is_err());
+    }
+
+    #[test]
+    fn frame_ranges() {
+        assert_eq!(frames("1-24"), Ok(FrameRange { first: 1, last: 24 }));
+        assert_eq!(frames("007-7"), Ok(FrameRange { first: 7, last: 7 }));
+        assert_eq!(frames("5"), Ok(FrameRange { first: 5, last: 5 }));
+        assert!(frames("9-3").unwrap_err().contains("3-9"));
+        for text in [
+            "",
+            "-",
+            "1-",
+            "-1",
+            "0-3",
+            "0",
+            "1--2",
+            "1-2-3",
+            "+1-2",
+            "1 - 2",
+            "a-b",
+            "1..2",
+            "1,2",
+            "99999999999-3",
+            "１-２",
+        ] {
+            assert!(frames(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn crops() {
+        let expected = Crop {
+            x0: 1,
+            y0: 2,
+            x1: 30,
+            y1: 4,
+        };
+        assert_eq!(crop("1, 2,30,4"), Ok(expected));
+        assert_eq!(crop(&expected.to_string()), Ok(expected));
+        for text in [
+            "",
+            "1,2,3",
+            "1,2,3,4,5",
+            "1,2,1,4",
+            "1,4,3,4",
+            "-1,2,3,4",
+            "0.5,0,1,1",
+            "5,5,2,2",
+        ] {
+            assert!(crop(text).is_err(), "{text}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_taken_or_refused(text in "[0-9+ a-]{0,12}") {
+            if let Ok(FrameRange { first, last }) = frames(&text) {
+                prop_assert!(0 < first && first <= last);
+            }
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! `octray generate`: a made-up scene as files.
+
+use crate::{
+    cli::{CliError, plan::GeneratePlan, process::Interrupt, report::quoted, write::write_file},
+    generate::{Generated, Shape, generate, write_ply},
+};
+use std::{fmt::Write as _, fs, io, path::Path};
+
+/// Writes the scene and its meshes, each whole or not at all, and returns what to tell the user.
+///
+/// # Errors
+/// [`CliError`]: a count out of its limits, or a file that cannot be written.
+pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
+    let interrupt = Interrupt::install()?;
+    let generated = interrupt.exit_at_once_during(|| generate(plan.kind, plan.options))?;
+    let generated = generated.map_err(|error| CliError::Failed(error.to_string()))?;
+    let folder = &plan.folder;
+    fs::create_dir_all(folder)
+        .map_err(|error| CliError::writing(&format!("to the directory {}", folder.display()), &error))?;
+
+    let mut told = String::new();
+    // The meshes first, so that a scene file that exists can be loaded.
+    for part in &generated.parts {
+        if let (Shape::Mesh(mesh), Some(name)) = (&part.shape, generated.mesh_file_name(part)) {
+            let path = folder.join(name);
+            let written = write_file(&path, &interrupt, |out| write_ply(mesh, out));
+            finished(&path, &interrupt, written)?;
+            let _ = writeln!(told, "{}: {} triangles", path.display(), mesh.triangles.len());
+        }
+    }
+    let path = folder.join(format!("{}.scn", plan.kind.name()));
+    let written = write_file(&path, &interrupt, |out| generated.write_scn(out));
+    finished(&path, &interrupt, written)?;
+    let _ = writeln!(
+        told,
+        "{}: {} spheres, {} lights",
+        path.display(),
+        sphere_count(&generated),
+        generated.lights.len()
+    );
+    let _ = writeln!(
+        told,
+        "render it with: octray {} {}",
+        quoted(&path),
+        generated.render_arguments()
+    );
+    Ok(told)
+}
+
+fn sphere_count(generated: &Generated) -> usize {
+    let balls = |shape: &Shape| match shape {
+        Shape::Balls(balls) => balls.len(),
+        Shape::Mesh(_) => 0,
+    };
+    generated.parts.iter().map(|part| balls(&part.shape)).sum()
+}
+
+/// Whether a file was written and no signal came.
+fn finished(path: &Path, interrupt: &Interrupt, written: io::Result<()>) -> Result<(), CliError> {
+    interrupt.check()?;
+    written.map_err(|error| CliError::writing(&path.display().to_string(), &error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{Kind, Options};
+
+    fn plan(kind: Kind, folder: &Path, seed: u64, count: usize) -> GeneratePlan {
+        GeneratePlan {
+            kind,
+            options: Options {
+                seed,
+                count: Some(count),
+            },
+            folder: folder.to_owned(),
+        }
+    }
+
+    #[test]
+    fn files_appear_and_the_command_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().join("made here");
+        let told = run(&plan(Kind::Terrain, &folder, 3, 200)).unwrap();
+        assert!(told.contains("made here/terrain.scn' --eye="), "{told}");
+        let mut names: Vec<_> = fs::read_dir(&folder)
+            .unwrap()
+            .map(|f| f.unwrap().file_name())
+            .collect();
+        names.sort();
+        assert_eq!(names, ["terrain.ply", "terrain.scn"]);
+        let text = fs::read_to_string(folder.join("terrain.scn")).unwrap();
+        assert!(text.contains("\nply_file terrain.ply\n"), "{text}");
+    }
+
+    #[test]
+    fn too_small_counts_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = run(&plan(Kind::Blobs, folder.path(), 0, 3)).unwrap_err().text();
+        assert!(text.unwrap().contains("expected 1000 to"));
+    }
+}

@@ -1,0 +1,30 @@
+//! `octray info`: what a scene holds and what its BVH is made of.
+
+use crate::{
+    accel::{BuildQuality, Bvh},
+    cli::{
+        CliError,
+        load::{self, memory},
+        plan::InfoPlan,
+        report::{self, info::Info},
+        write::json_line,
+    },
+};
+use std::time::Instant;
+
+/// Prints what is in a scene.
+///
+/// # Errors
+/// [`CliError`].
+pub fn run(plan: &InfoPlan) -> Result<(), CliError> {
+    let start = Instant::now();
+    let scene = load::load_bare(&plan.path, plan.memory)?;
+    let load_time = start.elapsed();
+    let faults = scene.mesh_faults();
+    memory::check_build(&scene, BuildQuality::Best)?;
+    let bvh = Bvh::build(&scene);
+    let name = plan.path.display().to_string();
+    let info = Info::new(name, &scene, faults, bvh.stats(), load_time);
+    let text = if plan.json { json_line(&info) } else { info.text() };
+    report::print(&text)
+}

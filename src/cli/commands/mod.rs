@@ -1,0 +1,39 @@
+//! The commands, one file each.
+
+mod bench;
+mod generate;
+mod info;
+mod render;
+mod shell;
+mod verify;
+#[cfg(feature = "viewer")]
+mod view;
+
+use super::{CliError, plan::Plan, process, report};
+use std::{error::Error, time::Instant};
+
+/// Runs a command. `start` is when the program began.
+///
+/// # Errors
+/// [`CliError`].
+pub fn run(plan: Plan, start: Instant) -> Result<(), CliError> {
+    if !matches!(plan, Plan::Completions(_) | Plan::Man(_)) {
+        process::start_threads().map_err(|error| {
+            let why = error
+                .source()
+                .map_or_else(|| error.to_string(), ToString::to_string);
+            CliError::Failed(format!("cannot start threads: {why}"))
+        })?;
+    }
+    match plan {
+        Plan::Render(plan) => render::run(&plan, start),
+        #[cfg(feature = "viewer")]
+        Plan::View(plan) => view::run(plan),
+        Plan::Info(plan) => info::run(&plan),
+        Plan::Bench(plan) => bench::run(&plan),
+        Plan::Verify(plan) => verify::run(&plan),
+        Plan::Generate(plan) => report::print(&generate::run(&plan)?),
+        Plan::Completions(shell) => report::print(&shell::completions(&shell)?),
+        Plan::Man(command) => report::print(&shell::man(command.as_deref())?),
+    }
+}

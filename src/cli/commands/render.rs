@@ -1,0 +1,235 @@
+//! `octray render`: load, build, render, write, report.
+
+use crate::{
+    accel::Bvh,
+    cli::{
+        CliError,
+        load::{
+            self, Input,
+            faults::{self, Faults},
+            memory,
+        },
+        plan::{Frame, Job, RenderPlan, StatsFormat, Turn, turned},
+        process::Interrupt,
+        report::{self, RenderBar, RenderReport, Times, Verdicts},
+        write::AovKind,
+    },
+    render::{Renderer, Settings},
+    scene::{Camera, Scene},
+};
+use std::{
+    io::{self, IsTerminal},
+    path::Path,
+    time::{Duration, Instant},
+};
+
+/// What all pictures of a call share.
+struct Call<'a> {
+    plan: &'a RenderPlan,
+    interrupt: &'a Interrupt,
+    /// Whether progress and closing lines are shown.
+    verbose: bool,
+    /// When the program began or the previous picture was done.
+    since: Instant,
+    verdicts: Verdicts,
+}
+
+/// A scene that is ready to be rendered.
+struct Loaded<'a> {
+    path: &'a Path,
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    faults: &'a Faults,
+}
+
+/// Time that loading and building took; zero after the scene's first picture.
+#[derive(Default)]
+struct Spent {
+    load: Duration,
+    build: Duration,
+}
+
+/// Renders scenes into pictures. `start` is when the program began.
+///
+/// # Errors
+/// [`CliError`]. The first error ends the call: pictures already written stay, the others are left as they were.
+pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
+    let interrupt = Interrupt::install()?;
+    let mut call = Call {
+        plan,
+        interrupt: &interrupt,
+        verbose: !plan.quiet && io::stderr().is_terminal(),
+        since: start,
+        verdicts: Verdicts::default(),
+    };
+    for job in &plan.jobs {
+        call.render_job(job)?;
+    }
+    call.verdicts.finish()
+}
+
+impl Call<'_> {
+    /// Renders the pictures of one scene.
+    fn render_job(&mut self, job: &Job) -> Result<(), CliError> {
+        let interrupt = self.interrupt;
+        let load = || load::load(&job.input, job.scene_memory);
+        let (input, load_time) = interrupt.exit_at_once_during(|| timed(load))?;
+        let Input {
+            mut scene,
+            camera,
+            rig,
+            notes,
+            ..
+        } = input?;
+        let faults = faults::of(&scene);
+        self.warn(&job.input.path, &scene, &faults, notes);
+        let quality = self.plan.build.quality(
+            self.expected_rays(&scene, job.frames.len()),
+            scene.primitive_count(),
+        );
+        memory::check_build(&scene, quality)?;
+        let build = || Bvh::build_with(&scene, quality);
+        let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(build))?;
+
+        let mut spent = Spent {
+            load: load_time,
+            build: build_time,
+        };
+        // A renderer borrows its scene: if the lights turn with the camera, each frame needs its own renderer.
+        let together = if rig.is_some() { 1 } else { job.frames.len().max(1) };
+        for frames in job.frames.chunks(together) {
+            if let (Some(rig), [frame]) = (&rig, frames) {
+                let view = camera_of(frame.turn, &camera)?.view();
+                let lights = rig.lights(view.eye - view.target);
+                scene.take_lights(lights.map_err(|error| CliError::Failed(error.to_string()))?);
+            }
+            let loaded = Loaded {
+                path: &job.input.path,
+                scene: &scene,
+                bvh: &bvh,
+                faults: &faults,
+            };
+            let mut renderer = Renderer::new(&scene, &bvh);
+            for frame in frames {
+                let camera = camera_of(frame.turn, &camera)?;
+                self.render_frame(&loaded, &mut renderer, frame, &camera, &mut spent)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn warn(&self, path: &Path, scene: &Scene, faults: &Faults, notes: Vec<String>) {
+        if self.plan.quiet {
+            return;
+        }
+        let empty = scene.primitive_count() == 0;
+        let empty = empty.then(|| format!("{}: the scene is empty", path.display()));
+        for note in notes.into_iter().chain(faults.warning(path)).chain(empty) {
+            report::warning(&note);
+        }
+    }
+
+    /// Renders, writes and compares one picture.
+    fn render_frame(
+        &mut self,
+        loaded: &Loaded<'_>,
+        renderer: &mut Renderer<'_>,
+        frame: &Frame,
+        camera: &Camera,
+        spent: &mut Spent,
+    ) -> Result<(), CliError> {
+        let (plan, interrupt) = (self.plan, self.interrupt);
+        let RenderPlan { settings, .. } = plan;
+        let output = &frame.output;
+        let bar = RenderBar::new(self.verbose, interrupt);
+        let progress = &|progress| bar.report(progress);
+        let mut picture = output.new_picture(&plan.picture);
+        let rendered = picture.render(renderer, camera, settings, progress);
+        let rendered = rendered.and_then(|stats| {
+            let aovs = frame
+                .aovs
+                .render(renderer, loaded.scene, camera, settings, progress)?;
+            Ok((stats, aovs))
+        });
+        bar.clear();
+        let (stats, aovs) = rendered?;
+        interrupt.check()?;
+
+        let (written, write_time) = timed(|| {
+            if let Some(aovs) = &aovs {
+                frame.aovs.write(aovs, &mut picture, interrupt)?;
+            }
+            output.write(&picture, interrupt)
+        });
+        written?;
+
+        let Spent { load, build } = std::mem::take(spent);
+        let times = Times {
+            load,
+            build,
+            write: write_time,
+            total: self.since.elapsed(),
+        };
+        self.since = Instant::now();
+        let figures = || {
+            let aov = aovs.as_ref().and_then(|aovs| frame.aovs.report(aovs));
+            let scene = (loaded.path, loaded.scene, loaded.faults);
+            RenderReport::new(scene, loaded.bvh, output.name(), settings, &stats, &times).with(aov)
+        };
+        match plan.stats {
+            Some(StatsFormat::Json) => report::note(&figures().json()),
+            Some(StatsFormat::Text) => report::note(&figures().text()),
+            None if self.verbose => {
+                let window = settings.window();
+                let (width, height) = (window.width(), window.height());
+                let seconds = times.total.as_secs_f64();
+                report::note(&format!(
+                    "{}: {width}x{height} in {seconds:.2} s\n",
+                    output.name()
+                ));
+            }
+            None => {}
+        }
+        if let Some(comparison) = &frame.comparison {
+            let verdict = comparison.run(&picture, output.name(), interrupt)?;
+            self.verdicts.add(verdict, plan.quiet);
+        }
+        Ok(())
+    }
+
+    /// Camera rays, and shadow rays as if each of them hit something. Reflections are not known beforehand.
+    fn expected_rays(&self, scene: &Scene, frames: usize) -> f64 {
+        let RenderPlan { settings, .. } = self.plan;
+        // The cost of rays depends on the BVH, so with the heat AOV a part gets the BVH of the whole.
+        let (window, frames) = if self.plan.picture.aovs.contains(&AovKind::Heat) {
+            let whole = Settings {
+                crop: None,
+                ..*settings
+            };
+            (whole.window(), self.plan.whole_turn as usize)
+        } else {
+            (settings.window(), frames)
+        };
+        let lights = if settings.shadows {
+            scene.lights().x.len()
+        } else {
+            0
+        };
+        let pixels = f64::from(window.width()) * f64::from(window.height());
+        pixels * frames as f64 * f64::from(settings.samples) * (1.0 + lights as f64)
+    }
+}
+
+/// The camera of a frame: turned for a turntable.
+fn camera_of(turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
+    Ok(match turn {
+        Some(turn) => Camera::new(&turned(&camera.view(), turn))?,
+        None => *camera,
+    })
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed())
+}

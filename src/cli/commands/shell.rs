@@ -1,0 +1,60 @@
+//! `octray completions` and `octray man`, from the definition of the arguments.
+
+use crate::{
+    cli::{CliError, args},
+    error::escape,
+};
+use clap::Command;
+use clap_complete::Shell;
+use std::{io, str::FromStr};
+
+/// The completion script of a shell.
+///
+/// # Errors
+/// [`CliError::Usage`] for an unknown shell.
+pub fn completions(shell: &str) -> Result<String, CliError> {
+    let shell = Shell::from_str(shell).map_err(CliError::Usage)?;
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut args::definition(), "octray", &mut script);
+    Ok(String::from_utf8_lossy(&script).into_owned())
+}
+
+/// A manual page in roff: of octray as a whole, or of one command.
+///
+/// # Errors
+/// [`CliError::Usage`] for an unknown command.
+pub fn man(command: Option<&str>) -> Result<String, CliError> {
+    let mut all = args::definition();
+    // Gives each command the options and the usage that it inherits.
+    all.build();
+    let page = match command {
+        None => all,
+        Some(name) => {
+            let found = all.get_subcommands().find(|command| command.get_name() == name);
+            let page = found.ok_or_else(|| no_command(&all, name))?;
+            page.clone().display_name(format!("octray-{name}"))
+        }
+    };
+    let mut text = Vec::new();
+    render(page, &mut text)
+        .map_err(|error| CliError::Failed(format!("cannot make the manual page: {error}")))?;
+    Ok(String::from_utf8_lossy(&text).into_owned())
+}
+
+fn render(page: Command, to: &mut Vec<u8>) -> io::Result<()> {
+    // Without the build's instruction set, so that pages do not depend on the machine.
+    let version = env!("CARGO_PKG_VERSION");
+    let page = page.version(version).long_version(None);
+    clap_mangen::Man::new(page)
+        .source(format!("octray {version}"))
+        .render(to)
+}
+
+fn no_command(all: &Command, name: &str) -> CliError {
+    let names: Vec<&str> = all.get_subcommands().map(Command::get_name).collect();
+    CliError::Usage(format!(
+        "no command `{}`, expected one of {}",
+        escape(name),
+        names.join(", ")
+    ))
+}

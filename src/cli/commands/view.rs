@@ -1,0 +1,195 @@
+//! `octray view`: the live window.
+
+use crate::{
+    cli::{
+        CliError,
+        load::{self, Input},
+        plan::{InputPlan, JsonTarget, ViewPlan, stem},
+        process::Interrupt,
+        report::{self, quoted},
+        write::{Format, Pixels, json_line, write_file},
+    },
+    format::mesh::UpAxis,
+    render::ByteFilm,
+    scene::{Scene, View},
+    viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},
+};
+use glam::DVec3;
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+
+/// The most pictures of one name.
+const MOST_PICTURES: u32 = 99_999;
+
+/// Opens the window, and returns when it is closed.
+///
+/// # Errors
+/// [`CliError`].
+pub fn run(plan: ViewPlan) -> Result<(), CliError> {
+    let ViewPlan {
+        input,
+        settings,
+        build,
+        budget,
+        benchmark,
+        json,
+        memory,
+    } = plan;
+    let (width, height) = (settings.width, settings.height);
+    if width.max(height) > MAX_SIDE {
+        let why = format!("a window of {width}x{height} is too large: a side has at most {MAX_SIDE} pixels");
+        return Err(CliError::Failed(why));
+    }
+    let interrupt = Arc::new(Interrupt::install_for_window()?);
+    let display = Display::connect()?;
+    let program = Program {
+        input,
+        memory,
+        lit_from: Mutex::default(),
+        interrupt: Arc::clone(&interrupt),
+    };
+    let mut files = Vec::new();
+    let Input {
+        scene,
+        camera,
+        lit_from,
+        notes,
+        rig: _,
+    } = load::load_and_list(&program.input, memory, &mut files)?;
+    *program.lit_from() = lit_from;
+    for note in notes {
+        report::warning(&note);
+    }
+    let View {
+        eye,
+        target,
+        up,
+        fov_degrees,
+    } = camera.view();
+    let pose = Pose {
+        eye,
+        target,
+        up,
+        fov_degrees,
+    };
+    let path = &program.input.path;
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    let options = Options {
+        name: name.to_string_lossy().into_owned(),
+        pose,
+        settings,
+        // A window traces rays without end.
+        quality: build.quality(f64::INFINITY, scene.primitive_count()),
+        budget,
+        benchmark,
+    };
+    let Some(figures) = display.show(options, scene, files, Arc::new(program))? else {
+        if benchmark.is_some() {
+            report::warning("the window was closed before the benchmark was done");
+        }
+        return Ok(());
+    };
+    match json {
+        Some(JsonTarget::File(path)) => {
+            let json = json_line(&figures);
+            let write = || write_file(&path, &Interrupt::default(), |out| out.write_all(json.as_bytes()));
+            (interrupt.hold_during(write))
+                .map_err(|error| CliError::writing(&path.display().to_string(), &error))
+        }
+        Some(JsonTarget::Stdout) => report::print(&json_line(&figures)),
+        None => report::print(&format!(
+            "{:.1} frames per second; frame time {:.1} ms (median), {:.1} ms (99th percentile); {:.0} % of the frames at \
+             full quality; {:.1} million rays/s\n",
+            figures.fps,
+            figures.frame_ms_p50,
+            figures.frame_ms_p99,
+            figures.full_quality_share * 100.0,
+            figures.mrays_per_s
+        )),
+    }
+}
+
+/// What the window asks the program to do.
+struct Program {
+    input: InputPlan,
+    memory: u64,
+    /// Where the mesh loaded last is lit from.
+    lit_from: Mutex<Option<DVec3>>,
+    interrupt: Arc<Interrupt>,
+}
+
+impl Program {
+    fn lit_from(&self) -> MutexGuard<'_, Option<DVec3>> {
+        self.lit_from.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The options of a mesh for `octray render`.
+    fn mesh_options(&self) -> String {
+        let mesh = &self.input.mesh;
+        let mut options = String::new();
+        if let Some(axis) = mesh.up_axis {
+            options += match axis {
+                UpAxis::Y => " --up-axis=y",
+                UpAxis::Z => " --up-axis=z",
+            };
+        }
+        if mesh.ground {
+            options += " --ground";
+        }
+        if let Some(degrees) = mesh.smooth_degrees {
+            options += &format!(" --smooth-angle={degrees}");
+        }
+        if let Some(DVec3 { x, y, z }) = *self.lit_from() {
+            options += &format!(" --lit-from={x},{y},{z}");
+        }
+        options
+    }
+}
+
+impl Host for Program {
+    fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>) {
+        let mut files = Vec::new();
+        let scene = load::load_and_list(&self.input, self.memory, &mut files).map(|input| {
+            *self.lit_from() = input.lit_from;
+            input.scene
+        });
+        (scene.map_err(|error| error.text().unwrap_or_default()), files)
+    }
+
+    fn save(&self, film: &ByteFilm) -> Result<String, String> {
+        let stem = stem(&self.input.path).to_string_lossy();
+        let name = (1..=MOST_PICTURES)
+            .map(|number| format!("{stem}-{number}.png"))
+            .find(|name| !Path::new(name).exists())
+            .ok_or_else(|| format!("{MOST_PICTURES} pictures of this name exist already"))?;
+        let text = |error: CliError| error.text().unwrap_or_default();
+        let bytes = Format::Png
+            .encode(&Pixels::Bytes(film.clone()).into())
+            .map_err(text)?;
+        let write = || {
+            write_file(Path::new(&name), &Interrupt::default(), |out| {
+                out.write_all(&bytes)
+            })
+        };
+        (self.interrupt.hold_during(write)).map_err(|error| text(CliError::writing(&name, &error)))?;
+        Ok(name)
+    }
+
+    fn say(&self, line: &str) {
+        let scene = quoted(&self.input.path);
+        // A closed pipe does not close the window.
+        let _ = report::print(&format!("octray render {scene} {line}{}\n", self.mesh_options()));
+    }
+}
+
+impl From<ViewError> for CliError {
+    fn from(error: ViewError) -> Self {
+        match error {
+            ViewError::NoDisplay(_) => Self::NoDisplay(error.to_string()),
+            ViewError::Failed(why) => Self::Failed(why),
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! The camera: a start view from the options, the file, the classic viewpoints or the framing of a mesh, then changed
+//! by `--target`, `--up` and `--fov`.
+
+use crate::{
+    classic,
+    cli::{
+        CliError,
+        plan::{CameraOptions, StartView},
+    },
+    error::escape,
+    format::mesh::{LoadedMesh, UpAxis},
+    scene::{Camera, FitView, Scene, View},
+};
+use glam::DVec3;
+
+/// A mesh is shown from this far to the right of its front.
+const AZIMUTH_DEGREES: f64 = 35.0;
+/// A mesh is shown from this far above.
+const ELEVATION_DEGREES: f64 = 20.0;
+
+impl CameraOptions {
+    /// Refuses options that make no view with any scene.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`].
+    pub fn check(&self) -> Result<(), CliError> {
+        let (eye, target) = match self.start {
+            StartView::Eye(eye) => (eye, self.target),
+            _ => (DVec3::new(1.0, 2.0, 3.0), None),
+        };
+        let target = target.unwrap_or(eye + DVec3::new(0.3, 0.5, 0.7));
+        // Any axis that is not along the view.
+        let across = (target - eye)
+            .try_normalize()
+            .map_or(DVec3::Z, DVec3::any_orthonormal_vector);
+        let fov = self.fov_degrees.unwrap_or(View::FOV_DEGREES);
+        Camera::look_at(eye, target, self.up.unwrap_or(across), fov)?;
+        Ok(())
+    }
+
+    /// The camera, if it does not depend on the scene.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] if the options make no view.
+    pub fn without_scene(&self) -> Result<Option<Camera>, CliError> {
+        let view = match self.start {
+            StartView::Eye(eye) => View {
+                eye,
+                target: classic::TARGET,
+                up: View::UP,
+                fov_degrees: View::FOV_DEGREES,
+            },
+            StartView::Classic(number) => viewpoint(number)?,
+            StartView::Default | StartView::Named(_) => return Ok(None),
+        };
+        self.applied_to(view).map(Some)
+    }
+
+    /// The camera for a scene.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`]: no such camera, or the options make no view.
+    pub fn for_scene(&self, scene: &Scene) -> Result<Camera, CliError> {
+        if let Some(camera) = self.without_scene()? {
+            return Ok(camera);
+        }
+        let view = match &self.start {
+            StartView::Named(name) => {
+                let cameras: Vec<_> = scene.cameras().iter().chain(scene.mesh_cameras()).collect();
+                let names: Vec<&str> = cameras
+                    .iter()
+                    .map(|camera| camera.name.as_deref().unwrap_or_default())
+                    .collect();
+                cameras[find("the scene", &names, name)?].camera.view()
+            }
+            _ => match scene.cameras().first() {
+                Some(first) => first.camera.view(),
+                None => viewpoint(1)?,
+            },
+        };
+        self.applied_to(view)
+    }
+
+    /// The camera for a mesh whose `up` axis points up. By default it frames the mesh for a picture of that aspect
+    /// (width over height); if `turning`, from all sides around the up axis.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`]: no such camera, or the options make no view.
+    pub fn for_mesh(
+        &self,
+        mesh: &LoadedMesh,
+        up: UpAxis,
+        aspect: f64,
+        turning: bool,
+    ) -> Result<Camera, CliError> {
+        let eye = match &self.start {
+            StartView::Named(name) => {
+                let names: Vec<&str> = mesh.cameras.iter().map(|camera| camera.name.as_str()).collect();
+                let camera = &mesh.cameras[find("the mesh", &names, name)?];
+                return self.applied_to(camera.view());
+            }
+            StartView::Classic(number) => return self.applied_to(viewpoint(*number)?),
+            StartView::Eye(eye) => Some(*eye),
+            StartView::Default => None,
+        };
+        let framed = FitView {
+            towards_viewer: three_quarter(up),
+            up: self.up.unwrap_or(up.vector()),
+            fov_degrees: self.fov_degrees.unwrap_or(View::FOV_DEGREES),
+            aspect,
+        };
+        let fit = if turning {
+            framed.fit_turning(&mesh.columns)?
+        } else {
+            framed.fit(&mesh.columns)?
+        };
+        let target = self.target.unwrap_or(fit.target);
+        self.applied_to(View {
+            // A target without an eye moves the view and keeps its direction.
+            eye: eye.unwrap_or(target + fit.eye - fit.target),
+            target,
+            up: framed.up,
+            fov_degrees: framed.fov_degrees,
+        })
+    }
+
+    fn applied_to(&self, view: View) -> Result<Camera, CliError> {
+        Ok(Camera::new(&View {
+            eye: view.eye,
+            target: self.target.unwrap_or(view.target),
+            up: self.up.unwrap_or(view.up),
+            fov_degrees: self.fov_degrees.unwrap_or(view.fov_degrees),
+        })?)
+    }
+}
+
+fn viewpoint(number: u32) -> Result<View, CliError> {
+    View::classic(number).ok_or_else(|| CliError::Usage(format!("no viewpoint {number}, expected 1 to 6")))
+}
+
+/// The direction from the mesh to the viewer. The front is as in Blender and glTF.
+fn three_quarter(axis: UpAxis) -> DVec3 {
+    let (sin_a, cos_a) = libm::sincos(AZIMUTH_DEGREES.to_radians());
+    let rise = libm::tan(ELEVATION_DEGREES.to_radians());
+    match axis {
+        UpAxis::Y => DVec3::new(sin_a, rise, cos_a),
+        UpAxis::Z => DVec3::new(sin_a, -cos_a, rise),
+    }
+}
+
+/// The index of the camera of that name or number (from 1 on).
+fn find(owner: &str, names: &[&str], wanted: &str) -> Result<usize, CliError> {
+    let by_number = || {
+        wanted
+            .parse::<usize>()
+            .ok()?
+            .checked_sub(1)
+            .filter(|&i| i < names.len())
+    };
+    names
+        .iter()
+        .position(|&name| name == wanted && !name.is_empty())
+        .or_else(by_number)
+        .ok_or_else(|| CliError::Usage(no_camera(owner, names, wanted)))
+}
+
+/// The message for an unknown camera.
+fn no_camera(owner: &str, names: &[&str], wanted: &str) -> String {
+    const MOST_NAMES: usize = 8;
+    let found = escape(wanted);
+    if names.is_empty() {
+        return format!("no camera `{found}`: {owner} defines none; use --view or --eye");
+    }
+    let near = names
+        .iter()
+        .filter(|other| !other.is_empty())
+        .map(|other| (strsim::damerau_levenshtein(wanted, other), other))
+        .min()
+        .filter(|(distance, other)| *distance <= other.len().div_ceil(3));
+    if let Some((_, near)) = near {
+        return format!("no camera `{found}` in {owner}, did you mean `{}`?", escape(near));
+    }
+    let mut list: Vec<String> = (1..)
+        .zip(names)
+        .take(MOST_NAMES)
+        .map(|(number, &name)| match name {
+            "" => format!("{number} (unnamed)"),
+            name => format!("`{}`", escape(name)),
+        })
+        .collect();
+    if names.len() > MOST_NAMES {
+        list.push("...".into());
+    }
+    format!("no camera `{found}` in {owner}, expected {}", list.join(", "))
+}

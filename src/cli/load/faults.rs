@@ -1,0 +1,47 @@
+//! Faults in a mesh's data: which are counted, and when to warn.
+
+use crate::scene::{MeshFaults, Scene};
+use std::path::Path;
+
+/// Larger meshes are only checked for triangles without area: the other checks take as long as building the BVH.
+/// `octray info` always checks all.
+const MOST_COUNTED: usize = 250_000;
+
+/// A scene's faults, as far as they were counted.
+pub struct Faults {
+    triangles: usize,
+    degenerate: usize,
+    pub duplicate: Option<usize>,
+    pub inverted: Option<usize>,
+}
+
+/// Counts the faults of a scene before it is rendered.
+pub fn of(scene: &Scene) -> Faults {
+    let triangles = scene.triangles().corners.len();
+    let counted: Option<MeshFaults> = (triangles <= MOST_COUNTED).then(|| scene.mesh_faults());
+    Faults {
+        triangles,
+        degenerate: scene.degenerate_triangles(),
+        duplicate: counted.map(|faults| faults.duplicate),
+        inverted: counted.map(|faults| faults.inverted),
+    }
+}
+
+impl Faults {
+    /// A warning if more than 1 % of the triangles have a fault: a few are normal in exported meshes.
+    pub fn warning(&self, path: &Path) -> Option<String> {
+        let many = self.triangles / 100;
+        let kinds = [
+            (Some(self.degenerate), "have no area and are never hit"),
+            (self.duplicate, "are duplicates"),
+            (self.inverted, "face the other way than their neighbours"),
+        ];
+        let said: Vec<String> = kinds
+            .iter()
+            .filter_map(|&(count, what)| Some(format!("{} {what}", count.filter(|&count| count > many)?)))
+            .collect();
+        let said = said.join(", ");
+        let path = crate::error::escape(&path.display().to_string()).into_owned();
+        (!said.is_empty()).then(|| format!("{path}: of {} triangles, {said}", self.triangles))
+    }
+}

@@ -1,0 +1,266 @@
+//! How much memory a command may take, and whether a picture fits.
+//!
+//! The scene's part is estimated where it is loaded ([`crate::scene::SceneBuilder::within`]), the picture's here. What
+//! does not fit is refused before the work begins, rather than by the system in the middle of it.
+
+use crate::{
+    accel::BuildQuality,
+    cli::CliError,
+    error::in_bytes,
+    scene::{BVH_BYTES, Scene},
+};
+use std::{fs, path::Path};
+
+/// Address space of a thread's stack, bytes.
+const STACK_BYTES: u64 = 9 << 18;
+
+/// [`BVH_BYTES`] of a PLOC build. Tuned: see docs/lab-notes.md#ploc-memory
+const PLOC_BYTES: u64 = 300;
+
+/// Address space that rayon's threads and the allocator set aside, bytes.
+const THREADS_BYTES: u64 = 64 << 20;
+
+/// What decides how much memory a pixel takes while its picture is rendered and written.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelBytes {
+    /// Bytes in the film: 12 (floats), 16 (with alpha), or 3 (bytes).
+    pub film: u64,
+    /// It goes into an EXR file, whose writer keeps several copies.
+    pub exr: bool,
+    /// AOVs are rendered, too.
+    pub aovs: bool,
+    /// It is compared with a reference.
+    pub compared: bool,
+}
+
+impl PixelBytes {
+    /// Bytes of a pixel. Tuned: see docs/lab-notes.md#picture-memory
+    fn total(self) -> u64 {
+        // The encoded file, in a vector that doubles as it grows.
+        let file = if self.exr { self.film } else { 8 };
+        let aovs = match (self.aovs, self.exr) {
+            (false, _) => 0,
+            (true, false) => 48,
+            (true, true) => 130,
+        };
+        let compared = if self.compared { 40 } else { 0 };
+        self.film + file + aovs + compared
+    }
+}
+
+/// Memory that may be taken, bytes: `max`, or a share of what there is.
+pub fn limit(max: Option<u64>) -> u64 {
+    max.unwrap_or_else(default_limit).min(own_limit())
+}
+
+/// What is left of `limit` for the scene beside a picture.
+///
+/// # Errors
+/// [`CliError::Failed`] if the picture alone does not fit.
+pub fn beside_picture(limit: u64, (width, height): (u32, u32), pixel: PixelBytes) -> Result<u64, CliError> {
+    let needed = u64::from(width) * u64::from(height) * pixel.total();
+    limit.checked_sub(needed).ok_or_else(|| {
+        CliError::Failed(format!(
+            "a picture of {width}x{height} needs about {} of memory, more than the limit of {} (see --max-memory)",
+            in_bytes(needed),
+            in_bytes(limit)
+        ))
+    })
+}
+
+/// Checks that the stacks of so many threads fit.
+///
+/// # Errors
+/// [`CliError::Failed`] if `ulimit -v` leaves no room for them.
+pub fn check_threads(threads: Option<u32>) -> Result<(), CliError> {
+    let (needed, limit) = (u64::from(threads.unwrap_or(1)) * STACK_BYTES, own_limit());
+    if needed > limit {
+        return Err(CliError::Failed(format!(
+            "--threads {}: the stacks need {} of address space, more than the limit of {}",
+            threads.unwrap_or(1),
+            in_bytes(needed),
+            in_bytes(limit)
+        )));
+    }
+    Ok(())
+}
+
+/// Checks that the memory for building the BVH can be allocated. Untouched memory costs nothing; without the check the
+/// system might end the program in the middle of the build.
+///
+/// # Errors
+/// [`CliError::Failed`].
+pub fn check_build(scene: &Scene, quality: BuildQuality) -> Result<(), CliError> {
+    let bytes = if quality == BuildQuality::Ploc {
+        PLOC_BYTES
+    } else {
+        BVH_BYTES
+    };
+    let needed = scene.primitive_count() as u64 * bytes;
+    let mut room: Vec<u8> = Vec::new();
+    let asked = usize::try_from(needed).map(|needed| room.try_reserve_exact(needed));
+    // Keeps the compiler from removing the allocation.
+    std::hint::black_box(&room);
+    match asked {
+        Ok(Ok(())) => Ok(()),
+        _ => Err(CliError::Failed(format!(
+            "out of memory: building the BVH of {} primitives needs about {}",
+            scene.primitive_count(),
+            in_bytes(needed)
+        ))),
+    }
+}
+
+/// Three quarters of the smallest limit of machine and control groups; no limit if none is known.
+fn default_limit() -> u64 {
+    let limits = [machine(), cgroup()];
+    limits
+        .into_iter()
+        .flatten()
+        .min()
+        .map_or(u64::MAX, three_quarters)
+}
+
+/// Three quarters of what the process may allocate beside its threads.
+fn own_limit() -> u64 {
+    process().map_or(u64::MAX, |limit| {
+        three_quarters(limit.saturating_sub(THREADS_BYTES))
+    })
+}
+
+fn three_quarters(bytes: u64) -> u64 {
+    bytes / 4 * 3
+}
+
+/// The machine's memory, bytes.
+#[cfg(target_os = "linux")]
+#[allow(
+    clippy::useless_conversion,
+    reason = "the field's type differs between targets"
+)]
+fn machine() -> Option<u64> {
+    let info = rustix::system::sysinfo();
+    u64::from(info.totalram).checked_mul(u64::from(info.mem_unit))
+}
+
+/// The process's own limits, as of `ulimit -v` and `ulimit -d`.
+#[cfg(target_os = "linux")]
+fn process() -> Option<u64> {
+    use rustix::process::{Resource, getrlimit};
+    [Resource::As, Resource::Data]
+        .into_iter()
+        .filter_map(|resource| getrlimit(resource).current)
+        .min()
+}
+
+/// Elsewhere `--max-memory` is the only limit.
+#[cfg(not(target_os = "linux"))]
+fn machine() -> Option<u64> {
+    None
+}
+
+/// Elsewhere `--max-memory` is the only limit.
+#[cfg(not(target_os = "linux"))]
+fn process() -> Option<u64> {
+    None
+}
+
+/// The smallest limit of the process's control group and those around it, of cgroups 1 and 2.
+fn cgroup() -> Option<u64> {
+    let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
+    least_of_groups(&groups, Path::new("/sys/fs/cgroup"))
+}
+
+/// The same from the text of `/proc/self/cgroup`, with the groups' files below `mounted`.
+fn least_of_groups(groups: &str, mounted: &Path) -> Option<u64> {
+    let files = groups.lines().filter_map(|line| {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (controllers, path) = (parts.next()?, parts.next()?.trim_start_matches('/'));
+        match controllers {
+            "" => Some((mounted.to_path_buf(), path, "memory.max")),
+            names if names.split(',').any(|name| name == "memory") => {
+                Some((mounted.join("memory"), path, "memory.limit_in_bytes"))
+            }
+            _ => None,
+        }
+    });
+    let limits = files.flat_map(|(root, path, file)| {
+        // In a container the path may be the outer one; its own limit is then the root's.
+        let mut folder = root.join(path);
+        let mut found = Vec::new();
+        while folder.starts_with(&root) {
+            let text = fs::read_to_string(folder.join(file)).unwrap_or_default();
+            found.extend(text.trim().parse::<u64>());
+            if !folder.pop() {
+                break;
+            }
+        }
+        found
+    });
+    limits.min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_machine_has_memory() {
+        assert!(machine().is_some_and(|bytes| bytes > 1 << 24));
+        assert!(default_limit() <= three_quarters(machine().unwrap_or(0)));
+    }
+
+    #[test]
+    fn limits_of_control_groups() {
+        let root = tempfile::TempDir::new().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = root.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        };
+        write("a/memory.max", "8000000\n");
+        write("a/b/memory.max", "max\n");
+        write("a/c/memory.max", "5000000\n");
+        write("memory/d/memory.limit_in_bytes", "3000000\n");
+        write("memory/memory.limit_in_bytes", "9223372036854771712\n");
+        write("odd/memory.max", "many\n");
+        for (groups, expected) in [
+            // The group's own limit, and that of a group around it.
+            ("0::/a/c\n", Some(5_000_000)),
+            ("0::/a/b\n", Some(8_000_000)),
+            // Of a group that cannot be seen from here, those around it that can.
+            ("0::/a/gone/too\n", Some(8_000_000)),
+            ("0::/\n", None),
+            ("0::/odd\n", None),
+            // Version 1, alone and beside version 2.
+            ("7:cpu,memory:/d\n3:pids:/a\n", Some(3_000_000)),
+            ("7:memory:/elsewhere\n", Some(9_223_372_036_854_771_712)),
+            ("7:memory:/d\n0::/a/c\n", Some(3_000_000)),
+            ("", None),
+            ("nonsense\n::\n", None),
+        ] {
+            assert_eq!(least_of_groups(groups, root.path()), expected, "{groups:?}");
+        }
+    }
+
+    #[test]
+    fn pictures_that_do_not_fit() {
+        let bytes = PixelBytes {
+            film: 3,
+            exr: false,
+            aovs: false,
+            compared: false,
+        };
+        let beside = |size, bytes| beside_picture(100_000_000, size, bytes).ok();
+        assert_eq!(beside((1000, 1000), bytes), Some(89_000_000));
+        assert_eq!(beside((4000, 4000), bytes), None);
+        let layers = PixelBytes {
+            film: 16,
+            exr: true,
+            aovs: true,
+            compared: false,
+        };
+        assert_eq!(beside((1000, 1000), layers), None);
+    }
+}

@@ -1,0 +1,129 @@
+//! The scene around a mesh without one: lights, a background, optionally a ground.
+
+use crate::{
+    error::SceneError,
+    format::mesh::LoadedMesh,
+    math::Aabb,
+    scene::{Background, Material, MeshColumns, Scene, SceneBuilder},
+};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Where the mesh is seen from, and what it stands on.
+pub struct Stage {
+    /// From the target to the viewer, of any length.
+    pub towards_viewer: DVec3,
+    /// A unit vector.
+    pub up: DVec3,
+    pub ground: bool,
+}
+
+/// Places the lights of a mesh by the direction of the viewer.
+#[derive(Clone, Copy, Debug)]
+pub struct Rig {
+    center: DVec3,
+    radius: f64,
+    up: DVec3,
+}
+
+impl Rig {
+    /// A scene with the lights only.
+    ///
+    /// # Errors
+    /// [`SceneError`].
+    pub fn lights(&self, towards_viewer: DVec3) -> Result<Scene, SceneError> {
+        let mut builder = SceneBuilder::new();
+        self.add_lights(towards_viewer, &mut builder)?;
+        Ok(builder.finish())
+    }
+
+    fn add_lights(&self, towards_viewer: DVec3, builder: &mut SceneBuilder) -> Result<(), SceneError> {
+        let towards_viewer = towards_viewer.normalize_or(DVec3::X);
+        let right = self
+            .up
+            .cross(towards_viewer)
+            .normalize_or(self.up.any_orthonormal_vector());
+        let up = towards_viewer.cross(right);
+        for ([to_right, upwards, forwards], intensity) in LIGHTS {
+            let direction = right * to_right + up * upwards + towards_viewer * forwards;
+            let position = self.center + direction.normalize() * (self.radius * LIGHT_DISTANCE);
+            builder.add_light(position.as_vec3(), intensity)?;
+        }
+        Ok(())
+    }
+}
+
+const BACKGROUND: [f32; 3] = [0.93, 0.94, 0.96];
+const AMBIENT: f32 = 0.2;
+const GROUND: [f32; 3] = [0.95, 0.95, 0.94];
+
+/// Key light and fill light: direction as seen by the viewer (right, up, towards the viewer) and intensity. Together with
+/// the ambient light they reach at most 1, so that a white mesh is not overexposed.
+const LIGHTS: [([f64; 3], f32); 2] = [([-0.6, 0.8, 1.0], 0.6), ([0.5, 0.1, 1.0], 0.3)];
+
+/// Distance of the lights, in radii of the mesh: far enough to light the ground evenly.
+const LIGHT_DISTANCE: f64 = 100.0;
+/// Half the side of the ground, in radii of the mesh.
+const GROUND_REACH: f64 = 40.0;
+/// Gap between mesh and ground, in radii of the mesh.
+const GROUND_GAP: f64 = 1e-3;
+
+/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers.
+///
+/// # Errors
+/// [`SceneError`].
+pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Rig), SceneError> {
+    let bounds = bounds(&loaded.columns);
+    let center = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) * 0.5;
+    let radius = ((bounds.upper.as_dvec3() - bounds.lower.as_dvec3()).length() * 0.5).max(1e-6);
+    let (center, radius) = if bounds.is_empty() {
+        (DVec3::ZERO, 1.0)
+    } else {
+        (center, radius)
+    };
+
+    let mut builder = SceneBuilder::within(memory);
+    builder.set_ambient(AMBIENT)?;
+    builder.set_background(Background::constant(BACKGROUND))?;
+    let rig = Rig {
+        center,
+        radius,
+        up: stage.up,
+    };
+    rig.add_lights(stage.towards_viewer, &mut builder)?;
+    loaded.add_to(&mut builder, None)?;
+    if stage.ground {
+        let material = builder.add_material(Material::Matte { color: GROUND })?;
+        builder.add_mesh(ground(stage.up, &bounds, center, radius), material)?;
+    }
+    Ok((builder.finish(), rig))
+}
+
+fn bounds(mesh: &MeshColumns) -> Aabb {
+    (&mesh.x, &mesh.y, &mesh.z)
+        .into_par_iter()
+        .with_min_len(1 << 14)
+        .fold(
+            || Aabb::EMPTY,
+            |bounds, (&x, &y, &z)| bounds.union(Aabb::around([Vec3::new(x, y, z)])),
+        )
+        .reduce(|| Aabb::EMPTY, Aabb::union)
+}
+
+/// A square just below the mesh.
+fn ground(up: DVec3, bounds: &Aabb, center: DVec3, radius: f64) -> MeshColumns {
+    let lowest = bounds.lower.as_dvec3().dot(up);
+    let lowest = if lowest.is_finite() { lowest } else { 0.0 };
+    let middle = center + up * (lowest - center.dot(up) - GROUND_GAP * radius);
+    let (a, b) = up.any_orthonormal_pair();
+    let reach = GROUND_REACH * radius;
+    let corners =
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[s, t]| middle + (a * s + b * t) * reach);
+    MeshColumns {
+        x: corners.map(|p| p.x as f32).to_vec(),
+        y: corners.map(|p| p.y as f32).to_vec(),
+        z: corners.map(|p| p.z as f32).to_vec(),
+        normals: Vec::new(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    }
+}

@@ -1,0 +1,147 @@
+//! A scene or a mesh to load, and how to look at it.
+
+use crate::{
+    cli::CliError,
+    error::escape,
+    format::{
+        self,
+        mesh::{MeshFormat, UpAxis},
+    },
+};
+use glam::DVec3;
+use std::{
+    ffi::OsStr,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+/// A scene or a mesh to load, and how to look at it.
+#[derive(Clone, Debug)]
+pub struct InputPlan {
+    pub path: PathBuf,
+    pub kind: InputKind,
+    pub camera: CameraOptions,
+    pub mesh: MeshOptions,
+    /// Width of the picture over its height.
+    pub aspect: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InputKind {
+    Scene,
+    Mesh,
+}
+
+/// Which camera looks, and what is changed about it.
+#[derive(Clone, Debug, Default)]
+pub struct CameraOptions {
+    pub start: StartView,
+    pub target: Option<DVec3>,
+    pub up: Option<DVec3>,
+    pub fov_degrees: Option<f64>,
+}
+
+/// Where the camera stands before target, up and field of view are changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum StartView {
+    /// The scene's first camera, else the first classic viewpoint; a mesh is framed.
+    #[default]
+    Default,
+    /// A camera of the file, by name or number.
+    Named(String),
+    /// A classic viewpoint.
+    Classic(u32),
+    Eye(DVec3),
+}
+
+/// How a mesh without a scene is shown.
+#[derive(Clone, Debug, Default)]
+pub struct MeshOptions {
+    pub up_axis: Option<UpAxis>,
+    pub ground: bool,
+    pub smooth_degrees: Option<f64>,
+    /// The direction of the viewer for whom the mesh is lit; by default that of the eye.
+    pub lit_from: Option<DVec3>,
+    /// The camera goes around the mesh, which stays whole in the picture.
+    pub turning: bool,
+}
+
+impl InputPlan {
+    /// Checks what can be known without loading: the file is there and of a kind that is read, the options suit it.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn new(path: &Path, camera: CameraOptions, mesh: MeshOptions, aspect: f64) -> Result<Self, CliError> {
+        if !is_standard_input(path) {
+            format::check_file(path)?;
+        }
+        camera.check()?;
+        let kind = kind_of(path)?;
+        if kind == InputKind::Scene {
+            refuse_mesh_options(path, &mesh)?;
+            camera.without_scene()?;
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            kind,
+            camera,
+            mesh,
+            aspect,
+        })
+    }
+}
+
+/// Other kinds of files that people try. Some are text and would otherwise be read as faulty scenes.
+const OTHER_KINDS: [&str; 18] = [
+    "3ds", "3mf", "blend", "dae", "fbx", "iges", "igs", "jpg", "mtl", "off", "png", "step", "stp", "usd",
+    "usda", "vtk", "wrl", "x3d",
+];
+
+/// Tells a mesh from a scene by the file's extension, else by its first bytes.
+///
+/// # Errors
+/// [`CliError::Failed`] for any other kind of file.
+pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
+    if MeshFormat::of_path(path).is_some() {
+        return Ok(InputKind::Mesh);
+    }
+    let is_scene = |extension: &OsStr| extension.eq_ignore_ascii_case("scn");
+    if is_standard_input(path) || path.extension().is_some_and(is_scene) || !path.is_file() {
+        return Ok(InputKind::Scene);
+    }
+    let mut start = Vec::new();
+    // A file that cannot be read is refused when it is loaded, with a better message.
+    let read = format::open_file(path).and_then(|file| file.take(1024).read_to_end(&mut start));
+    if read.is_ok() && MeshFormat::of(path, &start).is_some() {
+        return Ok(InputKind::Mesh);
+    }
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if start.contains(&0) || OTHER_KINDS.iter().any(|&other| extension == other) {
+        return Err(CliError::Failed(format!(
+            "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .stl, .gltf, .glb)",
+            escape(&path.display().to_string())
+        )));
+    }
+    Ok(InputKind::Scene)
+}
+
+/// Whether this stands for standard input.
+pub fn is_standard_input(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+fn refuse_mesh_options(path: &Path, mesh: &MeshOptions) -> Result<(), CliError> {
+    let given = [
+        ("--ground", mesh.ground),
+        ("--up-axis", mesh.up_axis.is_some()),
+        ("--smooth-angle", mesh.smooth_degrees.is_some()),
+        ("--lit-from", mesh.lit_from.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        Some((option, _)) => Err(CliError::Usage(format!(
+            "{option} applies to meshes only (.ply, .obj, .stl, .gltf, .glb), and {} is a scene",
+            path.display()
+        ))),
+        None => Ok(()),
+    }
+}

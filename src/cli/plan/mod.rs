@@ -1,0 +1,35 @@
+//! What a call does, as plain values: made and checked from the arguments before anything is loaded.
+//!
+//! Nothing here knows how options are spelled or parsed; nothing behind it looks at the arguments again.
+
+mod choice;
+mod input;
+mod names;
+mod render;
+mod turntable;
+
+#[cfg(feature = "viewer")]
+pub use choice::ViewPlan;
+pub use choice::{
+    BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, StatsFormat, VerifyPlan,
+};
+pub use input::{CameraOptions, InputKind, InputPlan, MeshOptions, StartView, is_standard_input, kind_of};
+pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
+pub use render::{CompareOptions, Frame, Job, PictureOptions, Pictures, RenderPlan};
+pub use turntable::{FrameRange, Turn, Turntable, turned};
+
+/// One call of the program.
+#[derive(Debug)]
+pub enum Plan {
+    Render(RenderPlan),
+    #[cfg(feature = "viewer")]
+    View(ViewPlan),
+    Info(InfoPlan),
+    Bench(BenchPlan),
+    Verify(VerifyPlan),
+    Generate(GeneratePlan),
+    /// The completion script of the shell of this name.
+    Completions(String),
+    /// The manual page of a command, or of octray as a whole.
+    Man(Option<String>),
+}

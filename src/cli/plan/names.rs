@@ -1,0 +1,220 @@
+//! Names of pictures, made from patterns: `{stem}` is the scene's name, a run of `#` the frame's number.
+
+use super::{Turn, is_standard_input};
+use std::{
+    ffi::{OsStr, OsString},
+    path::{Path, PathBuf, is_separator},
+};
+
+/// Where a picture goes, and who chose the name.
+#[derive(Clone, Debug)]
+pub struct PicturePath {
+    pub path: PathBuf,
+    pub origin: Origin,
+}
+
+/// Who chose the name of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The user typed the whole path.
+    Typed,
+    /// octray made it from a pattern or another name.
+    Derived,
+}
+
+/// Where a scene's picture goes: `pattern`, else a name after the scene in the current folder.
+pub fn picture(pattern: Option<&Path>, scene: &Path, turn: Option<Turn>) -> PicturePath {
+    let default = if turn.is_some() {
+        "{stem}-####.png"
+    } else {
+        "{stem}.png"
+    };
+    let path = expand(
+        pattern.unwrap_or(Path::new(default)),
+        stem(scene),
+        turn.map(|turn| turn.number),
+    );
+    PicturePath {
+        origin: if pattern == Some(&path) {
+            Origin::Typed
+        } else {
+            Origin::Derived
+        },
+        path,
+    }
+}
+
+/// Where the difference picture goes: `pattern`, else beside the picture, else in the current folder.
+pub fn difference(
+    pattern: Option<&Path>,
+    beside_picture: Option<&PicturePath>,
+    scene: &Path,
+    turn: Option<Turn>,
+) -> PicturePath {
+    match (pattern, beside_picture) {
+        (Some(_), _) => picture(pattern, scene, turn),
+        (None, Some(PicturePath { path, .. })) => beside(path, "-difference", "png"),
+        (None, None) => beside(&picture(None, scene, turn).path, "-difference", "png"),
+    }
+}
+
+/// The file of an AOV beside a picture: `a.depth.png` for `a.png`. `None` if the picture's name has no extension.
+pub fn aov(picture: &Path, aov: &str) -> Option<PicturePath> {
+    let extension = picture.extension()?.to_str()?;
+    Some(beside(picture, &format!(".{aov}"), extension))
+}
+
+/// Stands for the scene's name without folder and extension.
+const STEM: &str = "{stem}";
+
+/// The name that `{stem}` stands for.
+pub fn stem(scene: &Path) -> &OsStr {
+    if is_standard_input(scene) {
+        return "stdin".as_ref();
+    }
+    scene.file_stem().unwrap_or("octray".as_ref())
+}
+
+/// The name that a pattern gives. The last run of `#` in the file's name (not in its folder's) becomes `number`, padded
+/// with zeros to the run's length; without a number it stays. A pattern that is not UTF-8 is a name.
+pub fn expand(pattern: &Path, stem: &OsStr, number: Option<u32>) -> PathBuf {
+    let Some(text) = pattern.to_str() else {
+        return pattern.to_owned();
+    };
+    let numbered = number.and_then(|number| with_number(text, number));
+    // The scene's name comes last: a `#` in it is none of the pattern's. It need not be UTF-8.
+    let mut name = OsString::new();
+    for (i, part) in numbered.as_deref().unwrap_or(text).split(STEM).enumerate() {
+        if i > 0 {
+            name.push(stem);
+        }
+        name.push(part);
+    }
+    name.into()
+}
+
+fn with_number(pattern: &str, number: u32) -> Option<String> {
+    let file = pattern.rfind(is_separator).map_or(0, |separator| separator + 1);
+    let end = file + pattern[file..].rfind('#')? + 1;
+    let start = file + pattern[file..end].trim_end_matches('#').len();
+    let (before, after, digits) = (&pattern[..start], &pattern[end..], end - start);
+    Some(format!("{before}{number:0digits$}{after}"))
+}
+
+/// The same place with something added to the file's name, and another extension.
+fn beside(path: &Path, addition: &str, extension: &str) -> PicturePath {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(addition);
+    name.push(".");
+    name.push(extension);
+    PicturePath {
+        path: path.with_file_name(name),
+        origin: Origin::Derived,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn name(pattern: &str, number: Option<u32>) -> String {
+        let name = expand(Path::new(pattern), "cow".as_ref(), number);
+        name.into_os_string().into_string().unwrap()
+    }
+
+    #[test]
+    fn stems() {
+        for (scene, expected) in [
+            ("a/b.c.scn", "b.c"),
+            ("b", "b"),
+            (".scn", ".scn"),
+            ("-", "stdin"),
+            ("..", "octray"),
+            ("", "octray"),
+        ] {
+            assert_eq!(stem(Path::new(scene)), expected, "{scene}");
+        }
+    }
+
+    #[test]
+    fn patterns() {
+        for (pattern, number, expected) in [
+            ("a.png", None, "a.png"),
+            ("out/{stem}.png", None, "out/cow.png"),
+            ("{stem}/{stem}{stem}.png", None, "cow/cowcow.png"),
+            ("a-####.png", Some(7), "a-0007.png"),
+            ("a-#.png", Some(12345), "a-12345.png"),
+            ("####", Some(0), "0000"),
+            ("a#b##.png", Some(3), "a#b03.png"),
+            ("a##{stem}.png", Some(3), "a03cow.png"),
+            ("f##/a.png", Some(3), "f##/a.png"),
+            ("f##/a#.png", Some(u32::MAX), "f##/a4294967295.png"),
+            ("a####.png", None, "a####.png"),
+            ("a.png", Some(3), "a.png"),
+            ("{ste#m}", Some(3), "{ste3m}"),
+            ("{{stem}}", None, "{cow}"),
+            ("{stem", None, "{stem"),
+            ("", Some(1), ""),
+            ("ä#ö", Some(1), "ä1ö"),
+        ] {
+            assert_eq!(name(pattern, number), expected, "{pattern}");
+        }
+        let odd = expand(Path::new("{stem}-##.png"), "a#{stem}".as_ref(), Some(1));
+        assert_eq!(odd, Path::new("a#{stem}-01.png"));
+    }
+
+    #[test]
+    fn a_name_is_typed_only_as_a_whole() {
+        let scene = Path::new("s/cow.scn");
+        let turn = Some(Turn { number: 2, count: 9 });
+        for (pattern, turn, expected, origin) in [
+            (None, None, "cow.png", Origin::Derived),
+            (None, turn, "cow-0002.png", Origin::Derived),
+            (Some("a.png"), None, "a.png", Origin::Typed),
+            (Some("a/{stem}.png"), None, "a/cow.png", Origin::Derived),
+            (Some("a-#.png"), turn, "a-2.png", Origin::Derived),
+            (Some("a-#.png"), None, "a-#.png", Origin::Typed),
+        ] {
+            let named = picture(pattern.map(Path::new), scene, turn);
+            assert_eq!(
+                (named.path.as_path(), named.origin),
+                (Path::new(expected), origin)
+            );
+        }
+    }
+
+    #[test]
+    fn other_files_are_named_after_the_picture() {
+        for (path, expected) in [
+            ("b/a.png", Some("b/a.heat.png")),
+            ("a.b.tiff", Some("a.b.heat.tiff")),
+            ("-", None),
+            ("/dev/null", None),
+        ] {
+            let named = aov(Path::new(path), "heat").map(|named| named.path);
+            assert_eq!(named, expected.map(PathBuf::from), "{path}");
+        }
+        let typed = picture(Some(Path::new("b/c.d.jpg")), Path::new("cow.scn"), None);
+        let named = difference(None, Some(&typed), Path::new("cow.scn"), None);
+        assert_eq!(
+            (named.path, named.origin),
+            ("b/c.d-difference.png".into(), Origin::Derived)
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn any_pattern_gives_a_name(pattern in "[#/{}a-z\u{e4}.]{0,20}(\\{stem\\})?#{0,9}", number: Option<u32>) {
+            let name = name(&pattern, number);
+            if number.is_none() {
+                prop_assert_eq!(name, pattern.replace(STEM, "cow"));
+            }
+        }
+
+        #[test]
+        fn numbers_sort_as_their_names_do(a in 0u32..10_000, b in 0u32..10_000) {
+            prop_assert_eq!(a.cmp(&b), name("x-####.png", Some(a)).cmp(&name("x-####.png", Some(b))));
+        }
+    }
+}

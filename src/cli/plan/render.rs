@@ -1,0 +1,237 @@
+//! What `octray render` does: of each scene one picture, or the frames of a turntable.
+
+use super::{
+    Build, CameraOptions, InputPlan, MeshOptions, StatsFormat, Turn, Turntable,
+    names::{self, Origin, PicturePath},
+};
+use crate::{
+    cli::{
+        CliError,
+        load::memory::{self, PixelBytes},
+        write::{AovFiles, AovKind, Comparison, Output},
+    },
+    render::{Settings, Transfer},
+};
+use std::{
+    collections::{HashMap, hash_map::Entry},
+    path::{Path, PathBuf},
+};
+
+/// What `octray render` does.
+#[derive(Debug)]
+pub struct RenderPlan {
+    pub settings: Settings,
+    pub build: Build,
+    pub picture: PictureOptions,
+    /// Frames of the whole turntable, 1 without one.
+    pub whole_turn: u32,
+    pub jobs: Vec<Job>,
+    pub stats: Option<StatsFormat>,
+    pub quiet: bool,
+}
+
+/// The pictures of one scene.
+#[derive(Debug)]
+pub struct Job {
+    pub input: InputPlan,
+    pub frames: Vec<Frame>,
+    /// Memory that the scene may take beside a picture, bytes.
+    pub scene_memory: u64,
+}
+
+/// One picture.
+#[derive(Debug)]
+pub struct Frame {
+    pub output: Output,
+    pub aovs: AovFiles,
+    pub turn: Option<Turn>,
+    pub comparison: Option<Comparison>,
+}
+
+/// What the pixels hold.
+#[derive(Clone, Debug)]
+pub struct PictureOptions {
+    /// How linear channels become bytes.
+    pub transfer: Transfer,
+    /// Pixels that show nothing get alpha 0.
+    pub transparent: bool,
+    pub aovs: Vec<AovKind>,
+}
+
+/// The pictures of a call before they have names.
+#[derive(Debug)]
+pub struct Pictures<'a> {
+    pub settings: &'a Settings,
+    pub picture: &'a PictureOptions,
+    /// The pattern of `--output`.
+    pub output: Option<&'a Path>,
+    pub turntable: Option<Turntable>,
+    pub skip_existing: bool,
+    pub comparison: Option<CompareOptions<'a>>,
+}
+
+/// What pictures are compared with.
+#[derive(Debug)]
+pub struct CompareOptions<'a> {
+    /// The pattern of `--compare`.
+    pub reference: &'a Path,
+    /// The pattern of `--difference`.
+    pub difference: Option<&'a Path>,
+    /// Levels of 255.
+    pub tolerance: f32,
+    /// Share of all pixels that may differ.
+    pub allow_pixels: f64,
+}
+
+impl Pictures<'_> {
+    /// Names and checks every picture, then every scene. Pictures that `--skip-existing` leaves out are not among them,
+    /// nor scenes without any picture left.
+    ///
+    /// # Errors
+    /// [`CliError`]: a place that cannot be written, two pictures for one place, a scene that cannot be read, a picture
+    /// that needs more than `memory` bytes.
+    pub fn jobs(
+        &self,
+        scenes: &[PathBuf],
+        camera: &CameraOptions,
+        mesh: &MeshOptions,
+        memory: u64,
+    ) -> Result<Vec<Job>, CliError> {
+        let mut places = Places::default();
+        let mut named = Vec::new();
+        for scene in scenes {
+            let frames = self.frames(scene, &mut places)?;
+            if !frames.is_empty() {
+                named.push((scene, frames));
+            }
+        }
+        let aspect = f64::from(self.settings.width) / f64::from(self.settings.height);
+        let mut jobs = Vec::new();
+        for (scene, frames) in named {
+            jobs.push(Job {
+                input: InputPlan::new(scene, camera.clone(), mesh.clone(), aspect)?,
+                scene_memory: 0,
+                frames,
+            });
+        }
+        for job in &mut jobs {
+            job.scene_memory = memory::beside_picture(memory, self.size(), self.pixel_bytes(&job.frames))?;
+        }
+        Ok(jobs)
+    }
+
+    fn frames(&self, scene: &Path, places: &mut Places) -> Result<Vec<Frame>, CliError> {
+        let turns: Vec<Option<Turn>> = match self.turntable {
+            None => vec![None],
+            Some(turntable) => turntable.turns()?.map(Some).collect(),
+        };
+        let mut frames = Vec::new();
+        for turn in turns {
+            let frame = self.frame(scene, turn, places)?;
+            if !(self.skip_existing && frame.output.exists()) {
+                frames.push(frame);
+            }
+        }
+        Ok(frames)
+    }
+
+    fn frame(&self, scene: &Path, turn: Option<Turn>, places: &mut Places) -> Result<Frame, CliError> {
+        let path = names::picture(self.output, scene, turn);
+        let output = Output::prepare(&path, scene, self.size())?;
+        output.check(self.picture)?;
+        places.claim(&output, scene, turn.is_some())?;
+        let aovs = AovFiles::prepare(self.picture, &output, &path, scene, self.size())?;
+        for file in aovs.files() {
+            places.claim(file, scene, turn.is_some())?;
+        }
+        let comparison = match &self.comparison {
+            Some(options) => Some(self.comparison(options, &path, &output, scene, turn, places)?),
+            None => None,
+        };
+        Ok(Frame {
+            output,
+            aovs,
+            turn,
+            comparison,
+        })
+    }
+
+    fn comparison(
+        &self,
+        options: &CompareOptions<'_>,
+        path: &PicturePath,
+        output: &Output,
+        scene: &Path,
+        turn: Option<Turn>,
+        places: &mut Places,
+    ) -> Result<Comparison, CliError> {
+        let beside = output.is_file().then_some(path);
+        let difference = names::difference(options.difference, beside, scene, turn);
+        let difference = Output::prepare(&difference, scene, self.size())?;
+        places.claim(&difference, scene, turn.is_some())?;
+        let reference = names::picture(Some(options.reference), scene, turn).path;
+        let comparison = Comparison::prepare(options, reference, difference, self.size())?;
+        for output in [output, &comparison.output] {
+            if comparison.would_replace_reference(output) {
+                return Err(CliError::Usage(format!(
+                    "{} would replace the reference",
+                    output.name()
+                )));
+            }
+        }
+        Ok(comparison)
+    }
+
+    /// Width and height of the pictures.
+    fn size(&self) -> (u32, u32) {
+        let window = self.settings.window();
+        (window.width(), window.height())
+    }
+
+    /// What a pixel of the largest picture takes.
+    fn pixel_bytes(&self, frames: &[Frame]) -> PixelBytes {
+        let exr = frames.iter().any(|frame| frame.output.is_exr());
+        let floats = exr || self.picture.transfer != Transfer::Linear;
+        PixelBytes {
+            film: match (self.picture.transparent, floats) {
+                (true, _) => 16,
+                (false, true) => 12,
+                (false, false) => 3,
+            },
+            exr,
+            aovs: !self.picture.aovs.is_empty(),
+            compared: self.comparison.is_some(),
+        }
+    }
+}
+
+/// Which scene's picture each place will hold.
+#[derive(Default)]
+struct Places(HashMap<PathBuf, PathBuf>);
+
+impl Places {
+    fn claim(&mut self, output: &Output, scene: &Path, turning: bool) -> Result<(), CliError> {
+        let first = match self.0.entry(output.place().to_owned()) {
+            Entry::Vacant(place) => {
+                place.insert(scene.to_owned());
+                return Ok(());
+            }
+            Entry::Occupied(place) => place.get().clone(),
+        };
+        let name = output.name();
+        Err(CliError::Usage(if first != scene {
+            let (first, scene) = (first.display(), scene.display());
+            let hint = match output.origin() {
+                Origin::Typed => "use {stem} in the name, which stands for the scene's name",
+                Origin::Derived => "render them in two calls, each with its own --output",
+            };
+            format!("{first} and {scene} would both be written to {name}; {hint}")
+        } else if turning {
+            format!(
+                "several frames would be written to {name}; add a run of # for the frame number, as in a-####.png"
+            )
+        } else {
+            format!("{} would be written to {name} twice", scene.display())
+        }))
+    }
+}

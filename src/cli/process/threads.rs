@@ -1,0 +1,85 @@
+//! The threads of rayon's global pool, each pinned to a CPU if there are as many threads as CPUs.
+//!
+//! Unpinned, Linux often wakes two of them on one CPU of a virtual machine, since it takes a halted CPU for a busy one.
+//! Tuned: see docs/lab-notes.md#pinned-threads
+
+use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
+
+/// Starts the threads. On its own, rayon would start them when first needed, and panic if that fails.
+///
+/// # Errors
+/// [`ThreadPoolBuildError`] if the system refuses.
+pub fn start() -> Result<(), ThreadPoolBuildError> {
+    each_on_its_own_cpu(ThreadPoolBuilder::new()).build_global()
+}
+
+/// Pins each thread to a CPU, if there are as many as CPUs that the process may use.
+#[cfg(target_os = "linux")]
+fn each_on_its_own_cpu(pool: ThreadPoolBuilder) -> ThreadPoolBuilder {
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+    let Ok(allowed) = sched_getaffinity(None) else {
+        // More CPUs than `CpuSet` holds.
+        return pool;
+    };
+    let mut cpus: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|&cpu| allowed.is_set(cpu)).collect();
+    // For small work rayon wakes the first threads only: those of several processes should not share a CPU.
+    let first = std::process::id() as usize % cpus.len().max(1);
+    cpus.rotate_left(first);
+    pool.start_handler(move |thread_i| {
+        if rayon::current_num_threads() == cpus.len() {
+            let mut own = CpuSet::new();
+            own.set(cpus[thread_i]);
+            // Fails if the CPU has gone since; the thread stays unpinned.
+            let _ = sched_setaffinity(None, &own);
+        }
+    })
+}
+
+/// Elsewhere threads are not pinned.
+#[cfg(not(target_os = "linux"))]
+fn each_on_its_own_cpu(pool: ThreadPoolBuilder) -> ThreadPoolBuilder {
+    pool
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+    /// The CPUs that the process may use, and a function that returns those of each of so many threads. `None` if the
+    /// system does not support pinning.
+    fn cpus() -> Option<(CpuSet, impl Fn(usize) -> Vec<CpuSet>)> {
+        let allowed = sched_getaffinity(None).ok();
+        let Some(allowed) = allowed.filter(|allowed| sched_setaffinity(None, allowed).is_ok()) else {
+            println!("skipped: CPUs cannot be chosen here");
+            return None;
+        };
+        let of_each = |threads: usize| {
+            let pool = each_on_its_own_cpu(ThreadPoolBuilder::new().num_threads(threads));
+            let pool = pool.build().expect("threads");
+            pool.broadcast(|_| sched_getaffinity(None).expect("as before"))
+        };
+        Some((allowed, of_each))
+    }
+
+    #[test]
+    fn as_many_threads_as_cpus_have_one_each() {
+        let Some((allowed, of_each)) = cpus() else { return };
+        let mut used = CpuSet::new();
+        for own in of_each(allowed.count() as usize) {
+            assert_eq!(own.count(), 1);
+            let cpu = (0..CpuSet::MAX_CPU).find(|&cpu| own.is_set(cpu));
+            used.set(cpu.expect("one"));
+        }
+        assert!(used == allowed, "{used:?} of {allowed:?}");
+    }
+
+    #[test]
+    fn fewer_or_more_threads_are_not_pinned() {
+        let Some((allowed, of_each)) = cpus() else { return };
+        let count = allowed.count() as usize;
+        for threads in [1, count + 1].into_iter().filter(|&threads| threads != count) {
+            assert!(of_each(threads).iter().all(|own| *own == allowed));
+        }
+    }
+}

@@ -1,0 +1,406 @@
+//! What `octray info` shows: the contents of a scene and of its BVH.
+
+use super::{SCHEMA, faults_text, grouped};
+use crate::{
+    accel::BvhStats,
+    error::{escape, in_bytes},
+    scene::{Material, MeshFaults, NamedCamera, Scene},
+};
+use serde::Serialize;
+use std::{fmt::Write, time::Duration};
+
+/// The most lights, materials, cameras, included files or notes in the text; JSON has all of them.
+const MOST_LINES: usize = 20;
+
+/// The contents of a scene and of its BVH.
+#[derive(Debug, Serialize)]
+pub struct Info {
+    schema: u32,
+    scene: String,
+    vertices: usize,
+    triangles: usize,
+    degenerate_triangles: usize,
+    duplicate_triangles: usize,
+    inverted_triangles: usize,
+    spheres: usize,
+    lights: usize,
+    light_list: Vec<LightInfo>,
+    materials: Vec<MaterialUse>,
+    ambient: f32,
+    background: BackgroundInfo,
+    cameras: Vec<CameraInfo>,
+    /// Included scene files.
+    includes: Vec<String>,
+    /// What was left out or missing without being an error.
+    notes: Vec<String>,
+    /// `None` without primitives.
+    bounds: Option<Bounds>,
+    columns: Vec<Column>,
+    scene_bytes: usize,
+    load_s: f64,
+    bvh: BvhInfo,
+}
+
+#[derive(Debug, Serialize)]
+struct MaterialUse {
+    index: usize,
+    kind: &'static str,
+    /// As a statement of a scene file.
+    statement: String,
+    primitives: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct LightInfo {
+    position: [f32; 3],
+    intensity: f32,
+    color: [f32; 3],
+}
+
+/// Bottom and top are equal for a constant background.
+#[derive(Debug, Serialize)]
+struct BackgroundInfo {
+    bottom: [f32; 3],
+    top: [f32; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct CameraInfo {
+    name: Option<String>,
+    eye: [f64; 3],
+    target: [f64; 3],
+    up: [f64; 3],
+    fov: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Bounds {
+    lower: [f32; 3],
+    upper: [f32; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct Column {
+    name: &'static str,
+    length: usize,
+    bytes: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct BvhInfo {
+    /// The build quality: "best".
+    build: &'static str,
+    /// How triangles are stored: "whole" or "indexed".
+    layout: &'static str,
+    depth: usize,
+    nodes: usize,
+    triangle_blocks: usize,
+    sphere_blocks: usize,
+    /// Numbers of leaf blocks that hold 1, 2, ... 8 primitives.
+    leaf_sizes: [usize; 8],
+    /// Numbers of nodes that have 1, 2, ... 8 children.
+    child_counts: [usize; 8],
+    bytes: usize,
+    build_s: f64,
+}
+
+impl Info {
+    /// The contents of the scene called `name`.
+    pub fn new(name: String, scene: &Scene, faults: MeshFaults, bvh: &BvhStats, load_time: Duration) -> Self {
+        let bounds = scene.bounds();
+        Self {
+            schema: SCHEMA,
+            scene: name,
+            vertices: scene.vertices().x.len(),
+            triangles: scene.triangles().corners.len(),
+            degenerate_triangles: faults.degenerate,
+            duplicate_triangles: faults.duplicate,
+            inverted_triangles: faults.inverted,
+            spheres: scene.spheres().radius.len(),
+            lights: scene.lights().x.len(),
+            light_list: lights(scene),
+            materials: materials_used(scene),
+            ambient: scene.ambient(),
+            background: BackgroundInfo {
+                bottom: scene.background().bottom,
+                top: scene.background().top,
+            },
+            cameras: scene
+                .cameras()
+                .iter()
+                .chain(scene.mesh_cameras())
+                .map(CameraInfo::new)
+                .collect(),
+            includes: scene
+                .sources()
+                .includes
+                .iter()
+                .map(|path| path.display().to_string())
+                .collect(),
+            notes: scene.sources().notes.clone(),
+            bounds: (!bounds.is_empty()).then(|| Bounds {
+                lower: bounds.lower.to_array(),
+                upper: bounds.upper.to_array(),
+            }),
+            columns: columns(scene),
+            scene_bytes: scene.memory_bytes(),
+            load_s: load_time.as_secs_f64(),
+            bvh: BvhInfo {
+                build: bvh.quality.name(),
+                layout: bvh.layout.name(),
+                depth: bvh.depth,
+                nodes: bvh.nodes,
+                triangle_blocks: bvh.triangle_blocks,
+                sphere_blocks: bvh.sphere_blocks,
+                leaf_sizes: bvh.leaf_sizes,
+                child_counts: bvh.child_counts,
+                bytes: bvh.memory_bytes,
+                build_s: bvh.build_time.as_secs_f64(),
+            },
+        }
+    }
+
+    /// As text, one line for each item.
+    pub fn text(&self) -> String {
+        let mut lines = self.scene_lines();
+        lines.extend(self.memory_lines());
+        let mut text = String::new();
+        for (name, value) in lines {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{name:18} {value}");
+        }
+        text
+    }
+
+    fn scene_lines(&self) -> Vec<(String, String)> {
+        let mut lines = Vec::new();
+        let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));
+        let faults = faults_text(
+            self.degenerate_triangles,
+            Some(self.duplicate_triangles),
+            Some(self.inverted_triangles),
+        );
+        line("scene", self.scene.clone());
+        line("vertices", count(self.vertices));
+        line("triangles", format!("{} ({faults})", count(self.triangles)));
+        line("spheres", count(self.spheres));
+        line("lights", count(self.lights));
+        for light in self.light_list.iter().take(MOST_LINES) {
+            line("", light.text());
+        }
+        for used in self.materials.iter().take(MOST_LINES) {
+            line(
+                &format!("material {}", used.index),
+                format!("{}, {} primitives", used.statement, count(used.primitives)),
+            );
+        }
+        line("ambient", self.ambient.to_string());
+        line("background", self.background.text());
+        for camera in self.cameras.iter().take(MOST_LINES) {
+            line("camera", camera.text());
+        }
+        for path in self.includes.iter().take(MOST_LINES) {
+            line("includes", escape(path).into_owned());
+        }
+        for note in self.notes.iter().take(MOST_LINES) {
+            line("note", escape(note).into_owned());
+        }
+        match &self.bounds {
+            Some(Bounds { lower, upper }) => {
+                line("bounds, lower", list(*lower));
+                line("bounds, upper", list(*upper));
+            }
+            None => line("bounds", "empty".into()),
+        }
+        line("load time", format!("{:.1} ms", self.load_s * 1e3));
+        lines
+    }
+
+    fn memory_lines(&self) -> Vec<(String, String)> {
+        let mut lines = Vec::new();
+        let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));
+        line("arrays", in_bytes(self.scene_bytes as u64));
+        for column in &self.columns {
+            line(
+                &format!("  {}", column.name),
+                format!("{} x {}", count(column.length), bytes_each(column)),
+            );
+        }
+        let bvh = &self.bvh;
+        line("BVH", in_bytes(bvh.bytes as u64));
+        line("  build", bvh.build.into());
+        line("  layout", bvh.layout.into());
+        line("  build time", format!("{:.1} ms", bvh.build_s * 1e3));
+        line("  depth", count(bvh.depth));
+        line("  nodes", count(bvh.nodes));
+        line("  triangle blocks", count(bvh.triangle_blocks));
+        line("  sphere blocks", count(bvh.sphere_blocks));
+        line("  leaf sizes 1..8", bvh.leaf_sizes.map(count).join(", "));
+        line("  children 1..8", bvh.child_counts.map(count).join(", "));
+        lines
+    }
+}
+
+fn count(number: usize) -> String {
+    grouped(number as u64)
+}
+
+impl LightInfo {
+    fn text(&self) -> String {
+        let [x, y, z] = self.position;
+        let mut text = format!("light {x} {y} {z} {}", self.intensity);
+        if self.color != [1.0; 3] {
+            text += &format!(" color {}", list(self.color));
+        }
+        text
+    }
+}
+
+impl BackgroundInfo {
+    fn text(&self) -> String {
+        if self.bottom == self.top {
+            list(self.top)
+        } else {
+            format!("bottom {} top {}", list(self.bottom), list(self.top))
+        }
+    }
+}
+
+impl CameraInfo {
+    fn new(camera: &NamedCamera) -> Self {
+        let view = camera.camera.view();
+        Self {
+            name: camera.name.clone(),
+            eye: view.eye.to_array(),
+            target: view.target.to_array(),
+            up: view.up.to_array(),
+            fov: view.fov_degrees,
+        }
+    }
+
+    fn text(&self) -> String {
+        let name = self
+            .name
+            .as_ref()
+            .map_or_else(String::new, |name| format!("\"{}\" ", escape(name)));
+        format!(
+            "{name}eye {} target {} up {} fov {}",
+            list(self.eye),
+            list(self.target),
+            list(self.up),
+            self.fov
+        )
+    }
+}
+
+/// Three numbers as in a scene file.
+fn list<T: std::fmt::Display>([a, b, c]: [T; 3]) -> String {
+    format!("{a} {b} {c}")
+}
+
+/// A material as a statement of a scene file.
+fn statement(material: &Material) -> String {
+    match *material {
+        Material::Silhouette { color } => format!("silhouette cd {}", list(color)),
+        Material::Matte { color } => format!("matte cd {}", list(color)),
+        Material::BlinnPhong {
+            diffuse,
+            specular,
+            k_d,
+            k_s,
+            alpha,
+        } => format!(
+            "blinn_phong cd {} cs {} kd {k_d} ks {k_s} alpha {alpha}",
+            list(diffuse),
+            list(specular)
+        ),
+        Material::Reflection { color, mirror_share } => {
+            format!("reflection cd {} mix {mirror_share}", list(color))
+        }
+    }
+}
+
+fn lights(scene: &Scene) -> Vec<LightInfo> {
+    let lights = scene.lights();
+    let one = |i| LightInfo {
+        position: (scene.origin() + lights.position(i)).to_array(),
+        intensity: lights.intensity[i],
+        color: lights.color[i],
+    };
+    (0..lights.intensity.len()).map(one).collect()
+}
+
+fn bytes_each(column: &Column) -> String {
+    format!(
+        "{} = {}",
+        in_bytes(column.bytes.checked_div(column.length).unwrap_or(0) as u64),
+        in_bytes(column.bytes as u64)
+    )
+}
+
+/// The materials of at least one primitive.
+fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
+    let mut primitives = vec![0; scene.materials().len()];
+    for id in scene.triangles().material.iter().chain(&scene.spheres().material) {
+        if let Some(count) = primitives.get_mut(id.0 as usize) {
+            *count += 1;
+        }
+    }
+    let kind = |material: &Material| match material {
+        Material::Silhouette { .. } => "silhouette",
+        Material::Matte { .. } => "matte",
+        Material::BlinnPhong { .. } => "Blinn-Phong",
+        Material::Reflection { .. } => "reflection",
+    };
+    scene
+        .materials()
+        .iter()
+        .zip(primitives)
+        .enumerate()
+        .filter(|&(_, (_, primitives))| primitives > 0)
+        .map(|(index, (material, primitives))| MaterialUse {
+            index,
+            kind: kind(material),
+            statement: statement(material),
+            primitives,
+        })
+        .collect()
+}
+
+/// All arrays of the scene that are not empty.
+fn columns(scene: &Scene) -> Vec<Column> {
+    fn column<T>(name: &'static str, column: &[T]) -> Column {
+        Column {
+            name,
+            length: column.len(),
+            bytes: size_of_val(column),
+        }
+    }
+    let (v, t, s, l) = (
+        scene.vertices(),
+        scene.triangles(),
+        scene.spheres(),
+        scene.lights(),
+    );
+    let mut columns = vec![
+        column("vertex x", &v.x),
+        column("vertex y", &v.y),
+        column("vertex z", &v.z),
+        column("vertex normal", &v.normals),
+        column("triangle corners", &t.corners),
+        column("triangle material", &t.material),
+        column("sphere x", &s.center_x),
+        column("sphere y", &s.center_y),
+        column("sphere z", &s.center_z),
+        column("sphere radius", &s.radius),
+        column("sphere material", &s.material),
+        column("light x", &l.x),
+        column("light y", &l.y),
+        column("light z", &l.z),
+        column("light intensity", &l.intensity),
+        column("light color", &l.color),
+        column("material", scene.materials()),
+    ];
+    columns.retain(|column| column.length > 0);
+    columns
+}

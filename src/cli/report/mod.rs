@@ -1,0 +1,19 @@
+//! What a call says: messages, progress, figures.
+
+mod aov;
+pub mod bench;
+pub mod info;
+mod message;
+mod progress;
+mod stats;
+mod text;
+mod verdicts;
+pub mod verify;
+pub mod version;
+
+pub use aov::AovReport;
+pub use message::{error, note, print, warning};
+pub use progress::{RenderBar, VerifyBar};
+pub use stats::{RenderReport, Times};
+pub use text::{SCHEMA, faults_text, grouped, quoted};
+pub use verdicts::Verdicts;

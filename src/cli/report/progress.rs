@@ -1,0 +1,138 @@
+//! Progress bars, on a terminal only.
+
+use super::grouped;
+use crate::{cli::process::Interrupt, render::Progress, verify::Done};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::{
+    fmt::Write,
+    ops::ControlFlow,
+    sync::OnceLock,
+    time::{Duration, Instant},
+};
+
+/// A picture that is done sooner shows no bar, which would only flicker.
+const PATIENCE: Duration = Duration::from_millis(200);
+/// Redraws a second.
+const RATE_HZ: u8 = 10;
+
+/// Progress of a picture, with the time left. The render threads report to it.
+pub struct RenderBar<'a> {
+    start: Instant,
+    visible: bool,
+    shown: OnceLock<ProgressBar>,
+    interrupt: &'a Interrupt,
+}
+
+impl<'a> RenderBar<'a> {
+    /// A bar that appears after a while, if `visible`. Reporting to it stops the rendering after an interrupt.
+    pub fn new(visible: bool, interrupt: &'a Interrupt) -> Self {
+        Self {
+            start: Instant::now(),
+            visible,
+            shown: OnceLock::new(),
+            interrupt,
+        }
+    }
+
+    /// Shows the progress; `Break` if rendering should stop.
+    pub fn report(&self, progress: Progress) -> ControlFlow<()> {
+        if self.visible && self.start.elapsed() > PATIENCE {
+            self.shown
+                .get_or_init(|| new_bar(progress.pixels_total).with_elapsed(self.start.elapsed()))
+                .set_position(progress.pixels_done);
+        }
+        if self.interrupt.requested() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// Removes the bar.
+    pub fn clear(self) {
+        if let Some(bar) = self.shown.get() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn new_bar(pixels: u64) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(pixels), ProgressDrawTarget::stderr_with_hz(RATE_HZ));
+    match ProgressStyle::with_template("{bar:40} {percent:>3} %  {left} left") {
+        // indicatif's own estimate would count the work before the bar appeared as done in no time.
+        Ok(style) => bar.with_style(style.with_key(
+            "left",
+            move |state: &ProgressState, out: &mut dyn Write| {
+                let left = time_left(state.elapsed(), state.pos(), pixels);
+                let _ = out.write_str(&left);
+            },
+        )),
+        // Cannot happen: the template is a constant.
+        Err(_) => bar,
+    }
+}
+
+/// The time left if the other pixels take as long as those done.
+fn time_left(elapsed: Duration, done: u64, total: u64) -> String {
+    if done == 0 {
+        return "?".into();
+    }
+    let seconds = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
+    // The cast saturates.
+    match seconds.ceil() as u64 {
+        seconds @ 0..60 => format!("{seconds} s"),
+        seconds @ 60..3600 => format!("{}:{:02} min", seconds / 60, seconds % 60),
+        seconds => format!("{}:{:02} h", seconds / 3600, seconds / 60 % 60),
+    }
+}
+
+/// Progress of `octray verify`.
+pub struct VerifyBar(Option<(ProgressBar, Option<u64>)>);
+
+impl VerifyBar {
+    /// A bar, if `visible`, for so many rays, if they are limited.
+    pub fn new(visible: bool, rays: Option<u64>) -> Self {
+        Self(visible.then(|| {
+            // Thousandths of the rays or of the time, whichever is further.
+            let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}");
+            // Cannot fail: the template is a constant.
+            let bar = match style {
+                Ok(style) => bar.with_style(style),
+                Err(_) => bar,
+            };
+            (bar, rays)
+        }))
+    }
+
+    /// Shows the progress.
+    pub fn show(&self, done: Done, elapsed: Duration, limit: Option<Duration>) {
+        let Some((bar, rays)) = &self.0 else { return };
+        let of_rays = rays.map_or(0.0, |rays| done.rays as f64 / rays as f64);
+        let of_time = limit.map_or(0.0, |limit| elapsed.as_secs_f64() / limit.as_secs_f64());
+        bar.set_position((1000.0 * of_rays.max(of_time).min(1.0)) as u64);
+        bar.set_message(format!("{} rays", grouped(done.rays)));
+    }
+
+    /// Removes the bar.
+    pub fn clear(&self) {
+        if let Some((bar, _)) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_left_is_in_proportion() {
+        let left = |seconds, done| time_left(Duration::from_secs(seconds), done, 100);
+        assert_eq!(left(1, 0), "?");
+        assert_eq!(left(1, 10), "9 s");
+        assert_eq!(left(10, 10), "1:30 min");
+        assert_eq!(left(1000, 10), "2:30 h");
+        assert_eq!(left(5, 100), "0 s");
+    }
+}

@@ -1,0 +1,58 @@
+//! Numbers and paths as text.
+
+use std::path::Path;
+
+/// The version of all JSON answers. Increased when a field changes its meaning or goes.
+pub const SCHEMA: u32 = 1;
+
+/// "1 without area, 2 duplicate, 3 inverted".
+pub fn faults_text(degenerate: usize, duplicate: Option<usize>, inverted: Option<usize>) -> String {
+    let mut text = format!("{} without area", grouped(degenerate as u64));
+    for (count, what) in [(duplicate, "duplicate"), (inverted, "inverted")] {
+        if let Some(count) = count {
+            text.push_str(&format!(", {} {what}", grouped(count as u64)));
+        }
+    }
+    text
+}
+
+/// `1234567` as `1 234 567`.
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A path, quoted for a shell if need be.
+pub fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/\\._-:+,".contains(c);
+    if text.chars().all(plain) {
+        text
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::in_bytes;
+
+    #[test]
+    fn numbers_are_readable() {
+        assert_eq!(grouped(0), "0");
+        assert_eq!(grouped(999), "999");
+        assert_eq!(grouped(1000), "1 000");
+        assert_eq!(grouped(12_345_678), "12 345 678");
+        assert_eq!(in_bytes(1023), "1023 B");
+        assert_eq!(in_bytes(1536), "1.5 KiB");
+        assert_eq!(in_bytes(3 << 30), "3.0 GiB");
+    }
+}

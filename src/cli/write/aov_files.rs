@@ -1,0 +1,121 @@
+//! The files of `--aov`.
+
+use super::{
+    aov::{self, AovKind, DepthRange},
+    output::Output,
+    picture::{Picture, Pixels},
+};
+use crate::{
+    cli::{
+        CliError,
+        plan::{PictureOptions, PicturePath, aov_path},
+        process::Interrupt,
+        report::AovReport,
+    },
+    render::{Aovs, OnProgress, RenderError, Renderer, Settings, Transfer},
+    scene::{Camera, Scene},
+};
+use std::path::Path;
+
+/// The AOVs that were asked for and their checked files.
+#[derive(Debug)]
+pub struct AovFiles {
+    asked: Vec<AovKind>,
+    /// A file for each AOV; none if the picture's own file holds them all.
+    files: Vec<Output>,
+    /// How albedo becomes bytes.
+    transfer: Transfer,
+}
+
+/// The AOVs of a picture, and how depth is shown.
+pub struct RenderedAovs {
+    aovs: Aovs,
+    range: DepthRange,
+}
+
+impl AovFiles {
+    /// Checks the files beside `output`, which is at `path`.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] if the output has no name to derive others from; else as [`Output::prepare`].
+    pub fn prepare(
+        options: &PictureOptions,
+        output: &Output,
+        path: &PicturePath,
+        scene: &Path,
+        size: (u32, u32),
+    ) -> Result<Self, CliError> {
+        let mut asked = options.aovs.clone();
+        asked.sort_unstable();
+        asked.dedup();
+        let mut files = Vec::new();
+        if !output.is_exr() {
+            for which in &asked {
+                let file = aov_path(&path.path, which.name()).ok_or_else(|| {
+                    CliError::Usage(format!(
+                        "--aov derives its file names from the picture's, and {} has none: use a file such as -o a.png",
+                        path.path.display()
+                    ))
+                })?;
+                files.push(Output::prepare(&file, scene, size)?);
+            }
+        }
+        Ok(Self {
+            asked,
+            files,
+            transfer: options.transfer,
+        })
+    }
+
+    /// The files beside the picture.
+    pub fn files(&self) -> &[Output] {
+        &self.files
+    }
+
+    /// Renders the AOVs, if any were asked for.
+    ///
+    /// # Errors
+    /// As [`Renderer::aovs`].
+    pub fn render(
+        &self,
+        renderer: &mut Renderer<'_>,
+        scene: &Scene,
+        camera: &Camera,
+        settings: &Settings,
+        on_progress: OnProgress<'_>,
+    ) -> Result<Option<RenderedAovs>, RenderError> {
+        if self.asked.is_empty() {
+            return Ok(None);
+        }
+        let costs = self.asked.contains(&AovKind::Heat);
+        let aovs = renderer.aovs(camera, settings, costs, on_progress)?;
+        let range = DepthRange::new(scene.bounds(), camera.eye());
+        Ok(Some(RenderedAovs { aovs, range }))
+    }
+
+    /// Writes the AOVs to their files, or adds them to an EXR picture.
+    ///
+    /// # Errors
+    /// As [`Output::write`].
+    pub fn write(
+        &self,
+        RenderedAovs { aovs, range }: &RenderedAovs,
+        picture: &mut Picture,
+        interrupt: &Interrupt,
+    ) -> Result<(), CliError> {
+        if self.files.is_empty() {
+            let channels = self.asked.iter().flat_map(|&which| aov::channels(aovs, which));
+            picture.layers.extend(channels);
+        }
+        for (file, &which) in self.files.iter().zip(&self.asked) {
+            let own = Picture::from(Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer)));
+            file.write(&own, interrupt)?;
+        }
+        Ok(())
+    }
+
+    /// What `--stats` says about them.
+    pub fn report(&self, rendered: &RenderedAovs) -> Option<AovReport> {
+        AovReport::new(&rendered.aovs, &self.asked, rendered.range)
+    }
+}

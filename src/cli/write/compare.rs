@@ -1,0 +1,341 @@
+//! `--compare`: a picture against a reference.
+
+use super::{
+    output::Output,
+    picture::{Picture, Pixels},
+};
+use crate::{
+    cli::{CliError, plan::CompareOptions, process::Interrupt},
+    render::{ByteFilm, Film, Transfer, quantize},
+};
+use image::{DynamicImage, ImageReader, Limits};
+use std::{
+    borrow::Cow,
+    fs::{self, File},
+    io::{self, BufReader},
+    path::{Path, PathBuf},
+};
+
+/// What a decoder may take besides the picture, bytes.
+const DECODER_BYTES: u64 = 1 << 26;
+/// The largest pixel of a decoded picture: four floats.
+const PIXEL_BYTES: u64 = 16;
+
+/// A reference, and how a rendered picture is compared with it.
+#[derive(Debug)]
+pub struct Comparison {
+    reference: PathBuf,
+    tolerance: f32,
+    allow_pixels: f64,
+    width: u32,
+    height: u32,
+    /// For the difference.
+    pub output: Output,
+}
+
+/// What a comparison found.
+pub struct Verdict {
+    pub agrees: bool,
+    /// One line.
+    pub text: String,
+}
+
+impl Comparison {
+    /// Checks that the reference exists and has the right size. A difference picture goes to `difference`.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] if the reference cannot be read or has another size.
+    pub fn prepare(
+        options: &CompareOptions<'_>,
+        reference: PathBuf,
+        difference: Output,
+        (width, height): (u32, u32),
+    ) -> Result<Self, CliError> {
+        if difference.is_exr() {
+            return Err(CliError::Usage(format!(
+                "{}: a difference picture has 8 bits, which EXR cannot hold; use .png or another format",
+                difference.name()
+            )));
+        }
+        let found = open(&reference)?
+            .into_dimensions()
+            .map_err(|error| unreadable(&reference, &error))?;
+        if found != (width, height) {
+            return Err(CliError::Failed(format!(
+                "cannot compare pictures of different sizes: the picture has {width}x{height} pixels, the reference {} \
+                 has {}x{}",
+                reference.display(),
+                found.0,
+                found.1
+            )));
+        }
+        Ok(Self {
+            reference,
+            tolerance: options.tolerance,
+            allow_pixels: options.allow_pixels,
+            width,
+            height,
+            output: difference,
+        })
+    }
+
+    /// Whether the picture would replace the reference.
+    pub fn would_replace_reference(&self, output: &Output) -> bool {
+        fs::canonicalize(&self.reference).is_ok_and(|reference| output.place() == reference)
+    }
+
+    /// Compares the picture, called `name` in messages, and writes the difference picture if they differ.
+    ///
+    /// # Errors
+    /// [`CliError`]; a difference is not an error here.
+    pub fn run(&self, picture: &Picture, name: &str, interrupt: &Interrupt) -> Result<Verdict, CliError> {
+        let work = || -> Result<_, CliError> {
+            let reference = self.read()?;
+            let floats = has_floats(&reference)
+                && picture.transfer == Transfer::Linear
+                && !matches!(picture.pixels, Pixels::Bytes(_));
+            let reference = Reference::new(reference);
+            let ours = Ours::new(picture, floats);
+            let levels = |i| distances(ours.levels(i), reference.levels(i, floats));
+            let figures = Figures::new((self.width, self.height), self.tolerance, levels);
+            let agrees = figures.differing as f64 <= self.allow_pixels * figures.pixels as f64;
+            let shown = (!agrees).then(|| self.difference(figures.largest, levels));
+            Ok((figures, shown))
+        };
+        let (figures, shown) = interrupt.exit_at_once_during(work)??;
+        let mut text = figures.text(name, &self.reference, self.tolerance, shown.is_none());
+        if let Some(shown) = &shown {
+            self.output.write(shown, interrupt)?;
+            text.push_str(&format!("; shown in {}", self.output.name()));
+        }
+        Ok(Verdict {
+            agrees: shown.is_none(),
+            text,
+        })
+    }
+
+    fn read(&self) -> Result<DynamicImage, CliError> {
+        let mut reader = open(&self.reference)?;
+        let mut limits = Limits::default();
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        limits.max_alloc = Some(DECODER_BYTES + 2 * PIXEL_BYTES * pixels);
+        limits.max_image_width = Some(self.width);
+        limits.max_image_height = Some(self.height);
+        reader.limits(limits);
+        let picture = reader
+            .decode()
+            .map_err(|error| unreadable(&self.reference, &error))?;
+        // The file may have changed since it was checked.
+        if (picture.width(), picture.height()) != (self.width, self.height) {
+            return Err(CliError::Failed(format!(
+                "the reference {} has changed its size since it was checked",
+                self.reference.display()
+            )));
+        }
+        Ok(picture)
+    }
+
+    /// The difference of each channel, scaled so that `largest` is white.
+    fn difference(&self, largest: f32, levels: impl Fn(usize) -> [f32; 4]) -> Picture {
+        let factor = 255.0 / largest.min(f32::MAX);
+        let mut film = ByteFilm::black(self.width, self.height);
+        for (i, pixel) in film.pixels_mut().iter_mut().enumerate() {
+            let [r, g, b, alpha] = levels(i);
+            *pixel = [r, g, b].map(|channel| {
+                let level = channel.max(alpha);
+                // NaN in a picture gives an infinite difference, shown as white. The cast saturates.
+                if level.is_finite() {
+                    (level * factor).round() as u8
+                } else {
+                    255
+                }
+            });
+        }
+        Pixels::Bytes(film).into()
+    }
+}
+
+/// Opens a picture and guesses its format from its first bytes. Files only: a pipe might block.
+fn open(path: &Path) -> Result<ImageReader<BufReader<File>>, CliError> {
+    let open = || {
+        if !fs::metadata(path)?.is_file() {
+            return Err(io::Error::other("not a regular file"));
+        }
+        ImageReader::open(path)?.with_guessed_format()
+    };
+    open().map_err(|error| unreadable(path, &image::ImageError::IoError(error)))
+}
+
+fn unreadable(path: &Path, error: &image::ImageError) -> CliError {
+    let reason = match error {
+        image::ImageError::IoError(error) if error.kind() == io::ErrorKind::NotFound => {
+            "no such file".to_owned()
+        }
+        image::ImageError::IoError(error) => error.to_string(),
+        image::ImageError::Unsupported(_) => {
+            "unknown picture format, expected PNG, PPM, QOI, JPEG, BMP, TIFF or EXR".to_owned()
+        }
+        error => error.to_string(),
+    };
+    let reason = crate::error::escape(&reason).into_owned();
+    CliError::Failed(format!("cannot read the reference {}: {reason}", path.display()))
+}
+
+/// A decoded picture with alpha: floats if its file has floats, else bytes.
+enum Reference {
+    Bytes(image::RgbaImage),
+    Floats(image::Rgba32FImage),
+}
+
+fn has_floats(picture: &DynamicImage) -> bool {
+    matches!(
+        picture,
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+    )
+}
+
+impl Reference {
+    fn new(picture: DynamicImage) -> Self {
+        if has_floats(&picture) {
+            Self::Floats(picture.into_rgba32f())
+        } else {
+            Self::Bytes(picture.into_rgba8())
+        }
+    }
+
+    fn levels(&self, i: usize, floats: bool) -> [f32; 4] {
+        match self {
+            Self::Bytes(picture) => picture.as_raw().as_chunks().0[i].map(f32::from),
+            Self::Floats(picture) => {
+                let channels: [f32; 4] = picture.as_raw().as_chunks().0[i];
+                channels.map(|channel| level(channel, floats))
+            }
+        }
+    }
+}
+
+/// The rendered picture's values as they are compared.
+enum Ours<'a> {
+    /// Bytes, and channels per pixel.
+    Bytes(Cow<'a, [u8]>, usize),
+    Floats(&'a Film),
+    FloatsWithAlpha(&'a Film<[f32; 4]>),
+}
+
+impl<'a> Ours<'a> {
+    fn new(picture: &'a Picture, floats: bool) -> Self {
+        match &picture.pixels {
+            Pixels::Bytes(film) => Self::Bytes(film.pixels().as_flattened().into(), 3),
+            Pixels::Linear(film) if floats => Self::Floats(film),
+            Pixels::Linear(film) => Self::Bytes(film.to_bytes(picture.transfer).into(), 3),
+            Pixels::Transparent(film) if floats => Self::FloatsWithAlpha(film),
+            Pixels::Transparent(film) => Self::Bytes(film.to_bytes(picture.transfer).into(), 4),
+        }
+    }
+
+    fn levels(&self, i: usize) -> [f32; 4] {
+        match self {
+            Self::Bytes(bytes, channels) => {
+                let mut levels = [255.0; 4];
+                for (level, &byte) in levels.iter_mut().zip(&bytes[i * channels..][..*channels]) {
+                    *level = f32::from(byte);
+                }
+                levels
+            }
+            Self::Floats(film) => {
+                let [r, g, b] = film.pixels()[i].map(|channel| level(channel, true));
+                [r, g, b, 255.0]
+            }
+            Self::FloatsWithAlpha(film) => film.pixels()[i].map(|channel| level(channel, true)),
+        }
+    }
+}
+
+/// Floats are compared with floats as they are, with bytes as the bytes that they would become.
+fn level(channel: f32, floats: bool) -> f32 {
+    if floats {
+        255.0 * channel
+    } else {
+        f32::from(quantize(channel))
+    }
+}
+
+/// The difference of each channel, levels; infinite for NaN.
+fn distances(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    std::array::from_fn(|channel| {
+        let distance = (a[channel] - b[channel]).abs();
+        if distance.is_nan() {
+            f32::INFINITY
+        } else {
+            distance
+        }
+    })
+}
+
+/// What a comparison counts.
+struct Figures {
+    pixels: u64,
+    differing: u64,
+    /// Of all channels, levels.
+    largest: f32,
+    /// Over all colour channels, levels.
+    mean: f64,
+}
+
+impl Figures {
+    fn new((width, height): (u32, u32), tolerance: f32, levels: impl Fn(usize) -> [f32; 4]) -> Self {
+        let pixels = u64::from(width) * u64::from(height);
+        let (mut differing, mut largest, mut sum) = (0, 0.0_f32, 0.0);
+        for i in 0..pixels as usize {
+            let [r, g, b, alpha] = levels(i);
+            let most = r.max(g).max(b).max(alpha);
+            differing += u64::from(most > tolerance);
+            largest = largest.max(most);
+            sum += f64::from(r) + f64::from(g) + f64::from(b);
+        }
+        Self {
+            pixels,
+            differing,
+            largest,
+            mean: sum / (3 * pixels) as f64,
+        }
+    }
+
+    fn text(&self, name: &str, reference: &Path, tolerance: f32, agrees: bool) -> String {
+        format!(
+            "{name} {} {}: {} of {} pixels ({:.3} %) differ by more than {tolerance} of 255 levels, the most by {}, \
+             {:.4} on average",
+            if agrees { "agrees with" } else { "differs from" },
+            reference.display(),
+            self.differing,
+            self.pixels,
+            100.0 * self.differing as f64 / self.pixels as f64,
+            (f64::from(self.largest) * 1e3).round() / 1e3,
+            self.mean
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_counts_once_and_beyond_the_tolerance() {
+        let levels = [
+            [2.0, 2.5, 0.0, 0.0],
+            [2.0, 0.0, 0.0, 0.0],
+            [0.0, 0.0, 0.0, 9.0],
+            [0.0; 4],
+        ];
+        let figures = Figures::new((2, 2), 2.0, |i| levels[i]);
+        assert_eq!((figures.pixels, figures.differing, figures.largest), (4, 2, 9.0));
+        assert_eq!(figures.mean, 6.5 / 12.0);
+    }
+
+    #[test]
+    fn nan_differs() {
+        let figures = Figures::new((1, 1), 255.0, |_| distances([f32::NAN; 4], [0.0; 4]));
+        assert_eq!(figures.differing, 1);
+    }
+}

@@ -1,0 +1,22 @@
+//! What a call leaves behind: pictures, their AOVs, comparisons, JSON.
+
+mod aov;
+mod aov_files;
+mod compare;
+mod encode;
+mod exr_layers;
+mod json;
+mod output;
+mod picture;
+mod whole_file;
+
+pub use aov::{AovKind, DepthRange};
+pub use aov_files::AovFiles;
+pub use compare::{Comparison, Verdict};
+#[cfg(feature = "viewer")]
+pub use encode::Format;
+pub use json::{json_line, write_json};
+pub use output::Output;
+#[cfg(feature = "viewer")]
+pub use picture::Pixels;
+pub use whole_file::write as write_file;

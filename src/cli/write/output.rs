@@ -1,0 +1,279 @@
+//! Where a picture goes: checked before rendering, written whole or not at all.
+
+use super::{
+    encode::Format,
+    picture::Picture,
+    whole_file::{Temporary, folder_of},
+};
+use crate::{
+    cli::{
+        CliError,
+        plan::{Origin, PictureOptions, PicturePath, is_standard_input, kind_of},
+        process::Interrupt,
+    },
+    render::Transfer,
+};
+use std::{
+    fs::{self, File, OpenOptions, Permissions},
+    io::{self, IsTerminal, Write},
+    path::{Path, PathBuf},
+};
+
+/// Bytes between two looks at the interrupt flag.
+const CHUNK: usize = 1 << 20;
+/// Symbolic links followed by hand, as many as Linux follows.
+const MAX_LINKS: usize = 40;
+
+/// Where to write, and how.
+#[derive(Debug)]
+enum Place {
+    /// Standard output.
+    Stdout,
+    /// A device, a named pipe, ...: written through, for replacing it would make it a file.
+    Special(PathBuf),
+    /// A file, old or new: replaced in one step. Symbolic links are resolved, so that they stay.
+    File {
+        path: PathBuf,
+        /// Those of the file that is there already.
+        permissions: Option<Permissions>,
+    },
+}
+
+/// A checked place for a picture.
+#[derive(Debug)]
+pub struct Output {
+    name: String,
+    origin: Origin,
+    place: Place,
+    format: Format,
+}
+
+impl Output {
+    /// Checks that a picture of `width` x `height` can be written to `path`, as far as that can be known
+    /// without writing it.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] for an unknown extension or a terminal, [`CliError::Failed`] for a folder that is
+    /// missing or not writable, and the like.
+    pub fn prepare(
+        PicturePath { path, origin }: &PicturePath,
+        scene: &Path,
+        (width, height): (u32, u32),
+    ) -> Result<Self, CliError> {
+        let (name, place, format) = if is_standard_input(path) {
+            Self::stdout()?
+        } else {
+            Self::file(path, scene)?
+        };
+        format.check_size(width, height)?;
+        Ok(Self {
+            name,
+            origin: *origin,
+            place,
+            format,
+        })
+    }
+
+    /// What to call it in messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Who chose its name.
+    pub fn origin(&self) -> Origin {
+        self.origin
+    }
+
+    /// Whether it is a file, old or new, and no device or pipe.
+    pub fn is_file(&self) -> bool {
+        matches!(self.place, Place::File { .. })
+    }
+
+    /// Whether a file is there already.
+    pub fn exists(&self) -> bool {
+        matches!(
+            &self.place,
+            Place::File {
+                permissions: Some(_),
+                ..
+            }
+        )
+    }
+
+    /// Whether it is an EXR file, which holds linear floats and any channels.
+    pub fn is_exr(&self) -> bool {
+        self.format == Format::Exr
+    }
+
+    /// One path for all names of a place; "-" for standard output.
+    pub fn place(&self) -> &Path {
+        match &self.place {
+            Place::Stdout => Path::new("-"),
+            Place::Special(path) | Place::File { path, .. } => path,
+        }
+    }
+
+    fn stdout() -> Result<(String, Place, Format), CliError> {
+        if io::stdout().is_terminal() {
+            return Err(CliError::Usage(
+                "will not write a PNG to a terminal: redirect it with > or |".into(),
+            ));
+        }
+        Ok(("standard output".into(), Place::Stdout, Format::Png))
+    }
+
+    fn file(path: &Path, scene: &Path) -> Result<(String, Place, Format), CliError> {
+        let name = path.display().to_string();
+        let found = match fs::metadata(path) {
+            // Otherwise only writing the finished picture would fail.
+            Err(error) if error.kind() == io::ErrorKind::InvalidFilename => {
+                return Err(CliError::writing(&name, &error));
+            }
+            found => found.ok(),
+        };
+        if found.as_ref().is_some_and(fs::Metadata::is_dir) {
+            return Err(CliError::Failed(format!(
+                "cannot write {name}: it is a directory; name a file in it, such as {}",
+                path.join("{stem}.png").display()
+            )));
+        }
+        let special = found.as_ref().is_some_and(|found| !found.is_file());
+        let format = match path.extension() {
+            Some(extension) => Format::from_extension(extension),
+            None if special => Some(Format::Png),
+            None => None,
+        };
+        let format = format.ok_or_else(|| {
+            CliError::Usage(format!(
+                "cannot tell the format of {name} from its extension: expected {}",
+                Format::EXTENSIONS
+            ))
+        })?;
+        if special {
+            return Ok((name, Place::Special(path.to_owned()), format));
+        }
+        let path = follow_links(path).map_err(|error| CliError::writing(&name, &error))?;
+        if found.is_some() && fs::canonicalize(scene).is_ok_and(|scene| scene == path) {
+            // A picture given as a scene: that it is no scene matters more.
+            kind_of(scene)?;
+            return Err(CliError::Usage(format!(
+                "the picture {name} would replace the scene"
+            )));
+        }
+        check_writable(&path, found.is_some(), &name)?;
+        let permissions = found.map(|found| found.permissions());
+        Ok((name, Place::File { path, permissions }, format))
+    }
+
+    /// An empty picture of the kind that will be written.
+    pub fn new_picture(&self, options: &PictureOptions) -> Picture {
+        Picture::new(self.format, options)
+    }
+
+    /// Whether the options suit the format.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`], with what would do.
+    pub fn check(&self, options: &PictureOptions) -> Result<(), CliError> {
+        let name = &self.name;
+        if options.transparent && !self.format.has_alpha() {
+            return Err(CliError::Usage(format!(
+                "{name}: this format has no alpha channel; use .png, .qoi, .tiff, .tif or .exr"
+            )));
+        }
+        if options.transfer == Transfer::Srgb && self.format == Format::Exr {
+            return Err(CliError::Usage(format!(
+                "{name}: EXR holds linear floats; leave out --srgb, or use another format"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Encodes and writes the picture. On failure the place is as it was before (a device or a pipe may have
+    /// got a part).
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn write(&self, picture: &Picture, interrupt: &Interrupt) -> Result<(), CliError> {
+        let bytes = interrupt.exit_at_once_during(|| self.format.encode(picture))??;
+        let written = match &self.place {
+            Place::Stdout => interrupt.exit_at_once_during(|| {
+                let mut stdout = io::stdout().lock();
+                stdout.write_all(&bytes).and_then(|()| stdout.flush())
+            })?,
+            Place::Special(path) => interrupt.exit_at_once_during(|| {
+                let mut file = OpenOptions::new().write(true).open(path)?;
+                file.write_all(&bytes).and_then(|()| file.flush())
+            })?,
+            Place::File { path, permissions } => replace(path, permissions.as_ref(), &bytes, interrupt),
+        };
+        interrupt.check()?;
+        written.map_err(|error| CliError::writing(&self.name, &error))
+    }
+}
+
+/// Writes a new file beside `path` and then gives it that name. The temporary file goes with every failure.
+fn replace(
+    path: &Path,
+    permissions: Option<&Permissions>,
+    bytes: &[u8],
+    interrupt: &Interrupt,
+) -> io::Result<()> {
+    let mut temporary = Temporary::beside(path)?;
+    if let Some(permissions) = permissions {
+        temporary.file().set_permissions(permissions.clone())?;
+    }
+    for chunk in bytes.chunks(CHUNK) {
+        if interrupt.requested() {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
+        temporary.file().write_all(chunk)?;
+    }
+    temporary.persist()
+}
+
+/// Whether the file may be replaced or made, found out without changing it.
+fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError> {
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        let what = if folder.exists() {
+            "is not a directory"
+        } else {
+            "does not exist"
+        };
+        return Err(CliError::Failed(format!(
+            "cannot write {name}: {} {what}",
+            folder.display()
+        )));
+    }
+    // Replacing would not ask for the old file's permission, so ask here.
+    let old: io::Result<Option<File>> = if exists {
+        OpenOptions::new().write(true).open(path).map(Some)
+    } else {
+        Ok(None)
+    };
+    old.and_then(|_| Temporary::beside(path))
+        .map(drop)
+        .map_err(|error| CliError::writing(name, &error))
+}
+
+/// What a path stands for after all symbolic links at its end, whether that exists or not.
+fn follow_links(path: &Path) -> io::Result<PathBuf> {
+    if let Ok(path) = fs::canonicalize(path) {
+        return Ok(path);
+    }
+    let mut path = path.to_owned();
+    for _ in 0..MAX_LINKS {
+        let Ok(link) = fs::read_link(&path) else {
+            // A folder that is not there, or is none, is refused later.
+            let folder = fs::canonicalize(folder_of(&path));
+            return Ok(match (folder, path.file_name()) {
+                (Ok(folder), Some(name)) if folder.is_dir() => folder.join(name),
+                _ => path,
+            });
+        };
+        // An absolute link replaces the whole path.
+        path = folder_of(&path).join(link);
+    }
+    Err(io::Error::other("too many symbolic links"))
+}

@@ -1,0 +1,71 @@
+//! A picture in the kind of pixels that its file will hold.
+
+use super::{encode::Format, exr_layers::Channel};
+use crate::{
+    cli::plan::PictureOptions,
+    render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings, Transfer},
+    scene::Camera,
+};
+
+/// The picture's colours.
+pub enum Pixels {
+    Bytes(ByteFilm),
+    Linear(Film),
+    /// With alpha.
+    Transparent(Film<[f32; 4]>),
+}
+
+/// A picture for one file.
+pub struct Picture {
+    pub pixels: Pixels,
+    /// How linear channels become bytes.
+    pub transfer: Transfer,
+    /// Other channels of an EXR file.
+    pub layers: Vec<Channel>,
+}
+
+impl Picture {
+    /// An empty picture for a file of that format. Rendering gives it its size.
+    pub fn new(format: Format, options: &PictureOptions) -> Self {
+        let transfer = options.transfer;
+        let pixels = if options.transparent {
+            Pixels::Transparent(Film::black(0, 0))
+        } else if format == Format::Exr || transfer != Transfer::Linear {
+            Pixels::Linear(Film::new(0, 0))
+        } else {
+            Pixels::Bytes(ByteFilm::black(0, 0))
+        };
+        Self {
+            transfer,
+            ..Self::from(pixels)
+        }
+    }
+
+    /// Renders into the picture.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn render(
+        &mut self,
+        renderer: &mut Renderer<'_>,
+        camera: &Camera,
+        settings: &Settings,
+        on_progress: OnProgress<'_>,
+    ) -> Result<FrameStats, RenderError> {
+        match &mut self.pixels {
+            Pixels::Bytes(film) => renderer.render(camera, settings, film, on_progress),
+            Pixels::Linear(film) => renderer.render(camera, settings, film, on_progress),
+            Pixels::Transparent(film) => renderer.render(camera, settings, film, on_progress),
+        }
+    }
+}
+
+impl From<Pixels> for Picture {
+    fn from(pixels: Pixels) -> Self {
+        Self {
+            pixels,
+            transfer: Transfer::Linear,
+            layers: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,291 @@
+//! Files that appear whole or not at all: written beside their place under another name, then moved there.
+//!
+//! The other name is made of the file's own and a small number, and the file is locked while it is written. A process
+//! that is killed leaves at most this one, without a lock: the next one that writes the same file takes it away. So
+//! nothing heaps up, however often a farm kills its renderers. (No crate names temporary files so that they are found
+//! again.)
+
+use crate::cli::process::Interrupt;
+use std::{
+    fs::{self, File, OpenOptions, TryLockError},
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+/// Processes that write one file at the same time.
+const MOST_WRITERS: u32 = 16;
+/// Other processes that may come between the steps of taking over a file.
+const MOST_TRIES: u32 = 100;
+
+/// Writes a file of its own making to `path`, in place of one that is there. A signal stops it.
+///
+/// # Errors
+/// What `write` or the disk says; `path` is as before then, and the temporary file is gone.
+pub fn write(
+    path: &Path,
+    interrupt: &Interrupt,
+    write: impl FnOnce(&mut BufWriter<Guarded<'_>>) -> io::Result<()>,
+) -> io::Result<()> {
+    let temporary = Temporary::beside(path)?;
+    let guarded = Guarded {
+        file: &temporary.file,
+        interrupt,
+    };
+    let mut out = BufWriter::with_capacity(1 << 16, guarded);
+    write(&mut out)?;
+    out.flush()?;
+    drop(out);
+    temporary.persist()
+}
+
+/// Writes to a file until a signal comes.
+pub struct Guarded<'a> {
+    file: &'a File,
+    interrupt: &'a Interrupt,
+}
+
+impl Write for Guarded<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.interrupt.requested() {
+            // Not `Interrupted`, after which `write_all` would try again.
+            return Err(io::Error::other("stopped by a signal"));
+        }
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// A file that has not got its name yet; removed when it is dropped before.
+#[derive(Debug)]
+pub struct Temporary {
+    file: File,
+    /// What it is called until then.
+    path: PathBuf,
+    target: PathBuf,
+    is_done: bool,
+}
+
+impl Temporary {
+    /// A new file in the folder of `target`, with the permissions of any new file.
+    ///
+    /// # Errors
+    /// What the system says of a new file there.
+    pub fn beside(target: &Path) -> io::Result<Self> {
+        let name = target.file_name().unwrap_or_default();
+        let hash = fnv_1a(name.as_encoded_bytes());
+        for number in 0..MOST_WRITERS {
+            // The name itself might leave no room for more letters.
+            let path = folder_of(target).join(format!(".octray-{hash:016x}-{number}.tmp"));
+            if let Some(file) = claim(&path)? {
+                return Ok(Self {
+                    file,
+                    path,
+                    target: target.to_path_buf(),
+                    is_done: false,
+                });
+            }
+        }
+        Err(io::Error::other(format!(
+            "{MOST_WRITERS} others are writing it, or have left .octray-{hash:016x}-*.tmp in its folder"
+        )))
+    }
+
+    /// To write to.
+    pub fn file(&mut self) -> &mut File {
+        &mut self.file
+    }
+
+    /// Gives it its name.
+    ///
+    /// There is no `fsync`: a picture can be rendered again, and waiting for the disk takes longer than most.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn persist(mut self) -> io::Result<()> {
+        fs::rename(&self.path, &self.target)?;
+        self.is_done = true;
+        Ok(())
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        if !self.is_done {
+            // Where it cannot be removed, the next writer of the same file will try again.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// Makes a file of that name, ours alone; `None` if another process has it.
+///
+/// What is there already is never written to: in a folder that others may write to, it could be a link to something
+/// else. It is removed if nobody has a lock on it, and then made anew. Whoever removes or renames a file of such a name
+/// has its lock, and a lock counts only as long as the locked file has the name.
+fn claim(path: &Path) -> io::Result<Option<File>> {
+    for _ in 0..MOST_TRIES {
+        match OpenOptions::new().write(true).create_new(true).open(path) {
+            Ok(file) => match file.try_lock() {
+                // Somebody may have taken it for a stale one between the two steps.
+                Ok(()) if is_at(&file, path) => return Ok(Some(file)),
+                Ok(()) | Err(TryLockError::WouldBlock) => {}
+                // A file system without locks.
+                Err(TryLockError::Error(_)) => return Ok(Some(file)),
+            },
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                if !remove_stale(path) {
+                    return Ok(None);
+                }
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(None)
+}
+
+/// Removes what a killed process has left; whether the name may be tried again.
+fn remove_stale(path: &Path) -> bool {
+    // A link or a pipe is nothing that this program makes, and opening a pipe would wait.
+    match fs::symlink_metadata(path) {
+        Ok(found) if found.is_file() => {}
+        Ok(_) => return false,
+        Err(error) => return error.kind() == io::ErrorKind::NotFound,
+    }
+    let mut options = OpenOptions::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt;
+        // It may have become one since.
+        options.custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
+    }
+    match options.read(true).open(path) {
+        Ok(file) => {
+            let is_stale = file.try_lock().is_ok();
+            is_stale && (!is_at(&file, path) || fs::remove_file(path).is_ok())
+        }
+        Err(error) => error.kind() == io::ErrorKind::NotFound,
+    }
+}
+
+/// Whether an open file is the one that has this name.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |found: fs::Metadata| (found.dev(), found.ino());
+    match (file.metadata(), fs::symlink_metadata(path)) {
+        (Ok(file), Ok(found)) => identity(file) == identity(found),
+        _ => false,
+    }
+}
+
+/// Elsewhere files that are open are not replaced under their names.
+#[cfg(not(unix))]
+fn is_at(_: &File, path: &Path) -> bool {
+    path.exists()
+}
+
+/// Fowler, Noll and Vo's hash: the same in every build, unlike the standard library's.
+fn fnv_1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// The folder of a file, "." for a bare name.
+pub fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_appears_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let interrupt = Interrupt::default();
+        write(&path, &interrupt, |out| out.write_all(b"old")).unwrap();
+        let failed = write(&path, &interrupt, |out| {
+            out.write_all(&[0; 1 << 18])?;
+            Err(io::Error::other("no more"))
+        });
+        assert_eq!(failed.unwrap_err().to_string(), "no more");
+        assert_eq!(
+            (names(folder.path()), fs::read(&path).unwrap()),
+            (vec!["a".into()], b"old".to_vec())
+        );
+    }
+
+    #[test]
+    fn what_others_are_writing_stays_and_what_they_left_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let first = Temporary::beside(&path).unwrap();
+        let second = Temporary::beside(&path).unwrap();
+        assert_ne!(first.path, second.path);
+        let (first_path, second_path) = (first.path.clone(), second.path.clone());
+        // As after SIGKILL: the file is there, the lock is gone.
+        fs::write(&first_path, "half").unwrap();
+        let stale = fs::read(&first_path).unwrap();
+        drop(first);
+        fs::write(&first_path, stale).unwrap();
+        let third = Temporary::beside(&path).unwrap();
+        assert_eq!(third.path, first_path);
+        assert_eq!(fs::read(&first_path).unwrap(), b"");
+        assert!(second_path.exists());
+        third.persist().unwrap();
+        drop(second);
+        assert_eq!(names(folder.path()), ["a"]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn links_in_the_way_are_not_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let name = Temporary::beside(&path).unwrap().path.clone();
+        fs::write(folder.path().join("other"), "other").unwrap();
+        std::os::unix::fs::symlink("other", &name).unwrap();
+        let interrupt = Interrupt::default();
+        write(&path, &interrupt, |out| out.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(folder.path().join("other")).unwrap(), b"other");
+        assert!(fs::symlink_metadata(&name).unwrap().is_symlink());
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+
+    #[test]
+    fn many_writers_of_one_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        std::thread::scope(|scope| {
+            for letter in *b"abcdefgh" {
+                let path = &path;
+                scope.spawn(move || {
+                    for _ in 0..50 {
+                        let all = vec![letter; 5000];
+                        write(path, &Interrupt::default(), |out| out.write_all(&all)).unwrap();
+                    }
+                });
+            }
+        });
+        let found = fs::read(&path).unwrap();
+        assert!(found.len() == 5000 && found.iter().all(|&letter| letter == found[0]));
+        assert_eq!(names(folder.path()), ["a"]);
+    }
+}
