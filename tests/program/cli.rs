@@ -1,10 +1,10 @@
-//! The command line: arguments, exit codes, what is said where. See `cli_output.rs` for files and pipes.
+//! The command line: arguments, exit codes, messages. (Files and pipes: `cli_output.rs`.)
 
 use crate::program::{Folder, Run};
 use serde_json::Value;
 
 #[test]
-fn a_scene_alone_makes_a_png_of_its_name_here() {
+fn a_scene_alone_writes_a_png_named_after_it() {
     let folder = Folder::new();
     std::fs::create_dir(folder.path("deep")).unwrap();
     folder.write("deep/b.c.scn", "sphere 0 0 0.5 0.5\n");
@@ -45,7 +45,7 @@ fn scenes_may_have_the_names_of_commands() {
 }
 
 #[test]
-fn every_option_is_taken() {
+fn options_take_effect() {
     let folder = Folder::new();
     let all = "a.scn -o a.qoi --size 33x17 --eye -1,2,-3 --target -0.5,0,0 --up 0,-1,0.1 --fov 30.5 \
                --threads 2 --mode scalar --no-shadows --max-depth 1 --samples 4 --stats=text --quiet";
@@ -134,7 +134,7 @@ fn wrong_values_are_usage_errors() {
     folder.fails(&["bench", "a.scn", "--repeat", "0"], 2, "--repeat");
 }
 
-/// A scene's own camera is as good as the same one in options.
+/// A scene's camera renders the same picture as the same camera in options.
 #[test]
 fn the_scenes_cameras() {
     let folder = Folder::new();
@@ -194,7 +194,7 @@ fn any_number_of_samples_with_a_sequence() {
 }
 
 #[test]
-fn pictures_of_nothing_are_told() {
+fn empty_scenes_and_meshes() {
     let folder = Folder::new();
     folder.write("empty.scn", "// nothing\n");
     let run = folder.run(&["empty.scn"]);
@@ -217,7 +217,7 @@ fn pictures_of_nothing_are_told() {
 }
 
 #[test]
-fn limits_are_no_usage_errors() {
+fn exceeded_limits_exit_with_1() {
     let folder = Folder::new();
     folder.fails(&["a.scn", "--size", "100000x100000"], 1, "pixels");
     folder.fails(&["a.scn", "--size", "8000000x1", "--samples", "4"], 1, "samples");
@@ -237,7 +237,7 @@ fn without_arguments_the_usage_is_shown() {
 }
 
 #[test]
-fn help_has_the_options_and_examples() {
+fn help_lists_options_and_examples() {
     let folder = Folder::new();
     let top = folder.run(&["--help"]);
     for words in ["Examples:", "render", "info", "bench", "Exit codes"] {
@@ -362,7 +362,7 @@ fn info_prints_text_or_json() {
 }
 
 #[test]
-fn info_tells_what_a_scene_says() {
+fn info_lists_lights_materials_and_cameras() {
     let folder = Folder::new();
     folder.write(
         "b.scn",
@@ -395,7 +395,7 @@ fn info_tells_what_a_scene_says() {
 }
 
 #[test]
-fn info_counts() {
+fn info_counts_primitives_and_bytes() {
     let folder = Folder::new();
     let info = json(folder.run(&["info", "a.scn", "--json"]).succeeded().text());
     assert_eq!((&info["spheres"], &info["lights"]), (&2.into(), &1.into()));
@@ -431,7 +431,7 @@ fn a_broken_scene_is_one_error() {
     assert_eq!(folder.names(), ["a.scn", "broken.scn"]);
 }
 
-/// On a terminal, by way of util-linux's `script`; `None` where that is not installed.
+/// Runs the program on a terminal of util-linux's `script`; `None` if that is not installed.
 fn on_a_terminal(folder: &Folder, arguments: &str) -> Option<Run> {
     let command = format!("{} {arguments}", crate::program::PROGRAM);
     if let Ok(output) = folder
@@ -446,7 +446,7 @@ fn on_a_terminal(folder: &Folder, arguments: &str) -> Option<Run> {
 }
 
 #[test]
-fn a_terminal_gets_one_line_unless_quiet() {
+fn a_terminal_shows_one_line_unless_quiet() {
     let folder = Folder::new();
     let Some(run) = on_a_terminal(&folder, "a.scn") else {
         return;
@@ -459,7 +459,7 @@ fn a_terminal_gets_one_line_unless_quiet() {
 }
 
 #[test]
-fn a_terminal_gets_no_png() {
+fn a_png_is_not_written_to_a_terminal() {
     let folder = Folder::new();
     if let Some(run) = on_a_terminal(&folder, "a.scn -o -") {
         assert_eq!(run.code, Some(2), "{run:?}");
@@ -473,7 +473,7 @@ fn a_terminal_gets_no_png() {
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 
 #[test]
-fn meshes_are_taken_by_every_command() {
+fn every_command_reads_meshes() {
     let folder = Folder::new();
     folder.write("square.obj", SQUARE);
     folder.run(&["square.obj", "--size", "8x8"]).succeeded();
@@ -512,7 +512,7 @@ fn meshes_are_taken_by_every_command() {
 }
 
 #[test]
-fn what_is_wrong_with_a_mesh_is_said_once() {
+fn mesh_warnings_are_printed_once() {
     let folder = Folder::new();
     folder.write("twice.obj", &format!("{SQUARE}f 1 2 3\nf 1 1 2\n"));
     let run = folder.run(&["twice.obj", "--size", "8x8"]);
@@ -531,7 +531,7 @@ fn what_is_wrong_with_a_mesh_is_said_once() {
 }
 
 #[test]
-fn mesh_errors_help() {
+fn mesh_errors_suggest_a_remedy() {
     let folder = Folder::new();
     folder.write("square.obj", SQUARE);
     folder.write("letter.fbx", "Dear reader");

@@ -1,10 +1,10 @@
-//! `octray verify` from the outside. (That a fault exits with 5 is shown beside its code, where one can be put in.)
+//! `octray verify`. (Exit code 5 is tested beside the command's code, where a fault can be injected.)
 
 use crate::program::{Folder, Run};
 use serde_json::Value;
 
 #[test]
-fn everybody_agrees_and_the_counts_are_told() {
+fn all_methods_agree_and_counts_are_printed() {
     let folder = Folder::new();
     let run = folder.run(&["verify", "--rays", "20000", "--threads", "2"]);
     let text = run.succeeded().text();
@@ -21,7 +21,7 @@ fn everybody_agrees_and_the_counts_are_told() {
 }
 
 #[test]
-fn counts_depend_on_the_seed_alone() {
+fn counts_depend_only_on_the_seed() {
     let folder = Folder::new();
     let counts = |seed, threads| {
         let arguments = [
@@ -36,8 +36,8 @@ fn counts_depend_on_the_seed_alone() {
             "-",
         ];
         let mut json: Value = serde_json::from_str(folder.run(&arguments).succeeded().text()).unwrap();
-        for changing in ["seconds", "rays_per_s"] {
-            json.as_object_mut().unwrap().remove(changing).unwrap();
+        for timing in ["seconds", "rays_per_s"] {
+            json.as_object_mut().unwrap().remove(timing).unwrap();
         }
         json
     };
@@ -58,7 +58,7 @@ fn one_scene_can_be_repeated() {
 }
 
 #[test]
-fn odd_arguments_are_refused() {
+fn invalid_arguments_are_refused() {
     let folder = Folder::new();
     folder.fails(&["verify", "--rays", "0"], 2, "--rays");
     folder.fails(&["verify", "--seconds=-1"], 2, "--seconds");
@@ -72,14 +72,14 @@ fn odd_arguments_are_refused() {
 
 #[cfg(unix)]
 #[test]
-fn a_signal_ends_it_with_the_counts_so_far() {
+fn a_signal_prints_the_counts_so_far() {
     let folder = Folder::new();
-    // The shell's own `kill`, some time after the program has begun to listen: until then a signal would just end it.
+    // Wait until the program catches signals: before that, one would end it at once.
     let script = "\"$0\" verify --seconds 300 --threads 1 > counts & \
         while ! grep -q '^SigCgt:.*[2367abef]$' /proc/$!/status 2>/dev/null; do sleep 0.1; done; \
         sleep 1; kill -INT $!; wait $!";
     if !cfg!(target_os = "linux") {
-        println!("skipped: this asks /proc whether signals are caught");
+        println!("skipped: this needs /proc");
         return;
     }
     let run: Run = folder.shell(script);
