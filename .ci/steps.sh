@@ -1,6 +1,6 @@
-# What .ci/run and .ci/long share. Sourced by bash, from the package's root.
+# Shared by .ci/run, .ci/long, .ci/same and .ci/portable. Source it from the package's folder.
 
-# step HEADING COMMAND...: prints the heading, runs the command, prints how long it took.
+# step HEADING COMMAND...: prints the heading, runs the command, prints its seconds.
 step() {
     local heading=$1 start=$SECONDS
     shift
@@ -9,7 +9,7 @@ step() {
     printf '=== %s: %d s\n' "$heading" "$((SECONDS - start))"
 }
 
-# apt_install COMMAND PACKAGE: installs PACKAGE where COMMAND is missing and apt can be used; else says so.
+# apt_install COMMAND PACKAGE: installs PACKAGE with apt if COMMAND is missing, or says why it cannot.
 apt_install() {
     local command=$1 package=$2 sudo=()
     if command -v "$command" >/dev/null; then
@@ -32,13 +32,13 @@ apt_install() {
     fi
 }
 
-# cargo_install COMMAND CRATE [OPTION...]: installs a cargo subcommand where it is missing.
+# cargo_install COMMAND CRATE [OPTION...]: installs a cargo subcommand if it is missing.
 cargo_install() {
     command -v "$1" >/dev/null || cargo install --locked "${@:2}"
 }
 
-# fuzz SECONDS: builds all fuzz targets, then runs each on a copy of its seeds, so that the checkout stays clean.
-# Sanitizers need an unstable compiler flag: nightly where it is installed, else stable told to allow it.
+# fuzz SECONDS: builds all fuzz targets and runs each on a copy of its seeds, so that the checkout stays clean.
+# Sanitizers need an unstable compiler flag: nightly if it is installed, else stable with RUSTC_BOOTSTRAP.
 fuzz() {
     local seconds=$1 toolchain=() target corpus work dictionary options
     cargo_install cargo-fuzz cargo-fuzz
@@ -47,7 +47,7 @@ fuzz() {
     else
         export RUSTC_BOOTSTRAP=1
     fi
-    # cargo-fuzz sets RUSTFLAGS, which hides .cargo/config.toml: say the target CPU again.
+    # cargo-fuzz sets RUSTFLAGS, which replaces the target CPU of .cargo/config.toml.
     if [ "$(uname -m)" = x86_64 ]; then
         export RUSTFLAGS="-C target-cpu=x86-64-v3"
     fi

@@ -1,5 +1,4 @@
-//! Meshes on the command line: a golden picture for each format, and framing. As in `tests/library/golden.rs`,
-//! `OCTRAY_BLESS=1 cargo test mesh_pictures` replaces the golden pictures.
+//! Meshes on the command line: golden pictures of each format (see `tests/library/golden.rs`), and framing.
 
 use crate::{
     images::{assert_all, compare_golden},
