@@ -73,6 +73,11 @@ impl Folder {
         Run::new(self.command(arguments).output().unwrap())
     }
 
+    /// Runs the program with arguments separated by spaces.
+    pub fn run_line(&self, arguments: &str) -> Run {
+        self.run(&arguments.split_whitespace().collect::<Vec<_>>())
+    }
+
     /// Runs a shell script, in which `$0` is the program.
     pub fn shell(&self, script: &str) -> Run {
         Run::new(self.any_command("sh", &["-c", script, PROGRAM]).output().unwrap())
@@ -99,6 +104,13 @@ pub fn send_signal(child: &Child, name: &str) {
     let _ = Command::new("kill")
         .args([name, &child.id().to_string()])
         .output();
+}
+
+/// Expects `text` to contain all of these.
+pub fn assert_contains(text: &str, words: &[&str]) {
+    for word in words {
+        assert!(text.contains(word), "{word} is not in: {text}");
+    }
 }
 
 pub fn names_in(folder: &Path) -> Vec<String> {

@@ -1,6 +1,6 @@
 //! The command line: arguments, exit codes, messages. (Files and pipes: `cli_output.rs`.)
 
-use crate::program::{Folder, Run};
+use crate::program::{Folder, Run, assert_contains};
 use serde_json::Value;
 
 #[test]
@@ -19,12 +19,8 @@ fn a_scene_alone_writes_a_png_named_after_it() {
 fn render_is_the_default_command() {
     let folder = Folder::new();
     folder.run(&["a.scn", "-o", "1.ppm", "--view", "2"]).succeeded();
-    folder
-        .run(&["render", "--view=2", "a.scn", "-o2.ppm"])
-        .succeeded();
-    folder
-        .run(&["--view", "2", "--output", "3.ppm", "--", "a.scn"])
-        .succeeded();
+    folder.run_line("render --view=2 a.scn -o2.ppm").succeeded();
+    folder.run_line("--view 2 --output 3.ppm -- a.scn").succeeded();
     let read = |name| std::fs::read(folder.path(name)).unwrap();
     assert_eq!(read("1.ppm"), read("2.ppm"));
     assert_eq!(read("1.ppm"), read("3.ppm"));
@@ -49,23 +45,15 @@ fn options_take_effect() {
     let folder = Folder::new();
     let all = "a.scn -o a.qoi --size 33x17 --eye -1,2,-3 --target -0.5,0,0 --up 0,-1,0.1 --fov 30.5 \
                --threads 2 --mode scalar --no-shadows --max-depth 1 --samples 4 --stats=text --quiet";
-    let run = folder.run(&all.split_whitespace().collect::<Vec<_>>());
+    let run = folder.run_line(all);
     assert_eq!(run.code, Some(0), "{run:?}");
     assert!(run.stdout.is_empty());
     let picture = image::open(folder.path("a.qoi")).unwrap();
     assert_eq!((picture.width(), picture.height()), (33, 17));
-    for words in ["33x17, 4 samples", "depth 1, shadows off", "scalar", "2 threads"] {
-        assert!(run.stderr.contains(words), "{words}: {}", run.stderr);
-    }
+    let words = ["33x17, 4 samples", "depth 1, shadows off", "scalar", "2 threads"];
+    assert_contains(&run.stderr, &words);
     folder
-        .run(&[
-            "a.scn",
-            "--mode=packet",
-            "--target",
-            "0,0,0",
-            "--up=-1,0,0",
-            "--fov=179",
-        ])
+        .run_line("a.scn --mode=packet --target 0,0,0 --up=-1,0,0 --fov=179")
         .succeeded();
 }
 
@@ -185,7 +173,7 @@ fn any_number_of_samples_with_a_sequence() {
     let folder = Folder::new();
     let read = |options: &str| {
         let arguments = format!("a.scn --size 40x30 -o a.ppm --pattern sobol --quiet {options}");
-        folder.run(&arguments.split(' ').collect::<Vec<_>>()).succeeded();
+        folder.run_line(&arguments).succeeded();
         std::fs::read(folder.path("a.ppm")).unwrap()
     };
     let seven = read("--samples 7");
@@ -240,35 +228,13 @@ fn without_arguments_the_usage_is_shown() {
 fn help_lists_options_and_examples() {
     let folder = Folder::new();
     let top = folder.run(&["--help"]);
-    for words in ["Examples:", "render", "info", "bench", "Exit codes"] {
-        assert!(top.succeeded().text().contains(words), "{words}");
-    }
-    for arguments in [
-        &["render", "--help"][..],
-        &["a.scn", "--help"],
-        &["help", "render"],
-    ] {
-        let help = folder.run(arguments);
-        for option in [
-            "Examples:",
-            "--output",
-            "--size",
-            "--camera",
-            "--view",
-            "--eye",
-            "--target",
-            "--up",
-            "--fov",
-            "--threads",
-            "--mode",
-            "--no-shadows",
-            "--max-depth",
-            "--samples",
-            "--stats",
-            "--quiet",
-        ] {
-            assert!(help.succeeded().text().contains(option), "{option}");
-        }
+    let words = ["Examples:", "render", "info", "bench", "Exit codes"];
+    assert_contains(top.succeeded().text(), &words);
+    let options = "Examples: --output --size --camera --view --eye --target --up --fov --threads --mode --no-shadows \
+                   --max-depth --samples --stats --quiet";
+    let options: Vec<_> = options.split(' ').collect();
+    for arguments in ["render --help", "a.scn --help", "help render"] {
+        assert_contains(folder.run_line(arguments).succeeded().text(), &options);
     }
     let short = folder.run(&["render", "-h"]);
     assert!(short.succeeded().text().contains("--samples"));
@@ -322,16 +288,17 @@ fn statistics_go_to_standard_error() {
     let text = folder.run(&["--stats", "a.scn"]);
     assert_eq!(text.code, Some(0));
     assert!(text.stdout.is_empty());
-    for words in ["primitives", "camera", "rays/s", "load", "memory"] {
-        assert!(text.stderr.contains(words), "{words}");
-    }
+    assert_contains(
+        &text.stderr,
+        &["primitives", "camera", "rays/s", "load", "memory"],
+    );
 }
 
 #[test]
 fn info_prints_text_or_json() {
     let folder = Folder::new();
     let text = folder.run(&["info", "a.scn"]);
-    for words in [
+    let words = [
         "triangles",
         "spheres",
         "bounds",
@@ -340,20 +307,12 @@ fn info_prints_text_or_json() {
         "nodes",
         "leaf sizes",
         "build time",
-    ] {
-        assert!(text.succeeded().text().contains(words), "{words}");
-    }
+    ];
+    assert_contains(text.succeeded().text(), &words);
     let info = folder.run(&["info", "a.scn", "--json"]);
     let info = json(info.succeeded().text());
     assert_eq!(info["schema"], 1);
-    for count in [
-        "vertices",
-        "triangles",
-        "degenerate_triangles",
-        "spheres",
-        "lights",
-        "scene_bytes",
-    ] {
+    for count in "vertices triangles degenerate_triangles spheres lights scene_bytes".split(' ') {
         assert!(info[count].is_u64(), "{count}");
     }
     assert!(info["columns"].is_array() && info["materials"].is_array());
@@ -374,19 +333,14 @@ fn info_lists_lights_materials_and_cameras() {
         "material blinn_phong ks 0.25 alpha 9\nsphere 0 0 0 1\n",
     );
     let text = folder.run(&["info", "b.scn"]);
-    for words in [
+    let words = [
         "light 3 -2 5 0.5 color 1 0.5 0",
         "blinn_phong cd 1 0 0 cs 1 1 1 kd 0.8 ks 0.25 alpha 9, 1 primitives",
         "bottom 1 1 1 top 0 0 1",
         "\"far away\" eye 9 1 3 target 0 0 0 up 0 0 1 fov 45",
         "part.scn",
-    ] {
-        assert!(
-            text.succeeded().text().contains(words),
-            "{words}: {}",
-            text.text()
-        );
-    }
+    ];
+    assert_contains(text.succeeded().text(), &words);
     let info = json(folder.run(&["info", "b.scn", "--json"]).succeeded().text());
     assert_eq!(info["cameras"][0]["name"], "far away");
     assert_eq!(info["ambient"], 0.25);
@@ -401,25 +355,17 @@ fn info_counts_primitives_and_bytes() {
     assert_eq!((&info["spheres"], &info["lights"]), (&2.into(), &1.into()));
     assert_eq!(info["materials"].as_array().map(Vec::len), Some(2));
     assert_eq!(info["materials"][1]["kind"], "reflection");
-    let bytes: u64 = info["columns"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|column| column["bytes"].as_u64().unwrap())
-        .sum();
-    assert_eq!(info["scene_bytes"], bytes);
+    let columns = info["columns"].as_array().unwrap();
+    let bytes = columns.iter().map(|column| column["bytes"].as_u64().unwrap());
+    assert_eq!(info["scene_bytes"], bytes.sum::<u64>());
 }
 
 #[test]
 fn a_broken_scene_is_one_error() {
     let folder = Folder::new();
     folder.write("broken.scn", "sphere 0 0 0.5\n");
-    for command in [
-        &["broken.scn"][..],
-        &["info", "broken.scn"],
-        &["bench", "broken.scn"],
-    ] {
-        let run = folder.run(command);
+    for command in ["broken.scn", "info broken.scn", "bench broken.scn"] {
+        let run = folder.run_line(command);
         assert_eq!(run.code, Some(1));
         assert!(run.stderr.starts_with("octray: error: broken.scn:1:"), "{run:?}");
         assert_eq!(run.stderr.matches("error:").count(), 1);
@@ -486,27 +432,17 @@ fn every_command_reads_meshes() {
         "{info:?}"
     );
     folder
-        .run(&[
-            "bench",
-            "square.obj",
-            "--size",
-            "16x16",
-            "--repeat",
-            "1",
-            "--ground",
-            "--layout",
-            "indexed",
-        ])
+        .run_line("bench square.obj --size 16x16 --repeat 1 --ground --layout indexed")
         .succeeded();
     for options in [
-        &["--eye", "3,2,1"][..],
-        &["--target", "1,1,1"],
-        &["--view", "2"],
-        &["--up", "1,0,0", "--fov", "70"],
-        &["--up-axis", "z", "--ground", "--smooth-angle", "30"],
+        "--eye 3,2,1",
+        "--target 1,1,1",
+        "--view 2",
+        "--up 1,0,0 --fov 70",
+        "--up-axis z --ground --smooth-angle 30",
     ] {
         folder
-            .run(&[&["square.obj", "--size", "8x8"], options].concat())
+            .run_line(&format!("square.obj --size 8x8 {options}"))
             .succeeded();
     }
 }

@@ -223,16 +223,9 @@ fn equal_pictures_agree_in_every_lossless_format() {
         assert!(run.stderr.starts_with(&words), "{run:?}");
         assert_eq!(run.stderr.lines().count(), 1);
         // Floats are compared as bytes.
-        let run = folder.run(&[
-            "a.scn",
-            SMALL,
-            "-o",
-            "new.png",
-            "--quiet",
-            "--compare",
-            &reference,
-        ]);
-        run.succeeded();
+        folder
+            .run_line(&format!("a.scn {SMALL} -o new.png --quiet --compare {reference}"))
+            .succeeded();
     }
     assert!(!folder.names().iter().any(|name| name.contains("difference")));
 }
@@ -287,13 +280,8 @@ fn references_may_be_patterns() {
         .run(&[&turntable[..], &["ref/{stem}#.png"]].concat())
         .succeeded();
     fs::copy(folder.path("ref/a1.png"), folder.path("ref/a2.png")).unwrap();
-    let run = folder.run(
-        &[
-            &turntable[..],
-            &["{stem}-##.png", "--compare=ref/{stem}#.png", "--quiet"],
-        ]
-        .concat(),
-    );
+    let compared = ["{stem}-##.png", "--compare=ref/{stem}#.png", "--quiet"];
+    let run = folder.run(&[&turntable[..], &compared].concat());
     assert_eq!(run.code, Some(5));
     assert!(
         run.stderr.starts_with("octray: error: 1 of 3 pictures differ")

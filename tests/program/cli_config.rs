@@ -14,39 +14,16 @@ fn a_config_file_gives_defaults_and_the_command_line_wins() {
     );
     folder.run(&["a.scn", "--config", "c.toml"]).succeeded();
     folder
-        .run(&[
-            "a.scn",
-            "-o",
-            "same.ppm",
-            "--size=9x7",
-            "--view=3",
-            "--max-depth=1",
-            "--no-shadows",
-        ])
+        .run_line("a.scn -o same.ppm --size=9x7 --view=3 --max-depth=1 --no-shadows")
         .succeeded();
     let read = |name| fs::read(folder.path(name)).unwrap();
     assert_eq!(read("a.ppm"), read("same.ppm"));
     // --eye replaces `view` of the file, which it excludes.
     folder
-        .run(&[
-            "a.scn",
-            "--config=c.toml",
-            "--eye=3,1,2",
-            "-o",
-            "eye.ppm",
-            "--max-depth",
-            "3",
-        ])
+        .run_line("a.scn --config=c.toml --eye=3,1,2 -o eye.ppm --max-depth 3")
         .succeeded();
     folder
-        .run(&[
-            "a.scn",
-            "-o",
-            "eye2.ppm",
-            "--size=9x7",
-            "--eye=3,1,2",
-            "--no-shadows",
-        ])
+        .run_line("a.scn -o eye2.ppm --size=9x7 --eye=3,1,2 --no-shadows")
         .succeeded();
     assert_eq!(read("eye.ppm"), read("eye2.ppm"));
 }

@@ -1,49 +1,39 @@
 //! `octray verify`. (Exit code 5 is tested beside the command's code, where a fault can be injected.)
 
-use crate::program::{Folder, Run};
+use crate::program::{Folder, Run, assert_contains};
 use serde_json::Value;
 
 #[test]
 fn all_methods_agree_and_counts_are_printed() {
     let folder = Folder::new();
     let run = folder.run(&["verify", "--rays", "20000", "--threads", "2"]);
-    let text = run.succeeded().text();
-    for words in [
+    let words = [
         "brute force",
         "scalar BVH",
         "adaptive",
         "packets",
         "seed 1",
         "all agree, bit for bit",
-    ] {
-        assert!(text.contains(words), "{words}: {text}");
-    }
+    ];
+    assert_contains(run.succeeded().text(), &words);
 }
 
 #[test]
 fn counts_depend_only_on_the_seed() {
     let folder = Folder::new();
     let counts = |seed, threads| {
-        let arguments = [
-            "verify",
-            "--rays",
-            "20000",
-            "--seed",
-            seed,
-            "--threads",
-            threads,
-            "--json",
-            "-",
-        ];
-        let mut json: Value = serde_json::from_str(folder.run(&arguments).succeeded().text()).unwrap();
+        let run = folder.run_line(&format!(
+            "verify --rays 20000 --seed {seed} --threads {threads} --json -"
+        ));
+        let mut json: Value = serde_json::from_str(run.succeeded().text()).unwrap();
         for timing in ["seconds", "rays_per_s"] {
             json.as_object_mut().unwrap().remove(timing).unwrap();
         }
         json
     };
-    let first = counts("5", "1");
-    assert_eq!(first, counts("5", "2"));
-    assert_ne!(first["hits"], counts("6", "2")["hits"]);
+    let first = counts(5, 1);
+    assert_eq!(first, counts(5, 2));
+    assert_ne!(first["hits"], counts(6, 2)["hits"]);
     assert!(first["rays"].as_u64() >= Some(20_000) && first["agree"] == true && first["fault"].is_null());
     for method in first["methods"].as_array().unwrap() {
         assert_eq!(method["rays"], first["rays"], "{method}");

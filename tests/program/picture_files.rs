@@ -6,9 +6,7 @@ use image::DynamicImage;
 
 fn render(folder: &Folder, name: &str, options: &str) -> DynamicImage {
     let arguments = format!("a.scn --size 60x40 -o {name} {options}");
-    folder
-        .run(&arguments.split_whitespace().collect::<Vec<_>>())
-        .succeeded();
+    folder.run_line(&arguments).succeeded();
     open(folder, name)
 }
 
@@ -39,9 +37,7 @@ fn exr_files_are_deterministic() {
     for options in ["", "--background transparent", "--aov depth,id"] {
         let files = ["a.exr", "b.exr", "c.exr"].map(|name| {
             let arguments = format!("a.scn --size 700x500 -o {name} {options}");
-            folder
-                .run(&arguments.split_whitespace().collect::<Vec<_>>())
-                .succeeded();
+            folder.run_line(&arguments).succeeded();
             std::fs::read(folder.path(name)).unwrap()
         });
         assert!(files[0] == files[1] && files[0] == files[2], "{options}");
