@@ -58,21 +58,22 @@ pub fn compare(name: &str, actual: &RgbImage, expected_path: &Path, share: f64) 
     ))
 }
 
-/// Compares with a golden picture in `tests/golden`. `OCTRAY_BLESS=1` replaces the golden picture instead.
+/// Compares with a golden picture in `tests/golden`. With `OCTRAY_BLESS=1` replaces a golden picture that differs or adds
+/// one that is missing.
 pub fn compare_golden(name: &str, actual: &RgbImage, share: f64) -> Result<(), String> {
     let path = package().join("tests/golden").join(format!("{name}.png"));
-    if std::env::var_os("OCTRAY_BLESS").is_some_and(|value| value == "1") {
-        let folder = path.parent().unwrap_or(&path);
-        fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-        return save(actual, &path);
-    }
-    if !path.is_file() {
-        return Err(format!(
+    let result = if path.is_file() {
+        compare(name, actual, &path, share)
+    } else {
+        Err(format!(
             "{name}: {} is missing; OCTRAY_BLESS=1 writes it: look at it before you commit",
             path.display()
-        ));
+        ))
+    };
+    if result.is_err() && std::env::var_os("OCTRAY_BLESS").is_some_and(|value| value == "1") {
+        return save(actual, &path);
     }
-    compare(name, actual, &path, share)
+    result
 }
 
 /// Panics with all failed comparisons, so that one run shows them together.

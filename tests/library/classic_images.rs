@@ -88,10 +88,3 @@ fn packets_draw_the_classic_pictures() {
 fn the_scalar_reference_draws_the_classic_pictures() {
     check_all(Mode::Scalar);
 }
-
-#[test]
-fn file_names_are_parsed() {
-    assert_eq!(parse("matte_noshadow-1"), Some(("matte", 1, false)));
-    assert_eq!(parse("blinn_phong-3"), Some(("blinn_phong", 3, true)));
-    assert_eq!(parse("readme"), None);
-}

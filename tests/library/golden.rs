@@ -1,7 +1,7 @@
 //! Shipped and generated scenes against the golden pictures in `tests/golden`.
 //!
 //! A picture that differs is written to `target/image-failures` with the expected one and the difference.
-//! `OCTRAY_BLESS=1 cargo test golden` replaces all golden pictures: look at them before you commit.
+//! `OCTRAY_BLESS=1 cargo test golden` replaces golden pictures that differ: look at them before you commit.
 
 use crate::{
     images::{assert_all, compare_golden, to_image},
