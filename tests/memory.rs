@@ -1,32 +1,42 @@
-//! How much memory it takes from a file to a picture.
+//! How often octray allocates and how much: nothing per frame, a bounded number of bytes per triangle.
+//!
+//! A test program of its own with a single test, because the allocator counts for the whole process.
 
 use octray::{
     accel::{BuildQuality, Bvh},
-    format::{mesh, ply},
+    format::{self, mesh, ply},
     generate::{Kind, Options, Shape, generate, write_ply},
     render::{ByteFilm, Renderer, Settings},
-    scene::SceneBuilder,
+    scene::{Camera, SceneBuilder},
 };
 use std::{
     alloc::{GlobalAlloc, Layout, System},
+    collections::HashSet,
     fs,
     ops::ControlFlow,
     path::Path,
-    sync::atomic::{AtomicUsize, Ordering},
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread::{self, ThreadId},
+    time::{Duration, Instant},
 };
 
-/// The system's allocator, and how many bytes were in use at most.
+/// The system's allocator. It counts allocations, the bytes in use and their peak.
 struct Counting;
 
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 static IN_USE: AtomicUsize = AtomicUsize::new(0);
 static PEAK: AtomicUsize = AtomicUsize::new(0);
 
 fn count(layout: Layout) {
+    ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
     let in_use = IN_USE.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
     PEAK.fetch_max(in_use, Ordering::Relaxed);
 }
 
-// SAFETY: everything goes to the system's allocator as it came. (`realloc` comes as a new piece, a copy and an end.)
+// SAFETY: every call goes to the system's allocator unchanged. (The default `realloc` calls `alloc` and `dealloc`.)
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout);
@@ -50,7 +60,78 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// How much more is in use at the peak of some work than before it.
+/// One test, so that nothing else allocates while it measures.
+#[test]
+fn memory_is_bounded() {
+    frames_allocate_nothing();
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("terrain.ply");
+    let file = from_a_file_to_a_picture(&path);
+    impossible_counts_are_refused(&path, &file);
+}
+
+/// Frames that are counted.
+const FRAMES: usize = 40;
+/// Rayon's injector queue allocates a block for every 63 jobs; on a busy machine, where its threads sleep and wake more
+/// often, up to six were seen. One allocation per tile would be 3,000.
+const RAYON_ALLOCATIONS: usize = 8;
+/// Each frame has a lock, which allocates on some systems.
+const LOCK_ALLOCATIONS: usize = if cfg!(target_vendor = "apple") { FRAMES } else { 0 };
+
+/// After the first frame a renderer's threads have their buffers.
+fn frames_allocate_nothing() {
+    for (name, threads) in [("reflections", 1), ("reflections", 2), ("hall_of_mirrors", 2)] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.scn"));
+        let scene = format::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        let bvh = Bvh::build(&scene);
+        let mut settings = Settings {
+            width: 333,
+            height: 217,
+            threads: Some(threads),
+            max_depth: 6,
+            ..Settings::default()
+        };
+        let cameras: Vec<Camera> = (1..=6).filter_map(Camera::classic_view).collect();
+        let mut renderer = Renderer::new(&scene, &bvh);
+        let mut film = ByteFilm::black(settings.width, settings.height);
+
+        // In the first frame each thread waits for the others, so that every one of them allocates its buffers.
+        let seen: Mutex<HashSet<ThreadId>> = Mutex::default();
+        let start = Instant::now();
+        let wait_for_all = |_| {
+            seen.lock().unwrap().insert(thread::current().id());
+            while seen.lock().unwrap().len() < threads && start.elapsed() < Duration::from_secs(20) {
+                thread::yield_now();
+            }
+            ControlFlow::Continue(())
+        };
+        let first = renderer.render(&cameras[0], &settings, &mut film, &wait_for_all);
+        first.unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(
+            seen.lock().unwrap().len(),
+            threads,
+            "{name}: threads that rendered"
+        );
+
+        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        for frame_i in 0..FRAMES {
+            // Other views, with and without shadows, several samples, smaller pictures.
+            settings.shadows = frame_i % 4 != 1;
+            settings.samples = 1 + 3 * u32::from(frame_i % 8 == 2);
+            settings.height = 217 - frame_i as u32;
+            let camera = &cameras[frame_i % cameras.len()];
+            let frame = renderer.render(camera, &settings, &mut film, &|_| ControlFlow::Continue(()));
+            frame.unwrap_or_else(|error| panic!("{name}: {error}"));
+        }
+        let allocations = ALLOCATIONS.load(Ordering::Relaxed) - before;
+        assert!(
+            allocations <= RAYON_ALLOCATIONS + LOCK_ALLOCATIONS,
+            "{name}, {threads} threads: {allocations} allocations in {FRAMES} frames"
+        );
+    }
+}
+
+/// Bytes that `work` uses at its peak, beyond those in use before it.
 fn peak<T>(work: impl FnOnce() -> T) -> usize {
     let before = IN_USE.load(Ordering::Relaxed);
     PEAK.store(before, Ordering::Relaxed);
@@ -58,15 +139,12 @@ fn peak<T>(work: impl FnOnce() -> T) -> usize {
     PEAK.load(Ordering::Relaxed) - before
 }
 
-/// The most bytes a triangle, besides those of the input.
+/// The limit for a triangle, the mesh file included.
 const BYTES_PER_TRIANGLE: usize = 200;
 const TRIANGLES: usize = 200_000;
 
-// One test: another's memory would be counted too.
-#[test]
-fn from_a_file_to_a_picture() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("terrain.ply");
+/// Writes a mesh to `path`, loads and renders it. Returns the file's bytes.
+fn from_a_file_to_a_picture(path: &Path) -> Vec<u8> {
     let options = Options {
         count: Some(TRIANGLES),
         ..Options::default()
@@ -79,13 +157,13 @@ fn from_a_file_to_a_picture() {
     let triangles = columns.triangles.len();
     let mut file = Vec::new();
     write_ply(&columns, &mut file).expect("a file");
-    fs::write(&path, &file).expect("the file is written");
+    fs::write(path, &file).expect("the file is written");
     drop(columns);
 
     for quality in [BuildQuality::Fast, BuildQuality::Best] {
         let most = peak(|| {
             let mut builder = SceneBuilder::new();
-            let loaded = mesh::load(&path).expect("a mesh");
+            let loaded = mesh::load(path).expect("a mesh");
             loaded.add_to(&mut builder, None).expect("it fits");
             let scene = builder.finish();
             let bvh = Bvh::build_with(&scene, quality);
@@ -100,28 +178,27 @@ fn from_a_file_to_a_picture() {
                 .render(&camera, &settings, &mut film, &|_| ControlFlow::Continue(()));
             rendered.expect("a picture");
         });
-        let of_each = most / triangles;
+        let per_triangle = most / triangles;
         assert!(
-            of_each < BYTES_PER_TRIANGLE,
-            "{}: {of_each} bytes a triangle",
+            per_triangle < BYTES_PER_TRIANGLE,
+            "{}: {per_triangle} bytes per triangle",
             quality.name()
         );
     }
 
-    // A binary file is not kept beside the mesh: half of its vertices' and faces' bytes more would show.
-    let columns = peak(|| mesh::load(&path).expect("a mesh"));
+    // A binary file is never in memory as a whole beside its mesh, which is as large.
+    let loading = peak(|| mesh::load(path).expect("a mesh"));
     assert!(
-        columns < file.len() + (2 << 20),
-        "{columns} bytes for a file of {}",
+        loading < file.len() + (2 << 20),
+        "{loading} bytes for a file of {}",
         file.len()
     );
-
-    counts_that_do_not_fit(&path, &file);
+    file
 }
 
-/// A count that cannot fit into the bytes that follow is refused before anything is allocated for it, and before the rest
-/// of a file is read.
-fn counts_that_do_not_fit(path: &Path, file: &[u8]) {
+/// A count that cannot fit into the rest of the file is refused before memory is allocated for it and before the rest
+/// is read.
+fn impossible_counts_are_refused(path: &Path, file: &[u8]) {
     let body = file
         .windows(11)
         .position(|word| word == b"end_header\n")
@@ -132,16 +209,16 @@ fn counts_that_do_not_fit(path: &Path, file: &[u8]) {
         ("vertex", 20_000_000),
         ("face", 1_000_000_000),
     ] {
-        let place = header.find(&format!("element {element} ")).expect("an element");
-        let end = place + header[place..].find('\n').expect("a line");
-        let promise = format!("{}element {element} {count}{}", &header[..place], &header[end..]);
-        let broken = [promise.as_bytes(), &file[body..]].concat();
+        let start = header.find(&format!("element {element} ")).expect("an element");
+        let end = start + header[start..].find('\n').expect("a line");
+        let changed = format!("{}element {element} {count}{}", &header[..start], &header[end..]);
+        let broken = [changed.as_bytes(), &file[body..]].concat();
         fs::write(path, &broken).expect("the file is written");
         let parsed = peak(|| ply::parse(&broken, path).expect_err("it is refused"));
         let loaded = peak(|| mesh::load(path).expect_err("it is refused"));
         assert!(
             parsed.max(loaded) < 100_000,
-            "{count} of {element}: {parsed} and {loaded} bytes"
+            "{element} {count}: {parsed} and {loaded} bytes"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! Comparing pictures, and showing where they differ.
+//! Compares pictures with expected ones and writes how they differ.
 
 use image::{Rgb, RgbImage};
 use octray::render::Film;
@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A channel may differ by so much (of 255) before its pixel counts as different.
+/// The difference of a channel (of 255) up to which a pixel counts as equal.
 const CHANNEL_TOLERANCE: u8 = 2;
 
 /// The package's own folder.
@@ -15,13 +15,13 @@ pub fn package() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The picture as bytes, as the program writes it.
-#[allow(dead_code, reason = "not every test file renders by itself")]
+/// The picture's bytes as the program writes them.
+#[allow(dead_code, reason = "tests of the program do not render by themselves")]
 pub fn to_image(film: &Film) -> RgbImage {
     RgbImage::from_raw(film.width(), film.height(), film.to_rgb8()).expect("three bytes a pixel")
 }
 
-/// How many pixels have a channel that differs by more than the tolerance.
+/// Counts pixels with a channel that differs by more than the tolerance.
 pub fn count_different(a: &RgbImage, b: &RgbImage) -> usize {
     a.pixels()
         .zip(b.pixels())
@@ -33,8 +33,8 @@ fn largest_difference(a: &Rgb<u8>, b: &Rgb<u8>) -> u8 {
     (0..3).map(|c| a[c].abs_diff(b[c])).max().unwrap_or(0)
 }
 
-/// Compares `actual` with the PNG at `expected_path`. At most `share` of the pixels may differ. If more do,
-/// the three pictures are written to `target/image-failures` and the error names them.
+/// Compares `actual` with the PNG at `expected_path`. If more than `share` of the pixels differ, writes the expected, the
+/// actual and the difference picture to `target/image-failures` and returns an error that names them.
 pub fn compare(name: &str, actual: &RgbImage, expected_path: &Path, share: f64) -> Result<(), String> {
     let expected = image::open(expected_path)
         .map_err(|error| format!("{name}: cannot read {}: {error}", expected_path.display()))?
@@ -54,29 +54,29 @@ pub fn compare(name: &str, actual: &RgbImage, expected_path: &Path, share: f64) 
     }
     let named = write_failure(name, actual, &expected)?;
     Err(format!(
-        "{name}: {different} pixels differ by more than {CHANNEL_TOLERANCE}/255, allowed are {allowed}; see\n{named}"
+        "{name}: {different} pixels differ by more than {CHANNEL_TOLERANCE}/255, at most {allowed} may; see\n{named}"
     ))
 }
 
-/// Compares with a golden file under `tests/golden`. `OCTRAY_BLESS=1` writes the file instead.
-#[allow(dead_code, reason = "not every test file compares with golden files")]
+/// Compares with a golden picture in `tests/golden`. With `OCTRAY_BLESS=1` replaces a golden picture that differs or adds
+/// one that is missing.
 pub fn compare_golden(name: &str, actual: &RgbImage, share: f64) -> Result<(), String> {
     let path = package().join("tests/golden").join(format!("{name}.png"));
-    if std::env::var_os("OCTRAY_BLESS").is_some_and(|value| value == "1") {
-        let folder = path.parent().unwrap_or(&path);
-        fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let result = if path.is_file() {
+        compare(name, actual, &path, share)
+    } else {
+        Err(format!(
+            "{name}: {} is missing; OCTRAY_BLESS=1 writes it: look at it before you commit",
+            path.display()
+        ))
+    };
+    if result.is_err() && std::env::var_os("OCTRAY_BLESS").is_some_and(|value| value == "1") {
         return save(actual, &path);
     }
-    if !path.is_file() {
-        return Err(format!(
-            "{name}: {} is missing; OCTRAY_BLESS=1 makes it: look at it before it is committed",
-            path.display()
-        ));
-    }
-    compare(name, actual, &path, share)
+    result
 }
 
-/// All comparisons that failed, together, so that one run shows everything.
+/// Panics with all failed comparisons, so that one run shows them together.
 pub fn assert_all(results: impl IntoIterator<Item = Result<(), String>>) {
     let failures: Vec<String> = results.into_iter().filter_map(Result::err).collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
@@ -88,8 +88,8 @@ fn save(picture: &RgbImage, path: &Path) -> Result<(), String> {
         .map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
-/// Writes expected, actual and difference; the difference is white where a pixel counts as different, and
-/// the difference itself, eight times as strong, elsewhere.
+/// Writes the expected, the actual and the difference picture. The last is white where pixels count as different, and
+/// eight times the difference elsewhere.
 fn write_failure(name: &str, actual: &RgbImage, expected: &RgbImage) -> Result<String, String> {
     let folder = failure_folder();
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
@@ -119,7 +119,7 @@ fn write_failure(name: &str, actual: &RgbImage, expected: &RgbImage) -> Result<S
 }
 
 fn failure_folder() -> PathBuf {
-    // Integration tests are given a folder inside the target folder in use.
+    // Cargo gives tests a folder in the target folder in use.
     Path::new(env!("CARGO_TARGET_TMPDIR"))
         .parent()
         .map_or_else(|| package().join("target"), Path::to_path_buf)

@@ -1,14 +1,13 @@
 //! Runs the program in a folder of its own.
-#![allow(dead_code, reason = "each test file uses a part of it")]
 
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::{Command, Output, Stdio},
+    process::{Child, Command, Output, Stdio},
 };
 use tempfile::TempDir;
 
-/// Where the program is.
+/// The program's path.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_octray");
 
 /// A folder with a scene in it, `a.scn`.
@@ -41,7 +40,7 @@ impl Folder {
         names_in(self.folder.path())
     }
 
-    /// The program in this folder, connected to nothing.
+    /// The program in this folder, without input.
     pub fn command(&self, arguments: &[&str]) -> Command {
         self.any_command(PROGRAM, arguments)
     }
@@ -52,7 +51,7 @@ impl Folder {
         command
             .args(arguments)
             .current_dir(self.folder.path())
-            // Whoever runs the tests may have a config file.
+            // Not the user's config file.
             .env("XDG_CONFIG_HOME", self.folder.path())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -60,8 +59,23 @@ impl Folder {
         command
     }
 
+    /// Makes a named pipe. Returns `false` if this system has no `mkfifo`.
+    pub fn make_pipe(&self, name: &str) -> bool {
+        let made = self.any_command("mkfifo", &[name]).status();
+        let made = made.is_ok_and(|status| status.success());
+        if !made {
+            println!("skipped: this needs `mkfifo`");
+        }
+        made
+    }
+
     pub fn run(&self, arguments: &[&str]) -> Run {
         Run::new(self.command(arguments).output().unwrap())
+    }
+
+    /// Runs the program with arguments separated by spaces.
+    pub fn run_line(&self, arguments: &str) -> Run {
+        self.run(&arguments.split_whitespace().collect::<Vec<_>>())
     }
 
     /// Runs a shell script, in which `$0` is the program.
@@ -69,13 +83,33 @@ impl Folder {
         Run::new(self.any_command("sh", &["-c", script, PROGRAM]).output().unwrap())
     }
 
-    /// Runs the program and expects it to fail with this exit code, saying one thing that contains `words`
-    /// on standard error and nothing on standard output, and leaving nothing behind.
+    /// Runs the program and expects it to fail with this exit code and one error that contains `words`, without output
+    /// on standard output or new files.
     pub fn fails(&self, arguments: &[&str], code: i32, words: &str) {
         let before = self.names();
         let run = self.run(arguments);
         run.failed(code, words);
         assert_eq!(self.names(), before, "{arguments:?}");
+    }
+}
+
+/// The path of `scenes/meshes/NAME`.
+pub fn shipped_mesh(name: &str) -> String {
+    let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");
+    meshes.join(name).to_string_lossy().into_owned()
+}
+
+/// Sends a signal, such as `-INT`, to a program that may have ended already.
+pub fn send_signal(child: &Child, name: &str) {
+    let _ = Command::new("kill")
+        .args([name, &child.id().to_string()])
+        .output();
+}
+
+/// Expects `text` to contain all of these.
+pub fn assert_contains(text: &str, words: &[&str]) {
+    for word in words {
+        assert!(text.contains(word), "{word} is not in: {text}");
     }
 }
 
@@ -88,7 +122,7 @@ pub fn names_in(folder: &Path) -> Vec<String> {
     names
 }
 
-/// What a run left.
+/// The result of a run.
 #[derive(Debug)]
 pub struct Run {
     pub code: Option<i32>,
@@ -105,7 +139,7 @@ impl Run {
         }
     }
 
-    /// Exit code 0, and not a word on standard error.
+    /// Expects exit code 0 and nothing on standard error.
     pub fn succeeded(&self) -> &Self {
         assert_eq!((self.code, self.stderr.as_str()), (Some(0), ""), "{self:?}");
         self

@@ -1,5 +1,5 @@
-//! The BVH as it is built: every primitive in one place, boxes around what is below them, the same tree for any number
-//! of threads, within its share of memory.
+//! The BVH: every primitive is in exactly one leaf, boxes are tight, the tree is the same for any number of threads, and
+//! memory is bounded.
 
 use glam::Vec3;
 use octray::{
@@ -34,7 +34,7 @@ fn child_bounds(node: &Node8, lane: usize) -> Aabb {
     Aabb { lower, upper }
 }
 
-/// The box around a node's primitives, each of which is counted.
+/// Checks the boxes below a node and counts its primitives in `seen`. Returns the box around them.
 fn check(scene: &Scene, bvh: &Bvh, node_i: usize, seen: &mut [u32]) -> Aabb {
     let node = &bvh.nodes()[node_i];
     let mut all = Aabb::EMPTY;
@@ -60,7 +60,7 @@ fn check(scene: &Scene, bvh: &Bvh, node_i: usize, seen: &mut [u32]) -> Aabb {
 }
 
 #[test]
-fn every_primitive_is_in_one_place_and_boxes_fit() {
+fn every_primitive_is_in_one_leaf_and_boxes_are_tight() {
     for (kind, count) in [
         (Kind::Terrain, 2),
         (Kind::Spheres, 1),
@@ -116,21 +116,21 @@ fn any_number_of_threads_builds_the_same_tree() {
 }
 
 #[test]
-fn vertices_that_are_shared_are_stored_once() {
+fn indexed_leaves_store_shared_vertices_once() {
     for kind in [Kind::Terrain, Kind::Figure, Kind::Blobs] {
         let scene = scene(kind, 100_000);
         let [whole, indexed] = LAYOUTS.map(|layout| Bvh::build_as(&scene, BuildQuality::Best, layout));
         let (whole, indexed) = (whole.stats().memory_bytes, indexed.stats().memory_bytes);
         assert!(
             indexed * 10 < whole * 7,
-            "{kind:?}: {indexed} bytes in place of {whole}"
+            "{kind:?}: {indexed} bytes instead of {whole}"
         );
         assert_eq!(Layout::for_scene(&scene), Layout::Whole, "{kind:?} fits a cache");
     }
 }
 
 #[test]
-fn triangles_that_share_nothing_are_four_a_block_with_spheres_among_them() {
+fn indexed_blocks_of_separate_triangles_hold_four() {
     let mut builder = SceneBuilder::new();
     let material = builder.classic_material(1).expect("a material");
     let mut random = fastrand::Rng::with_seed(11);
@@ -150,12 +150,15 @@ fn triangles_that_share_nothing_are_four_a_block_with_spheres_among_them() {
         let mut seen = vec![0; scene.primitive_count()];
         check(&scene, &bvh, bvh.root().index(), &mut seen);
         assert!(seen.iter().all(|&times| times == 1), "{quality:?}");
-        assert!(bvh.stats().triangle_blocks >= 600, "at most four a block");
+        assert!(
+            bvh.stats().triangle_blocks >= 600,
+            "more than four triangles in a block"
+        );
     }
 }
 
 #[test]
-fn an_empty_scene_has_the_layout_that_was_asked_for() {
+fn an_empty_scene_has_the_requested_layout() {
     let scene = SceneBuilder::new().finish();
     for layout in LAYOUTS {
         let bvh = Bvh::build_as(&scene, BuildQuality::Best, layout);

@@ -1,31 +1,17 @@
-//! The course's own scenes load, with as much in them as their files say.
+//! The original classic scenes load completely: primitives, normals and materials. Skipped where they are absent.
 
+use crate::classic_images::folder;
 use octray::{format::load, scene::Scene};
-use std::{env, path::PathBuf};
-
-/// The course's folder, where it is at hand.
-fn classic() -> Option<PathBuf> {
-    let shared = env::var_os("OCTRAY_SHARED").map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared"),
-        PathBuf::from,
-    );
-    let course = shared.join("course");
-    if course.is_dir() {
-        return Some(course);
-    }
-    println!("skipped: no course files in {}", course.display());
-    None
-}
 
 fn scene(name: &str) -> Option<Scene> {
-    let path = classic()?.join("framework").join(name);
+    let path = folder()?.join("framework").join(name);
     Some(load(&path).unwrap_or_else(|error| panic!("{}", error.report())))
 }
 
 #[test]
 fn counts() {
-    // Lights, spheres, triangles, vertices.
-    // The slab of 16 faces has 4 quads, the finer one of 256 has 64.
+    // Lights, spheres, triangles and vertices of slab, cube and tetrahedron. 4 of the slab's 16 faces are quads, 64 of the
+    // finer slab's 256.
     let figure = [2, 3, 20 + 10 + 3, 34 + 28 + 9];
     let expected = [
         ("silhouette.scn", figure),

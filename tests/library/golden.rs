@@ -1,18 +1,23 @@
-//! The shipped scenes against pictures that were looked at and kept. `OCTRAY_BLESS=1 cargo test --test golden`
-//! makes them anew.
+//! Shipped and generated scenes against the golden pictures in `tests/golden`.
+//!
+//! A picture that differs is written to `target/image-failures` with the expected one and the difference.
+//! `OCTRAY_BLESS=1 cargo test golden` replaces golden pictures that differ: look at them before you commit.
 
-use crate::images::{assert_all, compare_golden, package, to_image};
+use crate::{
+    images::{assert_all, compare_golden, to_image},
+    shipped_scene,
+};
 use glam::DVec3;
 use octray::{
     accel::Bvh,
-    classic, format,
+    classic,
     generate::{Kind, Options, generate},
     render::{Settings, render},
     scene::{Camera, Scene},
 };
 use std::ops::ControlFlow;
 
-/// At most one pixel in a thousand may differ: edges may fall on either side where builds round differently.
+/// The share of pixels that may differ: without fused multiply-add, edges round differently.
 const SHARE: f64 = 0.001;
 
 fn picture(scene: &Scene, camera: &Camera, settings: &Settings) -> image::RgbImage {
@@ -29,13 +34,8 @@ fn settings(width: u32, height: u32) -> Settings {
     }
 }
 
-fn shipped(name: &str) -> Scene {
-    let path = package().join("scenes").join(format!("{name}.scn"));
-    format::load(&path).unwrap_or_else(|error| panic!("{error:?}"))
-}
-
 #[test]
-fn the_course_figure_from_all_sides() {
+fn classic_scenes() {
     assert_all(
         [
             ("silhouette", 1),
@@ -50,14 +50,14 @@ fn the_course_figure_from_all_sides() {
         ]
         .map(|(name, view)| {
             let camera = Camera::classic_view(view).expect("views are 1 to 6");
-            let actual = picture(&shipped(name), &camera, &settings(160, 160));
+            let actual = picture(&shipped_scene(name), &camera, &settings(160, 160));
             compare_golden(&format!("{name}-{view}"), &actual, SHARE)
         }),
     );
 }
 
 #[test]
-fn the_hall_of_mirrors() {
+fn hall_of_mirrors() {
     let (eye, target) = (DVec3::new(-2.2, -1.3, 1.25), DVec3::new(0.6, 0.35, 0.55));
     let camera = Camera::look_at(eye, target, classic::UP, 70.0).expect("a view");
     let settings = Settings {
@@ -65,13 +65,13 @@ fn the_hall_of_mirrors() {
         samples: 4,
         ..settings(160, 120)
     };
-    let actual = picture(&shipped("hall_of_mirrors"), &camera, &settings);
+    let actual = picture(&shipped_scene("hall_of_mirrors"), &camera, &settings);
     assert_all([compare_golden("hall_of_mirrors", &actual, SHARE)]);
 }
 
 #[test]
-fn an_evening_from_its_own_cameras() {
-    let scene = shipped("evening");
+fn evening_from_its_cameras() {
+    let scene = shipped_scene("evening");
     assert_all(
         [("evening-front", 0), ("evening-across", 1)].map(|(name, camera)| {
             let camera = scene.cameras()[camera].camera;
@@ -81,7 +81,7 @@ fn an_evening_from_its_own_cameras() {
 }
 
 #[test]
-fn small_generated_scenes() {
+fn generated_scenes() {
     assert_all(Kind::ALL.map(|kind| {
         let count = Some(match kind {
             Kind::Interior => 40_000,
@@ -90,7 +90,7 @@ fn small_generated_scenes() {
         let generated = generate(kind, Options { seed: 1, count }).expect("a count within its limits");
         let camera = generated.view.camera().expect("a view");
         let scene = generated.into_scene().expect("a scene");
-        // Triangles and spheres near a pixel's size: four samples make edges less of a matter of rounding.
+        // Primitives are about a pixel large; four samples make their edges depend less on rounding.
         let settings = Settings {
             samples: 4,
             ..settings(160, 120)

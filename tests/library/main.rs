@@ -1,4 +1,4 @@
-//! Tests of the library, in one program: linking is what costs.
+//! Tests of the library, in one program: linking takes longer than running them.
 
 #[path = "../common/images.rs"]
 mod images;
@@ -22,3 +22,9 @@ mod same_hits;
 mod sameness;
 mod scene_language;
 mod watertight;
+
+/// Loads `scenes/NAME.scn`.
+fn shipped_scene(name: &str) -> octray::scene::Scene {
+    let path = images::package().join("scenes").join(format!("{name}.scn"));
+    octray::format::load(&path).unwrap_or_else(|error| panic!("{error}"))
+}

@@ -1,27 +1,27 @@
-//! Pictures do not depend on how large a scene is or where it stands, beyond rounding; no surface shadows itself
-//! (acne), no light comes through one (leaks), and mirrors facing each other add up to what they should.
+//! Numerical robustness: scale and position of a scene change its picture only by rounding, surfaces do not shadow
+//! themselves (acne), light does not pass through them (leaks), and mirrors that face each other sum correctly.
 //!
-//! A *speckle* here is a pixel that is further than 2/255 from the picture it is held against and, in some channel,
-//! further than that outside the range of that picture's 5x5 pixels around it: an outline that moved by a
-//! rounding takes its neighbours' colour, acne and leaks have one that nobody around has.
+//! A *speckle* is a pixel that differs from the expected picture by more than 2/255 and, in some channel, lies that far
+//! outside the range of the 5x5 pixels around it. An edge that rounding moved is no speckle: it takes a neighbour's
+//! colour.
 
+use crate::shipped_scene;
 use glam::{DVec3, Vec3};
 use image::RgbImage;
 use octray::{
     accel::Bvh,
-    format,
     render::{Mode, Settings, render},
     scene::{Background, Camera, Material, MaterialId, MeshColumns, Scene, SceneBuilder, View},
 };
-use std::{ops::ControlFlow, path::Path};
+use std::ops::ControlFlow;
 
 const SIDE: u32 = 160;
 const TOLERANCE: i16 = 2;
 
-fn picture_in(scene: &Scene, camera: &Camera, mode: Mode, max_depth: u32) -> RgbImage {
+fn picture_in(scene: &Scene, camera: &Camera, side: u32, mode: Mode, max_depth: u32) -> RgbImage {
     let settings = Settings {
-        width: SIDE,
-        height: SIDE,
+        width: side,
+        height: side,
         mode,
         max_depth,
         threads: Some(1),
@@ -33,10 +33,10 @@ fn picture_in(scene: &Scene, camera: &Camera, mode: Mode, max_depth: u32) -> Rgb
 }
 
 fn picture(scene: &Scene, camera: &Camera) -> RgbImage {
-    picture_in(scene, camera, Mode::Packet, Settings::default().max_depth)
+    picture_in(scene, camera, SIDE, Mode::Packet, Settings::default().max_depth)
 }
 
-/// The scene once more, scaled and then moved.
+/// A copy of the scene, scaled and then moved.
 fn placed(scene: &Scene, scale: f32, shift: Vec3) -> Scene {
     let place = |p: Vec3| p * scale + shift;
     let mut builder = SceneBuilder::new();
@@ -94,7 +94,7 @@ fn placed_view(view: &View, scale: f32, shift: Vec3) -> Camera {
     Camera::look_at(place(eye), place(target), up, fov_degrees).expect("a camera")
 }
 
-/// Pixels that differ by more than the tolerance, and how many of them are speckles.
+/// The number of pixels that differ by more than the tolerance, and of speckles among them.
 fn difference(expected: &RgbImage, found: &RgbImage) -> (usize, usize) {
     let (mut different, mut speckles) = (0, 0);
     for (x, y, pixel) in found.enumerate_pixels() {
@@ -105,18 +105,18 @@ fn difference(expected: &RgbImage, found: &RgbImage) -> (usize, usize) {
         }
         different += 1;
         let around = |at: u32| at.saturating_sub(2)..=(at + 2).min(SIDE - 1);
-        let is_alone = (0..3).any(|c| {
+        let is_speckle = (0..3).any(|c| {
             let near = || around(y).flat_map(|y| around(x).map(move |x| (x, y)));
             let values = || near().map(|(x, y)| i16::from(expected.get_pixel(x, y)[c]));
             let (least, most) = (values().min().unwrap(), values().max().unwrap());
             !(least - TOLERANCE..=most + TOLERANCE).contains(&i16::from(pixel[c]))
         });
-        speckles += usize::from(is_alone);
+        speckles += usize::from(is_speckle);
     }
     (different, speckles)
 }
 
-/// Shipped scenes with a view each: matte, highlights, mirrors, and mirrors in mirrors.
+/// Shipped scenes, each with a view: matte, highlights, mirrors, mirrors in mirrors.
 fn shipped() -> Vec<(&'static str, Scene, View)> {
     [
         ("matte", 1),
@@ -126,20 +126,22 @@ fn shipped() -> Vec<(&'static str, Scene, View)> {
     ]
     .into_iter()
     .map(|(name, view)| {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.scn"));
-        let scene = format::load(&path).unwrap_or_else(|error| panic!("{error}"));
-        (name, scene, View::classic(view).expect("views are 1 to 6"))
+        (
+            name,
+            shipped_scene(name),
+            View::classic(view).expect("views are 1 to 6"),
+        )
     })
     .collect()
 }
 
 #[test]
-fn powers_of_two_change_no_byte() {
+fn scaling_by_a_power_of_two_changes_no_byte() {
     for (name, scene, view) in shipped() {
         for mode in [Mode::Packet, Mode::Scalar] {
             let picture = |scale| {
                 let camera = placed_view(&view, scale, Vec3::ZERO);
-                picture_in(&placed(&scene, scale, Vec3::ZERO), &camera, mode, 5)
+                picture_in(&placed(&scene, scale, Vec3::ZERO), &camera, SIDE, mode, 5)
             };
             let expected = picture(1.0);
             for exponent in [-20, -13, -1, 1, 7, 17] {
@@ -153,7 +155,7 @@ fn powers_of_two_change_no_byte() {
 }
 
 #[test]
-fn other_scales_change_few_pixels_and_make_no_speckles() {
+fn scaling_changes_few_pixels() {
     let (mut failures, pixels) = (Vec::new(), (SIDE * SIDE) as usize);
     for (name, scene, view) in shipped() {
         let expected = picture(&scene, &placed_view(&view, 1.0, Vec3::ZERO));
@@ -171,31 +173,30 @@ fn other_scales_change_few_pixels_and_make_no_speckles() {
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
-/// A moved scene's own coordinates are rounded, in steps of a thousandth at a distance of 10,000: so it is held against
-/// the moved one moved back, which costs no further rounding, and there hardly anything may differ; and, with that rounding
-/// of its shapes, against the scene as it was. Then single pixels may show what is smaller than a pixel.
+/// Moving rounds a scene's coordinates, by a thousandth at a distance of 10,000. Moving it back rounds nothing more, so
+/// hardly a pixel may differ from that picture. Against the original scene, details below a pixel may differ.
 #[test]
-fn moves_change_few_pixels_and_make_no_speckles() {
+fn moving_changes_few_pixels() {
     let (mut failures, pixels) = (Vec::new(), (SIDE * SIDE) as usize);
     for (name, scene, view) in shipped() {
         let camera = placed_view(&view, 1.0, Vec3::ZERO);
-        let as_it_was = picture(&scene, &camera);
+        let original = picture(&scene, &camera);
         for far in [0.3, 7.0, 100.0, 1e3, 1e4] {
             for direction in [Vec3::new(0.8, -0.55, 0.3), Vec3::new(-1.0, 0.0, 0.03), Vec3::ONE] {
                 let shift = direction * far;
                 let moved = placed(&scene, 1.0, shift);
                 let back = picture(&placed(&moved, 1.0, -shift), &camera);
                 let found = picture(&moved, &placed_view(&view, 1.0, shift));
-                for (what, expected, most, most_alone) in [
+                for (what, expected, max_different, max_speckles) in [
                     ("moved back", &back, 2, 0),
-                    ("as it was", &as_it_was, pixels / 400, pixels / 5000),
+                    ("original", &original, pixels / 400, pixels / 5000),
                 ] {
                     let (different, speckles) = difference(expected, &found);
                     let line = format!(
-                        "{name}: moved by {shift}, against it {what}: {different} of {pixels} differ, {speckles} speckles"
+                        "{name}: moved by {shift}, against the scene {what}: {different} of {pixels} differ, {speckles} speckles"
                     );
                     println!("{line}");
-                    if different > most || speckles > most_alone {
+                    if different > max_different || speckles > max_speckles {
                         failures.push(line);
                     }
                 }
@@ -205,7 +206,7 @@ fn moves_change_few_pixels_and_make_no_speckles() {
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
-/// A square in the plane z = 0, with its middle at `middle`.
+/// A square parallel to the plane z = 0, centred at `middle`.
 fn square(builder: &mut SceneBuilder, middle: Vec3, half: f32, material: MaterialId) {
     quad(builder, middle, Vec3::X * half, Vec3::Y * half, material);
 }
@@ -216,7 +217,7 @@ fn quad(builder: &mut SceneBuilder, middle: Vec3, u: Vec3, v: Vec3, material: Ma
     builder.add_triangle([a, c, d], material).unwrap();
 }
 
-/// Where things are put: small and large, near the origin and far from it, in units of the scene.
+/// Scales, and distances from the origin in units of the scene.
 const PLACES: [(f32, f32); 6] = [
     (1.0, 0.0),
     (1e-4, 0.0),
@@ -230,7 +231,7 @@ fn byte(value: f64) -> u8 {
     (255.0 * value.clamp(0.0, 1.0)) as u8
 }
 
-/// The range of the picture's red.
+/// The range of the red channel.
 fn range(image: &RgbImage) -> (u8, u8) {
     let values = || image.pixels().map(|pixel| pixel[0]);
     (values().min().unwrap(), values().max().unwrap())
@@ -240,7 +241,7 @@ fn range(image: &RgbImage) -> (u8, u8) {
 fn grazing_light_makes_no_acne() {
     for (scale, far) in PLACES {
         let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
-        // So low that the floor hardly gets any: the sun just above the horizon.
+        // The light moves down to just above the horizon.
         for height in [3.0, 0.3, 0.03, 0.003] {
             let mut builder = SceneBuilder::new();
             square(&mut builder, shift, 4.0 * scale, MaterialId(1));
@@ -262,7 +263,7 @@ fn grazing_light_makes_no_acne() {
                     if *pixel == image::Rgb([255; 3]) {
                         continue;
                     }
-                    // Anywhere on the floor within the square.
+                    // The range over the whole square.
                     let facing = |p: DVec3| (light - p).normalize().z;
                     let [a, b, c, d] = [(-4.0, -4.0), (4.0, -4.0), (-4.0, 4.0), (4.0, 4.0)]
                         .map(|(x, y)| 0.05 + 0.9 * facing(DVec3::new(x, y, 0.0)));
@@ -307,7 +308,7 @@ fn spheres_do_not_shadow_themselves() {
             let direction = (forward + right * across(x) - up * across(y)).normalize();
             let along = -eye.dot(direction);
             let discriminant = 1.0 - (eye.length_squared() - along * along);
-            // Not at the outline, where a rounding decides.
+            // Rounding decides at the outline.
             if discriminant < 0.03 {
                 continue;
             }
@@ -318,7 +319,7 @@ fn spheres_do_not_shadow_themselves() {
         }
         assert!(
             compared > 5_000 && worst <= 2,
-            "scale {scale}, {far} away: off by {worst} of 255"
+            "scale {scale}, {far} away: {worst}/255 off in {compared} pixels"
         );
     }
 }
@@ -328,7 +329,7 @@ fn no_light_leaks_in_or_out() {
     for (scale, far) in PLACES {
         let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
         let place = |p: Vec3| p * scale + shift;
-        // A closed box on a floor, one light inside it; and the same with the light outside and the eye inside.
+        // A closed box on a floor with its lights inside, or with its lights outside and the eye inside.
         for is_light_inside in [true, false] {
             let mut builder = SceneBuilder::new();
             let side = Vec3::splat(scale);
@@ -345,7 +346,7 @@ fn no_light_leaks_in_or_out() {
             if is_light_inside {
                 square(&mut builder, shift, 9.0 * scale, MaterialId(1));
             }
-            // In the middle, and right in a corner.
+            // In the middle and in a corner.
             for inside in [Vec3::new(0.1, -0.2, 0.9), Vec3::new(0.9, 0.9, 1.9)] {
                 let light = if is_light_inside {
                     inside
@@ -373,14 +374,14 @@ fn no_light_leaks_in_or_out() {
                 .count();
             assert!(
                 lit == 0,
-                "scale {scale}, {far} away, light inside: {is_light_inside}: {lit} pixels"
+                "scale {scale}, {far} away, light inside: {is_light_inside}: {lit} lit pixels"
             );
         }
     }
 }
 
 #[test]
-fn a_sphere_seen_from_inside_is_evenly_dark_or_lit() {
+fn a_sphere_seen_from_inside_is_uniform() {
     for (scale, far) in PLACES {
         let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
         let view = View {
@@ -390,7 +391,7 @@ fn a_sphere_seen_from_inside_is_evenly_dark_or_lit() {
             fov_degrees: 90.0,
         };
         for (light, expected) in [
-            // Outside: nothing of it comes in. In the middle: everywhere from straight above.
+            // A light outside does not reach the inside; one in the centre meets every point head-on.
             (Vec3::new(5.0, 1.0, 2.0), 0.05),
             (Vec3::ZERO, 0.65),
         ] {
@@ -409,12 +410,12 @@ fn a_sphere_seen_from_inside_is_evenly_dark_or_lit() {
 }
 
 #[test]
-fn mirrors_facing_each_other_add_up() {
+fn mirrors_that_face_each_other_sum_to_the_series() {
     const MIRROR: f64 = 0.25;
     for (scale, far) in PLACES {
         let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
         for depth in [1, 2, 3, 40] {
-            // Between two parallel mirrors, and within a mirroring sphere: from every pixel the same.
+            // Between two parallel mirrors and inside a mirror sphere every pixel has the same colour.
             for is_sphere in [false, true] {
                 let mut builder = SceneBuilder::new();
                 builder.set_ambient(0.4).unwrap();
@@ -438,14 +439,14 @@ fn mirrors_facing_each_other_add_up() {
                     up: DVec3::Y,
                     fov_degrees: 30.0,
                 };
-                // Level `depth` sees the background.
+                // The ray after `depth` hits returns the background.
                 let hits = i32::try_from(depth).unwrap();
                 let share = MIRROR.powi(hits);
                 let expected = 0.4 * (1.0 - MIRROR) * (1.0 - share) / (1.0 - MIRROR) + 0.9 * share;
                 let scene = builder.finish();
                 for mode in [Mode::Packet, Mode::Scalar] {
                     let camera = placed_view(&view, scale, shift);
-                    let image = picture_in(&scene, &camera, mode, depth);
+                    let image = picture_in(&scene, &camera, SIDE / 4, mode, depth);
                     let (least, most) = range(&image);
                     let off = [least, most].map(|value| value.abs_diff(byte(expected)));
                     assert!(
@@ -459,12 +460,12 @@ fn mirrors_facing_each_other_add_up() {
 }
 
 #[test]
-fn eyes_and_lights_on_surfaces_make_no_speckles() {
+fn eyes_and_lights_on_surfaces() {
     for (scale, far) in PLACES {
         let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
         let mut builder = SceneBuilder::new();
         square(&mut builder, shift, 3.0 * scale, MaterialId(1));
-        // In the floor itself: no point of the floor is below or above it, so it adds nothing or too little to be seen.
+        // A light in the plane of the floor adds nothing visible to it.
         builder
             .add_light(Vec3::new(0.5, 0.25, 0.0) * scale + shift, 0.9)
             .unwrap();
@@ -481,7 +482,7 @@ fn eyes_and_lights_on_surfaces_make_no_speckles() {
             "scale {scale}, {far} away: {least} to {most}"
         );
 
-        // An eye on the floor looks along it and sees the background, or the floor, and nothing else.
+        // An eye in the plane of the floor sees background or floor.
         let view = View {
             eye: DVec3::new(-0.5, 0.25, 0.0),
             target: DVec3::new(0.5, 0.1, 0.0),

@@ -1,6 +1,5 @@
-//! Scenes that nobody would draw, but that files hold: nothing, one thing, everything in one place or in one plane,
-//! very small, very large, and eyes and lights exactly on surfaces. They build, and packets and the scalar reference
-//! draw the same.
+//! Degenerate scenes: empty, coplanar or coincident primitives, very small, very large, eyes and lights exactly on
+//! surfaces. They build quickly, and packets and the scalar reference draw the same picture.
 
 use glam::{DVec3, Vec3};
 use octray::{
@@ -15,7 +14,7 @@ use std::{
 
 const MIRROR: MaterialId = MaterialId(3);
 
-/// Spheres, triangles and lights, all scaled by `scale`. Everything mirrors.
+/// Mirrors, all scaled by `scale`.
 fn scene(scale: f32, spheres: &[(Vec3, f32)], triangles: &[[Vec3; 3]], lights: &[Vec3]) -> Scene {
     let mut builder = SceneBuilder::new();
     for &light in lights {
@@ -67,7 +66,7 @@ fn check(name: &str, scene: &Scene, camera: &Camera) {
     }
 }
 
-/// Triangles all over the unit cube, the same at every call. `flat`: all in the plane z = 0.
+/// Random triangles from -1 to 1, the same in every call. `flat`: all in the plane z = 0.
 fn soup(count: usize, flat: bool) -> Vec<[Vec3; 3]> {
     let mut random = fastrand::Rng::with_seed(9);
     let mut coordinate = || random.f32() * 2.0 - 1.0;
@@ -79,7 +78,7 @@ fn soup(count: usize, flat: bool) -> Vec<[Vec3; 3]> {
 }
 
 #[test]
-fn odd_scenes_are_the_same_in_both_modes() {
+fn both_modes_draw_the_same_picture() {
     let light = [Vec3::new(9.0, -4.0, 10.0)];
     let ball = [(Vec3::new(0.0, 0.0, 0.5), 0.5)];
     let eye = camera(DVec3::new(3.0, 1.5, 1.2), DVec3::ZERO);
@@ -100,7 +99,7 @@ fn odd_scenes_are_the_same_in_both_modes() {
         ),
     ] {
         check(name, &scene, &eye);
-        // In the plane of the flat ones, inside the sphere, on the sphere.
+        // In the plane z = 0, inside the sphere, on the sphere.
         for (x, y, z) in [(3.0, 0.1, 0.0), (0.1, 0.2, 0.4), (0.0, 0.0, 1.0)] {
             check(
                 name,
@@ -116,11 +115,10 @@ fn odd_scenes_are_the_same_in_both_modes() {
     }
 }
 
-/// PLOC pairs each cluster with its nearest neighbour in a window and merges pairs that chose each other. Where all
-/// distances are equal everybody chooses the same side: one pair a round, time grows with the square of the count,
-/// and the tree becomes a chain.
+/// PLOC merges clusters that are each other's nearest neighbours. At equal distances all clusters choose the same side:
+/// one pair merges per round, the time is quadratic and the tree becomes a chain.
 #[test]
-fn many_equal_primitives_build_soon() {
+fn many_equal_primitives_build_quickly() {
     let limit = Duration::from_secs(5);
     let count = 20_000;
     let equal_spheres = vec![(Vec3::ZERO, 1.0); count];

@@ -1,8 +1,8 @@
-//! What becomes of the camera's rays: tiles of a picture put together are the whole picture, in both modes.
+//! Crops put together are the whole picture, in both modes, for colours, layers (AOVs) and alpha.
 
+use crate::shipped_scene;
 use octray::{
     accel::Bvh,
-    format,
     reference::{
         brute,
         cost::{self, Cost, Todo},
@@ -17,22 +17,16 @@ use octray::{
 use std::{
     fmt::Debug,
     ops::ControlFlow,
-    path::Path,
     sync::atomic::{AtomicBool, Ordering},
     thread,
     time::{Duration, Instant},
 };
 
-/// Neither tiles nor packets fit into it.
+/// No multiple of a tile or packet.
 const SIZE: [u32; 2] = [157, 61];
-/// Where it is cut: rows and columns of one pixel too.
+/// Where the picture is cut, into single rows and columns too.
 const COLUMNS: [u32; 6] = [0, 1, 6, 40, 150, 157];
 const ROWS: [u32; 5] = [0, 3, 4, 35, 61];
-
-fn reflections() -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/reflections.scn");
-    format::load(&path).unwrap_or_else(|error| panic!("{error}"))
-}
 
 fn camera() -> Camera {
     Camera::classic_view(3).expect("views are 1 to 6")
@@ -46,7 +40,7 @@ fn settings() -> Settings {
     }
 }
 
-/// All pieces of the picture.
+/// Crops that cover the picture.
 fn crops() -> impl Iterator<Item = Crop> {
     ROWS.windows(2).flat_map(|rows| {
         COLUMNS.windows(2).map(|columns| Crop {
@@ -58,8 +52,8 @@ fn crops() -> impl Iterator<Item = Crop> {
     })
 }
 
-/// Expects `piece` to be what `whole` is at `crop`.
-fn check_piece<P: Copy + PartialEq + Debug>(whole: &[P], piece: &[P], crop: Crop, what: &str) {
+/// Expects `piece` to equal `whole` at `crop`.
+fn check_crop<P: Copy + PartialEq + Debug>(whole: &[P], piece: &[P], crop: Crop, what: &str) {
     let rows = piece.chunks(crop.width() as usize);
     assert_eq!(rows.len(), crop.height() as usize, "{what}: {crop}");
     for (row, y) in rows.zip(crop.y0..) {
@@ -76,8 +70,8 @@ fn film<P: Pixel>(scene: &Scene, bvh: &Bvh, settings: &Settings) -> Film<P> {
     film
 }
 
-/// The picture, after its pieces were compared with it in both modes.
-fn check_pieces<P: Pixel + PartialEq + Debug>(scene: &Scene, bvh: &Bvh, settings: &Settings) -> Film<P> {
+/// Returns the picture after comparing its crops with it in both modes.
+fn check_crops<P: Pixel + PartialEq + Debug>(scene: &Scene, bvh: &Bvh, settings: &Settings) -> Film<P> {
     let whole = film::<P>(scene, bvh, settings);
     for mode in [Mode::Packet, Mode::Scalar] {
         for crop in crops() {
@@ -88,30 +82,30 @@ fn check_pieces<P: Pixel + PartialEq + Debug>(scene: &Scene, bvh: &Bvh, settings
             };
             let piece = film::<P>(scene, bvh, &settings);
             let what = format!("{settings:?}");
-            check_piece(whole.pixels(), piece.pixels(), crop, &what);
+            check_crop(whole.pixels(), piece.pixels(), crop, &what);
         }
     }
     whole
 }
 
 #[test]
-fn pieces_are_the_whole() {
-    let scene = reflections();
+fn crops_equal_the_picture() {
+    let scene = shipped_scene("reflections");
     let bvh = Bvh::build(&scene);
     for samples in [1, 4] {
         let settings = Settings {
             samples,
             ..settings()
         };
-        let floats = check_pieces::<[f32; 3]>(&scene, &bvh, &settings);
-        let bytes = check_pieces::<[u8; 3]>(&scene, &bvh, &settings);
+        let floats = check_crops::<[f32; 3]>(&scene, &bvh, &settings);
+        let bytes = check_crops::<[u8; 3]>(&scene, &bvh, &settings);
         assert_eq!(floats.to_rgb8(), bytes.pixels().as_flattened());
     }
 }
 
 #[test]
-fn pieces_are_the_whole_with_every_pattern_and_filter() {
-    let scene = reflections();
+fn crops_equal_the_picture_with_every_pattern_and_filter() {
+    let scene = shipped_scene("reflections");
     let bvh = Bvh::build(&scene);
     for (pattern, filter) in [
         (Pattern::Grid, Filter::Tent),
@@ -124,13 +118,13 @@ fn pieces_are_the_whole_with_every_pattern_and_filter() {
             filter,
             ..settings()
         };
-        check_pieces::<[f32; 3]>(&scene, &bvh, &settings);
+        check_crops::<[f32; 3]>(&scene, &bvh, &settings);
     }
 }
 
 #[test]
-fn many_samples_agree_whatever_their_pattern() {
-    let scene = reflections();
+fn patterns_agree_at_many_samples() {
+    let scene = shipped_scene("reflections");
     let bvh = Bvh::build(&scene);
     for filter in [Filter::Box, Filter::Tent, Filter::BlackmanHarris] {
         let picture = |pattern| {
@@ -157,7 +151,7 @@ fn many_samples_agree_whatever_their_pattern() {
 }
 
 #[test]
-fn crops_without_pixels_or_outside_are_refused() {
+fn empty_and_outside_crops_are_refused() {
     for (crop, words) in [
         ([3, 3, 3, 5], "no pixels"),
         ([5, 3, 3, 5], "no pixels"),
@@ -173,10 +167,10 @@ fn crops_without_pixels_or_outside_are_refused() {
     }
 }
 
-/// Whoever is told of progress may let the thread do other work, such as the bands that are left.
+/// A progress callback may yield its thread to the remaining bands.
 #[test]
-fn variables_while_whoever_is_told_yields() {
-    let scene = reflections();
+fn layers_when_the_progress_callback_yields() {
+    let scene = shipped_scene("reflections");
     let bvh = Bvh::build(&scene);
     let settings = Settings {
         threads: Some(2),
@@ -187,7 +181,7 @@ fn variables_while_whoever_is_told_yields() {
         aovs.unwrap_or_else(|error| panic!("{error}"))
     };
     let quiet = find(&|_| ControlFlow::Continue(()));
-    // The other thread takes nothing before the first band's thread has.
+    // The second thread takes no band before the first one yields.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
     let (is_busy, has_yielded) = (AtomicBool::new(false), AtomicBool::new(false));
     let start = Instant::now();
@@ -196,7 +190,7 @@ fn variables_while_whoever_is_told_yields() {
             thread::yield_now();
         }
     };
-    let one_that_yields = || {
+    let yielding = || {
         wait_for(&is_busy);
         find(&|_| {
             rayon::yield_now();
@@ -204,18 +198,18 @@ fn variables_while_whoever_is_told_yields() {
             ControlFlow::Continue(())
         })
     };
-    let one_that_waits = || {
+    let waiting = || {
         is_busy.store(true, Ordering::Relaxed);
         wait_for(&has_yielded);
     };
-    let both = || rayon::join(one_that_yields, one_that_waits);
+    let both = || rayon::join(yielding, waiting);
     let (busy, ()) = pool.expect("threads").install(both);
     assert_eq!(quiet, busy);
 }
 
 #[test]
-fn pieces_have_the_same_variables() {
-    let scene = reflections();
+fn crops_have_the_same_layers() {
+    let scene = shipped_scene("reflections");
     let bvh = Bvh::build(&scene);
     let aovs = |settings: &Settings, costs: bool| {
         let aovs =
@@ -223,13 +217,13 @@ fn pieces_have_the_same_variables() {
         aovs.unwrap_or_else(|error| panic!("{error}"))
     };
     let whole = aovs(&settings(), true);
-    // Packets, single rays that are counted and single rays that are not find the same.
+    // Packets and single rays, counted or not, find the same hits.
     let without_costs = |aovs: &Aovs| -> Vec<Aov> {
-        let free = |pixel: &Aov| Aov {
+        let without_cost = |pixel: &Aov| Aov {
             cost: Cost::default(),
             ..*pixel
         };
-        aovs.pixels.iter().map(free).collect()
+        aovs.pixels.iter().map(without_cost).collect()
     };
     let packets = aovs(&settings(), false);
     assert!(packets.pixels == without_costs(&whole));
@@ -246,8 +240,8 @@ fn pieces_have_the_same_variables() {
             mode: Mode::Scalar,
             ..settings()
         };
-        check_piece(&whole.pixels, &aovs(&settings, true).pixels, crop, "aovs");
-        check_piece(
+        check_crop(&whole.pixels, &aovs(&settings, true).pixels, crop, "aovs");
+        check_crop(
             &packets.pixels,
             &aovs(
                 &Settings {
@@ -279,7 +273,7 @@ fn pieces_have_the_same_variables() {
 }
 
 #[test]
-fn variables_are_those_of_every_other_traversal() {
+fn the_counting_traversal_agrees_with_brute_force() {
     for seed in 0..20 {
         let mut random = Random::new(seed, 0);
         let scene = scenes::small(&mut random, 200).expect("a scene");
@@ -304,34 +298,34 @@ fn variables_are_those_of_every_other_traversal() {
 }
 
 #[test]
-fn transparency_agrees_in_both_modes() {
-    let scene = reflections();
+fn transparent_crops_equal_the_picture() {
+    let scene = shipped_scene("reflections");
     let bvh = Bvh::build(&scene);
     for samples in [1, 9] {
         let settings = Settings {
             samples,
             ..settings()
         };
-        let film = check_pieces::<[f32; 4]>(&scene, &bvh, &settings);
+        let film = check_crops::<[f32; 4]>(&scene, &bvh, &settings);
         let opaque = self::film::<[f32; 3]>(&scene, &bvh, &settings);
-        let (mut partly, mut nothing) = (0, 0);
+        let (mut partial, mut empty) = (0, 0);
         for (&[r, g, b, alpha], opaque) in film.pixels().iter().zip(opaque.pixels()) {
             assert!((0.0..=1.0).contains(&alpha));
             if alpha == 1.0 {
                 assert_eq!([r, g, b], *opaque);
             } else if alpha == 0.0 {
-                nothing += 1;
+                empty += 1;
                 assert_eq!([r, g, b], [0.0; 3]);
             } else {
-                partly += 1;
-                // Over the scene's white background it is the opaque picture.
+                partial += 1;
+                // Premultiplied: over the scene's white background it is the opaque picture.
                 for (c, opaque) in [r, g, b].iter().zip(opaque) {
                     assert!((c + (1.0 - alpha) - opaque).abs() < 1e-5);
                 }
             }
         }
-        assert!(nothing > 100);
-        assert_eq!(partly > 0, samples > 1);
+        assert!(empty > 100);
+        assert_eq!(partial > 0, samples > 1);
         let bytes = film.to_bytes(Transfer::Linear);
         let whole = |(_, pixel): &(&[u8; 4], &[f32; 4])| pixel[3] == 1.0;
         for (bytes, pixel) in bytes.as_chunks::<4>().0.iter().zip(film.pixels()).filter(whole) {

@@ -1,8 +1,8 @@
-//! The fuzz targets on a stable compiler: all seeds, and every input that once failed.
+//! Runs the fuzz targets on a stable compiler, on all seeds and on every input that once failed.
 
 use std::{fs, path::Path};
 
-/// Runs every file of `folder/TARGET/` through its target.
+/// Runs every file of `folder/TARGET/` through TARGET.
 fn replay(folder: &str) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let Ok(entries) = fs::read_dir(&folder) else {
@@ -12,7 +12,7 @@ fn replay(folder: &str) {
     for entry in entries {
         let entry = entry.expect("a readable folder");
         let name = entry.file_name();
-        // Beside the folders there may be a README.
+        // A README may be beside the folders.
         if !entry.path().is_dir() {
             continue;
         }
@@ -20,7 +20,7 @@ fn replay(folder: &str) {
             continue;
         }
         let target = crate::targets::by_name(&name.to_string_lossy())
-            .unwrap_or_else(|| panic!("{} belongs to no target", entry.path().display()));
+            .unwrap_or_else(|| panic!("{} names no target", entry.path().display()));
         for input in fs::read_dir(entry.path()).expect("a readable folder") {
             let path = input.expect("a readable folder").path();
             println!("{}", path.display());
@@ -39,9 +39,9 @@ fn regressions() {
     replay("tests/regressions");
 }
 
-/// `OCTRAY_SEEDS=1 cargo test --test replay` writes what `tests/seeds` makes; else it must be there already.
+/// `OCTRAY_SEEDS=1 cargo test replay` writes the generated seeds.
 #[test]
-fn seeds_are_what_the_program_makes() {
+fn generated_seeds_are_current() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
     if !folder.exists() {
         println!("skipped: {} is not there", folder.display());
@@ -54,11 +54,15 @@ fn seeds_are_what_the_program_makes() {
             fs::write(&path, &bytes).expect("written");
         }
         let found = fs::read(&path).unwrap_or_default();
-        assert!(found == bytes, "{} is not what tests/seeds makes", path.display());
+        assert!(
+            found == bytes,
+            "{} differs from tests/library/seeds.rs: OCTRAY_SEEDS=1 writes it",
+            path.display()
+        );
     }
 }
 
-/// Random bytes, so that a target that always fails is noticed without a fuzzer; `OCTRAY_LONG=1` makes many more.
+/// Random inputs for the targets that read bytes as choices; `OCTRAY_LONG=1` tries many more.
 #[test]
 fn random_bytes() {
     let mut random = fastrand::Rng::with_seed(7);

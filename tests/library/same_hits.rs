@@ -1,6 +1,6 @@
 //! Bundles, packets, single rays, the scalar BVH and brute force find the same hits, bit for bit.
 //!
-//! `OCTRAY_LONG=1` runs 1,000,000 rays against each of 200 scenes.
+//! `OCTRAY_LONG=1` traces 1,000,000 rays in each of 200 scenes.
 
 use octray::{
     accel::{BuildQuality, Bvh, Layout},
@@ -24,18 +24,18 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn every_way_of_tracing_agrees_with_brute_force(seed in any::<u64>(), count in 0_usize..=64) {
+    fn all_methods_agree_with_brute_force(seed in any::<u64>(), count in 0_usize..=64) {
         check(seed, count, 1_000).map_err(TestCaseError::fail)?;
     }
 
     #[test]
-    fn and_on_larger_scenes(seed in any::<u64>(), count in 65_usize..=400) {
+    fn all_methods_agree_on_larger_scenes(seed in any::<u64>(), count in 65_usize..=400) {
         check(seed, count, 300).map_err(TestCaseError::fail)?;
     }
 }
 
 #[test]
-fn long_mode() {
+fn long_run() {
     if std::env::var_os("OCTRAY_LONG").is_none() {
         println!("skipped: set OCTRAY_LONG=1 to trace 1,000,000 rays in each of 200 scenes");
         return;

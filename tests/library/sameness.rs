@@ -1,16 +1,13 @@
-//! One scene, one picture: packets or scalar, one thread or two, any size: the same linear colours, bit for bit.
+//! One scene, one picture: packets or scalar code, any BVH, one thread or two give the same linear colours, bit for bit.
 
+use crate::shipped_scene;
 use octray::{
     accel::{BuildQuality, Bvh, Layout},
-    format,
     generate::{Kind, Options, generate},
     render::{Film, Mode, Settings, render},
     scene::{Camera, Scene},
 };
-use std::{
-    ops::ControlFlow,
-    path::{Path, PathBuf},
-};
+use std::ops::ControlFlow;
 
 const SHIPPED: [&str; 6] = [
     "silhouette",
@@ -21,15 +18,10 @@ const SHIPPED: [&str; 6] = [
     "evening",
 ];
 
-/// Width, height, samples of a pixel. Neither multiples of a packet nor of a tile; a single pixel;
-/// very wide; several samples.
+/// Width, height and samples per pixel: no multiple of a packet or tile, a single pixel, very wide, several samples.
 const SIZES: [(u32, u32, u32); 4] = [(333, 217, 1), (1, 1, 1), (8191, 3, 1), (64, 48, 4)];
 
-fn scenes() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
-}
-
-/// The first pixel that is not the same in both, by its bits.
+/// The first pixel whose bits differ.
 fn first_difference(a: &Film, b: &Film) -> Option<String> {
     let bits = |pixel: &[f32; 3]| pixel.map(f32::to_bits);
     let (i, (pa, pb)) = a
@@ -42,13 +34,13 @@ fn first_difference(a: &Film, b: &Film) -> Option<String> {
     Some(format!("pixel ({x}, {y}): {pa:?} and {pb:?}"))
 }
 
-fn check(name: &str, scene: &Scene, camera: &Camera, basis: &Settings) {
+fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
     let bvh = Bvh::build(scene);
     let film = |mode, threads| {
         let settings = Settings {
             mode,
             threads: Some(threads),
-            ..*basis
+            ..*settings
         };
         let frame = render(scene, &bvh, camera, &settings, &|_| ControlFlow::Continue(()));
         frame.unwrap_or_else(|error| panic!("{name}: {error}")).film
@@ -56,13 +48,13 @@ fn check(name: &str, scene: &Scene, camera: &Camera, basis: &Settings) {
     let first = film(Mode::Packet, 1);
     assert_eq!(
         first.pixels().len(),
-        basis.width as usize * basis.height as usize,
+        settings.width as usize * settings.height as usize,
         "{name}"
     );
-    let settings = Settings {
+    let one_thread = Settings {
         mode: Mode::Packet,
         threads: Some(1),
-        ..*basis
+        ..*settings
     };
     for (quality, layout) in [
         (BuildQuality::Fast, Layout::Whole),
@@ -70,18 +62,18 @@ fn check(name: &str, scene: &Scene, camera: &Camera, basis: &Settings) {
         (BuildQuality::Ploc, Layout::Whole),
     ] {
         let other = Bvh::build_as(scene, quality, layout);
-        let frame = render(scene, &other, camera, &settings, &|_| ControlFlow::Continue(()));
+        let frame = render(scene, &other, camera, &one_thread, &|_| ControlFlow::Continue(()));
         let other = frame.unwrap_or_else(|error| panic!("{name}: {error}")).film;
-        if let Some(where_) = first_difference(&first, &other) {
-            panic!("{name}: the usual build and the {quality:?}, {layout:?} one differ at {where_}");
+        if let Some(difference) = first_difference(&first, &other) {
+            panic!("{name}: the default BVH and {quality:?}, {layout:?} differ at {difference}");
         }
     }
     for (mode, threads) in [(Mode::Packet, 2), (Mode::Scalar, 1), (Mode::Scalar, 2)] {
         let other = film(mode, threads);
-        if let Some(where_) = first_difference(&first, &other) {
+        if let Some(difference) = first_difference(&first, &other) {
             panic!(
-                "{name}, {}x{}: packets on 1 thread and {mode:?} on {threads} differ at {where_}",
-                basis.width, basis.height
+                "{name}, {}x{}: packets on 1 thread and {mode:?} on {threads} differ at {difference}",
+                settings.width, settings.height
             );
         }
     }
@@ -97,10 +89,9 @@ fn sized(width: u32, height: u32, samples: u32) -> Settings {
 }
 
 #[test]
-fn shipped_scenes_are_the_same_in_every_mode() {
+fn shipped_scenes() {
     for name in SHIPPED {
-        let path = scenes().join(format!("{name}.scn"));
-        let scene = format::load(&path).unwrap_or_else(|error| panic!("{error:?}"));
+        let scene = shipped_scene(name);
         let bvh = Bvh::build(&scene);
         let camera = Camera::classic_view(1).expect("views are 1 to 6");
         let frame = render(&scene, &bvh, &camera, &sized(32, 32, 1), &|_| {
@@ -109,7 +100,7 @@ fn shipped_scenes_are_the_same_in_every_mode() {
         let film = frame.expect("it renders").film;
         assert!(
             film.pixels().iter().any(|pixel| *pixel != film.pixels()[0]),
-            "{name}: nothing to compare"
+            "{name}: the picture has one colour"
         );
         for (i, (width, height, samples)) in SIZES.into_iter().enumerate() {
             let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");
@@ -119,9 +110,8 @@ fn shipped_scenes_are_the_same_in_every_mode() {
 }
 
 #[test]
-fn without_shadows_and_with_many_levels_too() {
-    let path = scenes().join("hall_of_mirrors.scn");
-    let scene = format::load(&path).unwrap_or_else(|error| panic!("{error:?}"));
+fn without_shadows_and_with_deep_reflections() {
+    let scene = shipped_scene("hall_of_mirrors");
     let camera = Camera::classic_view(2).expect("views are 1 to 6");
     for (shadows, max_depth) in [(false, 1), (false, 3), (true, 1), (true, 20)] {
         let settings = Settings {
@@ -134,7 +124,7 @@ fn without_shadows_and_with_many_levels_too() {
 }
 
 #[test]
-fn generated_scenes_are_the_same_in_every_mode() {
+fn generated_scenes() {
     for kind in Kind::ALL {
         let count = Some(kind.least_count().max(20_000));
         let generated = generate(kind, Options { seed: 5, count }).expect("a count within its limits");

@@ -1,20 +1,19 @@
-//! Makes the seeds in `fuzz/seeds` whose names begin with `made-`: one file for each kind of thing that a format can
-//! say. The other seeds were written by hand.
+//! The generated seeds of `fuzz/seeds`, whose names begin with `made-`: one file for each feature of a format. The other
+//! seeds are written by hand.
 
 use std::fmt::Write as _;
 
-/// A seed: its target, its name, its bytes.
+/// A seed: target, name, bytes.
 pub type Seed = (&'static str, String, Vec<u8>);
 
-/// All of them.
 pub fn all() -> Vec<Seed> {
     let mut seeds = Vec::new();
     plies(&mut seeds);
-    objects(&mut seeds);
-    solids(&mut seeds);
+    objs(&mut seeds);
+    stls(&mut seeds);
     gltfs(&mut seeds);
     arguments(&mut seeds);
-    decisions(&mut seeds);
+    choices(&mut seeds);
     seeds
 }
 
@@ -22,7 +21,7 @@ fn add(seeds: &mut Vec<Seed>, target: &'static str, name: &str, bytes: impl Into
     seeds.push((target, format!("made-{name}"), bytes.into()));
 }
 
-/// Every number type of coordinates and indices, in every encoding.
+/// Every number type for coordinates and indices in every encoding.
 fn plies(seeds: &mut Vec<Seed>) {
     const TYPES: [(&str, usize); 8] = [
         ("char", 1),
@@ -80,7 +79,7 @@ fn plies(seeds: &mut Vec<Seed>) {
     }
 }
 
-fn objects(seeds: &mut Vec<Seed>) {
+fn objs(seeds: &mut Vec<Seed>) {
     let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.5\nvn 0 0 1\nvt 0 0\n";
     for (name, faces) in [
         ("plain", "f 1 2 3\nf 1 3 4\n"),
@@ -100,7 +99,7 @@ fn objects(seeds: &mut Vec<Seed>) {
     }
 }
 
-fn solids(seeds: &mut Vec<Seed>) {
+fn stls(seeds: &mut Vec<Seed>) {
     let facet = |x: f32| [0.0, 0.0, 1.0, x, 0.0, 0.0, x + 1.0, 0.0, 0.0, x, 1.0, 0.0];
     let mut text = String::from("solid a\n");
     for x in [0.0, 2.0] {
@@ -174,7 +173,7 @@ fn gltfs(seeds: &mut Vec<Seed>) {
     add(seeds, "gltf", "binary.glb", glb);
 }
 
-/// One good and one bad value of each option, and names.
+/// A valid and an invalid value of each option, and name patterns.
 fn arguments(seeds: &mut Vec<Seed>) {
     for (i, values) in [
         ["512x512", "0x5"],
@@ -204,8 +203,8 @@ fn arguments(seeds: &mut Vec<Seed>) {
     }
 }
 
-/// Bytes that mean decisions: any do.
-fn decisions(seeds: &mut Vec<Seed>) {
+/// Random bytes, for the targets that read them as choices.
+fn choices(seeds: &mut Vec<Seed>) {
     let mut random = fastrand::Rng::with_seed(1);
     for target in ["scn_grammar", "ply_grammar", "picture"] {
         for i in 0..12 {

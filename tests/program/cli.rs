@@ -1,10 +1,10 @@
-//! The command line: arguments, exit codes, what is said where. See `cli_output.rs` for files and pipes.
+//! The command line: arguments, exit codes, messages. (Files and pipes: `cli_output.rs`.)
 
-use crate::program::{Folder, Run};
+use crate::program::{Folder, Run, assert_contains};
 use serde_json::Value;
 
 #[test]
-fn a_scene_alone_makes_a_png_of_its_name_here() {
+fn a_scene_alone_writes_a_png_named_after_it() {
     let folder = Folder::new();
     std::fs::create_dir(folder.path("deep")).unwrap();
     folder.write("deep/b.c.scn", "sphere 0 0 0.5 0.5\n");
@@ -19,12 +19,8 @@ fn a_scene_alone_makes_a_png_of_its_name_here() {
 fn render_is_the_default_command() {
     let folder = Folder::new();
     folder.run(&["a.scn", "-o", "1.ppm", "--view", "2"]).succeeded();
-    folder
-        .run(&["render", "--view=2", "a.scn", "-o2.ppm"])
-        .succeeded();
-    folder
-        .run(&["--view", "2", "--output", "3.ppm", "--", "a.scn"])
-        .succeeded();
+    folder.run_line("render --view=2 a.scn -o2.ppm").succeeded();
+    folder.run_line("--view 2 --output 3.ppm -- a.scn").succeeded();
     let read = |name| std::fs::read(folder.path(name)).unwrap();
     assert_eq!(read("1.ppm"), read("2.ppm"));
     assert_eq!(read("1.ppm"), read("3.ppm"));
@@ -45,27 +41,19 @@ fn scenes_may_have_the_names_of_commands() {
 }
 
 #[test]
-fn every_option_is_taken() {
+fn options_take_effect() {
     let folder = Folder::new();
     let all = "a.scn -o a.qoi --size 33x17 --eye -1,2,-3 --target -0.5,0,0 --up 0,-1,0.1 --fov 30.5 \
                --threads 2 --mode scalar --no-shadows --max-depth 1 --samples 4 --stats=text --quiet";
-    let run = folder.run(&all.split_whitespace().collect::<Vec<_>>());
+    let run = folder.run_line(all);
     assert_eq!(run.code, Some(0), "{run:?}");
     assert!(run.stdout.is_empty());
     let picture = image::open(folder.path("a.qoi")).unwrap();
     assert_eq!((picture.width(), picture.height()), (33, 17));
-    for words in ["33x17, 4 samples", "depth 1, shadows off", "scalar", "2 threads"] {
-        assert!(run.stderr.contains(words), "{words}: {}", run.stderr);
-    }
+    let words = ["33x17, 4 samples", "depth 1, shadows off", "scalar", "2 threads"];
+    assert_contains(&run.stderr, &words);
     folder
-        .run(&[
-            "a.scn",
-            "--mode=packet",
-            "--target",
-            "0,0,0",
-            "--up=-1,0,0",
-            "--fov=179",
-        ])
+        .run_line("a.scn --mode=packet --target 0,0,0 --up=-1,0,0 --fov=179")
         .succeeded();
 }
 
@@ -134,7 +122,7 @@ fn wrong_values_are_usage_errors() {
     folder.fails(&["bench", "a.scn", "--repeat", "0"], 2, "--repeat");
 }
 
-/// A scene's own camera is as good as the same one in options.
+/// A scene's camera renders the same picture as the same camera in options.
 #[test]
 fn the_scenes_cameras() {
     let folder = Folder::new();
@@ -185,7 +173,7 @@ fn any_number_of_samples_with_a_sequence() {
     let folder = Folder::new();
     let read = |options: &str| {
         let arguments = format!("a.scn --size 40x30 -o a.ppm --pattern sobol --quiet {options}");
-        folder.run(&arguments.split(' ').collect::<Vec<_>>()).succeeded();
+        folder.run_line(&arguments).succeeded();
         std::fs::read(folder.path("a.ppm")).unwrap()
     };
     let seven = read("--samples 7");
@@ -194,7 +182,7 @@ fn any_number_of_samples_with_a_sequence() {
 }
 
 #[test]
-fn pictures_of_nothing_are_told() {
+fn empty_scenes_and_meshes() {
     let folder = Folder::new();
     folder.write("empty.scn", "// nothing\n");
     let run = folder.run(&["empty.scn"]);
@@ -217,7 +205,7 @@ fn pictures_of_nothing_are_told() {
 }
 
 #[test]
-fn limits_are_no_usage_errors() {
+fn exceeded_limits_exit_with_1() {
     let folder = Folder::new();
     folder.fails(&["a.scn", "--size", "100000x100000"], 1, "pixels");
     folder.fails(&["a.scn", "--size", "8000000x1", "--samples", "4"], 1, "samples");
@@ -237,38 +225,16 @@ fn without_arguments_the_usage_is_shown() {
 }
 
 #[test]
-fn help_has_the_options_and_examples() {
+fn help_lists_options_and_examples() {
     let folder = Folder::new();
     let top = folder.run(&["--help"]);
-    for words in ["Examples:", "render", "info", "bench", "Exit codes"] {
-        assert!(top.succeeded().text().contains(words), "{words}");
-    }
-    for arguments in [
-        &["render", "--help"][..],
-        &["a.scn", "--help"],
-        &["help", "render"],
-    ] {
-        let help = folder.run(arguments);
-        for option in [
-            "Examples:",
-            "--output",
-            "--size",
-            "--camera",
-            "--view",
-            "--eye",
-            "--target",
-            "--up",
-            "--fov",
-            "--threads",
-            "--mode",
-            "--no-shadows",
-            "--max-depth",
-            "--samples",
-            "--stats",
-            "--quiet",
-        ] {
-            assert!(help.succeeded().text().contains(option), "{option}");
-        }
+    let words = ["Examples:", "render", "info", "bench", "Exit codes"];
+    assert_contains(top.succeeded().text(), &words);
+    let options = "Examples: --output --size --camera --view --eye --target --up --fov --threads --mode --no-shadows \
+                   --max-depth --samples --stats --quiet";
+    let options: Vec<_> = options.split(' ').collect();
+    for arguments in ["render --help", "a.scn --help", "help render"] {
+        assert_contains(folder.run_line(arguments).succeeded().text(), &options);
     }
     let short = folder.run(&["render", "-h"]);
     assert!(short.succeeded().text().contains("--samples"));
@@ -322,16 +288,17 @@ fn statistics_go_to_standard_error() {
     let text = folder.run(&["--stats", "a.scn"]);
     assert_eq!(text.code, Some(0));
     assert!(text.stdout.is_empty());
-    for words in ["primitives", "camera", "rays/s", "load", "memory"] {
-        assert!(text.stderr.contains(words), "{words}");
-    }
+    assert_contains(
+        &text.stderr,
+        &["primitives", "camera", "rays/s", "load", "memory"],
+    );
 }
 
 #[test]
 fn info_prints_text_or_json() {
     let folder = Folder::new();
     let text = folder.run(&["info", "a.scn"]);
-    for words in [
+    let words = [
         "triangles",
         "spheres",
         "bounds",
@@ -340,20 +307,12 @@ fn info_prints_text_or_json() {
         "nodes",
         "leaf sizes",
         "build time",
-    ] {
-        assert!(text.succeeded().text().contains(words), "{words}");
-    }
+    ];
+    assert_contains(text.succeeded().text(), &words);
     let info = folder.run(&["info", "a.scn", "--json"]);
     let info = json(info.succeeded().text());
     assert_eq!(info["schema"], 1);
-    for count in [
-        "vertices",
-        "triangles",
-        "degenerate_triangles",
-        "spheres",
-        "lights",
-        "scene_bytes",
-    ] {
+    for count in "vertices triangles degenerate_triangles spheres lights scene_bytes".split(' ') {
         assert!(info[count].is_u64(), "{count}");
     }
     assert!(info["columns"].is_array() && info["materials"].is_array());
@@ -362,7 +321,7 @@ fn info_prints_text_or_json() {
 }
 
 #[test]
-fn info_tells_what_a_scene_says() {
+fn info_lists_lights_materials_and_cameras() {
     let folder = Folder::new();
     folder.write(
         "b.scn",
@@ -374,19 +333,14 @@ fn info_tells_what_a_scene_says() {
         "material blinn_phong ks 0.25 alpha 9\nsphere 0 0 0 1\n",
     );
     let text = folder.run(&["info", "b.scn"]);
-    for words in [
+    let words = [
         "light 3 -2 5 0.5 color 1 0.5 0",
         "blinn_phong cd 1 0 0 cs 1 1 1 kd 0.8 ks 0.25 alpha 9, 1 primitives",
         "bottom 1 1 1 top 0 0 1",
         "\"far away\" eye 9 1 3 target 0 0 0 up 0 0 1 fov 45",
         "part.scn",
-    ] {
-        assert!(
-            text.succeeded().text().contains(words),
-            "{words}: {}",
-            text.text()
-        );
-    }
+    ];
+    assert_contains(text.succeeded().text(), &words);
     let info = json(folder.run(&["info", "b.scn", "--json"]).succeeded().text());
     assert_eq!(info["cameras"][0]["name"], "far away");
     assert_eq!(info["ambient"], 0.25);
@@ -395,31 +349,23 @@ fn info_tells_what_a_scene_says() {
 }
 
 #[test]
-fn info_counts() {
+fn info_counts_primitives_and_bytes() {
     let folder = Folder::new();
     let info = json(folder.run(&["info", "a.scn", "--json"]).succeeded().text());
     assert_eq!((&info["spheres"], &info["lights"]), (&2.into(), &1.into()));
     assert_eq!(info["materials"].as_array().map(Vec::len), Some(2));
     assert_eq!(info["materials"][1]["kind"], "reflection");
-    let bytes: u64 = info["columns"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|column| column["bytes"].as_u64().unwrap())
-        .sum();
-    assert_eq!(info["scene_bytes"], bytes);
+    let columns = info["columns"].as_array().unwrap();
+    let bytes = columns.iter().map(|column| column["bytes"].as_u64().unwrap());
+    assert_eq!(info["scene_bytes"], bytes.sum::<u64>());
 }
 
 #[test]
 fn a_broken_scene_is_one_error() {
     let folder = Folder::new();
     folder.write("broken.scn", "sphere 0 0 0.5\n");
-    for command in [
-        &["broken.scn"][..],
-        &["info", "broken.scn"],
-        &["bench", "broken.scn"],
-    ] {
-        let run = folder.run(command);
+    for command in ["broken.scn", "info broken.scn", "bench broken.scn"] {
+        let run = folder.run_line(command);
         assert_eq!(run.code, Some(1));
         assert!(run.stderr.starts_with("error: broken.scn:1:"), "{run:?}");
         assert_eq!(run.stderr.matches("error:").count(), 1);
@@ -431,7 +377,7 @@ fn a_broken_scene_is_one_error() {
     assert_eq!(folder.names(), ["a.scn", "broken.scn"]);
 }
 
-/// On a terminal, by way of util-linux's `script`; `None` where that is not installed.
+/// Runs the program on a terminal of util-linux's `script`; `None` if that is not installed.
 fn on_a_terminal(folder: &Folder, arguments: &str) -> Option<Run> {
     let command = format!("{} {arguments}", crate::program::PROGRAM);
     if let Ok(output) = folder
@@ -446,7 +392,7 @@ fn on_a_terminal(folder: &Folder, arguments: &str) -> Option<Run> {
 }
 
 #[test]
-fn a_terminal_gets_one_line_unless_quiet() {
+fn a_terminal_shows_one_line_unless_quiet() {
     let folder = Folder::new();
     let Some(run) = on_a_terminal(&folder, "a.scn") else {
         return;
@@ -459,7 +405,7 @@ fn a_terminal_gets_one_line_unless_quiet() {
 }
 
 #[test]
-fn a_terminal_gets_no_png() {
+fn a_png_is_not_written_to_a_terminal() {
     let folder = Folder::new();
     if let Some(run) = on_a_terminal(&folder, "a.scn -o -") {
         assert_eq!(run.code, Some(2), "{run:?}");
@@ -473,7 +419,7 @@ fn a_terminal_gets_no_png() {
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 
 #[test]
-fn meshes_are_taken_by_every_command() {
+fn every_command_reads_meshes() {
     let folder = Folder::new();
     folder.write("square.obj", SQUARE);
     folder.run(&["square.obj", "--size", "8x8"]).succeeded();
@@ -486,31 +432,23 @@ fn meshes_are_taken_by_every_command() {
         "{info:?}"
     );
     folder
-        .run(&[
-            "bench",
-            "square.obj",
-            "--size",
-            "16x16",
-            "--repeat",
-            "1",
-            "--ground",
-        ])
+        .run_line("bench square.obj --size 16x16 --repeat 1 --ground")
         .succeeded();
     for options in [
-        &["--eye", "3,2,1"][..],
-        &["--target", "1,1,1"],
-        &["--view", "2"],
-        &["--up", "1,0,0", "--fov", "70"],
-        &["--up-axis", "z", "--ground", "--smooth-angle", "30"],
+        "--eye 3,2,1",
+        "--target 1,1,1",
+        "--view 2",
+        "--up 1,0,0 --fov 70",
+        "--up-axis z --ground --smooth-angle 30",
     ] {
         folder
-            .run(&[&["square.obj", "--size", "8x8"], options].concat())
+            .run_line(&format!("square.obj --size 8x8 {options}"))
             .succeeded();
     }
 }
 
 #[test]
-fn what_is_wrong_with_a_mesh_is_said_once() {
+fn mesh_warnings_are_printed_once() {
     let folder = Folder::new();
     folder.write("twice.obj", &format!("{SQUARE}f 1 2 3\nf 1 1 2\n"));
     let run = folder.run(&["twice.obj", "--size", "8x8"]);
@@ -529,7 +467,7 @@ fn what_is_wrong_with_a_mesh_is_said_once() {
 }
 
 #[test]
-fn mesh_errors_help() {
+fn mesh_errors_suggest_a_remedy() {
     let folder = Folder::new();
     folder.write("square.obj", SQUARE);
     folder.write("letter.fbx", "Dear reader");

@@ -1,4 +1,4 @@
-//! Several pictures in one call, scenes from standard input, turntables, comparisons.
+//! Several pictures per call, scenes from standard input, turntables, comparisons.
 
 use crate::program::{Folder, Run};
 use std::{fs, io::Write, process::Stdio};
@@ -17,7 +17,7 @@ fn fed(folder: &Folder, arguments: &[&str], text: &str) -> Run {
 }
 
 #[test]
-fn several_scenes_have_a_picture_each() {
+fn each_scene_has_a_picture() {
     let folder = Folder::new();
     fs::create_dir(folder.path("out")).unwrap();
     folder.write("b.scn", "material 1\nsphere 0 0 0.3 0.5\n");
@@ -37,7 +37,7 @@ fn several_scenes_have_a_picture_each() {
 }
 
 #[test]
-fn no_two_pictures_have_one_name() {
+fn equal_output_names_are_refused() {
     let folder = Folder::new();
     fs::create_dir(folder.path("deep")).unwrap();
     for name in ["b.scn", "deep/a.scn"] {
@@ -48,7 +48,7 @@ fn no_two_pictures_have_one_name() {
     folder.fails(&["a.scn", "a.scn"], 2, "twice");
     folder.fails(&["a.scn", "b.scn", "-o", "-"], 2, "standard output");
     folder.fails(&["a.scn", "--turntable", "2", "-o", "x.png"], 2, "####");
-    // Another spelling of the same place.
+    // Two spellings of one path.
     folder.fails(
         &["a.scn", "deep/../a.scn", "-o", "deep/../{stem}.png"],
         2,
@@ -62,7 +62,7 @@ fn no_two_pictures_have_one_name() {
 }
 
 #[test]
-fn a_failure_ends_the_call_and_leaves_what_is_done() {
+fn a_failure_ends_the_call_and_keeps_finished_pictures() {
     let folder = Folder::new();
     folder.write("bad.scn", "sphere 1 2\n");
     let run = folder.run(&["a.scn", "bad.scn", SMALL]);
@@ -72,7 +72,7 @@ fn a_failure_ends_the_call_and_leaves_what_is_done() {
 }
 
 #[test]
-fn what_is_missing_or_does_not_fit_is_told_before_anything_is_rendered() {
+fn inputs_are_checked_before_rendering() {
     let folder = Folder::new();
     folder.write("a.ply", "ply\n");
     folder.write("a.fbx", "Kaydara");
@@ -149,7 +149,7 @@ fn turntables_go_around() {
         let same = read(&folder, &format!("t-0{number}.png")) == read(&folder, "a.png");
         assert_eq!(same, number == 1, "{number}");
     }
-    // A part of them has the same pictures, and no others.
+    // --frames renders the same pictures, and no others.
     folder
         .run(&["a.scn", SMALL, "--turntable=4", "--frames=2-3", "-o", "p#.png"])
         .succeeded();
@@ -157,7 +157,7 @@ fn turntables_go_around() {
     let parts: Vec<_> = names.iter().filter(|name| name.starts_with('p')).collect();
     assert_eq!(parts, ["p2.png", "p3.png"]);
     assert_eq!(read(&folder, "p3.png"), read(&folder, "t-03.png"));
-    // The second picture is seen from a quarter turn on.
+    // Picture 3 of 4 is half a turn away.
     folder
         .run(&["a.scn", SMALL, "--eye=3,0,1", "--turntable=4", "-o", "e#.png"])
         .succeeded();
@@ -171,7 +171,7 @@ fn turntables_go_around() {
 }
 
 #[test]
-fn turntables_refuse_what_makes_none() {
+fn invalid_turntables_and_comparisons_are_refused() {
     let folder = Folder::new();
     for (arguments, words) in [
         ("--turntable 0", "0"),
@@ -193,7 +193,7 @@ fn turntables_refuse_what_makes_none() {
 }
 
 #[test]
-fn stats_tell_of_each_picture() {
+fn statistics_of_each_picture() {
     let folder = Folder::new();
     let run = folder.run(&["a.scn", SMALL, "--turntable=3", "--stats=json"]);
     let lines: Vec<serde_json::Value> = run
@@ -222,23 +222,16 @@ fn equal_pictures_agree_in_every_lossless_format() {
         let words = format!("octray: {output} agrees with {reference}: 0 of 384 pixels");
         assert!(run.stderr.starts_with(&words), "{run:?}");
         assert_eq!(run.stderr.lines().count(), 1);
-        // Floats and bytes are compared as bytes.
-        let run = folder.run(&[
-            "a.scn",
-            SMALL,
-            "-o",
-            "new.png",
-            "--quiet",
-            "--compare",
-            &reference,
-        ]);
-        run.succeeded();
+        // Floats are compared as bytes.
+        folder
+            .run_line(&format!("a.scn {SMALL} -o new.png --quiet --compare {reference}"))
+            .succeeded();
     }
     assert!(!folder.names().iter().any(|name| name.contains("difference")));
 }
 
 #[test]
-fn different_pictures_are_told_and_shown() {
+fn differences_are_reported_and_written() {
     let folder = Folder::new();
     folder.run(&["a.scn", SMALL, "-o", "ref.png"]).succeeded();
     let mut changed = image::open(folder.path("ref.png")).unwrap().into_rgb8();
@@ -271,7 +264,7 @@ fn different_pictures_are_told_and_shown() {
         assert_eq!(run.code, Some(0), "{agreeing}: {run:?}");
     }
     compare("--allow-pixels 0.004").failed(5, "2 of 384");
-    // Transparency counts.
+    // Alpha counts.
     let mut clear = image::open(folder.path("ref.png")).unwrap().into_rgba8();
     clear.get_pixel_mut(0, 0).0[3] = 0;
     clear.save(folder.path("changed.png")).unwrap();
@@ -279,7 +272,7 @@ fn different_pictures_are_told_and_shown() {
 }
 
 #[test]
-fn references_have_patterns_too() {
+fn references_may_be_patterns() {
     let folder = Folder::new();
     fs::create_dir(folder.path("ref")).unwrap();
     let turntable = ["a.scn", SMALL, "--turntable=3", "-o"];
@@ -287,13 +280,8 @@ fn references_have_patterns_too() {
         .run(&[&turntable[..], &["ref/{stem}#.png"]].concat())
         .succeeded();
     fs::copy(folder.path("ref/a1.png"), folder.path("ref/a2.png")).unwrap();
-    let run = folder.run(
-        &[
-            &turntable[..],
-            &["{stem}-##.png", "--compare=ref/{stem}#.png", "--quiet"],
-        ]
-        .concat(),
-    );
+    let compared = ["{stem}-##.png", "--compare=ref/{stem}#.png", "--quiet"];
+    let run = folder.run(&[&turntable[..], &compared].concat());
     assert_eq!(run.code, Some(5));
     assert!(
         run.stderr.starts_with("error: 1 of 3 pictures differ")

@@ -14,45 +14,22 @@ fn a_config_file_gives_defaults_and_the_command_line_wins() {
     );
     folder.run(&["a.scn", "--config", "c.toml"]).succeeded();
     folder
-        .run(&[
-            "a.scn",
-            "-o",
-            "same.ppm",
-            "--size=9x7",
-            "--view=3",
-            "--max-depth=1",
-            "--no-shadows",
-        ])
+        .run_line("a.scn -o same.ppm --size=9x7 --view=3 --max-depth=1 --no-shadows")
         .succeeded();
     let read = |name| fs::read(folder.path(name)).unwrap();
     assert_eq!(read("a.ppm"), read("same.ppm"));
-    // `view` in the file gives way to --eye, which it excludes.
+    // --eye replaces `view` of the file, which it excludes.
     folder
-        .run(&[
-            "a.scn",
-            "--config=c.toml",
-            "--eye=3,1,2",
-            "-o",
-            "eye.ppm",
-            "--max-depth",
-            "3",
-        ])
+        .run_line("a.scn --config=c.toml --eye=3,1,2 -o eye.ppm --max-depth 3")
         .succeeded();
     folder
-        .run(&[
-            "a.scn",
-            "-o",
-            "eye2.ppm",
-            "--size=9x7",
-            "--eye=3,1,2",
-            "--no-shadows",
-        ])
+        .run_line("a.scn -o eye2.ppm --size=9x7 --eye=3,1,2 --no-shadows")
         .succeeded();
     assert_eq!(read("eye.ppm"), read("eye2.ppm"));
 }
 
 #[test]
-fn the_usual_place_is_looked_at() {
+fn the_default_config_file_is_read() {
     let folder = Folder::new();
     fs::create_dir(folder.path("octray")).unwrap();
     folder.write("octray/config.toml", "size = '8x6'\neye = [3, -1.5, 2]\n");
@@ -74,7 +51,7 @@ fn the_usual_place_is_looked_at() {
         fs::read(folder.path("d.png")).unwrap(),
         fs::read(folder.path("e.png")).unwrap()
     );
-    // Other commands do not ask for it.
+    // Only `render` reads it.
     folder.write("octray/config.toml", "nonsense");
     folder.run(&["info", "a.scn"]).succeeded();
     let run = folder.run(&["a.scn"]);
@@ -85,7 +62,7 @@ fn the_usual_place_is_looked_at() {
 }
 
 #[test]
-fn faults_are_told_with_their_place() {
+fn errors_name_the_place() {
     let folder = Folder::new();
     for (text, words) in [
         (
@@ -137,7 +114,7 @@ fn faults_are_told_with_their_place() {
 }
 
 #[test]
-fn every_shell_gets_a_script() {
+fn completions_for_every_shell() {
     let folder = Folder::new();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let run = folder.run(&["completions", shell]);
@@ -152,7 +129,7 @@ fn every_shell_gets_a_script() {
 }
 
 #[test]
-fn every_command_has_a_page() {
+fn every_command_has_a_manual_page() {
     let folder = Folder::new();
     let run = folder.run(&["man"]);
     let page = run.succeeded().text();

@@ -1,18 +1,13 @@
-//! Options, inputs and names that meet: what each does alone it does together with others.
+//! Options, inputs and names in combination.
 
-use crate::program::Folder;
-use std::{fs, path::Path};
+use crate::program::{Folder, shipped_mesh};
+use std::fs;
 
-fn shipped(mesh: &str) -> String {
-    let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");
-    meshes.join(mesh).to_string_lossy().into_owned()
-}
-
-/// The camera of a mesh goes where the mesh goes; it is there to be asked for.
+/// A mesh's camera moves with the mesh and can be chosen by name.
 #[test]
-fn cameras_of_a_scenes_meshes() {
+fn cameras_of_meshes_in_a_scene() {
     let folder = Folder::new();
-    fs::copy(shipped("mobile.gltf"), folder.path("m.gltf")).expect("the mesh is copied");
+    fs::copy(shipped_mesh("mobile.gltf"), folder.path("m.gltf")).expect("the mesh is copied");
     let placed = "rotate 1 0 0 90 scale 0.5 translate 3 2 1";
     let text = format!("light 3 -2 9 0.7\nmesh m.gltf {placed}\nmesh m.gltf\n");
     folder.write("mobile.scn", &text);
@@ -39,25 +34,25 @@ fn cameras_of_a_scenes_meshes() {
     assert_eq!(by_name, read(&["mobile.scn", &eye, &target, &up, &fov]));
     assert_eq!(by_name, read(&["mobile.scn", "--camera=1"]));
     assert_ne!(by_name, read(&["mobile.scn", "--camera=2"]));
-    // Turned and moved with the mesh: it sees as much as that of the file does.
-    let seen = |picture: &[u8]| picture.chunks_exact(3).filter(|pixel| *pixel != [255; 3]).count();
-    assert!(seen(&by_name) > 64 * 48 / 50, "{}", seen(&by_name));
-    // The scene's own come first.
+    // It moved with the mesh, so it sees it.
+    let mesh_pixels = |picture: &[u8]| picture.chunks_exact(3).filter(|pixel| *pixel != [255; 3]).count();
+    assert!(mesh_pixels(&by_name) > 64 * 48 / 50, "{}", mesh_pixels(&by_name));
+    // The scene's own cameras come first.
     assert_eq!(read(&["mobile.scn"]), read(&["mobile.scn", "--view=1"]));
     assert_eq!(read(&["front.scn"]), read(&["front.scn", "--camera=front"]));
     folder.fails(&["mobile.scn", "--camera", "frant"], 2, "did you mean `front`?");
 }
 
-/// The camera goes round the middle of a mesh, sees all of it from everywhere, and its light goes with it.
+/// The camera and its light go round the mesh and frame it from every side.
 #[test]
-fn turntables_of_meshes_keep_them_whole_and_lit() {
+fn turntables_frame_and_light_meshes() {
     let folder = Folder::new();
     for (mesh, options) in [
         ("house.stl", "--size=90x60"),
         ("vase.obj", "--size=50x90"),
         ("mobile.gltf", "--size=64x64"),
     ] {
-        let mesh = shipped(mesh);
+        let mesh = shipped_mesh(mesh);
         let arguments = [
             &mesh,
             options,
@@ -77,7 +72,7 @@ fn turntables_of_meshes_keep_them_whole_and_lit() {
                 |(x, y, _): &(u32, u32, &image::Rgba<u8>)| *x == 0 || *y == 0 || *x == right || *y == bottom;
             let shown = picture.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[3] > 0);
             assert!(!shown.clone().any(|pixel| seen(&pixel)), "{mesh} {number}");
-            // Red, of which all of these have about as much from all sides.
+            // In red all of these meshes look about the same from all sides.
             let values = shown.clone().map(|(_, _, pixel)| u64::from(pixel.0[0]));
             let mean = values.sum::<u64>() / shown.clone().count().max(1) as u64;
             darkest = darkest.min(mean);
@@ -87,14 +82,14 @@ fn turntables_of_meshes_keep_them_whole_and_lit() {
                 "{mesh} {number} is small"
             );
         }
-        // Seen from behind, a mesh that is lit from one side is darker by far.
+        // A light that stayed in place would leave the back much darker.
         assert!(3 * darkest > 2 * brightest, "{mesh}: {darkest} to {brightest}");
     }
 }
 
-/// Names as people have them, on all of whose pictures everything is asked for at once.
+/// File names with spaces, dashes and pattern characters, and many options at once.
 #[test]
-fn odd_names_with_everything_at_once() {
+fn odd_names_with_many_options() {
     let folder = Folder::new();
     let scene = "light 3 -2 9 0.7\nmaterial 2\nsphere 0 0 0.5 0.5\n";
     for name in ["two words ü####.scn", "{stem}.scn", "-x.scn"] {
@@ -119,7 +114,7 @@ fn odd_names_with_everything_at_once() {
 }
 
 #[test]
-fn a_picture_is_no_scene() {
+fn a_picture_is_refused_as_a_scene() {
     let folder = Folder::new();
     folder.write("a.scn", "sphere 0 0 0 1\n");
     folder.run(&["a.scn", "--size=8x8", "--quiet"]).succeeded();

@@ -1,49 +1,39 @@
-//! `octray verify` from the outside. (That a fault exits with 5 is shown beside its code, where one can be put in.)
+//! `octray verify`. (Exit code 5 is tested beside the command's code, where a fault can be injected.)
 
-use crate::program::{Folder, Run};
+use crate::program::{Folder, Run, assert_contains};
 use serde_json::Value;
 
 #[test]
-fn everybody_agrees_and_the_counts_are_told() {
+fn all_methods_agree_and_counts_are_printed() {
     let folder = Folder::new();
     let run = folder.run(&["verify", "--rays", "20000", "--threads", "2"]);
-    let text = run.succeeded().text();
-    for words in [
+    let words = [
         "brute force",
         "scalar BVH",
         "adaptive",
         "packets",
         "seed 1",
         "all agree, bit for bit",
-    ] {
-        assert!(text.contains(words), "{words}: {text}");
-    }
+    ];
+    assert_contains(run.succeeded().text(), &words);
 }
 
 #[test]
-fn counts_depend_on_the_seed_alone() {
+fn counts_depend_only_on_the_seed() {
     let folder = Folder::new();
     let counts = |seed, threads| {
-        let arguments = [
-            "verify",
-            "--rays",
-            "20000",
-            "--seed",
-            seed,
-            "--threads",
-            threads,
-            "--json",
-            "-",
-        ];
-        let mut json: Value = serde_json::from_str(folder.run(&arguments).succeeded().text()).unwrap();
-        for changing in ["seconds", "rays_per_s"] {
-            json.as_object_mut().unwrap().remove(changing).unwrap();
+        let run = folder.run_line(&format!(
+            "verify --rays 20000 --seed {seed} --threads {threads} --json -"
+        ));
+        let mut json: Value = serde_json::from_str(run.succeeded().text()).unwrap();
+        for timing in ["seconds", "rays_per_s"] {
+            json.as_object_mut().unwrap().remove(timing).unwrap();
         }
         json
     };
-    let first = counts("5", "1");
-    assert_eq!(first, counts("5", "2"));
-    assert_ne!(first["hits"], counts("6", "2")["hits"]);
+    let first = counts(5, 1);
+    assert_eq!(first, counts(5, 2));
+    assert_ne!(first["hits"], counts(6, 2)["hits"]);
     assert!(first["rays"].as_u64() >= Some(20_000) && first["agree"] == true && first["fault"].is_null());
     for method in first["methods"].as_array().unwrap() {
         assert_eq!(method["rays"], first["rays"], "{method}");
@@ -58,7 +48,7 @@ fn one_scene_can_be_repeated() {
 }
 
 #[test]
-fn odd_arguments_are_refused() {
+fn invalid_arguments_are_refused() {
     let folder = Folder::new();
     folder.fails(&["verify", "--rays", "0"], 2, "--rays");
     folder.fails(&["verify", "--seconds=-1"], 2, "--seconds");
@@ -72,14 +62,14 @@ fn odd_arguments_are_refused() {
 
 #[cfg(unix)]
 #[test]
-fn a_signal_ends_it_with_the_counts_so_far() {
+fn a_signal_prints_the_counts_so_far() {
     let folder = Folder::new();
-    // The shell's own `kill`, some time after the program has begun to listen: until then a signal would just end it.
+    // Wait until the program catches signals: before that, one would end it at once.
     let script = "\"$0\" verify --seconds 300 --threads 1 > counts & \
         while ! grep -q '^SigCgt:.*[2367abef]$' /proc/$!/status 2>/dev/null; do sleep 0.1; done; \
         sleep 1; kill -INT $!; wait $!";
     if !cfg!(target_os = "linux") {
-        println!("skipped: this asks /proc whether signals are caught");
+        println!("skipped: this needs /proc");
         return;
     }
     let run: Run = folder.shell(script);

@@ -1,13 +1,13 @@
-//! Tiles of `--crop` put together are the whole picture, byte for byte, whatever the other options: each option of
-//! `octray render` that matters to pixels is in at least one of the cases below.
+//! Pictures of `--crop` put together equal the whole picture, byte for byte, with every option of `octray render` that
+//! changes pixels.
 
-use crate::program::Folder;
+use crate::program::{Folder, shipped_mesh};
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 use std::{collections::BTreeMap, path::Path};
 
-/// Pixels of the whole picture.
+/// Size of the whole picture.
 const SIZE: [usize; 2] = [61, 43];
-/// Where it is cut: the tiles between these columns and rows.
+/// Where the picture is cut.
 const COLUMNS: [usize; 4] = [0, 1, 30, 61];
 const ROWS: [usize; 3] = [0, 19, 43];
 
@@ -28,7 +28,7 @@ sphere 0.8 -0.4 0.3 0.3
 
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
-/// Scene or mesh, format, options.
+/// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
 const CASES: [(&str, &str, &str); 18] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
@@ -117,7 +117,7 @@ fn channels(path: &Path) -> Channels {
             let bits = match channel.sample_data {
                 FlatSamples::F32(values) => values.into_iter().map(f32::to_bits).collect(),
                 FlatSamples::U32(values) => values,
-                FlatSamples::F16(_) => panic!("half floats lose what the picture has"),
+                FlatSamples::F16(_) => panic!("half floats lose precision"),
             };
             (channel.name.to_string(), bits)
         });
@@ -132,17 +132,14 @@ fn channels(path: &Path) -> Channels {
     (0..depth).map(channel).collect()
 }
 
-/// Renders, and gives the channels of every file that comes of it, by the end of its name.
+/// Renders and returns the channels of each written file, by its name.
 fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<String, Channels> {
     let folder = Folder::new();
     folder.write("b.scn", SCENE);
-    let mesh = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenes/meshes")
-        .join(input);
-    let input = if mesh.exists() {
-        mesh.to_string_lossy().into_owned()
-    } else {
+    let input = if Path::new(input).extension() == Some("scn".as_ref()) {
         input.to_owned()
+    } else {
+        shipped_mesh(input)
     };
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
     let output = format!("made.{format}");
@@ -157,9 +154,9 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     files
 }
 
-/// Puts a tile's values where they belong.
-fn put(whole: &mut Channels, tile: Channels, [x0, y0, x1, y1]: [usize; 4]) {
-    for (name, values) in tile {
+/// Copies a crop's values to their place in the whole picture.
+fn put(whole: &mut Channels, crop: Channels, [x0, y0, x1, y1]: [usize; 4]) {
+    for (name, values) in crop {
         let channel = whole.entry(name).or_insert_with(|| vec![0; SIZE[0] * SIZE[1]]);
         assert_eq!(values.len(), (x1 - x0) * (y1 - y0));
         for (row, values) in values.chunks(x1 - x0).enumerate() {
@@ -170,7 +167,7 @@ fn put(whole: &mut Channels, tile: Channels, [x0, y0, x1, y1]: [usize; 4]) {
 }
 
 #[test]
-fn tiles_are_the_whole_with_every_option() {
+fn crops_equal_the_picture_with_every_option() {
     for (input, format, options) in CASES {
         let whole = render(input, format, options, "");
         let mut together: BTreeMap<String, Channels> = BTreeMap::new();
@@ -178,8 +175,8 @@ fn tiles_are_the_whole_with_every_option() {
             for x in COLUMNS.windows(2) {
                 let place = [x[0], y[0], x[1], y[1]];
                 let crop = format!("--crop {},{},{},{}", x[0], y[0], x[1], y[1]);
-                for (name, tile) in render(input, format, options, &crop) {
-                    put(together.entry(name).or_default(), tile, place);
+                for (name, crop) in render(input, format, options, &crop) {
+                    put(together.entry(name).or_default(), crop, place);
                 }
             }
         }
@@ -187,16 +184,19 @@ fn tiles_are_the_whole_with_every_option() {
             let shown = channels
                 .values()
                 .any(|values| values.iter().any(|value| *value != values[0]));
-            assert!(shown, "{input} {options}: {name} is empty");
+            assert!(shown, "{input} {options}: {name} has one value");
         }
-        assert!(together == whole, "{input} {options}: tiles are not the whole");
+        assert!(
+            together == whole,
+            "{input} {options}: the crops differ from the picture"
+        );
     }
 }
 
-/// A new option is to be in [`CASES`], or here, if pixels do not depend on it.
+/// Each option is in [`CASES`] or, if it changes no pixels, in this list.
 #[test]
-fn no_option_is_left_out() {
-    const NOT_OF_PIXELS: [&str; 15] = [
+fn every_option_that_changes_pixels_has_a_case() {
+    const NO_PIXELS: [&str; 15] = [
         "--output",
         "--size",
         "--crop",
@@ -214,7 +214,7 @@ fn no_option_is_left_out() {
         "--version",
     ];
     let help = Folder::new().run(&["render", "--help"]);
-    // Descriptions are indented further.
+    // Only descriptions are indented this far.
     let options: Vec<&str> = help
         .succeeded()
         .text()
@@ -227,7 +227,7 @@ fn no_option_is_left_out() {
         let tried = CASES
             .iter()
             .any(|(_, _, words)| words.split([' ', '=']).any(|word| word == option));
-        assert!(tried || NOT_OF_PIXELS.contains(&option), "{option}");
+        assert!(tried || NO_PIXELS.contains(&option), "{option}");
     }
     for what in ["grid", "stratified", "sobol", "box", "tent", "blackman-harris"] {
         let tried = CASES

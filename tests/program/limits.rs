@@ -1,13 +1,13 @@
-//! Limits: what is too much for the memory or for the program is refused in one sentence, before the work begins.
+//! Limits: a picture or scene that is too large is refused in one sentence, before the work begins.
 #![cfg(unix)]
 
 use crate::program::{Folder, Run};
 use std::{fs, io::Write};
 
-/// Address space that everything here has, KiB.
+/// Limits the address space, in KiB, in case a check fails.
 const ULIMIT: &str = "ulimit -v 4000000";
 
-/// A mesh of one triangle, so many times.
+/// A mesh that repeats one triangle.
 fn write_mesh(folder: &Folder, name: &str, triangles: usize) {
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -21,7 +21,7 @@ fn write_mesh(folder: &Folder, name: &str, triangles: usize) {
     fs::write(folder.path(name), bytes).unwrap();
 }
 
-/// A file with nothing in it that claims to be large.
+/// A sparse file of this length.
 fn write_sparse(folder: &Folder, name: &str, length: u64) {
     fs::File::create(folder.path(name))
         .unwrap()
@@ -41,7 +41,7 @@ fn refused(folder: &Folder, script: &str, words: &[&str]) {
 }
 
 #[test]
-fn what_does_not_fit_is_refused_before_the_work() {
+fn too_large_inputs_are_refused_before_the_work() {
     let folder = Folder::new();
     write_mesh(&folder, "mesh.ply", 1_000_000);
     write_sparse(&folder, "large.ply", 1 << 30);
@@ -51,7 +51,7 @@ fn what_does_not_fit_is_refused_before_the_work() {
     stl.unwrap().write_all(&header).unwrap();
     folder.write("mesh.scn", "light 1 2 3 1\nply_file mesh.ply\n");
     for (script, words) in [
-        // A picture of whatever format.
+        // Pictures of several formats.
         (
             "\"$0\" a.scn --size 16384x16384 --max-memory 1G",
             &["a picture of 16384x16384 takes about", "1.0 GiB"][..],
@@ -64,7 +64,7 @@ fn what_does_not_fit_is_refused_before_the_work() {
             "\"$0\" a.scn --size 9000x9000 -o a.exr --max-memory 1500M",
             &["a picture of 9000x9000 takes about"],
         ),
-        // A mesh, named in a scene and by itself, by all commands that load one.
+        // A mesh in a scene and by itself.
         (
             "\"$0\" mesh.scn --max-memory 64M",
             &["mesh.scn:2:10: cannot load mesh.ply", "the scene takes about"],
@@ -80,7 +80,7 @@ fn what_does_not_fit_is_refused_before_the_work() {
             "\"$0\" info mesh.ply --max-memory 64M",
             &["error: mesh.ply: the scene takes about"],
         ),
-        // The process's own limit counts without being asked for, and more than that cannot be asked for.
+        // The process's own limit counts, too, and --max-memory does not raise it.
         (
             "ulimit -v 200000; \"$0\" mesh.ply",
             &["error: mesh.ply: the scene takes about"],
@@ -89,12 +89,12 @@ fn what_does_not_fit_is_refused_before_the_work() {
             "ulimit -v 200000; \"$0\" mesh.ply --max-memory 100G",
             &["error: mesh.ply: the scene takes about"],
         ),
-        // A file by its length alone, before it is read.
+        // By the file's length, before it is read.
         (
             "\"$0\" large.ply --max-memory 512M",
             &["large.ply: the file has 1.0 GiB, more than the memory limit of"],
         ),
-        // A file of which the header tells what is to come, before it is read.
+        // By the counts in the file's header, before the rest is read.
         (
             "\"$0\" facets.stl --max-memory 2G",
             &["facets.stl: the scene takes about 2.8 GiB"],
@@ -106,13 +106,12 @@ fn what_does_not_fit_is_refused_before_the_work() {
     ] {
         refused(&folder, script, words);
     }
-    // Enough is enough.
     folder
         .run(&["mesh.scn", "--max-memory", "512M", "--quiet"])
         .succeeded();
 }
 
-/// Whatever the limit on the address space is: a picture, or one sentence.
+/// Under any limit on the address space there is a picture or one sentence.
 #[test]
 fn any_limit_on_the_address_space() {
     let folder = Folder::new();
@@ -120,7 +119,6 @@ fn any_limit_on_the_address_space() {
     folder.write("mesh.scn", "light 1 2 3 1\nply_file mesh.ply\n");
     let (mut made, mut said) = (0, 0);
     for kibibytes in (100_000..=500_000).step_by(40_000) {
-        // Each thread's allocator sets address space aside.
         let script = format!("ulimit -v {kibibytes}; exec \"$0\" mesh.scn --size 64x64 --quiet");
         let run = folder.shell(&script);
         match run.code {
@@ -133,7 +131,7 @@ fn any_limit_on_the_address_space() {
 }
 
 #[test]
-fn billions_are_refused_by_name() {
+fn huge_values_are_refused_by_name() {
     let folder = Folder::new();
     for (arguments, code, words) in [
         (
@@ -193,7 +191,7 @@ fn scenes_have_documented_limits() {
     );
 
     if std::env::var_os("OCTRAY_LONG").is_none() {
-        println!("the limit of placed meshes is tested with OCTRAY_LONG: each is read");
+        println!("skipped: OCTRAY_LONG tests the limit of placed meshes, each of which is read");
         return;
     }
     let copies: String = (0..=1 << 16)
@@ -208,9 +206,9 @@ fn scenes_have_documented_limits() {
     );
 }
 
-/// Shapes of which each is within the next make the deepest trees, and rays that meet all of them the fullest stacks.
+/// Nested shapes make the deepest trees, and rays that meet all of them the fullest traversal stacks.
 #[test]
-fn deep_hierarchies_end_on_no_stack() {
+fn deep_hierarchies_do_not_overflow_stacks() {
     let folder = Folder::new();
     let mut file = fs::File::create(folder.path("deep.scn")).unwrap();
     writeln!(file, "light 3 -2 5 0.7\nmaterial 1").unwrap();
@@ -219,8 +217,8 @@ fn deep_hierarchies_end_on_no_stack() {
         writeln!(file, "triangle 0 0 0 {size:e} 0 {size:e} 0 {size:e} {size:e}").unwrap();
     }
     drop(file);
-    // Threads of a small stack, as the least that a system may give.
-    let script = format!("{ULIMIT}; ulimit -s 256; RUST_MIN_STACK=262144 exec \"$0\" deep.scn --size 8x8");
+    // Threads with small stacks.
+    let script = format!("{ULIMIT}; ulimit -s 256; RUST_MIN_STACK=262144 exec \"$0\" deep.scn --size 4x4");
     for mode in ["packet", "scalar"] {
         let run: Run = folder.shell(&format!("{script} --mode {mode} -o {mode}.png"));
         run.succeeded();
@@ -228,7 +226,7 @@ fn deep_hierarchies_end_on_no_stack() {
     assert!(fs::read(folder.path("packet.png")).unwrap() == fs::read(folder.path("scalar.png")).unwrap());
 }
 
-/// A process that may start no thread says so.
+/// A process that may not start threads says so.
 #[test]
 #[cfg(target_os = "linux")]
 fn no_threads() {
@@ -238,7 +236,7 @@ fn no_threads() {
         std::os::unix::fs::PermissionsExt::from_mode(0o777),
     )
     .unwrap();
-    // The limit does not hold for the super-user.
+    // The limit does not apply to the super-user.
     let script = "command -v setpriv >/dev/null || exit 77
         setpriv --reuid 65534 --regid 65534 --clear-groups bash -c 'ulimit -u 1 && exec \"$0\" a.scn' \"$0\"";
     let run = folder.shell(script);
@@ -246,6 +244,6 @@ fn no_threads() {
         run.failed(1, "cannot start threads: ");
     } else {
         assert!(!run.stderr.contains("panicked"), "{run:?}");
-        println!("skipped: this user cannot take threads away: {run:?}");
+        println!("skipped: this user cannot forbid threads: {run:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Tests of the program, in one program: linking is what costs.
+//! Tests of the command line, in one program: linking takes longer than running them.
 
 #[path = "../common/images.rs"]
 mod images;

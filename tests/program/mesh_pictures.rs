@@ -1,24 +1,24 @@
-//! Meshes straight from the command line: one picture of each format, looked at and kept, and that meshes are framed
-//! whole. `OCTRAY_BLESS=1 cargo test --test mesh_pictures` makes the pictures anew.
+//! Meshes on the command line: golden pictures of each format (see `tests/library/golden.rs`), and framing.
 
-use crate::images::{assert_all, compare_golden, package};
-use crate::program::Folder;
+use crate::{
+    images::{assert_all, compare_golden},
+    program::{Folder, shipped_mesh},
+};
 use image::RgbImage;
 
-/// At most so many pixels may differ: edges may fall on either side where builds round differently.
+/// The share of pixels that may differ: without fused multiply-add, edges round differently.
 const SHARE: f64 = 0.001;
 
 /// Renders a shipped mesh.
 fn picture(folder: &Folder, mesh: &str, options: &[&str]) -> RgbImage {
-    let mesh = package().join("scenes/meshes").join(mesh);
-    let mesh = mesh.to_str().expect("UTF-8");
-    let arguments = [&["render", mesh, "-o", "a.png", "--quiet"], options].concat();
+    let mesh = shipped_mesh(mesh);
+    let arguments = [&["render", &mesh, "-o", "a.png", "--quiet"], options].concat();
     folder.run(&arguments).succeeded();
     image::open(folder.path("a.png")).expect("a picture").into_rgb8()
 }
 
 #[test]
-fn every_format() {
+fn golden_pictures_of_every_format() {
     let folder = Folder::new();
     let size = ["--size", "160x120", "--samples", "4"];
     assert_all(
@@ -44,14 +44,13 @@ fn every_format() {
 }
 
 #[test]
-fn info_lists_what_options_may_name() {
-    let mesh = package().join("scenes/meshes/mobile.gltf");
-    let info = Folder::new().run(&["info", mesh.to_str().expect("UTF-8")]);
+fn info_lists_cameras() {
+    let info = Folder::new().run(&["info", &shipped_mesh("mobile.gltf")]);
     assert!(info.succeeded().text().contains("camera"), "{info:?}");
     assert!(info.text().contains("\"front\" eye"), "{info:?}");
 }
 
-/// Columns and rows that hold something else than the background: first and last.
+/// The first and last column and row that show more than the background.
 fn extent(picture: &RgbImage) -> [u32; 4] {
     let background = *picture.get_pixel(0, 0);
     let shown = picture
@@ -64,7 +63,7 @@ fn extent(picture: &RgbImage) -> [u32; 4] {
 }
 
 #[test]
-fn meshes_are_framed_whole() {
+fn meshes_are_framed() {
     let folder = Folder::new();
     for mesh in ["vase.obj", "gear.stl", "house.stl", "mobile.gltf", "cube.ply"] {
         for (size, fov) in [("200x200", "45"), ("320x100", "20"), ("90x240", "100")] {
@@ -72,7 +71,7 @@ fn meshes_are_framed_whole() {
             let [left, right, top, bottom] = extent(&picture);
             let (width, height) = picture.dimensions();
             let margins = [left, width - 1 - right, top, height - 1 - bottom];
-            // Free on all sides, and close on two that are opposite.
+            // Some margin on all sides, little on two opposite ones.
             assert!(
                 margins.iter().all(|&margin| margin > 0),
                 "{mesh} {size}: {margins:?}"
@@ -85,7 +84,7 @@ fn meshes_are_framed_whole() {
 }
 
 #[test]
-fn both_modes_and_any_number_of_threads_make_the_same_picture() {
+fn modes_and_threads_make_the_same_picture() {
     let folder = Folder::new();
     let options = ["--size", "64x48", "--ground", "--smooth-angle", "60"];
     for mesh in ["vase.obj", "gear.stl", "mobile.gltf"] {

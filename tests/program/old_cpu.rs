@@ -1,4 +1,4 @@
-//! On an emulated CPU that lacks the build's instructions, the program says so instead of crashing.
+//! On a CPU that lacks the build's instructions (emulated here) the program says so instead of crashing.
 #![cfg(all(target_arch = "x86_64", target_os = "linux"))]
 
 use std::process::{Command, Output};
@@ -14,7 +14,7 @@ fn emulated(cpu: &str) -> Option<Output> {
     output.ok()
 }
 
-/// Without the emulator's own warnings about features that it does not emulate.
+/// Standard error without the emulator's warnings about features that it lacks.
 fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr)
         .lines()
@@ -24,12 +24,12 @@ fn stderr(output: &Output) -> String {
 }
 
 #[test]
-fn an_old_cpu_is_told() {
+fn an_old_cpu_is_refused() {
     if !cfg!(target_feature = "avx2") {
-        println!("skipped: this build asks for nothing that an old CPU lacks");
+        println!("skipped: this build needs nothing that an old CPU lacks");
         return;
     }
-    // No AVX; AVX without AVX2; one feature short; no support by the operating system.
+    // No AVX, AVX without AVX2, one feature missing, no support by the operating system.
     for cpu in [
         "Nehalem",
         "SandyBridge",
@@ -60,7 +60,7 @@ fn a_new_enough_cpu_runs() {
         target_feature = "adx",
         target_feature = "gfni"
     )) {
-        println!("skipped: this build asks for more than the emulator has");
+        println!("skipped: this build needs more than the emulator has");
         return;
     }
     for cpu in ["Haswell", "max"] {

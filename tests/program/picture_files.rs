@@ -1,4 +1,4 @@
-//! `--aov`, `--srgb` and `--background` on the command line, and what is in the files. See `crops.rs` for `--crop`.
+//! The files that `--aov`, `--srgb` and `--background` write. (`--crop`: `crops.rs`.)
 
 use crate::program::Folder;
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
@@ -6,9 +6,7 @@ use image::DynamicImage;
 
 fn render(folder: &Folder, name: &str, options: &str) -> DynamicImage {
     let arguments = format!("a.scn --size 60x40 -o {name} {options}");
-    folder
-        .run(&arguments.split_whitespace().collect::<Vec<_>>())
-        .succeeded();
+    folder.run_line(&arguments).succeeded();
     open(folder, name)
 }
 
@@ -17,7 +15,7 @@ fn open(folder: &Folder, name: &str) -> DynamicImage {
 }
 
 #[test]
-fn variables_get_files_of_their_own() {
+fn layers_have_files_of_their_own() {
     let folder = Folder::new();
     render(&folder, "b.qoi", "--aov normal,heat,heat");
     assert_eq!(folder.names(), ["a.scn", "b.heat.qoi", "b.normal.qoi", "b.qoi"]);
@@ -32,16 +30,14 @@ fn variables_get_files_of_their_own() {
     assert!(!folder.run(&["a.scn", "--stats"]).stderr.contains("heat"));
 }
 
-/// Many blocks, which threads pack in no certain order.
+/// Threads compress many blocks in any order.
 #[test]
-fn exr_files_are_the_same_each_time() {
+fn exr_files_are_deterministic() {
     let folder = Folder::new();
     for options in ["", "--background transparent", "--aov depth,id"] {
         let files = ["a.exr", "b.exr", "c.exr"].map(|name| {
             let arguments = format!("a.scn --size 700x500 -o {name} {options}");
-            folder
-                .run(&arguments.split_whitespace().collect::<Vec<_>>())
-                .succeeded();
+            folder.run_line(&arguments).succeeded();
             std::fs::read(folder.path(name)).unwrap()
         });
         assert!(files[0] == files[1] && files[0] == files[2], "{options}");
@@ -49,7 +45,7 @@ fn exr_files_are_the_same_each_time() {
 }
 
 #[test]
-fn exr_holds_them_as_layers() {
+fn exr_files_hold_layers() {
     let folder = Folder::new();
     render(&folder, "plain.exr", "");
     let layered = render(&folder, "b.exr", "--aov depth,normal,albedo,id,heat");
@@ -80,7 +76,7 @@ fn exr_holds_them_as_layers() {
 }
 
 #[test]
-fn srgb_is_a_curve_over_linear_values() {
+fn srgb_encodes_linear_values() {
     let folder = Folder::new();
     let linear = render(&folder, "a.exr", "").to_rgb32f();
     let plain = render(&folder, "a.png", "").to_rgb8();
@@ -122,7 +118,7 @@ fn transparent_pictures_have_alpha() {
 }
 
 #[test]
-fn what_cannot_work_is_said() {
+fn impossible_combinations_are_refused() {
     let folder = Folder::new();
     for (arguments, words) in [
         ("--crop 0,0,513,5", "expected at most 0,0,512,512"),

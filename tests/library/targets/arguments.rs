@@ -1,8 +1,8 @@
-//! The command line's own small parsers: what they take keeps to what it says.
+//! The parsers of option values: accepted values are within their limits.
 
 use octray::cli::{named, parse_value};
 
-/// The options whose values have parsers of their own, in the order of a fuzzed input's first byte.
+/// The options with parsers of their own, indexed by an input's first byte.
 const OPTIONS: [&str; 9] = [
     "size",
     "eye",
@@ -15,7 +15,7 @@ const OPTIONS: [&str; 9] = [
     "max-memory",
 ];
 
-/// A byte that chooses the option, and its value.
+/// A byte that chooses the option, and the option's value.
 pub fn arguments(bytes: &[u8]) {
     let Some((&which, value)) = bytes.split_first() else {
         return;
@@ -49,7 +49,7 @@ fn check(option: &str, numbers: &[f64]) {
     assert!(holds, "{option}: {numbers:?}");
 }
 
-/// A pattern and, behind a line break, the scene's name.
+/// A file name pattern and, after a line break, the scene's name.
 fn names(text: &str) {
     let (pattern, scene) = text.split_once('\n').unwrap_or((text, "cow.scn"));
     let whole = named(pattern, scene, None);
@@ -57,7 +57,7 @@ fn names(text: &str) {
         pattern.contains("{stem}") || whole == pattern,
         "{pattern:?}: {whole:?}"
     );
-    // Numbers below ten have one length, so their names sort as they do.
+    // Numbers of one digit: their names have one length and sort as the numbers do.
     let [three, seven] = [3, 7].map(|number| named(pattern, scene, Some(number)));
     assert_eq!(three.len(), seven.len());
     assert!(three <= seven, "{pattern:?}: {three:?} and {seven:?}");

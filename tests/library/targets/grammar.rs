@@ -1,11 +1,11 @@
-//! Bytes as decisions: text that is nearly a scene, files that are nearly meshes. A fuzzer that changes a byte changes
-//! a statement, and not only a letter of one.
+//! Bytes as choices in a grammar: text that is almost a scene, files that are almost PLY. A fuzzer that changes a byte
+//! changes a statement instead of a letter.
 
 use arbitrary::{Result, Unstructured};
 
 type Source<'a, 'b> = &'a mut Unstructured<'b>;
 
-/// Numbers that parsers and shapes stumble over.
+/// Numbers that are hard for parsers and shapes.
 const ODD: [&str; 24] = [
     "0",
     "-0",
@@ -33,7 +33,7 @@ const ODD: [&str; 24] = [
     "0.1000000000000000055511151231257827",
 ];
 
-/// Separators, mostly a blank.
+/// Separators, mostly a space.
 const GAPS: [&str; 8] = [" ", " ", " ", " ", "\t", "  ", "\u{a0}", "\r"];
 
 fn number(u: Source<'_, '_>, out: &mut String) -> Result<()> {
@@ -47,7 +47,7 @@ fn number(u: Source<'_, '_>, out: &mut String) -> Result<()> {
 }
 
 fn words(u: Source<'_, '_>, out: &mut String, count: usize) -> Result<()> {
-    // Now and then one too many or too few.
+    // Sometimes one too many or too few.
     let count = match u.int_in_range(0..=30)? {
         0 => count + 1,
         1 => count.saturating_sub(1),
@@ -86,7 +86,7 @@ fn path(u: Source<'_, '_>, out: &mut String) -> Result<()> {
     Ok(())
 }
 
-/// Some keys, each with as many numbers as it takes.
+/// Up to four keys, each with its numbers.
 fn keys(u: Source<'_, '_>, out: &mut String, keys: &[(&str, usize)]) -> Result<()> {
     for _ in 0..u.int_in_range(0..=4)? {
         let (key, count) = u.choose(keys)?;
@@ -176,7 +176,7 @@ fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
     Ok(())
 }
 
-/// The text of a scene, nearly.
+/// Text that is almost a scene.
 pub fn scene(bytes: &[u8]) -> String {
     let mut u = Unstructured::new(bytes);
     let mut text = String::new();
@@ -184,11 +184,11 @@ pub fn scene(bytes: &[u8]) -> String {
     text
 }
 
-/// A PLY file, nearly: elements and properties of all types, and a body that is as long as the header says or not.
+/// A file that is almost PLY: elements and properties of all types, and a body of any length.
 pub fn ply(bytes: &[u8]) -> Vec<u8> {
     let mut u = Unstructured::new(bytes);
     let mut file = b"ply\n".to_vec();
-    // What is left of the bytes is the body.
+    // The remaining bytes are the body.
     let _ = ply_header(&mut u, &mut file);
     file.extend_from_slice(u.take_rest());
     file

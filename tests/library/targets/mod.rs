@@ -1,5 +1,5 @@
-//! What the fuzz targets do with their bytes. `fuzz/` calls these functions with bytes that it makes up;
-//! `tests/replay.rs` calls them with the seeds and with every input that once failed.
+//! The fuzz targets. `fuzz/` calls these functions with bytes that a fuzzer makes up; `tests/library/replay.rs` calls
+//! them with the seeds and with every input that once failed.
 
 #[cfg(feature = "cli")]
 pub mod arguments;
@@ -14,17 +14,17 @@ use octray::{
 };
 use std::{io, ops::ControlFlow, path::Path};
 
-/// The mesh that every path of a fuzzed scene names that is no scene.
+/// The content of every mesh that a fuzzed scene names.
 const MESH: &[u8] = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
     property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\
     0 0 0\n1 0 0\n0 1 0\n0 0 1\n4 0 1 2 3\n3 1 2 3\n";
 
-/// An input must be loaded or refused; and an error must be shown.
+/// Loads a scene, or shows the error. Panics if either fails.
 fn load(text: &[u8]) -> Option<Scene> {
     let open = &mut |path: &Path| match path.to_str() {
         Some("no.ply") => Err(io::ErrorKind::NotFound.into()),
         Some("loop.scn") => Ok(b"include loop.scn".to_vec()),
-        // A new name each time: as deep as files may go.
+        // A new path each time, up to the depth that is allowed.
         Some(deep) if deep.ends_with("deep.scn") => Ok(b"include x/deep.scn".to_vec()),
         Some(_) if path.extension().is_some_and(|extension| extension == "scn") => {
             Ok(b"material matte\nsphere 0 0 0.5 0.2\nmesh a.ply".to_vec())
@@ -40,9 +40,9 @@ fn show(error: &octray::error::LoadError) {
     let text = format!("{error}{}", error.report());
     assert!(
         !text.contains(|c: char| c.is_control() && c != '\n'),
-        "acts on a terminal: {text:?}"
+        "control characters: {text:?}"
     );
-    // A path of 4096 bytes, escaped, several times, and each time longer where files include others.
+    // An escaped path of 4096 bytes may occur several times, and longer with each included file.
     assert!(text.len() < 4_000_000, "an error of {} bytes", text.len());
 }
 
@@ -65,7 +65,7 @@ pub fn ply(bytes: &[u8]) {
     }
 }
 
-/// Columns of equal length, finite numbers, indices within the vertices.
+/// Expects columns of equal length, finite numbers and indices of vertices.
 fn check(mesh: &MeshColumns) {
     let vertices = mesh.x.len();
     assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
@@ -76,7 +76,7 @@ fn check(mesh: &MeshColumns) {
     assert!(corners.all(|&index| (index as usize) < vertices));
 }
 
-/// An OBJ file and, behind a byte of value 0, the library of materials that it names.
+/// An OBJ file and, after a byte of value 0, the material file that it names.
 pub fn obj(bytes: &[u8]) {
     let mut parts = bytes.splitn(2, |&byte| byte == 0);
     let file = parts.next().unwrap_or_default();
@@ -89,14 +89,14 @@ pub fn stl(bytes: &[u8]) {
     any(bytes, "fuzz.stl", b"");
 }
 
-/// A glTF file, JSON or binary. Every file that it names has 64 bytes.
+/// A glTF file, JSON or binary. Each file that it names has 64 bytes.
 pub fn gltf(bytes: &[u8]) {
     any(bytes, "fuzz.gltf", &[0x3f; 64]);
 }
 
-/// A mesh file; `beside` is the content of every file that it names.
-fn any(bytes: &[u8], name: &str, beside: &[u8]) {
-    let open = &mut |_: &Path| Ok(beside.to_vec());
+/// A mesh file; `named` is the content of each file that it names.
+fn any(bytes: &[u8], name: &str, named: &[u8]) {
+    let open = &mut |_: &Path| Ok(named.to_vec());
     match any_mesh::parse(bytes.to_vec(), Path::new(name), open) {
         Ok(mut mesh) => {
             check(&mesh.columns);
@@ -113,7 +113,7 @@ fn any(bytes: &[u8], name: &str, beside: &[u8]) {
                 mesh.columns.smooth_normals(45.0);
                 check(&mesh.columns);
             }
-            // The builder may refuse what is too far away, and nothing else may happen.
+            // The builder may refuse a mesh that is too far away.
             let mut builder = SceneBuilder::new();
             let _ = mesh.add_to(&mut builder, None);
         }
@@ -121,17 +121,17 @@ fn any(bytes: &[u8], name: &str, beside: &[u8]) {
     }
 }
 
-/// Text that is nearly a scene; see [`grammar`].
+/// Text that is almost a scene; see [`grammar`].
 pub fn scn_grammar(bytes: &[u8]) {
     scn(grammar::scene(bytes).as_bytes());
 }
 
-/// A file that is nearly PLY; see [`grammar`].
+/// A file that is almost PLY; see [`grammar`].
 pub fn ply_grammar(bytes: &[u8]) {
     ply(&grammar::ply(bytes));
 }
 
-/// Scene text, rendered by packets and by the scalar reference: the same picture, bit by bit.
+/// Scene text, rendered by packets and by the scalar reference: the same picture, bit for bit.
 pub fn render(bytes: &[u8]) {
     let Some(scene) = load(bytes) else { return };
     let bvh = Bvh::build(&scene);
@@ -162,8 +162,8 @@ pub fn render(bytes: &[u8]) {
     assert_eq!(packet.to_rgb8(), scalar.to_rgb8());
 }
 
-/// A target by its name.
-#[allow(dead_code, reason = "a fuzz target calls its function itself")]
+/// Returns the target of this name.
+#[allow(dead_code, reason = "fuzz targets call their functions directly")]
 pub fn by_name(name: &str) -> Option<fn(&[u8])> {
     match name {
         "scn" => Some(scn),

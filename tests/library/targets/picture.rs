@@ -1,4 +1,5 @@
-//! Scenes made of bytes, rendered by packets, by scalar code over a BVH, and by testing every primitive: the same bytes.
+//! Scenes made from bytes, rendered by packets, by scalar code over a BVH and by brute force: the same picture, bit for
+//! bit.
 
 use arbitrary::{Result, Unstructured};
 use glam::{DVec3, Vec3};
@@ -15,10 +16,10 @@ use octray::{
 use std::ops::ControlFlow;
 
 const SIDE: u32 = 16;
-/// More would be slow, and find no more.
+/// More primitives are slower and find nothing more.
 const MOST_PRIMITIVES: usize = 64;
 
-/// On a grid, so that coordinates coincide; or anything that a scene may hold.
+/// A coordinate, mostly on a grid so that some are equal.
 fn coordinate(u: &mut Unstructured<'_>) -> Result<f32> {
     Ok(match u.int_in_range(0..=15)? {
         0 => {
@@ -63,7 +64,7 @@ fn material(u: &mut Unstructured<'_>) -> Result<Material> {
     })
 }
 
-/// Adds what the bytes say, until they end; what the builder refuses is left out.
+/// Adds lights, materials and primitives until the bytes end. The builder may refuse some.
 fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
     let mut current = builder.classic_material(1).expect("there are four");
     let mut last = [Vec3::ZERO, Vec3::X, Vec3::Y];
@@ -95,7 +96,7 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
                 };
                 let _ = builder.add_mesh(mesh, current);
             }
-            // A neighbour across an edge, or the same again.
+            // A neighbour across an edge.
             7 => {
                 last = [last[1], last[0], point(u)?];
                 let _ = builder.add_triangle(last, current);
@@ -144,7 +145,7 @@ impl Intersect for EveryPrimitive<'_> {
     }
 }
 
-/// See the head.
+/// The target; see the module.
 pub fn picture(bytes: &[u8]) {
     let mut u = Unstructured::new(bytes);
     let (Ok(Some(camera)), Ok(settings)) = (view(&mut u), settings(&mut u)) else {
@@ -157,7 +158,7 @@ pub fn picture(bytes: &[u8]) {
             .expect("shares");
         builder.set_ambient(ambient).expect("a share");
     }
-    // What was added before the bytes ended is a scene, too.
+    // The bytes may end at any point of this.
     let _ = fill(&mut u, &mut builder);
     let scene = builder.finish();
     let bvh = Bvh::build(&scene);
