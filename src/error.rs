@@ -1,4 +1,4 @@
-//! Errors: what was found, what was expected, and where.
+//! Errors: place, what was found, what was expected.
 
 mod text;
 
@@ -11,26 +11,40 @@ use std::{
     sync::Arc,
 };
 
-/// A place in a text or mesh file: 1-based line and column (in bytes). For binary data the line is the
-/// record's number and the column is 1.
+/// A place in a file: line and column, both 1-based; columns count bytes. In binary data the line is the record's number
+/// and the column is 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourcePos {
-    /// The file as it was named, relative to where the program runs.
+    /// The file as it was named, relative to the current folder.
     pub file: Arc<PathBuf>,
-    /// 1-based line; 0 when the error concerns the file as a whole.
+    /// 1-based line; 0 if the error concerns the whole file.
     pub line: u32,
-    /// 1-based column in bytes; 0 when the error concerns the line as a whole.
+    /// 1-based column in bytes; 0 if the error concerns the whole line.
     pub column: u32,
 }
 
 impl SourcePos {
-    /// No place in particular of a file.
+    /// The file as a whole.
     #[must_use]
     pub fn whole_file(file: &Path) -> Self {
         Self {
             file: Arc::new(file.to_path_buf()),
             line: 0,
             column: 0,
+        }
+    }
+
+    /// Byte `offset` of `text`, which is the text of `file`.
+    #[must_use]
+    pub fn in_text(file: &Path, text: &[u8], offset: usize) -> Self {
+        let line_start = line_around(text, offset).start;
+        let before = text.get(..line_start).unwrap_or_default();
+        let lines_before = before.iter().filter(|&&byte| byte == b'\n').count();
+        let number = |zero_based: usize| u32::try_from(zero_based + 1).unwrap_or(u32::MAX);
+        Self {
+            file: Arc::new(file.to_path_buf()),
+            line: number(lines_before),
+            column: number(offset.min(text.len()) - line_start),
         }
     }
 
@@ -43,6 +57,15 @@ impl SourcePos {
             column: 1,
         }
     }
+}
+
+/// The line of `text` that holds byte `offset`, without its newline.
+fn line_around(text: &[u8], offset: usize) -> Range<usize> {
+    let (before, rest) = text.split_at(offset.min(text.len()));
+    let is_newline = |&byte: &u8| byte == b'\n';
+    let start = before.iter().rposition(is_newline).map_or(0, |i| i + 1);
+    let end = before.len() + rest.iter().position(is_newline).unwrap_or(rest.len());
+    start..end
 }
 
 impl fmt::Display for SourcePos {
@@ -58,11 +81,11 @@ impl fmt::Display for SourcePos {
     }
 }
 
-/// Why [`SceneBuilder`](crate::scene::SceneBuilder) refused a piece of a scene.
+/// Why [`SceneBuilder`](crate::scene::SceneBuilder) refused a part of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SceneError {
-    /// A number is NaN or infinite, or so large (above [`MAX_COORDINATE`](crate::scene::MAX_COORDINATE))
-    /// that squares of it overflow.
+    /// A number is NaN, infinite, or above [`MAX_COORDINATE`](crate::scene::MAX_COORDINATE), so that products of it could
+    /// overflow.
     NotUsable {
         /// Which number: "x", "radius", ...
         what: &'static str,
@@ -79,34 +102,34 @@ pub enum SceneError {
         /// The intensity found.
         intensity: f32,
     },
-    /// A number is NaN or outside of what makes sense.
+    /// A number is NaN or outside its range.
     OutOfRange {
         /// Which number: "red", "alpha", ...
         what: &'static str,
         /// Its value.
         value: f32,
-        /// The smallest and the largest number allowed.
+        /// The smallest and the largest allowed number.
         range: (f32, f32),
     },
-    /// A triangle names a vertex that its mesh does not have.
+    /// A triangle has a vertex index beyond its mesh's vertices.
     VertexIndex {
-        /// Which triangle of the mesh, 0-based.
+        /// The triangle's index in the mesh, 0-based.
         triangle: usize,
-        /// The index found.
+        /// The vertex index found.
         index: u32,
         /// How many vertices the mesh has.
         vertices: usize,
     },
-    /// A mesh's columns disagree in length.
+    /// A mesh's arrays differ in length.
     ColumnLength {
-        /// Which column.
+        /// Which array.
         what: &'static str,
         /// Its length.
         found: usize,
         /// The length expected.
         expected: usize,
     },
-    /// A material that the scene does not have.
+    /// The scene has no such material.
     UnknownMaterial {
         /// The index found.
         index: u32,
@@ -120,14 +143,14 @@ pub enum SceneError {
         /// The largest number allowed.
         limit: usize,
     },
-    /// The scene would take more memory than it may.
+    /// The scene needs more memory than its limit.
     OverLimit {
-        /// What it would take at least, bytes: an estimate.
+        /// An estimate of what it needs at least, in bytes.
         needed: u64,
-        /// What it may take, bytes.
+        /// Its limit, in bytes.
         limit: u64,
     },
-    /// Columns do not fit into memory.
+    /// Arrays do not fit into memory.
     NoMemory {
         /// "triangles".
         what: &'static str,
@@ -176,7 +199,7 @@ impl fmt::Display for SceneError {
             }
             Self::OverLimit { needed, limit } => write!(
                 f,
-                "the scene takes about {} of memory or more, its BVH included: more than the memory limit of {}",
+                "the scene takes about {} of memory or more, BVH included, above the memory limit of {}",
                 in_bytes(*needed),
                 in_bytes(*limit)
             ),
@@ -190,22 +213,22 @@ impl std::error::Error for SceneError {}
 
 /// Why a file could not be loaded, and where.
 ///
-/// `Display` gives the place, what was found and what was expected, then the causes, one line each; nothing
-/// in it can act on a terminal. [`LoadError::report`] adds the faulty lines with carets below.
+/// `Display` gives the place, what was found and what was expected, then the causes, one line each. It contains no
+/// characters that a terminal would obey. [`LoadError::report`] adds the faulty lines with carets below.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadError {
     /// Where the fault is.
     pub at: SourcePos,
     /// What is wrong; safe to print.
     pub message: String,
-    /// The line of the fault, where there is one to show.
+    /// The line of the fault, if there is one to show.
     pub excerpt: Option<Excerpt>,
-    /// What led to it, in another file perhaps.
+    /// What caused it, perhaps in another file.
     pub cause: Option<Box<LoadError>>,
 }
 
 impl LoadError {
-    /// A fault at a place, without a line to show. What stands in `message` is escaped for a terminal.
+    /// A fault at a place, without a line to show. `message` is escaped for terminals.
     #[must_use]
     pub fn new(at: SourcePos, message: impl AsRef<str>) -> Self {
         Self {
@@ -216,13 +239,23 @@ impl LoadError {
         }
     }
 
+    /// A fault of the bytes `range` of `text`, which is the text of `file`. Shows their line.
+    #[must_use]
+    pub fn in_text(file: &Path, text: &[u8], range: Range<usize>, message: impl AsRef<str>) -> Self {
+        let line = line_around(text, range.start);
+        let start = range.start.min(text.len()) - line.start;
+        let width = range.end.min(line.end).saturating_sub(range.start).max(1);
+        let at = SourcePos::in_text(file, text, range.start);
+        Self::new(at, message).with_line(text.get(line).unwrap_or_default(), start..start + width)
+    }
+
     /// A fault of a file as a whole.
     #[must_use]
     pub fn whole_file(file: &Path, message: impl AsRef<str>) -> Self {
         Self::new(SourcePos::whole_file(file), message)
     }
 
-    /// The same with the line of the fault; `word` is the part of it that is at fault, in bytes.
+    /// Adds the line of the fault; `word` is the faulty part of it, in bytes.
     #[must_use]
     pub fn with_line(self, line: &[u8], word: Range<usize>) -> Self {
         Self {
@@ -231,7 +264,7 @@ impl LoadError {
         }
     }
 
-    /// The same with what led to it.
+    /// Adds the cause.
     #[must_use]
     pub fn caused_by(self, cause: Self) -> Self {
         Self {
@@ -240,13 +273,13 @@ impl LoadError {
         }
     }
 
-    /// This error, its cause, the cause's cause, ...
+    /// This error and all its causes.
     pub fn chain(&self) -> impl Iterator<Item = &Self> {
         std::iter::successors(Some(self), |error| error.cause.as_deref())
     }
 
-    /// The error as a compiler would show it: each place with its line and carets below. Several lines,
-    /// without a newline at the end.
+    /// The error as compilers show theirs: each place with its line and carets below. Has several lines and no newline
+    /// at the end.
     #[must_use]
     pub fn report(&self) -> String {
         let mut report = String::new();
@@ -330,6 +363,18 @@ scenes/cow.scn:4:10: cannot load meshes/cow.ply
         let source = error.source().expect("a cause");
         assert!(source.to_string().starts_with("meshes/cow.ply:812:1: "));
         assert!(source.source().is_none());
+    }
+
+    #[test]
+    fn places_in_a_text() {
+        let text = b"ab\ncd\n\nef";
+        let at = |offset| SourcePos::in_text(Path::new("a"), text, offset).to_string();
+        assert_eq!(
+            [0, 2, 3, 6, 7, 9, 99].map(at),
+            ["a:1:1", "a:1:3", "a:2:1", "a:3:1", "a:4:1", "a:4:3", "a:4:3"]
+        );
+        let error = LoadError::in_text(Path::new("a"), text, 4..9, "odd");
+        assert_eq!(error.report(), "a:2:2: odd\n  |\n2 | cd\n  |  ^");
     }
 
     #[test]

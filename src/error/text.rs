@@ -1,23 +1,22 @@
-//! Text of unknown origin, made fit for a terminal.
+//! Makes text of files safe to print.
 
 use std::{borrow::Cow, ops::Range};
 
-/// How much of a word is repeated in a message, characters.
+/// How much of a word a message repeats, in characters.
 const WORD_LIMIT: usize = 40;
-/// How much of a line is shown, characters.
+/// How much of a line is shown, in characters.
 const LINE_LIMIT: usize = 76;
-/// How much of a long line is shown before the fault, characters.
+/// How much of a long line is shown before the fault, in characters.
 const LEAD: usize = 30;
-/// What stands where a line was cut.
+/// Marks where a line or word was cut.
 const CUT: &str = "...";
 
-/// Whether a terminal must not see this character: it would act on it, or print what follows in another
-/// order than it stands in the file.
+/// Whether a terminal would obey this character, or print the text after it in another order.
 fn is_unprintable(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// `text` with everything escaped that a terminal must not see.
+/// Escapes all characters of `text` that a terminal would obey.
 #[must_use]
 pub fn escape(text: &str) -> Cow<'_, str> {
     if !text.contains(is_unprintable) {
@@ -36,10 +35,10 @@ fn push_escaped(to: &mut String, c: char) {
     }
 }
 
-/// A word of a file between backquotes, escaped, and cut if it is long.
+/// A word of a file in backquotes, escaped, and cut if it is long.
 #[must_use]
 pub fn quote(word: &[u8]) -> String {
-    // Four bytes are the longest character, so that this slice holds enough of them.
+    // A character has at most four bytes.
     let head = word.get(..WORD_LIMIT * 4).unwrap_or(word);
     let mut quoted = String::from("`");
     let mut rest = WORD_LIMIT;
@@ -59,7 +58,7 @@ pub fn quote(word: &[u8]) -> String {
     quoted
 }
 
-/// One character of a file, or one byte that is none.
+/// A character of a file, or a byte that is not UTF-8.
 struct Piece {
     text: String,
     bytes: usize,
@@ -83,7 +82,7 @@ fn pieces(bytes: &[u8]) -> impl Iterator<Item = Piece> {
     })
 }
 
-/// A line of a file, escaped and cut, with the part of it that an error is about.
+/// A line of a file, escaped and cut, with the faulty part of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Excerpt {
     text: String,
@@ -92,10 +91,10 @@ pub struct Excerpt {
 }
 
 impl Excerpt {
-    /// An excerpt of `line`, around the bytes `at` of it.
+    /// The part of `line` around its bytes `at`.
     #[must_use]
     pub fn new(line: &[u8], at: Range<usize>) -> Self {
-        // A line may have the length of the file: look only at what can be shown, four bytes a character.
+        // A line may be as long as the file: convert only what can be shown, at four bytes a character.
         let from = at.start.min(line.len()).saturating_sub(4 * LINE_LIMIT);
         let to = line.len().min(at.start.saturating_add(4 * LINE_LIMIT));
         let window = line.get(from..to).unwrap_or_default();
@@ -110,14 +109,14 @@ impl Excerpt {
             if byte >= at.end && end.is_none() {
                 end = Some(characters.len());
             }
-            // One column each, so that the caret stands right below.
+            // A tab takes one column, so that the caret lines up.
             match piece.text.as_str() {
                 "\\t" => characters.push(' '),
                 text => characters.extend(text.chars()),
             }
             byte += piece.bytes;
         }
-        // Behind the end of the line, the caret stands behind it; several columns behind never help.
+        // Beyond the end of the line, the caret stands right after it.
         let caret = caret.unwrap_or(characters.len());
         let end = end.unwrap_or(characters.len());
 
@@ -160,7 +159,7 @@ impl Excerpt {
     }
 }
 
-/// A number of bytes with a unit that suits it.
+/// A number of bytes with a fitting unit.
 #[must_use]
 pub fn in_bytes(number: u64) -> String {
     let mut value = number as f64;

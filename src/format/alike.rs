@@ -1,20 +1,20 @@
-//! Where a file is missing: what is beside it that looks alike.
+//! Suggestions for a missing file: files beside it with similar names.
 
 use std::{fs, path::Path};
 
-/// Of a folder with more entries only so many are looked at.
+/// How many entries of a folder are compared.
 const MOST_ENTRIES: usize = 20_000;
-/// How many names are given.
+/// How many names are suggested.
 const MOST_NAMES: usize = 3;
 
-/// What there is instead of the missing file at `path`, as the end of a sentence.
+/// The end of the error about a missing file at `path`; `None` if there is nothing to add.
 pub(super) fn instead_of(path: &Path) -> Option<String> {
     let folder = match path.parent() {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
     };
     if !folder.exists() {
-        return Some(format!("there is no folder {} either", folder.display()));
+        return Some(format!("directory `{}` does not exist", folder.display()));
     }
     let names = fs::read_dir(folder)
         .ok()?
@@ -23,22 +23,22 @@ pub(super) fn instead_of(path: &Path) -> Option<String> {
     let wanted = path.file_name()?.to_string_lossy().into_owned();
     let alike = most_alike(&wanted, names);
     let quoted: Vec<String> = alike.iter().map(|name| format!("`{name}`")).collect();
-    (!quoted.is_empty()).then(|| format!("beside it: {}", quoted.join(", ")))
+    (!quoted.is_empty()).then(|| format!("did you mean {}?", quoted.join(" or ")))
 }
 
-/// The names most like `wanted`, the likest first.
+/// The names most similar to `wanted`, the most similar first.
 fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> {
     // The distance takes quadratic time.
     if wanted.len() > 255 {
         return Vec::new();
     }
     let wanted = wanted.to_lowercase();
-    // Another kind of mesh or scene may be what was meant; the mesh itself does not stand for its materials.
+    // Suggest other formats of the same name, but not a mesh's material file.
     let stem = |name: &str| match name.rsplit_once('.') {
         Some((stem, "ply" | "obj" | "stl" | "gltf" | "glb" | "scn")) => Some(stem.to_owned()),
         _ => None,
     };
-    // An extension is easily forgotten.
+    // The extension may have been left out.
     let wanted_stem = stem(&wanted).unwrap_or_else(|| wanted.clone());
     let mut alike: Vec<(usize, String)> = names
         .filter_map(|name| {

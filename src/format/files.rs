@@ -1,24 +1,23 @@
-//! Reading whole files, and only files.
+//! Reads regular files, from the disk or from the caller.
 
 use super::{
     OpenMesh, alike,
     source::{OpenFile, Opened},
 };
-use crate::error::LoadError;
+use crate::error::{LoadError, in_bytes};
 use std::{
     fs,
     io::{self, Read},
     path::{Component, Path, PathBuf},
 };
 
-/// The largest mesh file that is read, bytes. Offsets and counts beyond have no use: ids are 32 bits.
-const MAX_BYTES: u64 = 1 << 32;
+/// The largest mesh file, in bytes. Ids have 32 bits, so a larger one would hold too much.
+pub(super) const MAX_BYTES: u64 = 1 << 32;
 
-/// The largest text of a scene, bytes: some twenty million spheres. What is larger is no scene, and to find that
-/// out would take its size in memory.
+/// The largest text of a scene, in bytes: some twenty million spheres. Anything larger is hardly a scene.
 pub(super) const MAX_TEXT_BYTES: u64 = 1 << 29;
 
-/// Where the files come from that a scene names.
+/// The source of the files that a scene names.
 pub(super) trait Files {
     /// The text of an included scene file.
     fn text(&mut self, path: &Path) -> io::Result<Vec<u8>>;
@@ -34,7 +33,7 @@ pub(super) trait Files {
 
 /// The disk.
 pub(super) struct Disk {
-    /// How much memory there is, bytes.
+    /// The memory limit, in bytes.
     pub(super) memory: u64,
 }
 
@@ -47,13 +46,13 @@ impl Files for Disk {
         open(path, self.memory).map(Opened::File)
     }
 
-    /// What cannot be resolved cannot be read either, and is refused then.
+    /// A path that cannot be resolved is refused when it is read.
     fn identity(&self, path: &Path) -> PathBuf {
         fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
     }
 }
 
-/// The disk, and a list of all files that were asked for.
+/// The disk, and a list of all files that were opened.
 pub(super) struct Listed<'a> {
     pub(super) disk: Disk,
     pub(super) asked: &'a mut Vec<PathBuf>,
@@ -75,7 +74,7 @@ impl Files for Listed<'_> {
     }
 }
 
-/// Files that somebody gives; the disk is not touched.
+/// Files that the caller gives.
 pub(super) struct Given<'a>(pub(super) OpenMesh<'a>);
 
 impl Files for Given<'_> {
@@ -87,7 +86,7 @@ impl Files for Given<'_> {
         (self.0)(path).map(Opened::Bytes)
     }
 
-    /// `.` within a path does not count.
+    /// Drops `.` components.
     fn identity(&self, path: &Path) -> PathBuf {
         path.components()
             .filter(|part| *part != Component::CurDir)
@@ -101,15 +100,21 @@ pub(super) fn read_text(path: &Path, memory: u64) -> io::Result<Vec<u8>> {
     file.read_all()
 }
 
-/// Reads the text of a scene from what may have no end.
+/// Reads the text of a scene from a reader, which may be endless.
 pub(super) fn read_all_text(reader: impl Read) -> io::Result<Vec<u8>> {
-    let mut text = Vec::new();
-    if reader.take(MAX_TEXT_BYTES + 1).read_to_end(&mut text)? as u64 > MAX_TEXT_BYTES {
+    read_all(reader, MAX_TEXT_BYTES)
+}
+
+/// Reads at most `limit` bytes from a reader, which may be endless.
+pub(super) fn read_all(reader: impl Read, limit: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    if reader.take(limit.saturating_add(1)).read_to_end(&mut bytes)? as u64 > limit {
         return Err(io::Error::other(format!(
-            "this is larger than {MAX_TEXT_BYTES} bytes"
+            "the input is larger than {}",
+            in_bytes(limit)
         )));
     }
-    Ok(text)
+    Ok(bytes)
 }
 
 /// Opens a mesh, as [`OpenFile::open`] does.
@@ -117,33 +122,33 @@ pub(super) fn open(path: &Path, memory: u64) -> io::Result<OpenFile> {
     OpenFile::open(path, MAX_BYTES, memory).map_err(|error| explained(path, error))
 }
 
-/// Refuses what is missing or no file (a folder, a pipe, a device), without reading it.
+/// Refuses a path that is missing or not a regular file, without reading it.
 pub(super) fn check_is_file(path: &Path) -> io::Result<()> {
     open(path, u64::MAX).map(drop)
 }
 
-/// Reads a mesh, or what one names.
+/// Reads a mesh, or a file that a mesh names.
 pub(super) fn read(path: &Path, memory: u64) -> io::Result<Vec<u8>> {
     open(path, memory)?.read_all()
 }
 
-/// A missing file with what is there instead, if anything is.
+/// Adds suggestions to the error about a missing file.
 fn explained(path: &Path, error: io::Error) -> io::Error {
     match error.kind() {
         io::ErrorKind::NotFound => match alike::instead_of(path) {
-            Some(instead) => io::Error::new(error.kind(), format!("there is no such file; {instead}")),
+            Some(instead) => io::Error::new(error.kind(), format!("file not found; {instead}")),
             None => error,
         },
         _ => error,
     }
 }
 
-/// What went wrong with a file, in plain words.
+/// The error about a file that cannot be read.
 pub(super) fn load_error(path: &Path, error: &io::Error) -> LoadError {
     let message = match error.kind() {
         io::ErrorKind::NotFound if error.get_ref().is_some() => error.to_string(),
-        io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        io::ErrorKind::PermissionDenied => "the file may not be read: permission denied".to_owned(),
+        io::ErrorKind::NotFound => "file not found".to_owned(),
+        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
         io::ErrorKind::OutOfMemory => "the file does not fit into memory".to_owned(),
         _ => error.to_string(),
     };
@@ -166,13 +171,10 @@ mod tests {
     fn only_files_are_read() {
         assert_eq!(
             message("/no/such.scn"),
-            "/no/such.scn: there is no such file; there is no folder /no either"
+            "/no/such.scn: file not found; directory `/no` does not exist"
         );
-        assert_eq!(
-            message("no_such_file.scn"),
-            "no_such_file.scn: there is no such file"
-        );
-        assert_eq!(message("."), ".: this is a folder, expected a file");
+        assert_eq!(message("no_such_file.scn"), "no_such_file.scn: file not found");
+        assert_eq!(message("."), ".: this is a directory, expected a file");
         if cfg!(unix) {
             assert_eq!(
                 message("/dev/zero"),

@@ -1,12 +1,14 @@
-//! From bytes to a scene. No rendering.
+//! Reads scenes and meshes.
 //!
-//! [`load`] reads a `.scn` file and the files that it names; [`load_from_bytes`] does the same without touching the
-//! disk. Every error says where it is, what was found there and what was expected. `docs/scene-language.md` tells all
-//! that a `.scn` file can say.
+//! [`load`] reads a `.scn` file and the files that it names; [`load_from_bytes`] does the same without the disk;
+//! [`load_any`] reads a scene or a mesh from a pipe. [`mesh`] reads mesh files. Every error says where it is, what was
+//! found there and what was expected. `docs/scene-language.md` is the reference of `.scn`.
 
 mod alike;
+mod detect;
 mod files;
 mod gltf;
+mod left_out;
 pub mod mesh;
 mod obj;
 mod place;
@@ -19,6 +21,8 @@ mod stl;
 #[cfg(feature = "cli")]
 pub(crate) use source::open_file;
 
+pub use detect::{Detected, Loaded, detect, load_any};
+
 use crate::{error::LoadError, scene::Scene};
 use files::{Disk, Given, Listed};
 use std::{
@@ -26,22 +30,22 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Gives the bytes of a file: a mesh, what a mesh names, or an included scene. The path is the one written in the file
+/// Gives the bytes of a file: a mesh, a file that a mesh names, or an included scene. The path is as written in the file
 /// that names it, joined to that file's folder.
 pub type OpenMesh<'a> = &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>;
 
 /// Loads a `.scn` file and the meshes and scene files that it names. Paths are relative to the file that they stand
-/// in. A mesh that is named again, and stands where it stands already, is not read again: its copy would be hidden in
-/// the first, which keeps its material.
+/// in. A mesh that is named again with the same placement is not read again: its copy would be invisible inside the
+/// first, which keeps its material.
 ///
 /// # Errors
-/// [`LoadError`], with the place of the fault: a file that cannot be read or is none, a statement that is
-/// not understood, a mesh that is broken.
+/// [`LoadError`], with the place of the fault: a file that cannot be read or is not a regular file, a statement that is
+/// not understood, a broken mesh.
 pub fn load(path: &Path) -> Result<Scene, LoadError> {
     load_within(path, &mut Vec::new(), u64::MAX)
 }
 
-/// Refuses what is missing or no file, in the words of [`load`], without reading it.
+/// Refuses a path that is missing or not a regular file, as [`load`] does, without reading it.
 ///
 /// # Errors
 /// [`LoadError`].
@@ -49,22 +53,21 @@ pub fn check_file(path: &Path) -> Result<(), LoadError> {
     files::check_is_file(path).map_err(|error| files::load_error(path, &error))
 }
 
-/// As [`load`], with the text of the `.scn` file from elsewhere, such as a pipe. `name` stands for the file in errors, and
-/// paths are relative to its folder: those of a bare name to the current folder. `memory` is as of [`load_within`].
+/// As [`load`], with the text of the `.scn` file from a reader such as a pipe. `name` stands for the file in errors;
+/// paths are relative to its folder, or to the current folder if it has none. `memory` is as in [`load_within`].
 ///
 /// # Errors
-/// [`LoadError`], as for [`load_within`]; also where there is more text than a scene may have.
+/// [`LoadError`], as for [`load_within`]; also if the text is too long for a scene.
 pub fn load_from_reader(reader: impl io::Read, name: &Path, memory: u64) -> Result<Scene, LoadError> {
     let text = files::read_all_text(reader).map_err(|error| files::load_error(name, &error))?;
     scn::parse(&text, name, &mut Disk { memory }, memory)
 }
 
-/// As [`load`], and adds to `asked` every file that was asked for, those that could not be read too: what is to be
-/// watched for changes. The scene may take so many bytes of `memory`, the building of its BVH included; that is an
-/// estimate.
+/// As [`load`], and adds to `asked` every file that it tried to open, also those that it could not read, to be watched
+/// for changes. The scene may take `memory` bytes, including the build of its BVH; that is an estimate.
 ///
 /// # Errors
-/// [`LoadError`], as for [`load`]; also where the scene, or one of its files, would take more memory.
+/// [`LoadError`], as for [`load`]; also if the scene or one of its files would take more memory.
 pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<Scene, LoadError> {
     asked.push(path.to_path_buf());
     let text = files::read_text(path, memory).map_err(|error| files::load_error(path, &error))?;
@@ -73,8 +76,8 @@ pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result
 }
 
 /// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and paths are relative to its
-/// folder; `open` gives the bytes of the files that the scene names (`.` within a path does not count), again for each
-/// `include` and for each place of a mesh.
+/// folder. `open` gives the bytes of the files that the scene names, once for each `include` and each placement of a
+/// mesh; `.` components of paths are ignored when paths are compared.
 ///
 /// ```
 /// use octray::format::load_from_bytes;

@@ -1,13 +1,9 @@
-//! Errors about bytes of a text: their line, found only when there is an error.
+//! Words of a text and where they are. Lines are counted only when there is an error.
 
-use crate::error::{LoadError, SourcePos};
-use std::{
-    ops::Range,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use crate::error::LoadError;
+use std::{ops::Range, path::Path};
 
-/// What is wrong with which bytes of a text.
+/// What is wrong, and with which bytes of a text.
 #[derive(Debug)]
 pub(super) struct TextFault {
     pub(super) range: Range<usize>,
@@ -22,32 +18,15 @@ impl TextFault {
         }
     }
 
-    /// The fault with its line and column in `text`, the text of `file`.
+    /// Adds line and column; `text` is the text of `file`.
     pub(super) fn into_error(self, text: &[u8], file: &Path) -> LoadError {
-        text_error(text, &Arc::new(file.to_path_buf()), self.range, &self.message)
+        LoadError::in_text(file, text, self.range, self.message)
     }
 }
 
-/// An error about bytes `range` of `text`.
-pub(super) fn text_error(text: &[u8], file: &Arc<PathBuf>, range: Range<usize>, message: &str) -> LoadError {
-    let (before, rest) = text.split_at(range.start.min(text.len()));
-    let line_start = before.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
-    let column = before.len() - line_start;
-    let line = 1 + before.iter().filter(|&&b| b == b'\n').count();
-    let line_end = before.len() + rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
-    let shown = text.get(line_start..line_end).unwrap_or_default();
-    let width = range.end.min(line_end).saturating_sub(range.start).max(1);
-    let at = SourcePos {
-        file: Arc::clone(file),
-        line: u32::try_from(line).unwrap_or(u32::MAX),
-        column: u32::try_from(column + 1).unwrap_or(u32::MAX),
-    };
-    LoadError::new(at, message).with_line(shown, column..column + width)
-}
-
-/// Refuses what cannot be a text; `expected` says what the file should be.
+/// Refuses binary data; `expected` says what the file should be.
 pub(super) fn refuse_binary(bytes: &[u8], expected: &str) -> Result<(), TextFault> {
-    // What an editor writes that says "Unicode" and means UTF-16.
+    // Some editors write UTF-16 under the name "Unicode".
     if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = bytes {
         let message = format!("this is UTF-16, expected {expected} in UTF-8 or ASCII");
         return Err(TextFault::new(0..2, message));
@@ -61,7 +40,7 @@ pub(super) fn refuse_binary(bytes: &[u8], expected: &str) -> Result<(), TextFaul
     }
 }
 
-/// Words between blanks, each with the place where it starts.
+/// Words between spaces, each with its range in the text.
 #[derive(Clone)]
 pub(super) struct Words<'a> {
     text: &'a [u8],
@@ -84,7 +63,7 @@ impl<'a> Words<'a> {
         self.at
     }
 
-    /// Bytes of the text.
+    /// The bytes of a range.
     pub(super) fn text(&self, range: Range<usize>) -> &'a [u8] {
         self.text.get(range).unwrap_or_default()
     }
@@ -94,7 +73,7 @@ impl<'a> Words<'a> {
         self.rest().end
     }
 
-    /// What has not been read: a place behind the last word if nothing is left.
+    /// The words that have not been read; empty, at the current position, if there are none.
     pub(super) fn rest(&self) -> Range<usize> {
         let text = self.text.get(self.at..self.end).unwrap_or_default();
         let lead = text.len() - text.trim_ascii_start().len();

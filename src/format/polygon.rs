@@ -1,7 +1,7 @@
-//! Triangles of polygons that a fan would not fill: concave ones.
+//! Triangulates concave polygons.
 //!
-//! Readers make a fan of every polygon and keep where it is ([`Fans`]); when all positions are known, what a fan does not
-//! fill is cut anew into as many triangles.
+//! Readers make a fan of every polygon and record it in [`Fans`]. Once all positions are known, polygons that a fan does
+//! not fill are triangulated again, into the same number of triangles.
 
 use crate::scene::MeshColumns;
 use earcut::Earcut;
@@ -11,14 +11,14 @@ use std::ops::Range;
 
 /// Polygons with more corners stay fans: cutting can take quadratic time.
 const MOST_CORNERS: usize = 1024;
-/// So many polygons are looked at by one thread at a time.
+/// How many polygons a thread checks at a time.
 const PIECE: usize = 1 << 12;
 
 /// Which triangles of a mesh are polygons of four corners and more.
 #[derive(Default)]
 pub(super) struct Fans(Vec<Run>);
 
-/// Polygons of equally many triangles, one behind the other.
+/// Consecutive polygons with the same number of triangles.
 struct Run {
     first: usize,
     each: usize,
@@ -26,7 +26,7 @@ struct Run {
 }
 
 impl Run {
-    /// The triangles of each polygon.
+    /// The range of triangles of each polygon.
     fn polygons(&self) -> impl Iterator<Item = Range<usize>> {
         let polygon = |i| self.first + i * self.each..self.first + (i + 1) * self.each;
         (0..self.count).map(polygon)
@@ -34,7 +34,7 @@ impl Run {
 }
 
 impl Fans {
-    /// Notes `count` polygons of `each` triangles from the triangle `first` on. Triangles need no note.
+    /// Records `count` polygons of `each` triangles, starting at triangle `first`. Single triangles are not recorded.
     #[inline]
     pub(super) fn add(&mut self, first: usize, each: usize, count: usize) {
         if each > 1 {
@@ -60,19 +60,19 @@ impl Fans {
         }
     }
 
-    /// Adds those of a part of the mesh, whose first triangle is `first` in the whole.
+    /// Adds the polygons of a part of the mesh, whose first triangle is `first` in the whole.
     pub(super) fn append(&mut self, part: Self, first: usize) {
         for run in part.0 {
             self.add(first + run.first, run.each, run.count);
         }
     }
 
-    /// The triangles of each polygon.
+    /// The range of triangles of each polygon.
     pub(super) fn polygons(&self) -> impl Iterator<Item = Range<usize>> {
         self.0.iter().flat_map(Run::polygons)
     }
 
-    /// Makes other triangles of concave polygons than a fan.
+    /// Triangulates concave polygons.
     pub(super) fn cut_concave(&self, mesh: &mut MeshColumns) {
         let runs = self.0.par_iter().map_init(Cutter::default, |cutter, run| {
             let cut = run.polygons().filter_map(|fan| {
@@ -90,14 +90,14 @@ impl Fans {
     }
 }
 
-/// The corners of a polygon that is a fan.
+/// The corners of a fan's polygon.
 fn ring(fan: &[[u32; 3]]) -> impl Iterator<Item = u32> {
     let first = fan.first().into_iter().flat_map(|&[a, b, _]| [a, b]);
     first.chain(fan.iter().map(|&[_, _, c]| c))
 }
 
-/// Whether the triangles of a fan around the first corner all face the same way: then they fill the polygon. Cheap, and
-/// true of nearly all polygons.
+/// Whether all triangles of a fan around the first corner face the same way, so that they fill the polygon. Cheap, and
+/// true for nearly all polygons.
 #[inline]
 fn fan_fills(mut corners: impl Iterator<Item = DVec3>) -> bool {
     let (Some(first), Some(second)) = (corners.next(), corners.next()) else {
@@ -113,7 +113,7 @@ fn fan_fills(mut corners: impl Iterator<Item = DVec3>) -> bool {
     })
 }
 
-/// Cuts polygons; keeps its memory from one to the next.
+/// Triangulates polygons; reuses its memory.
 #[derive(Default)]
 pub(super) struct Cutter {
     earcut: Earcut<f64>,
@@ -121,9 +121,8 @@ pub(super) struct Cutter {
 }
 
 impl Cutter {
-    /// The triangles of a polygon, as numbers of its corners, two fewer triangles than corners, with the polygon's own
-    /// sense. `None` where a fan around the first corner does as well, and where nothing fills it (its sides cross, or it
-    /// has no area).
+    /// The triangles of a polygon as indices of its corners, in the polygon's winding; two fewer than corners. `None` if a
+    /// fan around the first corner fills it, or nothing does (its sides cross, or it has no area).
     pub(super) fn cut(&mut self, corners: &[DVec3]) -> Option<&[[u32; 3]]> {
         if corners.len() > MOST_CORNERS || corners.len() < 4 || fan_fills(corners.iter().copied()) {
             return None;
@@ -134,17 +133,17 @@ impl Cutter {
         }
         self.earcut
             .earcut(flat.iter().map(DVec2::to_array), &[], &mut self.triangles);
-        let sense = area(&flat).signum();
+        let winding = area(&flat).signum();
         let (triangles, _) = self.triangles.as_chunks_mut::<3>();
         for triangle in &mut *triangles {
-            if area(&triangle.map(|i| flat[i as usize])).signum() == -sense {
+            if area(&triangle.map(|i| flat[i as usize])).signum() == -winding {
                 triangle.swap(1, 2);
             }
         }
         (triangles.len() == corners.len() - 2).then_some(triangles)
     }
 
-    /// The triangles of a polygon of a mesh, where they are others than those of its fan.
+    /// The triangles of a mesh's polygon; `None` if its fan can stay.
     fn cut_fan(&mut self, mesh: &MeshColumns, fan: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
         let at = |column: &[f32], i: u32| column.get(i as usize).map_or(0.0, |&x| x.into());
         let point = |i| DVec3::new(at(&mesh.x, i), at(&mesh.y, i), at(&mesh.z, i));
@@ -158,9 +157,9 @@ impl Cutter {
     }
 }
 
-/// The corners without the coordinate along which the polygon mostly faces.
+/// The corners without the coordinate of the polygon's dominant axis.
 fn flattened(corners: &[DVec3]) -> Vec<DVec2> {
-    // Newell's normal; by differences, so that it does not matter how far away the polygon is.
+    // Newell's normal, relative to a corner, for precision far from the origin.
     let middle = corners[0];
     let sides = corners.iter().zip(corners.iter().cycle().skip(1));
     let normal: DVec3 = sides.map(|(&a, &b)| (a - middle).cross(b - middle)).sum();
@@ -178,7 +177,7 @@ fn flattened(corners: &[DVec3]) -> Vec<DVec2> {
     corners.iter().map(|&corner| drop(corner)).collect()
 }
 
-/// Twice the area, with the sense of the corners.
+/// Twice the signed area.
 fn area(corners: &[DVec2]) -> f64 {
     let first = corners[0];
     let pairs = corners.windows(2);
@@ -187,7 +186,7 @@ fn area(corners: &[DVec2]) -> f64 {
         .sum()
 }
 
-/// Whether no corner turns the other way, but for rounding.
+/// Whether all corners turn the same way, up to rounding.
 fn is_convex(corners: &[DVec2]) -> bool {
     let area = area(corners);
     let next = |i: usize| corners[(i + 1) % corners.len()];
@@ -258,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_fan_fills_or_nothing_does_stays() {
+    fn other_polygons_stay_fans() {
         let mut cutter = Cutter::default();
         let mut stays = |corners: &[[f64; 2]]| {
             cutter

@@ -1,4 +1,4 @@
-//! `.scn` text: lines to words, words to statements, statements to the [`SceneBuilder`].
+//! `.scn` text: lines become words, words statements, and statements go to the [`SceneBuilder`].
 
 mod arguments;
 mod include;
@@ -26,17 +26,17 @@ use std::{
 };
 use words::{Word, split};
 
-/// The longest line, bytes. A file of one endless line is no scene.
+/// The longest line, in bytes. A file of one endless line is not a scene.
 const MAX_LINE: usize = 1 << 16;
 
-/// The longest path of a file, bytes; no system takes longer ones, and an error repeats it.
+/// The longest path, in bytes. No system takes longer ones, and errors repeat it.
 const MAX_PATH: usize = 4096;
 
-/// What may help where a word follows a path.
-const QUOTES_HINT: &str = " (a path with spaces stands in double quotes)";
+/// A hint for a word that follows a path.
+const QUOTES_HINT: &str = " (put double quotes around a path with spaces)";
 
-/// Text to scene. `name` stands for the file in errors, and paths are relative to its folder; `memory` is as of
-/// [`super::load_within`].
+/// Makes a scene of text. `name` stands for the file in errors, and paths are relative to its folder; `memory` is as
+/// in [`super::load_within`].
 pub(super) fn parse(
     text: &[u8],
     name: &Path,
@@ -55,54 +55,85 @@ pub(super) fn parse(
         mesh_cameras: 0,
         includes: Includes::default(),
         said: Said::default(),
+        has_lights: false,
+        is_silhouette: true,
+        needs_light: false,
     };
     reader.file(text, name, identity)?;
+    if reader.needs_light && !reader.has_lights && reader.said.ambient.is_none() {
+        reader.builder.add_note(format!(
+            "{}: the scene has no light, so only ambient light reaches its surfaces; add a line such as \
+             `light 9 -4 10 0.7`",
+            name.display()
+        ));
+    }
     Ok(reader.builder.finish())
 }
 
-/// A picture or a binary mesh is refused as a whole, and not by its first odd word.
-fn refuse_binary(text: &[u8], file: &Arc<PathBuf>) -> Result<(), LoadError> {
-    let Some(nul) = text.iter().position(|&byte| byte == 0) else {
-        return Ok(());
-    };
-    let before = text.get(..nul).unwrap_or_default();
-    let line_start = before
-        .iter()
-        .rposition(|&byte| byte == b'\n')
-        .map_or(0, |i| i + 1);
-    let at = SourcePos {
-        file: Arc::clone(file),
-        line: u32::try_from(1 + before.iter().filter(|&&byte| byte == b'\n').count()).unwrap_or(u32::MAX),
-        column: u32::try_from(nul - line_start + 1).unwrap_or(u32::MAX),
-    };
-    Err(LoadError::new(
-        at,
-        "found a NUL byte: this is binary data, expected the text of a scene",
-    ))
+/// Words that OBJ files begin their lines with, but for comments.
+const OBJ_WORDS: [&[u8]; 11] = [
+    b"v", b"vn", b"vt", b"vp", b"f", b"l", b"p", b"o", b"g", b"mtllib", b"usemtl",
+];
+
+/// Whether a text is a scene: has a statement, if a misspelt one, before any word of OBJ, or nothing but comments.
+pub(super) fn is_scene(text: &[u8]) -> bool {
+    let names = || STATEMENTS.iter().map(|(name, _)| *name);
+    let mut only_comments = true;
+    for line in text.split(|&byte| byte == b'\n') {
+        let line = line.trim_ascii();
+        let word = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+        if word.is_empty() || word.starts_with(b"//") {
+            continue;
+        }
+        if OBJ_WORDS.contains(&word) {
+            return false;
+        }
+        if names().any(|name| name.as_bytes() == word) || nearest(word, names()).is_some() {
+            return true;
+        }
+        only_comments = false;
+    }
+    only_comments
 }
 
-/// What has been read so far.
+/// Refuses a picture or a binary mesh as a whole, not by its first odd word.
+fn refuse_binary(text: &[u8], file: &Path) -> Result<(), LoadError> {
+    match text.iter().position(|&byte| byte == 0) {
+        Some(nul) => Err(LoadError::new(
+            SourcePos::in_text(file, text, nul),
+            "found a NUL byte: this is binary data, expected the text of a scene",
+        )),
+        None => Ok(()),
+    }
+}
+
+/// The scene so far.
 struct Reader<'a> {
     files: &'a mut dyn Files,
     /// The folder of the file that is being read.
     folder: PathBuf,
     builder: SceneBuilder,
-    /// The current material. None before the first `material`: meshes look as their files say, and all else has
+    /// The current material. None before the first `material`: meshes look as their files say, other shapes have
     /// material 0.
     material: Option<MaterialId>,
-    /// The meshes that are in the scene already, where they are.
+    /// The meshes of the scene, with their placement.
     meshes: HashSet<Placed>,
     /// Their files.
     mesh_files: HashSet<PathBuf>,
-    /// How many bytes of mesh files were read again.
+    /// How many bytes of mesh files were read for copies.
     copied_bytes: u64,
-    /// How many cameras the meshes brought along.
+    /// How many cameras the meshes have.
     mesh_cameras: usize,
     includes: Includes,
     said: Said,
+    has_lights: bool,
+    /// Whether the current material ignores light.
+    is_silhouette: bool,
+    /// Whether a shape is not a silhouette.
+    needs_light: bool,
 }
 
-/// Where statements stand of which a scene has one.
+/// The places of statements that a scene has at most once.
 #[derive(Default)]
 struct Said {
     background: Option<SourcePos>,
@@ -112,7 +143,7 @@ struct Said {
 }
 
 impl Said {
-    /// Notes that a statement was said; refuses the second one.
+    /// Remembers the place of a statement, and refuses a second one.
     fn once(
         said: &mut Option<SourcePos>,
         arguments: &Arguments<'_, '_>,
@@ -127,12 +158,12 @@ impl Said {
 }
 
 impl Reader<'_> {
-    /// Reads a file's text, line by line.
+    /// Reads the text of a file line by line.
     fn file(&mut self, text: &[u8], name: &Path, identity: PathBuf) -> Result<(), LoadError> {
         // Some editors put a byte order mark first.
         let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+        refuse_binary(text, name)?;
         let file = Arc::new(name.to_path_buf());
-        refuse_binary(text, &file)?;
         let folder = name.parent().unwrap_or(Path::new("")).to_path_buf();
         let outer = std::mem::replace(&mut self.folder, folder);
         self.includes.enter(identity, name.to_path_buf());
@@ -152,7 +183,7 @@ impl Reader<'_> {
     fn line(&mut self, line: &Line<'_>) -> Result<(), LoadError> {
         if line.bytes.len() > MAX_LINE {
             let message = format!(
-                "a line of {} bytes, expected at most {MAX_LINE}: is this a scene?",
+                "line of {} bytes, expected at most {MAX_LINE}; is this a scene?",
                 line.bytes.len()
             );
             return Err(line.error(0, 1, message));
@@ -171,12 +202,28 @@ impl Reader<'_> {
     }
 }
 
+/// Words of other formats and languages, and what to say about them.
+fn hint(keyword: &[u8]) -> Option<&'static str> {
+    match keyword {
+        [b'#', ..] => Some("`#` does not start a comment, expected `//`"),
+        b"ply" => Some("this looks like a PLY mesh, expected a scene; `mesh PATH` places a mesh in a scene"),
+        b"solid" => {
+            Some("this looks like an STL mesh, expected a scene; `mesh PATH` places a mesh in a scene")
+        }
+        [b'{', ..] => {
+            Some("this looks like a glTF mesh, expected a scene; `mesh PATH` places a mesh in a scene")
+        }
+        word if OBJ_WORDS.contains(&word) => {
+            Some("this looks like an OBJ mesh, expected a scene; `mesh PATH` places a mesh in a scene")
+        }
+        _ => None,
+    }
+}
+
 fn unknown_statement(keyword: &Word<'_>) -> String {
     let found = quote(keyword.text);
-    if keyword.text == b"ply" {
-        return format!(
-            "found {found}: this looks like a mesh, expected a scene (which can name the mesh with `mesh`)"
-        );
+    if let Some(hint) = hint(keyword.text) {
+        return format!("found {found}: {hint}");
     }
     let names = STATEMENTS.map(|(name, _)| name);
     match nearest(keyword.text, names) {

@@ -1,4 +1,4 @@
-//! Where bytes come from: a file, of which threads may ask for pieces, or memory.
+//! Sources of bytes: memory, or a file that threads read piece by piece.
 
 use crate::error::in_bytes;
 use rayon::prelude::*;
@@ -8,17 +8,17 @@ use std::{
     path::Path,
 };
 
-/// Bytes of which several threads may ask for pieces.
+/// Bytes that several threads read piece by piece.
 pub(super) trait Pieces: Sync {
     /// How many bytes there are.
     fn length(&self) -> usize;
 
-    /// How much memory there is for what is made of them, bytes.
+    /// How much memory their contents may take, in bytes.
     fn memory(&self) -> u64 {
         u64::MAX
     }
 
-    /// `length` bytes from `at` on, in `buffer` unless they are in memory already. `None` if they are not to be had.
+    /// `length` bytes from `at`, in `buffer` unless they are in memory already. `None` if they cannot be read.
     fn piece<'a>(&'a self, at: usize, length: usize, buffer: &'a mut Vec<u8>) -> Option<&'a [u8]>;
 }
 
@@ -40,19 +40,20 @@ pub(super) struct OpenFile {
     memory: u64,
 }
 
-/// From this size on, bytes, files are read by all threads.
+/// Files of this size or more, in bytes, are read by all threads.
 const WORTH_THREADS: usize = 4 << 20;
-/// How many bytes a thread reads at a time then.
+/// How many bytes a thread then reads at a time.
 const PIECE: usize = 1 << 20;
 
 impl OpenFile {
-    /// Opens a regular file of at most `limit` bytes. Anything else (a folder, a pipe, a device) is refused before it is
-    /// opened: opening a pipe may wait forever, and a device may have no end.
-    /// `memory` is how much of that there is.
+    /// Opens a regular file of at most `limit` bytes; `memory` limits it, too, with a message of its own.
+    ///
+    /// Directories, pipes and devices are refused before they are opened: opening a pipe may wait forever, and a device
+    /// may have no end.
     pub(super) fn open(path: &Path, limit: u64, memory: u64) -> io::Result<Self> {
         let kind = fs::metadata(path)?.file_type();
         if kind.is_dir() {
-            return Err(io::Error::other("this is a folder, expected a file"));
+            return Err(io::Error::other("this is a directory, expected a file"));
         }
         if !kind.is_file() {
             return Err(io::Error::other("this is a pipe or a device, expected a file"));
@@ -61,7 +62,7 @@ impl OpenFile {
         let length = file.metadata()?.len();
         if length > memory && length <= limit {
             return Err(io::Error::other(format!(
-                "the file has {}, more than the memory limit of {}",
+                "the file has {}, above the memory limit of {}",
                 in_bytes(length),
                 in_bytes(memory)
             )));
@@ -85,7 +86,7 @@ impl OpenFile {
             return Ok(bytes);
         }
         let mut bytes = room_for(self.length)?;
-        // The file may have grown or shrunk; some of /proc claim to be empty.
+        // The file may have grown or shrunk, and files in /proc claim to be empty.
         let mut reader = (&self.file).take(self.limit + 1);
         if reader.read_to_end(&mut bytes)? as u64 > self.limit {
             return Err(too_large(self.limit));
@@ -93,9 +94,9 @@ impl OpenFile {
         Ok(bytes)
     }
 
-    /// As many bytes as there were when the file was opened. `None` if they cannot be read that way.
+    /// The bytes that the file had when it was opened. `None` if they cannot be read in parallel.
     fn read_in_parallel(&self) -> io::Result<Option<Vec<u8>>> {
-        // Asking comes first because what follows cannot fail but by ending the program.
+        // Try first: `vec!` would abort the program if memory runs out.
         drop(room_for(self.length)?);
         let mut bytes = vec![0; self.length];
         let pieces = bytes.par_chunks_mut(PIECE).enumerate();
@@ -108,7 +109,7 @@ impl OpenFile {
         std::os::unix::fs::FileExt::read_exact_at(&self.file, bytes, at as u64).ok()
     }
 
-    /// Elsewhere reading moves the place that the next one reads from, for all threads.
+    /// Other systems have one file position for all threads.
     #[cfg(not(unix))]
     fn read_at(&self, _at: usize, _bytes: &mut [u8]) -> Option<()> {
         None
@@ -134,8 +135,8 @@ impl Pieces for OpenFile {
     }
 }
 
-/// Opens a file such that neither opening nor reading waits for anybody: some of /proc are regular files that give what
-/// is still to come (`kmsg`), and a pipe may have taken the file's place since it was looked at.
+/// Opens a file so that neither opening nor reading blocks: /proc has regular files that wait for data (`kmsg`), and a
+/// pipe may have replaced the file since it was checked.
 pub(crate) fn open_file(path: &Path) -> io::Result<File> {
     let mut options = File::options();
     options.read(true);
@@ -151,10 +152,10 @@ fn room_for(length: usize) -> io::Result<Vec<u8>> {
 }
 
 fn too_large(limit: u64) -> io::Error {
-    io::Error::other(format!("the file is larger than {limit} bytes"))
+    io::Error::other(format!("the file is larger than {}", in_bytes(limit)))
 }
 
-/// A mesh file that somebody gave or that was opened.
+/// A mesh file: its bytes, or the open file.
 pub(super) enum Opened {
     /// Its bytes.
     Bytes(Vec<u8>),
@@ -163,7 +164,7 @@ pub(super) enum Opened {
 }
 
 impl Opened {
-    /// How many bytes it has.
+    /// Its size in bytes.
     pub(super) fn length(&self) -> usize {
         match self {
             Self::Bytes(bytes) => bytes.len(),
@@ -179,7 +180,7 @@ impl Opened {
         }
     }
 
-    /// Its first `most` bytes, or all if there are fewer; nothing where they cannot be read.
+    /// Its first `most` bytes, or all if there are fewer; empty if they cannot be read.
     pub(super) fn head<'a>(&'a self, most: usize, buffer: &'a mut Vec<u8>) -> &'a [u8] {
         let length = most.min(self.length());
         let head = match self {

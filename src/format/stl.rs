@@ -1,16 +1,16 @@
-//! STL, binary and text. Facets bring their corners along, so vertices are not shared; the facets' normals say
-//! nothing that the corners do not.
+//! STL, binary and text. Each facet has its own corners, so vertices are not shared. Facet normals are ignored: they
+//! follow from the corners.
 //!
-//! Read by loops of our own. stl_io, the usual crate, does not fit: it takes a binary file that begins with `solid `
-//! for text, and a text that begins with `solid` alone for binary; it ends silently behind the first of several solids,
-//! and refuses names that are not UTF-8, keywords in capitals and the `nan` normals that some programs write for
-//! facets without area; it cannot say which line is at fault.
+//! Why not stl_io: it reads a binary file that begins with `solid ` as text and a text whose first line is `solid` as
+//! binary; it stops silently after the first of several solids; it rejects names that are not UTF-8, keywords in
+//! capitals, and the `nan` normals that some programs write for degenerate facets; it does not say which line is at fault.
 //!
 //! Format: *StereoLithography Interface Specification*, 3D Systems, 1989.
 
 use super::{
     files,
-    mesh::{LoadedMesh, UpAxis},
+    left_out::LeftOut,
+    mesh::{LoadedMesh, MeshFormat, UpAxis, UpSource},
     place::{TextFault, Words},
     polygon::Fans,
     source::{Opened, Pieces},
@@ -22,29 +22,29 @@ use crate::{
 use rayon::prelude::*;
 use std::{ops::Range, path::Path, sync::Arc};
 
-/// Bytes before the first facet of a binary file: a free text, and the number of facets.
+/// Bytes before the first facet of a binary file: a comment, and the number of facets.
 const HEADER: usize = 84;
-/// Bytes of a facet: normal, three corners, two bytes of anything.
+/// Bytes of a facet: normal, three corners, two attribute bytes.
 const FACET: usize = 50;
-/// Fewer vertices than this are not worth another thread.
+/// The least vertices for each thread.
 const MIN_PIECE: usize = 1 << 14;
 
-/// So many facets are read at a time.
+/// How many facets are read at a time.
 const PIECE: usize = 1 << 12;
-/// So many bytes tell whether a file is text.
+/// How many bytes decide whether a file is text.
 const HEAD: usize = 1024;
 
 /// Reads a mesh: text as a whole, binary piece by piece.
 ///
 /// # Errors
-/// [`LoadError`]: with line and column for text, with the facet's number for binary.
+/// [`LoadError`], with line and column in text and the facet's number in binary files.
 pub(super) fn read(opened: Opened, path: &Path) -> Result<LoadedMesh, LoadError> {
     let is_text = is_text(opened.head(HEAD, &mut Vec::new()), opened.length());
     if let Opened::File(file) = &opened
         && !is_text
-        && let Some(columns) = binary(file, path)?
+        && let Some(mesh) = binary(file, path)?
     {
-        return Ok(LoadedMesh::plain(columns, UpAxis::Z));
+        return Ok(mesh);
     }
     let bytes = opened.into_bytes();
     parse(&bytes.map_err(|error| files::load_error(path, &error))?, path)
@@ -55,33 +55,65 @@ pub(super) fn read(opened: Opened, path: &Path) -> Result<LoadedMesh, LoadError>
 /// # Errors
 /// [`LoadError`], as for [`read`].
 pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<LoadedMesh, LoadError> {
-    let columns = if is_text(bytes, bytes.len()) {
-        text(bytes).map_err(|fault| fault.into_error(bytes, path))?
+    if is_text(bytes, bytes.len()) {
+        let columns = text(bytes).map_err(|fault| fault.into_error(bytes, path))?;
+        Ok(loaded(columns, None))
     } else {
-        binary(&bytes, path)?.unwrap_or_default()
-    };
-    Ok(LoadedMesh::plain(columns, UpAxis::Z))
+        Ok(binary(&bytes, path)?.unwrap_or_default())
+    }
 }
 
-/// How many facets a binary file promises.
+/// The mesh. STL has no field for the up axis; printing and CAD, where it is at home, use z.
+fn loaded(columns: MeshColumns, note: Option<String>) -> LoadedMesh {
+    LoadedMesh {
+        columns,
+        up: UpAxis::Z,
+        up_source: UpSource::Assumed(MeshFormat::Stl),
+        notes: note.into_iter().collect(),
+        ..LoadedMesh::default()
+    }
+}
+
+/// Whether a binary file has colours: its header says `COLOR=`, or one of its first facets has attribute bytes.
+fn has_colors(source: &impl Pieces, count: usize) -> bool {
+    let (mut header, mut facets) = (Vec::new(), Vec::new());
+    let says_so = source
+        .piece(0, HEADER, &mut header)
+        .is_some_and(|header| header.windows(6).any(|word| word == b"COLOR="));
+    let facets = source.piece(HEADER, count.min(PIECE) * FACET, &mut facets);
+    let is_plain = |facet: &[u8; FACET]| facet.ends_with(&[0, 0]);
+    says_so || facets.is_some_and(|facets| !facets.as_chunks().0.iter().all(is_plain))
+}
+
+/// The number of facets by a binary file's header.
 fn promised(head: &[u8]) -> Option<usize> {
     let count = head.get(HEADER - 4..)?.first_chunk()?;
     Some(u32::from_le_bytes(*count) as usize)
 }
 
-/// Whether a file of so many bytes, of which the first [`HEAD`] are `head`, is text: it begins with `solid`, which the free
-/// text of a binary file may do as well. Such a file has the length that it promises, or a NUL byte soon.
+/// Whether a file of `length` bytes, whose first [`HEAD`] are `head`, is text. Text begins with `solid`, but the header of
+/// a binary file may, too: such a file has the size that its count implies, or a NUL byte in its head.
 fn is_text(head: &[u8], length: usize) -> bool {
     let start = head.trim_ascii_start();
     let begins = start
         .get(..5)
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    let fits = promised(head).is_some_and(|count| HEADER + count * FACET == length);
-    begins && !fits && !head.iter().take(HEAD).any(|&byte| byte == 0)
+    begins && !has_binary_size(head, length) && !head.iter().take(HEAD).any(|&byte| byte == 0)
 }
 
-/// `None` if bytes that were there are not to be had.
-fn binary(source: &impl Pieces, path: &Path) -> Result<Option<MeshColumns>, LoadError> {
+/// Whether the bytes of a whole file are an STL mesh: binary of the right size, or text.
+pub(super) fn is_stl(bytes: &[u8]) -> bool {
+    let first_word = bytes.trim_ascii_start().split(u8::is_ascii_whitespace).next();
+    first_word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) || has_binary_size(bytes, bytes.len())
+}
+
+/// Whether a binary file with this head has exactly the facets that it promises.
+fn has_binary_size(head: &[u8], length: usize) -> bool {
+    promised(head).is_some_and(|count| HEADER + count * FACET == length)
+}
+
+/// Reads a binary file. `None` if bytes that were there can no longer be read.
+fn binary(source: &impl Pieces, path: &Path) -> Result<Option<LoadedMesh>, LoadError> {
     let refused = |message: String| Err(LoadError::whole_file(path, message));
     let length = source.length();
     if length == 0 {
@@ -89,7 +121,7 @@ fn binary(source: &impl Pieces, path: &Path) -> Result<Option<MeshColumns>, Load
     }
     if length < HEADER {
         return refused(format!(
-            "this is no STL mesh: it does not begin with `solid`, and a binary one has {HEADER} bytes or more, not {length}"
+            "not an STL mesh: text begins with `solid`, and binary files have at least {HEADER} bytes, not {length}"
         ));
     }
     let mut buffer = Vec::new();
@@ -98,13 +130,13 @@ fn binary(source: &impl Pieces, path: &Path) -> Result<Option<MeshColumns>, Load
     };
     if length - HEADER < count * FACET {
         return refused(format!(
-            "{count} facets need {} bytes, but only {} bytes follow the header: the file is cut short, the count is \
-             wrong or this is no STL mesh",
+            "{count} facets need {} bytes, but only {} follow the header: the file is cut short, the count is wrong, or \
+             this is not an STL mesh",
             count * FACET,
             length - HEADER
         ));
     }
-    // What the scene would refuse at last, before anything is read.
+    // The scene would refuse it later.
     if let Err(error) = check_memory([count, 0, 3 * count], source.memory()) {
         return refused(error.to_string());
     }
@@ -159,10 +191,14 @@ fn binary(source: &impl Pieces, path: &Path) -> Result<Option<MeshColumns>, Load
     let triangles = (0..count as u32).into_par_iter().with_min_len(MIN_PIECE);
     mesh.triangles
         .par_extend(triangles.map(|i| [3 * i, 3 * i + 1, 3 * i + 2]));
-    Ok(Some(mesh))
+    let mut left_out = LeftOut::default();
+    if has_colors(source, count) {
+        left_out.add("facet colours (attribute bytes)");
+    }
+    Ok(Some(loaded(mesh, left_out.note(path))))
 }
 
-/// The corners of a facet, behind its normal.
+/// The corners of a facet, which follow its normal.
 fn corners(facet: &[u8; FACET]) -> [[f32; 3]; 3] {
     let number = |i: usize| {
         let bytes = facet.get(4 * i..).and_then(|rest| rest.first_chunk());
@@ -171,7 +207,7 @@ fn corners(facet: &[u8; FACET]) -> [[f32; 3]; 3] {
     [3, 6, 9].map(|first| [number(first), number(first + 1), number(first + 2)])
 }
 
-/// Words one after the other; lines matter only behind `solid` and `endsolid`, whose names end with them.
+/// Reads words. Lines matter only after `solid` and `endsolid`, whose names reach to the end of the line.
 struct Reader<'a> {
     text: &'a [u8],
     words: Words<'a>,
@@ -181,7 +217,7 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn next(&mut self, expected: &str) -> Result<(&'a [u8], Range<usize>), TextFault> {
         self.words.next().ok_or_else(|| {
-            let message = format!("the file ends, expected {expected}: it is cut short");
+            let message = format!("the file ends here, expected {expected}");
             TextFault::new(self.end.clone(), message)
         })
     }
@@ -255,7 +291,7 @@ fn text(bytes: &[u8]) -> Result<MeshColumns, TextFault> {
     if within {
         return Err(TextFault::new(
             reader.end,
-            "the file ends without `endsolid`: it is cut short",
+            "the file ends here, expected `endsolid`",
         ));
     }
     fans.cut_concave(&mut mesh);
@@ -285,7 +321,7 @@ fn facet(reader: &mut Reader<'_>, mesh: &mut MeshColumns, fans: &mut Fans) -> Re
     }
     let corner = |i: usize| (first + i) as u32;
     let corners = mesh.x.len() - first;
-    // Three corners are the rule; more are a fan.
+    // Facets should have three corners; more become a fan.
     fans.add(mesh.triangles.len(), corners.saturating_sub(2), 1);
     mesh.triangles
         .extend((2..corners).map(|i| [corner(0), corner(i - 1), corner(i)]));

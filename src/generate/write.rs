@@ -67,7 +67,7 @@ pub fn write_ply(mesh: &MeshColumns, out: &mut impl Write) -> io::Result<()> {
     }
     writeln!(
         out,
-        "ply\nformat binary_little_endian 1.0\ncomment made by octray"
+        "ply\nformat binary_little_endian 1.0\ncomment made by octray\ncomment up z"
     )?;
     writeln!(out, "element vertex {vertices}")?;
     let names: &[&str] = if has_normals {

@@ -26,19 +26,19 @@ impl fmt::Display for CameraError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotFinite => write!(f, "the camera has a coordinate that is not finite"),
-            Self::EyeOnTarget => write!(f, "the eye stands on the target, so there is no view direction"),
-            Self::UpParallel => {
-                write!(
-                    f,
-                    "the up vector is zero or parallel to the view direction; choose another one"
-                )
-            }
-            Self::FieldOfView(degrees) => {
-                write!(
-                    f,
-                    "a field of view of {degrees} degrees, expected between 0 and 180"
-                )
-            }
+            Self::EyeOnTarget => write!(
+                f,
+                "eye and target are the same point, so there is no view direction"
+            ),
+            Self::UpParallel => write!(
+                f,
+                "the up vector is zero or parallel to the view direction; choose another, such as 0 1 0 for a view \
+                 straight down"
+            ),
+            Self::FieldOfView(degrees) => write!(
+                f,
+                "the field of view is {degrees} degrees, expected more than 0 and less than 180"
+            ),
         }
     }
 }

@@ -142,10 +142,7 @@ fn viewpoint(number: u32) -> Result<View, CliError> {
 fn three_quarter(axis: UpAxis) -> DVec3 {
     let (sin_a, cos_a) = libm::sincos(AZIMUTH_DEGREES.to_radians());
     let rise = libm::tan(ELEVATION_DEGREES.to_radians());
-    match axis {
-        UpAxis::Y => DVec3::new(sin_a, rise, cos_a),
-        UpAxis::Z => DVec3::new(sin_a, -cos_a, rise),
-    }
+    axis.right() * sin_a + axis.front() * cos_a + axis.vector() * rise
 }
 
 /// The index of the camera of that name or number (from 1 on).

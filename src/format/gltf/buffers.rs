@@ -1,4 +1,4 @@
-//! Buffers, wherever they are, and what accessors make of them. Nothing is read before it is known to be there.
+//! Buffers and accessors. Every range is checked before it is read.
 
 use super::super::{OpenMesh, files};
 use crate::error::{LoadError, quote};
@@ -11,7 +11,7 @@ use gltf::{
 use percent_encoding::percent_decode_str;
 use std::{borrow::Cow, collections::HashMap, path::Path, rc::Rc};
 
-/// The most elements of an accessor that has no buffer view, which stand for zeros.
+/// The most elements of an accessor without a buffer view, which are zeros.
 const MAX_ZEROS: usize = 1 << 22;
 
 /// A file's buffers; each is read once.
@@ -23,7 +23,7 @@ pub(super) struct Buffers<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// The buffers of the file at `path`; `blob` is the one within a .glb.
+    /// The buffers of the file at `path`; `blob` is the one inside a .glb.
     pub(super) fn new(path: &'a Path, blob: Option<&'a [u8]>, open: OpenMesh<'a>) -> Self {
         Self {
             path,
@@ -33,7 +33,7 @@ impl<'a> Buffers<'a> {
         }
     }
 
-    /// An error of the file.
+    /// An error about the file.
     pub(super) fn refused(&self, message: impl AsRef<str>) -> LoadError {
         LoadError::whole_file(self.path, message)
     }
@@ -48,7 +48,7 @@ impl<'a> Buffers<'a> {
                 Some(blob) if index == 0 => Cow::Borrowed(blob),
                 _ => {
                     return Err(self.refused(format!(
-                        "buffers[{index}] has no `uri`, and there is no binary chunk"
+                        "buffers[{index}] has no `uri`, and the file has no binary chunk"
                     )));
                 }
             },
@@ -76,10 +76,10 @@ impl<'a> Buffers<'a> {
         };
         BASE64_STANDARD
             .decode(base64)
-            .map_err(|error| self.refused(format!("buffers[{index}] is not Base64: {error}")))
+            .map_err(|error| self.refused(format!("buffers[{index}] is not valid Base64: {error}")))
     }
 
-    /// A file beside this one.
+    /// Reads a file beside this one.
     fn beside(&mut self, index: usize, uri: &str) -> Result<Vec<u8>, LoadError> {
         let name = percent_decode_str(uri).decode_utf8_lossy();
         if uri.contains("://") || name.len() > 4096 {
@@ -95,8 +95,7 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// The elements of an accessor, `N` numbers each. Whole numbers are scaled to 0..1 or -1..1 if the accessor says
-    /// that they are normalised.
+    /// The elements of an accessor, `N` numbers each. Normalised integers are scaled to 0..1 or -1..1.
     pub(super) fn vectors<const N: usize>(
         &mut self,
         accessor: &Accessor<'_>,
@@ -104,7 +103,9 @@ impl<'a> Buffers<'a> {
         let kind = accessor.data_type();
         if accessor.dimensions().multiplicity() != N || !matches!(accessor.dimensions(), Dimensions::Vec3) {
             let index = accessor.index();
-            return Err(self.refused(format!("accessors[{index}] does not hold vectors of {N} numbers")));
+            return Err(self.refused(format!(
+                "accessors[{index}] holds other elements, expected vectors of {N} numbers"
+            )));
         }
         let scale = match kind {
             _ if !accessor.normalized() => None,
@@ -119,7 +120,7 @@ impl<'a> Buffers<'a> {
             for (value, bytes) in vector.iter_mut().zip(element.chunks_exact(kind.size())) {
                 let number = number(kind, bytes) as f32;
                 *value = match scale {
-                    // The least whole number is one step below -1.
+                    // The least integer is one step below -1.
                     Some(scale) => (number / scale).max(-1.0),
                     None => number,
                 };
@@ -135,7 +136,7 @@ impl<'a> Buffers<'a> {
         if !unsigned || accessor.dimensions() != Dimensions::Scalar {
             let index = accessor.index();
             return Err(self.refused(format!(
-                "accessors[{index}] does not hold indices: whole numbers without a sign"
+                "accessors[{index}] holds other elements, expected indices (unsigned integers)"
             )));
         }
         self.elements(accessor, |element| number(kind, element) as u32)
@@ -158,7 +159,7 @@ impl<'a> Buffers<'a> {
                 };
                 self.part(&view, &part, &element)?
             }
-            // Nothing in the file stands for the zeros, so their number needs a limit of its own.
+            // The file's size does not limit how many zeros it asks for.
             (None, Some(_)) if count <= MAX_ZEROS => vec![element(&vec![0; size]); count],
             (None, Some(_)) => {
                 return Err(self.refused(format!(
@@ -193,7 +194,7 @@ impl<'a> Buffers<'a> {
         for (place, value) in places.into_iter().zip(replacements) {
             let Some(to) = values.get_mut(place) else {
                 return Err(self.refused(format!(
-                    "accessors[{index}].sparse: element {place}, but there are only {count}"
+                    "accessors[{index}].sparse: element {place}, but the accessor has only {count}"
                 )));
             };
             *to = value;
@@ -201,7 +202,7 @@ impl<'a> Buffers<'a> {
         Ok(values)
     }
 
-    /// The elements of a part of a buffer.
+    /// Reads elements of a buffer view.
     fn part<T>(
         &mut self,
         view: &View<'_>,
@@ -218,7 +219,7 @@ impl<'a> Buffers<'a> {
         let stride = view.stride().unwrap_or(size);
         let beyond = |what: &str| {
             self.refused(format!(
-                "{what} lies beyond the end of its buffer: the file is cut short or broken"
+                "{what} reaches beyond its buffer: the file is cut short or broken"
             ))
         };
         let view_end = view.offset().checked_add(view.length());
@@ -231,13 +232,13 @@ impl<'a> Buffers<'a> {
         let elements = length
             .and_then(|length| offset.checked_add(length))
             .and_then(|end| in_view.get(offset..end))
-            .ok_or_else(|| beyond(&format!("{name}, {count} elements of {size} bytes,")))?;
+            .ok_or_else(|| beyond(&format!("{name} ({count} elements of {size} bytes)")))?;
         let mut values = Vec::new();
         values
             .try_reserve_exact(count)
             .map_err(|_| self.refused(format!("{name} does not fit into memory")))?;
         if stride == 0 && count > 1 {
-            return Err(self.refused(format!("{name} has elements of no size")));
+            return Err(self.refused(format!("{name} has a stride of 0")));
         }
         values.extend(
             elements
@@ -249,14 +250,14 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// Elements that a buffer view holds.
+/// Elements in a buffer view.
 struct Part {
-    /// What they are called in errors.
+    /// Their name in errors.
     name: String,
-    /// Where they start in the view, bytes.
+    /// Where they start in the view, in bytes.
     offset: usize,
     count: usize,
-    /// Of an element, bytes.
+    /// Bytes of one element.
     size: usize,
 }
 

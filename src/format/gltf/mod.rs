@@ -1,18 +1,20 @@
-//! glTF 2.0, as JSON with its buffers beside it or within, or as one binary file (.glb). The gltf crate reads the
-//! JSON and checks its references; bytes are read by [`buffers`], whose every access is checked: the crate's own
-//! readers take offsets and counts at their word.
+//! glTF 2.0: JSON with its buffers beside or inside it, or one binary file (.glb).
 //!
-//! Triangles, strips and fans of all nodes of the default scene, with the nodes' transforms; base colours and
-//! roughness; perspective cameras. Textures, skins, morph targets and animations are not read.
+//! Reads the triangles, strips and fans of all nodes of the default scene with their transforms, base colours and
+//! roughness, and perspective cameras. [`extras`] lists what it does not read.
+//!
+//! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
+//! crate's own readers trust offsets and counts.
 //!
 //! Format: *glTF 2.0 Specification*, The Khronos Group, 2021.
 
 mod buffers;
+mod extras;
 mod nodes;
 
 use super::{
     OpenMesh,
-    mesh::{LoadedMesh, Surface, UpAxis},
+    mesh::{LoadedMesh, Surface},
 };
 use crate::error::{LoadError, SourcePos};
 use buffers::Buffers;
@@ -22,7 +24,7 @@ use gltf::{
 };
 use std::{path::Path, sync::Arc};
 
-/// Extensions that a file may require without changing what is read here.
+/// Extensions that a file may require because they change nothing that octray reads.
 const HARMLESS: [&str; 9] = [
     "KHR_animation_pointer",
     "KHR_materials_",
@@ -38,7 +40,7 @@ const HARMLESS: [&str; 9] = [
 /// Reads a mesh; `open` gives the buffers that lie beside it.
 ///
 /// # Errors
-/// [`LoadError`]: with line and column for JSON that is none, else with the JSON path of what is at fault.
+/// [`LoadError`]: with line and column if the JSON does not parse, else with the JSON path of the fault.
 pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
     let refused = |message: String| LoadError::whole_file(path, message);
     if bytes.is_empty() {
@@ -49,11 +51,15 @@ pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<Loa
     } else {
         (bytes, None)
     };
-    let document = document(json, path)?;
+    let root = root(json, path)?;
+    let note = extras::left_out(&root, json).note(path);
+    let document = document(root, path)?;
     let mut buffers = Buffers::new(path, blob, open);
     let mut reading = nodes::Reading::default();
     reading.scene(&document, &mut buffers)?;
-    Ok(reading.finish(&document))
+    let mut mesh = reading.finish(&document);
+    mesh.notes.extend(note);
+    Ok(mesh)
 }
 
 /// The JSON and the buffer of a .glb file.
@@ -62,34 +68,42 @@ fn split_binary(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     if let Some(&version) = version
         && u32::from_le_bytes(version) != 2
     {
-        let version = u32::from_le_bytes(version);
-        return Err(format!("binary glTF version {version}, expected 2"));
+        return Err(other_version(&format!("{}.0", u32::from_le_bytes(version))));
     }
-    // The crate subtracts without looking.
+    // The crate subtracts from the length unchecked.
     let length = bytes.get(8..).and_then(|rest| rest.first_chunk());
     let length = length.map_or(0, |&length| u32::from_le_bytes(length) as usize);
     if length < 20 || length > bytes.len() {
         return Err(format!(
-            "a binary glTF file of {length} bytes by its header, but {} bytes are there: it is cut short or broken",
+            "the header promises {length} bytes, but the file has {}: it is cut short or broken",
             bytes.len()
         ));
     }
     let whole = bytes.get(..length).unwrap_or(bytes);
-    let glb = Glb::from_slice(whole).map_err(|error| format!("a broken binary glTF file: {error}"))?;
-    // The crate hands out slices of what it was given, or copies.
+    let glb = Glb::from_slice(whole).map_err(|error| format!("broken binary glTF: {error}"))?;
     match (glb.json, glb.bin) {
         (std::borrow::Cow::Borrowed(json), None) => Ok((json, None)),
         (std::borrow::Cow::Borrowed(json), Some(std::borrow::Cow::Borrowed(bin))) => Ok((json, Some(bin))),
-        _ => Err("a broken binary glTF file".to_owned()),
+        _ => Err("broken binary glTF".to_owned()),
     }
 }
 
-/// The checked JSON.
-fn document(text: &[u8], path: &Path) -> Result<Document, LoadError> {
-    let refused = |message: String| LoadError::whole_file(path, message);
-    let other_version = |version: &str| refused(format!("glTF version {}, expected 2.0", shortened(version)));
-    let mut root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
-        // Files of version 1 have other types nearly everywhere: the first of them says little.
+/// The error about a version that is not 2.
+fn other_version(version: &str) -> String {
+    let version = shortened(version);
+    let advice = if version.starts_with('1') {
+        "convert the file to glTF 2.0, for example with gltf-pipeline"
+    } else {
+        "expected glTF 2.0"
+    };
+    format!("glTF {version} is not supported; {advice}")
+}
+
+/// The JSON, not yet checked.
+fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
+    let other_version = |version: &str| LoadError::whole_file(path, other_version(version));
+    let root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
+        // Version 1 has other types nearly everywhere: the first mismatch says little.
         if let Ok(Versioned { asset }) = json::deserialize::from_slice(text)
             && asset.version.starts_with('1')
         {
@@ -100,16 +114,20 @@ fn document(text: &[u8], path: &Path) -> Result<Document, LoadError> {
             line: error.line() as u32,
             column: error.column() as u32,
         };
-        // Its message repeats the place.
+        // The message repeats the place.
         let message = error.to_string();
         let message = message.split(" at line ").next().unwrap_or_default();
-        LoadError::new(at, format!("this is no glTF mesh: {}", shortened(message)))
+        LoadError::new(at, format!("not a valid glTF file: {}", shortened(message)))
     })?;
-    if let Some(version) = root.asset.min_version.as_ref().or(Some(&root.asset.version))
-        && !version.starts_with("2.")
-    {
-        return Err(other_version(version));
+    match root.asset.min_version.as_ref().or(Some(&root.asset.version)) {
+        Some(version) if !version.starts_with("2.") => Err(other_version(version)),
+        _ => Ok(root),
     }
+}
+
+/// Checks the JSON.
+fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
+    let refused = |message: String| LoadError::whole_file(path, message);
     root.extensions_required
         .retain(|name| !HARMLESS.iter().any(|harmless| name.starts_with(harmless)));
     if let Some(name) = root.extensions_required.first() {
@@ -119,11 +137,11 @@ fn document(text: &[u8], path: &Path) -> Result<Document, LoadError> {
             ""
         };
         return Err(refused(format!(
-            "the file needs the extension {}, which octray does not read{advice}",
+            "the file requires the extension {}, which octray does not support{advice}",
             shortened(name)
         )));
     }
-    // What is not read need not be right.
+    // What octray does not read may be invalid.
     root.animations.clear();
     for accessor in &mut root.accessors {
         (accessor.min, accessor.max) = (None, None);
@@ -148,7 +166,7 @@ fn document(text: &[u8], path: &Path) -> Result<Document, LoadError> {
     let mut fault = None;
     root.validate(&root, json::Path::new, &mut |path, error| {
         let place = path().to_string();
-        // Bounds of positions are redundant; primitives without positions are left out later.
+        // Bounds of positions are redundant, and primitives without positions are skipped later.
         let matters = error != json::validation::Error::Missing
             || !(place.contains("accessors") || place.contains("attributes"));
         if matters && fault.is_none() {
@@ -165,7 +183,7 @@ fn document(text: &[u8], path: &Path) -> Result<Document, LoadError> {
     }
 }
 
-/// All that is asked of a file that is not understood.
+/// The version alone, for files that do not parse as glTF 2.0.
 #[derive(serde::Deserialize)]
 struct Versioned {
     asset: VersionedAsset,
@@ -176,7 +194,7 @@ struct VersionedAsset {
     version: String,
 }
 
-/// Words of the file may have any length.
+/// Cuts text of the file, which may have any length.
 fn shortened(text: &str) -> String {
     text.chars().take(120).collect()
 }
@@ -201,7 +219,7 @@ fn surface(material: &gltf::Material<'_>) -> Surface {
     let [red, green, blue, _] = base;
     let mut diffuse = [red, green, blue].map(display_value);
     if texture {
-        // The factor is mostly 1, and textures are hardly ever white.
+        // The factor is usually 1, but textures are rarely white.
         for (channel, neutral) in diffuse.iter_mut().zip(Surface::NEUTRAL.diffuse) {
             *channel *= neutral;
         }
@@ -228,11 +246,6 @@ fn display_value(linear: f32) -> f32 {
         1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055
     };
     display as f32
-}
-
-impl UpAxis {
-    /// By glTF's specification.
-    const GLTF: Self = Self::Y;
 }
 
 #[cfg(test)]

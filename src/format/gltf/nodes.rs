@@ -1,21 +1,21 @@
-//! The tree of nodes: transforms, meshes and cameras.
+//! The node tree: transforms, meshes and cameras.
 
-use super::{Surface, UpAxis, buffers::Buffers, surface};
+use super::{Surface, buffers::Buffers, surface};
 use crate::{
     error::{LoadError, SceneError},
-    format::mesh::{LoadedMesh, MeshCamera},
+    format::mesh::{LoadedMesh, MeshCamera, UpAxis, UpSource},
     scene::{MeshColumns, is_usable},
 };
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use gltf::{Document, Mesh, Node, Primitive, Semantic, camera::Projection, mesh::Mode};
 
-/// The most triangles of a file. A few bytes may place one mesh a million times.
+/// The most triangles of a file. Few bytes can place one mesh a million times.
 const MAX_TRIANGLES: usize = 1 << 26;
 
 /// A triangle without a material of its own.
 const NO_SURFACE: u32 = u32::MAX;
 
-/// How many triangles a mesh has, if its accessors are as long as they say.
+/// How many triangles a mesh has by the counts of its accessors.
 fn promised(mesh: &Mesh<'_>) -> usize {
     let of_primitive = |primitive: Primitive<'_>| {
         let accessor = primitive
@@ -28,26 +28,25 @@ fn promised(mesh: &Mesh<'_>) -> usize {
             _ => 0,
         }
     };
-    // A count that is a lie is refused with better words when it is read.
+    // Reading refuses a count that is too large with a better message.
     mesh.primitives()
         .map(of_primitive)
         .filter(|&count| count <= MAX_TRIANGLES)
         .fold(0, usize::saturating_add)
 }
 
-/// What has been read so far.
+/// The mesh so far.
 #[derive(Default)]
 pub(super) struct Reading {
     columns: MeshColumns,
-    /// The file's material of each triangle.
+    /// The index of each triangle's material in the file.
     material_of: Vec<u32>,
     has_normals: bool,
     cameras: Vec<MeshCamera>,
-    left_out: Vec<&'static str>,
 }
 
 impl Reading {
-    /// Reads the default scene, or the first one, or all nodes that no other node holds.
+    /// Reads the default scene, else the first one, else all root nodes.
     pub(super) fn scene(&mut self, document: &Document, buffers: &mut Buffers<'_>) -> Result<(), LoadError> {
         let count = document.nodes().count();
         let scene = document.default_scene().or_else(|| document.scenes().next());
@@ -63,15 +62,13 @@ impl Reading {
         let nodes: Vec<Node<'_>> = document.nodes().collect();
         let mut visited = vec![false; count];
         let (mut placed, mut triangles) = (Vec::new(), 0_usize);
-        // Last in, first out: children in reverse come out in their order.
+        // A stack: children pushed in reverse come out in order.
         let mut waiting: Vec<(usize, DMat4)> =
             roots.into_iter().rev().map(|i| (i, DMat4::IDENTITY)).collect();
         while let Some((i, parent)) = waiting.pop() {
             let node = &nodes[i];
             if std::mem::replace(&mut visited[i], true) {
-                return Err(buffers.refused(format!(
-                    "nodes[{i}] is in the tree of nodes twice, or within itself"
-                )));
+                return Err(buffers.refused(format!("nodes[{i}] has two parents or contains itself")));
             }
             let columns = node.transform().matrix();
             let local = DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)));
@@ -83,15 +80,12 @@ impl Reading {
         }
         if triangles > MAX_TRIANGLES {
             return Err(buffers.refused(format!(
-                "{triangles} triangles, counted as often as nodes place them, expected at most {MAX_TRIANGLES}"
+                "{triangles} triangles, counted once for each node that places them, expected at most {MAX_TRIANGLES}"
             )));
         }
         for (i, world) in placed {
             let node = &nodes[i];
             if let Some(mesh) = node.mesh() {
-                if node.skin().is_some() {
-                    self.leave_out("skins: skinned meshes are shown as they are without their joints");
-                }
                 for primitive in mesh.primitives() {
                     self.primitive(&primitive, &world, buffers)?;
                 }
@@ -104,28 +98,20 @@ impl Reading {
         Ok(())
     }
 
-    fn leave_out(&mut self, what: &'static str) {
-        if !self.left_out.contains(&what) {
-            self.left_out.push(what);
-        }
-    }
-
     fn camera(&mut self, name: &str, projection: Projection<'_>, world: &DMat4) {
-        match projection {
-            Projection::Perspective(perspective) => {
-                // Cameras look along -z.
-                let eye = world.w_axis.truncate();
-                let (forward, up) = (-world.z_axis.truncate(), world.y_axis.truncate());
-                self.cameras.push(MeshCamera {
-                    name: name.to_owned(),
-                    eye,
-                    target: eye + forward.normalize_or_zero(),
-                    up: up.normalize_or_zero(),
-                    fov_degrees: f64::from(perspective.yfov()).to_degrees(),
-                });
-            }
-            Projection::Orthographic(_) => self.leave_out("orthographic cameras"),
-        }
+        let Projection::Perspective(perspective) = projection else {
+            return;
+        };
+        // Cameras look along -z.
+        let eye = world.w_axis.truncate();
+        let (forward, up) = (-world.z_axis.truncate(), world.y_axis.truncate());
+        self.cameras.push(MeshCamera {
+            name: name.to_owned(),
+            eye,
+            target: eye + forward.normalize_or_zero(),
+            up: up.normalize_or_zero(),
+            fov_degrees: f64::from(perspective.yfov()).to_degrees(),
+        });
     }
 
     fn primitive(
@@ -138,11 +124,9 @@ impl Reading {
             primitive.mode(),
             Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
         ) {
-            self.leave_out("points and lines");
             return Ok(());
         }
         let Some(positions) = primitive.get(&Semantic::Positions) else {
-            self.leave_out("primitives without positions");
             return Ok(());
         };
         let accessor = positions.index();
@@ -167,7 +151,7 @@ impl Reading {
             None => (0..positions.len() as u32).collect(),
         };
         let base = self.columns.x.len();
-        // Vertices without triangles count for nothing else.
+        // Vertices without triangles are not limited otherwise.
         if base + positions.len() > 3 * MAX_TRIANGLES {
             return Err(buffers.refused(format!("more than {} vertices", 3 * MAX_TRIANGLES)));
         }
@@ -178,9 +162,6 @@ impl Reading {
                 positions.len()
             ))
         })?;
-        if primitive.get(&Semantic::Colors(0)).is_some() {
-            self.leave_out("vertex colours");
-        }
         if let Some(normals) = primitive.get(&Semantic::Normals) {
             let normals = buffers.vectors::<3>(&normals)?;
             if normals.len() == positions.len() {
@@ -191,7 +172,7 @@ impl Reading {
         let start = self.columns.triangles.len();
         let triangles = &mut self.columns.triangles;
         match primitive.mode() {
-            // Every other triangle of a strip is turned round.
+            // Every other triangle of a strip has the opposite winding.
             Mode::TriangleStrip => triangles.extend((2..corners.len()).map(|i| {
                 let (a, b) = if i % 2 == 0 {
                     (i - 2, i - 1)
@@ -209,7 +190,7 @@ impl Reading {
         Ok(())
     }
 
-    /// Adds positions; says which one is not usable.
+    /// Adds positions. The error has the index of the first unusable one.
     fn positions(&mut self, positions: &[[f32; 3]], world: &DMat4) -> Result<(), (usize, SceneError)> {
         let columns = &mut self.columns;
         for column in [&mut columns.x, &mut columns.y, &mut columns.z] {
@@ -242,11 +223,11 @@ impl Reading {
         Ok(())
     }
 
-    /// Sets the normals of the vertices from `base` on. Those that are of no use stay zero.
+    /// Sets the normals of the vertices from `base` on. Degenerate ones become zero.
     fn normals(&mut self, normals: &[[f32; 3]], base: usize, world: &DMat4) {
         self.has_normals = true;
         self.columns.normals.resize(self.columns.x.len(), Vec3::ZERO);
-        // Normals turn with the cofactors, which exist for every matrix; a mirror turns them round.
+        // Normals transform by the cofactor matrix, which exists for every matrix; a mirror flips them.
         let m = DMat3::from_mat4(*world);
         let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * m.determinant().signum();
@@ -269,21 +250,15 @@ impl Reading {
                 *material = neutral;
             }
         }
-        if document.textures().next().is_some() {
-            self.leave_out("textures: only base colours are read");
-        }
-        let notes = self
-            .left_out
-            .iter()
-            .map(|what| format!("left out: {what}"))
-            .collect();
         LoadedMesh {
             columns: self.columns,
             surfaces,
             surface_of: self.material_of,
             cameras: self.cameras,
-            up: UpAxis::GLTF,
-            notes,
+            // By the specification.
+            up: UpAxis::Y,
+            up_source: UpSource::Stated,
+            notes: Vec::new(),
         }
     }
 }

@@ -1,8 +1,11 @@
 //! Meshes of every format, as one type.
 //!
-//! [`load`] reads a file; [`parse`] does the same with bytes, and asks for the files beside it. Which format it
-//! is is decided by [`MeshFormat::of`]: by what the bytes begin with where that leaves no doubt, else by the
-//! file's extension.
+//! [`load`] reads a file; [`parse`] reads bytes and asks for the files that the mesh names. [`MeshFormat::of`] decides
+//! on the format: by the first bytes if they are unmistakable, else by the file's extension.
+
+mod up;
+
+pub use up::{UpAxis, UpSource};
 
 use super::{OpenMesh, files, gltf, obj, ply, source::Opened, stl};
 use crate::{
@@ -15,33 +18,35 @@ use std::path::{Path, PathBuf};
 /// A mesh and what its file says about how to show it.
 #[derive(Debug, Default)]
 pub struct LoadedMesh {
-    /// Positions, normals and triangles, in the file's own coordinates: nothing is turned or scaled.
+    /// Positions, normals and triangles in the file's own coordinates: nothing is turned or scaled.
     pub columns: MeshColumns,
-    /// The surfaces that the file describes; empty if it describes none.
+    /// The surfaces that the file describes; may be empty.
     pub surfaces: Vec<Surface>,
-    /// For each triangle an index into `surfaces`; empty if `surfaces` is.
+    /// An index into `surfaces` for each triangle; empty if `surfaces` is.
     pub surface_of: Vec<u32>,
     /// The file's perspective cameras, in its own coordinates.
     pub cameras: Vec<MeshCamera>,
-    /// Which way is up by the format's convention.
+    /// The axis that points up.
     pub up: UpAxis,
-    /// What was left out or missing and is no error, a sentence each: to be printed as warnings.
+    /// Whether the file says so, or octray assumes it.
+    pub up_source: UpSource,
+    /// Warnings: what is missing, and what the file holds but octray does not read. Each begins with a file's path.
     pub notes: Vec<String>,
 }
 
-/// How a surface looks. Colours as they are shown under full light: display values, 0 to 1.
+/// How a surface looks. Colours are display values from 0 to 1, as seen under full light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Diffuse colour.
     pub diffuse: [f32; 3],
-    /// Colour of the highlight, strength included.
+    /// Colour of the highlight, times its strength.
     pub specular: [f32; 3],
     /// Exponent of the highlight.
     pub alpha: u32,
 }
 
 impl Surface {
-    /// A neutral, slightly glossy grey, for meshes that say nothing of their look.
+    /// A neutral, slightly glossy grey for meshes without materials.
     pub const NEUTRAL: Self = Self {
         diffuse: [0.86, 0.86, 0.84],
         specular: [0.12; 3],
@@ -89,28 +94,7 @@ impl MeshCamera {
     }
 }
 
-/// The axis that points up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum UpAxis {
-    /// glTF (by its specification) and OBJ (by habit).
-    Y,
-    /// PLY and STL, by habit.
-    #[default]
-    Z,
-}
-
-impl UpAxis {
-    /// The axis as a unit vector.
-    #[must_use]
-    pub fn vector(self) -> DVec3 {
-        match self {
-            Self::Y => DVec3::Y,
-            Self::Z => DVec3::Z,
-        }
-    }
-}
-
-/// The kinds of mesh files.
+/// The formats of mesh files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshFormat {
     /// Stanford's polygon format, text or binary.
@@ -124,10 +108,10 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
-    /// What is said about files of other kinds.
+    /// The end of an error about any other file.
     pub const EXPECTED: &str = "expected a mesh: .ply, .obj, .stl, .gltf or .glb";
 
-    /// The format by the file's extension, in letters of either case.
+    /// The format by the file's extension, in either case.
     #[must_use]
     pub fn of_path(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
@@ -140,7 +124,18 @@ impl MeshFormat {
         }
     }
 
-    /// The format by what the file begins with, where that leaves no doubt, else by its extension.
+    /// The name of the format.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ply => "PLY",
+            Self::Obj => "OBJ",
+            Self::Stl => "STL",
+            Self::Gltf => "glTF",
+        }
+    }
+
+    /// The format by the file's first bytes if they are unmistakable, else by its extension.
     #[must_use]
     pub fn of(path: &Path, bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
@@ -154,18 +149,23 @@ impl MeshFormat {
 }
 
 impl LoadedMesh {
-    /// A mesh without anything said about its look.
+    /// A warning if the up axis was assumed and the mesh seems to lie on its side. It says what was assumed and which
+    /// option of the program turns the mesh. `path` is the file's.
     #[must_use]
-    pub fn plain(columns: MeshColumns, up: UpAxis) -> Self {
-        Self {
-            columns,
-            up,
-            ..Self::default()
-        }
+    pub fn up_note(&self, path: &Path) -> Option<String> {
+        let UpSource::Assumed(format) = self.up_source else {
+            return None;
+        };
+        let (axis, reason) = up::doubt(&self.columns, self.up)?;
+        Some(format!(
+            "{}: assumed {} is up ({} has no such field), but {reason}; --up-axis {axis} turns it",
+            path.display(),
+            self.up,
+            format.name()
+        ))
     }
 
-    /// Adds the mesh to a scene: with `material` if one is given, else with its own surfaces, and with
-    /// [`Surface::NEUTRAL`] if it has none.
+    /// Adds the mesh to a scene: with `material` if given, else with its own surfaces, else with [`Surface::NEUTRAL`].
     ///
     /// # Errors
     /// [`SceneError`], as of [`SceneBuilder::add_mesh`].
@@ -202,8 +202,8 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
     load_within(path, &mut Vec::new(), u64::MAX)
 }
 
-/// As [`load`], and adds to `asked` every file that was asked for: what is to be watched for changes. No file may have
-/// more bytes than there are of `memory`.
+/// As [`load`], and adds to `asked` every file that it tried to open, to be watched for changes. No file may be larger
+/// than `memory`, in bytes.
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
@@ -216,21 +216,18 @@ pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result
     })
 }
 
-/// So many bytes tell that an .obj is no text.
+/// This many bytes tell whether an .obj file is text.
 const TEXT_HEAD: usize = 4096;
 
-/// Reads a mesh from its file, as [`parse`] does from bytes: in pieces or as a whole, as its format wants it.
+/// Reads a mesh from its file, piece by piece if its format allows it.
 pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
-    if MeshFormat::of(path, opened.head(16, &mut Vec::new())) == Some(MeshFormat::Ply) {
-        let has_colors = ply::has_vertex_colors(opened.head(ply::HEAD, &mut Vec::new()));
-        return Ok(plain_ply(ply::read(opened, path)?, has_colors));
-    }
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
     match MeshFormat::of(path, head) {
-        // To find the same out from gigabytes would take seconds.
-        Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open),
+        Some(MeshFormat::Ply) => return ply::read(opened, path),
         Some(MeshFormat::Stl) => return stl::read(opened, path),
+        // Refused now: reading gigabytes first would take seconds.
+        Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open),
         _ => {}
     }
     let bytes = opened.into_bytes();
@@ -241,38 +238,36 @@ pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<Lo
     )
 }
 
-fn plain_ply(columns: MeshColumns, has_colors: bool) -> LoadedMesh {
-    let mut loaded = LoadedMesh::plain(columns, UpAxis::Z);
-    if has_colors {
-        loaded.notes.push("left out: vertex colours".to_owned());
-    }
-    loaded
-}
-
-/// Reads a mesh from the bytes of its file. `path` stands for the file in errors, and tells its format where the
-/// bytes do not; `open` gives the bytes of files that it names (an .mtl, a .bin), by paths joined to its folder.
+/// Reads a mesh from the bytes of its file. `path` stands for the file in errors; its extension tells the format if the
+/// bytes do not. `open` gives the bytes of files that the mesh names (an .mtl, a .bin), by paths joined to its folder.
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
 #[allow(
     clippy::needless_pass_by_value,
-    reason = "the bytes are gone when the mesh is there, and both are large"
+    reason = "frees the bytes once the mesh is read; both are large"
 )]
 pub fn parse(bytes: Vec<u8>, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
     match MeshFormat::of(path, &bytes) {
-        Some(MeshFormat::Ply) => {
-            let has_colors = ply::has_vertex_colors(&bytes);
-            Ok(plain_ply(ply::parse(&bytes, path)?, has_colors))
-        }
-        Some(MeshFormat::Obj) => obj::parse(&bytes, path, open),
-        Some(MeshFormat::Stl) => stl::parse(&bytes, path),
-        Some(MeshFormat::Gltf) => gltf::parse(&bytes, path, open),
+        Some(format) => parse_as(format, &bytes, path, open),
         None => Err(LoadError::whole_file(
             path,
-            format!(
-                "this is no kind of mesh that octray reads, {}",
-                MeshFormat::EXPECTED
-            ),
+            format!("unknown kind of file, {}", MeshFormat::EXPECTED),
         )),
+    }
+}
+
+/// As [`parse`], of a known format.
+pub(super) fn parse_as(
+    format: MeshFormat,
+    bytes: &[u8],
+    path: &Path,
+    open: OpenMesh<'_>,
+) -> Result<LoadedMesh, LoadError> {
+    match format {
+        MeshFormat::Ply => ply::parse_mesh(bytes, path),
+        MeshFormat::Obj => obj::parse(bytes, path, open),
+        MeshFormat::Stl => stl::parse(bytes, path),
+        MeshFormat::Gltf => gltf::parse(bytes, path, open),
     }
 }

@@ -1,8 +1,8 @@
-//! The corners of faces: indices to positions and normals, each counted on its own, made into vertices that have
-//! both.
+//! The corners of faces. OBJ indexes positions and normals separately; here they become vertices that have both.
 
 use super::{
     super::{
+        left_out::counted,
         place::{TextFault, Words},
         polygon::{Cutter, Fans},
     },
@@ -12,7 +12,7 @@ use crate::{error::quote, scene::MeshColumns};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
-/// A corner as it is written: 1-based, or negative from the end.
+/// A corner as written: 1-based, or negative and counted from the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Corner {
     pub(super) position: i64,
@@ -26,12 +26,12 @@ const NONE: u32 = u32::MAX;
 #[derive(Default)]
 pub(super) struct Corners {
     positions: Vec<[u32; 3]>,
-    /// As long as `positions` as soon as one corner has a normal.
+    /// Empty until a corner has a normal, then as long as `positions`.
     normals: Vec<[u32; 3]>,
     polygons: Fans,
     /// The largest indices.
     largest: [u32; 2],
-    /// Room for one face.
+    /// The current face.
     face: Vec<[u32; 2]>,
 }
 
@@ -40,14 +40,14 @@ impl Corners {
         self.positions.is_empty()
     }
 
-    /// Whether an index is not below its limit: of positions, of normals.
+    /// Whether an index reaches its limit; `limits` are the numbers of positions and normals.
     pub(super) fn are_beyond(&self, limits: [usize; 2]) -> bool {
         let any = !self.positions.is_empty();
         let [position, normal] = self.largest.map(|index| index as usize);
         any && (position >= limits[0] || (!self.normals.is_empty() && normal >= limits[1]))
     }
 
-    /// Adds a face; says how many triangles it is. `sizes` are the numbers of positions and normals so far.
+    /// Adds a face and returns its number of triangles. `sizes` are the numbers of positions and normals so far.
     pub(super) fn face(
         &mut self,
         words: Words<'_>,
@@ -80,7 +80,7 @@ impl Corners {
                 };
                 if index == 0 {
                     return Err(fault(format!(
-                        "{} index 0, expected 1 or more, or less than 0",
+                        "{} index 0, expected a positive or negative index",
                         what[0]
                     )));
                 }
@@ -110,7 +110,10 @@ impl Corners {
             self.face.push([position, normal]);
         }
         if self.face.len() < 3 {
-            let message = format!("a face of {} corners, expected 3 or more", self.face.len());
+            let message = format!(
+                "face with {}, expected 3 or more",
+                counted(self.face.len(), "corner", "corners")
+            );
             return Err(TextFault::new(whole_line, message));
         }
         if self.face.iter().any(|corner| corner[1] != NONE) {
@@ -129,7 +132,7 @@ impl Corners {
         Ok(others.len() - 1)
     }
 
-    /// Makes other triangles of concave faces than a fan; `mesh` holds the positions.
+    /// Triangulates concave faces; `mesh` holds the positions.
     pub(super) fn cut_concave(&mut self, mesh: &MeshColumns) {
         let mut cutter = Cutter::default();
         let (mut ring, mut points) = (Vec::new(), Vec::new());
@@ -160,8 +163,7 @@ impl Corners {
         }
     }
 
-    /// Moves the corners into a mesh that holds the positions. A position that is used with several normals becomes
-    /// several vertices.
+    /// Moves the corners into a mesh that holds the positions. A position with several normals becomes several vertices.
     pub(super) fn into_columns(self, normals: &[[f32; 3]], mesh: &mut MeshColumns) -> Result<(), String> {
         let Self {
             mut positions,
@@ -175,7 +177,7 @@ impl Corners {
         normal_corners.resize(positions.len(), [NONE; 3]);
         let no_memory = |_| "the mesh does not fit into memory".to_owned();
         let count = mesh.x.len();
-        // The normal that the vertex has, once a corner has said so, and the next vertex at the same position.
+        // Each vertex's normal, once a corner sets it, and the next vertex at the same position.
         let mut normal_of: Vec<Option<u32>> = Vec::new();
         let mut next: Vec<u32> = Vec::new();
         normal_of.try_reserve_exact(count).map_err(no_memory)?;

@@ -1,10 +1,10 @@
-//! Wavefront OBJ: `v`, `vn`, `f`, `usemtl`, `mtllib`; what else there is (texture coordinates, groups, lines,
-//! curves) is passed over. Polygons become fans, concave ones whatever triangles fill them.
+//! Wavefront OBJ: `v`, `vn`, `f`, `usemtl` and `mtllib`. A note lists whatever else the file holds.
 //!
-//! Read by loops of our own. tobj, the usual crate, does not fit: it ends the program at `Kd 0.8` and, in builds that
-//! check arithmetic, at a normal's index that is too negative; it gives normals to the wrong corners where only some
-//! have one, refuses names that are not UTF-8, comments behind a face and continued lines, and never says which line
-//! is at fault. Tests compare with it where both read a file.
+//! Polygons become fans; concave ones become triangles that fill them.
+//!
+//! Why not tobj: it panics at `Kd 0.8` and (in debug builds) at a very negative normal index, assigns normals to the
+//! wrong corners if only some have one, rejects names that are not UTF-8, comments after a face and continued lines, and
+//! does not say which line is at fault. Tests compare with it where both read a file.
 //!
 //! Format: *Wavefront Object Files*, appendix B1 of the Advanced Visualizer manual, 1995.
 
@@ -13,11 +13,12 @@ mod mtl;
 
 use super::{
     OpenMesh, files,
-    mesh::{LoadedMesh, Surface, UpAxis},
+    left_out::{LeftOut, name_list},
+    mesh::{LoadedMesh, MeshFormat, Surface, UpAxis, UpSource},
     place::{TextFault, Words, refuse_binary},
 };
 use crate::{
-    error::{LoadError, SceneError, quote},
+    error::{LoadError, SceneError, SourcePos, quote},
     scene::{MeshColumns, is_usable},
 };
 use corners::{Corner, Corners};
@@ -28,16 +29,16 @@ use std::{
     path::Path,
 };
 
-/// A triangle whose material is not known.
+/// A triangle without a known material.
 const NO_SURFACE: u32 = u32::MAX;
 
-/// After so many notes no further library is read.
+/// After this many notes no further library is read.
 const MOST_NOTES: usize = 20;
 
-/// Reads a mesh; `open` gives the .mtl files that it names. One that is missing is a note and no error.
+/// Reads a mesh; `open` gives the .mtl files that it names. A missing one becomes a note.
 ///
 /// # Errors
-/// [`LoadError`], with line and column: a number that is none or not usable, an index of a vertex that is not there.
+/// [`LoadError`], with line and column: a number that does not parse or is not usable, an index out of range.
 pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
     read(bytes, path, open).map_err(|fault| fault.into_error(bytes, path))
 }
@@ -52,21 +53,22 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, Tex
     obj.lines(text, path, open, None)?;
     if obj.x.is_empty()
         && obj.corners.is_empty()
-        && let Some(range) = obj.unknown
+        && let Some(range) = obj.unknown.clone()
     {
         let found = quote(bytes.get(range.clone()).unwrap_or_default());
         return Err(TextFault::new(
             range,
             format!(
-                "found {found}, and no vertices: expected an OBJ mesh with lines such as `v 0 0 0` and `f 1 2 3`"
+                "found {found} and no vertices, expected an OBJ mesh with lines such as `v 0 0 0` and `f 1 2 3`"
             ),
         ));
     }
     let limits = [obj.x.len(), obj.normals.len()];
     if obj.corners.are_beyond(limits) {
-        // Once more, to find out where.
+        // Read again to find the line.
         Obj::default().lines(text, path, open, Some(limits))?;
     }
+    obj.note_left_out(text, path);
     obj.finish().map_err(|message| TextFault::new(0..0, message))
 }
 
@@ -84,14 +86,22 @@ struct Obj {
     current: Option<u32>,
     /// The names of the libraries that have been read.
     libraries: HashSet<Vec<u8>>,
+    /// Names of materials that no library has.
+    missing_materials: Vec<Vec<u8>>,
     has_colors: bool,
-    /// The first word of the first line that is not understood.
+    has_texture_coordinates: bool,
+    has_smoothing_groups: bool,
+    /// How many `l` and `p` lines there are.
+    line_elements: usize,
+    point_elements: usize,
+    /// How many lines begin with an unknown word, and the first of these words.
+    unknown_lines: usize,
     unknown: Option<Range<usize>>,
     notes: Vec<String>,
 }
 
 impl Obj {
-    /// Reads all lines; with `limits`, the numbers of positions and normals, indices are held against them.
+    /// Reads all lines. With `limits`, the numbers of positions and normals, indices beyond them are errors.
     fn lines(
         &mut self,
         text: &[u8],
@@ -124,7 +134,7 @@ impl Obj {
                 self.x.push(x);
                 self.y.push(y);
                 self.z.push(z);
-                // A fourth number is a weight; three more are a colour, as many programs write it.
+                // One more number is a weight; many programs write a colour as three more.
                 let is_number = |(word, _): &(&[u8], _)| fast_float2::parse::<f32, _>(word).is_ok();
                 self.has_colors |= words.take(3).filter(is_number).count() == 3;
             }
@@ -141,11 +151,23 @@ impl Obj {
             b"usemtl" => {
                 let name = name(&words);
                 self.current = self.surface_by_name.get(name).copied();
+                if self.current.is_none() && !self.missing_materials.iter().any(|missing| missing == name) {
+                    self.missing_materials.truncate(MOST_NOTES);
+                    self.missing_materials.push(name.to_vec());
+                }
             }
             // The second reading is for indices alone.
             b"mtllib" if limits.is_none() => self.library(name(&words), path, open),
-            [b'#', ..] | b"mtllib" | b"vt" | b"vp" | b"g" | b"o" | b"s" | b"l" | b"p" => {}
+            b"vt" => self.has_texture_coordinates = true,
+            b"l" => self.line_elements += 1,
+            b"p" => self.point_elements += 1,
+            b"s" => {
+                let group = words.next().map_or(&b"off"[..], |(word, _)| word);
+                self.has_smoothing_groups |= !matches!(group, b"off" | b"0");
+            }
+            [b'#', ..] | b"mtllib" | b"g" | b"o" => {}
             _ => {
+                self.unknown_lines += 1;
                 self.unknown.get_or_insert(place);
             }
         }
@@ -187,11 +209,46 @@ impl Obj {
                     }
                 }
                 Err((error, name)) => self.notes.push(format!(
-                    "{}, so its colours are not used",
+                    "{}; its materials are missing",
                     files::load_error(&name, &error)
                 )),
             }
         }
+    }
+
+    /// Notes what is not read, and which materials are missing.
+    fn note_left_out(&mut self, text: &[u8], path: &Path) {
+        // A library that could not be read has a note already.
+        if !self.surfaces.is_empty() && !self.missing_materials.is_empty() {
+            let names = name_list(self.missing_materials.iter().map(Vec::as_slice));
+            let note = format!(
+                "{}: no material library has {names}: shown in grey",
+                path.display()
+            );
+            self.notes.push(note);
+        }
+        let mut left_out = LeftOut::default();
+        left_out.count(self.line_elements, "line element", "line elements");
+        left_out.count(self.point_elements, "point element", "point elements");
+        if self.has_colors {
+            left_out.add("vertex colours");
+        }
+        if self.has_texture_coordinates {
+            left_out.add("texture coordinates");
+        }
+        // With normals, smoothing groups change nothing.
+        if self.has_smoothing_groups && self.normals.is_empty() {
+            left_out.add("smoothing groups");
+        }
+        if let Some(first) = self.unknown.clone() {
+            let at = SourcePos::in_text(path, text, first.start);
+            let what = |lines: &str| {
+                let word = quote(text.get(first.clone()).unwrap_or_default());
+                format!("unknown {lines} (first: {word} in line {})", at.line)
+            };
+            left_out.count(self.unknown_lines, &what("line"), &what("lines"));
+        }
+        self.notes.extend(left_out.note(path));
     }
 
     fn finish(mut self) -> Result<LoadedMesh, String> {
@@ -210,9 +267,6 @@ impl Obj {
             z: self.z,
             ..MeshColumns::default()
         };
-        if self.has_colors {
-            self.notes.push("left out: vertex colours".to_owned());
-        }
         self.corners.cut_concave(&columns);
         self.corners.into_columns(&self.normals, &mut columns)?;
         Ok(LoadedMesh {
@@ -220,14 +274,15 @@ impl Obj {
             surfaces: self.surfaces,
             surface_of: self.surface_of,
             up: UpAxis::Y,
+            up_source: UpSource::Assumed(MeshFormat::Obj),
             notes: self.notes,
             ..LoadedMesh::default()
         })
     }
 }
 
-/// Makes one line of lines that a backslash joins: blanks in place of it and the newline, so that nothing moves. Where
-/// carriage returns alone end the lines (as on Macs before 2001), they become newlines.
+/// Joins lines that end with a backslash: spaces replace it and the newline, so that all offsets stay. If carriage
+/// returns alone end the lines, as on Macs before 2001, they become newlines.
 fn join_lines(text: &[u8]) -> Cow<'_, [u8]> {
     let mut joined = Cow::Borrowed(text);
     if !text.contains(&b'\n') && text.contains(&b'\r') {
@@ -259,7 +314,7 @@ fn vector(
     let mut vector = [0.0; 3];
     for (value, what) in vector.iter_mut().zip(names) {
         let Some((word, place)) = words.next() else {
-            let message = format!("the line ends where `{what}` should be, expected three numbers");
+            let message = format!("the line ends before `{what}`, expected three numbers");
             return Err(TextFault::new(keyword.start..words.rest().end, message));
         };
         let number: f32 = fast_float2::parse(word).map_err(|_| {
@@ -297,7 +352,7 @@ fn whole(word: &[u8]) -> Option<i64> {
         [b'-', digits @ ..] => (-1, digits),
         [b'+', digits @ ..] | digits => (1, digits),
     };
-    // Longer ones are no index, and could not be counted.
+    // Longer ones are out of range and would overflow.
     if digits.is_empty() || digits.len() > 18 {
         return None;
     }

@@ -1,17 +1,18 @@
-//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ns`, `illum`. Nothing here stops a mesh from being shown: what is not
-//! understood becomes a note.
+//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ns`, `illum`. Faults and whatever else a library holds become notes; the
+//! mesh is shown all the same.
 
 use super::super::{
+    left_out::{LeftOut, counted},
     mesh::Surface,
     place::{TextFault, Words},
 };
 use crate::error::quote;
 use std::path::Path;
 
-/// Diffuse and specular colour of the materials, by name. A name may come twice: the last one counts.
+/// The surfaces by name. If a name comes twice, the last one counts.
 pub(super) fn parse(text: &[u8], path: &Path, notes: &mut Vec<String>) -> Vec<(Vec<u8>, Surface)> {
     let mut materials: Vec<Reading> = Vec::new();
-    let (mut start, mut textures, mut faults) = (0, false, 0);
+    let (mut start, mut textures, mut has_faults) = (0, 0, false);
     for line in text.split_inclusive(|&byte| byte == b'\n') {
         let mut words = Words::new(text, start..start + line.len());
         start += line.len();
@@ -30,30 +31,54 @@ pub(super) fn parse(text: &[u8], path: &Path, notes: &mut Vec<String>) -> Vec<(V
             b"Kd" => color(words).map(|color| material.diffuse = Some(color)),
             b"Ks" => color(words).map(|color| material.specular = Some(color)),
             b"Ns" => number(&mut words).map(|exponent| material.exponent = exponent),
-            b"illum" => number(&mut words).map(|model| material.has_highlight = model >= 2.0),
-            b"map_Kd" => {
-                textures = true;
-                material.has_texture = true;
+            b"illum" => number(&mut words).map(|model| {
+                material.has_highlight = model >= 2.0;
+                material.is_traced = (3.0..=9.0).contains(&model);
+            }),
+            b"Ke" => color(words).map(|color| material.is_emissive = color != [0.0; 3]),
+            b"d" => opacity(words).map(|opacity| material.is_transparent |= opacity < 1.0),
+            b"Tr" => number(&mut words).map(|share| material.is_transparent |= share > 0.0),
+            b"disp" | b"decal" | b"bump" | b"refl" | b"norm" => {
+                textures += 1;
+                Some(())
+            }
+            _ if keyword.starts_with(b"map_") => {
+                textures += 1;
+                material.has_texture |= keyword == b"map_Kd";
+                material.is_transparent |= keyword == b"map_d";
+                material.is_emissive |= keyword == b"map_Ke";
                 Some(())
             }
             _ => Some(()),
         };
-        if read.is_none() {
-            faults += 1;
-            // One is enough to look there.
-            if faults == 1 {
-                let message = format!("{} without numbers that are understood", quote(keyword));
-                notes.push(TextFault::new(place, message).into_error(text, path).to_string());
-            }
+        // One is enough to look there.
+        if read.is_none() && !std::mem::replace(&mut has_faults, true) {
+            let message = format!("{} without valid numbers, ignored", quote(keyword));
+            notes.push(TextFault::new(place, message).into_error(text, path).to_string());
         }
     }
-    if textures {
-        notes.push(format!("{}: textures are not read, only colours", path.display()));
-    }
+    notes.extend(left_out(&materials, textures).note(path));
     materials.into_iter().map(Reading::finish).collect()
 }
 
-/// A material as far as it has been read.
+/// What the library holds and is not read.
+fn left_out(materials: &[Reading], textures: usize) -> LeftOut {
+    let mut left_out = LeftOut::default();
+    left_out.count(textures, "texture", "textures");
+    let count = |is: fn(&&Reading) -> bool| materials.iter().filter(is).count();
+    for (what, count) in [
+        ("transparency", count(|material| material.is_transparent)),
+        ("emission", count(|material| material.is_emissive)),
+        ("reflection or refraction", count(|material| material.is_traced)),
+    ] {
+        if count > 0 {
+            left_out.add(&format!("{what} of {}", counted(count, "material", "materials")));
+        }
+    }
+    left_out
+}
+
+/// A material that is being read.
 struct Reading {
     name: Vec<u8>,
     diffuse: Option<[f32; 3]>,
@@ -61,6 +86,10 @@ struct Reading {
     exponent: f32,
     has_highlight: bool,
     has_texture: bool,
+    is_transparent: bool,
+    is_emissive: bool,
+    /// By its illumination model.
+    is_traced: bool,
 }
 
 impl Reading {
@@ -72,13 +101,16 @@ impl Reading {
             exponent: 0.0,
             has_highlight: true,
             has_texture: false,
+            is_transparent: false,
+            is_emissive: false,
+            is_traced: false,
         }
     }
 
     fn finish(self) -> (Vec<u8>, Surface) {
         let neutral = Surface::NEUTRAL;
         let diffuse = match self.diffuse {
-            // Black below a texture is not meant to be seen.
+            // Black under a texture is a placeholder.
             Some(color) if !(self.has_texture && color == [0.0; 3]) => color,
             _ => neutral.diffuse,
         };
@@ -101,6 +133,15 @@ fn color(mut words: Words<'_>) -> Option<[f32; 3]> {
         Some(green) => [red, green, number(&mut words)?],
     };
     Some(color.map(|channel| channel.clamp(0.0, 1.0)))
+}
+
+/// The number behind `d` and its option `-halo`.
+fn opacity(mut words: Words<'_>) -> Option<f32> {
+    let mut halo = words.clone();
+    match halo.next() {
+        Some((b"-halo", _)) => number(&mut halo),
+        _ => number(&mut words),
+    }
 }
 
 fn number(words: &mut Words<'_>) -> Option<f32> {

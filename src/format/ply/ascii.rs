@@ -1,4 +1,4 @@
-//! The values of a text file.
+//! Reads the values of a text file.
 
 use super::{
     header::Element,
@@ -9,8 +9,8 @@ use crate::scene::MeshColumns;
 use serde_ply::ScalarType;
 use std::ops::Range;
 
-/// Words between blanks. A record starts on a line of its own; it may run over several lines, but the line
-/// that it ends in ends with it. So a missing or extra number is found in the line or the next.
+/// Reads words. A record starts on a new line, may take several lines, and ends at the end of a line, so that a missing
+/// or extra number is found on its line or the next.
 pub(super) struct Text<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -32,7 +32,7 @@ impl<'a> Text<'a> {
         self.bytes.get(self.at..).unwrap_or_default()
     }
 
-    /// Goes on behind the next `length` bytes.
+    /// Skips `length` bytes.
     pub(super) fn pass(&mut self, length: usize) {
         self.at += length;
     }
@@ -57,7 +57,7 @@ impl<'a> Text<'a> {
         match rest.get(..length) {
             Some(word) if length > 0 => Ok(word),
             _ => {
-                // Right behind the last number: the lines that follow it are blank.
+                // The place is right after the last number, not after blank lines.
                 let end = self.bytes.trim_ascii_end().len();
                 self.word = end..end;
                 Err(Wrong::End)
@@ -76,11 +76,11 @@ impl<'a> Text<'a> {
 }
 
 impl Values for Text<'_> {
-    /// Nothing has to end the last number.
+    /// No space needs to follow the last number.
     const SPARE: usize = 1;
 
     fn real(&mut self, _scalar: ScalarType) -> Result<f32, Wrong> {
-        // Read as `f32` whatever the type, so that a double is rounded once.
+        // Parsed as `f32` for all types, so that a double is rounded once.
         self.next_text()?.parse().map_err(|_| Wrong::NotANumber)
     }
 
@@ -113,7 +113,7 @@ impl Values for Text<'_> {
     fn leftover(&self, start: usize, record: &str) -> Fault {
         let first_line_end = self.line_end(start);
         if first_line_end < self.at {
-            let message = format!("the line ends within {record}, expected more numbers");
+            let message = format!("the line ends inside {record}, expected more numbers");
             return Fault::text(first_line_end..first_line_end, message);
         }
         let rest = self.rest();
@@ -131,7 +131,7 @@ impl Values for Text<'_> {
     }
 
     fn least_bytes(_scalar: ScalarType) -> usize {
-        // A digit and what ends it.
+        // A digit and a space.
         2
     }
 
@@ -162,9 +162,9 @@ impl Values for Text<'_> {
     }
 }
 
-/// A float that counts something.
+/// A float as an integer.
 pub(super) fn whole_of(real: f64) -> Result<i64, Wrong> {
-    // Far more than any index, and exact.
+    // Far above any index, and still exact.
     const LARGEST: f64 = 9_007_199_254_740_992.0;
     if real.fract() == 0.0 && real.abs() <= LARGEST {
         Ok(real as i64)

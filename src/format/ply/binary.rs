@@ -1,4 +1,4 @@
-//! The values of a binary file.
+//! Reads the values of a binary file.
 
 use super::{
     ascii::whole_of,
@@ -9,7 +9,7 @@ use super::{
 use crate::scene::MeshColumns;
 use serde_ply::ScalarType;
 
-/// Values without anything between them, the highest byte first if `BIG_ENDIAN`.
+/// Reads values that follow each other directly, in the byte order of `BIG_ENDIAN`.
 pub(super) struct Binary<'a, const BIG_ENDIAN: bool> {
     bytes: &'a [u8],
     at: usize,
@@ -39,7 +39,7 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
         Some(taken)
     }
 
-    /// Faces of any number of corners, one after the other. `None` if something is wrong with one.
+    /// Reads faces of any number of corners and returns their length in bytes. `None` if one is faulty.
     fn mixed_faces(
         bytes: &[u8],
         count: usize,
@@ -67,7 +67,7 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
                     previous = index;
                 }
             } else if !corners.is_empty() {
-                // One corner: its index is to be looked at all the same.
+                // A single corner: the slow path checks its index.
                 return None;
             }
             at += layout.before + 1 + corners.len() + layout.after;
@@ -155,7 +155,7 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         let Some(layout) = FaceLayout::of(element) else {
             return Ok(false);
         };
-        // Every index is four bytes of the file, and every triangle has one of its own.
+        // Each triangle needs at least one index of four bytes.
         let rest = self.rest();
         let least = element.count.saturating_mul(layout.stride(0));
         let possible = rest.len().saturating_sub(least) / 4;

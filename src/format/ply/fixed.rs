@@ -1,5 +1,5 @@
-//! Binary records of equal size, as most programs write them: read piece by piece, in parallel, straight into columns.
-//! Whatever else a file may hold, and whatever is wrong with it, is left to the slow way, which knows what to say.
+//! The fast path for binary records of equal size, as most programs write them: pieces are read in parallel, straight into
+//! the arrays. Other layouts and faults are left to the slow path (`rows.rs`), which finds their place.
 
 use super::{
     header::{Element, Header, Role, Step},
@@ -14,7 +14,7 @@ use rayon::{iter::repeat_n, prelude::*};
 use serde_ply::ScalarType;
 use std::iter::repeat_with;
 
-/// So many records are read at a time: they stay in the cache, and files need no more memory than that.
+/// How many records are read at a time: few enough to stay in the cache.
 const PIECE: usize = 1 << 12;
 
 /// `$type::from_*_bytes` in the byte order of the surrounding `BIG_ENDIAN`.
@@ -29,7 +29,7 @@ macro_rules! from_bytes {
 }
 pub(super) use from_bytes;
 
-/// Reads all elements that a mesh needs; `None` where the slow way has to.
+/// Reads all elements that a mesh needs; `None` if the slow path has to.
 pub(super) fn read_all<const BIG_ENDIAN: bool>(
     header: &Header,
     source: &impl Pieces,
@@ -52,15 +52,15 @@ pub(super) fn read_all<const BIG_ENDIAN: bool>(
     Ok(Some(mesh))
 }
 
-/// Where an element ends that starts at `at`; `None` if its records differ in size.
+/// Where the element that starts at `at` ends; `None` if its records differ in size.
 fn end_of(element: &Element, at: usize) -> Option<usize> {
     at.checked_add(element.count.checked_mul(element.stride()?)?)
 }
 
-/// Where a number is in its record, and what it is.
+/// The offset of a number in its record, and its type.
 type Part = (usize, ScalarType);
 
-/// Reads the vertices that start at `at`, and says where they end. `None`, with the mesh as it was, where the slow way has
+/// Reads the vertices that start at `at` and returns where they end. `None`, with `mesh` unchanged, if the slow path has
 /// to read them.
 pub(super) fn vertices<const BIG_ENDIAN: bool>(
     source: &impl Pieces,
@@ -100,7 +100,7 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
     );
     let mut normals = Vec::new();
     if normal.is_some() {
-        // Unlike numbers, vectors cannot be had as zeroed pages: all threads write them.
+        // `vec!` takes zeroed pages only for numbers; vectors are written, so all threads take part.
         reserve(&mut normals, count, element)?;
         normals.par_extend(repeat_n(Vec3::ZERO, count));
     }
@@ -139,8 +139,8 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
     Ok(Some(end))
 }
 
-/// Three numbers of each record go to `put`. Whether a scene may hold them all. (No `map` of arrays in the loops: whether
-/// it is inlined depends on how the crate is cut up when it is compiled.)
+/// Passes three numbers of each record to `put`. Returns whether all are usable. (No `map` of arrays in the loops: it is
+/// not always inlined.)
 #[inline(always)]
 fn triples<const BIG_ENDIAN: bool>(
     records: &[u8],
@@ -150,7 +150,7 @@ fn triples<const BIG_ENDIAN: bool>(
 ) -> bool {
     let mut usable = true;
     let mut take = |i: usize, triple: [f32; 3]| {
-        // Without a way out of the loop.
+        // No early exit, so that the loop vectorises.
         usable &= is_usable(triple[0]) & is_usable(triple[1]) & is_usable(triple[2]);
         put(i, triple);
     };
@@ -180,7 +180,7 @@ fn triples<const BIG_ENDIAN: bool>(
     usable
 }
 
-/// A number of any type; not a number where the record is too short for it.
+/// A number of any type; NaN if the record is too short.
 #[inline]
 fn number<const BIG_ENDIAN: bool>(record: &[u8], (offset, scalar): Part) -> f32 {
     let bytes = record.get(offset..).unwrap_or_default();
@@ -202,13 +202,12 @@ fn number<const BIG_ENDIAN: bool>(record: &[u8], (offset, scalar): Part) -> f32 
     .unwrap_or(f32::NAN)
 }
 
-/// Faces as most programs write them: a list with a byte for its length and four bytes an index, and perhaps
-/// numbers before and behind it.
+/// The usual layout of faces: a list with a length of one byte and indices of four, and perhaps numbers before and after.
 #[derive(Clone, Copy)]
 pub(super) struct FaceLayout {
     /// Bytes before the list.
     pub(super) before: usize,
-    /// Bytes behind the list.
+    /// Bytes after the list.
     pub(super) after: usize,
 }
 
@@ -231,14 +230,14 @@ impl FaceLayout {
         })
     }
 
-    /// Bytes of a face with this many corners.
+    /// Bytes of a face with `corners` corners.
     pub(super) fn stride(self, corners: usize) -> usize {
         self.before + 1 + 4 * corners + self.after
     }
 }
 
-/// Reads the faces that start at `at`, all triangles or all quadrangles, and says where they end. `None`, with `faces` as
-/// they were, where the slow way has to read them.
+/// Reads the faces that start at `at`, all triangles or all quads, and returns where they end. `None`, with `faces`
+/// unchanged, if the slow path has to read them.
 pub(super) fn faces<const BIG_ENDIAN: bool>(
     source: &impl Pieces,
     at: usize,
@@ -249,7 +248,7 @@ pub(super) fn faces<const BIG_ENDIAN: bool>(
     let Some(layout) = FaceLayout::of(element) else {
         return Ok(None);
     };
-    // The first face tells what the others probably are.
+    // The other faces are probably like the first.
     let mut buffer = Vec::new();
     let first = source.piece(at + layout.before, 1, &mut buffer);
     let (corners, piece_to_triangles): (usize, FacePiece) = match first {
@@ -287,7 +286,7 @@ pub(super) fn faces<const BIG_ENDIAN: bool>(
 /// See [`face_piece`].
 type FacePiece = fn(&[u8], FaceLayout, usize, &mut [[u32; 3]]) -> bool;
 
-/// Faces of `FANS + 2` corners as fans. `false` if one has another number of corners, or too large an index.
+/// Makes fans of faces with `FANS + 2` corners. `false` if a face has other corners or an index out of range.
 fn face_piece<const BIG_ENDIAN: bool, const FANS: usize>(
     records: &[u8],
     layout: FaceLayout,

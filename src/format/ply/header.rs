@@ -1,60 +1,68 @@
-//! The header: what serde-ply makes of it, checked, and turned into steps for reading a record.
+//! The header: parsed by serde-ply, checked, and turned into steps that read a record.
 
 use super::rows::{Fault, Place};
-use crate::error::quote;
+use crate::{
+    error::quote,
+    format::{
+        left_out::{LeftOut, counted},
+        mesh::UpAxis,
+    },
+};
 use serde_ply::{PlyFormat, PlyReader, PropertyType, ScalarType};
 use std::{io::Cursor, ops::Range};
 
-/// The longest header, bytes. Without a limit, a file of comments would be kept in memory several times.
+/// The longest header, in bytes. Without a limit, a file of comments would be in memory several times.
 const MAX_HEADER: usize = 1 << 20;
 
-/// A header that has been understood, and that the rest of the file is long enough for.
+/// A valid header; the rest of the file is long enough for its counts.
 #[derive(Debug)]
 pub(super) struct Header {
-    /// Text, or binary of which byte order.
+    /// Text, or binary with its byte order.
     pub(super) format: PlyFormat,
-    /// The elements, in the order in which they follow.
+    /// The elements in file order.
     pub(super) elements: Vec<Element>,
-    /// Where the header ends and the first record starts, bytes.
+    /// Where the first record starts, in bytes.
     pub(super) body: usize,
-    /// How many vertices are promised.
+    /// The number of vertices.
     pub(super) vertices: usize,
     /// Whether the vertices have normals.
     pub(super) has_normals: bool,
-    /// Whether they have colours.
-    pub(super) has_colors: bool,
+    /// The up axis, if a `comment up` line names one.
+    pub(super) up: Option<UpAxis>,
+    /// Whether a `comment TextureFile` line names a texture.
+    has_texture: bool,
 }
 
-/// What an element's records are read for.
+/// What an element's records become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     /// Positions and normals.
     Vertex,
     /// Triangles.
     Face,
-    /// Triangles that share sides with the one before; an index of -1 begins a new strip.
+    /// Triangle strips; index -1 begins a new strip.
     Strips,
     /// Nothing.
     Other,
 }
 
-/// An element and how to read a record of it.
+/// An element and how to read its records.
 #[derive(Debug)]
 pub(super) struct Element {
     pub(super) role: Role,
     pub(super) name: String,
     pub(super) count: usize,
-    /// One step and name a property.
+    /// A step and a name for each property.
     pub(super) steps: Vec<Step>,
     pub(super) property_names: Vec<String>,
 }
 
-/// What to do with one property of a record.
+/// How to read one property of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Keep a number: 0, 1, 2 are the position, 3, 4, 5 the normal.
+    /// Keep a number: slots 0 to 2 are the position, 3 to 5 the normal.
     Keep { slot: usize, scalar: ScalarType },
-    /// Make triangles of a list.
+    /// Make triangles of a list of vertex indices.
     Indices { count: ScalarType, item: ScalarType },
     /// Skip a number.
     Skip(ScalarType),
@@ -63,7 +71,7 @@ pub(super) enum Step {
 }
 
 impl Step {
-    /// Bytes in a binary file; `None` for lists.
+    /// Its bytes in a binary file; `None` for lists.
     pub(super) fn size(&self) -> Option<usize> {
         match *self {
             Self::Keep { scalar, .. } | Self::Skip(scalar) => Some(scalar_size(scalar)),
@@ -86,11 +94,10 @@ pub(super) fn scalar_size(scalar: ScalarType) -> usize {
 }
 
 impl Header {
-    /// Understands the header that `bytes` begin with; `length` is that of the whole file.
+    /// Parses the header at the start of `bytes`; `length` is that of the whole file.
     pub(super) fn parse(bytes: &[u8], length: usize) -> Result<Self, Fault> {
         let body = find_end(bytes)?;
-        // Comments may be in any encoding: read what is not UTF-8 as replacement characters. The end of the
-        // file may stand for the last newline.
+        // Comments may be in any encoding. The last newline may be missing.
         let mut text = String::from_utf8_lossy(bytes.get(..body).unwrap_or(bytes)).into_owned();
         if !text.ends_with('\n') {
             text.push('\n');
@@ -100,7 +107,7 @@ impl Header {
         let consumed = cursor.position();
         let parsed = parsed.map_err(|error| not_understood(bytes, &text, consumed, &error.0.to_string()))?;
         if consumed != text.len() as u64 {
-            // Unusual blanks around an earlier `end_header`: which one is meant?
+            // An earlier `end_header` with odd spaces around it: it is unclear which one counts.
             let before = text.get(..consumed as usize).unwrap_or_default();
             let line = line_range(bytes, before.matches('\n').count().saturating_sub(1));
             return Err(Fault::text(line, "two `end_header` lines, expected one"));
@@ -112,23 +119,20 @@ impl Header {
             body,
             vertices: 0,
             has_normals: false,
-            has_colors: false,
+            up: None,
+            has_texture: false,
         };
+        header.read_comments(&text);
         for (i, definition) in parsed.elem_defs.iter().enumerate() {
             let element =
                 Element::plan(definition).map_err(|message| Fault::text(element_line(bytes, i), message))?;
             if element.role != Role::Other && header.elements.iter().any(|e| e.role == element.role) {
-                let message = format!(
-                    "a second element {}, expected one",
-                    quote(element.name.as_bytes())
-                );
+                let message = format!("second element {}, expected one", quote(element.name.as_bytes()));
                 return Err(Fault::text(element_line(bytes, i), message));
             }
             if element.role == Role::Vertex {
                 header.vertices = element.count;
                 header.has_normals = element.keeps(3);
-                let is_color = |name: &String| name == "red" || name == "diffuse_red";
-                header.has_colors = element.property_names.iter().any(is_color);
             }
             header.elements.push(element);
         }
@@ -136,7 +140,60 @@ impl Header {
         Ok(header)
     }
 
-    /// The elements up to the last one that a mesh needs. Records of nothing are left out: there may be any number of them.
+    /// Reads what programs write into comments: `comment up z`, and MeshLab's `comment TextureFile NAME`.
+    fn read_comments(&mut self, text: &str) {
+        for line in text.lines() {
+            let mut words = line.split_whitespace();
+            if words.next() != Some("comment") {
+                continue;
+            }
+            match (words.next(), words.next(), words.next()) {
+                (Some(word), Some(axis), None) if word.eq_ignore_ascii_case("up") => {
+                    self.up = axis.parse().ok().or(self.up);
+                }
+                (Some(word), Some(_), _) => self.has_texture |= word.eq_ignore_ascii_case("TextureFile"),
+                _ => {}
+            }
+        }
+    }
+
+    /// What the file holds and is not read.
+    pub(super) fn left_out(&self) -> LeftOut {
+        let mut left_out = LeftOut::default();
+        for element in self.elements.iter().filter(|element| element.count > 0) {
+            let noun = match element.role {
+                Role::Vertex => "vertex",
+                Role::Face => "face",
+                Role::Strips => "strip",
+                Role::Other => {
+                    let name = quote(element.name.as_bytes());
+                    let (one, many) = (format!("{name} record"), format!("{name} records"));
+                    left_out.count(element.count, &one, &many);
+                    continue;
+                }
+            };
+            let is_left_out = |step: &Step| matches!(step, Step::Skip(_) | Step::SkipList { .. });
+            let names = element.steps.iter().zip(&element.property_names);
+            let mut others = Vec::new();
+            for (_, name) in names.filter(|(step, _)| is_left_out(step)) {
+                match name.as_str() {
+                    "red" | "green" | "blue" | "alpha" | "diffuse_red" | "diffuse_green" | "diffuse_blue"
+                    | "r" | "g" | "b" | "a" => left_out.add(&format!("{noun} colours")),
+                    "s" | "t" | "u" | "v" | "texture_u" | "texture_v" | "texcoord" | "texnumber" => {
+                        left_out.add("texture coordinates");
+                    }
+                    name => others.push(name),
+                }
+            }
+            left_out.names(&format!("{noun} properties"), others);
+        }
+        if self.has_texture {
+            left_out.add("textures");
+        }
+        left_out
+    }
+
+    /// The elements up to the last one that a mesh needs. Records without properties are skipped: any count of them fits.
     pub(super) fn needed(&self) -> impl Iterator<Item = &Element> {
         let last = self
             .elements
@@ -146,20 +203,23 @@ impl Header {
         needed.filter(|element| !element.steps.is_empty())
     }
 
-    /// Refuses counts that the rest of the file is too short for, before anything is allocated for them.
+    /// Refuses counts that do not fit into the rest of the file, before anything is allocated for them.
     fn check_room(&self, bytes: &[u8], length: usize) -> Result<(), Fault> {
         let room = length.saturating_sub(self.body);
         let mut needed = 0_u128;
         for (i, element) in self.elements.iter().enumerate() {
             needed += element.count as u128 * element.least_bytes(self.format) as u128;
-            // The last number of a text needs no blank behind it.
+            // The last number of a text needs no space after it.
             let spare = u128::from(self.format == PlyFormat::Ascii);
             if needed.saturating_sub(spare) > room as u128 {
                 let message = format!(
-                    "{} records of {} need {needed} bytes or more, but only {room} bytes follow the header: \
-                     the file is cut short or the count is wrong",
-                    element.count,
-                    quote(element.name.as_bytes()),
+                    "{} need at least {needed} bytes, but only {room} follow the header: the file is cut short or the \
+                     count is wrong",
+                    counted(
+                        element.count,
+                        &format!("{} record", quote(element.name.as_bytes())),
+                        &format!("{} records", quote(element.name.as_bytes()))
+                    ),
                 );
                 return Err(Fault::text(element_line(bytes, i), message));
             }
@@ -194,7 +254,7 @@ impl Element {
             element.steps.push(match (&property.property_type, slot) {
                 (&PropertyType::Scalar(scalar), Some(slot)) => {
                     if element.keeps(slot) {
-                        return Err(format!("a second property `{}`, expected one", property.name));
+                        return Err(format!("second property `{}`, expected one", property.name));
                     }
                     Step::Keep { slot, scalar }
                 }
@@ -216,7 +276,7 @@ impl Element {
                         .iter()
                         .any(|step| matches!(step, Step::Indices { .. }))
                     {
-                        return Err("a second list of vertex indices, expected one".to_owned());
+                        return Err("second list of vertex indices, expected one".to_owned());
                     }
                     Step::Indices {
                         count: count_type,
@@ -240,7 +300,7 @@ impl Element {
         Ok(element)
     }
 
-    /// A mesh needs positions and lists of corners, unless it has no records that lack them.
+    /// Refuses vertices without positions and faces without indices, if there are any records of them.
     fn expect_complete(&self) -> Result<(), String> {
         if self.count == 0 {
             return Ok(());
@@ -262,17 +322,17 @@ impl Element {
         }
     }
 
-    /// Whether a property goes to this slot.
+    /// Whether a property fills this slot.
     fn keeps(&self, wanted: usize) -> bool {
         self.steps
             .iter()
             .any(|step| matches!(step, Step::Keep { slot, .. } if *slot == wanted))
     }
 
-    /// The least bytes that a record can take: lists may be empty.
+    /// The least bytes that a record takes, if its lists are empty.
     fn least_bytes(&self, format: PlyFormat) -> usize {
         let size = |scalar| match format {
-            // A digit and what ends it.
+            // A digit and a space.
             PlyFormat::Ascii => 2,
             PlyFormat::BinaryLittleEndian | PlyFormat::BinaryBigEndian => scalar_size(scalar),
         };
@@ -283,13 +343,13 @@ impl Element {
         self.steps.iter().map(of_step).sum()
     }
 
-    /// Bytes of every record of a binary file; `None` if records differ.
+    /// Bytes of each record in a binary file; `None` if they differ.
     pub(super) fn stride(&self) -> Option<usize> {
         self.steps.iter().map(Step::size).sum()
     }
 }
 
-/// Where the line after `end_header` starts.
+/// Where the line after `end_header` starts, in bytes.
 pub(super) fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
     if bytes.is_empty() {
         return Err(Fault {
@@ -303,27 +363,23 @@ pub(super) fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
         end += line.len();
         let line = line.trim_ascii();
         if i == 0 && line != b"ply" {
-            let message = format!(
-                "this is not a PLY mesh: it starts with {}, expected `ply`",
-                quote(line)
-            );
+            let message = format!("not a PLY mesh: found {}, expected `ply`", quote(line));
             return Err(Fault::text(0..line.len(), message));
         }
         if line == b"end_header" {
             return Ok(end);
         }
         if end > MAX_HEADER {
-            let message =
-                format!("no `end_header` in the first {MAX_HEADER} bytes, expected the header to end");
+            let message = format!("the header has more than {MAX_HEADER} bytes, expected `end_header`");
             return Err(Fault::text(start..start, message));
         }
     }
-    let message = "the file ends within its header, expected `end_header`";
+    let message = "the file ends inside its header, expected `end_header`";
     let end = bytes.trim_ascii_end().len();
     Err(Fault::text(end..end, message))
 }
 
-/// serde-ply's complaint, with the line that it stopped at and what would do there.
+/// serde-ply's error, with the line at which it stopped and what it should have been.
 fn not_understood(bytes: &[u8], text: &str, consumed: u64, complaint: &str) -> Fault {
     let read = text.get(..consumed as usize).unwrap_or(text);
     let line = line_range(bytes, read.matches('\n').count().saturating_sub(1));
@@ -342,7 +398,7 @@ fn not_understood(bytes: &[u8], text: &str, consumed: u64, complaint: &str) -> F
         }
         _ => "expected a `format` line and an `end_header` line",
     };
-    // It repeats words of the file, of any length.
+    // The error may repeat long words of the file.
     let mut complaint: String = complaint.chars().take(80).collect();
     if let Some(first) = complaint.get_mut(..1) {
         first.make_ascii_lowercase();
@@ -350,7 +406,7 @@ fn not_understood(bytes: &[u8], text: &str, consumed: u64, complaint: &str) -> F
     Fault::text(line, format!("{complaint}; {expected}"))
 }
 
-/// Where the words of line `wanted` are, 0-based.
+/// The range of the words of line `wanted`, 0-based.
 fn line_range(bytes: &[u8], wanted: usize) -> Range<usize> {
     let mut start = 0;
     for (i, line) in bytes.split_inclusive(|&byte| byte == b'\n').enumerate() {
@@ -363,7 +419,7 @@ fn line_range(bytes: &[u8], wanted: usize) -> Range<usize> {
     start..start
 }
 
-/// Where the header's `element` line number `wanted` is, 0-based.
+/// The range of the header's `element` line number `wanted`, 0-based.
 fn element_line(bytes: &[u8], wanted: usize) -> Range<usize> {
     let is_element =
         |line: &[u8]| line.trim_ascii_start().split(u8::is_ascii_whitespace).next() == Some(b"element");

@@ -1,5 +1,5 @@
-//! Text as most programs write it, a record a line: blocks of lines in parallel. Whatever else a text may be, and
-//! whatever is wrong with it, is left to the slow way.
+//! The fast path for text with one record a line, as most programs write it: blocks of lines are read in parallel. Other
+//! layouts and faults are left to the slow path (`rows.rs`).
 
 use super::{
     ascii::Text,
@@ -10,10 +10,10 @@ use crate::scene::{MeshColumns, is_usable};
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// About how many bytes of text one task reads.
+/// About how many bytes of text a task reads.
 const BLOCK: usize = 1 << 17;
 
-/// Reads all vertices; `false`, with the mesh as it was, where the slow way has to.
+/// Reads all vertices. `false`, with `mesh` unchanged, if the slow path has to.
 pub(super) fn vertices(
     text: &mut Text<'_>,
     element: &Element,
@@ -75,7 +75,7 @@ pub(super) fn vertices(
     Ok(true)
 }
 
-/// Reads all faces; `false`, with `faces` as they were, where the slow way has to.
+/// Reads all faces. `false`, with `faces` unchanged, if the slow path has to.
 pub(super) fn faces(
     text: &mut Text<'_>,
     element: &Element,
@@ -111,17 +111,17 @@ pub(super) fn faces(
     Ok(true)
 }
 
-/// What a line of a face holds, all numbers.
+/// The layout of a face's line.
 struct FaceLine {
-    /// Before the list of indices.
+    /// How many numbers precede the list of indices.
     before: usize,
-    /// Behind it.
+    /// How many follow it.
     after: usize,
-    /// What an index is to be below.
+    /// How many vertices there are.
     vertices: usize,
 }
 
-/// Faces that are triangles, each straight to its place; `None` if one is none.
+/// Reads triangles, each straight into its place; `None` if a face is not a triangle.
 fn triangles(
     blocks: &[Block<'_>],
     layout: &FaceLine,
@@ -159,7 +159,7 @@ fn triangles(
     Ok(read.map(|()| triangles))
 }
 
-/// Faces of any number of corners; `None` where the slow way has to read them.
+/// Reads faces of any number of corners; `None` if the slow path has to.
 fn polygons(blocks: &[Block<'_>], layout: &FaceLine, element: &Element) -> Result<Option<Faces>, Fault> {
     let parts: Option<Vec<Faces>> = blocks
         .par_iter()
@@ -182,10 +182,10 @@ fn polygons(blocks: &[Block<'_>], layout: &FaceLine, element: &Element) -> Resul
     Ok(Some(faces))
 }
 
-/// Where numbers go that are not kept.
+/// The slot of numbers that are not kept.
 const SKIPPED: usize = 6;
 
-/// The next line, which must hold one vertex and nothing else: its numbers by their slots.
+/// Reads a line that holds one vertex and nothing else; returns its numbers by slot.
 #[inline]
 fn vertex(rest: &mut &[u8], slots: &[usize]) -> Option<[f32; SKIPPED + 1]> {
     let mut kept = [0.0; SKIPPED + 1];
@@ -200,7 +200,7 @@ fn vertex(rest: &mut &[u8], slots: &[usize]) -> Option<[f32; SKIPPED + 1]> {
     Some(kept)
 }
 
-/// The next line, which must hold one face and nothing else.
+/// Reads a line that holds one face and nothing else.
 fn face(rest: &mut &[u8], layout: &FaceLine, faces: &mut Faces) -> Option<()> {
     pass_numbers(rest, layout.before)?;
     let corners = whole(rest)?;
@@ -220,13 +220,13 @@ fn face(rest: &mut &[u8], layout: &FaceLine, faces: &mut Faces) -> Option<()> {
     end_line(rest)
 }
 
-/// Whole lines, and how many they are.
+/// Whole lines and their number.
 struct Block<'a> {
     text: &'a [u8],
     lines: usize,
 }
 
-/// The first `count` lines, in blocks of about [`BLOCK`] bytes; `None` if there are fewer.
+/// The first `count` lines in blocks of about [`BLOCK`] bytes; `None` if there are fewer.
 fn first_lines(text: &[u8], count: usize) -> Option<Vec<Block<'_>>> {
     let is_newline = |byte: &&u8| **byte == b'\n';
     let counted = blocks(text).into_par_iter().map(|text| Block {
@@ -255,7 +255,7 @@ fn first_lines(text: &[u8], count: usize) -> Option<Vec<Block<'_>>> {
     Some(counted)
 }
 
-/// Whole lines, about [`BLOCK`] bytes of them together.
+/// Cuts text into blocks of whole lines, of about [`BLOCK`] bytes.
 fn blocks(mut lines: &[u8]) -> Vec<&[u8]> {
     let mut blocks = Vec::with_capacity(lines.len() / BLOCK + 1);
     while !lines.is_empty() {
@@ -268,7 +268,7 @@ fn blocks(mut lines: &[u8]) -> Vec<&[u8]> {
     blocks
 }
 
-/// How long the text of all blocks is.
+/// The length of all blocks, in bytes.
 fn length(blocks: &[Block<'_>]) -> usize {
     blocks.iter().map(|block| block.text.len()).sum()
 }
@@ -283,7 +283,7 @@ fn pass_blanks(line: &mut &[u8]) {
     }
 }
 
-/// Whether a word ends before this.
+/// Whether a word ends here.
 fn is_word_end(rest: &[u8]) -> bool {
     matches!(rest.first(), None | Some(b' ' | b'\t' | b'\r' | b'\n'))
 }
@@ -300,7 +300,7 @@ fn whole(line: &mut &[u8]) -> Option<u32> {
     let before = line.len();
     let mut value = 0_u64;
     while let [digit @ b'0'..=b'9', rest @ ..] = line {
-        // Too many digits are refused below, whatever comes of them here.
+        // Overflow is harmless: too many digits are refused below.
         value = value.wrapping_mul(10).wrapping_add(u64::from(digit - b'0'));
         *line = rest;
     }
@@ -311,7 +311,7 @@ fn whole(line: &mut &[u8]) -> Option<u32> {
         .ok()
 }
 
-/// Goes to the next line, if there is nothing more in this one.
+/// Moves to the next line if nothing is left in this one.
 fn end_line(rest: &mut &[u8]) -> Option<()> {
     pass_blanks(rest);
     *rest = match *rest {

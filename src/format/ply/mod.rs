@@ -1,10 +1,11 @@
-//! PLY meshes: text and binary of both byte orders, any scalar types, elements and properties in any order;
-//! what a mesh does not need is skipped. Polygons become triangles, concave ones too (`format/polygon.rs`); faces of
-//! fewer than three corners are skipped. Strips of triangles (`tristrips`, as Cyberware's and Stanford's programs wrote them) are read, too.
+//! PLY meshes: text, and binary of both byte orders; any scalar types; elements and properties in any order.
 //!
-//! The header is parsed by serde-ply. The values are read by loops of our own: they know where they are when
-//! something is wrong, write straight into the columns, and never believe a count that the file is too short
-//! for.
+//! Polygons become triangles, also concave ones (`format/polygon.rs`). Faces of fewer than three corners are skipped.
+//! Triangle strips (`tristrips`, of Cyberware's and Stanford's programs) are read. A header line `comment up z` names the
+//! up axis; y is up without one.
+//!
+//! serde-ply parses the header. Our own loops read the values: they know the place of every error, write straight into
+//! the arrays, and never trust a count that the file is too short for.
 //!
 //! Format: Greg Turk, *The PLY Polygon File Format*, 1994.
 
@@ -17,7 +18,7 @@ mod rows;
 
 use super::{
     files,
-    place::text_error,
+    mesh::{LoadedMesh, MeshFormat, UpAxis, UpSource},
     source::{OpenFile, Opened, Pieces},
 };
 use crate::{
@@ -36,7 +37,7 @@ use std::{
 
 /// Reads a mesh. `name` stands for the file in errors. A file without vertices or faces is an empty mesh.
 ///
-/// In a binary file the place of an error is the record of the element, 1-based, instead of the line.
+/// An error in a binary file is placed by its record, counted from 1, instead of its line.
 ///
 /// ```
 /// let bytes = b"ply\nformat ascii 1.0\n\
@@ -49,11 +50,16 @@ use std::{
 /// ```
 ///
 /// # Errors
-/// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is no
-/// number, not finite or too large, an index of a vertex that the file does not have, the end of the file.
+/// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is not a number,
+/// not finite or too large, a vertex index out of range, a file that is cut short.
 pub fn parse(bytes: &[u8], name: &Path) -> Result<MeshColumns, LoadError> {
-    let file = Arc::new(name.to_path_buf());
-    let header = Header::parse(bytes, bytes.len()).map_err(|fault| fault_to_error(bytes, &file, &fault))?;
+    parse_mesh(bytes, name).map(|mesh| mesh.columns)
+}
+
+/// As [`parse`], with what the header says about the mesh.
+pub(super) fn parse_mesh(bytes: &[u8], name: &Path) -> Result<LoadedMesh, LoadError> {
+    let error = |fault: Fault| fault_to_error(bytes, &Arc::new(name.to_path_buf()), &fault);
+    let header = Header::parse(bytes, bytes.len()).map_err(error)?;
     let mesh = match header.format {
         PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body)),
         PlyFormat::BinaryLittleEndian => {
@@ -61,25 +67,25 @@ pub fn parse(bytes: &[u8], name: &Path) -> Result<MeshColumns, LoadError> {
         }
         PlyFormat::BinaryBigEndian => rows::read_all(&header, &mut Binary::<true>::new(bytes, header.body)),
     };
-    mesh.map_err(|fault| fault_to_error(bytes, &file, &fault))
+    Ok(loaded(mesh.map_err(error)?, &header, name))
 }
 
-/// As [`parse`]: piece by piece where the file's layout allows it, so that the file is not kept beside the mesh.
-pub(super) fn read(opened: Opened, name: &Path) -> Result<MeshColumns, LoadError> {
+/// Reads a mesh piece by piece if its layout allows it, so that the file's bytes are not kept beside the mesh.
+pub(super) fn read(opened: Opened, name: &Path) -> Result<LoadedMesh, LoadError> {
     if let Opened::File(file) = &opened
         && let Some(mesh) = read_pieces(file, name)?
     {
         return Ok(mesh);
     }
     let bytes = opened.into_bytes();
-    parse(&bytes.map_err(|error| files::load_error(name, &error))?, name)
+    parse_mesh(&bytes.map_err(|error| files::load_error(name, &error))?, name)
 }
 
-/// Longer headers than this, bytes, are unusual.
-pub(super) const HEAD: usize = 1 << 14;
+/// Files with longer headers, in bytes, are read whole.
+const HEAD: usize = 1 << 14;
 
-/// `None` where the whole file has to be read.
-fn read_pieces(file: &OpenFile, name: &Path) -> Result<Option<MeshColumns>, LoadError> {
+/// `None` if the whole file has to be read.
+fn read_pieces(file: &OpenFile, name: &Path) -> Result<Option<LoadedMesh>, LoadError> {
     let mut head = Vec::new();
     let Some(head) = file.piece(0, file.length().min(HEAD), &mut head) else {
         return Ok(None);
@@ -87,25 +93,37 @@ fn read_pieces(file: &OpenFile, name: &Path) -> Result<Option<MeshColumns>, Load
     if header::find_end(head).is_err() {
         return Ok(None);
     }
-    let mesh = Header::parse(head, file.length()).and_then(|header| match header.format {
+    let error = |fault: Fault| fault_to_error(head, &Arc::new(name.to_path_buf()), &fault);
+    let header = Header::parse(head, file.length()).map_err(error)?;
+    let mesh = match header.format {
         PlyFormat::Ascii => Ok(None),
         PlyFormat::BinaryLittleEndian => fixed::read_all::<false>(&header, file),
         PlyFormat::BinaryBigEndian => fixed::read_all::<true>(&header, file),
-    });
-    mesh.map_err(|fault| fault_to_error(head, &Arc::new(name.to_path_buf()), &fault))
+    };
+    let columns = mesh.map_err(error)?;
+    Ok(columns.map(|columns| loaded(columns, &header, name)))
 }
 
-/// Whether the vertices have colours, which are not read. `head` is what the file begins with.
-pub(super) fn has_vertex_colors(head: &[u8]) -> bool {
-    Header::parse(head, usize::MAX).is_ok_and(|header| header.has_colors)
+/// The mesh with what its header says. PLY has no field for the up axis, and y is what most programs write.
+fn loaded(columns: MeshColumns, header: &Header, name: &Path) -> LoadedMesh {
+    LoadedMesh {
+        columns,
+        up: header.up.unwrap_or(UpAxis::Y),
+        up_source: match header.up {
+            Some(_) => UpSource::Stated,
+            None => UpSource::Assumed(MeshFormat::Ply),
+        },
+        notes: header.left_out().note(name).into_iter().collect(),
+        ..LoadedMesh::default()
+    }
 }
 
-/// Finds the line of a fault. Done only once, so it may count lines from the start.
+/// Adds the place of a fault.
 fn fault_to_error(bytes: &[u8], file: &Arc<PathBuf>, fault: &Fault) -> LoadError {
     match &fault.place {
         Place::File => LoadError::whole_file(file, &fault.message),
         Place::Record(record) => LoadError::new(SourcePos::record(file, *record), &fault.message),
-        Place::Text(range) => text_error(bytes, file, range.clone(), &fault.message),
+        Place::Text(range) => LoadError::in_text(file, bytes, range.clone(), &fault.message),
     }
 }
 

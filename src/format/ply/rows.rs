@@ -1,4 +1,4 @@
-//! Records to columns, whatever the encoding.
+//! Reads records value by value, for any encoding and layout, and places every error.
 
 use super::header::{Element, Header, Role, Step};
 use crate::{
@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Where a fault is.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// Nowhere in particular.
+    /// The whole file.
     File,
     /// Bytes of a text.
     Text(Range<usize>),
@@ -21,7 +21,7 @@ pub(super) enum Place {
     Record(usize),
 }
 
-/// What is wrong with a mesh, and where.
+/// What is wrong with a mesh, and its place.
 #[derive(Debug)]
 pub(super) struct Fault {
     pub(super) place: Place,
@@ -40,15 +40,15 @@ impl Fault {
 /// Why a value could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wrong {
-    /// The file is over.
+    /// The end of the file.
     End,
-    /// A word that is no number.
+    /// A word that is not a number.
     NotANumber,
-    /// A number that is not a whole one.
+    /// A number that is not an integer.
     NotWhole,
 }
 
-/// The faces of a mesh, indices checked.
+/// The faces of a mesh; all indices are checked.
 #[derive(Default)]
 pub(super) struct Faces {
     pub(super) triangles: Vec<[u32; 3]>,
@@ -67,48 +67,46 @@ impl Faces {
         }
     }
 
-    /// Puts them into the mesh that has their vertices.
+    /// Moves them into the mesh that has their vertices.
     pub(super) fn add_to(self, mesh: &mut MeshColumns) {
         mesh.triangles = self.triangles;
         self.fans.cut_concave(mesh);
     }
 }
 
-/// The values of a mesh's records, one after the other, in text or binary.
+/// Reads the values of records in turn, in text or binary.
 pub(super) trait Values {
-    /// Bytes by which the last number of the file may be shorter than `least_bytes`.
+    /// How many bytes shorter than `least_bytes` the file's last number may be.
     const SPARE: usize;
 
     /// The next number.
     fn real(&mut self, scalar: ScalarType) -> Result<f32, Wrong>;
-    /// The next number, which counts something.
+    /// The next number, which must be an integer.
     fn whole(&mut self, scalar: ScalarType) -> Result<i64, Wrong>;
-    /// Passes over numbers.
+    /// Skips numbers.
     fn skip(&mut self, scalar: ScalarType, count: usize) -> Result<(), Wrong>;
-    /// Goes to where the next record starts, and says where that is.
+    /// Moves to the start of the next record and returns it.
     fn begin_record(&mut self) -> usize;
     /// Whether the record ends here.
     fn end_record(&mut self) -> bool;
-    /// What is wrong if it does not. The record started at `start` and is called `record`.
+    /// The fault if it does not. The record starts at `start` and is called `record`.
     fn leftover(&self, start: usize, record: &str) -> Fault;
-    /// Bytes that have not been read.
+    /// How many bytes are left.
     fn bytes_left(&self) -> usize;
     /// The least bytes of a number.
     fn least_bytes(scalar: ScalarType) -> usize;
-    /// The value read last as it stands in the file, if that is text.
+    /// The last value as written, in a text.
     fn last_word(&self) -> Option<&[u8]>;
-    /// The place of the value read last, or of the whole record; `start` is where the record starts,
-    /// `record` its number.
+    /// The place of the last value, or of the whole record, which starts at `start` and has the number `record`.
     fn place(&self, start: usize, record: usize, whole_record: bool) -> Place;
-    /// What a message adds about where `record` starts, if the place cannot say it.
+    /// The end of a message that says where `record` starts, if the place does not.
     fn where_in_file(&self, record: &str, start: usize) -> String;
-    /// Reads the vertices by a faster way, if there is one for their layout. `false`, with nothing read, also where
-    /// something is wrong with them: the slow way then says what.
+    /// Reads the vertices with a fast path for their layout. `false`, with nothing read, if there is none or something is
+    /// wrong: the slow path then finds the place.
     fn fast_vertices(&mut self, _element: &Element, _mesh: &mut MeshColumns) -> Result<bool, Fault> {
         Ok(false)
     }
-    /// Reads the faces by a faster way, if there is one for their layout. `false`, with nothing read, also where
-    /// something is wrong with them: the slow way then says what.
+    /// As [`Values::fast_vertices`], for faces.
     fn fast_faces(
         &mut self,
         _element: &Element,
@@ -117,7 +115,7 @@ pub(super) trait Values {
     ) -> Result<bool, Fault> {
         Ok(false)
     }
-    /// Skips all records by a faster way, if there is one for their layout.
+    /// Skips all records at once, if their layout allows it.
     fn fast_skip(&mut self, _element: &Element) -> bool {
         false
     }
@@ -207,7 +205,7 @@ fn read_faces<V: Values>(
     if values.fast_faces(element, header.vertices, faces)? {
         return Ok(());
     }
-    // Room for what can be triangles: the count is no proof.
+    // Reserve no more than the file can hold: the count may be wrong.
     let least = element.steps.iter().map(|step| match *step {
         Step::Indices { count, item } => V::least_bytes(count) + 3 * V::least_bytes(item),
         Step::SkipList { count: scalar, .. } | Step::Skip(scalar) | Step::Keep { scalar, .. } => {
@@ -226,7 +224,7 @@ fn read_faces<V: Values>(
     })
 }
 
-/// Goes through all records of an element, property by property.
+/// Visits every property of every record of an element.
 fn for_each_property<V: Values>(
     element: &Element,
     values: &mut V,
@@ -293,7 +291,7 @@ fn read_strips<V: Values>(
                 continue;
             }
             let vertex = checked_index(index, vertices, values, at)?;
-            // Every other triangle of a strip is turned round.
+            // Every other triangle of a strip has the opposite winding.
             match strip_length {
                 0 | 1 => {}
                 length if length % 2 == 0 => triangles.push([last[0], last[1], vertex]),
@@ -329,7 +327,7 @@ fn skip<V: Values>(step: &Step, values: &mut V, at: &At<'_>) -> Result<(), Fault
         .map_err(|wrong| at.wrong(values, wrong))
 }
 
-/// Reads a list's length and holds it against the rest of the file.
+/// Reads the length of a list and checks that it fits into the rest of the file.
 fn list_length<V: Values>(
     count: ScalarType,
     item: ScalarType,
@@ -352,27 +350,26 @@ fn end_record<V: Values>(at: &At<'_>, values: &mut V) -> Result<(), Fault> {
     }
 }
 
-/// Makes room, or says that there is none.
+/// Reserves memory, or fails.
 pub(super) fn reserve<T>(column: &mut Vec<T>, count: usize, element: &Element) -> Result<(), Fault> {
     column.try_reserve_exact(count).map_err(|_| Fault {
         place: Place::File,
         message: format!(
-            "{} records of {} do not fit into memory",
+            "{} {} records do not fit into memory",
             element.count,
             quote(element.name.as_bytes())
         ),
     })
 }
 
-/// A column to write into, or that there is no room for it.
+/// An array of zeros, or an error if memory runs out.
 pub(super) fn zeroed<T: Clone + Default>(count: usize, element: &Element) -> Result<Vec<T>, Fault> {
-    // Asking comes first because what follows cannot fail but by ending the program; it takes zeroed pages from the
-    // system without touching them.
+    // Try first: `vec!` would abort the program. It takes zeroed pages from the system without touching them.
     reserve(&mut Vec::<T>::new(), count, element)?;
     Ok(vec![T::default(); count])
 }
 
-/// Which value is being read. Its methods make the errors, out of the hot loops' way.
+/// The value that is being read. Its methods make the errors, outside of the hot loops.
 pub(super) struct At<'a> {
     pub(super) element: &'a Element,
     pub(super) step_i: usize,
@@ -392,11 +389,11 @@ impl At<'_> {
         match element.role {
             Role::Vertex => format!("vertex {record} of {}", element.count),
             Role::Face => format!("face {record} of {}", element.count),
-            Role::Strips => format!("record {record} of {} of strips", element.count),
+            Role::Strips => format!("strip record {record} of {}", element.count),
             Role::Other => format!(
-                "record {record} of {} of {}",
-                element.count,
-                quote(element.name.as_bytes())
+                "{} record {record} of {}",
+                quote(element.name.as_bytes()),
+                element.count
             ),
         }
     }
@@ -417,7 +414,7 @@ impl At<'_> {
                 .map_or_else(String::new, |word| format!(" is {}", quote(word)))
         };
         let message = match wrong {
-            Wrong::End => format!("the file ends within {record}, expected {property}"),
+            Wrong::End => format!("the file ends inside {record}, expected {property}"),
             Wrong::NotANumber => format!("{property} of {record}{}, expected a number", found()),
             Wrong::NotWhole => format!("{property} of {record}{}, expected a whole number", found()),
         };

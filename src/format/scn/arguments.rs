@@ -1,4 +1,4 @@
-//! A statement's words, taken one after the other: numbers, keys and their numbers.
+//! Takes the words of a statement in turn: numbers, keys and the numbers of keys.
 
 use super::{
     line::Line,
@@ -11,19 +11,19 @@ use crate::{
 };
 use glam::DVec3;
 
-/// The words of a statement, from the second on.
+/// The words of a statement after the first.
 pub(super) struct Arguments<'l, 'a> {
     pub(super) line: &'l Line<'l>,
     /// The statement's first word.
     pub(super) keyword: Word<'a>,
-    /// How the statement is written.
+    /// How to write the statement.
     usage: &'static str,
-    /// What the statement is called in errors about its keys.
+    /// The statement's name in errors about keys.
     pub(super) name: &'static str,
-    /// What may help where a word is not expected.
+    /// A hint for errors about an unexpected word.
     pub(super) hint: &'static str,
     words: &'l [Word<'a>],
-    /// Keys that have been taken.
+    /// Keys taken so far.
     seen: Vec<&'static str>,
 }
 
@@ -45,29 +45,29 @@ impl<'l, 'a> Arguments<'l, 'a> {
         }
     }
 
-    /// The next word, not taken yet.
+    /// The next word, without taking it.
     pub(super) fn peek(&self) -> Option<Word<'a>> {
         self.words.first().copied()
     }
 
-    /// The word behind the next one, not taken yet.
+    /// The word after the next one, without taking it.
     pub(super) fn peek_second(&self) -> Option<Word<'a>> {
         self.words.get(1).copied()
     }
 
-    /// Takes the next word, if there is one.
+    /// Takes the next word.
     pub(super) fn next(&mut self) -> Option<Word<'a>> {
         let (first, rest) = self.words.split_first()?;
         self.words = rest;
         Some(*first)
     }
 
-    /// Takes the words that the statement must begin with.
+    /// Takes the words that every such statement begins with.
     pub(super) fn leading<const N: usize>(&mut self) -> Result<[Word<'a>; N], LoadError> {
         self.take(self.keyword, self.usage)
     }
 
-    /// Takes `N` words that belong to `owner`, whose usage is given.
+    /// Takes the `N` words after `owner`; `usage` shows how to write them.
     pub(super) fn take<const N: usize>(
         &mut self,
         owner: Word<'_>,
@@ -80,21 +80,21 @@ impl<'l, 'a> Arguments<'l, 'a> {
         let end = self.words.last().unwrap_or(&owner).end();
         let name = quote(owner.text);
         let message = match self.words.len() {
-            0 => format!("{name} stands alone, expected `{usage}`"),
+            0 => format!("nothing follows {name}, expected `{usage}`"),
             found => {
                 let comma = self.words.iter().any(|word| word.text.contains(&b','));
                 let hint = if comma {
-                    ", with blanks instead of commas"
+                    ", with spaces instead of commas"
                 } else {
                     ""
                 };
-                format!("{name} with {found} of {N} numbers, expected `{usage}`{hint}")
+                format!("{name} with {found} of {N} values, expected `{usage}`{hint}")
             }
         };
         Err(self.line.error(end, 1, message))
     }
 
-    /// Refuses words that are left over.
+    /// Refuses further words.
     pub(super) fn end(&self) -> Result<(), LoadError> {
         let Some(extra) = self.peek() else {
             return Ok(());
@@ -132,7 +132,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
         Err(self.line.error_at(&word, message))
     }
 
-    /// As [`Arguments::key`], for keys that may stand in a statement once.
+    /// As [`Arguments::key`], for keys that a statement has at most once.
     pub(super) fn key_once(
         &mut self,
         keys: &[&'static str],
@@ -140,7 +140,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
         let taken = self.key(keys)?;
         if let Some((word, key)) = taken {
             if self.seen.contains(&key) {
-                let message = format!("`{key}` for the second time in this line, expected it once");
+                let message = format!("second `{key}` in this line, expected one");
                 return Err(self.line.error_at(&word, message));
             }
             self.seen.push(key);
@@ -148,7 +148,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
         Ok(taken)
     }
 
-    /// The error that `key` is missing.
+    /// The error about a missing `key`.
     pub(super) fn missing(&self, key: &str, end: usize) -> LoadError {
         let message = format!(
             "{} without `{key}`, expected `{}`",
@@ -158,16 +158,16 @@ impl<'l, 'a> Arguments<'l, 'a> {
         self.line.error(end, 1, message)
     }
 
-    /// A number, finite.
+    /// A finite number.
     pub(super) fn number(&self, word: Word<'_>, what: &str) -> Result<f32, LoadError> {
         let value = word.as_str().and_then(|text| text.parse::<f32>().ok());
         match value {
             Some(value) if value.is_finite() => Ok(value),
-            value => Err(self.no_number(word, what, value.is_some())),
+            value => Err(self.not_a_number(word, what, value.is_some())),
         }
     }
 
-    fn no_number(&self, word: Word<'_>, what: &str, is_number: bool) -> LoadError {
+    fn not_a_number(&self, word: Word<'_>, what: &str, is_number: bool) -> LoadError {
         let expected = if is_number { "a finite number" } else { "a number" };
         let message = format!("{what} is {}, expected {expected}", quote(word.text));
         self.line.error_at(&word, message)
@@ -205,7 +205,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
         Err(self.line.error_at(&word, message))
     }
 
-    /// A whole number of a range.
+    /// A whole number in a range.
     pub(super) fn whole(&self, word: Word<'_>, what: &str, range: (u32, u32)) -> Result<u32, LoadError> {
         let value = word.as_str().and_then(|text| text.parse().ok());
         value
@@ -221,7 +221,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
             })
     }
 
-    /// A number in `f64`, for what is computed before it is rounded. At most as large as coordinates may be.
+    /// A number in `f64`, for values that enter a computation before they are rounded. At most as large as coordinates.
     pub(super) fn precise(&self, word: Word<'_>, what: &str) -> Result<f64, LoadError> {
         let value = word.as_str().and_then(|text| text.parse::<f64>().ok());
         match value {
@@ -230,7 +230,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
                 let message = format!("{what} is {value:e}, but numbers above 1e9 are not supported");
                 Err(self.line.error_at(&word, message))
             }
-            value => Err(self.no_number(word, what, value.is_some())),
+            value => Err(self.not_a_number(word, what, value.is_some())),
         }
     }
 
@@ -243,8 +243,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
         ))
     }
 
-    /// What the builder objects to, at the word that it is about: the one with the name and the value of the fault,
-    /// else the last one.
+    /// The builder's error, placed at the word with the name and value of the fault, else at the last word.
     pub(super) fn refused(&self, error: &SceneError, words: &[(&str, Word<'_>)]) -> LoadError {
         let last = words.last().map_or(self.keyword, |&(_, word)| word);
         let word = match error {

@@ -1,4 +1,4 @@
-//! `include`: the lines of another file, as if they stood here.
+//! `include`: reads the lines of another file in its place.
 
 use super::{QUOTES_HINT, Reader, arguments::Arguments};
 use crate::{
@@ -7,16 +7,16 @@ use crate::{
 };
 use std::path::PathBuf;
 
-/// How deep files may include files.
+/// How deep includes may nest.
 const MAX_DEPTH: usize = 16;
 
-/// How many files a scene may include, each time counted: files that include others twice grow without bound else.
+/// How many includes a scene may have. Without a limit, files that include others twice would grow exponentially.
 const MAX_INCLUDES: usize = 1024;
 
-/// The files that are being read, and how much has been read.
+/// The open files, and how much has been read.
 #[derive(Default)]
 pub(super) struct Includes {
-    /// Identity and name of the files from the scene to the one that is being read.
+    /// Identity and name of the open files, from the scene inwards.
     stack: Vec<(PathBuf, PathBuf)>,
     count: usize,
     bytes: u64,
@@ -31,7 +31,7 @@ impl Includes {
         self.stack.pop();
     }
 
-    /// Why the file may not be included, if so.
+    /// Why the file may not be included; `None` if it may.
     fn objection(&self, identity: &PathBuf) -> Option<String> {
         let start = self.stack.iter().position(|(open, _)| open == identity);
         if let Some(circle) = start.and_then(|start| self.stack.get(start..)) {
@@ -40,17 +40,17 @@ impl Includes {
                 .chain(circle.first())
                 .map(|(_, name)| name.display().to_string())
                 .collect();
-            return Some(format!("a file that includes itself: {}", names.join(" > ")));
+            return Some(format!("the file includes itself: {}", names.join(" > ")));
         }
         if self.stack.len() > MAX_DEPTH {
-            return Some(format!("files include files more than {MAX_DEPTH} deep"));
+            return Some(format!("includes nest more than {MAX_DEPTH} deep"));
         }
-        (self.count >= MAX_INCLUDES).then(|| format!("more than {MAX_INCLUDES} included files"))
+        (self.count >= MAX_INCLUDES).then(|| format!("more than {MAX_INCLUDES} includes in one scene"))
     }
 }
 
 impl Reader<'_> {
-    /// `include path`
+    /// `include PATH`
     pub(super) fn include(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [word] = arguments.leading()?;
         arguments.hint = QUOTES_HINT;
@@ -72,7 +72,7 @@ impl Reader<'_> {
         self.includes.count += 1;
         self.includes.bytes += text.len() as u64;
         if self.includes.bytes > MAX_TEXT_BYTES {
-            let message = format!("the included files have more than {MAX_TEXT_BYTES} bytes together");
+            let message = format!("included files add up to more than {MAX_TEXT_BYTES} bytes");
             return Err(line.error_at(&word, message));
         }
         self.builder.add_include(path.clone());

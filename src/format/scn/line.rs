@@ -1,10 +1,10 @@
-//! A line of a scene file and where it stands.
+//! A line of a scene file and its place.
 
 use super::words::Word;
 use crate::error::{LoadError, SourcePos};
 use std::{path::PathBuf, sync::Arc};
 
-/// A line and where it stands.
+/// A line and its place.
 pub(super) struct Line<'a> {
     pub(super) file: &'a Arc<PathBuf>,
     /// 1-based.
@@ -22,7 +22,7 @@ impl Line<'_> {
         }
     }
 
-    /// An error about `width` bytes from `start` on.
+    /// An error about the `width` bytes from `start`.
     pub(super) fn error(&self, start: usize, width: usize, message: impl AsRef<str>) -> LoadError {
         LoadError::new(self.at(start), message).with_line(self.bytes, start..start.saturating_add(width))
     }

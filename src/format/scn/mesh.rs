@@ -1,11 +1,11 @@
-//! Meshes of a scene: where their files are, and how they are placed.
+//! Meshes of a scene: their files and their placement.
 
 use super::{MAX_PATH, QUOTES_HINT, Reader, arguments::Arguments, words::Word};
 use crate::{
     error::{LoadError, quote},
     format::{
         files,
-        mesh::{self, LoadedMesh, MeshFormat, UpAxis},
+        mesh::{self, LoadedMesh, MeshFormat},
         ply,
     },
     scene::{Camera, MaterialId, NamedCamera, Transform},
@@ -13,17 +13,16 @@ use crate::{
 use glam::DVec3;
 use std::path::PathBuf;
 
-/// How many bytes of mesh files may be read again, for meshes that stand in several places: each copy takes its own
-/// memory.
+/// How many bytes of mesh files may be read for copies: each copy takes its own memory.
 const MAX_COPIED_BYTES: u64 = 1 << 31;
 
-/// How many meshes a scene may place, those that are there already not counted: each time its file is read.
+/// How many meshes a scene may place. Exact repetitions do not count: their files are not read.
 const MAX_MESHES: usize = 1 << 16;
 
-/// How many cameras of its meshes a scene keeps.
+/// How many cameras of meshes a scene keeps.
 const MAX_MESH_CAMERAS: usize = 1 << 10;
 
-/// Which files a statement takes.
+/// Which files a statement reads.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     /// PLY, whatever the file is called.
@@ -32,29 +31,30 @@ enum Kind {
     Any,
 }
 
-/// What makes a mesh the same as another: its file, and how it is placed.
+/// Equal for equal meshes: the file, and the bits of the transform.
 pub(super) type Placed = (PathBuf, [u64; 12]);
 
 impl Reader<'_> {
-    /// `ply_file path`: a PLY mesh where its file puts it, with the current material.
+    /// `ply_file PATH`: a PLY mesh, not moved, with the current material.
     pub(super) fn ply_file(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [path] = arguments.leading()?;
         arguments.hint = QUOTES_HINT;
         arguments.end()?;
-        let material = self.material.unwrap_or_default();
+        let material = self.shape_material();
         self.add_mesh(&arguments, path, Transform::IDENTITY, Some(material), Kind::Ply)
     }
 
-    /// `mesh path ...`: a mesh of any format, placed, with the current material or its own.
+    /// `mesh PATH ...`: a mesh of any format, placed, with the current material or its own.
     pub(super) fn mesh(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [path] = arguments.leading()?;
         arguments.hint = QUOTES_HINT;
         let transform = read_transform(&mut arguments)?;
+        self.needs_light |= self.material.is_none() || !self.is_silhouette;
         self.add_mesh(&arguments, path, transform, self.material, Kind::Any)
     }
 
-    /// Adds a mesh, unless it is there already: a second copy would lie exactly in the first, and of equal t the
-    /// lowest id wins, so nothing of it could be seen. Ten thousand lines that name one mesh cost no more than one.
+    /// Adds a mesh, unless the same one stands there already: at equal t the lowest id wins, so the copy would be
+    /// invisible. Ten thousand lines that name one mesh cost no more than one.
     fn add_mesh(
         &mut self,
         arguments: &Arguments<'_, '_>,
@@ -89,35 +89,34 @@ impl Reader<'_> {
             self.copied_bytes += file.length() as u64;
             if self.copied_bytes > MAX_COPIED_BYTES {
                 let message = format!(
-                    "the scene's copies of meshes add up to more than {MAX_COPIED_BYTES} bytes of files, and each \
-                     takes its own memory"
+                    "copies of meshes add up to more than {MAX_COPIED_BYTES} bytes of files; each takes its own memory"
                 );
                 return Err(line.error_at(&word, message));
             }
         }
         let files = &mut *self.files;
         let loaded = match kind {
-            Kind::Ply => ply::read(file, &path).map(|columns| LoadedMesh::plain(columns, UpAxis::Z)),
+            Kind::Ply => ply::read(file, &path),
             Kind::Any => mesh::read(file, &path, &mut |path| files.beside_mesh(path)),
         };
         let other_format = MeshFormat::of_path(&path).is_some_and(|format| format != MeshFormat::Ply);
         let mut loaded = loaded.map_err(|cause| {
             if kind == Kind::Ply && other_format {
-                let message = "`ply_file` reads PLY alone, expected `mesh` for other formats";
+                let message = "`ply_file` reads only PLY, expected `mesh` for other formats";
                 return line.error_at(&arguments.keyword, message).caused_by(cause);
             }
             cannot_load(cause)
         })?;
         transform.apply(&mut loaded.columns);
         for note in std::mem::take(&mut loaded.notes) {
-            self.builder.add_note(format!("{}: {note}", path.display()));
+            self.builder.add_note(note);
         }
         self.add_cameras(&loaded, &transform);
         loaded.add_to(&mut self.builder, material).map_err(|error| {
             if transform == Transform::IDENTITY {
                 cannot_load(LoadError::whole_file(&path, error.to_string()))
             } else {
-                // The file may be good, and not be where it is put.
+                // The fault may lie in the placement, not in the file.
                 line.error_at(&word, format!("cannot place {}: {error}", path.display()))
             }
         })?;
@@ -125,7 +124,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Adds a mesh's cameras. One that sees nothing, in itself or where it is put, is left out.
+    /// Adds the cameras of a mesh, except those without a valid view.
     fn add_cameras(&mut self, mesh: &LoadedMesh, transform: &Transform) {
         let left = MAX_MESH_CAMERAS.saturating_sub(self.mesh_cameras);
         for camera in mesh.cameras.iter().take(left) {
@@ -147,9 +146,9 @@ impl Reader<'_> {
         what: &str,
     ) -> Result<PathBuf, LoadError> {
         let message = match word.as_str() {
-            Some("") => format!("an empty path, expected the path of a {what} file"),
+            Some("") => format!("the path is empty, expected the path of a {what} file"),
             Some(path) if path.len() > MAX_PATH => {
-                format!("a path of {} bytes, expected at most {MAX_PATH}", path.len())
+                format!("path of {} bytes, expected at most {MAX_PATH}", path.len())
             }
             Some(path) => return Ok(self.folder.join(path)),
             None => format!("path {} is not valid UTF-8", quote(word.text)),
@@ -158,14 +157,14 @@ impl Reader<'_> {
     }
 }
 
-/// The steps that place a mesh, done in the order in which they stand.
+/// The steps that place a mesh, in the order in which they apply.
 fn read_transform(arguments: &mut Arguments<'_, '_>) -> Result<Transform, LoadError> {
     let mut transform = Transform::IDENTITY;
     while let Some((word, key)) = arguments.key(&["scale", "rotate", "translate"])? {
         transform = match key {
             "scale" => transform.then_scale(read_scale(arguments, word)?),
             "rotate" => {
-                let [x, y, z, degrees] = arguments.take(word, "rotate x y z degrees")?;
+                let [x, y, z, degrees] = arguments.take(word, "rotate x y z DEG")?;
                 let axis = arguments.vector([x, y, z])?;
                 if axis.try_normalize().is_none() {
                     let message =
@@ -187,12 +186,12 @@ fn read_transform(arguments: &mut Arguments<'_, '_>) -> Result<Transform, LoadEr
 fn read_scale(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<DVec3, LoadError> {
     let factor = |arguments: &Arguments<'_, '_>, word: Word<'_>| {
         let value = arguments.precise(word, "scale")?;
-        // Smaller ones round to nothing when several are multiplied.
+        // Products of several smaller ones round to zero.
         if value.abs() >= 1e-9 {
             return Ok(value);
         }
         let message = format!(
-            "scale is {}, expected a number other than 0, at least 1e-9 in size",
+            "scale is {}, expected a number of at least 1e-9 in size, not 0",
             quote(word.text)
         );
         Err(arguments.line.error_at(&word, message))

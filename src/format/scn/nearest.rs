@@ -1,8 +1,8 @@
-//! What was probably meant.
+//! Suggestions for misspelt words.
 
-/// The one of `known` that `word` was probably meant to be.
+/// The one of `known` that was probably meant by `word`.
 pub(super) fn nearest<'a>(word: &[u8], known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Longer than any known word with a few letters too many; and the distance takes quadratic time.
+    // No known word is nearly as long, and the distance takes quadratic time.
     if word.len() > 20 {
         return None;
     }
@@ -24,7 +24,7 @@ pub(super) fn list(names: &[&str]) -> String {
     }
 }
 
-/// Keys that may follow, or nothing: "`a`, `b` or the end of the line".
+/// Names that may follow, or the end: "`a`, `b` or the end of the line".
 pub(super) fn list_or_end(keys: &[&str]) -> String {
     format!("`{}` or the end of the line", keys.join("`, `"))
 }

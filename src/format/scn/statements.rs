@@ -1,4 +1,4 @@
-//! What each statement means. `docs/scene-language.md` is the reference.
+//! The meaning of each statement. `docs/scene-language.md` is the reference.
 
 use super::{Reader, Said, arguments::Arguments, nearest::nearest, words::Word};
 use crate::{
@@ -7,13 +7,22 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 
-/// The longest name of a camera, bytes.
+/// The longest name of a camera, in bytes.
 const MAX_NAME: usize = 64;
 
-/// The kinds of materials by name, in the order of their classic numbers.
+/// The kinds of materials, in the order of their classic numbers.
 const KINDS: [&str; 4] = ["silhouette", "matte", "blinn_phong", "reflection"];
 
-/// What a mesh looks like before the first `material`, and after this one: as its file says.
+/// What other programs call them.
+const OTHER_NAMES: [(&str, &str); 5] = [
+    ("phong", "blinn_phong"),
+    ("blinn", "blinn_phong"),
+    ("mirror", "reflection"),
+    ("diffuse", "matte"),
+    ("lambert", "matte"),
+];
+
+/// Gives meshes the look of their files again, as before the first `material`.
 const OWN: &str = "own";
 
 const BACKGROUND_USAGE: &str = "background r g b";
@@ -23,13 +32,13 @@ pub(super) const STATEMENTS: [(&str, &str); 10] = [
     ("light", "light x y z intensity"),
     ("sphere", "sphere x y z radius"),
     ("triangle", "triangle x y z x y z x y z"),
-    ("mesh", "mesh path"),
-    ("ply_file", "ply_file path"),
-    ("material", "material number"),
+    ("mesh", "mesh PATH"),
+    ("ply_file", "ply_file PATH"),
+    ("material", "material NAME"),
     ("camera", "camera eye x y z target x y z"),
     ("background", BACKGROUND_USAGE),
     ("ambient", "ambient intensity"),
-    ("include", "include path"),
+    ("include", "include PATH"),
 ];
 
 impl Reader<'_> {
@@ -58,6 +67,7 @@ impl Reader<'_> {
             let words = arguments.take(key, "color r g b")?;
             color = arguments.color(words)?;
         }
+        self.has_lights = true;
         self.builder
             .add_colored_light(Vec3::from_array(position), strength, color)
             .map_err(|error| {
@@ -70,8 +80,9 @@ impl Reader<'_> {
         arguments.end()?;
         let center = arguments.numbers3([x, y, z], ["x", "y", "z"])?;
         let size = arguments.number(radius, "radius")?;
+        let material = self.shape_material();
         self.builder
-            .add_sphere(Vec3::from_array(center), size, self.material.unwrap_or_default())
+            .add_sphere(Vec3::from_array(center), size, material)
             .map_err(|error| arguments.refused(&error, &[("x", x), ("y", y), ("z", z), ("radius", radius)]))
     }
 
@@ -85,9 +96,16 @@ impl Reader<'_> {
             *corner = Vec3::from_array(arguments.numbers3(words, names)?);
         }
         let named: Vec<_> = names.into_iter().cycle().zip(words).collect();
+        let material = self.shape_material();
         self.builder
-            .add_triangle(corners, self.material.unwrap_or_default())
+            .add_triangle(corners, material)
             .map_err(|error| arguments.refused(&error, &named))
+    }
+
+    /// The material of the next shape that has none of its own.
+    pub(super) fn shape_material(&mut self) -> MaterialId {
+        self.needs_light |= !self.is_silhouette;
+        self.material.unwrap_or_default()
     }
 
     fn material(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
@@ -101,6 +119,7 @@ impl Reader<'_> {
                 return Err(arguments.line.error_at(&extra, message));
             }
             self.material = None;
+            self.is_silhouette = true;
             return Ok(());
         }
         let Some(kind) = KINDS.iter().position(|kind| kind.as_bytes() == name.text) else {
@@ -108,16 +127,18 @@ impl Reader<'_> {
             if let Some(extra) = arguments.peek() {
                 let kind = KINDS.get(classic.0 as usize).unwrap_or(&"");
                 let message = format!(
-                    "found {} after `material number`, expected the end of the line; constants stand behind a \
-                     name, such as `material {kind}`",
+                    "found {} after `material NUMBER`, expected the end of the line; constants follow a name, such as \
+                     `material {kind}`",
                     quote(extra.text)
                 );
                 return Err(arguments.line.error_at(&extra, message));
             }
             self.material = Some(classic);
+            self.is_silhouette = classic == MaterialId::default();
             return Ok(());
         };
         let material = read_material(kind, &mut arguments)?;
+        self.is_silhouette = matches!(material, Material::Silhouette { .. });
         let added = self.builder.add_material(material);
         self.material = Some(added.map_err(|error| arguments.refused(&error, &[]))?);
         Ok(())
@@ -133,11 +154,13 @@ impl Reader<'_> {
             .and_then(|number| self.builder.classic_material(number).ok())
             .ok_or_else(|| {
                 let found = quote(word.text);
-                let message = match nearest(word.text, KINDS.into_iter().chain([OWN])) {
-                    Some(near) => format!("material {found}, did you mean `{near}`?"),
+                let other_name = OTHER_NAMES.iter().find(|(name, _)| name.as_bytes() == word.text);
+                let meant = other_name.map(|(_, kind)| *kind);
+                let message = match meant.or_else(|| nearest(word.text, KINDS.into_iter().chain([OWN]))) {
+                    Some(near) => format!("unknown material {found}, did you mean `{near}`?"),
                     None => format!(
-                        "material {found}, expected 0 (silhouette), 1 (matte), 2 (blinn_phong), 3 (reflection), one \
-                         of these names or `own`"
+                        "unknown material {found}, expected 0 (silhouette), 1 (matte), 2 (blinn_phong), 3 (reflection), \
+                         one of these names or `own`"
                     ),
                 };
                 arguments.line.error_at(&word, message)
@@ -150,11 +173,11 @@ impl Reader<'_> {
         let mut end = name.unwrap_or(arguments.keyword).end();
         let (mut eye, mut target) = (None, None);
         let (mut up, mut fov) = (View::UP, View::FOV_DEGREES);
-        // What is at fault where the camera has no view.
+        // Where to place an error about the view.
         let (mut target_word, mut up_word, mut fov_word) = (None, None, None);
         while let Some((word, key)) = arguments.key_once(&keys)? {
             if key == "fov" {
-                let [degrees] = arguments.take(word, "fov degrees")?;
+                let [degrees] = arguments.take(word, "fov DEG")?;
                 fov = arguments.precise(degrees, "fov")?;
                 fov_word = Some(degrees);
                 end = degrees.end();
@@ -238,7 +261,7 @@ impl Reader<'_> {
     }
 }
 
-/// A material of a kind, with the course's constants where no key gives another.
+/// A material of a kind: the classic constants, except those that keys change.
 fn read_material(kind: usize, arguments: &mut Arguments<'_, '_>) -> Result<Material, LoadError> {
     let mut material = Material::CLASSIC[kind];
     let (name, keys): (_, &[&str]) = match material {
@@ -286,7 +309,7 @@ fn camera_name<'a>(
     if !word.quoted && keys.iter().any(|key| key.as_bytes() == word.text) {
         return Ok(None);
     }
-    // A number behind it: a key is misspelt rather than a name left without its key.
+    // Followed by a number, it is a misspelt key, not a name.
     let number_follows = arguments
         .peek_second()
         .is_some_and(|next| arguments.precise(next, "").is_ok());
@@ -296,17 +319,19 @@ fn camera_name<'a>(
     let faulty = |message: String| Err(arguments.line.error_at(&word, message));
     match word.as_str() {
         None => faulty(format!("name {} is not valid UTF-8", quote(word.text))),
-        Some(name) if name.trim().is_empty() => faulty("an empty name, expected one or none".into()),
+        Some(name) if name.trim().is_empty() => {
+            faulty("the name is empty; give the camera a name, or leave the name out".into())
+        }
         Some(name) if name.len() > MAX_NAME => faulty(format!(
-            "a name of {} bytes, expected at most {MAX_NAME}",
+            "name of {} bytes, expected at most {MAX_NAME}",
             name.len()
         )),
         Some(_) => Ok(arguments.next()),
     }
 }
 
-/// The error that something stands in the scene for the second time.
+/// The error that a statement stands in the scene twice.
 pub(super) fn again(arguments: &Arguments<'_, '_>, what: &str, first: &SourcePos) -> LoadError {
-    let message = format!("a second {what}, expected one: the first is at {first}");
+    let message = format!("second {what}, expected one; the first is at {first}");
     arguments.line.error_at(&arguments.keyword, message)
 }

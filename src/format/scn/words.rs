@@ -1,23 +1,23 @@
-//! A line's words and where they stand.
+//! Splits a line into words and remembers where they are.
 
 /// A word of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Word<'a> {
     /// The word, without quotes.
     pub(super) text: &'a [u8],
-    /// Where it starts in the line, quotes included, bytes.
+    /// Where it starts in the line, including its quote, in bytes.
     pub(super) start: usize,
-    /// Whether it stood in quotes.
+    /// Whether it has quotes.
     pub(super) quoted: bool,
 }
 
 impl<'a> Word<'a> {
-    /// Bytes that the word takes in the line.
+    /// The word's length in the line, in bytes.
     pub(super) fn width(&self) -> usize {
         self.text.len() + if self.quoted { 2 } else { 0 }
     }
 
-    /// Where the word ends in the line, bytes.
+    /// Where the word ends in the line, in bytes.
     pub(super) fn end(&self) -> usize {
         self.start + self.width()
     }
@@ -28,23 +28,23 @@ impl<'a> Word<'a> {
     }
 }
 
-/// A line that cannot be split.
+/// Why a line cannot be split.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Fault {
-    /// Where, bytes.
+    /// Where, in bytes.
     pub(super) start: usize,
-    /// Why.
+    /// What is wrong.
     pub(super) message: &'static str,
 }
 
-/// What the word behind a statement's may be besides a plain word.
+/// What the second word of a line may be.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Second {
-    /// Quotes are letters like others.
+    /// A word, in which quotes have no meaning.
     Plain,
-    /// A name, which may stand in double quotes.
+    /// A name, which may be in double quotes.
     Name,
-    /// A path, which may stand in double quotes, and have `//` in it.
+    /// A path, which may be in double quotes and contain `//`.
     Path,
 }
 
@@ -58,9 +58,10 @@ impl Second {
     }
 }
 
-/// Splits a line at blanks, up to a `//` comment. The path of `ply_file`, `mesh` or `include` and the name of a
-/// `camera` may stand in double quotes and then have blanks and `//` in them; a path may have `//` behind its first
-/// letter without quotes as well (`..//mesh.ply`).
+/// Splits a line at spaces and tabs, up to a `//` comment.
+///
+/// The path of `ply_file`, `mesh` or `include` and the name of a `camera` may be in double quotes and then contain spaces
+/// and `//`. A path without quotes may contain `//` after its first character (`..//mesh.ply`).
 pub(super) fn split(line: &[u8]) -> Result<Vec<Word<'_>>, Fault> {
     let mut words: Vec<Word<'_>> = Vec::new();
     let mut at = 0;
@@ -106,9 +107,9 @@ fn quoted(inside: &[u8], start: usize, kind: Second) -> Result<Word<'_>, Fault> 
     let length = inside.iter().position(|&byte| byte == b'"').ok_or(Fault {
         start,
         message: if kind == Second::Name {
-            "a name without its closing quote, expected `\"` before the end of the line"
+            "the name has no closing quote, expected `\"` before the end of the line"
         } else {
-            "a path without its closing quote, expected `\"` before the end of the line"
+            "the path has no closing quote, expected `\"` before the end of the line"
         },
     })?;
     let (text, behind) = inside.split_at(length);
@@ -116,7 +117,7 @@ fn quoted(inside: &[u8], start: usize, kind: Second) -> Result<Word<'_>, Fault> 
     if next.is_some_and(|byte| !byte.is_ascii_whitespace() && byte != b'/') {
         return Err(Fault {
             start: start + length + 2,
-            message: "a letter right behind the closing quote, expected a blank or the end of the line",
+            message: "text directly after the closing quote, expected a space or the end of the line",
         });
     }
     Ok(Word {

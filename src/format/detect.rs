@@ -1,0 +1,132 @@
+//! What bytes without a file name are, such as those of standard input.
+
+use super::{
+    files, load_from_reader,
+    mesh::{self, LoadedMesh, MeshFormat},
+    scn, stl,
+};
+use crate::{error::LoadError, scene::Scene};
+use std::{io::Read, path::Path};
+
+/// What bytes are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detected {
+    /// The text of a `.scn` scene.
+    Scene,
+    /// A mesh.
+    Mesh(MeshFormat),
+}
+
+/// A scene or a mesh.
+#[derive(Debug)]
+pub enum Loaded {
+    /// A scene.
+    Scene(Box<Scene>),
+    /// A mesh.
+    Mesh(Box<LoadedMesh>),
+}
+
+/// Detects what `bytes` are; they are the whole input.
+///
+/// In this order: PLY (begins with the line `ply`), glTF (begins with `glTF` or `{`), STL (has the size that its count
+/// of facets implies, or begins with `solid`), a scene (has a `.scn` statement before any of OBJ's, or a misspelt one;
+/// or holds nothing but `//` comments), else OBJ.
+///
+/// ```
+/// use octray::format::{Detected, detect, mesh::MeshFormat};
+///
+/// assert_eq!(detect(b"sphere 0 0 0 1"), Detected::Scene);
+/// assert_eq!(detect(b"v 0 0 0\nv 1 0 0\n"), Detected::Mesh(MeshFormat::Obj));
+/// ```
+#[must_use]
+pub fn detect(bytes: &[u8]) -> Detected {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        Detected::Mesh(MeshFormat::Ply)
+    } else if bytes.starts_with(b"glTF") || text.trim_ascii_start().starts_with(b"{") {
+        Detected::Mesh(MeshFormat::Gltf)
+    } else if stl::is_stl(bytes) {
+        Detected::Mesh(MeshFormat::Stl)
+    } else if scn::is_scene(text) {
+        Detected::Scene
+    } else {
+        Detected::Mesh(MeshFormat::Obj)
+    }
+}
+
+/// Loads a scene or a mesh of any format from a reader such as a pipe. `name` stands for the input in errors; the paths
+/// that it names are relative to the folder of `name`, and to the current folder if it has none. `memory` limits what
+/// the scene may take, in bytes, as in [`load_within`](super::load_within).
+///
+/// # Errors
+/// [`LoadError`], as for [`load_from_reader`] and [`mesh::load`].
+pub fn load_any(reader: impl Read, name: &Path, memory: u64) -> Result<Loaded, LoadError> {
+    let bytes = files::read_all(reader, memory.min(files::MAX_BYTES));
+    let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
+    Ok(match detect(&bytes) {
+        Detected::Scene => Loaded::Scene(Box::new(load_from_reader(&bytes[..], name, memory)?)),
+        Detected::Mesh(format) => {
+            let open = &mut |path: &Path| files::read(path, memory);
+            Loaded::Mesh(Box::new(mesh::parse_as(format, &bytes, name, open)?))
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_is_recognised() {
+        let binary_stl = |facets: u8| {
+            let mut bytes = vec![b' '; 80];
+            bytes.extend([facets, 0, 0, 0]);
+            bytes.resize(84 + 50 * usize::from(facets), 1);
+            bytes
+        };
+        let is = |bytes: &[u8], expected: Option<MeshFormat>| {
+            let found = match detect(bytes) {
+                Detected::Scene => None,
+                Detected::Mesh(format) => Some(format),
+            };
+            assert_eq!(found, expected, "{}", String::from_utf8_lossy(bytes));
+        };
+        let (ply, gltf, stl, obj) = (
+            Some(MeshFormat::Ply),
+            Some(MeshFormat::Gltf),
+            Some(MeshFormat::Stl),
+            Some(MeshFormat::Obj),
+        );
+        is(b"ply\nformat ascii 1.0\n", ply);
+        is(b"ply\r\nformat ascii 1.0\r\n", ply);
+        is(b"glTF\x02\0\0\0", gltf);
+        is(b" \n{\"asset\": {}}", gltf);
+        is(b"\xef\xbb\xbf{}", gltf);
+        is(&binary_stl(0), stl);
+        is(&binary_stl(3), stl);
+        is(b"solid cube\nendsolid cube\n", stl);
+        is(b"SOLID\n", stl);
+        is(b"// a scene\n\nlight 9 -4 10 0.7\n", None);
+        is(b"\xef\xbb\xbfmaterial 1\r\n", None);
+        is(b"sphre 0 0 0 1\n", None);
+        is(b"# not a comment here\nsphere 0 0 0 1\n", None);
+        is(b"// nothing yet\n", None);
+        is(b"", None);
+        is(b"# Blender\no cube\nv 0 0 0\n", obj);
+        is(b"v 0 0 0\nsphere 0 0 0 1\n", obj);
+        is(b"mtllib a.mtl\n", obj);
+        is(b"Dear reader,", obj);
+        is(b"solidify 1\n", obj);
+        is(&binary_stl(3)[..200], obj);
+    }
+
+    #[test]
+    fn a_reader_gives_a_scene_or_a_mesh() {
+        let load = |text: &str| load_any(text.as_bytes(), Path::new("-"), u64::MAX).expect("it loads");
+        assert!(matches!(load("sphere 0 0 0 1"), Loaded::Scene(scene) if scene.primitive_count() == 1));
+        let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+        assert!(matches!(load(square), Loaded::Mesh(mesh) if mesh.columns.triangles.len() == 2));
+        let error = load_any(square.as_bytes(), Path::new("-"), 10).expect_err("too large");
+        assert_eq!(error.to_string(), "-: the input is larger than 10 B");
+    }
+}

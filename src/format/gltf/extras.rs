@@ -1,0 +1,130 @@
+//! What a glTF file holds and octray does not read.
+
+use crate::format::left_out::{LeftOut, counted};
+use gltf::{
+    json::{self, Material, Root, camera::Type, mesh::Primitive, validation::Checked},
+    material::AlphaMode,
+    mesh::{Mode, Semantic},
+};
+use serde::{Deserialize, de::IgnoredAny};
+
+const LIGHTS: &str = "KHR_lights_punctual";
+
+/// Extensions that octray reads, or that say nothing beyond what else is listed: textures, animations, lights.
+const NOT_LISTED: [&str; 9] = [
+    LIGHTS,
+    "KHR_animation_pointer",
+    "KHR_draco_mesh_compression",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_mesh_quantization",
+    "KHR_texture_",
+    "KHR_xmp",
+    "EXT_meshopt_compression",
+    "EXT_texture_",
+];
+
+/// Lists what is left out of a file; `text` is its JSON.
+pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
+    let mut left_out = LeftOut::default();
+    left_out.count(light_count(root, text), "light", "lights");
+    left_out.count(root.animations.len(), "animation", "animations");
+    left_out.count(root.skins.len(), "skin", "skins");
+    left_out.count(root.textures.len(), "texture", "textures");
+    let materials = |is: fn(&&Material) -> bool| root.materials.iter().filter(is).count();
+    for (what, count) in [
+        ("transparency", materials(is_transparent)),
+        ("emission", materials(is_emissive)),
+    ] {
+        if count > 0 {
+            left_out.add(&format!("{what} of {}", counted(count, "material", "materials")));
+        }
+    }
+    let primitives = || root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let count = |is: fn(&&Primitive) -> bool| primitives().filter(is).count();
+    left_out.count(count(|p| is_points(p)), "set of points", "sets of points");
+    left_out.count(count(|p| is_lines(p)), "set of lines", "sets of lines");
+    left_out.count(
+        count(|p| !has(p, |semantic| *semantic == Semantic::Positions)),
+        "primitive without positions",
+        "primitives without positions",
+    );
+    if primitives().any(|p| p.targets.as_ref().is_some_and(|targets| !targets.is_empty())) {
+        left_out.add("morph targets");
+    }
+    if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(_)))) {
+        left_out.add("vertex colours");
+    }
+    if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::TexCoords(_)))) {
+        left_out.add("texture coordinates");
+    }
+    let orthographic = root
+        .cameras
+        .iter()
+        .filter(|camera| camera.type_ == Checked::Valid(Type::Orthographic));
+    left_out.count(
+        orthographic.count(),
+        "orthographic camera",
+        "orthographic cameras",
+    );
+    left_out.count(root.scenes.len().saturating_sub(1), "other scene", "other scenes");
+    let is_listed = |name: &&str| !NOT_LISTED.iter().any(|known| name.starts_with(known));
+    let used = root.extensions_used.iter().map(String::as_str);
+    left_out.names("extensions", used.filter(is_listed));
+    left_out
+}
+
+fn is_transparent(material: &&Material) -> bool {
+    matches!(
+        material.alpha_mode,
+        Checked::Valid(AlphaMode::Blend | AlphaMode::Mask)
+    )
+}
+
+fn is_emissive(material: &&Material) -> bool {
+    material.emissive_texture.is_some() || material.emissive_factor.0 != [0.0; 3]
+}
+
+fn is_points(primitive: &Primitive) -> bool {
+    primitive.mode == Checked::Valid(Mode::Points)
+}
+
+fn is_lines(primitive: &Primitive) -> bool {
+    matches!(
+        primitive.mode,
+        Checked::Valid(Mode::Lines | Mode::LineLoop | Mode::LineStrip)
+    )
+}
+
+fn has(primitive: &Primitive, is: impl Fn(&Semantic) -> bool) -> bool {
+    let mut semantics = primitive.attributes.keys();
+    semantics.any(|semantic| matches!(semantic, Checked::Valid(semantic) if is(semantic)))
+}
+
+/// The lights of a file, which the gltf crate skips.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Lit {
+    extensions: LitExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct LitExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    punctual: Lights,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Lights {
+    lights: Vec<IgnoredAny>,
+}
+
+/// Reads the JSON once more, but only if the file uses the extension.
+fn light_count(root: &Root, text: &[u8]) -> usize {
+    if !root.extensions_used.iter().any(|name| name == LIGHTS) {
+        return 0;
+    }
+    let lit: Lit = json::deserialize::from_slice(text).unwrap_or_default();
+    lit.extensions.punctual.lights.len()
+}

@@ -1,0 +1,85 @@
+//! What a file holds and octray does not read: one note a file names all of it.
+
+use std::path::Path;
+
+/// How many names of one kind a note lists.
+const MOST_NAMES: usize = 4;
+
+/// What a file holds and octray does not read.
+#[derive(Debug, Default)]
+pub(super) struct LeftOut(Vec<String>);
+
+impl LeftOut {
+    /// Adds what needs no count, such as "vertex colours". Said twice, it is noted once.
+    pub(super) fn add(&mut self, what: &str) {
+        if !self.0.iter().any(|known| known == what) {
+            self.0.push(what.to_owned());
+        }
+    }
+
+    /// Adds `count` things, if there are any: "1 light", "2 lights".
+    pub(super) fn count(&mut self, count: usize, one: &str, many: &str) {
+        if count > 0 {
+            self.0.push(counted(count, one, many));
+        }
+    }
+
+    /// Adds things by name, if there are any: "vertex properties `a`, `b`".
+    pub(super) fn names<'a>(&mut self, what: &str, names: impl IntoIterator<Item = &'a str>) {
+        let list = name_list(names.into_iter().map(str::as_bytes));
+        if !list.is_empty() {
+            self.0.push(format!("{what} {list}"));
+        }
+    }
+
+    /// The note about the file at `path`; `None` if nothing was left out.
+    pub(super) fn note(&self, path: &Path) -> Option<String> {
+        (!self.0.is_empty()).then(|| format!("{}: left out: {}", path.display(), self.0.join(", ")))
+    }
+}
+
+/// Quoted names as a list, at most [`MOST_NAMES`] of them.
+pub(super) fn name_list<'a>(names: impl IntoIterator<Item = &'a [u8]>) -> String {
+    let mut quoted: Vec<String> = Vec::new();
+    for name in names {
+        let name = crate::error::quote(name);
+        if quoted.contains(&name) {
+            continue;
+        }
+        if quoted.len() == MOST_NAMES {
+            quoted.push("...".to_owned());
+            break;
+        }
+        quoted.push(name);
+    }
+    quoted.join(", ")
+}
+
+/// A count with its noun: "1 light", "2 lights".
+pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_note_names_all() {
+        let mut left_out = LeftOut::default();
+        assert_eq!(left_out.note(Path::new("a.ply")), None);
+        left_out.count(0, "light", "lights");
+        left_out.count(1, "camera", "cameras");
+        left_out.count(3, "light", "lights");
+        left_out.add("vertex colours");
+        left_out.add("vertex colours");
+        left_out.names("properties", ["a", "b", "a"]);
+        left_out.names("elements", ["a", "b", "c", "d", "e", "f"]);
+        assert_eq!(
+            left_out.note(Path::new("a.ply")).as_deref(),
+            Some(
+                "a.ply: left out: 1 camera, 3 lights, vertex colours, properties `a`, `b`, elements `a`, `b`, `c`, `d`, ..."
+            )
+        );
+    }
+}
