@@ -6,7 +6,7 @@ use super::{
     report::{SCHEMA, grouped},
     verify_report::{Json, difference, text},
 };
-use crate::verify::{self, Done, Entrants, Settings};
+use crate::verify::{self, Done, Implementations, Settings};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::{
@@ -60,10 +60,14 @@ fn seconds(text: &str) -> Result<f64, String> {
 /// # Errors
 /// [`CliError::Differs`] with all that is needed to repeat it, [`CliError::Interrupted`] after the counts so far.
 pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
-    run_with(args, &verify::entrants, &Interrupt::install()?)
+    run_with(args, &verify::implementations, &Interrupt::install()?)
 }
 
-fn run_with(args: &VerifyArgs, entrants: &Entrants, interrupt: &Interrupt) -> Result<(), CliError> {
+fn run_with(
+    args: &VerifyArgs,
+    implementations: &Implementations,
+    interrupt: &Interrupt,
+) -> Result<(), CliError> {
     let settings = Settings {
         seed: args.seed,
         rays: args.rays.or(args.seconds.is_none().then_some(DEFAULT_RAYS)),
@@ -82,7 +86,7 @@ fn run_with(args: &VerifyArgs, entrants: &Entrants, interrupt: &Interrupt) -> Re
             ControlFlow::Continue(())
         }
     };
-    let outcome = verify::run(&settings, entrants, &report);
+    let outcome = verify::run(&settings, implementations, &report);
     bar.clear();
     let outcome = outcome.map_err(|error| CliError::Failed(error.to_string()))?;
     let took = start.elapsed();
@@ -140,13 +144,13 @@ mod tests {
     use crate::{
         accel::Bvh,
         scene::Scene,
-        verify::{Entrant, Found, Group},
+        verify::{Found, Group, Implementation},
     };
 
     /// Takes one ray in some hundreds for blocked that is not, or the other way round.
-    struct Faulty<'a>(Box<dyn Entrant + 'a>);
+    struct Faulty<'a>(Box<dyn Implementation + 'a>);
 
-    impl Entrant for Faulty<'_> {
+    impl Implementation for Faulty<'_> {
         fn name(&self) -> &'static str {
             "faulty"
         }
@@ -159,13 +163,13 @@ mod tests {
         }
     }
 
-    fn with_a_fault<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>> {
-        let mut all = verify::entrants(scene, bvh);
+    fn with_a_fault<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> {
+        let mut all = verify::implementations(scene, bvh);
         all.truncate(1);
         all.extend(
-            verify::entrants(scene, bvh)
+            verify::implementations(scene, bvh)
                 .pop()
-                .map(|last| -> Box<dyn Entrant> { Box::new(Faulty(last)) }),
+                .map(|last| -> Box<dyn Implementation> { Box::new(Faulty(last)) }),
         );
         all
     }
