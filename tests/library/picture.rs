@@ -5,7 +5,7 @@ use octray::{
     format,
     reference::{
         brute,
-        cost::{self, Cost, Todo},
+        cost::{self, Cost, Stack},
     },
     render::{
         Aov, Aovs, Crop, Film, Filter, Mode, Pattern, Pixel, Progress, RenderError, Renderer, Settings,
@@ -286,7 +286,7 @@ fn variables_are_those_of_every_other_traversal() {
         let bvh = Bvh::build(&scene);
         for _ in 0..200 {
             let ray = rays::ray(&mut random, &scene);
-            let (hit, cost) = cost::closest_hit(&scene, &bvh, &mut Todo::default(), &ray);
+            let (hit, cost) = cost::closest_hit(&scene, &bvh, &mut Stack::default(), &ray);
             let expected = brute::closest_hit(&scene, &ray);
             assert_eq!(
                 (hit.primitive, hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits()),
