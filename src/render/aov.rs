@@ -1,8 +1,7 @@
-//! Arbitrary output variables: what else is known of a pixel besides its colour.
+//! Arbitrary output variables (AOVs): depth, normal, albedo, primitive id and traversal cost of each pixel.
 //!
-//! They are those of one ray through the pixel's centre, whatever the samples: an average of two distances or ids
-//! would be neither's. Rays are traced as a picture's camera rays are; where their cost is asked for, one at a time over
-//! the wide hierarchy, in every mode.
+//! They are those of one ray through the pixel's centre, because averages of distances or ids would be meaningless. If
+//! costs are asked for, rays are traced one at a time over the wide BVH in every mode.
 
 use super::{
     Filter, Mode, OnProgress, Pattern, RenderError, Renderer, Settings,
@@ -10,13 +9,13 @@ use super::{
     frame::{FrameContext, TileRect},
     renderer::Watch,
     sampling::CameraRays,
-    tile::fill,
+    tile::generate_rays,
 };
 use crate::{
     accel::Bvh,
     ray::{Hit, HitPacket, PrimitiveId, Ray},
     reference::{
-        cost::{self, Cost, Todo},
+        cost::{self, Cost, Stack},
         shade::shading_normal,
     },
     scene::{Camera, Material, Scene, for_each_packet},
@@ -28,39 +27,38 @@ use rayon::prelude::*;
 use std::cell::RefCell;
 use thread_local::ThreadLocal;
 
-/// Pixels of a tile; a band of tiles is as many rows.
+/// Width and height of a tile, pixels.
 const TILE: [u32; 2] = [128, 16];
 
-/// What the ray through a pixel's centre meets first.
+/// The output variables of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aov {
-    /// Distance from the eye along the ray, scene units; infinite where nothing is hit.
+    /// Distance from the eye along the ray, scene units; infinite for a miss.
     pub depth: f32,
-    /// Shading normal, a unit vector on the viewer's side; 0 where nothing is hit.
+    /// Unit shading normal on the viewer's side, in world space; 0 for a miss.
     pub normal: [f32; 3],
-    /// The material's own colour, linear RGB, without light: that of a silhouette, matte or mirror, c_d of
-    /// Blinn-Phong; 0 where nothing is hit.
+    /// The unlit colour of the material, linear RGB (c_d of Blinn-Phong); 0 for a miss.
     pub albedo: [f32; 3],
-    /// Which primitive; [`PrimitiveId::NONE`] where nothing is hit.
+    /// The primitive; [`PrimitiveId::NONE`] for a miss.
     pub primitive: PrimitiveId,
-    /// What the ray costs if it is traced alone; nothing where that was not asked for.
+    /// The traversal cost of the ray; 0 unless it was asked for.
     pub cost: Cost,
 }
 
-/// The variables of all pixels of a picture, or of its crop.
+/// The output variables of all pixels of a picture or its crop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Aovs {
-    /// Pixels across.
+    /// Width, pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height, pixels.
     pub height: u32,
-    /// Row by row, row 0 on top.
+    /// Row by row, the top row first.
     pub pixels: Vec<Aov>,
 }
 
 impl Renderer<'_> {
-    /// Finds the variables of every pixel, on the threads that [`Renderer::render`] uses. `costs`: also what rays cost,
-    /// which takes several times as long.
+    /// Computes the output variables of every pixel, on the threads of [`Renderer::render`]. With `costs` it takes
+    /// several times as long.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -88,16 +86,16 @@ impl Renderer<'_> {
             settings,
         };
         let watch = Watch::new(window, on_progress);
-        let mut pixels = vec![Aov::NOTHING; window.width() as usize * window.height() as usize];
-        let finders = ThreadLocal::new();
-        let mut find = || {
+        let mut pixels = vec![Aov::MISS; window.width() as usize * window.height() as usize];
+        let scratch = ThreadLocal::new();
+        let mut render = || {
             Bands::new(&mut pixels, window.width(), TILE[1])
                 .in_turn()
-                .for_each(|(y, band)| find_band(&finders, &context, y, band, costs, &watch));
+                .for_each(|(y, band)| render_band(&scratch, &context, y, band, costs, &watch));
         };
         match self.pool(settings.threads)? {
-            Some(pool) => pool.install(find),
-            None => find(),
+            Some(pool) => pool.install(render),
+            None => render(),
         }
         watch.finish()?;
         Ok(Aovs {
@@ -108,39 +106,39 @@ impl Renderer<'_> {
     }
 }
 
-/// A thread's memory.
-struct Finder<'a> {
+/// The scratch memory of a thread.
+struct AovScratch<'a> {
     tracer: Tracer<'a>,
     rays: RayQueue,
     hits: Vec<HitPacket>,
-    todo: Todo,
+    stack: Stack,
 }
 
-impl<'a> Finder<'a> {
+impl<'a> AovScratch<'a> {
     fn new(bvh: &'a Bvh) -> Self {
         Self {
             tracer: Tracer::new(bvh),
             rays: RayQueue::default(),
             hits: Vec::new(),
-            todo: Todo::default(),
+            stack: Stack::default(),
         }
     }
 
-    /// Finds the variables of a tile; `band` has the pixels of its rows.
-    fn tile(&mut self, context: &FrameContext<'_>, rect: TileRect, band: &mut [Aov], costs: bool) {
-        let one_by_one = costs || context.settings.mode == Mode::Scalar;
-        fill(context, rect, [0, 0], &mut self.rays);
+    /// Computes the variables of a tile; `band` has the pixels of its rows.
+    fn render_tile(&mut self, context: &FrameContext<'_>, rect: TileRect, band: &mut [Aov], costs: bool) {
+        let single_rays = costs || context.settings.mode == Mode::Scalar;
+        generate_rays(context, rect, [0, 0], &mut self.rays);
         self.hits.clear();
         self.hits
             .resize(self.rays.rays.packets().len(), HitPacket::miss(splat(0.0)));
-        if !one_by_one {
+        if !single_rays {
             let rays = &self.rays.rays;
             self.tracer
                 .closest_hit(rays.origins(), rays.packets(), &mut self.hits);
         }
         let eye = context.camera_rays.eye();
         let mut packets = self.rays.rays.packets().iter().zip(&self.hits);
-        let todo = &mut self.todo;
+        let stack = &mut self.stack;
         for_each_packet(rect.width, rect.height, |[x, y]| {
             let Some((rays, hits)) = packets.next() else {
                 return;
@@ -151,8 +149,8 @@ impl<'a> Finder<'a> {
                     continue;
                 }
                 let ray = rays.ray(lane, eye);
-                let (hit, cost) = if one_by_one {
-                    let (hit, cost) = cost::closest_hit(context.scene, context.bvh, todo, &ray);
+                let (hit, cost) = if single_rays {
+                    let (hit, cost) = cost::closest_hit(context.scene, context.bvh, stack, &ray);
                     (hit, if costs { cost } else { Cost::default() })
                 } else {
                     (hits.hit(lane), Cost::default())
@@ -164,10 +162,10 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// Finds the variables of the window's rows from `y` on. A thread's memory is borrowed for a tile, not while progress is
-/// told: whoever is told may let the thread take the bands that are left.
-fn find_band<'a>(
-    finders: &ThreadLocal<RefCell<Finder<'a>>>,
+/// Computes the variables of the window's rows from `y` on. The scratch memory is not borrowed while progress is
+/// reported, because the callback may render on this thread.
+fn render_band<'a>(
+    scratch: &ThreadLocal<RefCell<AovScratch<'a>>>,
     context: &FrameContext<'a>,
     y: u32,
     band: &mut [Aov],
@@ -185,17 +183,16 @@ fn find_band<'a>(
             width: TILE[0].min(width - x),
             height: TILE[1].min(height - y),
         };
-        finders
-            .get_or(|| RefCell::new(Finder::new(context.bvh)))
+        scratch
+            .get_or(|| RefCell::new(AovScratch::new(context.bvh)))
             .borrow_mut()
-            .tile(context, rect, band, costs);
+            .render_tile(context, rect, band, costs);
         watch.done(u64::from(rect.width) * u64::from(rect.height));
     }
 }
 
 impl Aov {
-    /// Where nothing is hit.
-    const NOTHING: Self = Self {
+    const MISS: Self = Self {
         depth: f32::INFINITY,
         normal: [0.0; 3],
         albedo: [0.0; 3],
@@ -208,10 +205,7 @@ impl Aov {
 
     fn new(scene: &Scene, ray: &Ray, hit: &Hit, cost: Cost) -> Self {
         if !hit.is_hit() {
-            return Self {
-                cost,
-                ..Self::NOTHING
-            };
+            return Self { cost, ..Self::MISS };
         }
         let material = &scene.materials()[scene.material_of(hit.primitive).0 as usize];
         Self {

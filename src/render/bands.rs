@@ -1,4 +1,4 @@
-//! Bands of whole rows, and how threads come by them.
+//! Bands of whole rows, the work items of the render threads.
 
 use rayon::prelude::*;
 use std::{
@@ -9,11 +9,8 @@ use std::{
 
 /// The bands of a picture that no thread has taken yet, from the top.
 ///
-/// Each thread takes the next one when it is done with the one before, so that none is without work for longer than the
-/// last band takes. (Halves that threads steal from each other, and halves of what is left of those, left one of two
-/// threads without work for 0.4 to 1 ms of a frame of 15 ms, in place of 0.2 ms: the course's `reflections.scn`, in
-/// which few bands are most of the work.) The lock is held for as long as it takes to cut off a slice, once a band.
-/// (Where the system's locks are not words in memory, as on macOS, each takes memory, once a frame.)
+/// A thread takes the next band when it finishes one, so none idles for longer than the last band takes.
+// Tuned: see docs/lab-notes.md#bands
 #[derive(Debug)]
 pub(crate) struct Bands<'a, P> {
     rows: u32,
@@ -21,7 +18,7 @@ pub(crate) struct Bands<'a, P> {
 }
 
 impl<'a, P: Send> Bands<'a, P> {
-    /// `pixels` are rows of `width`, each band so many `rows` of them; the last one may be lower.
+    /// Divides `pixels`, rows of `width`, into bands of `rows` rows; the last band may have fewer.
     pub fn new(pixels: &'a mut [P], width: u32, rows: u32) -> Self {
         Self {
             rows,
@@ -29,13 +26,13 @@ impl<'a, P: Send> Bands<'a, P> {
         }
     }
 
-    /// The next band and the row that it begins with.
+    /// Takes the next band, with the index of its first row.
     fn next(&self) -> Option<(u32, &'a mut [P])> {
         let (i, band) = self.left.lock().unwrap_or_else(PoisonError::into_inner).next()?;
         Some((i as u32 * self.rows, band))
     }
 
-    /// All bands that are left, each with the row that it begins with, on the threads of the current rayon pool.
+    /// Yields each band with the index of its first row, on the threads of the current rayon pool.
     pub fn in_turn(&self) -> impl ParallelIterator<Item = (u32, &'a mut [P])> {
         (0..rayon::current_num_threads())
             .into_par_iter()

@@ -1,25 +1,23 @@
-//! The picture in memory: linear colour, and how it becomes bytes.
+//! The film: a picture in memory, and its conversion to bytes.
 
 use super::Transfer;
 use crate::simd::{F32x8, LANES, lane, max, min, pack_pairs, splat, truncate};
 use rayon::prelude::*;
 use std::collections::TryReserveError;
 
-/// What a film keeps of each pixel's colour.
+/// The pixel format of a film.
 pub trait Pixel: Copy + Default + Send + Sync {
-    /// Whether it keeps how much of the pixel is covered. Camera rays that hit nothing then bring no colour; else they
-    /// bring the background's.
+    /// Whether it stores coverage. If so, camera rays that hit nothing are transparent instead of background.
     const HAS_ALPHA: bool = false;
 
-    /// From linear RGB, and the share of the samples that hit something: by that share the colour is multiplied
-    /// already.
+    /// Converts linear RGB, premultiplied by alpha, the share of the samples that hit something.
     fn from_linear(rgb: [f32; 3], alpha: f32) -> Self;
 
-    /// From eight colours, a column a channel. Gives what [`Pixel::from_linear`] gives.
+    /// Converts eight pixels; lane by lane the result is that of [`Pixel::from_linear`].
     fn from_lanes(rgb8: &[F32x8; 3], alpha8: &F32x8) -> [Self; LANES];
 }
 
-/// Linear RGB, as it is.
+/// Linear RGB.
 impl Pixel for [f32; 3] {
     fn from_linear(rgb: [f32; 3], _: f32) -> Self {
         rgb
@@ -35,7 +33,7 @@ impl Pixel for [f32; 3] {
     }
 }
 
-/// Linear RGB times alpha, and alpha: premultiplied, as EXR has it.
+/// Linear premultiplied RGBA, as in EXR.
 impl Pixel for [f32; 4] {
     const HAS_ALPHA: bool = true;
 
@@ -53,7 +51,7 @@ impl Pixel for [f32; 4] {
     }
 }
 
-/// Eight bits a channel, see [`quantize`].
+/// 8 bits per channel by [`quantize`].
 impl Pixel for [u8; 3] {
     fn from_linear(rgb: [f32; 3], _: f32) -> Self {
         rgb.map(quantize)
@@ -61,8 +59,8 @@ impl Pixel for [u8; 3] {
 
     #[inline(always)]
     fn from_lanes(rgb8: &[F32x8; 3], _: &F32x8) -> [Self; LANES] {
-        // Two pixels a number, then four in two: the second two begin in the first number. (In numbers of 128 bits, put
-        // together pixel by pixel, the course's frames took 2 % longer, on Zen 3.)
+        // `pack_pairs` packs two pixels of 48 bits into each u64; two of these make 12 bytes.
+        // Tuned: see docs/lab-notes.md#film-bytes
         let [a, b, c, d] = pack_pairs(quantize8(rgb8));
         let mut bytes = [0; 3 * LANES];
         for (bytes, [low, high]) in bytes.as_chunks_mut::<12>().0.iter_mut().zip([[a, b], [c, d]]) {
@@ -73,7 +71,7 @@ impl Pixel for [u8; 3] {
     }
 }
 
-/// A picture of linear RGB, or of what else a [`Pixel`] may be; row 0 on top.
+/// A picture of [`Pixel`]s, linear RGB by default; row 0 is the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film<P = [f32; 3]> {
     width: u32,
@@ -81,11 +79,11 @@ pub struct Film<P = [f32; 3]> {
     pixels: Vec<P>,
 }
 
-/// A picture of bytes: a quarter of the memory, which is what pays in large pictures.
+/// A picture of bytes, a quarter of the memory of [`Film`].
 pub type ByteFilm = Film<[u8; 3]>;
 
 impl<P: Pixel> Film<P> {
-    /// A black picture of any kind of pixels.
+    /// Makes a black picture of any pixel format.
     #[must_use]
     pub fn black(width: u32, height: u32) -> Self {
         Self {
@@ -95,17 +93,16 @@ impl<P: Pixel> Film<P> {
         }
     }
 
-    /// Makes the picture `width` x `height` pixels large. Its colours are of no use then, unless it has that size
-    /// already; memory is reused.
+    /// Resizes the picture and reuses its memory. The pixels are unspecified afterwards unless the size is the same.
     pub fn resize(&mut self, width: u32, height: u32) {
         (self.width, self.height) = (width, height);
         self.pixels.resize(width as usize * height as usize, P::default());
     }
 
-    /// As [`Film::resize`].
+    /// Resizes the picture as [`Film::resize`] does.
     ///
     /// # Errors
-    /// [`TryReserveError`], where there is no memory for it; the picture is as it was then.
+    /// [`TryReserveError`] if there is not enough memory; the picture is unchanged then.
     pub fn try_resize(&mut self, width: u32, height: u32) -> Result<(), TryReserveError> {
         let more = (width as usize * height as usize).saturating_sub(self.pixels.len());
         self.pixels.try_reserve_exact(more)?;
@@ -113,45 +110,44 @@ impl<P: Pixel> Film<P> {
         Ok(())
     }
 
-    /// Pixels across.
+    /// Returns the width, pixels.
     #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Pixels down.
+    /// Returns the height, pixels.
     #[must_use]
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// All pixels, row by row, row 0 on top.
+    /// Returns all pixels row by row, the top row first.
     #[must_use]
     pub fn pixels(&self) -> &[P] {
         &self.pixels
     }
 
-    /// The same, to write to.
+    /// Returns all pixels mutably, in the order of [`Film::pixels`].
     pub fn pixels_mut(&mut self) -> &mut [P] {
         &mut self.pixels
     }
 }
 
 impl Film {
-    /// A black picture of linear RGB.
+    /// Makes a black picture of linear RGB.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         Self::black(width, height)
     }
 
-    /// Eight bits a channel, as the course does: trunc(255 x clamp(c)), no gamma. On the threads of the current
-    /// rayon pool.
+    /// Converts to 8 bits per channel by [`quantize`], without gamma, on the current rayon pool.
     #[must_use]
     pub fn to_rgb8(&self) -> Vec<u8> {
         self.to_bytes(Transfer::Linear)
     }
 
-    /// Eight bits a channel, row by row. On the threads of the current rayon pool.
+    /// Converts to 8 bits per channel, row by row, on the current rayon pool.
     #[must_use]
     pub fn to_bytes(&self, transfer: Transfer) -> Vec<u8> {
         in_parallel(&self.pixels, |rgb: [f32; 3]| transfer.encode(rgb))
@@ -159,13 +155,13 @@ impl Film {
 }
 
 impl Film<[f32; 4]> {
-    /// Eight bits a channel, row by row: red, green and blue not multiplied by alpha any more, as PNG has it, and
-    /// trunc(255 x alpha). On the threads of the current rayon pool.
+    /// Converts to 8 bits per channel, row by row, on the current rayon pool: straight colours, as PNG has them, and
+    /// trunc(255 x alpha).
     #[must_use]
     pub fn to_bytes(&self, transfer: Transfer) -> Vec<u8> {
         in_parallel(&self.pixels, |[r, g, b, alpha]: [f32; 4]| {
-            let whole = if alpha > 0.0 { alpha } else { 1.0 };
-            let [r, g, b] = transfer.encode([r / whole, g / whole, b / whole]);
+            let divisor = if alpha > 0.0 { alpha } else { 1.0 };
+            let [r, g, b] = transfer.encode([r / divisor, g / divisor, b / divisor]);
             [r, g, b, quantize(alpha)]
         })
     }
@@ -185,7 +181,7 @@ fn in_parallel<const N: usize>(pixels: &[[f32; N]], encode: impl Fn([f32; N]) ->
     bytes.into_flattened()
 }
 
-/// trunc(255 x clamp(c, 0, 1)).
+/// Returns trunc(255 x clamp(c, 0, 1)).
 #[inline]
 #[must_use]
 pub fn quantize(channel: f32) -> u8 {
@@ -193,7 +189,7 @@ pub fn quantize(channel: f32) -> u8 {
     (channel.clamp(0.0, 1.0) * 255.0) as u8
 }
 
-/// Twin of [`quantize`], a column a channel.
+/// Quantises eight pixels as [`quantize`] does, channel by channel.
 #[inline(always)]
 fn quantize8(rgb8: &[F32x8; 3]) -> [[u32; LANES]; 3] {
     let byte8 = |c8: F32x8| truncate(min(max(c8, splat(0.0)), splat(1.0)) * splat(255.0));

@@ -1,4 +1,4 @@
-//! One frame on its own, and what the tiles of a frame share.
+//! Rendering a single frame, and the state that its tiles share.
 
 use super::{
     Crop, Film, Frame, FrameStats, OnProgress, RenderError, Renderer, Settings, sampling::CameraRays,
@@ -8,7 +8,7 @@ use crate::{
     scene::{Camera, Scene},
 };
 
-/// A tile's place in the film, pixels.
+/// A tile's rectangle in the film, pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TileRect {
     pub x: u32,
@@ -17,22 +17,22 @@ pub(super) struct TileRect {
     pub height: u32,
 }
 
-/// What all tiles of a frame share.
+/// The state that all tiles of a frame share.
 #[derive(Clone, Copy)]
 pub(super) struct FrameContext<'a> {
     pub scene: &'a Scene,
     pub bvh: &'a Bvh,
     pub camera_rays: CameraRays,
-    /// The film's place in the picture.
+    /// The film's rectangle in the picture.
     pub window: Crop,
     pub settings: Settings,
 }
 
-/// Renders `scene` as `camera` sees it. `bvh` must have been built from `scene`. For several frames of a scene a
-/// [`Renderer`] is faster: it keeps threads and memory.
+/// Renders one frame of `scene`; `bvh` must have been built from it. For several frames a [`Renderer`] is faster,
+/// because it keeps threads and memory.
 ///
 /// # Errors
-/// [`RenderError`]: a size out of its limits, threads that do not start, or cancelled by `on_progress`.
+/// [`RenderError`] if a setting is out of range, memory or threads are lacking, or `on_progress` returns `Break`.
 pub fn render(
     scene: &Scene,
     bvh: &Bvh,

@@ -1,4 +1,4 @@
-//! From a scene, its BVH and a camera to a picture. Knows no terminal and no window.
+//! Rendering: a scene, its BVH and a camera become a picture. Knows neither terminal nor window.
 
 mod aov;
 pub(crate) mod bands;
@@ -22,14 +22,13 @@ pub use transfer::Transfer;
 use crate::classic;
 use std::{fmt, ops::ControlFlow, time::Duration};
 
-/// The largest width or height of a picture, pixels, times the samples along a side of a pixel: sample
-/// offsets are whole numbers that must be exact in `f32`.
+/// The most samples along a side of a picture: sample offsets are integers that must be exact in `f32`.
 pub const MAX_SIDE_SAMPLES: u32 = 1 << 23;
 
-/// The most pixels of a picture.
+/// The most pixels of a film.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// Which code traces the rays. Both make the same bytes.
+/// The code that traces and shades. All modes make the same bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
     /// SIMD packets, batched shading.
@@ -39,34 +38,33 @@ pub enum Mode {
     Scalar,
 }
 
-/// How to render.
+/// The settings of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Pixels of the whole picture across.
+    /// Width of the whole picture, pixels.
     pub width: u32,
-    /// Pixels of the whole picture down.
+    /// Height of the whole picture, pixels.
     pub height: u32,
-    /// The part of the picture to render, exactly as it is in the whole; `None` for all of it. The film has the
-    /// part's size.
+    /// The part to render, with the same pixels as in the whole picture; `None` for all of it. It is the film's size.
     pub crop: Option<Crop>,
-    /// Samples of a pixel: a square number, but for [`Pattern::Sobol`], which takes any.
+    /// Samples per pixel: a square number, or any number for [`Pattern::Sobol`].
     pub samples: u32,
-    /// How they lie.
+    /// The positions of the samples in a pixel.
     pub pattern: Pattern,
-    /// How much each counts.
+    /// The pixel filter.
     pub filter: Filter,
-    /// A ray of this level returns the background; camera rays are level 0.
+    /// Maximum ray depth, at least 1: 1 disables reflections. Rays beyond it return the background.
     pub max_depth: u32,
-    /// Whether lights are tested for being hidden.
+    /// Whether to trace shadow rays.
     pub shadows: bool,
-    /// Which code traces the rays.
+    /// The code that traces and shades.
     pub mode: Mode,
-    /// How many threads; `None` for as many as the machine has.
+    /// Number of threads; `None` for the current rayon pool.
     pub threads: Option<usize>,
 }
 
 impl Default for Settings {
-    /// The course's picture: 512x512, one sample, three levels, shadows.
+    /// Returns the settings of classic pictures: 512x512, one sample, depth 3, shadows.
     fn default() -> Self {
         Self {
             width: classic::IMAGE_SIZE,
@@ -83,19 +81,19 @@ impl Default for Settings {
     }
 }
 
-/// Rays of a picture, by kind.
+/// The number of rays of a picture, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
-    /// Rays from the eye, one for each sample of a pixel: those too that are known to hit nothing before they are made.
+    /// Camera rays, one per sample, including those of tiles that are known to be empty.
     pub camera: u64,
-    /// Rays between a light and a surface.
+    /// Shadow rays.
     pub shadow: u64,
-    /// Mirrored rays.
+    /// Reflection rays.
     pub reflection: u64,
 }
 
 impl RayCounts {
-    /// All kinds together.
+    /// Returns the sum of all kinds.
     #[must_use]
     pub fn total(self) -> u64 {
         self.camera + self.shadow + self.reflection
@@ -113,17 +111,16 @@ impl std::ops::Add for RayCounts {
     }
 }
 
-/// Time spent in tiles, summed over the threads.
+/// The time spent in tiles, by stage, summed over the threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileTimes {
-    /// Making camera rays.
+    /// Generating camera rays.
     pub ray_generation: Duration,
     /// Tracing rays of all kinds.
     pub tracing: Duration,
-    /// Everything between: sorting hits, shading, making secondary rays; and the background of tiles without anything else,
-    /// where it has several colours.
+    /// Sorting hits, shading, and generating secondary rays; also gradient backgrounds of empty tiles.
     pub shading: Duration,
-    /// Turning colours into pixels of the film, and filling what shows one colour only.
+    /// Converting colours to pixels of the film, and filling empty tiles with a constant background.
     pub film: Duration,
 }
 
@@ -139,48 +136,48 @@ impl std::ops::Add for TileTimes {
     }
 }
 
-/// What a frame took.
+/// The statistics of a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameStats {
-    /// Rays traced.
+    /// The number of rays.
     pub rays: RayCounts,
-    /// Wall-clock time of the rendering alone.
+    /// Wall-clock time of rendering.
     pub elapsed: Duration,
-    /// Time within tiles by what it was for, in packet mode.
+    /// Time by stage, in packet mode.
     pub tile_times: TileTimes,
 }
 
-/// A finished picture and what it took.
+/// A finished picture and its statistics.
 #[derive(Debug)]
 pub struct Frame {
     /// The picture.
     pub film: Film,
-    /// Rays traced.
+    /// The number of rays.
     pub rays: RayCounts,
-    /// Wall-clock time of the rendering alone.
+    /// Wall-clock time of rendering.
     pub elapsed: Duration,
-    /// Time within tiles by what it was for, in packet mode.
+    /// Time by stage, in packet mode.
     pub tile_times: TileTimes,
 }
 
-/// Where the rendering stands, as the progress callback sees it.
+/// The progress of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
     /// Pixels finished.
     pub pixels_done: u64,
-    /// Pixels to render in all.
+    /// Pixels to render.
     pub pixels_total: u64,
 }
 
-/// Called from the render threads after every tile; `Break` stops the rendering.
+/// The progress callback, called from the render threads after every tile; `Break` cancels the frame.
 pub type OnProgress<'a> = &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync);
 
-/// Why there is no picture.
+/// The reasons for which rendering fails.
 #[derive(Debug, PartialEq, Eq)]
 pub enum RenderError {
-    /// Width, height or samples are 0 or too large; the text says which and what would do.
+    /// A setting is out of range, or the picture does not fit into memory; the text says which and what is expected.
     Limit(String),
-    /// The progress callback said `Break`.
+    /// The progress callback returned `Break`.
     Cancelled,
     /// The threads could not be started.
     Threads(String),
@@ -199,7 +196,7 @@ impl fmt::Display for RenderError {
 impl std::error::Error for RenderError {}
 
 impl Settings {
-    /// The pixels that are rendered: the crop, or the whole picture.
+    /// Returns the rectangle to render: the crop, or the whole picture.
     #[must_use]
     pub fn window(&self) -> Crop {
         self.crop.unwrap_or(Crop {
@@ -210,10 +207,10 @@ impl Settings {
         })
     }
 
-    /// Checks the sizes against the limits above.
+    /// Checks all settings.
     ///
     /// # Errors
-    /// [`RenderError::Limit`].
+    /// [`RenderError::Limit`] if one is out of range.
     pub fn validate(&self) -> Result<(), RenderError> {
         let limit = |what: String| Err(RenderError::Limit(what));
         let &Self {
@@ -255,7 +252,7 @@ impl Settings {
         }
         if self.pattern != Pattern::Sobol && n * n != samples {
             return limit(format!(
-                "{samples} samples for each pixel do not fill a square grid, which all patterns but Sobol' have"
+                "{samples} samples for each pixel: expected a square number, or the pattern sobol"
             ));
         }
         if self.max_depth == 0 || self.threads == Some(0) {

@@ -1,4 +1,4 @@
-//! Frames one after another: the threads, their scratch and the film stay.
+//! The renderer of successive frames: it keeps the threads and their scratch memory.
 
 use super::{
     Crop, Film, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, Settings, TileTimes,
@@ -21,13 +21,14 @@ use std::{
 };
 use thread_local::ThreadLocal;
 
-/// Pixels of a tile. A band of tiles is as many whole rows of the film, so that threads write to pieces of it that
-/// are theirs alone; it is what threads take at a time, so it is low.
+/// Width and height of a tile, pixels. A thread takes a band of tiles, whole rows of the film, so low tiles balance the
+/// load.
 const TILE: [u32; 2] = [128, 16];
 
-/// Renders frames of one scene, and keeps what it needs for that: threads, and each thread's queues. Once each thread
-/// has rendered a tile, nothing is allocated any more. (Where materials or levels are many, queues may still grow;
-/// they keep what they have. rayon itself takes memory once in some sixty frames.)
+/// Renders frames of one scene and keeps its threads and their queues.
+///
+/// Frames allocate nothing once each thread has rendered a tile, except that the queues may grow with many materials or
+/// levels, and that rayon allocates about once in sixty frames.
 ///
 /// ```
 /// use octray::{accel::Bvh, render::{Film, Renderer, Settings}, scene::{Camera, SceneBuilder}};
@@ -51,15 +52,14 @@ const TILE: [u32; 2] = [128, 16];
 pub struct Renderer<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
-    /// Where a frame asks for another number of threads than the current pool has.
+    /// Threads, if the last frame asked for another number than the current pool has.
     pool: Option<ThreadPool>,
-    /// Each thread's own. It is borrowed for one tile at a time: what the progress callback does, possibly
-    /// rendering other tiles, finds it free.
+    /// Borrowed for one tile at a time, because the progress callback may render on the same thread.
     scratch: ThreadLocal<RefCell<TileScratch<'a>>>,
 }
 
 impl<'a> Renderer<'a> {
-    /// A renderer of `scene`; `bvh` must have been built from it. Threads are started by the first frame.
+    /// Makes a renderer of `scene`; `bvh` must have been built from it. The first frame starts the threads.
     #[must_use]
     pub fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
         Self {
@@ -70,15 +70,13 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders the scene as `camera` sees it into `film` (of linear floats or of bytes), which gets the size that
-    /// `settings` say (that of the crop, where there is one); every pixel is written. After [`RenderError::Cancelled`] the
-    /// pixels that were done until then are, and the others are as they were; after other errors the film is of no use.
+    /// Renders a frame into `film`, which is resized to the picture or its crop; every pixel is written.
     ///
-    /// Runs on the current rayon pool, or where `settings` ask for another number of threads, on threads that the
-    /// renderer keeps until a frame asks for another number.
+    /// Runs on the current rayon pool, or on a pool of its own if `settings` ask for another number of threads. After
+    /// [`RenderError::Cancelled`] the film has the finished pixels, and the others are unchanged.
     ///
     /// # Errors
-    /// [`RenderError`]: a size out of its limits or the memory, threads that do not start, or cancelled by `on_progress`.
+    /// [`RenderError`] if a setting is out of range, memory or threads are lacking, or `on_progress` returns `Break`.
     pub fn render<P: Pixel>(
         &mut self,
         camera: &Camera,
@@ -108,18 +106,17 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// What is rendered.
     pub(super) fn scene(&self) -> (&'a Scene, &'a Bvh) {
         (self.scene, self.bvh)
     }
 
-    /// So many threads, kept for the next frame; `None` for those of the current pool.
+    /// Returns a pool of `threads` threads, kept for the next frame; `None` for the current pool.
     pub(super) fn pool(&mut self, threads: Option<usize>) -> Result<Option<&ThreadPool>, RenderError> {
         self.pool = self.pool_for(threads)?;
         Ok(self.pool.as_ref())
     }
 
-    /// The threads of the frame before, if their number is right; `None` for those of the current pool.
+    /// Returns the last frame's pool if it has `threads` threads, else a new one; `None` for the current pool.
     fn pool_for(&mut self, threads: Option<usize>) -> Result<Option<ThreadPool>, RenderError> {
         let Some(threads) = threads else {
             return Ok(None);
@@ -135,7 +132,6 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders all bands.
     fn bands<P: Pixel>(
         &self,
         camera: &Camera,
@@ -163,7 +159,7 @@ impl<'a> Renderer<'a> {
         Ok(counts)
     }
 
-    /// Renders the tiles of one band, the film's rows from `y` on, from left to right.
+    /// Renders one band, the film's rows from `y` on, tile by tile.
     fn band<P: Pixel>(
         &self,
         context: &FrameContext<'_>,
@@ -199,7 +195,7 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// How far the frame is, and whether it is still wanted.
+/// The progress and the cancellation of a frame.
 pub(super) struct Watch<'a> {
     on_progress: OnProgress<'a>,
     cancelled: AtomicBool,
@@ -208,7 +204,6 @@ pub(super) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// Nothing of the window is done.
     pub fn new(window: Crop, on_progress: OnProgress<'a>) -> Self {
         Self {
             on_progress,
@@ -218,7 +213,6 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Whether the frame is not wanted any more.
     pub fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
     }
@@ -232,7 +226,7 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// So many pixels more are done.
+    /// Reports finished pixels.
     pub fn done(&self, pixels: u64) {
         let progress = Progress {
             pixels_done: self.pixels_done.fetch_add(pixels, Ordering::Relaxed) + pixels,

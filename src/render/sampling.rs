@@ -1,9 +1,9 @@
-//! Where in a pixel the camera's rays go: a pattern of points in the unit square, spread by a pixel filter.
+//! Pixel sampling: a sample pattern in the unit square, warped by a pixel filter.
 //!
-//! Filters are sampled, not summed: a point's coordinates go through the inverse of the filter's distribution, and
-//! every sample counts 1 (Ernst, Stamminger and Greiner, *Filter Importance Sampling*, 2006). So pixels need nothing
-//! of their neighbours, and a crop is the whole picture's part. Where a pattern is another one in every pixel, it is
-//! by a hash of the pixel's absolute place, for the same reason.
+//! Filters are importance-sampled: a point goes through the inverse of the filter's distribution, and every sample has
+//! weight 1 (Ernst, Stamminger and Greiner, *Filter Importance Sampling*, 2006). So pixels need no neighbours. Patterns
+//! that differ from pixel to pixel are seeded by a hash of the absolute pixel, so that a crop equals its part of the
+//! whole picture.
 
 use super::Settings;
 use crate::{
@@ -13,56 +13,56 @@ use crate::{
 use glam::Vec3;
 use std::{f64::consts::TAU, sync::OnceLock};
 
-/// How the samples of a pixel lie.
+/// The positions of a pixel's samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pattern {
-    /// In the centres of a regular grid's cells, in all pixels alike.
+    /// The cell centres of a regular grid, the same in every pixel.
     #[default]
     Grid,
-    /// Anywhere in the cells of a regular grid, one in each.
+    /// One random point in each cell of a regular grid.
     Stratified,
-    /// The first points of the Sobol' sequence in two dimensions, scrambled anew in every pixel (Owen 1995, by hashing:
-    /// Burley, *Practical Hash-based Owen Scrambling*, JCGT 2020). Evenest where samples are a power of 4.
+    /// The two-dimensional Sobol' sequence with Owen scrambling per pixel (Burley, *Practical Hash-based Owen
+    /// Scrambling*, JCGT 2020). Best with a power of 4 samples.
     Sobol,
 }
 
-/// How much a sample counts by its distance from the pixel's centre.
+/// The reconstruction filter of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
-    /// All of the pixel alike.
+    /// A box of 1 pixel.
     #[default]
     Box,
-    /// Falls evenly to 0 at a distance of 1 pixel.
+    /// A tent of radius 1 pixel.
     Tent,
-    /// A bell that falls to 0 at a distance of 1.5 pixels: the Blackman-Harris window of four terms (Harris 1978).
+    /// The four-term Blackman-Harris window (Harris 1978) of radius 1.5 pixels.
     BlackmanHarris,
 }
 
-/// The Blackman-Harris filter's reach, pixels.
+/// Radius of the Blackman-Harris filter, pixels.
 const REACH: f64 = 1.5;
-/// Steps of its inverse distribution.
+/// Steps of its tabulated inverse distribution.
 const STEPS: usize = 1024;
 
-/// The camera's rays of one picture: pixel and sample in, direction out.
+/// The camera rays of one picture.
 #[derive(Clone, Copy)]
 pub(super) struct CameraRays {
     pixel_rays: PixelRays,
     /// Columns and rows of the samples; a sequence is one row.
     samples: [u32; 2],
-    /// `None`: the grid and the box, whose offsets are whole numbers.
-    spread: Option<Spread>,
+    /// `None` for the grid with the box filter, whose offsets are integers.
+    offsets: Option<SampleOffsets>,
 }
 
 #[derive(Clone, Copy)]
-struct Spread {
+struct SampleOffsets {
     pattern: Pattern,
     filter: Filter,
     samples_per_axis: u32,
-    bell: &'static [f32; STEPS + 1],
+    blackman_harris: &'static [f32; STEPS + 1],
 }
 
 impl CameraRays {
-    /// Those of `camera` for a picture of a scene with these settings.
+    /// Makes the rays of `camera` for a picture of `scene`.
     pub fn new(scene: &Scene, camera: &Camera, settings: &Settings) -> Self {
         let &Settings {
             width,
@@ -80,21 +80,21 @@ impl CameraRays {
                 Pattern::Sobol => [samples, 1],
                 Pattern::Grid | Pattern::Stratified => [samples_per_axis; 2],
             },
-            spread: (!regular).then(|| Spread {
+            offsets: (!regular).then(|| SampleOffsets {
                 pattern,
                 filter,
                 samples_per_axis,
-                bell: bell(),
+                blackman_harris: inverse_blackman_harris(),
             }),
         }
     }
 
-    /// The shared origin of all rays, scene units.
+    /// Returns the shared origin of all rays, scene units.
     pub fn eye(&self) -> Vec3 {
         self.pixel_rays.eye()
     }
 
-    /// Every sample of a pixel, as column and row.
+    /// Returns every sample of a pixel, as column and row.
     pub fn samples(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
         let [columns, rows] = self.samples;
         (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]))
@@ -105,42 +105,40 @@ impl CameraRays {
         self.pixel_rays.corners(first, size)
     }
 
-    /// Unit direction of the ray of one sample of a pixel of the whole picture.
+    /// Returns the unit direction of a sample; `x` and `y` are absolute.
     #[inline(always)]
     pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {
-        match &self.spread {
+        match &self.offsets {
             None => self.pixel_rays.direction(x, y, sample),
-            Some(spread) => self
-                .pixel_rays
-                .direction_aside(x, y, spread.aside([x, y], sample)),
+            Some(offsets) => self.pixel_rays.direction_offset(x, y, offsets.at([x, y], sample)),
         }
     }
 
-    /// Twin of [`CameraRays::direction`] for the 4x2 pixels whose top left one is (`x`, `y`); lane `4 * row + column`.
+    /// Returns what [`CameraRays::direction`] returns for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`.
     #[inline(always)]
     pub fn directions8(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3x8 {
-        let Some(spread) = &self.spread else {
+        let Some(offsets) = &self.offsets else {
             return self.pixel_rays.directions8(x, y, sample);
         };
         let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
             let pixel = [x + lane as u32 % 4, y + lane as u32 / 4];
-            [right[lane], up[lane]] = spread.aside(pixel, sample);
+            [right[lane], up[lane]] = offsets.at(pixel, sample);
         }
-        let aside = [from_lanes(|lane| right[lane]), from_lanes(|lane| up[lane])];
-        self.pixel_rays.directions8_aside(x, y, aside)
+        let offset = [from_lanes(|lane| right[lane]), from_lanes(|lane| up[lane])];
+        self.pixel_rays.directions8_offset(x, y, offset)
     }
 }
 
-impl Spread {
-    /// How far from a pixel's centre a sample lies to the right and upwards, in half pixels.
+impl SampleOffsets {
+    /// Returns a sample's offset from the pixel's centre, right and up, in half pixels.
     #[inline(always)]
-    fn aside(&self, pixel: [u32; 2], sample: [u32; 2]) -> [f32; 2] {
+    fn at(&self, pixel: [u32; 2], sample: [u32; 2]) -> [f32; 2] {
         let [right, down] = self.point(pixel, sample);
         [self.warp(right), -self.warp(down)]
     }
 
-    /// The sample's point in the unit square, from the top left.
+    /// Returns the sample's point in the unit square, from the top left.
     #[inline(always)]
     fn point(&self, [x, y]: [u32; 2], [column, row]: [u32; 2]) -> [f32; 2] {
         let n = self.samples_per_axis;
@@ -164,24 +162,24 @@ impl Spread {
         }
     }
 
-    /// The inverse of the filter's distribution, at a point from 0 to 1: half pixels from the centre.
+    /// Maps [0, 1] through the inverse of the filter's distribution to half pixels from the centre.
     #[inline(always)]
-    fn warp(&self, at: f32) -> f32 {
+    fn warp(&self, u: f32) -> f32 {
         match self.filter {
-            Filter::Box => 2.0 * at - 1.0,
-            Filter::Tent if at < 0.5 => 2.0 * (2.0 * at).sqrt() - 2.0,
-            Filter::Tent => 2.0 - 2.0 * (2.0 * (1.0 - at)).sqrt(),
+            Filter::Box => 2.0 * u - 1.0,
+            Filter::Tent if u < 0.5 => 2.0 * (2.0 * u).sqrt() - 2.0,
+            Filter::Tent => 2.0 - 2.0 * (2.0 * (1.0 - u)).sqrt(),
             Filter::BlackmanHarris => {
-                let at = at * STEPS as f32;
+                let at = u * STEPS as f32;
                 let step = (at as usize).min(STEPS - 1);
-                let (below, above) = (self.bell[step], self.bell[step + 1]);
+                let (below, above) = (self.blackman_harris[step], self.blackman_harris[step + 1]);
                 below + (above - below) * (at - step as f32)
             }
         }
     }
 }
 
-/// 32 random bits of 32 others, a bijection: two rounds of multiply and shift.
+/// Hashes 32 bits bijectively, by two rounds of multiply and xorshift.
 #[inline(always)]
 fn hash(mut bits: u32) -> u32 {
     bits = (bits ^ bits >> 16).wrapping_mul(0x7feb_352d);
@@ -189,16 +187,16 @@ fn hash(mut bits: u32) -> u32 {
     bits ^ bits >> 16
 }
 
-/// From 0 to 1, 1 not included.
+/// Maps 32 bits to [0, 1).
 #[inline(always)]
 fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 / (1 << 24) as f32
 }
 
-/// The second dimension of the Sobol' sequence, its bits in reverse. (The first is the index itself.)
+/// Returns the second dimension of the Sobol' sequence, bit-reversed. (The first is the index itself.)
 #[inline(always)]
 fn sobol_second(index: u32) -> u32 {
-    // Column i of the generating matrix is row i of Pascal's triangle modulo 2: 1, 11, 101, 1111, ...
+    // Column i of the generator matrix is row i of Pascal's triangle modulo 2: 1, 11, 101, 1111, ...
     let (mut left, mut column, mut point) = (index, 1_u32, 0);
     while left != 0 {
         point ^= column & (left & 1).wrapping_neg();
@@ -208,8 +206,8 @@ fn sobol_second(index: u32) -> u32 {
     point
 }
 
-/// Owen's scrambling of a point whose bits are in reverse: each bit is flipped by a hash of those before it
-/// (Laine and Karras 2011, with Burley's constants).
+/// Owen-scrambles a bit-reversed point: a hash of the preceding bits flips each bit (Laine and Karras 2011, constants by
+/// Burley 2020).
 #[inline(always)]
 fn scrambled(mut reversed: u32, seed: u32) -> u32 {
     reversed = reversed.wrapping_add(seed);
@@ -219,8 +217,8 @@ fn scrambled(mut reversed: u32, seed: u32) -> u32 {
     reversed.reverse_bits()
 }
 
-/// The inverse of the Blackman-Harris filter's distribution in equal steps: half pixels from the centre.
-fn bell() -> &'static [f32; STEPS + 1] {
+/// Returns the inverse distribution of the Blackman-Harris filter in equal steps, half pixels from the centre.
+fn inverse_blackman_harris() -> &'static [f32; STEPS + 1] {
     static TABLE: OnceLock<[f32; STEPS + 1]> = OnceLock::new();
     TABLE.get_or_init(|| {
         let mut table = [0.0; STEPS + 1];
@@ -229,7 +227,7 @@ fn bell() -> &'static [f32; STEPS + 1] {
             let (mut below, mut above) = (0.0, 1.0);
             for _ in 0..40 {
                 let middle = 0.5 * (below + above);
-                if bell_share(middle) < wanted {
+                if blackman_harris_integral(middle) < wanted {
                     below = middle;
                 } else {
                     above = middle;
@@ -241,8 +239,8 @@ fn bell() -> &'static [f32; STEPS + 1] {
     })
 }
 
-/// The share of the window from 0 to 1 that lies below `x`.
-fn bell_share(x: f64) -> f64 {
+/// Returns the normalised integral of the window over [0, `x`].
+fn blackman_harris_integral(x: f64) -> f64 {
     const TERMS: [f64; 4] = [0.35875, -0.48829, 0.14128, -0.01168];
     let mut sum = TERMS[0] * x;
     for (k, term) in (1..).zip(&TERMS[1..]) {
@@ -256,21 +254,21 @@ fn bell_share(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn spread(pattern: Pattern, filter: Filter, samples_per_axis: u32) -> Spread {
-        Spread {
+    fn offsets(pattern: Pattern, filter: Filter, samples_per_axis: u32) -> SampleOffsets {
+        SampleOffsets {
             pattern,
             filter,
             samples_per_axis,
-            bell: bell(),
+            blackman_harris: inverse_blackman_harris(),
         }
     }
 
-    fn points(spread: &Spread, pixel: [u32; 2]) -> Vec<[f32; 2]> {
-        let n = spread.samples_per_axis;
-        (0..n * n).map(|i| spread.point(pixel, [i % n, i / n])).collect()
+    fn points(offsets: &SampleOffsets, pixel: [u32; 2]) -> Vec<[f32; 2]> {
+        let n = offsets.samples_per_axis;
+        (0..n * n).map(|i| offsets.point(pixel, [i % n, i / n])).collect()
     }
 
-    /// How many different cells of a grid of `columns` x `rows` the points are in.
+    /// Counts the cells of a grid of `columns` x `rows` that contain points.
     fn cells(points: &[[f32; 2]], columns: usize, rows: usize) -> usize {
         let cell = |p: &[f32; 2]| ((p[0] * columns as f32) as usize, (p[1] * rows as f32) as usize);
         points
@@ -281,10 +279,10 @@ mod tests {
     }
 
     #[test]
-    fn patterns_are_even() {
+    fn patterns_are_stratified() {
         for pixel in [[0, 0], [1, 0], [0, 1], [4095, 77]] {
             for pattern in [Pattern::Grid, Pattern::Stratified, Pattern::Sobol] {
-                let points = points(&spread(pattern, Filter::Box, 4), pixel);
+                let points = points(&offsets(pattern, Filter::Box, 4), pixel);
                 assert!(points.as_flattened().iter().all(|c| (0.0..1.0).contains(c)));
                 assert_eq!(cells(&points, 4, 4), 16, "{pattern:?}");
                 if pattern == Pattern::Sobol {
@@ -297,11 +295,11 @@ mod tests {
     }
 
     #[test]
-    fn every_pixel_has_its_own_points() {
+    fn every_pixel_has_different_points() {
         for pattern in [Pattern::Stratified, Pattern::Sobol] {
-            let spread = spread(pattern, Filter::Box, 2);
+            let offsets = offsets(pattern, Filter::Box, 2);
             let mut seen: Vec<_> = (0..64)
-                .flat_map(|i| points(&spread, [i % 8, i / 8]))
+                .flat_map(|i| points(&offsets, [i % 8, i / 8]))
                 .map(|point| point.map(f32::to_bits))
                 .collect();
             seen.sort_unstable();
@@ -311,36 +309,36 @@ mod tests {
     }
 
     #[test]
-    fn filters_spread_as_they_should() {
-        // The variance of each filter, pixels: 1/12 of a box of width 1, 1/6 of a tent of reach 1.
+    fn filters_have_their_variance() {
+        // Variances in pixels: 1/12 for a box of width 1, 1/6 for a tent of radius 1.
         for (filter, reach, variance) in [
             (Filter::Box, 0.5, 1.0 / 12.0),
             (Filter::Tent, 1.0, 1.0 / 6.0),
-            (Filter::BlackmanHarris, REACH, bell_variance()),
+            (Filter::BlackmanHarris, REACH, blackman_harris_variance()),
         ] {
-            let spread = spread(Pattern::Grid, filter, 1);
+            let offsets = offsets(Pattern::Grid, filter, 1);
             const COUNT: u32 = 10_000;
             let at = (0..COUNT).map(|i| (f64::from(i) + 0.5) / f64::from(COUNT));
-            let offsets: Vec<f64> = at.map(|at| f64::from(spread.warp(at as f32)) * 0.5).collect();
-            let mean = offsets.iter().sum::<f64>() / f64::from(COUNT);
-            let square = offsets.iter().map(|o| o * o).sum::<f64>() / f64::from(COUNT);
+            let warped: Vec<f64> = at.map(|at| f64::from(offsets.warp(at as f32)) * 0.5).collect();
+            let mean = warped.iter().sum::<f64>() / f64::from(COUNT);
+            let square = warped.iter().map(|o| o * o).sum::<f64>() / f64::from(COUNT);
             assert!(mean.abs() < 1e-4, "{filter:?}: {mean}");
             assert!(
                 (square - variance).abs() < 2e-3,
                 "{filter:?}: {square}, {variance}"
             );
-            assert!(offsets.iter().all(|o| o.abs() <= reach));
-            assert!(offsets.is_sorted());
+            assert!(warped.iter().all(|o| o.abs() <= reach));
+            assert!(warped.is_sorted());
         }
     }
 
-    fn bell_variance() -> f64 {
+    fn blackman_harris_variance() -> f64 {
         const COUNT: u32 = 10_000;
         (0..COUNT)
             .map(|i| {
                 let [low, high] = [i, i + 1].map(|i| f64::from(i) / f64::from(COUNT));
                 let offset = (low + high - 1.0) * REACH;
-                offset * offset * (bell_share(high) - bell_share(low))
+                offset * offset * (blackman_harris_integral(high) - blackman_harris_integral(low))
             })
             .sum()
     }

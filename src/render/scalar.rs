@@ -1,4 +1,4 @@
-//! One tile by the scalar reference, pixel by pixel.
+//! Renders a tile with the scalar reference, pixel by pixel.
 
 use super::{
     Pixel, RayCounts,
@@ -28,7 +28,7 @@ impl Intersect for OverBvh<'_> {
     }
 }
 
-/// Renders the tile into its columns of `band`, the rows of the film from `rect.y` on.
+/// Renders a tile into `band`, the rows of the film from `rect.y` on.
 pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, band: &mut [P]) -> RayCounts {
     let &FrameContext {
         scene,

@@ -1,4 +1,4 @@
-//! One tile: camera rays in packets of 4x2 pixels, traced and shaded sample by sample.
+//! Renders a tile: camera rays in packets of 4x2 pixels, traced and shaded sample by sample.
 
 use super::{
     Pixel, RayCounts, TileTimes,
@@ -14,10 +14,12 @@ use crate::{
 };
 use std::time::Instant;
 
-/// Pixels of a packet.
+/// Width and height of a packet, pixels.
 const PACKET: [u32; 2] = [4, 2];
+/// Pixels of a packet's row.
+const ROW: usize = PACKET[0] as usize;
 
-/// A thread's memory for rendering tiles.
+/// The scratch memory of a thread.
 #[derive(Debug)]
 pub(super) struct TileScratch<'a> {
     tracer: Tracer<'a>,
@@ -28,7 +30,7 @@ pub(super) struct TileScratch<'a> {
 }
 
 impl<'a> TileScratch<'a> {
-    /// With memory for tiles of that size.
+    /// Reserves memory for tiles of `width` x `height` pixels.
     pub fn new(scene: &Scene, bvh: &'a Bvh, [width, height]: [u32; 2]) -> Self {
         let pixels = (width * height) as usize;
         let mut scratch = Self {
@@ -46,7 +48,7 @@ impl<'a> TileScratch<'a> {
         scratch
     }
 
-    /// Renders the tile into its columns of `band`, the rows of the film from `rect.y` on.
+    /// Renders a tile into `band`, the rows of the film from `rect.y` on.
     pub fn render<P: Pixel>(
         &mut self,
         context: &FrameContext<'_>,
@@ -62,10 +64,10 @@ impl<'a> TileScratch<'a> {
             ..TileTimes::default()
         };
         let row_length = context.window.width() as usize;
-        match only_color::<P>(scene) {
+        match constant_background::<P>(scene) {
             Some(color) if !may_hit => {
                 let start = Instant::now();
-                fill_with_color(color, settings.samples, rect, row_length, band);
+                fill(color, settings.samples, rect, row_length, band);
                 times.film = start.elapsed();
             }
             _ => self.render_samples(context, rect, may_hit, band, &mut times),
@@ -78,16 +80,14 @@ impl<'a> TileScratch<'a> {
         (counts, times)
     }
 
-    /// Whether camera rays of the tile may hit anything. (Frames of the course's scenes at 1920x1080, where three tiles in
-    /// four show background only, without tracing and shading those, on Zen 3, one thread: -13 to -20 %. Where the background is of
-    /// several colours, and rays are made for it: -7 %.)
+    /// Returns whether camera rays of the tile may hit anything.
+    // Tuned: see docs/lab-notes.md#empty-tiles
     fn may_hit(&self, context: &FrameContext<'_>, rect: TileRect) -> bool {
         let first = [context.window.x0 + rect.x, context.window.y0 + rect.y];
         let corners = context.camera_rays.corners(first, [rect.width, rect.height]);
         self.tracer.may_hit(context.camera_rays.eye(), corners)
     }
 
-    /// Renders sample by sample.
     fn render_samples<P: Pixel>(
         &mut self,
         context: &FrameContext<'_>,
@@ -107,12 +107,12 @@ impl<'a> TileScratch<'a> {
         for sample in context.camera_rays.samples() {
             if may_hit {
                 let start = Instant::now();
-                fill(context, rect, sample, &mut self.rays);
+                generate_rays(context, rect, sample, &mut self.rays);
                 times.ray_generation += start.elapsed();
                 self.shader
                     .shade(scene, &mut self.tracer, shade, &mut self.rays, &mut self.sample);
             } else {
-                see_background(context, rect, sample, &mut self.sample);
+                shade_background(context, rect, sample, &mut self.sample);
             }
             if sample == [0, 0] {
                 std::mem::swap(&mut self.sum, &mut self.sample);
@@ -129,7 +129,7 @@ impl<'a> TileScratch<'a> {
         times.tracing += self.shader.tracing;
     }
 
-    /// Averages the samples, and brings packets into rows.
+    /// Averages the samples and writes the packets to the rows of `band`.
     #[inline(never)]
     fn store<P: Pixel>(&self, rect: TileRect, samples: u32, row_length: usize, band: &mut [P]) {
         let samples8 = splat(samples as f32);
@@ -138,7 +138,7 @@ impl<'a> TileScratch<'a> {
         for_each_packet(rect.width, rect.height, |[x, y]| {
             let Some(&sum) = sums.next() else { return };
             let alpha8 = alphas.next().map_or(splat(1.0), |&alpha8| alpha8 / samples8);
-            // The same bits for one sample, without a division.
+            // Dividing by 1 changes nothing.
             let average = if samples == 1 {
                 sum
             } else {
@@ -159,18 +159,21 @@ impl<'a> TileScratch<'a> {
     }
 }
 
-/// Pixels of a packet's row.
-const ROW: usize = PACKET[0] as usize;
-
-/// The film's right edge. (Apart, else all rows are copied by calls of `memmove`: 6 % of a frame.)
+/// Stores a partial row at the film's right edge. A cold function, else all rows are copied by calls of `memmove`.
+// Tuned: see docs/lab-notes.md#store-part
 #[cold]
 fn store_part<P: Pixel>(from: &[P; ROW], to: &mut [P]) {
     to.copy_from_slice(&from[..to.len()]);
 }
 
-/// Fills the queue with the camera rays of one sample of all pixels of the tile, block by block.
+/// Fills the queue with the camera rays of one sample of every pixel of the tile.
 #[inline(never)]
-pub(super) fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], rays: &mut RayQueue) {
+pub(super) fn generate_rays(
+    context: &FrameContext<'_>,
+    rect: TileRect,
+    sample: [u32; 2],
+    rays: &mut RayQueue,
+) {
     rays.restart(Some(context.camera_rays.eye()));
     let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
     for_each_packet(rect.width, rect.height, |[x, y]| {
@@ -182,8 +185,8 @@ pub(super) fn fill(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2],
     });
 }
 
-/// What all camera rays see that hit nothing, red, green, blue and alpha, if that is the same in all directions.
-fn only_color<P: Pixel>(scene: &Scene) -> Option<[F32x8; 4]> {
+/// Returns the RGBA of all camera rays that hit nothing, if it is the same in all directions.
+fn constant_background<P: Pixel>(scene: &Scene) -> Option<[F32x8; 4]> {
     if P::HAS_ALPHA {
         return Some([splat(0.0); 4]);
     }
@@ -194,14 +197,8 @@ fn only_color<P: Pixel>(scene: &Scene) -> Option<[F32x8; 4]> {
     Some([r, g, b, splat(1.0)])
 }
 
-/// Fills the tile with the average of `samples` samples of one colour, added up and divided as others are.
-fn fill_with_color<P: Pixel>(
-    color: [F32x8; 4],
-    samples: u32,
-    rect: TileRect,
-    row_length: usize,
-    band: &mut [P],
-) {
+/// Fills the tile with the average of `samples` samples of one colour, summed as other samples are.
+fn fill<P: Pixel>(color: [F32x8; 4], samples: u32, rect: TileRect, row_length: usize, band: &mut [P]) {
     let average = color.map(|c| (1..samples).fold(c, |sum, _| sum + c) / splat(samples as f32));
     let [r, g, b, alpha] = average;
     let pixels = P::from_lanes(&[r, g, b], &alpha);
@@ -212,9 +209,9 @@ fn fill_with_color<P: Pixel>(
     }
 }
 
-/// The colours of one sample of all pixels of a tile whose rays hit nothing, under a background of several colours.
+/// Computes one sample of every pixel of an empty tile under a gradient background.
 #[inline(never)]
-fn see_background(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], colors: &mut TileColors) {
+fn shade_background(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], colors: &mut TileColors) {
     colors.resize(0);
     let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
     for_each_packet(rect.width, rect.height, |[x, y]| {
@@ -223,7 +220,7 @@ fn see_background(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], 
     });
 }
 
-/// The lanes of a packet whose pixels are in the tile.
+/// Returns the lanes of a packet whose pixels are in the tile, a bit each.
 #[inline(always)]
 fn inside(rect: TileRect, x: u32, y: u32) -> u32 {
     let columns = PACKET[0].min(rect.width - x);

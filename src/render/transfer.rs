@@ -1,20 +1,20 @@
-//! How linear channels become bytes.
+//! Transfer functions from linear channels to bytes.
 
 use super::quantize;
 use std::sync::OnceLock;
 
-/// The curve between light and bytes.
+/// The transfer function from linear light to bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Transfer {
-    /// None, as the course has it: trunc(255 x clamp(c)).
+    /// trunc(255 x clamp(c)), as classic pictures have it.
     #[default]
     Linear,
-    /// That of sRGB (IEC 61966-2-1), rounded to the nearest byte: what screens expect.
+    /// The sRGB curve (IEC 61966-2-1), rounded to nearest.
     Srgb,
 }
 
 impl Transfer {
-    /// The bytes of a colour.
+    /// Encodes a linear colour.
     #[inline]
     #[must_use]
     pub fn encode(self, rgb: [f32; 3]) -> [u8; 3] {
@@ -22,14 +22,14 @@ impl Transfer {
             Self::Linear => rgb.map(quantize),
             Self::Srgb => {
                 let steps = srgb_steps();
-                // No power function: as fast as a search, and the same on every machine.
+                // A search instead of `powf`: as fast, and the same on every machine.
                 rgb.map(|c| steps.partition_point(|&step| step <= c) as u8)
             }
         }
     }
 }
 
-/// The least linear value of each byte but 0, ascending.
+/// Returns the smallest linear value of each byte except 0, ascending.
 fn srgb_steps() -> &'static [f32; 255] {
     static STEPS: OnceLock<[f32; 255]> = OnceLock::new();
     STEPS.get_or_init(|| {
@@ -41,7 +41,7 @@ fn srgb_steps() -> &'static [f32; 255] {
     })
 }
 
-/// The standard's curve, from a channel's share of 255 to linear light.
+/// Decodes an sRGB channel from 0 to 1.
 fn to_linear(channel: f64) -> f64 {
     if channel <= 0.04045 {
         channel / 12.92

@@ -1,20 +1,19 @@
-//! What a ray sees that leaves the scene.
+//! The background: the colour of rays that leave the scene.
 
 use crate::math::{max, min, mul_add};
 use glam::Vec3;
 
-/// The background: one colour, or a gradient from straight down to straight up. It depends on a ray's direction
-/// alone, so that mirrors show it as well.
+/// A constant colour, or a vertical gradient. It depends on a ray's direction alone, so mirrors show it as well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Background {
-    /// Colour of a ray that goes straight down (-z), linear RGB.
+    /// Colour straight down (-z), linear RGB.
     pub bottom: [f32; 3],
-    /// Colour of a ray that goes straight up (+z), linear RGB.
+    /// Colour straight up (+z), linear RGB.
     pub top: [f32; 3],
 }
 
 impl Background {
-    /// One colour everywhere, linear RGB.
+    /// Makes a background of one colour, linear RGB.
     #[must_use]
     pub const fn constant(color: [f32; 3]) -> Self {
         Self {
@@ -23,26 +22,26 @@ impl Background {
         }
     }
 
-    /// Whether it is the same colour everywhere.
+    /// Returns whether the colour is the same in all directions.
     #[must_use]
     pub fn is_constant(&self) -> bool {
-        self.rise() == [0.0; 3]
+        self.difference() == [0.0; 3]
     }
 
-    /// What is added to `bottom` on the way to straight up; 0 where there is one colour only.
+    /// Returns `top - bottom`.
     #[inline]
     #[must_use]
-    pub fn rise(&self) -> [f32; 3] {
+    pub fn difference(&self) -> [f32; 3] {
         std::array::from_fn(|channel| self.top[channel] - self.bottom[channel])
     }
 
-    /// Colour of a ray along `direction`, a unit vector: `bottom + (z + 1) / 2 * (top - bottom)`.
+    /// Returns the colour along `direction`, a unit vector: `bottom + (z + 1) / 2 * (top - bottom)`.
     #[inline]
     #[must_use]
     pub fn color(&self, direction: Vec3) -> [f32; 3] {
         let share = min(max(mul_add(direction.z, 0.5, 0.5), 0.0), 1.0);
-        let rise = self.rise();
-        std::array::from_fn(|channel| mul_add(share, rise[channel], self.bottom[channel]))
+        let difference = self.difference();
+        std::array::from_fn(|channel| mul_add(share, difference[channel], self.bottom[channel]))
     }
 }
 

@@ -1,4 +1,4 @@
-//! A pinhole camera, and the rays through its pixels.
+//! The pinhole camera and its rays.
 
 use super::Scene;
 use crate::{
@@ -14,7 +14,7 @@ use std::fmt;
 pub enum CameraError {
     /// A coordinate is NaN or infinite.
     NotFinite,
-    /// The eye stands on the target.
+    /// The eye is at the target.
     EyeOnTarget,
     /// The view direction is parallel to the up vector, or the up vector is zero.
     UpParallel,
@@ -45,26 +45,26 @@ impl fmt::Display for CameraError {
 
 impl std::error::Error for CameraError {}
 
-/// What describes a camera.
+/// The parameters of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Where it stands, scene units.
+    /// Position of the eye, scene units.
     pub eye: DVec3,
-    /// What it looks at, scene units.
+    /// The point to look at, scene units.
     pub target: DVec3,
-    /// Which way is up.
+    /// The up vector, of any length.
     pub up: DVec3,
     /// Vertical field of view, degrees.
     pub fov_degrees: f64,
 }
 
 impl View {
-    /// Which way is up unless a camera says otherwise.
+    /// The default up vector.
     pub const UP: DVec3 = classic::UP;
-    /// The vertical field of view unless a camera says otherwise, degrees.
+    /// The default vertical field of view, degrees.
     pub const FOV_DEGREES: f64 = classic::FOV_DEGREES;
 
-    /// The course's viewpoint 1 to 6; `None` for another number.
+    /// Returns the classic viewpoint 1 to 6; `None` for another number.
     #[must_use]
     pub fn classic(view: u32) -> Option<Self> {
         Some(Self {
@@ -76,7 +76,7 @@ impl View {
     }
 }
 
-/// A camera of a scene, which may have a name.
+/// A camera of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedCamera {
     /// Its name, if it has one.
@@ -85,8 +85,7 @@ pub struct NamedCamera {
     pub camera: Camera,
 }
 
-/// A pinhole camera: where it stands, where it looks, how wide it sees. Its frame is right-handed:
-/// `right = forward x up`.
+/// A pinhole camera with a right-handed frame: `right = forward x up`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     view: View,
@@ -97,10 +96,10 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A camera at `eye` that looks at `target`; `fov_degrees` is the vertical field of view.
+    /// Makes a camera at `eye` that looks at `target`; `fov_degrees` is the vertical field of view.
     ///
     /// # Errors
-    /// [`CameraError`], where these do not make a view.
+    /// [`CameraError`] if these do not define a view.
     pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, fov_degrees: f64) -> Result<Self, CameraError> {
         if !(eye.is_finite() && target.is_finite() && up.is_finite()) {
             return Err(CameraError::NotFinite);
@@ -131,7 +130,7 @@ impl Camera {
         })
     }
 
-    /// The camera that a view describes.
+    /// Makes the camera of a view.
     ///
     /// # Errors
     /// As [`Camera::look_at`].
@@ -139,29 +138,29 @@ impl Camera {
         Self::look_at(view.eye, view.target, view.up, view.fov_degrees)
     }
 
-    /// What describes this camera.
+    /// Returns the parameters of the camera.
     #[must_use]
     pub fn view(&self) -> View {
         self.view
     }
 
-    /// The course's viewpoint 1 to 6; `None` for another number.
+    /// Returns the camera of the classic viewpoint 1 to 6; `None` for another number.
     #[must_use]
     pub fn classic_view(view: u32) -> Option<Self> {
         Self::new(&View::classic(view)?).ok()
     }
 
-    /// Where the camera stands, scene units.
+    /// Returns the position of the eye, scene units.
     #[must_use]
     pub fn eye(&self) -> Vec3 {
         self.view.eye.as_vec3()
     }
 
-    /// The rays of a picture of `scene`, `width` x `height` pixels with `samples_per_axis`² samples a pixel.
+    /// Returns the rays of a picture of `scene`: `width` x `height` pixels of `samples_per_axis`² samples each.
     #[must_use]
     pub fn pixel_rays(&self, scene: &Scene, width: u32, height: u32, samples_per_axis: u32) -> PixelRays {
         let n = samples_per_axis;
-        // Half a sample's width, so that odd multiples of it are the samples' centres.
+        // Half a sample's width: sample centres are odd multiples of it.
         let step = (self.half_height / (f64::from(height) * f64::from(n))) as f32;
         PixelRays {
             eye: (self.view.eye - scene.origin().as_dvec3()).as_vec3(),
@@ -176,8 +175,8 @@ impl Camera {
     }
 }
 
-/// The camera's rays for one picture size: pixel and sample in, direction out. Depends on absolute indices
-/// alone, so that a crop repeats the whole picture's rays.
+/// The camera rays of one picture size. A direction depends on the absolute pixel alone, so a crop has the rays of the
+/// whole picture.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelRays {
     eye: Vec3,
@@ -191,20 +190,20 @@ pub struct PixelRays {
 }
 
 impl PixelRays {
-    /// The shared origin of all rays, relative to the scene's ([`Scene::origin`]), scene units.
+    /// Returns the shared origin of all rays, scene units relative to [`Scene::origin`].
     #[must_use]
     pub fn eye(&self) -> Vec3 {
         self.eye
     }
 
-    /// Samples along one side of a pixel.
+    /// Returns the number of samples along one side of a pixel.
     #[must_use]
     pub fn samples_per_axis(&self) -> u32 {
         self.samples_per_axis as u32
     }
 
-    /// Offsets of a sample from the picture's centre to the right and upwards, in half samples: integers,
-    /// so exact up to 2^24.
+    /// Returns the offset of a sample from the picture's centre, right and up, in half samples: an integer, exact up to
+    /// 2^24.
     #[inline(always)]
     fn offsets(&self, x: u32, y: u32, sample: [u32; 2]) -> (f32, f32) {
         let n = self.samples_per_axis;
@@ -213,7 +212,7 @@ impl PixelRays {
         (right as f32, -down as f32)
     }
 
-    /// Unit direction of the ray through sample `sample` (column, row) of pixel (`x`, `y`); row 0 on top.
+    /// Returns the unit direction through sample `sample` (column, row) of pixel (`x`, `y`); row 0 is the top.
     #[must_use]
     pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {
         let (right, up) = self.offsets(x, y, sample);
@@ -221,32 +220,32 @@ impl PixelRays {
         normalize(mul_add3(self.up, up * self.step, along_right))
     }
 
-    /// As [`PixelRays::direction`] through the pixel's centre, but `right` and `up` half pixels aside. For rays of one
-    /// sample a pixel.
+    /// Returns the unit direction through the point that is `right` and `up` half pixels from the pixel's centre.
+    /// Only for one sample per pixel.
     #[must_use]
-    pub fn direction_aside(&self, x: u32, y: u32, [right, up]: [f32; 2]) -> Vec3 {
+    pub fn direction_offset(&self, x: u32, y: u32, [right, up]: [f32; 2]) -> Vec3 {
         let (center_right, center_up) = self.offsets(x, y, [0, 0]);
         let (right, up) = (center_right + right, center_up + up);
         let along_right = mul_add3(self.right, right * self.step, self.forward);
         normalize(mul_add3(self.up, up * self.step, along_right))
     }
 
-    /// Twin of [`PixelRays::direction`] for the 4x2 pixels whose top left one is (`x`, `y`); lane
-    /// `4 * row + column`.
+    /// Returns what [`PixelRays::direction`] returns for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`.
     #[must_use]
     pub fn directions8(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3x8 {
         self.directions8_from(self.offsets(x, y, sample), [splat(0.0); 2])
     }
 
-    /// Twin of [`PixelRays::direction_aside`], for pixels as in [`PixelRays::directions8`].
+    /// Returns what [`PixelRays::direction_offset`] returns, for pixels as in [`PixelRays::directions8`].
     #[must_use]
-    pub fn directions8_aside(&self, x: u32, y: u32, aside: [F32x8; 2]) -> Vec3x8 {
-        self.directions8_from(self.offsets(x, y, [0, 0]), aside)
+    pub fn directions8_offset(&self, x: u32, y: u32, offset: [F32x8; 2]) -> Vec3x8 {
+        self.directions8_from(self.offsets(x, y, [0, 0]), offset)
     }
 
-    /// Directions around those of all rays through `width` x `height` pixels: each of these is a sum of shares of them,
-    /// none below 0. Two pixels further out than the outermost ones, as filters reach beyond a pixel, and more than rays
-    /// are rounded. Unit vectors; no numbers where rays go so far aside that rounding may turn them round.
+    /// Returns four unit vectors whose convex cone contains all rays through `width` x `height` pixels.
+    ///
+    /// They lie two pixels outside, because filters reach beyond a pixel, plus a margin for rounding. NaN where the rays
+    /// are so oblique that rounding might exceed the margin.
     #[must_use]
     pub fn corners(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [Vec3; 4] {
         let pixel = (2 * self.samples_per_axis) as f32 * self.step;
@@ -257,7 +256,7 @@ impl PixelRays {
                 [0, 0],
             );
             let (right, up) = (right * self.step, up * self.step);
-            if right.abs().max(up.abs()) > MOST_ASIDE {
+            if right.abs().max(up.abs()) > MAX_CORNER_SLOPE {
                 return Vec3::NAN;
             }
             let margin = 2.0 * pixel + CORNER_MARGIN * (1.0 + right * right + up * up);
@@ -266,14 +265,14 @@ impl PixelRays {
         })
     }
 
-    /// From the first pixel's offsets, whole numbers, and what is to be added to each pixel's.
+    /// Returns directions from the integer offsets of the first pixel and an offset for each lane.
     #[inline(always)]
-    fn directions8_from(&self, (right, up): (f32, f32), aside: [F32x8; 2]) -> Vec3x8 {
+    fn directions8_from(&self, (right, up): (f32, f32), offset: [F32x8; 2]) -> Vec3x8 {
         let pitch = splat((2 * self.samples_per_axis) as f32);
         const COLUMN: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
         const ROW: [f32; LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
-        let right8 = splat(right) + F32x8::from(COLUMN) * pitch + aside[0];
-        let up8 = splat(up) - F32x8::from(ROW) * pitch + aside[1];
+        let right8 = splat(right) + F32x8::from(COLUMN) * pitch + offset[0];
+        let up8 = splat(up) - F32x8::from(ROW) * pitch + offset[1];
         let step8 = splat(self.step);
         let along_right = Vec3x8::splat(self.right).mul_add(right8 * step8, Vec3x8::splat(self.forward));
         Vec3x8::splat(self.up)
@@ -282,20 +281,21 @@ impl PixelRays {
     }
 }
 
-/// How far [corners](PixelRays::corners) are moved out for rounding, on a plane at distance 1, times the square of how far
-/// they are: 64 half-ulps, for a direction is rounded a dozen times.
+/// Margin of [corners](PixelRays::corners) for rounding, on the plane at distance 1, per squared distance from the eye:
+/// 64 half-ulps, because a direction is rounded a dozen times.
 const CORNER_MARGIN: f32 = 64.0 / (1 << 24) as f32;
 
-/// How far aside [corners](PixelRays::corners) may be, on a plane at distance 1: a twentieth of where their margin becomes as
-/// large.
-const MOST_ASIDE: f32 = 1e4;
+/// Largest offset of [corners](PixelRays::corners) on the plane at distance 1. At 20 times this, the margin would be as
+/// large as the offset.
+const MAX_CORNER_SLOPE: f32 = 1e4;
 
-/// Pixels of a block's side: as many as a bundle of rays that are traced together, or half of the largest one.
+/// Side of a block, pixels: a block is a bundle, or half of the largest one.
 const BLOCK: u32 = 16;
 
-/// Calls `visit` with the top left pixel of each packet of 4x2 pixels ([`PixelRays::directions8`]) of a picture or a part
-/// of it, so that neighbours in this order are neighbours in the picture: blocks of 16x16 pixels, row by row, and within
-/// each along a Z-order curve. (Pairs are 4x4 pixels, fours 8x4, eight packets 8x8.) Packets may reach beyond the right and lower edge.
+/// Calls `visit` with the top left pixel of each packet of 4x2 pixels of a picture or a part of it.
+///
+/// Neighbours in this order are neighbours in the picture: blocks of 16x16 pixels row by row, within a block a Z-order
+/// curve (2 packets are 4x4 pixels, 8 packets 8x8). Packets may reach beyond the right and lower edge.
 #[inline(always)]
 pub fn for_each_packet(width: u32, height: u32, mut visit: impl FnMut([u32; 2])) {
     for block_y in (0..height).step_by(BLOCK as usize) {
@@ -316,7 +316,7 @@ mod tests {
     use super::*;
     use crate::scene::SceneBuilder;
 
-    /// How far to the right and up a direction goes for each unit that it goes forward.
+    /// Slopes of a direction: right and up per unit forward.
     fn slopes(rays: &PixelRays, direction: Vec3) -> [f64; 2] {
         let along = |axis: Vec3| direction.as_dvec3().dot(axis.as_dvec3());
         [along(rays.right), along(rays.up)].map(|slope| slope / along(rays.forward))
@@ -354,8 +354,8 @@ mod tests {
                     let [x, y] = [0, 1].map(|axis| first[axis] + random.u32(0..size[axis]));
                     let sample = [(); 2].map(|()| random.u32(0..samples));
                     let direction = if samples == 1 {
-                        // As far aside as the widest filter goes.
-                        rays.direction_aside(x, y, [(); 2].map(|()| 6.0 * random.f32() - 3.0))
+                        // The reach of the widest filter.
+                        rays.direction_offset(x, y, [(); 2].map(|()| 6.0 * random.f32() - 3.0))
                     } else {
                         rays.direction(x, y, sample)
                     };

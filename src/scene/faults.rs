@@ -1,21 +1,21 @@
-//! Faults in the triangles of a scene. They are rendered all the same; somebody may want to know.
+//! Counts mesh faults: degenerate, duplicate and inverted triangles. They are rendered all the same.
 
-use super::{Scene, weld::first_at_place};
+use super::{Scene, weld::weld};
 use rayon::prelude::*;
 
-/// How many triangles have which fault.
+/// The number of triangles with each fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeshFaults {
     /// Triangles without area; no ray ever hits them.
     pub degenerate: usize,
-    /// Triangles with the same three corners as an earlier one, in whichever order.
+    /// Triangles with the same three corners as an earlier one, in any order.
     pub duplicate: usize,
-    /// Triangles that face the other way than most of those that they are connected with.
+    /// Triangles that face the opposite way to most of their connected component.
     pub inverted: usize,
 }
 
 impl MeshFaults {
-    /// All faults together.
+    /// Returns the sum of all faults.
     #[must_use]
     pub fn total(&self) -> usize {
         self.degenerate + self.duplicate + self.inverted
@@ -27,24 +27,24 @@ impl MeshFaults {
 struct Edge {
     /// Lower and higher vertex.
     ends: [u32; 2],
-    /// The triangle, twice, plus 1 if it runs from the higher vertex to the lower one.
-    use_: u32,
+    /// Twice the triangle's index, plus 1 if the edge runs from the higher vertex to the lower one.
+    triangle_and_direction: u32,
 }
 
 impl Scene {
-    /// Looks for faults. Takes about as long as it takes to build the BVH, and 60 bytes a triangle meanwhile.
+    /// Counts the faults of the triangles. Takes about as long as building the BVH, and 60 bytes of memory per triangle.
     #[must_use]
     pub fn mesh_faults(&self) -> MeshFaults {
         let vertices = &self.vertices;
-        let place = first_at_place(&vertices.x, &vertices.y, &vertices.z);
+        let welded = weld(&vertices.x, &vertices.y, &vertices.z);
         let triangles = self.triangles.corners.par_iter();
         let corners: Vec<[u32; 3]> = triangles
-            .map(|corners| corners.map(|vertex| place[vertex as usize]))
+            .map(|corners| corners.map(|vertex| welded[vertex as usize]))
             .collect();
-        drop(place);
+        drop(welded);
         let duplicate = duplicates(&corners);
         let count = corners.len() as u32;
-        // Two bits less than ids have: room for the direction.
+        // One bit of an edge's id is its direction.
         let inverted = if count < u32::MAX / 2 {
             inverted(&corners, |i| self.has_area(i))
         } else {
@@ -63,7 +63,7 @@ fn duplicates(corners: &[[u32; 3]]) -> usize {
         .par_iter()
         .map(|&[a, b, c]| {
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-            // The one in between: what is left of the three.
+            // x ^ x = 0, so this leaves the middle one.
             [low, a ^ b ^ c ^ low ^ high, high]
         })
         .collect();
@@ -71,7 +71,6 @@ fn duplicates(corners: &[[u32; 3]]) -> usize {
     sorted.par_windows(2).filter(|pair| pair[0] == pair[1]).count()
 }
 
-/// Whether one is a duplicate of the other, which says nothing about sides either.
 fn same_corners(a: [u32; 3], b: [u32; 3]) -> bool {
     a.iter().all(|corner| b.contains(corner))
 }
@@ -84,29 +83,27 @@ fn inverted(corners: &[[u32; 3]], has_area: impl Fn(usize) -> bool + Sync) -> us
         .flat_map_iter(|(i, &[a, b, c])| {
             [[a, b], [b, c], [c, a]].map(|[from, to]| Edge {
                 ends: [from.min(to), from.max(to)],
-                use_: 2 * i as u32 + u32::from(from > to),
+                triangle_and_direction: 2 * i as u32 + u32::from(from > to),
             })
         })
         .collect();
     edges.par_sort_unstable();
     let mut groups = Groups::new(corners.len());
     for shared in edges.chunk_by(|a, b| a.ends == b.ends) {
-        // An edge of one triangle is a border; one of three or more says nothing about sides.
-        if let [a, b] = shared
-            && !same_corners(corners[a.use_ as usize / 2], corners[b.use_ as usize / 2])
-        {
-            let same_direction = (a.use_ ^ b.use_) & 1 == 0;
-            groups.join(a.use_ / 2, b.use_ / 2, same_direction);
+        // Only an edge of exactly two distinct triangles orients one by the other.
+        let [a, b] = shared else { continue };
+        let [a, b] = [a, b].map(|edge| edge.triangle_and_direction);
+        if !same_corners(corners[a as usize / 2], corners[b as usize / 2]) {
+            groups.join(a / 2, b / 2, (a ^ b) & 1 == 0);
         }
     }
     groups.minorities()
 }
 
-/// Triangles that are connected, and for each whether it faces as the one that stands for its group: a union-find with
-/// parity.
+/// Connected components of triangles: a union-find with parity.
 struct Groups {
     parent: Vec<u32>,
-    /// Whether it faces the other way than its parent.
+    /// Whether a triangle faces the opposite way to its parent.
     turned: Vec<bool>,
     size: Vec<u32>,
 }
@@ -120,7 +117,7 @@ impl Groups {
         }
     }
 
-    /// The root, and whether `i` is turned against it.
+    /// Returns the root of `i`, and whether `i` faces the opposite way.
     fn root(&mut self, mut i: u32) -> (u32, bool) {
         let mut turned = false;
         loop {
@@ -128,7 +125,7 @@ impl Groups {
             if parent == i {
                 return (i, turned);
             }
-            // Halves the path.
+            // Path halving.
             let grandparent = self.parent[parent as usize];
             if grandparent != parent {
                 self.turned[i as usize] ^= self.turned[parent as usize];
@@ -141,7 +138,7 @@ impl Groups {
 
     fn join(&mut self, a: u32, b: u32, turned: bool) {
         let ((mut a, a_turned), (mut b, b_turned)) = (self.root(a), self.root(b));
-        // A surface with one side (Möbius) contradicts itself; the first word counts.
+        // A one-sided surface (Möbius) contradicts itself; the first edge decides.
         if a == b {
             return;
         }
@@ -153,7 +150,7 @@ impl Groups {
         self.size[a as usize] += self.size[b as usize];
     }
 
-    /// In each group those that face the rarer way, all together.
+    /// Counts the triangles that face the rarer way within their component.
     fn minorities(mut self) -> usize {
         let count = self.parent.len();
         let mut turned = vec![0_u32; count];
@@ -173,7 +170,7 @@ mod tests {
     use crate::scene::{MaterialId, MeshColumns, MeshFaults, SceneBuilder};
 
     fn faults(triangles: &[[u32; 3]]) -> MeshFaults {
-        // A 4 x 4 grid, and its first vertex again.
+        // A 4 x 4 grid, and a copy of its first vertex.
         let grid = |f: fn(usize) -> usize| (0..16).chain([0]).map(|i| f(i) as f32).collect();
         let mesh = MeshColumns {
             x: grid(|i| i % 4),

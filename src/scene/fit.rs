@@ -1,28 +1,28 @@
-//! Where a camera must stand to see all of an object.
+//! Camera placement that frames a mesh.
 
 use super::{CameraError, MeshColumns};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// The share of the picture's half width and height that is left free around a fitted object.
+/// Free space around the mesh, as a share of the picture's half width and height.
 const MARGIN: f64 = 0.06;
 
-/// Where to stand and where to look.
+/// The placement of a camera, scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// Where the camera stands.
+    /// Position of the camera.
     pub eye: DVec3,
-    /// What it looks at: a point at the depth of the object's middle.
+    /// The point to look at, at the depth of the mesh's middle.
     pub target: DVec3,
 }
 
-/// The directions of a picture: all that a [`Fit`] depends on besides the points.
+/// The orientation and shape of the view to fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitView {
     /// From the object towards the viewer; any length.
     pub towards_viewer: DVec3,
-    /// Which way is up.
+    /// The up vector, any length.
     pub up: DVec3,
     /// Vertical field of view, degrees.
     pub fov_degrees: f64,
@@ -31,12 +31,13 @@ pub struct FitView {
 }
 
 impl FitView {
-    /// The nearest eye from which every vertex of `mesh` is inside the picture, with a small margin, as far from its left
-    /// side as from its right and as far from the top as from the bottom. Exact: each side of the picture is a plane
-    /// through the eye, and what matters of the points is how far out they are along the four planes' normals.
+    /// Returns the nearest eye that sees every vertex of `mesh` with a small margin, centred in the picture.
+    ///
+    /// Exact: each side of the picture is a plane through the eye, so only the extents of the points along the four
+    /// planes' normals matter.
     ///
     /// # Errors
-    /// [`CameraError`], where these directions do not make a view.
+    /// [`CameraError`] if these directions do not define a view.
     pub fn fit(&self, mesh: &MeshColumns) -> Result<Fit, CameraError> {
         if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {
             return Err(CameraError::FieldOfView(self.fov_degrees));
@@ -51,7 +52,7 @@ impl FitView {
         let up = right.cross(forward);
         let half_height = libm::tan(self.fov_degrees.to_radians() * 0.5) * (1.0 - MARGIN);
         let half_width = half_height * self.aspect;
-        // How far out along: right, left, up, down, backward, forward.
+        // Right, left, up, down, backward, forward.
         let outward = [
             right - forward * half_width,
             -right - forward * half_width,
@@ -66,9 +67,9 @@ impl FitView {
                 target: DVec3::ZERO,
             });
         };
-        // In the frame (right, up, forward): along each pair of planes the eye must be behind both.
+        // In the frame (right, up, forward), the eye must be behind both planes of each pair.
         let depth = (-(r + l) / (2.0 * half_width)).min(-(u + d) / (2.0 * half_height));
-        // What is flat or a single point needs some distance too.
+        // A flat mesh or a single point needs some distance too.
         let gap = (0.01 * (near + far)).max(1e-6 * near.abs()).max(1e-9);
         let depth = depth.min(-near - gap);
         let eye = right * ((r - l) * 0.5) + up * ((u - d) * 0.5) + forward * depth;
@@ -79,16 +80,16 @@ impl FitView {
         })
     }
 
-    /// As [`FitView::fit`], for a camera that will turn about the up axis through its target, which is the middle of
-    /// the mesh's box as seen from above: every vertex stays inside the picture all the way round.
+    /// Returns a fit for a turntable: every vertex stays visible while the camera turns about the up axis through the
+    /// target, which is on the axis through the middle of the mesh's box.
     ///
     /// # Errors
-    /// [`CameraError`], where these directions do not make a view.
+    /// [`CameraError`] if these directions do not define a view.
     pub fn fit_turning(&self, mesh: &MeshColumns) -> Result<Fit, CameraError> {
         let axis = self.up.try_normalize().ok_or(CameraError::UpParallel)?;
-        let (middle, rings) = turned_about(axis, mesh);
+        let (middle, rings) = swept_rings(axis, mesh);
         let fit = self.fit(&rings)?;
-        // Where the line of sight meets the axis.
+        // The target is where the line of sight meets the axis.
         let forward = (fit.target - fit.eye).normalize();
         let (slope, arm) = (axis.dot(forward), fit.eye - middle);
         let along = (slope * axis.dot(arm) - forward.dot(arm)) / (1.0 - slope * slope);
@@ -101,9 +102,9 @@ impl FitView {
     }
 }
 
-/// What a mesh sweeps when it turns about the middle of its box, roughly: the corners of rings that hold it, and the
-/// middle.
-fn turned_about(axis: DVec3, mesh: &MeshColumns) -> (DVec3, MeshColumns) {
+/// Bounds the volume that a mesh sweeps when it turns about the middle of its box. Returns the middle and the corners
+/// of polygonal rings around the volume.
+fn swept_rings(axis: DVec3, mesh: &MeshColumns) -> (DVec3, MeshColumns) {
     const SLICES: usize = 64;
     const CORNERS: usize = 96;
     let axes = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
@@ -112,7 +113,7 @@ fn turned_about(axis: DVec3, mesh: &MeshColumns) -> (DVec3, MeshColumns) {
         return (DVec3::ZERO, rings);
     };
     let middle = DVec3::new(x - left, y - front, z - bottom) * 0.5;
-    let places = || {
+    let heights_and_radii = || {
         let points = mesh.x.iter().zip(&mesh.y).zip(&mesh.z);
         points.map(move |((&x, &y), &z)| {
             let arm = DVec3::new(x.into(), y.into(), z.into()) - middle;
@@ -120,12 +121,12 @@ fn turned_about(axis: DVec3, mesh: &MeshColumns) -> (DVec3, MeshColumns) {
             (height, (arm - axis * height).length())
         })
     };
-    let ends = places().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (height, _)| {
+    let ends = heights_and_radii().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (height, _)| {
         [low.min(height), high.max(height)]
     });
     let step = ((ends[1] - ends[0]) / SLICES as f64).max(f64::MIN_POSITIVE);
     let mut widest = [0.0_f64; SLICES];
-    for (height, radius) in places() {
+    for (height, radius) in heights_and_radii() {
         let slice = ((height - ends[0]) / step) as usize;
         if let Some(most) = widest.get_mut(slice.min(SLICES - 1)) {
             *most = most.max(radius);
@@ -133,7 +134,7 @@ fn turned_about(axis: DVec3, mesh: &MeshColumns) -> (DVec3, MeshColumns) {
     }
     let side = axis.any_orthonormal_vector();
     let other = axis.cross(side);
-    // Corners outside of the circle, such that the sides between them touch it.
+    // The polygon circumscribes the circle.
     let corner = TAU / CORNERS as f64;
     let outside = 1.0 / libm::cos(0.5 * corner);
     for (slice, radius) in widest.into_iter().enumerate() {
@@ -151,14 +152,13 @@ fn turned_about(axis: DVec3, mesh: &MeshColumns) -> (DVec3, MeshColumns) {
     (middle, rings)
 }
 
-/// How far the points reach along each direction; `None` without points.
+/// Returns the extent of the vertices along each direction; `None` without vertices.
 fn extents(mesh: &MeshColumns, directions: &[DVec3; 6]) -> Option<[f64; 6]> {
     if mesh.x.is_empty() {
         return None;
     }
     let points = (&mesh.x, &mesh.y, &mesh.z).into_par_iter().with_min_len(1 << 14);
     let least = || [f64::NEG_INFINITY; 6];
-    // A maximum is the same in any order, so the threads do not matter.
     let reach = points
         .fold(least, |mut reach, (&x, &y, &z)| {
             let point = DVec3::new(x.into(), y.into(), z.into());

@@ -1,23 +1,23 @@
-//! Materials: how a surface answers light, and which constants it may have.
+//! Materials: the reflection models and the ranges of their constants.
 
 use crate::{classic, error::SceneError};
 
-/// The largest exponent of a highlight. `f32` unit vectors may be a little longer than 1: beyond this their powers
-/// would be no highlights.
+/// The largest Blinn-Phong exponent. Unit vectors in `f32` may be slightly too long, and a larger power would amplify
+/// that.
 pub const MAX_ALPHA: u32 = 10_000;
 
-/// How a surface answers light. The formulas are those of the course (see [`classic`]); I_i is a light's intensity in
-/// a channel, its colour included.
+/// How a surface reflects light. I_a is the ambient light, I_i a light's intensity times its colour in a channel; the
+/// constants of classic scenes are in [`classic`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Material {
-    /// One colour, whatever the light.
+    /// A constant colour, independent of light.
     Silhouette {
         /// The colour, linear RGB.
         color: [f32; 3],
     },
     /// `color * min(1, I_a + sum I_i max(0, n.l_i))`.
     Matte {
-        /// The colour, linear RGB; white in the course's scenes.
+        /// The colour, linear RGB; white in classic scenes.
         color: [f32; 3],
     },
     /// `c_d (I_a + k_d sum I_i max(0, n.l_i)) + c_s k_s sum I_i max(0, n.h_i)^alpha`, clamped to [0, 1].
@@ -30,14 +30,14 @@ pub enum Material {
         k_d: f32,
         /// k_s.
         k_s: f32,
-        /// The exponent.
+        /// The exponent, 1 to [`MAX_ALPHA`].
         alpha: u32,
     },
-    /// `(1 - mirror_share) matte + mirror_share * (what the mirrored ray sees)`.
+    /// `(1 - mirror_share) matte + mirror_share * (colour of the mirrored ray)`.
     Reflection {
-        /// The matte part's colour, linear RGB; white in the course's scenes.
+        /// The matte part's colour, linear RGB; white in classic scenes.
         color: [f32; 3],
-        /// The mirror's share, 0 to 1.
+        /// The weight of the mirrored ray, 0 to 1.
         mirror_share: f32,
     },
 }
@@ -62,7 +62,7 @@ impl Material {
         },
     ];
 
-    /// Refuses constants that make no picture.
+    /// Refuses constants out of range.
     pub(super) fn check(&self) -> Result<(), SceneError> {
         match *self {
             Self::Silhouette { color } | Self::Matte { color } => check_color(color),
@@ -94,7 +94,7 @@ impl Material {
         }
     }
 
-    /// The kind and all constants as bits: equal for materials that are the same bit for bit.
+    /// Returns the kind and all constants as bits: equal for materials that are the same bit for bit.
     pub(super) fn bits(&self) -> [u32; 10] {
         let mut bits = [0; 10];
         let mut write = |kind: u32, constants: &[f32]| {
@@ -122,7 +122,7 @@ impl Material {
     }
 }
 
-/// A number from 0 to 1.
+/// Refuses a value outside [0, 1].
 pub(super) fn check_share(what: &'static str, value: f32) -> Result<(), SceneError> {
     if (0.0..=1.0).contains(&value) {
         Ok(())
@@ -135,7 +135,7 @@ pub(super) fn check_share(what: &'static str, value: f32) -> Result<(), SceneErr
     }
 }
 
-/// Three channels, each from 0 to 1.
+/// Refuses channels outside [0, 1].
 pub(super) fn check_color([red, green, blue]: [f32; 3]) -> Result<(), SceneError> {
     check_share("red", red)?;
     check_share("green", green)?;

@@ -1,4 +1,4 @@
-//! A scene as columns: built and validated once by [`SceneBuilder`], immutable after.
+//! Scenes as structures of arrays: built and validated by [`SceneBuilder`], immutable afterwards.
 
 mod background;
 mod builder;
@@ -24,11 +24,11 @@ use crate::{math::Aabb, ray::PrimitiveId};
 use glam::Vec3;
 use std::path::PathBuf;
 
-/// The largest absolute coordinate, radius or intensity that a scene may hold: the kernels take products of up
-/// to four differences of coordinates, which must stay finite in `f32`.
+/// The largest absolute coordinate, radius or intensity of a scene. The kernels multiply up to four differences of
+/// coordinates, which must stay finite in `f32`.
 pub const MAX_COORDINATE: f32 = 1e9;
 
-/// Whether a scene may hold this coordinate. False for NaN.
+/// Returns whether a coordinate is within [`MAX_COORDINATE`]; false for NaN.
 #[inline]
 #[must_use]
 pub fn is_usable(value: f32) -> bool {
@@ -39,7 +39,7 @@ pub fn is_usable(value: f32) -> bool {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct MaterialId(pub u32);
 
-/// Vertices, shared by the triangles of a mesh. Columns of equal length.
+/// The vertices of all meshes: arrays of equal length.
 #[derive(Debug, Default)]
 pub struct Vertices {
     /// Position, relative to [`Scene::origin`], scene units.
@@ -48,13 +48,12 @@ pub struct Vertices {
     pub y: Vec<f32>,
     /// Position, relative to [`Scene::origin`], scene units.
     pub z: Vec<f32>,
-    /// Vertex normals (not necessarily unit length; zero where a vertex has none). Empty if no vertex of
-    /// the scene has one, else as long as the positions.
+    /// Vertex normals of any length, zero where a vertex has none. Empty if no vertex has one.
     pub normals: Vec<Vec3>,
 }
 
 impl Vertices {
-    /// Position of vertex `i`.
+    /// Returns the position of vertex `i`.
     #[inline]
     #[must_use]
     pub fn position(&self, i: u32) -> Vec3 {
@@ -63,17 +62,16 @@ impl Vertices {
     }
 }
 
-/// Triangles. Columns of equal length.
+/// The triangles of all meshes: arrays of equal length.
 #[derive(Debug, Default)]
 pub struct Triangles {
-    /// Three indices into [`Vertices`]: one column, because they are always asked for together and, when rays hit or the
-    /// BVH is written, in no order. It is also the column that mesh files are read into.
+    /// Three indices into [`Vertices`]. One array, because they are always read together and in random order.
     pub corners: Vec<[u32; 3]>,
     /// Material of each triangle.
     pub material: Vec<MaterialId>,
 }
 
-/// Spheres. Columns of equal length.
+/// The spheres: arrays of equal length.
 #[derive(Debug, Default)]
 pub struct Spheres {
     /// Centre, relative to [`Scene::origin`], scene units.
@@ -89,7 +87,7 @@ pub struct Spheres {
 }
 
 impl Spheres {
-    /// Centre of sphere `i`.
+    /// Returns the centre of sphere `i`.
     #[inline]
     #[must_use]
     pub fn center(&self, i: usize) -> Vec3 {
@@ -97,7 +95,7 @@ impl Spheres {
     }
 }
 
-/// Point lights. Columns of equal length.
+/// The point lights: arrays of equal length.
 #[derive(Debug, Default)]
 pub struct Lights {
     /// Position, relative to [`Scene::origin`], scene units.
@@ -106,21 +104,21 @@ pub struct Lights {
     pub y: Vec<f32>,
     /// Position, relative to [`Scene::origin`], scene units.
     pub z: Vec<f32>,
-    /// Intensity I_i; it does not fall off with distance.
+    /// Intensity I_i, without falloff.
     pub intensity: Vec<f32>,
-    /// Colour, linear RGB from 0 to 1; white unless a scene says otherwise.
+    /// Colour, linear RGB from 0 to 1.
     pub color: Vec<[f32; 3]>,
 }
 
 impl Lights {
-    /// Position of light `i`.
+    /// Returns the position of light `i`.
     #[inline]
     #[must_use]
     pub fn position(&self, i: usize) -> Vec3 {
         Vec3::new(self.x[i], self.y[i], self.z[i])
     }
 
-    /// Intensity of light `i` in each channel: its intensity times its colour.
+    /// Returns the intensity of light `i` times its colour.
     #[inline]
     #[must_use]
     pub fn power(&self, i: usize) -> [f32; 3] {
@@ -128,18 +126,18 @@ impl Lights {
     }
 }
 
-/// Where a scene comes from, for those who ask what is in it.
+/// The files that a scene was read from, and notes about them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sources {
-    /// The scene files that it includes, in the order in which they are read, each time anew.
+    /// Included scene files in the order of reading, one entry for each inclusion.
     pub includes: Vec<PathBuf>,
-    /// What was left out or missing and is no error, a sentence each.
+    /// What was ignored or missing without being an error, a sentence each.
     pub notes: Vec<String>,
 }
 
-/// A finished scene: immutable columns. Primitive ids count the triangles first, then the spheres.
+/// A finished, immutable scene. Primitive ids count the triangles first, then the spheres.
 ///
-/// Positions in its columns, and so rays and hits, are relative to [`Scene::origin`].
+/// Positions in its arrays, and so rays and hits, are relative to [`Scene::origin`].
 #[derive(Debug)]
 pub struct Scene {
     vertices: Vertices,
@@ -158,108 +156,107 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The vertices of all meshes.
+    /// Returns the vertices of all meshes.
     #[must_use]
     pub fn vertices(&self) -> &Vertices {
         &self.vertices
     }
 
-    /// The triangles of all meshes, in the order in which they were added.
+    /// Returns the triangles of all meshes, in the order of their addition.
     #[must_use]
     pub fn triangles(&self) -> &Triangles {
         &self.triangles
     }
 
-    /// The spheres, in the order in which they were added.
+    /// Returns the spheres, in the order of their addition.
     #[must_use]
     pub fn spheres(&self) -> &Spheres {
         &self.spheres
     }
 
-    /// The lights, in the order in which they were added.
+    /// Returns the lights, in the order of their addition.
     #[must_use]
     pub fn lights(&self) -> &Lights {
         &self.lights
     }
 
-    /// The materials that [`MaterialId`]s index.
+    /// Returns the materials that [`MaterialId`]s index.
     #[must_use]
     pub fn materials(&self) -> &[Material] {
         &self.materials
     }
 
-    /// Ambient light I_a.
+    /// Returns the ambient light I_a.
     #[must_use]
     pub fn ambient(&self) -> f32 {
         self.ambient
     }
 
-    /// Colour of a ray that hits nothing.
+    /// Returns the background.
     #[must_use]
     pub fn background(&self) -> Background {
         self.background
     }
 
-    /// Puts another scene's lights in the place of this one's.
+    /// Replaces the lights by those of another scene.
     pub fn take_lights(&mut self, other: Self) {
         self.lights = other.lights;
         self.lights.translate(other.origin - self.origin);
     }
 
-    /// Where the origin of all positions in the columns is, as positions were given: 0 in each axis unless the scene is
-    /// further away from there than it is long. It is near there then, because what is computed from large coordinates
-    /// is rounded in large steps: where rays start, above all.
+    /// Returns the world position that the scene's arrays, rays and hits are relative to.
+    ///
+    /// 0 on an axis unless the scene is further from 0 than it is long there; then the scene's centre, so that
+    /// coordinates, above all the origins of rays, are not rounded in large steps.
     #[must_use]
     pub fn origin(&self) -> Vec3 {
         self.origin
     }
 
-    /// The scene's own cameras, in the order in which they were added. The first is the one that it is meant to be
-    /// seen by.
+    /// Returns the scene's own cameras, in the order of their addition; the first is the default view.
     #[must_use]
     pub fn cameras(&self) -> &[NamedCamera] {
         &self.cameras
     }
 
-    /// The cameras of the scene's meshes, where those stand: to choose from, the scene's own come first.
+    /// Returns the cameras that the scene's mesh files define, in world space; none of them is a default view.
     #[must_use]
     pub fn mesh_cameras(&self) -> &[NamedCamera] {
         &self.mesh_cameras
     }
 
-    /// Where the scene comes from.
+    /// Returns the files that the scene was read from, and notes about them.
     #[must_use]
     pub fn sources(&self) -> &Sources {
         &self.sources
     }
 
-    /// The smallest box around all primitives, as positions were given, not relative to [`Scene::origin`]; empty if there
-    /// are none.
+    /// Returns the bounding box of all primitives in world space, not relative to [`Scene::origin`]; empty without any.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// How many triangles have no area; no ray ever hits them.
+    /// Returns the number of triangles without area; no ray ever hits them.
     #[must_use]
     pub fn degenerate_triangles(&self) -> usize {
         self.degenerate
     }
 
-    /// Triangles and spheres together.
+    /// Returns the number of triangles and spheres.
     #[must_use]
     pub fn primitive_count(&self) -> usize {
         self.triangles.corners.len() + self.spheres.radius.len()
     }
 
-    /// The three corners of triangle `i`.
+    /// Returns the three corners of triangle `i`.
     #[inline]
     #[must_use]
     pub fn triangle(&self, i: usize) -> [Vec3; 3] {
         self.triangles.corners[i].map(|v| self.vertices.position(v))
     }
 
-    /// What a primitive id stands for.
+    /// Returns the primitive with this id.
     #[inline]
     #[must_use]
     pub fn primitive(&self, id: PrimitiveId) -> Primitive {
@@ -270,7 +267,7 @@ impl Scene {
         }
     }
 
-    /// The shape of a primitive.
+    /// Returns the shape of a primitive.
     #[inline]
     #[must_use]
     pub fn shape(&self, id: PrimitiveId) -> Shape {
@@ -280,7 +277,7 @@ impl Scene {
         }
     }
 
-    /// The smallest box around sphere `i`, from its rounded extremes.
+    /// Returns the bounding box of sphere `i`, rounded to nearest.
     #[inline]
     #[must_use]
     pub fn sphere_bounds(&self, i: usize) -> Aabb {
@@ -291,14 +288,14 @@ impl Scene {
         }
     }
 
-    /// Whether triangle `i` has an area; no ray ever hits one that has none.
+    /// Returns whether triangle `i` has an area; no ray ever hits one without.
     #[inline]
     #[must_use]
     pub fn has_area(&self, i: usize) -> bool {
         builder::has_area(self.triangle(i))
     }
 
-    /// The material of a primitive.
+    /// Returns the material of a primitive.
     #[inline]
     #[must_use]
     pub fn material_of(&self, id: PrimitiveId) -> MaterialId {
@@ -308,12 +305,10 @@ impl Scene {
         }
     }
 
-    /// Bytes that the columns take.
+    /// Returns the size of all arrays, bytes.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        fn bytes<T>(column: &[T]) -> usize {
-            std::mem::size_of_val(column)
-        }
+        use std::mem::size_of_val as bytes;
         let (v, t, s, l) = (&self.vertices, &self.triangles, &self.spheres, &self.lights);
         [
             &v.x,
@@ -329,18 +324,18 @@ impl Scene {
             &l.intensity,
         ]
         .iter()
-        .map(|c| bytes(c))
+        .map(|c| bytes(&c[..]))
         .sum::<usize>()
-            + bytes(&t.corners)
-            + bytes(&v.normals)
-            + bytes(&l.color)
-            + bytes(&t.material)
-            + bytes(&s.material)
-            + bytes(&self.materials)
+            + bytes(&t.corners[..])
+            + bytes(&v.normals[..])
+            + bytes(&l.color[..])
+            + bytes(&t.material[..])
+            + bytes(&s.material[..])
+            + bytes(&self.materials[..])
     }
 }
 
-/// The shape of a primitive, out of the columns.
+/// The shape of a primitive, relative to [`Scene::origin`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// Three corners, scene units.
@@ -350,8 +345,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The shape's numbers as bits, after a 0 for triangles and a 1 for spheres: equal for shapes that are
-    /// the same bit for bit (unlike `==` this tells 0 from -0).
+    /// Returns the coordinates as bits: equal for shapes that are the same bit for bit, with 0 and -0 apart.
     #[must_use]
     pub fn bits(&self) -> [u32; 10] {
         match self {
@@ -363,7 +357,7 @@ impl Shape {
     }
 }
 
-/// A primitive, by its index in its own columns.
+/// A primitive, by its index among those of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Primitive {
     /// Index into [`Scene::triangles`].

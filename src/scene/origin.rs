@@ -1,13 +1,13 @@
-//! Scenes that lie far from 0 are kept near an origin of their own, so that what is computed from their coordinates is
-//! rounded in steps that fit their size.
+//! The scene's own origin: coordinates of a scene far from 0 are stored relative to its centre, so that rounding errors
+//! fit its size.
 
 use super::{Lights, Scene, builder::MIN_PIECE};
 use crate::math::Aabb;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// The middle of `bounds` in each axis in which they are further from 0 than they are long. To subtract it is exact there:
-/// no coordinate is less than half or more than twice of it (Sterbenz's lemma).
+/// Returns the centre of `bounds` on each axis on which the box is further from 0 than it is long, else 0. Subtracting it
+/// is exact: no coordinate is less than half or more than twice as large (Sterbenz's lemma).
 fn origin_of(bounds: Aabb) -> Vec3 {
     if bounds.is_empty() {
         return Vec3::ZERO;
@@ -19,7 +19,7 @@ fn origin_of(bounds: Aabb) -> Vec3 {
 }
 
 impl Scene {
-    /// Chooses the origin by the bounds, and makes all positions relative to it.
+    /// Chooses the origin and makes all positions relative to it.
     pub(super) fn move_to_origin(&mut self) {
         let origin = origin_of(self.bounds);
         self.origin = origin;
@@ -36,14 +36,10 @@ impl Lights {
     }
 }
 
-/// Adds to three columns of coordinates.
-fn translate(columns: [&mut [f32]; 3], by: Vec3) {
-    for (column, by) in columns.into_iter().zip(by.to_array()) {
+fn translate(coordinates: [&mut [f32]; 3], by: Vec3) {
+    for (axis, by) in coordinates.into_iter().zip(by.to_array()) {
         if by != 0.0 {
-            column
-                .par_iter_mut()
-                .with_min_len(MIN_PIECE)
-                .for_each(|x| *x += by);
+            axis.par_iter_mut().with_min_len(MIN_PIECE).for_each(|x| *x += by);
         }
     }
 }
@@ -54,7 +50,7 @@ mod tests {
     use crate::scene::{MaterialId, SceneBuilder};
 
     #[test]
-    fn scenes_far_away_are_kept_near_their_origin_without_rounding() {
+    fn a_scene_far_from_0_is_stored_relative_to_its_centre_without_rounding() {
         let far = Vec3::new(8000.3, -5500.7, 0.4);
         let mut builder = SceneBuilder::new();
         let matte = MaterialId(1);
@@ -63,7 +59,7 @@ mod tests {
         builder.add_sphere(far - Vec3::Z, 1.1, matte).unwrap();
         builder.add_light(far * 1.5, 1.0).unwrap();
         let scene = builder.finish();
-        assert_eq!(scene.origin().z, 0.0, "the scene reaches from below to above 0");
+        assert_eq!(scene.origin().z, 0.0, "the scene contains z = 0");
         let again = scene.triangle(0).map(|corner| corner + scene.origin());
         assert_eq!(again, corners);
         assert_eq!(scene.spheres().center(0) + scene.origin(), far - Vec3::Z);
@@ -72,7 +68,7 @@ mod tests {
         assert!(lower.cmple(far - Vec3::ONE).all() && upper.cmpge(far).all());
         assert!(scene.vertices().x.iter().all(|x| x.abs() < 5.0));
 
-        // A scene's lights in another one are where they were.
+        // Lights taken from another scene keep their positions.
         let mut lights = SceneBuilder::new();
         lights.add_light(far, 1.0).unwrap();
         let mut scene = scene;
@@ -81,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn scenes_around_0_stay_where_they_are() {
+    fn a_scene_around_0_keeps_its_coordinates() {
         for x in [-1.0, 0.0, 0.9] {
             let mut builder = SceneBuilder::new();
             builder.add_sphere(Vec3::splat(x), 0.5, MaterialId(0)).unwrap();

@@ -1,25 +1,25 @@
-//! Vertex normals for meshes that have none.
+//! Smooth vertex normals for meshes that have none.
 
-use super::{MeshColumns, weld::first_at_place};
+use super::{MeshColumns, weld::weld};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Above this many faces around a vertex, creases are not looked for there: each face would be held against each.
-const MOST_FACES: usize = 512;
+/// The most faces around a vertex that are searched for creases: the search is quadratic.
+const MAX_FACES: usize = 512;
 
 impl MeshColumns {
-    /// Gives a mesh without normals smooth ones: at each corner the mean, weighted by the angles at the vertex (Thürmer
-    /// and Wüthrich, *Computing Vertex Normals from Polygonal Facets*, 1998), of the faces around it whose normals are
-    /// within `crease_degrees` of its own face's. Vertices are split where the normals differ, and those at the same
-    /// place count as one. A mesh that has normals is left as it is.
+    /// Gives a mesh without normals smooth ones; a mesh that has normals stays as it is.
     ///
-    /// The result depends on the mesh alone, not on the machine or the number of threads.
+    /// The normal at a corner is the mean of the face normals around the vertex that are within `crease_degrees` of its
+    /// own face's, weighted by angle (Thürmer and Wüthrich, *Computing Vertex Normals from Polygonal Facets*, 1998).
+    /// Vertices at the same position are welded first, and split where the normals differ. The result does not depend
+    /// on the machine or the number of threads.
     pub fn smooth_normals(&mut self, crease_degrees: f64) {
         if !self.normals.is_empty() || self.triangles.is_empty() {
             return;
         }
-        let place = first_at_place(&self.x, &self.y, &self.z);
-        let at = |i: u32| {
+        let welded = weld(&self.x, &self.y, &self.z);
+        let position = |i: u32| {
             let i = i as usize;
             DVec3::new(self.x[i].into(), self.y[i].into(), self.z[i].into())
         };
@@ -27,18 +27,17 @@ impl MeshColumns {
             .triangles
             .par_iter()
             .map(|&[a, b, c]| {
-                let normal = (at(b) - at(a)).cross(at(c) - at(a));
+                let normal = (position(b) - position(a)).cross(position(c) - position(a));
                 normal.normalize_or_zero().as_vec3()
             })
             .collect();
-        let around = Around::new(&self.triangles, &place);
+        let adjacency = Adjacency::new(&self.triangles, &welded);
         let limit = libm::cos(crease_degrees.clamp(0.0, 180.0).to_radians()) as f32 - 1e-6;
 
-        // The angle of each corner, then its normal.
         let corner = |i: u32| (self.triangles[i as usize / 3], i as usize % 3);
         let angle = |i: u32| {
             let (corners, k) = corner(i);
-            let [p, q, r] = [k, (k + 1) % 3, (k + 2) % 3].map(|k| at(corners[k]));
+            let [p, q, r] = [k, (k + 1) % 3, (k + 2) % 3].map(|k| position(corners[k]));
             let (a, b) = ((q - p).normalize_or_zero(), (r - p).normalize_or_zero());
             libm::acos(a.dot(b).clamp(-1.0, 1.0)) as f32
         };
@@ -47,8 +46,8 @@ impl MeshColumns {
             .map(|i| {
                 let (corners, k) = corner(i);
                 let own = faces[i as usize / 3];
-                let others = around.corners(place[corners[k] as usize]);
-                let all = others.len() > MOST_FACES || own == Vec3::ZERO;
+                let others = adjacency.corners(welded[corners[k] as usize]);
+                let all = others.len() > MAX_FACES || own == Vec3::ZERO;
                 let near = others
                     .iter()
                     .filter(|&&other| all || faces[other as usize / 3].dot(own) >= limit);
@@ -58,26 +57,26 @@ impl MeshColumns {
                 sum.normalize_or(own)
             })
             .collect();
-        self.split(&normals, &place);
+        self.split(&normals, &welded);
     }
 
-    /// Makes vertices of corners: one for each normal at each place.
-    fn split(&mut self, normals: &[Vec3], place: &[u32]) {
+    /// Replaces the vertices by one for each distinct normal at each welded position.
+    fn split(&mut self, normals: &[Vec3], welded: &[u32]) {
         const NONE: u32 = u32::MAX;
-        // For each place its first new vertex, and for each new vertex the next one at the same place.
-        let mut first = vec![NONE; place.len()];
+        // Linked lists: the first new vertex of each position, and the next one at the same position.
+        let mut first = vec![NONE; welded.len()];
         let mut next: Vec<u32> = Vec::new();
         let (mut x, mut y, mut z) = (Vec::new(), Vec::new(), Vec::new());
         for (corner, vertex) in self.triangles.as_flattened_mut().iter_mut().enumerate() {
             let normal = normals[corner];
-            let at = place[*vertex as usize] as usize;
+            let at = welded[*vertex as usize] as usize;
             let mut found = first[at];
             let mut steps = 0;
             while found != NONE && self.normals[found as usize] != normal {
                 found = next[found as usize];
                 steps += 1;
-                // A vertex too many costs less than a long search.
-                if steps > MOST_FACES {
+                // An extra vertex costs less than a long search.
+                if steps > MAX_FACES {
                     found = NONE;
                 }
             }
@@ -96,17 +95,17 @@ impl MeshColumns {
     }
 }
 
-/// The corners around each place, in the order of the faces: corner `3 i + k` is corner `k` of triangle `i`.
-struct Around {
+/// The corners at each welded vertex, in the order of the faces: `3 i + k` is corner `k` of triangle `i`.
+struct Adjacency {
     start: Vec<u32>,
     corners: Vec<u32>,
 }
 
-impl Around {
-    fn new(triangles: &[[u32; 3]], place: &[u32]) -> Self {
-        let mut start = vec![0; place.len() + 1];
+impl Adjacency {
+    fn new(triangles: &[[u32; 3]], welded: &[u32]) -> Self {
+        let mut start = vec![0; welded.len() + 1];
         for &vertex in triangles.as_flattened() {
-            start[place[vertex as usize] as usize + 1] += 1;
+            start[welded[vertex as usize] as usize + 1] += 1;
         }
         for i in 1..start.len() {
             start[i] += start[i - 1];
@@ -114,16 +113,16 @@ impl Around {
         let mut free = start.clone();
         let mut corners = vec![0; 3 * triangles.len()];
         for (corner, &vertex) in triangles.as_flattened().iter().enumerate() {
-            let slot = &mut free[place[vertex as usize] as usize];
+            let slot = &mut free[welded[vertex as usize] as usize];
             corners[*slot as usize] = corner as u32;
             *slot += 1;
         }
         Self { start, corners }
     }
 
-    fn corners(&self, place: u32) -> &[u32] {
-        let place = place as usize;
-        &self.corners[self.start[place] as usize..self.start[place + 1] as usize]
+    fn corners(&self, vertex: u32) -> &[u32] {
+        let vertex = vertex as usize;
+        &self.corners[self.start[vertex] as usize..self.start[vertex + 1] as usize]
     }
 }
 
@@ -131,7 +130,7 @@ impl Around {
 mod tests {
     use super::*;
 
-    /// Two squares that meet at `degrees`, with vertices of their own.
+    /// Two squares that meet at `degrees` and share no vertices.
     fn roof(degrees: f64) -> MeshColumns {
         let (s, c) = (
             libm::sin(degrees.to_radians()) as f32,
@@ -150,7 +149,7 @@ mod tests {
     fn a_blunt_edge_is_smoothed_and_a_sharp_one_kept() {
         let mut blunt = roof(20.0);
         blunt.smooth_normals(30.0);
-        // The edge's two vertices are shared, and its normals stand between the faces'.
+        // The two vertices of the edge are shared now; their normals lie between those of the faces.
         assert_eq!(blunt.x.len(), 6);
         let edge = blunt.triangles[0][1] as usize;
         let expected = DVec3::new(
@@ -167,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_that_are_there_stay() {
+    fn existing_normals_are_kept() {
         let mut mesh = roof(20.0);
         mesh.normals = vec![Vec3::X; 8];
         mesh.smooth_normals(30.0);

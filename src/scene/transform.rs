@@ -1,9 +1,9 @@
-//! Scaling, turning and moving a mesh, in f64 until the end.
+//! Affine transforms of meshes, computed in f64 and rounded once.
 
 use super::{MeshColumns, View};
 use glam::{DMat3, DVec3, Vec3};
 
-/// A scaling, turning and moving of points: `linear * p + offset`.
+/// An affine transform `linear * p + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
     linear: DMat3,
@@ -11,21 +11,21 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// Everything stays where it is.
+    /// The identity.
     pub const IDENTITY: Self = Self {
         linear: DMat3::IDENTITY,
         offset: DVec3::ZERO,
     };
 
-    /// This, and then a scaling by `factors` along the axes, about the origin. Negative factors mirror.
+    /// Returns this followed by a scaling by `factors` about the origin. Negative factors mirror.
     #[must_use]
     pub fn then_scale(self, factors: DVec3) -> Self {
         self.then(DMat3::from_diagonal(factors))
     }
 
-    /// This, and then a turn by `degrees` about `axis` through the origin, counter-clockwise as seen from the tip
-    /// of the axis. The axis need not be a unit vector; a zero one turns nothing. Quarter turns are exact about the
-    /// coordinate axes.
+    /// Returns this followed by a rotation by `degrees` about `axis` through the origin, counter-clockwise as seen from
+    /// the tip of the axis. The axis may have any length; a zero one rotates nothing. Quarter turns about the coordinate
+    /// axes are exact.
     #[must_use]
     pub fn then_rotate(self, axis: DVec3, degrees: f64) -> Self {
         let Some(DVec3 { x, y, z }) = axis.try_normalize() else {
@@ -33,7 +33,7 @@ impl Transform {
         };
         let (sin, cos) = sin_cos_degrees(degrees);
         let rest = 1.0 - cos;
-        // Rodrigues' formula, column by column.
+        // Rodrigues' rotation formula.
         self.then(DMat3::from_cols(
             DVec3::new(x * x * rest + cos, x * y * rest + z * sin, x * z * rest - y * sin),
             DVec3::new(x * y * rest - z * sin, y * y * rest + cos, y * z * rest + x * sin),
@@ -41,7 +41,7 @@ impl Transform {
         ))
     }
 
-    /// This, and then a move by `offset`, scene units.
+    /// Returns this followed by a translation by `offset`, scene units.
     #[must_use]
     pub fn then_translate(self, offset: DVec3) -> Self {
         Self {
@@ -57,7 +57,7 @@ impl Transform {
         }
     }
 
-    /// The numbers of the transform as bits: equal for transforms that do the same to the last bit.
+    /// Returns the coefficients as bits, with -0 as 0: equal for transforms that give the same coordinates.
     #[must_use]
     pub fn bits(&self) -> [u64; 12] {
         let mut bits = [0; 12];
@@ -67,13 +67,12 @@ impl Transform {
             .into_iter()
             .chain(self.offset.to_array());
         for (bits, number) in bits.iter_mut().zip(numbers) {
-            // 0 and -0 move points alike.
             *bits = (number + 0.0).to_bits();
         }
         bits
     }
 
-    /// Where a camera stands and looks that moves with a mesh. Its field of view stays.
+    /// Returns the view of a camera that moves with the mesh; its field of view stays.
     #[must_use]
     pub fn view(&self, view: &View) -> View {
         View {
@@ -84,8 +83,8 @@ impl Transform {
         }
     }
 
-    /// Moves a mesh's vertices and turns its normals. A mirrored mesh's triangles change their winding, so that
-    /// their front stays in front. Columns of unequal length are left for the builder to refuse.
+    /// Transforms the vertices and normals of a mesh. Triangles of a mirrored mesh change their winding, so that their
+    /// front stays in front. Arrays of unequal length are left for the builder to refuse.
     pub fn apply(&self, mesh: &mut MeshColumns) {
         if *self == Self::IDENTITY {
             return;
@@ -96,15 +95,15 @@ impl Transform {
             let new = (self.linear * old + self.offset).as_vec3();
             (*x, *y, *z) = (new.x, new.y, new.z);
         }
-        // A normal is perpendicular to its surface: what keeps that so is the inverse transpose. Its columns are
-        // cross products over the determinant, whose size does not matter, and whose sign goes with the winding.
+        // The inverse transpose without its division by the determinant: lengths do not matter here, and the sign
+        // follows the winding.
         let [a, b, c] = [self.linear.x_axis, self.linear.y_axis, self.linear.z_axis];
         let mirrored = self.linear.determinant() < 0.0;
         let sign = if mirrored { -1.0 } else { 1.0 };
         let normal_matrix = DMat3::from_cols(b.cross(c) * sign, c.cross(a) * sign, a.cross(b) * sign);
         for normal in &mut mesh.normals {
-            let turned = (normal_matrix * normal.as_dvec3()).try_normalize();
-            *normal = turned.map_or(Vec3::ZERO, DVec3::as_vec3);
+            let transformed = (normal_matrix * normal.as_dvec3()).try_normalize();
+            *normal = transformed.map_or(Vec3::ZERO, DVec3::as_vec3);
         }
         if mirrored {
             mesh.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
@@ -112,7 +111,7 @@ impl Transform {
     }
 }
 
-/// Sine and cosine, exact at multiples of 90 degrees.
+/// Returns sine and cosine, exact at multiples of 90 degrees.
 fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     let quarters = (degrees / 90.0).round();
     let (sin, cos) = libm::sincos((degrees - 90.0 * quarters).to_radians());
@@ -128,7 +127,7 @@ fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// A triangle with its own normal at every corner.
+    /// A triangle with its face normal at every corner.
     fn mesh() -> MeshColumns {
         MeshColumns {
             x: vec![1.0, 0.0, 0.0],
@@ -174,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_done_in_their_order() {
+    fn steps_apply_in_order() {
         let mut mesh = mesh();
         let up = DVec3::new(0.0, 0.0, 1.0);
         Transform::IDENTITY
@@ -200,7 +199,7 @@ mod tests {
                 .then_rotate(DVec3::new(1.0, 2.0, 3.0), 33.0)
                 .then_scale(factors)
                 .apply(&mut mesh);
-            // Where the origin is behind the triangle before, it is so afterwards.
+            // The origin stays behind the triangle.
             assert!(facet(&mesh).dot(corners(&mesh)[0]) > 0.0, "{factors}");
             for normal in &mesh.normals {
                 assert!(normal.abs_diff_eq(facet(&mesh), 1e-5), "{factors}: {normal}");
@@ -209,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_changes_bits_without_a_transform() {
+    fn the_identity_keeps_every_bit() {
         let mut mesh = mesh();
         mesh.x[0] = -0.0;
         Transform::IDENTITY.apply(&mut mesh);

@@ -1,4 +1,4 @@
-//! One pass for each kind of material: light to colour, and mirrored rays into the next queue.
+//! Material passes: one for each kind of material, from light to colour and to mirrored rays.
 
 use super::{SURFACE_OFFSET, TileColors, queue::RayQueue, surface::SurfacePacket};
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     simd::{F32x8, Mask8, Vec3x8, gt, max, min, mul_add, powi, splat},
 };
 
-/// The light that arrives at eight points, over all lights so far, by channel.
+/// The incident light at eight points, summed over the lights, by channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Light8 {
     /// Sum of I_i max(0, n.l_i).
@@ -24,15 +24,15 @@ impl Light8 {
     };
 }
 
-/// What one light brings to the points of one material.
+/// One light at the points of one material.
 #[derive(Clone, Copy, Debug)]
-pub struct OneLight<'a> {
-    /// Its intensities.
+pub struct IncidentLight<'a> {
+    /// Intensity times colour.
     pub power: [f32; 3],
-    /// n.l at the points; 0: hidden or behind.
-    pub arriving: &'a [F32x8],
-    /// The unit directions to it.
-    pub toward: &'a [Vec3x8],
+    /// n.l at each point; 0 if the light is occluded or behind the surface.
+    pub n_dot_l: &'a [F32x8],
+    /// The unit direction l from each point.
+    pub to_light: &'a [Vec3x8],
 }
 
 impl Light8 {
@@ -43,56 +43,56 @@ impl Light8 {
         }
     }
 
-    /// With one more light on a surface that only scatters.
+    /// Returns the sums with one more light on a diffuse surface.
     #[inline(always)]
-    fn with_diffuse(mut self, power8: [F32x8; 3], facing: F32x8) -> Self {
-        Self::add(&mut self.diffuse, power8, facing);
+    fn with_diffuse(mut self, power8: [F32x8; 3], n_dot_l: F32x8) -> Self {
+        Self::add(&mut self.diffuse, power8, n_dot_l);
         self
     }
 
-    /// With one more light on a surface with highlights.
+    /// Returns the sums with one more light on a glossy surface.
     #[inline(always)]
     fn with_gloss(
         mut self,
         power8: [F32x8; 3],
-        facing: F32x8,
-        toward: Vec3x8,
+        n_dot_l: F32x8,
+        to_light: Vec3x8,
         s: &SurfacePacket,
         alpha: u32,
     ) -> Self {
-        Self::add(&mut self.diffuse, power8, facing);
-        let halfway = (toward - s.direction).normalize();
+        Self::add(&mut self.diffuse, power8, n_dot_l);
+        let halfway = (to_light - s.direction).normalize();
         let highlight = powi(max(s.normal.dot(halfway), splat(0.0)), alpha);
-        let lit = gt(facing, splat(0.0)).select(highlight, splat(0.0));
+        let lit = gt(n_dot_l, splat(0.0)).select(highlight, splat(0.0));
         Self::add(&mut self.specular, power8, lit);
         self
     }
 }
 
-/// Adds a light to `light`, which holds the sums of the lights before; the first one puts its own there. (Sums that were
-/// made 0 first, and highlights in a loop of their own: shading of the course's blinn_phong.scn took 7 % longer.)
+/// Adds a light to the sums `light`; the first light overwrites them.
+// Tuned: see docs/lab-notes.md#add-light
 pub fn add_light(
     material: &Material,
-    one: OneLight<'_>,
+    incident: IncidentLight<'_>,
     surfaces: &[SurfacePacket],
     light: &mut [Light8],
     is_first: bool,
 ) {
-    let power8 = one.power.map(splat);
-    let arriving = one.arriving.iter().zip(one.toward).zip(surfaces);
+    let power8 = incident.power.map(splat);
     let before = |sum: &Light8| if is_first { Light8::NONE } else { *sum };
     if let Material::BlinnPhong { alpha, .. } = material {
-        for (sum, ((&facing, &toward), s)) in light.iter_mut().zip(arriving) {
-            *sum = before(sum).with_gloss(power8, facing, toward, s, *alpha);
+        let points = incident.n_dot_l.iter().zip(incident.to_light).zip(surfaces);
+        for (sum, ((&n_dot_l, &to_light), s)) in light.iter_mut().zip(points) {
+            *sum = before(sum).with_gloss(power8, n_dot_l, to_light, s, *alpha);
         }
     } else {
-        for (sum, &facing) in light.iter_mut().zip(one.arriving) {
-            *sum = before(sum).with_diffuse(power8, facing);
+        for (sum, &n_dot_l) in light.iter_mut().zip(incident.n_dot_l) {
+            *sum = before(sum).with_diffuse(power8, n_dot_l);
         }
     }
 }
 
-/// Colours the points of one material, and queues the rays that it mirrors.
+/// Adds the colours of one material's points to the tile, and queues mirrored rays.
 pub fn color(
     scene: &Scene,
     material: &Material,
@@ -161,7 +161,7 @@ fn blinn_phong(
     }
 }
 
-/// Mirrored directions d - 2 (d.n) n, from just off the surface.
+/// Queues rays along d - 2 (d.n) n, from just off the surface.
 fn mirror(share: f32, surfaces: &[SurfacePacket], next: &mut RayQueue) {
     for s in surfaces {
         let along = s.direction.dot(s.normal);
@@ -179,18 +179,24 @@ fn mirror(share: f32, surfaces: &[SurfacePacket], next: &mut RayQueue) {
     }
 }
 
-/// What rays see that leave the scene along `direction`. Twin of [`Background::color`](crate::scene::Background::color).
+/// Returns the background along eight directions. Twin of [`Background::color`](crate::scene::Background::color).
 #[inline(always)]
 pub(crate) fn background(scene: &Scene, direction: &Vec3x8) -> [F32x8; 3] {
     let background = scene.background();
     let share = mul_add(direction.z, splat(0.5), splat(0.5));
     let share = min(max(share, splat(0.0)), splat(1.0));
-    let rise = background.rise();
-    std::array::from_fn(|channel| mul_add(share, splat(rise[channel]), splat(background.bottom[channel])))
+    let difference = background.difference();
+    std::array::from_fn(|channel| {
+        mul_add(
+            share,
+            splat(difference[channel]),
+            splat(background.bottom[channel]),
+        )
+    })
 }
 
-/// Gives the rays of a queue that is not traced any further the background.
-pub fn end_of_depth(scene: &Scene, rays: &RayQueue, colors: &mut TileColors) {
+/// Adds the background for all rays of a queue, those beyond the maximum depth.
+pub fn background_pass(scene: &Scene, rays: &RayQueue, colors: &mut TileColors) {
     for (p, packet) in rays.rays.packets().iter().enumerate() {
         let active = gt(packet.t_max, splat(0.0)).bits();
         let background = background(scene, &packet.direction);

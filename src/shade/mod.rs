@@ -1,15 +1,13 @@
 //! Batched Whitted shading: each pass is one function over a queue, eight lanes at a time.
 //!
-//! The order of passes, for one sample of all pixels of a tile: [`queue::sort`] files hits by material (misses
-//! take the background), [`surface::gather`] turns each material's hits into surface packets, [`shadow::pass`]
-//! traces a run of occlusion rays for each light, and the passes of [`material`] turn light into colour and push
-//! mirrored rays into the next queue. No recursion, no branch on the material within a lane.
+//! ```text
+//! ray queue -> trace -> queue::sort      hits by material; misses take the background
+//!    ^                  surface::gather  hits -> surface packets
+//!    |                  shadow::pass     one run of occlusion rays per light
+//!    +---- mirrored --- material::color  light -> colours of the tile
+//! ```
 //!
-//! Packets stay what they are as long as most of their lanes have the same fate: rays that follow from
-//! neighbours are neighbours, eight packets a block of pixels, and colours are added eight at a time.
-//!
-//! All arithmetic here has its scalar twin in [`reference::shade`](crate::reference::shade): the same
-//! operations in the same order.
+//! The scalar twin, with the same operations in the same order, is [`reference::shade`](crate::reference::shade).
 
 pub mod material;
 pub mod queue;
@@ -23,34 +21,33 @@ use crate::{
     simd::{F32x8, LANES, Mask8, equal_lanes, is_run, mul_add, splat},
     trace::Tracer,
 };
-use material::{Light8, OneLight};
+use material::{IncidentLight, Light8};
 use queue::{HitQueue, RayQueue};
 use std::time::{Duration, Instant};
 use surface::SurfacePacket;
 
-/// Secondary rays start off the surface by this share of the primitive's largest absolute coordinate: 32 half-ulps,
-/// three times the rounding error of a point on it. More would move shadows and mirror images where scenes are far from
-/// the origin: 128 changed four times as many pixels of one that is 10,000 away. (After Wächter and Binder, *A Fast and
-/// Robust Method for Avoiding Self-Intersection*, Ray Tracing Gems ch. 6, 2019; scaled by the primitive instead of the
-/// point, so that scenes of any scale and place behave alike.)
+/// Offset of secondary rays off the surface, as a share of the primitive's largest absolute coordinate: 32 half-ulps,
+/// three times the rounding error of a point on it. After Wächter and Binder, *Ray Tracing Gems* ch. 6, 2019, who scale
+/// by the point; scaling by the primitive treats scenes of any size and position alike.
+// Tuned: see docs/lab-notes.md#surface-offset
 pub const SURFACE_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 
-/// Shadow rays end further off the surface by this share of the light's distance, the rounding error of a
-/// plane as seen from there: 32 half-ulps.
+/// Additional offset of shadow rays, as a share of the light's distance: 32 half-ulps, the rounding error of a plane
+/// seen from the light, where shadow rays start.
 pub const LIGHT_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 
-/// What to shade with.
+/// The settings of shading.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadeSettings {
-    /// A ray of this level returns the background; camera rays are level 0.
+    /// Maximum ray depth; 1 disables reflections. Rays beyond it return the background.
     pub max_depth: u32,
-    /// Whether lights are tested for being hidden.
+    /// Whether to trace shadow rays.
     pub shadows: bool,
-    /// Whether camera rays that hit nothing bring no colour, and [`TileColors::alpha`] is wanted.
+    /// Whether camera rays that hit nothing stay black, and [`TileColors::alpha`] is filled.
     pub transparent: bool,
 }
 
-/// The memory of shading one tile, reused from tile to tile.
+/// The scratch memory of shading a tile, reused from tile to tile.
 #[derive(Debug, Default)]
 pub struct Shader {
     hits: Vec<HitPacket>,
@@ -60,26 +57,26 @@ pub struct Shader {
     arriving: shadow::Arriving,
     shadow: shadow::Scratch,
     next: RayQueue,
-    /// Occlusion rays traced so far.
+    /// Shadow rays traced since [`Shader::reset_counts`].
     pub shadow_rays: u64,
-    /// Mirrored rays traced so far.
+    /// Reflection rays traced since [`Shader::reset_counts`].
     pub reflection_rays: u64,
-    /// Time spent in the tracer so far.
+    /// Time spent in the tracer since [`Shader::reset_counts`].
     pub tracing: Duration,
 }
 
-/// The colours of one sample of each pixel of a tile, linear RGB, in the order of the camera's packets: pixel `i`
-/// is lane `i % 8` of packet `i / 8`.
+/// One sample of every pixel of a tile, linear RGB, in the order of the camera packets: pixel `i` is lane `i % 8` of
+/// packet `i / 8`.
 #[derive(Debug, Default)]
 pub struct TileColors {
-    /// One column a channel, for each camera packet.
+    /// Red, green and blue of each camera packet.
     pub packets: Vec<[F32x8; 3]>,
-    /// 1 for camera rays that hit something, else 0; empty where nobody asked for it.
+    /// 1 for camera rays that hit something, else 0; empty unless [`ShadeSettings::transparent`].
     pub alpha: Vec<F32x8>,
 }
 
 impl TileColors {
-    /// Makes room for `packets` camera packets, whose colours may be anything, and forgets `alpha`.
+    /// Resizes to `packets` camera packets of unspecified colours, and clears `alpha`.
     pub fn resize(&mut self, packets: usize) {
         self.packets.resize(packets, [F32x8::ZERO; 3]);
         self.alpha.clear();
@@ -97,23 +94,23 @@ impl TileColors {
         }
     }
 
-    /// The first colours of camera packet `p`: black but for the lanes in `bits`.
+    /// Sets the colours of camera packet `p`; lanes outside `bits` become black.
     #[inline(always)]
-    fn put(&mut self, p: usize, bits: u32, color: [F32x8; 3]) {
-        let seen = Mask8::from_bits(bits);
-        self.packets[p] = color.map(|color8| seen.select(color8, F32x8::ZERO));
+    fn set(&mut self, p: usize, bits: u32, color: [F32x8; 3]) {
+        let mask = Mask8::from_bits(bits);
+        self.packets[p] = color.map(|color8| mask.select(color8, F32x8::ZERO));
     }
 
     /// Adds weight x colour to the pixels of the lanes in `bits`.
     #[inline(always)]
     fn add(&mut self, bits: u32, pixel: &[u32; LANES], weight: F32x8, color: [F32x8; 3]) {
         let first = pixel[0];
-        // What comes of a camera packet most often still has its lanes; then nothing moves between lanes.
+        // Most packets still hold the pixels of one camera packet in lane order.
         if first.is_multiple_of(LANES as u32) && is_run(pixel, first) {
             let added = Mask8::from_bits(bits);
             for (sum, color8) in self.packets[first as usize / LANES].iter_mut().zip(color) {
-                // Other lanes add 0. (A choice between sums became a masked store: shading of matte.scn took 4 %
-                // longer.)
+                // Other lanes add 0: selecting between sums would become a masked store.
+                // Tuned: see docs/lab-notes.md#tile-colors-add
                 *sum = mul_add(weight, added.select(color8, F32x8::ZERO), *sum);
             }
         } else {
@@ -134,9 +131,9 @@ impl TileColors {
 }
 
 impl Shader {
-    /// Makes room for tiles of `pixels` pixels of `scene`, here and in the queue that camera rays come in.
+    /// Reserves memory for tiles of `pixels` pixels of `scene`, also in the queue of camera rays.
     pub fn reserve(&mut self, scene: &Scene, pixels: usize, rays: &mut RayQueue) {
-        let packets = queue::most_packets(pixels, scene.materials().len());
+        let packets = queue::max_packets(pixels, scene.materials().len());
         rays.reserve(packets);
         self.next.reserve(packets);
         self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
@@ -147,14 +144,13 @@ impl Shader {
         self.by_material.reserve(scene.materials().len(), pixels);
     }
 
-    /// Counts of rays and time start at 0 again.
+    /// Resets the counts of rays and the time to 0.
     pub fn reset_counts(&mut self) {
         (self.shadow_rays, self.reflection_rays, self.tracing) = (0, 0, Duration::ZERO);
     }
 
-    /// Traces and shades `rays`, which are camera rays, to at least one level, and what they lead to, and puts their
-    /// colours into `colors`. Leaves `rays` empty. (To make colours black first, and to keep pixels and weights of
-    /// camera rays, took 10 % of a frame of the course's blinn_phong.scn.)
+    /// Traces and shades the camera rays in `rays` and their secondary rays, and writes `colors`. Leaves `rays` empty.
+    // Tuned: see docs/lab-notes.md#camera-rays-set-colors
     pub fn shade(
         &mut self,
         scene: &Scene,
@@ -165,7 +161,7 @@ impl Shader {
     ) {
         debug_assert!(
             rays.are_camera_rays() && settings.max_depth > 0,
-            "else nothing puts the first colours"
+            "only camera rays set colours, all others add to them"
         );
         colors.resize(rays.rays.packets().len());
         for level in 1..=settings.max_depth {
@@ -177,14 +173,14 @@ impl Shader {
             let start = Instant::now();
             tracer.closest_hit(rays.rays.origins(), rays.rays.packets(), hits);
             self.tracing += start.elapsed();
-            let see_through = settings.transparent && level == 1;
-            if see_through {
+            let transparent = settings.transparent && level == 1;
+            if transparent {
                 colors.alpha.extend(hits.iter().map(|hits| {
                     let missed = Mask8::from_bits(equal_lanes(&hits.primitive, PrimitiveId::NONE.0));
                     missed.select(splat(0.0), splat(1.0))
                 }));
             }
-            queue::sort(scene, rays, hits, see_through, &mut self.by_material, colors);
+            queue::sort(scene, rays, hits, transparent, &mut self.by_material, colors);
 
             surface::gather(scene, rays, hits, &self.by_material, &mut self.surfaces);
             if self.surfaces.is_empty() {
@@ -199,7 +195,7 @@ impl Shader {
                 material::color(scene, material, surfaces, light, colors, &mut self.next);
             }
             if level == settings.max_depth {
-                material::end_of_depth(scene, &self.next, colors);
+                material::background_pass(scene, &self.next, colors);
                 self.next.restart(None);
             }
             std::mem::swap(rays, &mut self.next);
@@ -216,7 +212,7 @@ impl Shader {
         if lights.intensity.is_empty() {
             self.light.clear();
         }
-        // What is left of the last time is written over by the first light.
+        // The first light overwrites the previous contents.
         self.light.resize(self.surfaces.len(), Light8::NONE);
         let lit = self.by_material.lit_surfaces(scene, &self.surfaces);
         for light_i in 0..lights.intensity.len() {
@@ -226,14 +222,14 @@ impl Shader {
             self.shadow_rays += rays;
             self.tracing += time;
             for (material, range) in self.by_material.ranges().take_while(|(_, r)| r.end <= lit.len()) {
-                let one = OneLight {
+                let incident = IncidentLight {
                     power,
-                    arriving: &self.arriving.share[range.clone()],
-                    toward: &self.arriving.toward[range.clone()],
+                    n_dot_l: &self.arriving.n_dot_l[range.clone()],
+                    to_light: &self.arriving.to_light[range.clone()],
                 };
                 let material = &scene.materials()[material.0 as usize];
                 let surfaces = &self.surfaces[range.clone()];
-                material::add_light(material, one, surfaces, &mut self.light[range], light_i == 0);
+                material::add_light(material, incident, surfaces, &mut self.light[range], light_i == 0);
             }
         }
     }

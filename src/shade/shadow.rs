@@ -1,4 +1,4 @@
-//! One light at a time: which points it reaches.
+//! The shadow pass: finds the points that one light reaches.
 
 use super::{LIGHT_OFFSET, SURFACE_OFFSET, surface::SurfacePacket};
 use crate::{
@@ -9,17 +9,17 @@ use crate::{
 use glam::Vec3;
 use std::time::{Duration, Instant};
 
-/// Memory of a pass, reused.
+/// The scratch memory of a pass.
 #[derive(Debug, Default)]
 pub struct Scratch {
     rays: Vec<RayPacket>,
-    /// For each packet of rays the surface packet that it ends at.
+    /// The index of the surface packet at the end of each packet of rays.
     surface: Vec<u32>,
     blocked: Vec<u8>,
 }
 
 impl Scratch {
-    /// Makes room for so many surface packets.
+    /// Reserves memory for this many surface packets.
     pub fn reserve(&mut self, packets: usize) {
         self.rays.reserve(packets);
         self.surface.reserve(packets);
@@ -27,28 +27,28 @@ impl Scratch {
     }
 }
 
-/// What reaches points of one light.
+/// The light that arrives at each point from one light.
 #[derive(Debug, Default)]
 pub struct Arriving {
-    /// For each point max(0, n.l), and 0 where the light is hidden.
-    pub share: Vec<F32x8>,
-    /// The unit directions l to the light.
-    pub toward: Vec<Vec3x8>,
+    /// max(0, n.l), or 0 where the light is occluded.
+    pub n_dot_l: Vec<F32x8>,
+    /// The unit direction l to the light.
+    pub to_light: Vec<Vec3x8>,
 }
 
 impl Arriving {
-    /// Makes room for so many surface packets.
+    /// Reserves memory for this many surface packets.
     pub fn reserve(&mut self, packets: usize) {
-        self.share.reserve(packets);
-        self.toward.reserve(packets);
+        self.n_dot_l.reserve(packets);
+        self.to_light.reserve(packets);
     }
 }
 
-/// What reaches the points of the light at `light`; `tracer` is absent where shadows are off. Answers how many rays were
-/// traced, and in what time.
+/// Computes what arrives from the light at `light`; without a tracer there are no shadows. Returns the number of rays
+/// and the time spent tracing them.
 ///
-/// A shadow ray runs from the light to the point, offset to the viewer's side: so all rays of a pass share
-/// their origin. Packets without a point that faces the light are left out.
+/// Shadow rays run from the light to the point, offset to the viewer's side, so they share their origin. Packets
+/// without a point that faces the light are left out.
 pub fn pass(
     light: Vec3,
     tracer: Option<&mut Tracer<'_>>,
@@ -57,19 +57,19 @@ pub fn pass(
     scratch: &mut Scratch,
 ) -> (u64, Duration) {
     let light8 = Vec3x8::splat(light);
-    arriving.share.clear();
-    arriving.toward.clear();
+    arriving.n_dot_l.clear();
+    arriving.to_light.clear();
     scratch.rays.clear();
     scratch.surface.clear();
     let mut count = 0;
     for (s, surface_i) in surfaces.iter().zip(0..) {
-        let to_light = light8 - s.point;
-        let distance = to_light.dot(to_light).sqrt();
-        let toward = to_light * (splat(1.0) / distance);
-        let facing = max(s.normal.dot(toward), splat(0.0));
-        arriving.share.push(facing);
-        arriving.toward.push(toward);
-        let active = gt(facing, splat(0.0)) & Mask8::from_bits(s.active);
+        let offset = light8 - s.point;
+        let distance = offset.dot(offset).sqrt();
+        let to_light = offset * (splat(1.0) / distance);
+        let n_dot_l = max(s.normal.dot(to_light), splat(0.0));
+        arriving.n_dot_l.push(n_dot_l);
+        arriving.to_light.push(to_light);
+        let active = gt(n_dot_l, splat(0.0)) & Mask8::from_bits(s.active);
         let bits = active.bits();
         if tracer.is_some() && bits != 0 {
             count += u64::from(bits.count_ones());
@@ -91,27 +91,27 @@ pub fn pass(
     let time = start.elapsed();
     for (&surface_i, &blocked) in scratch.surface.iter().zip(&scratch.blocked) {
         if blocked != 0 {
-            let facing = &mut arriving.share[surface_i as usize];
-            *facing = Mask8::from_bits(blocked.into()).select(splat(0.0), *facing);
+            let n_dot_l = &mut arriving.n_dot_l[surface_i as usize];
+            *n_dot_l = Mask8::from_bits(blocked.into()).select(splat(0.0), *n_dot_l);
         }
     }
     (count, time)
 }
 
-/// From the light to eight points at `distance`; lanes that are not active get no ray.
+/// Makes the rays from the light to eight points at `distance`; inactive lanes get no ray.
 #[inline(always)]
 fn ray(light8: Vec3x8, s: &SurfacePacket, distance: F32x8, active: Mask8) -> RayPacket {
     let offset = mul_add(distance, splat(LIGHT_OFFSET), s.magnitude * splat(SURFACE_OFFSET));
     let from_light = s.geometric_normal.mul_add(offset, s.point) - light8;
     let length = from_light.dot(from_light).sqrt();
-    // A point on the light has no direction; its ray of length 0 hits nothing, whichever way it goes.
-    let somewhere = Vec3x8::select(
+    // A point at the light gets any direction: its ray of length 0 hits nothing.
+    let direction = Vec3x8::select(
         gt(length, splat(0.0)),
         from_light * (splat(1.0) / length),
         Vec3x8::splat(Vec3::Z),
     );
     RayPacket {
-        direction: somewhere,
+        direction,
         t_max: active.select(length, splat(0.0)),
     }
 }

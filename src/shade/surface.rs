@@ -1,4 +1,4 @@
-//! From hits to surface packets: where the points are, and which way they face.
+//! Surface packets: points, normals and offsets of eight hits on one material.
 
 use super::queue::{HitQueue, PacketLanes, RayIndex, RayQueue};
 use crate::{
@@ -10,25 +10,25 @@ use crate::{
 /// Eight points on surfaces of one material.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePacket {
-    /// Lanes that hold a point (the others repeat one of them).
+    /// Lanes that hold a point; the others repeat one of these.
     pub active: u32,
     /// The points, scene units.
     pub point: Vec3x8,
-    /// Unit geometric normals, towards the viewer.
+    /// Unit geometric normals on the viewer's side.
     pub geometric_normal: Vec3x8,
-    /// Unit normals for shading, turned with the geometric ones.
+    /// Unit shading normals, negated gathered with the geometric ones.
     pub normal: Vec3x8,
-    /// Unit directions of the rays that hit.
+    /// Unit directions of the rays.
     pub direction: Vec3x8,
-    /// The largest absolute coordinate of each primitive, for offsets.
+    /// The largest absolute coordinate of each primitive, for ray offsets.
     pub magnitude: F32x8,
-    /// Places of the pixels in [`TileColors`](super::TileColors).
+    /// Indices of the pixels in [`TileColors`](super::TileColors).
     pub pixel: [u32; LANES],
-    /// What the points' colours count.
+    /// The factors of the colours in the pixels.
     pub weight: F32x8,
 }
 
-/// Eight hits and the rays that hit, a lane a hit.
+/// Eight rays and their hits.
 struct Hits8 {
     direction: Vec3x8,
     origin: Vec3x8,
@@ -41,7 +41,7 @@ struct Hits8 {
 }
 
 impl Hits8 {
-    /// A packet as it is.
+    /// Loads a whole packet.
     #[inline(always)]
     fn whole(rays: &RayQueue, hits: &[HitPacket], p: usize) -> Self {
         let (packet, hits) = (&rays.rays.packets()[p], &hits[p]);
@@ -57,11 +57,11 @@ impl Hits8 {
         }
     }
 
-    /// A packet of which only the lanes of `bits` count; the others repeat the first of them.
-    fn some(rays: &RayQueue, hits: &[HitPacket], p: usize, bits: u32) -> Self {
+    /// Loads the lanes `bits` of a packet; the others repeat the first of these.
+    fn masked(rays: &RayQueue, hits: &[HitPacket], p: usize, bits: u32) -> Self {
         let whole = Self::whole(rays, hits, p);
-        let (first, own) = (bits.trailing_zeros() as usize, Mask8::from_bits(bits));
-        let repeat = |a: F32x8| own.select(a, splat(lane(&a, first)));
+        let (first, mask) = (bits.trailing_zeros() as usize, Mask8::from_bits(bits));
+        let repeat = |a: F32x8| mask.select(a, splat(lane(&a, first)));
         let repeat3 = |a: Vec3x8| Vec3x8::new(repeat(a.x), repeat(a.y), repeat(a.z));
         let mut primitive = whole.primitive;
         for (i, id) in primitive.iter_mut().enumerate() {
@@ -80,9 +80,9 @@ impl Hits8 {
         }
     }
 
-    /// Up to eight rays from anywhere; the last one is repeated.
-    fn put_together(rays: &RayQueue, hits: &[HitPacket], ray_i: &[RayIndex]) -> Self {
-        let mut together = Self {
+    /// Gathers up to eight rays of any packets; the last one is repeated.
+    fn gather(rays: &RayQueue, hits: &[HitPacket], ray_i: &[RayIndex]) -> Self {
+        let mut gathered = Self {
             direction: Vec3x8::ZERO,
             origin: Vec3x8::ZERO,
             pixel: [0; LANES],
@@ -102,22 +102,22 @@ impl Hits8 {
                 copy(&mut to8.y, &from8.y);
                 copy(&mut to8.z, &from8.z);
             };
-            copy3(&mut together.direction, &packet.direction);
-            copy3(&mut together.origin, &rays.rays.origin(p));
-            copy(&mut together.weight, &rays.weight(p));
-            copy(&mut together.t, &hits.t);
-            copy(&mut together.u, &hits.u);
-            copy(&mut together.v, &hits.v);
-            together.pixel[to] = rays.pixel(p)[from];
-            together.primitive[to] = hits.primitive[from];
+            copy3(&mut gathered.direction, &packet.direction);
+            copy3(&mut gathered.origin, &rays.rays.origin(p));
+            copy(&mut gathered.weight, &rays.weight(p));
+            copy(&mut gathered.t, &hits.t);
+            copy(&mut gathered.u, &hits.u);
+            copy(&mut gathered.v, &hits.v);
+            gathered.pixel[to] = rays.pixel(p)[from];
+            gathered.primitive[to] = hits.primitive[from];
         }
-        together
+        gathered
     }
 }
 
 const ALL_LANES: u32 = (1 << LANES) - 1;
 
-/// Makes surface packets of the filed hits, material by material, in the order of `by_material`.
+/// Makes surface packets of the sorted hits, in the order of `by_material`.
 pub fn gather(
     scene: &Scene,
     rays: &RayQueue,
@@ -126,26 +126,26 @@ pub fn gather(
     surfaces: &mut Vec<SurfacePacket>,
 ) {
     surfaces.clear();
-    let mut last = None;
+    let mut cache = None;
     for (_, bucket) in by_material.buckets() {
         for &PacketLanes { packet, bits } in &bucket.in_place {
             let hits8 = if bits == ALL_LANES {
                 Hits8::whole(rays, hits, packet as usize)
             } else {
-                Hits8::some(rays, hits, packet as usize, bits)
+                Hits8::masked(rays, hits, packet as usize, bits)
             };
-            push(scene, &hits8, bits, &mut last, surfaces);
+            push(scene, &hits8, bits, &mut cache, surfaces);
         }
-        for chunk in bucket.loose.chunks(LANES) {
-            let hits8 = Hits8::put_together(rays, hits, chunk);
+        for chunk in bucket.compacted.chunks(LANES) {
+            let hits8 = Hits8::gather(rays, hits, chunk);
             let active = ALL_LANES >> (LANES - chunk.len());
-            push(scene, &hits8, active, &mut last, surfaces);
+            push(scene, &hits8, active, &mut cache, surfaces);
         }
     }
 }
 
-/// Where points are and which way their surfaces face, before that is turned to the viewer.
-struct Facing {
+/// Points and normals, before the normals are turned to the viewer.
+struct Points8 {
     point: Vec3x8,
     geometric: Vec3x8,
     normal: Vec3x8,
@@ -156,34 +156,34 @@ fn push(
     scene: &Scene,
     hits: &Hits8,
     active: u32,
-    last: &mut Option<OneTriangle>,
+    cache: &mut Option<CachedTriangle>,
     surfaces: &mut Vec<SurfacePacket>,
 ) {
-    let facing = facing(scene, hits, last);
-    let away = gt(facing.geometric.dot(hits.direction), splat(0.0));
+    let points = points(scene, hits, cache);
+    let away = gt(points.geometric.dot(hits.direction), splat(0.0));
     surfaces.push(SurfacePacket {
         active,
-        point: facing.point,
-        geometric_normal: Vec3x8::select(away, -facing.geometric, facing.geometric),
-        normal: Vec3x8::select(away, -facing.normal, facing.normal),
+        point: points.point,
+        geometric_normal: Vec3x8::select(away, -points.geometric, points.geometric),
+        normal: Vec3x8::select(away, -points.normal, points.normal),
         direction: hits.direction,
-        magnitude: facing.magnitude,
+        magnitude: points.magnitude,
         pixel: hits.pixel,
         weight: hits.weight,
     });
 }
 
 #[inline(always)]
-fn facing(scene: &Scene, hits: &Hits8, last: &mut Option<OneTriangle>) -> Facing {
-    let one = hits.primitive[0];
-    if equal_lanes(&hits.primitive, one) == ALL_LANES {
-        return match scene.primitive(PrimitiveId(one)) {
+fn points(scene: &Scene, hits: &Hits8, cache: &mut Option<CachedTriangle>) -> Points8 {
+    let first = hits.primitive[0];
+    if equal_lanes(&hits.primitive, first) == ALL_LANES {
+        return match scene.primitive(PrimitiveId(first)) {
             Primitive::Triangle(i) => {
-                let of_one = match last {
-                    Some(of_one) if of_one.triangle_i == i => of_one,
-                    _ => last.insert(OneTriangle::new(scene, i)),
+                let triangle = match cache {
+                    Some(triangle) if triangle.triangle_i == i => triangle,
+                    _ => cache.insert(CachedTriangle::new(scene, i)),
                 };
-                triangles(hits, &of_one.corners, &of_one.facet)
+                triangles(hits, &triangle.corners, &triangle.facet)
             }
             Primitive::Sphere(i) => {
                 let spheres = scene.spheres();
@@ -192,53 +192,53 @@ fn facing(scene: &Scene, hits: &Hits8, last: &mut Option<OneTriangle>) -> Facing
         };
     }
     let triangle_count = scene.triangles().corners.len() as u32;
-    let mut round = 0;
+    let mut sphere_bits = 0;
     for (lane, &id) in hits.primitive.iter().enumerate() {
-        round |= u32::from(id >= triangle_count) << lane;
+        sphere_bits |= u32::from(id >= triangle_count) << lane;
     }
-    match round {
-        0 => triangles_apart(hits, &Corners::of_eight(scene, &hits.primitive)),
-        ALL_LANES => on_spheres(scene, hits, &hits.primitive),
-        _ => mixed(scene, hits, round),
+    match sphere_bits {
+        0 => distinct_triangles(scene, hits, &hits.primitive),
+        ALL_LANES => distinct_spheres(scene, hits, &hits.primitive),
+        _ => mixed(scene, hits, sphere_bits),
     }
 }
 
-/// Triangles and spheres, these in the lanes of `round`.
+/// Triangles and spheres, the latter in the lanes of `sphere_bits`.
 #[inline(never)]
-fn mixed(scene: &Scene, hits: &Hits8, round: u32) -> Facing {
-    // Lanes of the other kind compute on a neighbour's triangle or sphere.
-    let (mut flat_id, mut round_id) = (hits.primitive, hits.primitive);
-    let other_flat = hits.primitive[round.trailing_ones() as usize];
-    let other_round = hits.primitive[round.trailing_zeros() as usize];
+fn mixed(scene: &Scene, hits: &Hits8, sphere_bits: u32) -> Points8 {
+    // Lanes of the other kind compute on the first triangle or sphere.
+    let (mut triangle_ids, mut sphere_ids) = (hits.primitive, hits.primitive);
+    let first_triangle = hits.primitive[sphere_bits.trailing_ones() as usize];
+    let first_sphere = hits.primitive[sphere_bits.trailing_zeros() as usize];
     for lane in 0..LANES {
-        if round >> lane & 1 == 1 {
-            flat_id[lane] = other_flat;
+        if sphere_bits >> lane & 1 == 1 {
+            triangle_ids[lane] = first_triangle;
         } else {
-            round_id[lane] = other_round;
+            sphere_ids[lane] = first_sphere;
         }
     }
-    let flat = triangles_apart(hits, &Corners::of_eight(scene, &flat_id));
-    let on_spheres = on_spheres(scene, hits, &round_id);
-    let round8 = Mask8::from_bits(round);
-    Facing {
-        point: Vec3x8::select(round8, on_spheres.point, flat.point),
-        geometric: Vec3x8::select(round8, on_spheres.geometric, flat.geometric),
-        normal: Vec3x8::select(round8, on_spheres.normal, flat.normal),
-        magnitude: round8.select(on_spheres.magnitude, flat.magnitude),
+    let triangles = distinct_triangles(scene, hits, &triangle_ids);
+    let spheres = distinct_spheres(scene, hits, &sphere_ids);
+    let sphere8 = Mask8::from_bits(sphere_bits);
+    Points8 {
+        point: Vec3x8::select(sphere8, spheres.point, triangles.point),
+        geometric: Vec3x8::select(sphere8, spheres.geometric, triangles.geometric),
+        normal: Vec3x8::select(sphere8, spheres.normal, triangles.normal),
+        magnitude: sphere8.select(spheres.magnitude, triangles.magnitude),
     }
 }
 
-/// What is stored at the corners of eight triangles.
+/// The vertices of eight triangles.
 struct Corners {
     position: [Vec3x8; 3],
-    /// Normals, where the scene has any.
+    /// Vertex normals, if the scene has any.
     normal: Option<[Vec3x8; 3]>,
 }
 
 impl Corners {
-    /// The same triangle in all lanes.
+    /// Broadcasts one triangle to all lanes.
     #[inline(always)]
-    fn of_one(scene: &Scene, triangle_i: usize) -> Self {
+    fn broadcast(scene: &Scene, triangle_i: usize) -> Self {
         let (vertices, triangles) = (scene.vertices(), scene.triangles());
         let [a, b, c] = scene.triangle(triangle_i);
         let normal = |k: usize| Vec3x8::splat(vertices.normals[triangles.corners[triangle_i][k] as usize]);
@@ -248,21 +248,21 @@ impl Corners {
         }
     }
 
-    /// A triangle a lane.
+    /// Gathers one triangle per lane.
     #[inline(always)]
-    fn of_eight(scene: &Scene, triangle_i: &[u32; LANES]) -> Self {
+    fn gather(scene: &Scene, triangle_i: &[u32; LANES]) -> Self {
         let (vertices, triangles) = (scene.vertices(), scene.triangles());
         let (mut a, mut b, mut c) = ([0; LANES], [0; LANES], [0; LANES]);
         for (lane, &i) in triangle_i.iter().enumerate() {
             let corners = triangles.corners[i as usize];
             (a[lane], b[lane], c[lane]) = (corners[0] as usize, corners[1] as usize, corners[2] as usize);
         }
-        let column = |of: &[f32], vertex_i: &[usize; LANES]| from_lanes(|lane| of[vertex_i[lane]]);
+        let load = |from: &[f32], vertex_i: &[usize; LANES]| from_lanes(|lane| from[vertex_i[lane]]);
         let position = |vertex_i: &[usize; LANES]| {
             Vec3x8::new(
-                column(&vertices.x, vertex_i),
-                column(&vertices.y, vertex_i),
-                column(&vertices.z, vertex_i),
+                load(&vertices.x, vertex_i),
+                load(&vertices.y, vertex_i),
+                load(&vertices.z, vertex_i),
             )
         };
         let normal = |vertex_i: &[usize; LANES]| {
@@ -280,7 +280,7 @@ impl Corners {
     }
 }
 
-/// What depends on triangles alone, not on where they are hit.
+/// Values that depend on the triangles alone, not on the hits.
 struct Facet {
     /// Unit normals.
     geometric: Vec3x8,
@@ -293,24 +293,24 @@ impl Facet {
         let [v0, v1, v2] = corners.position;
         let facet = (v1 - v0).cross(v2 - v0);
         Self {
-            // Scaled first, so that squares of tiny or huge triangles' normals stay within f32.
+            // Scaled first, so that squared normals of tiny or huge triangles stay in the range of f32.
             geometric: (facet * scale_to_one(facet.max_abs())).normalize(),
             magnitude: max(max(v0.max_abs(), v1.max_abs()), v2.max_abs()),
         }
     }
 }
 
-/// A triangle that all lanes of a packet hit, kept for the next packet: neighbours often hit it as well. (Shading of the
-/// course's scenes on Zen 5: 7 to 14 % less, frames 2 to 5 %.)
-struct OneTriangle {
+/// The last triangle that all lanes of a packet hit: the next packet often hits it as well.
+// Tuned: see docs/lab-notes.md#cached-triangle
+struct CachedTriangle {
     triangle_i: usize,
     corners: Corners,
     facet: Facet,
 }
 
-impl OneTriangle {
+impl CachedTriangle {
     fn new(scene: &Scene, triangle_i: usize) -> Self {
-        let corners = Corners::of_one(scene, triangle_i);
+        let corners = Corners::broadcast(scene, triangle_i);
         Self {
             triangle_i,
             facet: Facet::new(&corners),
@@ -319,14 +319,15 @@ impl OneTriangle {
     }
 }
 
-/// Triangles of which each may be another.
+/// Evaluates a triangle per lane.
 #[inline(always)]
-fn triangles_apart(hits: &Hits8, corners: &Corners) -> Facing {
-    triangles(hits, corners, &Facet::new(corners))
+fn distinct_triangles(scene: &Scene, hits: &Hits8, triangle_i: &[u32; LANES]) -> Points8 {
+    let corners = Corners::gather(scene, triangle_i);
+    triangles(hits, &corners, &Facet::new(&corners))
 }
 
 #[inline(always)]
-fn triangles(hits: &Hits8, corners: &Corners, &Facet { geometric, magnitude }: &Facet) -> Facing {
+fn triangles(hits: &Hits8, corners: &Corners, &Facet { geometric, magnitude }: &Facet) -> Points8 {
     let [v0, v1, v2] = corners.position;
     let w = splat(1.0) - hits.u - hits.v;
     let interpolate = |a: Vec3x8, b: Vec3x8, c: Vec3x8| b.mul_add(hits.u, c.mul_add(hits.v, a * w));
@@ -339,7 +340,7 @@ fn triangles(hits: &Hits8, corners: &Corners, &Facet { geometric, magnitude }: &
         let usable = gt(size, zero) & !(missing(n0) | missing(n1) | missing(n2));
         normal = Vec3x8::select(usable, (smooth * scale_to_one(size)).normalize(), geometric);
     }
-    Facing {
+    Points8 {
         point: interpolate(v0, v1, v2),
         geometric,
         normal,
@@ -347,22 +348,23 @@ fn triangles(hits: &Hits8, corners: &Corners, &Facet { geometric, magnitude }: &
     }
 }
 
-fn on_spheres(scene: &Scene, hits: &Hits8, id: &[u32; LANES]) -> Facing {
+/// Evaluates a sphere per lane.
+fn distinct_spheres(scene: &Scene, hits: &Hits8, id: &[u32; LANES]) -> Points8 {
     let (spheres, first) = (scene.spheres(), scene.triangles().corners.len());
-    let column = |of: &[f32]| from_lanes(|lane| of[id[lane] as usize - first]);
+    let load = |from: &[f32]| from_lanes(|lane| from[id[lane] as usize - first]);
     let center = Vec3x8::new(
-        column(&spheres.center_x),
-        column(&spheres.center_y),
-        column(&spheres.center_z),
+        load(&spheres.center_x),
+        load(&spheres.center_y),
+        load(&spheres.center_z),
     );
-    sphere(hits, center, column(&spheres.radius))
+    sphere(hits, center, load(&spheres.radius))
 }
 
 #[inline(always)]
-fn sphere(hits: &Hits8, center: Vec3x8, radius: F32x8) -> Facing {
-    // From the centre, not from the origin: far from the origin a point has few bits left for its place on the sphere.
+fn sphere(hits: &Hits8, center: Vec3x8, radius: F32x8) -> Points8 {
+    // Relative to the centre: far from the origin, a point has few bits left for its position on the sphere.
     let outward = hits.direction.mul_add(hits.t, hits.origin - center).normalize();
-    Facing {
+    Points8 {
         point: outward.mul_add(radius, center),
         geometric: outward,
         normal: outward,

@@ -1,25 +1,25 @@
-//! Whether every way of tracing finds what brute force finds, on random scenes and rays of the kinds that break ray
-//! tracers: closest hits and occlusion, compared bit for bit.
+//! Equivalence checks: every tracing implementation must find what brute force finds, bit for bit, for closest hits and
+//! occlusion. The random scenes and rays are of the kinds that break ray tracers.
 //!
-//! A scene and its rays depend on a seed and the scene's number alone: any of them can be repeated by itself.
+//! A scene and its rays depend on the seed and the scene's number alone, so each can be repeated by itself.
 //!
 //! ```
-//! use octray::verify::{Settings, entrants, run};
+//! use octray::verify::{Settings, implementations, run};
 //! use std::ops::ControlFlow;
 //!
 //! let settings = Settings { rays: Some(10_000), ..Settings::default() };
-//! let outcome = run(&settings, &entrants, &|_| ControlFlow::Continue(())).unwrap();
+//! let outcome = run(&settings, &implementations, &|_| ControlFlow::Continue(())).unwrap();
 //! assert!(outcome.fault.is_none() && outcome.counts.rays >= 10_000);
 //! ```
 
-mod contest;
-mod entrants;
+mod equivalence;
+mod implementations;
 mod random;
 pub mod rays;
 pub mod scenes;
 
-pub use contest::{Counts, Difference, EntrantCounts, contest};
-pub use entrants::{Entrant, Entrants, Found, entrants};
+pub use equivalence::{Counts, Difference, ImplementationCounts, check_equivalence};
+pub use implementations::{Found, Implementation, Implementations, implementations};
 pub use random::Random;
 pub use rays::Group;
 
@@ -39,46 +39,46 @@ use std::{
     time::Duration,
 };
 
-/// How often a run's callback is asked whether to go on.
+/// Interval between calls of a run's callback.
 const TICK: Duration = Duration::from_millis(100);
-/// One scene in so many is a large one; with [`Plan::new`]'s numbers of rays, so is one ray in about a hundred.
+/// One scene in this many is large; with the ray counts of [`Plan::new`], so is about one ray in a hundred.
 const LARGE_EVERY: u64 = 100;
-/// Small scenes have at most so many primitives (surfaces may have one or two fewer than asked for).
+/// The most primitives of a small scene.
 const SMALL: u32 = 64;
-/// Large scenes have at most so many.
+/// The most primitives of a large scene.
 const LARGE: u32 = 100_000;
 const SMALL_RAYS: u64 = 2048;
-/// What large scenes of [`SMALL`] primitives have; others have fewer, so that brute force does not take all the time.
+/// Rays of a large scene with [`SMALL`] primitives. Larger ones get fewer, because brute force is slow.
 const LARGE_RAYS: f64 = 8192.0;
 
-/// What to verify.
+/// Selects what to verify.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Settings {
-    /// Other seeds, other scenes.
+    /// The seed of all scenes and rays.
     pub seed: u64,
-    /// Ends with the scene that reaches so many rays. `None`: with the callback's `Break`.
+    /// The run ends with the scene that reaches this many rays; `None`: at the callback's `Break`.
     pub rays: Option<u64>,
-    /// Just this scene, whole.
+    /// Traces only the scene with this number, completely.
     pub scene: Option<u64>,
-    /// How many threads; as many as the machine has, if `None`.
+    /// Number of threads; `None` for as many as the machine has.
     pub threads: Option<usize>,
 }
 
-/// How a run ended.
+/// The result of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// What was done.
+    /// The scenes and rays done.
     pub done: Done,
-    /// What was done by whom.
+    /// The counts of each implementation.
     pub counts: Counts,
-    /// The first fault that was found.
+    /// The fault with the lowest scene number.
     pub fault: Option<Fault>,
 }
 
-/// How far a run has come.
+/// The progress of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Done {
-    /// Scenes, small and large.
+    /// All scenes.
     pub scenes: u64,
     /// Large scenes among them.
     pub large_scenes: u64,
@@ -88,29 +88,29 @@ pub struct Done {
     pub large_rays: u64,
 }
 
-/// Where not all agree, or where somebody panicked.
+/// A scene on which an implementation differs or panics.
 #[derive(Clone, Debug)]
 pub struct Fault {
     /// The run's seed.
     pub seed: u64,
     /// The scene's number.
     pub scene: u64,
-    /// How many primitives it has.
+    /// Number of primitives in the scene.
     pub primitives: usize,
-    /// What is wrong.
+    /// The kind of fault.
     pub kind: FaultKind,
 }
 
-/// See [`Fault`].
+/// The kind of a [`Fault`].
 #[derive(Clone, Debug)]
 pub enum FaultKind {
-    /// Not all found the same.
+    /// An implementation differs from brute force.
     Differs(Box<Difference>),
     /// Making, building or tracing the scene panicked, with this message.
     Panicked(String),
 }
 
-/// Why a run did not begin.
+/// The threads of a run could not be started.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ThreadsError(String);
 
@@ -122,7 +122,7 @@ impl fmt::Display for ThreadsError {
 
 impl std::error::Error for ThreadsError {}
 
-/// What scene `number` of a seed is.
+/// The size of scene `number`, and the random stream that makes it.
 #[derive(Clone, Debug)]
 struct Plan {
     number: u64,
@@ -163,15 +163,16 @@ impl Plan {
     }
 }
 
-/// What the threads of a run share.
+/// State shared by the threads of a run.
 struct Shared {
     settings: Settings,
+    /// The next scene's number, and the rays of the scenes before it.
     next: Mutex<(u64, u64)>,
     outcome: Mutex<Outcome>,
     stop: AtomicBool,
 }
 
-/// A panic elsewhere is caught before it can leave these half changed.
+/// Ignores poisoning: no panic can leave the value half changed.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -181,7 +182,7 @@ impl Shared {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// The next scene, if there is one: which scenes are traced does not depend on the number of threads.
+    /// Returns the next scene. Which scenes are traced does not depend on the number of threads.
     fn next(&self) -> Option<Plan> {
         let mut next = lock(&self.next);
         let (number, rays) = *next;
@@ -197,7 +198,7 @@ impl Shared {
         Some(plan)
     }
 
-    fn work(&self, entrants: &Entrants) {
+    fn work(&self, implementations: &Implementations) {
         while let Some(mut plan) = self.next() {
             let mut counts = Counts::default();
             let traced = catch_unwind(AssertUnwindSafe(|| {
@@ -209,8 +210,16 @@ impl Shared {
                 let bvh = Bvh::build_as(&scene, quality, layout);
                 let random = &mut plan.random;
                 let stop = || self.stopped();
-                contest(&scene, &bvh, entrants, random, plan.rays, &mut counts, &stop)
-                    .map_err(|difference| (scene.primitive_count(), difference))
+                check_equivalence(
+                    &scene,
+                    &bvh,
+                    implementations,
+                    random,
+                    plan.rays,
+                    &mut counts,
+                    &stop,
+                )
+                .map_err(|difference| (scene.primitive_count(), difference))
             }));
             let fault = match traced {
                 Ok(Ok(())) => None,
@@ -255,14 +264,16 @@ fn message(panic: &(dyn std::any::Any + Send)) -> String {
     }
 }
 
-/// Traces scene after scene with all `entrants` (usually [`entrants()`]) and by brute force. Ends at the first fault, or
-/// when all is done, or soon after `report` has answered `Break`. `report` is called on this thread, ten times a second.
+/// Traces scene after scene with all `implementations` (usually [`implementations()`]) and by brute force.
+///
+/// Ends at the first fault, when everything is done, or soon after `report` returns `Break`. `report` is called on the
+/// calling thread ten times a second.
 ///
 /// # Errors
-/// If threads cannot be started.
+/// [`ThreadsError`] if threads cannot be started.
 pub fn run(
     settings: &Settings,
-    entrants: &Entrants,
+    implementations: &Implementations,
     report: &dyn Fn(Done) -> ControlFlow<()>,
 ) -> Result<Outcome, ThreadsError> {
     let pool = rayon::ThreadPoolBuilder::new()
@@ -280,7 +291,7 @@ pub fn run(
         let (pool, shared) = (&pool, &shared);
         std::thread::Builder::new()
             .spawn_scoped(scope, move || {
-                pool.broadcast(|_| shared.work(entrants));
+                pool.broadcast(|_| shared.work(implementations));
                 drop(finished);
             })
             .map_err(|error| ThreadsError(error.to_string()))?;

@@ -1,5 +1,5 @@
-//! Rays of the kinds that break ray tracers: along axes, through vertices and edges, in the planes of boxes, from
-//! surfaces and from far away, with directions that are almost along an axis, and with ends close to a hit.
+//! Rays of the kinds that break ray tracers: along axes or almost, through vertices and edges, in the planes of boxes,
+//! from surfaces, from far away, and with ends close to a hit.
 
 use super::Random;
 use crate::{
@@ -13,16 +13,16 @@ use glam::Vec3;
 /// Rays that are traced together.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// Whether all are traced as sharing the first one's origin.
+    /// Whether all rays start at the first one's origin.
     pub shared: bool,
-    /// At least one.
+    /// At least one ray.
     pub rays: Vec<Ray>,
-    /// The same in packets. Lanes past the last ray repeat it, switched off.
+    /// The same rays in packets. Lanes past the last ray repeat it with `t_max` 0.
     pub packets: RayPackets,
 }
 
 impl Group {
-    /// Of these rays.
+    /// Makes a group of `rays`.
     #[must_use]
     pub fn new(shared: bool, rays: Vec<Ray>) -> Self {
         let mut packets = RayPackets::default();
@@ -41,8 +41,8 @@ impl Group {
         }
     }
 
-    /// Rays as they come: all alike, sharing an origin, or mixed; some without length. Mostly no more than a bundle's,
-    /// else as many as several bundles that begin together, or are sorted together, and now and then more than those.
+    /// Makes up to `most` random rays: similar, with a shared origin, or unrelated; some have `t_max` 0.
+    /// Most groups fit into one bundle; some are larger than the number that is sorted together.
     pub fn random(random: &mut Random, scene: &Scene, most: usize) -> Self {
         let packets = match random.below(32) {
             0 => 10 * BUNDLE,
@@ -89,7 +89,7 @@ impl Group {
     }
 }
 
-/// A point in or on `scene`: a vertex, a point of an edge, of a triangle, or of a sphere.
+/// Returns a vertex, or a point of an edge, a triangle or a sphere.
 fn point_of(random: &mut Random, scene: &Scene) -> Vec3 {
     let triangles = scene.triangles().corners.len();
     let spheres = scene.spheres().radius.len();
@@ -117,7 +117,7 @@ fn point_of(random: &mut Random, scene: &Scene) -> Vec3 {
     }
 }
 
-/// A ray in the plane of a face of a primitive's box.
+/// Returns the origin and direction of a ray in the plane of a face of a primitive's box.
 fn along_a_face(random: &mut Random, scene: &Scene) -> (Vec3, Vec3) {
     let id = crate::ray::PrimitiveId(random.below(scene.primitive_count() as u32));
     let (lower, upper) = match scene.primitive(id) {
@@ -136,13 +136,13 @@ fn along_a_face(random: &mut Random, scene: &Scene) -> (Vec3, Vec3) {
     let mut origin = target + random.in_cube() * (upper - lower).max_element() * 3.0;
     let mut direction = (target - origin).normalize_or(Vec3::X);
     origin[axis] = plane[axis];
-    // Exactly in the plane, or off it by less than can be told.
+    // Exactly in the plane, or off it by less than f32 resolves.
     direction[axis] = random.pick(&[0.0, -0.0, 1e-19, -1e-19, 1e-17, -1e-17, 1e-30]);
     let direction = direction.normalize_or(if axis == 0 { Vec3::Y } else { Vec3::X });
     (origin, direction)
 }
 
-/// A ray that has to do with `scene`.
+/// Makes a random ray, usually aimed at a point of `scene`.
 pub fn ray(random: &mut Random, scene: &Scene) -> Ray {
     let size = scene.bounds().diagonal().max(1e-6);
     let target = point_of(random, scene);

@@ -1,5 +1,5 @@
-//! Scenes of the kinds that break ray tracers: slivers, huge and tiny triangles, coplanar, duplicated and axis-aligned
-//! ones, surfaces whose triangles share edges and vertices, and all of it very small, very large or far from the origin.
+//! Scenes of the kinds that break ray tracers: triangles that are slivers, huge, tiny, coplanar, duplicated or
+//! axis-aligned, and surfaces of shared edges; also very small, very large or far from the origin.
 
 use super::Random;
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
 };
 use glam::{Mat3, Vec3};
 
-/// A point on a coarse grid, so that coordinates coincide.
+/// Returns a point of a coarse grid, so that coordinates coincide.
 fn on_grid(random: &mut Random) -> Vec3 {
     (random.in_cube() * 2.0).round() * 0.5
 }
@@ -22,7 +22,7 @@ fn point(random: &mut Random) -> Vec3 {
     }
 }
 
-/// Another point, at most about `size` from `a`.
+/// Returns a point at most about `size` from `a`.
 fn another(random: &mut Random, a: Vec3, size: f32) -> Vec3 {
     if size < 1.0 {
         a + point(random) * size
@@ -31,7 +31,7 @@ fn another(random: &mut Random, a: Vec3, size: f32) -> Vec3 {
     }
 }
 
-/// Corners of a triangle. `size`: of those that are neither tiny nor huge.
+/// Makes a triangle. `size` is that of ordinary triangles, neither tiny nor huge.
 fn corners(random: &mut Random, earlier: &[[Vec3; 3]], size: f32) -> [Vec3; 3] {
     let a = point(random);
     let near = |random: &mut Random, a: Vec3, size: f32| a + random.in_cube() * size;
@@ -55,7 +55,7 @@ fn corners(random: &mut Random, earlier: &[[Vec3; 3]], size: f32) -> [Vec3; 3] {
                 p
             })
         }
-        // The same again, perhaps turned round.
+        // A duplicate, perhaps with the opposite winding.
         4 if !earlier.is_empty() => {
             let [a, b, c] = random.pick(earlier);
             if random.one_in(2) { [a, b, c] } else { [c, b, a] }
@@ -76,13 +76,13 @@ fn corners(random: &mut Random, earlier: &[[Vec3; 3]], size: f32) -> [Vec3; 3] {
     }
 }
 
-/// Where a scene is and how large.
-struct Place {
+/// Scale and position of a scene.
+struct Placement {
     scale: f32,
     shift: Vec3,
 }
 
-impl Place {
+impl Placement {
     fn random(random: &mut Random) -> Self {
         let scale = random.pick(&[1.0, 1.0, 1.0, 1.0, 1e-3, 1e-7, 1e4]);
         let shift = if random.one_in(5) {
@@ -93,43 +93,50 @@ impl Place {
         Self { scale, shift }
     }
 
-    fn of(&self, p: Vec3) -> Vec3 {
+    fn apply(&self, p: Vec3) -> Vec3 {
         p * self.scale + self.shift
     }
 }
 
-fn columns(corners: &[Vec3], triangles: Vec<[u32; 3]>) -> MeshColumns {
-    let column = |axis: usize| corners.iter().map(|c| c[axis]).collect();
+fn mesh(corners: &[Vec3], triangles: Vec<[u32; 3]>) -> MeshColumns {
+    let coordinates = |axis: usize| corners.iter().map(|c| c[axis]).collect();
     MeshColumns {
-        x: column(0),
-        y: column(1),
-        z: column(2),
+        x: coordinates(0),
+        y: coordinates(1),
+        z: coordinates(2),
         normals: Vec::new(),
         triangles,
     }
 }
 
-/// Triangles and spheres that have little to do with each other, about a quarter spheres. `size`: of those that are
-/// neither tiny nor huge.
-fn soup(random: &mut Random, place: &Place, count: usize, size: f32) -> Result<Scene, SceneError> {
+/// Makes unconnected triangles and spheres, about a quarter of them spheres; `size` as for [`corners`].
+fn soup(random: &mut Random, placement: &Placement, count: usize, size: f32) -> Result<Scene, SceneError> {
     let mut builder = SceneBuilder::new();
     let mut triangles: Vec<[Vec3; 3]> = Vec::new();
     for _ in 0..count {
         if random.one_in(4) {
             let radius = random.pick(&[size, 0.3 * size, 1e-4, 1e3]) * (random.unit() + 1e-3);
-            builder.add_sphere(place.of(point(random)), radius * place.scale, MaterialId(0))?;
+            builder.add_sphere(
+                placement.apply(point(random)),
+                radius * placement.scale,
+                MaterialId(0),
+            )?;
         } else {
             triangles.push(corners(random, &triangles, size));
         }
     }
-    let corners: Vec<Vec3> = triangles.as_flattened().iter().map(|&c| place.of(c)).collect();
+    let corners: Vec<Vec3> = triangles
+        .as_flattened()
+        .iter()
+        .map(|&c| placement.apply(c))
+        .collect();
     let indices = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
-    builder.add_mesh(columns(&corners, indices.collect()), MaterialId(0))?;
+    builder.add_mesh(mesh(&corners, indices.collect()), MaterialId(0))?;
     Ok(builder.finish())
 }
 
-/// A surface of about `count` triangles that share their edges: flat, in steps, or rough; turned or along the axes.
-fn surface(random: &mut Random, place: &Place, count: usize) -> Result<Scene, SceneError> {
+/// Makes a surface of about `count` triangles that share edges: flat, stepped or rough; rotated or axis-aligned.
+fn surface(random: &mut Random, placement: &Placement, count: usize) -> Result<Scene, SceneError> {
     let across = (count / 2).max(1).isqrt();
     let down = (count / 2 / across).max(1);
     let kind = random.below(3);
@@ -148,7 +155,9 @@ fn surface(random: &mut Random, place: &Place, count: usize) -> Result<Scene, Sc
                 _ => random.signed(),
             };
             let on_plane = Vec3::new(x as f32 / across as f32, y as f32 / down as f32, height);
-            corners.push(place.of(turn * (on_plane * Vec3::new(2.0, 2.0, 1.0) - Vec3::new(1.0, 1.0, 0.0))));
+            corners.push(
+                placement.apply(turn * (on_plane * Vec3::new(2.0, 2.0, 1.0) - Vec3::new(1.0, 1.0, 0.0))),
+            );
         }
     }
     let mut triangles = Vec::new();
@@ -160,28 +169,27 @@ fn surface(random: &mut Random, place: &Place, count: usize) -> Result<Scene, Sc
         }
     }
     let mut builder = SceneBuilder::new();
-    builder.add_mesh(columns(&corners, triangles), MaterialId(0))?;
+    builder.add_mesh(mesh(&corners, triangles), MaterialId(0))?;
     Ok(builder.finish())
 }
 
-/// A scene of at most 64 or so primitives: `count` of them, where it is not a surface.
+/// Makes a scene of `count` primitives, or of about as many if it is a surface.
 ///
 /// # Errors
-/// None in practice: all coordinates are within the builder's bounds.
+/// None in practice: all coordinates are within the builder's limits.
 pub fn small(random: &mut Random, count: usize) -> Result<Scene, SceneError> {
-    let place = Place::random(random);
+    let placement = Placement::random(random);
     if random.one_in(5) && count > 1 {
-        surface(random, &place, count)
+        surface(random, &placement, count)
     } else {
-        soup(random, &place, count, 1.0)
+        soup(random, &placement, count, 1.0)
     }
 }
 
-/// A scene of about `count` primitives, from a few dozen to many: small things in a soup, a surface, or one of those
-/// that `octray generate` makes.
+/// Makes a scene of about `count` primitives: small unconnected ones, a surface, or a generated scene.
 ///
 /// # Errors
-/// None in practice.
+/// None in practice: all coordinates are within the builder's limits.
 pub fn large(random: &mut Random, count: usize) -> Result<Scene, SceneError> {
     let kinds: Vec<Kind> = Kind::ALL
         .into_iter()
@@ -192,17 +200,17 @@ pub fn large(random: &mut Random, count: usize) -> Result<Scene, SceneError> {
         count: Some(count),
     };
     let kind = random.pick(&kinds);
-    let place = Place::random(random);
+    let placement = Placement::random(random);
     match random.below(3) {
-        0 => surface(random, &place, count),
+        0 => surface(random, &placement, count),
         1 => {
             let size = (count as f32).cbrt().recip();
-            soup(random, &place, count, size)
+            soup(random, &placement, count, size)
         }
         _ => match generate(kind, options) {
             Ok(generated) => generated.into_scene(),
-            // Its count is within the kind's limits; a surface does as well.
-            Err(_) => surface(random, &place, count),
+            // Cannot happen: only kinds that allow this count are chosen.
+            Err(_) => surface(random, &placement, count),
         },
     }
 }

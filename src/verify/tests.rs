@@ -5,10 +5,10 @@ fn go_on(_: Done) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-/// Finds everything but one hit in ten thousand, whose distance is off by the last bit.
-struct Faulty<'a>(Box<dyn Entrant + 'a>);
+/// Returns one hit in ten thousand with a distance that is off by one ulp.
+struct Faulty<'a>(Box<dyn Implementation + 'a>);
 
-impl Entrant for Faulty<'_> {
+impl Implementation for Faulty<'_> {
     fn name(&self) -> &'static str {
         "faulty"
     }
@@ -23,8 +23,8 @@ impl Entrant for Faulty<'_> {
     }
 }
 
-fn with_a_faulty_one<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>> {
-    let mut all = entrants(scene, bvh);
+fn with_a_fault<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> {
+    let mut all = implementations(scene, bvh);
     if let Some(last) = all.pop() {
         all.push(Box::new(Faulty(last)));
     }
@@ -32,7 +32,7 @@ fn with_a_faulty_one<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant 
 }
 
 #[test]
-fn the_same_scenes_on_any_number_of_threads() {
+fn any_number_of_threads_traces_the_same_scenes() {
     let counts = |threads| {
         let settings = Settings {
             seed: 3,
@@ -40,18 +40,18 @@ fn the_same_scenes_on_any_number_of_threads() {
             threads: Some(threads),
             ..Settings::default()
         };
-        let outcome = run(&settings, &entrants, &go_on).unwrap();
+        let outcome = run(&settings, &implementations, &go_on).unwrap();
         assert!(outcome.fault.is_none(), "{:?}", outcome.fault);
         (outcome.done, outcome.counts)
     };
     let (done, all) = counts(1);
     assert_eq!((done, all.clone()), counts(3));
     assert!(done.rays >= 100_000 && done.scenes == 49 && all.rays == done.rays);
-    // The rays have to do with the scene.
+    // The rays are aimed at the scene.
     assert!(all.hits > all.rays / 4 && all.hits < all.rays);
-    for entrant in &all.entrants {
+    for implementation in &all.implementations {
         assert_eq!(
-            (entrant.rays, entrant.hits, entrant.blocked),
+            (implementation.rays, implementation.hits, implementation.blocked),
             (all.rays, all.hits, all.hits)
         );
     }
@@ -86,7 +86,7 @@ fn a_fault_is_found_and_can_be_repeated() {
         ..Settings::default()
     };
     let fault = |settings: &Settings| {
-        let outcome = run(settings, &with_a_faulty_one, &go_on).unwrap();
+        let outcome = run(settings, &with_a_fault, &go_on).unwrap();
         let fault = outcome.fault.expect("there is a fault");
         let FaultKind::Differs(difference) = fault.kind else {
             panic!("{:?}", fault.kind);
@@ -117,7 +117,7 @@ fn a_fault_is_found_and_can_be_repeated() {
 
 #[test]
 fn a_panic_is_a_fault() {
-    fn broken<'a>(_: &'a Scene, _: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>> {
+    fn broken<'a>(_: &'a Scene, _: &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> {
         panic!("out of order")
     }
     let settings = Settings {
@@ -129,9 +129,9 @@ fn a_panic_is_a_fault() {
 }
 
 #[test]
-fn it_can_be_stopped() {
+fn a_run_can_be_stopped() {
     let settings = Settings::default();
-    let outcome = run(&settings, &entrants, &|done| {
+    let outcome = run(&settings, &implementations, &|done| {
         if done.rays > 0 {
             ControlFlow::Break(())
         } else {

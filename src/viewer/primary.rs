@@ -10,7 +10,7 @@ use crate::{
     ray::{Hit, HitPacket, Origins, Ray, RayPacket, T_MAX},
     reference::{
         brute, bvh,
-        cost::{self, Todo},
+        cost::{self, Stack},
         shade::{Intersect, SecondaryRays, radiance, shading_normal},
     },
     render::{
@@ -50,7 +50,7 @@ struct Scratch<'a> {
     packets: Vec<RayPacket>,
     hits: Vec<HitPacket>,
     sums: Vec<[f32; 3]>,
-    todo: Todo,
+    todo: Stack,
     bvh_stack: bvh::Stack,
 }
 
@@ -130,7 +130,7 @@ impl<'a> Scratch<'a> {
             packets: Vec::new(),
             hits: Vec::new(),
             sums: Vec::new(),
-            todo: Todo::default(),
+            todo: Stack::default(),
             bvh_stack: bvh::Stack::default(),
         }
     }

@@ -4,7 +4,7 @@ use super::{look::Model, surface};
 use crate::{
     ray::Ray,
     reference::{
-        cost::{self, Todo},
+        cost::{self, Stack},
         shade::shading_normal,
     },
     scene::{Camera, Material, Primitive},
@@ -17,7 +17,7 @@ pub fn describe(model: &Model, camera: &Camera, [width, height]: [u32; 2], [x, y
     let scene = &model.scene;
     let rays = camera.pixel_rays(scene, width, height, 1);
     let ray = Ray::new(rays.eye(), rays.direction(x, y, [0, 0]));
-    let (hit, cost) = cost::closest_hit(scene, &model.bvh, &mut Todo::default(), &ray);
+    let (hit, cost) = cost::closest_hit(scene, &model.bvh, &mut Stack::default(), &ray);
     let vector = |v: Vec3| format!("{:.4} {:.4} {:.4}", v.x, v.y, v.z);
     let mut lines = vec![format!("pixel     {x},{y}")];
     if hit.is_hit() {

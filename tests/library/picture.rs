@@ -5,7 +5,7 @@ use octray::{
     accel::Bvh,
     reference::{
         brute,
-        cost::{self, Cost, Todo},
+        cost::{self, Cost, Stack},
     },
     render::{
         Aov, Aovs, Crop, Film, Filter, Mode, Pattern, Pixel, Progress, RenderError, Renderer, Settings,
@@ -280,7 +280,7 @@ fn the_counting_traversal_agrees_with_brute_force() {
         let bvh = Bvh::build(&scene);
         for _ in 0..200 {
             let ray = rays::ray(&mut random, &scene);
-            let (hit, cost) = cost::closest_hit(&scene, &bvh, &mut Todo::default(), &ray);
+            let (hit, cost) = cost::closest_hit(&scene, &bvh, &mut Stack::default(), &ray);
             let expected = brute::closest_hit(&scene, &ray);
             assert_eq!(
                 (hit.primitive, hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits()),

@@ -4,7 +4,7 @@
 
 use octray::{
     accel::{BuildQuality, Bvh, Layout},
-    verify::{Counts, Random, contest, entrants, scenes},
+    verify::{Counts, Random, check_equivalence, implementations, scenes},
 };
 use proptest::prelude::*;
 
@@ -14,8 +14,16 @@ fn check(seed: u64, count: usize, rays: u64) -> Result<(), String> {
     let layout = random.pick(&[Layout::Whole, Layout::Indexed]);
     let bvh = Bvh::build_as(&scene, BuildQuality::Best, layout);
     let mut counts = Counts::default();
-    contest(&scene, &bvh, &entrants, &mut random, rays, &mut counts, &|| false)
-        .map_err(|difference| format!("scene seed {seed}, {count} primitives: {difference:#?}"))?;
+    check_equivalence(
+        &scene,
+        &bvh,
+        &implementations,
+        &mut random,
+        rays,
+        &mut counts,
+        &|| false,
+    )
+    .map_err(|difference| format!("scene seed {seed}, {count} primitives: {difference:#?}"))?;
     assert_eq!(counts.rays, rays);
     Ok(())
 }

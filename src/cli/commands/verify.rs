@@ -11,7 +11,7 @@ use crate::{
         },
         write::write_json,
     },
-    verify::{self, Done, Entrants},
+    verify::{self, Done, Implementations},
 };
 use std::{
     io::{self, IsTerminal},
@@ -24,10 +24,10 @@ use std::{
 /// # Errors
 /// [`CliError::Differs`] with the command that repeats it, [`CliError::Interrupted`] after the counts so far.
 pub fn run(plan: &VerifyPlan) -> Result<(), CliError> {
-    run_with(plan, &verify::entrants, &Interrupt::install()?)
+    run_with(plan, &verify::implementations, &Interrupt::install()?)
 }
 
-fn run_with(plan: &VerifyPlan, entrants: &Entrants, interrupt: &Interrupt) -> Result<(), CliError> {
+fn run_with(plan: &VerifyPlan, implementations: &Implementations, interrupt: &Interrupt) -> Result<(), CliError> {
     let VerifyPlan {
         settings,
         time_limit: limit,
@@ -44,7 +44,7 @@ fn run_with(plan: &VerifyPlan, entrants: &Entrants, interrupt: &Interrupt) -> Re
             ControlFlow::Continue(())
         }
     };
-    let outcome = verify::run(settings, entrants, &report);
+    let outcome = verify::run(settings, implementations, &report);
     bar.clear();
     let outcome = outcome.map_err(|error| CliError::Failed(error.to_string()))?;
     let took = start.elapsed();
@@ -69,14 +69,14 @@ mod tests {
     use crate::{
         accel::Bvh,
         scene::Scene,
-        verify::{Entrant, Found, Group},
+        verify::{Implementation, Found, Group},
     };
     use std::path::Path;
 
     /// Takes one ray in some hundreds for blocked that is not, or the other way round.
-    struct Faulty<'a>(Box<dyn Entrant + 'a>);
+    struct Faulty<'a>(Box<dyn Implementation + 'a>);
 
-    impl Entrant for Faulty<'_> {
+    impl Implementation for Faulty<'_> {
         fn name(&self) -> &'static str {
             "faulty"
         }
@@ -89,13 +89,13 @@ mod tests {
         }
     }
 
-    fn with_a_fault<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>> {
-        let mut all = verify::entrants(scene, bvh);
+    fn with_a_fault<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> {
+        let mut all = verify::implementations(scene, bvh);
         all.truncate(1);
         all.extend(
-            verify::entrants(scene, bvh)
+            verify::implementations(scene, bvh)
                 .pop()
-                .map(|last| -> Box<dyn Entrant> { Box::new(Faulty(last)) }),
+                .map(|last| -> Box<dyn Implementation> { Box::new(Faulty(last)) }),
         );
         all
     }

@@ -33,7 +33,7 @@ pub fn text(settings: &Settings, outcome: &Outcome, took: Duration, stopped: boo
     let _ = writeln!(text, "{:24}{:>18}{:>18}{:>18}", "", "rays", "hits", "occluded");
     let brute = ("brute force", counts.rays, counts.hits, counts.hits);
     let others = counts
-        .entrants
+        .implementations
         .iter()
         .map(|e| (e.name, e.rays, e.hits, e.blocked));
     for (name, rays, hits, blocked) in std::iter::once(brute).chain(others) {
@@ -176,7 +176,7 @@ impl Json {
     /// The counts of a run of that duration.
     pub fn new(schema: u32, settings: &Settings, outcome: &Outcome, took: Duration) -> Self {
         let (done, counts) = (&outcome.done, &outcome.counts);
-        let methods = counts.entrants.iter().map(|e| JsonMethod {
+        let methods = counts.implementations.iter().map(|e| JsonMethod {
             method: e.name,
             rays: e.rays,
             hits: e.hits,

@@ -1,4 +1,4 @@
-//! The ways of tracing that are held against brute force.
+//! The tracing implementations that are compared with brute force.
 
 use super::Group;
 use crate::{
@@ -10,17 +10,17 @@ use crate::{
     trace::{Method, Tracer, Widths},
 };
 
-/// What a ray came to.
+/// The results of one ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Found {
-    /// The nearest hit.
+    /// The closest hit.
     pub hit: Hit,
-    /// Whether anything was hit before the ray's end, asked for on its own.
+    /// Whether the ray is occluded, from a query of its own.
     pub blocked: bool,
 }
 
 impl Found {
-    /// The same, bit for bit.
+    /// Returns whether two results are equal, bit for bit.
     #[must_use]
     pub fn same(&self, other: &Self) -> bool {
         let bits = |hit: &Hit| [hit.t, hit.u, hit.v].map(f32::to_bits);
@@ -30,31 +30,31 @@ impl Found {
     }
 }
 
-/// A way of tracing one scene.
-pub trait Entrant {
-    /// What it is called in results.
+/// An implementation under test, set up for one scene.
+pub trait Implementation {
+    /// Returns the name to show in reports.
     fn name(&self) -> &'static str;
-    /// Traces the rays of a group, in both ways; `found` holds one answer a ray afterwards.
+    /// Traces a group for closest hits and for occlusion. Replaces `found` by one result per ray.
     fn trace(&mut self, group: &Group, found: &mut Vec<Found>);
 }
 
-/// Makes the entrants for a scene.
-pub type Entrants = dyn for<'a> Fn(&'a Scene, &'a Bvh) -> Vec<Box<dyn Entrant + 'a>> + Sync;
+/// Sets up the implementations under test for a scene.
+pub type Implementations = dyn for<'a> Fn(&'a Scene, &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> + Sync;
 
-/// Every way of tracing that octray has on this CPU.
+/// Returns every implementation that octray has on this CPU.
 #[must_use]
-pub fn entrants<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Entrant + 'a>> {
-    let with_tracer = |name, tracer| -> Box<dyn Entrant + 'a> {
+pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> {
+    let with_tracer = |name, tracer| -> Box<dyn Implementation + 'a> {
         Box::new(Kernel {
             name,
             tracer,
-            nodes_wait: false,
+            defer_nodes: false,
             hits: Vec::new(),
             blocked: Vec::new(),
         })
     };
     let kernel = |name, method| with_tracer(name, Tracer::with_method(bvh, method));
-    let mut all: Vec<Box<dyn Entrant + 'a>> = vec![Box::new(Scalar {
+    let mut all: Vec<Box<dyn Implementation + 'a>> = vec![Box::new(Scalar {
         bvh: bvh.binary(scene),
         stack: Stack::default(),
     })];
@@ -95,7 +95,7 @@ struct Scalar<'a> {
     stack: Stack,
 }
 
-impl Entrant for Scalar<'_> {
+impl Implementation for Scalar<'_> {
     fn name(&self) -> &'static str {
         "scalar BVH"
     }
@@ -113,21 +113,21 @@ impl Entrant for Scalar<'_> {
 struct Kernel<'a> {
     name: &'static str,
     tracer: Tracer<'a>,
-    /// Whether shadow rays let nodes wait.
-    nodes_wait: bool,
+    /// Whether occlusion queries defer inner nodes.
+    defer_nodes: bool,
     hits: Vec<HitPacket>,
     blocked: Vec<u8>,
 }
 
-impl Entrant for Kernel<'_> {
+impl Implementation for Kernel<'_> {
     fn name(&self) -> &'static str {
         self.name
     }
 
     fn trace(&mut self, group: &Group, found: &mut Vec<Found>) {
-        // Every other group as in trees that are larger than any here.
-        self.nodes_wait = !self.nodes_wait;
-        self.tracer.let_nodes_wait(self.nodes_wait);
+        // Every other group runs as in trees too large for the caches.
+        self.defer_nodes = !self.defer_nodes;
+        self.tracer.let_nodes_wait(self.defer_nodes);
         let (origins, packets) = (group.packets.origins(), group.packets.packets());
         self.hits.resize(packets.len(), HitPacket::miss(F32x8::ZERO));
         self.blocked.resize(packets.len(), 0);

@@ -1,6 +1,6 @@
-//! One scene, traced by brute force and by all entrants.
+//! Traces one scene by brute force and by every implementation, and compares the results bit for bit.
 
-use super::{Entrants, Found, Group, Random};
+use super::{Found, Group, Implementations, Random};
 use crate::{
     accel::Bvh,
     ray::{Ray, T_MAX},
@@ -8,94 +8,98 @@ use crate::{
     scene::Scene,
 };
 
-/// What was done and found.
+/// Counts the rays traced and what they found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Rays; each was traced twice by everybody, to the nearest hit and to any.
+    /// Rays; every implementation traces each twice, for the closest hit and for occlusion.
     pub rays: u64,
     /// Rays that hit something before their end.
     pub hits: u64,
-    /// Each entrant's name and what it counted by its own answers.
-    pub entrants: Vec<EntrantCounts>,
+    /// The counts of each implementation under test, from its own results.
+    pub implementations: Vec<ImplementationCounts>,
 }
 
-/// What one way of tracing answered.
+/// Counts the results of one implementation.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EntrantCounts {
+pub struct ImplementationCounts {
     /// Its name.
     pub name: &'static str,
-    /// Rays that it traced.
+    /// Rays traced.
     pub rays: u64,
-    /// How many of them hit something.
+    /// Rays that hit something.
     pub hits: u64,
-    /// How many of them were blocked.
+    /// Rays that were occluded.
     pub blocked: u64,
 }
 
 impl Counts {
-    /// Adds those of another scene.
+    /// Adds the counts of another scene.
     pub fn add(&mut self, other: &Self) {
         self.rays += other.rays;
         self.hits += other.hits;
-        for theirs in &other.entrants {
-            match self.entrants.iter_mut().find(|ours| ours.name == theirs.name) {
+        for theirs in &other.implementations {
+            match self
+                .implementations
+                .iter_mut()
+                .find(|ours| ours.name == theirs.name)
+            {
                 Some(ours) => {
                     ours.rays += theirs.rays;
                     ours.hits += theirs.hits;
                     ours.blocked += theirs.blocked;
                 }
-                None => self.entrants.push(theirs.clone()),
+                None => self.implementations.push(theirs.clone()),
             }
         }
     }
 }
 
-/// A ray on which not all agree.
+/// A ray for which an implementation disagrees with brute force.
 #[derive(Clone, Debug)]
 pub struct Difference {
-    /// Which of the scene's rays, from 0.
+    /// Index among the scene's rays, from 0.
     pub ray_i: u64,
-    /// Which of its group's, from 0, and how many those are.
+    /// Index within the group, from 0, and the size of the group.
     pub in_group: (usize, usize),
-    /// The group, as it was traced.
+    /// The group as it was traced.
     pub group: Group,
     /// What brute force found.
     pub expected: Found,
-    /// What each entrant found.
+    /// What each implementation found.
     pub found: Vec<(&'static str, Found)>,
 }
 
 impl Difference {
-    /// The ray.
+    /// Returns the ray.
     #[must_use]
     pub fn ray(&self) -> Ray {
         self.group.rays[self.in_group.0]
     }
 }
 
-/// Traces `rays` random rays through `scene` in every way, until `stop` says so.
+/// Traces `rays` random rays through `scene` with every implementation, or fewer if `stop` returns true.
 ///
 /// # Errors
-/// The first ray on which an entrant does not find what brute force finds, bit for bit.
+/// Returns the first ray for which an implementation differs from brute force, bit for bit.
 ///
 /// # Panics
-/// If an entrant does not answer for each ray.
-pub fn contest(
+/// If an implementation does not return one result per ray.
+pub fn check_equivalence(
     scene: &Scene,
     bvh: &Bvh,
-    entrants: &Entrants,
+    implementations: &Implementations,
     random: &mut Random,
     rays: u64,
     counts: &mut Counts,
     stop: &dyn Fn() -> bool,
 ) -> Result<(), Box<Difference>> {
     let shapes = Shapes::new(scene);
-    let mut entrants = entrants(scene, bvh);
+    let mut implementations = implementations(scene, bvh);
     *counts = Counts {
-        entrants: entrants
+        implementations: implementations
             .iter()
-            .map(|entrant| EntrantCounts {
-                name: entrant.name(),
+            .map(|implementation| ImplementationCounts {
+                name: implementation.name(),
                 rays: 0,
                 hits: 0,
                 blocked: 0,
@@ -104,32 +108,40 @@ pub fn contest(
         ..Counts::default()
     };
     let mut expected = Vec::new();
-    let mut answers = vec![Vec::new(); entrants.len()];
+    let mut results = vec![Vec::new(); implementations.len()];
     while counts.rays < rays && !stop() {
         let most = (rays - counts.rays).min(1 << 20) as usize;
         let group = group(random, scene, &shapes, most);
         expected.clear();
         expected.extend(group.rays.iter().map(|ray| {
             let hit = shapes.closest_hit(ray);
-            // What blocks a ray is what it hits before its end: `brute::occluded` asks for just that.
-            let blocked = hit.is_hit();
-            Found { hit, blocked }
+            // A hit lies before the ray's end, so this is what `brute::occluded` returns.
+            Found {
+                hit,
+                blocked: hit.is_hit(),
+            }
         }));
-        for ((entrant, found), counts) in entrants.iter_mut().zip(&mut answers).zip(&mut counts.entrants) {
-            entrant.trace(&group, found);
-            assert_eq!(found.len(), group.rays.len(), "an answer for each ray");
+        for ((implementation, found), counts) in implementations
+            .iter_mut()
+            .zip(&mut results)
+            .zip(&mut counts.implementations)
+        {
+            implementation.trace(&group, found);
+            assert_eq!(found.len(), group.rays.len(), "one result per ray");
             counts.rays += found.len() as u64;
             counts.hits += found.iter().filter(|found| found.hit.is_hit()).count() as u64;
             counts.blocked += found.iter().filter(|found| found.blocked).count() as u64;
         }
-        let differs = |i: &usize| answers.iter().any(|found| !found[*i].same(&expected[*i]));
+        let differs = |i: &usize| results.iter().any(|found| !found[*i].same(&expected[*i]));
         if let Some(i) = (0..group.rays.len()).find(differs) {
-            let found = entrants.iter().zip(&answers);
+            let found = implementations.iter().zip(&results);
             return Err(Box::new(Difference {
                 ray_i: counts.rays + i as u64,
                 in_group: (i, group.rays.len()),
                 expected: expected[i],
-                found: found.map(|(entrant, found)| (entrant.name(), found[i])).collect(),
+                found: found
+                    .map(|(implementation, found)| (implementation.name(), found[i]))
+                    .collect(),
                 group,
             }));
         }
@@ -139,7 +151,7 @@ pub fn contest(
     Ok(())
 }
 
-/// A group of rays, some of which end exactly at what they would hit, or a hair before or behind it.
+/// Makes a group of random rays. Some end exactly at what they would hit, or one ulp before or behind it.
 fn group(random: &mut Random, scene: &Scene, shapes: &Shapes, most: usize) -> Group {
     let group = Group::random(random, scene, most);
     let mut rays = group.rays;

@@ -1,0 +1,180 @@
+//! Adding meshes: checks their arrays and appends them to the scene's, moved instead of copied where possible.
+
+use super::{MIN_PIECE, SceneBuilder, usable};
+use crate::{
+    error::SceneError,
+    math::max_abs,
+    scene::{MaterialId, is_usable},
+};
+use glam::Vec3;
+use rayon::{iter::repeat_n, prelude::*};
+
+/// A triangle mesh as a structure of arrays.
+#[derive(Debug, Default)]
+pub struct MeshColumns {
+    /// Vertex positions, scene units; the three arrays have equal lengths.
+    pub x: Vec<f32>,
+    /// Vertex positions, scene units.
+    pub y: Vec<f32>,
+    /// Vertex positions, scene units.
+    pub z: Vec<f32>,
+    /// One normal per vertex, of any length (zero: none), or empty.
+    pub normals: Vec<Vec3>,
+    /// Vertex indices of each triangle, 0-based.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl SceneBuilder {
+    /// Adds a mesh. Triangles without area keep their ids but are never hit.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::ColumnLength`], [`SceneError::VertexIndex`],
+    /// [`SceneError::UnknownMaterial`], [`SceneError::TooMany`], [`SceneError::OverLimit`] or
+    /// [`SceneError::NoMemory`]; the scene is unchanged then.
+    pub fn add_mesh(&mut self, mesh: MeshColumns, material: MaterialId) -> Result<(), SceneError> {
+        self.check_material(material)?;
+        reserve(&mut self.triangles.material, mesh.triangles.len())?;
+        self.add_triangles(mesh)?;
+        let materials = repeat_n(
+            material,
+            self.triangles.corners.len() - self.triangles.material.len(),
+        );
+        self.triangles.material.par_extend(materials);
+        Ok(())
+    }
+
+    /// Adds a mesh with one material per triangle.
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::add_mesh`]; also [`SceneError::ColumnLength`] if `materials` and the triangles differ in
+    /// length.
+    pub fn add_mesh_with_materials(
+        &mut self,
+        mesh: MeshColumns,
+        materials: Vec<MaterialId>,
+    ) -> Result<(), SceneError> {
+        expect_length("materials", materials.len(), mesh.triangles.len())?;
+        materials.iter().try_for_each(|&id| self.check_material(id))?;
+        reserve_for_append(&mut self.triangles.material, &materials)?;
+        self.add_triangles(mesh)?;
+        append(&mut self.triangles.material, materials);
+        Ok(())
+    }
+
+    /// Adds the vertices and triangles of a mesh; the caller adds the materials.
+    fn add_triangles(&mut self, mesh: MeshColumns) -> Result<(), SceneError> {
+        Self::check_mesh(&mesh)?;
+        let MeshColumns {
+            x,
+            y,
+            z,
+            normals,
+            mut triangles,
+        } = mesh;
+        let base = self.vertices.x.len();
+        self.check_limits(triangles.len(), 0, x.len())?;
+        let all = &mut self.vertices;
+        for (coordinates, more) in [(&mut all.x, &x), (&mut all.y, &y), (&mut all.z, &z)] {
+            reserve_for_append(coordinates, more)?;
+        }
+        reserve_for_append(&mut self.triangles.corners, &triangles)?;
+        if !normals.is_empty() || !all.normals.is_empty() {
+            let missing = base + x.len() - all.normals.len();
+            if base > 0 {
+                reserve(&mut all.normals, missing)?;
+                all.normals.resize(base, Vec3::ZERO);
+            }
+            append(&mut all.normals, normals);
+            all.normals.resize(base + x.len(), Vec3::ZERO);
+        }
+        append(&mut all.x, x);
+        append(&mut all.y, y);
+        append(&mut all.z, z);
+        if base > 0 {
+            let base = base as u32;
+            let indices = triangles.as_flattened_mut().par_iter_mut();
+            indices.with_min_len(MIN_PIECE).for_each(|index| *index += base);
+        }
+        append(&mut self.triangles.corners, triangles);
+        Ok(())
+    }
+
+    fn check_mesh(mesh: &MeshColumns) -> Result<(), SceneError> {
+        let vertices = mesh.x.len();
+        expect_length("y coordinates", mesh.y.len(), vertices)?;
+        expect_length("z coordinates", mesh.z.len(), vertices)?;
+        if !mesh.normals.is_empty() {
+            expect_length("normals", mesh.normals.len(), vertices)?;
+        }
+        for (what, coordinates) in [("x", &mesh.x), ("y", &mesh.y), ("z", &mesh.z)] {
+            let unusable = first_where(coordinates, |&value| !is_usable(value));
+            unusable.map_or(Ok(()), |i| usable(what, coordinates[i]))?;
+        }
+        let unusable = first_where(&mesh.normals, |n| {
+            !(is_usable(n.x) & is_usable(n.y) & is_usable(n.z))
+        });
+        unusable.map_or(Ok(()), |i| usable("normal", max_abs_or_nan(mesh.normals[i])))?;
+        let is_beyond = |&[a, b, c]: &[u32; 3]| a.max(b).max(c) as usize >= vertices;
+        match first_where(&mesh.triangles, is_beyond) {
+            Some(triangle) => {
+                let corners = mesh.triangles[triangle].into_iter();
+                let index = corners.filter(|&index| index as usize >= vertices).min();
+                Err(SceneError::VertexIndex {
+                    triangle,
+                    index: index.unwrap_or_default(),
+                    vertices,
+                })
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+fn expect_length(what: &'static str, found: usize, expected: usize) -> Result<(), SceneError> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(SceneError::ColumnLength {
+            what,
+            found,
+            expected,
+        })
+    }
+}
+
+/// Returns the index of the first element for which `is_wrong` returns true.
+fn first_where<T: Sync>(array: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    let wrong_piece = array
+        .par_chunks(MIN_PIECE)
+        // No early exit, so that the loop vectorises.
+        .position_first(|piece| piece.iter().fold(false, |any, value| any | is_wrong(value)))?;
+    let start = wrong_piece * MIN_PIECE;
+    let i = array[start..].iter().position(is_wrong)?;
+    Some(start + i)
+}
+
+fn reserve<T>(array: &mut Vec<T>, more: usize) -> Result<(), SceneError> {
+    let reserved = array.try_reserve(more);
+    reserved.map_err(|_| SceneError::NoMemory { what: "triangles" })
+}
+
+/// Reserves the memory that [`append`] needs: none if it moves.
+fn reserve_for_append<T>(array: &mut Vec<T>, more: &[T]) -> Result<(), SceneError> {
+    if array.is_empty() {
+        return Ok(());
+    }
+    reserve(array, more.len())
+}
+
+/// Appends `from` to `to`, without a copy if `to` is empty.
+fn append<T>(to: &mut Vec<T>, mut from: Vec<T>) {
+    if to.is_empty() {
+        *to = from;
+    } else {
+        to.append(&mut from);
+    }
+}
+
+fn max_abs_or_nan(v: Vec3) -> f32 {
+    if v.is_finite() { max_abs(v) } else { f32::NAN }
+}
