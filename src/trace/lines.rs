@@ -1,10 +1,13 @@
-//! Leaf blocks against packets whose rays have their own origins.
+//! Leaf blocks against packets with separate origins: a candidate filter, then the canonical test.
 //!
-//! At first rays are lines: space is sheared along the axis k of their frustum until their direction is that axis
-//! (Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, 2013, shear for the canonical test; here it is a
-//! first look only). What is left is on which side of a triangle's edges, in the plane, a point lies: 24 operations a
-//! triangle and 11 numbers of it. (Edges and rays in Plücker coordinates take 29 operations and 20 numbers, and moments
-//! of edges for each block: mirror rays of cow, figure and interior 0 to 2 % less.)
+//! The filter takes rays as lines. Space is sheared along the dominant axis k of the frustum until rays run along k;
+//! then a point is tested against a triangle's edges in the plane, with 24 operations a triangle:
+//!
+//!   block -> relative to the space -> sheared per packet -> candidates (above, below) -> canonical test -> hits
+//!
+//! The shear is that of Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, 2013, which uses it for the
+//! canonical test; here it only filters.
+// Tuned: see docs/lab-notes.md#sheared-rays
 
 use super::{
     PACKETS, bits,
@@ -24,14 +27,13 @@ use crate::{
 };
 use glam::Vec3;
 
-/// A packet and a triangle, as seen at first look: which lanes' rays, taken as lines, do not clearly pass outside the
-/// triangle, by the side of it from which they come. (Masks, which are stored without a way through other registers. With
-/// all of it put together in one number: mirror rays 1 to 3 % less, on a Xeon.)
+/// A packet and a triangle that passed the filter: the rays that, as lines, do not clearly pass outside the triangle,
+/// by the side from which they come.
 #[derive(Clone, Copy, Debug)]
 struct Look {
-    /// No edge function is clearly negative: those that may hit if they start where the canonical test turns nothing.
+    /// No edge function is clearly negative: may hit if they start where the canonical test flips nothing.
     above: u16,
-    /// None is clearly positive: those that may hit if they start where it turns all of them.
+    /// No edge function is clearly positive: may hit if they start where it flips all of them.
     below: u16,
     /// The packet times eight plus the triangle.
     pair: u32,
@@ -54,15 +56,14 @@ impl Look {
         self.pair as usize % LANES
     }
 
-    /// The lanes that may hit, now that those are known which the canonical test turns.
+    /// The lanes that may hit, given those that the canonical test flips.
     #[inline(always)]
     fn ahead(self, turned: u32) -> u32 {
         (u32::from(self.above) & !turned) | (u32::from(self.below) & turned)
     }
 }
 
-/// Memory for what passes the first look at a block. (Where it was made anew for each block, and so filled with zeros,
-/// mirror rays lost 4 to 6 %.)
+/// Reused memory for the candidates of a block.
 #[derive(Debug)]
 pub(super) struct Looks([Look; PACKETS * LANES]);
 
@@ -70,15 +71,11 @@ impl Looks {
     pub const EMPTY: Self = Self([Look::NONE; PACKETS * LANES]);
 }
 
-/// A block against packets whose rays have their own origins: first as lines, which takes less than half the operations
-/// of the canonical edge functions, then canonically those pairs that are left. (A first look, at that time in Plücker
-/// coordinates, took mirror rays of the interior from 9.9 to 11.2 Mrays/s, figure 46 to 51, terrain 4.7 to 4.9.)
+/// Tests a block against packets with separate origins: the filter first, which takes less than half the operations
+/// of the canonical edge functions, then the canonical test of the candidates.
 ///
-/// A line does not tell what is behind a ray, and every ray that a mirror sends out passes through the triangle it
-/// comes from: half of the pairs that were left, on curved meshes. So the canonical test ends where no ray starts on
-/// the side of the triangle's plane from which its line would hit. (Mirror rays: cow +4 to +6 %, figure 0 to +5 %,
-/// interior, terrain and blobs 0 to +2 %. With a loop of its own for this, in place of a branch within the canonical
-/// test: 2 to 3 % less.)
+/// A line includes what is behind the ray, and each mirror ray passes through the triangle it starts on. So the
+/// canonical test ends early if no ray starts on the side of the plane from which its line would hit.
 #[inline(always)]
 pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     blocks: LeafBlocks<'_, B>,
@@ -143,7 +140,7 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         ];
         let tolerance = [V::splat(lane(&lowest8, i)), V::splat(lane(&seen8.tolerance, i))];
         let bounds = interval::<V>(state, vector(&first8, i) - o, vector(&last8, i) - o, culling);
-        // Turned before the product, as elsewhere: the sign of a determinant of 0 depends on it.
+        // Flipped before the product, as elsewhere: the sign of a determinant of 0 depends on it.
         let determinant = d.dot(normal.turn(flip));
         let t = plane.turn(flip) / determinant;
         let hit = hit::<B, V, ANY>(state, stored, i, tolerance, weights, t, bounds);
@@ -152,21 +149,21 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     taken
 }
 
-/// What lines are told by.
+/// The space in which rays are sheared.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LineSpace {
     /// The [axes](BundleFrustum::axes) i, j and k.
     axes: [usize; 3],
-    /// What all places are relative to: where the origins' box begins.
+    /// Everything is relative to this point: the lower corner of the origins' box.
     point: Vec3,
-    /// How far from there origins are at most.
+    /// The greatest distance of an origin from it.
     extent: f32,
-    /// [How far](LINES_LOOK) on the wrong side of an edge a line may pass at first look, as a share of [`Edges::size`].
+    /// [Slack](LINES_LOOK) of the filter on the wrong side of an edge, as a fraction of [`Edges::size`].
     look: f32,
 }
 
 impl LineSpace {
-    /// Without a frustum, no line misses anything.
+    /// Without a frustum no line misses anything.
     #[inline(always)]
     pub fn new<V: Lanes>(frustum: Option<&BundleFrustum<V>>, point: Vec3, extent: f32) -> Self {
         let (axes, stretch_squared) = match frustum {
@@ -182,23 +179,22 @@ impl LineSpace {
     }
 }
 
-/// What the first look by lines allows for, in half-ulps, times the square of N, how far rays go while they go 1 along
-/// k: as a share of [`Edges::size`], which is at least 2 E (E + L) with E the longest edge and L more than the
-/// distances of point and origins from the first corner, and from each other.
+/// The filter's slack in half-ulps, times the square of N, the distance that rays go while they go 1 along k: a
+/// fraction of [`Edges::size`], which is at least 2 E (E + L), with E the longest edge and L more than the distances
+/// of the point and the origins from the first corner, and from each other.
 ///
-/// The shear makes vectors at most N times as long. Errors of a sheared edge: its own rounding, the slope's (2), and
+/// The shear makes vectors at most N times as long. Errors of a sheared edge: its own rounding, the slope's (2) and
 /// the multiply-add's: 4 N E. Of the sheared first corner: its and the origin's rounding relative to the point, the
-/// slope's (2), p and q, the difference and the multiply-add: 6 N L. With the rounding of two products u and v are
-/// wrong by up to 12 N^2 E L, their sum with w, which is what they leave of it, by 10 N^2 E^2; w then by 27 N^2 E (E +
-/// L), half of that as a share of the size. Where multiply-adds are not fused, 15 N^2.
+/// slope's (2), p and q, the difference and the multiply-add: 6 N L. With the rounding of two products, u and v are
+/// wrong by up to 12 N^2 E L, their sum with w by 10 N^2 E^2; w then by 27 N^2 E (E + L), half of that as a fraction
+/// of the size. Without fused multiply-add, 15 N^2.
 ///
 /// The canonical edge functions are these times twice what rays go along k, at least 2 / N; they are rejected below
-/// -20 half-ulps ([`FIRST_LOOK`]) and wrong by up to 11.5, which here is 15.75 N. Together up to 30.75 N^2, for N is at
-/// least 1.
+/// -20 half-ulps ([`FIRST_LOOK`]) and wrong by up to 11.5, which here is 15.75 N. Together up to 30.75 N^2, as N is
+/// at least 1.
 const LINES_LOOK: f32 = 32.0 / (1 << 24) as f32;
 
-/// The rays of a packet as lines in slope form: relative to a [`LineSpace`] they pass through
-/// (p + a x_k, q + b x_k, x_k) for all x_k.
+/// The rays of a packet as lines in slope form, relative to a [`LineSpace`]: (p + a x_k, q + b x_k, x_k) for all x_k.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PacketLines<M> {
     minus_a: M,
@@ -215,7 +211,8 @@ impl<M: Memory> PacketLines<M> {
         q: M::ZERO,
     };
 
-    /// Of rays that the space's frustum holds. (Without one they may be anything, but then miss nothing.)
+    /// Sets the lines of a packet within the space's frustum. (Without a frustum they may be anything, and miss
+    /// nothing.)
     #[inline(always)]
     pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, space: &LineSpace) {
         let [i, j, k] = space.axes;
@@ -253,7 +250,7 @@ struct Lines<V> {
 }
 
 impl<V: Lanes> Lines<V> {
-    /// Edge `n` of eight, sheared: what it is along i and j.
+    /// Edge `n` of eight, sheared: its components along i and j.
     #[inline(always)]
     fn sheared(&self, [i, j, k]: &[F32x8; 3], n: usize) -> [V; 2] {
         let along = V::splat(lane(k, n));
@@ -284,7 +281,7 @@ impl<V: Lanes> Lines<V> {
     }
 }
 
-/// A block's triangles in a [`LineSpace`]: vectors are columns along i, j and k.
+/// A block's triangles in a [`LineSpace`]: columns along i, j and k.
 #[derive(Clone, Copy, Debug)]
 struct SeenTriangles {
     /// First corners.
@@ -293,7 +290,7 @@ struct SeenTriangles {
     e1: [F32x8; 3],
     /// Edges from there to the third corners.
     e2: [F32x8; 3],
-    /// How far on the wrong side of 0 an edge function may be at first look, and minus that.
+    /// The filter's slack on the wrong side of 0, and minus that.
     highest: F32x8,
     lowest: F32x8,
     /// As [`EdgeFunctions::tolerance`](crate::geometry::EdgeFunctions::tolerance), for all origins.

@@ -1,4 +1,4 @@
-//! Which kernels rays go to, and in which groups.
+//! Picks the kernel (lanes, leaf layout) and the groups for a call's rays.
 
 use super::{
     ENTRY_PACKETS, Group, Method, Tracer, UNSORTED,
@@ -16,10 +16,10 @@ use crate::{
     },
 };
 
-/// Rays to trace, and where their answers go.
+/// Rays to trace, and where their results go.
 struct Work<'a, A> {
     rays: &'a [RayPacket],
-    /// Empty where they are shared.
+    /// Empty if they are shared.
     origins: &'a [Vec3x8],
     answers: A,
     /// The first packet that is not traced yet.
@@ -27,8 +27,8 @@ struct Work<'a, A> {
 }
 
 impl Tracer<'_> {
-    /// [`dispatch`](Self::dispatch) for blocks of one layout: to kernels of sixteen lanes where the CPU has AVX-512, else
-    /// of eight; of rays that share their origin to those with twice as many lanes, where they [pay](pair).
+    /// [`dispatch`](Self::dispatch) for one block layout: to kernels of sixteen lanes with AVX-512, else of eight;
+    /// for a shared origin, to twice as many lanes where they [pay](pair).
     pub(super) fn dispatch_to<B: TriangleLeaf, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
@@ -82,8 +82,7 @@ impl Tracer<'_> {
         self.run::<B, V, A, ANY, SHARED>(blocks, work)
     }
 
-    /// Traces in the order that fits: as the packets come, or ray by ray in order of directions. Ends early where the next
-    /// rays may fit another width.
+    /// Traces as the packets come, or sorted by direction. Returns early if the next rays may need another width.
     #[inline(always)]
     fn run<'w, B: TriangleLeaf, V: RayLanes, A: Answers, const ANY: bool, const SHARED: bool>(
         &mut self,
