@@ -1,8 +1,7 @@
 //! Allocates large columns on pages of 2 MiB.
 #![allow(
     unsafe_code,
-    reason = "advice on memory has no safe name; rays one by one through a million triangles are 15 to 25 % faster, for \
-              pages of 4 KiB do not fit the CPU's table of pages"
+    reason = "advice on memory has no safe name; see docs/lab-notes.md#large-pages"
 )]
 
 /// Columns smaller than this, in bytes, gain nothing.

@@ -1,8 +1,7 @@
 //! Prefetches nodes and blocks before they are visited.
 #![allow(
     unsafe_code,
-    reason = "prefetching has no safe name; a quarter of the time of camera rays on a million triangles was waiting for \
-              the first number of a leaf block"
+    reason = "prefetching has no safe name; see docs/lab-notes.md#prefetch-nodes"
 )]
 
 use super::{Bvh, Child, LeafBlocks};

@@ -16,5 +16,6 @@ pub use bounds::{Slabs8, pad, padded};
 pub use indexed::IndexedBlock;
 pub use sphere::{SphereBlock, intersect_spheres};
 pub use triangle::{
-    EdgeFunctions, Edges, FIRST_LOOK, TriangleBlock, TriangleHits, TriangleLeaf, padded_boxes, passes_through,
+    CANDIDATE_SLACK, EdgeFunctions, Edges, TriangleBlock, TriangleHits, TriangleLeaf, padded_boxes,
+    passes_through,
 };

@@ -31,7 +31,7 @@ const EDGE_ERROR_64: f64 = 11.5 / (1_u64 << 53) as f64;
 
 /// Slack of the candidate filter at an edge, as a fraction of [`Edges::size`]: the bound on the rounding error of an
 /// edge function, 11.5 half-ulps, and the rounding of everything it is made of.
-pub const FIRST_LOOK: f32 = 20.0 / (1 << 24) as f32;
+pub const CANDIDATE_SLACK: f32 = 20.0 / (1 << 24) as f32;
 
 /// Slack of [`TriangleBlock::may_hit`], whose edge functions are half of those of [`EdgeFunctions`]: half-ulps, as
 /// fractions of 2 E (E + |A|), with E the longer of the edges from the first corner and A that corner relative to the
@@ -249,7 +249,7 @@ impl<V: Lanes> EdgeFunctions<V> {
             w: edges.w.cross(b + c).turn(flip),
             normal: edges.normal.turn(flip),
             plane: plane.turn(flip),
-            tolerance: edges.size(a.dot(a)) * V::splat(FIRST_LOOK),
+            tolerance: edges.size(a.dot(a)) * V::splat(CANDIDATE_SLACK),
         }
     }
 }
@@ -278,7 +278,7 @@ impl EdgeFunctions {
     /// Returns the lanes whose rays do not clearly pass outside an edge (a bit a lane).
     #[inline(always)]
     #[must_use]
-    pub fn first_look(&self, [u, v, w]: [F32x8; 3]) -> u32 {
+    pub fn candidates(&self, [u, v, w]: [F32x8; 3]) -> u32 {
         ge(min(min(u, v), w), -self.tolerance).bits()
     }
 
@@ -288,7 +288,7 @@ impl EdgeFunctions {
     #[must_use]
     pub fn intersect(
         &self,
-        first_look: u32,
+        candidates: u32,
         weights: [F32x8; 3],
         block: &TriangleBlock,
         slabs: &Slabs8,
@@ -299,7 +299,7 @@ impl EdgeFunctions {
         let (near, far) = slabs.interval(lower, upper);
         let determinant = Vec3Lanes::join(direction, direction).dot(self.normal);
         let t = min(max(self.plane / determinant, near), far);
-        let mut hit = (le(near, far) & gt(t, splat(0.0))).bits() & first_look;
+        let mut hit = (le(near, far) & gt(t, splat(0.0))).bits() & candidates;
         let unsure = hit & !gt(min(min(u, v), w), self.tolerance).bits();
         if unsure != 0 {
             for i in (0..LANES).filter(|i| unsure >> i & 1 != 0) {
@@ -403,7 +403,7 @@ mod tests {
             let first = weights.each_ref().map(|weight| lane(weight, 0));
             let may_hit = block.may_hit(Vec3x8::splat(origin), Vec3x8::splat(direction)) & 1 != 0;
             let passes =
-                edges.first_look(weights) & 1 != 0 && passes_through(origin, direction, corners, first);
+                edges.candidates(weights) & 1 != 0 && passes_through(origin, direction, corners, first);
             assert!(
                 may_hit || !passes,
                 "round {round}: {corners:?} {origin} {direction}"

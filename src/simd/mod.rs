@@ -6,7 +6,7 @@
 #[cfg(target_arch = "x86_64")]
 #[allow(
     unsafe_code,
-    reason = "intrinsics of an instruction set that is found at run time; the head of the file says what it buys"
+    reason = "intrinsics of an instruction set that is found at run time; see docs/lab-notes.md#avx512"
 )]
 pub mod avx512;
 pub mod column;

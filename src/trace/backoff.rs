@@ -2,7 +2,7 @@
 
 /// After an incoherent bundle this many go ray by ray before another is tried; the count doubles up to the maximum
 /// each time that one is incoherent again.
-const SCATTERED_BUNDLES: std::ops::RangeInclusive<u32> = 3..=48;
+const SKIPPED_BUNDLES: std::ops::RangeInclusive<u32> = 3..=48;
 
 /// Counts the bundles that still go ray by ray.
 #[derive(Debug, Default)]
@@ -23,9 +23,9 @@ impl Backoff {
     }
 
     /// Notes that a bundle was tried.
-    pub fn tried(&mut self, was_scattered: bool) {
-        if was_scattered {
-            let (least, most) = (*SCATTERED_BUNDLES.start(), *SCATTERED_BUNDLES.end());
+    pub fn tried(&mut self, was_incoherent: bool) {
+        if was_incoherent {
+            let (least, most) = (*SKIPPED_BUNDLES.start(), *SKIPPED_BUNDLES.end());
             self.before = (2 * self.before).clamp(least, most);
             self.left = self.before;
         } else {

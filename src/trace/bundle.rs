@@ -14,11 +14,11 @@ use super::{
     PACKETS, Tracer, bits, bits64,
     frustum::{BundleFrustum, Seen},
     leaf::{self, Leaves},
-    lines::{self, LineSpace},
     pairs::Pairs,
     rays::{NODE_PAD, Packet, PacketSlabs},
     room::RayLanes,
-    single::Item,
+    sheared::{self, ShearedSpace},
+    single::SingleRayTask,
 };
 use crate::{
     accel::{Child, LeafBlocks, Node8},
@@ -50,12 +50,12 @@ impl Entry {
 /// This many leaves wait for their prefetch while other nodes and leaves are visited, where rays share their origin.
 /// In occlusion an inner node of a large tree waits by one pop as well.
 // Tuned: see docs/lab-notes.md#deferred-leaves
-const WAITING: usize = 4;
+const DEFERRED_LEAVES: usize = 4;
 
 /// The leaf at which this many packets were finished, all their rays blocked, is what the next bundle visits first.
 /// (After the light buffer of Haines and Greenberg 1986; here a leaf, or two, serves a bundle.)
 // Tuned: see docs/lab-notes.md#occluder-cache
-const BLOCKING: u32 = 4;
+const BLOCKED_PACKETS: u32 = 4;
 
 /// How the rays of a bundle are culled.
 pub(super) struct Culling<'a, V: Lanes> {
@@ -69,7 +69,7 @@ pub(super) struct Culling<'a, V: Lanes> {
     /// The direction octant: by axis, 1 if all rays go down, 0 if up. `None` if they differ.
     pub down: Option<[u8; 3]>,
     /// For rays with separate origins.
-    pub space: LineSpace,
+    pub space: ShearedSpace,
 }
 
 impl Tracer<'_> {
@@ -109,13 +109,13 @@ impl Tracer<'_> {
             }),
         }
         // A ring of `held` leaves, oldest first.
-        let mut waiting = [Entry::NONE; WAITING];
+        let mut deferred = [Entry::NONE; DEFERRED_LEAVES];
         let (mut held, mut oldest) = (0, 0);
-        let mut enough = WAITING;
+        let mut enough = DEFERRED_LEAVES;
         // The cached occluder comes first, and is not deferred.
         if ANY
             && SHARED
-            && let Some([first, second]) = self.blockers.take()
+            && let Some([first, second]) = self.occluder_cache.take()
         {
             enough = 1 + usize::from(second != first);
             for child in [second, first].into_iter().skip(2 - enough) {
@@ -142,7 +142,7 @@ impl Tracer<'_> {
                     if child.is_inner() {
                         let (mut child, mut packets, mut q_near) = (child, packets, q_near);
                         // Field by field: copying whole entries is slower, see docs/lab-notes.md#packet-limits
-                        if ANY && SHARED && self.nodes_wait && !is_last {
+                        if ANY && SHARED && self.defer_nodes && !is_last {
                             std::mem::swap(&mut child, &mut node.child);
                             std::mem::swap(&mut packets, &mut node.packets);
                             std::mem::swap(&mut q_near, &mut node.q_near);
@@ -180,16 +180,16 @@ impl Tracer<'_> {
             };
             if SHARED {
                 if leaf.packets != 0 {
-                    waiting[(oldest + held - 1) % WAITING] = leaf;
+                    deferred[(oldest + held - 1) % DEFERRED_LEAVES] = leaf;
                     if held < enough {
                         continue;
                     }
-                    enough = WAITING;
+                    enough = DEFERRED_LEAVES;
                 }
                 if held == 0 {
                     continue;
                 }
-                leaf = waiting[oldest % WAITING];
+                leaf = deferred[oldest % DEFERRED_LEAVES];
                 oldest += 1;
                 leaf.packets &= V::Packets::splat(leaf.q_near).le(q_limit).bits();
             }
@@ -202,7 +202,7 @@ impl Tracer<'_> {
             let taken = if SHARED {
                 // Together with another leaf if there is one.
                 let mut second = (leaf.child, 0);
-                let next = waiting[oldest % WAITING];
+                let next = deferred[oldest % DEFERRED_LEAVES];
                 if V::Triangles::COUNT > LANES
                     && held > 0
                     && leaf.child.is_triangles()
@@ -227,20 +227,20 @@ impl Tracer<'_> {
                 }
                 let packets = &mut self.rooms.of_mut::<V>().packets;
                 let taken = leaf::shared_origin::<B, V, ANY>(blocks, leaves, culling, packets);
-                if ANY && taken.count_ones() >= BLOCKING {
-                    self.blockers = Some(leaves.child);
+                if ANY && taken.count_ones() >= BLOCKED_PACKETS {
+                    self.occluder_cache = Some(leaves.child);
                 }
                 taken
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
                 let room = self.rooms.of_mut::<V>();
-                lines::separate_origins::<B, V, ANY>(
+                sheared::separate_origins::<B, V, ANY>(
                     blocks,
                     child,
                     culling,
                     packets,
-                    &room.lines,
-                    &mut self.looks,
+                    &room.sheared,
+                    &mut self.candidates,
                     &mut room.packets,
                 )
             };
@@ -374,7 +374,7 @@ impl Tracer<'_> {
                 let mut nears = V::Memory::ZERO;
                 near.store(&mut nears);
                 for i in bits(lanes.bits() & live) {
-                    self.items.push(Item {
+                    self.tasks.push(SingleRayTask {
                         ray: (p * V::COUNT + i) as u32,
                         child: node.child[c % LANES],
                         near: nears.place(i),

@@ -12,8 +12,8 @@
 use super::{
     PACKETS, bits,
     directions::Directions,
+    dominant::{DominantAxis, LEAST_ALONG_K},
     rays::Packet,
-    way::{LEAST_ALONG_K, Way},
 };
 use crate::{
     accel::Node8,
@@ -257,9 +257,9 @@ impl<V: Lanes> BundleFrustum<V> {
     pub fn new<const SHARED: bool>(
         packets: &[Packet<V::Memory>; PACKETS],
         members: u32,
-        way: Way,
+        way: DominantAxis,
     ) -> Option<Self> {
-        let Way { axis: k, sign } = way;
+        let DominantAxis { axis: k, sign } = way;
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let (origin_lower, origin_upper) = origins::<V, SHARED>(packets, members);
         let frame = Frame {

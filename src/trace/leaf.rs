@@ -174,7 +174,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         }
     }
     let functions = Functions::new(&edges);
-    let mut looks = [0_u8; PACKETS * PLACES];
+    let mut candidates = [0_u8; PACKETS * PLACES];
     let mut count = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
         // Two words hold eight packets; with eight slots all of them are in the first.
@@ -182,9 +182,9 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         for pair in bits64(pairs) {
             let (p, i) = ((first + pair) / places, pair % places);
             let d = Vec3Lanes::<V>::load(&states[p % PACKETS].direction);
-            let look = smallest(functions.weights(&d, i)).ge(number(&functions.lowest, i));
-            looks[count % (PACKETS * PLACES)] = (first + pair) as u8;
-            count += usize::from(look.bits() != 0);
+            let candidate = smallest(functions.weights(&d, i)).ge(number(&functions.lowest, i));
+            candidates[count % (PACKETS * PLACES)] = (first + pair) as u8;
+            count += usize::from(candidate.bits() != 0);
         }
     }
     if count == 0 {
@@ -194,7 +194,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let (first, last) = in_order(lower - origin, upper - origin, culling.down);
     let (first, last) = (stored(first), stored(last));
     let mut taken = 0;
-    for &pair in &looks[..count] {
+    for &pair in &candidates[..count] {
         let (p, i) = (usize::from(pair) / places, usize::from(pair) % places);
         let state = &mut states[p % PACKETS];
         let d = Vec3Lanes::<V>::load(&state.direction);
@@ -301,23 +301,23 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let nearer = if ANY { t.lt(best) } else { t.le(best) };
     let ahead = near.le(far) & t.gt(V::splat(0.0)) & nearer;
     let smallest = smallest(weights);
-    let looked = (ahead & smallest.ge(tolerance[0])).bits();
+    let candidates = (ahead & smallest.ge(tolerance[0])).bits();
     let hit = ahead & smallest.gt(tolerance[1]);
-    if hit.bits() != looked {
+    if hit.bits() != candidates {
         let mut columns = [V::Memory::ZERO; 4];
         for (column, value) in columns.iter_mut().zip([weights[0], weights[1], weights[2], t]) {
             value.store(column);
         }
-        let taken = unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), looked, &columns);
+        let taken = unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), candidates, &columns);
         return if ANY { state.live_bits::<V>() == 0 } else { taken };
     }
     if ANY {
         return state.block::<V>(hit);
     }
-    if looked != 0 {
+    if candidates != 0 {
         state.offer::<V>(hit, t, block.id(i), weights);
     }
-    looked != 0
+    candidates != 0
 }
 
 /// The rest of [`hit`], ray by ray, where some candidates are not certain. `columns`: their weights and distances.
@@ -329,10 +329,10 @@ fn unsure<B: TriangleLeaf, M: Memory, const ANY: bool>(
     block: &B,
     i: usize,
     sure: u32,
-    looked: u32,
+    candidates: u32,
     [u, v, w, t]: &[M; 4],
 ) -> bool {
-    let hit = sure | passing(state, looked & !sure, [u, v, w], block.triangle(i));
+    let hit = sure | passing(state, candidates & !sure, [u, v, w], block.triangle(i));
     for ray in bits(hit) {
         let weights = [u, v, w].map(|weights| weights.place(ray));
         state.offer_lane::<ANY>(ray, t.place(ray), block.id(i), weights);

@@ -8,22 +8,22 @@
 //! All ways find the same hits, bit for bit: they differ only in which boxes they skip, and skipped boxes hold no
 //! hit. A [`Tracer`] chooses among them by how coherent the last rays were. Measurements: docs/lab-notes.md.
 
-mod answers;
 mod backoff;
 mod bundle;
 mod density;
 mod directions;
+mod dominant;
 mod entry;
 mod frustum;
 mod leaf;
-mod lines;
 mod order;
 mod pairs;
 mod rays;
 mod room;
 mod run;
+mod sheared;
 mod single;
-mod way;
+mod sink;
 
 use crate::{
     accel::{Bvh, Child, LeafBlocks, Node8, TriangleBlocks, prefetch_for_later},
@@ -34,16 +34,16 @@ use crate::{
         lanes::{Lanes, REGISTER_LANES},
     },
 };
-use answers::{Answers, Hits};
 use backoff::Backoff;
 use bundle::Culling;
 use density::Density;
+use dominant::DominantAxis;
 use frustum::{BundleFrustum, Frustum};
 use glam::Vec3;
-use lines::LineSpace;
 use rays::Packet;
 use room::{RayLanes, Rooms};
-use way::Way;
+use sheared::ShearedSpace;
+use sink::{Hits, ResultSink};
 
 /// Packets of a bundle at most: as many as the widest register has lanes.
 // Tuned: see docs/lab-notes.md#bundle-packets
@@ -71,13 +71,13 @@ pub enum Method {
 }
 
 /// A bundle is incoherent if it makes more than half this many single-ray tasks per ray.
-const SCATTERED: usize = 2;
+const INCOHERENT_HALVES: usize = 2;
 
 /// How many groups skip sorting after it did not help.
-const UNSORTED: u32 = 8;
+const SKIPPED_SORTS: u32 = 8;
 
 /// Capacity for single-ray tasks: more than a bundle leaves, except in odd scenes.
-const ITEMS: usize = 4096;
+const BUFFERED_TASKS: usize = 4096;
 
 /// Traces rays through one BVH. Owns the memory of traversal: make one per thread and reuse it.
 #[derive(Debug)]
@@ -88,27 +88,27 @@ pub struct Tracer<'a> {
     /// The origin of rays that share it.
     origin: Vec3,
     /// Candidates of rays with separate origins.
-    looks: Box<lines::Looks>,
+    candidates: Box<sheared::Candidates>,
     bundle_stack: Vec<bundle::Entry>,
-    items: Vec<single::Item>,
+    tasks: Vec<single::SingleRayTask>,
     sorted: order::Sorted,
     /// How many groups still skip sorting.
-    unsorted: u32,
+    skipped_sorts: u32,
     /// Whether inner nodes are [deferred](bundle) too: the tree is larger than the caches near the core.
-    nodes_wait: bool,
+    defer_nodes: bool,
     widths: Widths,
     density: Density,
     /// For rays with separate origins.
-    scattered: Backoff,
+    separate_backoff: Backoff,
     /// For rays with a shared origin: closest hit, then occlusion.
-    crowded: [Backoff; 2],
+    shared_backoff: [Backoff; 2],
     /// Of the current bundle.
     visits: Visits,
     /// Cost of the last group of shadow rays, whichever light it came from.
     effort: order::Effort,
     slots: Box<[single::Slot; single::SLOTS]>,
     /// Occluder cache: the last leaves that blocked many of the [last bundle's](bundle) packets.
-    blockers: Option<[Child; 2]>,
+    occluder_cache: Option<[Child; 2]>,
 }
 
 /// Counts the leaves that bundles visited.
@@ -153,7 +153,7 @@ impl Widths {
 /// Whether a bundle of `rays` from one origin was incoherent: more than two leaves per ray, and fewer than two
 /// packets per leaf (one and a half for occlusion). Triangles are then far smaller than the gaps between its rays.
 // Tuned: see docs/lab-notes.md#incoherent-bundles
-fn is_crowded<const ANY: bool>(rays: usize, visits: Visits) -> bool {
+fn is_incoherent<const ANY: bool>(rays: usize, visits: Visits) -> bool {
     let least_x2 = if ANY { 3 } else { 4 };
     visits.leaves > 2 * rays && 2 * visits.packets < least_x2 * visits.leaves
 }
@@ -265,26 +265,26 @@ impl<'a> Tracer<'a> {
             method,
             rooms: Rooms::new(),
             origin: Vec3::ZERO,
-            looks: Box::new(lines::Looks::EMPTY),
+            candidates: Box::new(sheared::Candidates::EMPTY),
             bundle_stack: Vec::with_capacity(size),
-            items: Vec::with_capacity(ITEMS),
+            tasks: Vec::with_capacity(BUFFERED_TASKS),
             sorted: order::Sorted::new(),
-            unsorted: 0,
-            nodes_wait: size_of_val(bvh.nodes()) > LARGE,
+            skipped_sorts: 0,
+            defer_nodes: size_of_val(bvh.nodes()) > LARGE,
             widths: Widths::Fitting,
             density: Density::default(),
-            scattered: Backoff::default(),
-            crowded: <[Backoff; 2]>::default(),
+            separate_backoff: Backoff::default(),
+            shared_backoff: <[Backoff; 2]>::default(),
             visits: Visits::default(),
             effort: order::Effort::default(),
             slots: Box::new(single::slots(bvh.stats().depth)),
-            blockers: None,
+            occluder_cache: None,
         }
     }
 
     /// Sets whether inner nodes are [deferred](bundle) in occlusion, to verify that in small trees too.
     pub(crate) fn let_nodes_wait(&mut self, wait: bool) {
-        self.nodes_wait = wait;
+        self.defer_nodes = wait;
     }
 
     /// Holds rays with a shared origin to one width, to verify each width with any rays.
@@ -333,22 +333,22 @@ impl<'a> Tracer<'a> {
     }
 
     /// `origins` is empty where they are shared.
-    fn dispatch<A: Answers, const ANY: bool, const SHARED: bool>(
+    fn dispatch<A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         rays: &[RayPacket],
         origins: &[Vec3x8],
-        answers: A,
+        results: A,
     ) {
         let bvh = self.bvh;
         let spheres = bvh.sphere_blocks();
         match bvh.triangle_blocks() {
             TriangleBlocks::Whole(triangles) => {
                 let blocks = LeafBlocks { triangles, spheres };
-                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, answers);
+                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, results);
             }
             TriangleBlocks::Indexed(triangles) => {
                 let blocks = LeafBlocks { triangles, spheres };
-                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, answers);
+                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, results);
             }
         }
     }
@@ -384,13 +384,13 @@ impl<'a> Tracer<'a> {
     /// there.
     // Tuned: see docs/lab-notes.md#one-traversal
     #[inline(always)]
-    fn trace_group<B: TriangleLeaf, V: RayLanes, A: Answers, const ANY: bool, const SHARED: bool>(
+    fn trace_group<B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
         origins: &[Vec3x8],
         group: &Group<'_>,
-        answers: &mut A,
+        results: &mut A,
     ) {
         let &Group { start, end, .. } = group;
         let eights = V::COUNT / LANES;
@@ -404,7 +404,7 @@ impl<'a> Tracer<'a> {
         let origins_of_group = if SHARED { &[] } else { &origins[start..end] };
         if order.is_some() {
             for (i, rays) in rays.iter().enumerate().take(end).skip(start) {
-                answers.clear(i, rays);
+                results.clear(i, rays);
             }
         }
         let mut members = [0; BUNDLE];
@@ -430,10 +430,10 @@ impl<'a> Tracer<'a> {
                 while next < end && count < most {
                     if rays::live(&rays[next]) {
                         members[count % BUNDLE] = next;
-                        answers.prefetch(next);
+                        results.prefetch(next);
                         count += 1;
                     } else {
-                        answers.put_none::<V>(next, &rays[next]);
+                        results.put_none::<V>(next, &rays[next]);
                     }
                     next += 1;
                 }
@@ -452,10 +452,10 @@ impl<'a> Tracer<'a> {
             self.trace::<B, V, ANY, SHARED>(blocks, filled, group.entry);
             let packets = &self.rooms.of::<V>().packets;
             for (packet, members) in packets.iter().zip(bundle.chunks(V::COUNT)) {
-                answers.scatter(start, packet, members);
+                results.scatter(start, packet, members);
             }
             for (member, &i) in members[..count].iter().enumerate() {
-                answers.put::<V>(i, &packets[member / eights % PACKETS], member % eights);
+                results.put::<V>(i, &packets[member / eights % PACKETS], member % eights);
             }
         }
     }
@@ -478,9 +478,9 @@ impl<'a> Tracer<'a> {
         let extent = (Vec3::from(upper) - point).length();
         let regroup = self.method != Method::Packet;
         let backoff = if SHARED {
-            &self.crowded[usize::from(ANY)]
+            &self.shared_backoff[usize::from(ANY)]
         } else {
-            &self.scattered
+            &self.separate_backoff
         };
         let single = self.method == Method::Single || regroup && backoff.is_on();
         self.visits = Visits::default();
@@ -501,36 +501,36 @@ impl<'a> Tracer<'a> {
                 entry,
                 exact: ANY || !SHARED || !regroup,
                 regroup,
-                space: LineSpace::new(frustum.as_ref(), point, extent),
+                space: ShearedSpace::new(frustum.as_ref(), point, extent),
                 down: frustum.as_ref().and_then(BundleFrustum::down),
             };
             if !SHARED {
                 let room = self.rooms.of_mut::<V>();
                 for p in bits(packets) {
                     room.slabs[p % PACKETS].set::<V>(&room.packets[p % PACKETS], culling.down.is_some());
-                    room.lines[p % PACKETS].set::<V>(&room.packets[p % PACKETS], &culling.space);
+                    room.sheared[p % PACKETS].set::<V>(&room.packets[p % PACKETS], &culling.space);
                 }
             }
             self.traverse_bundle::<B, V, ANY, SHARED>(blocks, packets, &culling);
         }
         let rays = count * V::COUNT;
         let backoff = if SHARED {
-            &mut self.crowded[usize::from(ANY)]
+            &mut self.shared_backoff[usize::from(ANY)]
         } else {
-            &mut self.scattered
+            &mut self.separate_backoff
         };
         if single {
             backoff.one_less();
         } else if !SHARED {
-            backoff.tried(self.items.len() > rays * SCATTERED / 2);
+            backoff.tried(self.tasks.len() > rays * INCOHERENT_HALVES / 2);
         } else if count >= PACKETS / 2 {
             // Small bundles at a picture's edge say nothing about others.
-            backoff.tried(is_crowded::<ANY>(rays, self.visits));
+            backoff.tried(is_incoherent::<ANY>(rays, self.visits));
         }
         if SHARED && ANY {
-            self.effort.add(rays, self.visits.packets, self.items.len());
+            self.effort.add(rays, self.visits.packets, self.tasks.len());
         }
-        self.trace_items::<B, V, ANY>(blocks);
+        self.trace_tasks::<B, V, ANY>(blocks);
     }
 
     /// Those of `packets` that are traced together next, with their frustum: all of them if one frustum holds them,
@@ -538,13 +538,13 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     fn next_group<V: RayLanes, const SHARED: bool>(&self, packets: u32) -> (u32, Option<BundleFrustum<V>>) {
         let states = &self.rooms.of::<V>().packets;
-        let mut group = (packets, Way::of_most::<V>(states, packets));
+        let mut group = (packets, DominantAxis::of_most::<V>(states, packets));
         loop {
             let frustum = BundleFrustum::new::<SHARED>(states, group.0, group.1);
             if frustum.is_some() {
                 return (group.0, frustum);
             }
-            match way::most_going_one_way::<V>(states, packets) {
+            match dominant::most_going_one_way::<V>(states, packets) {
                 Some(most) => group = most,
                 None => return (packets, None),
             }
@@ -557,7 +557,7 @@ impl<'a> Tracer<'a> {
         let room = self.rooms.of::<V>();
         for p in bits(packets) {
             for i in bits(room.packets[p % PACKETS].live_bits::<V>()) {
-                self.items.push(single::Item {
+                self.tasks.push(single::SingleRayTask {
                     ray: (p * V::COUNT + i) as u32,
                     child: self.bvh.root(),
                     near: 0.0,
@@ -569,17 +569,17 @@ impl<'a> Tracer<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Visits, is_crowded};
+    use super::{Visits, is_incoherent};
 
     #[test]
     fn bundles_are_given_up_where_triangles_are_smaller_than_what_is_between_rays() {
         // About as measured: pipes, twenty million triangles in blobs, and most other scenes.
         let visits = |leaves, packets| Visits { leaves, packets };
-        assert!(!is_crowded::<false>(512, visits(2000, 18_000)));
-        assert!(is_crowded::<false>(256, visits(700, 850)));
-        assert!(!is_crowded::<false>(256, visits(60, 70)));
+        assert!(!is_incoherent::<false>(512, visits(2000, 18_000)));
+        assert!(is_incoherent::<false>(256, visits(700, 850)));
+        assert!(!is_incoherent::<false>(256, visits(60, 70)));
         // Small triangles anywhere, and hair.
-        assert!(is_crowded::<true>(512, visits(2300, 3200)));
-        assert!(!is_crowded::<true>(512, visits(3700, 6500)));
+        assert!(is_incoherent::<true>(512, visits(2300, 3200)));
+        assert!(!is_incoherent::<true>(512, visits(3700, 6500)));
     }
 }

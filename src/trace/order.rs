@@ -328,7 +328,7 @@ mod tests {
         rays[2].t_max = F32x8::from([1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0]);
         let mut sorted = Sorted::new();
         assert!(sorted.by_place(&rays));
-        // The sides of 64 packets: squares have 16 in all, rows would have 65, and unsorted rays 128.
+        // The sides of 64 packets: squares have 16 in all, rows would have 65, and skipped_sorts rays 128.
         let mut sides = 0.0;
         for packet in sorted.rays().chunks(RAYS / 64) {
             let place = |&ray: &u16| {

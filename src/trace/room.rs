@@ -2,8 +2,8 @@
 
 use super::{
     PACKETS,
-    lines::PacketLines,
     rays::{Packet, PacketSlabs},
+    sheared::ShearedPacket,
 };
 use crate::simd::lanes::{Column, Lanes, Memory, Vec3Lanes, WideColumn};
 use glam::Vec3;
@@ -15,10 +15,10 @@ pub(super) struct Room<M> {
     /// The shared origin, as bits, that is written in all packets, and in how many lanes. The next call often has the
     /// same.
     shared: Option<([u32; 3], usize)>,
-    /// The rays as lines, only for bundles with separate origins. Apart from the packets, which it would make larger.
+    /// Sheared rays, only for bundles with separate origins. Apart from the packets, which it would make larger.
     // Tuned: see docs/lab-notes.md#packet-memory
-    pub lines: Box<[PacketLines<M>; PACKETS]>,
-    /// As the lines.
+    pub sheared: Box<[ShearedPacket<M>; PACKETS]>,
+    /// Like `sheared`.
     pub slabs: Box<[PacketSlabs<M>; PACKETS]>,
 }
 
@@ -27,7 +27,7 @@ impl<M: Memory> Room<M> {
         Self {
             packets: Box::new([Packet::EMPTY; PACKETS]),
             shared: None,
-            lines: Box::new([PacketLines::EMPTY; PACKETS]),
+            sheared: Box::new([ShearedPacket::EMPTY; PACKETS]),
             slabs: Box::new([PacketSlabs::EMPTY; PACKETS]),
         }
     }

@@ -26,7 +26,7 @@ use glam::Vec3;
 
 /// A single-ray task: a ray that goes on alone in a subtree.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Item {
+pub(super) struct SingleRayTask {
     /// Packet times lanes plus lane.
     pub ray: u32,
     pub child: Child,
@@ -224,25 +224,25 @@ impl Turns {
 }
 
 impl Tracer<'_> {
-    /// Traces the rays of `items`, in packets of `V::COUNT`.
+    /// Traces the rays of `tasks`, in packets of `V::COUNT`.
     #[inline(always)]
-    pub(super) fn trace_items<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
+    pub(super) fn trace_tasks<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
     ) {
         let Self {
             bvh,
             rooms,
-            items,
+            tasks,
             slots,
             ..
         } = self;
-        if items.is_empty() {
+        if tasks.is_empty() {
             return;
         }
         let packets = &mut rooms.of_mut::<V>().packets;
         let places = bvh.places(blocks);
-        let mut left = items.iter();
+        let mut left = tasks.iter();
         let mut turns = Turns::NONE;
         for (i, slot) in slots.iter_mut().enumerate() {
             if !start(slot, &places, packets, &mut left, V::COUNT) {
@@ -263,11 +263,11 @@ impl Tracer<'_> {
                 }
             }
             let leaves = turns.of(Child::TRIANGLES);
-            let mut looked = 0;
+            let mut candidates = 0;
             for i in bits(leaves) {
-                looked |= u32::from(looks_hit::<B, V>(&slots[i % SLOTS], blocks.triangles)) << i;
+                candidates |= u32::from(may_hit_block::<B, V>(&slots[i % SLOTS], blocks.triangles)) << i;
             }
-            for i in bits(looked) {
+            for i in bits(candidates) {
                 triangles::<B, V, ANY>(&mut slots[i % SLOTS], blocks.triangles, packets);
             }
             pop_all(&mut turns, leaves, slots, &places);
@@ -288,7 +288,7 @@ impl Tracer<'_> {
                 turns.put(i, slot.child);
             }
         }
-        items.clear();
+        tasks.clear();
     }
 }
 
@@ -298,10 +298,10 @@ fn start<B: TriangleLeaf, M: Memory>(
     slot: &mut Slot,
     places: &Places<B>,
     packets: &[Packet<M>; super::PACKETS],
-    items: &mut std::slice::Iter<'_, Item>,
+    tasks: &mut std::slice::Iter<'_, SingleRayTask>,
     lanes: usize,
 ) -> bool {
-    for &Item { ray, child, near } in items {
+    for &SingleRayTask { ray, child, near } in tasks {
         let (p, i) = (ray as usize / lanes, ray as usize % lanes);
         let state = &packets[p % super::PACKETS];
         let t = state.t.place(i);
@@ -342,7 +342,7 @@ fn pop_all<B: TriangleLeaf>(turns: &mut Turns, which: u32, slots: &mut [Slot; SL
 
 /// Whether a ray may hit something in its block of triangles: the candidate filter.
 #[inline(always)]
-fn looks_hit<B: TriangleLeaf, V: Lanes>(slot: &Slot, blocks: &[B]) -> bool {
+fn may_hit_block<B: TriangleLeaf, V: Lanes>(slot: &Slot, blocks: &[B]) -> bool {
     let (ray, leaf) = (&slot.ray, slot.child);
     let (origin, direction) = (Vec3x8::splat(ray.origin), Vec3x8::splat(ray.direction));
     let mut room = None;
@@ -367,8 +367,8 @@ fn triangles<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let block = blocks[leaf.index()].whole::<V::Triangles>(&mut room);
     let edges = block.edge_functions(slabs.origin);
     let weights = edges.weights(&direction);
-    let first_look = edges.first_look(weights) & leaf.count_bits();
-    let found = edges.intersect(first_look, weights, block, &slabs, &direction);
+    let candidates = edges.candidates(weights) & leaf.count_bits();
+    let found = edges.intersect(candidates, weights, block, &slabs, &direction);
     for c in bits(found.hit.bits()) {
         let weights = found.weights.each_ref().map(|weight| lane(weight, c));
         state.offer_lane::<ANY>(i, lane(&found.t, c), block.id[c], weights);

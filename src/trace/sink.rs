@@ -25,7 +25,7 @@ pub(super) const AHEAD: usize = 16;
 const LONG: usize = 4 << 20;
 
 /// Receives the results of rays that come in packets of eight.
-pub(super) trait Answers {
+pub(super) trait ResultSink {
     /// Prefetches result `i`, which will be written.
     fn prefetch(&self, i: usize);
     /// Writes result `i` once: those of eight lanes of a packet.
@@ -76,7 +76,7 @@ impl Drop for Hits<'_> {
     }
 }
 
-impl Answers for Hits<'_> {
+impl ResultSink for Hits<'_> {
     #[inline(always)]
     fn prefetch(&self, i: usize) {
         if !self.is_long {
@@ -112,7 +112,7 @@ impl Answers for Hits<'_> {
 }
 
 /// Occlusion: a bit a lane.
-impl Answers for &mut [u8] {
+impl ResultSink for &mut [u8] {
     #[inline(always)]
     fn prefetch(&self, _: usize) {}
     #[inline(always)]

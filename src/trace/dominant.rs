@@ -21,12 +21,12 @@ fn sum_of_lanes<V: Lanes>(v: V) -> f32 {
 
 /// The dominant axis of all rays of a frustum, and its sign.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Way {
+pub(super) struct DominantAxis {
     pub axis: usize,
     pub sign: f32,
 }
 
-impl Way {
+impl DominantAxis {
     /// The axis of the sum of all directions.
     #[inline(always)]
     pub fn of_most<V: Lanes>(states: &[Packet<V::Memory>; PACKETS], packets: u32) -> Self {
@@ -61,12 +61,12 @@ impl Way {
 pub(super) fn most_going_one_way<V: Lanes>(
     states: &[Packet<V::Memory>; PACKETS],
     packets: u32,
-) -> Option<(u32, Way)> {
+) -> Option<(u32, DominantAxis)> {
     let mut most = None;
     let mut count = 0;
     for axis in 0..3 {
         for sign in [1.0, -1.0] {
-            let way = Way { axis, sign };
+            let way = DominantAxis { axis, sign };
             let gone = way.gone_by::<V>(states, packets);
             if gone.count_ones() > count {
                 count = gone.count_ones();
