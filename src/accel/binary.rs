@@ -1,5 +1,5 @@
-//! The binary layout of the scalar baseline: 32 bytes a node, siblings side by side (after Wald's and Bikker's
-//! common layout).
+//! The binary hierarchy of the scalar baseline: 32 bytes a node, siblings side by side (a layout common since Wald
+//! and Bikker).
 
 use super::{
     boxes::{Box8, boxes_of},
@@ -30,7 +30,7 @@ pub struct BinaryNode {
 }
 
 impl BinaryNode {
-    /// The node's box.
+    /// Returns the node's box.
     #[inline]
     #[must_use]
     pub fn bounds(&self) -> Aabb {
@@ -48,12 +48,12 @@ pub struct BinaryBvh {
     pub nodes: Vec<BinaryNode>,
     /// Primitives in the order of the leaves.
     pub primitives: Vec<PrimitiveId>,
-    /// Their shapes, so that a leaf reads memory in one run.
+    /// Their shapes, so that a leaf reads contiguous memory.
     pub shapes: Vec<Shape>,
 }
 
 impl BinaryBvh {
-    /// Builds the hierarchy over the scene's spheres and its triangles that have an area.
+    /// Builds the hierarchy over the scene's spheres and its triangles with an area.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
         let boxes = boxes_of(scene);

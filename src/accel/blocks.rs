@@ -1,22 +1,11 @@
-//! Leaf blocks of triangles, in one of two layouts. (After Benthin, Wald, Woop and Áfra, *Compressed-Leaf Bounding Volume
-//! Hierarchies*, 2018. Differs: vertices keep all their bits, so that both layouts give the same hits.)
+//! Leaf blocks of triangles, in one of two layouts.
 //!
-//! Lab notes: indexed blocks against whole ones, kernels of both in turn in one run (median of 3 to 7), Zen 5, one thread:
+//!   whole:    8 x 3 corners, 8 ids                       5 cache lines
+//!   indexed:  12 vertices, 8 x 3 four-bit names, 8 ids   3 cache lines; large meshes only
 //!
-//! | scene | bytes a triangle | build | camera, shadow, mirror rays |
-//! |---|---|---|---|
-//! | cow, figure | 54 and 51 to 36 and 34 | +14 % (figure) | -6 %, 0 %, -2 to +2 % |
-//! | interior, 370,000 | 50.5 to 39.4 | +25 % | -1 %, -3 %, -1 % |
-//! | terrain, 1,000,000 | 49.3 to 32.1 | +16 % | 0 %, +1 %, -1 % |
-//! | blobs, 1,000,000 | 52.1 to 34.0 | +18 % | +4 %, +3 %, -3 % |
-//! | blobs, 10,000,000 | 51.7 to 33.6 | -10 to -14 % (two threads: -3 %) | +1 %, +1 %, -1 to -4 % |
-//!
-//! So what is saved in waiting for memory goes into unpacking, until a scene is far larger than the caches; then the memory
-//! itself is what is gained, and the time to write it: from a file to a picture ten million triangles take 1.28 s in place
-//! of 1.51, and 703 MB in place of 897. With vectors of eight lanes, where a vertex takes two permutations and a selection,
-//! and bundles of 64 rays, their rays were 3, 3 and 7 % slower; the sooner build outweighs that for some ten million of them.
-//!
-//! Quantised nodes would save 2 to 3 bytes a triangle: nodes take 5 to 8 of them.
+//! After Benthin, Wald, Woop and Áfra, *Compressed-Leaf Bounding Volume Hierarchies*, 2018. Differs: vertices keep
+//! all their bits, so both layouts give the same hits.
+// Tuned: see docs/lab-notes.md#indexed-blocks
 
 use crate::{
     geometry::{IndexedBlock, SphereBlock, TriangleBlock, TriangleLeaf as _},
@@ -24,22 +13,23 @@ use crate::{
     simd::LANES,
 };
 
-/// How triangles are stored.
+/// Selects how triangles are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layout {
-    /// Each with its corners: [`TriangleBlock`].
+    /// Each with its own corners: [`TriangleBlock`].
     #[default]
     Whole,
-    /// Those of a block with the vertices that they share: [`IndexedBlock`].
+    /// As indices into the block's vertices: [`IndexedBlock`].
     Indexed,
 }
 
-/// From so many triangles on (160 MB of whole blocks) vertices are shared.
+/// Meshes share vertices from this many triangles on (160 MB of whole blocks).
+// Tuned: see docs/lab-notes.md#indexed-blocks
 const LARGE: usize = 4_000_000;
 
 impl Layout {
-    /// What suits a scene, on any machine: vertices are shared where there are too many triangles for any cache, and no more
-    /// vertices than triangles.
+    /// Returns the layout for a scene, the same on any machine: indexed if there are too many triangles for any
+    /// cache, and no more vertices than triangles.
     #[must_use]
     pub fn for_scene(scene: &Scene) -> Self {
         Self::suiting(scene.triangles().corners.len(), scene.vertices().x.len())
@@ -53,7 +43,7 @@ impl Layout {
         }
     }
 
-    /// "whole" or "indexed".
+    /// Returns "whole" or "indexed".
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -81,7 +71,7 @@ impl TriangleBlocks {
         }
     }
 
-    /// How many.
+    /// Returns the number of blocks.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -90,13 +80,13 @@ impl TriangleBlocks {
         }
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no blocks.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Their size in memory.
+    /// Returns their size in memory, bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         match self {
@@ -105,7 +95,7 @@ impl TriangleBlocks {
         }
     }
 
-    /// The ids of block `i`; [`PrimitiveId::NONE`](crate::ray::PrimitiveId::NONE) behind the last.
+    /// Returns the ids of block `i`; [`PrimitiveId::NONE`](crate::ray::PrimitiveId::NONE) behind the last.
     ///
     /// # Panics
     /// If there is no such block.
@@ -118,7 +108,7 @@ impl TriangleBlocks {
     }
 }
 
-/// All leaf blocks, those of triangles as they are stored: what kernels are compiled for.
+/// All leaf blocks, triangles in the layout that kernels are compiled for.
 #[derive(Debug)]
 pub struct LeafBlocks<'a, B> {
     /// By [`Child::index`](super::Child::index).

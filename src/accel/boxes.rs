@@ -1,8 +1,7 @@
-//! Boxes of primitives as the builder moves them about: one register each.
+//! Boxes of primitives as the builder moves them: a register each.
 //!
-//! Everything here and in [`split`](super::split) that is done once for each primitive and level is `inline(always)`
-//! and free of `array::map` and iterator chains: whether those end up inside the loop depends on how the crate is cut
-//! into code-generation units, and where they did not, building took twice as long.
+//! Functions that run for each primitive and level, here and in [`split`](super::split), are `inline(always)` and
+//! free of `array::map` and iterator chains: see docs/lab-notes.md#builder-inlining
 
 use crate::{
     geometry::padded,
@@ -20,15 +19,14 @@ const NOT_ID: [f32; LANES] = {
     [all, all, all, 0.0, all, all, all, 0.0]
 };
 
-/// A box and whose it is: minus the lower corner, the id's bits, the upper corner, nothing. So a union is one
-/// maximum of eight lanes (whose fourth is then of no meaning), and moving a primitive moves 32 bytes.
+/// A box and its primitive: minus the lower corner, the id's bits, the upper corner, nothing. So a union is one
+/// maximum of eight lanes (the fourth then means nothing), and moving a primitive moves 32 bytes.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub(super) struct Box8(F32x8);
 
 impl Box8 {
-    /// Contains nothing. Its half area is infinite, so that its cost, times no blocks, is no number and
-    /// never the least.
+    /// The empty box. Its half area is infinite, so its cost times no blocks is NaN and never the least.
     pub(super) const EMPTY: Self = Self(F32x8::new([-1e30; LANES]));
 
     #[inline(always)]
@@ -73,14 +71,14 @@ impl Box8 {
         x * (y + z) + y * z
     }
 
-    /// The centre as a box without size, and twice as far out as it is.
+    /// The centre as a box without size, at twice its coordinates.
     #[inline(always)]
     pub(super) fn center(self) -> Self {
         let corners = self.without_id().0;
         Self(corners - swap_halves(corners))
     }
 
-    /// Corners alone: the id is no number to reckon with, for where it is denormal, that takes its time.
+    /// Corners alone: an id that is a denormal float would slow arithmetic down.
     #[inline(always)]
     pub(super) fn without_id(self) -> Self {
         Self(self.0 & F32x8::new(NOT_ID))
@@ -112,7 +110,7 @@ impl Box8 {
     }
 }
 
-/// The boxes of all primitives that a ray can hit. Where many have one shape, only the first of each.
+/// The boxes of all primitives that a ray can hit; of many equal shapes only the first.
 pub(super) fn boxes_of(scene: &Scene) -> Vec<Box8> {
     let count = scene.primitive_count() as u32;
     let boxed = |id: PrimitiveId| primitive_box(scene, id);
@@ -175,19 +173,17 @@ pub(super) fn sphere_box(scene: &Scene, i: usize, id: PrimitiveId) -> Box8 {
     Box8::new(padded(scene.sphere_bounds(i)), id)
 }
 
-/// What is left of the boxes once they are in order: whose they are. Nodes and blocks are written without them, into the
-/// memory that they had: from a file to a picture that is the most memory in use, and memory that was in use just now
-/// is the soonest to be had.
+/// Reduces the ordered boxes to ids, in place: nodes and blocks are written without them, when the most memory is in
+/// use, and memory in use just now is the quickest to get.
 pub(super) fn into_ids(boxes: Vec<Box8>) -> Vec<PrimitiveId> {
     let boxes = boxes.into_par_iter().with_min_len(1 << 14);
     boxes.map(|b| b.id()).collect()
 }
 
-/// How many boxes are looked at to find out whether many are equal.
+/// This many boxes are sampled to find out whether many are equal.
 const SAMPLE: usize = 4096;
 
-/// Whether many boxes are equal, as far as a sample tells. Two of a kind do not count: both triangles of an
-/// upright rectangle have one box.
+/// Whether many boxes of a sample are equal. Two do not count: both triangles of an upright rectangle have one box.
 fn has_repeats(boxes: &[Box8]) -> bool {
     let stride = boxes.len().div_ceil(SAMPLE).max(1);
     let bits = |b: &Box8| {
@@ -199,9 +195,8 @@ fn has_repeats(boxes: &[Box8]) -> bool {
     sample.windows(3).any(|three| three[0] == three[2])
 }
 
-/// Of primitives of the same shape, bit for bit, keeps the one with the lowest id: all are hit at the same t,
-/// where the lowest id wins, so the others are never seen. Else a ray that hits one of a million equal triangles
-/// would test them all.
+/// Of primitives of the same shape, bit for bit, keeps the one with the lowest id: all are hit at the same t, where
+/// the lowest id wins. Otherwise a ray that hits one of a million equal triangles would test them all.
 fn first_of_each_shape(scene: &Scene, primitives: Vec<PrimitiveId>) -> Vec<PrimitiveId> {
     let mut keyed: Vec<_> = primitives
         .into_par_iter()

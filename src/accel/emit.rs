@@ -1,7 +1,7 @@
-//! The shape of the tree written out as nodes and blocks, straight from the scene's columns.
+//! Writes the planned tree as nodes and blocks, straight from the scene's columns, in parallel.
 //!
-//! In memory: the few nodes above the subtrees, then subtree after subtree, each depth first. A node's blocks lie side
-//! by side, before those of the nodes below it.
+//!   nodes:  [above the subtrees][subtree 0, depth first][subtree 1] ...
+//!   blocks:                     [subtree 0, a node's blocks side by side, before those below it][subtree 1] ...
 
 use super::{
     Child, Layout, Node8,
@@ -66,8 +66,8 @@ struct Start {
     sphere_block: usize,
 }
 
-/// A column being written, a piece of it to each subtree. Memory is first touched by the thread that writes it:
-/// filling it with nothing beforehand would take as long as writing it.
+/// A column being written, a piece to each subtree. Memory is first touched by the thread that writes it: filling it
+/// with zeros beforehand would take as long as writing it.
 struct Pieces<'a, T> {
     rest: &'a mut [MaybeUninit<T>],
 }

@@ -1,25 +1,14 @@
-//! The bounding volume hierarchies, stored in our own layout. The only folder that names `obvhs`.
+//! Builds and stores the bounding volume hierarchies, in layouts of our own. The only module that names `obvhs`.
 //!
-//! - [`Bvh`]: eight children a node, leaves that are blocks of up to eight primitives of one kind, for packets
-//!   and SIMD single rays. Built top down by a builder of our own; with [`BuildQuality::Ploc`], to compare, divided as
-//!   obvhs divides and made wide by the same code.
-//! - [`BinaryBvh`]: two children a node, for the scalar baseline; built only when that is asked for, with obvhs (PLOC and
-//!   reinsertion).
+//! ```text
+//! boxes -> binary tree, top down, binned SAH (tree, split)
+//!       -> eight children a node, up to eight primitives a block (plan)
+//!       -> nodes and leaf blocks, written in parallel (emit)
+//! ```
 //!
-//! Lab notes (`cargo bench --bench builds`, Zen 3, eight lanes, all trees built and traced in turn in one process, median
-//! of seven, built without LTO; a slow phase of the machine, in which all trees lose up to a third; ten million blobs
-//! not measured):
-//!
-//! | scene | build, one thread: PLOC, best | two threads | rays a second, best's of PLOC's: camera, shadow, mirror |
-//! |---|---|---|---|
-//! | figurine, 6,000 | 3.3 ms, 1.4 ms | 3.0 ms, 0.8 ms | 113 %, 99 %, 102 % |
-//! | figure, 70,000 | 34 ms, 14 ms | 33 ms, 11 ms | 101 %, 103 %, 102 % |
-//! | interior, 370,000 | 268 ms, 99 ms | 210 ms, 65 ms | 101 %, 98 %, 105 % |
-//! | terrain, 1,000,000 | 920 ms, 272 ms | 587 ms, 152 ms | 113 %, 121 %, 119 % |
-//! | spheres, 100,000 | 46 ms, 19 ms | 34 ms, 10 ms | 111 %, 107 %, 115 % |
-//!
-//! PLOC's leaf blocks are less full, too: 60 to 65 bytes a triangle in place of 49 to 54. So the tree that is built sooner
-//! is nowhere slower to trace beyond noise, and nothing takes the other one unless told to.
+//! - [`Bvh`]: eight children a node; leaves are blocks of one kind of primitive. For packets and single rays.
+//! - [`BinaryBvh`]: two children a node, by obvhs (PLOC and reinsertion), for the scalar baseline.
+// Best against PLOC: see docs/lab-notes.md#ploc
 
 mod binary;
 mod blocks;
@@ -59,10 +48,10 @@ pub struct Bvh {
     binary: OnceLock<BinaryBvh>,
 }
 
-/// What a BVH is made of.
+/// Describes a BVH.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BvhStats {
-    /// What was asked for.
+    /// The quality that was asked for.
     pub quality: BuildQuality,
     /// How triangles are stored.
     pub layout: Layout,
@@ -72,11 +61,11 @@ pub struct BvhStats {
     pub triangle_blocks: usize,
     /// Leaf blocks of up to 8 spheres.
     pub sphere_blocks: usize,
-    /// Inner nodes on the longest way from the root to a leaf.
+    /// Inner nodes on the longest path from the root to a leaf.
     pub depth: usize,
-    /// How many leaf blocks hold 1, 2, ... 8 primitives.
+    /// Numbers of leaf blocks with 1, 2, ... 8 primitives.
     pub leaf_sizes: [usize; 8],
-    /// How many inner nodes have 1, 2, ... 8 children.
+    /// Numbers of inner nodes with 1, 2, ... 8 children.
     pub child_counts: [usize; 8],
     /// Bytes of nodes and leaf blocks.
     pub memory_bytes: usize,
@@ -85,21 +74,21 @@ pub struct BvhStats {
 }
 
 impl Bvh {
-    /// Builds the hierarchy that is traced fastest over the scene's spheres and its triangles that have an area, on
-    /// the threads of the current rayon pool.
+    /// Builds the hierarchy that is traced fastest over the scene's spheres and its triangles with an area, on the
+    /// threads of the current rayon pool.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
         Self::build_with(scene, BuildQuality::Best)
     }
 
-    /// [`Self::build`], with a word on what it may cost. The tree depends on scene and quality alone, not on the
-    /// number of threads (with an exception of [`BuildQuality::Ploc`]).
+    /// Builds a hierarchy of a given quality. The tree depends on scene and quality alone, not on the number of
+    /// threads (but see [`BuildQuality::Ploc`]).
     #[must_use]
     pub fn build_with(scene: &Scene, quality: BuildQuality) -> Self {
         Self::build_as(scene, quality, Layout::for_scene(scene))
     }
 
-    /// [`Self::build_with`], with triangles stored in a given way, to compare them. Both find the same hits.
+    /// Builds a hierarchy with triangles in a given layout, to compare layouts. Both find the same hits.
     #[must_use]
     pub fn build_as(scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
         let start = Instant::now();
@@ -141,27 +130,27 @@ impl Bvh {
         }
     }
 
-    /// What the hierarchy is made of.
+    /// Returns what the hierarchy is made of.
     #[must_use]
     pub fn stats(&self) -> &BvhStats {
         &self.stats
     }
 
-    /// Inner nodes, indexed by [`Child::index`].
+    /// Returns the inner nodes, indexed by [`Child::index`].
     #[inline(always)]
     #[must_use]
     pub fn nodes(&self) -> &[Node8] {
         &self.nodes
     }
 
-    /// Leaf blocks of triangles.
+    /// Returns the leaf blocks of triangles.
     #[inline(always)]
     #[must_use]
     pub fn triangle_blocks(&self) -> &TriangleBlocks {
         &self.triangle_blocks
     }
 
-    /// The ids of a leaf's primitives: the first [`Child::count`] of them.
+    /// Returns the ids of a leaf's primitives: the first [`Child::count`] of them.
     ///
     /// # Panics
     /// If `leaf` is no leaf of this hierarchy.
@@ -174,33 +163,33 @@ impl Bvh {
         }
     }
 
-    /// Leaf blocks of spheres, indexed by [`Child::index`].
+    /// Returns the leaf blocks of spheres, indexed by [`Child::index`].
     #[inline(always)]
     #[must_use]
     pub fn sphere_blocks(&self) -> &[SphereBlock] {
         &self.sphere_blocks
     }
 
-    /// Where traversal starts: an inner node, even if all primitives would fit into one leaf.
+    /// Returns where traversal starts: an inner node, even if all primitives fit into one leaf.
     #[inline(always)]
     #[must_use]
     pub fn root(&self) -> Child {
         self.root
     }
 
-    /// The box around everything.
+    /// Returns the box around everything.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.nodes.first().map_or(Aabb::EMPTY, Node8::bounds)
     }
 
-    /// The most entries that a depth-first traversal keeps on its stack.
+    /// Returns the most entries that a depth-first traversal keeps on its stack.
     #[must_use]
     pub fn stack_size(&self) -> usize {
         7 * self.stats.depth + 8
     }
 
-    /// The binary hierarchy of the scalar baseline, built from `scene` at the first call.
+    /// Returns the binary hierarchy of the scalar baseline, built from `scene` at the first call.
     pub fn binary(&self, scene: &Scene) -> &BinaryBvh {
         self.binary.get_or_init(|| BinaryBvh::build(scene))
     }

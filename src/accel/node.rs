@@ -1,5 +1,5 @@
-//! The wide node (Dammertz, Hanika and Keller, *Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of Incoherent
-//! Rays*, 2008, with eight children for four).
+//! The wide node: eight child boxes in columns, and a child word each (Dammertz, Hanika and Keller, *Shallow Bounding
+//! Volume Hierarchies*, 2008, with eight children instead of four).
 
 use crate::{
     math::Aabb,
@@ -7,26 +7,26 @@ use crate::{
 };
 use glam::Vec3;
 
-/// What a child word stands for; see [`Child`].
+/// Kinds of child words; see [`Child`].
 const TRIANGLES: u32 = 1 << 30;
 const SPHERES: u32 = 2 << 30;
 const EMPTY: u32 = 3 << 30;
 const KIND: u32 = 3 << 30;
 
-/// A child: an inner node, or a block of 1 to 8 triangles or spheres. Two bits of kind, for a leaf three of
-/// its count less one, and the index of a node or block.
+/// A child: an inner node, or a block of 1 to 8 triangles or spheres. Two bits of kind, for a leaf three bits of its
+/// count less one, and the index of a node or block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub struct Child(u32);
 
 impl Child {
-    /// Its [`kind`](Self::kind) is an inner node.
+    /// The [`kind`](Self::kind) of an inner node.
     pub const INNER: usize = 0;
-    /// Its [`kind`](Self::kind) is a block of triangles.
+    /// The [`kind`](Self::kind) of a block of triangles.
     pub const TRIANGLES: usize = 1;
-    /// Its [`kind`](Self::kind) is a block of spheres.
+    /// The [`kind`](Self::kind) of a block of spheres.
     pub const SPHERES: usize = 2;
-    /// Its [`kind`](Self::kind) is no child.
+    /// The [`kind`](Self::kind) of no child.
     pub const EMPTY: usize = 3;
 
     /// No child.
@@ -34,77 +34,77 @@ impl Child {
     /// The most nodes, and the most blocks of a kind.
     pub const MAX_BLOCKS: usize = 1 << 27;
 
-    /// Inner node `index`.
+    /// Creates the word of inner node `index`.
     #[must_use]
     pub fn inner(index: usize) -> Self {
         debug_assert!(index < Self::MAX_BLOCKS);
         Self(index as u32)
     }
 
-    /// Block `index` of `count` triangles.
+    /// Creates the word of block `index` of `count` triangles.
     #[must_use]
     pub fn triangles(index: usize, count: usize) -> Self {
         debug_assert!((1..=8).contains(&count) && index < Self::MAX_BLOCKS);
         Self(TRIANGLES | (count as u32 - 1) << 27 | index as u32)
     }
 
-    /// Block `index` of `count` spheres.
+    /// Creates the word of block `index` of `count` spheres.
     #[must_use]
     pub fn spheres(index: usize, count: usize) -> Self {
         debug_assert!((1..=8).contains(&count) && index < Self::MAX_BLOCKS);
         Self(SPHERES | (count as u32 - 1) << 27 | index as u32)
     }
 
-    /// As one number.
+    /// Returns the word as a number.
     #[inline(always)]
     #[must_use]
     pub fn bits(self) -> u32 {
         self.0
     }
 
-    /// From [`bits`](Self::bits).
+    /// Creates a word from its [`bits`](Self::bits).
     #[inline(always)]
     #[must_use]
     pub fn from_bits(bits: u32) -> Self {
         Self(bits)
     }
 
-    /// What this is, as a number below four.
+    /// Returns the kind, a number below four.
     #[inline(always)]
     #[must_use]
     pub fn kind(self) -> usize {
         (self.0 >> 30) as usize
     }
 
-    /// Whether this is an inner node.
+    /// Returns whether this is an inner node.
     #[inline(always)]
     #[must_use]
     pub fn is_inner(self) -> bool {
         self.0 & KIND == 0
     }
 
-    /// Whether this is a block of triangles.
+    /// Returns whether this is a block of triangles.
     #[inline(always)]
     #[must_use]
     pub fn is_triangles(self) -> bool {
         self.0 & KIND == TRIANGLES
     }
 
-    /// Index of the node or block.
+    /// Returns the index of the node or block.
     #[inline(always)]
     #[must_use]
     pub fn index(self) -> usize {
         (self.0 & 0x07ff_ffff) as usize
     }
 
-    /// A bit for each primitive of a block.
+    /// Returns a bit for each primitive of a block.
     #[inline(always)]
     #[must_use]
     pub fn count_bits(self) -> u32 {
         (2 << (self.0 >> 27 & 7)) - 1
     }
 
-    /// Primitives of a block.
+    /// Returns the number of primitives of a block.
     #[inline(always)]
     #[must_use]
     pub fn count(self) -> usize {
@@ -113,7 +113,7 @@ impl Child {
 }
 
 /// An inner node: the boxes of up to eight children, a column an axis, filled from lane 0 on. Empty lanes have
-/// finite boxes that are turned inside out (which no test relies on that compares distances first).
+/// finite, inverted boxes; a test that sorts its distances must not rely on that.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Node8 {
@@ -121,12 +121,12 @@ pub struct Node8 {
     pub planes: [F32x8; 6],
     /// The children.
     pub child: [Child; 8],
-    /// How many children there are.
+    /// The number of children.
     pub count: u32,
 }
 
 impl Node8 {
-    /// A node of at most eight children and their boxes.
+    /// Creates a node of at most eight children and their boxes.
     #[must_use]
     pub fn new(children: &[(Child, Aabb)]) -> Self {
         let mut columns = [[0.0; 8]; 6];
@@ -149,7 +149,7 @@ impl Node8 {
         }
     }
 
-    /// The box of child `i`: lower and upper corner.
+    /// Returns the box of child `i`: lower and upper corner.
     #[inline(always)]
     #[must_use]
     pub fn corners(&self, i: usize) -> (Vec3, Vec3) {
@@ -157,7 +157,7 @@ impl Node8 {
         (Vec3::new(lx, ly, lz), Vec3::new(ux, uy, uz))
     }
 
-    /// The box around all children.
+    /// Returns the box around all children.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         let child = |i: usize| {
@@ -167,14 +167,14 @@ impl Node8 {
         (0..self.count as usize).map(child).fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// The children as numbers.
+    /// Returns the children as numbers.
     #[inline(always)]
     #[must_use]
     pub fn child_bits(&self) -> [u32; 8] {
         self.child.map(Child::bits)
     }
 
-    /// A bit for each child there is.
+    /// Returns a bit for each child.
     #[inline(always)]
     #[must_use]
     pub fn valid_bits(&self) -> u32 {

@@ -1,15 +1,14 @@
-//! Large columns on large pages.
+//! Allocates large columns on pages of 2 MiB.
 #![allow(
     unsafe_code,
-    reason = "advice on memory has no safe name; rays one by one through a million triangles are 15 to 25 % faster, for \
-              pages of 4 KiB do not fit the CPU's table of pages"
+    reason = "advice on memory has no safe name; see docs/lab-notes.md#large-pages"
 )]
 
-/// Smaller columns than this, bytes, gain nothing.
+/// Columns smaller than this, in bytes, gain nothing.
 #[cfg(target_os = "linux")]
 const WORTH_IT: usize = 4 << 20;
 
-/// An empty column with room for `count` elements, on pages of 2 MiB where the system has some. To be filled once: a
+/// Returns an empty column with room for `count` elements, on large pages if the system has some. Fill it once: a
 /// column that grows moves elsewhere.
 pub(super) fn column<T>(count: usize) -> Vec<T> {
     let column = Vec::with_capacity(count);

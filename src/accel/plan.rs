@@ -1,21 +1,19 @@
-//! What becomes of a binary tree: which of its nodes are children of wide nodes, and which are blocks.
+//! Collapses a binary tree: which of its nodes become children of wide nodes, and which become blocks.
 //!
 //! The optimal collapse of Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed
-//! Wide BVHs*, 2017, from the leaves up; differs: blocks are of one kind of primitive, and boxes
-//! are weighed for rays [with a width](super::tree).
-//!
-//! Tried: opening the largest child until there are eight (Wald, Benthin and Boulos 2008), with blocks decided
-//! beforehand. A third of the nodes had two children.
+//! Wide BVHs*, 2017, from the leaves up. Differs: blocks are of one kind of primitive, and the SAH weighs boxes for
+//! [bundles of rays](super::tree).
+// Tried: see docs/lab-notes.md#collapse
 
 /// The most children of a node, and primitives of a block.
 pub(super) const WIDTH: usize = 8;
 
-/// Cost of a visit to an inner node, to a block, and of each primitive in a block.
+/// Cost of a visit to an inner node, of a visit to a block, and of each primitive in a block.
 const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = 0.8;
 const PRIMITIVE_COST: f32 = 0.05;
 
-/// The best that a subtree of the binary tree can become, by the surface area heuristic.
+/// The cheapest that a subtree of the binary tree can become, by the surface area heuristic.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Plan {
     /// Cost as one to seven children of a wide node: `cost[i - 1]` with at most i of them.
@@ -28,7 +26,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// A block of so many primitives, all of one kind and at most [`WIDTH`]. `visits`: how often it is visited.
+    /// A block of primitives of one kind, at most [`WIDTH`]; `visits`: how often it is visited.
     pub(super) fn block(triangles: usize, spheres: usize, visits: f32) -> Self {
         let mut plan = Self {
             cost: [0.0; WIDTH - 1],
@@ -53,14 +51,14 @@ impl Plan {
         };
         plan.cost[0] = visits * NODE_COST + best_split::<WIDTH>(left, right).1;
         if !may_be_block {
-            // Nor may what it is a part of.
+            // Nor may a larger subtree.
             plan.triangles = most;
         } else if plan.fits_block() {
             let block = plan.block_cost(visits);
             plan.is_block = block <= plan.cost[0];
             plan.cost[0] = plan.cost[0].min(block);
         }
-        // Written out, each with its own number of sums.
+        // Unrolled, each with its own number of sums.
         let splits = [
             best_split::<2>(left, right).1,
             best_split::<3>(left, right).1,

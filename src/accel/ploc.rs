@@ -1,8 +1,9 @@
-//! Binary trees by obvhs: PLOC (Meister and Bittner, *Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy
-//! Construction*, 2018) and a little reinsertion (Meister and Bittner, *Parallel Reinsertion for Bounding Volume Hierarchy
-//! Optimization*, 2018). Differs: boxes are roughened, and where all overlap, nothing is reinserted, so that rows of equal
-//! boxes and crowds of them do not take quadratic time. (Far from the origin roughness is lost in rounding: there a row
-//! of equal boxes still does.)
+//! Binary trees by obvhs: PLOC (Meister and Bittner 2018) and a little reinsertion (*Parallel Reinsertion for
+//! Bounding Volume Hierarchy Optimization*, Meister and Bittner 2018).
+//!
+//! Differs: boxes are roughened, and nothing is reinserted where all overlap, so that rows of equal boxes and crowds
+//! of them do not take quadratic time. (Far from the origin roughness is lost to rounding, and a row of equal boxes
+//! still does.)
 
 use super::boxes::Box8;
 use crate::math::Aabb;
@@ -94,15 +95,16 @@ impl BinaryTree {
     }
 }
 
-/// Reinsertion looks for a better place for a subtree wherever that may be; where all boxes overlap, that is
-/// everywhere, and takes quadratic time (100,000 equal boxes: 3.5 s). No tree is good there anyway.
+/// Above this overlap nothing is reinserted: the search would look everywhere, in quadratic time, and no tree is good
+/// there.
+// Measured: docs/lab-notes.md#ploc-roughness
 const MAX_OVERLAP: f32 = 256.0;
 
-/// In how many of the boxes a random line through all of them is at once: the sum of their areas as a share of
-/// the area of the box around them.
+/// The average number of boxes that a random line through all of them is in at once: the sum of their areas over the
+/// area of the box around them.
 fn overlap(boxes: &[ObvhsAabb]) -> f32 {
     let sum_and_union = |(sum, all): (f32, ObvhsAabb), b: &ObvhsAabb| (sum + b.half_area(), all.union(b));
-    // Summed part by part, in one order whatever the number of threads.
+    // Summed part by part, in one order for any number of threads.
     let parts: Vec<(f32, ObvhsAabb)> = boxes
         .par_chunks(1 << 14)
         .map(|chunk| chunk.iter().fold((0.0, ObvhsAabb::empty()), sum_and_union))
@@ -112,14 +114,13 @@ fn overlap(boxes: &[ObvhsAabb]) -> f32 {
     sum / all.half_area()
 }
 
-/// By how much boxes are roughened, as a share of their diagonals.
+/// By how much boxes are roughened, as a fraction of their diagonals.
 const ROUGHNESS: f32 = 1.0 / 4096.0;
-/// The same where boxes overlap so much that many are inside others.
+/// The same for boxes that overlap so much that many are inside others.
 const ROUGHNESS_OF_CROWDS: f32 = 1.0 / 16.0;
 
-/// The box with each side moved out by up to `roughness` times its diagonal, as the id says. PLOC merges what
-/// is mutually nearest; where distances are equal, as in a row of equal boxes or for boxes inside one another,
-/// hardly any two are, and it takes quadratic time (10,000 spheres in a row: 3 s).
+/// Moves each side of a box out by up to `roughness` times its diagonal, by the id. PLOC merges mutually nearest
+/// boxes; with equal distances hardly any two are, and it takes quadratic time.
 fn roughened(bounds: &ObvhsAabb, id: u32, roughness: f32) -> ObvhsAabb {
     // Knuth's multiplicative hash, stretched to four bits a side.
     let mut bits = u64::from(id).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;

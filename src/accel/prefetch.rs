@@ -1,21 +1,20 @@
-//! Asking memory for a node or block before it is visited.
+//! Prefetches nodes and blocks before they are visited.
 #![allow(
     unsafe_code,
-    reason = "prefetching has no safe name; a quarter of the time of camera rays on a million triangles was waiting for \
-              the first number of a leaf block"
+    reason = "prefetching has no safe name; see docs/lab-notes.md#prefetch-nodes"
 )]
 
 use super::{Bvh, Child, LeafBlocks};
 use crate::geometry::TriangleLeaf;
 use std::marker::PhantomData;
 
-/// Where each [kind](Child::kind) of child begins, and how long one is: to ask for memory without a branch on the kind.
-/// `B` are the blocks of triangles.
+/// The address and size of each [kind](Child::kind) of child, to prefetch without a branch on the kind. `B` are the
+/// blocks of triangles.
 #[derive(Debug)]
 pub struct Places<B>([(*const u8, usize); 4], PhantomData<B>);
 
 impl Bvh {
-    /// See [`Places`].
+    /// Creates it for a hierarchy's nodes and blocks.
     #[inline(always)]
     #[must_use]
     pub fn places<B: TriangleLeaf>(&self, blocks: LeafBlocks<'_, B>) -> Places<B> {
@@ -33,11 +32,8 @@ impl Bvh {
 }
 
 impl<B: TriangleLeaf> Places<B> {
-    /// Asks for the memory of what `child` stands for, which will be visited soon: five cache lines, as many as a whole
-    /// block of triangles has, or the four of a node, where blocks have three. (Of whole blocks four, without their ids: -4
-    /// to -8 % on large scenes; seven: 0 to -2 %. As many as each kind has: -6 to -12 %. A node has four: a fifth mostly is
-    /// the first of its first inner child. In bundles, on a Xeon, as many as each kind has, with a branch on it: figure -4 %,
-    /// others 0 to -3 %. Into the second-level cache alone: -2 %.)
+    /// Prefetches the memory of `child`, which will be visited soon: five cache lines, whatever it is.
+    // Tuned: see docs/lab-notes.md#prefetch-nodes
     #[inline(always)]
     pub fn prefetch(&self, child: Child) {
         #[cfg(target_arch = "x86_64")]
@@ -55,7 +51,7 @@ impl<B: TriangleLeaf> Places<B> {
     }
 }
 
-/// Asks for all cache lines of `element`, which will be used soon.
+/// Prefetches all cache lines of `element`, which will be used soon.
 #[inline(always)]
 pub fn prefetch<T>(element: &T) {
     #[cfg(target_arch = "x86_64")]
@@ -64,8 +60,8 @@ pub fn prefetch<T>(element: &T) {
     let _ = element;
 }
 
-/// Asks for all cache lines of `element`, which will be used after much else: into the second-level cache, for the first
-/// has no room for them. (Rays, on a Xeon: 0 to +3 %.)
+/// Prefetches all cache lines of `element` into the second-level cache, since much else is used before it.
+// Tuned: see docs/lab-notes.md#prefetch-rays
 #[inline(always)]
 pub fn prefetch_for_later<T>(element: &T) {
     #[cfg(target_arch = "x86_64")]

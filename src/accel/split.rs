@@ -1,9 +1,9 @@
-//! Where to divide a set of primitives: binned, by the surface area heuristic (Wald, *On fast Construction of
-//! SAH-based Bounding Volume Hierarchies*, 2007) over leaf blocks, not primitives, on all three axes at once or, where
-//! time matters more, on the one on which the centres lie farthest apart.
+//! Divides a set of primitives: binned surface area heuristic (Wald, *On fast Construction of SAH-based Bounding
+//! Volume Hierarchies*, 2007), counting leaf blocks instead of primitives, on all three axes or, for fast builds, on
+//! the one with the greatest extent of centres.
 //!
-//! Sets of few primitives have few bins, as in Embree: 9 primitives 5, 96 and more all of them. Here rays have no width;
-//! what becomes of the parts is decided for [rays that have one](super::tree).
+//! Small sets have few bins, as in Embree: 9 primitives 5, 96 and more all of them. Here rays have no width; the
+//! tree's [later steps](super::tree) weigh the parts for bundles.
 
 use super::{boxes::Box8, plan::WIDTH};
 use crate::simd::{F32x8, trunc};
@@ -13,7 +13,7 @@ use std::ops::Range;
 /// The most bins of an axis: a power of two, so that a masked index needs no check.
 const BINS: usize = 16;
 
-/// What the time of a build is spent on.
+/// How thorough a build is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
     /// The most bins of an axis, at most [`BINS`].
@@ -24,7 +24,7 @@ pub(super) struct Effort {
     pub(super) divides_blocks: bool,
 }
 
-/// Sets above this are looked at, and divided, in parallel; in chunks of half of it.
+/// Larger sets are binned and divided in parallel, in chunks of half of it.
 const PARALLEL: usize = 1 << 15;
 const CHUNK: usize = 1 << 14;
 
@@ -46,7 +46,7 @@ impl Binning {
         let bounds = centers.bounds();
         let extent = bounds.upper - bounds.lower;
         let widest = extent.max_position();
-        // Short of the number of bins, so that the last centre is in the last one, rounding or not.
+        // Short of the number of bins, so that the last centre is in the last one despite rounding.
         let scale = |extent: f32| {
             if extent > LEAST_EXTENT {
                 bins as f32 * 0.9999 / extent
@@ -145,20 +145,18 @@ impl Bins {
     }
 }
 
-/// How many leaf blocks so many primitives take at least, 0 for none: what they cost, for a block costs nearly the same
-/// whatever it holds. (`plan` adds a little for each primitive. To add some of that here gained less.)
-///
-/// (With the primitives themselves as the cost blocks of the terrain held 6.3 on average, now 7.4: 14 to 17 % less
-/// memory, and on a Xeon camera rays +3 to +8 %, shadow rays +2 to +7 %, mirror rays 0 to +3 %, of a small scene -4 %.)
+/// The fewest leaf blocks for this many primitives, 0 for none: their cost, since a block costs nearly the same
+/// whatever it holds. (`plan` adds a little for each primitive.)
+// Tuned: see docs/lab-notes.md#block-sah
 #[inline(always)]
 fn blocks(primitives: u32) -> f32 {
     primitives.div_ceil(WIDTH as u32) as f32
 }
 
-/// Divides `boxes` in place and says how many are in the first part: at least one, and not all.
+/// Divides `boxes` in place and returns how many are in the first part: at least one, and not all.
 ///
-/// `centers` is around their centres; If `halve`, both parts are equal: that ends what the heuristic would draw out
-/// (boxes of which each is far larger than the one before).
+/// `centers` is around their centres. If `halve`, both parts are equal: that ends what the heuristic would draw out
+/// (boxes each far larger than the one before).
 pub(super) fn divide(boxes: &mut [Box8], centers: Box8, effort: Effort, halve: bool) -> usize {
     if halve {
         return halves(boxes, centers);
@@ -196,7 +194,7 @@ fn best_split(boxes: &[Box8], binning: &Binning) -> Option<(usize, usize)> {
     bins.best(binning)
 }
 
-/// Those for which `is_first` holds to the front. Without a branch on it: which way it goes cannot be foreseen.
+/// Moves those for which `is_first` holds to the front, without a branch on it: it is unpredictable.
 #[inline(always)]
 fn partition(boxes: &mut [Box8], is_first: &impl Fn(Box8) -> bool) -> usize {
     let mut first = 0;
@@ -208,8 +206,8 @@ fn partition(boxes: &mut [Box8], is_first: &impl Fn(Box8) -> bool) -> usize {
     first
 }
 
-/// Both halves are partitioned, then what is on the wrong side changes places. The order that results depends on the
-/// boxes alone, not on the number of threads.
+/// Partitions both halves, then swaps what is on the wrong side. The resulting order depends on the boxes alone, not
+/// on the number of threads.
 fn partition_parallel(boxes: &mut [Box8], is_first: &(impl Fn(Box8) -> bool + Sync)) -> usize {
     if boxes.len() <= CHUNK {
         return partition(boxes, is_first);
@@ -232,7 +230,7 @@ fn partition_parallel(boxes: &mut [Box8], is_first: &(impl Fn(Box8) -> bool + Sy
     low_first + high_first
 }
 
-/// Half of the boxes by their centres on the axis on which these lie farthest apart.
+/// Halves the boxes by their centres on the axis with the greatest extent.
 #[cold]
 fn halves(boxes: &mut [Box8], centers: Box8) -> usize {
     let bounds = centers.bounds();

@@ -1,7 +1,10 @@
-//! The binary tree, top down, and what it becomes. Subtrees of a few thousand primitives are built, planned and
-//! written down as the shape of a wide tree while they are in the cache; only the few nodes above them stay a binary
-//! tree until the end. (Threads first share the large sets, then take subtrees of their own: Wald, *Fast Construction of
-//! SAH BVHs on the Intel Many Integrated Core (MIC) Architecture*, 2012. Differs: threads also make their subtrees wide.)
+//! Builds the binary tree top down and turns it into the shape of a wide tree.
+//!
+//!   all boxes -> top: threads share each division -> subtrees of 1024 to 4096 primitives
+//!   subtree: built, planned and stored as slots of a wide tree by one thread, in its cache
+//!
+//! After Wald, *Fast Construction of SAH BVHs on the Intel Many Integrated Core (MIC) Architecture*, 2012. Differs:
+//! threads also make their subtrees wide.
 
 use super::{
     BuildQuality, Layout,
@@ -13,19 +16,18 @@ use super::{
 use crate::{geometry::IndexedBlock, scene::Scene};
 use rayon::prelude::*;
 
-/// How many primitives become a subtree with a root of its own: few enough for the cache, and for all threads to have
-/// some. It is the scene that decides, not the number of threads, so that every machine builds the same tree.
-///
-/// (Tried: to plan across where subtrees begin, with a thousand of the largest nodes reinserted where they fit best. The
-/// course's cow: mirror rays +8 %, shadow rays +4 %; others -4 to +2 %; builds 2 to 24 % longer.)
+/// Primitives of a subtree with a root of its own: few enough for the cache, and for all threads to have some.
+/// Depends on the scene and not on the number of threads, so that every machine builds the same tree.
+// Tried: see docs/lab-notes.md#subtrees
 fn subtree_size(count: usize) -> usize {
     (count / 32).clamp(1024, 4096)
 }
 
-/// Sets above this find their centres' box in parallel.
+/// Larger sets find their centres' box in parallel.
 const PARALLEL: usize = 1 << 15;
 
-/// How often the [`Divider`] may say where to divide on the way to one primitive, for `count` primitives; halves after that.
+/// How many levels the [`Divider`] may decide above one primitive, for `count` primitives; sets are halved after
+/// that.
 fn most_levels(count: usize) -> u32 {
     3 * (usize::BITS - count.leading_zeros()) + 16
 }
@@ -115,10 +117,10 @@ impl Slot {
     }
 }
 
-/// What says where sets of primitives are divided.
+/// Decides where sets of primitives are divided.
 trait Divider: Copy + Sync + Send {
-    /// Divides `boxes` in place, says how many are in the first part, at least one and not all, and what divides the
-    /// parts. If `halve`, both are equal.
+    /// Divides `boxes` in place and returns how many are in the first part, at least one and not all, and the
+    /// dividers of the parts. If `halve`, both parts are equal.
     fn divide(self, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]);
 }
 
@@ -183,21 +185,16 @@ pub(super) fn build(boxes: &mut [Box8], scene: &Scene, quality: BuildQuality, la
     build_top(boxes, 0, job, as_in_tree, levels)
 }
 
-/// A bundle of rays is taken to meet a box as often as a thin ray would if the box had so much more area: one part in so
-/// many of the scene's. 256 rays of a million are one part in 4096.
-///
-/// (On a Xeon, against rays without a width: mirror rays of the course's cow +14 %, of the interior +3 to +7 %, shadow
-/// rays of these 0 to +9 %, others unchanged within 3 %. One part in 1024 or 16,384 traces alike, measured before [`WIDE`].
-/// Tried: dividing blocks wherever that makes the cost less for thin rays, camera rays of the terrain and the blobs -11 to
-/// -15 %.)
+/// SAH weight = area + scene area / 4096, which models a bundle of 256 rays of a million.
+// Tuned: see docs/lab-notes.md#bundle-footprint
 const SCENE_IN_FOOTPRINTS: f32 = 4096.0;
 
-/// Blocks wider than so many bundles may be divided. (All that are wider than one: the same rays a second, but small
-/// scenes take 10 % longer to build, 100,000 spheres 60 %. None: mirror rays of the cow -14 %, of the interior -6 %.)
+/// Blocks wider than this many bundles may be divided.
+// Tuned: see docs/lab-notes.md#wide-blocks
 const WIDE: f32 = 16.0;
 
-/// How much more area boxes seem to have. The scene's is that of the box around all centres, which the large triangles of a
-/// ground do not make larger, or that of all primitives if that is less: the scene is then mostly empty.
+/// The area added to boxes. The scene's area is that of the box around all centres, which large ground triangles do
+/// not enlarge, or that of all primitives if that is less: the scene is then mostly empty.
 fn footprint(boxes: &[Box8]) -> f32 {
     let of_part = |boxes: &[Box8]| {
         let (mut centers, mut area) = (Box8::EMPTY, 0.0);
@@ -207,14 +204,14 @@ fn footprint(boxes: &[Box8]) -> f32 {
         }
         (centers, area)
     };
-    // Summed part by part, in one order whatever the number of threads.
+    // Summed part by part, in one order for any number of threads.
     let parts: Vec<(Box8, f32)> = boxes.par_chunks(PARALLEL / 2).map(of_part).collect();
     let (mut centers, mut area) = (Box8::EMPTY, 0.0);
     for (centers_of_part, area_of_part) in parts {
         centers = centers.union(centers_of_part);
         area += area_of_part;
     }
-    // A center is twice as far out as it is.
+    // A center is at twice its coordinates.
     area.min(centers.half_area() / 4.0) / SCENE_IN_FOOTPRINTS
 }
 
@@ -228,12 +225,12 @@ struct Job<'a> {
     effort: Effort,
     /// See [`subtree_size`].
     subtree: usize,
-    /// How wide a bundle of rays is, as a half area; see [`SCENE_IN_FOOTPRINTS`].
+    /// Half of the area that a bundle of rays covers; see [`SCENE_IN_FOOTPRINTS`].
     footprint: f32,
 }
 
 impl Job<'_> {
-    /// How often bundles of rays visit a box, in the unit of areas. (For thin rays that is its area alone.)
+    /// How often bundles visit a box, in units of area.
     fn visits(&self, bounds: Box8) -> f32 {
         bounds.half_area() + self.footprint
     }
@@ -245,15 +242,15 @@ impl Job<'_> {
         self.shared.is_none_or(fits)
     }
 
-    /// Whether what fits a block may be better off in several: it is far wider than a bundle of rays. (In a row along an
-    /// axis bundles have no width.)
+    /// Whether what fits a block may be better off in several: it is far wider than a bundle. (In a row along an axis
+    /// bundles have no width.)
     fn pays_to_divide(&self, count: usize, bounds: Box8) -> bool {
         let is_wide = self.footprint > 0.0 && bounds.half_area() > WIDE * self.footprint;
         self.effort.divides_blocks && count > 1 && is_wide
     }
 }
 
-/// `levels`: how often the divider may still say where; halves after that.
+/// `levels`: how often the divider may still decide; sets are halved after that.
 fn build_top<D: Divider>(boxes: &mut [Box8], first: usize, job: Job<'_>, divider: D, levels: u32) -> Top {
     if boxes.len() <= job.subtree {
         return Top::Subtree(Subtree::new(boxes, first, job, divider, levels));

@@ -1,31 +1,31 @@
-//! Boxes against rays: the slab test (Kay and Kajiya 1986), padded so that it never loses a hit (Ize, *Robust
-//! BVH Ray Traversal*, JCGT 2(2) 2013).
+//! Boxes against rays: the slab test (Kay and Kajiya 1986), padded so that it never loses a hit (Ize, *Robust BVH Ray
+//! Traversal*, JCGT 2(2) 2013).
 //!
-//! The slab arithmetic `(plane - origin) * (1 / direction)` is monotone in the plane, rounding included:
-//! a box inside another has an interval inside the other's. So a hit that lies in its primitive's own interval
-//! lies in the interval of every node above it, and the test needs no further margin on nodes.
+//! `(plane - origin) * (1 / direction)` is monotone in the plane, rounding included: a box inside another has an
+//! interval inside the other's. So a hit in its primitive's own interval lies in that of every node above it, and
+//! nodes need no further margin.
 
 use crate::{
     math::{Aabb, MIN_ABS_DIRECTION},
     simd::{F32x8, Mask8, Vec3x8, lanes::Lanes, le, lt, max, min, splat},
 };
 
-/// Boxes of primitives grow on all sides by this share of their largest absolute coordinate, so that a ray in
-/// the plane of a face, and a flat box, are inside.
+/// Primitives' boxes grow on all sides by this fraction of their largest absolute coordinate, so that a ray in the
+/// plane of a face, and a flat box, are inside.
 const GEOMETRIC_PAD: f32 = 1.0 / (1 << 22) as f32;
 
-/// The interval's ends move apart by this factor: three roundings each (difference, reciprocal, product),
-/// and one to spare.
+/// The interval's ends move apart by this factor: three roundings each (difference, reciprocal, product), and one to
+/// spare.
 const INTERVAL_PAD: f32 = 4.0 / (1 << 24) as f32;
 
-/// How far a primitive's box grows on all sides, given its largest absolute coordinate.
+/// Returns how far a primitive's box grows on all sides, given its largest absolute coordinate.
 #[inline(always)]
 #[must_use]
 pub fn pad<V: Lanes>(max_abs: V) -> V {
     max_abs * V::splat(GEOMETRIC_PAD)
 }
 
-/// The box of a primitive as nodes must contain it; the scalar twin of [`pad`].
+/// Returns the box of a primitive as nodes must contain it; scalar twin of [`pad`].
 #[must_use]
 pub fn padded(bounds: Aabb) -> Aabb {
     let pad = glam::Vec3::splat(bounds.max_abs() * GEOMETRIC_PAD);
@@ -35,7 +35,7 @@ pub fn padded(bounds: Aabb) -> Aabb {
     }
 }
 
-/// What the slab test needs of eight rays.
+/// The part of eight rays that the slab test reads.
 #[derive(Clone, Copy, Debug)]
 pub struct Slabs8 {
     /// Origins.
@@ -45,12 +45,12 @@ pub struct Slabs8 {
 }
 
 impl Slabs8 {
-    /// What the interval's entry and exit are multiplied with.
+    /// The factor on the interval's entry.
     pub const ENTRY_SCALE: f32 = 1.0 - INTERVAL_PAD;
-    /// See [`Self::ENTRY_SCALE`].
+    /// The factor on the interval's exit.
     pub const EXIT_SCALE: f32 = 1.0 + INTERVAL_PAD;
 
-    /// From rays of unit direction.
+    /// Creates them from rays of unit direction.
     #[inline(always)]
     #[must_use]
     pub fn new(origin: Vec3x8, direction: Vec3x8) -> Self {
@@ -67,8 +67,8 @@ impl Slabs8 {
         }
     }
 
-    /// Where the rays are inside the boxes: entry (not below 0) and exit distances. Outside all of it the
-    /// entry is above the exit.
+    /// Returns where the rays are inside the boxes: entry (at least 0) and exit distance. For a miss the entry is
+    /// greater than the exit.
     #[inline(always)]
     #[must_use]
     pub fn interval(&self, lower: Vec3x8, upper: Vec3x8) -> (F32x8, F32x8) {
@@ -85,7 +85,7 @@ impl Slabs8 {
         (near * splat(Self::ENTRY_SCALE), far * splat(Self::EXIT_SCALE))
     }
 
-    /// The rays that may hit something in the box not beyond `t_max`, and where they enter.
+    /// Returns the rays that may hit something in the box up to `t_max`, and where they enter.
     #[inline(always)]
     #[must_use]
     pub fn enter(&self, lower: Vec3x8, upper: Vec3x8, t_max: F32x8) -> (Mask8, F32x8) {

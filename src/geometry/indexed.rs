@@ -1,4 +1,6 @@
-//! Triangles that share their vertices.
+//! Leaf blocks of triangles that share their vertices.
+//!
+//!   one cache line an axis:  12 coordinates | 3 ids | 8 x 4 bits: first (second, third) corners
 
 use super::{TriangleBlock, TriangleLeaf};
 use crate::{
@@ -10,11 +12,11 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Up to eight triangles whose corners are at most twelve vertices: three cache lines, where a [`TriangleBlock`] has five.
-/// (Nine of ten blocks of a closed mesh have no more than ten.)
+/// Up to eight triangles whose corners are at most twelve vertices: three cache lines, where a [`TriangleBlock`]
+/// takes five.
 ///
-/// A line an axis: the vertices' coordinates, three ids, and a word that names the vertices of the eight first, second or
-/// third corners, four bits each.
+/// A line an axis: the vertices' coordinates, three ids, and a word that names the vertices of the eight first,
+/// second or third corners, four bits each.
 #[derive(Clone, Copy, Debug)]
 pub struct IndexedBlock {
     lines: [Line; 3],
@@ -28,7 +30,7 @@ struct Line {
     at: [f32; IndexedBlock::MOST_VERTICES],
     /// Three of the ids.
     ids: [u32; 3],
-    /// Places of one corner of each triangle.
+    /// One corner of each triangle, four bits each.
     corners: u32,
 }
 
@@ -44,8 +46,8 @@ impl IndexedBlock {
     /// The most vertices of a block.
     pub const MOST_VERTICES: usize = 12;
 
-    /// A block of at most eight triangles: their ids, the names of their corners, and these; `None` if they are too many
-    /// vertices. Lanes past the last triangle repeat a point.
+    /// Creates a block of at most eight triangles from their ids, the names of their corners, and these; `None` if
+    /// there are too many vertices. Lanes past the last triangle repeat a point.
     #[must_use]
     pub fn new(triangles: &[(PrimitiveId, [u32; 3], [Vec3; 3])]) -> Option<Self> {
         debug_assert!(triangles.len() <= LANES, "{} triangles", triangles.len());
@@ -64,7 +66,7 @@ impl IndexedBlock {
         Some(Self { lines })
     }
 
-    /// Whether triangles whose corners have these names, at most eight, are few enough vertices for a block.
+    /// Returns whether triangles whose corners have these names, at most eight, have few enough vertices for a block.
     #[inline]
     #[must_use]
     pub fn fits(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> bool {

@@ -1,13 +1,11 @@
-//! One primitive against eight rays, and eight primitives against one ray: the canonical tests.
+//! The canonical tests: one primitive against eight rays, and eight primitives against one ray.
 //!
-//! What counts as a hit is decided here and nowhere else (and, separately written, in
-//! [`reference`](crate::reference), which must agree bit for bit). A path may hoist subexpressions that its
-//! rays share, such as the edge functions of a triangle as seen from a shared origin; it may not reorder or
-//! replace an operation.
+//! What counts as a hit is decided here and nowhere else; [`reference`](crate::reference) says the same in scalar
+//! code and must agree bit for bit. A path may hoist subexpressions that its rays share, such as the edge functions
+//! of a triangle seen from a shared origin; it may not reorder or replace an operation.
 //!
-//! Every candidate must also lie in the interval in which its ray passes the primitive's own padded box. So a
-//! hit lies in every box of the tree above it, whatever the tree looks like, and no rounding puts a sliver's
-//! hit far from the sliver.
+//! A hit must also lie in the interval in which its ray passes the primitive's own padded box. So it lies in every
+//! box of the tree above it, whatever the tree, and no rounding puts a sliver's hit far from the sliver.
 
 mod bounds;
 mod indexed;
@@ -18,5 +16,6 @@ pub use bounds::{Slabs8, pad, padded};
 pub use indexed::IndexedBlock;
 pub use sphere::{SphereBlock, intersect_spheres};
 pub use triangle::{
-    EdgeFunctions, Edges, FIRST_LOOK, TriangleBlock, TriangleHits, TriangleLeaf, padded_boxes, passes_through,
+    CANDIDATE_SLACK, EdgeFunctions, Edges, TriangleBlock, TriangleHits, TriangleLeaf, padded_boxes,
+    passes_through,
 };

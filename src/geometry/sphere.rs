@@ -1,8 +1,8 @@
 //! Rays against spheres.
 //!
-//! The quadratic of the unit direction, with the discriminant taken from the vector between the centre and
-//! the ray's nearest point (Haines, Günther and Akenine-Möller, *Precision Improvements for Ray/Sphere
-//! Intersection*, Ray Tracing Gems ch. 7, 2019), which keeps small far spheres round.
+//! The quadratic of the unit direction, with the discriminant from the vector between the centre and the ray's
+//! nearest point (Haines, Günther and Akenine-Möller, *Precision Improvements for Ray/Sphere Intersection*, Ray
+//! Tracing Gems ch. 7, 2019), which keeps small far spheres round.
 
 use super::bounds::{Slabs8, pad};
 use crate::{
@@ -19,12 +19,12 @@ pub struct SphereBlock {
     pub center: Vec3x8,
     /// Radii.
     pub radius: F32x8,
-    /// Ids, as the raw value of [`PrimitiveId`].
+    /// Ids, as raw values of [`PrimitiveId`].
     pub id: [u32; LANES],
 }
 
 impl SphereBlock {
-    /// A block of `spheres` (id, centre, radius), at most eight.
+    /// Creates a block of `spheres` (id, centre, radius), at most eight.
     #[must_use]
     pub fn new(spheres: &[(PrimitiveId, Vec3, f32)]) -> Self {
         let center = |i: usize| spheres.get(i).map_or(Vec3::splat(1e18), |s| s.1);
@@ -35,7 +35,7 @@ impl SphereBlock {
         }
     }
 
-    /// Sphere `i` in all lanes.
+    /// Returns sphere `i` in all lanes.
     #[inline(always)]
     #[must_use]
     pub fn splat(&self, i: usize) -> (Vec3x8, F32x8) {
@@ -43,7 +43,7 @@ impl SphereBlock {
     }
 }
 
-/// The lanes that hit, and the nearest t above 0, held to the sphere's own box.
+/// Returns the lanes that hit, and the nearest t above 0, within the sphere's own box.
 #[inline(always)]
 #[must_use]
 pub fn intersect_spheres(

@@ -1,32 +1,14 @@
-//! Rays against triangles.
+//! Rays against triangles: the scalar triple product form of Möller and Trumbore (Kensler and Shirley 2006), made
+//! watertight.
 //!
-//! Möller and Trumbore 1997 in its scalar-triple-product form (Kensler and Shirley 2006): with A, B, C the
-//! corners as seen from the origin, d.(CxA), d.(AxB) and d.(BxC) are the barycentric weights times d.N. Differs:
-//! no back-face culling, and **exact where it matters**: what `f32` cannot tell is told in `f64`.
+//!   edge function d . ((C - A) x (C + A)), A and C relative to the origin; reversing the edge negates it exactly
+//!     |value| > f32 error bound  -> its sign decides (shared origin: 9 multiply-adds a triangle)
+//!     else                       -> f64, where differences are exact; a filter as in Shewchuk 1997
+//!     two within the f64 bound   -> inside if between two corners (near a vertex all could say "outside")
 //!
-//! - An edge function is `d . ((C - A) x (C + A))`, twice d.(CxA). Swapping A and C negates it exactly, so of two
-//!   triangles that share an edge at least one has the ray on its inner side. (The form is that of Embree's robust mode.
-//!   It also cancels before it multiplies, which keeps small far triangles accurate.) The difference is taken of the
-//!   corners themselves, not as seen from the origin: it is then the same for all rays.
-//! - Where an edge function in `f32` is within the bound on its rounding error, its sign means nothing: along edges,
-//!   around vertices, and all over triangles that are seen edge-on. There [`passes_through`] takes it in `f64`, where
-//!   differences of coordinates are exact and products nearly so. (A filter before an exact predicate, as of Shewchuk,
-//!   *Adaptive Precision Floating-Point Arithmetic*, 1997.) All ways of tracing, whatever they allow for at first look,
-//!   so find the same.
-//! - Near a vertex even those signs may contradict each other: each is right only up to rounding, and around a fan all
-//!   of them could say "outside". The same holds all along triangles that are a line for a ray but for that rounding. So
-//!   where two edge functions are within their error bound in `f64`, a hit is what lies between two corners.
-//!
-//! So no ray passes between triangles whose corners are equal, and triangles are no wider than they are. What is left:
-//! on which side of a triangle's plane a ray starts, and how far it has to go, is told in `f32`, so that one which
-//! starts in the plane but for rounding, far nearer to it than the edges are long, may be said to miss. (Tried: a
-//! tolerance of `f32` along whole edges, which needs no agreement between neighbours. It blocked a thousand in a
-//! million shadow rays along the silhouettes of tiny triangles 18 units from their light. At vertices alone it blocked
-//! up to a hundred of them, for triangles seen edge-on are then wider all along; asking also how near the vertex is
-//! lets rays through: one in ten million left a flat octahedron.)
-//!
-//! As seen from a shared origin all of this but the products with d is hoisted: a triangle then costs eight rays
-//! nine multiply-adds.
+//! So no ray passes between triangles with equal corners, and triangles are no wider than they are. Left to `f32`:
+//! the side of the plane on which a ray starts, and t; a ray that starts in the plane but for rounding may miss.
+// Tried: see docs/lab-notes.md#edge-functions-in-f64
 
 use super::bounds::{Slabs8, pad};
 use crate::{
@@ -39,32 +21,32 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Bound on the rounding error of an edge function, as a share of |C - A| (|C| + |A|): one half-ulp each for the two
-/// vectors, two for corners that the sum sees rounded and the difference does not, 3.5 for the cross product, 3 for the
-/// dot product, and one to spare.
+/// Bound on the rounding error of an edge function, as a fraction of |C - A| (|C| + |A|): one half-ulp each for the
+/// two vectors, two for corners that the sum sees rounded and the difference does not, 3.5 for the cross product, 3
+/// for the dot product, and one to spare.
 const EDGE_ERROR: f64 = 11.5 / (1 << 24) as f64;
 
 /// [`EDGE_ERROR`] of edge functions in `f64`.
 const EDGE_ERROR_64: f64 = 11.5 / (1_u64 << 53) as f64;
 
-/// What the first look at an edge allows for, as a share of [`Edges::size`]: the bound on the rounding error of an edge
-/// function, 11.5 half-ulps, and the rounding of all that it is made of.
-pub const FIRST_LOOK: f32 = 20.0 / (1 << 24) as f32;
+/// Slack of the candidate filter at an edge, as a fraction of [`Edges::size`]: the bound on the rounding error of an
+/// edge function, 11.5 half-ulps, and the rounding of everything it is made of.
+pub const CANDIDATE_SLACK: f32 = 20.0 / (1 << 24) as f32;
 
-/// What [`TriangleBlock::may_hit`] allows for, whose edge functions are half of those of [`EdgeFunctions`]: half-ulps,
-/// as shares of 2 E (E + |A|), with E the longer of the edges from the first corner and A that corner as seen from the
-/// origin. The rounding of an edge function there is 8.5 (two vectors, a cross product, a dot product), 10.5 of the one
-/// that is what the others leave of the determinant. [`passes_through`] accepts what is down to -11.5, itself wrong by
-/// up to 11.5: 23, halved since these functions are half as large, and doubled since it goes by the longest edge, which
-/// may have 2 E. Together 33.5.
+/// Slack of [`TriangleBlock::may_hit`], whose edge functions are half of those of [`EdgeFunctions`]: half-ulps, as
+/// fractions of 2 E (E + |A|), with E the longer of the edges from the first corner and A that corner relative to the
+/// origin. The rounding of an edge function there is 8.5 (two vectors, a cross product, a dot product), 10.5 for the
+/// one that the others leave of the determinant. [`passes_through`] accepts down to -11.5, itself wrong by up to
+/// 11.5: 23, halved since these functions are half as large, and doubled since it goes by the longest edge, which may
+/// have 2 E. Together 33.5.
 const MAY_HIT: f32 = 40.0 / (1 << 24) as f32;
 
-/// More than the rounding error of a product of two corners' offsets from a ray in `f64`, as a share of their distances
-/// from its origin: four half-ulps an offset, three for the product, and as many to spare.
+/// More than the rounding error of a product of two corners' offsets from a ray in `f64`, as a fraction of their
+/// distances from its origin: four half-ulps an offset, three for the product, and as many to spare.
 const ASIDE_ERROR_64: f64 = 22.0 / (1_u64 << 53) as f64;
 
-/// Up to eight triangles, a column a coordinate. Lanes past the last triangle repeat a point: they have no
-/// area and are never hit.
+/// Up to eight triangles, a column a coordinate. Lanes past the last triangle repeat a point: they have no area and
+/// are never hit.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
@@ -74,22 +56,22 @@ pub struct TriangleBlock {
     pub v1: Vec3x8,
     /// Third corners.
     pub v2: Vec3x8,
-    /// Ids, as the raw value of [`PrimitiveId`].
+    /// Ids, as raw values of [`PrimitiveId`].
     pub id: [u32; LANES],
 }
 
-/// Up to eight triangles of a leaf, however they are stored.
+/// A leaf block of up to eight triangles, in any layout.
 pub trait TriangleLeaf: Sized {
-    /// First, second and third corners: of two blocks where vectors have sixteen lanes, else of the first of them.
+    /// Returns first, second and third corners: of two blocks in vectors of sixteen lanes, else of the first.
     #[must_use]
     fn corners<V: TriangleLanes>(blocks: [&Self; 2]) -> [Vec3Lanes<V>; 3];
-    /// All of it as columns: unpacked into `room` if need be.
+    /// Returns the block as columns, unpacked into `room` if necessary.
     #[must_use]
     fn whole<'a, V: TriangleLanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock;
-    /// The id of triangle `lane`, as the raw value of [`PrimitiveId`].
+    /// Returns the id of triangle `lane`, as the raw value of [`PrimitiveId`].
     #[must_use]
     fn id(&self, lane: usize) -> u32;
-    /// The corners of triangle `lane`.
+    /// Returns the corners of triangle `lane`.
     #[must_use]
     fn triangle(&self, lane: usize) -> [Vec3; 3];
 }
@@ -120,7 +102,7 @@ impl TriangleLeaf for TriangleBlock {
 }
 
 impl TriangleBlock {
-    /// A block of `triangles` (id and corners), at most eight.
+    /// Creates a block of `triangles` (id and corners), at most eight.
     #[must_use]
     pub fn new(triangles: &[(PrimitiveId, [Vec3; 3])]) -> Self {
         let corner = |c: usize| {
@@ -136,22 +118,22 @@ impl TriangleBlock {
         }
     }
 
-    /// The edge functions of all eight triangles as seen from one origin (all lanes of `origin` the same).
+    /// Returns the edge functions of all eight triangles relative to one origin (all lanes of `origin` equal).
     #[inline(always)]
     #[must_use]
     pub fn edge_functions(&self, origin: Vec3x8) -> EdgeFunctions {
         EdgeFunctions::new(&Self::corners([self, self]), Vec3Lanes::join(&origin, &origin))
     }
 
-    /// Triangles (a bit each) that a ray, the same in all lanes, does not clearly miss: a first look in two thirds of
-    /// the operations of [`EdgeFunctions`], by edge functions in the form of Möller and Trumbore 1997, without a
-    /// division. (On a Xeon mirror rays of a million blobs +7 %, of the terrain +3 to +5 %, of smaller scenes +1 %.
-    /// Where triangles behind the ray were let through: blobs and terrain 16 % less.)
+    /// Returns the candidates (a bit each): triangles that a ray, the same in all lanes, does not clearly miss. Two
+    /// thirds of the operations of [`EdgeFunctions`], by edge functions in the form of Möller and Trumbore 1997,
+    /// without a division.
+    // Tuned: see docs/lab-notes.md#candidates-of-single-rays
     #[inline(always)]
     #[must_use]
     pub fn may_hit(&self, origin: Vec3x8, direction: Vec3x8) -> u32 {
         let (e1, e2, a) = (self.v1 - self.v0, self.v2 - self.v0, self.v0 - origin);
-        // To the last bit those of `EdgeFunctions`, so that triangles are turned the same way.
+        // To the last bit those of `EdgeFunctions`, so that the same triangles are flipped.
         let normal = e1.cross(e2);
         let flip = normal.dot(a) & splat(-0.0);
         let u = a.dot(direction.cross(e2));
@@ -166,7 +148,7 @@ impl TriangleBlock {
         !lt(smallest, size * splat(-MAY_HIT)).bits() & 0xff
     }
 
-    /// The padded boxes of the triangles: lower and upper corners. Distances are held to these.
+    /// Returns the padded boxes of the triangles, lower and upper corners, to which hits are held.
     #[inline(always)]
     #[must_use]
     pub fn padded_boxes(&self) -> (Vec3x8, Vec3x8) {
@@ -176,7 +158,7 @@ impl TriangleBlock {
     }
 }
 
-/// [`TriangleBlock::padded_boxes`] of as many triangles as there are lanes, given by their corners.
+/// Returns [`TriangleBlock::padded_boxes`] of as many triangles as there are lanes, given by their corners.
 #[inline(always)]
 #[must_use]
 pub fn padded_boxes<V: Lanes>([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
@@ -191,7 +173,7 @@ pub fn padded_boxes<V: Lanes>([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> (Vec3Lanes<V>
     (lower - pad, upper + pad)
 }
 
-/// The edges of as many triangles as there are lanes, each turned the way its edge function takes it, and their
+/// The edges of as many triangles as there are lanes, each in the direction its edge function takes it, and their
 /// normals.
 #[derive(Clone, Copy, Debug)]
 pub struct Edges<V = F32x8> {
@@ -201,12 +183,12 @@ pub struct Edges<V = F32x8> {
     pub v: Vec3Lanes<V>,
     /// From the third corner to the second.
     pub w: Vec3Lanes<V>,
-    /// Twice the area long.
+    /// Normals, twice the area long.
     pub normal: Vec3Lanes<V>,
 }
 
 impl<V: Lanes> Edges<V> {
-    /// Of triangles given by their corners.
+    /// Creates them for triangles given by their corners.
     #[inline(always)]
     #[must_use]
     pub fn new([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> Self {
@@ -218,9 +200,9 @@ impl<V: Lanes> Edges<V> {
         }
     }
 
-    /// At least |C - A| (|C| + |A|) of every edge, with corners as seen from an origin whose squared distance from the
-    /// first corner is given: the longest edge times twice its length and the distance. Where squares underflow, the
-    /// least normal number is more than enough.
+    /// Returns at least |C - A| (|C| + |A|) of every edge, corners relative to an origin whose squared distance from
+    /// the first corner is given: the longest edge times twice its length and the distance. Where squares underflow,
+    /// the least normal number is more than enough.
     #[inline(always)]
     #[must_use]
     pub fn size(&self, distance_squared: V) -> V {
@@ -233,7 +215,7 @@ impl<V: Lanes> Edges<V> {
     }
 }
 
-/// Triangles as seen from an origin, a lane a pair of triangle and origin. All vectors are turned so that the
+/// Triangles relative to an origin, a lane a pair of triangle and origin. All vectors are flipped so that the
 /// determinant of a ray that meets the plane ahead is positive.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeFunctions<V = F32x8> {
@@ -247,12 +229,12 @@ pub struct EdgeFunctions<V = F32x8> {
     pub normal: Vec3Lanes<V>,
     /// normal.(v0 - origin), at least 0: t times the determinant.
     pub plane: V,
-    /// How far below 0 an edge function may be at first look: more than its rounding error.
+    /// How far below 0 a candidate's edge function may be: more than its rounding error.
     pub tolerance: V,
 }
 
 impl<V: Lanes> EdgeFunctions<V> {
-    /// Of triangles given by their corners, as seen from `origin`.
+    /// Creates them for triangles given by their corners, relative to `origin`.
     #[inline(always)]
     #[must_use]
     pub fn new(corners: &[Vec3Lanes<V>; 3], origin: Vec3Lanes<V>) -> Self {
@@ -267,7 +249,7 @@ impl<V: Lanes> EdgeFunctions<V> {
             w: edges.w.cross(b + c).turn(flip),
             normal: edges.normal.turn(flip),
             plane: plane.turn(flip),
-            tolerance: edges.size(a.dot(a)) * V::splat(FIRST_LOOK),
+            tolerance: edges.size(a.dot(a)) * V::splat(CANDIDATE_SLACK),
         }
     }
 }
@@ -279,12 +261,12 @@ pub struct TriangleHits {
     pub hit: Mask8,
     /// Distances.
     pub t: F32x8,
-    /// Weights of second corner, third and first, not yet divided by their sum. Below 0 is as good as 0.
+    /// Weights of second corner, third and first, not yet divided by their sum. Negative means 0.
     pub weights: [F32x8; 3],
 }
 
 impl EdgeFunctions {
-    /// The barycentric weights of first look and canonical test: second corner, third, first; times twice the
+    /// Returns the barycentric weights of filter and canonical test: second corner, third, first; times twice the
     /// determinant.
     #[inline(always)]
     #[must_use]
@@ -293,20 +275,20 @@ impl EdgeFunctions {
         [d.dot(self.u), d.dot(self.v), d.dot(self.w)]
     }
 
-    /// Lanes whose rays do not clearly pass outside an edge (a bit a lane).
+    /// Returns the lanes whose rays do not clearly pass outside an edge (a bit a lane).
     #[inline(always)]
     #[must_use]
-    pub fn first_look(&self, [u, v, w]: [F32x8; 3]) -> u32 {
+    pub fn candidates(&self, [u, v, w]: [F32x8; 3]) -> u32 {
         ge(min(min(u, v), w), -self.tolerance).bits()
     }
 
-    /// The canonical test of the lanes that survived the first look, one ray in all lanes of `slabs` and `direction`.
-    /// Distances are held to the triangles' own boxes.
+    /// Does the canonical test of the candidates, one ray in all lanes of `slabs` and `direction`. Hits lie within
+    /// the triangles' own boxes.
     #[inline(always)]
     #[must_use]
     pub fn intersect(
         &self,
-        first_look: u32,
+        candidates: u32,
         weights: [F32x8; 3],
         block: &TriangleBlock,
         slabs: &Slabs8,
@@ -317,7 +299,7 @@ impl EdgeFunctions {
         let (near, far) = slabs.interval(lower, upper);
         let determinant = Vec3Lanes::join(direction, direction).dot(self.normal);
         let t = min(max(self.plane / determinant, near), far);
-        let mut hit = (le(near, far) & gt(t, splat(0.0))).bits() & first_look;
+        let mut hit = (le(near, far) & gt(t, splat(0.0))).bits() & candidates;
         let unsure = hit & !gt(min(min(u, v), w), self.tolerance).bits();
         if unsure != 0 {
             for i in (0..LANES).filter(|i| unsure >> i & 1 != 0) {
@@ -335,12 +317,11 @@ impl EdgeFunctions {
     }
 }
 
-/// Whether the line of a ray passes through a triangle, its edges included, where `f32` cannot tell: in `f64`.
+/// Returns whether the line of a ray passes through a triangle, edges included, where `f32` cannot tell: in `f64`.
 ///
-/// `direction` is of unit length, and `weights` are the edge functions in `f32`, turned towards the ray. (They may be
-/// turned the wrong way if the origin is in the triangle's plane but for rounding, and a needle's plane is known badly.
-/// What is negative beyond the error of the largest is taken for a triangle behind the ray. With each edge's own error
-/// instead, rays slipped through needles of 1:1,000,000.)
+/// `direction` is of unit length, and `weights` are the edge functions in `f32`, flipped towards the ray. They may be
+/// flipped the wrong way if the origin is in the triangle's plane but for rounding, and a needle's plane is known
+/// badly. So whatever is negative beyond the error of the largest is taken for a triangle behind the ray.
 #[cold]
 #[inline(never)]
 #[must_use]
@@ -368,7 +349,7 @@ pub fn passes_through(origin: Vec3, direction: Vec3, [v0, v1, v2]: [Vec3; 3], we
     if (0..3).filter(is_small).count() < 2 {
         return weights.iter().all(|&weight| weight >= 0.0) || weights.iter().all(|&weight| weight <= 0.0);
     }
-    // At a vertex, or on the line that all of the triangle is for it: between two corners?
+    // At a vertex, or a triangle that is a line for the ray: between two corners?
     let aside = [a, b, c].map(|corner| corner - d * (corner.dot(d) / d.length_squared()));
     [(0, 1), (1, 2), (2, 0)]
         .into_iter()
@@ -422,7 +403,7 @@ mod tests {
             let first = weights.each_ref().map(|weight| lane(weight, 0));
             let may_hit = block.may_hit(Vec3x8::splat(origin), Vec3x8::splat(direction)) & 1 != 0;
             let passes =
-                edges.first_look(weights) & 1 != 0 && passes_through(origin, direction, corners, first);
+                edges.candidates(weights) & 1 != 0 && passes_through(origin, direction, corners, first);
             assert!(
                 may_hit || !passes,
                 "round {round}: {corners:?} {origin} {direction}"

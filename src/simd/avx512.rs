@@ -1,8 +1,7 @@
-//! Sixteen lanes by AVX-512, and twice as many.
+//! Sixteen lanes by AVX-512 intrinsics, and thirty-two as two registers.
 //!
-//! What sixteen buy over a build for AVX2 ([two vectors of eight](super::pair), or one), on Zen 5: camera rays +17 to
-//! +45 %, shadow rays +20 to +34 %, mirror rays +1 to +32 %. `wide` has sixteen lanes as well, but chooses instructions
-//! at compile time, so that an ordinary build would never use these.
+//! `wide` has sixteen lanes as well, but chooses instructions at compile time; these are chosen at run time.
+// Measured: docs/lab-notes.md#avx512
 #![allow(clippy::wildcard_imports, reason = "intrinsics have a prefix of their own")]
 
 use super::{
@@ -15,7 +14,7 @@ use std::{
     ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub},
 };
 
-/// Whether this CPU and its system run the instructions here, and the build rounds as they do.
+/// Returns whether this CPU and its system run the instructions here, and the build rounds as they do.
 #[must_use]
 pub fn is_available() -> bool {
     crate::math::FUSED
@@ -25,7 +24,7 @@ pub fn is_available() -> bool {
         && is_x86_feature_detected!("avx512bw")
 }
 
-/// Sixteen `f32` in one register. Use it only in code that runs where [`is_available`] and that is compiled with these
+/// Sixteen `f32` in one register. Use it only in code that runs after [`is_available`] and is compiled with these
 /// features; elsewhere it is slow.
 #[derive(Clone, Copy, Debug)]
 pub struct F32x16(__m512);
@@ -101,8 +100,8 @@ fn halves(a: F32x16) -> [F32x8; 2] {
     halves.map(bytemuck::cast)
 }
 
-/// Halves the lanes of two vectors by `$reduce`, and puts the second one's behind the first one's, by 128 bits, or lane by
-/// lane within each 128 bits, as `$shuffle` picks them by `$low` and `$high`.
+/// Reduces the lanes of two vectors to half by `$reduce` and joins the results, by 128 bits, or lane by lane within
+/// each 128 bits as `$shuffle` picks them by `$low` and `$high`.
 macro_rules! halved {
     ($reduce:ident, $shuffle:ident, $low:literal, $high:literal, $a:expr, $b:expr) => {{
         let (a, b) = ($a, $b);
@@ -112,8 +111,8 @@ macro_rules! halved {
     }};
 }
 
-/// Lane i: all lanes of `$rows[i]` reduced to one. Half of the shuffles of a transpose: at every step half of the
-/// numbers are left. (On Zen 5 shadow rays of small scenes +3 %, of the interior +1 %.)
+/// Lane i: all lanes of `$rows[i]` reduced to one, with half of the shuffles of a transpose.
+// Tuned: see docs/lab-notes.md#row-reductions
 macro_rules! of_each {
     ($reduce:ident, $rows:expr) => {{
         // Rows i, i + 4, i + 8 and i + 12, for in the end each of these is in another 128 bits.
@@ -186,10 +185,9 @@ impl TriangleLanes for F32x16 {
     }
 }
 
-/// Thirty-two lanes as two registers: packets of 32 rays that share their origin. Nodes and leaves are passed by 512 of
-/// them together, and what is broadcast to the lanes is broadcast for twice as many. (Zen 5, against packets of sixteen:
-/// shadow rays of small scenes +3 to +17 %, of large ones -2 to 0 %, of spheres +4 %; camera rays of small scenes +1 to
-/// +8 %, of spheres +15 %, of large ones, which mostly stay with sixteen, -2 %: see `trace/density.rs`.)
+/// Thirty-two lanes as two registers: packets of 32 rays with a shared origin. 512 rays pass nodes and leaves
+/// together, and each broadcast serves twice as many.
+// Tuned: see docs/lab-notes.md#packets-of-32
 pub type F32x16x2 = Pair<F32x16>;
 
 impl Half for F32x16 {
@@ -351,8 +349,8 @@ impl Lanes for F32x16 {
     }
 }
 
-/// Eight numbers, largest first: Batcher's odd-even merge sort, six rounds without a branch. (Of 32 bits each,
-/// for Intel's CPUs take long over the smaller of two of 64: rays on a Xeon 0 to +2 %.)
+/// Sorts eight numbers, largest first, with Batcher's odd-even merge sort: six rounds without a branch.
+// Tuned: see docs/lab-notes.md#sorting-eight
 #[inline(always)]
 unsafe fn sorted_down(mut x: __m256i) -> __m256i {
     /// One round: lanes of `$partner` that are exchanged with the others; `$lower` takes the smaller of two.

@@ -3,15 +3,15 @@
 use super::{F32x8, LANES, lanes::REGISTER_LANES};
 use std::fmt::Debug;
 
-/// Places for as many lanes as a vector has, or more.
+/// Memory for as many lanes as a vector has, or more.
 pub trait Memory: Copy + Debug {
     /// All places 0.
     const ZERO: Self;
-    /// What place `i` holds, counted around.
+    /// Returns place `i`, which wraps around.
     fn place(&self, i: usize) -> f32;
-    /// Place `i`, counted around.
+    /// Returns place `i`, which wraps around, to be changed.
     fn place_mut(&mut self, i: usize) -> &mut f32;
-    /// Places 8 i to 8 i + 7, counted around.
+    /// Returns places 8 i to 8 i + 7, which wrap around.
     fn eight(&self, i: usize) -> F32x8;
 }
 
@@ -21,22 +21,22 @@ pub trait Memory: Copy + Debug {
 pub struct Column(pub [f32; REGISTER_LANES]);
 
 impl Column {
-    /// The same number in all places.
+    /// Creates a column of equal numbers.
     #[inline(always)]
     #[must_use]
     pub fn splat(a: f32) -> Self {
         Self([a; REGISTER_LANES])
     }
 
-    /// Places 0 to 7, then 8 to 15. (A cast of the numbers alone asks at each load whether they lie at a multiple of 32:
-    /// kernels of eight lanes 1 to 4 % slower.)
+    /// Returns places 0 to 7, then 8 to 15. (Casting the numbers alone checks alignment at each load:
+    /// docs/lab-notes.md#packet-memory)
     #[inline(always)]
     #[must_use]
     pub fn halves(&self) -> &[F32x8; 2] {
         bytemuck::must_cast_ref(self)
     }
 
-    /// Places 0 to 7, then 8 to 15.
+    /// Returns places 0 to 7, then 8 to 15, to be changed.
     #[inline(always)]
     pub fn halves_mut(&mut self) -> &mut [F32x8; 2] {
         bytemuck::must_cast_mut(self)
@@ -60,8 +60,8 @@ impl Memory for Column {
     }
 }
 
-/// Thirty-two places: two columns. (A type of its own, for packets of sixteen in such columns use half of a cache's sets:
-/// in a prototype they were up to 10 % slower, whatever else it did to them included.)
+/// Thirty-two places: two columns. A type of its own, since packets of sixteen in it would use half of a cache's
+/// sets.
 #[derive(Clone, Copy, Debug)]
 pub struct WideColumn(pub [Column; 2]);
 

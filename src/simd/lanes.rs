@@ -1,8 +1,13 @@
-//! Vectors whose lanes are rays, or triangles: eight, sixteen or thirty-two, in registers of eight or (AVX-512) sixteen, or
-//! in [two](super::pair) of either. Kernels generic over [`Lanes`] are compiled for each, and those that suit the CPU are
-//! chosen when the program runs.
+//! Vectors of lanes that kernels are generic over: 8, 16 or 32 rays, or 8 or 16 triangles.
 //!
-//! A lane's arithmetic does not depend on how many lanes there are: all give the same bits.
+//! ```text
+//! lanes   without AVX-512   with AVX-512
+//!     8   F32x8             F32x8
+//!    16   Pair<F32x8>       F32x16
+//!    32   -                 Pair<F32x16>
+//! ```
+//! Kernels are compiled for each, and chosen when the program runs. A lane's arithmetic does not depend on how many
+//! lanes there are: all give the same bits.
 
 pub use super::column::{Column, Memory, WideColumn};
 use super::{
@@ -10,23 +15,24 @@ use super::{
 };
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-/// Lanes of the widest register. A packet has as many at most, or twice that in [two](super::pair).
+/// Lanes of the widest register. A packet has at most as many, or twice as many in a [pair](super::pair).
 pub const REGISTER_LANES: usize = 16;
 
 /// One truth value a lane.
 pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
-    /// A bit a lane, lane 0 the lowest.
+    /// Returns the mask as a bit a lane, lane 0 the lowest.
     fn bits(self) -> u32;
-    /// Whether any lane is in it.
+    /// Returns whether any lane is set.
     #[inline(always)]
     fn any(self) -> bool {
         self.bits() != 0
     }
-    /// The mask with the lanes of `bits`.
+    /// Creates the mask with the lanes of `bits`.
     fn from_bits(bits: u32) -> Self;
 }
 
-/// Eight, sixteen or thirty-two `f32`. Operations are those of the functions of the same names in [`simd`](super), lane by lane.
+/// Eight, sixteen or thirty-two `f32`. Operations are those of the functions of the same names in [`simd`](super),
+/// lane by lane.
 #[expect(
     missing_docs,
     reason = "each is what its name says, and its twin in `simd` says more"
@@ -35,25 +41,25 @@ pub trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     type Mask: LaneMask;
-    /// What lanes are stored to.
+    /// The memory that lanes are stored to.
     type Memory: Memory;
-    /// [`REGISTER_LANES`], as many as a bundle has packets, and as two leaves have triangles.
+    /// [`REGISTER_LANES`] lanes: as many as a bundle has packets, and two leaves have triangles.
     type Packets: TriangleLanes<Packets = Self::Packets>;
-    /// As many lanes as these, or the most there are up to [`REGISTER_LANES`]: a lane a triangle.
+    /// As many lanes as these, at most [`REGISTER_LANES`]: a lane a triangle.
     type Triangles: TriangleLanes<Packets = Self::Packets>;
-    /// How many lanes.
+    /// The number of lanes.
     const COUNT: usize;
 
     #[must_use]
     fn splat(a: f32) -> Self;
     #[must_use]
     fn load(from: &Self::Memory) -> Self;
-    /// Eight lanes each; those that there are no lanes for are left out. (Not by way of [`Memory`]: a load of what two
-    /// stores have written waits for both.)
+    /// Joins vectors of eight lanes; those beyond the vector's lanes are left out. (Not by way of [`Memory`]: a load
+    /// of what two stores have written waits for both.)
     #[must_use]
     fn of_eights(eights: [F32x8; 4]) -> Self;
     fn store(self, to: &mut Self::Memory);
-    /// Writes a cache line, places 0 to 7 and 8 to 15, to memory and leaves it in no cache; see [`stream`].
+    /// Writes a cache line, places 0 to 7 and 8 to 15, past the caches; see [`stream`].
     ///
     /// # Safety
     /// The same thread calls [`stream::finish`] before anything else reads or writes `to`.
@@ -71,78 +77,78 @@ pub trait Lanes:
     fn abs(self) -> Self;
     #[must_use]
     fn sqrt(self) -> Self;
-    /// The sign bits alone.
+    /// Returns the sign bits alone.
     #[must_use]
     fn sign(self) -> Self;
-    /// The sign bits, a bit a lane.
+    /// Returns the sign bits, a bit a lane.
     fn sign_bits(self) -> u32;
-    /// Signs turned where `sign` has one.
+    /// Returns the lanes with signs flipped where `sign` is negative.
     #[must_use]
     fn turn(self, sign: Self) -> Self;
     fn lt(self, b: Self) -> Self::Mask;
     fn le(self, b: Self) -> Self::Mask;
     fn gt(self, b: Self) -> Self::Mask;
     fn ge(self, b: Self) -> Self::Mask;
-    /// Those of `lanes` that are not less: NaN is not.
+    /// Returns those of `lanes` that are not less: NaN is not.
     fn not_lt(self, b: Self, lanes: Self::Mask) -> Self::Mask;
-    /// Those of `lanes` that are not greater: NaN is not.
+    /// Returns those of `lanes` that are not greater: NaN is not.
     fn not_gt(self, b: Self, lanes: Self::Mask) -> Self::Mask;
-    /// `if_true` where set, else `if_false`.
+    /// Returns `if_true` where set, else `if_false`.
     #[must_use]
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
-    /// Lane i: the smallest of lanes i, i + 8 and so on.
+    /// Returns in lane i the smallest of lanes i, i + 8 and so on.
     fn fold_min(self) -> F32x8;
-    /// Lane i: the largest of lanes i, i + 8 and so on.
+    /// Returns in lane i the largest of lanes i, i + 8 and so on.
     fn fold_max(self) -> F32x8;
-    /// Lane i: the smaller of lane i and, where there is one, lane i + 16.
+    /// Returns in lane i the smaller of lane i and, if there is one, lane i + 16.
     fn fold_min_to_16(self) -> Self::Triangles;
-    /// Lane i: the larger of lane i and, where there is one, lane i + 16.
+    /// Returns in lane i the larger of lane i and, if there is one, lane i + 16.
     fn fold_max_to_16(self) -> Self::Triangles;
-    /// The largest lane; none may be NaN.
+    /// Returns the largest lane; none may be NaN.
     fn largest(self) -> f32;
-    /// An [`entry`] for each of those of eight lanes of which `chosen` has a bit, nearest last, and how many they are.
-    /// What follows them is undefined.
+    /// Returns an [`entry`] for each of the eight lanes in `chosen`, nearest last, and their count. What follows them
+    /// is undefined.
     fn nearest_last(near: F32x8, chosen: u32) -> ([u32; 8], usize);
 }
 
 /// Eight or sixteen lanes, for triangles.
 pub trait TriangleLanes: Lanes<Memory = Column, Triangles = Self> {
-    /// Lanes 0 to 7 and, where there are sixteen, 8 to 15.
+    /// Joins lanes 0 to 7 and, if there are sixteen, 8 to 15.
     #[inline(always)]
     #[must_use]
     fn join(low: F32x8, high: F32x8) -> Self {
         Self::of_eights([low, high, low, high])
     }
-    /// Lane i: the place of `from` that bits 4 i to 4 i + 3 of `places` tell.
+    /// Returns in lane i the place of `from` that bits 4 i to 4 i + 3 of `places` name.
     #[must_use]
     fn picked8(from: &Column, places: u32) -> F32x8;
-    /// [`picked8`](Self::picked8) from the first column and, where there are sixteen lanes, from the second one.
+    /// Does [`picked8`](Self::picked8) from the first column and, with sixteen lanes, from the second one.
     #[must_use]
     fn picked(from: [&Column; 2], places: [u32; 2]) -> Self;
-    /// Lane i: the smallest lane of row i; none may be NaN.
+    /// Returns in lane i the smallest lane of row i; none may be NaN.
     #[must_use]
     fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Self::Packets;
-    /// Lane i: the largest lane of row i; none may be NaN.
+    /// Returns in lane i the largest lane of row i; none may be NaN.
     #[must_use]
     fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Self::Packets;
 }
 
-/// A distance not below 0 and one of eight lanes, so that entries sort as their distances do: the lane takes the place of
-/// the three lowest bits, without which the distance is less, if anything.
+/// Packs a distance of at least 0 and one of eight lanes, so that entries sort as their distances do: the lane
+/// replaces the three lowest bits, which can only lower the distance.
 #[inline(always)]
 #[must_use]
 pub fn entry(near: f32, lane: usize) -> u32 {
     near.to_bits() & !LANE_BITS | lane as u32
 }
 
-/// What [`entry`] was made of.
+/// Unpacks an [`entry`].
 #[inline(always)]
 #[must_use]
 pub fn unpack(entry: u32) -> (f32, usize) {
     (f32::from_bits(entry & !LANE_BITS), (entry & LANE_BITS) as usize)
 }
 
-/// Those bits of an [`entry`] that tell the lane.
+/// The bits of an [`entry`] that hold the lane.
 pub(super) const LANE_BITS: u32 = LANES as u32 - 1;
 
 impl LaneMask for Mask8 {
@@ -311,7 +317,7 @@ impl Lanes for F32x8 {
     }
 }
 
-/// Lane i: all lanes of row i reduced to one.
+/// Returns in lane i all lanes of row i reduced to one.
 #[inline(always)]
 fn of_each(rows: &[F32x8; REGISTER_LANES], reduce: impl Fn(F32x8, F32x8) -> F32x8) -> F32x8x2 {
     let mut halves = [[F32x8::ZERO; LANES]; 2];
@@ -345,7 +351,7 @@ impl<V> From<[V; 3]> for Vec3Lanes<V> {
 }
 
 impl<V: Lanes> Vec3Lanes<V> {
-    /// From memory.
+    /// Loads the vectors from memory.
     #[inline(always)]
     #[must_use]
     pub fn load(from: &[V::Memory; 3]) -> Self {
@@ -353,7 +359,7 @@ impl<V: Lanes> Vec3Lanes<V> {
         Self { x, y, z }
     }
 
-    /// To memory.
+    /// Stores the vectors to memory.
     #[inline(always)]
     pub fn store(self, to: &mut [V::Memory; 3]) {
         let [x, y, z] = to;
@@ -362,7 +368,7 @@ impl<V: Lanes> Vec3Lanes<V> {
         self.z.store(z);
     }
 
-    /// All lanes the same.
+    /// Sets all lanes to one vector.
     #[inline(always)]
     #[must_use]
     pub fn splat(v: glam::Vec3) -> Self {
@@ -370,7 +376,7 @@ impl<V: Lanes> Vec3Lanes<V> {
         Self { x, y, z }
     }
 
-    /// See [`Lanes::of_eights`].
+    /// Joins vectors of eight lanes; see [`Lanes::of_eights`].
     #[inline(always)]
     #[must_use]
     pub fn of_eights([a, b, c, d]: [&Vec3x8; 4]) -> Self {
@@ -381,7 +387,7 @@ impl<V: Lanes> Vec3Lanes<V> {
         }
     }
 
-    /// The smaller components.
+    /// Returns the smaller components.
     #[inline(always)]
     #[must_use]
     pub fn min(self, b: Self) -> Self {
@@ -392,7 +398,7 @@ impl<V: Lanes> Vec3Lanes<V> {
         }
     }
 
-    /// The larger components.
+    /// Returns the larger components.
     #[inline(always)]
     #[must_use]
     pub fn max(self, b: Self) -> Self {
@@ -403,14 +409,14 @@ impl<V: Lanes> Vec3Lanes<V> {
         }
     }
 
-    /// The largest absolute component.
+    /// Returns the largest absolute component.
     #[inline(always)]
     #[must_use]
     pub fn max_abs(self) -> V {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
     }
 
-    /// Signs turned where `sign` has one.
+    /// Returns the vectors with signs flipped where `sign` is negative.
     #[inline(always)]
     #[must_use]
     pub fn turn(self, sign: V) -> Self {
@@ -421,14 +427,14 @@ impl<V: Lanes> Vec3Lanes<V> {
         }
     }
 
-    /// Twin of [`math::dot`](crate::math::dot).
+    /// Returns the dot product; twin of [`math::dot`](crate::math::dot).
     #[inline(always)]
     #[must_use]
     pub fn dot(self, b: Self) -> V {
         self.x.mul_add(b.x, self.y.mul_add(b.y, self.z * b.z))
     }
 
-    /// Twin of [`math::cross`](crate::math::cross).
+    /// Returns the cross product; twin of [`math::cross`](crate::math::cross).
     #[inline(always)]
     #[must_use]
     pub fn cross(self, b: Self) -> Self {
@@ -441,7 +447,7 @@ impl<V: Lanes> Vec3Lanes<V> {
 }
 
 impl<V: TriangleLanes> Vec3Lanes<V> {
-    /// See [`TriangleLanes::join`].
+    /// Joins two vectors; see [`TriangleLanes::join`].
     #[inline(always)]
     #[must_use]
     pub fn join(low: &Vec3x8, high: &Vec3x8) -> Self {

@@ -1,13 +1,12 @@
-//! Eight lanes of `f32`, masks, vectors of lanes; and in [`lanes`] what kernels need to run on more as well. The only
-//! room that names `wide`.
+//! Eight lanes of `f32`, masks, and vectors of lanes; [`lanes`] has what kernels of any width share.
 //!
-//! Every function that has a scalar twin in [`math`] does the same operations in the same order
-//! with the same rounding, in every build. `wide` picks its instructions at compile time, by target feature.
+//! The only module that names `wide`, which picks its instructions at compile time, by target feature. Every function
+//! with a scalar twin in [`math`] does the same operations in the same order with the same rounding, in every build.
 
 #[cfg(target_arch = "x86_64")]
 #[allow(
     unsafe_code,
-    reason = "intrinsics of an instruction set that is found at run time; the head of the file says what it buys"
+    reason = "intrinsics of an instruction set that is found at run time; see docs/lab-notes.md#avx512"
 )]
 pub mod avx512;
 pub mod column;
@@ -24,7 +23,7 @@ pub use wide::f32x8 as F32x8;
 /// Lanes of [`F32x8`].
 pub const LANES: usize = 8;
 
-/// The instruction set of this build on this CPU: what it was compiled for, or AVX-512 where kernels use it.
+/// Returns the instruction set of this build on this CPU: what it was compiled for, or AVX-512 where kernels use it.
 #[must_use]
 pub fn isa() -> &'static str {
     #[cfg(target_arch = "x86_64")]
@@ -34,7 +33,7 @@ pub fn isa() -> &'static str {
     COMPILED_FOR
 }
 
-/// The instruction set that this build was compiled for, kernels of AVX-512 aside.
+/// The instruction set that this build was compiled for, AVX-512 kernels aside.
 pub const COMPILED_FOR: &str = if cfg!(all(target_feature = "avx2", target_feature = "fma")) {
     "x86-64 AVX2+FMA"
 } else if cfg!(target_feature = "avx") {
@@ -47,15 +46,15 @@ pub const COMPILED_FOR: &str = if cfg!(all(target_feature = "avx2", target_featu
     "portable"
 };
 
-/// `a * b + c`, fused in exactly the builds in which [`math::mul_add`] is fused.
+/// Returns `a * b + c`, fused in exactly the builds in which [`math::mul_add`] is fused.
 #[inline(always)]
 #[must_use]
 pub fn mul_add(a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
     if math::FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// Lane i: the place of `from` that bits 4 i to 4 i + 3 of `places` tell. (Lane by lane instead, rays were 4 to 21 % slower
-/// where leaves are indexed, in place of 1 % faster to 11 % slower: million-triangle scenes, eight lanes.)
+/// Returns in lane i the place of `from` that bits 4 i to 4 i + 3 of `places` name.
+// Tuned: see docs/lab-notes.md#picked-lanes
 #[inline(always)]
 #[must_use]
 pub fn picked8(from: &lanes::Column, places: u32) -> F32x8 {
@@ -74,14 +73,15 @@ pub fn picked8(from: &lanes::Column, places: u32) -> F32x8 {
     F32x8::new(std::array::from_fn(|i| from.0[(places >> (4 * i)) as usize & 15]))
 }
 
-/// `a * b - c`, with the rounding of [`mul_add`].
+/// Returns `a * b - c`, rounded like [`mul_add`].
 #[inline(always)]
 #[must_use]
 pub fn mul_sub(a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
     if math::FUSED { a.mul_sub(b, c) } else { a * b - c }
 }
 
-/// The larger of two lanes, by comparison: `b` if either is NaN (one `maxps` on x86-64). Twin of [`math::max`].
+/// Returns the larger of two lanes, by comparison: `b` if either is NaN (one `maxps` on x86-64). Twin of
+/// [`math::max`].
 #[inline(always)]
 #[must_use]
 pub fn max(a: F32x8, b: F32x8) -> F32x8 {
@@ -92,7 +92,8 @@ pub fn max(a: F32x8, b: F32x8) -> F32x8 {
     }
 }
 
-/// The smaller of two lanes, by comparison: `b` if either is NaN (one `minps` on x86-64). Twin of [`math::min`].
+/// Returns the smaller of two lanes, by comparison: `b` if either is NaN (one `minps` on x86-64). Twin of
+/// [`math::min`].
 #[inline(always)]
 #[must_use]
 pub fn min(a: F32x8, b: F32x8) -> F32x8 {
@@ -103,21 +104,21 @@ pub fn min(a: F32x8, b: F32x8) -> F32x8 {
     }
 }
 
-/// All lanes the same.
+/// Sets all lanes to one number.
 #[inline(always)]
 #[must_use]
 pub fn splat(a: f32) -> F32x8 {
     F32x8::splat(a)
 }
 
-/// Lane `i` of `a`.
+/// Returns lane `i` of `a`.
 #[inline(always)]
 #[must_use]
 pub fn lane(a: &F32x8, i: usize) -> f32 {
     a.as_array()[i]
 }
 
-/// Lanes 4 to 7, then 0 to 3.
+/// Returns lanes 4 to 7, then 0 to 3.
 #[inline(always)]
 #[must_use]
 pub fn swap_halves(a: F32x8) -> F32x8 {
@@ -125,21 +126,21 @@ pub fn swap_halves(a: F32x8) -> F32x8 {
     bytemuck::cast([high, low])
 }
 
-/// The lanes without their fractions; of no meaning where that does not fit an `i32`.
+/// Returns the lanes without their fractions; undefined where that does not fit an `i32`.
 #[inline(always)]
 #[must_use]
 pub fn trunc(a: F32x8) -> [i32; LANES] {
     a.fast_trunc_int().to_array()
 }
 
-/// The smallest lane.
+/// Returns the smallest lane.
 #[inline]
 #[must_use]
 pub fn min_lane(a: F32x8) -> f32 {
     a.to_array().into_iter().fold(f32::INFINITY, math::min)
 }
 
-/// The smallest lane, in all lanes; none may be NaN.
+/// Returns the smallest lane, in all lanes; none may be NaN.
 #[inline(always)]
 #[must_use]
 pub fn min_everywhere(a: F32x8) -> F32x8 {
@@ -151,7 +152,7 @@ pub fn min_everywhere(a: F32x8) -> F32x8 {
     splat(if m0 < m1 { m0 } else { m1 })
 }
 
-/// The largest lane.
+/// Returns the largest lane.
 #[inline]
 #[must_use]
 pub fn max_lane(a: F32x8) -> f32 {
@@ -163,17 +164,17 @@ pub fn max_lane(a: F32x8) -> f32 {
 pub struct Mask8(F32x8);
 
 impl Mask8 {
-    /// No lane.
+    /// The mask without lanes.
     pub const NONE: Self = Self(F32x8::ZERO);
 
-    /// A bit a lane, lane 0 the lowest.
+    /// Returns the mask as a bit a lane, lane 0 the lowest.
     #[inline(always)]
     #[must_use]
     pub fn bits(self) -> u32 {
         self.0.to_bitmask()
     }
 
-    /// The mask with the lanes of `bits`.
+    /// Creates the mask with the lanes of `bits`.
     #[inline(always)]
     #[must_use]
     pub fn from_bits(bits: u32) -> Self {
@@ -182,14 +183,14 @@ impl Mask8 {
         Self(bytemuck::cast(set8))
     }
 
-    /// Whether any lane is set.
+    /// Returns whether any lane is set.
     #[inline(always)]
     #[must_use]
     pub fn any(self) -> bool {
         self.bits() != 0
     }
 
-    /// `if_true` where set, else `if_false`.
+    /// Returns `if_true` where set, else `if_false`.
     #[inline(always)]
     #[must_use]
     pub fn select(self, if_true: F32x8, if_false: F32x8) -> F32x8 {
@@ -221,42 +222,42 @@ impl Not for Mask8 {
     }
 }
 
-/// Lanes with `a < b`.
+/// Returns the lanes with `a < b`.
 #[inline(always)]
 #[must_use]
 pub fn lt(a: F32x8, b: F32x8) -> Mask8 {
     Mask8(a.simd_lt(b))
 }
 
-/// Lanes with `a <= b`.
+/// Returns the lanes with `a <= b`.
 #[inline(always)]
 #[must_use]
 pub fn le(a: F32x8, b: F32x8) -> Mask8 {
     Mask8(a.simd_le(b))
 }
 
-/// Lanes with `a > b`.
+/// Returns the lanes with `a > b`.
 #[inline(always)]
 #[must_use]
 pub fn gt(a: F32x8, b: F32x8) -> Mask8 {
     Mask8(a.simd_gt(b))
 }
 
-/// Lanes with `a >= b`.
+/// Returns the lanes with `a >= b`.
 #[inline(always)]
 #[must_use]
 pub fn ge(a: F32x8, b: F32x8) -> Mask8 {
     Mask8(a.simd_ge(b))
 }
 
-/// Lanes with `a == b`.
+/// Returns the lanes with `a == b`.
 #[inline(always)]
 #[must_use]
 pub fn eq(a: F32x8, b: F32x8) -> Mask8 {
     Mask8(a.simd_eq(b))
 }
 
-/// Lanes whose sign bit is clear in all of `values` (so -0.0 counts as negative): one `or` and one
+/// Returns the lanes whose sign bit is clear in all of `values` (so -0.0 counts as negative): one `or` and one
 /// `movmskps` instead of comparisons.
 #[inline(always)]
 #[must_use]
@@ -265,7 +266,7 @@ pub fn signs_clear<const N: usize>(values: [F32x8; N]) -> u32 {
     !all8.to_bitmask() & 0xff
 }
 
-/// Twin of [`math::powi`].
+/// Raises lanes to a power; twin of [`math::powi`].
 #[inline(always)]
 #[must_use]
 pub fn powi(x: F32x8, exponent: u32) -> F32x8 {
@@ -301,14 +302,14 @@ impl Vec3x8 {
         z: F32x8::ZERO,
     };
 
-    /// From its columns.
+    /// Creates the vectors from their columns.
     #[inline(always)]
     #[must_use]
     pub fn new(x: F32x8, y: F32x8, z: F32x8) -> Self {
         Self { x, y, z }
     }
 
-    /// All lanes the same.
+    /// Sets all lanes to one vector.
     #[inline(always)]
     #[must_use]
     pub fn splat(v: Vec3) -> Self {
@@ -319,7 +320,7 @@ impl Vec3x8 {
         }
     }
 
-    /// From eight vectors, one a lane.
+    /// Creates the vectors, one a lane.
     #[inline]
     #[must_use]
     pub fn from_lanes(v: [Vec3; LANES]) -> Self {
@@ -330,21 +331,21 @@ impl Vec3x8 {
         }
     }
 
-    /// Lane `i`.
+    /// Returns lane `i`.
     #[inline(always)]
     #[must_use]
     pub fn lane(&self, i: usize) -> Vec3 {
         Vec3::new(lane(&self.x, i), lane(&self.y, i), lane(&self.z, i))
     }
 
-    /// Twin of [`math::dot`].
+    /// Returns the dot product; twin of [`math::dot`].
     #[inline(always)]
     #[must_use]
     pub fn dot(self, b: Self) -> F32x8 {
         mul_add(self.x, b.x, mul_add(self.y, b.y, self.z * b.z))
     }
 
-    /// Twin of [`math::cross`].
+    /// Returns the cross product; twin of [`math::cross`].
     #[inline(always)]
     #[must_use]
     pub fn cross(self, b: Self) -> Self {
@@ -355,7 +356,7 @@ impl Vec3x8 {
         }
     }
 
-    /// `self * s + a`, twin of [`math::mul_add3`].
+    /// Returns `self * s + a`; twin of [`math::mul_add3`].
     #[inline(always)]
     #[must_use]
     pub fn mul_add(self, s: F32x8, a: Self) -> Self {
@@ -366,21 +367,21 @@ impl Vec3x8 {
         }
     }
 
-    /// Twin of [`math::normalize`].
+    /// Returns unit vectors; twin of [`math::normalize`].
     #[inline(always)]
     #[must_use]
     pub fn normalize(self) -> Self {
         self * (splat(1.0) / self.dot(self).sqrt())
     }
 
-    /// Twin of [`math::max_abs`].
+    /// Returns the largest absolute component; twin of [`math::max_abs`].
     #[inline(always)]
     #[must_use]
     pub fn max_abs(self) -> F32x8 {
         max(max(self.x.abs(), self.y.abs()), self.z.abs())
     }
 
-    /// `if_true` where `mask8` is set, else `if_false`.
+    /// Returns `if_true` where `mask8` is set, else `if_false`.
     #[inline(always)]
     #[must_use]
     pub fn select(mask8: Mask8, if_true: Self, if_false: Self) -> Self {
@@ -440,7 +441,7 @@ impl Mul<F32x8> for Vec3x8 {
     }
 }
 
-/// A bit for each lane of `a` that is `b`.
+/// Returns a bit for each lane of `a` that equals `b`.
 #[inline(always)]
 #[must_use]
 pub fn equal_lanes(a: &[u32; LANES], b: u32) -> u32 {
@@ -448,7 +449,7 @@ pub fn equal_lanes(a: &[u32; LANES], b: u32) -> u32 {
     bytemuck::cast::<_, F32x8>(equal8).to_bitmask()
 }
 
-/// Three numbers below 256 a lane, those of two lanes in the lowest 48 bits of one: the first lane's first is lowest.
+/// Packs three numbers below 256 a lane, two lanes in the lowest 48 bits of one: the first lane's first is lowest.
 #[inline(always)]
 #[must_use]
 pub fn pack_pairs(numbers: [[u32; LANES]; 3]) -> [u64; LANES / 2] {
@@ -462,7 +463,7 @@ pub fn pack_pairs(numbers: [[u32; LANES]; 3]) -> [u64; LANES / 2] {
     ((pairs & wide::u64x4::splat(0xff_ffff)) | second).to_array()
 }
 
-/// Twin of [`math::scale_to_one`].
+/// Returns the scale that brings lanes near 1; twin of [`math::scale_to_one`].
 #[inline(always)]
 #[must_use]
 pub fn scale_to_one(size: F32x8) -> F32x8 {
@@ -470,8 +471,8 @@ pub fn scale_to_one(size: F32x8) -> F32x8 {
     bytemuck::cast(wide::u32x8::splat(254 << 23) - (bits & wide::u32x8::splat(math::EXPONENT)))
 }
 
-/// The lanes that `lane` makes. (Arrays' own `map` and `from_fn` are calls here, not eight instructions: shading
-/// took twice as long.)
+/// Creates a vector by lane.
+// Not `array::from_fn`: see docs/lab-notes.md#array-map
 #[inline(always)]
 #[must_use]
 pub fn from_lanes(lane: impl Fn(usize) -> f32) -> F32x8 {
@@ -487,7 +488,7 @@ pub fn from_lanes(lane: impl Fn(usize) -> f32) -> F32x8 {
     ])
 }
 
-/// Lanes without their fractions; they must be 0 or above, and fit.
+/// Converts lanes to integers, fractions cut off; they must be 0 or more, and fit.
 #[inline(always)]
 #[must_use]
 pub fn truncate(a: F32x8) -> [u32; LANES] {
@@ -496,14 +497,14 @@ pub fn truncate(a: F32x8) -> [u32; LANES] {
 
 const OFFSETS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 
-/// `first`, `first + 1`, ...
+/// Returns `first`, `first + 1`, ...
 #[inline(always)]
 #[must_use]
 pub fn run(first: u32) -> [u32; LANES] {
     (wide::u32x8::splat(first) + wide::u32x8::new(OFFSETS)).to_array()
 }
 
-/// Whether the lanes are `first`, `first + 1`, ...
+/// Returns whether the lanes are `first`, `first + 1`, ...
 #[inline(always)]
 #[must_use]
 pub fn is_run(a: &[u32; LANES], first: u32) -> bool {

@@ -1,13 +1,8 @@
 //! Twice as many lanes, as two vectors: sixteen for CPUs without AVX-512, thirty-two (`avx512::F32x16x2`) with it.
 //!
-//! Sixteen as numbers of packets, a lane a packet: bundles of sixteen packets of eight, in place of eight. (Zen 5, held
-//! to AVX2: camera rays +11 to +33 %, shadow rays +13 to +28 %, mirror rays 0 to +6 %. SSE2: +4 to +8, +9 to +14, -2 to
-//! +5 %.)
-//!
-//! Sixteen as rays: packets of sixteen, where they share their origin and a register [holds eight](IS_FAST): half as
-//! much is done at once as with AVX-512, but nodes and leaves are passed by 256 rays together, in place of 128. (Held to
-//! AVX2: camera rays +4 to +23 % more, shadow rays +5 to +19 %. Rays with their own origins: interior and terrain -7 %.
-//! SSE2: small scenes +2 to +16 %, large ones -12 to -18 %.)
+//! Sixteen lanes serve as packet numbers (bundles of sixteen packets) and, where a register [holds eight](IS_FAST),
+//! as rays that share their origin: more rays pass each node and leaf together.
+// Tuned: see docs/lab-notes.md#pairs-of-vectors
 
 use super::{
     F32x8,
@@ -15,20 +10,20 @@ use super::{
 };
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-/// Whether packets of sixteen pay, as two eights: a register of this build holds eight lanes.
+/// Whether packets of sixteen rays pay as two eights: a register of this build holds eight lanes.
 pub const IS_FAST: bool = cfg!(target_feature = "avx");
 
-/// What two vectors make one of: [`F32x8`], or `avx512::F32x16`.
+/// A vector that pairs are made of: [`F32x8`], or `avx512::F32x16`.
 pub trait Half: Lanes<Memory = Column> {
     /// Memory for two.
     type Whole: Memory;
-    /// Lower lanes, then upper ones.
+    /// Loads the lower lanes, then the upper ones.
     fn load_both(from: &Self::Whole) -> [Self; 2];
-    /// Lower lanes, then upper ones.
+    /// Stores the lower lanes, then the upper ones.
     fn store_both(both: [Self; 2], to: &mut Self::Whole);
-    /// [`Lanes::fold_min_to_16`] of the two.
+    /// Does [`Lanes::fold_min_to_16`] of the two.
     fn fold_both_min(both: [Self; 2]) -> Self::Packets;
-    /// [`Lanes::fold_max_to_16`] of the two.
+    /// Does [`Lanes::fold_max_to_16`] of the two.
     fn fold_both_max(both: [Self; 2]) -> Self::Packets;
 }
 

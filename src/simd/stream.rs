@@ -1,18 +1,16 @@
-//! Writing past the caches (non-temporal stores): for what is only read much later. A cache would first fetch the memory
-//! that is to be overwritten, and give up other memory for it.
-//!
-//! Whole cache lines want to be written at once, or they go to memory piece by piece.
+//! Non-temporal stores, for what is read only much later: they spare a cache from fetching what is to be overwritten,
+//! and from evicting other memory. Write whole cache lines at once, or they go to memory piece by piece.
 #![allow(
     unsafe_code,
-    reason = "these stores have no safe name; a single core of a Xeon writes long columns of answers 2.5 times as fast"
+    reason = "these stores have no safe name; see docs/lab-notes.md#streamed-hits"
 )]
 
 use super::{F32x8, lanes::Column};
 
-/// Whether the build has such stores; without them the others stand in.
+/// Whether the build has non-temporal stores; ordinary ones stand in otherwise.
 pub const IS_KNOWN: bool = cfg!(all(target_arch = "x86_64", target_feature = "avx"));
 
-/// Writes a cache line by two such stores.
+/// Writes a cache line by two non-temporal stores.
 ///
 /// # Safety
 /// The same thread calls [`finish`] before anything else reads or writes `to`.
@@ -31,7 +29,7 @@ pub unsafe fn by_halves(low: F32x8, high: F32x8, to: &mut Column) {
     }
 }
 
-/// What this thread wrote past the caches comes before whatever it reads and writes after this, as other threads see it,
+/// Orders what this thread wrote past the caches before whatever it reads and writes later, as other threads see it
 /// too.
 pub fn finish() {
     #[cfg(target_arch = "x86_64")]

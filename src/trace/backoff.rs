@@ -1,14 +1,14 @@
-//! How long a way of tracing that was of no use is left alone.
+//! Backs off from bundles after incoherent ones.
 
-/// So many bundles of scattered rays go one by one before another is tried, and twice as many each time that proves to
-/// be of no use again, up to so many.
-const SCATTERED_BUNDLES: std::ops::RangeInclusive<u32> = 3..=48;
+/// After an incoherent bundle this many go ray by ray before another is tried; the count doubles up to the maximum
+/// each time that one is incoherent again.
+const SKIPPED_BUNDLES: std::ops::RangeInclusive<u32> = 3..=48;
 
-/// How many bundles still go one by one, because those before were scattered.
+/// Counts the bundles that still go ray by ray.
 #[derive(Debug, Default)]
 pub(super) struct Backoff {
     left: u32,
-    /// How many did so the last time; 0 if the last bundle was of use.
+    /// The count of the last time; 0 if the last bundle was coherent.
     before: u32,
 }
 
@@ -17,15 +17,15 @@ impl Backoff {
         self.left > 0
     }
 
-    /// Another bundle went one by one.
+    /// Notes that a bundle went ray by ray.
     pub fn one_less(&mut self) {
         self.left = self.left.saturating_sub(1);
     }
 
-    /// A bundle was tried.
-    pub fn tried(&mut self, was_scattered: bool) {
-        if was_scattered {
-            let (least, most) = (*SCATTERED_BUNDLES.start(), *SCATTERED_BUNDLES.end());
+    /// Notes that a bundle was tried.
+    pub fn tried(&mut self, was_incoherent: bool) {
+        if was_incoherent {
+            let (least, most) = (*SKIPPED_BUNDLES.start(), *SKIPPED_BUNDLES.end());
             self.before = (2 * self.before).clamp(least, most);
             self.left = self.before;
         } else {

@@ -1,23 +1,24 @@
-//! Up to sixteen packets of rays together: their frustum is tested against eight boxes at once, then each box left
-//! against the frusta of all packets at once (a lane a packet), or, where rays have their own origins, against these
-//! ray by ray. Descends from packet tracing with frusta (Boulos et al. 2006; Overbeck, Ramamoorthi and Mark, *Large Ray
-//! Packets for Real-time Whitted Ray Tracing*, 2008); a mask of packets takes the place of their first-active index.
+//! Bundle traversal: up to 16 packets descend the BVH together.
 //!
-//! What is to be done next depends on the rays in ways that no branch predictor learns, and a wrong guess costs as much
-//! as testing a box against two packets. So pairs (of child and packet, of packet and triangle) are gathered as bits
-//! first and then worked off in one loop, whose results are counted rather than branched upon; or loops are made whose
-//! length stays the same for a while. The first took shadow rays from 12.4 to 15.3 Mrays/s on the terrain and from 14
-//! to 18 on the spheres, and camera rays from 39 to 43 on the blobs.
+//!   bundle (<= 16 packets)
+//!      | bundle frustum x 8 child boxes
+//!   surviving children
+//!      | 1 child box x 16 packet frusta (separate origins: x rays, packet by packet)  -> pairs of child and packet
+//!   stack of (child, packets, near)  -> leaves pass a ring of 4 while their memory arrives
+//!   leaf block: 8 triangles x packets  -> hits
+//!
+//! After Boulos et al. 2006 and Overbeck et al. 2008 (*Large Ray Packets*), with a bit mask instead of a first active
+//! packet.
 
 use super::{
     PACKETS, Tracer, bits, bits64,
     frustum::{BundleFrustum, Seen},
     leaf::{self, Leaves},
-    lines::{self, LineSpace},
     pairs::Pairs,
     rays::{NODE_PAD, Packet, PacketSlabs},
     room::RayLanes,
-    single::Item,
+    sheared::{self, ShearedSpace},
+    single::SingleRayTask,
 };
 use crate::{
     accel::{Child, LeafBlocks, Node8},
@@ -30,8 +31,7 @@ use crate::{
 };
 use glam::Vec3;
 
-/// A subtree still to visit, the packets that may hit something in it, and the least q of it (the least t, without
-/// a frustum).
+/// A subtree to visit, the packets that may hit something in it, and its least q (least t without a frustum).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     child: Child,
@@ -47,41 +47,33 @@ impl Entry {
     };
 }
 
-/// Up to so many leaves wait for their memory while other nodes and leaves are visited, where rays share their origin.
-/// (Camera rays of a million triangles +10 to +14 %, shadow rays +8 %; with one leaf half of that, with six less,
-/// before [two were taken at a time](Leaves). Rays with their own origins: -1 to -4 %.)
-///
-/// In occlusion a node of a large tree waits as well, until there is another. (Shadow rays of the interior +8 %,
-/// terrain +3 %. Figure: -3 %, so not in small trees. Camera rays: up to -15 %, for they then visit first what is
-/// behind.)
-const WAITING: usize = 4;
+/// This many leaves wait for their prefetch while other nodes and leaves are visited, where rays share their origin.
+/// In occlusion an inner node of a large tree waits by one pop as well.
+// Tuned: see docs/lab-notes.md#deferred-leaves
+const DEFERRED_LEAVES: usize = 4;
 
-/// A leaf at which so many packets are done, all of their rays blocked, is what the next bundle visits first. (A
-/// light's last occluder, as in Haines and Greenberg, *The Light Buffer: A Shadow-Testing Accelerator*, 1986; here it
-/// is a leaf, or two, and serves a bundle. Zen 3, eight lanes, shadow rays: an interior of 60,000 triangles +8 %, of
-/// 370,000 +1 %, others -1 to 0 %. With one packet in place of four: terrain -2 %. The last two, four or eight
-/// leaves: -2 to -5 %. Children that are largest or farthest first: -4 to +1 %. For closest hits, the leaf that most
-/// packets hit: mirror rays -1 to -8 %, camera rays -2 to -27 %.)
-const BLOCKING: u32 = 4;
+/// The leaf at which this many packets were finished, all their rays blocked, is what the next bundle visits first.
+/// (After the light buffer of Haines and Greenberg 1986; here a leaf, or two, serves a bundle.)
+// Tuned: see docs/lab-notes.md#occluder-cache
+const BLOCKED_PACKETS: u32 = 4;
 
 /// How the rays of a bundle are culled.
 pub(super) struct Culling<'a, V: Lanes> {
     pub frustum: Option<&'a BundleFrustum<V>>,
-    /// What to visit in place of the root, for camera rays.
+    /// Camera rays: the node to start at instead of the root.
     pub entry: Option<&'a Node8>,
-    /// Boxes are also tested ray by ray.
+    /// Whether boxes are also tested ray by ray.
     pub exact: bool,
-    /// Few rays left go on one by one.
+    /// Whether few remaining rays become single-ray tasks.
     pub regroup: bool,
-    /// By axis, whether all rays go down: 1 or 0. `None` if they differ.
+    /// The direction octant: by axis, 1 if all rays go down, 0 if up. `None` if they differ.
     pub down: Option<[u8; 3]>,
-    /// For rays with their own origins.
-    pub space: LineSpace,
+    /// For rays with separate origins.
+    pub space: ShearedSpace,
 }
 
 impl Tracer<'_> {
-    /// Traces `packets` through the whole tree; rays that are left to go on one by one are put into
-    /// `items`.
+    /// Traces `packets` through the whole tree; rays that part from the others become single-ray `tasks`.
     #[inline(always)]
     pub(super) fn traverse_bundle<B: TriangleLeaf, V: RayLanes, const ANY: bool, const SHARED: bool>(
         &mut self,
@@ -90,8 +82,8 @@ impl Tracer<'_> {
         culling: &Culling<'_, V>,
     ) {
         let bvh = self.bvh;
-        // Where packets' rays end, a row a packet; from that, packets that can take hits, and up to where: -1 for those
-        // that are done. (All at once and not packet by packet: on Zen 5 +1 to +2 %.)
+        // Where packets' rays end, a row a packet, then a lane a packet; -1 for packets that are done. All packets at
+        // once.
         let mut ends = [V::Triangles::splat(0.0); REGISTER_LANES];
         let room = self.rooms.of::<V>();
         for p in bits(packets) {
@@ -116,14 +108,14 @@ impl Tracer<'_> {
                 q_near: 0.0,
             }),
         }
-        // A ring of `held` leaves, in the order they came, and how many of them there are to be.
-        let mut waiting = [Entry::NONE; WAITING];
+        // A ring of `held` leaves, oldest first.
+        let mut deferred = [Entry::NONE; DEFERRED_LEAVES];
         let (mut held, mut oldest) = (0, 0);
-        let mut enough = WAITING;
-        // What blocked the bundle before this one comes first, and at once.
+        let mut enough = DEFERRED_LEAVES;
+        // The cached occluder comes first, and is not deferred.
         if ANY
             && SHARED
-            && let Some([first, second]) = self.blockers.take()
+            && let Some([first, second]) = self.occluder_cache.take()
         {
             enough = 1 + usize::from(second != first);
             for child in [second, first].into_iter().skip(2 - enough) {
@@ -134,7 +126,7 @@ impl Tracer<'_> {
                 });
             }
         }
-        // The node that waits, and whether nothing comes behind it.
+        // The deferred node, and whether nothing comes after it.
         let (mut node, mut is_last) = (Entry::NONE, false);
         loop {
             let mut leaf = match self.bundle_stack.pop() {
@@ -149,8 +141,8 @@ impl Tracer<'_> {
                     }
                     if child.is_inner() {
                         let (mut child, mut packets, mut q_near) = (child, packets, q_near);
-                        // Field by field: a version that copied whole entries lost 1 to 13 % on shadow rays.
-                        if ANY && SHARED && self.nodes_wait && !is_last {
+                        // Field by field: copying whole entries is slower, see docs/lab-notes.md#packet-limits
+                        if ANY && SHARED && self.defer_nodes && !is_last {
                             std::mem::swap(&mut child, &mut node.child);
                             std::mem::swap(&mut packets, &mut node.packets);
                             std::mem::swap(&mut q_near, &mut node.q_near);
@@ -188,29 +180,29 @@ impl Tracer<'_> {
             };
             if SHARED {
                 if leaf.packets != 0 {
-                    waiting[(oldest + held - 1) % WAITING] = leaf;
+                    deferred[(oldest + held - 1) % DEFERRED_LEAVES] = leaf;
                     if held < enough {
                         continue;
                     }
-                    enough = WAITING;
+                    enough = DEFERRED_LEAVES;
                 }
                 if held == 0 {
                     continue;
                 }
-                leaf = waiting[oldest % WAITING];
+                leaf = deferred[oldest % DEFERRED_LEAVES];
                 oldest += 1;
                 leaf.packets &= V::Packets::splat(leaf.q_near).le(q_limit).bits();
             }
             if leaf.packets == 0 {
-                // It was one of those held, or is none at all.
+                // It was one of those held, or NONE.
                 held -= usize::from(SHARED);
                 continue;
             }
             held -= 1;
             let taken = if SHARED {
-                // Another one with it, where there is one.
+                // Together with another leaf if there is one.
                 let mut second = (leaf.child, 0);
-                let next = waiting[oldest % WAITING];
+                let next = deferred[oldest % DEFERRED_LEAVES];
                 if V::Triangles::COUNT > LANES
                     && held > 0
                     && leaf.child.is_triangles()
@@ -235,20 +227,20 @@ impl Tracer<'_> {
                 }
                 let packets = &mut self.rooms.of_mut::<V>().packets;
                 let taken = leaf::shared_origin::<B, V, ANY>(blocks, leaves, culling, packets);
-                if ANY && taken.count_ones() >= BLOCKING {
-                    self.blockers = Some(leaves.child);
+                if ANY && taken.count_ones() >= BLOCKED_PACKETS {
+                    self.occluder_cache = Some(leaves.child);
                 }
                 taken
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
                 let room = self.rooms.of_mut::<V>();
-                lines::separate_origins::<B, V, ANY>(
+                sheared::separate_origins::<B, V, ANY>(
                     blocks,
                     child,
                     culling,
                     packets,
-                    &room.lines,
-                    &mut self.looks,
+                    &room.sheared,
+                    &mut self.candidates,
                     &mut room.packets,
                 )
             };
@@ -264,8 +256,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// `q_limit` with the limit of packet `p` as it is now. (A vector of its own, not one in memory: to load what was
-    /// just now written in parts waits for all of them.)
+    /// `q_limit` with the current limit of packet `p`. Returns a register: loading what was just stored in parts
+    /// stalls.
     #[inline(always)]
     fn with_limit<V: RayLanes>(&self, culling: &Culling<'_, V>, q_limit: V::Packets, p: usize) -> V::Packets {
         let t = self.rooms.of::<V>().packets[p % PACKETS].farthest::<V>();
@@ -297,7 +289,7 @@ impl Tracer<'_> {
         let mut pairs = Pairs::default();
         debug_assert!(SHARED || culling.exact, "pairs come from ray by ray");
         match (culling.frustum, &seen) {
-            // `entering_by_packet` asks for all of them.
+            // `entering_by_packet` tests all of them.
             _ if !SHARED => {}
             // A packet on its own fills the bundle's frustum.
             (Some(frustum), Some(seen)) if culling.regroup => {
@@ -357,8 +349,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// Puts the rays that enter children `few` into `items`. (They are few: to find them once more costs less than to
-    /// keep all that enter any child.)
+    /// Makes single-ray tasks of the rays that enter the children `few`. They are few, so finding them again is
+    /// cheaper than keeping all entering rays.
     #[inline(always)]
     fn go_on_alone<V: RayLanes, const SHARED: bool, const ONE_WAY: bool>(
         &mut self,
@@ -382,7 +374,7 @@ impl Tracer<'_> {
                 let mut nears = V::Memory::ZERO;
                 near.store(&mut nears);
                 for i in bits(lanes.bits() & live) {
-                    self.items.push(Item {
+                    self.tasks.push(SingleRayTask {
                         ray: (p * V::COUNT + i) as u32,
                         child: node.child[c % LANES],
                         near: nears.place(i),
@@ -395,15 +387,15 @@ impl Tracer<'_> {
 
 /// Which packets enter the children of a node.
 struct Entering {
-    /// Packets with rays that do.
+    /// Packets with rays that enter.
     pairs: Pairs,
-    /// Children that two rays of one packet enter: into others the rays go on one by one. (Tried: 3/2 rays a packet,
-    /// -7 % on shadow rays of small scenes; half a ray a packet, -20 % on mirror rays of large ones.)
+    /// Children that at least two rays of one packet enter; into others the rays go on alone.
+    // Tuned: see docs/lab-notes.md#lone-rays
     more: u32,
 }
 
-/// Those of the packets of which a ray enters a child, tested ray by ray. `planes` are a node's, [in order](in_order),
-/// relative to the origin that the rays share.
+/// Those of the pairs whose packet has a ray that enters the child, tested ray by ray. `planes` are a node's,
+/// [in order](in_order), relative to the shared origin.
 #[inline(always)]
 fn entering<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
@@ -422,8 +414,7 @@ fn entering<V: Lanes, const ONE_WAY: bool>(
     }
 }
 
-/// [`entering`] for one word of pairs, whose first child is `first`: the same word of pairs, and those of which at
-/// least two rays enter.
+/// [`entering`] for one word of pairs, whose first child is `first`: the same pairs, and those that two rays enter.
 #[inline(always)]
 fn entering_of<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
@@ -441,13 +432,11 @@ fn entering_of<V: Lanes, const ONE_WAY: bool>(
     (entering, more)
 }
 
-/// [`entering`] for rays with their own origins: of all candidates, packet by packet, whose numbers stay in registers.
-/// `planes` are a node's, in order.
+/// [`entering`] for separate origins: all candidate children, packet by packet. `planes` are a node's, in order.
 ///
-/// Frusta of packets with a box of origins each hold nearly all that the bundle's holds, so they are not asked for. All
-/// packets test the same children, so that how many these are can be foreseen. (Mirror rays +1 to +6 %. Shadow rays the
-/// same way, with half of the pairs in vain: -2 to -5 %. Pairs that frusta leave, child by child, in loops of a length
-/// that cannot be foreseen: shadow rays -1 to -9 %, mirror rays -5 to +1 %.)
+/// The frusta of packets with a box of origins each hold nearly all of the bundle's, so they are not tested. All
+/// packets test the same children, so the loop's length is predictable.
+// Tuned: see docs/lab-notes.md#boxes-ray-by-ray
 #[inline(always)]
 fn entering_by_packet<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
@@ -478,12 +467,12 @@ fn entering_by_packet<V: Lanes, const ONE_WAY: bool>(
     }
 }
 
-/// Where a packet's rays enter child `c`, at least, and which do; `planes` are as [`entering`] has them.
+/// A lower bound on where a packet's rays enter child `c`, and the rays that do; `planes` as for [`entering`].
 ///
-/// All rays are there that have a [canonical interval](Packet::interval), up to their end, in something in the box: the
-/// entry alone is scaled, by [`NODE_PAD`], which is one half-ulp more than both canonical scales and the roundings take.
-/// Distances may be below 0: boxes behind the origin, and rays that are done, may be there too. Frusta leave out the
-/// former, and neither takes a hit. (One product and one maximum less: shadow rays +1 to +3 % on Zen 5.)
+/// Includes every ray with a [canonical interval](Packet::interval), up to its end, in something in the box. Only the
+/// entry is scaled, by [`NODE_PAD`]: one half-ulp more than both canonical scales and the roundings. Distances may be
+/// negative: boxes behind the origin and finished rays may pass; frusta drop the former, and neither takes a hit.
+// Tuned: see docs/lab-notes.md#node-slabs
 #[inline(always)]
 pub(super) fn enter<V: Lanes, const ONE_WAY: bool>(
     planes: &[F32x8; 6],
@@ -506,8 +495,8 @@ pub(super) fn enter<V: Lanes, const ONE_WAY: bool>(
     (near, near.le(far))
 }
 
-/// The node's planes: those through which rays that go one way come in, then those through which they leave; lower,
-/// then upper ones if they do not go one way.
+/// The node's planes ordered for the direction octant: entry planes, then exit planes; without an octant, lower then
+/// upper.
 #[inline(always)]
 pub(super) fn in_order(node: &Node8, down: Option<[u8; 3]>) -> [F32x8; 6] {
     let Some(down) = down else { return node.planes };
@@ -532,7 +521,7 @@ pub(super) fn corners<V: Lanes>(planes: &[F32x8; 6], c: usize) -> (Vec3Lanes<V>,
     (Vec3Lanes::splat(lower), Vec3Lanes::splat(upper))
 }
 
-/// Where the first ray enters each child, at least: what the frustum tells where there is one.
+/// A lower bound on where the first ray enters each child, by the frustum if there is one.
 #[inline(always)]
 fn nearest8<V: Lanes>(node: &Node8, pairs: &Pairs, states: &[Packet<V::Memory>; PACKETS]) -> F32x8 {
     let mut nearest8 = splat(f32::MAX);

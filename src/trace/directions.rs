@@ -1,4 +1,4 @@
-//! Triangles against boxes of directions.
+//! Culls triangles by boxes of directions.
 
 use super::frustum::Frame;
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     simd::lanes::{Column, LaneMask, Lanes, Vec3Lanes},
 };
 
-/// Boxes of directions whose component along k is 1 or -1: what an edge function is for them at most is six
+/// Boxes of directions whose component along k is 1 or -1. An edge function's maximum over one takes six
 /// multiply-adds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Directions<V> {
@@ -34,7 +34,7 @@ impl<V: Lanes<Memory = Column>> Directions<V> {
 }
 
 impl<V: Lanes> Directions<V> {
-    /// The triangles none of whose edges is wholly outside.
+    /// The triangles without an edge that all directions pass on its outer side.
     #[inline(always)]
     pub fn triangles(&self, edges: &EdgeFunctions<V>) -> u32 {
         let u = self.largest(edges.u);
@@ -46,7 +46,7 @@ impl<V: Lanes> Directions<V> {
             .bits()
     }
 
-    /// Of rectangles of slopes along i and j.
+    /// From rectangles of slopes along i and j.
     #[inline(always)]
     pub fn new(frame: &Frame, [a0, a1]: [V; 2], [b0, b1]: [V; 2]) -> Self {
         let mut middle = [V::splat(frame.sign); 3];

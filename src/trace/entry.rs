@@ -1,11 +1,9 @@
-//! Where neighbouring bundles begin: not at the root, but at the few subtrees that the frustum of all of them meets, found
-//! once (Reshetov, Soupikov and Hurley, *Multi-Level Ray Tracing Algorithm*, 2005). They find one entry point, the
-//! subtree with all that is met; here up to eight subtrees become the children of a node of their own, which bundles
-//! visit in place of the root and what is below it. Where there are none, all of the bundles are done.
+//! Entry nodes: where neighbouring bundles of camera rays start instead of at the root.
 //!
-//! Camera rays of small scenes gain 15 to 20 %, of large ones 0 to 3 %. (Shadow rays: -1 to -5 %, for they test boxes ray by
-//! ray, and eight children more often than a root's few. Twice as many bundles: -5 % for the smallest scenes. Four
-//! subtrees at most: figure -5 %.)
+//! The frustum of up to 1024 rays descends once and finds up to eight subtrees that any of them may meet; these
+//! become the children of a made-up node. If there are none, all of the bundles are done. After Reshetov, Soupikov
+//! and Hurley, *Multi-Level Ray Tracing Algorithm*, 2005, who find one subtree with all that is met.
+// Tuned: see docs/lab-notes.md#entry-nodes
 
 use super::{bits, frustum::Frustum};
 use crate::{
@@ -14,7 +12,7 @@ use crate::{
     simd::LANES,
 };
 
-/// So many nodes are opened at most to find entries. (16: the same.)
+/// At most this many nodes are opened to find entry nodes.
 const MOST_OPENED: usize = 6;
 
 /// A subtree that the rays may meet.
@@ -22,11 +20,11 @@ const MOST_OPENED: usize = 6;
 struct Met {
     child: Child,
     bounds: Aabb,
-    /// Half of the box's surface, or below 0 if it is not to be opened.
+    /// Half of the box's surface; negative if it is not to be opened.
     area: f32,
 }
 
-/// A node whose children are what rays within `frustum` may hit.
+/// Returns a node whose children hold everything that rays within `frustum` may hit; `None` if they hit nothing.
 #[inline(always)]
 pub(super) fn entry_node(bvh: &Bvh, frustum: &Frustum) -> Option<Node8> {
     if !bvh.root().is_inner() {
@@ -57,7 +55,7 @@ pub(super) fn entry_node(bvh: &Bvh, frustum: &Frustum) -> Option<Node8> {
             met[largest].area = -1.0;
             continue;
         }
-        // The last one takes the place of the one that was opened.
+        // The last one takes the place of the opened one.
         count -= 1;
         met[largest] = met[count];
         met[count..count + more].copy_from_slice(&opened[..more]);
@@ -67,7 +65,7 @@ pub(super) fn entry_node(bvh: &Bvh, frustum: &Frustum) -> Option<Node8> {
     Some(Node8::new(&children[..count]))
 }
 
-/// Puts those children of `of` that the frustum meets into `met`, and says how many they are.
+/// Stores the children of `of` that the frustum meets into `met` and returns their count.
 #[inline(always)]
 fn children_met(bvh: &Bvh, of: Child, frustum: &Frustum, met: &mut [Met; LANES]) -> usize {
     let node = &bvh.nodes()[of.index()];

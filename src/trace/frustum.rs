@@ -1,20 +1,19 @@
-//! The frustum of many rays in slope form against eight boxes, those of packets against eight boxes or one.
+//! Frusta of bundles and packets in slope form, and their tests against boxes.
 //!
-//! With k the axis along which the rays mainly go, a ray is `origin + q * (a, b, ±1)`, where q = t |d_k| and the
-//! slopes are a = d_i / |d_k|, b = d_j / |d_k|. A set of rays is then a rectangle of slopes, [a0, a1] x [b0, b1],
-//! and a box of origins. (Reshetov, Soupikov and Hurley, *Multi-Level Ray Tracing Algorithm*, 2005, intersect
-//! corner rays; Boulos et al. 2006 use interval arithmetic on reciprocals. Slopes need no division, no case for
-//! a direction of 0 and fewer operations than either.)
+//!   ray = origin + q * (a, b, ±1) along axes (i, j, k), k the dominant one
+//!   q = t |d_k|, a = d_i / |d_k|, b = d_j / |d_k|
+//!   frustum = [a0, a1] x [b0, b1] x a box of origins
 //!
-//! Slopes are widened so that whatever a ray hits by the canonical tests is inside: those let a ray miss a box
-//! by 14 half-ulps of its distance, and the arithmetic here rounds a few more times (slopes are products with a
-//! reciprocal).
+//! Slopes need no division, no case for a direction of 0, and fewer operations than corner rays (Reshetov, Soupikov
+//! and Hurley 2005) or interval arithmetic on reciprocals (Boulos et al. 2006). They are widened so that whatever a
+//! ray hits by the canonical tests is inside: those let a ray miss a box by 14 half-ulps of its distance, and the
+//! arithmetic here rounds a few more times.
 
 use super::{
     PACKETS, bits,
     directions::Directions,
+    dominant::{DominantAxis, LEAST_ALONG_K},
     rays::Packet,
-    way::{LEAST_ALONG_K, Way},
 };
 use crate::{
     accel::Node8,
@@ -28,10 +27,10 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Slopes are widened by this times (1 + |slope|), and distances along k by this share.
+/// Slopes are widened by this times (1 + |slope|), and distances along k by this fraction.
 const SLACK: f32 = 2e-6;
 
-/// Which axes stand for k, i and j, which way the rays go along k, and where they start.
+/// The axes that stand for k, i and j, the direction of rays along k, and their origins.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub k: usize,
@@ -42,14 +41,14 @@ pub(super) struct Frame {
     origin_upper: [f32; 3],
 }
 
-/// Rectangles of slopes, [a0, a1] x [b0, b1], as the test of boxes wants them; a lane a rectangle, or the same in all.
+/// Rectangles of slopes, [a0, a1] x [b0, b1], as the box test reads them; a rectangle a lane, or the same in all.
 #[derive(Clone, Copy, Debug)]
 struct Slopes<V> {
     a: Range<V>,
     b: Range<V>,
 }
 
-/// From `low` to `high`, with signs as they are summed up.
+/// From `low` to `high`, in the form in which they are added up.
 #[derive(Clone, Copy, Debug)]
 struct Range<V> {
     low: V,
@@ -65,17 +64,16 @@ pub(super) struct Frustum {
     slopes: Slopes<F32x8>,
 }
 
-/// The rays of a bundle: a frustum for all and, where rays share their origin, one for each packet. (Elsewhere a
-/// packet's leaves nothing out.)
+/// The frusta of a bundle: one for all rays and, where they share their origin, one for each packet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BundleFrustum<V: Lanes> {
     all: Frustum,
-    /// Where rays share their origin.
+    /// With a shared origin.
     own: Option<PacketFrusta<V::Packets>>,
     most_along_k: Column,
 }
 
-/// A frustum for each packet, a lane a packet, and what else only rays from one origin ask for.
+/// A frustum a packet, a lane each, and what else only rays with a shared origin need.
 #[derive(Clone, Copy, Debug)]
 struct PacketFrusta<P> {
     slopes: Slopes<P>,
@@ -86,15 +84,14 @@ struct PacketFrusta<P> {
     all_directions: Directions<F32x8>,
 }
 
-/// Where boxes lie as seen from the origins: distances along k, and offsets along i and j. Eight boxes, or the same one
-/// in all lanes.
+/// Boxes relative to the origins: distances along k, and offsets along i and j. Eight boxes, or one in all lanes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen<V> {
-    /// Nearest distance along k, not below 0: a bound on q for whatever is in the box.
+    /// Nearest distance along k, at least 0: a lower bound on q for anything in the box.
     pub q_near: V,
-    /// Between nearest and farthest distance along k.
+    /// Midpoint of nearest and farthest distance along k.
     q_middle: V,
-    /// Half of what is between them, padded for rounding.
+    /// Half of their difference, padded for rounding.
     q_half: V,
     i_lower: V,
     i_upper: V,
@@ -102,7 +99,7 @@ pub(super) struct Seen<V> {
     j_upper: V,
 }
 
-/// The rounding of `q_middle` and `q_half`, and of what the test makes of them, as a share of the farthest distance.
+/// Rounding of `q_middle`, `q_half` and the test made of them, as a fraction of the farthest distance.
 const HALF_ERROR: f32 = 8.0 / (1 << 24) as f32;
 
 impl<V: Lanes> Range<V> {
@@ -116,8 +113,8 @@ impl<V: Lanes> Range<V> {
         }
     }
 
-    /// Above 0 where [lower, upper] is outside q times the range, for all q. The largest q times `high` is at
-    /// the near or the far end, as its sign says; so it is `high * q_middle + |high| * q_half`.
+    /// Positive where [lower, upper] is outside q times the range, for all q. The maximum of q times `high` is at the
+    /// near or far end by its sign, so it is `high * q_middle + |high| * q_half`.
     #[inline(always)]
     fn outside(&self, seen: &Seen<V>, lower: V, upper: V) -> V {
         let (middle, half) = (seen.q_middle, seen.q_half);
@@ -129,7 +126,7 @@ impl<V: Lanes> Range<V> {
     }
 }
 
-/// Above 0 where a box lies outside the slopes.
+/// Positive where a box lies outside the slopes.
 #[inline(always)]
 fn outside<V: Lanes>(seen: &Seen<V>, slopes: &Slopes<V>) -> V {
     let a = slopes.a.outside(seen, seen.i_lower, seen.i_upper);
@@ -171,8 +168,8 @@ pub(super) fn origins<V: Lanes, const SHARED: bool>(
     (origin_lower, origin_upper)
 }
 
-/// The slopes of packets, widened, a lane a packet: least and largest a, least and largest b; and how far their rays go
-/// along k at most. `None` if not all of them go that way.
+/// The widened slopes of packets, a lane a packet: least and largest a, least and largest b; and how far their rays
+/// go along k at most. `None` if not all of them have that dominant axis.
 #[inline(always)]
 fn slopes_by_packet<V: Lanes>(
     packets: &[Packet<V::Memory>; PACKETS],
@@ -184,7 +181,7 @@ fn slopes_by_packet<V: Lanes>(
     let sign = V::splat(frame.sign);
     let mut least = V::splat(1.0);
     let is_folded = V::COUNT > REGISTER_LANES;
-    // Folded here, and not two vectors of thirty-two lanes kept, which went to memory.
+    // Folded row by row: two vectors of 32 lanes would spill.
     let [mut a0, mut a1, mut b0, mut b1, mut along] = [[V::Triangles::splat(0.0); REGISTER_LANES]; 5];
     for row in 0..PACKETS {
         // Rows beyond the packets repeat the first one.
@@ -217,9 +214,9 @@ fn slopes_by_packet<V: Lanes>(
     Some(([a0, a1, b0, b1], most_along_k))
 }
 
-/// Like [`slopes_by_packet`], but of all rays together, slopes the same in all lanes: the frusta of packets whose rays have
-/// their own origins hold nearly all that the bundle's holds. (Mirror rays: cow +4 %, figure +1 to +2 %, larger scenes 0.
-/// Without columns for packets, which nobody asks for then: cow +2 %, figure +2 to +5 %.)
+/// Like [`slopes_by_packet`], but for all rays together: with separate origins a packet's frustum holds nearly as
+/// much as the bundle's.
+// Tuned: see docs/lab-notes.md#frustum-separate-origins
 #[inline(always)]
 fn slopes_of_all<V: Lanes>(
     packets: &[Packet<V::Memory>; PACKETS],
@@ -253,16 +250,16 @@ fn slopes_of_all<V: Lanes>(
 }
 
 impl<V: Lanes> BundleFrustum<V> {
-    /// The frusta of `members` (a bit each) of the packets, or one for all of them where rays have their own origins;
-    /// `None` if not all of their rays go that way. Directions are numbers. Lanes without a ray count too: they hold a
+    /// The frusta of `members` (a bit each) of the packets, or one for all of them with separate origins; `None` if
+    /// not all rays share the dominant axis. Directions are numbers. Lanes without a ray count too: they hold a
     /// neighbour's direction.
     #[inline(always)]
     pub fn new<const SHARED: bool>(
         packets: &[Packet<V::Memory>; PACKETS],
         members: u32,
-        way: Way,
+        way: DominantAxis,
     ) -> Option<Self> {
-        let Way { axis: k, sign } = way;
+        let DominantAxis { axis: k, sign } = way;
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let (origin_lower, origin_upper) = origins::<V, SHARED>(packets, members);
         let frame = Frame {
@@ -303,14 +300,15 @@ impl<V: Lanes> BundleFrustum<V> {
         })
     }
 
-    /// The axes i, j and k, the first two exchanged where rays go down k: seen along the rays they turn the same way.
+    /// The axes i, j and k, the first two swapped if rays go down k, so that the handedness along the rays stays the
+    /// same.
     #[inline(always)]
     pub fn axes(&self) -> [usize; 3] {
         let Frame { k, i, j, sign, .. } = self.all.frame;
         if sign < 0.0 { [j, i, k] } else { [i, j, k] }
     }
 
-    /// The square of how far rays go at most while they go 1 along k.
+    /// The square of the longest distance that a ray goes while it goes 1 along k.
     #[inline(always)]
     pub fn stretch_squared(&self) -> f32 {
         let Slopes { a, b } = &self.all.slopes;
@@ -319,7 +317,7 @@ impl<V: Lanes> BundleFrustum<V> {
         1.0 + steepest_a * steepest_a + steepest_b * steepest_b
     }
 
-    /// By axis, whether all rays go down, 1 or 0; `None` if they differ, or nearly do.
+    /// The direction octant: by axis, 1 if all rays go down, 0 if up; `None` if they differ, or nearly do.
     #[inline(always)]
     pub fn down(&self) -> Option<[u8; 3]> {
         let Frame { k, i, j, sign, .. } = self.all.frame;
@@ -336,7 +334,7 @@ impl<V: Lanes> BundleFrustum<V> {
         Some(down)
     }
 
-    /// The q beyond which packet `p` takes no hit, when no lane of it does beyond distance `t`.
+    /// The q beyond which packet `p` takes no hit if none of its lanes does beyond distance `t`.
     #[inline(always)]
     pub fn q_limit(&self, p: usize, t: f32) -> f32 {
         t * self.most_along_k.0[p & 15] * (1.0 + SLACK)
@@ -371,7 +369,7 @@ impl<V: Lanes> BundleFrustum<V> {
         self.all.boxes(planes)
     }
 
-    /// Those of eight boxes (a lane each) that some ray of packet `p` may hit.
+    /// The boxes (of eight, a lane each) that some ray of packet `p` may hit.
     #[inline(always)]
     pub fn boxes_of(&self, p: usize, seen: &Seen<F32x8>) -> u32 {
         let Some(own) = &self.own else {
@@ -385,7 +383,7 @@ impl<V: Lanes> BundleFrustum<V> {
         le(outside(seen, &slopes), splat(0.0)).bits()
     }
 
-    /// The triangles (a lane each) that some ray may hit: those none of whose edges is wholly outside.
+    /// The triangles (a lane each) that some ray may hit: no edge has all of the frustum on its outer side.
     #[inline(always)]
     pub fn triangles(&self, edges: &EdgeFunctions<V::Triangles>) -> u32 {
         let Some(own) = &self.own else {
@@ -422,7 +420,7 @@ impl<V: Lanes> BundleFrustum<V> {
 }
 
 impl Frustum {
-    /// With these slopes: least and largest a, least and largest b.
+    /// From slopes: least and largest a, least and largest b.
     #[inline(always)]
     fn new(frame: Frame, [a0, a1, b0, b1]: [F32x8; 4]) -> Self {
         Self {
@@ -434,8 +432,8 @@ impl Frustum {
         }
     }
 
-    /// Around rays that start at `origin`; `None` if they do not go one way. The slopes are those of the box of
-    /// directions: no division a ray, and little more where they are as close as those of neighbouring pixels.
+    /// A frustum around rays from `origin`; `None` if they do not share the dominant axis. Uses the slopes of the box
+    /// of directions: no division a ray, and hardly wider for neighbouring pixels.
     #[inline(always)]
     pub fn around(origin: Vec3, rays: &[RayPacket]) -> Option<Self> {
         let mut low = [splat(f32::MAX); 3];
@@ -443,7 +441,7 @@ impl Frustum {
         for packet in rays {
             let d = &packet.direction;
             for (axis, d) in [d.x, d.y, d.z].into_iter().enumerate() {
-                // What is no number is in the first place, and dropped.
+                // min and max return the second operand if either is NaN, so NaN lanes drop out.
                 low[axis] = min(d, low[axis]);
                 high[axis] = max(d, high[axis]);
             }
@@ -452,7 +450,7 @@ impl Frustum {
         let least = |axis: usize| low[axis].max(-high[axis]);
         let k = (0..3).max_by(|&p, &q| least(p).total_cmp(&least(q)))?;
         let along = least(k);
-        // Some rays go the other way, or there is none.
+        // Some rays go the other way, or there are none.
         if !(LEAST_ALONG_K..=1.5).contains(&along) {
             return None;
         }
@@ -480,13 +478,13 @@ impl Frustum {
         })
     }
 
-    /// The children of `node` that a ray may hit, and where they lie.
+    /// The children of `node` that a ray may hit, and where they are.
     #[inline(always)]
     pub fn children(&self, node: &Node8) -> (u32, Seen<F32x8>) {
         self.boxes(&node.planes)
     }
 
-    /// Those of eight boxes that a ray may hit, and where they lie; `planes` as a [node](Node8::planes) has them.
+    /// The boxes (of eight) that a ray may hit, and where they are; `planes` as a [node](Node8::planes) has them.
     #[inline(always)]
     pub fn boxes(&self, planes: &[F32x8; 6]) -> (u32, Seen<F32x8>) {
         let Frame {
@@ -524,7 +522,7 @@ impl Frustum {
     }
 }
 
-/// What is the same in all lanes, in as many as `V` has.
+/// A vector with equal lanes, widened to the lanes of `V`.
 #[inline(always)]
 fn widened<V: Lanes>(v: &Vec3Lanes<F32x8>) -> Vec3Lanes<V> {
     Vec3Lanes::splat(Vec3::new(lane(&v.x, 0), lane(&v.y, 0), lane(&v.z, 0)))

@@ -1,10 +1,12 @@
-//! Leaf blocks against the packets of a bundle: triangles for rays that share their origin (for others see
-//! [`lines`](super::lines)), spheres, and the canonical test.
+//! Leaf blocks against the packets of a bundle: triangles for rays with a shared origin (separate origins:
+//! [`sheared`](super::sheared)), spheres, and the canonical test.
 //!
-//! That triangles are held against frusta before rays, by what their edge functions are in these at most, is of Dmitriev,
-//! Havran and Seidel, *Faster Ray Tracing with SIMD Shaft Culling*, 2004, and, with many frusta from one origin, of Benthin
-//! and Wald, *Efficient Ray Traced Soft Shadows using Multi-Frusta Tracing*, 2009. Differs: a lane is a triangle, not a
-//! frustum, and a frustum is a box of directions, not its corner rays.
+//!   two blocks -> edge functions from the origin, once for the bundle, a triangle a lane
+//!     x bundle frustum, x packet frusta -> pairs of triangle and packet
+//!       x rays, a ray a lane -> candidates -> canonical test -> hits
+//!
+//! Triangles are culled by the maximum of their edge functions over a frustum, as in Dmitriev, Havran and Seidel 2004
+//! (*SIMD Shaft Culling*) and Benthin and Wald 2009. Differs: a lane is a triangle, a frustum a box of directions.
 
 use super::{PACKETS, bits, bits64, bundle::Culling, rays::Packet};
 use crate::{
@@ -30,16 +32,13 @@ pub(super) fn vector<V: Lanes>(v: &Vec3Lanes<F32x8>, i: usize) -> Vec3Lanes<V> {
     }
 }
 
-/// Places of [`Leaves`]: as many triangles as two leaves have.
+/// Slots of [`Leaves`]: the triangles of two leaves.
 const PLACES: usize = REGISTER_LANES;
 
-/// A leaf and the packets that may hit something in it; where [triangles](Lanes::Triangles) have sixteen lanes, and both hold some, a
-/// second one: what is worked out for eight triangles at a time is then worked out for both at once, and what the loops
-/// behind it cost besides their work is paid once. (On a Xeon camera rays of triangles +4 to +18 %, shadow rays +6 to
-/// +16 %. The same for rays with their own origins, with two leaves that come one after the other: mirror rays -7 to
-/// -12 %.)
-///
-/// Where there is no second one, no packets are its own and `child` repeats the first.
+/// A leaf and the packets that may hit something in it; with sixteen [triangle lanes](Lanes::Triangles), a second
+/// leaf, so that both blocks are prepared in one register and the loops' overhead is paid once. Without a second one,
+/// its packets are none and `child` repeats the first.
+// Tuned: see docs/lab-notes.md#two-leaves
 #[derive(Clone, Copy)]
 pub(super) struct Leaves {
     pub child: [Child; 2],
@@ -47,15 +46,14 @@ pub(super) struct Leaves {
 }
 
 impl Leaves {
-    /// The places with a triangle, a bit each: those of the second leaf behind all of the first one's. (Also where
-    /// there is no second one, which is no packet's.)
+    /// The slots with a triangle, a bit each: the second leaf's follow the first one's.
     #[inline(always)]
     fn places(self) -> u32 {
         let [first, second] = self.child;
         first.count_bits() | second.count_bits() << LANES
     }
 
-    /// The places of those leaves that packet `p` may hit something in.
+    /// The slots of those leaves that packet `p` may hit something in.
     #[inline(always)]
     fn places_of(self, p: usize) -> u32 {
         let [first, second] = self.packets;
@@ -68,7 +66,7 @@ type Columns3 = [Column; 3];
 
 const EMPTY: Column = Column([0.0; REGISTER_LANES]);
 
-/// Place `i` of `columns`, in all lanes.
+/// Slot `i` of `columns`, in all lanes.
 #[inline(always)]
 fn place<V: Lanes>([x, y, z]: &Columns3, i: usize) -> Vec3Lanes<V> {
     let i = i % PLACES;
@@ -79,13 +77,13 @@ fn place<V: Lanes>([x, y, z]: &Columns3, i: usize) -> Vec3Lanes<V> {
     }
 }
 
-/// Place `i` of a column, in all lanes.
+/// Slot `i` of a column, in all lanes.
 #[inline(always)]
 fn number<V: Lanes>(column: &Column, i: usize) -> V {
     V::splat(column.0[i % PLACES])
 }
 
-/// [`EdgeFunctions`] in memory: numbers that are broadcast from there cost nothing.
+/// [`EdgeFunctions`] in memory: a broadcast from there is free.
 struct Functions {
     u: Columns3,
     v: Columns3,
@@ -93,7 +91,7 @@ struct Functions {
     normal: Columns3,
     plane: Column,
     tolerance: Column,
-    /// Minus the tolerance: turned here for all.
+    /// Minus the tolerance.
     lowest: Column,
 }
 
@@ -119,7 +117,7 @@ impl Functions {
         functions
     }
 
-    /// The barycentric weights of the triangle at place `i`, see [`EdgeFunctions::weights`].
+    /// The barycentric weights of the triangle in slot `i`, see [`EdgeFunctions::weights`].
     #[inline(always)]
     fn weights<V: Lanes>(&self, d: &Vec3Lanes<V>, i: usize) -> Weights<V> {
         [
@@ -130,9 +128,9 @@ impl Functions {
     }
 }
 
-/// Blocks against packets that share their origin. What depends on the origin alone is taken once,
-/// for all triangles at a time; triangles that no ray of the frustum can hit are dropped, and so are packets none of
-/// whose rays can hit a triangle. Answers which packets may have taken a hit, in occlusion which are done.
+/// Tests blocks against packets with a shared origin. Everything that depends on the origin alone is computed once,
+/// for all triangles; triangles outside the frustum and packets that miss a triangle are dropped. Returns the packets
+/// that may have taken a hit, in occlusion those that are done.
 #[inline(always)]
 pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     blocks: LeafBlocks<'_, B>,
@@ -160,8 +158,8 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     {
         triangles &= frustum.triangles(&edges);
     }
-    // Which triangles for which packet: as many bits a packet as there are places. (Words by their own loops, and no
-    // index: they stay in registers.)
+    // The triangles of each packet, a bit a slot. Words have their own loops and no index, so that they stay in
+    // registers.
     let places = V::Triangles::COUNT;
     let packets_a_word = 64 / places;
     let mut pairs = [0_u64; PACKETS / 4];
@@ -176,17 +174,17 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         }
     }
     let functions = Functions::new(&edges);
-    let mut looks = [0_u8; PACKETS * PLACES];
+    let mut candidates = [0_u8; PACKETS * PLACES];
     let mut count = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
-        // Two words hold eight packets: of eight places all are in the first one.
+        // Two words hold eight packets; with eight slots all of them are in the first.
         let first = (word / 2 * 8 + word % 2 * packets_a_word) * places;
         for pair in bits64(pairs) {
             let (p, i) = ((first + pair) / places, pair % places);
             let d = Vec3Lanes::<V>::load(&states[p % PACKETS].direction);
-            let look = smallest(functions.weights(&d, i)).ge(number(&functions.lowest, i));
-            looks[count % (PACKETS * PLACES)] = (first + pair) as u8;
-            count += usize::from(look.bits() != 0);
+            let candidate = smallest(functions.weights(&d, i)).ge(number(&functions.lowest, i));
+            candidates[count % (PACKETS * PLACES)] = (first + pair) as u8;
+            count += usize::from(candidate.bits() != 0);
         }
     }
     if count == 0 {
@@ -196,7 +194,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let (first, last) = in_order(lower - origin, upper - origin, culling.down);
     let (first, last) = (stored(first), stored(last));
     let mut taken = 0;
-    for &pair in &looks[..count] {
+    for &pair in &candidates[..count] {
         let (p, i) = (usize::from(pair) / places, usize::from(pair) % places);
         let state = &mut states[p % PACKETS];
         let d = Vec3Lanes::<V>::load(&state.direction);
@@ -227,8 +225,8 @@ fn stored<V: TriangleLanes>(v: Vec3Lanes<V>) -> Columns3 {
     columns
 }
 
-/// Puts packet `p`'s bits into `pairs`, which had none and have room for `each` packets a word. (Without an index, so
-/// that both words stay in registers.)
+/// Sets the bits of packet `p` in `pairs`, with `each` packets a word. Without an index, so that both words stay in
+/// registers.
 #[inline(always)]
 fn put(pairs: &mut [u64; 2], p: usize, each: usize, bits: u32) {
     let is_high = u64::from(p >= each).wrapping_neg();
@@ -245,8 +243,8 @@ fn smallest<V: Lanes>([u, v, w]: Weights<V>) -> V {
     u.min(v).min(w)
 }
 
-/// Boxes' corners: those where rays that go one way come in, then those where they leave; lower and upper ones if
-/// they do not go one way.
+/// The boxes' corners ordered for the direction octant: where rays enter, then where they leave; lower and upper
+/// without an octant.
 #[inline(always)]
 pub(super) fn in_order<V: Lanes>(
     lower: Vec3Lanes<V>,
@@ -268,7 +266,7 @@ fn exchanged_if<V: Lanes>(which: u8, a: V, b: V) -> (V, V) {
     (V::select(all, b, a), V::select(all, a, b))
 }
 
-/// The canonical interval of rays in a box, given by what [`in_order`] tells, relative to their origins.
+/// The canonical interval of rays in a box, given in the order of [`in_order`], relative to their origins.
 #[inline(always)]
 pub(super) fn interval<V: Lanes>(
     state: &Packet<V::Memory>,
@@ -283,10 +281,10 @@ pub(super) fn interval<V: Lanes>(
     }
 }
 
-/// The canonical test of triangle `i` of a block; twin of [`EdgeFunctions::intersect`]. `tolerance`: below 0, then above.
-/// `bounds`: where the rays are in its padded box. Answers whether a lane may have taken it, in occlusion whether all lanes
-/// are done. (There it does not branch on whether any is hit, which cannot be foreseen: on a Xeon shadow rays of cow, figure,
-/// interior and spheres +2 %, terrain +1 %, blobs +3 %.)
+/// The canonical test of triangle `i` of a block; twin of [`EdgeFunctions::intersect`]. `tolerance`: negative, then
+/// positive. `bounds`: the rays' interval in its padded box. Returns whether a lane may have taken it, in occlusion
+/// whether all lanes are done.
+// Tuned: see docs/lab-notes.md#occlusion-without-branches
 #[inline(always)]
 pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     state: &mut Packet<V::Memory>,
@@ -299,31 +297,31 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
 ) -> bool {
     let t = t.max(near).min(far);
     let best = V::load(&state.t);
-    // Asking for the nearer here, and not only where hits are taken, made shadow rays 5 to 10 % faster.
+    // Tuned: see docs/lab-notes.md#nearer-first
     let nearer = if ANY { t.lt(best) } else { t.le(best) };
     let ahead = near.le(far) & t.gt(V::splat(0.0)) & nearer;
     let smallest = smallest(weights);
-    let looked = (ahead & smallest.ge(tolerance[0])).bits();
+    let candidates = (ahead & smallest.ge(tolerance[0])).bits();
     let hit = ahead & smallest.gt(tolerance[1]);
-    if hit.bits() != looked {
+    if hit.bits() != candidates {
         let mut columns = [V::Memory::ZERO; 4];
         for (column, value) in columns.iter_mut().zip([weights[0], weights[1], weights[2], t]) {
             value.store(column);
         }
-        let taken = unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), looked, &columns);
+        let taken = unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), candidates, &columns);
         return if ANY { state.live_bits::<V>() == 0 } else { taken };
     }
     if ANY {
         return state.block::<V>(hit);
     }
-    if looked != 0 {
+    if candidates != 0 {
         state.offer::<V>(hit, t, block.id(i), weights);
     }
-    looked != 0
+    candidates != 0
 }
 
-/// The rest of [`hit`], ray by ray, where some of the rays that `looked` are not sure to hit. `columns`: their weights
-/// and distances. (Not to come back from here with what rays hit keeps that out of memory everywhere else.)
+/// The rest of [`hit`], ray by ray, where some candidates are not certain. `columns`: their weights and distances.
+/// Not returning from here into the loop keeps the rays' hits in registers.
 #[cold]
 #[inline(never)]
 fn unsure<B: TriangleLeaf, M: Memory, const ANY: bool>(
@@ -331,10 +329,10 @@ fn unsure<B: TriangleLeaf, M: Memory, const ANY: bool>(
     block: &B,
     i: usize,
     sure: u32,
-    looked: u32,
+    candidates: u32,
     [u, v, w, t]: &[M; 4],
 ) -> bool {
-    let hit = sure | passing(state, looked & !sure, [u, v, w], block.triangle(i));
+    let hit = sure | passing(state, candidates & !sure, [u, v, w], block.triangle(i));
     for ray in bits(hit) {
         let weights = [u, v, w].map(|weights| weights.place(ray));
         state.offer_lane::<ANY>(ray, t.place(ray), block.id(i), weights);
@@ -357,10 +355,9 @@ fn passing<M: Memory>(state: &Packet<M>, lanes: u32, weights: [&M; 3], corners: 
         .fold(0, |passing, ray| passing | 1 << ray)
 }
 
-/// A block of spheres (`all`: a bit each); twin of [`intersect_spheres`](crate::geometry::intersect_spheres). Spheres
-/// whose boxes a packet's frustum does not meet (the bundle's, for rays with their own origins) are left out. (Camera
-/// rays of a hundred thousand spheres +30 %. The same for triangles: with rays that share their origin -4 to 0 %, with
-/// others -6 to +5 %.)
+/// Tests a block of spheres (`all`: a bit each); twin of [`intersect_spheres`](crate::geometry::intersect_spheres).
+/// Skips spheres whose boxes miss the packet's frustum (with separate origins, the bundle's).
+// Tuned: see docs/lab-notes.md#sphere-boxes
 #[inline(always)]
 pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
     block: &SphereBlock,
@@ -421,7 +418,7 @@ pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
             continue;
         }
         if hit.bits() != 0 {
-            // Not asked before: camera rays of spheres +7 % (before packets' frusta were asked).
+            // Tuned: see docs/lab-notes.md#nearer-first
             let hit = hit & held.le(V::load(&state.t));
             state.offer::<V>(hit, held, block.id[i], [zero, zero, V::splat(1.0)]);
             taken |= 1 << p;
@@ -430,7 +427,7 @@ pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
     taken
 }
 
-/// How far along the rays sphere `i` is nearest, and the square of half the chord.
+/// The distance at which sphere `i` is nearest to the rays, and the square of half the chord.
 #[inline(always)]
 fn chord<V: Lanes>(state: &Packet<V::Memory>, block: &SphereBlock, i: usize) -> (V, V) {
     let o = Vec3Lanes::<V>::load(&state.origin);

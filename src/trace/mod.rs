@@ -1,25 +1,29 @@
-//! Closest hits and occlusion over bundles (sixteen packets of eight, sixteen or thirty-two rays), packets and single rays.
+//! Traces rays through the BVH: closest hits and occlusion.
 //!
-//! All ways give the same hits, bit for bit: they differ only in which boxes they skip, and what they skip has
-//! no hit in it. A [`Tracer`] chooses among them by what its rays do: bundles as long as one frustum holds the
-//! rays of several packets, packets as long as several lanes enter a box, single rays where coherence is gone.
+//! ```text
+//! rays -> packets of 8, 16 or 32 -> bundles of up to 16 packets, which share one traversal (bundle)
+//!                                -> incoherent rays: sorted first (order), or one by one (single)
+//!      -> result sink, in the order of the rays (sink)
+//! ```
+//! All ways find the same hits, bit for bit: they differ only in which boxes they skip, and skipped boxes hold no
+//! hit. A [`Tracer`] chooses among them by how coherent the last rays were. Measurements: docs/lab-notes.md.
 
-mod answers;
 mod backoff;
 mod bundle;
 mod density;
 mod directions;
+mod dominant;
 mod entry;
 mod frustum;
 mod leaf;
-mod lines;
 mod order;
 mod pairs;
 mod rays;
 mod room;
 mod run;
+mod sheared;
 mod single;
-mod way;
+mod sink;
 
 use crate::{
     accel::{Bvh, Child, LeafBlocks, Node8, TriangleBlocks, prefetch_for_later},
@@ -30,96 +34,93 @@ use crate::{
         lanes::{Lanes, REGISTER_LANES},
     },
 };
-use answers::{Answers, Hits};
 use backoff::Backoff;
 use bundle::Culling;
 use density::Density;
+use dominant::DominantAxis;
 use frustum::{BundleFrustum, Frustum};
 use glam::Vec3;
-use lines::LineSpace;
 use rays::Packet;
 use room::{RayLanes, Rooms};
-use way::Way;
+use sheared::ShearedSpace;
+use sink::{Hits, ResultSink};
 
-/// The most packets of a bundle: as many as the widest register has lanes. (Sixteen of sixteen against eight: camera rays
-/// of the interior +12 %, of the terrain +5 %, mirror rays +5 to +12 %; sixteen of eight against eight: see
-/// [pairs](crate::simd::pair). Tried: 32 of sixteen, against sixteen: shadow rays of small scenes 0 to +17 %, of large
-/// ones -3 to +5 %, camera rays of triangles -9 to +9 %, of spheres +15 %; without AVX-512 -1 to +8 %. Sixteen of 32 are
-/// better: see `simd::avx512::F32x16x2`.)
+/// Packets of a bundle at most: as many as the widest register has lanes.
+// Tuned: see docs/lab-notes.md#bundle-packets
 const PACKETS: usize = REGISTER_LANES;
 
-/// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are fastest.
+/// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are
+/// fastest.
 pub const BUNDLE: usize = 2 * BUNDLE_OF_16;
 
-/// The most [`RayPacket`]s of a bundle whose packets are of sixteen rays.
+/// The most [`RayPacket`]s of a bundle whose packets hold sixteen rays.
 const BUNDLE_OF_16: usize = PACKETS * REGISTER_LANES / LANES;
 
-/// Which way of tracing to use; all give the same hits.
+/// Selects a way of tracing; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// What fits the rays: bundles, packets or single rays.
+    /// Whichever fits the rays: bundles, packets or single rays.
     #[default]
     Adaptive,
     /// Packets of eight on their own, never bundles or single rays.
     Packet,
     /// One ray against eight boxes, eight primitives at a time.
     Single,
-    /// As `Adaptive`, with the instructions that the build was compiled for even where the CPU has AVX-512.
+    /// Like `Adaptive`, but with the instructions the build was compiled for even if the CPU has AVX-512.
     AdaptiveBaseline,
 }
 
-/// Where a bundle's rays have gone on one by one in this many halves of a subtree each, they are scattered: the bundle
-/// was of no use, nor would the next ones be.
-const SCATTERED: usize = 2;
+/// A bundle is incoherent if it makes more than half this many single-ray tasks per ray.
+const INCOHERENT_HALVES: usize = 2;
 
-/// Where sorting has led to scattered rays all the same it is left out so many times.
-const UNSORTED: u32 = 8;
+/// How many groups skip sorting after it did not help.
+const SKIPPED_SORTS: u32 = 8;
 
-/// Room for rays that go on one by one: more than a bundle leaves, but in odd scenes.
-const ITEMS: usize = 4096;
+/// Capacity for single-ray tasks: more than a bundle leaves, except in odd scenes.
+const BUFFERED_TASKS: usize = 4096;
 
-/// Traces rays through one BVH. Holds the memory of traversal: one for each thread, reused for all its rays.
+/// Traces rays through one BVH. Owns the memory of traversal: make one per thread and reuse it.
 #[derive(Debug)]
 pub struct Tracer<'a> {
     bvh: &'a Bvh,
     method: Method,
     rooms: Rooms,
-    /// Where rays start that share their origin.
+    /// The origin of rays that share it.
     origin: Vec3,
-    /// For rays with their own origins.
-    looks: Box<lines::Looks>,
+    /// Candidates of rays with separate origins.
+    candidates: Box<sheared::Candidates>,
     bundle_stack: Vec<bundle::Entry>,
-    items: Vec<single::Item>,
+    tasks: Vec<single::SingleRayTask>,
     sorted: order::Sorted,
-    /// How many times sorting is still left out.
-    unsorted: u32,
-    /// Whether nodes [wait](bundle), too: the tree is larger than caches near the core are.
-    nodes_wait: bool,
+    /// How many groups still skip sorting.
+    skipped_sorts: u32,
+    /// Whether inner nodes are [deferred](bundle) too: the tree is larger than the caches near the core.
+    defer_nodes: bool,
     widths: Widths,
     density: Density,
-    /// Of rays with their own origins.
-    scattered: Backoff,
-    /// Of rays with a shared origin: of those whose closest hit is asked for, and of those whose occlusion is.
-    crowded: [Backoff; 2],
-    /// Of the bundle in hand.
+    /// For rays with separate origins.
+    separate_backoff: Backoff,
+    /// For rays with a shared origin: closest hit, then occlusion.
+    shared_backoff: [Backoff; 2],
+    /// Of the current bundle.
     visits: Visits,
-    /// Of the last group of rays with a shared origin whose occlusion was asked for, whichever light they came from.
+    /// Cost of the last group of shadow rays, whichever light it came from.
     effort: order::Effort,
     slots: Box<[single::Slot; single::SLOTS]>,
-    /// The leaves that were the last to block many of the [last bundle's](bundle) packets, if any were.
-    blockers: Option<[Child; 2]>,
+    /// Occluder cache: the last leaves that blocked many of the [last bundle's](bundle) packets.
+    occluder_cache: Option<[Child; 2]>,
 }
 
-/// Of leaves that bundles came by.
+/// Counts the leaves that bundles visited.
 #[derive(Clone, Copy, Debug, Default)]
 struct Visits {
     leaves: usize,
-    /// Packets that came by them, summed over the leaves.
+    /// Packets that visited them, summed over the leaves.
     packets: usize,
 }
 
 impl Visits {
-    /// One leaf more, or two, by which so many packets came.
+    /// Adds one or two leaves, visited by `packets`.
     #[inline(always)]
     fn add(&mut self, leaves: usize, packets: usize) {
         self.leaves += leaves;
@@ -127,19 +128,19 @@ impl Visits {
     }
 }
 
-/// How many lanes rays go in that share their origin.
+/// Selects how many lanes packets with a shared origin have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Widths {
-    /// Those of a [pair](crate::simd::pair) where that pays.
+    /// A [pair](crate::simd::pair) of vectors where that pays.
     Fitting,
-    /// Those of one vector.
+    /// One vector.
     One,
-    /// Those of a pair.
+    /// A pair of vectors.
     Pair,
 }
 
 impl Widths {
-    /// Whether rays go in pairs, told whether that pays.
+    /// Whether packets go in pairs, given whether that pays.
     fn are_wide(self, pays: bool) -> bool {
         match self {
             Self::Fitting => pays,
@@ -149,22 +150,16 @@ impl Widths {
     }
 }
 
-/// Whether a bundle of so many `rays` from one point was of no use: it visited more than two leaves for each of them, with
-/// fewer than two packets a leaf, or for occlusion (`ANY`) one and a half. Triangles are far smaller than what is between its
-/// rays. Where many packets come by each leaf, as where rays look through long thin triangles, they share what is done for it.
-///
-/// (Zen 5, AVX-512, camera rays, Mrays/s in bundles and one by one. 192,000 triangles of pipes, nine packets a leaf: 13.3
-/// and 1.9. While other programs ran, so roughly: two million small triangles anywhere, 3.3 packets a leaf, 7.2 and 2.7;
-/// twenty million in blobs, 1.2 packets a leaf, 5 and 13. Of ten million, 1.4 packets a leaf, some parts are better off
-/// in bundles, some one by one: 14.3 either way, 16.2 if bundles of two leaves a ray are given up. With one leaf a ray
-/// 14.5, but a million then lose 6 %. Shadow rays, [sorted](order): two million small triangles anywhere, 1.4 packets a leaf,
-/// 1.3 and 1.6; dense hair, 1.8 packets a leaf, 1.02 and 0.9.)
-fn is_crowded<const ANY: bool>(rays: usize, visits: Visits) -> bool {
+/// Whether a bundle of `rays` from one origin was incoherent: more than two leaves per ray, and fewer than two
+/// packets per leaf (one and a half for occlusion). Triangles are then far smaller than the gaps between its rays.
+// Tuned: see docs/lab-notes.md#incoherent-bundles
+fn is_incoherent<const ANY: bool>(rays: usize, visits: Visits) -> bool {
     let least_x2 = if ANY { 3 } else { 4 };
     visits.leaves > 2 * rays && 2 * visits.packets < least_x2 * visits.leaves
 }
 
-/// Nodes of a large tree, bytes. (Its whole blocks of triangles are eight times as much, indexed ones five times.)
+/// Bytes of nodes that make a tree large. (Its whole triangle blocks are eight times as much, indexed ones five
+/// times.)
 const LARGE: usize = 1 << 20;
 
 /// The set bits of a mask, lowest first.
@@ -179,8 +174,7 @@ fn bits64(mask: u64) -> Bits {
     Bits(mask)
 }
 
-/// See [`bits`]. (An iterator and not a function that takes a closure: closures do not inherit the instruction set of
-/// the kernel that they are written in, and are not always inlined.)
+/// See [`bits`]. An iterator, since closures do not inherit the instruction set of the kernel they are written in.
 struct Bits(u64);
 
 impl Iterator for Bits {
@@ -197,15 +191,13 @@ impl Iterator for Bits {
     }
 }
 
-/// So many [`RayPacket`]s that start at one point share an [`entry`]: two bundles of 512 rays, four of 256,
-/// or eight of 128.
+/// [`RayPacket`]s with a shared origin that share one [`entry`]: two bundles of 512 rays, four of 256, or eight of
+/// 128.
 const ENTRY_PACKETS: usize = 128;
 
-/// Asks for the memory of packet `i` of the rays, where there is one: rays further on come from memory while others are
-/// traced, each as another is made ready, for a core waits for few lines at a time. (To ask once a bundle, for the next
-/// bundle's rays, left the frustum of an [`entry`] to wait for all of its own: on a Xeon, whose memory answers in 160
-/// ns, camera rays -4 to -10 % in small scenes, 0 to -4 % in large ones. Sorted mirror rays without this: 0 to -4 %. Mirror
-/// rays not sorted, asked for a bundle ahead in place of the whole group that sorting looks at: -1 to -3 %.)
+/// Prefetches packet `i` of the rays, if there is one. Called for each packet as another is made ready, since a core
+/// has few outstanding misses.
+// Tuned: see docs/lab-notes.md#prefetch-rays
 #[inline(always)]
 fn prefetch_rays(rays: &[RayPacket], origins: &[Vec3x8], i: usize) {
     if let Some(rays) = rays.get(i) {
@@ -218,17 +210,17 @@ fn prefetch_rays(rays: &[RayPacket], origins: &[Vec3x8], i: usize) {
 
 /// Packets that are traced in one order.
 struct Group<'a> {
-    /// From which packet on, and up to which.
+    /// First packet, and the end.
     start: usize,
     end: usize,
-    /// What to visit in place of the root, for camera rays.
+    /// Camera rays: the node to start at instead of the root.
     entry: Option<&'a Node8>,
-    /// Single rays to be put together in this order, but for camera rays: each is a packet, from the first on, times eight
-    /// plus lane. `None`: packets that hold a ray, as they come.
+    /// Single rays in the order in which they are packed, except for camera rays: packet times eight plus lane.
+    /// `None`: live packets as they come.
     order: Option<&'a [u16]>,
 }
 
-/// Fills packets with rays as they come, those that `members` tells, and asks for those `ahead`.
+/// Fills packets with rays of the `members` in order, and prefetches those `ahead`.
 #[inline(always)]
 fn fill<V: RayLanes, const SHARED: bool>(
     packets: &mut [Packet<V::Memory>; PACKETS],
@@ -241,8 +233,8 @@ fn fill<V: RayLanes, const SHARED: bool>(
         for &i in members {
             prefetch_rays(rays, origins, i + ahead);
         }
-        // Eights of lanes without rays repeat the last ones, with an end of 0.
-        // (What vectors have no lanes for repeats what they have: nothing is looked up for it.)
+        // Lanes without a ray repeat the last ones, with an end of 0; eights beyond the vector's lanes repeat the
+        // first.
         let at = |eight: usize| members[(eight % (V::COUNT / LANES)).min(members.len() - 1)];
         let from = [&rays[at(0)], &rays[at(1)], &rays[at(2)], &rays[at(3)]];
         let [a, b, c, d] = from;
@@ -258,13 +250,13 @@ fn fill<V: RayLanes, const SHARED: bool>(
 }
 
 impl<'a> Tracer<'a> {
-    /// A tracer that chooses its way by itself.
+    /// Creates a tracer that chooses its way by itself.
     #[must_use]
     pub fn new(bvh: &'a Bvh) -> Self {
         Self::with_method(bvh, Method::Adaptive)
     }
 
-    /// A tracer that is held to one way, to compare them.
+    /// Creates a tracer that is held to one way, to compare them.
     #[must_use]
     pub fn with_method(bvh: &'a Bvh, method: Method) -> Self {
         let size = bvh.stack_size();
@@ -273,38 +265,36 @@ impl<'a> Tracer<'a> {
             method,
             rooms: Rooms::new(),
             origin: Vec3::ZERO,
-            looks: Box::new(lines::Looks::EMPTY),
+            candidates: Box::new(sheared::Candidates::EMPTY),
             bundle_stack: Vec::with_capacity(size),
-            items: Vec::with_capacity(ITEMS),
+            tasks: Vec::with_capacity(BUFFERED_TASKS),
             sorted: order::Sorted::new(),
-            unsorted: 0,
-            nodes_wait: size_of_val(bvh.nodes()) > LARGE,
+            skipped_sorts: 0,
+            defer_nodes: size_of_val(bvh.nodes()) > LARGE,
             widths: Widths::Fitting,
             density: Density::default(),
-            scattered: Backoff::default(),
-            crowded: <[Backoff; 2]>::default(),
+            separate_backoff: Backoff::default(),
+            shared_backoff: <[Backoff; 2]>::default(),
             visits: Visits::default(),
             effort: order::Effort::default(),
             slots: Box::new(single::slots(bvh.stats().depth)),
-            blockers: None,
+            occluder_cache: None,
         }
     }
 
-    /// Whether nodes [wait](bundle) in occlusion, which else the size of the tree decides: to verify that in small trees,
-    /// too.
+    /// Sets whether inner nodes are [deferred](bundle) in occlusion, to verify that in small trees too.
     pub(crate) fn let_nodes_wait(&mut self, wait: bool) {
-        self.nodes_wait = wait;
+        self.defer_nodes = wait;
     }
 
-    /// One width for all rays that share their origin: to verify each of them with any rays, and those that other builds
-    /// use.
+    /// Holds rays with a shared origin to one width, to verify each width with any rays.
     pub(crate) fn hold_to(&mut self, widths: Widths) {
         self.widths = widths;
     }
 
-    /// The nearest hits of all rays; of several equally near, the one with the lowest id. Neighbours in `rays` should
-    /// be neighbours in space: [`BUNDLE`] of them are traced together. More than 4 MB of hits are written past the
-    /// caches.
+    /// Finds the closest hit of each ray; of equally near ones, the one with the lowest id. Neighbours in `rays`
+    /// should be neighbours in space: [`BUNDLE`] of them are traced together. More than 4 MB of hits are written past
+    /// the caches.
     ///
     /// # Panics
     /// If `rays` and `hits`, or separate origins, differ in length.
@@ -316,7 +306,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Whether anything is hit before the rays' ends: a bit a lane.
+    /// Finds whether anything is hit before each ray's end: a bit a lane.
     ///
     /// # Panics
     /// If `rays` and `occluded`, or separate origins, differ in length.
@@ -328,7 +318,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Keeps the shared origin, or answers those that are separate.
+    /// Keeps the shared origin, or returns the separate ones.
     fn start_at<'o>(&mut self, origins: Origins<'o>, rays: &[RayPacket]) -> Option<&'o [Vec3x8]> {
         match origins {
             Origins::Shared(origin) => {
@@ -343,31 +333,31 @@ impl<'a> Tracer<'a> {
     }
 
     /// `origins` is empty where they are shared.
-    fn dispatch<A: Answers, const ANY: bool, const SHARED: bool>(
+    fn dispatch<A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         rays: &[RayPacket],
         origins: &[Vec3x8],
-        answers: A,
+        results: A,
     ) {
         let bvh = self.bvh;
         let spheres = bvh.sphere_blocks();
         match bvh.triangle_blocks() {
             TriangleBlocks::Whole(triangles) => {
                 let blocks = LeafBlocks { triangles, spheres };
-                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, answers);
+                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, results);
             }
             TriangleBlocks::Indexed(triangles) => {
                 let blocks = LeafBlocks { triangles, spheres };
-                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, answers);
+                self.dispatch_to::<_, _, ANY, SHARED>(blocks, rays, origins, results);
             }
         }
     }
 
-    /// Whether any ray from `origin` may hit something whose direction is a sum of shares of `corners`, none below 0. Where
-    /// this cannot tell, it may.
+    /// Returns whether any ray from `origin` may hit something in the cone spanned by `corners` (sums of them with
+    /// weights of 0 or more). May return true if nothing is hit.
     #[must_use]
     pub fn may_hit(&self, origin: Vec3, corners: [Vec3; 4]) -> bool {
-        // Frusta leave out what is no number.
+        // Frusta drop NaN.
         if !corners.iter().all(|corner| corner.is_finite()) {
             return true;
         }
@@ -380,7 +370,7 @@ impl<'a> Tracer<'a> {
             .is_none_or(|entry| entry.count != 0)
     }
 
-    /// Where camera rays begin in place of the root, if that is known.
+    /// Where camera rays start instead of the root, if that is known.
     #[inline(always)]
     fn entry(&self, rays: &[RayPacket]) -> Option<Node8> {
         if rays.len() <= BUNDLE_OF_16 {
@@ -390,16 +380,17 @@ impl<'a> Tracer<'a> {
         entry::entry_node(self.bvh, &frustum)
     }
 
-    /// Traces a group, a bundle at a time. (One call of [`trace`](Self::trace) for both orders, for all of traversal is
-    /// compiled into it: mirror rays of cow, figure and interior +2 to +4 %, and a third less code.)
+    /// Traces a group, a bundle at a time. It calls [`trace`](Self::trace) once, since all of traversal is inlined
+    /// there.
+    // Tuned: see docs/lab-notes.md#one-traversal
     #[inline(always)]
-    fn trace_group<B: TriangleLeaf, V: RayLanes, A: Answers, const ANY: bool, const SHARED: bool>(
+    fn trace_group<B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
         origins: &[Vec3x8],
         group: &Group<'_>,
-        answers: &mut A,
+        results: &mut A,
     ) {
         let &Group { start, end, .. } = group;
         let eights = V::COUNT / LANES;
@@ -408,12 +399,12 @@ impl<'a> Tracer<'a> {
         } else {
             PACKETS * eights
         };
-        // Never there for camera rays: said so that none of it is compiled for those.
+        // Never set for camera rays: said here so that none of it is compiled for those.
         let order = if SHARED && !ANY { None } else { group.order };
         let origins_of_group = if SHARED { &[] } else { &origins[start..end] };
         if order.is_some() {
             for (i, rays) in rays.iter().enumerate().take(end).skip(start) {
-                answers.clear(i, rays);
+                results.clear(i, rays);
             }
         }
         let mut members = [0; BUNDLE];
@@ -439,10 +430,10 @@ impl<'a> Tracer<'a> {
                 while next < end && count < most {
                     if rays::live(&rays[next]) {
                         members[count % BUNDLE] = next;
-                        answers.prefetch(next);
+                        results.prefetch(next);
                         count += 1;
                     } else {
-                        answers.put_none::<V>(next, &rays[next]);
+                        results.put_none::<V>(next, &rays[next]);
                     }
                     next += 1;
                 }
@@ -461,10 +452,10 @@ impl<'a> Tracer<'a> {
             self.trace::<B, V, ANY, SHARED>(blocks, filled, group.entry);
             let packets = &self.rooms.of::<V>().packets;
             for (packet, members) in packets.iter().zip(bundle.chunks(V::COUNT)) {
-                answers.scatter(start, packet, members);
+                results.scatter(start, packet, members);
             }
             for (member, &i) in members[..count].iter().enumerate() {
-                answers.put::<V>(i, &packets[member / eights % PACKETS], member % eights);
+                results.put::<V>(i, &packets[member / eights % PACKETS], member % eights);
             }
         }
     }
@@ -487,9 +478,9 @@ impl<'a> Tracer<'a> {
         let extent = (Vec3::from(upper) - point).length();
         let regroup = self.method != Method::Packet;
         let backoff = if SHARED {
-            &self.crowded[usize::from(ANY)]
+            &self.shared_backoff[usize::from(ANY)]
         } else {
-            &self.scattered
+            &self.separate_backoff
         };
         let single = self.method == Method::Single || regroup && backoff.is_on();
         self.visits = Visits::default();
@@ -510,63 +501,63 @@ impl<'a> Tracer<'a> {
                 entry,
                 exact: ANY || !SHARED || !regroup,
                 regroup,
-                space: LineSpace::new(frustum.as_ref(), point, extent),
+                space: ShearedSpace::new(frustum.as_ref(), point, extent),
                 down: frustum.as_ref().and_then(BundleFrustum::down),
             };
             if !SHARED {
                 let room = self.rooms.of_mut::<V>();
                 for p in bits(packets) {
                     room.slabs[p % PACKETS].set::<V>(&room.packets[p % PACKETS], culling.down.is_some());
-                    room.lines[p % PACKETS].set::<V>(&room.packets[p % PACKETS], &culling.space);
+                    room.sheared[p % PACKETS].set::<V>(&room.packets[p % PACKETS], &culling.space);
                 }
             }
             self.traverse_bundle::<B, V, ANY, SHARED>(blocks, packets, &culling);
         }
         let rays = count * V::COUNT;
         let backoff = if SHARED {
-            &mut self.crowded[usize::from(ANY)]
+            &mut self.shared_backoff[usize::from(ANY)]
         } else {
-            &mut self.scattered
+            &mut self.separate_backoff
         };
         if single {
             backoff.one_less();
         } else if !SHARED {
-            backoff.tried(self.items.len() > rays * SCATTERED / 2);
+            backoff.tried(self.tasks.len() > rays * INCOHERENT_HALVES / 2);
         } else if count >= PACKETS / 2 {
-            // Bundles of few packets, at a picture's edge, tell nothing of others: few can come by a leaf.
-            backoff.tried(is_crowded::<ANY>(rays, self.visits));
+            // Small bundles at a picture's edge say nothing about others.
+            backoff.tried(is_incoherent::<ANY>(rays, self.visits));
         }
         if SHARED && ANY {
-            self.effort.add(rays, self.visits.packets, self.items.len());
+            self.effort.add(rays, self.visits.packets, self.tasks.len());
         }
-        self.trace_items::<B, V, ANY>(blocks);
+        self.trace_tasks::<B, V, ANY>(blocks);
     }
 
-    /// Those of `packets` that are traced together next, and their frustum: all of them if one holds them, else many
-    /// that go one way. Without a frustum, there are none that do.
+    /// Those of `packets` that are traced together next, with their frustum: all of them if one frustum holds them,
+    /// else the most with one dominant axis, else all without a frustum.
     #[inline(always)]
     fn next_group<V: RayLanes, const SHARED: bool>(&self, packets: u32) -> (u32, Option<BundleFrustum<V>>) {
         let states = &self.rooms.of::<V>().packets;
-        let mut group = (packets, Way::of_most::<V>(states, packets));
+        let mut group = (packets, DominantAxis::of_most::<V>(states, packets));
         loop {
             let frustum = BundleFrustum::new::<SHARED>(states, group.0, group.1);
             if frustum.is_some() {
                 return (group.0, frustum);
             }
-            match way::most_going_one_way::<V>(states, packets) {
+            match dominant::most_going_one_way::<V>(states, packets) {
                 Some(most) => group = most,
                 None => return (packets, None),
             }
         }
     }
 
-    /// Puts all rays of `packets` into `items`.
+    /// Makes a single-ray task of each ray of `packets`.
     #[inline(always)]
     fn go_alone<V: RayLanes>(&mut self, packets: u32) {
         let room = self.rooms.of::<V>();
         for p in bits(packets) {
             for i in bits(room.packets[p % PACKETS].live_bits::<V>()) {
-                self.items.push(single::Item {
+                self.tasks.push(single::SingleRayTask {
                     ray: (p * V::COUNT + i) as u32,
                     child: self.bvh.root(),
                     near: 0.0,
@@ -578,17 +569,17 @@ impl<'a> Tracer<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Visits, is_crowded};
+    use super::{Visits, is_incoherent};
 
     #[test]
     fn bundles_are_given_up_where_triangles_are_smaller_than_what_is_between_rays() {
         // About as measured: pipes, twenty million triangles in blobs, and most other scenes.
         let visits = |leaves, packets| Visits { leaves, packets };
-        assert!(!is_crowded::<false>(512, visits(2000, 18_000)));
-        assert!(is_crowded::<false>(256, visits(700, 850)));
-        assert!(!is_crowded::<false>(256, visits(60, 70)));
+        assert!(!is_incoherent::<false>(512, visits(2000, 18_000)));
+        assert!(is_incoherent::<false>(256, visits(700, 850)));
+        assert!(!is_incoherent::<false>(256, visits(60, 70)));
         // Small triangles anywhere, and hair.
-        assert!(is_crowded::<true>(512, visits(2300, 3200)));
-        assert!(!is_crowded::<true>(512, visits(3700, 6500)));
+        assert!(is_incoherent::<true>(512, visits(2300, 3200)));
+        assert!(!is_incoherent::<true>(512, visits(3700, 6500)));
     }
 }

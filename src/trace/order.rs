@@ -1,63 +1,52 @@
-//! Rays in order of their directions, so that bundles hold rays that go the same way (Boulos et al., *Adaptive Ray Packet
-//! Reordering*, 2008).
+//! Sorts rays by direction, so that bundles hold rays that go the same way.
 //!
-//! Mirrors reflect neighbouring rays to neighbouring places; leaves and folds of curtains do not, and there the rays of a
-//! bundle have little in common. A counting sort of a few thousand rays by where they go through a cube map took the
-//! mirror rays of the interior from 8.4 to 9.9 Mrays/s, sorting included (11.3 without); where packets agree, or the
-//! rays are scattered all the same, it is left out. (Tried: whole packets by the direction of one of their rays, which
-//! moves no rays: no gain. Finer squares, or order by origin: slower. Rays that enter a subtree few a packet put together
-//! into full packets for it: -4 to +2 %.)
+//!   512 packets -> key a ray -> counting sort -> packets of sorted rays -> results scattered back
+//!     mirror rays: 24 squares of a cube map (`by_direction`)
+//!     shadow rays: 32 x 32 cells of an octahedron around the light, in Z order (`by_place`)
 //!
-//! Rays from a light to what neighbouring pixels show are neighbours only where that is one surface. Through a thicket of
-//! thin things a bundle of them spreads over all that the whole group spreads over; sorted by place, each has its own part.
-//! (Zen 5, AVX-512, shadow rays of a picture of 1024 x 1024, sorting included: pipes of thin triangles +80 %, hair +120 %,
-//! a denser one +75 %, a million triangles anywhere +35 %, two million smaller ones +40 %, or +85 % where they then go one by
-//! one, beams +11 %, spheres +10 %, cow to blobs -1 to +1 %. Whole packets by their first rays: no gain. Told by the
-//! effort alone: figure and blobs -4 to -10 %, for they are sorted in vain where a silhouette has cost much. Tried in turn,
-//! group by group, and what costs less kept: the same, for groups differ more than that. Bundles given up that leave many
-//! rays to go on one by one, in place of those that visit many leaves: hair -20 %.)
+//! After Boulos et al., *Adaptive Ray Packet Reordering*, 2008. Differs: one sort of a few thousand rays, only where
+//! the rays of single packets diverge and earlier rays were expensive.
+// Tuned: see docs/lab-notes.md#sorted-mirror-rays and #sorted-shadow-rays
 
 use crate::{
     ray::RayPacket,
     simd::{F32x8, LANES, ge, gt, lt, max, max_lane, min, min_lane, splat, truncate},
 };
 
-/// So many packets are sorted together. (Mirror rays of the interior, without the time for sorting: 9.7 Mrays/s with 64,
-/// 10.5 with 128, 11 with 256, 11.3 with 512.)
+/// Packets that are sorted together.
 pub(super) const PACKETS: usize = 512;
 const RAYS: usize = PACKETS * LANES;
 
-/// A cube map's faces, and 2 x 2 squares of each.
+/// The faces of a cube map, with 2 x 2 squares each.
 const SQUARES: usize = 6 * 4;
 
-/// Where one packet in this many has rays through more than one face, sorting pays.
+/// Sorting pays if one packet in this many has rays through more than one face.
 const MIXED: usize = 4;
-/// Of so many packets one is looked at to find that out.
+/// One in this many packets is sampled to find that out.
 const ASKED: usize = 8;
 
-/// Cells along either side of the square that rays from one point are sorted in.
+/// Cells along either side of the square in which rays with a shared origin are sorted.
 const CELLS: usize = 32;
 
-/// A ray that goes through a subtree on its own costs about as much as so many packets at a leaf.
+/// A single ray through a subtree costs about as much as this many packets at a leaf.
 const ALONE: usize = 8;
 
-/// Above so many tenths of a packet at a leaf, for each ray, sorting may pay. (Cow, figure and interior have 0.5 to 1.1
-/// tenths on average, and lose 35 to 62 % where they are sorted all the same; terrain 6, spheres 7, a million blobs 9, pipes
-/// of thin triangles 158, hair 370. Zen 5, AVX-512.)
+/// Sorting may pay above this many tenths of a packet at a leaf per ray.
+// Tuned: see docs/lab-notes.md#sorted-shadow-rays
 const HIGH_X10: usize = 5;
 
-/// What bundles of rays from one point have cost.
+/// The cost of bundles with a shared origin.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Effort {
     rays: usize,
-    /// Packets that came by leaves, summed over the leaves.
+    /// Packets at leaves, summed over the leaves.
     packets: usize,
-    /// Rays that went on one by one, summed over the subtrees that they went through.
+    /// Single rays, summed over the subtrees they went through.
     alone: usize,
 }
 
 impl Effort {
-    /// A bundle more.
+    /// Adds a bundle.
     #[inline(always)]
     pub fn add(&mut self, rays: usize, packets: usize, alone: usize) {
         self.rays += rays;
@@ -65,33 +54,33 @@ impl Effort {
         self.alone += alone;
     }
 
-    /// Whether it is so much that sorting the next rays might make it less.
+    /// Whether the cost is so high that sorting the next rays may lower it.
     pub fn is_high(&self) -> bool {
         10 * (self.packets + ALONE * self.alone) > HIGH_X10 * self.rays
     }
 }
 
-/// Rays of a packet are spread where the square around the places that they go to is larger than so many times their share
-/// of the square around all. (On a smooth surface it is at most about twice its share, and less where that is long.)
+/// A packet is spread if the square around its rays' targets is larger than this many times its share of the square
+/// around all. (At most about twice its share on a smooth surface.)
 const SPREAD: f32 = 2.5;
 
-/// Where one packet in this many is spread, sorting rays from one point pays.
+/// Sorting rays with a shared origin pays if one packet in this many is spread.
 const SPREAD_ONE_IN: usize = 5;
 
-/// Fewer packets are not sorted by place: they are half a bundle, and sorting costs as much as that of many.
+/// Fewer packets are not sorted: they are half a bundle, and sorting costs as much as for many.
 const FEWEST: usize = 32;
 
 /// Memory for sorting.
 #[derive(Debug, Default)]
 pub(super) struct Sorted {
-    /// Where each ray belongs.
+    /// The key of each ray.
     keys: Box<[[u16; LANES]]>,
     order: Box<[u16]>,
     count: usize,
 }
 
-/// Where a ray goes as seen from a point: a place in the square that an octahedron folds out to, with one of its corners in
-/// the middle (Cigolle et al., *A Survey of Efficient Representations for Independent Unit Vectors*, 2014).
+/// Maps directions to a square by unfolding an octahedron, with one of its corners in the middle (Cigolle et al., *A
+/// Survey of Efficient Representations for Independent Unit Vectors*, 2014).
 #[derive(Clone, Copy, Debug)]
 struct Octahedron {
     axis: usize,
@@ -99,7 +88,7 @@ struct Octahedron {
 }
 
 impl Octahedron {
-    /// With that corner in the middle which is nearest to `direction`.
+    /// With the corner nearest to `direction` in the middle.
     fn toward(direction: [f32; 3]) -> Self {
         let largest = (0..3).max_by(|&i, &j| direction[i].abs().total_cmp(&direction[j].abs()));
         let axis = largest.unwrap_or(0);
@@ -125,7 +114,7 @@ impl Octahedron {
     }
 }
 
-/// The bits of a number below [`CELLS`], each with a 0 above it.
+/// Spreads the bits of a number below [`CELLS`], a 0 above each.
 const fn apart(mut number: usize) -> u16 {
     let (mut bits, mut place) = (0, 0);
     while number != 0 {
@@ -136,7 +125,7 @@ const fn apart(mut number: usize) -> u16 {
     bits
 }
 
-/// [`apart`], looked up.
+/// [`apart`] as a table.
 const APART: [u16; CELLS] = {
     let mut all = [0; CELLS];
     let mut i = 0;
@@ -156,8 +145,8 @@ impl Sorted {
         }
     }
 
-    /// Sorts up to [`PACKETS`] packets of rays with their own origins by the square that they go through; `false` if that
-    /// would not pay.
+    /// Sorts up to [`PACKETS`] packets with separate origins by the square of the cube map that each ray passes;
+    /// returns `false` if that would not pay.
     #[inline(never)]
     pub fn by_direction(&mut self, rays: &[RayPacket]) -> bool {
         let asked = rays.iter().step_by(ASKED);
@@ -176,9 +165,9 @@ impl Sorted {
         true
     }
 
-    /// Sorts up to [`PACKETS`] packets of rays from one point by the cell that they go through, cells in Z order (Morton,
-    /// *A Computer Oriented Geodetic Data Base*, 1966); `false` if that would not pay. The cells cover the square around
-    /// most of the places that rays go to; what goes elsewhere belongs to the cells at the side.
+    /// Sorts up to [`PACKETS`] packets with a shared origin by cell, cells in Z order (Morton 1966); returns `false`
+    /// if that would not pay. The cells cover the square around most of the targets; rays outside belong to the cells
+    /// at its sides.
     #[inline(never)]
     pub fn by_place(&mut self, rays: &[RayPacket]) -> bool {
         if rays.len() < FEWEST {
@@ -236,8 +225,8 @@ impl Sorted {
         true
     }
 
-    /// A counting sort of the rays of `packets` by their keys, which are below `N` - 1. Those with the last of these keys
-    /// are none, and left out.
+    /// A counting sort of the rays of `packets` by key, below `N` - 1. Lanes with the last key hold no ray and are
+    /// left out.
     #[inline(always)]
     fn sort<const N: usize>(&mut self, packets: usize) {
         let mut starts = [0_u32; N];
@@ -256,7 +245,7 @@ impl Sorted {
         }
     }
 
-    /// Packet times eight plus lane of the rays there are, those of a square or cell together, neighbours as neighbours.
+    /// The sorted rays, packet times eight plus lane; neighbours within a cell stay neighbours.
     pub fn rays(&self) -> &[u16] {
         &self.order[..self.count]
     }
@@ -339,7 +328,7 @@ mod tests {
         rays[2].t_max = F32x8::from([1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0]);
         let mut sorted = Sorted::new();
         assert!(sorted.by_place(&rays));
-        // The sides of 64 packets: squares have 16 in all, rows would have 65, and unsorted rays 128.
+        // The sides of 64 packets: squares have 16 in all, rows would have 65, and skipped_sorts rays 128.
         let mut sides = 0.0;
         for packet in sorted.rays().chunks(RAYS / 64) {
             let place = |&ray: &u16| {

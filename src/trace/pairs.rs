@@ -2,7 +2,7 @@
 
 use super::PACKETS;
 
-/// Sixteen bits a child, four children a word. (Named and picked without an index, so that both stay in registers.)
+/// Sixteen bits a child, four children a word. Two fields instead of an array, so that both stay in registers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pairs {
     /// Children 0 to 3.

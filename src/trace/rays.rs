@@ -1,5 +1,7 @@
-//! Rays on their way through the tree, a packet of eight, sixteen or thirty-two at a time, and what they hit so far. (Packets: Wald,
-//! Slusallek, Benthin and Wagner, *Interactive Rendering with Coherent Ray Tracing*, 2001.)
+//! A packet of eight, sixteen or thirty-two rays on its way through the tree, and its best hits so far.
+//!
+//! Each field is a vector in memory, a lane a ray; `set` fills it from [`RayPacket`]s and `gather` from sorted rays.
+//! (Packets: Wald, Slusallek, Benthin and Wagner, *Interactive Rendering with Coherent Ray Tracing*, 2001.)
 
 use super::bits;
 use crate::{
@@ -22,25 +24,24 @@ pub(super) struct Packet<M> {
     pub inv_direction: [M; 3],
     /// Nearest hit so far, at first the ray's end. Occlusion: negative once anything is hit.
     pub t: M,
-    /// Edge functions of the nearest hit: second corner, third, first. Not yet divided by their sum; below 0 is as good
-    /// as 0.
+    /// Edge functions of the nearest hit: second corner, third, first. Not divided by their sum; negative means 0.
     weights: [M; 3],
     /// Raw ids as bits of floats, so that they blend like the rest.
     primitive: M,
 }
 
-/// What t becomes in occlusion, once a ray is blocked.
+/// The t of a blocked ray in occlusion.
 pub(super) const BLOCKED: f32 = -1.0;
 
-/// Bound on the rounding of `plane * inv - origin * inv` beyond that of its result, as a share of `origin * inv`: a
-/// half-ulp for that product, one for the sum with this bound, one for the other product where multiply-add is not
-/// fused, and one to spare.
+/// Bound on the rounding of `plane * inv - origin * inv` beyond that of its result, as a fraction of `origin * inv`:
+/// a half-ulp for that product, one for the sum with this bound, one for the other product without fused
+/// multiply-add, and one to spare.
 pub(super) const OFFSET_ERROR: f32 = 4.0 / (1 << 24) as f32;
 
-/// Where multiply-adds stand for the canonical interval, entry distances shrink and exit distances grow by this share:
-/// its own margin of 4 half-ulps and 3 roundings, and the rounding of the multiply-add. (Packets have all of it on the
-/// entry distance: see [`Slabs::enter`]. Where rays share their origin there are no multiply-adds, and one pad on the
-/// entry distance is enough: twice that margin and 3 roundings are 11 half-ulps.)
+/// Where multiply-adds replace the canonical interval, entry distances shrink and exit distances grow by this
+/// fraction: its own margin of 4 half-ulps, 3 roundings, and the multiply-add's. (Packets apply all of it to the
+/// entry: see [`Slabs::enter`]. With a shared origin there are no multiply-adds, and one pad on the entry is enough:
+/// twice that margin and 3 roundings are 11 half-ulps.)
 pub(super) const NODE_PAD: f32 = 12.0 / (1 << 24) as f32;
 
 /// Origins times `1 / direction` above this might overflow.
@@ -60,8 +61,7 @@ impl<M: Memory> Packet<M> {
         primitive: M::ZERO,
     };
 
-    /// Puts rays into the eights of lanes that vectors have, with their ends and no hits. Where they start stays as it
-    /// was.
+    /// Sets rays in eights of lanes, with their ends and no hits. Origins stay as they were.
     #[inline(always)]
     pub fn set<V: Lanes<Memory = M>>(&mut self, rays: [&RayPacket; 4], t_max: [F32x8; 4]) {
         let direction = Vec3Lanes::<V>::of_eights([
@@ -75,14 +75,14 @@ impl<M: Memory> Packet<M> {
         self.start::<V>(direction);
     }
 
-    /// Puts the origins of rays into the eights of lanes.
+    /// Sets the origins in eights of lanes.
     #[inline(always)]
     pub fn start_at<V: Lanes<Memory = M>>(&mut self, origins: [&Vec3x8; 4]) {
         Vec3Lanes::<V>::of_eights(origins).store(&mut self.origin);
     }
 
-    /// Puts single rays into the lanes, with no hits: `members` are packets times eight plus lane. Lanes beyond them
-    /// repeat the last one, with an end of 0. Where they share their origin that stays as it was.
+    /// Sets single rays, with no hits: `members` are packets times eight plus lane. Lanes beyond them repeat the last
+    /// one, with an end of 0. A shared origin stays as it was.
     #[inline(always)]
     pub fn gather<V: Lanes<Memory = M>, const SHARED: bool>(
         &mut self,
@@ -114,7 +114,7 @@ impl<M: Memory> Packet<M> {
         self.start::<V>(Vec3Lanes::load(&self.direction));
     }
 
-    /// What follows from the directions, and no hits.
+    /// Sets what follows from the directions, and no hits.
     #[inline(always)]
     fn start<V: Lanes<Memory = M>>(&mut self, direction: Vec3Lanes<V>) {
         let inv_direction = Vec3Lanes {
@@ -170,8 +170,8 @@ impl<M: Memory> Packet<M> {
         V::load(&self.t).largest()
     }
 
-    /// Closest hits: offers primitive `id` at `t`, with its edge functions, to the lanes of `candidate`, for none of which
-    /// that is beyond their hit.
+    /// Closest hits: offers primitive `id` at `t`, with its edge functions, to the lanes of `candidate`, none of
+    /// which has a nearer hit.
     #[inline(always)]
     pub fn offer<V: Lanes<Memory = M>>(&mut self, candidate: V::Mask, t: V, id: u32, weights: [V; 3]) {
         let best = V::load(&self.t);
@@ -189,7 +189,7 @@ impl<M: Memory> Packet<M> {
         }
     }
 
-    /// Occlusion: the lanes of `hit`, none of which is done, are blocked. Answers whether all lanes are done now.
+    /// Occlusion: blocks the lanes of `hit`, none of which is done. Returns whether all lanes are done.
     #[inline(always)]
     pub fn block<V: Lanes<Memory = M>>(&mut self, hit: V::Mask) -> bool {
         debug_assert_eq!(hit.bits() & !self.live_bits::<V>(), 0, "none is done");
@@ -227,7 +227,7 @@ impl<M: Memory> Packet<M> {
         }
     }
 
-    /// The rays against boxes given relative to their origins; see [`Slabs8::interval`], of which this is the twin.
+    /// The rays' interval in boxes given relative to their origins; twin of [`Slabs8::interval`].
     #[inline(always)]
     pub fn interval<V: Lanes<Memory = M>>(&self, lower: Vec3Lanes<V>, upper: Vec3Lanes<V>) -> (V, V) {
         let inv = Vec3Lanes::<V>::load(&self.inv_direction);
@@ -242,8 +242,8 @@ impl<M: Memory> Packet<M> {
         )
     }
 
-    /// [`interval`](Self::interval) of rays that all go one way, given the planes through which they come in and those
-    /// through which they leave: the same bits, for boxes that are not turned inside out.
+    /// [`interval`](Self::interval) of rays in one direction octant, given the planes where they enter and leave: the
+    /// same bits, for boxes that are not inside out.
     #[inline(always)]
     pub fn interval_one_way<V: Lanes<Memory = M>>(&self, first: Vec3Lanes<V>, last: Vec3Lanes<V>) -> (V, V) {
         let inv = Vec3Lanes::<V>::load(&self.inv_direction);
@@ -257,20 +257,19 @@ impl<M: Memory> Packet<M> {
     }
 }
 
-/// What packets whose rays have their own origins need to be tested against nodes' boxes with one multiply-add a plane.
-/// (Against a difference and a product: mirror rays +2 %. Near and far planes picked packet by packet, ray by ray:
-/// -3 to -10 %; for all rays of a bundle at once see [`in_order`](super::bundle::in_order).)
+/// What a packet with separate origins needs to be tested against a node's boxes with one multiply-add a plane.
+// Tuned: see docs/lab-notes.md#node-slabs
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PacketSlabs<M> {
-    /// What to add to each of a node's [planes](crate::accel::Node8::planes) times `1 / direction`, in the order that
-    /// [`set`](Self::set) was told: minus the origin times that, moved outwards by its error.
+    /// Added to each of a node's [planes](crate::accel::Node8::planes) times `1 / direction`, in the order that
+    /// [`set`](Self::set) was given: minus the origin times that, moved outwards by its error.
     offset: [M; 6],
 }
 
 impl<M: Memory> PacketSlabs<M> {
     pub const EMPTY: Self = Self { offset: [M::ZERO; 6] };
 
-    /// `is_one_way`: all rays go one way, and planes come in that order.
+    /// `is_one_way`: all rays are in one direction octant, and planes come in that order.
     #[inline(always)]
     pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, is_one_way: bool) {
         for axis in 0..3 {
@@ -324,8 +323,8 @@ pub(super) struct Slabs<V> {
 }
 
 impl<V: Lanes> Slabs<V> {
-    /// Where the rays enter child `c`, at least, and which do; `planes` are a node's, in the order that
-    /// [`PacketSlabs::set`] was told.
+    /// A lower bound on where the rays enter child `c`, and the rays that do; `planes` are a node's, in the order
+    /// that [`PacketSlabs::set`] was given.
     #[inline(always)]
     pub fn enter<const ONE_WAY: bool>(&self, planes: &[F32x8; 6], c: usize) -> (V, V::Mask) {
         let Self { inv, offset, t } = self;
@@ -340,15 +339,15 @@ impl<V: Lanes> Slabs<V> {
             let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(zero));
             (near, x0.max(x1).min(y0.max(y1)).min(z0.max(z1).min(*t)))
         };
-        // One product less: n (1 - p) <= f (1 + p) follows from n (1 - 2p) <= f, for no f is below 0 where there is
+        // One product less: n (1 - p) <= f (1 + p) follows from n (1 - 2p) <= f, as f is not negative where there is
         // a hit, and one p is far more than the product's rounding.
         let near = near * V::splat(1.0 - 3.0 * NODE_PAD);
         (near, near.le(far))
     }
 }
 
-/// `1 / d`, finite; see [`Slabs8::inv_direction`]. (Tried: an approximation and two fused steps of Newton's, which round
-/// as the division does. On Zen 5 camera and shadow rays -1 to -3 %.)
+/// `1 / d`, finite; see [`Slabs8::inv_direction`].
+// Tuned: see docs/lab-notes.md#reciprocals
 #[inline(always)]
 fn reciprocal<V: Lanes>(d: V) -> V {
     let least = V::splat(MIN_ABS_DIRECTION);

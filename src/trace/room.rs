@@ -1,9 +1,9 @@
-//! Memory of sixteen packets: one for packets of up to sixteen rays, one for packets of thirty-two.
+//! The memory of a bundle: sixteen packets of up to sixteen rays, or sixteen of thirty-two.
 
 use super::{
     PACKETS,
-    lines::PacketLines,
     rays::{Packet, PacketSlabs},
+    sheared::ShearedPacket,
 };
 use crate::simd::lanes::{Column, Lanes, Memory, Vec3Lanes, WideColumn};
 use glam::Vec3;
@@ -12,13 +12,13 @@ use glam::Vec3;
 #[derive(Debug)]
 pub(super) struct Room<M> {
     pub packets: Box<[Packet<M>; PACKETS]>,
-    /// Where all of them start, as bits, if that is one point: rays of the next call often start there, too. And in how
-    /// many lanes that is written.
+    /// The shared origin, as bits, that is written in all packets, and in how many lanes. The next call often has the
+    /// same.
     shared: Option<([u32; 3], usize)>,
-    /// The rays as lines, only while rays with their own origins are traced in bundles. (Three columns more as a part
-    /// of the packets cost camera rays of small scenes 4 %.)
-    pub lines: Box<[PacketLines<M>; PACKETS]>,
-    /// As the lines.
+    /// Sheared rays, only for bundles with separate origins. Apart from the packets, which it would make larger.
+    // Tuned: see docs/lab-notes.md#packet-memory
+    pub sheared: Box<[ShearedPacket<M>; PACKETS]>,
+    /// Like `sheared`.
     pub slabs: Box<[PacketSlabs<M>; PACKETS]>,
 }
 
@@ -27,7 +27,7 @@ impl<M: Memory> Room<M> {
         Self {
             packets: Box::new([Packet::EMPTY; PACKETS]),
             shared: None,
-            lines: Box::new([PacketLines::EMPTY; PACKETS]),
+            sheared: Box::new([ShearedPacket::EMPTY; PACKETS]),
             slabs: Box::new([PacketSlabs::EMPTY; PACKETS]),
         }
     }
@@ -35,7 +35,7 @@ impl<M: Memory> Room<M> {
     /// Gives all packets this origin.
     #[inline(always)]
     pub fn start_at<V: Lanes<Memory = M>>(&mut self, origin: Vec3) {
-        // By bits: 0 and -0 are equal, and make edge functions of different signs.
+        // By bits: 0 and -0 are equal but make edge functions of different signs.
         let now = Some((origin.to_array().map(f32::to_bits), V::COUNT));
         if self.shared != now {
             for packet in self.packets.iter_mut() {
@@ -45,7 +45,7 @@ impl<M: Memory> Room<M> {
         }
     }
 
-    /// Packets get origins of their own.
+    /// Packets get separate origins.
     pub fn start_apart(&mut self) {
         self.shared = None;
     }
@@ -79,7 +79,7 @@ impl Rooms {
     }
 }
 
-/// Memory for which there is a room.
+/// Memory of a width that [`Rooms`] has.
 pub(super) trait InRooms: Memory {
     fn of(rooms: &Rooms) -> &Room<Self>;
     fn of_mut(rooms: &mut Rooms) -> &mut Room<Self>;

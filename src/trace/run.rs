@@ -1,10 +1,9 @@
-//! Which kernels rays go to, and in which groups.
+//! Picks the kernel (lanes, leaf layout) and the groups for a call's rays.
 
 use super::{
-    ENTRY_PACKETS, Group, Method, Tracer, UNSORTED,
-    answers::{AHEAD, Answers},
-    order, prefetch_rays,
+    ENTRY_PACKETS, Group, Method, SKIPPED_SORTS, Tracer, order, prefetch_rays,
     room::RayLanes,
+    sink::{AHEAD, ResultSink},
 };
 use crate::{
     accel::LeafBlocks,
@@ -16,32 +15,32 @@ use crate::{
     },
 };
 
-/// Rays to trace, and where their answers go.
+/// Rays to trace, and where their results go.
 struct Work<'a, A> {
     rays: &'a [RayPacket],
-    /// Empty where they are shared.
+    /// Empty if they are shared.
     origins: &'a [Vec3x8],
-    answers: A,
+    results: A,
     /// The first packet that is not traced yet.
     next: usize,
 }
 
 impl Tracer<'_> {
-    /// [`dispatch`](Self::dispatch) for blocks of one layout: to kernels of sixteen lanes where the CPU has AVX-512, else
-    /// of eight; of rays that share their origin to those with twice as many lanes, where they [pay](pair).
-    pub(super) fn dispatch_to<B: TriangleLeaf, A: Answers, const ANY: bool, const SHARED: bool>(
+    /// [`dispatch`](Self::dispatch) for one block layout: to kernels of sixteen lanes with AVX-512, else of eight;
+    /// for a shared origin, to twice as many lanes where they [pay](pair).
+    pub(super) fn dispatch_to<B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
         origins: &[Vec3x8],
-        answers: A,
+        results: A,
     ) {
         #[cfg(target_arch = "x86_64")]
         use crate::simd::avx512::{self, F32x16, F32x16x2};
         let mut work = Work {
             rays,
             origins,
-            answers,
+            results,
             next: 0,
         };
         while work.next < rays.len() {
@@ -74,7 +73,7 @@ impl Tracer<'_> {
     /// [`run`](Self::run) with AVX-512.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn run_avx512<'w, B: TriangleLeaf, V: RayLanes, A: Answers, const ANY: bool, const SHARED: bool>(
+    fn run_avx512<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
@@ -82,10 +81,9 @@ impl Tracer<'_> {
         self.run::<B, V, A, ANY, SHARED>(blocks, work)
     }
 
-    /// Traces in the order that fits: as the packets come, or ray by ray in order of directions. Ends early where the next
-    /// rays may fit another width.
+    /// Traces as the packets come, or sorted by direction. Returns early if the next rays may need another width.
     #[inline(always)]
-    fn run<'w, B: TriangleLeaf, V: RayLanes, A: Answers, const ANY: bool, const SHARED: bool>(
+    fn run<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
@@ -93,7 +91,7 @@ impl Tracer<'_> {
         let Work {
             rays,
             origins,
-            mut answers,
+            mut results,
             mut next,
         } = work;
         if SHARED {
@@ -118,9 +116,9 @@ impl Tracer<'_> {
                 entry = self.entry(&rays[start..end]);
                 if entry.as_ref().is_some_and(|entry| entry.count == 0) {
                     for (i, packet) in rays.iter().enumerate().take(end).skip(start) {
-                        answers.prefetch((i + AHEAD).min(rays.len() - 1));
+                        results.prefetch((i + AHEAD).min(rays.len() - 1));
                         prefetch_rays(rays, &[], i + ENTRY_PACKETS);
-                        answers.put_none::<V>(i, packet);
+                        results.put_none::<V>(i, packet);
                     }
                     continue;
                 }
@@ -130,10 +128,10 @@ impl Tracer<'_> {
                     order = Some(sorted.rays());
                 }
             } else if !SHARED && is_adaptive {
-                if self.unsorted == 0 && sorted.by_direction(&rays[start..end]) {
+                if self.skipped_sorts == 0 && sorted.by_direction(&rays[start..end]) {
                     order = Some(sorted.rays());
                 }
-                self.unsorted = self.unsorted.saturating_sub(1);
+                self.skipped_sorts = self.skipped_sorts.saturating_sub(1);
             }
             let group = Group {
                 start,
@@ -141,9 +139,9 @@ impl Tracer<'_> {
                 entry: entry.as_ref(),
                 order,
             };
-            self.trace_group::<B, V, A, ANY, SHARED>(blocks, rays, origins, &group, &mut answers);
-            if !SHARED && order.is_some() && self.scattered.is_on() {
-                self.unsorted = UNSORTED;
+            self.trace_group::<B, V, A, ANY, SHARED>(blocks, rays, origins, &group, &mut results);
+            if !SHARED && order.is_some() && self.separate_backoff.is_on() {
+                self.skipped_sorts = SKIPPED_SORTS;
             }
             if SHARED && !ANY {
                 self.density.end_group();
@@ -156,7 +154,7 @@ impl Tracer<'_> {
         Work {
             rays,
             origins,
-            answers,
+            results,
             next,
         }
     }

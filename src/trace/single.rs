@@ -1,27 +1,12 @@
-//! Rays one by one, each against eight boxes or primitives at a time (Wald, Benthin and Boulos, *Getting Rid of
-//! Packets*, 2008), many in flight: while one waits for a node from memory, the others go on (asynchronous memory
-//! access chaining: Kocberber, Falsafi and Grot 2015).
+//! Single rays: each against eight boxes or primitives at a time, 32 in flight.
 //!
-//! Boxes are tested with one multiply-add a plane; which of two is the near one is found by comparing distances. (To make
-//! an address of the direction's sign takes three times as many instructions. Without these, and with numbers broadcast
-//! from memory, mirror rays of the terrain were 3 % faster on a Xeon, of the blobs 4 %.)
+//!   tasks -> 32 slots -> nodes: test 8 boxes -> next child -> blocks: candidate filter -> canonical test
+//!                   ^------------- bit masks say which slot is due for which step --------------'
 //!
-//! What a ray is to do next no branch predictor knows, and the chain from a box test to the next node's address is
-//! longer than what a CPU looks ahead. So all rays in flight do one short thing after the other, in loops without a
-//! branch on rays: those at nodes test boxes, then all of them take their next child; those at blocks look, then those
-//! that may hit are tested, and so on. Which ray is due for what are bits. Against rays in turn, each with all of its steps
-//! and sorted children, Mrays/s of mirror rays one by one on Zen 5: figure 16 to 22, interior 4.6 to 6.4, terrain of a
-//! million triangles 4.6 to 6.2, a million blobs 4.3 to 5.6, spheres 4.0 to 6.0. (Of that, lists of turns instead of
-//! branches 0 to 25 %, one at a time out of [`Siblings`] instead of sorting 2 to 6 %, box tests and next children in
-//! loops of their own 12 %.)
-//!
-//! Where a store's address waits for what a ray has met, Intel's CPUs hold back all loads behind it that have once been
-//! wrong to go ahead, and rays in flight wait for each other. Bits of turns in place of lists of turns, and all eight
-//! distances of siblings stored in place of one, made rays one by one 45 to 75 % faster there (a Xeon with AMX, figure 11
-//! to 16, interior 2.7 to 4.0, terrain 2.8 to 4.8, spheres 3.1 to 5.4). In bundles the same made no difference.
-//!
-//! Tried: the pairs of ray and triangle that are left after the first look gathered for the canonical test, a lane a pair.
-//! On Zen 5 all rays one by one were 1 to 6 % faster, but few are in flight behind bundles: mirror rays -2 to -6 %.
+//! Each step is a loop without a branch on rays, since neither branches nor addresses can be predicted; while one ray
+//! waits for memory, others go on. After Wald, Benthin and Boulos, *Getting Rid of Packets*, 2008, and Kocberber,
+//! Falsafi and Grot, *Asynchronous Memory Access Chaining*, 2015.
+// Tuned: see docs/lab-notes.md#single-rays
 
 use super::{
     Tracer, bits,
@@ -39,20 +24,22 @@ use crate::{
 };
 use glam::Vec3;
 
-/// A ray that is to go on alone in a subtree.
+/// A single-ray task: a ray that goes on alone in a subtree.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Item {
+pub(super) struct SingleRayTask {
     /// Packet times lanes plus lane.
     pub ray: u32,
     pub child: Child,
-    /// Where it enters that, at least; may be below 0.
+    /// A lower bound on where it enters that; may be negative.
     pub near: f32,
 }
 
-/// Rays in flight, a bit each in [`Turns`]. (64: no faster.)
+/// Rays in flight, a bit each in [`Turns`].
+// Tuned: see docs/lab-notes.md#slots
 pub(super) const SLOTS: usize = u32::BITS as usize;
 
-/// Blocks are visited when no more than this many rays are at nodes. (4 or 16: the same.)
+/// Blocks are visited once at most this many rays are at nodes.
+// Tuned: see docs/lab-notes.md#slots
 const FEW: u32 = 8;
 
 /// One ray.
@@ -63,7 +50,7 @@ pub(super) struct SingleRay {
     origin: Vec3,
     direction: Vec3,
     inv: Vec3,
-    /// What to add to a lower plane and to an upper plane times `inv`: `-origin * inv`, moved outwards by its error.
+    /// Added to a lower and an upper plane times `inv`: `-origin * inv`, moved outwards by its error.
     lower_offset: Vec3,
     upper_offset: Vec3,
 }
@@ -98,7 +85,7 @@ impl SingleRay {
         }
     }
 
-    /// Whether the ray enters children not beyond `t_max`, and where: infinite for the others.
+    /// Whether the ray enters any child within `t_max`, and where: infinite for children that it misses.
     #[inline(always)]
     pub(super) fn enter(&self, node: &Node8, t_max: F32x8) -> (bool, F32x8) {
         let planes = |axis: usize| {
@@ -112,7 +99,7 @@ impl SingleRay {
         let far = min(min(far_x, far_y), min(far_z, t_max));
         let near = near * splat(1.0 - NODE_PAD);
         let entered = le(near, far * splat(1.0 + NODE_PAD)).bits();
-        // Empty lanes are boxes inside out, which comparing has turned right side out.
+        // Empty lanes hold inverted boxes, which the comparison has turned right side out.
         let entered = entered & node.valid_bits();
         (
             entered != 0,
@@ -121,12 +108,12 @@ impl SingleRay {
     }
 }
 
-/// Children of one node that a ray has still to visit. (A ray visits the nearest of those of the node that it came to last.
-/// To take it out each time takes half the instructions of sorting all of them first.)
+/// Children of one node that a ray has yet to visit, nearest first. Taking the nearest each time needs half the
+/// instructions of sorting all of them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 struct Siblings {
-    /// Where the ray enters them; infinite for those that it does not, or has visited.
+    /// Where the ray enters them; infinite if it misses them or has visited them.
     near8: F32x8,
     child: [Child; LANES],
 }
@@ -136,14 +123,14 @@ struct Siblings {
 pub(super) struct Slot {
     ray: SingleRay,
     child: Child,
-    /// The ray's end, as far as it was found here: another part of the same ray may have found a nearer one since.
+    /// The ray's end as found here: another task of the same ray may have found a nearer one since.
     t: f32,
-    /// What is still to visit, above a [`Child::NONE`] that ends the ray; `len` of them.
+    /// What is yet to visit, above a [`Child::NONE`] that ends the ray; `len` entries.
     stack: Vec<Siblings>,
     len: usize,
 }
 
-/// As many as there can be in flight, for trees of `depth`.
+/// The slots, for trees of `depth`.
 pub(super) fn slots(depth: usize) -> [Slot; SLOTS] {
     let end = Siblings {
         near8: splat(f32::INFINITY),
@@ -166,7 +153,7 @@ impl Slot {
         let near8 = siblings.near8;
         let nearest = eq(near8, min_everywhere(near8)).bits();
         self.child = siblings.child[nearest.trailing_zeros() as usize % LANES];
-        // All lanes are stored, for then no later load has to wait until it is known which one it was.
+        // All lanes are stored, so that no later load waits for the address. See docs/lab-notes.md#single-rays
         let visited = Mask8::from_bits(nearest & nearest.wrapping_neg());
         siblings.near8 = visited.select(splat(f32::INFINITY), near8);
         let left = lt(near8, splat(f32::INFINITY)).bits();
@@ -174,7 +161,7 @@ impl Slot {
         places.prefetch(self.child);
     }
 
-    /// The ray ends at `t` now: drops what begins beyond, for occlusion all there is.
+    /// The ray now ends at `t`: drops what begins beyond, in occlusion everything.
     #[inline(always)]
     fn end_at<const ANY: bool>(&mut self, t: f32) {
         if t >= self.t {
@@ -202,7 +189,7 @@ impl Slot {
     }
 }
 
-/// What each slot is to do next: the [kind](Child::kind) of its child.
+/// The next step of each slot: the [kind](Child::kind) of its child.
 struct Turns {
     /// The lower bit of the kind, a bit a slot.
     low: u32,
@@ -211,7 +198,7 @@ struct Turns {
 }
 
 impl Turns {
-    /// All slots are through.
+    /// All slots are done.
     const NONE: Self = Self { low: !0, high: !0 };
 
     /// The slots whose child is of a kind.
@@ -221,7 +208,7 @@ impl Turns {
         side(self.low, kind & 1) & side(self.high, kind >> 1)
     }
 
-    /// Makes these slots' bits 0, for [`Self::put`] to set them.
+    /// Clears these slots' bits, for [`Self::put`] to set.
     #[inline(always)]
     fn clear(&mut self, slots: u32) {
         self.low &= !slots;
@@ -237,25 +224,25 @@ impl Turns {
 }
 
 impl Tracer<'_> {
-    /// Traces the rays of `items`, in packets of `V::COUNT`.
+    /// Traces the rays of `tasks`, in packets of `V::COUNT`.
     #[inline(always)]
-    pub(super) fn trace_items<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
+    pub(super) fn trace_tasks<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
     ) {
         let Self {
             bvh,
             rooms,
-            items,
+            tasks,
             slots,
             ..
         } = self;
-        if items.is_empty() {
+        if tasks.is_empty() {
             return;
         }
         let packets = &mut rooms.of_mut::<V>().packets;
         let places = bvh.places(blocks);
-        let mut left = items.iter();
+        let mut left = tasks.iter();
         let mut turns = Turns::NONE;
         for (i, slot) in slots.iter_mut().enumerate() {
             if !start(slot, &places, packets, &mut left, V::COUNT) {
@@ -276,11 +263,11 @@ impl Tracer<'_> {
                 }
             }
             let leaves = turns.of(Child::TRIANGLES);
-            let mut looked = 0;
+            let mut candidates = 0;
             for i in bits(leaves) {
-                looked |= u32::from(looks_hit::<B, V>(&slots[i % SLOTS], blocks.triangles)) << i;
+                candidates |= u32::from(may_hit_block::<B, V>(&slots[i % SLOTS], blocks.triangles)) << i;
             }
-            for i in bits(looked) {
+            for i in bits(candidates) {
                 triangles::<B, V, ANY>(&mut slots[i % SLOTS], blocks.triangles, packets);
             }
             pop_all(&mut turns, leaves, slots, &places);
@@ -301,20 +288,20 @@ impl Tracer<'_> {
                 turns.put(i, slot.child);
             }
         }
-        items.clear();
+        tasks.clear();
     }
 }
 
-/// Gives a slot the next ray that may still hit something; `false` if none is left.
+/// Gives a slot the next ray that may still hit something; `false` if there is none.
 #[inline(always)]
 fn start<B: TriangleLeaf, M: Memory>(
     slot: &mut Slot,
     places: &Places<B>,
     packets: &[Packet<M>; super::PACKETS],
-    items: &mut std::slice::Iter<'_, Item>,
+    tasks: &mut std::slice::Iter<'_, SingleRayTask>,
     lanes: usize,
 ) -> bool {
-    for &Item { ray, child, near } in items {
+    for &SingleRayTask { ray, child, near } in tasks {
         let (p, i) = (ray as usize / lanes, ray as usize % lanes);
         let state = &packets[p % super::PACKETS];
         let t = state.t.place(i);
@@ -334,7 +321,7 @@ fn start<B: TriangleLeaf, M: Memory>(
 #[inline(always)]
 fn enter_children(slot: &mut Slot, bvh: &Bvh) {
     let node = &bvh.nodes()[slot.child.index()];
-    // Before the test: what the compiler loads of the ray before a bounds check is not broadcast from memory.
+    // Before the test: loads of the ray before a bounds check are not fused into broadcasts.
     let next = &mut slot.stack[slot.len];
     let (entered, near) = slot.ray.enter(node, splat(slot.t));
     next.near8 = near;
@@ -353,9 +340,9 @@ fn pop_all<B: TriangleLeaf>(turns: &mut Turns, which: u32, slots: &mut [Slot; SL
     }
 }
 
-/// Whether a ray may hit something in its block of triangles, at first look.
+/// Whether a ray may hit something in its block of triangles: the candidate filter.
 #[inline(always)]
-fn looks_hit<B: TriangleLeaf, V: Lanes>(slot: &Slot, blocks: &[B]) -> bool {
+fn may_hit_block<B: TriangleLeaf, V: Lanes>(slot: &Slot, blocks: &[B]) -> bool {
     let (ray, leaf) = (&slot.ray, slot.child);
     let (origin, direction) = (Vec3x8::splat(ray.origin), Vec3x8::splat(ray.direction));
     let mut room = None;
@@ -380,8 +367,8 @@ fn triangles<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let block = blocks[leaf.index()].whole::<V::Triangles>(&mut room);
     let edges = block.edge_functions(slabs.origin);
     let weights = edges.weights(&direction);
-    let first_look = edges.first_look(weights) & leaf.count_bits();
-    let found = edges.intersect(first_look, weights, block, &slabs, &direction);
+    let candidates = edges.candidates(weights) & leaf.count_bits();
+    let found = edges.intersect(candidates, weights, block, &slabs, &direction);
     for c in bits(found.hit.bits()) {
         let weights = found.weights.each_ref().map(|weight| lane(weight, c));
         state.offer_lane::<ANY>(i, lane(&found.t, c), block.id[c], weights);

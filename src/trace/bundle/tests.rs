@@ -54,19 +54,19 @@ fn what_blocked_others_blocks_no_more_than_it_should() {
     }
     for method in [Method::Adaptive, Method::AdaptiveBaseline] {
         for widths in [Widths::Fitting, Widths::One, Widths::Pair] {
-            for nodes_wait in [false, true] {
+            for defer_nodes in [false, true] {
                 let mut tracer = Tracer::with_method(&bvh, method);
                 tracer.hold_to(widths);
-                tracer.let_nodes_wait(nodes_wait);
+                tracer.let_nodes_wait(defer_nodes);
                 let mut were_kept = false;
                 for round in 0..6 {
                     let light = round % 2;
                     let own = blocked(&mut tracer, lights[light]);
                     assert!(
                         own == expected[light],
-                        "{method:?} {widths:?} {nodes_wait} {round}"
+                        "{method:?} {widths:?} {defer_nodes} {round}"
                     );
-                    were_kept |= tracer.blockers.is_some();
+                    were_kept |= tracer.occluder_cache.is_some();
                 }
                 assert!(were_kept, "{method:?} {widths:?}: nothing came first");
             }

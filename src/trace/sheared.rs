@@ -1,10 +1,13 @@
-//! Leaf blocks against packets whose rays have their own origins.
+//! Leaf blocks against packets with separate origins: a candidate filter, then the canonical test.
 //!
-//! At first rays are lines: space is sheared along the axis k of their frustum until their direction is that axis
-//! (Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, 2013, shear for the canonical test; here it is a
-//! first look only). What is left is on which side of a triangle's edges, in the plane, a point lies: 24 operations a
-//! triangle and 11 numbers of it. (Edges and rays in Plücker coordinates take 29 operations and 20 numbers, and moments
-//! of edges for each block: mirror rays of cow, figure and interior 0 to 2 % less.)
+//! The filter takes rays as lines. Space is sheared along the dominant axis k of the frustum until rays run along k;
+//! then a point is tested against a triangle's edges in the plane, with 24 operations a triangle:
+//!
+//!   block -> relative to the space -> sheared per packet -> candidates (above, below) -> canonical test -> hits
+//!
+//! The shear is that of Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection*, 2013, which uses it for the
+//! canonical test; here it only filters.
+// Tuned: see docs/lab-notes.md#sheared-rays
 
 use super::{
     PACKETS, bits,
@@ -15,7 +18,7 @@ use super::{
 };
 use crate::{
     accel::{Child, LeafBlocks},
-    geometry::{Edges, FIRST_LOOK, TriangleBlock, TriangleLeaf, padded_boxes},
+    geometry::{CANDIDATE_SLACK, Edges, TriangleBlock, TriangleLeaf, padded_boxes},
     simd::{
         F32x8, LANES, Vec3x8, lane,
         lanes::{LaneMask, Lanes, Memory, Vec3Lanes},
@@ -24,20 +27,19 @@ use crate::{
 };
 use glam::Vec3;
 
-/// A packet and a triangle, as seen at first look: which lanes' rays, taken as lines, do not clearly pass outside the
-/// triangle, by the side of it from which they come. (Masks, which are stored without a way through other registers. With
-/// all of it put together in one number: mirror rays 1 to 3 % less, on a Xeon.)
+/// A packet and a triangle that passed the filter: the rays that, as lines, do not clearly pass outside the triangle,
+/// by the side from which they come.
 #[derive(Clone, Copy, Debug)]
-struct Look {
-    /// No edge function is clearly negative: those that may hit if they start where the canonical test turns nothing.
+struct Candidate {
+    /// No edge function is clearly negative: may hit if they start where the canonical test flips nothing.
     above: u16,
-    /// None is clearly positive: those that may hit if they start where it turns all of them.
+    /// No edge function is clearly positive: may hit if they start where it flips all of them.
     below: u16,
     /// The packet times eight plus the triangle.
     pair: u32,
 }
 
-impl Look {
+impl Candidate {
     const NONE: Self = Self {
         above: 0,
         below: 0,
@@ -54,42 +56,37 @@ impl Look {
         self.pair as usize % LANES
     }
 
-    /// The lanes that may hit, now that those are known which the canonical test turns.
+    /// The lanes that may hit, given those that the canonical test flips.
     #[inline(always)]
     fn ahead(self, turned: u32) -> u32 {
         (u32::from(self.above) & !turned) | (u32::from(self.below) & turned)
     }
 }
 
-/// Memory for what passes the first look at a block. (Where it was made anew for each block, and so filled with zeros,
-/// mirror rays lost 4 to 6 %.)
+/// Reused memory for the candidates of a block.
 #[derive(Debug)]
-pub(super) struct Looks([Look; PACKETS * LANES]);
+pub(super) struct Candidates([Candidate; PACKETS * LANES]);
 
-impl Looks {
-    pub const EMPTY: Self = Self([Look::NONE; PACKETS * LANES]);
+impl Candidates {
+    pub const EMPTY: Self = Self([Candidate::NONE; PACKETS * LANES]);
 }
 
-/// A block against packets whose rays have their own origins: first as lines, which takes less than half the operations
-/// of the canonical edge functions, then canonically those pairs that are left. (A first look, at that time in Plücker
-/// coordinates, took mirror rays of the interior from 9.9 to 11.2 Mrays/s, figure 46 to 51, terrain 4.7 to 4.9.)
+/// Tests a block against packets with separate origins: the filter first, which takes less than half the operations
+/// of the canonical edge functions, then the canonical test of the candidates.
 ///
-/// A line does not tell what is behind a ray, and every ray that a mirror sends out passes through the triangle it
-/// comes from: half of the pairs that were left, on curved meshes. So the canonical test ends where no ray starts on
-/// the side of the triangle's plane from which its line would hit. (Mirror rays: cow +4 to +6 %, figure 0 to +5 %,
-/// interior, terrain and blobs 0 to +2 %. With a loop of its own for this, in place of a branch within the canonical
-/// test: 2 to 3 % less.)
+/// A line includes what is behind the ray, and each mirror ray passes through the triangle it starts on. So the
+/// canonical test ends early if no ray starts on the side of the plane from which its line would hit.
 #[inline(always)]
 pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     blocks: LeafBlocks<'_, B>,
     leaf: Child,
     culling: &Culling<'_, V>,
     packets: u32,
-    lines: &[PacketLines<V::Memory>; PACKETS],
-    looks: &mut Looks,
+    lines: &[ShearedPacket<V::Memory>; PACKETS],
+    candidates: &mut Candidates,
     states: &mut [Packet<V::Memory>; PACKETS],
 ) -> u32 {
-    debug_assert!(V::COUNT <= 16, "a `Look` has no room for more lanes");
+    debug_assert!(V::COUNT <= 16, "a `Candidate` has no room for more lanes");
     if !leaf.is_triangles() {
         let block = &blocks.spheres[leaf.index()];
         return spheres::<V, ANY, false>(block, leaf.count_bits(), culling, packets, states);
@@ -100,14 +97,14 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let corners8 = TriangleBlock::corners::<F32x8>([block, block]);
     let edges8 = Edges::new(&corners8);
     let seen8 = SeenTriangles::new(block, &edges8, &culling.space);
-    let Looks(looks) = looks;
+    let Candidates(candidates) = candidates;
     let mut count = 0;
     for p in bits(packets) {
         let live = states[p % PACKETS].live::<V>();
-        let lines = PacketLines::load::<V>(&lines[p % PACKETS]);
+        let lines = ShearedPacket::load::<V>(&lines[p % PACKETS]);
         for i in 0..leaf.count() {
             let [above, below] = lines.sides(&seen8, i, live);
-            looks[count % (PACKETS * LANES)] = Look {
+            candidates[count % (PACKETS * LANES)] = Candidate {
                 above: above.bits() as u16,
                 below: below.bits() as u16,
                 pair: (p * LANES + i) as u32,
@@ -122,15 +119,15 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let (lower8, upper8) = padded_boxes(&corners8);
     let (first8, last8) = in_order(lower8, upper8, culling.down);
     let mut taken = 0;
-    for &look in &looks[..count] {
-        let (p, i) = (look.packet(), look.triangle());
+    for &candidate in &candidates[..count] {
+        let (p, i) = (candidate.packet(), candidate.triangle());
         let state = &mut states[p];
         let o = Vec3Lanes::<V>::load(&state.origin);
         let d = Vec3Lanes::<V>::load(&state.direction);
         let a = Vec3Lanes::<V>::splat(block.v0.lane(i)) - o;
         let normal = vector::<V>(&edges8.normal, i);
         let plane = normal.dot(a);
-        if look.ahead(plane.sign_bits()) == 0 {
+        if candidate.ahead(plane.sign_bits()) == 0 {
             continue;
         }
         let b = Vec3Lanes::<V>::splat(block.v1.lane(i)) - o;
@@ -143,7 +140,7 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         ];
         let tolerance = [V::splat(lane(&lowest8, i)), V::splat(lane(&seen8.tolerance, i))];
         let bounds = interval::<V>(state, vector(&first8, i) - o, vector(&last8, i) - o, culling);
-        // Turned before the product, as elsewhere: the sign of a determinant of 0 depends on it.
+        // Flipped before the product, as elsewhere: the sign of a determinant of 0 depends on it.
         let determinant = d.dot(normal.turn(flip));
         let t = plane.turn(flip) / determinant;
         let hit = hit::<B, V, ANY>(state, stored, i, tolerance, weights, t, bounds);
@@ -152,21 +149,21 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     taken
 }
 
-/// What lines are told by.
+/// The space in which rays are sheared.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LineSpace {
+pub(super) struct ShearedSpace {
     /// The [axes](BundleFrustum::axes) i, j and k.
     axes: [usize; 3],
-    /// What all places are relative to: where the origins' box begins.
+    /// Everything is relative to this point: the lower corner of the origins' box.
     point: Vec3,
-    /// How far from there origins are at most.
+    /// The greatest distance of an origin from it.
     extent: f32,
-    /// [How far](LINES_LOOK) on the wrong side of an edge a line may pass at first look, as a share of [`Edges::size`].
-    look: f32,
+    /// [Slack](SHEARED_SLACK) of the filter on the wrong side of an edge, as a fraction of [`Edges::size`].
+    slack: f32,
 }
 
-impl LineSpace {
-    /// Without a frustum, no line misses anything.
+impl ShearedSpace {
+    /// Without a frustum no line misses anything.
     #[inline(always)]
     pub fn new<V: Lanes>(frustum: Option<&BundleFrustum<V>>, point: Vec3, extent: f32) -> Self {
         let (axes, stretch_squared) = match frustum {
@@ -177,37 +174,36 @@ impl LineSpace {
             axes,
             point,
             extent,
-            look: LINES_LOOK * stretch_squared,
+            slack: SHEARED_SLACK * stretch_squared,
         }
     }
 }
 
-/// What the first look by lines allows for, in half-ulps, times the square of N, how far rays go while they go 1 along
-/// k: as a share of [`Edges::size`], which is at least 2 E (E + L) with E the longest edge and L more than the
-/// distances of point and origins from the first corner, and from each other.
+/// The filter's slack in half-ulps, times the square of N, the distance that rays go while they go 1 along k: a
+/// fraction of [`Edges::size`], which is at least 2 E (E + L), with E the longest edge and L more than the distances
+/// of the point and the origins from the first corner, and from each other.
 ///
-/// The shear makes vectors at most N times as long. Errors of a sheared edge: its own rounding, the slope's (2), and
+/// The shear makes vectors at most N times as long. Errors of a sheared edge: its own rounding, the slope's (2) and
 /// the multiply-add's: 4 N E. Of the sheared first corner: its and the origin's rounding relative to the point, the
-/// slope's (2), p and q, the difference and the multiply-add: 6 N L. With the rounding of two products u and v are
-/// wrong by up to 12 N^2 E L, their sum with w, which is what they leave of it, by 10 N^2 E^2; w then by 27 N^2 E (E +
-/// L), half of that as a share of the size. Where multiply-adds are not fused, 15 N^2.
+/// slope's (2), p and q, the difference and the multiply-add: 6 N L. With the rounding of two products, u and v are
+/// wrong by up to 12 N^2 E L, their sum with w by 10 N^2 E^2; w then by 27 N^2 E (E + L), half of that as a fraction
+/// of the size. Without fused multiply-add, 15 N^2.
 ///
 /// The canonical edge functions are these times twice what rays go along k, at least 2 / N; they are rejected below
-/// -20 half-ulps ([`FIRST_LOOK`]) and wrong by up to 11.5, which here is 15.75 N. Together up to 30.75 N^2, for N is at
-/// least 1.
-const LINES_LOOK: f32 = 32.0 / (1 << 24) as f32;
+/// -20 half-ulps ([`CANDIDATE_SLACK`]) and wrong by up to 11.5, which here is 15.75 N. Together up to 30.75 N^2, as N is
+/// at least 1.
+const SHEARED_SLACK: f32 = 32.0 / (1 << 24) as f32;
 
-/// The rays of a packet as lines in slope form: relative to a [`LineSpace`] they pass through
-/// (p + a x_k, q + b x_k, x_k) for all x_k.
+/// The rays of a packet as lines in slope form, relative to a [`ShearedSpace`]: (p + a x_k, q + b x_k, x_k) for all x_k.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PacketLines<M> {
+pub(super) struct ShearedPacket<M> {
     minus_a: M,
     minus_b: M,
     p: M,
     q: M,
 }
 
-impl<M: Memory> PacketLines<M> {
+impl<M: Memory> ShearedPacket<M> {
     pub const EMPTY: Self = Self {
         minus_a: M::ZERO,
         minus_b: M::ZERO,
@@ -215,9 +211,10 @@ impl<M: Memory> PacketLines<M> {
         q: M::ZERO,
     };
 
-    /// Of rays that the space's frustum holds. (Without one they may be anything, but then miss nothing.)
+    /// Sets the lines of a packet within the space's frustum. (Without a frustum they may be anything, and miss
+    /// nothing.)
     #[inline(always)]
-    pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, space: &LineSpace) {
+    pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, space: &ShearedSpace) {
         let [i, j, k] = space.axes;
         let o_i = V::load(&packet.origin[i]) - V::splat(space.point[i]);
         let o_j = V::load(&packet.origin[j]) - V::splat(space.point[j]);
@@ -233,8 +230,8 @@ impl<M: Memory> PacketLines<M> {
 
     /// In registers.
     #[inline(always)]
-    fn load<V: Lanes<Memory = M>>(&self) -> Lines<V> {
-        Lines {
+    fn load<V: Lanes<Memory = M>>(&self) -> ShearedRays<V> {
+        ShearedRays {
             minus_a: V::load(&self.minus_a),
             minus_b: V::load(&self.minus_b),
             p: V::load(&self.p),
@@ -243,17 +240,17 @@ impl<M: Memory> PacketLines<M> {
     }
 }
 
-/// [`PacketLines`] in registers.
+/// [`ShearedPacket`] in registers.
 #[derive(Clone, Copy)]
-struct Lines<V> {
+struct ShearedRays<V> {
     minus_a: V,
     minus_b: V,
     p: V,
     q: V,
 }
 
-impl<V: Lanes> Lines<V> {
-    /// Edge `n` of eight, sheared: what it is along i and j.
+impl<V: Lanes> ShearedRays<V> {
+    /// Edge `n` of eight, sheared: its components along i and j.
     #[inline(always)]
     fn sheared(&self, [i, j, k]: &[F32x8; 3], n: usize) -> [V; 2] {
         let along = V::splat(lane(k, n));
@@ -263,7 +260,7 @@ impl<V: Lanes> Lines<V> {
         ]
     }
 
-    /// Those of `lanes` that may hit triangle `n`: as [`Look::above`], and as [`Look::below`].
+    /// Those of `lanes` that may hit triangle `n`: as [`Candidate::above`], and as [`Candidate::below`].
     #[inline(always)]
     fn sides(&self, seen8: &SeenTriangles, n: usize, lanes: V::Mask) -> [V::Mask; 2] {
         let [e1_i, e1_j] = self.sheared(&seen8.e1, n);
@@ -284,7 +281,7 @@ impl<V: Lanes> Lines<V> {
     }
 }
 
-/// A block's triangles in a [`LineSpace`]: vectors are columns along i, j and k.
+/// A block's triangles in a [`ShearedSpace`]: columns along i, j and k.
 #[derive(Clone, Copy, Debug)]
 struct SeenTriangles {
     /// First corners.
@@ -293,7 +290,7 @@ struct SeenTriangles {
     e1: [F32x8; 3],
     /// Edges from there to the third corners.
     e2: [F32x8; 3],
-    /// How far on the wrong side of 0 an edge function may be at first look, and minus that.
+    /// The filter's slack on the wrong side of 0, and minus that.
     highest: F32x8,
     lowest: F32x8,
     /// As [`EdgeFunctions::tolerance`](crate::geometry::EdgeFunctions::tolerance), for all origins.
@@ -302,7 +299,7 @@ struct SeenTriangles {
 
 impl SeenTriangles {
     #[inline(always)]
-    fn new(block: &TriangleBlock, edges8: &Edges, space: &LineSpace) -> Self {
+    fn new(block: &TriangleBlock, edges8: &Edges, space: &ShearedSpace) -> Self {
         let point8 = Vec3x8::splat(space.point);
         let (from, a) = (columns(&point8, space), columns(&block.v0, space));
         let (b, c) = (columns(&block.v1, space), columns(&block.v2, space));
@@ -315,21 +312,21 @@ impl SeenTriangles {
             mul_add(v0[1], v0[1], mul_add(v0[2], v0[2], extent8 * extent8)),
         );
         let size = edges8.size(distance_squared + distance_squared);
-        let highest = size * splat(space.look);
+        let highest = size * splat(space.slack);
         Self {
             v0,
             e1: [b[0] - a[0], b[1] - a[1], b[2] - a[2]],
             e2: [c[0] - a[0], c[1] - a[1], c[2] - a[2]],
             highest,
             lowest: -highest,
-            tolerance: size * splat(FIRST_LOOK),
+            tolerance: size * splat(CANDIDATE_SLACK),
         }
     }
 }
 
 /// The columns of eight vectors along i, j and k.
 #[inline(always)]
-fn columns(v: &Vec3x8, space: &LineSpace) -> [F32x8; 3] {
+fn columns(v: &Vec3x8, space: &ShearedSpace) -> [F32x8; 3] {
     let [i, j, k] = space.axes;
     [column(v, i), column(v, j), column(v, k)]
 }
@@ -350,7 +347,7 @@ mod tests {
         geometry::passes_through,
         ray::{PrimitiveId, RayPacket},
         simd::Mask8,
-        trace::way::Way,
+        trace::dominant::DominantAxis,
     };
 
     /// The lanes that may hit the first triangle, of rays that all go one way.
@@ -373,22 +370,22 @@ mod tests {
         let frustum = (0..3).find_map(|turn| {
             let axis = (round + turn) % 3;
             let sign = direction[axis].signum();
-            BundleFrustum::<F32x8>::new::<false>(&packets, 1, Way { axis, sign })
+            BundleFrustum::<F32x8>::new::<false>(&packets, 1, DominantAxis { axis, sign })
         });
-        let space = LineSpace::new(frustum.as_ref(), point, extent);
-        assert!(space.look.is_finite(), "one axis is along {direction}");
-        let mut lines = PacketLines::EMPTY;
+        let space = ShearedSpace::new(frustum.as_ref(), point, extent);
+        assert!(space.slack.is_finite(), "one axis is along {direction}");
+        let mut lines = ShearedPacket::EMPTY;
         lines.set::<F32x8>(&packets[0], &space);
         let seen8 = SeenTriangles::new(block, edges8, &space);
         let v0 = Vec3Lanes::<F32x8>::splat(block.v0.lane(0));
         let plane = leaf::vector(&edges8.normal, 0).dot(v0 - Vec3Lanes::load(&packets[0].origin));
         let [above, below] = lines.load::<F32x8>().sides(&seen8, 0, Mask8::from_bits(0xff));
-        let look = Look {
+        let candidate = Candidate {
             above: above.bits() as u16,
             below: below.bits() as u16,
             pair: 0,
         };
-        look.ahead(plane.sign_bits())
+        candidate.ahead(plane.sign_bits())
     }
 
     /// Rays at corners, at edges and past them, of triangles of all shapes, near and far from their origins.
@@ -423,7 +420,7 @@ mod tests {
                 let ahead = ahead(&block, &edges8, &origin8, direction, (point, extent), round);
                 let edges = block.edge_functions(Vec3x8::splat(origin));
                 let weights = edges.weights(&Vec3x8::splat(direction));
-                let look = edges.first_look(weights) & 1;
+                let candidate = edges.candidates(weights) & 1;
                 let passes = passes_through(
                     origin,
                     direction,
@@ -432,7 +429,7 @@ mod tests {
                 );
                 passing += u32::from(passes);
                 assert!(
-                    !passes || look != 0 && ahead >> lane & 1 != 0,
+                    !passes || candidate != 0 && ahead >> lane & 1 != 0,
                     "round {round}: {corners:?} {origin} {direction}"
                 );
             }

@@ -1,4 +1,4 @@
-//! Where the answers go, in the order of the rays.
+//! Result sinks: where hits and occlusion bits are written, in the order of the rays.
 #![allow(
     unsafe_code,
     reason = "writing past the caches is unsafe as long as it is not finished; see `LONG` for what it buys"
@@ -15,28 +15,27 @@ use crate::{
     },
 };
 
-/// So many packets ahead of a long run of answers, memory is asked for them. (Camera rays of small scenes: +1 to +6 % on a
-/// Xeon.)
+/// In long runs of results, memory is prefetched this many packets ahead.
+// Tuned: see docs/lab-notes.md#streamed-hits
 pub(super) const AHEAD: usize = 16;
 
-/// More bytes of hits than this are written past the caches: until the caller reads the first ones, the last ones would
-/// have pushed them out of all but the largest, and a cache fetches what it is to overwrite from memory. (On a Xeon with
-/// 2 MB of L2, caches emptied before each round, camera rays of small scenes +10 to +20 %, of large ones +5 %. The
-/// renderer's tiles are far smaller, and stay in the cache.)
+/// Calls with more bytes of hits than this write them past the caches, which would fetch what is to be overwritten
+/// and evict the first hits before the caller reads them.
+// Tuned: see docs/lab-notes.md#streamed-hits
 const LONG: usize = 4 << 20;
 
-/// Answers to rays that come in packets of eight.
-pub(super) trait Answers {
-    /// Asks for the memory of answer `i`, which will be written.
+/// Receives the results of rays that come in packets of eight.
+pub(super) trait ResultSink {
+    /// Prefetches result `i`, which will be written.
     fn prefetch(&self, i: usize);
-    /// Answer `i`, written once: those of eight lanes of a packet.
+    /// Writes result `i` once: those of eight lanes of a packet.
     fn put<V: Lanes>(&mut self, i: usize, packet: &Packet<V::Memory>, eight: usize);
-    /// Answer `i`, written once: eight lanes without a hit.
+    /// Writes result `i` once: eight lanes without a hit.
     fn put_none<V: Lanes>(&mut self, i: usize, rays: &RayPacket);
-    /// Answer `i`, which [`scatter`](Self::scatter) goes on with: eight lanes without a hit.
+    /// Starts result `i` for [`scatter`](Self::scatter): eight lanes without a hit.
     fn clear(&mut self, i: usize, rays: &RayPacket);
-    /// The answers of a packet of rays from anywhere: `members` are answers times eight plus lane, from `base` on, which
-    /// hold none yet.
+    /// Writes the results of a packet of sorted rays: `members` are results times eight plus lane, from `base` on,
+    /// which hold none yet.
     fn scatter<M: Memory>(&mut self, base: usize, packet: &Packet<M>, members: &[u16]);
 }
 
@@ -57,7 +56,8 @@ impl<'a> Hits<'a> {
         let to = &mut self.hits[i];
         if self.is_long {
             let [first, second]: &mut [Column; 2] = bytemuck::cast_mut(to);
-            // SAFETY: each answer is written once, and `self`, which alone has them until it is dropped, finishes then.
+            // SAFETY: each result is written once, and `self`, which alone has them until it is dropped, finishes
+            // then.
             unsafe {
                 V::stream(value.t, value.u, first);
                 V::stream(value.v, bytemuck::cast(value.primitive), second);
@@ -76,7 +76,7 @@ impl Drop for Hits<'_> {
     }
 }
 
-impl Answers for Hits<'_> {
+impl ResultSink for Hits<'_> {
     #[inline(always)]
     fn prefetch(&self, i: usize) {
         if !self.is_long {
@@ -112,7 +112,7 @@ impl Answers for Hits<'_> {
 }
 
 /// Occlusion: a bit a lane.
-impl Answers for &mut [u8] {
+impl ResultSink for &mut [u8] {
     #[inline(always)]
     fn prefetch(&self, _: usize) {}
     #[inline(always)]
@@ -170,7 +170,7 @@ mod tests {
         let packets = LONG / size_of::<HitPacket>() + 100;
         let rays: Vec<RayPacket> = (0..packets)
             .map(|i| {
-                // By so many packets: into the scene, past it, and every way.
+                // The rays of so many packets go into the scene, past it, or every way.
                 let (way, spread) = [(Vec3::ONE, 0.4), (Vec3::NEG_X, 0.1), (Vec3::ONE, 9.0)][i / 512 % 3];
                 let none = [0.0, 0.0, 0.0, vector().x][i % 4];
                 let t_max = F32x8::from([none, 1.0, 1.0, none, 4.0, 4.0, none, 4.0]);

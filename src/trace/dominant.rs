@@ -1,32 +1,33 @@
-//! Which way rays mainly go: a [frustum](super::frustum) holds only rays that go the same way. (The main axis and slopes
-//! along it are those of Wald, Ize, Kensler, Knoll and Parker, *Ray Tracing Animated Scenes using Coherent Grid Traversal*,
-//! 2006. Differs: a bundle that goes several ways is divided, by packets, in place of being traced ray by ray.)
+//! The dominant axis of rays: a [frustum](super::frustum) holds only rays that share it.
+//!
+//! Dominant axis and slopes along it are those of Wald, Ize, Kensler, Knoll and Parker, *Ray Tracing Animated Scenes
+//! using Coherent Grid Traversal*, 2006. Differs: a bundle with several is divided, by packets, instead of traced ray
+//! by ray.
 
 use super::{PACKETS, bits, rays::Packet};
 use crate::simd::lanes::{LaneMask, Lanes, Vec3Lanes};
 use glam::Vec3;
 
-/// A frustum needs all its rays to go at least this much along its axis, else its slopes are too far apart to be of
-/// use.
+/// All rays of a frustum go at least this much along its axis, else its slopes are too far apart to cull anything.
 pub(super) const LEAST_ALONG_K: f32 = 0.3;
 
-/// The sum of thirty-two lanes, twice that of sixteen, four times that of eight.
+/// The sum of all lanes, times a factor that depends on the width alone.
 #[inline(always)]
 fn sum_of_lanes<V: Lanes>(v: V) -> f32 {
-    // The smaller of two and the larger of two are both of them, or one of them twice.
+    // min(a, b) + max(a, b) = a + b, so folding both sums the lanes.
     let sums = v.fold_min_to_16() + v.fold_max_to_16();
     (sums.fold_min() + sums.fold_max()).reduce_add()
 }
 
-/// The way that all rays of a frustum go: along an axis, up or down.
+/// The dominant axis of all rays of a frustum, and its sign.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Way {
+pub(super) struct DominantAxis {
     pub axis: usize,
     pub sign: f32,
 }
 
-impl Way {
-    /// Along the axis of the sum of all directions.
+impl DominantAxis {
+    /// The axis of the sum of all directions.
     #[inline(always)]
     pub fn of_most<V: Lanes>(states: &[Packet<V::Memory>; PACKETS], packets: u32) -> Self {
         let mut sum = Vec3Lanes::<V>::splat(Vec3::ZERO);
@@ -41,7 +42,7 @@ impl Way {
         Self { axis, sign }
     }
 
-    /// Those of `packets` all of whose rays go this way.
+    /// Those of `packets` all of whose rays have this dominant axis.
     #[inline(always)]
     fn gone_by<V: Lanes>(self, states: &[Packet<V::Memory>; PACKETS], packets: u32) -> u32 {
         let (least, sign) = (V::splat(LEAST_ALONG_K), V::splat(self.sign));
@@ -54,20 +55,18 @@ impl Way {
     }
 }
 
-/// As many of `packets` (a bit each) as go one way; `None` if there is none all of whose rays do.
-///
-/// (Mirrors have folds and edges. Where a bundle that no frustum holds was traced packet by packet, mirror rays lost
-/// 11 to 17 %.)
+/// As many of `packets` (a bit each) as share a dominant axis; `None` if no packet's rays do.
+// Tuned: see docs/lab-notes.md#dividing-bundles
 #[inline(always)]
 pub(super) fn most_going_one_way<V: Lanes>(
     states: &[Packet<V::Memory>; PACKETS],
     packets: u32,
-) -> Option<(u32, Way)> {
+) -> Option<(u32, DominantAxis)> {
     let mut most = None;
     let mut count = 0;
     for axis in 0..3 {
         for sign in [1.0, -1.0] {
-            let way = Way { axis, sign };
+            let way = DominantAxis { axis, sign };
             let gone = way.gone_by::<V>(states, packets);
             if gone.count_ones() > count {
                 count = gone.count_ones();
