@@ -131,10 +131,7 @@ impl Program {
         let mesh = &self.input.mesh;
         let mut options = String::new();
         if let Some(axis) = mesh.up_axis {
-            options += match axis {
-                UpAxis::Y => " --up-axis=y",
-                UpAxis::Z => " --up-axis=z",
-            };
+            options += &format!(" --up-axis={axis}");
         }
         if mesh.ground {
             options += " --ground";
