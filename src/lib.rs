@@ -121,3 +121,5 @@ pub mod verify;
 #[cfg(feature = "viewer")]
 #[doc(hidden)]
 pub mod viewer;
+#[cfg(feature = "png")]
+mod whole_file;

@@ -5,6 +5,8 @@ pub(crate) mod bands;
 mod crop;
 mod film;
 mod frame;
+#[cfg(feature = "png")]
+mod png;
 mod renderer;
 mod sampling;
 mod scalar;
@@ -15,6 +17,8 @@ pub use aov::{Aov, Aovs};
 pub use crop::Crop;
 pub use film::{ByteFilm, Film, Pixel, quantize};
 pub use frame::render;
+#[cfg(feature = "png")]
+pub use png::{SOFTWARE, write_png};
 pub use renderer::Renderer;
 pub use sampling::{Filter, Pattern};
 pub use transfer::Transfer;

@@ -10,9 +10,11 @@ use std::{
 };
 
 /// What each room may use, besides itself. `None`: everything.
-const ROOMS: [(&str, Option<&str>); 23] = [
+const ROOMS: [(&str, Option<&str>); 24] = [
     ("error", Some("")),
     ("math", Some("")),
+    // Files that appear whole or not at all.
+    ("whole_file", Some("")),
     ("classic", Some("")),
     ("simd", Some("math")),
     ("ray", Some("simd math")),
@@ -54,7 +56,11 @@ const ROOMS: [(&str, Option<&str>); 23] = [
 ];
 
 /// One file may use more than its room.
-const EXTRA: [(&str, &str); 2] = [("reference/bvh.rs", "accel"), ("reference/cost.rs", "accel")];
+const EXTRA: [(&str, &str); 3] = [
+    ("render/png.rs", "whole_file"),
+    ("reference/bvh.rs", "accel"),
+    ("reference/cost.rs", "accel"),
+];
 
 /// Crates that only one place names.
 const ONLY_IN: [(&str, &str); 3] = [("wide", "simd/"), ("safe_arch", "simd/"), ("obvhs", "accel/")];

@@ -27,7 +27,11 @@ pub fn run(plan: &VerifyPlan) -> Result<(), CliError> {
     run_with(plan, &verify::implementations, &Interrupt::install()?)
 }
 
-fn run_with(plan: &VerifyPlan, implementations: &Implementations, interrupt: &Interrupt) -> Result<(), CliError> {
+fn run_with(
+    plan: &VerifyPlan,
+    implementations: &Implementations,
+    interrupt: &Interrupt,
+) -> Result<(), CliError> {
     let VerifyPlan {
         settings,
         time_limit: limit,
@@ -69,7 +73,7 @@ mod tests {
     use crate::{
         accel::Bvh,
         scene::Scene,
-        verify::{Implementation, Found, Group},
+        verify::{Found, Group, Implementation},
     };
     use std::path::Path;
 

@@ -9,7 +9,6 @@ use crate::{
         report::{self, quoted},
         write::{Format, Pixels, json_line, write_file},
     },
-    format::mesh::UpAxis,
     render::ByteFilm,
     scene::{Scene, View},
     viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},

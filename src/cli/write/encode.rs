@@ -5,13 +5,13 @@ use super::{
     picture::{Picture, Pixels},
 };
 use crate::cli::CliError;
+use crate::render::write_png;
 use image::{
     ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageResult,
     codecs::{
         bmp::BmpEncoder,
         jpeg::JpegEncoder,
         openexr::OpenExrEncoder,
-        png::{CompressionType, FilterType, PngEncoder},
         pnm::{PnmEncoder, PnmSubtype, SampleEncoding},
         qoi::QoiEncoder,
         tiff::TiffEncoder,
@@ -129,8 +129,12 @@ impl Format {
     ) -> ImageResult<()> {
         match self {
             // Tuned: see docs/lab-notes.md#png-filter
-            Self::Png => PngEncoder::new_with_quality(to, CompressionType::Fast, FilterType::Paeth)
-                .write_image(bytes, width, height, color),
+            Self::Png => Ok(write_png(
+                to,
+                [width, height],
+                bytes,
+                color == ExtendedColorType::Rgba8,
+            )?),
             Self::Ppm => {
                 let subtype = PnmSubtype::Pixmap(SampleEncoding::Binary);
                 PnmEncoder::new(to)

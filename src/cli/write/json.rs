@@ -1,6 +1,6 @@
 //! JSON answers.
 
-use super::whole_file;
+use super::guarded;
 use crate::cli::{CliError, plan::JsonTarget, process::Interrupt, report};
 use serde::Serialize;
 use std::io::Write;
@@ -16,7 +16,7 @@ pub fn write_json(target: &JsonTarget, json: &impl Serialize) -> Result<(), CliE
     match target {
         JsonTarget::Stdout => report::print(&text),
         JsonTarget::File(path) => {
-            whole_file::write(path, &Interrupt::default(), |out| out.write_all(text.as_bytes()))
+            guarded::write(path, &Interrupt::default(), |out| out.write_all(text.as_bytes()))
                 .map_err(|error| CliError::writing(&path.display().to_string(), &error))
         }
     }

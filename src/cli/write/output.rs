@@ -1,10 +1,6 @@
 //! Where a picture goes: checked before rendering, written whole or not at all.
 
-use super::{
-    encode::Format,
-    picture::Picture,
-    whole_file::{Temporary, folder_of},
-};
+use super::{encode::Format, picture::Picture};
 use crate::{
     cli::{
         CliError,
@@ -12,6 +8,7 @@ use crate::{
         process::Interrupt,
     },
     render::Transfer,
+    whole_file::{Temporary, folder_of},
 };
 use std::{
     fs::{self, File, OpenOptions, Permissions},

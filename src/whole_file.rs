@@ -5,10 +5,9 @@
 //! nothing heaps up, however often a farm kills its renderers. (No crate names temporary files so that they are found
 //! again.)
 
-use crate::cli::process::Interrupt;
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
-    io::{self, BufWriter, Write},
+    io,
     path::{Path, PathBuf},
 };
 
@@ -16,47 +15,6 @@ use std::{
 const MOST_WRITERS: u32 = 16;
 /// Other processes that may come between the steps of taking over a file.
 const MOST_TRIES: u32 = 100;
-
-/// Writes a file of its own making to `path`, in place of one that is there. A signal stops it.
-///
-/// # Errors
-/// What `write` or the disk says; `path` is as before then, and the temporary file is gone.
-pub fn write(
-    path: &Path,
-    interrupt: &Interrupt,
-    write: impl FnOnce(&mut BufWriter<Guarded<'_>>) -> io::Result<()>,
-) -> io::Result<()> {
-    let temporary = Temporary::beside(path)?;
-    let guarded = Guarded {
-        file: &temporary.file,
-        interrupt,
-    };
-    let mut out = BufWriter::with_capacity(1 << 16, guarded);
-    write(&mut out)?;
-    out.flush()?;
-    drop(out);
-    temporary.persist()
-}
-
-/// Writes to a file until a signal comes.
-pub struct Guarded<'a> {
-    file: &'a File,
-    interrupt: &'a Interrupt,
-}
-
-impl Write for Guarded<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.interrupt.requested() {
-            // Not `Interrupted`, after which `write_all` would try again.
-            return Err(io::Error::other("stopped by a signal"));
-        }
-        self.file.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
-    }
-}
 
 /// A file that has not got its name yet; removed when it is dropped before.
 #[derive(Debug)]
@@ -205,6 +163,13 @@ pub fn folder_of(path: &Path) -> &Path {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write as _;
+
+    fn write(path: &Path, bytes: &[u8]) {
+        let mut file = Temporary::beside(path).unwrap();
+        file.file().write_all(bytes).unwrap();
+        file.persist().unwrap();
+    }
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).unwrap();
@@ -213,23 +178,6 @@ mod tests {
             .collect();
         names.sort();
         names
-    }
-
-    #[test]
-    fn a_file_appears_whole_or_not_at_all() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a");
-        let interrupt = Interrupt::default();
-        write(&path, &interrupt, |out| out.write_all(b"old")).unwrap();
-        let failed = write(&path, &interrupt, |out| {
-            out.write_all(&[0; 1 << 18])?;
-            Err(io::Error::other("no more"))
-        });
-        assert_eq!(failed.unwrap_err().to_string(), "no more");
-        assert_eq!(
-            (names(folder.path()), fs::read(&path).unwrap()),
-            (vec!["a".into()], b"old".to_vec())
-        );
     }
 
     #[test]
@@ -262,8 +210,7 @@ mod tests {
         let name = Temporary::beside(&path).unwrap().path.clone();
         fs::write(folder.path().join("other"), "other").unwrap();
         std::os::unix::fs::symlink("other", &name).unwrap();
-        let interrupt = Interrupt::default();
-        write(&path, &interrupt, |out| out.write_all(b"new")).unwrap();
+        write(&path, b"new");
         assert_eq!(fs::read(folder.path().join("other")).unwrap(), b"other");
         assert!(fs::symlink_metadata(&name).unwrap().is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"new");
@@ -279,7 +226,7 @@ mod tests {
                 scope.spawn(move || {
                     for _ in 0..50 {
                         let all = vec![letter; 5000];
-                        write(path, &Interrupt::default(), |out| out.write_all(&all)).unwrap();
+                        write(path, &all);
                     }
                 });
             }

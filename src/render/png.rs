@@ -1,0 +1,87 @@
+//! PNG files, by the png crate.
+
+use super::{Film, Transfer};
+use crate::whole_file::Temporary;
+use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
+use std::{
+    io::{self, Write},
+    path::Path,
+};
+
+/// The text `Software` of every PNG file that octray writes: it tells octray's own pictures from other files.
+pub const SOFTWARE: &str = "octray";
+
+/// Writes 8 bits per channel, RGB or RGBA, row by row, as a PNG file.
+///
+/// # Errors
+/// [`io::Error`] if `out` fails or a side is 0.
+pub fn write_png(
+    out: impl Write,
+    [width, height]: [u32; 2],
+    bytes: &[u8],
+    has_alpha: bool,
+) -> io::Result<()> {
+    let write = || -> Result<(), EncodingError> {
+        let mut encoder = Encoder::new(out, width, height);
+        encoder.set_color(if has_alpha {
+            ColorType::Rgba
+        } else {
+            ColorType::Rgb
+        });
+        encoder.set_depth(BitDepth::Eight);
+        // Tuned: see docs/lab-notes.md#png-filter
+        encoder.set_compression(Compression::Fast);
+        encoder.set_filter(Filter::Paeth);
+        encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(bytes)?;
+        writer.finish()
+    };
+    write().map_err(io::Error::from)
+}
+
+impl Film {
+    /// Saves the film as a PNG file of 8 bits per channel. The file appears whole or not at all.
+    ///
+    /// # Errors
+    /// [`io::Error`] if the file cannot be written or the film has no pixels.
+    pub fn save_png(&self, path: impl AsRef<Path>, transfer: Transfer) -> io::Result<()> {
+        let mut file = Temporary::beside(path.as_ref())?;
+        let mut bytes = Vec::new();
+        write_png(
+            &mut bytes,
+            [self.width(), self.height()],
+            &self.to_bytes(transfer),
+            false,
+        )?;
+        file.file().write_all(&bytes)?;
+        file.persist()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_film_is_saved_whole_and_says_who_made_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        let mut film = Film::new(2, 1);
+        film.pixels_mut()[1] = [1.0, 0.5, 0.0];
+        film.save_png(&path, Transfer::Linear).unwrap();
+        let mut reader = ::png::Decoder::new(io::BufReader::new(std::fs::File::open(&path).unwrap()))
+            .read_info()
+            .unwrap();
+        let mut bytes = vec![0; 6];
+        reader.next_frame(&mut bytes).unwrap();
+        assert_eq!(bytes, [0, 0, 0, 255, 127, 0]);
+        let texts = &reader.info().uncompressed_latin1_text;
+        assert_eq!(
+            texts.iter().map(|t| (&*t.keyword, &*t.text)).collect::<Vec<_>>(),
+            [("Software", SOFTWARE)]
+        );
+        Film::new(0, 0).save_png(&path, Transfer::Linear).unwrap_err();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}
