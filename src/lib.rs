@@ -97,6 +97,8 @@
 //! | [`mod@bench`] | the workload that speed is judged by |
 //! | [`verify`] | random scenes and rays, on which every way of tracing must find what brute force finds |
 
+pub use glam;
+
 pub mod accel;
 pub mod bench;
 pub mod classic;
