@@ -3,7 +3,7 @@
 use super::{
     CliError,
     args::ViewArgs,
-    camera_args::MeshArgs,
+    camera_args::{MeshArgs, UpArg},
     encode::Format,
     generate::quoted,
     input::{self, Input},
@@ -18,7 +18,7 @@ use crate::{
     viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},
 };
 use clap::ValueEnum;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::{
     io::{self, Write},
     path::{Path, PathBuf},
@@ -46,12 +46,12 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
     let memory = args.memory.limit();
     let program = Program {
         path: args.scene.clone(),
-        mesh: args.mesh.clone(),
+        mesh: Mutex::new(args.mesh.clone()),
         lit_from: Mutex::default(),
         interrupt: Arc::clone(&interrupt),
         load: {
-            let (path, camera, mesh) = (args.scene.clone(), args.camera.clone(), args.mesh.clone());
-            Box::new(move |files| input::load_and_list(&path, &camera, &mesh, aspect, memory, files))
+            let (path, camera) = (args.scene.clone(), args.camera.clone());
+            Box::new(move |mesh, files| input::load_and_list(&path, &camera, mesh, aspect, memory, files))
         },
     };
     let mut files = Vec::new();
@@ -61,7 +61,7 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
         lit_from,
         notes,
         rig: _,
-    } = (program.load)(&mut files)?;
+    } = (program.load)(&args.mesh, &mut files)?;
     *program.lit_from() = lit_from;
     for note in notes {
         // That nobody reads standard error is no failure.
@@ -87,6 +87,7 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
             || args.scene.display().to_string(),
             |name| name.to_string_lossy().into_owned(),
         ),
+        is_mesh: lit_from.is_some(),
         pose,
         settings,
         quality,
@@ -127,7 +128,8 @@ pub fn run(args: &ViewArgs) -> Result<(), CliError> {
 /// What the window asks of the program.
 struct Program {
     path: PathBuf,
-    mesh: MeshArgs,
+    /// Keys turn the mesh.
+    mesh: Mutex<MeshArgs>,
     load: Box<LoadScene>,
     /// Of what was loaded last.
     lit_from: Mutex<Option<DVec3>>,
@@ -139,16 +141,21 @@ impl Program {
         self.lit_from.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn mesh(&self) -> MutexGuard<'_, MeshArgs> {
+        self.mesh.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// What `octray render` must be told of a mesh besides the camera.
     fn mesh_options(&self) -> String {
+        let mesh = self.mesh();
         let mut options = String::new();
-        if let Some(axis) = self.mesh.up_axis.and_then(|axis| axis.to_possible_value()) {
+        if let Some(axis) = mesh.up_axis.and_then(|axis| axis.to_possible_value()) {
             options += &format!(" --up-axis={}", axis.get_name());
         }
-        if self.mesh.ground {
+        if mesh.ground {
             options += " --ground";
         }
-        if let Some(degrees) = self.mesh.smooth_angle {
+        if let Some(degrees) = mesh.smooth_angle {
             options += &format!(" --smooth-angle={degrees}");
         }
         if let Some(DVec3 { x, y, z }) = *self.lit_from() {
@@ -159,16 +166,27 @@ impl Program {
 }
 
 /// Loads the scene, and lists its files.
-type LoadScene = dyn Fn(&mut Vec<PathBuf>) -> Result<Input, CliError> + Send + Sync;
+type LoadScene = dyn Fn(&MeshArgs, &mut Vec<PathBuf>) -> Result<Input, CliError> + Send + Sync;
 
 impl Host for Program {
     fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>) {
         let mut files = Vec::new();
-        let scene = (self.load)(&mut files).map(|input| {
+        let mesh = self.mesh().clone();
+        let scene = (self.load)(&mesh, &mut files).map(|input| {
             *self.lit_from() = input.lit_from;
             input.scene
         });
         (scene.map_err(|error| error.text().unwrap_or_default()), files)
+    }
+
+    fn turn_up(&self, axis: &str, rotation: DMat3) -> bool {
+        let Ok(up) = UpArg::from_str(axis, false) else {
+            return false;
+        };
+        let mut mesh = self.mesh();
+        let lit_from = mesh.lit_from.or(*self.lit_from());
+        (mesh.up_axis, mesh.lit_from) = (Some(up), lit_from.map(|from| rotation * from));
+        true
     }
 
     fn save(&self, film: &ByteFilm) -> Result<String, String> {

@@ -1,6 +1,6 @@
 //! Boxes of the BVH, drawn over the picture.
 
-use super::{look::Boxes, orbit::Pose, screen::Canvas};
+use super::{orbit::Pose, request::Boxes, screen::Canvas};
 use crate::{accel::Bvh, math::Aabb};
 use glam::{DVec3, Vec3};
 

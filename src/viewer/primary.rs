@@ -1,7 +1,7 @@
 //! Looks that need camera rays only: preview, normals, cost. And the picture by brute force, ray by ray.
 
 use super::{
-    look::{Look, Model, Style},
+    request::{Look, Model, Style},
     surface,
 };
 use crate::{
