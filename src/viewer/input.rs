@@ -137,7 +137,7 @@ impl App {
             thread::spawn(move || {
                 model.objects();
                 // Fails once the window is closed.
-                let _ = proxy.send_event(Event::Objects(framing, pose));
+                let _ = proxy.send_event(Event::Objects(model, framing, pose));
             });
             return;
         }
@@ -155,7 +155,7 @@ impl App {
         self.ask();
     }
 
-    /// Turns a mesh so that the next axis points up. The host lights it and places its ground anew.
+    /// Turns a mesh so that the next axis points up. The host loads it again with its light turned.
     fn turn_up(&mut self) {
         let [first, now] = self.up;
         let Some(reload) = self.reload.as_ref().filter(|_| self.options.is_mesh) else {

@@ -106,7 +106,7 @@ impl Shared {
         self.arrived.notify_one();
     }
 
-    /// Replaces `old` by the newest picture; false if there is none that was not taken yet. Pictures of another scene or
+    /// Replaces `old` by the newest picture; false if there is no new one. Pictures of another scene or
     /// by other rays than requested are dropped. Those of an older pose are shown, so that a moving camera is seen to
     /// move.
     pub fn take(&self, old: &mut Picture) -> bool {

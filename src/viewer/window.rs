@@ -50,8 +50,8 @@ pub enum Event {
     Reloaded(Reloaded),
     /// A picture was saved under this name, or could not be.
     Saved(Result<String, String>),
-    /// The objects of a large scene are known. They were asked for to frame this, when the camera was there.
-    Objects(Framing, Pose),
+    /// The objects of a large scene are known. They are needed to frame this, if the camera has not moved since.
+    Objects(Arc<Model>, Framing, Pose),
 }
 
 /// What to frame.
@@ -379,8 +379,11 @@ impl ApplicationHandler<Event> for App {
             }
             Event::Worker(Note::Progress(share)) => self.progress = Some(share),
             Event::Reloaded(reloaded) => self.reloaded(reloaded),
-            Event::Objects(framing, pose) if pose == self.orbit.pose() => self.frame(framing),
-            Event::Objects(..) => {}
+            Event::Objects(model, framing, pose) => {
+                if Arc::ptr_eq(&model, &self.model) && pose == self.orbit.pose() {
+                    self.frame(framing);
+                }
+            }
             Event::Saved(Ok(name)) => self.say(format!("saved {name}")),
             Event::Saved(Err(why)) => self.say(why),
         }
