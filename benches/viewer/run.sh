@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Frames a second of the live window, as the table of the README has them, under a display of its own (Xvfb).
+# Measures the frames a second of the live window, on a display of its own (Xvfb). Prints a table in Markdown.
 #
 #   bash benches/viewer/run.sh [SCENE ...]     (the shipped scenes by default)
 #
-# Needs xvfb (Debian: apt-get install xvfb), jq and a release build of octray (OCTRAY names another one). Every scene is
-# orbited for SECONDS_EACH (5) seconds in 512x512 and 1280x720, then a generated mesh of a million triangles (TRIANGLES) in
-# 1280x720; of RUNS (3) runs, one after the other over all scenes, the median by full-quality frames a second is printed:
-# those in which every pixel of the window was traced. Prints a table in Markdown.
+# Needs xvfb (Debian: apt-get install xvfb), jq and a release build of octray (OCTRAY names another one).
+# Orbits every scene for SECONDS_EACH (5) seconds in 512x512 and 1280x720, then a generated mesh of TRIANGLES (a million)
+# triangles in 1280x720. All of it is repeated RUNS (3) times; each row is the median by full-quality frames a second,
+# in which every pixel of the window was traced.
 set -euo pipefail
 here=$PWD
 cd "$(dirname "$0")/../.."
@@ -16,7 +16,7 @@ seconds=${SECONDS_EACH:-5}
 runs=${RUNS:-3}
 triangles=${TRIANGLES:-1000000}
 for tool in xvfb-run jq "$octray"; do
-    command -v "$tool" >/dev/null || { echo "$tool is not there; see the head of this script" >&2; exit 1; }
+    command -v "$tool" >/dev/null || { echo "$tool is missing: see the head of this script" >&2; exit 1; }
 done
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

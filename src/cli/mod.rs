@@ -50,6 +50,13 @@ pub fn parse_value(option: &str, text: &str) -> Result<Vec<f64>, String> {
     args::numbers(option, text)
 }
 
+/// The definition of the command line: `docs/cli.md` is made from it.
+#[doc(hidden)]
+#[must_use]
+pub fn definition() -> clap::Command {
+    args::definition()
+}
+
 /// The name that a pattern gives for a scene: for tests and fuzzing.
 #[doc(hidden)]
 #[must_use]

@@ -19,6 +19,8 @@ pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use material::{MAX_ALPHA, Material};
 pub use transform::Transform;
+#[cfg(feature = "viewer")]
+pub(crate) use weld::weld;
 
 use crate::{math::Aabb, ray::PrimitiveId};
 use glam::Vec3;

@@ -4,7 +4,7 @@ use super::is_usable;
 use rayon::prelude::*;
 
 /// Returns for each vertex the first one with the same position. 0 and -0 are equal.
-pub(super) fn weld(x: &[f32], y: &[f32], z: &[f32]) -> Vec<u32> {
+pub(crate) fn weld(x: &[f32], y: &[f32], z: &[f32]) -> Vec<u32> {
     debug_assert!(x.iter().all(|&value| is_usable(value)));
     let bits = |value: f32| u128::from((value + 0.0).to_bits());
     let positions = (x, y, z).into_par_iter().enumerate();

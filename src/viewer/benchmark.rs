@@ -1,13 +1,13 @@
-//! What an orbit of some seconds was like.
+//! How fast frames followed each other while the camera orbited.
 
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
 use super::mailbox::Picture;
 
-/// Bumped when a field changes its meaning or goes.
+/// The version of the report's fields.
 pub const SCHEMA: u32 = 1;
-/// What passes before the first frame counts: threads start, and the budget learns.
+/// The time before frames count: threads start, and the budget learns.
 const WARM_UP: Duration = Duration::from_millis(500);
 
 /// The figures of an orbit.
@@ -17,13 +17,13 @@ pub struct Report {
     pub schema: u32,
     /// Frames shown in a second.
     pub fps: f64,
-    /// Half of the frames were shown within so many milliseconds of the one before.
+    /// The median time between two frames, milliseconds.
     pub frame_ms_p50: f64,
-    /// 99 of 100 were.
+    /// The time that 99 of 100 frames stay within, milliseconds.
     pub frame_ms_p99: f64,
     /// The share of the frames in which every pixel of the window was traced.
     pub full_quality_share: f64,
-    /// Millions of rays a second of tracing and shading; showing the frames does not count.
+    /// Millions of rays a second while tracing and shading.
     pub mrays_per_s: f64,
 }
 
@@ -40,7 +40,7 @@ pub struct Benchmark {
 }
 
 impl Benchmark {
-    /// An orbit of that length, from `now` on.
+    /// Starts an orbit of this length at `now`.
     #[must_use]
     pub fn new(length: Duration, now: Instant) -> Self {
         Self {
@@ -54,7 +54,7 @@ impl Benchmark {
         }
     }
 
-    /// A frame has been shown.
+    /// Takes in a frame that is on the screen.
     pub fn shown(&mut self, picture: &Picture, now: Instant) {
         if now < self.start + WARM_UP {
             return;
@@ -67,13 +67,13 @@ impl Benchmark {
         }
     }
 
-    /// Whether its time is over, and frames have been shown in it.
+    /// Whether its time is over and it has figures.
     #[must_use]
     pub fn is_over(&self, now: Instant) -> bool {
         now >= self.start + WARM_UP + self.length && !self.frame_ms.is_empty()
     }
 
-    /// The figures so far; `None` before there are any.
+    /// Returns the figures so far, if there are any.
     #[must_use]
     pub fn report(&self) -> Option<Report> {
         if self.frame_ms.is_empty() {

@@ -1,18 +1,18 @@
 //! Boxes of the BVH, drawn over the picture.
 
-use super::{look::Boxes, orbit::Pose, screen::Canvas};
+use super::{orbit::Pose, request::Boxes, screen::Canvas};
 use crate::{accel::Bvh, math::Aabb};
 use glam::{DVec3, Vec3};
 
-/// Their colour, 0RGB: on none of the course's materials.
+/// Their colour, 0RGB: none of the classic materials has it.
 pub const COLOR: u32 = 0x0000_90ff;
-/// Boxes that are drawn while the camera moves, at most.
+/// The most boxes that are drawn while the camera moves.
 pub const MOST_MOVING: usize = 5000;
 
-/// Nearer than this share of the distance to the target nothing is drawn.
+/// The near plane, as a share of the distance to the target.
 const NEAR: f64 = 1e-3;
 
-/// The boxes to draw. Below its leaves a level is empty: what is less deep is left out.
+/// Returns the boxes to draw. A level leaves out leaves that are less deep.
 #[must_use]
 pub fn select(bvh: &Bvh, which: Boxes) -> Vec<Aabb> {
     let mut found = Vec::new();
@@ -51,7 +51,7 @@ fn walk(bvh: &Bvh, deepest: usize, visit: &mut impl FnMut(usize, Aabb, bool)) {
     }
 }
 
-/// Draws the edges of boxes, which are relative to `origin`.
+/// Draws the edges of boxes relative to `origin`.
 pub fn draw(
     canvas: &mut Canvas<'_>,
     pose: &Pose,
@@ -106,13 +106,13 @@ impl Projection {
         }
     }
 
-    /// How far to the right, upwards and forwards.
+    /// Returns how far a point is to the right, upwards and forwards.
     fn to_view(&self, point: DVec3) -> DVec3 {
         let v = point - self.eye;
         DVec3::from_array(self.frame.map(|axis| axis.dot(v)))
     }
 
-    /// The part of an edge that is before the eye, pixels.
+    /// Returns the ends of the part of an edge beyond the near plane, pixels.
     fn edge(&self, a: DVec3, b: DVec3) -> Option<[[f64; 2]; 2]> {
         let clip = |from: DVec3, to: DVec3| {
             if from.z >= self.near {
@@ -132,15 +132,15 @@ impl Projection {
     }
 }
 
-/// A line between two points, a pixel for each step along its longer side.
+/// Draws a line, a pixel for each step along its longer side.
 fn line(canvas: &mut Canvas<'_>, a: [f64; 2], b: [f64; 2], color: u32) {
     let size = [f64::from(canvas.width), f64::from(canvas.height)];
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
-    // The box of a mesh without extent lies in the eye.
+    // The box of a single point may lie in the eye.
     if !(dx.is_finite() && dy.is_finite()) {
         return;
     }
-    // The part of the line, from 0 to 1, that can be in the picture (Liang and Barsky 1984).
+    // The part of the line that is in the picture, from 0 to 1 (Liang and Barsky 1984).
     let (mut first, mut last) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
         let (from, step) = (a[axis], [dx, dy][axis]);
@@ -157,7 +157,7 @@ fn line(canvas: &mut Canvas<'_>, a: [f64; 2], b: [f64; 2], color: u32) {
     if first > last {
         return;
     }
-    // Where rounding has its way with ends far outside, no more than the picture has.
+    // Ends far outside are rounded coarsely: at most as many steps as the picture has pixels.
     let most = f64::from(canvas.width.max(canvas.height));
     let steps = (dx.abs().max(dy.abs()) * (last - first)).ceil().min(most) as u32 + 1;
     for i in 0..=steps {
@@ -242,7 +242,7 @@ mod tests {
             upper: Vec3::new(5.1, 0.0, 5.1),
         };
         draw(&mut canvas, &pose, Vec3::ZERO, std::iter::once(flat), 7);
-        // A square of half the picture's side around its middle, its outline only.
+        // The outline of a square of half the picture's side.
         assert_eq!([pixels[50 * 100 + 24], pixels[24 * 100 + 50]], [7, 7]);
         assert_eq!(pixels[50 * 100 + 50], 0);
         let drawn = pixels.iter().filter(|&&pixel| pixel == 7).count();

@@ -1,68 +1,70 @@
-//! How large a picture can be traced while the camera moves, learnt from the frames before.
+//! The resolution of frames while the camera moves, from the measured times of earlier frames.
 //!
-//! The rule, for a budget of 16 ms: all pixels, if they take 16 ms; else all pixels, if they take 32 ms; else as many as
-//! take 16 ms, down to a quarter of the window's sides; else that quarter, in up to 48 ms; else still fewer pixels.
+//! With a budget of 16 ms, the first of these that is possible:
+//! 1. all pixels in 16 ms,
+//! 2. all pixels in 32 ms,
+//! 3. a coarser picture in 16 ms, down to a quarter of the window's sides,
+//! 4. that quarter in up to 48 ms,
+//! 5. a still coarser picture.
 
 use std::time::Duration;
 
-/// The time of a moving frame, unless another is asked for: 60 frames a second.
+/// The default time of a moving frame: 60 frames a second.
 pub const DEFAULT_BUDGET: Duration = Duration::from_millis(16);
 
-/// Sides of the picture that is traced, as shares of the window's sides, finest first.
+/// Levels of resolution: shares of the window's sides, finest first.
 const SCALES: [f64; 9] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125, 0.0625, 0.03125];
-/// Where nothing is known yet: a sixteenth of the pixels finds out. What is coarser shows little: rather than that,
-/// frames take longer, up to [`MOST_TIME`].
+/// The first level: a sixteenth of the pixels. Coarser pictures show little, so frames take up to [`MOST_TIME`] before
+/// they become coarser than this.
 const FIRST_LEVEL: usize = 4;
-/// Frames without a failure after which a level is trusted again as if it had never failed: what slowed it down is over.
+/// After this many frames without a failure, earlier failures of a level are forgotten.
 const TRUST: u32 = 30;
-/// Frames of each level that count.
+/// The number of frames of each level that the median is taken of.
 const RECENT: usize = 5;
-/// Frames between two that were given up, so that each of them was a stutter.
+/// Frames between two given up ones for each to count as a stutter.
 const STUTTER: u64 = 10;
-/// What a frame may take at most, in times of the budget, before it becomes coarser than [`FIRST_LEVEL`]: 20 frames a
-/// second, unless another budget is asked for.
+/// How many budgets a frame may take before it becomes coarser than [`FIRST_LEVEL`]: 20 frames a second by default.
 const MOST_TIME: u32 = 3;
-/// What a frame of all pixels may take, in times of the budget, before it becomes coarser at all: 31 frames a second of
-/// the sharp picture are worth more than 60 of a coarser one.
+/// How many budgets a frame of all pixels may take: 31 sharp frames a second are better than 60 coarse ones.
 const FULL_TIME: u32 = 2;
-/// A finer picture that takes at most so many times as long is preferred: where other programs have the processor, frames
-/// wait for it however few their pixels are.
+/// A finer picture is preferred if it takes at most this factor longer. On a busy machine, frames wait for the
+/// processor however few pixels they have.
 const SAME_TIME: f64 = 1.25;
-/// A frame that takes so many times the budget, or twice what it may, is given up for a coarser one.
+/// A frame is given up for a coarser one after this many budgets, or after twice its allowed time.
 const GIVE_UP: u32 = 4;
-/// A finer picture is tried only if it should leave so much of the budget, so that the sharpness does not flicker.
+/// A finer picture is tried only if it is expected to take this share of the budget, to avoid flicker.
 const MARGIN: f64 = 0.9;
-/// Pixels of a finer picture that has not been traced lately are taken to cost so much of what they cost now: a frame
-/// also takes time that does not depend on its pixels.
+/// The expected cost of a pixel at a finer level that was not measured lately, as a share of the present cost: part of
+/// a frame's time does not depend on its pixels.
 const OPTIMISM: f64 = 0.75;
-/// Frames after which a finer picture that was too slow may be tried again: first, and at most. The time doubles with
+/// Frames before a level that was too slow is tried again: after the first failure, and at most. They double with
 /// every failure.
 const PATIENCE: [u64; 2] = [30, 960];
 
-/// What to trace for one frame.
+/// The resolution of one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
     /// Pixels across and down.
     pub size: [u32; 2],
     /// Whether that is every pixel of the window.
     pub full: bool,
-    /// Whether there is nothing coarser.
+    /// Whether this is the coarsest level.
     pub coarsest: bool,
 }
 
-/// What pixels of one level have cost.
+/// The measured cost of pixels at one level.
 #[derive(Clone, Copy, Debug, Default)]
 struct Measured {
-    /// Seconds a pixel of the last frames, the newest first.
+    /// Seconds a pixel in the last frames, newest first.
     recent: [f64; RECENT],
     count: usize,
-    /// When the last of them was.
+    /// The number of the last of them.
     frame: u64,
-    /// How often the level was given up for being too slow.
+    /// How often the level was too slow.
     failures: u32,
     /// Frames since then.
     kept: u32,
-    /// When one of its frames was given up last.
+    /// The last of its frames that was given up.
     given_up: Option<u64>,
 }
 
@@ -78,7 +80,7 @@ impl Measured {
         }
     }
 
-    /// The median; of an even number of frames the faster of the two in the middle. A stutter or two say nothing.
+    /// The median, which ignores a stutter or two. Of an even number of frames the lower one.
     fn cost(&self) -> Option<f64> {
         let mut recent = self.recent;
         let known = &mut recent[..self.count.min(RECENT)];
@@ -91,26 +93,26 @@ impl Measured {
         self.kept = 0;
     }
 
-    /// How long to remember that the level was too slow, frames.
+    /// Frames before the level is tried again.
     fn patience(&self) -> u64 {
         let [first, most] = PATIENCE;
         (first << self.failures.saturating_sub(1).min(10)).min(most)
     }
 }
 
-/// A time for each frame, and what pixels have cost so far.
+/// The time for each frame, and the measured cost of pixels.
 #[derive(Clone, Debug)]
 pub struct Budget {
     target: f64,
     levels: [Measured; SCALES.len()],
     level: usize,
-    /// What a frame may take now, in times of the target.
+    /// How many budgets a frame may take now.
     time: u32,
     frame: u64,
 }
 
 impl Budget {
-    /// With so much time for each frame.
+    /// Starts with this time for each frame.
     #[must_use]
     pub fn new(target: Duration) -> Self {
         Self {
@@ -122,14 +124,14 @@ impl Budget {
         }
     }
 
-    /// The finest picture for a window of that size that should be done in time.
+    /// Returns the finest picture that is expected to be done in time.
     pub fn plan(&mut self, [width, height]: [u32; 2]) -> Plan {
         let side = |pixels: u32, scale: f64| ((f64::from(pixels) * scale).round() as u32).max(1);
         let pixels = |level: usize| f64::from(width) * f64::from(height) * SCALES[level].powi(2);
         if let Some(cost) = self.levels[self.level].cost() {
             let finest = |time: u32| {
                 let limit = self.target * f64::from(time);
-                // Neither finer pictures nor shorter times are tried on the edge of what fits.
+                // Changes for the better need a margin.
                 let spare = |level: usize| {
                     let is_better = level < self.level || time < self.time;
                     limit * if is_better { MARGIN } else { 1.0 }
@@ -175,13 +177,13 @@ impl Budget {
         }
     }
 
-    /// Whether what is known of a level is too old to count.
+    /// Whether the measurements of a level are too old to count.
     fn has_expired(&self, level: usize) -> bool {
         let measured = &self.levels[level];
         self.frame - measured.frame > measured.patience()
     }
 
-    /// So many pixels of the picture planned last have taken so long.
+    /// Takes in the time of the picture planned last.
     pub fn learn(&mut self, pixels: u64, elapsed: Duration) {
         if pixels == 0 {
             return;
@@ -191,8 +193,8 @@ impl Budget {
         self.levels[self.level].add(cost, self.frame);
     }
 
-    /// The picture planned last was given up after so many of its pixels. Where others were in time just before, that is a
-    /// stutter; a second one soon is none.
+    /// Takes in that the picture planned last was given up after this many pixels. After frames in time it counts as a
+    /// stutter, unless it is the second one within a short time.
     pub fn learn_failure(&mut self, pixels: u64, elapsed: Duration) {
         let measured = &mut self.levels[self.level];
         let last = measured.given_up.replace(self.frame);
@@ -203,13 +205,13 @@ impl Budget {
         self.learn(pixels.max(1), elapsed);
     }
 
-    /// Other rays are traced from now on: what was learnt is of no use.
+    /// Forgets all measurements: other rays are traced from now on.
     pub fn forget(&mut self) {
         self.levels = Default::default();
         (self.level, self.time) = (FIRST_LEVEL, 1);
     }
 
-    /// Whether a frame that has taken so long is far out of its time.
+    /// Whether a frame that has taken this long should be given up.
     #[must_use]
     pub fn is_overdrawn(&self, elapsed: Duration) -> bool {
         elapsed.as_secs_f64() > self.target * f64::from(GIVE_UP.max(2 * self.time))
@@ -222,7 +224,7 @@ mod tests {
 
     const WINDOW: [u32; 2] = [1280, 720];
 
-    /// Frames where every pixel costs so many nanoseconds.
+    /// Traces frames whose pixels cost this many nanoseconds each.
     fn run(budget: &mut Budget, nanoseconds: f64, frames: u32) -> Plan {
         for _ in 0..frames {
             let Plan { size: [w, h], .. } = budget.plan(WINDOW);
@@ -244,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_scenes_keep_the_time() {
+    fn slow_scenes_keep_the_budget() {
         for (nanoseconds, width, seconds) in [
             (40.0, 640, 0.016),
             (50.0, 640, 0.016),
@@ -266,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sharp_picture_stays_for_twice_the_time() {
+    fn all_pixels_may_take_twice_the_budget() {
         // 33 frames a second of all pixels, then 27.
         let cost = |milliseconds: f64| milliseconds * 1e6 / (1280.0 * 720.0);
         let mut budget = Budget::new(DEFAULT_BUDGET);
@@ -275,7 +277,7 @@ mod tests {
                 assert!(run(&mut budget, cost(milliseconds), 1).full, "{milliseconds}");
             }
         }
-        // Whoever comes from a coarser picture finds it, too.
+        // It is also found from a coarser picture.
         assert!(!run(&mut budget, cost(80.0), 60).full);
         assert!(run(&mut budget, cost(27.0), 60).full);
         let tried = (0..2000).filter(|_| run(&mut budget, cost(37.0), 1).full);
@@ -284,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn it_restores_what_it_lowered() {
+    fn resolution_returns() {
         let mut budget = Budget::new(DEFAULT_BUDGET);
         assert!(run(&mut budget, 10.0, 3).full);
         assert!(!run(&mut budget, 100.0, 3).full);
@@ -293,7 +295,7 @@ mod tests {
 
     #[test]
     fn it_does_not_flicker() {
-        // A full frame would take all of its time, or twice that; or one of a quarter of the sides would.
+        // A full frame takes one budget, or two; or a quarter of the sides does.
         for milliseconds in [15.0, 30.0, 16.0 * 15.0, 16.0 * 18.0] {
             let cost = milliseconds * 1e6 / (1280.0 * 720.0);
             let mut budget = Budget::new(DEFAULT_BUDGET);
@@ -317,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn one_frame_that_is_given_up_is_a_stutter_and_two_are_not() {
+    fn one_given_up_frame_is_a_stutter_and_two_are_not() {
         let fail = |budget: &mut Budget| {
             budget.plan(WINDOW);
             budget.learn_failure(1000, Duration::from_millis(70));
@@ -329,25 +331,25 @@ mod tests {
             assert!(fail(&mut budget).full);
         }
         assert!(!fail(&mut budget).full);
-        // Nothing is known yet: no stutter.
+        // Without enough frames before, it is no stutter.
         let mut budget = Budget::new(DEFAULT_BUDGET);
         assert!(run(&mut budget, 10.0, 2).full);
         assert!(!fail(&mut budget).full);
     }
 
     #[test]
-    fn what_is_fast_again_is_trusted_again() {
+    fn a_level_that_is_fast_again_is_used_again() {
         let mut budget = Budget::new(DEFAULT_BUDGET);
         for _ in 0..10 {
             assert!(!run(&mut budget, 90.0, 10).full);
-            // Failed often, it would have to wait for hundreds of frames.
+            // After many failures it would wait for hundreds of frames.
             assert!(run(&mut budget, 10.0, 80).full);
         }
     }
 
     #[test]
-    fn what_is_too_slow_is_tried_less_and_less_often() {
-        // Each frame takes half a millisecond for nothing and 10 ns a pixel: half of the sides fit, all pixels would take too long.
+    fn a_slow_level_is_tried_less_and_less_often() {
+        // Half a millisecond a frame plus 10 ns a pixel: half of the sides fit, all pixels do not.
         let mut budget = Budget::new(Duration::from_micros(4750));
         let mut tried = Vec::new();
         for frame in 0..3000 {
@@ -365,8 +367,8 @@ mod tests {
     }
 
     #[test]
-    fn pixels_are_not_given_up_for_nothing() {
-        // Each frame takes 60 ms, however few its pixels are.
+    fn resolution_stays_where_lowering_it_does_not_help() {
+        // Each frame takes 60 ms at any resolution.
         let mut budget = Budget::new(DEFAULT_BUDGET);
         let mut coarser = 0;
         for _ in 0..200 {
@@ -375,7 +377,7 @@ mod tests {
             budget.learn(u64::from(w) * u64::from(h), Duration::from_millis(60));
         }
         assert!(coarser < 10, "{coarser}");
-        // When that is over, all pixels are back.
+        // Afterwards all pixels return.
         assert!(run(&mut budget, 10.0, 40).full);
     }
 

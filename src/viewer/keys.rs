@@ -1,45 +1,49 @@
-//! Which key does what.
+//! The keys of the window.
 
 use winit::keyboard::{Key, NamedKey};
 
 /// What a key press asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// One of the six viewpoints.
+    /// Classic viewpoint 1 to 6 of a scene, or one of the six sides of a mesh.
     View(u32),
-    /// Preview or ray-traced picture.
+    /// Return to the starting camera.
+    Home,
+    /// Frame the object under the mouse, or everything except the ground.
+    Frame,
+    /// Turn a mesh so that another axis points up.
+    TurnUp,
+    /// Toggle the preview.
     Preview,
-    /// Anti-aliasing on or off.
+    /// Toggle anti-aliasing.
     Antialias,
-    /// BVH or brute force.
+    /// Toggle brute force.
     Brute,
-    /// Boxes of the leaves.
+    /// Toggle the boxes of the leaves.
     Leaves,
-    /// Boxes of one level higher.
+    /// Show the boxes one level closer to the root.
     LevelUp,
-    /// Boxes of one level lower.
+    /// Show the boxes one level closer to the leaves.
     LevelDown,
-    /// Normals as colours.
+    /// Toggle normals as colours.
     Normals,
-    /// Cost as colours.
+    /// Toggle cost as colours.
     Cost,
     /// Print the camera.
     PrintCamera,
     /// Save the picture.
     Save,
-    /// Tell about the pixel under the mouse.
+    /// Toggle the description of the pixel under the mouse.
     Probe,
-    /// Look at the whole object.
-    Frame,
-    /// Packets or single rays.
+    /// Switch between packets and single rays.
     Mode,
-    /// Figures on the screen.
+    /// Toggle the figures.
     Figures,
-    /// These keys on the screen.
+    /// Toggle the help.
     Help,
-    /// End.
+    /// Close the window.
     Quit,
-    /// Begin or end flying: direction of [`DIRECTIONS`].
+    /// Start or stop flying in one of [`DIRECTIONS`].
     Fly(usize),
 }
 
@@ -53,36 +57,37 @@ pub const DIRECTIONS: [[f64; 3]; 6] = [
     [0.0, -1.0, 0.0],
 ];
 
-/// What the help shows.
+/// The help. Its lines are short enough for letters of 16 pixels in a window of 512 x 512.
 pub const HELP: [&str; 21] = [
-    "1-6         viewpoints",
-    "left drag   around the object",
-    "right drag  nearer, farther; or the wheel",
-    "arrows      fly; Page Up, Page Down: up, down",
-    "f           look at the whole object",
-    "",
-    "r           quick preview",
-    "n           normals",
-    "h           cost of each pixel",
-    "a           anti-aliasing at rest",
-    "b           brute force, without the BVH",
-    "B           boxes of the BVH's leaves",
-    "[ ]         boxes of one level",
-    "p           packets or single rays",
-    "",
-    "m           what is under the mouse",
-    "i           figures",
-    "c           print the camera",
-    "s           save the picture",
-    "?           these keys",
-    "q, Esc      quit",
+    "1-6    viewpoints; mesh: sides",
+    "Home   starting camera",
+    "f      frame what is at mouse",
+    "u      mesh: turn up axis",
+    "drag   orbit",
+    "wheel  zoom; or right drag",
+    "arrows fly; also PgUp, PgDn",
+    "r      quick preview",
+    "n      normals",
+    "h      cost of each pixel",
+    "a      anti-aliasing at rest",
+    "b      brute force, no BVH",
+    "B      boxes of BVH leaves",
+    "[ ]    boxes of one level",
+    "p      packets or single rays",
+    "m      what is under the mouse",
+    "i      figures",
+    "c      print the camera",
+    "s      save the picture",
+    "?      this help",
+    "q Esc  quit",
 ];
 
-/// The action of a key, if it has one.
+/// Returns the action of a key.
 #[must_use]
 pub fn action(key: &Key) -> Option<Action> {
     Some(match key {
         Key::Named(NamedKey::Escape) => Action::Quit,
+        Key::Named(NamedKey::Home) => Action::Home,
         Key::Named(NamedKey::ArrowUp) => Action::Fly(0),
         Key::Named(NamedKey::ArrowDown) => Action::Fly(1),
         Key::Named(NamedKey::ArrowLeft) => Action::Fly(2),
@@ -96,6 +101,8 @@ pub fn action(key: &Key) -> Option<Action> {
             "4" => Action::View(4),
             "5" => Action::View(5),
             "6" => Action::View(6),
+            "f" => Action::Frame,
+            "u" => Action::TurnUp,
             "r" => Action::Preview,
             "a" => Action::Antialias,
             "b" => Action::Brute,
@@ -107,7 +114,6 @@ pub fn action(key: &Key) -> Option<Action> {
             "c" => Action::PrintCamera,
             "s" => Action::Save,
             "m" => Action::Probe,
-            "f" => Action::Frame,
             "p" => Action::Mode,
             "i" => Action::Figures,
             "?" => Action::Help,
@@ -116,4 +122,19 @@ pub fn action(key: &Key) -> Option<Action> {
         },
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_help_fits_and_lists_every_character() {
+        assert!(HELP.iter().all(|line| line.len() <= 30));
+        let keys: String = HELP.iter().map(|line| &line[..line.len().min(6)]).collect();
+        let characters = (' '..='~').filter(|c| action(&Key::Character(c.to_string().into())).is_some());
+        for c in characters.filter(|c| !c.is_ascii_digit()) {
+            assert!(keys.contains(c), "{c}");
+        }
+    }
 }

@@ -1,6 +1,6 @@
-//! What the window wants and what the worker has made, one of each: the latest.
+//! The latest request of the window and the latest picture of the worker.
 
-use super::look::Wanted;
+use super::request::Request;
 use std::{
     sync::{
         Condvar, Mutex, MutexGuard, PoisonError,
@@ -14,29 +14,29 @@ use std::{
 pub struct Picture {
     /// 0RGB, row by row.
     pub pixels: Vec<u32>,
-    /// The wish that it answers.
-    pub epoch: u64,
+    /// The generation of the request that it answers.
+    pub generation: u64,
     /// Pixels across and down.
     pub size: [u32; 2],
     /// Pixels that were traced, across and down.
     pub traced: [u32; 2],
-    /// Samples of each.
+    /// Samples a pixel.
     pub samples: u32,
     /// Whether every pixel of the window was traced.
     pub full: bool,
-    /// Whether it is all that there will be: nothing moves, and all samples are in.
+    /// Whether it is final: nothing moves, and all samples are in.
     pub last: bool,
-    /// Whether the BVH stood in for brute force.
+    /// Whether the BVH was used instead of brute force.
     pub stand_in: bool,
     /// Rays of all kinds.
     pub rays: u64,
-    /// Tracing and shading alone.
+    /// The time of tracing and shading alone.
     pub elapsed: Duration,
-    /// Whether this was traced in packets, ray by ray, or by neither in particular.
+    /// Whether it was traced in packets or as single rays; `None` for brute force and cost.
     pub packets: Option<bool>,
 }
 
-/// The epoch in which everything ends.
+/// The generation after [`Shared::end`].
 const END: u64 = u64::MAX;
 
 /// What the window and the worker share.
@@ -44,122 +44,122 @@ const END: u64 = u64::MAX;
 pub struct Shared {
     inbox: Mutex<Inbox>,
     arrived: Condvar,
-    /// Counts wishes for other pictures.
-    epoch: AtomicU64,
-    /// The epoch of the last wish for more than another pose or size.
-    turn: AtomicU64,
+    /// Counts requests for different pictures.
+    generation: AtomicU64,
+    /// The last generation that changed more than pose and size.
+    rays_changed: AtomicU64,
     done: Mutex<Done>,
 }
 
 #[derive(Debug, Default)]
 struct Inbox {
-    next: Option<Wish>,
-    latest: Option<Wanted>,
+    next: Option<Job>,
+    latest: Option<Request>,
 }
 
-/// What is wanted, and the epoch that it begins.
+/// A request and its generation.
 #[derive(Clone, Debug)]
-pub struct Wish {
-    /// What is wanted.
-    pub wanted: Wanted,
-    /// Counts up with every wish for another picture.
-    pub epoch: u64,
+pub struct Job {
+    /// What to show.
+    pub request: Request,
+    /// Counts up with every request for a different picture.
+    pub generation: u64,
 }
 
 #[derive(Debug, Default)]
 struct Done {
     picture: Option<Picture>,
-    /// Memory of older pictures.
+    /// Memory of older pictures, for reuse.
     spare: Vec<u32>,
 }
 
-/// What is left by a panicked thread is as good as any other state here.
+/// Locks, also after a panic: every state is valid here.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Shared {
-    /// Asks for a picture, instead of all that was asked for before.
-    pub fn post(&self, wanted: Wanted) {
+    /// Asks for a picture. Replaces earlier requests.
+    pub fn post(&self, request: Request) {
         let mut inbox = lock(&self.inbox);
         if self.has_ended() {
             return;
         }
-        let mut epoch = self.epoch.load(Ordering::Relaxed);
+        let mut generation = self.generation.load(Ordering::Relaxed);
         let latest = inbox.latest.as_ref();
-        if !latest.is_some_and(|latest| latest.same_picture(&wanted)) {
-            epoch += 1;
-            self.epoch.store(epoch, Ordering::Relaxed);
-            if !latest.is_some_and(|latest| latest.same_rays(&wanted)) {
-                self.turn.store(epoch, Ordering::Relaxed);
+        if !latest.is_some_and(|latest| latest.same_picture(&request)) {
+            generation += 1;
+            self.generation.store(generation, Ordering::Relaxed);
+            if !latest.is_some_and(|latest| latest.same_rays(&request)) {
+                self.rays_changed.store(generation, Ordering::Relaxed);
             }
         }
-        inbox.latest = Some(wanted.clone());
-        inbox.next = Some(Wish { wanted, epoch });
+        inbox.latest = Some(request.clone());
+        inbox.next = Some(Job { request, generation });
         self.arrived.notify_one();
     }
 
-    /// Ends the worker, soon.
+    /// Tells the worker to end.
     pub fn end(&self) {
         let _inbox = lock(&self.inbox);
-        self.epoch.store(END, Ordering::Relaxed);
+        self.generation.store(END, Ordering::Relaxed);
         self.arrived.notify_one();
     }
 
-    /// The newest picture, if there is one that has not been taken yet; `old` is given back for its memory. A picture of
-    /// another scene, or by other rays, than wished for by now is none; an older pose's is, so that a camera that moves on
-    /// and on is seen to move.
+    /// Replaces `old` by the newest picture; false if there is no new one. Pictures of another scene or
+    /// by other rays than requested are dropped. Those of an older pose are shown, so that a moving camera is seen to
+    /// move.
     pub fn take(&self, old: &mut Picture) -> bool {
         let mut done = lock(&self.done);
         let Some(mut picture) = done.picture.take() else {
             return false;
         };
-        if self.has_turned(picture.epoch) {
+        if self.rays_changed_since(picture.generation) {
             done.spare = picture.pixels;
             return false;
         }
-        picture.last &= !self.is_over(picture.epoch);
+        picture.last &= !self.changed_since(picture.generation);
         done.spare = std::mem::replace(old, picture).pixels;
         true
     }
 
-    /// Hands a picture to the window, instead of one that it has not taken yet.
+    /// Hands a picture to the window. Replaces one that was not taken yet.
     pub fn publish(&self, picture: Picture) {
         lock(&self.done).picture = Some(picture);
     }
 
-    /// Memory of an older picture.
+    /// Returns the memory of an older picture.
     pub fn spare(&self) -> Vec<u32> {
         std::mem::take(&mut lock(&self.done).spare)
     }
 
     /// Whether [`Self::end`] was called.
     pub fn has_ended(&self) -> bool {
-        self.epoch.load(Ordering::Relaxed) == END
+        self.generation.load(Ordering::Relaxed) == END
     }
 
-    /// Whether another picture is wanted by now.
-    pub fn is_over(&self, epoch: u64) -> bool {
-        self.epoch.load(Ordering::Relaxed) != epoch
+    /// Whether another picture is requested by now.
+    pub fn changed_since(&self, generation: u64) -> bool {
+        self.generation.load(Ordering::Relaxed) != generation
     }
 
-    /// Whether a picture of another scene, or by other rays, is.
-    pub fn has_turned(&self, epoch: u64) -> bool {
-        self.turn.load(Ordering::Relaxed) > epoch || self.has_ended()
+    /// Whether a picture of another scene or by other rays is requested by now.
+    pub fn rays_changed_since(&self, generation: u64) -> bool {
+        self.rays_changed.load(Ordering::Relaxed) > generation || self.has_ended()
     }
 
-    /// The next wish. Waits for it for as long as `patience`, or for ever.
-    pub fn next(&self, patience: Option<Duration>) -> Option<Wish> {
+    /// Waits for the next request, at most for `timeout` if there is one.
+    pub fn next(&self, timeout: Option<Duration>) -> Option<Job> {
         let inbox = lock(&self.inbox);
         let is_quiet = |inbox: &mut Inbox| inbox.next.is_none() && !self.has_ended();
-        let mut inbox = match patience {
+        let mut inbox = match timeout {
             None => self
                 .arrived
                 .wait_while(inbox, is_quiet)
                 .unwrap_or_else(PoisonError::into_inner),
-            Some(patience) => {
+            Some(timeout) => {
                 self.arrived
-                    .wait_timeout_while(inbox, patience, is_quiet)
+                    .wait_timeout_while(inbox, timeout, is_quiet)
                     .unwrap_or_else(PoisonError::into_inner)
                     .0
             }
@@ -176,8 +176,8 @@ mod tests {
         render::Settings,
         scene::SceneBuilder,
         viewer::{
-            look::{Boxes, Look, Model, Style},
             orbit::Pose,
+            request::{Boxes, Look, Model, Style},
         },
     };
     use std::{sync::Arc, thread};
@@ -185,12 +185,12 @@ mod tests {
     fn model() -> Arc<Model> {
         let scene = SceneBuilder::new().finish();
         let bvh = Bvh::build(&scene);
-        Arc::new(Model { scene, bvh })
+        Arc::new(Model::new(scene, bvh))
     }
 
-    fn wish(model: &Arc<Model>, view: u32) -> Wanted {
+    fn request(model: &Arc<Model>, view: u32) -> Request {
         let pose = Pose::classic_view(view).unwrap();
-        Wanted {
+        Request {
             model: Arc::clone(model),
             pose,
             camera: pose.camera().unwrap(),
@@ -205,51 +205,51 @@ mod tests {
         }
     }
 
-    /// What the worker makes of the next wish.
+    /// What the worker makes of the next request.
     fn answer(shared: &Shared) -> Picture {
-        let Wish { wanted, epoch } = shared.next(Some(Duration::ZERO)).unwrap();
+        let Job { request, generation } = shared.next(Some(Duration::ZERO)).unwrap();
         Picture {
-            epoch,
-            size: wanted.size,
+            generation,
+            size: request.size,
             last: true,
             ..Picture::default()
         }
     }
 
     #[test]
-    fn the_latest_wish_is_the_only_one() {
+    fn only_the_latest_request_counts() {
         let (shared, model) = (Shared::default(), model());
         for view in [1, 2, 3] {
-            shared.post(wish(&model, view));
+            shared.post(request(&model, view));
         }
         let next = shared.next(None).unwrap();
-        assert_eq!(next.wanted.pose, wish(&model, 3).pose);
-        assert!(!shared.is_over(next.epoch) && !shared.has_turned(next.epoch));
+        assert_eq!(next.request.pose, request(&model, 3).pose);
+        assert!(!shared.changed_since(next.generation) && !shared.rays_changed_since(next.generation));
         assert!(shared.next(Some(Duration::ZERO)).is_none());
-        // The same picture again is no other epoch: what is under way for it goes on.
-        shared.post(wish(&model, 3));
-        assert!(!shared.is_over(next.epoch));
-        assert_eq!(shared.next(None).unwrap().epoch, next.epoch);
+        // The same picture again starts no generation: tracing goes on.
+        shared.post(request(&model, 3));
+        assert!(!shared.changed_since(next.generation));
+        assert_eq!(shared.next(None).unwrap().generation, next.generation);
     }
 
     #[test]
-    fn an_older_result_never_replaces_a_newer_wish() {
+    fn results_of_older_requests_are_dropped() {
         let (shared, first) = (Shared::default(), model());
-        let changes: [fn(&mut Wanted); 4] = [
-            |wanted| wanted.model = model(),
-            |wanted| wanted.style.look = Look::Normals,
-            |wanted| wanted.style.brute = true,
-            |wanted| wanted.style.settings.max_depth = 1,
+        let changes: [fn(&mut Request); 4] = [
+            |request| request.model = model(),
+            |request| request.style.look = Look::Normals,
+            |request| request.style.brute = true,
+            |request| request.style.settings.max_depth = 1,
         ];
         let mut shown = Picture::default();
         for change in changes {
-            shared.post(wish(&first, 1));
-            // Finished just before the wish changes, or just after.
+            shared.post(request(&first, 1));
+            // Finished just before the request changes, or just after.
             for publish_first in [true, false] {
-                shared.post(wish(&first, 1));
+                shared.post(request(&first, 1));
                 let old = answer(&shared);
-                let old_epoch = old.epoch;
-                let mut other = wish(&first, 1);
+                let old_generation = old.generation;
+                let mut other = request(&first, 1);
                 change(&mut other);
                 let mut old = Some(old);
                 if publish_first {
@@ -259,27 +259,27 @@ mod tests {
                 if let Some(old) = old {
                     shared.publish(old);
                 }
-                assert!(shared.is_over(old_epoch) && shared.has_turned(old_epoch));
+                assert!(shared.changed_since(old_generation) && shared.rays_changed_since(old_generation));
                 assert!(!shared.take(&mut shown));
                 let new = answer(&shared);
-                assert!(new.epoch > old_epoch);
+                assert!(new.generation > old_generation);
                 shared.publish(new);
-                assert!(shared.take(&mut shown) && shown.last && shown.epoch > old_epoch);
-                // And nothing is taken twice.
+                assert!(shared.take(&mut shown) && shown.last && shown.generation > old_generation);
+                // Nothing is taken twice.
                 assert!(!shared.take(&mut shown));
             }
         }
     }
 
     #[test]
-    fn an_older_pose_is_shown_but_is_not_the_last() {
+    fn an_older_pose_is_shown_but_is_not_final() {
         let (shared, model) = (Shared::default(), model());
         let mut shown = Picture::default();
-        shared.post(wish(&model, 1));
+        shared.post(request(&model, 1));
         let old = answer(&shared);
-        let epoch = old.epoch;
-        shared.post(wish(&model, 2));
-        assert!(shared.is_over(epoch) && !shared.has_turned(epoch));
+        let generation = old.generation;
+        shared.post(request(&model, 2));
+        assert!(shared.changed_since(generation) && !shared.rays_changed_since(generation));
         shared.publish(old);
         assert!(shared.take(&mut shown) && !shown.last);
         shared.publish(answer(&shared));
@@ -287,16 +287,16 @@ mod tests {
     }
 
     #[test]
-    fn the_end_wakes_who_waits() {
+    fn the_end_wakes_the_worker() {
         let (shared, model) = (Shared::default(), model());
         thread::scope(|scope| {
             let waiting = scope.spawn(|| shared.next(None).is_none());
             shared.end();
             assert!(waiting.join().unwrap());
         });
-        assert!(shared.has_ended() && shared.is_over(0) && shared.has_turned(u64::MAX - 1));
-        // What is wished for afterwards does not take it back.
-        shared.post(wish(&model, 1));
+        assert!(shared.has_ended() && shared.changed_since(0) && shared.rays_changed_since(u64::MAX - 1));
+        // Later requests do not undo it.
+        shared.post(request(&model, 1));
         assert!(shared.has_ended());
     }
 }

@@ -1,19 +1,24 @@
-//! The live window: an orbit camera around a scene that is traced anew for every frame.
+//! The live window: an orbit camera around a scene that is traced for every frame.
 //!
-//! [`orbit`], [`budget`], [`progressive`] and [`benchmark`] are plain types that need no window. [`worker`] traces on a
-//! thread of its own and gets its wishes through the [`mailbox`], [`window`](self) takes input and shows what is ready, [`watch`] reloads.
+//! - [`orbit`], [`axis`], [`objects`], [`budget`], [`progressive`] and [`benchmark`] are plain types without a window.
+//! - [`worker`] traces on a thread of its own. It gets its requests through the [`mailbox`].
+//! - [`window`](self) and `input` handle events and show finished pictures.
+//! - [`watch`] reloads changed files.
 
+pub mod axis;
 pub mod benchmark;
 pub mod boxes;
 pub mod budget;
+mod input;
 pub mod keys;
-pub mod look;
 pub mod mailbox;
+pub mod objects;
 pub mod orbit;
 mod overlay;
 mod primary;
 mod probe;
 pub mod progressive;
+pub mod request;
 pub mod screen;
 mod status;
 mod surface;
@@ -27,44 +32,51 @@ use crate::{
     scene::Scene,
 };
 use benchmark::Report;
-use look::Model;
+use glam::DMat3;
 use orbit::Pose;
+use request::Model;
 use std::{fmt, path::PathBuf, sync::Arc, time::Duration};
 use window::{App, Event};
 use winit::event_loop::{ControlFlow, EventLoop};
 
-/// The most pixels of a window's side: what window systems count in 16 bits, signed.
+/// The largest side of a window, pixels: window systems use signed 16-bit numbers.
 pub const MAX_SIDE: u32 = 32_767;
 
 /// What the window leaves to the program that opens it.
 pub trait Host: Send + Sync {
-    /// Loads the scene: it, or what is wrong with it; and all files that were asked for, to be watched.
+    /// Loads the scene. Returns it or an error, and all files that belong to it, to be watched.
     fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>);
 
     /// Writes a picture to a new file and returns its name.
     ///
     /// # Errors
-    /// Why it cannot be written.
+    /// Why the picture cannot be written.
     fn save(&self, film: &ByteFilm) -> Result<String, String>;
 
-    /// Prints a line.
-    fn say(&self, line: &str);
+    /// Prints the camera, given as options of `octray render`.
+    fn say(&self, options: &str);
+
+    /// Makes another axis of a mesh (`x`, `-z`, ...) point up from the next load on, and turns its light by `rotation`.
+    /// Returns false if it cannot.
+    fn turn_up(&self, axis: &str, rotation: DMat3) -> bool;
 }
 
-/// How to begin.
+/// How the window starts.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// What the window is called.
+    /// The name in the title.
     pub name: String,
-    /// The camera.
+    /// Whether a mesh is shown, which has six sides and can be turned, and not a scene.
+    pub is_mesh: bool,
+    /// The starting camera.
     pub pose: Pose,
     /// The window's size, and how to trace.
     pub settings: Settings,
-    /// What BVHs are built.
+    /// How BVHs are built.
     pub quality: BuildQuality,
     /// Time for a frame while the camera moves.
     pub budget: Duration,
-    /// Orbit by itself for so long, and end.
+    /// Orbit for this time, then close.
     pub benchmark: Option<Duration>,
 }
 
@@ -80,7 +92,7 @@ pub enum ViewError {
 impl fmt::Display for ViewError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoDisplay(why) => write!(f, "there is no display to open a window on: {why}"),
+            Self::NoDisplay(why) => write!(f, "no display to open a window on: {why}"),
             Self::Failed(why) => write!(f, "{why}"),
         }
     }
@@ -88,7 +100,7 @@ impl fmt::Display for ViewError {
 
 impl std::error::Error for ViewError {}
 
-/// A connection to the display; asked for before anything is loaded.
+/// A connection to the display, made before anything is loaded.
 #[derive(Debug)]
 pub struct Display {
     event_loop: EventLoop<Event>,
@@ -104,7 +116,7 @@ impl Display {
             .build()
             .map(|event_loop| Self { event_loop })
             .map_err(|_| {
-                // The error itself tells where in winit it arose.
+                // The error itself only names a place in winit.
                 let named = |name: &str| {
                     let value = std::env::var_os(name).filter(|value| !value.is_empty())?;
                     Some(format!("{name}={}", value.to_string_lossy()))
@@ -113,13 +125,12 @@ impl Display {
                 let named: Vec<String> = names.collect();
                 ViewError::NoDisplay(match &named[..] {
                     [] if cfg!(target_os = "linux") => "neither WAYLAND_DISPLAY nor DISPLAY is set".into(),
-                    named => format!("the window system does not answer {}", named.join(" ")),
+                    named => format!("cannot connect to {}", named.join(" and ")),
                 })
             })
     }
 
-    /// Opens the window and returns when it is closed; the figures, if a benchmark was asked for and frames were shown in
-    /// it.
+    /// Opens the window and returns when it is closed. Returns the figures of a benchmark that showed frames.
     ///
     /// # Errors
     /// [`ViewError`].
@@ -133,17 +144,17 @@ impl Display {
         let failed = |error: &dyn fmt::Display| ViewError::Failed(error.to_string());
         let quality = options.quality;
         let bvh = Bvh::build_with(&scene, quality);
-        let model = Arc::new(Model { scene, bvh });
+        let model = Arc::new(Model::new(scene, bvh));
         let proxy = self.event_loop.create_proxy();
-        if options.benchmark.is_none() {
+        let reload = options.benchmark.is_none().then(|| {
             let proxy = proxy.clone();
             watch::start(Arc::clone(&host), files, quality, move |reloaded| {
-                // The window is closed: nobody needs to know.
+                // Fails once the window is closed.
                 let _ = proxy.send_event(Event::Reloaded(reloaded));
-            });
-        }
+            })
+        });
         self.event_loop.set_control_flow(ControlFlow::Wait);
-        let mut app = App::new(options, model, host, proxy).map_err(|error| failed(&error))?;
+        let mut app = App::new(options, model, host, proxy, reload).map_err(|error| failed(&error))?;
         self.event_loop
             .run_app(&mut app)
             .map_err(|error| failed(&error))?;

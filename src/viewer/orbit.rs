@@ -1,24 +1,25 @@
-//! Where the camera is, and how it is moved: around what it looks at, towards it, and in free flight.
+//! Where the camera is, and how it moves: around its target, towards it, and in free flight.
 
+use super::axis::Axis;
 use crate::{
     classic,
     math::Aabb,
     scene::{Camera, CameraError},
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Degrees that the camera turns for each pixel of a drag.
 pub const DEGREES_PER_PIXEL: f64 = 0.25;
-/// The highest and, negated, the lowest elevation over what the camera looks at, degrees: straight above, "up" would
-/// have no meaning.
+/// The highest and, negated, the lowest elevation of the camera, degrees. Straight above the target, "up" has no
+/// meaning.
 pub const MAX_ELEVATION_DEGREES: f64 = 89.99;
-/// The nearest and the farthest distance from what the camera looks at, in units of [`unit_of`] the scene.
-pub const DISTANCES: [f64; 2] = [0.5, 100.0];
-
-/// What is framed is looked at from so many times the distance from which it would touch the picture's edge.
+/// The nearest and the farthest distance from the target, in diagonals of the scene. Nearer, `f32` is too coarse for
+/// camera rays.
+pub const DISTANCES: [f64; 2] = [1e-6, 1e3];
+/// A framed box is seen from this many times the distance at which it touches the edge of the picture.
 const FRAME_MARGIN: f64 = 1.08;
 
-/// Where a camera stands, what it looks at, which way is up, and how wide it sees: the options of `octray render`.
+/// A camera as the options of `octray render` describe it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Where the camera stands, scene units.
@@ -32,7 +33,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The course's viewpoint 1 to 6; `None` for another number.
+    /// Classic viewpoint 1 to 6; `None` for another number.
     #[must_use]
     pub fn classic_view(view: u32) -> Option<Self> {
         Some(Self {
@@ -46,12 +47,12 @@ impl Pose {
     /// The camera for rendering.
     ///
     /// # Errors
-    /// [`CameraError`], where this makes no view.
+    /// [`CameraError`] if this is not a valid view.
     pub fn camera(&self) -> Result<Camera, CameraError> {
         Camera::look_at(self.eye, self.target, self.up, self.fov_degrees)
     }
 
-    /// As options of `octray render`, exact to the last bit.
+    /// Returns the options of `octray render` that give this camera, exact to the last bit.
     #[must_use]
     pub fn options(&self) -> String {
         let vector = |v: DVec3| format!("{},{},{}", v.x, v.y, v.z);
@@ -64,6 +65,16 @@ impl Pose {
         )
     }
 
+    /// Turns the camera and its up vector about the target.
+    #[must_use]
+    pub fn rotated(&self, rotation: DMat3) -> Self {
+        Self {
+            eye: self.target + rotation * (self.eye - self.target),
+            up: rotation * self.up,
+            ..*self
+        }
+    }
+
     /// Unit vectors to the right, upwards and forwards.
     #[must_use]
     pub fn frame(&self) -> [DVec3; 3] {
@@ -73,17 +84,7 @@ impl Pose {
     }
 }
 
-/// The length that distances and speeds are measured in, scene units: 1 for scenes of about the size of the course's,
-/// else a third of the scene's diagonal (that of the course's scenes is about 3).
-#[must_use]
-pub fn unit_of(bounds: Aabb) -> f64 {
-    match diagonal_of(bounds) {
-        Some(diagonal) if !(0.3..=30.0).contains(&diagonal) => diagonal / 3.0,
-        _ => 1.0,
-    }
-}
-
-/// How large a box is, scene units; `None` if nothing is in it, or a single point.
+/// The diagonal of a box, scene units; `None` if it is empty or a single point.
 fn diagonal_of(bounds: Aabb) -> Option<f64> {
     let extent = bounds.upper.as_dvec3() - bounds.lower.as_dvec3();
     (extent.min_element() >= 0.0 && extent.max_element() > 0.0).then(|| extent.length())
@@ -94,17 +95,23 @@ fn diagonal_of(bounds: Aabb) -> Option<f64> {
 pub struct Orbit {
     pose: Pose,
     camera: Camera,
-    unit: f64,
+    /// The nearest and the farthest distance from the target, scene units.
+    limits: [f64; 2],
 }
 
 impl Orbit {
-    /// Begins at `pose`, exactly; `unit` is [`unit_of`] the scene.
+    /// Begins exactly at `pose`, in a scene of these bounds.
     ///
     /// # Errors
-    /// [`CameraError`], where the pose makes no view.
-    pub fn new(pose: Pose, unit: f64) -> Result<Self, CameraError> {
-        let camera = pose.camera()?;
-        Ok(Self { pose, camera, unit })
+    /// [`CameraError`] if the pose is not a valid view.
+    pub fn new(pose: Pose, bounds: Aabb) -> Result<Self, CameraError> {
+        let mut orbit = Self {
+            pose,
+            camera: pose.camera()?,
+            limits: DISTANCES,
+        };
+        orbit.set_bounds(bounds);
+        Ok(orbit)
     }
 
     /// Where the camera is.
@@ -119,12 +126,13 @@ impl Orbit {
         self.camera
     }
 
-    /// Measures distances in another unit from now on.
-    pub fn set_unit(&mut self, unit: f64) {
-        self.unit = unit;
+    /// Sets the bounds of the scene, which limit the distance from the target.
+    pub fn set_bounds(&mut self, bounds: Aabb) {
+        let diagonal = diagonal_of(bounds).unwrap_or(1.0);
+        self.limits = DISTANCES.map(|distance| distance * diagonal);
     }
 
-    /// Moves to `pose`, if that is a view.
+    /// Moves to `pose` if it is a valid view.
     pub fn go_to(&mut self, pose: Pose) {
         if let Ok(camera) = pose.camera() {
             self.pose = pose;
@@ -132,7 +140,7 @@ impl Orbit {
         }
     }
 
-    /// Turns around the target as a drag of `right` and `down` pixels does: what is seen follows the mouse.
+    /// Orbits around the target as a drag by `right` and `down` pixels does: the object follows the mouse.
     pub fn turn(&mut self, right: f64, down: f64) {
         let Pose { eye, target, up, .. } = self.pose;
         let up = up.normalize_or(DVec3::Z);
@@ -156,35 +164,49 @@ impl Orbit {
         });
     }
 
-    /// Multiplies the distance from the target by `factor`, within [`DISTANCES`].
+    /// Multiplies the distance from the target by `factor`. A step beyond [`DISTANCES`] is not taken; a camera that
+    /// already stands beyond them can come back, by the same factor.
     pub fn approach(&mut self, factor: f64) {
         let Pose { eye, target, .. } = self.pose;
-        let from_target = eye - target;
-        let [nearest, farthest] = DISTANCES.map(|distance| distance * self.unit);
-        let distance = from_target.length();
-        let wanted = (distance * factor).clamp(nearest, farthest);
-        self.go_to(Pose {
-            eye: target + from_target * (wanted / distance),
-            ..self.pose
-        });
+        let distance = (eye - target).length();
+        let [nearest, farthest] = self.limits;
+        let next = distance * factor;
+        if next >= nearest.min(distance) && next <= farthest.max(distance) {
+            self.go_to(Pose {
+                eye: target + (eye - target) * factor,
+                ..self.pose
+            });
+        }
     }
 
-    /// Flies `right`, `up` and `forward` (1 for a second at full speed), looking the same way.
+    /// Flies `right`, `up` and `forward` (1 for a second at full speed) without turning. Speed is in proportion to the
+    /// distance from the target, so that small objects can be looked at closely.
     pub fn fly(&mut self, right: f64, up: f64, forward: f64) {
+        const SPEED: f64 = 0.8;
         let Pose { eye, target, .. } = self.pose;
-        // Slower where the target is near, so that small things can be looked at; never at a standstill.
-        let speed = (0.8 * (target - eye).length()).max(0.2 * self.unit);
-        let frame = self.pose.frame();
-        let way = (frame[0] * right + frame[1] * up + frame[2] * forward) * speed;
+        let axes = self.pose.frame();
+        let step = axes[0] * right + axes[1] * up + axes[2] * forward;
+        let step = step * (SPEED * (target - eye).length());
         self.go_to(Pose {
-            eye: eye + way,
-            target: target + way,
+            eye: eye + step,
+            target: target + step,
             ..self.pose
         });
     }
 
-    /// Looks at the middle of `bounds`, from where all of it is seen in a picture `aspect` times as wide as it is
-    /// high. The direction stays.
+    /// Frames `bounds` as seen from one of the six sides of a mesh that stands on `up`.
+    pub fn frame_side(&mut self, bounds: Aabb, aspect: f64, side: usize, up: Axis) {
+        let Pose { target, .. } = self.pose;
+        self.go_to(Pose {
+            eye: target + up.side(side),
+            up: up.vector(),
+            ..self.pose
+        });
+        self.frame(bounds, aspect);
+    }
+
+    /// Looks at the centre of `bounds` from where all of it is inside a picture `aspect` times as wide as it is high,
+    /// without turning. Does nothing if `bounds` is empty or a point.
     pub fn frame(&mut self, bounds: Aabb, aspect: f64) {
         if diagonal_of(bounds).is_none() {
             return;
@@ -193,8 +215,7 @@ impl Orbit {
         let target = (lower + upper) / 2.0;
         let half_height = libm::tan(self.pose.fov_degrees.to_radians() / 2.0);
         let [right, up, forward] = self.pose.frame();
-        // From here each corner is within the picture: its offsets across and upwards at most half of what is seen at its
-        // depth.
+        // The smallest distance at which every corner is inside the picture.
         let mut distance = 0.0_f64;
         for corner in 0..8_u32 {
             let signs = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { -0.5 } else { 0.5 });
@@ -216,8 +237,16 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
+    /// A cube of that side around the origin.
+    fn cube(side: f32) -> Aabb {
+        Aabb {
+            lower: Vec3::splat(-0.5 * side),
+            upper: Vec3::splat(0.5 * side),
+        }
+    }
+
     fn view(number: u32) -> Orbit {
-        Orbit::new(Pose::classic_view(number).unwrap(), 1.0).unwrap()
+        Orbit::new(Pose::classic_view(number).unwrap(), cube(2.0)).unwrap()
     }
 
     fn spherical(orbit: &Orbit) -> [f64; 3] {
@@ -266,29 +295,47 @@ mod tests {
     }
 
     #[test]
-    fn distance_is_held_and_scaled() {
-        for unit in [1.0, 250.0] {
-            let mut orbit = view(1);
-            orbit.set_unit(unit);
-            orbit.approach(1e-9);
-            assert!((spherical(&orbit)[2] - 0.5 * unit).abs() < 1e-9 * unit);
-            orbit.approach(1e9);
-            assert!((spherical(&orbit)[2] - 100.0 * unit).abs() < 1e-6 * unit);
+    fn a_notch_has_the_same_factor_at_any_distance() {
+        // scenes/evening.scn: 7 units from the target, on water of 4000 x 4000.
+        for (side, distances) in [
+            (3.0, [0.001, 1.0, 1000.0]),
+            (4000.0, [0.1, 7.0, 1e5]),
+            (0.01, [1e-6, 0.1, 5.0]),
+        ] {
+            for distance in distances {
+                for factor in [1.1, 1.0 / 1.1] {
+                    let mut orbit = view(1);
+                    orbit.set_bounds(cube(side));
+                    orbit.go_to(Pose {
+                        eye: DVec3::new(distance, 0.0, 0.5),
+                        ..orbit.pose()
+                    });
+                    orbit.approach(factor);
+                    let found = spherical(&orbit)[2] / distance;
+                    assert!((found - factor).abs() < 1e-9, "{side} {distance}: {found}");
+                }
+            }
         }
     }
 
     #[test]
-    fn units_suit_the_scene() {
-        let cube = |side: f32| {
-            unit_of(Aabb {
-                lower: Vec3::ZERO,
-                upper: Vec3::splat(side),
-            })
-        };
-        assert_eq!(cube(1.0), 1.0);
-        assert!((cube(3000.0) - 1732.05).abs() < 0.01);
-        assert!((cube(0.003) - 0.001732).abs() < 1e-6);
-        assert_eq!(unit_of(Aabb::EMPTY), 1.0);
+    fn distances_end_where_coordinates_do() {
+        let mut orbit = view(1);
+        let diagonal = 12.0_f64.sqrt();
+        for (factor, limit) in [(0.9, 1e-6), (1.1, 1e3)] {
+            for _ in 0..500 {
+                orbit.approach(factor);
+            }
+            let ratio = spherical(&orbit)[2] / (limit * diagonal);
+            assert!((0.9..=1.12).contains(&ratio), "{ratio}");
+        }
+        // From beyond the limits it comes back step by step.
+        let before = spherical(&orbit)[2];
+        orbit.set_bounds(cube(1e-3));
+        orbit.approach(1.1);
+        assert_eq!(spherical(&orbit)[2], before);
+        orbit.approach(0.9);
+        assert!((spherical(&orbit)[2] / before - 0.9).abs() < 1e-9);
     }
 
     #[test]
@@ -297,43 +344,91 @@ mod tests {
         let before = orbit.pose();
         orbit.fly(0.0, 0.0, 0.5);
         let after = orbit.pose();
-        let way = after.eye - before.eye;
-        assert!(way.normalize().dot(before.frame()[2]) > 1.0 - 1e-12);
-        assert!((after.target - before.target - way).length() < 1e-12);
+        let step = after.eye - before.eye;
+        assert!(step.normalize().dot(before.frame()[2]) > 1.0 - 1e-12);
+        assert!((after.target - before.target - step).length() < 1e-12);
         orbit.fly(1.0, 0.0, 0.0);
         assert!((orbit.pose().eye - after.eye).dot(after.frame()[2]).abs() < 1e-12);
     }
 
+    /// Whether all corners of a box are in the picture, and how much of its half side they fill.
+    fn filled(orbit: &Orbit, bounds: Aabb, aspect: f64) -> f64 {
+        let pose = orbit.pose();
+        let [right, up, forward] = pose.frame();
+        let half_height = (pose.fov_degrees / 2.0).to_radians().tan();
+        (0..8_u32).fold(0.0, |most, corner| {
+            let pick = |axis: usize| {
+                let ends = [bounds.lower[axis], bounds.upper[axis]];
+                f64::from(ends[(corner >> axis & 1) as usize])
+            };
+            let v = DVec3::new(pick(0), pick(1), pick(2)) - pose.eye;
+            let depth = v.dot(forward);
+            assert!(depth > 0.0);
+            let upwards = v.dot(up).abs() / (depth * half_height);
+            most.max(upwards)
+                .max(v.dot(right).abs() / (depth * half_height * aspect))
+        })
+    }
+
+    const LONG: Aabb = Aabb {
+        lower: Vec3::new(10.0, 20.0, 30.0),
+        upper: Vec3::new(14.0, 21.0, 31.0),
+    };
+
     #[test]
-    fn framing_sees_all() {
-        let bounds = Aabb {
-            lower: Vec3::new(10.0, 20.0, 30.0),
-            upper: Vec3::new(14.0, 21.0, 31.0),
-        };
+    fn framing_sees_all_and_keeps_the_direction() {
         for aspect in [1.0, 0.3, 2.0] {
             let mut orbit = view(3);
             let forward = orbit.pose().frame()[2];
-            orbit.frame(bounds, aspect);
-            let [right, up, now] = orbit.pose().frame();
-            assert!(now.dot(forward) > 1.0 - 1e-12);
-            let half_height = 22.5_f64.to_radians().tan();
-            for corner in 0..8 {
-                let pick =
-                    |bit: u32, lower: f32, upper: f32| if corner >> bit & 1 == 0 { lower } else { upper };
-                let (l, u) = (bounds.lower, bounds.upper);
-                let corner = Vec3::new(pick(0, l.x, u.x), pick(1, l.y, u.y), pick(2, l.z, u.z)).as_dvec3();
-                let v = corner - orbit.pose().eye;
-                let depth = v.dot(now);
-                assert!(
-                    v.dot(up).abs() <= depth * half_height
-                        && v.dot(right).abs() <= depth * half_height * aspect
-                );
-            }
+            orbit.frame(LONG, aspect);
+            assert!(orbit.pose().frame()[2].dot(forward) > 1.0 - 1e-12);
+            assert!((0.8..1.0).contains(&filled(&orbit, LONG, aspect)));
         }
-        // Nothing to frame.
         let mut orbit = view(3);
         orbit.frame(Aabb::EMPTY, 1.0);
         assert_eq!(orbit.pose(), view(3).pose());
+    }
+
+    #[test]
+    fn six_sides_show_the_whole_mesh() {
+        let flat = Aabb {
+            lower: Vec3::new(-1.0, -1.0, 0.0),
+            upper: Vec3::new(1.0, 1.0, 0.0),
+        };
+        for direction in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_Y] {
+            let up = Axis::nearest(direction);
+            for (side, bounds) in
+                (0..6).flat_map(|side| [LONG, flat, cube(1e-4), cube(1e6)].map(|b| (side, b)))
+            {
+                for aspect in [1.0, 0.3, 2.0] {
+                    let mut orbit = view(3);
+                    orbit.frame_side(bounds, aspect, side, up);
+                    assert!((0.7..1.0).contains(&filled(&orbit, bounds, aspect)));
+                    let away = (orbit.pose().eye - orbit.pose().target).normalize();
+                    assert!((away - up.side(side)).length() < 1e-9);
+                    assert_eq!(orbit.pose().up, direction);
+                    // It is a view that drags can go on from.
+                    orbit.turn(8.0, 4.0);
+                    assert!(orbit.pose().camera().is_ok());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn turning_up_turns_the_camera_with_the_mesh() {
+        let (y, z) = (Axis::nearest(DVec3::Y), Axis::nearest(DVec3::Z));
+        let mut orbit = view(1);
+        orbit.frame_side(LONG, 1.0, 0, y);
+        let before = orbit.pose();
+        let center = before.target;
+        orbit.go_to(before.rotated(y.turn_to(z)));
+        let after = orbit.pose();
+        assert_eq!((after.up, after.target), (DVec3::Z, center));
+        // The front of a mesh that stands on z looks towards -y.
+        let direction = (after.eye - center).normalize();
+        assert!((direction - DVec3::NEG_Y).length() < 1e-12);
+        assert!((after.rotated(z.turn_to(y)).eye - before.eye).length() < 1e-9);
     }
 
     #[test]
@@ -370,7 +465,7 @@ mod tests {
             up: DVec3::Y,
             fov_degrees: 30.0,
         };
-        let mut orbit = Orbit::new(pose, 1.0).unwrap();
+        let mut orbit = Orbit::new(pose, cube(2.0)).unwrap();
         orbit.turn(40.0, 0.0);
         let eye = orbit.pose().eye;
         assert!((eye.y - 1.0).abs() < 1e-12 && eye.x < -0.1);

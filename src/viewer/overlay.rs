@@ -1,4 +1,4 @@
-//! What the window shows over a picture.
+//! Text over the picture.
 
 use super::{
     keys,
@@ -6,34 +6,43 @@ use super::{
     screen::{self, Canvas},
 };
 
+/// Pixels between the edge of the window and a panel, and between panels.
+const MARGIN: usize = 8;
+
 const WHITE: u32 = 0x00ff_ffff;
 const RED: u32 = 0x00ff_8080;
 
-/// What is written over a picture.
+/// The panels to draw.
 pub struct Overlay<'a> {
-    /// The keys.
+    /// Whether the help is shown.
     pub help: bool,
     /// Frames and rays a second.
     pub figures: Option<Vec<String>>,
     /// What is under the mouse.
     pub probed: Option<&'a [String]>,
-    /// How much of the next picture is done, 0 to 1.
+    /// The share of the next picture that is done, 0 to 1.
     pub progress: Option<f32>,
-    /// What is wrong with the files.
+    /// Why the files could not be loaded.
     pub error: Option<&'a str>,
-    /// What a key has done.
+    /// What a key did.
     pub message: Option<&'a str>,
 }
 
-/// Writes it, from the top down.
-pub fn overlay(canvas: &mut Canvas<'_>, overlay: &Overlay<'_>) {
-    const MARGIN: usize = 8;
-    // Twice as large where all keys still fit.
-    let scale = if canvas.width >= 1000 && canvas.height >= 600 {
-        2
-    } else {
-        1
+/// How many times the 8 x 8 font is enlarged: to 12 points, smaller if the help does not fit into the window, but to no
+/// less than 6 points. A point is 4/3 pixels times the scale factor of the screen.
+#[must_use]
+pub fn text_scale([width, height]: [u32; 2], scale_factor: f64) -> usize {
+    let [least, most] = [1.0, 2.0].map(|scale| ((scale * scale_factor).round() as usize).max(1));
+    let longest = keys::HELP.iter().map(|line| line.len()).max().unwrap_or(0);
+    let fits = |&scale: &usize| {
+        let [w, h] = screen::panel_size(longest, keys::HELP.len(), scale);
+        w + 2 * MARGIN <= width as usize && h + 2 * MARGIN <= height as usize
     };
+    (least..=most).rev().find(fits).unwrap_or(least)
+}
+
+/// Draws the panels from the top down.
+pub fn draw(canvas: &mut Canvas<'_>, scale: usize, overlay: &Overlay<'_>) {
     let columns = (canvas.width as usize).saturating_sub(4 * MARGIN) / (8 * scale);
     let mut y = MARGIN;
     let mut show = |text: &str, color: u32| {
@@ -53,14 +62,14 @@ pub fn overlay(canvas: &mut Canvas<'_>, overlay: &Overlay<'_>) {
         show(&lines.join("\n"), WHITE);
     }
     if let Some(progress) = overlay.progress {
-        show(&format!("next picture {:.0} %", progress * 100.0), WHITE);
+        show(&format!("next picture: {:.0} %", progress * 100.0), WHITE);
     }
     if let Some(message) = overlay.message {
         show(message, WHITE);
     }
 }
 
-/// Copies a picture; one of another size, from before the window had its own, fills what it can.
+/// Copies a picture. One of another size, from before the window was resized, covers a part.
 pub fn copy(picture: &Picture, to: &mut [u32], [width, height]: [u32; 2]) {
     if picture.size == [width, height] {
         to.copy_from_slice(&picture.pixels);
@@ -73,5 +82,55 @@ pub fn copy(picture: &Picture, to: &mut [u32], [width, height]: [u32; 2]) {
         for (to, from) in to.chunks_exact_mut(width as usize).zip(from) {
             to[..columns].copy_from_slice(&from[..columns]);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_has_twelve_points_where_the_help_fits() {
+        // Pixels of a letter on usual and on high-resolution screens.
+        for (scale_factor, size, pixels) in [
+            (1.0, [512, 512], 16),
+            (1.0, [3840, 2160], 16),
+            (1.25, [800, 800], 24),
+            (1.5, [1000, 900], 24),
+            (2.0, [1100, 1000], 32),
+            (3.0, [3840, 2160], 48),
+            // Too small for the help in large letters.
+            (1.0, [200, 150], 8),
+            (2.0, [512, 512], 16),
+            (3.0, [200, 150], 24),
+            (0.5, [200, 150], 8),
+        ] {
+            assert_eq!(
+                8 * text_scale(size, scale_factor),
+                pixels,
+                "{scale_factor} {size:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_help_and_a_message_fit_into_the_default_window() {
+        let mut pixels = vec![0x00ff_ffff; 512 * 512];
+        let mut canvas = Canvas {
+            pixels: &mut pixels,
+            width: 512,
+            height: 512,
+        };
+        let overlay = Overlay {
+            help: true,
+            figures: None,
+            probed: None,
+            progress: None,
+            error: None,
+            message: Some("a message of thirty letters..."),
+        };
+        draw(&mut canvas, text_scale([512, 512], 1.0), &overlay);
+        let white = pixels.chunks(512).rev().position(|row| row[300] != 0x00ff_ffff);
+        assert!(white.is_some_and(|rows| rows < 8), "{white:?}");
     }
 }

@@ -1,7 +1,7 @@
-//! Looks that need camera rays only: preview, normals, cost. And the picture by brute force, ray by ray.
+//! Pictures that need camera rays only (preview, normals, cost), and the full picture by brute force.
 
 use super::{
-    look::{Look, Model, Style},
+    request::{Look, Model, Style},
     surface,
 };
 use crate::{
@@ -28,12 +28,12 @@ use std::{
     time::Instant,
 };
 
-/// Rows of a band, the piece of work of a thread: a packet's rows.
+/// Rows of a band, a thread's piece of work: those of a packet.
 const BAND: u32 = 2;
 /// Pixels of a packet's row.
 const ROW: usize = 4;
 
-/// What all bands share.
+/// Shared by all bands.
 struct Frame<'a> {
     model: &'a Model,
     style: &'a Style,
@@ -44,7 +44,7 @@ struct Frame<'a> {
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// A thread's memory.
+/// The memory of a thread.
 struct Scratch<'a> {
     tracer: Tracer<'a>,
     packets: Vec<RayPacket>,
@@ -54,11 +54,11 @@ struct Scratch<'a> {
     bvh_stack: bvh::Stack,
 }
 
-/// Renders what `style` looks at into `film`, which has the right size; `n` samples along a side of a pixel.
+/// Renders into `film`, which has the right size, with `n` samples along a side of a pixel.
 ///
 /// # Errors
-/// [`RenderError::Cancelled`], if `on_progress` says `Break`. It is asked after every pixel of brute force, else after
-/// every band.
+/// [`RenderError::Cancelled`] if `on_progress` returns `Break`. It is called after every pixel of brute force, else
+/// after every band.
 pub fn render(
     model: &Model,
     camera: &Camera,
@@ -135,7 +135,7 @@ impl<'a> Scratch<'a> {
         }
     }
 
-    /// Renders the rows from `y` on into `band`. Colours of all samples are averaged.
+    /// Renders the rows from `y` on into `band`, averaged over all samples.
     fn band(&mut self, frame: &Frame<'_>, y: u32, band: &mut [[u8; 3]]) -> SecondaryRays {
         let Style {
             look,
@@ -164,7 +164,7 @@ impl<'a> Scratch<'a> {
                     add(&mut self.sums[i], color);
                 }
             } else if brute && look == Look::Cost {
-                // Whatever it hits, a ray tests them all.
+                // Every ray tests every primitive.
                 let color = heat_color(scene.primitive_count() as u32);
                 self.sums.iter_mut().for_each(|sum| add(sum, color));
             } else if brute {
@@ -199,7 +199,7 @@ impl<'a> Scratch<'a> {
         rays
     }
 
-    /// One sample of all pixels of a band, in packets of 4x2.
+    /// Adds one sample of all pixels of a band, in packets of 4x2.
     fn packets(&mut self, frame: &Frame<'_>, y: u32, sample: [u32; 2]) {
         let eye = frame.rays.eye();
         let width = frame.width as usize;
@@ -232,7 +232,7 @@ impl<'a> Scratch<'a> {
 }
 
 impl Frame<'_> {
-    /// The ray through a sample of pixel `i` of the band that begins at row `y`.
+    /// Returns the ray through a sample of pixel `i` of the band that begins at row `y`.
     fn ray(&self, i: usize, y: u32, sample: [u32; 2]) -> Ray {
         let (x, row) = (i as u32 % self.width, i as u32 / self.width);
         Ray::new(self.rays.eye(), self.rays.direction(x, y + row, sample))
@@ -245,7 +245,7 @@ fn add(sum: &mut [f32; 3], color: [f32; 3]) {
     }
 }
 
-/// In the middle of what becomes this byte.
+/// The colour of a cost, in the middle of the interval that becomes its byte.
 fn heat_color(tests: u32) -> [f32; 3] {
     heat(tests).map(|byte| (f32::from(byte) + 0.5) / 255.0)
 }
@@ -260,11 +260,11 @@ fn color(scene: &Scene, look: Look, ray: &Ray, hit: &Hit, tests: u32) -> [f32; 3
     }
 }
 
-/// Where a ray tests that many primitives, every ray of a pixel asks whether the picture is still wanted; elsewhere asking
-/// would cost more than the test.
+/// With more primitives than this, every ray checks whether to stop. With fewer, the check would cost more than the
+/// ray.
 const MANY: usize = 10_000;
 
-/// Brute force, as the lesson has it.
+/// Brute force: no acceleration structure.
 struct EveryPrimitive<'a> {
     scene: &'a Scene,
     stop: &'a (dyn Fn() -> bool + Sync),

@@ -1,23 +1,31 @@
-//! What is under the mouse, in words.
+//! What is under the mouse.
 
-use super::{look::Model, surface};
+use super::{request::Model, surface};
 use crate::{
-    ray::Ray,
+    ray::{Hit, Ray},
     reference::{
-        cost::{self, Stack},
+        cost::{self, Cost, Stack},
         shade::shading_normal,
     },
     scene::{Camera, Material, Primitive},
 };
 use glam::Vec3;
 
-/// Lines about a pixel of a picture of this size, row 0 on top. One ray: nothing to wait for.
+/// Traces the ray through the centre of a pixel, row 0 on top, and says what it cost. One ray is fast enough for the
+/// window's own thread.
 #[must_use]
-pub fn describe(model: &Model, camera: &Camera, [width, height]: [u32; 2], [x, y]: [u32; 2]) -> Vec<String> {
-    let scene = &model.scene;
-    let rays = camera.pixel_rays(scene, width, height, 1);
+pub fn pick(model: &Model, camera: &Camera, [width, height]: [u32; 2], [x, y]: [u32; 2]) -> (Ray, Hit, Cost) {
+    let rays = camera.pixel_rays(&model.scene, width, height, 1);
     let ray = Ray::new(rays.eye(), rays.direction(x, y, [0, 0]));
-    let (hit, cost) = cost::closest_hit(scene, &model.bvh, &mut Stack::default(), &ray);
+    let (hit, cost) = cost::closest_hit(&model.scene, &model.bvh, &mut Stack::default(), &ray);
+    (ray, hit, cost)
+}
+
+/// Describes what a pixel shows, in lines of text.
+#[must_use]
+pub fn describe(model: &Model, camera: &Camera, size: [u32; 2], [x, y]: [u32; 2]) -> Vec<String> {
+    let scene = &model.scene;
+    let (ray, hit, cost) = pick(model, camera, size, [x, y]);
     let vector = |v: Vec3| format!("{:.4} {:.4} {:.4}", v.x, v.y, v.z);
     let mut lines = vec![format!("pixel     {x},{y}")];
     if hit.is_hit() {
@@ -46,4 +54,48 @@ pub fn describe(model: &Model, camera: &Camera, [width, height]: [u32; 2], [x, y
         cost.nodes, cost.primitives
     ));
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        accel::Bvh,
+        scene::SceneBuilder,
+        viewer::{axis::Axis, orbit::Pose},
+    };
+
+    /// From a mouse over a scene to the box that `f` frames.
+    #[test]
+    fn the_ground_under_the_mouse_is_not_framed() {
+        let mut builder = SceneBuilder::new();
+        let matte = builder.classic_material(1).unwrap();
+        builder.add_sphere(Vec3::new(0.0, 0.0, 0.5), 0.5, matte).unwrap();
+        builder.add_sphere(Vec3::new(0.0, 3.0, 0.5), 0.2, matte).unwrap();
+        let far = 1000.0;
+        for corners in [
+            [[-far, -far], [far, -far], [far, far]],
+            [[-far, -far], [far, far], [-far, far]],
+        ] {
+            let corners = corners.map(|[x, y]| Vec3::new(x, y, 0.0));
+            builder.add_triangle(corners, matte).unwrap();
+        }
+        let scene = builder.finish();
+        let bvh = Bvh::build(&scene);
+        let model = Model::new(scene, bvh);
+        let camera = Pose::classic_view(1).unwrap().camera().unwrap();
+        let bounds = |pixel| {
+            let (_, hit, _) = pick(&model, &camera, [100, 100], pixel);
+            let under = hit.is_hit().then_some(hit.primitive);
+            let up = Axis::nearest(glam::DVec3::Z);
+            (
+                hit.is_hit(),
+                model.objects().bounds(&model.scene, under, up).upper.y,
+            )
+        };
+        assert_eq!(bounds([50, 50]), (true, 0.5));
+        // The ground in front, and the horizon.
+        assert_eq!(bounds([50, 95]), (true, 3.2));
+        assert_eq!(bounds([50, 0]).1, 3.2);
+    }
 }

@@ -1,32 +1,31 @@
-//! What is traced while nothing moves: the whole picture, then the same picture with ever more samples.
+//! The pictures that are traced at rest: 1, 4, 16 and 64 samples a pixel.
 //!
-//! The samples of a pixel lie on regular grids of 1, 4, 16 and 64, one grid after another and each of them whole, so
-//! that the picture at any of them has the bytes that `octray render --samples` makes. The grids share no sample: the
-//! centres of a grid of N x N are on none of another of twice its side. 85 rays a pixel are the price for 64 samples.
+//! Each is traced anew on a regular grid of samples, so it has the bytes of `octray render --samples`. The grids share
+//! no samples: 64 samples cost 85 rays a pixel.
 
-/// Samples along a side of a pixel, grid after grid.
+/// Samples along a side of a pixel, picture after picture.
 pub const GRIDS: [u32; 4] = [1, 2, 4, 8];
 
-/// Which grid comes next.
+/// Which picture comes next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Progressive {
     next: usize,
 }
 
 impl Progressive {
-    /// Everything is to be traced again.
+    /// Starts again.
     pub fn restart(&mut self) {
         self.next = 0;
     }
 
-    /// The next picture's samples along a side of a pixel; `None` if there is nothing left to do.
+    /// Returns the samples along a side of a pixel of the next picture; `None` after the last one.
     #[must_use]
     pub fn next(&self, antialias: bool) -> Option<u32> {
         let last = if antialias { GRIDS.len() } else { 1 };
         GRIDS[..last].get(self.next).copied()
     }
 
-    /// The picture of that grid is done.
+    /// Takes in that the picture with these samples is done.
     pub fn done(&mut self, samples_per_axis: u32) {
         if let Some(i) = GRIDS.iter().position(|&n| n == samples_per_axis) {
             self.next = self.next.max(i + 1);
@@ -54,7 +53,7 @@ mod tests {
         assert_eq!(state.next(true), None);
         state.restart();
         assert_eq!(all(&mut state, false), [1]);
-        // Anti-aliasing goes on from where it stands.
+        // Anti-aliasing continues after the first picture.
         assert_eq!(all(&mut state, true), [4, 16, 64]);
         assert_eq!(all(&mut state, false), [0; 0]);
     }

@@ -1,4 +1,4 @@
-//! Pixels of the window: the traced picture spread over them, and text.
+//! Pixels of the window: the traced picture, enlarged, and text.
 
 use crate::render::ByteFilm;
 use font8x8::legacy::BASIC_LEGACY;
@@ -19,8 +19,7 @@ pub struct Canvas<'a> {
     pub height: u32,
 }
 
-/// Spreads a traced picture over `width` x `height` pixels: as it is if it is that large, else each pixel takes its
-/// nearest.
+/// Enlarges a traced picture to `width` x `height` pixels. Each takes the nearest traced one.
 pub fn spread(film: &ByteFilm, [width, height]: [u32; 2], to: &mut Vec<u32>) {
     let pack = |[r, g, b]: [u8; 3]| u32::from_be_bytes([0, r, g, b]);
     let from_width = film.width() as usize;
@@ -45,8 +44,14 @@ pub fn spread(film: &ByteFilm, [width, height]: [u32; 2], to: &mut Vec<u32>) {
         });
 }
 
-/// Lines of text on a darkened panel whose top left corner is at (`x`, `y`); returns the row below it. Letters are
-/// `scale` times 8 pixels large. What is not ASCII is shown as `?`, and what does not fit is cut off.
+/// The width and height of a panel with lines of at most `longest` letters, pixels.
+#[must_use]
+pub fn panel_size(longest: usize, lines: usize, scale: usize) -> [usize; 2] {
+    [longest * CELL + 2 * GAP, lines * (CELL + GAP) + GAP].map(|side| side * scale)
+}
+
+/// Draws lines of text on a darkened panel whose top left corner is at (`x`, `y`). Returns the row below it. Letters are
+/// `scale` times 8 pixels large. Other characters than ASCII are shown as `?`; text beyond the edge is cut off.
 pub fn panel(
     canvas: &mut Canvas<'_>,
     [x, y]: [usize; 2],
@@ -57,11 +62,12 @@ pub fn panel(
     let longest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
     let (width, height) = (canvas.width as usize, canvas.height as usize);
     let pitch = (CELL + GAP) * scale;
-    let right = (x + (longest * CELL + 2 * GAP) * scale).min(width);
-    let bottom = (y + lines.len() * pitch + GAP * scale).min(height);
+    let [panel_width, panel_height] = panel_size(longest, lines.len(), scale);
+    let right = (x + panel_width).min(width);
+    let bottom = (y + panel_height).min(height);
     for row in canvas.pixels.chunks_exact_mut(width).take(bottom).skip(y) {
         for pixel in &mut row[x.min(right)..right] {
-            // A quarter of the light.
+            // A quarter of the brightness.
             *pixel = *pixel >> 2 & 0x003f_3f3f;
         }
     }
@@ -90,7 +96,7 @@ fn text(canvas: &mut Canvas<'_>, [x, y]: [usize; 2], line: &str, color: u32, sca
     }
 }
 
-/// Cuts text into lines of at most `columns` characters, between words where that wastes less than half a line.
+/// Cuts text into lines of at most `columns` characters, between words if that wastes less than half a line.
 #[must_use]
 pub fn wrap(text: &str, columns: usize) -> Vec<String> {
     let columns = columns.max(8);
@@ -113,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_are_spread() {
+    fn pictures_are_enlarged() {
         let mut film = ByteFilm::black(2, 1);
         film.pixels_mut()[0] = [1, 2, 3];
         film.pixels_mut()[1] = [255, 0, 16];

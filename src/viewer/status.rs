@@ -1,25 +1,25 @@
-//! What title and overlay say.
+//! The figures in the title and the overlay.
 
 use super::mailbox::Picture;
 use std::time::{Duration, Instant};
 
-/// The title changes no more often than this: it is for reading, and each change goes through the window system.
+/// The shortest time between two titles: people read them, and the window system handles each change.
 const TITLE: Duration = Duration::from_millis(250);
-/// Longer than this between two frames: the camera has rested.
+/// A longer time than this between two frames means that the camera was at rest.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// Figures of the frames that were shown.
+/// Figures of the frames on the screen.
 #[derive(Debug, Default)]
 pub struct Status {
     last: Option<Instant>,
     seconds_per_frame: Option<f64>,
     title_at: Option<Instant>,
-    /// Of packets and of single rays, the last measured.
+    /// Millions of rays a second of packets and of single rays, as last measured.
     mrays: [Option<f64>; 2],
 }
 
 impl Status {
-    /// A picture has been shown.
+    /// Takes in a picture that is on the screen.
     pub fn shown(&mut self, picture: &Picture, now: Instant) {
         let since = self.last.replace(now).map(|last| now - last);
         self.seconds_per_frame = match (since, self.seconds_per_frame) {
@@ -33,7 +33,7 @@ impl Status {
         }
     }
 
-    /// The window's title, if it is time for a new one.
+    /// Returns the title of the window if it is time for a new one.
     pub fn title(&mut self, name: &str, picture: &Picture, now: Instant) -> Option<String> {
         let soon = self.title_at.is_some_and(|at| now < at + TITLE);
         if soon && !picture.last {
@@ -43,7 +43,7 @@ impl Status {
         Some(format!("octray - {name} - {}", self.line(picture)))
     }
 
-    /// Frames and rays a second, resolution and samples.
+    /// Returns frames and rays a second, resolution and samples.
     pub fn line(&self, picture: &Picture) -> String {
         let [width, height] = picture.size;
         let [w, h] = picture.traced;
@@ -52,7 +52,7 @@ impl Status {
             line.push_str(&format!("{:.0} fps - ", 1.0 / seconds.max(1e-6)));
         }
         if let Some(mrays) = mrays(picture) {
-            // Brute force may be far below one.
+            // Brute force may be far slower.
             let digits = if mrays < 1.0 { 4 } else { 1 };
             line.push_str(&format!("{mrays:.digits$} Mrays/s - "));
         }
@@ -63,7 +63,7 @@ impl Status {
         let s = if picture.samples == 1 { "" } else { "s" };
         line.push_str(&format!(" - {} sample{s}", picture.samples));
         if picture.stand_in {
-            line.push_str(" - by the BVH meanwhile");
+            line.push_str(" - BVH while moving");
         }
         if picture.last {
             line.push_str(" - done");
@@ -71,7 +71,7 @@ impl Status {
         line
     }
 
-    /// Millions of rays a second of both modes, where they have been measured.
+    /// Returns millions of rays a second of both modes.
     pub fn modes(&self) -> Vec<String> {
         ["packets    ", "single rays"]
             .iter()
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_title_tells_the_figures() {
+    fn the_title_has_the_figures() {
         let start = Instant::now();
         let mut status = Status::default();
         let mut picture = Picture {

@@ -1,5 +1,5 @@
-//! What a camera ray hits, for the looks that need no light transport. Plain scalar code; the picture itself is shaded
-//! by `shade`.
+//! The surface that a camera ray hits, for pictures without shadows and reflections. Scalar code; `shade` shades the
+//! ray-traced picture.
 
 use crate::{
     ray::{Hit, PrimitiveId, Ray},
@@ -8,23 +8,24 @@ use crate::{
 };
 use glam::Vec3;
 
-/// The headlight's intensity, and the share of the scene's lights beside it.
+/// The intensity of the light at the eye.
 const HEADLIGHT: f32 = 0.6;
+/// The share of the scene's lights beside it.
 const SCENE_LIGHTS: f32 = 0.5;
 
-/// Where the ray hit, scene units.
+/// Returns the point that the ray hit, scene units.
 #[must_use]
 pub fn point(ray: &Ray, hit: &Hit) -> Vec3 {
     ray.origin + ray.direction * hit.t
 }
 
-/// The material of what was hit.
+/// Returns the material of a primitive.
 #[must_use]
 pub fn material(scene: &Scene, primitive: PrimitiveId) -> &Material {
     &scene.materials()[scene.material_of(primitive).0 as usize]
 }
 
-/// The preview's colour: a light at the eye and the scene's lights, nothing in their way.
+/// Returns the colour of the preview: a light at the eye and the scene's lights, without shadows.
 #[must_use]
 pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit) -> [f32; 3] {
     let own = match *material(scene, hit.primitive) {

@@ -1,6 +1,6 @@
 //! Notices when files change, and loads the scene again.
 
-use super::{Host, look::Model};
+use super::{Host, request::Model};
 use crate::accel::{BuildQuality, Bvh};
 use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 use std::{
@@ -15,62 +15,84 @@ use std::{
     time::Duration,
 };
 
-/// Programs write files in pieces: it is over when nothing has come for so long.
+/// Programs write files in pieces. A change is complete when nothing has followed for this long.
 const QUIET: Duration = Duration::from_millis(120);
 
-/// What came of loading the scene again: the scene, or what is wrong with it.
+/// The scene, loaded again, or the error.
 pub type Reloaded = Result<Arc<Model>, String>;
 
-/// Watches `files` from a thread of its own until the process ends. Where the system cannot watch files, there is no
-/// reload.
+/// Why the scene is loaded again.
+#[derive(Debug)]
+enum Change {
+    /// This file changed.
+    File(PathBuf),
+    /// The window asks for it.
+    Asked,
+}
+
+/// Loads the scene again when asked.
+#[derive(Clone, Debug)]
+pub struct Reload(Sender<Change>);
+
+impl Reload {
+    /// Asks for the scene to be loaded again.
+    pub fn ask(&self) {
+        // Fails if the thread panicked: then nothing reloads.
+        let _ = self.0.send(Change::Asked);
+    }
+}
+
+/// Watches `files` on a thread of its own until the process ends. Where the system cannot watch files, the scene is
+/// reloaded only when asked.
 pub fn start(
     host: Arc<dyn Host>,
     files: Vec<PathBuf>,
     quality: BuildQuality,
     tell: impl Fn(Reloaded) + Send + 'static,
-) {
+) -> Reload {
+    let (sender, changes) = mpsc::channel();
+    let reload = Reload(sender.clone());
     thread::spawn(move || {
-        let (sender, changes) = mpsc::channel();
-        if let Some(mut watched) = Watched::new(sender) {
+        let mut watched = Watched::new(sender);
+        watched.add(&files);
+        while watched.wait(&changes).is_some() {
+            let (scene, files) = host.load();
+            // A faulty scene may name fewer files than before: all stay watched.
             watched.add(&files);
-            while watched.wait(&changes).is_some() {
-                let (scene, files) = host.load();
-                // What could not be loaded may name fewer files than before: all stay watched.
-                watched.add(&files);
-                tell(scene.map(|scene| {
-                    let bvh = Bvh::build_with(&scene, quality);
-                    Arc::new(Model { scene, bvh })
-                }));
-            }
+            tell(scene.map(|scene| {
+                let bvh = Bvh::build_with(&scene, quality);
+                Arc::new(Model::new(scene, bvh))
+            }));
         }
     });
+    reload
 }
 
-/// Files and the folders that they are in: a file that is replaced is another file in the same folder.
+/// Files and their folders. Folders are watched because editors replace files.
 struct Watched {
-    watcher: RecommendedWatcher,
+    /// `None` where the system cannot watch files.
+    watcher: Option<RecommendedWatcher>,
     files: HashSet<PathBuf>,
     folders: HashSet<PathBuf>,
 }
 
 impl Watched {
-    fn new(changes: Sender<PathBuf>) -> Option<Self> {
+    fn new(changes: Sender<Change>) -> Self {
         let watcher = notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
             if let Ok(event) = event
                 && !matches!(event.kind, EventKind::Access(_))
             {
                 for path in event.paths {
-                    // Nobody listens any more: the process is about to end.
-                    let _ = changes.send(path);
+                    // Fails when the process is about to end.
+                    let _ = changes.send(Change::File(path));
                 }
             }
-        })
-        .ok()?;
-        Some(Self {
-            watcher,
+        });
+        Self {
+            watcher: watcher.ok(),
             files: HashSet::new(),
             folders: HashSet::new(),
-        })
+        }
     }
 
     fn add(&mut self, files: &[PathBuf]) {
@@ -81,7 +103,8 @@ impl Watched {
             {
                 if let Some(folder) = path.parent()
                     && !self.folders.contains(folder)
-                    && self.watcher.watch(folder, RecursiveMode::NonRecursive).is_ok()
+                    && let Some(watcher) = &mut self.watcher
+                    && watcher.watch(folder, RecursiveMode::NonRecursive).is_ok()
                 {
                     self.folders.insert(folder.to_owned());
                 }
@@ -90,9 +113,16 @@ impl Watched {
         }
     }
 
-    /// Waits until a watched file has changed, and then until it changes no more. `None` if that can never be.
-    fn wait(&self, changes: &Receiver<PathBuf>) -> Option<()> {
-        while !self.files.contains(&changes.recv().ok()?) {}
+    /// Waits until a reload is asked for, or a watched file has changed and changes no more. `None` if neither can
+    /// happen.
+    fn wait(&self, changes: &Receiver<Change>) -> Option<()> {
+        loop {
+            match changes.recv().ok()? {
+                Change::Asked => return Some(()),
+                Change::File(path) if self.files.contains(&path) => break,
+                Change::File(_) => {}
+            }
+        }
         loop {
             match changes.recv_timeout(QUIET) {
                 Ok(_) => {}
@@ -103,7 +133,7 @@ impl Watched {
     }
 }
 
-/// The file's path with a folder that is no link: as the system names it when it changes.
+/// The file's path with links in its folder resolved, as the system reports it.
 fn in_real_folder(file: &Path) -> Option<PathBuf> {
     let folder = match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,

@@ -1,28 +1,24 @@
-//! The window: takes input at once, shows pictures when they are ready, and waits in between.
+//! The window: shows pictures when they are ready and waits in between.
 
 use super::{
     Host, Options, ViewError,
+    axis::Axis,
     benchmark::{Benchmark, Report},
-    keys::{self, Action},
-    look::{Boxes, Look, Model, Style, Wanted},
+    keys,
     mailbox::{Picture, Shared},
-    orbit::{Orbit, Pose, unit_of},
-    overlay::{Overlay, copy, overlay},
+    orbit::{Orbit, Pose},
+    overlay::{self, Overlay},
     probe,
-    progressive::GRIDS,
+    request::{Boxes, Look, Model, Request, Style},
     screen::Canvas,
     status::Status,
-    watch::Reloaded,
+    watch::{Reload, Reloaded},
     worker::{self, Note},
 };
-use crate::{
-    heat,
-    render::{ByteFilm, Mode, Renderer},
-    scene::CameraError,
-};
+use crate::{ray::PrimitiveId, scene::CameraError};
+use glam::DMat3;
 use std::{
     num::NonZeroU32,
-    ops::ControlFlow as Flow,
     rc::Rc,
     sync::{Arc, Mutex, PoisonError},
     thread,
@@ -31,7 +27,7 @@ use std::{
 use winit::{
     application::ApplicationHandler,
     dpi::{PhysicalPosition, PhysicalSize},
-    event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, StartCause, WindowEvent},
+    event::{ElementState, MouseButton, StartCause, WindowEvent},
     event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy},
     window::{Window, WindowId},
 };
@@ -41,23 +37,30 @@ type Surface = softbuffer::Surface<Rc<Window>, Rc<Window>>;
 /// How long a message is shown.
 const MESSAGE: Duration = Duration::from_secs(3);
 /// Time between two steps of flight.
-const STEP: Duration = Duration::from_millis(15);
-/// A pixel of a right drag, or of a touchpad's scrolling, changes the distance by this factor; a notch of the wheel by
-/// the other.
-const FACTOR_OF_PIXEL: f64 = 1.01;
-const FACTOR_OF_NOTCH: f64 = 1.1;
-/// Degrees a second of the benchmark's orbit, as pixels of a drag.
+pub(super) const STEP: Duration = Duration::from_millis(15);
+/// The speed of the benchmark's orbit, 45 degrees a second, in pixels of a drag.
 const BENCHMARK_PIXELS_PER_SECOND: f64 = 45.0 / super::orbit::DEGREES_PER_PIXEL;
 
 /// What other threads tell the window.
 #[derive(Debug)]
 pub enum Event {
-    /// The worker.
+    /// From the worker.
     Worker(Note),
-    /// The files.
+    /// The files were loaded again.
     Reloaded(Reloaded),
-    /// A picture was saved, or not.
+    /// A picture was saved under this name, or could not be.
     Saved(Result<String, String>),
+    /// The objects of a large scene are known. They are needed to frame this, if the camera has not moved since.
+    Objects(Arc<Model>, Framing, Pose),
+}
+
+/// What to frame.
+#[derive(Clone, Copy, Debug)]
+pub enum Framing {
+    /// The object of this primitive; without one, everything except the ground.
+    Under(Option<PrimitiveId>),
+    /// The mesh without its ground, from one of its six sides.
+    Side(usize),
 }
 
 struct Screen {
@@ -67,48 +70,60 @@ struct Screen {
 
 /// Everything behind the window.
 pub struct App {
-    options: Options,
-    host: Arc<dyn Host>,
-    proxy: EventLoopProxy<Event>,
-    shared: Arc<Shared>,
+    pub(super) options: Options,
+    pub(super) host: Arc<dyn Host>,
+    pub(super) proxy: EventLoopProxy<Event>,
+    pub(super) shared: Arc<Shared>,
     screen: Option<Screen>,
-    failure: Option<String>,
+    pub(super) failure: Option<String>,
 
-    model: Arc<Model>,
-    orbit: Orbit,
-    style: Style,
-    size: [u32; 2],
+    pub(super) reload: Option<Reload>,
+    pub(super) model: Arc<Model>,
+    pub(super) orbit: Orbit,
+    /// The starting camera.
+    pub(super) home: Pose,
+    /// Which axis of a mesh points up: at the start and now.
+    pub(super) up: [Axis; 2],
+    /// Turns the camera when the mesh, turned by key, is loaded.
+    pub(super) turn: DMat3,
+    pub(super) style: Style,
+    pub(super) size: [u32; 2],
 
-    picture: Picture,
-    status: Status,
-    benchmark: Option<Benchmark>,
+    pub(super) picture: Picture,
+    pub(super) status: Status,
+    pub(super) benchmark: Option<Benchmark>,
 
-    mouse: PhysicalPosition<f64>,
-    left: bool,
-    right: bool,
-    flying: [bool; keys::DIRECTIONS.len()],
-    flown_at: Option<Instant>,
+    pub(super) mouse: PhysicalPosition<f64>,
+    pub(super) has_mouse: bool,
+    pub(super) left: bool,
+    pub(super) right: bool,
+    pub(super) flying: [bool; keys::DIRECTIONS.len()],
+    pub(super) flown_at: Option<Instant>,
 
-    help: bool,
-    figures: bool,
-    probe: bool,
-    progress: Option<f32>,
-    error: Option<String>,
-    message: Option<(String, Instant)>,
+    pub(super) help: bool,
+    pub(super) figures: bool,
+    pub(super) probe: bool,
+    pub(super) progress: Option<f32>,
+    pub(super) error: Option<String>,
+    pub(super) message: Option<(String, Instant)>,
     /// Held while a file is written, so that the end waits for it.
-    writing: Arc<Mutex<()>>,
+    pub(super) writing: Arc<Mutex<()>>,
 }
 
 impl App {
+    /// Sets everything up except the window itself.
+    ///
     /// # Errors
-    /// [`CameraError`], if the options make no view.
+    /// [`CameraError`] if the options are not a valid view.
     pub fn new(
         options: Options,
         model: Arc<Model>,
         host: Arc<dyn Host>,
         proxy: EventLoopProxy<Event>,
+        reload: Option<Reload>,
     ) -> Result<Self, CameraError> {
-        let orbit = Orbit::new(options.pose, unit_of(model.scene.bounds()))?;
+        let orbit = Orbit::new(options.pose, model.scene.bounds())?;
+        let up = Axis::nearest(options.pose.up);
         let settings = options.settings;
         Ok(Self {
             host,
@@ -116,8 +131,12 @@ impl App {
             shared: Arc::default(),
             screen: None,
             failure: None,
+            reload,
             model,
             orbit,
+            home: options.pose,
+            up: [up; 2],
+            turn: DMat3::IDENTITY,
             style: Style {
                 look: Look::Full,
                 brute: false,
@@ -130,6 +149,7 @@ impl App {
             status: Status::default(),
             benchmark: None,
             mouse: PhysicalPosition::default(),
+            has_mouse: false,
             left: false,
             right: false,
             flying: Default::default(),
@@ -145,13 +165,13 @@ impl App {
         })
     }
 
-    /// After the window is closed.
+    /// Ends the worker after the window is closed.
     ///
     /// # Errors
-    /// [`ViewError`], if it could not be opened or was lost.
+    /// [`ViewError`] if the window could not be opened or was lost.
     pub fn finish(self) -> Result<Option<Report>, ViewError> {
         self.shared.end();
-        // A file that is being written is finished; a picture that is still traced for one is not waited for.
+        // Waits for a file that is being written, not for a picture that is still traced for one.
         let _written = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
         match self.failure {
             Some(why) => Err(ViewError::Failed(why)),
@@ -180,7 +200,7 @@ impl App {
         let (shared, proxy, budget) = (Arc::clone(&self.shared), self.proxy.clone(), self.options.budget);
         thread::spawn(move || {
             worker::run(&shared, budget, &|note| {
-                // The window is closed: nobody needs to know.
+                // Fails once the window is closed.
                 let _ = proxy.send_event(Event::Worker(note));
             });
         });
@@ -195,8 +215,8 @@ impl App {
         Ok(())
     }
 
-    fn wanted(&self) -> Wanted {
-        Wanted {
+    pub(super) fn request(&self) -> Request {
+        Request {
             model: Arc::clone(&self.model),
             pose: self.orbit.pose(),
             camera: self.orbit.camera(),
@@ -205,221 +225,37 @@ impl App {
         }
     }
 
-    /// What is under the mouse, if that is asked for.
-    fn probed(&self) -> Option<Vec<String>> {
+    /// The pixel under the mouse.
+    pub(super) fn mouse_pixel(&self) -> Option<[u32; 2]> {
         let inside = |p: f64, pixels: u32| (p >= 0.0 && p < f64::from(pixels)).then_some(p as u32);
-        let x = inside(self.mouse.x, self.size[0]).filter(|_| self.probe)?;
-        let y = inside(self.mouse.y, self.size[1])?;
-        Some(probe::describe(
-            &self.model,
-            &self.orbit.camera(),
-            self.size,
-            [x, y],
-        ))
+        let x = inside(self.mouse.x, self.size[0]).filter(|_| self.has_mouse)?;
+        Some([x, inside(self.mouse.y, self.size[1])?])
+    }
+
+    /// A description of what is under the mouse, if it is switched on.
+    fn probed(&self) -> Option<Vec<String>> {
+        let pixel = self.mouse_pixel().filter(|_| self.probe)?;
+        let camera = self.orbit.camera();
+        Some(probe::describe(&self.model, &camera, self.size, pixel))
     }
 
     /// Tells the worker what to show from now on. A window without pixels shows nothing.
-    fn ask(&mut self) {
+    pub(super) fn ask(&mut self) {
         self.progress = None;
         if !self.size.contains(&0) {
-            self.shared.post(self.wanted());
+            self.shared.post(self.request());
         }
     }
 
-    fn redraw(&self) {
+    pub(super) fn redraw(&self) {
         if let Some(screen) = &self.screen {
             screen.window.request_redraw();
         }
     }
 
-    fn say(&mut self, message: impl Into<String>) {
+    pub(super) fn say(&mut self, message: impl Into<String>) {
         self.message = Some((message.into(), Instant::now() + MESSAGE));
         self.redraw();
-    }
-
-    fn act(&mut self, action: Action, event_loop: &ActiveEventLoop) {
-        let style = &mut self.style;
-        let look = |now: Look, wanted: Look| if now == wanted { Look::Full } else { wanted };
-        let on = |on: bool| if on { "on" } else { "off" };
-        let mut message = None;
-        match action {
-            Action::Quit => event_loop.exit(),
-            Action::View(number) => {
-                if let Some(pose) = Pose::classic_view(number) {
-                    self.orbit.go_to(pose);
-                }
-            }
-            Action::Frame => {
-                let [width, height] = self.size.map(f64::from);
-                self.orbit
-                    .frame(self.model.scene.bounds(), width / height.max(1.0));
-            }
-            Action::Preview => style.look = look(style.look, Look::Preview),
-            Action::Normals => style.look = look(style.look, Look::Normals),
-            Action::Cost => {
-                style.look = look(style.look, Look::Cost);
-                if style.look == Look::Cost {
-                    message = Some(format!(
-                        "nodes and primitives a ray tests: 1 dark, {} yellow",
-                        heat::HOTTEST
-                    ));
-                }
-            }
-            Action::Antialias => {
-                style.antialias = !style.antialias;
-                message = Some(format!("anti-aliasing {}", on(style.antialias)));
-            }
-            Action::Brute => {
-                style.brute = !style.brute;
-                message = Some(format!("BVH {}", on(!style.brute)));
-            }
-            Action::Leaves => {
-                style.boxes = match style.boxes {
-                    Boxes::Leaves => Boxes::Hidden,
-                    _ => Boxes::Leaves,
-                };
-            }
-            Action::LevelUp | Action::LevelDown => {
-                let level = match (style.boxes, action) {
-                    (Boxes::Level(0), Action::LevelUp) => None,
-                    (Boxes::Level(level), Action::LevelUp) => Some(level - 1),
-                    (Boxes::Level(level), _) => Some((level + 1).min(self.model.bvh.stats().depth)),
-                    _ => Some(0),
-                };
-                style.boxes = level.map_or(Boxes::Hidden, Boxes::Level);
-                message = Some(level.map_or("no boxes".into(), |level| format!("boxes of level {level}")));
-            }
-            Action::Mode => {
-                let mode = &mut style.settings.mode;
-                *mode = match *mode {
-                    Mode::Packet => Mode::Scalar,
-                    Mode::Scalar => Mode::Packet,
-                };
-                let name = if *mode == Mode::Packet {
-                    "packets"
-                } else {
-                    "single rays"
-                };
-                message = Some(name.into());
-                self.figures = true;
-            }
-            Action::PrintCamera => {
-                let [width, height] = self.size;
-                let line = format!("--size={width}x{height} {}", self.orbit.pose().options());
-                self.host.say(&line);
-                message = Some("camera printed".into());
-            }
-            Action::Save => {
-                self.save();
-                message = Some("saving".into());
-            }
-            Action::Probe => self.probe = !self.probe,
-            Action::Figures => self.figures = !self.figures,
-            Action::Help => self.help = !self.help,
-            Action::Fly(_) => {}
-        }
-        if let Some(message) = message {
-            self.say(message);
-        }
-        self.ask();
-        self.redraw();
-    }
-
-    /// Traces and writes the picture at full quality, while the window goes on.
-    fn save(&self) {
-        let (host, proxy) = (Arc::clone(&self.host), self.proxy.clone());
-        let (writing, shared) = (Arc::clone(&self.writing), Arc::clone(&self.shared));
-        let mut wanted = self.wanted();
-        // The same picture by the fastest way.
-        wanted.style.brute &= wanted.style.look == Look::Cost;
-        wanted.style.settings.mode = Mode::Packet;
-        let n = if wanted.style.antialias {
-            GRIDS[GRIDS.len() - 1]
-        } else {
-            1
-        };
-        thread::spawn(move || {
-            let model = Arc::clone(&wanted.model);
-            let mut renderer = Renderer::new(&model.scene, &model.bvh);
-            let mut film = ByteFilm::black(0, 0);
-            let go_on = |_| {
-                if shared.has_ended() {
-                    Flow::Break(())
-                } else {
-                    Flow::Continue(())
-                }
-            };
-            let traced = worker::trace(&mut renderer, &model, &wanted, wanted.size, n, &mut film, &go_on);
-            let saved = traced.map_err(|error| error.to_string()).and_then(|_| {
-                let _writing = writing.lock().unwrap_or_else(PoisonError::into_inner);
-                // Nobody would wait for a file that is begun now.
-                if shared.has_ended() {
-                    return Err("the window is closed".into());
-                }
-                host.save(&film)
-            });
-            let _ = proxy.send_event(Event::Saved(saved));
-        });
-    }
-
-    fn key(&mut self, event: &KeyEvent, event_loop: &ActiveEventLoop) {
-        let pressed = event.state == ElementState::Pressed;
-        match keys::action(&event.logical_key) {
-            Some(Action::Fly(direction)) if !event.repeat => {
-                if !self.flying.contains(&true) {
-                    // A tap is a step, too.
-                    self.flown_at = Instant::now().checked_sub(STEP * 2);
-                }
-                self.flying[direction] = pressed;
-                self.fly();
-            }
-            Some(Action::Fly(_)) | None => {}
-            Some(action) if pressed && !event.repeat => self.act(action, event_loop),
-            Some(_) => {}
-        }
-    }
-
-    /// Flies on for the time since the last step.
-    fn fly(&mut self) {
-        if !self.flying.contains(&true) {
-            self.flown_at = None;
-            return;
-        }
-        let now = Instant::now();
-        let seconds = self.flown_at.map_or(0.0, |at| (now - at).as_secs_f64()).min(0.1);
-        self.flown_at = Some(now);
-        let mut way = [0.0; 3];
-        for (_, direction) in self.flying.iter().zip(keys::DIRECTIONS).filter(|(on, _)| **on) {
-            for (sum, part) in way.iter_mut().zip(direction) {
-                *sum += part * seconds;
-            }
-        }
-        self.orbit.fly(way[0], way[1], way[2]);
-        self.ask();
-    }
-
-    fn mouse_moved(&mut self, to: PhysicalPosition<f64>) {
-        let [right, down] = [to.x - self.mouse.x, to.y - self.mouse.y];
-        self.mouse = to;
-        if self.left {
-            self.orbit.turn(right, down);
-        } else if self.right {
-            self.orbit.approach(FACTOR_OF_PIXEL.powf(down));
-        }
-        if self.left || self.right {
-            self.ask();
-        } else if self.probe {
-            self.redraw();
-        }
-    }
-
-    fn wheel(&mut self, delta: MouseScrollDelta) {
-        let factor = match delta {
-            MouseScrollDelta::LineDelta(_, lines) => FACTOR_OF_NOTCH.powf(-f64::from(lines)),
-            MouseScrollDelta::PixelDelta(pixels) => FACTOR_OF_PIXEL.powf(-pixels.y),
-        };
-        self.orbit.approach(factor);
-        self.ask();
     }
 
     fn resized(&mut self, size: PhysicalSize<u32>) {
@@ -427,7 +263,7 @@ impl App {
         self.ask();
     }
 
-    /// Puts the newest picture on the screen, and over it what there is to say.
+    /// Puts the newest picture and the overlay on the screen.
     fn draw(&mut self) -> Result<(), String> {
         let now = Instant::now();
         let is_new = self.shared.take(&mut self.picture);
@@ -445,7 +281,7 @@ impl App {
         let lost = |error: softbuffer::SoftBufferError| format!("cannot draw into the window: {error}");
         screen.surface.resize(w, h).map_err(lost)?;
         let mut buffer = screen.surface.buffer_mut().map_err(lost)?;
-        copy(&self.picture, &mut buffer, [width, height]);
+        overlay::copy(&self.picture, &mut buffer, [width, height]);
         if is_new {
             self.status.shown(&self.picture, now);
         }
@@ -454,8 +290,10 @@ impl App {
             width,
             height,
         };
-        overlay(
+        let scale = overlay::text_scale([width, height], screen.window.scale_factor());
+        overlay::draw(
             &mut canvas,
+            scale,
             &Overlay {
                 help: self.help,
                 figures: self
@@ -479,7 +317,7 @@ impl App {
         Ok(())
     }
 
-    /// The next view of the benchmark's orbit.
+    /// Moves on along the orbit of the benchmark.
     fn orbit_on(&mut self, event_loop: &ActiveEventLoop) {
         let Some(benchmark) = &self.benchmark else { return };
         let now = Instant::now();
@@ -497,10 +335,11 @@ impl App {
     fn reloaded(&mut self, reloaded: Reloaded) {
         match reloaded {
             Ok(model) => {
-                self.orbit.set_unit(unit_of(model.scene.bounds()));
+                self.orbit.set_bounds(model.scene.bounds());
                 self.model = model;
                 self.error = None;
-                self.say("loaded again");
+                self.say("file reloaded");
+                self.turn_camera();
                 self.ask();
             }
             Err(error) => {
@@ -540,6 +379,11 @@ impl ApplicationHandler<Event> for App {
             }
             Event::Worker(Note::Progress(share)) => self.progress = Some(share),
             Event::Reloaded(reloaded) => self.reloaded(reloaded),
+            Event::Objects(model, framing, pose) => {
+                if Arc::ptr_eq(&model, &self.model) && pose == self.orbit.pose() {
+                    self.frame(framing);
+                }
+            }
             Event::Saved(Ok(name)) => self.say(format!("saved {name}")),
             Event::Saved(Err(why)) => self.say(why),
         }
@@ -550,15 +394,18 @@ impl ApplicationHandler<Event> for App {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resized(size),
-            // The synthetic ones are of keys that are held when the focus comes or goes: pressed for another window, or
-            // reported as pressed here as well. (What is let go elsewhere is dealt with below. On X11 a key that is still
-            // held when it repeats counts as pressed here then.)
+            // Synthetic events are of keys that are held when the focus comes or goes: they were pressed for another
+            // window, or were reported before.
             WindowEvent::KeyboardInput {
                 event,
                 is_synthetic: false,
                 ..
             } => self.key(&event, event_loop),
             WindowEvent::CursorMoved { position, .. } => self.mouse_moved(position),
+            WindowEvent::CursorLeft { .. } => {
+                self.has_mouse = false;
+                self.redraw();
+            }
             WindowEvent::MouseInput { state, button, .. } => {
                 let pressed = state == ElementState::Pressed;
                 match button {
@@ -568,7 +415,7 @@ impl ApplicationHandler<Event> for App {
                 }
             }
             WindowEvent::MouseWheel { delta, .. } => self.wheel(delta),
-            // Keys that are let go elsewhere are not heard of.
+            // Releases in other windows are not reported.
             WindowEvent::Focused(false) => {
                 self.flying = Default::default();
                 (self.left, self.right) = (false, false);

@@ -1,13 +1,15 @@
-//! The thread that traces. The window tells it what it wants; the latest wish wins, and what is under way for an
-//! older one is given up: at rest at once, else when its time is over. So input waits for no picture.
+//! The thread that traces the latest request of the window.
+//!
+//! A picture of an older request is given up: at rest at once, while the camera moves when its time is over. So input
+//! never waits for a picture.
 
 use super::{
     boxes,
     budget::Budget,
-    look::{Boxes, Look, Model, Wanted},
-    mailbox::{Picture, Shared, Wish},
+    mailbox::{Job, Picture, Shared},
     primary,
     progressive::Progressive,
+    request::{Boxes, Look, Model, Request},
     screen::{self, Canvas},
 };
 use crate::{
@@ -23,24 +25,25 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// When nothing has moved for so long, the camera rests.
+/// The camera is at rest when it has not moved for this long.
 const REST: Duration = Duration::from_millis(80);
-/// How often a long picture says how far it is.
+/// How often a long picture reports progress.
 const PROGRESS: Duration = Duration::from_millis(250);
-/// What the worker has to say.
+
+/// What the worker tells the window.
 #[derive(Debug)]
 pub enum Note {
     /// [`Shared::take`] has a new picture.
     Picture,
-    /// So much of the next picture is done, 0 to 1.
+    /// The share of the next picture that is done, 0 to 1.
     Progress(f32),
 }
 
-/// Traces what is asked for until [`Shared::end`].
+/// Traces what is requested until [`Shared::end`].
 pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
-    let mut wish = shared.next(None);
-    while let Some(first) = wish {
-        let model = Arc::clone(&first.wanted.model);
+    let mut job = shared.next(None);
+    while let Some(first) = job {
+        let model = Arc::clone(&first.request.model);
         let session = Session {
             shared,
             tell,
@@ -52,11 +55,11 @@ pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
             stands_in: false,
             boxes: (Boxes::Hidden, Vec::new()),
         };
-        wish = session.run(first);
+        job = session.run(first);
     }
 }
 
-/// The time of one scene.
+/// The work on one scene.
 struct Session<'a> {
     shared: &'a Shared,
     tell: &'a (dyn Fn(Note) + Sync),
@@ -65,33 +68,32 @@ struct Session<'a> {
     budget: Budget,
     progressive: Progressive,
     film: ByteFilm,
-    /// Whether brute force is too slow for a camera that moves, so that the BVH stands in for it: both make the same
-    /// picture.
+    /// Whether brute force is too slow for a moving camera. The BVH then makes the same picture.
     stands_in: bool,
     boxes: (Boxes, Vec<Aabb>),
 }
 
 impl Session<'_> {
-    /// Returns the first wish for another scene; `None` at the end.
-    fn run(mut self, mut wish: Wish) -> Option<Wish> {
+    /// Returns the first request for another scene; `None` at the end.
+    fn run(mut self, mut job: Job) -> Option<Job> {
         let mut moving = true;
         loop {
-            let patience = if moving {
-                self.moving_frame(&wish);
+            let timeout = if moving {
+                self.moving_frame(&job);
                 Some(REST)
-            } else if let Some(n) = self.progressive.next(wish.wanted.style.antialias) {
-                self.resting_frame(&wish, n);
+            } else if let Some(n) = self.progressive.next(job.request.style.antialias) {
+                self.resting_frame(&job, n);
                 Some(Duration::ZERO)
             } else {
                 None
             };
             moving = false;
-            let newer = self.shared.next(patience);
+            let newer = self.shared.next(timeout);
             if self.shared.has_ended() {
                 return None;
             }
             let Some(newer) = newer else { continue };
-            let (old, new) = (&wish.wanted, &newer.wanted);
+            let (old, new) = (&job.request, &newer.request);
             if !Arc::ptr_eq(&new.model, &old.model) {
                 return Some(newer);
             }
@@ -102,24 +104,25 @@ impl Session<'_> {
                 }
                 moving = true;
             }
-            wish = newer;
+            job = newer;
         }
     }
 
-    /// A picture in time: coarser if it must be. What takes far longer is given up, so that no input waits for it.
-    fn moving_frame(&mut self, Wish { wanted, epoch }: &Wish) {
+    /// Traces a picture within the budget, coarser if necessary. One that takes far longer is given up.
+    fn moving_frame(&mut self, Job { request, generation }: &Job) {
         self.progressive.restart();
         loop {
             let start = Instant::now();
-            let stand_in = self.stands_in.then(|| wanted.by_bvh());
-            let by_bvh = self.stands_in || !wanted.style.brute;
-            let plan = self.budget.plan(wanted.size);
+            let stand_in = self.stands_in.then(|| request.by_bvh());
+            let by_bvh = self.stands_in || !request.style.brute;
+            let plan = self.budget.plan(request.size);
             let (shared, budget, done) = (self.shared, self.budget.clone(), AtomicU64::new(0));
-            let traced = self.trace(stand_in.as_ref().unwrap_or(wanted), plan.size, 1, &|progress| {
+            let traced = self.trace(stand_in.as_ref().unwrap_or(request), plan.size, 1, &|progress| {
                 done.fetch_max(progress.pixels_done, Ordering::Relaxed);
-                // With nothing coarser to try it is traced to its end, unless the camera has moved on.
-                let has_other = !plan.coarsest || !by_bvh || shared.is_over(*epoch);
-                if shared.has_turned(*epoch) || has_other && budget.is_overdrawn(start.elapsed()) {
+                // The coarsest picture is finished unless the camera has moved on.
+                let has_other = !plan.coarsest || !by_bvh || shared.changed_since(*generation);
+                if shared.rays_changed_since(*generation) || has_other && budget.is_overdrawn(start.elapsed())
+                {
                     return ControlFlow::Break(());
                 }
                 ControlFlow::Continue(())
@@ -129,12 +132,18 @@ impl Session<'_> {
                     if plan.full && stand_in.is_none() {
                         self.progressive.done(1);
                     }
-                    self.publish(stand_in.as_ref().unwrap_or(wanted), *epoch, &stats, 1, plan.full);
+                    self.publish(
+                        stand_in.as_ref().unwrap_or(request),
+                        *generation,
+                        &stats,
+                        1,
+                        plan.full,
+                    );
                     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
                     self.budget.learn(pixels, start.elapsed());
                     return;
                 }
-                Err(RenderError::Cancelled) if self.shared.has_turned(*epoch) => return,
+                Err(RenderError::Cancelled) if self.shared.rays_changed_since(*generation) => return,
                 Err(RenderError::Cancelled) if plan.coarsest && by_bvh => return,
                 Err(RenderError::Cancelled) if plan.coarsest => {
                     self.stands_in = true;
@@ -143,25 +152,25 @@ impl Session<'_> {
                 Err(RenderError::Cancelled) => self.budget.learn_failure(done.into_inner(), start.elapsed()),
                 Err(_) => return,
             }
-            if self.shared.is_over(*epoch) {
+            if self.shared.changed_since(*generation) {
                 return;
             }
         }
     }
 
-    /// The whole picture, unless something else is wanted before it is done.
-    fn resting_frame(&mut self, Wish { wanted, epoch }: &Wish, n: u32) {
+    /// Traces the whole picture unless the request changes meanwhile.
+    fn resting_frame(&mut self, Job { request, generation }: &Job, n: u32) {
         let (shared, tell) = (self.shared, self.tell);
         let start = Instant::now();
         let told = AtomicU64::new(0);
-        let traced = self.trace(wanted, wanted.size, n, &|progress| {
+        let traced = self.trace(request, request.size, n, &|progress| {
             let ticks = (start.elapsed().as_millis() / PROGRESS.as_millis()) as u64;
             if told.fetch_max(ticks, Ordering::Relaxed) < ticks {
                 tell(Note::Progress(
                     progress.pixels_done as f32 / progress.pixels_total as f32,
                 ));
             }
-            if shared.is_over(*epoch) {
+            if shared.changed_since(*generation) {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
@@ -170,17 +179,17 @@ impl Session<'_> {
         match traced {
             Ok(stats) => {
                 self.progressive.done(n);
-                self.publish(wanted, *epoch, &stats, n, true);
+                self.publish(request, *generation, &stats, n, true);
             }
             Err(RenderError::Cancelled) => {}
-            // A limit: there will be no better picture than the one that is shown.
+            // Over a limit: the picture on the screen stays.
             Err(_) => self.progressive.done(super::progressive::GRIDS[3]),
         }
     }
 
     fn trace(
         &mut self,
-        wanted: &Wanted,
+        request: &Request,
         size: [u32; 2],
         n: u32,
         on_progress: OnProgress<'_>,
@@ -188,7 +197,7 @@ impl Session<'_> {
         trace(
             &mut self.renderer,
             self.model,
-            wanted,
+            request,
             size,
             n,
             &mut self.film,
@@ -196,23 +205,23 @@ impl Session<'_> {
         )
     }
 
-    /// Hands the film over to the window, with what is drawn over it.
-    fn publish(&mut self, wanted: &Wanted, epoch: u64, stats: &FrameStats, n: u32, full: bool) {
+    /// Hands the film and the boxes over it to the window.
+    fn publish(&mut self, request: &Request, generation: u64, stats: &FrameStats, n: u32, full: bool) {
         let mut pixels = self.shared.spare();
-        screen::spread(&self.film, wanted.size, &mut pixels);
-        let last = full && self.progressive.next(wanted.style.antialias).is_none();
-        self.draw_boxes(wanted, &mut pixels, last || n > 1);
-        let is_packets = wanted.style.settings.mode == crate::render::Mode::Packet;
-        let either = !wanted.style.brute && wanted.style.look != Look::Cost;
+        screen::spread(&self.film, request.size, &mut pixels);
+        let last = full && self.progressive.next(request.style.antialias).is_none();
+        self.draw_boxes(request, &mut pixels, last || n > 1);
+        let is_packets = request.style.settings.mode == crate::render::Mode::Packet;
+        let either = !request.style.brute && request.style.look != Look::Cost;
         self.shared.publish(Picture {
             pixels,
-            epoch,
-            size: wanted.size,
+            generation,
+            size: request.size,
             traced: [self.film.width(), self.film.height()],
             samples: n * n,
             full,
             last,
-            stand_in: self.stands_in && !wanted.style.brute,
+            stand_in: self.stands_in && !request.style.brute,
             rays: stats.rays.total(),
             elapsed: stats.elapsed,
             packets: either.then_some(is_packets),
@@ -220,8 +229,8 @@ impl Session<'_> {
         (self.tell)(Note::Picture);
     }
 
-    fn draw_boxes(&mut self, wanted: &Wanted, pixels: &mut [u32], rests: bool) {
-        let which = wanted.style.boxes;
+    fn draw_boxes(&mut self, request: &Request, pixels: &mut [u32], rests: bool) {
+        let which = request.style.boxes;
         if self.boxes.0 != which {
             self.boxes = (which, boxes::select(&self.model.bvh, which));
         }
@@ -233,12 +242,12 @@ impl Session<'_> {
         };
         let mut canvas = Canvas {
             pixels,
-            width: wanted.size[0],
-            height: wanted.size[1],
+            width: request.size[0],
+            height: request.size[1],
         };
         boxes::draw(
             &mut canvas,
-            &wanted.pose,
+            &request.pose,
             self.model.scene.origin(),
             all.iter().copied().step_by(stride),
             boxes::COLOR,
@@ -246,20 +255,20 @@ impl Session<'_> {
     }
 }
 
-/// Traces what is wanted in `size` pixels.
+/// Traces a request in `size` pixels, `n` samples along a side of each.
 ///
 /// # Errors
 /// [`RenderError`].
 pub fn trace(
     renderer: &mut Renderer<'_>,
     model: &Model,
-    wanted: &Wanted,
+    request: &Request,
     size: [u32; 2],
     n: u32,
     film: &mut ByteFilm,
     on_progress: OnProgress<'_>,
 ) -> Result<FrameStats, RenderError> {
-    let style = &wanted.style;
+    let style = &request.style;
     let settings = Settings {
         width: size[0],
         height: size[1],
@@ -267,9 +276,9 @@ pub fn trace(
         ..style.settings
     };
     if style.look == Look::Full && !style.brute {
-        return renderer.render(&wanted.camera, &settings, film, on_progress);
+        return renderer.render(&request.camera, &settings, film, on_progress);
     }
     settings.validate()?;
     film.resize(size[0], size[1]);
-    primary::render(model, &wanted.camera, style, n, film, on_progress)
+    primary::render(model, &request.camera, style, n, film, on_progress)
 }

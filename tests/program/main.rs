@@ -10,6 +10,7 @@ mod window;
 mod cli;
 mod cli_batch;
 mod cli_config;
+mod cli_docs;
 mod cli_output;
 mod cli_together;
 mod cli_verify;

@@ -1,25 +1,27 @@
-//! The live window under a display of its own (Xvfb), with keys and mouse from xdotool: what the screen shows is
-//! compared with what `octray render` makes of the same camera. Skipped where one of the two is missing.
+//! The live window on a display of its own (Xvfb), driven by xdotool. The screen must show what `octray render` makes of
+//! the same camera. Skipped if Xvfb or xdotool is missing.
 //!
-//! Nothing here waits for a time and hopes: it waits for what is to come, for a minute at most.
+//! Tests wait for a result, for a minute at most, and not for a fixed time.
 #![cfg(target_os = "linux")]
 
 use crate::window::{Screen, Viewer, difference, idle_ticks, keep, wait_for};
 use std::{thread, time::Duration};
 
 const SIZE: [u32; 2] = [200, 150];
-/// Messages of one line are above this row.
+/// A message of one line ends above this row.
 const BELOW_MESSAGE: u32 = 30;
 
-/// All of it on one display, one window after the other: pointer and focus are shared.
+/// One window after the other: they share pointer and focus.
 #[test]
 fn the_window_does_what_its_keys_say() {
     let Some(screen) = Screen::start() else { return };
     at_rest_it_is_what_render_makes(&screen);
     every_key_does_something(&screen);
     mouse_and_flight_move_the_camera(&screen);
+    a_notch_is_small_on_a_large_floor(&screen);
+    meshes_have_six_sides_and_turn(&screen);
     the_window_resizes(&screen);
-    haste_breaks_nothing(&screen);
+    fast_input_breaks_nothing(&screen);
     changed_files_are_loaded(&screen);
     at_rest_it_uses_no_cpu(&screen);
     it_ends_at_once(&screen);
@@ -41,7 +43,7 @@ fn at_rest_it_is_what_render_makes(screen: &Screen) {
     }
     viewer.wait_for_title("1 sample - done");
     viewer.quit("q");
-    // Without shadows, scalar, another depth: as render has it.
+    // The options of render apply.
     let options = ["--view=1", "--no-shadows", "--max-depth=1", "--mode=scalar"];
     let mut viewer = Viewer::open(screen, SIZE, &options);
     let expected = viewer.render(&["--view=1", "--no-shadows", "--max-depth=1", "--samples=64"]);
@@ -58,7 +60,7 @@ fn every_key_does_something(screen: &Screen) {
     viewer.move_mouse([100, 75]);
     viewer.key("a");
     back(&viewer, "anti-aliasing off");
-    // Each of these changes the picture, and pressed again gives the old one back.
+    // Each of these changes the picture; pressed again, it restores the old one.
     for (key, least) in [
         ("r", 0.01),
         ("n", 0.1),
@@ -73,7 +75,7 @@ fn every_key_does_something(screen: &Screen) {
         viewer.key(key);
         back(&viewer, key);
     }
-    // Two of them are variables of render's, too.
+    // Two of them are also layers of render.
     for (key, aov) in [("n", "normal"), ("h", "heat")] {
         viewer.key(key);
         viewer.render(&["--view=1", &format!("--aov={aov}")]);
@@ -93,7 +95,7 @@ fn every_key_does_something(screen: &Screen) {
     keep(&viewer.shot(), "level");
     viewer.key("bracketleft");
     back(&viewer, "no boxes");
-    // Brute force shows the same, and single rays do, with figures on the screen.
+    // Brute force and single rays show the same picture; the latter with figures over it.
     viewer.key("b");
     viewer.wait_for_title("1 sample - done");
     back(&viewer, "brute force");
@@ -101,16 +103,16 @@ fn every_key_does_something(screen: &Screen) {
     viewer.key("p");
     keep(&viewer.wait_for_change("p", &plain, 0.03), "p");
     viewer.key("i");
-    // This time until the last message has gone.
+    // Waits until the last message has gone.
     viewer.wait_for_picture("single rays", &plain, 0);
-    // A key that was pressed elsewhere, and is still held when the window gets the focus, is none of its own.
+    // A key that was pressed in another window and is still held does nothing here.
     viewer.set_focus(false);
     viewer.key_down("n");
     viewer.set_focus(true);
     viewer.camera_options();
     viewer.key_up("n");
     viewer.wait_for_picture("a key of another window", &plain, BELOW_MESSAGE);
-    // The object fills the picture. As the camera is printed, it renders the same.
+    // The object under the mouse is framed. The printed camera renders the same.
     viewer.key("f");
     keep(&viewer.wait_for_change("f", &plain, 0.01), "f");
     let line = viewer.camera_options();
@@ -118,13 +120,15 @@ fn every_key_does_something(screen: &Screen) {
     let framed = viewer.render(&options);
     assert!(difference(&framed, &plain, 0) > 0);
     viewer.wait_for_picture(&line, &framed, BELOW_MESSAGE);
-    // Saved twice, under two names, as it is shown.
+    // Saved twice, under two names.
     viewer.key("s");
     viewer.key("s");
     for name in ["a-1.png", "a-2.png"] {
         viewer.wait_for_file(name);
         assert_eq!(difference(&viewer.picture(name), &framed, 0), 0);
     }
+    viewer.key("Home");
+    back(&viewer, "the starting camera");
     viewer.quit("q");
 }
 
@@ -164,7 +168,7 @@ fn mouse_and_flight_move_the_camera(screen: &Screen) {
         let after = eye(&viewer);
         assert!(before != after, "{key}");
     }
-    // Held, it flies on; let go, it stands.
+    // A held key flies on until it is released.
     viewer.key_down("Up");
     for _ in 0..3 {
         let before = eye(&viewer);
@@ -181,7 +185,7 @@ fn mouse_and_flight_move_the_camera(screen: &Screen) {
     thread::sleep(Duration::from_millis(100));
     assert_eq!(eye(&viewer), stands);
     viewer.quit("q");
-    // A mesh keeps the light that it was shown in first, and what is printed says so.
+    // A mesh keeps its first light, and the printed options have it.
     let mesh = triangle("1");
     let mut viewer = Viewer::open_file(screen, "t.ply", &mesh, SIZE, &["--ground", "--smooth-angle=30"]);
     viewer.key("a");
@@ -192,7 +196,66 @@ fn mouse_and_flight_move_the_camera(screen: &Screen) {
     viewer.quit("q");
 }
 
-/// A mesh of one triangle at that height.
+/// One notch moves the camera by a tenth of its distance, however large the floor is, and back.
+fn a_notch_is_small_on_a_large_floor(screen: &Screen) {
+    let scene = "light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0.5 0.5\n\
+                 triangle -2000 -2000 0  2000 -2000 0  0 2000 0\n";
+    let mut viewer = Viewer::open_file(screen, "floor.scn", scene, SIZE, &["--eye=7,0,0.5"]);
+    let x = |viewer: &Viewer| {
+        let line = viewer.camera_options();
+        let (_, rest) = line.split_once("--eye=").expect(&line);
+        rest.split(',').next().unwrap().parse::<f64>().expect(&line)
+    };
+    viewer.move_mouse([100, 75]);
+    for (button, expected) in [(4, 7.0 / 1.1), (5, 7.0), (5, 7.7)] {
+        viewer.click(button, 1);
+        let found = x(&viewer);
+        assert!((found - expected).abs() < 1e-9, "{found}, not {expected}");
+    }
+    // The sphere under the mouse, not the floor.
+    viewer.key("f");
+    assert!(x(&viewer) < 3.0);
+    viewer.quit("q");
+}
+
+/// Every side and every turn is what render makes of the printed options.
+fn meshes_have_six_sides_and_turn(screen: &Screen) {
+    let mut viewer = Viewer::open_file(screen, "t.ply", &triangle("1"), SIZE, &["--ground"]);
+    viewer.key("a");
+    let start = viewer.camera_options();
+    let mut seen = vec![start.clone()];
+    let mut check = |viewer: &Viewer, what: &str| {
+        let line = viewer.camera_options();
+        assert!(!seen.contains(&line), "{what}: {line}");
+        let options: Vec<&str> = line.split_whitespace().collect();
+        viewer.wait_for_picture(what, &viewer.render(&options), BELOW_MESSAGE);
+        seen.push(line);
+    };
+    for side in 1..=6 {
+        viewer.key(&side.to_string());
+        check(&viewer, &format!("side {side}"));
+    }
+    let up = |line: &str| {
+        line.split_whitespace()
+            .find(|word| word.starts_with("--up="))
+            .map(str::to_owned)
+    };
+    viewer.key("u");
+    wait_for("another up axis", || {
+        let line = viewer.camera_options();
+        if up(&line) == up(&start) {
+            Err(line)
+        } else {
+            Ok(())
+        }
+    });
+    check(&viewer, "turned");
+    viewer.key("Home");
+    check(&viewer, "the starting camera, turned");
+    viewer.quit("q");
+}
+
+/// A mesh of one triangle at this height.
 fn triangle(z: &str) -> String {
     format!(
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -213,9 +276,9 @@ fn the_window_resizes(screen: &Screen) {
     viewer.quit("q");
 }
 
-fn haste_breaks_nothing(screen: &Screen) {
+fn fast_input_breaks_nothing(screen: &Screen) {
     let mut viewer = Viewer::open(screen, SIZE, &["--view=1"]);
-    // Sizes come and go while the mouse drags.
+    // The size changes during a drag.
     viewer.move_mouse([20, 20]);
     viewer.button(1, true);
     for size in [[1, 1], [300, 1], [1, 300], [2, 3], [400, 300]] {
@@ -223,9 +286,9 @@ fn haste_breaks_nothing(screen: &Screen) {
         viewer.move_mouse([size[0] / 2, size[1] / 2]);
     }
     viewer.button(1, false);
-    // All that switches something, twice each, and back again; what was printed or probed does not matter.
+    // Every key that toggles something, an even number of times.
     let toggles = [
-        "r", "n", "h", "a", "b", "B", "m", "i", "question", "f", "2", "5", "c",
+        "r", "n", "h", "a", "b", "B", "m", "i", "question", "f", "2", "5", "u", "Home", "c",
     ];
     let again = ["r", "n", "h", "a", "b", "B", "m", "i", "question"];
     viewer.keys(&toggles);
@@ -233,9 +296,9 @@ fn haste_breaks_nothing(screen: &Screen) {
     viewer.keys(&["n", "n", "h", "h", "r", "r", "a"]);
     viewer.resize(SIZE);
     viewer.key("3");
-    viewer.wait_for_picture("after haste", &viewer.render(&["--view=3"]), 0);
+    viewer.wait_for_picture("after fast input", &viewer.render(&["--view=3"]), 0);
     viewer.quit("q");
-    // A mesh without extent: nothing to frame, and no light that would matter.
+    // A mesh that is a single point: nothing to frame.
     let point = triangle("0").replace("-2 -2 0\n2 -2 0\n0 2 0", "0 0 0\n0 0 0\n0 0 0");
     let mut viewer = Viewer::open_file(screen, "t.ply", &point, SIZE, &["--view=1"]);
     viewer.keys(&[
@@ -250,7 +313,8 @@ fn haste_breaks_nothing(screen: &Screen) {
         "bracketleft",
     ]);
     viewer.drag(1, [60, 60], [90, 70]);
-    viewer.key("1");
+    viewer.keys(&["1", "u", "f", "5"]);
+    viewer.key("Home");
     viewer.wait_for_picture("a point", &viewer.render(&["--view=1"]), 2 * BELOW_MESSAGE);
     viewer.quit("q");
 }
@@ -265,7 +329,7 @@ fn changed_files_are_loaded(screen: &Screen) {
         wait_for("an error on the screen", || {
             let shot = viewer.shot();
             let red = shot.pixels().filter(|pixel| pixel.0 == [255, 128, 128]).count();
-            // The last good picture stays below the message.
+            // The last good picture stays visible below the message.
             let other = difference(&shot, &before, 120);
             if red > 100 && other == 0 {
                 keep(&shot, name);
@@ -284,16 +348,16 @@ fn changed_files_are_loaded(screen: &Screen) {
     };
     viewer.write("a.scn", scene);
     shows_the_file("the second scene");
-    // A mesh that the scene names from now on is watched as well.
+    // A mesh that the changed scene names is watched as well.
     viewer.write("meshes/t.ply", &triangle("0"));
     viewer.write("a.scn", &format!("{scene}ply_file meshes/t.ply\n"));
     shows_the_file("a mesh");
     viewer.write("meshes/t.ply", &triangle("1"));
     shows_the_file("another mesh");
-    // Without a light it is dark, and no failure.
+    // A scene without lights is dark.
     viewer.write("a.scn", "material 1\nsphere 0 0 0.5 0.9\n");
     shows_the_file("no light");
-    // Nothing at all is a scene, too.
+    // An empty file is a scene.
     viewer.write("a.scn", "");
     shows_the_file("an empty scene");
     viewer.quit("q");
@@ -327,13 +391,13 @@ fn it_ends_at_once(screen: &Screen) {
     viewer.wait_for_picture("many spheres", &expected, BELOW_MESSAGE);
     viewer.key("b");
     let shot = viewer.wait_for_change("brute force", &expected, 0.05);
-    // What is wanted next waits for none of that.
+    // The next request does not wait for it.
     viewer.key("n");
     viewer.key("b");
     viewer.wait_for_change("normals", &shot, 0.05);
     viewer.key("n");
     viewer.wait_for_picture("the BVH again", &expected, BELOW_MESSAGE);
-    // Nor does another pose: a coarser picture, or one of the BVH, shows it at once.
+    // Another pose does not wait either: a coarser picture or the BVH shows it at once.
     viewer.key("b");
     viewer.wait_for_change("brute force", &expected, 0.05);
     let shot = viewer.shot();
@@ -345,7 +409,7 @@ fn it_ends_at_once(screen: &Screen) {
     viewer.key("b");
     viewer.wait_for_change("brute force again", &expected, 0.05);
     viewer.quit("q");
-    // Closed as a window manager closes it: as soon as it is there, and while it orbits by itself.
+    // Closed by the window manager: at once, and during a benchmark.
     Viewer::open(screen, size, &[]).close();
     let mut viewer = Viewer::open(screen, size, &["--benchmark=1000"]);
     viewer.wait_for_title("1 sample");
@@ -353,7 +417,7 @@ fn it_ends_at_once(screen: &Screen) {
 }
 
 fn signals_end_it(screen: &Screen) {
-    // A large picture of many samples is being made for a file, and one for the window.
+    // While a large picture is traced for a file, and another one for the window.
     let size = [700, 500];
     for (name, exit_code) in [("TERM", 0), ("HUP", 0), ("INT", 130)] {
         let mut viewer = Viewer::open(screen, size, &["--mode=scalar"]);
@@ -361,7 +425,7 @@ fn signals_end_it(screen: &Screen) {
         viewer.signal(name, exit_code);
         only_whole_pictures(&viewer);
     }
-    // The same way out while pictures are written.
+    // While pictures are written.
     let mut viewer = Viewer::open(screen, size, &[]);
     viewer.key("a");
     viewer.keys(&["s", "s", "s", "s"]);
@@ -370,7 +434,7 @@ fn signals_end_it(screen: &Screen) {
     only_whole_pictures(&viewer);
 }
 
-/// Beside the scene there are pictures that can be read, and nothing half-written.
+/// The folder holds whole pictures and no half-written ones.
 fn only_whole_pictures(viewer: &Viewer) {
     let pictures: Vec<String> = (1..=4).map(|i| format!("a-{i}.png")).collect();
     for name in viewer.files() {
@@ -411,8 +475,8 @@ fn benchmarks_are_reported(screen: &Screen) {
             .output()
             .unwrap(),
     );
-    no_display.failed(3, "there is no display");
-    // Before any window.
+    no_display.failed(3, "no display");
+    // Errors before a window opens.
     let too_large = screen.run(&folder, &["view", "a.scn", "--size=70000x64"]);
     too_large.failed(1, "more than 32767 pixels");
     let missing = screen.run(&folder, &["view", "b.scn"]);

@@ -4,7 +4,7 @@ use crate::{
     cli::{
         CliError,
         load::{self, Input},
-        plan::{InputPlan, JsonTarget, ViewPlan, stem},
+        plan::{InputPlan, JsonTarget, MeshOptions, ViewPlan, stem},
         process::Interrupt,
         report::{self, quoted},
         write::{Format, Pixels, json_line, write_file},
@@ -13,7 +13,7 @@ use crate::{
     scene::{Scene, View},
     viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::{
     io::Write,
     path::{Path, PathBuf},
@@ -45,6 +45,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     let interrupt = Arc::new(Interrupt::install_for_window()?);
     let display = Display::connect()?;
     let program = Program {
+        mesh: Mutex::new(input.mesh.clone()),
         input,
         memory,
         lit_from: Mutex::default(),
@@ -78,6 +79,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     let name = path.file_name().unwrap_or(path.as_os_str());
     let options = Options {
         name: name.to_string_lossy().into_owned(),
+        is_mesh: program.lit_from().is_some(),
         pose,
         settings,
         // A window traces rays without end.
@@ -114,6 +116,8 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
 /// What the window asks the program to do.
 struct Program {
     input: InputPlan,
+    /// The input's, as keys have turned it since.
+    mesh: Mutex<MeshOptions>,
     memory: u64,
     /// Where the mesh loaded last is lit from.
     lit_from: Mutex<Option<DVec3>>,
@@ -125,9 +129,13 @@ impl Program {
         self.lit_from.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn mesh(&self) -> MutexGuard<'_, MeshOptions> {
+        self.mesh.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// The options of a mesh for `octray render`.
     fn mesh_options(&self) -> String {
-        let mesh = &self.input.mesh;
+        let mesh = self.mesh();
         let mut options = String::new();
         if let Some(axis) = mesh.up_axis {
             options += &format!(" --up-axis={axis}");
@@ -148,11 +156,25 @@ impl Program {
 impl Host for Program {
     fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>) {
         let mut files = Vec::new();
-        let scene = load::load_and_list(&self.input, self.memory, &mut files).map(|input| {
+        let input = InputPlan {
+            mesh: self.mesh().clone(),
+            ..self.input.clone()
+        };
+        let scene = load::load_and_list(&input, self.memory, &mut files).map(|input| {
             *self.lit_from() = input.lit_from;
             input.scene
         });
         (scene.map_err(|error| error.text().unwrap_or_default()), files)
+    }
+
+    fn turn_up(&self, axis: &str, rotation: DMat3) -> bool {
+        let Ok(up) = axis.parse() else {
+            return false;
+        };
+        let mut mesh = self.mesh();
+        let lit_from = mesh.lit_from.or(*self.lit_from());
+        (mesh.up_axis, mesh.lit_from) = (Some(up), lit_from.map(|from| rotation * from));
+        true
     }
 
     fn save(&self, film: &ByteFilm) -> Result<String, String> {

@@ -1,4 +1,4 @@
-//! `octray view` on a display of our own: started, driven and looked at.
+//! Starts `octray view` on a display of its own, drives it and looks at it.
 
 mod screen;
 
@@ -16,7 +16,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// How long anything may take on a busy machine.
+/// The longest time to wait for anything.
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// A running `octray view`.
@@ -25,7 +25,7 @@ pub struct Viewer<'a> {
     folder: Folder,
     process: Child,
     lines: Receiver<String>,
-    /// Whether a thread of the program panicked, once it has ended: the window outlives some.
+    /// Whether a thread of the program panicked, known when the program has ended.
     panicked: Option<JoinHandle<bool>>,
     window: u32,
     scene: &'static str,
@@ -39,7 +39,7 @@ impl Drop for Viewer<'_> {
     }
 }
 
-/// Tries again until there is an answer.
+/// Tries again until there is a result.
 pub fn wait_for<T>(what: &str, mut answer: impl FnMut() -> Result<T, String>) -> T {
     let start = Instant::now();
     loop {
@@ -56,7 +56,7 @@ impl<'a> Viewer<'a> {
         Self::open_file(screen, "a.scn", "", size, options)
     }
 
-    /// Of another file than the folder's scene, with that in it.
+    /// Opens another file than the folder's scene, with this text.
     pub fn open_file(
         screen: &'a Screen,
         scene: &'static str,
@@ -90,7 +90,7 @@ impl<'a> Viewer<'a> {
                 .map_while(Result::ok)
                 .try_for_each(|line| sender.send(line))
         });
-        // By its process: the window of another that has just ended may still be there.
+        // Found by its process: the window of an earlier one may still exist.
         let window = wait_for("the window", || {
             if let Some(status) = process.try_wait().unwrap() {
                 panic!("the program has ended: {status}");
@@ -131,7 +131,7 @@ impl<'a> Viewer<'a> {
         self.screen.xdotool(&["keyup", key]);
     }
 
-    /// Whether keys come here, or are nobody's.
+    /// Gives the keyboard focus to the window or to none.
     pub fn set_focus(&self, has_focus: bool) {
         self.screen
             .focus(if has_focus { self.window } else { x11rb::NONE });
@@ -176,7 +176,7 @@ impl<'a> Viewer<'a> {
         self.screen.shot(self.window, self.size)
     }
 
-    /// Waits until the window shows this picture, from row `top` on: messages are shown above.
+    /// Waits until the window shows this picture from row `top` on, below messages.
     pub fn wait_for_picture(&self, what: &str, expected: &RgbImage, top: u32) {
         wait_for(what, || match difference(&self.shot(), expected, top) {
             0 => Ok(()),
@@ -187,7 +187,7 @@ impl<'a> Viewer<'a> {
         });
     }
 
-    /// Waits until more than a share of the pixels differ, and gives back the picture.
+    /// Waits until more than a share of the pixels differ. Returns the picture.
     pub fn wait_for_change(&self, what: &str, from: &RgbImage, share: f64) -> RgbImage {
         wait_for(what, || {
             let shot = self.shot();
@@ -211,12 +211,12 @@ impl<'a> Viewer<'a> {
         });
     }
 
-    /// What `octray render` makes of the same scene with these options, in the window's size.
+    /// Returns what `octray render` makes of the same scene with these options, in the window's size.
     pub fn render(&self, options: &[&str]) -> RgbImage {
         let size = format!("--size={}x{}", self.size[0], self.size[1]);
         let own_size = options.iter().any(|option| option.starts_with("--size"));
         let size = if own_size { vec![] } else { vec![size.as_str()] };
-        // Quiet: an empty scene is worth a warning.
+        // Quiet: an empty scene causes a warning.
         let arguments = [
             &["render", "--quiet", self.scene, "-o", "expected.png"],
             options,
@@ -239,7 +239,7 @@ impl<'a> Viewer<'a> {
         fs::remove_file(self.folder.path(name)).unwrap();
     }
 
-    /// The camera as the program prints it, as options of `octray render`. All input before has been taken then.
+    /// Returns the camera as options of `octray render`. The program has handled all earlier input then.
     pub fn camera_options(&self) -> String {
         self.key("c");
         let line = self.lines.recv_timeout(PATIENCE).expect("the camera, printed");
@@ -247,19 +247,19 @@ impl<'a> Viewer<'a> {
         line.strip_prefix(&prefix).expect(&line).to_owned()
     }
 
-    /// Presses a key, and expects the program to end well.
+    /// Presses a key and expects the program to end with success.
     pub fn quit(&mut self, key: &str) {
         self.screen.xdotool(&["key", key]);
         self.ended();
     }
 
-    /// What a window manager's close button does.
+    /// Closes the window as a window manager does.
     pub fn close(&mut self) {
         self.screen.close(self.window);
         self.ended();
     }
 
-    /// Keys one right after the other.
+    /// Presses keys without a pause.
     pub fn keys(&self, keys: &[&str]) {
         self.screen.xdotool(&[&["key", "--delay", "0"], keys].concat());
     }
@@ -269,7 +269,7 @@ impl<'a> Viewer<'a> {
         self.screen.xdotool(&[what, &button.to_string()]);
     }
 
-    /// Sends a signal by its name, and expects the program to end with that exit code.
+    /// Sends a signal and expects the program to end with that exit code.
     pub fn signal(&mut self, name: &str, exit_code: i32) {
         let pid = self.process.id().to_string();
         let sent = Command::new("kill").args(["-s", name, &pid]).status().unwrap();
@@ -277,7 +277,7 @@ impl<'a> Viewer<'a> {
         self.ended_with(exit_code);
     }
 
-    /// The files beside the scene.
+    /// Returns the names of the files in the folder.
     pub fn files(&self) -> Vec<String> {
         self.folder.names()
     }
@@ -299,14 +299,14 @@ impl<'a> Viewer<'a> {
     }
 }
 
-/// Keeps a picture to look at, under `target/window`.
+/// Saves a picture to look at, under `target/window`.
 pub fn keep(picture: &RgbImage, name: &str) {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target/window");
     fs::create_dir_all(&folder).unwrap();
     picture.save(folder.join(format!("{name}.png"))).unwrap();
 }
 
-/// How many pixels from row `top` on differ; all of them, if the sizes do.
+/// Counts the pixels from row `top` on that differ: `usize::MAX` if the sizes do.
 pub fn difference(a: &RgbImage, b: &RgbImage, top: u32) -> usize {
     if a.dimensions() != b.dimensions() {
         return usize::MAX;
@@ -316,7 +316,7 @@ pub fn difference(a: &RgbImage, b: &RgbImage, top: u32) -> usize {
     pairs.filter(|(a, b)| a != b).count()
 }
 
-/// CPU time that a process takes within a while, all threads together, in ticks of 10 ms.
+/// Returns the CPU time of all threads of a process within `time`, in ticks of 10 ms.
 pub fn idle_ticks(pid: u32, time: Duration) -> u64 {
     let ticks = || {
         let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();

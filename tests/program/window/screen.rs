@@ -1,4 +1,4 @@
-//! Xvfb, and a connection to it: what windows there are and what they show. Keys and mouse come from xdotool.
+//! Xvfb, and a connection to it to find windows and see what they show. Keys and mouse come from xdotool.
 
 use super::wait_for;
 use crate::program::{Folder, Run};
@@ -31,7 +31,7 @@ impl Drop for Screen {
 }
 
 impl Screen {
-    /// `None` where a program is missing: says so.
+    /// Starts the server. Returns `None` if a program is missing.
     pub fn start() -> Option<Self> {
         for program in ["Xvfb", "xdotool"] {
             let found = Command::new("sh")
@@ -42,8 +42,8 @@ impl Screen {
                 return None;
             }
         }
-        // The server chooses a free number, writes it and is ready then. Without -noreset it starts anew, and refuses
-        // connections meanwhile, whenever the last program leaves it.
+        // The server writes its number when it is ready. Without -noreset it restarts, and refuses connections
+        // meanwhile, when the last program leaves.
         let mut server = Command::new("Xvfb")
             .args([
                 "-displayfd",
@@ -66,7 +66,7 @@ impl Screen {
         let display = format!(":{}", number.trim());
         let (connection, screen_i) = x11rb::connect(Some(&display)).expect("Xvfb answers");
         let root = connection.setup().roots[screen_i].root;
-        // However long a busy machine takes from a key's press to its release, it is one press.
+        // A key is pressed once, however late a busy machine releases it.
         let once = ChangeKeyboardControlAux::new().auto_repeat_mode(AutoRepeatMode::OFF);
         connection
             .change_keyboard_control(&once)
@@ -81,12 +81,12 @@ impl Screen {
         })
     }
 
-    /// The program, on this display.
+    /// Runs the program on this display.
     pub fn run(&self, folder: &Folder, arguments: &[&str]) -> Run {
         Run::new(self.on(folder.command(arguments)).output().unwrap())
     }
 
-    /// A command that finds this display.
+    /// Sets this display for a command.
     pub fn on(&self, mut command: Command) -> Command {
         command
             .env("DISPLAY", &self.display)
@@ -94,7 +94,7 @@ impl Screen {
         command
     }
 
-    /// When it returns, the server has handed on all keys and moves.
+    /// Runs xdotool. The server has delivered all input when it returns.
     pub fn xdotool(&self, arguments: &[&str]) {
         let mut command = Command::new("xdotool");
         command.args(arguments);
@@ -143,7 +143,7 @@ impl Screen {
         cookie.check().unwrap();
     }
 
-    /// Keys go there from now on, or to no window at all: `x11rb::NONE`.
+    /// Gives the keyboard focus to a window, or to none: `x11rb::NONE`.
     pub fn focus(&self, window: u32) {
         wait_for("the focus", || {
             let cookie = self
@@ -160,7 +160,7 @@ impl Screen {
         });
     }
 
-    /// The message by which a window manager closes a window.
+    /// Sends the message by which a window manager closes a window.
     pub fn close(&self, window: u32) {
         let data = [self.atom("WM_DELETE_WINDOW"), 0, 0, 0, 0];
         let message = ClientMessageEvent::new(32, window, self.atom("WM_PROTOCOLS"), data);
@@ -171,7 +171,7 @@ impl Screen {
         cookie.check().unwrap();
     }
 
-    /// What a window shows. Blue, green, red and nothing are a byte each.
+    /// Returns what a window shows. A pixel is four bytes: blue, green, red, unused.
     pub fn shot(&self, window: u32, [width, height]: [u32; 2]) -> RgbImage {
         let [w, h] = [width, height].map(|side| side as u16);
         let cookie = self

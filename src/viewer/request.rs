@@ -1,24 +1,23 @@
-//! What the picture shows, besides where the camera is.
+//! What the window asks the worker to show.
 
+use super::{objects::Objects, orbit::Pose};
 use crate::{
     accel::Bvh,
     render::Settings,
     scene::{Camera, Scene},
 };
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use super::orbit::Pose;
-
-/// What a pixel's colour tells.
+/// What the colour of a pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     /// The ray-traced picture.
     Full,
-    /// Camera rays, a light at the eye and the scene's lights, without shadows and mirrors.
+    /// Camera rays, a light at the eye and the scene's lights, without shadows and reflections.
     Preview,
     /// Normals as colours: x, y and z from -1 to 1 are red, green and blue from 0 to 1.
     Normals,
-    /// What a camera ray costs: nodes and primitives, as [`crate::reference::cost`] counts them.
+    /// The cost of a camera ray: nodes and primitives, as [`crate::reference::cost`] counts them.
     Cost,
 }
 
@@ -30,11 +29,11 @@ pub enum Boxes {
     Hidden,
     /// Those of all leaves.
     Leaves,
-    /// Those that are so many steps below the box around everything.
+    /// Those at this depth below the root.
     Level(usize),
 }
 
-/// All that the keys switch.
+/// Everything that the keys toggle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
     /// What is shown.
@@ -45,7 +44,7 @@ pub struct Style {
     pub antialias: bool,
     /// Boxes over the picture.
     pub boxes: Boxes,
-    /// Depth, shadows, mode and threads; the size is that of the window.
+    /// Depth, shadows, mode and threads. The size is ignored: the window has its own.
     pub settings: Settings,
 }
 
@@ -54,18 +53,43 @@ pub struct Style {
 pub struct Model {
     /// The scene.
     pub scene: Scene,
-    /// Built from it.
+    /// Its BVH.
     pub bvh: Bvh,
+    objects: OnceLock<Objects>,
+}
+
+impl Model {
+    /// Puts a scene and its BVH together.
+    #[must_use]
+    pub fn new(scene: Scene, bvh: Bvh) -> Self {
+        Self {
+            scene,
+            bvh,
+            objects: OnceLock::new(),
+        }
+    }
+
+    /// Returns the objects of the scene; finds them on the first call.
+    pub fn objects(&self) -> &Objects {
+        self.objects.get_or_init(|| Objects::new(&self.scene))
+    }
+
+    /// Whether [`Self::objects`] returns at once: they are known, or the scene is small.
+    #[must_use]
+    pub fn has_objects(&self) -> bool {
+        const SMALL: usize = 200_000;
+        self.objects.get().is_some() || self.scene.primitive_count() <= SMALL
+    }
 }
 
 /// What should be on the screen.
 #[derive(Clone, Debug)]
-pub struct Wanted {
+pub struct Request {
     /// The scene.
     pub model: Arc<Model>,
-    /// Where the camera is.
+    /// The camera.
     pub pose: Pose,
-    /// The same, ready for rays.
+    /// The same camera, ready for rays.
     pub camera: Camera,
     /// What the picture shows.
     pub style: Style,
@@ -73,7 +97,7 @@ pub struct Wanted {
     pub size: [u32; 2],
 }
 
-impl Wanted {
+impl Request {
     /// Whether the same picture answers both.
     #[must_use]
     pub fn same_picture(&self, other: &Self) -> bool {
@@ -86,17 +110,12 @@ impl Wanted {
     /// The same picture, with the BVH instead of brute force.
     #[must_use]
     pub fn by_bvh(&self) -> Self {
-        let style = Style {
-            brute: false,
-            ..self.style
-        };
-        Self {
-            style,
-            ..self.clone()
-        }
+        let mut request = self.clone();
+        request.style.brute = false;
+        request
     }
 
-    /// Whether a pixel costs about the same in both: what was learnt of one is of use for the other.
+    /// Whether a pixel costs about the same in both, so that measured times of one apply to the other.
     #[must_use]
     pub fn same_rays(&self, other: &Self) -> bool {
         let (a, b) = (&self.style, &other.style);

@@ -1,0 +1,289 @@
+//! What the keys and the mouse do.
+
+use super::{
+    axis,
+    keys::{self, Action},
+    orbit::Pose,
+    probe,
+    progressive::GRIDS,
+    request::{Boxes, Look},
+    window::{App, Event, Framing, STEP},
+    worker,
+};
+use crate::{
+    heat,
+    ray::PrimitiveId,
+    render::{ByteFilm, Mode, Renderer},
+};
+use glam::DMat3;
+use std::{
+    ops::ControlFlow as Flow,
+    sync::{Arc, PoisonError},
+    thread,
+    time::Instant,
+};
+use winit::{
+    dpi::PhysicalPosition,
+    event::{ElementState, KeyEvent, MouseScrollDelta},
+    event_loop::ActiveEventLoop,
+};
+
+/// The distance changes by this factor with each pixel of a right drag or of scrolling on a touchpad.
+const FACTOR_OF_PIXEL: f64 = 1.01;
+/// The distance changes by this factor with each notch of the wheel.
+const FACTOR_OF_NOTCH: f64 = 1.1;
+
+impl App {
+    /// Does what a key asks for.
+    fn act(&mut self, action: Action, event_loop: &ActiveEventLoop) {
+        let style = &mut self.style;
+        let toggled = |now: Look, look: Look| if now == look { Look::Full } else { look };
+        let on = |on: bool| if on { "on" } else { "off" };
+        let mut message = None;
+        match action {
+            Action::Quit => event_loop.exit(),
+            Action::View(number) => return self.view(number),
+            Action::Home => self.orbit.go_to(self.home),
+            Action::Frame => return self.frame(Framing::Under(self.primitive_under_mouse())),
+            Action::TurnUp => return self.turn_up(),
+            Action::Preview => style.look = toggled(style.look, Look::Preview),
+            Action::Normals => style.look = toggled(style.look, Look::Normals),
+            Action::Cost => {
+                style.look = toggled(style.look, Look::Cost);
+                if style.look == Look::Cost {
+                    message = Some(format!(
+                        "nodes and primitives tested: 1 is dark, {} yellow",
+                        heat::HOTTEST
+                    ));
+                }
+            }
+            Action::Antialias => {
+                style.antialias = !style.antialias;
+                message = Some(format!("anti-aliasing {}", on(style.antialias)));
+            }
+            Action::Brute => {
+                style.brute = !style.brute;
+                message = Some(format!("BVH {}", on(!style.brute)));
+            }
+            Action::Leaves => {
+                style.boxes = match style.boxes {
+                    Boxes::Leaves => Boxes::Hidden,
+                    _ => Boxes::Leaves,
+                };
+            }
+            Action::LevelUp | Action::LevelDown => {
+                let level = match (style.boxes, action) {
+                    (Boxes::Level(0), Action::LevelUp) => None,
+                    (Boxes::Level(level), Action::LevelUp) => Some(level - 1),
+                    (Boxes::Level(level), _) => Some((level + 1).min(self.model.bvh.stats().depth)),
+                    _ => Some(0),
+                };
+                style.boxes = level.map_or(Boxes::Hidden, Boxes::Level);
+                message = Some(level.map_or("no boxes".into(), |level| format!("boxes at level {level}")));
+            }
+            Action::Mode => {
+                let mode = &mut style.settings.mode;
+                *mode = match *mode {
+                    Mode::Packet => Mode::Scalar,
+                    Mode::Scalar => Mode::Packet,
+                };
+                let is_packet = *mode == Mode::Packet;
+                message = Some(if is_packet { "packets" } else { "single rays" }.into());
+                self.figures = true;
+            }
+            Action::PrintCamera => {
+                let [width, height] = self.size;
+                let line = format!("--size={width}x{height} {}", self.orbit.pose().options());
+                self.host.say(&line);
+                message = Some("camera printed".into());
+            }
+            Action::Save => {
+                self.save();
+                message = Some("saving".into());
+            }
+            Action::Probe => self.probe = !self.probe,
+            Action::Figures => self.figures = !self.figures,
+            Action::Help => self.help = !self.help,
+            Action::Fly(_) => {}
+        }
+        if let Some(message) = message {
+            self.say(message);
+        }
+        self.ask();
+        self.redraw();
+    }
+
+    /// Goes to a classic viewpoint of a scene, or shows a mesh from one of its sides.
+    fn view(&mut self, number: u32) {
+        if self.options.is_mesh {
+            self.frame(Framing::Side(number as usize - 1));
+        } else if let Some(pose) = Pose::classic_view(number) {
+            self.orbit.go_to(pose);
+            self.ask();
+        }
+    }
+
+    fn primitive_under_mouse(&self) -> Option<PrimitiveId> {
+        let pixel = self.mouse_pixel()?;
+        let (_, hit, _) = probe::pick(&self.model, &self.orbit.camera(), self.size, pixel);
+        hit.is_hit().then_some(hit.primitive)
+    }
+
+    /// Frames something now, or as soon as the objects of a large scene are known.
+    pub(super) fn frame(&mut self, framing: Framing) {
+        if !self.model.has_objects() {
+            self.say("looking for objects");
+            let (model, proxy, pose) = (Arc::clone(&self.model), self.proxy.clone(), self.orbit.pose());
+            thread::spawn(move || {
+                model.objects();
+                // Fails once the window is closed.
+                let _ = proxy.send_event(Event::Objects(model, framing, pose));
+            });
+            return;
+        }
+        let [width, height] = self.size.map(f64::from);
+        let aspect = width / height.max(1.0);
+        let [_, up] = self.up;
+        let bounds = |under| self.model.objects().bounds(&self.model.scene, under, up);
+        match framing {
+            Framing::Under(under) => self.orbit.frame(bounds(under), aspect),
+            Framing::Side(side) => {
+                self.orbit.frame_side(bounds(None), aspect, side, up);
+                self.say(axis::SIDES[side]);
+            }
+        }
+        self.ask();
+    }
+
+    /// Turns a mesh so that the next axis points up. The host loads it again with its light turned.
+    fn turn_up(&mut self) {
+        let [first, now] = self.up;
+        let Some(reload) = self.reload.as_ref().filter(|_| self.options.is_mesh) else {
+            return self.say("a scene has its own up axis: nothing turns");
+        };
+        let turned = now.next(first).find(|&up| {
+            let rotation = now.turn_to(up);
+            self.host.turn_up(up.name(), rotation)
+        });
+        let Some(up) = turned else { return };
+        reload.ask();
+        self.up = [first, up];
+        self.turn = now.turn_to(up) * self.turn;
+    }
+
+    /// Turns the camera as the mesh on the screen was turned.
+    pub(super) fn turn_camera(&mut self) {
+        if self.turn == DMat3::IDENTITY {
+            return;
+        }
+        let turn = std::mem::replace(&mut self.turn, DMat3::IDENTITY);
+        self.home = self.home.rotated(turn);
+        self.orbit.go_to(self.orbit.pose().rotated(turn));
+        self.say(format!("{} is up", self.up[1].name()));
+    }
+
+    /// Traces and writes the picture at full quality on a thread of its own.
+    fn save(&self) {
+        let (host, proxy) = (Arc::clone(&self.host), self.proxy.clone());
+        let (writing, shared) = (Arc::clone(&self.writing), Arc::clone(&self.shared));
+        let mut request = self.request();
+        // The fastest way to the same picture.
+        request.style.brute &= request.style.look == Look::Cost;
+        request.style.settings.mode = Mode::Packet;
+        let n = if request.style.antialias {
+            GRIDS[GRIDS.len() - 1]
+        } else {
+            1
+        };
+        thread::spawn(move || {
+            let model = Arc::clone(&request.model);
+            let mut renderer = Renderer::new(&model.scene, &model.bvh);
+            let mut film = ByteFilm::black(0, 0);
+            let go_on = |_| {
+                if shared.has_ended() {
+                    Flow::Break(())
+                } else {
+                    Flow::Continue(())
+                }
+            };
+            let traced = worker::trace(
+                &mut renderer,
+                &model,
+                &request,
+                request.size,
+                n,
+                &mut film,
+                &go_on,
+            );
+            let saved = traced.map_err(|error| error.to_string()).and_then(|_| {
+                let _writing = writing.lock().unwrap_or_else(PoisonError::into_inner);
+                // The program does not wait for a file that is begun now.
+                if shared.has_ended() {
+                    return Err("the window is closed".into());
+                }
+                host.save(&film)
+            });
+            let _ = proxy.send_event(Event::Saved(saved));
+        });
+    }
+
+    pub(super) fn key(&mut self, event: &KeyEvent, event_loop: &ActiveEventLoop) {
+        let pressed = event.state == ElementState::Pressed;
+        match keys::action(&event.logical_key) {
+            Some(Action::Fly(direction)) if !event.repeat => {
+                if !self.flying.contains(&true) {
+                    // A tap is a step as well.
+                    self.flown_at = Instant::now().checked_sub(STEP * 2);
+                }
+                self.flying[direction] = pressed;
+                self.fly();
+            }
+            Some(Action::Fly(_)) | None => {}
+            Some(action) if pressed && !event.repeat => self.act(action, event_loop),
+            Some(_) => {}
+        }
+    }
+
+    /// Flies on for the time since the last step.
+    pub(super) fn fly(&mut self) {
+        if !self.flying.contains(&true) {
+            self.flown_at = None;
+            return;
+        }
+        let now = Instant::now();
+        let seconds = self.flown_at.map_or(0.0, |at| (now - at).as_secs_f64()).min(0.1);
+        self.flown_at = Some(now);
+        let mut step = [0.0; 3];
+        for (_, direction) in self.flying.iter().zip(keys::DIRECTIONS).filter(|(on, _)| **on) {
+            for (sum, part) in step.iter_mut().zip(direction) {
+                *sum += part * seconds;
+            }
+        }
+        self.orbit.fly(step[0], step[1], step[2]);
+        self.ask();
+    }
+
+    pub(super) fn mouse_moved(&mut self, to: PhysicalPosition<f64>) {
+        let [right, down] = [to.x - self.mouse.x, to.y - self.mouse.y];
+        (self.mouse, self.has_mouse) = (to, true);
+        if self.left {
+            self.orbit.turn(right, down);
+        } else if self.right {
+            self.orbit.approach(FACTOR_OF_PIXEL.powf(down));
+        }
+        if self.left || self.right {
+            self.ask();
+        } else if self.probe {
+            self.redraw();
+        }
+    }
+
+    pub(super) fn wheel(&mut self, delta: MouseScrollDelta) {
+        let factor = match delta {
+            MouseScrollDelta::LineDelta(_, lines) => FACTOR_OF_NOTCH.powf(-f64::from(lines)),
+            MouseScrollDelta::PixelDelta(pixels) => FACTOR_OF_PIXEL.powf(-pixels.y),
+        };
+        self.orbit.approach(factor);
+        self.ask();
+    }
+}

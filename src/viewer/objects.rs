@@ -1,0 +1,285 @@
+//! The objects of a scene: each sphere, and triangles that share corners.
+//!
+//! The window frames one of them, or all of them without the ground.
+
+use crate::{
+    math::Aabb,
+    ray::PrimitiveId,
+    scene::{Primitive, Scene, weld},
+};
+use glam::DVec3;
+
+use super::axis::Axis;
+
+/// An object is flat if its height is at most this share of its width.
+const FLAT: f32 = 0.02;
+/// The ground is at least this many times as wide as everything on it.
+const WIDER: f32 = 1.5;
+/// A sphere is the ground if its diameter is at least this many times the diagonal of everything else.
+const GROUND_SPHERE: f32 = 10.0;
+/// Layers of ground that are looked for: water below a meadow, say.
+const MOST_GROUNDS: usize = 4;
+
+/// The objects of one scene and their boxes.
+#[derive(Debug)]
+pub struct Objects {
+    /// The object of each triangle.
+    of_triangle: Vec<u32>,
+    /// The boxes of the objects, relative to [`Scene::origin`]; spheres come last.
+    boxes: Vec<Aabb>,
+    /// How many of them are made of triangles.
+    meshes: usize,
+}
+
+impl Objects {
+    /// Finds the objects. Takes about as long as building the BVH.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        const NONE: u32 = u32::MAX;
+        let (vertices, corners) = (scene.vertices(), &scene.triangles().corners);
+        // A union-find over the vertices. Welding them is its first step.
+        let mut parent = weld(&vertices.x, &vertices.y, &vertices.z);
+        for &[a, b, c] in corners {
+            let root = find(&mut parent, a);
+            for other in [b, c] {
+                let other = find(&mut parent, other);
+                parent[other as usize] = root;
+            }
+        }
+        let mut object_of = vec![NONE; parent.len()];
+        let mut boxes = Vec::new();
+        let mut of_triangle = Vec::with_capacity(corners.len());
+        for &[a, b, c] in corners {
+            let root = find(&mut parent, a) as usize;
+            if object_of[root] == NONE {
+                object_of[root] = boxes.len() as u32;
+                boxes.push(Aabb::EMPTY);
+            }
+            let object = object_of[root];
+            of_triangle.push(object);
+            let triangle = Aabb::around([a, b, c].map(|vertex| vertices.position(vertex)));
+            let bounds = &mut boxes[object as usize];
+            *bounds = bounds.union(triangle);
+        }
+        let meshes = boxes.len();
+        let spheres = 0..scene.spheres().radius.len();
+        boxes.extend(spheres.map(|i| scene.sphere_bounds(i)));
+        Self {
+            of_triangle,
+            boxes,
+            meshes,
+        }
+    }
+
+    /// The box around the object of a primitive, in scene coordinates. Without a primitive, or if it belongs to the
+    /// ground, the box around all objects except the ground.
+    #[must_use]
+    pub fn bounds(&self, scene: &Scene, under: Option<PrimitiveId>, up: Axis) -> Aabb {
+        let is_ground = self.ground(up);
+        let object = under.map(|id| match scene.primitive(id) {
+            Primitive::Triangle(i) => self.of_triangle[i] as usize,
+            Primitive::Sphere(i) => self.meshes + i,
+        });
+        let bounds = match object.filter(|&object| !is_ground[object]) {
+            Some(object) => self.boxes[object],
+            None => self.union(|i| !is_ground[i]),
+        };
+        if bounds.is_empty() {
+            return bounds;
+        }
+        Aabb {
+            lower: bounds.lower + scene.origin(),
+            upper: bounds.upper + scene.origin(),
+        }
+    }
+
+    fn union(&self, counts: impl Fn(usize) -> bool) -> Aabb {
+        let objects = self.boxes.iter().enumerate().filter(|&(i, _)| counts(i));
+        objects.fold(Aabb::EMPTY, |all, (_, &bounds)| all.union(bounds))
+    }
+
+    /// Which objects are the ground: flat or a huge sphere, much wider than all the others and below them.
+    fn ground(&self, up: Axis) -> Vec<bool> {
+        let mut is_ground = vec![false; self.boxes.len()];
+        for _ in 0..MOST_GROUNDS {
+            let rest = (0..self.boxes.len()).filter(|&i| !is_ground[i]);
+            let Some(widest) = rest.max_by(|&a, &b| self.width(a, up).total_cmp(&self.width(b, up))) else {
+                break;
+            };
+            let others = self.union(|i| i != widest && !is_ground[i]);
+            if others.is_empty() || !self.carries(widest, others, up) {
+                break;
+            }
+            is_ground[widest] = true;
+        }
+        is_ground
+    }
+
+    /// The narrower horizontal side of an object.
+    fn width(&self, object: usize, up: Axis) -> f32 {
+        width(self.boxes[object], up)
+    }
+
+    /// Whether an object is the ground of others.
+    fn carries(&self, object: usize, others: Aabb, up: Axis) -> bool {
+        let bounds = self.boxes[object];
+        let direction = up.vector();
+        // The heights of the lower and the upper side.
+        let heights = |bounds: Aabb| {
+            let [a, b] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3().dot(direction));
+            [a.min(b), a.max(b)]
+        };
+        let ([bottom, top], [low, high]) = (heights(bounds), heights(others));
+        let width = self.width(object, up);
+        let is_flat = top - bottom <= f64::from(FLAT * width);
+        let is_huge = object >= self.meshes && width >= GROUND_SPHERE * others.diagonal();
+        let horizontal = DVec3::ONE - direction.abs();
+        let reach =
+            |bounds: Aabb| ((bounds.upper - bounds.lower).as_dvec3() * horizontal).max_element() as f32;
+        (is_flat || is_huge) && width >= WIDER * reach(others) && top <= 0.5 * (low + high)
+    }
+}
+
+fn width(bounds: Aabb, up: Axis) -> f32 {
+    let extent = bounds.upper - bounds.lower;
+    let sides = [extent.x, extent.y, extent.z];
+    let vertical = up.vector().abs().max_position();
+    let horizontal = (0..3).filter(|&axis| axis != vertical).map(|axis| sides[axis]);
+    horizontal.fold(f32::INFINITY, f32::min)
+}
+
+/// The root of a vertex. Halves the path to it.
+fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
+    while parent[vertex as usize] != vertex {
+        let next = parent[parent[vertex as usize] as usize];
+        parent[vertex as usize] = next;
+        vertex = next;
+    }
+    vertex
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{MaterialId, SceneBuilder};
+    use glam::Vec3;
+
+    const MATERIAL: MaterialId = MaterialId(1);
+
+    fn up() -> Axis {
+        Axis::nearest(DVec3::Z)
+    }
+
+    /// A square at a height, as two triangles with corners of their own.
+    fn add_square(builder: &mut SceneBuilder, half: f32, z: f32) {
+        let corner = |x: f32, y: f32| Vec3::new(x * half, y * half, z);
+        let [a, b, c, d] = [
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+        ];
+        builder.add_triangle([a, b, c], MATERIAL).unwrap();
+        builder.add_triangle([a, c, d], MATERIAL).unwrap();
+    }
+
+    /// Water, a sphere and an upright triangle.
+    fn scene() -> Scene {
+        let mut builder = SceneBuilder::new();
+        add_square(&mut builder, 2000.0, 0.0);
+        builder
+            .add_triangle([Vec3::ZERO, Vec3::X, Vec3::Z], MATERIAL)
+            .unwrap();
+        builder.add_sphere(Vec3::NEG_X, 0.5, MATERIAL).unwrap();
+        builder.finish()
+    }
+
+    fn bounds_under(scene: &Scene, id: Option<u32>) -> Aabb {
+        Objects::new(scene).bounds(scene, id.map(PrimitiveId), up())
+    }
+
+    #[test]
+    fn triangles_that_share_corners_are_one_object() {
+        let objects = Objects::new(&scene());
+        assert_eq!(objects.of_triangle, [0, 0, 1]);
+        assert_eq!((objects.meshes, objects.boxes.len()), (2, 3));
+    }
+
+    #[test]
+    fn what_is_under_the_mouse_is_framed() {
+        let scene = scene();
+        let sphere = Aabb {
+            lower: Vec3::new(-1.5, -0.5, -0.5),
+            upper: Vec3::new(-0.5, 0.5, 0.5),
+        };
+        let triangle = Aabb {
+            lower: Vec3::ZERO,
+            upper: Vec3::new(1.0, 0.0, 1.0),
+        };
+        assert_eq!(bounds_under(&scene, Some(3)), sphere);
+        assert_eq!(bounds_under(&scene, Some(2)), triangle);
+    }
+
+    #[test]
+    fn the_ground_is_never_framed() {
+        let scene = scene();
+        let all = Aabb {
+            lower: Vec3::new(-1.5, -0.5, -0.5),
+            upper: Vec3::new(1.0, 0.5, 1.0),
+        };
+        for under in [None, Some(0), Some(1)] {
+            assert_eq!(bounds_under(&scene, under), all);
+        }
+        // Seen with another axis up it is a wall.
+        let wall = Objects::new(&scene).bounds(&scene, Some(PrimitiveId(0)), Axis::nearest(DVec3::Y));
+        assert_eq!(wall.upper.x, 2000.0);
+    }
+
+    #[test]
+    fn huge_spheres_and_several_layers_are_ground() {
+        let mut builder = SceneBuilder::new();
+        builder.add_sphere(Vec3::Z, 1.0, MATERIAL).unwrap();
+        builder
+            .add_sphere(Vec3::new(0.0, 0.0, -1000.0), 1000.0, MATERIAL)
+            .unwrap();
+        add_square(&mut builder, 50.0, -0.1);
+        let scene = builder.finish();
+        for under in [None, Some(0), Some(1), Some(3)] {
+            assert_eq!(bounds_under(&scene, under).upper, Vec3::new(1.0, 1.0, 2.0));
+        }
+    }
+
+    #[test]
+    fn plates_and_roofs_are_objects() {
+        // Nothing stands on it.
+        let mut builder = SceneBuilder::new();
+        add_square(&mut builder, 3.0, 0.0);
+        let scene = builder.finish();
+        assert_eq!(bounds_under(&scene, None).upper.x, 3.0);
+        // Above everything else.
+        let mut builder = SceneBuilder::new();
+        builder.add_sphere(Vec3::ZERO, 0.5, MATERIAL).unwrap();
+        add_square(&mut builder, 3.0, 1.0);
+        let scene = builder.finish();
+        assert_eq!(bounds_under(&scene, None).upper.x, 3.0);
+        // Hardly wider than what is on it.
+        let mut builder = SceneBuilder::new();
+        builder.add_sphere(Vec3::ZERO, 0.5, MATERIAL).unwrap();
+        add_square(&mut builder, 0.6, -0.5);
+        let scene = builder.finish();
+        assert_eq!(bounds_under(&scene, Some(0)).upper.x, 0.6);
+        let nothing = SceneBuilder::new().finish();
+        assert!(bounds_under(&nothing, None).is_empty());
+    }
+
+    #[test]
+    fn boxes_are_in_scene_coordinates() {
+        let mut builder = SceneBuilder::new();
+        let center = Vec3::new(1e5, 2e5, 3e5);
+        builder.add_sphere(center, 1.0, MATERIAL).unwrap();
+        let scene = builder.finish();
+        assert_ne!(scene.origin(), Vec3::ZERO);
+        let bounds = bounds_under(&scene, Some(0));
+        assert_eq!((bounds.lower, bounds.upper), (center - 1.0, center + 1.0));
+    }
+}
