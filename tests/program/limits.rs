@@ -92,7 +92,7 @@ fn what_does_not_fit_is_refused_before_the_work() {
         // A file by its length alone, before it is read.
         (
             "\"$0\" large.ply --max-memory 512M",
-            &["large.ply: the file has 1.0 GiB, more than the memory limit of"],
+            &["large.ply: the file has 1.0 GiB, above the memory limit of"],
         ),
         // A file of which the header tells what is to come, before it is read.
         (
