@@ -28,9 +28,12 @@ pub enum Loaded {
 
 /// Detects what `bytes` are; they are the whole input.
 ///
-/// In this order: PLY (begins with the line `ply`), glTF (begins with `glTF` or `{`), STL (has the size that its count
-/// of facets implies, or begins with `solid`), a scene (has a `.scn` statement before any of OBJ's, or a misspelt one;
-/// or holds nothing but `//` comments), else OBJ.
+/// The first that applies, in this order:
+/// - PLY begins with a line `ply`.
+/// - glTF begins with `glTF` or `{`.
+/// - STL has the size that its count of facets implies, or begins with `solid`.
+/// - A scene has a `.scn` statement, perhaps misspelt, before any keyword of OBJ, or nothing but `//` comments.
+/// - All else is OBJ.
 ///
 /// ```
 /// use octray::format::{Detected, detect, mesh::MeshFormat};

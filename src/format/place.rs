@@ -73,7 +73,7 @@ impl<'a> Words<'a> {
         self.rest().end
     }
 
-    /// The words that have not been read; empty, at the current position, if there are none.
+    /// The range of the words that are left to read; empty at the end.
     pub(super) fn rest(&self) -> Range<usize> {
         let text = self.text.get(self.at..self.end).unwrap_or_default();
         let lead = text.len() - text.trim_ascii_start().len();

@@ -1,9 +1,9 @@
 //! STL, binary and text. Each facet has its own corners, so vertices are not shared. Facet normals are ignored: they
 //! follow from the corners.
 //!
-//! Why not stl_io: it reads a binary file that begins with `solid ` as text and a text whose first line is `solid` as
-//! binary; it stops silently after the first of several solids; it rejects names that are not UTF-8, keywords in
-//! capitals, and the `nan` normals that some programs write for degenerate facets; it does not say which line is at fault.
+//! Why not stl_io: it takes binary files that begin with `solid ` for text, and texts whose first line is `solid` for
+//! binary. It stops silently after the first of several solids. It rejects names that are not UTF-8, keywords in
+//! capitals, and the `nan` normals that some programs write for degenerate facets. Its errors have no line.
 //!
 //! Format: *StereoLithography Interface Specification*, 3D Systems, 1989.
 

@@ -396,13 +396,10 @@ fn one_mesh_named_ten_thousand_times() {
 fn files_that_are_none() {
     let folder = folder();
     let inside = |name: &str| folder.path().join(name);
-    assert_eq!(
-        refused("missing", &inside("no.scn")),
-        "SCENE: there is no such file"
-    );
+    assert_eq!(refused("missing", &inside("no.scn")), "SCENE: file not found");
     assert_eq!(
         refused("a folder", folder.path()),
-        "SCENE: this is a folder, expected a file"
+        "SCENE: this is a directory, expected a file"
     );
     assert!(load(Path::new("")).is_err());
     let deep: PathBuf = std::iter::repeat_n("deep", 2000).collect();
@@ -417,8 +414,8 @@ fn files_that_are_none() {
         0
     );
     for (mesh, reason) in [
-        (".", "this is a folder, expected a file"),
-        ("no.ply", "there is no such file"),
+        (".", "this is a directory, expected a file"),
+        ("no.ply", "file not found"),
     ] {
         fs::write(inside("mesh.scn"), format!("\n  ply_file {mesh}")).expect("written");
         let error = refused(mesh, &inside("mesh.scn"));
@@ -428,7 +425,7 @@ fn files_that_are_none() {
         );
     }
     fs::write(inside("self.scn"), "ply_file self.scn").expect("written");
-    assert!(refused("itself", &inside("self.scn")).contains("this is not a PLY mesh"));
+    assert!(refused("itself", &inside("self.scn")).contains("not a PLY mesh"));
 }
 
 #[cfg(unix)]

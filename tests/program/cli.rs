@@ -476,10 +476,10 @@ fn mesh_errors_suggest_a_remedy() {
     folder.fails(
         &["squre.obj"],
         1,
-        "squre.obj: there is no such file; beside it: `square.obj`",
+        "squre.obj: file not found; did you mean `square.obj`?",
     );
-    folder.fails(&["square.ply"], 1, "beside it: `square.obj`");
-    folder.fails(&["no/square.obj"], 1, "there is no folder no either");
+    folder.fails(&["square.ply"], 1, "did you mean `square.obj`?");
+    folder.fails(&["no/square.obj"], 1, "directory `no` does not exist");
     folder.fails(&["a.scn", "--ground"], 2, "--ground is for meshes");
     folder.fails(
         &["square.obj", "--camera", "front"],

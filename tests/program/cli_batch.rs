@@ -78,15 +78,9 @@ fn inputs_are_checked_before_rendering() {
     folder.write("a.fbx", "Kaydara");
     folder.write("c.scn", "sphere 0 0 0 1\n");
     for (last, words) in [
-        (
-            "b.scn",
-            "b.scn: there is no such file; beside it: `a.scn`, `c.scn`",
-        ),
-        (
-            "a.obj",
-            "a.obj: there is no such file; beside it: `a.ply`, `a.scn`",
-        ),
-        (".", ".: this is a folder"),
+        ("b.scn", "b.scn: file not found; did you mean `a.scn` or `c.scn`?"),
+        ("a.obj", "a.obj: file not found; did you mean `a.ply` or `a.scn`?"),
+        (".", ".: this is a directory"),
         ("a.fbx", "no kind of file that octray reads"),
     ] {
         folder.fails(&["c.scn", last, SMALL, "-o", "{stem}-1.png"], 1, words);

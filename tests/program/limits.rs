@@ -92,7 +92,7 @@ fn too_large_inputs_are_refused_before_the_work() {
         // By the file's length, before it is read.
         (
             "\"$0\" large.ply --max-memory 512M",
-            &["large.ply: the file has 1.0 GiB, more than the memory limit of"],
+            &["large.ply: the file has 1.0 GiB, above the memory limit of"],
         ),
         // By the counts in the file's header, before the rest is read.
         (

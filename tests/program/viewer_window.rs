@@ -480,5 +480,5 @@ fn benchmarks_are_reported(screen: &Screen) {
     let too_large = screen.run(&folder, &["view", "a.scn", "--size=70000x64"]);
     too_large.failed(1, "more than 32767 pixels");
     let missing = screen.run(&folder, &["view", "b.scn"]);
-    missing.failed(1, "b.scn: there is no such file");
+    missing.failed(1, "b.scn: file not found");
 }

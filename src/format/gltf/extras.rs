@@ -23,7 +23,7 @@ const NOT_LISTED: [&str; 9] = [
     "EXT_texture_",
 ];
 
-/// Lists what is left out of a file; `text` is its JSON.
+/// Lists what octray does not read of a file; `text` is its JSON.
 pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
     let mut left_out = LeftOut::default();
     left_out.count(light_count(root, text), "light", "lights");

@@ -1,4 +1,5 @@
 use super::*;
+use crate::format::mesh::UpAxis;
 use glam::DVec3;
 use std::io;
 
@@ -120,8 +121,8 @@ fn what_is_not_read_is_said() {
             r#""asset":{"version":"2.0"}"#,
             r#""asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]"#
         ),
-        " the file needs the extension KHR_draco_mesh_compression, which octray does not read; export the mesh without \
-         compression"
+        " the file requires the extension KHR_draco_mesh_compression, which octray does not support; export the mesh \
+         without compression"
     );
     changed(
         r#""asset":{"version":"2.0"}"#,
@@ -129,10 +130,49 @@ fn what_is_not_read_is_said() {
     )
     .expect("harmless");
     let colors = changed(r#""NORMAL":1"#, r#""COLOR_0":1"#).expect("harmless");
-    assert_eq!(colors.notes, ["left out: vertex colours"]);
+    assert_eq!(colors.notes, ["folder/a.gltf: left out: vertex colours"]);
     let without = changed(r#""POSITION":0,"NORMAL":1"#, r#""NORMAL":1"#).expect("nothing");
     assert!(without.columns.triangles.is_empty());
-    assert_eq!(without.notes, ["left out: primitives without positions"]);
+    assert_eq!(
+        without.notes,
+        ["folder/a.gltf: left out: 1 primitive without positions"]
+    );
+}
+
+#[test]
+fn one_note_lists_all_that_is_left_out() {
+    assert!(load(SCENE).expect("a mesh").notes.is_empty());
+    let asset = r#""asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual","KHR_materials_unlit"],
+        "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point"},{"type":"odd"}]}},
+        "animations":[{"channels":[],"samplers":[]}],"skins":[{"joints":[0]}],
+        "textures":[{"source":0}],"images":[{"uri":"a.png"}]"#;
+    let json = SCENE
+        .replacen(r#""asset":{"version":"2.0"}"#, asset, 1)
+        .replacen(
+            r#""materials":[{"#,
+            r#""materials":[{"alphaMode":"BLEND"},{"alphaMode":"MASK","emissiveFactor":[1,0,0]},{"#,
+            1,
+        )
+        .replacen(
+            r#""primitives":[{"attributes":{"POSITION":0"#,
+            r#""primitives":[{"mode":0,"attributes":{"POSITION":0}},{"mode":3,"attributes":{"POSITION":0}},
+            {"targets":[{"POSITION":0}],"attributes":{"POSITION":0,"COLOR_0":1,"TEXCOORD_0":1"#,
+            1,
+        )
+        .replacen(
+            r#""cameras":["#,
+            r#""cameras":[{"type":"orthographic","orthographic":{"xmag":1,"ymag":1,"zfar":9,"znear":1}},"#,
+            1,
+        )
+        .replacen(r#""scenes":["#, r#""scene":1,"scenes":[{"nodes":[0]},"#, 1);
+    assert_eq!(
+        load(&json).expect("a mesh").notes,
+        [
+            "folder/a.gltf: left out: 2 lights, 1 animation, 1 skin, 1 texture, transparency of 2 materials, emission of \
+             1 material, 1 set of points, 1 set of lines, morph targets, vertex colours, texture coordinates, \
+             1 orthographic camera, 1 other scene, extensions `KHR_materials_unlit`"
+        ]
+    );
 }
 
 #[test]
@@ -149,7 +189,7 @@ fn sparse_accessors() {
     assert_eq!(mesh.columns.y[..3], [0.0, 1.0, 1.0]);
     assert_eq!(
         refused(r#""type":"VEC3","min""#, &with(3, 1)),
-        " accessors[0].sparse.indices, 3 elements of 1 bytes, lies beyond the end of its buffer: the file is cut short or \
+        " accessors[0].sparse.indices (3 elements of 1 bytes) reaches beyond its buffer: the file is cut short or \
          broken"
     );
     assert_eq!(
@@ -157,7 +197,7 @@ fn sparse_accessors() {
             r#""count":3,"type":"VEC3","min""#,
             &format!(r#""count":1,{}"#, with(1, 2))
         ),
-        " accessors[0].sparse: element 2, but there are only 1"
+        " accessors[0].sparse: element 2, but the accessor has only 1"
     );
     // Zeros, where there is nothing else.
     let zeros = with(1, 1);
@@ -191,10 +231,12 @@ fn older_materials() {
     .expect("a matter of looks");
 }
 
+const OLD: &str = " glTF 1.0 is not supported; convert the file to glTF 2.0, for example with gltf-pipeline";
+
 #[test]
-fn version_1_is_told_as_such() {
+fn version_1_is_refused_with_advice() {
     let first = load(r#"{"asset":{"version":"1.0"},"accessors":{"a":{}}}"#);
-    assert_eq!(first.expect_err("old"), " glTF version 1.0, expected 2.0");
+    assert_eq!(first.expect_err("old"), OLD);
     let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
     let binary = parse(
         b"glTF\x01\0\0\0\x20\0\0\0........................",
@@ -202,7 +244,7 @@ fn version_1_is_told_as_such() {
         open,
     );
     let error = binary.expect_err("old").to_string();
-    assert!(error.contains("binary glTF version 1, expected 2"), "{error}");
+    assert_eq!(error, format!("a.glb:{OLD}"));
 }
 
 #[test]
@@ -214,23 +256,23 @@ fn faults() {
     assert!(
         load("{\n\"asset\": 3}")
             .expect_err("not an object")
-            .starts_with("2:10: this is no glTF mesh: ")
+            .starts_with("2:10: not a valid glTF file: ")
     );
     assert!(
         load("hello")
             .expect_err("not JSON")
-            .starts_with("1:1: this is no glTF mesh: ")
+            .starts_with("1:1: not a valid glTF file: ")
     );
-    assert_eq!(refused("2.0", "1.0"), " glTF version 1.0, expected 2.0");
+    assert_eq!(refused("2.0", "1.0"), OLD);
     assert_eq!(
         refused("a%20b.bin", "no.bin"),
-        " cannot load buffers[0]\n  caused by: folder/no.bin: there is no such file"
+        " cannot load buffers[0]\n  caused by: folder/no.bin: file not found"
     );
     assert!(
         refused("a%20b.bin", "https://example.org/a.bin")
             .contains("expected the name of a file beside this one")
     );
-    assert!(refused("a%20b.bin", "data:;base64,?").contains("buffers[0] is not Base64"));
+    assert!(refused("a%20b.bin", "data:;base64,?").contains("buffers[0] is not valid Base64"));
     assert_eq!(
         refused(r#""byteLength":76"#, r#""byteLength":77"#),
         " buffers[0] has 76 bytes, expected 77"
@@ -240,7 +282,7 @@ fn faults() {
             r#""count":3,"type":"VEC3","min""#,
             r#""count":4000000000,"type":"VEC3","min""#
         ),
-        " accessors[0], 4000000000 elements of 12 bytes, lies beyond the end of its buffer: the file is cut short or broken"
+        " accessors[0] (4000000000 elements of 12 bytes) reaches beyond its buffer: the file is cut short or broken"
     );
     assert!(
         refused(
@@ -257,10 +299,7 @@ fn faults() {
         " accessors[2]: vertex index 128 (number 1), but the primitive has only 3 vertices"
     );
     assert!(refused(r#""mesh":0},{"ch"#, r#""mesh":1},{"ch"#).contains("out of bounds"));
-    assert!(
-        refused(r#""children":[2,3]"#, r#""children":[1,3]"#)
-            .contains("nodes[1] is in the tree of nodes twice")
-    );
+    assert!(refused(r#""children":[2,3]"#, r#""children":[1,3]"#).contains("nodes[1] has two parents"));
     assert!(
         refused(r#""translation":[10,0,0]"#, r#""translation":[1e30,0,0]"#)
             .contains("vertex 1 of 3: x is 1e30")

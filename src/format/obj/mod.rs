@@ -2,9 +2,9 @@
 //!
 //! Polygons become fans; concave ones become triangles that fill them.
 //!
-//! Why not tobj: it panics at `Kd 0.8` and (in debug builds) at a very negative normal index, assigns normals to the
-//! wrong corners if only some have one, rejects names that are not UTF-8, comments after a face and continued lines, and
-//! does not say which line is at fault. Tests compare with it where both read a file.
+//! Why not tobj: it panics at `Kd 0.8` and, in debug builds, at a very negative normal index. It assigns normals to the
+//! wrong corners if only some have one. It rejects names that are not UTF-8, comments after a face and continued lines.
+//! Its errors have no line. Tests compare with it on files that both read.
 //!
 //! Format: *Wavefront Object Files*, appendix B1 of the Advanced Visualizer manual, 1995.
 

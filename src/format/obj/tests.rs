@@ -75,14 +75,46 @@ fn materials() {
     assert_eq!(
         mesh.notes,
         [
-            "folder/a b.mtl:13:1: `Kd` without numbers that are understood",
-            "folder/a b.mtl: textures are not read, only colours"
+            "folder/a b.mtl:13:1: `Kd` without valid numbers, ignored",
+            "folder/a b.mtl: left out: 1 texture",
+            "folder/a.obj: no material library has `no`: shown in grey"
         ]
     );
     let missing = load(&format!("mtllib no.mtl\nusemtl a\n{SQUARE}f 1 2 3"), "").expect("a mesh");
     assert_eq!(
         missing.notes,
-        ["folder/no.mtl: there is no such file, so its colours are not used"]
+        ["folder/no.mtl: file not found; its materials are missing"]
+    );
+}
+
+#[test]
+fn what_is_not_read_is_said() {
+    let text = format!(
+        "{SQUARE}vt 0 0\nvt 1 1\nf 1 2 3\nl 1 2\nl 2 3 4\np 1\ng a\ns 1\ncstype bezier\ncurv 0 1 1 2\n# end\n"
+    );
+    assert_eq!(
+        mesh(&text).notes,
+        [
+            "folder/a.obj: left out: 2 line elements, 1 point element, texture coordinates, smoothing groups, 2 unknown \
+             lines (first: `cstype` in line 13)"
+        ]
+    );
+    assert!(
+        mesh(&format!("{SQUARE}s off\nvn 0 0 1\ns 1\nf 1//1 2//1 3//1"))
+            .notes
+            .is_empty()
+    );
+
+    let mtl = "newmtl glass\nd 0.5\nillum 6\nKe 0 0 0\nnewmtl lamp\nTr 0\nd -halo 1\nKe 1 1 0.5\nmap_Ke a.png\n\
+        newmtl leaf\nmap_d b.png\nmap_Bump c.png\nnorm d.png\nTr 0.25\n";
+    assert_eq!(
+        load(&format!("mtllib a b.mtl\n{SQUARE}f 1 2 3"), mtl)
+            .expect("a mesh")
+            .notes,
+        [
+            "folder/a b.mtl: left out: 4 textures, transparency of 2 materials, emission of 1 material, reflection or \
+             refraction of 1 material"
+        ]
     );
 }
 
@@ -91,16 +123,16 @@ fn faults_have_places() {
     assert_eq!(fault(""), "1:1: the file is empty, expected an OBJ mesh");
     assert_eq!(
         fault("v 0 0"),
-        "1:1: the line ends where `z` should be, expected three numbers"
+        "1:1: the line ends before `z`, expected three numbers"
     );
     assert_eq!(fault("v 0 x 0"), "1:5: `y` is `x`, expected a number");
     assert_eq!(fault("\n v 0 0 nan"), "2:8: z is NaN, expected a finite number");
     assert_eq!(fault("vn inf 0 0"), "1:4: nx is inf, expected a finite number");
     let with = |line: &str| fault(&format!("{SQUARE}{line}\n"));
-    assert_eq!(with("f 1 2"), "5:1: a face of 2 corners, expected 3 or more");
+    assert_eq!(with("f 1 2"), "5:1: face with 2 corners, expected 3 or more");
     assert_eq!(
         with("f 1 2 0"),
-        "5:7: vertex index 0, expected 1 or more, or less than 0"
+        "5:7: vertex index 0, expected a positive or negative index"
     );
     assert_eq!(
         with("f 1 2 -5"),
@@ -126,7 +158,7 @@ fn faults_have_places() {
             );
         }
     }
-    assert!(fault("what is this\n").starts_with("1:1: found `what`, and no vertices: expected an OBJ mesh"));
+    assert!(fault("what is this\n").starts_with("1:1: found `what` and no vertices, expected an OBJ mesh"));
     assert!(fault("v 0 0 0\n\0").starts_with("2:1: found a NUL byte: this is binary data"));
 }
 
@@ -166,7 +198,7 @@ fn what_other_programs_write() {
     // Lines that end as on old Macs, colours behind coordinates.
     let mac = mesh("# one\rv 0 0 0 1 0 0\rv 1 0 0 1 0 0\rv 0 1 0 1 0 0\rf 1 2 3\r");
     assert_eq!(mac.columns.triangles, [[0, 1, 2]]);
-    assert_eq!(mac.notes, ["left out: vertex colours"]);
+    assert_eq!(mac.notes, ["folder/a.obj: left out: vertex colours"]);
     let weights = mesh("v 0 0 0 1\nv 1 0 0 1.0\nv 0 1 0 # not a colour\nf 1 2 3\n");
     assert!(weights.notes.is_empty());
     for bytes in [&b"\xff\xfev\0 \0"[..], b"\xfe\xff\0v\0 "] {

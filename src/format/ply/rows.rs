@@ -101,8 +101,8 @@ pub(super) trait Values {
     fn place(&self, start: usize, record: usize, whole_record: bool) -> Place;
     /// The end of a message that says where `record` starts, if the place does not.
     fn where_in_file(&self, record: &str, start: usize) -> String;
-    /// Reads the vertices with a fast path for their layout. `false`, with nothing read, if there is none or something is
-    /// wrong: the slow path then finds the place.
+    /// Reads the vertices with a fast path. Returns `false`, with nothing read, if their layout has no fast path or a
+    /// value is faulty: the slow path then finds the place.
     fn fast_vertices(&mut self, _element: &Element, _mesh: &mut MeshColumns) -> Result<bool, Fault> {
         Ok(false)
     }

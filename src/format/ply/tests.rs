@@ -123,6 +123,58 @@ fn extras_are_skipped() {
 }
 
 #[test]
+fn what_is_not_read_is_said() {
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 1\nproperty float x\n\
+        property float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty float s\n\
+        property float confidence\nproperty float intensity\nelement face 1\nproperty list uchar int vertex_indices\n\
+        property int flags\nelement edge 2\nproperty int a\nelement nothing 0\nproperty int a\nend_header\n\
+        0 0 0 1 1 0 1 1\n0 7\n1\n1\n";
+    let notes = parse_mesh(text.as_bytes(), Path::new("m.ply"))
+        .expect("a mesh")
+        .notes;
+    assert_eq!(
+        notes,
+        [
+            "m.ply: left out: vertex colours, texture coordinates, vertex properties `confidence`, `intensity`, face \
+             properties `flags`, 2 `edge` records, textures"
+        ]
+    );
+}
+
+#[test]
+fn the_header_may_name_the_up_axis() {
+    let with = |comment: &str| {
+        let text = ascii("0 0 0\n", 1, 0).replacen("element", &format!("{comment}\nelement"), 1);
+        let mesh = parse_mesh(text.as_bytes(), Path::new("m.ply")).expect("a mesh");
+        (mesh.up, mesh.up_source)
+    };
+    for (comment, axis) in [
+        ("comment up z", UpAxis::Z),
+        ("comment  UP   -X ", UpAxis::MinusX),
+        ("comment up y", UpAxis::Y),
+        (
+            "comment made by octray\ncomment up -z\ncomment z is up",
+            UpAxis::MinusZ,
+        ),
+    ] {
+        assert_eq!(with(comment), (axis, UpSource::Stated), "{comment}");
+    }
+    for comment in [
+        "comment",
+        "comment up",
+        "comment up north",
+        "comment up z axis",
+        "obj_info up z",
+    ] {
+        assert_eq!(
+            with(comment),
+            (UpAxis::Y, UpSource::Assumed(MeshFormat::Ply)),
+            "{comment}"
+        );
+    }
+}
+
+#[test]
 fn normals_need_all_three() {
     let text = "ply\nformat FORMAT 1.0\nelement vertex 1\nproperty float nx\nproperty float x\nproperty float y\n\
         property float z\nproperty float nz\nproperty float ny\nend_header\n";
@@ -245,11 +297,11 @@ fn records_that_do_not_fit_their_lines() {
     );
     assert_eq!(
         fault(ascii("0 0 0\n1 0\n1 0 0\n1.0 1.0 1.0\n", 4, 0)),
-        "11:4: the line ends within vertex 2 of 4, expected more numbers"
+        "11:4: the line ends inside vertex 2 of 4, expected more numbers"
     );
     assert_eq!(
         fault(ascii("0.0 0.0 0.0\n1.0 0.0 0.0\n1 0\n\n", 3, 0)),
-        "12:4: the file ends within vertex 3 of 3, expected `z`"
+        "12:4: the file ends inside vertex 3 of 3, expected `z`"
     );
     assert_eq!(mesh(ascii("0 0\n0\n1\n0\n\n0", 2, 0)).x, [0.0, 1.0]);
 }
@@ -265,7 +317,7 @@ fn counts_beyond_the_file_are_refused_at_once() {
                 );
                 let error = fault(&text);
                 assert!(
-                    error.starts_with(&format!("3:1: {count} records of `{element}` need ")),
+                    error.starts_with(&format!("3:1: {count} `{element}` records need ")),
                     "{error}"
                 );
             }
@@ -283,11 +335,11 @@ fn headers() {
     assert_eq!(fault(""), " the file is empty, expected a PLY mesh");
     assert_eq!(
         fault("solid x\n"),
-        "1:1: this is not a PLY mesh: it starts with `solid x`, expected `ply`"
+        "1:1: not a PLY mesh: found `solid x`, expected `ply`"
     );
     assert_eq!(
         fault("ply\nformat"),
-        "2:7: the file ends within its header, expected `end_header`"
+        "2:7: the file ends inside its header, expected `end_header`"
     );
     assert!(
         fault("ply\nend_header\n").starts_with("2:1: missing format specification; expected a `format` line")
@@ -312,7 +364,7 @@ fn headers() {
     );
     assert_eq!(
         broken("float z", "float y"),
-        "3:1: a second property `y`, expected one"
+        "3:1: second property `y`, expected one"
     );
     assert_eq!(
         broken("float z", "list int int z"),
@@ -320,7 +372,7 @@ fn headers() {
     );
     assert_eq!(
         broken("element face 0", "element vertex 0"),
-        "7:1: a second element `vertex`, expected one"
+        "7:1: second element `vertex`, expected one"
     );
     assert_eq!(
         broken("list uchar int", "int"),
@@ -334,7 +386,7 @@ fn headers() {
         "7:1: element `face` has no list `vertex_indices` or `vertex_index`, expected one"
     );
     let endless = format!("ply\n{}", "comment x\n".repeat(200_000));
-    assert!(fault(endless).contains("no `end_header` in the first 1048576 bytes"));
+    assert!(fault(endless).contains("the header has more than 1048576 bytes"));
 }
 
 #[test]
@@ -357,8 +409,12 @@ fn strips_of_triangles() {
     let text = format!("{}{vertices}8 0 1 2 3 -1 2 3 4\n2 0 1\n", header("ascii"));
     let expected = [[0, 1, 2], [2, 1, 3], [2, 3, 4]];
     assert_eq!(mesh(&text).triangles, expected);
-    assert!(has_vertex_colors(text.as_bytes()));
-    assert!(!has_vertex_colors(ascii("", 0, 0).as_bytes()));
+    let notes = |text: &str| {
+        parse_mesh(text.as_bytes(), Path::new("m.ply"))
+            .expect("a mesh")
+            .notes
+    };
+    assert_eq!(notes(&text), ["m.ply: left out: vertex colours"]);
 
     let mut binary = header("binary_big_endian").into_bytes();
     for line in vertices.lines() {

@@ -191,7 +191,7 @@ fn read_scale(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<DVec3,
             return Ok(value);
         }
         let message = format!(
-            "scale is {}, expected a number of at least 1e-9 in size, not 0",
+            "scale is {}, expected a number of size 1e-9 or more",
             quote(word.text)
         );
         Err(arguments.line.error_at(&word, message))

@@ -100,7 +100,7 @@ fn unknown_statements() {
         fault(b"\xff\x1b"),
         format!("1:1: unknown statement `\\xff\\u{{1b}}`, {expected}")
     );
-    assert!(fault("ply\nformat ascii 1.0").starts_with("1:1: found `ply`: this looks like a mesh"));
+    assert!(fault("ply\nformat ascii 1.0").starts_with("1:1: found `ply`: this looks like a PLY mesh"));
 }
 
 #[test]
@@ -111,20 +111,20 @@ fn counts() {
     );
     assert_eq!(
         fault("light 0 0 "),
-        "1:10: `light` with 2 of 4 numbers, expected `light x y z intensity`"
+        "1:10: `light` with 2 of 4 values, expected `light x y z intensity`"
     );
     assert_eq!(
         fault("material"),
-        "1:9: `material` stands alone, expected `material number`"
+        "1:9: nothing follows `material`, expected `material NAME`"
     );
-    assert!(fault("ply_file my mesh.ply").starts_with("1:13: found `mesh.ply` after `ply_file path`"));
+    assert!(fault("ply_file my mesh.ply").starts_with("1:13: found `mesh.ply` after `ply_file PATH`"));
     assert_eq!(
         fault("ply_file \"a"),
-        "1:10: a path without its closing quote, expected `\"` before the end of the line"
+        "1:10: the path has no closing quote, expected `\"` before the end of the line"
     );
     assert_eq!(
         fault("ply_file \"\""),
-        "1:10: an empty path, expected the path of a .ply file"
+        "1:10: the path is empty, expected the path of a .ply file"
     );
 }
 
@@ -164,7 +164,7 @@ fn numbers() {
             `own`";
         assert_eq!(
             fault(format!("material {word}")),
-            format!("1:10: material `{word}`, {expected}")
+            format!("1:10: unknown material `{word}`, {expected}")
         );
     }
 }
@@ -177,14 +177,14 @@ fn binary_and_endless_lines() {
     );
     let line = format!("//{}\n", "x".repeat(MAX_LINE - 2));
     assert_eq!(scene(&line).primitive_count(), 0);
-    assert!(fault(format!("\n/{line}")).starts_with("2:1: a line of 65537 bytes"));
+    assert!(fault(format!("\n/{line}")).starts_with("2:1: line of 65537 bytes"));
 }
 
 #[test]
 fn meshes() {
     assert_eq!(
         fault("ply_file no.ply"),
-        "1:10: cannot load dir/no.ply\n  caused by: dir/no.ply: there is no such file"
+        "1:10: cannot load dir/no.ply\n  caused by: dir/no.ply: file not found"
     );
     assert_eq!(
         fault("ply_file bad.ply"),
@@ -257,6 +257,48 @@ fn materials() {
 }
 
 #[test]
+fn other_names_of_materials_are_suggested() {
+    for (word, meant) in [
+        ("phong", "blinn_phong"),
+        ("mirror", "reflection"),
+        ("Matte", "matte"),
+    ] {
+        assert_eq!(
+            fault(format!("material {word}")),
+            format!("1:10: unknown material `{word}`, did you mean `{meant}`?")
+        );
+    }
+}
+
+#[test]
+fn a_scene_without_lights_is_noted() {
+    let notes = |text: &str| scene(text).sources().notes.clone();
+    let expected = [
+        "dir/a.scn: the scene has no light, so only ambient light reaches its surfaces; add a line such as \
+         `light 9 -4 10 0.7`",
+    ];
+    for text in [
+        "material 1\nsphere 0 0 0 1",
+        "material matte\ntriangle 0 0 0 1 0 0 0 1 0",
+        "mesh t.ply",
+        "material 2\nply_file t.ply",
+        "material 1\nsphere 0 0 0 1\nmaterial 0",
+    ] {
+        assert_eq!(notes(text), expected, "{text}");
+    }
+    for text in [
+        "",
+        "sphere 0 0 0 1\nply_file t.ply",
+        "material silhouette cd 0 0 1\nsphere 0 0 0 1\nmesh t.ply",
+        "material 1\nsphere 0 0 0 1\nlight 9 -4 10 0.7",
+        "material 1\nsphere 0 0 0 1\nambient 1",
+        "material 1\nmaterial own\nsphere 0 0 0 1",
+    ] {
+        assert!(notes(text).is_empty(), "{text}");
+    }
+}
+
+#[test]
 fn triangles() {
     let scene = scene("material 1\nply_file t.ply\nmaterial 2\ntriangle 0 0 1 1 0 1 0 1 2");
     assert_eq!(scene.triangles().material, [MaterialId(1), MaterialId(2)]);
@@ -319,11 +361,14 @@ fn includes_have_limits() {
     assert!(
         error
             .to_string()
-            .ends_with("16.scn:1:9: files include files more than 16 deep"),
+            .ends_with("16.scn:1:9: includes nest more than 16 deep"),
         "{error}"
     );
     let twice = "include leaf.scn\n".repeat(1024);
     assert!(load(&twice, "").is_ok());
     let error = load(&(twice + "include leaf.scn"), "").expect_err("too many");
-    assert_eq!(error.to_string(), "0.scn:1025:9: more than 1024 included files");
+    assert_eq!(
+        error.to_string(),
+        "0.scn:1025:9: more than 1024 includes in one scene"
+    );
 }

@@ -63,13 +63,13 @@ fn odd_but_fine() {
 fn faults() {
     let refused = |bytes: &[u8]| load(bytes).expect_err("it is refused");
     assert_eq!(refused(b""), " the file is empty, expected an STL mesh");
-    assert!(refused(b"hello").starts_with(" this is no STL mesh: it does not begin with `solid`"));
+    assert!(refused(b"hello").starts_with(" not an STL mesh: text begins with `solid`"));
     let mut cut = binary_file(b"", &FACETS);
     cut.truncate(150);
-    assert!(refused(&cut).starts_with(" 2 facets need 100 bytes, but only 66 bytes follow the header"));
+    assert!(refused(&cut).starts_with(" 2 facets need 100 bytes, but only 66 follow the header"));
     let mut huge = binary_file(b"", &[]);
     huge[80..].fill(0xff);
-    assert!(refused(&huge).starts_with(" 4294967295 facets need 214748364750 bytes, but only 0 bytes"));
+    assert!(refused(&huge).starts_with(" 4294967295 facets need 214748364750 bytes, but only 0 follow"));
     let mut facets = FACETS;
     facets[1][4] = f32::NAN;
     assert_eq!(
@@ -96,12 +96,23 @@ fn faults() {
     );
     assert_eq!(
         text("ENDSOLID solid facet", ""),
-        "11:89: the file ends without `endsolid`: it is cut short"
+        "11:89: the file ends here, expected `endsolid`"
     );
     assert_eq!(
         refused(&TEXT.as_bytes()[..60]),
-        "5:9: the file ends, expected a number: it is cut short"
+        "5:9: the file ends here, expected a number"
     );
+}
+
+#[test]
+fn colours_are_left_out_with_a_note() {
+    let notes = |bytes: &[u8]| parse(bytes, Path::new("a.stl")).expect("a mesh").notes;
+    let mut attributes = binary_file(b"made by something", &FACETS);
+    assert!(notes(&attributes).is_empty());
+    attributes[HEADER + 2 * FACET - 1] = 0x80;
+    let expected = ["a.stl: left out: facet colours (attribute bytes)"];
+    assert_eq!(notes(&attributes), expected);
+    assert_eq!(notes(&binary_file(b"Magics COLOR=abcd", &FACETS)), expected);
 }
 
 #[test]
