@@ -1,7 +1,6 @@
-//! What each way of building costs, and what the rays make of it: the suite's scenes, built fast, best and as obvhs' PLOC
-//! divides them, the same rays traced through all in turn on one thread, median of seven. The last column is best's as a
-//! share of PLOC's: of times and bytes less is better, of rays a second more. Threads are not pinned, and each tree is
-//! built once for all rays: under 10 % means little.
+//! Ways of building, and the speed of rays through each tree: the suite's scenes, built fast, best and by obvhs' PLOC; the
+//! same rays through all trees in turn, on one thread, median of seven. The last column is best relative to PLOC. Threads
+//! are not pinned, and each tree is built once: differences below 10 % mean little.
 //!
 //! ```text
 //! cargo bench --bench builds
@@ -99,7 +98,7 @@ fn trace_time(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) -> D
     start.elapsed()
 }
 
-/// Seconds, taken in turn.
+/// Median times, taken in turn.
 fn medians(mut take: impl FnMut(BuildQuality) -> Duration) -> [f64; 3] {
     let rounds: Vec<_> = repeat_with(|| QUALITIES.map(&mut take)).take(ROUNDS).collect();
     [0, 1, 2].map(|i| {

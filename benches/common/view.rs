@@ -1,10 +1,10 @@
-//! Where a scene file says that it is best seen from: `octray generate` and the shipped scenes put
-//! `--eye=x,y,z --target=x,y,z --fov=DEG` into a comment.
+//! The camera in a scene file's comment: `octray generate` and the shipped scenes write
+//! `--eye=x,y,z --target=x,y,z --fov=DEG` there.
 
 use glam::DVec3;
 use octray::{classic, scene::Camera};
 
-/// The camera of the first comment that has one; `None` if there is none.
+/// The camera of the first comment that has one.
 pub fn told_in(scene_file: &str) -> Option<Camera> {
     let mut comments = scene_file
         .lines()

@@ -7,9 +7,9 @@ use crate::{
 use octray::scene::Scene;
 use std::{ffi::CString, marker::PhantomData, time::Instant};
 
-/// A scene's columns as Embree reads them. Shared with it, not copied.
+/// A scene's arrays as Embree reads them: shared, not copied.
 pub struct Buffers {
-    /// One vertex more than there are: Embree reads 16 bytes of each.
+    /// One extra vertex at the end, since Embree reads 16 bytes of each.
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     spheres: Vec<[f32; 4]>,
@@ -42,7 +42,7 @@ impl Buffers {
     }
 }
 
-/// What decides how a scene is built and which code traces it.
+/// How a scene is built, and which code traces it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Build {
     /// The instruction set is held to AVX2 instead of the best that the CPU has.
@@ -76,13 +76,13 @@ impl<'a> EmbreeScene<'a> {
     /// Builds a scene on `threads` threads.
     ///
     /// # Errors
-    /// A sentence, if Embree reports an error.
+    /// If Embree reports an error.
     pub fn new(api: &'a Api, buffers: &'a Buffers, build: Build, threads: usize) -> Result<Self, String> {
         let isa = if build.avx2 { ",isa=avx2" } else { "" };
         let config = CString::new(format!("threads={threads},set_affinity=0{isa}")).unwrap_or_default();
         let quality = if build.high { ffi::HIGH } else { ffi::MEDIUM };
-        // SAFETY: handles go where they came from, in the order that the interface asks for. The buffers have
-        // the formats, strides and counts that are given with them, and outlive the scene.
+        // SAFETY: handles go back to their library in the order it requires. The buffers have the formats, strides and
+        // counts given with them, and outlive the scene.
         unsafe {
             let device = (api.new_device)(config.as_ptr());
             let scene = (api.new_scene)(device);
@@ -215,11 +215,11 @@ unsafe fn share<T>(api: &Api, geometry: Handle, buffer: u32, format: u32, items:
     }
 }
 
-/// Rays of which each lane has a different answer that is known, to show that the layouts are the library's:
-/// down onto a row of triangles (even lanes; lane 4 misses) and spheres (odd lanes).
+/// Checks the layouts against the library, with rays of which each lane has a different, known hit: down onto a row of
+/// triangles (even lanes; lane 4 misses) and spheres (odd lanes).
 ///
 /// # Errors
-/// A sentence that says which lane of which packet has another answer.
+/// Names the lane and packet with a wrong hit.
 pub fn self_check(api: &Api) -> Result<(), String> {
     let at = |lane: usize| lane as f32 * 4.0;
     let mut buffers = Buffers {

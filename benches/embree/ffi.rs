@@ -184,7 +184,7 @@ impl Api {
     /// Loads the library, for the rest of the process.
     ///
     /// # Errors
-    /// A sentence that says what is missing.
+    /// Says what is missing.
     pub fn load() -> Result<Self, String> {
         let path = find(Path::new(FOLDER)).ok_or_else(|| {
             format!("there is no Embree in {FOLDER}; benches/embree/fetch.sh puts it there (Linux, x86-64)")

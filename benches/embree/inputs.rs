@@ -1,4 +1,4 @@
-//! The scenes that are measured: the suite, or the files that are named.
+//! The scenes to measure: the suite, or named files.
 
 use crate::view;
 use clap::Args;
@@ -19,11 +19,11 @@ pub enum Source {
     File(PathBuf),
     /// A file with a name of its own.
     Course(PathBuf),
-    /// Made up.
+    /// A generated scene.
     Generated(SuiteScene),
 }
 
-/// A scene with something to look at.
+/// A scene and its camera.
 pub struct Input {
     pub name: String,
     pub scene: Scene,
@@ -33,7 +33,7 @@ pub struct Input {
 /// Where to look from in named files.
 #[derive(Args, Clone, Copy, Debug)]
 pub struct View {
-    /// Named scenes: one of the course's viewpoints, 1 to 6
+    /// Named scenes: a classic viewpoint, 1 to 6
     #[arg(long = "view", value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6))]
     viewpoint: Option<u32>,
 
@@ -54,8 +54,8 @@ fn vector(text: &str) -> Result<DVec3, &'static str> {
     view::vector(text).ok_or("expected three numbers, such as 1,2.5,-3")
 }
 
-/// `octray bench --all`'s suite, with so many triangles in its blobs; the course's cow takes the figurine's place
-/// where its file is at hand.
+/// The suite of `octray bench --all`, with `blobs` triangles in its blobs. The classic cow replaces the figurine if its
+/// file is at hand.
 pub fn suite(blobs: usize) -> Vec<Source> {
     let shared = std::env::var_os("OCTRAY_SHARED").map_or_else(
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"),
@@ -83,7 +83,7 @@ impl Source {
     }
 
     /// # Errors
-    /// What the user has to know.
+    /// If the scene cannot be loaded or seen.
     pub fn load(&self, view: &View) -> Result<Input, String> {
         let (scene, camera) = match self {
             Self::Generated(scene) => scene.make().map_err(text)?,
@@ -115,7 +115,7 @@ fn is_mesh(path: &Path) -> bool {
     MeshFormat::of_path(path).is_some()
 }
 
-/// `direction` turned as Z must be to become `up`.
+/// Rotates `direction` as Z must be rotated to become `up`.
 fn turned(direction: DVec3, up: DVec3) -> DVec3 {
     DQuat::from_rotation_arc(DVec3::Z, up) * direction
 }
@@ -142,7 +142,7 @@ fn load_file(path: &Path) -> Result<(Scene, DVec3), String> {
         builder.add_camera(NamedCamera { name: None, camera });
     }
     mesh.add_to(&mut builder, Some(material)).map_err(text)?;
-    // Where the course's two lights stand relative to its figure, scaled to the mesh.
+    // The two lights of a classic scene, scaled to the mesh.
     let center = (bounds.lower + bounds.upper) * 0.5;
     for (direction, intensity) in [([3.0, -1.5, 3.0], 0.7), ([-3.0, 0.6, 4.5], 0.3)] {
         let direction = turned(DVec3::from(direction), up).as_vec3();
@@ -153,9 +153,8 @@ fn load_file(path: &Path) -> Result<(Scene, DVec3), String> {
 }
 
 impl View {
-    /// Without any word on the view: the scene's first camera, or the one that the file's comments tell, as those of
-    /// `octray generate` do. Else the course's first viewpoint, if the scene is where the course's are. Else all of the
-    /// scene is seen.
+    /// Without options: the scene's first camera, or the one in the file's comments (`octray generate` writes one), or the
+    /// first classic viewpoint if the scene is where classic scenes are, or a view of the whole scene.
     fn camera(&self, scene: &Scene, up: DVec3, path: &Path) -> Result<Camera, String> {
         let course_eye = classic::viewpoint(self.viewpoint.unwrap_or(1)).unwrap_or(DVec3::X);
         let look = |eye: DVec3, target: DVec3| Camera::look_at(eye, target, up, self.fov).map_err(text);

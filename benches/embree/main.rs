@@ -7,14 +7,12 @@
 //! cargo bench --bench embree --features embree-bench -- my.scn --eye 3,2,1 --target 0,0,0.5
 //! ```
 //!
-//! The rays are those of [`octray::bench::Workload`]. Timed is the way from rays in memory to hit records in
-//! memory. octray traces them as the renderer does, but camera and mirror rays in one call instead of many; Embree in
-//! every mode that could win: 1, 8 and 16 rays a call, flagged coherent or not, with the CPU's best instruction set or
-//! AVX2, built with medium or high quality, spheres as its own geometry or as ours (a callback a packet), shadow rays from the
-//! surface or from the light. All modes are tried briefly, those near the fastest are then measured in turn with
-//! octray, and the best by its median counts. Embree's rays lie ready in the layout of its own packets, 16 rays as
-//! blocks of 4x4 pixels, and packets without any ray are left out. The rays of both lie in large pages, as in the
-//! program, and more than 4 MB of hits of either are written past the caches.
+//! The rays are those of [`octray::bench::Workload`]; the time runs from rays in memory to hits in memory. octray traces
+//! as the renderer does, but camera and mirror rays in one call. Embree runs in every mode that could win: 1, 8 or 16 rays
+//! a call, coherent or not, best instruction set or AVX2, medium or high build quality, spheres as its own geometry or
+//! ours, shadow rays from either end. All modes are tried briefly; those near the fastest take turns with octray, and the
+//! best median counts. Embree's rays are prepared in its own layout, 16 rays as 4x4 pixels, without empty packets. For
+//! both, rays are in large pages and more than 4 MB of hits are written past the caches.
 
 mod device;
 mod ffi;
@@ -56,7 +54,7 @@ struct Arguments {
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     only: Vec<String>,
 
-    /// How often each contender traces the rays; the median counts
+    /// How often each program traces the rays; the median counts
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 7)]
     repeat: u32,
 
@@ -72,15 +70,15 @@ struct Arguments {
     #[arg(long)]
     robust: bool,
 
-    /// Hold both to AVX2: Embree's device, and octray to what it was compiled for
+    /// Hold both to AVX2
     #[arg(long)]
     avx2: bool,
 
-    /// Print what every mode of Embree does at the first look
+    /// Print the speed of every mode of Embree in the first trial
     #[arg(long)]
     all_modes: bool,
 
-    /// Leave out the builds, which take long for large scenes
+    /// Skip the builds, which take long for large scenes
     #[arg(long)]
     no_builds: bool,
 
@@ -91,7 +89,7 @@ struct Arguments {
     #[command(flatten)]
     view: View,
 
-    /// What cargo bench adds
+    /// Passed by cargo bench
     #[arg(long, hide = true)]
     bench: bool,
 }

@@ -1,5 +1,5 @@
-//! octray's rays as Embree reads them, prepared before anything is timed, and the loops that are timed: copy a
-//! packet, reset what the last call left, call, store the hits.
+//! octray's rays in Embree's layout, prepared before the clock starts, and the timed loops: copy a packet, reset what the
+//! last call left, call, store the hits.
 
 use crate::{
     device::{EmbreeScene, empty},
@@ -12,11 +12,11 @@ use octray::{
 };
 use std::ops::{Deref, DerefMut};
 
-/// What the two make of the same rays.
+/// How the hits of the two programs differ.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Differences {
     pub rays: u64,
-    /// One hits (or is blocked), the other not.
+    /// One hits (or is blocked), the other does not.
     pub hit_miss: u64,
     /// Both hit, but the distances differ by more than [`TOLERANCE`] of them.
     pub distance: u64,
@@ -33,14 +33,14 @@ impl Differences {
     }
 }
 
-/// The rays on which they disagree.
+/// The rays on which the two disagree.
 #[derive(Clone, Debug, Default)]
 pub struct Disputes {
     pub hit_miss: Vec<Dispute>,
     pub distance: Vec<Distances>,
 }
 
-/// N rays, a column a field. Its 32 N bytes put `valid` where Embree wants it.
+/// N rays, an array a field. Its 32 N bytes align `valid` as Embree requires.
 #[repr(C)]
 #[derive(Clone, Copy)]
 struct Packet<const N: usize> {
@@ -62,16 +62,16 @@ struct Hits<const N: usize> {
     geometry: [u32; N],
 }
 
-/// As many bytes of hits are written past the caches, as octray does with its own.
+/// More bytes of hits than this are written past the caches, as octray does.
 const LONG: usize = 4 << 20;
 
 /// Bytes that are written past the caches at once.
 const STREAMED: usize = 32;
 
-/// Writes `hits` past the caches, where the build knows how.
+/// Writes `hits` past the caches, if the build has such stores.
 ///
 /// # Safety
-/// `to` is a multiple of [`STREAMED`] long, and lies at one. The same thread calls `octray::simd::stream::finish` before
+/// Length and address of `to` are multiples of [`STREAMED`]. The same thread calls `octray::simd::stream::finish` before
 /// anything else reads or writes it.
 #[inline(always)]
 unsafe fn past_caches<const N: usize>(hits: &Hits<N>, to: &mut Hits<N>) {
@@ -166,8 +166,8 @@ impl Prepared {
         }
     }
 
-    /// Compares what [`Self::trace`] left in that width with octray's results, and answers the rays of `set`, which this
-    /// was made of, on which they disagree.
+    /// Compares what [`Self::trace`] left in that width with octray's results; returns the rays of `set`, from which this
+    /// was made, on which they disagree.
     pub fn differences(&self, width: usize, set: &RaySet, ours: &Results) -> (Differences, Disputes) {
         match width {
             1 => self.one.differences(set, ours),
@@ -236,7 +236,7 @@ impl<const N: usize> Width<N> {
         }
     }
 
-    /// How many rays there are.
+    /// The number of rays.
     fn rays(&self) -> u64 {
         let sources = self.sources.iter().flatten();
         sources.filter(|&&source| source != u32::MAX).count() as u64
@@ -354,7 +354,7 @@ fn our_ray(set: &RaySet, mut packet_i: usize, lane: usize) -> Ray {
     }
 }
 
-/// Items from the start of a cache line on, without gaps.
+/// Items without gaps, from the start of a cache line.
 struct Lines<T> {
     memory: Vec<Line>,
     items: usize,

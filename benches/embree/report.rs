@@ -8,7 +8,7 @@ use octray::bench::{Kind, machine};
 use serde::Serialize;
 use std::path::Path;
 
-/// The table's heading, with what it was measured on.
+/// The table's heading, with the machine and settings.
 pub fn heading(plan: Plan) -> String {
     let Plan { size, repeat, .. } = plan;
     format!(
@@ -84,8 +84,8 @@ pub fn build_line(scene: &str, builds: &Builds) -> String {
     )
 }
 
-/// Geometric means of the ratios, by kind of rays, and of the builds' times relative to Embree's. Where the suite's
-/// spheres are among other scenes, once without them: the five kinds of triangle scenes.
+/// Geometric means of the ratios, by kind of rays, and of the builds' times relative to Embree's; if the suite's spheres
+/// are among other scenes, also without them.
 pub fn means(rows: &[Row], builds: &[(String, Builds)]) -> String {
     let mut text = String::from("\ngeometric means\n");
     let is_triangles = |scene: &str| scene != "spheres";
@@ -140,7 +140,7 @@ struct Json {
     avx2: bool,
     /// Camera rays across and down.
     size: u32,
-    /// Each speed is the median of so many.
+    /// Rounds, of which each speed is the median.
     repeat: usize,
     results: Vec<JsonRow>,
     builds: Vec<JsonBuilds>,
@@ -158,11 +158,11 @@ struct JsonRow {
     embree_mode: String,
     ratio: f64,
     agree: bool,
-    /// Where one hits and the other does not, so many were decided in `f64`, and so often each was right.
+    /// Rays that only one program hits: how many were decided in `f64`, and how often each was right.
     disputes: usize,
     ours_right: usize,
     embree_right: usize,
-    /// The same where both hit, but at different distances.
+    /// The same for rays that both hit, at different distances.
     distance_disputes: usize,
     ours_distance_right: usize,
     embree_distance_right: usize,

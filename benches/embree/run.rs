@@ -1,4 +1,4 @@
-//! What is measured: builds, and rays of each kind in every mode of Embree that could win.
+//! Measures builds, and rays of each kind in every mode of Embree that could win.
 
 use crate::{
     device::{Buffers, Build, EmbreeScene},
@@ -16,9 +16,9 @@ use octray::{
 };
 use std::time::Instant;
 
-/// Modes within this factor of the fastest, by a first look, are measured properly.
+/// Modes within this factor of the fastest in the first trial are measured properly.
 const WORTH_MEASURING: f64 = 1.3;
-const LOOKS: usize = 2;
+const TRIALS: usize = 2;
 
 /// How Embree traces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,11 +103,11 @@ pub struct Row {
     pub embree: (f64, f64),
     pub mode: Mode,
     pub differences: Differences,
-    /// Who is right where one hits and the other does not.
+    /// Which is right where one hits and the other does not.
     pub right: Right,
-    /// Who is right where both hit, but at different distances.
+    /// Which is right where both hit, at different distances.
     pub right_distance: Right,
-    /// Whether ours is the scalar reference's answer, bit for bit.
+    /// Whether octray's hits are those of the scalar reference, bit for bit.
     pub exact: bool,
 }
 
@@ -131,7 +131,7 @@ pub struct Builds {
 /// Builds on one thread and on two, in turn.
 ///
 /// # Errors
-/// What Embree or the system says.
+/// An error of Embree or of the system.
 pub fn builds_of(api: &Api, scene: &Scene, plan: Plan) -> Result<Builds, String> {
     let buffers = Buffers::new(scene);
     let medium = Build {
@@ -166,7 +166,7 @@ pub fn builds_of(api: &Api, scene: &Scene, plan: Plan) -> Result<Builds, String>
 /// Whether octray's own kernels, those for AVX-512 aside, are compiled for AVX2 and no more.
 pub const IS_AVX2: bool = cfg!(all(target_feature = "avx2", not(target_feature = "avx512f")));
 
-/// How long, and on which rays.
+/// The settings of a run.
 #[derive(Clone, Copy)]
 pub struct Plan {
     pub size: u32,
@@ -174,9 +174,9 @@ pub struct Plan {
     pub robust: bool,
     /// Both are held to AVX2.
     pub avx2: bool,
-    /// Print each mode's speed at the first look, and what it finds.
+    /// Print each mode's speed in the first trial, and what it finds.
     pub all_modes: bool,
-    /// Which CPU to stay on; the last one if not told.
+    /// The CPU to stay on; the last one by default.
     pub cpu: Option<usize>,
 }
 
@@ -203,7 +203,7 @@ impl Plan {
 /// Traces every kind of rays of a scene: rows of Embree's best mode, then of its best robust one if wanted.
 ///
 /// # Errors
-/// What Embree or the system says.
+/// An error of Embree or of the system.
 pub fn rows_of(api: &Api, input: &Input, plan: Plan) -> Result<Vec<Row>, String> {
     let scene = &input.scene;
     let bvh = Bvh::build(scene);
@@ -282,7 +282,7 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
 
     let mut looked_at = Vec::new();
     for mode in Mode::all(set.kind, scenes.iter().map(|scene| scene.build)) {
-        let looks = (0..LOOKS).map(|_| embree.time(&mode));
+        let looks = (0..TRIALS).map(|_| embree.time(&mode));
         looked_at.push((looks.fold(f64::INFINITY, f64::min), mode));
         if plan.all_modes {
             let (d, _) = embree.differences(&mode, set, &results);
@@ -342,7 +342,7 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
     }
 }
 
-/// Keeps the calling thread on one CPU, so that the two contenders share its caches and its clock.
+/// Keeps the calling thread on one CPU, so that both programs share its caches and its clock.
 #[cfg(target_os = "linux")]
 fn pin(cpu: Option<usize>) -> Result<(), String> {
     let size = size_of::<libc::cpu_set_t>();

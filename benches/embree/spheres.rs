@@ -1,6 +1,5 @@
-//! Spheres as geometry of our own. Embree's spheres go through its code for curves, ray by ray even in packets;
-//! for a handful of spheres among triangles a callback that takes a packet's lanes together is several times
-//! faster, and an expert would write it. So both are tried.
+//! Spheres as user geometry. Embree's own spheres go through its code for curves, ray by ray even in packets; for a few
+//! spheres among triangles a callback that tests a packet's lanes together is several times faster. So both are tried.
 
 use crate::ffi::{Api, BoundsArguments, Handle, Rays, UserArguments};
 use std::ffi::c_void;
@@ -11,7 +10,7 @@ use std::ffi::c_void;
 /// `geometry` is a user geometry, and `spheres` outlives it.
 pub unsafe fn set(api: &Api, geometry: Handle, spheres: &[[f32; 4]]) {
     let data: *const c_void = spheres.as_ptr().cast();
-    // SAFETY: the callbacks take what the interface says that they are given, and the spheres as user data.
+    // SAFETY: the callbacks take the arguments of Embree's interface, and the spheres as user data.
     unsafe {
         (api.set_geometry_user_primitive_count)(geometry, spheres.len() as u32);
         (api.set_geometry_user_data)(geometry, data.cast_mut());
@@ -126,8 +125,8 @@ fn take<T: Copy, const N: usize>(old: &mut [T; N], hit: &[bool; N], new: &[T; N]
     *old = std::array::from_fn(|i| if hit[i] { new[i] } else { old[i] });
 }
 
-/// Which lanes hit the sphere within their ends, and where; the far side counts where the near one is behind.
-/// Written without branches, so that the compiler takes all lanes at once.
+/// Which lanes hit the sphere within their ends, and where; the far side counts if the near one is behind. Without
+/// branches, so that the compiler vectorises it.
 #[expect(
     clippy::needless_bitwise_bool,
     reason = "lazy operators are branches, which keep the lanes apart"

@@ -1,4 +1,4 @@
-//! Who is right where the two disagree on whether a ray hits, or how far away: every primitive in `f64`, in which the
+//! Decides which program is right where they disagree on a hit or its distance: tests every primitive in `f64`, in which
 //! differences of `f32` coordinates are exact and their products nearly so.
 
 use octray::{
@@ -7,8 +7,8 @@ use octray::{
 };
 use rayon::prelude::*;
 
-/// A ray that one of the two says hits something before its end, and the other not. They may trace it from different ends
-/// (shadow rays), which rounds differently.
+/// A ray that hits something before its end for one program only. Shadow rays may be traced from different ends, which
+/// rounds differently.
 #[derive(Clone, Copy, Debug)]
 pub struct Dispute {
     pub ours: Ray,
@@ -17,7 +17,7 @@ pub struct Dispute {
     pub we_hit: bool,
 }
 
-/// A ray that both say hits something, at different distances.
+/// A ray that both programs say hits something, at different distances.
 #[derive(Clone, Copy, Debug)]
 pub struct Distances {
     pub ray: Ray,
@@ -25,10 +25,10 @@ pub struct Distances {
     pub embree: f32,
 }
 
-/// Distances that differ by less than this share are the same.
+/// Distances that differ by less than this fraction are equal.
 pub const TOLERANCE: f32 = 1e-4;
 
-/// In how many disputes each is right about the ray that it traced.
+/// How often each program is right about the ray that it traced.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Right {
     pub disputes: usize,
@@ -36,7 +36,7 @@ pub struct Right {
     pub embree: usize,
 }
 
-/// More than this are not looked at: each costs a test of every primitive.
+/// At most this many are decided: each costs a test of every primitive.
 const MOST: usize = 1000;
 
 /// Decides the first thousand of the disputes.
@@ -50,12 +50,12 @@ pub fn decide(scene: &Scene, disputes: &[Dispute]) -> Right {
     right
 }
 
-/// As [`decide`], of distances: who is within [`TOLERANCE`] of the nearest hit.
+/// Like [`decide`], for distances: right is within [`TOLERANCE`] of the nearest hit.
 pub fn decide_distances(scene: &Scene, disputes: &[Distances]) -> Right {
     let mut right = Right::default();
     for dispute in disputes.iter().take(MOST) {
         let truth = nearest(scene, &dispute.ray);
-        // Nobody is where there is no hit.
+        // Neither is right if there is no hit.
         let is_right =
             |t: f32| truth.is_finite() && (f64::from(t) - truth).abs() <= f64::from(TOLERANCE) * truth;
         right.disputes += 1;
@@ -86,7 +86,7 @@ fn is_within(t: f64, ray: &Ray) -> bool {
     t > 0.0 && t < f64::from(ray.t_max)
 }
 
-/// Where the ray's line meets the primitive: up to two places, the others not a number.
+/// Where the ray's line meets the primitive: up to two distances, else NaN.
 fn distances(scene: &Scene, id: u32, ray: &Ray) -> [f64; 2] {
     let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     match scene.shape(octray::ray::PrimitiveId(id)) {
@@ -108,7 +108,7 @@ fn distances(scene: &Scene, id: u32, ray: &Ray) -> [f64; 2] {
                 from_center.length_squared() - f64::from(radius).powi(2),
             );
             let a = direction.length_squared();
-            // Not a number where the line passes by.
+            // NaN if the line misses.
             let root = (half_b * half_b - a * c).sqrt();
             [(-half_b - root) / a, (root - half_b) / a]
         }

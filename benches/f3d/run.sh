@@ -4,9 +4,8 @@
 #   bash benches/f3d/run.sh [TRIANGLES ...]     (1 and 10 million by default)
 #
 # Needs f3d and xvfb (Debian: apt-get install f3d xvfb) and a release build of octray (OCTRAY names another one). Both
-# make a picture of 1024x1024; octray with shadows, which f3d does not draw. Prints the median of RUNS (5) of each, from
-# the program's start to its end, and the most memory of a run (where GNU time is there to tell it) as bytes a triangle:
-# octray keeps no copy of the file, so its bytes are not in it.
+# make a picture of 1024x1024; octray with shadows, which f3d does not draw. Prints the median time of RUNS (5) from
+# program start to end, and the peak memory as bytes a triangle if GNU time is installed.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 octray=${OCTRAY:-target/release/octray}
@@ -15,10 +14,10 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 [ $# -gt 0 ] || set -- 1000000 10000000
 for tool in f3d xvfb-run "$octray"; do
-    command -v "$tool" >/dev/null || { echo "$tool is not there; see the head of this script" >&2; exit 1; }
+    command -v "$tool" >/dev/null || { echo "$tool not found; see the head of this script" >&2; exit 1; }
 done
 
-# Seconds of a command, which must leave a picture behind.
+# Seconds of a command that must write a picture.
 seconds() {
     rm -f "$folder/picture.png"
     local start end
@@ -37,7 +36,7 @@ median() {
     sort -n | awk '{ all[NR] = $1 } END { print all[int((NR + 1) / 2)] }'
 }
 
-# Keeps the largest of a program's peaks, KiB.
+# Keeps the largest peak of a program, KiB.
 keep_most() {
     [ ! -e "$folder/memory" ] || cat "$folder/memory" >>"$folder/memory-$1"
 }
@@ -51,7 +50,7 @@ each() {
     fi
 }
 
-# One server for all runs: its start is not f3d's.
+# One server for all runs, so that its start is not counted.
 xvfb-run --auto-servernum --server-args "-screen 0 1280x1280x24" bash -c '
     set -euo pipefail
     '"$(declare -f seconds median keep_most each)"'

@@ -1,12 +1,11 @@
-//! How long it takes to load a mesh, against the least that it could take: reading the file, and two plain loops that
-//! put its numbers into columns.
+//! Loading a mesh, against a lower bound: reading the file, and two plain loops that put its numbers into arrays.
 //!
 //! `cargo bench --bench load -- [TRIANGLES]` makes a grid of that many triangles (2 million by default) as binary and
 //! as ASCII PLY, as binary STL and as OBJ in a temporary folder, and prints the best of several runs of each step.
 //!
-//! What is held against what: the plain loops run on one thread, check nothing and know the layout; ours run on as many
-//! threads as the pool has (`RAYON_NUM_THREADS=1` for one) and check every number. "Parse" is from bytes in memory to a
-//! mesh, "load" from a file to a mesh. Freeing what was made is never counted.
+//! The plain loops run on one thread, check nothing and know the layout; octray runs on all threads of the pool
+//! (`RAYON_NUM_THREADS=1` for one) and checks every number. "Parse" is from bytes in memory to a mesh, "load" from a file
+//! to a mesh. Freeing memory is not counted.
 
 use octray::{
     format::{mesh, ply},
@@ -21,7 +20,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// The program's allocator: page faults are a good part of what is measured.
+/// The program's allocator: page faults are a large part of the time.
 #[path = "../../src/huge_pages.rs"]
 mod huge_pages;
 
@@ -131,7 +130,7 @@ fn plain_loops(body: &[u8], vertices: usize) -> MeshColumns {
     mesh
 }
 
-/// The same of text; the header's lines are passed over.
+/// The same for text; skips the header's lines.
 fn plain_text_loops(text: &[u8], vertices: usize) -> MeshColumns {
     fn float(line: &mut &[u8]) -> f32 {
         *line = line.trim_ascii_start();

@@ -1,4 +1,4 @@
-//! A file mapped into memory: what reading it is held against.
+//! A file mapped into memory, to compare reading with.
 #![allow(
     unsafe_code,
     reason = "the comparison needs what octray itself does without: a mapped file that shrinks ends the program"

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Compares two files of benches/record: python3 benches/record/compare.py OLD NEW [--fail-below SHARE]
 
-Rows are matched by scene, kind of rays and, for `octray bench`, method. Builds are compared where both files have
-them. What is compared of Embree files is the ratio octray/Embree, of others the speed.
+Rows are matched by scene, kind of rays and, for `octray bench`, method. Builds are compared if both files have them.
+For Embree files the ratio octray/Embree is compared, else the speed.
 """
 
 import argparse
@@ -23,7 +23,7 @@ def load(path):
 
 
 def rows(data):
-    """Key (kind, scene, method) to (speed in Mrays/s, what is compared, agrees)."""
+    """Maps (kind, scene, method) to (speed in Mrays/s, compared value, agrees)."""
     found = {}
     for row in data["results"]:
         key = (row["kind"], row["scene"], row.get("method", ""))
@@ -33,7 +33,7 @@ def rows(data):
 
 
 def builds(data):
-    """Key ("build", scene, threads) to (seconds, Embree's time over ours: higher is better)."""
+    """Maps ("build", scene, threads) to (seconds, Embree's time over ours: higher is better)."""
     found = {}
     for row in data.get("builds", []):
         for threads in ("1", "2"):
@@ -50,10 +50,10 @@ def main():
                         help="exit with 5 if a row is below SHARE times its old value")
     arguments = parser.parse_args()
     old, new = load(arguments.old), load(arguments.new)
-    # Older files do not tell all of these.
+    # Older files lack some of these.
     for field in ("machine", "isa", "threads", "avx2", "size", "width", "height", "repeat", "build"):
         if field in old and field in new and old[field] != new[field]:
-            print(f"warning: not the same {field}: {old.get(field)} and {new.get(field)}")
+            print(f"warning: different {field}: {old.get(field)} and {new.get(field)}")
 
     old_rows, new_rows = rows(old), rows(new)
     has_ratio = any("ratio" in row for row in new["results"])
@@ -71,7 +71,7 @@ def main():
         note = "" if agrees else "  does not agree"
         print(f"{key[0]:8}{key[1]:20}{key[2]:8}{before:20.2f}{value:8.2f}{change - 1:+9.1%}{speed:13.2f}{note}")
     for key in old_rows.keys() - new_rows.keys():
-        print(f"{key[0]:8}{key[1]:20}{key[2]:8} is in the old file alone")
+        print(f"{key[0]:8}{key[1]:20}{key[2]:8} is only in the old file")
 
     old_builds, new_builds = builds(old), builds(new)
     for key, (seconds, value) in new_builds.items():

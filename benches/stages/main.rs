@@ -1,11 +1,11 @@
-//! Every stage on its own: loading, building, tracing each kind of rays, whole frames.
+//! Each stage on its own: loading, building, tracing each kind of rays, whole frames.
 //!
 //! ```text
 //! cargo bench --bench stages
 //! cargo bench --bench stages -- mirror
 //! ```
 //!
-//! For comparisons of tracing that are interleaved and checked, see `octray bench`.
+//! `octray bench` compares ways of tracing in turn and checks their hits.
 
 mod scenes;
 #[path = "../common/view.rs"]
@@ -25,7 +25,7 @@ fn main() {
     divan::main();
 }
 
-/// Files in memory to columns.
+/// From files in memory to a scene.
 #[divan::bench(args = NAMES, max_time = 1)]
 fn load(bencher: Bencher, name: &str) {
     let files = &ready(name).files;
@@ -34,7 +34,7 @@ fn load(bencher: Bencher, name: &str) {
         .bench(|| files.load());
 }
 
-/// Columns to the wide tree, on all threads.
+/// From a scene to its BVH, on all threads.
 #[divan::bench(args = NAMES, max_time = 1)]
 fn build(bencher: Bencher, name: &str) {
     let scene = &ready(name).scene;
@@ -43,7 +43,7 @@ fn build(bencher: Bencher, name: &str) {
         .bench(|| Bvh::build(black_box(scene)));
 }
 
-/// One set of rays in memory to hits in memory, on one thread; items are rays. `None`: the scalar reference.
+/// From rays in memory to hits in memory, on one thread; items are rays. `None`: the scalar reference.
 fn trace(bencher: Bencher, name: &str, kind: Kind, method: Option<Method>) {
     let ready = ready(name);
     let Some(set) = ready.workload.sets.iter().find(|set| set.kind == kind) else {

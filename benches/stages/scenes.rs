@@ -1,4 +1,4 @@
-//! What is measured on: the shipped scenes and a generated one, as files in memory and loaded.
+//! The scenes: the shipped ones and a generated one, as files in memory and loaded.
 
 use crate::view;
 use octray::{
@@ -112,7 +112,7 @@ impl Ready {
             .or_else(|| Camera::classic_view(1))
             .expect("there is a view 1");
         let workload = Workload::new(&scene, &bvh, &camera, SIZE, SIZE);
-        // The scalar methods' tree is built at its first use: not while the clock runs.
+        // The scalar tree is built at its first use: before the clock runs.
         bvh.binary(&scene);
         Self {
             files,

@@ -242,7 +242,7 @@ enum Part {
 }
 
 impl<'a> Above<'a> {
-    /// Appends the node for `top`, then what is below it; answers how deep that goes.
+    /// Appends the node for `top`, then what is below it; returns its depth.
     fn write(&mut self, top: &'a Top) -> usize {
         let node_i = self.nodes.len();
         self.nodes.push(Vec::new());
@@ -313,7 +313,7 @@ impl<B: FromScene> Emission<'_, B> {
         );
     }
 
-    /// Writes the next node in line and all below it; answers the box around it.
+    /// Writes the next node in line and all below it; returns the box around it.
     fn node(&mut self) -> Box8 {
         let node_i = self.written.node;
         self.written.node += 1;
@@ -341,7 +341,7 @@ impl<B: FromScene> Emission<'_, B> {
         bounds
     }
 
-    /// Writes the next block in line; answers the box around it.
+    /// Writes the next block in line; returns the box around it.
     fn block(&mut self, ids: &[PrimitiveId]) -> (Child, Box8) {
         let first_sphere = self.scene.triangles().corners.len();
         if (ids[0].0 as usize) < first_sphere {

@@ -135,8 +135,8 @@ impl Divider for BySurfaceArea {
     }
 }
 
-/// A binary tree that is there already, in whose leaves' order the boxes are, down to sets that may fit a block; below
-/// those, the surface area heuristic.
+/// Divides like an existing binary tree, whose leaf order the boxes have, down to sets that may fit a block; below
+/// those by the surface area heuristic.
 #[derive(Clone, Copy)]
 struct AsIn<'a> {
     tree: &'a BinaryTree,
@@ -310,7 +310,7 @@ impl Planned for Builder<'_> {
 }
 
 impl Builder<'_> {
-    /// Appends the tree over `boxes` and answers the box around them.
+    /// Appends the tree over `boxes` and returns the box around them.
     fn divide<D: Divider>(&mut self, boxes: &mut [Box8], first: usize, divider: D, levels: u32) -> Box8 {
         let node_i = self.nodes.len();
         self.nodes.push(Node {

@@ -1,5 +1,5 @@
-//! Non-temporal stores, for what is read only much later: they spare a cache from fetching what is to be overwritten,
-//! and from evicting other memory. Write whole cache lines at once, or they go to memory piece by piece.
+//! Non-temporal stores, for memory that is read only much later: the cache neither fetches what will be overwritten nor
+//! evicts other memory. Write whole cache lines at once, or they go to memory piece by piece.
 #![allow(
     unsafe_code,
     reason = "these stores have no safe name; see docs/lab-notes.md#streamed-hits"

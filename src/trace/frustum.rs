@@ -450,7 +450,7 @@ impl Frustum {
         let least = |axis: usize| low[axis].max(-high[axis]);
         let k = (0..3).max_by(|&p, &q| least(p).total_cmp(&least(q)))?;
         let along = least(k);
-        // Some rays go the other way, or there are none.
+        // Some rays go the other way, or no ray is live.
         if !(LEAST_ALONG_K..=1.5).contains(&along) {
             return None;
         }

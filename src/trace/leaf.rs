@@ -37,7 +37,7 @@ const PLACES: usize = REGISTER_LANES;
 
 /// A leaf and the packets that may hit something in it; with sixteen [triangle lanes](Lanes::Triangles), a second
 /// leaf, so that both blocks are prepared in one register and the loops' overhead is paid once. Without a second one,
-/// its packets are none and `child` repeats the first.
+/// its packet mask is 0 and `child` repeats the first.
 // Tuned: see docs/lab-notes.md#two-leaves
 #[derive(Clone, Copy)]
 pub(super) struct Leaves {

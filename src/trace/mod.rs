@@ -45,7 +45,7 @@ use room::{RayLanes, Rooms};
 use sheared::ShearedSpace;
 use sink::{Hits, ResultSink};
 
-/// Packets of a bundle at most: as many as the widest register has lanes.
+/// Packets of a bundle at most: the lanes of the widest register.
 // Tuned: see docs/lab-notes.md#bundle-packets
 const PACKETS: usize = REGISTER_LANES;
 

@@ -1,4 +1,5 @@
 //! Sets of pairs of a node's child and a packet, as bits.
+// Tuned: see docs/lab-notes.md#branch-free-loops
 
 use super::PACKETS;
 

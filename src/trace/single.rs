@@ -24,7 +24,7 @@ use crate::{
 };
 use glam::Vec3;
 
-/// A single-ray task: a ray that goes on alone in a subtree.
+/// A single-ray task: a ray to trace through a subtree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SingleRayTask {
     /// Packet times lanes plus lane.
@@ -292,7 +292,7 @@ impl Tracer<'_> {
     }
 }
 
-/// Gives a slot the next ray that may still hit something; `false` if there is none.
+/// Gives a slot the next ray that may still hit something; `false` if no task is left.
 #[inline(always)]
 fn start<B: TriangleLeaf, M: Memory>(
     slot: &mut Slot,

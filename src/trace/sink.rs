@@ -19,7 +19,7 @@ use crate::{
 // Tuned: see docs/lab-notes.md#streamed-hits
 pub(super) const AHEAD: usize = 16;
 
-/// Calls with more bytes of hits than this write them past the caches, which would fetch what is to be overwritten
+/// Calls with more bytes of hits than this write them past the caches, which would fetch memory only to overwrite it
 /// and evict the first hits before the caller reads them.
 // Tuned: see docs/lab-notes.md#streamed-hits
 const LONG: usize = 4 << 20;
@@ -170,7 +170,7 @@ mod tests {
         let packets = LONG / size_of::<HitPacket>() + 100;
         let rays: Vec<RayPacket> = (0..packets)
             .map(|i| {
-                // The rays of so many packets go into the scene, past it, or every way.
+                // Runs of 512 packets: into the scene, past it, every way.
                 let (way, spread) = [(Vec3::ONE, 0.4), (Vec3::NEG_X, 0.1), (Vec3::ONE, 9.0)][i / 512 % 3];
                 let none = [0.0, 0.0, 0.0, vector().x][i % 4];
                 let t_max = F32x8::from([none, 1.0, 1.0, none, 4.0, 4.0, none, 4.0]);
