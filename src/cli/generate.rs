@@ -90,7 +90,7 @@ pub fn run(args: &GenerateArgs) -> Result<String, CliError> {
 
 fn sphere_count(generated: &Generated) -> usize {
     let balls = |shape: &Shape| match shape {
-        Shape::Balls(balls) => balls.len(),
+        Shape::Spheres(balls) => balls.len(),
         Shape::Mesh(_) => 0,
     };
     generated.parts.iter().map(|part| balls(&part.shape)).sum()

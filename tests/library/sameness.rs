@@ -136,7 +136,7 @@ fn without_shadows_and_with_many_levels_too() {
 #[test]
 fn generated_scenes_are_the_same_in_every_mode() {
     for kind in Kind::ALL {
-        let count = Some(kind.least_count().max(20_000));
+        let count = Some(kind.min_count().max(20_000));
         let generated = generate(kind, Options { seed: 5, count }).expect("a count within its limits");
         let camera = generated.view.camera().expect("a view");
         let scene = generated.into_scene().expect("a scene");
