@@ -1,13 +1,12 @@
-//! Every number that a classic `.scn` scene implies. Their source is the course's assignment text and the C
-//! framework that came with it, unless a line says otherwise.
+//! The constants of classic `.scn` scenes: those of the ray tracing assignment that defined the format.
 
 use glam::DVec3;
 
 /// Ambient light I_a, the same in all channels.
 pub const AMBIENT: f32 = 0.05;
-/// Colour where a ray leaves the scene.
+/// Background colour, linear RGB.
 pub const BACKGROUND: [f32; 3] = [1.0, 1.0, 1.0];
-/// Colour of the silhouette material.
+/// Colour of the silhouette material, linear RGB.
 pub const SILHOUETTE: [f32; 3] = [1.0, 0.0, 0.0];
 /// Blinn-Phong: diffuse colour c_d.
 pub const DIFFUSE: [f32; 3] = [1.0, 0.0, 0.0];
@@ -19,20 +18,20 @@ pub const K_D: f32 = 0.8;
 pub const K_S: f32 = 0.5;
 /// Blinn-Phong: exponent alpha.
 pub const ALPHA: u32 = 50;
-/// Reflection: the share of what the mirror shows; the rest is matte.
+/// Reflection: weight of the mirrored ray; the rest is matte.
 pub const MIRROR_SHARE: f32 = 0.25;
-/// A ray of this level returns the background; camera rays are level 0.
+/// Maximum ray depth: camera rays and two reflections.
 pub const MAX_DEPTH: u32 = 3;
 /// Vertical field of view, degrees.
 pub const FOV_DEGREES: f64 = 45.0;
-/// What the camera looks at.
+/// The point that the camera looks at.
 pub const TARGET: DVec3 = DVec3::new(0.0, 0.0, 0.5);
-/// Which way is up.
+/// The up vector.
 pub const UP: DVec3 = DVec3::new(0.0, 0.0, 1.0);
 /// Width and height of the picture, pixels.
 pub const IMAGE_SIZE: u32 = 512;
 
-/// The framework's viewpoints 1 to 6: azimuth and rotation about z in degrees, distance.
+/// Viewpoints 1 to 6: azimuth and rotation about z in degrees, distance.
 const VIEWPOINTS: [[f64; 3]; 6] = [
     [-40.0, 25.0, 6.5],
     [-27.5, -30.5, 2.0],
@@ -42,9 +41,9 @@ const VIEWPOINTS: [[f64; 3]; 6] = [
     [-80.3, 27.0, 1.1],
 ];
 
-/// Where the eye of viewpoint `view` (1 to 6) stands; `None` for another number.
+/// Returns the eye of viewpoint `view`, 1 to 6; `None` for another number.
 ///
-/// The eye starts at (distance, 0, 0), turns about y by the azimuth and then about z.
+/// The eye starts at (distance, 0, 0) and is rotated about y by the azimuth, then about z.
 #[must_use]
 pub fn viewpoint(view: u32) -> Option<DVec3> {
     let [azimuth, rot_z, distance] = *VIEWPOINTS.get(view.checked_sub(1)? as usize)?;

@@ -1,33 +1,29 @@
-//! Boxes, the scalar multiply-add that matches [`simd`](crate::simd), and vector helpers in a fixed order
-//! of operations.
+//! Boxes, and the scalar twins of the [`simd`](crate::simd) operations.
 //!
-//! glam's own `dot`, `cross` and `normalize` leave the order and the rounding of their operations to glam;
-//! what decides a hit or a colour goes through the functions here, whose eight-wide twins in `simd` do the
-//! same operations in the same order.
+//! What decides a hit or a colour uses these functions, because glam does not specify the order and rounding of its
+//! own. The twins in `simd` do the same operations in the same order.
 
 use glam::Vec3;
 
-/// Whether [`mul_add`] and its eight-wide twin round once (fused) or twice in this build.
-///
-/// Tried: never fusing, so that builds without FMA make the same bits as those with it. Camera rays on the generated
-/// figure lost 10 %, shadow rays 4 to 10 %, the other rows nothing beyond noise (Zen 5, medians of four runs in turn).
+/// Whether [`mul_add`] and its SIMD twin are fused in this build.
+// Tuned: see docs/lab-notes.md#fused
 pub const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
-/// `a * b + c`, fused in exactly the builds in which `simd::mul_add` is fused.
+/// Returns `a * b + c`, fused in exactly the builds in which `simd::mul_add` is.
 #[inline(always)]
 #[must_use]
 pub fn mul_add(a: f32, b: f32, c: f32) -> f32 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// Dot product: `a.x b.x + (a.y b.y + a.z b.z)`, by [`mul_add`].
+/// Returns the dot product `a.x b.x + (a.y b.y + a.z b.z)`, by [`mul_add`].
 #[inline(always)]
 #[must_use]
 pub fn dot(a: Vec3, b: Vec3) -> f32 {
     mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z))
 }
 
-/// Cross product; each component is `a * b - c * d` with the first product fused.
+/// Returns the cross product; each component is `a * b - c * d` with the first product fused.
 #[inline(always)]
 #[must_use]
 pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
@@ -38,48 +34,48 @@ pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
     )
 }
 
-/// `a + b * s` by [`mul_add`].
+/// Returns `b * s + a` by [`mul_add`].
 #[inline(always)]
 #[must_use]
 pub fn mul_add3(b: Vec3, s: f32, a: Vec3) -> Vec3 {
     Vec3::new(mul_add(b.x, s, a.x), mul_add(b.y, s, a.y), mul_add(b.z, s, a.z))
 }
 
-/// `v * (1 / |v|)`: off unit length by one rounding more than `v / |v|`, for a third of the divisions (shading and film
-/// take 5 to 11 % less time). NaN for a zero vector.
+/// Returns `v * (1 / |v|)`, with one rounding more than `v / |v|` but a single division. NaN for a zero vector.
+// Tuned: see docs/lab-notes.md#normalize
 #[inline(always)]
 #[must_use]
 pub fn normalize(v: Vec3) -> Vec3 {
     v * (1.0 / dot(v, v).sqrt())
 }
 
-/// A power of two that brings `size` near 1, so that squares of what is as large stay within `f32`. Products with it are
-/// exact. For sizes from 0 to below 2^127.
+/// Returns a power of two that scales `size` to near 1, so that squares stay in the range of `f32`. Products with it are
+/// exact. `size` must be from 0 to below 2^127.
 #[inline(always)]
 #[must_use]
 pub fn scale_to_one(size: f32) -> f32 {
     f32::from_bits((254_u32 << 23).wrapping_sub(size.to_bits() & EXPONENT))
 }
 
-/// The bits of an exponent.
+/// The exponent bits of an `f32`.
 pub(crate) const EXPONENT: u32 = 0xff << 23;
 
-/// The larger of two numbers, by comparison: `b` if either is NaN. Twin of `simd::max`.
+/// Returns the larger number, or `b` if either is NaN. Twin of `simd::max`.
 #[inline(always)]
 #[must_use]
 pub fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// The smaller of two numbers, by comparison: `b` if either is NaN. Twin of `simd::min`.
+/// Returns the smaller number, or `b` if either is NaN. Twin of `simd::min`.
 #[inline(always)]
 #[must_use]
 pub fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// `d`, moved away from 0 to at least 1e-18 with its sign kept: what the slab test divides by, so that its
-/// reciprocals are finite and 0 times one of them is 0.
+/// Returns `d` with its magnitude raised to at least [`MIN_ABS_DIRECTION`]. The slab test divides by it, so its
+/// reciprocals are finite, and 0 times one of them is 0.
 #[inline(always)]
 #[must_use]
 pub fn min_abs_direction(d: f32) -> f32 {
@@ -90,17 +86,17 @@ pub fn min_abs_direction(d: f32) -> f32 {
     }
 }
 
-/// See [`min_abs_direction`].
+/// The least magnitude of a direction component in the slab test.
 pub const MIN_ABS_DIRECTION: f32 = 1e-18;
 
-/// The largest absolute component.
+/// Returns the largest absolute component.
 #[inline(always)]
 #[must_use]
 pub fn max_abs(v: Vec3) -> f32 {
     max(max(v.x.abs(), v.y.abs()), v.z.abs())
 }
 
-/// `x` to the power of a whole number, by repeated squaring.
+/// Returns `x` to an integer power, by repeated squaring.
 #[inline(always)]
 #[must_use]
 pub fn powi(x: f32, exponent: u32) -> f32 {
@@ -127,13 +123,13 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// Contains nothing; the neutral element of [`Aabb::union`]. Finite, so that arithmetic on it is.
+    /// The empty box, the neutral element of [`Aabb::union`]. Finite, so that arithmetic on it stays finite.
     pub const EMPTY: Self = Self {
         lower: Vec3::splat(1e30),
         upper: Vec3::splat(-1e30),
     };
 
-    /// The smallest box around `points`.
+    /// Returns the bounding box of `points`.
     #[must_use]
     pub fn around(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |b, p| Self {
@@ -142,7 +138,7 @@ impl Aabb {
         })
     }
 
-    /// The smallest box around both.
+    /// Returns the bounding box of both.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self {
@@ -151,13 +147,13 @@ impl Aabb {
         }
     }
 
-    /// Whether the box contains no point.
+    /// Returns whether the box contains no point.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.lower.cmpgt(self.upper).any()
     }
 
-    /// Length of the diagonal; 0 for the empty box.
+    /// Returns the length of the diagonal; 0 for the empty box.
     #[must_use]
     pub fn diagonal(self) -> f32 {
         if self.is_empty() {
@@ -167,7 +163,7 @@ impl Aabb {
         }
     }
 
-    /// The largest absolute coordinate of the box; 0 for the empty box.
+    /// Returns the largest absolute coordinate; 0 for the empty box.
     #[must_use]
     pub fn max_abs(self) -> f32 {
         if self.is_empty() {

@@ -1,33 +1,33 @@
-//! Rays and hits, single and eight-wide; which of two hits counts.
+//! Rays and hits, single and in packets of eight. Coordinates are relative to the origin of the scene.
 
 use crate::simd::{F32x8, LANES, Vec3x8, splat};
 use glam::Vec3;
 
-/// Which primitive: triangles count from 0, spheres go on where the triangles end.
+/// The id of a primitive: triangles from 0, then spheres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PrimitiveId(pub u32);
 
 impl PrimitiveId {
-    /// No primitive: the ray hit nothing.
+    /// No primitive; the id of a miss.
     pub const NONE: Self = Self(u32::MAX);
 }
 
-/// The t of a ray that ends nowhere. Finite, so that products with 0 are not NaN.
+/// The `t_max` of a ray without end. Finite, so that products with 0 are not NaN.
 pub const T_MAX: f32 = f32::MAX;
 
-/// A half-line or, with a finite `t_max`, a segment: t in (0, t_max), both ends excluded.
+/// A ray for t in (0, t_max), both ends excluded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where t is 0, scene units.
+    /// The point at t = 0, scene units.
     pub origin: Vec3,
-    /// Unit length, so that t is a distance in scene units.
+    /// A unit vector, so that t is a distance in scene units.
     pub direction: Vec3,
-    /// Hits count only below this t.
+    /// The end of the ray, scene units.
     pub t_max: f32,
 }
 
 impl Ray {
-    /// A ray without end.
+    /// Makes a ray without end.
     #[must_use]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self {
@@ -38,21 +38,21 @@ impl Ray {
     }
 }
 
-/// What a ray hit first.
+/// The closest hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Distance along the ray, scene units; [`T_MAX`] (or the ray's `t_max`) for a miss.
+    /// Distance along the ray, scene units; the ray's `t_max` for a miss.
     pub t: f32,
     /// Barycentric weight of a triangle's second corner; 0 on spheres.
     pub u: f32,
     /// Barycentric weight of a triangle's third corner; 0 on spheres.
     pub v: f32,
-    /// What was hit; [`PrimitiveId::NONE`] for a miss.
+    /// The primitive; [`PrimitiveId::NONE`] for a miss.
     pub primitive: PrimitiveId,
 }
 
 impl Hit {
-    /// No hit before `t_max`.
+    /// Makes a miss of a ray that ends at `t_max`.
     #[inline(always)]
     #[must_use]
     pub fn miss(t_max: f32) -> Self {
@@ -64,34 +64,34 @@ impl Hit {
         }
     }
 
-    /// Whether a candidate at `t` on `primitive` replaces this hit: nearer, or equally near with the lower
-    /// id. A miss holds the ray's `t_max`, which itself is excluded.
+    /// Returns whether a candidate at `t` on `primitive` replaces this hit: a smaller t, or an equal t and a lower id.
+    /// A candidate at a miss's `t_max` is excluded.
     #[inline(always)]
     #[must_use]
     pub fn loses_to(&self, t: f32, primitive: PrimitiveId) -> bool {
         t < self.t || (t == self.t && self.primitive != PrimitiveId::NONE && primitive < self.primitive)
     }
 
-    /// Whether anything was hit.
+    /// Returns whether this is a hit, not a miss.
     #[must_use]
     pub fn is_hit(&self) -> bool {
         self.primitive != PrimitiveId::NONE
     }
 }
 
-/// Eight rays, but for where they start: that is often the same for many packets, and [`Origins`] say it. Two cache lines.
-/// A lane without a ray has `t_max` 0 (and any unit direction): it hits nothing.
+/// Directions and ends of eight rays, two cache lines. Origins are apart ([`Origins`]), because packets often share one.
+/// A lane without a ray has `t_max` 0 and any unit direction.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub struct RayPacket {
-    /// Unit length.
+    /// Unit vectors.
     pub direction: Vec3x8,
-    /// Hits count only below this t.
+    /// The ends of the rays, scene units.
     pub t_max: F32x8,
 }
 
 impl RayPacket {
-    /// Lane `i` as a ray from `origin`.
+    /// Returns lane `i` as a ray from `origin`.
     #[inline(always)]
     #[must_use]
     pub fn ray(&self, i: usize, origin: Vec3) -> Ray {
@@ -103,27 +103,27 @@ impl RayPacket {
     }
 }
 
-/// Where the rays of packets start: where t is 0.
+/// The origins of packets of rays, scene units.
 #[derive(Clone, Copy, Debug)]
 pub enum Origins<'a> {
-    /// All at one point, scene units. What depends on it alone is shared then.
+    /// One origin of all rays.
     Shared(Vec3),
-    /// Each ray at a point of its own, scene units: one vector a packet.
+    /// One origin per ray, eight for each packet.
     Separate(&'a [Vec3x8]),
 }
 
-/// Packets of rays and where they start.
+/// Packets of rays with shared or separate origins.
 #[derive(Clone, Debug, Default)]
 pub struct RayPackets {
     packets: Vec<RayPacket>,
-    /// Where all of them start, or `None`: as `origins` say.
+    /// The shared origin; `None` for separate ones.
     shared: Option<Vec3>,
-    /// As long as `packets`, or empty.
+    /// As long as `packets`, or empty with a shared origin.
     origins: Vec<Vec3x8>,
 }
 
 impl RayPackets {
-    /// No rays yet; all will start at `origin`.
+    /// Makes an empty list for rays with a shared origin; the default is for separate origins.
     #[must_use]
     pub fn sharing(origin: Vec3) -> Self {
         Self {
@@ -132,41 +132,47 @@ impl RayPackets {
         }
     }
 
-    /// Forgets all rays; those to come start at `origin`, or each at its own point.
+    /// Removes all rays. The next ones start at `origin`, or at separate origins if `None`.
     pub fn restart(&mut self, origin: Option<Vec3>) {
         self.packets.clear();
         self.origins.clear();
         self.shared = origin;
     }
 
-    /// Makes room for so many packets.
+    /// Reserves memory for this many packets.
     pub fn reserve(&mut self, packets: usize) {
         self.packets.reserve(packets);
         self.origins.reserve(packets);
     }
 
-    /// Adds a packet.
+    /// Adds a packet that starts at the shared origin.
     ///
     /// # Panics
-    /// If rays start at points of their own: then these are to be told ([`RayPackets::push_from`]).
+    /// If there is no shared origin; see [`RayPackets::push_from`].
     #[inline(always)]
     pub fn push(&mut self, packet: RayPacket) {
-        assert!(self.shared.is_some(), "these rays share their origin");
+        assert!(
+            self.shared.is_some(),
+            "a packet without origins needs a shared origin"
+        );
         self.packets.push(packet);
     }
 
-    /// Adds a packet of rays that start at points of their own.
+    /// Adds a packet with separate origins.
     ///
     /// # Panics
-    /// If all rays share one origin.
+    /// If there is a shared origin.
     #[inline(always)]
     pub fn push_from(&mut self, origin: Vec3x8, packet: RayPacket) {
-        assert!(self.shared.is_none(), "these rays have their own origins");
+        assert!(
+            self.shared.is_none(),
+            "a packet with origins cannot have a shared origin"
+        );
         self.packets.push(packet);
         self.origins.push(origin);
     }
 
-    /// Adds eight rays. (If all share one origin, theirs must be that.)
+    /// Adds eight rays. With a shared origin, their own origins are ignored.
     pub fn push_rays(&mut self, rays: &[Ray; LANES]) {
         let packet = RayPacket {
             direction: Vec3x8::from_lanes(rays.map(|ray| ray.direction)),
@@ -178,14 +184,14 @@ impl RayPackets {
         }
     }
 
-    /// The packets.
+    /// Returns the packets.
     #[inline(always)]
     #[must_use]
     pub fn packets(&self) -> &[RayPacket] {
         &self.packets
     }
 
-    /// Where the rays start.
+    /// Returns the origins of all packets.
     #[inline(always)]
     #[must_use]
     pub fn origins(&self) -> Origins<'_> {
@@ -195,7 +201,7 @@ impl RayPackets {
         }
     }
 
-    /// Where the rays of packet `i` start.
+    /// Returns the origins of packet `i`.
     #[inline(always)]
     #[must_use]
     pub fn origin(&self, i: usize) -> Vec3x8 {
@@ -205,7 +211,7 @@ impl RayPackets {
         }
     }
 
-    /// A ray of packet `i`.
+    /// Returns a ray of packet `i`.
     #[must_use]
     pub fn ray(&self, i: usize, lane: usize) -> Ray {
         let origin = match self.shared {
@@ -216,22 +222,22 @@ impl RayPackets {
     }
 }
 
-/// What eight rays hit first, a column a field of [`Hit`]. Two cache lines.
+/// The closest hits of eight rays, the fields of [`Hit`] as arrays. Two cache lines.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct HitPacket {
-    /// Distances.
+    /// Distances, scene units.
     pub t: F32x8,
     /// Barycentric weights of the second corner.
     pub u: F32x8,
     /// Barycentric weights of the third corner.
     pub v: F32x8,
-    /// Primitives, as the raw value of [`PrimitiveId`].
+    /// Primitives, the raw values of [`PrimitiveId`].
     pub primitive: [u32; LANES],
 }
 
 impl HitPacket {
-    /// Eight misses below `t_max`.
+    /// Makes eight misses of rays that end at `t_max`.
     #[must_use]
     pub fn miss(t_max: F32x8) -> Self {
         Self {
@@ -242,7 +248,7 @@ impl HitPacket {
         }
     }
 
-    /// Lane `i` as a hit.
+    /// Returns lane `i` as a hit.
     #[must_use]
     pub fn hit(&self, i: usize) -> Hit {
         Hit {
@@ -253,7 +259,7 @@ impl HitPacket {
         }
     }
 
-    /// Puts `hit` into lane `i`.
+    /// Sets lane `i` to `hit`.
     #[inline(always)]
     pub fn set_hit(&mut self, i: usize, hit: &Hit) {
         self.t.as_mut_array()[i] = hit.t;

@@ -1,4 +1,4 @@
-//! Timing whole frames, with one thread and with all, in turns.
+//! Timing of whole frames.
 
 use crate::{
     accel::Bvh,
@@ -7,14 +7,14 @@ use crate::{
 };
 use std::{ops::ControlFlow, time::Duration};
 
-/// What frames of a scene take with a number of threads, without writing files.
+/// The times of frames with a number of threads, without writing files.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameTimes {
-    /// How many threads.
+    /// Number of threads.
     pub threads: usize,
-    /// The median frame's wall-clock time.
+    /// Wall-clock time of the median frame.
     pub frame: Duration,
-    /// What the median frame's threads did, added up.
+    /// Time by stage of the median frame, summed over the threads.
     pub tiles: TileTimes,
     /// (slowest - fastest) / median.
     pub spread: f64,
@@ -22,10 +22,10 @@ pub struct FrameTimes {
     pub rays: RayCounts,
 }
 
-/// Renders `repeat` frames into bytes with each number of threads, in turns, after one frame each that does not count.
+/// Times `repeat` frames with each number of threads, alternating, after a warm-up frame each.
 ///
 /// # Errors
-/// [`RenderError`], if the settings are out of their limits.
+/// [`RenderError`] if a setting is out of range.
 pub fn frame_times(
     scene: &Scene,
     bvh: &Bvh,

@@ -1,4 +1,4 @@
-//! Timing ways of tracing against each other on the same rays, interleaved, and checking that all agree.
+//! Timing of the tracing methods on the same rays, alternating, with their results compared bit for bit.
 
 use super::workload::{Kind, RaySet};
 use crate::{
@@ -11,16 +11,16 @@ use crate::{
 };
 use std::time::Instant;
 
-/// A way of tracing.
+/// A tracing method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// The scalar reference over the binary BVH: the baseline, and the truth that the others are held to.
+    /// The scalar reference over the binary BVH, the baseline.
     Scalar,
-    /// Packets of eight, each on its own.
+    /// Packets of eight rays.
     Packet,
-    /// One ray against eight boxes at a time.
+    /// Single rays against eight boxes at a time.
     Single,
-    /// What the renderer uses: bundles, packets or single rays, as the rays want it.
+    /// The renderer's choice of bundles, packets or single rays.
     Render,
 }
 
@@ -28,7 +28,7 @@ impl Method {
     /// All methods.
     pub const ALL: [Self; 4] = [Self::Scalar, Self::Packet, Self::Single, Self::Render];
 
-    /// "scalar", "packet", "single" or "render".
+    /// Returns "scalar", "packet", "single" or "render".
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -40,38 +40,38 @@ impl Method {
     }
 }
 
-/// One row of results.
+/// The measurement of one method on one kind of rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Measurement {
-    /// What the rays are for.
+    /// The kind of rays.
     pub kind: Kind,
-    /// How they were traced.
+    /// The tracing method.
     pub method: Method,
-    /// How many rays.
+    /// Number of rays.
     pub rays: u64,
-    /// How many hit (shadow rays: were blocked).
+    /// Number of hits, or of occluded shadow rays.
     pub hits: u64,
-    /// Sum of the distances to all hits; 0 for shadow rays.
+    /// Sum of t over all hits; 0 for shadow rays.
     pub t_sum: f64,
-    /// Millions of rays a second, median of the repetitions.
+    /// Millions of rays per second, median of the repetitions.
     pub mrays_per_s: f64,
     /// (slowest - fastest) / median.
     pub spread: f64,
-    /// Whether every hit is the scalar reference's, bit for bit.
+    /// Whether all results equal those of the scalar reference, bit for bit.
     pub agree: bool,
 }
 
-/// Results of one method over a set, packets in the set's order.
+/// The results of one method, packets in the order of the set.
 #[derive(Debug, Default)]
 pub struct Results {
-    /// Camera and mirror rays: what they hit first.
+    /// Closest hits of camera and mirror rays.
     pub hits: Vec<HitPacket>,
-    /// Shadow rays: a bit a lane, set where something blocks the ray.
+    /// Occlusion of shadow rays, a bit per lane.
     pub blocked: Vec<u8>,
 }
 
 impl Results {
-    /// Whether two methods found the same, bit for bit.
+    /// Returns whether two results are equal, bit for bit.
     #[must_use]
     pub fn same(&self, other: &Self) -> bool {
         let bits = |h: &HitPacket| {
@@ -101,11 +101,10 @@ impl Results {
     }
 }
 
-/// Ray packets that are turned around at a time, for then they stay in the cache: as many as the renderer's tile of 128x16
-/// pixels holds.
+/// Shadow packets that are reversed at a time, so that they stay in the cache: those of a tile of 128x16 pixels.
 const BATCH: usize = 256;
 
-/// Shadow rays from their light to the surface.
+/// Returns shadow rays from their light to the surface.
 fn reversed(packet: &RayPacket) -> RayPacket {
     RayPacket {
         direction: -packet.direction,
@@ -145,8 +144,9 @@ fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
     }
 }
 
-/// Memory for a set's results, once: those of the last time are written over.
-fn make_room(set: &RaySet, results: &mut Results) {
+/// Traces a set into `results`, whose memory is reused: from rays in memory to hit records in memory, with
+/// everything that the tracer needs in between.
+pub fn trace_set(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
     let packets = set.groups.iter().map(|(_, rays)| rays.packets().len()).sum();
     let (hits, blocked) = if set.kind == Kind::Shadow {
         (0, packets)
@@ -155,10 +155,6 @@ fn make_room(set: &RaySet, results: &mut Results) {
     };
     results.hits.resize(hits, HitPacket::miss(F32x8::ZERO));
     results.blocked.resize(blocked, 0);
-}
-
-fn run_simd(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
-    make_room(set, results);
     let mut reversed_rays = Vec::with_capacity(BATCH);
     let mut start = 0;
     for (light, rays) in &set.groups {
@@ -178,7 +174,7 @@ fn run_simd(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
     }
 }
 
-/// What the scalar reference finds: the truth that every method is held to.
+/// Returns the results of the scalar reference, which those of every method must equal.
 #[must_use]
 pub fn reference(scene: &Scene, bvh: &Bvh, set: &RaySet) -> Results {
     let mut results = Results::default();
@@ -186,15 +182,9 @@ pub fn reference(scene: &Scene, bvh: &Bvh, set: &RaySet) -> Results {
     results
 }
 
-/// Traces a set into `results`, whose memory is reused: from rays in memory to hit records in memory, with
-/// everything that the tracer needs in between.
-pub fn trace_set(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
-    run_simd(tracer, set, results);
-}
-
-/// Times `methods` on the rays of `set`, `repeat` times each, in turn; on this thread alone. Everything that a
-/// method needs between rays in memory and hit records in memory is timed, the reversal of shadow rays
-/// included.
+/// Times `methods` on the rays of `set`, `repeat` times each, alternating, on the calling thread.
+///
+/// The time includes everything from rays in memory to hit records in memory, also the reversal of shadow rays.
 #[must_use]
 pub fn compare(
     scene: &Scene,
@@ -205,8 +195,8 @@ pub fn compare(
 ) -> Vec<Measurement> {
     let binary = bvh.binary(scene);
     let packets = set.groups.iter().map(|(_, rays)| rays.packets().len()).sum();
-    let mut truth = Results::default();
-    run_scalar(binary, set, &mut truth);
+    let mut expected = Results::default();
+    run_scalar(binary, set, &mut expected);
 
     let mut tracers = [
         trace::Method::Packet,
@@ -229,13 +219,13 @@ pub fn compare(
                     results.blocked.clear();
                     run_scalar(binary, set, &mut results);
                 }
-                Method::Packet => run_simd(&mut tracers[0], set, &mut results),
-                Method::Single => run_simd(&mut tracers[1], set, &mut results),
-                Method::Render => run_simd(&mut tracers[2], set, &mut results),
+                Method::Packet => trace_set(&mut tracers[0], set, &mut results),
+                Method::Single => trace_set(&mut tracers[1], set, &mut results),
+                Method::Render => trace_set(&mut tracers[2], set, &mut results),
             }
             times[method_i].push(start.elapsed().as_secs_f64());
             let (hits, t_sum) = results.count();
-            rows[method_i] = (hits, t_sum, rows[method_i].2 && results.same(&truth));
+            rows[method_i] = (hits, t_sum, rows[method_i].2 && results.same(&expected));
         }
     }
     methods

@@ -1,5 +1,5 @@
-//! The workload that speed is judged by, and how it is measured: the same rays for every way of tracing, one
-//! thread, and no figure without agreement; whole frames with one thread and with all.
+//! The benchmark: a fixed workload of rays, traced by every method on one thread with results compared bit for bit, and
+//! whole frames on one and on all threads.
 
 mod frame;
 mod machine;

@@ -1,4 +1,4 @@
-//! Scenes to measure on, of the kinds that a ray tracer meets: made up from a seed, so that everybody has them.
+//! The benchmark scenes: typical kinds, generated from a seed, so that everybody has them.
 
 use crate::{
     generate::{GenerateError, Kind, Options, View, generate},
@@ -6,27 +6,27 @@ use crate::{
 };
 use std::fmt;
 
-/// A scene of the suite, not yet made.
+/// The description of a benchmark scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SuiteScene {
-    /// What results call it.
+    /// The name in results.
     pub name: &'static str,
-    /// What it is.
+    /// The kind to generate.
     pub kind: Kind,
-    /// Triangles (at most, and nearly) or spheres.
+    /// Number of spheres, or the most triangles.
     pub count: usize,
-    /// How far the eye is from what it looks at, relative to the kind's own view.
+    /// Distance of the eye from its target, relative to the kind's own view.
     pub distance: f64,
 }
 
-/// Why a scene of the suite could not be made: only a count of the caller's own can be out of its limits.
+/// A scene of the suite could not be made; possible only with a count out of range.
 #[derive(Debug)]
 pub enum SuiteError {
     /// See [`GenerateError`].
     Generate(GenerateError),
     /// See [`CameraError`].
     Camera(CameraError),
-    /// The primitives are not valid; says why.
+    /// The primitives are not valid; the text says why.
     Scene(String),
 }
 
@@ -42,8 +42,8 @@ impl fmt::Display for SuiteError {
 
 impl std::error::Error for SuiteError {}
 
-/// The suite: a few thousand triangles that fill little of the picture, a figure as dense as a scan, an interior,
-/// a height field of about a triangle a pixel, triangles far smaller than pixels, and spheres.
+/// Returns the suite: few triangles that fill little of the picture, a figure as dense as a scan, an interior, a height
+/// field of about one triangle per pixel, triangles far smaller than pixels, and spheres.
 #[must_use]
 pub fn suite() -> [SuiteScene; 6] {
     [
@@ -56,7 +56,7 @@ pub fn suite() -> [SuiteScene; 6] {
     ]
 }
 
-/// The same kinds, small enough for a short look.
+/// Returns the same kinds in small sizes.
 #[must_use]
 pub fn quick_suite() -> [SuiteScene; 6] {
     [

@@ -1,4 +1,4 @@
-//! Camera, shadow and mirror rays of one view of a scene, in memory before anything is timed.
+//! The benchmark workload: camera, shadow and mirror rays of a view, prepared before anything is timed.
 
 use crate::{
     accel::Bvh,
@@ -10,11 +10,10 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Shadow and mirror rays start off the surface by this share of the diagonal of the scene's bounds. (The
-/// renderer's own offset is finer.)
+/// Offset of shadow and mirror rays off the surface, as a share of the scene's diagonal. (The renderer's is finer.)
 const OFFSET: f32 = 1e-4;
 
-/// What rays are for.
+/// The kind of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// From the eye: closest hit.
@@ -29,7 +28,7 @@ impl Kind {
     /// All kinds.
     pub const ALL: [Self; 3] = [Self::Camera, Self::Shadow, Self::Mirror];
 
-    /// "camera", "shadow" or "mirror".
+    /// Returns "camera", "shadow" or "mirror".
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -40,15 +39,15 @@ impl Kind {
     }
 }
 
-/// Rays of one kind, in packets of 4x2 pixels, pairs of which are 4x4 pixels; lanes without a ray have `t_max` 0, and
-/// pairs without any ray are left out. Shadow rays start at the surface and end at their light.
+/// The rays of one kind, in packets of 4x2 pixels. Lanes without a ray have `t_max` 0; pairs of packets (4x4 pixels)
+/// without any ray are left out. Shadow rays run from the surface to their light.
 #[derive(Debug)]
 pub struct RaySet {
-    /// What the rays are for.
+    /// The kind of rays.
     pub kind: Kind,
-    /// The rays, in groups. A group of shadow rays has its light's position.
+    /// Groups of rays; a group of shadow rays comes with the position of its light.
     pub groups: Vec<(Option<Vec3>, RayPackets)>,
-    /// Lanes that hold a ray.
+    /// Number of rays.
     pub count: u64,
 }
 
@@ -67,12 +66,12 @@ impl RaySet {
 /// The rays of one view of a scene.
 #[derive(Debug)]
 pub struct Workload {
-    /// One set a kind, in the order of [`Kind::ALL`].
+    /// One set per kind, in the order of [`Kind::ALL`].
     pub sets: [RaySet; 3],
 }
 
 impl Workload {
-    /// The rays of `camera`'s view, `width` x `height` pixels.
+    /// Prepares the rays of a picture of `width` x `height` pixels.
     #[must_use]
     pub fn new(scene: &Scene, bvh: &Bvh, camera: &Camera, width: u32, height: u32) -> Self {
         let camera_rays = camera_packets(scene, camera, width, height);
@@ -114,7 +113,7 @@ impl Workload {
     }
 }
 
-/// The camera rays of a picture of a scene, in the order of [`for_each_packet`].
+/// Returns the camera rays of a picture, in the order of [`for_each_packet`].
 #[must_use]
 pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -> RayPackets {
     let pixel_rays = camera.pixel_rays(scene, width, height, 1);
@@ -131,9 +130,8 @@ pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -
     packets
 }
 
-/// Packets for those of the camera, with the rays that `ray_from` makes of the camera ray, the hit point off
-/// the surface, and the geometric normal there, turned to the viewer. Lanes without one point like a
-/// neighbour.
+/// Makes a packet for each camera packet, of the rays that `ray_from` makes of the camera ray, the offset hit point and
+/// the geometric normal on the viewer's side. Lanes without a ray get a neighbour's direction.
 fn secondary(
     scene: &Scene,
     camera_rays: &RayPackets,

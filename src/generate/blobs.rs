@@ -1,4 +1,4 @@
-//! A ring of displaced spheres, tessellated so finely that triangles become smaller than pixels.
+//! A ring of displaced spheres with triangles smaller than pixels.
 
 use super::{
     Content, Part, Shape, classic_lights,

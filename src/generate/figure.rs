@@ -1,5 +1,4 @@
-//! A draped statue of one closed, smooth surface on a slab: many small triangles that fill a part of the
-//! picture, as a scan does.
+//! A draped statue on a slab, one closed smooth surface: many small triangles in a part of the picture, like a scan.
 
 use super::{
     Content, Part, Shape, classic_lights,
@@ -10,7 +9,7 @@ use super::{
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Height and radius up the figure: foot, robe, waist, shoulders, neck, head.
+/// Height and radius of the figure from foot to head.
 const PROFILE: [[f64; 2]; 14] = [
     [0.00, 0.0],
     [0.00, 0.30],
@@ -35,7 +34,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
     let folds = 9.0 + (random.unit() * 5.0).floor();
     let lean = random.range(-0.08, 0.08);
 
-    // The slab's 12 triangles come first; 2 around (rows - 1) are left, around = 5/4 rows.
+    // 12 triangles are the slab's; the figure has 2 around (rows - 1), around = 5/4 rows.
     let rows = side((count as f64 - 12.0) / 2.5, 8);
     let mut figure = MeshBuilder::default();
     figure.closed(rows * 5 / 4, rows, |u, v| {
@@ -47,7 +46,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
         let place = DVec3::new(radius * cos, radius * sin, z);
         let rough = noise.fractal(place * 3.0, 6) * (0.05 + 0.12 * robe);
         let r = radius * (1.0 + 0.16 * fold * robe + rough);
-        // Wider than deep, and turning as it rises.
+        // Wider than deep, and twisted about the vertical axis.
         let (x, y) = (r * cos * 1.15, r * sin * 0.85);
         let (sin_t, cos_t) = libm::sincos(twist * 0.7 * z);
         DVec3::new(x * cos_t - y * sin_t + lean * z, x * sin_t + y * cos_t, z)
@@ -73,7 +72,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
     }
 }
 
-/// Height and radius at `t` in [0, 1], through [`PROFILE`] by a Catmull-Rom spline.
+/// Returns height and radius at `t` in [0, 1]: a Catmull-Rom spline through [`PROFILE`].
 fn profile(t: f64) -> [f64; 2] {
     let last = PROFILE.len() - 1;
     let s = t * last as f64;
@@ -86,6 +85,6 @@ fn profile(t: f64) -> [f64; 2] {
         let bend = (2.0 * a - 5.0 * b + 4.0 * c - d) + (3.0 * b - a - 3.0 * c + d) * f;
         b + 0.5 * f * (c - a + f * bend)
     };
-    // The spline may swing a little past the ends.
+    // The spline may overshoot the ends.
     [blend(0).max(0.0), blend(1).max(0.0)]
 }

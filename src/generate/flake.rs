@@ -1,7 +1,7 @@
-//! A sphere flake: on every sphere sit nine of a third of its radius, six around the middle and three above
-//! (after Haines, "A Proposal for Standard Graphics Environments", 1987). It stands on a square floor.
+//! A sphere flake on a square floor: every sphere has nine children of a third of its radius, six around its equator and
+//! three above (after Haines, *A Proposal for Standard Graphics Environments*, 1987).
 
-use super::{Ball, Content, Part, Shape, classic_lights, mesh::MeshBuilder, random::Random, view};
+use super::{Content, Part, Shape, Sphere, classic_lights, mesh::MeshBuilder, random::Random, view};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -20,12 +20,12 @@ struct Bud {
 }
 
 impl Bud {
-    /// Child `i` of nine, turned about the axis.
+    /// Returns child `i` of nine; `turn` rotates all of them about the axis.
     fn child(&self, i: usize, turn: f64) -> Self {
         let (angle, height) = if i < 6 {
             (i as f64 / 6.0, 0.0)
         } else {
-            // A third of the way around, at the height at which three touch neither the six nor each other.
+            // The height at which the three touch neither the six nor each other.
             ((i as f64 - 6.0) / 3.0 + 1.0 / 12.0, 0.816_496_580_927_726)
         };
         let (sin, cos) = libm::sincos(TAU * (angle + turn));
@@ -51,7 +51,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
     buds.reserve(count);
     let mut parents = 0..1;
     while buds.len() < count {
-        // All of the next level, or what is left of the count spread evenly over the parents.
+        // The whole next level, or the rest of the count spread evenly over the parents.
         let level = (parents.len() * CHILDREN).min(count - buds.len());
         let turn = random.unit();
         for (i, parent_i) in parents.clone().enumerate() {
@@ -63,9 +63,9 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
         }
         parents = parents.end..buds.len();
     }
-    let balls = buds
+    let spheres = buds
         .iter()
-        .map(|bud| Ball {
+        .map(|bud| Sphere {
             center: bud.center.as_vec3(),
             radius: bud.radius as f32,
         })
@@ -80,7 +80,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
             Part {
                 name: "spheres",
                 material: 3,
-                shape: Shape::Balls(balls),
+                shape: Shape::Spheres(spheres),
             },
         ],
         lights: classic_lights(),

@@ -1,5 +1,5 @@
-//! A hall seen from inside: two rows of fluted columns, curtains between them, railings, plants in pots, beams
-//! under an open roof. Large and tiny triangles, near and far, mixed as in a modelled interior.
+//! The inside of a hall: two rows of fluted columns, curtains, railings, potted plants, and beams under an open roof.
+//! Mixes large and tiny triangles, near and far, like a modelled interior.
 
 use super::{
     Content, Part, Shape, View, light,
@@ -9,15 +9,16 @@ use super::{
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Half the hall's length (x) and width (y), and its height, scene units.
+/// Half the length (x) of the hall, scene units.
 const HALF_LENGTH: f64 = 3.2;
+/// Half the width (y) of the hall, scene units.
 const HALF_WIDTH: f64 = 1.5;
 const HEIGHT: f64 = 2.0;
-/// Where the two rows of columns stand.
+/// The rows of columns are at y = ± this.
 const ROW_Y: f64 = 0.95;
 const COLUMNS_PER_ROW: usize = 6;
 
-/// Shares of the triangles; plants take what is left.
+/// Shares of the triangles; plants get the rest.
 const COLUMN_SHARE: f64 = 0.22;
 const CURTAIN_SHARE: f64 = 0.40;
 const RAILING_SHARE: f64 = 0.16;
@@ -60,7 +61,7 @@ fn floor() -> MeshBuilder {
     floor
 }
 
-/// Walls, the roof's edges and the beams across its opening.
+/// Adds the walls, the edges of the roof and the beams across its opening.
 fn shell(hall: &mut MeshBuilder) {
     let (x, y, z) = (HALF_LENGTH, HALF_WIDTH, HEIGHT);
     let thick = 0.1;
@@ -100,7 +101,7 @@ fn columns(hall: &mut MeshBuilder, triangles: f64) {
         let x = column_x(i / 2);
         let y = if i % 2 == 0 { ROW_Y } else { -ROW_Y };
         hall.tube(2 * rows, rows, |u, v| {
-            // Foot and capital are round and wide; the shaft is fluted and swells a little.
+            // Base and capital are wide; the shaft is fluted and tapers.
             let shaft = smoothstep(0.04, 0.10, v) * (1.0 - smoothstep(0.86, 0.94, v));
             let flute = 1.0 - 0.09 * shaft * libm::fabs(libm::sin(0.5 * FLUTES * TAU * u));
             let radius = lerp(shaft, 0.17, 0.125 - 0.02 * v) * flute;
@@ -110,7 +111,7 @@ fn columns(hall: &mut MeshBuilder, triangles: f64) {
     }
 }
 
-/// Between the columns of both rows: balusters under a rail.
+/// Adds balusters under a rail between the columns of both rows.
 fn railings(hall: &mut MeshBuilder, triangles: f64) {
     const PER_GAP: usize = 11;
     let gaps = 2 * (COLUMNS_PER_ROW - 1);
@@ -134,7 +135,7 @@ fn railings(hall: &mut MeshBuilder, triangles: f64) {
     }
 }
 
-/// From the roof down between the columns, gathered at the side: wavy sheets.
+/// Adds curtains between the columns: wavy sheets, gathered at one side.
 fn curtains(hall: &mut MeshBuilder, triangles: f64, seed: u64) {
     let gaps = 2 * (COLUMNS_PER_ROW - 1);
     let rows = side(triangles / gaps as f64 / 3.0, 6);
@@ -144,7 +145,7 @@ fn curtains(hall: &mut MeshBuilder, triangles: f64, seed: u64) {
         let (from, to) = (column_x(gap / 2) + 0.14, column_x(gap / 2 + 1) - 0.14);
         let to_left = (gap / 2) % 2 == 0;
         hall.sheet(rows * 3 / 2, rows, |u, v| {
-            // v = 0 at the roof. Gathered most at two thirds of the way down.
+            // v = 0 is the roof; the curtain is narrowest at two thirds of the way down.
             let gather = 1.0 - 0.55 * smoothstep(0.05, 0.66, v) * (1.0 - 0.5 * smoothstep(0.66, 1.0, v));
             let across = if to_left { u * gather } else { 1.0 - u * gather };
             let fold = libm::sin(TAU * (7.0 * u + 0.4 * noise.at(DVec3::new(3.0 * u, 2.0 * v, 0.5))));
@@ -158,7 +159,7 @@ fn curtains(hall: &mut MeshBuilder, triangles: f64, seed: u64) {
     }
 }
 
-/// Pots along the walls and at the far end, each with a cloud of leaves of one or two triangles.
+/// Adds pots along the walls and at the far end, each with a cloud of leaves of one or two triangles.
 fn plants(hall: &mut MeshBuilder, triangles: usize, random: &mut Random) {
     const POTS: usize = 9;
     const POT_TRIANGLES: usize = 2 * 16 * 6;

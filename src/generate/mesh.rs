@@ -1,4 +1,4 @@
-//! Meshes from surfaces: a function of (u, v) becomes a grid of triangles with smooth normals.
+//! Parametric surfaces: tessellates a function of (u, v) into a grid of triangles with smooth normals.
 
 use crate::scene::MeshColumns;
 use glam::{DVec3, Vec3};
@@ -23,19 +23,19 @@ impl MeshBuilder {
         index
     }
 
-    /// A lone triangle with corners of its own.
+    /// Adds a triangle that shares no vertices.
     pub(super) fn triangle(&mut self, corners: [DVec3; 3]) {
         let corners = corners.map(|p| self.vertex(p));
         self.mesh.triangles.push(corners);
     }
 
-    /// A flat quadrilateral with corners of its own: 2 triangles.
+    /// Adds a flat quadrilateral that shares no vertices: 2 triangles.
     pub(super) fn quad(&mut self, corners: [DVec3; 4]) {
         let [a, b, c, d] = corners.map(|p| self.vertex(p));
         self.mesh.triangles.extend([[a, b, c], [a, c, d]]);
     }
 
-    /// A box with sharp edges: 12 triangles.
+    /// Adds a box with sharp edges: 12 triangles.
     pub(super) fn cuboid(&mut self, lower: DVec3, upper: DVec3) {
         let at = |x: usize, y: usize, z: usize| {
             let pick = |axis: usize, i: usize| if i == 0 { lower[axis] } else { upper[axis] };
@@ -49,7 +49,7 @@ impl MeshBuilder {
         self.quad([at(1, 0, 0), at(1, 1, 0), at(1, 1, 1), at(1, 0, 1)]);
     }
 
-    /// An open sheet of `columns` x `rows` quads over u, v in [0, 1]: 2 `columns` `rows` triangles.
+    /// Adds an open sheet of `columns` x `rows` quads over u, v in [0, 1]: 2 `columns` `rows` triangles.
     pub(super) fn sheet(&mut self, columns: usize, rows: usize, surface: impl Fn(f64, f64) -> DVec3) {
         let base = self.ring_rows(columns + 1, columns, 0..=rows, rows, &surface);
         for row in 0..rows {
@@ -61,14 +61,14 @@ impl MeshBuilder {
         }
     }
 
-    /// A tube, closed around u, open at both ends of v: 2 `around` `rows` triangles.
+    /// Adds a tube, closed in u and open in v: 2 `around` `rows` triangles.
     pub(super) fn tube(&mut self, around: usize, rows: usize, surface: impl Fn(f64, f64) -> DVec3) {
         let base = self.ring_rows(around, around, 0..=rows, rows, &surface);
         self.bands(base, around, rows);
     }
 
-    /// A closed surface, a pole at v = 0 and one at v = 1: 2 `around` (`rows` - 1) triangles. Vertices are
-    /// shared, so that no ray finds a gap.
+    /// Adds a closed surface with poles at v = 0 and v = 1: 2 `around` (`rows` - 1) triangles, watertight because they
+    /// share their vertices.
     pub(super) fn closed(&mut self, around: usize, rows: usize, surface: impl Fn(f64, f64) -> DVec3) {
         let first = self.vertex(surface(0.0, 0.0));
         let base = self.ring_rows(around, around, 1..=rows - 1, rows, &surface);
@@ -82,7 +82,7 @@ impl MeshBuilder {
         }
     }
 
-    /// Vertices of the given rows, `points` a row, u in steps of 1/`columns`, v in steps of 1/`rows`.
+    /// Adds the vertices of the rows `which`, `points` per row, with u in steps of 1/`columns`, v of 1/`rows`.
     fn ring_rows(
         &mut self,
         points: usize,
@@ -113,7 +113,7 @@ impl MeshBuilder {
         }
     }
 
-    /// The mesh, each vertex with the mean of its triangles' normals, weighted by area.
+    /// Returns the mesh; vertex normals are the area-weighted means of the face normals.
     pub(super) fn finish(mut self) -> MeshColumns {
         let mesh = &mut self.mesh;
         let position = |i: u32| {
@@ -123,7 +123,7 @@ impl MeshBuilder {
         let mut normals = vec![Vec3::ZERO; mesh.x.len()];
         for corners in &mesh.triangles {
             let [a, b, c] = corners.map(position);
-            // Scaled, so that the areas of tiny triangles do not vanish in f32.
+            // Scaled so that the areas of tiny triangles do not underflow in f32.
             let normal = ((b - a).cross(c - a) * 1e6).as_vec3();
             for &corner in corners {
                 normals[corner as usize] += normal;
@@ -137,14 +137,14 @@ impl MeshBuilder {
     }
 }
 
-/// The point of a unit sphere at longitude 2 pi u and polar angle pi v.
+/// Returns the point of the unit sphere at longitude 2 pi u and polar angle pi v.
 pub(super) fn on_sphere(u: f64, v: f64) -> DVec3 {
     let (sin_u, cos_u) = libm::sincos(std::f64::consts::TAU * u);
     let (sin_v, cos_v) = libm::sincos(std::f64::consts::PI * v);
     DVec3::new(sin_v * cos_u, sin_v * sin_u, cos_v)
 }
 
-/// The largest whole number whose square is at most `x`, and at least `least`.
+/// Returns the largest integer whose square is at most `x`, but at least `least`.
 pub(super) fn side(x: f64, least: usize) -> usize {
     (x.max(0.0).sqrt().floor() as usize).max(least)
 }

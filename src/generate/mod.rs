@@ -1,18 +1,15 @@
-//! Made-up scenes of any size, the same on every machine: for trying octray out, for benches and for tests.
+//! Procedural scenes of any size, for demos, benchmarks and tests.
 //!
-//! Every kind is a function of a seed and a count alone. Arithmetic that decides a coordinate is f64 `+ - * /`
-//! and `sqrt`, or `libm`; nothing is left to the platform's own trigonometry.
+//! A scene depends on its kind, seed and count alone and is the same on every machine: coordinates are computed with f64
+//! `+ - * /`, `sqrt` and `libm`, never with the platform's own trigonometry.
 //!
 //! ```
 //! use octray::generate::{Kind, Options, generate};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let options = Options { seed: 1, count: Some(1000) };
-//! let generated = generate(Kind::Flake, options)?;
-//! let camera = generated.view.camera()?;
-//! let scene = generated.into_scene()?;
+//! let scene = generate(Kind::Flake, options)?.into_scene()?;
 //! assert_eq!(scene.spheres().radius.len(), 1000);
-//! # let _ = camera;
 //! # Ok(())
 //! # }
 //! ```
@@ -38,14 +35,14 @@ use crate::{
 use glam::{DVec3, Vec3};
 use std::fmt;
 
-/// What can be generated.
+/// The kind of a generated scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A sphere flake: spheres on spheres on spheres.
     Flake,
     /// A height field of ridged fractal noise.
     Terrain,
-    /// A hall seen from inside: columns, curtains, railings, plants.
+    /// The inside of a hall: columns, curtains, railings, plants.
     Interior,
     /// A ring of finely tessellated, displaced spheres.
     Blobs,
@@ -53,12 +50,12 @@ pub enum Kind {
     Figure,
     /// A cloud of small spheres.
     Spheres,
-    /// Pipes at all angles: long thin triangles.
+    /// Pipes at random angles: long thin triangles.
     Pipes,
 }
 
 impl Kind {
-    /// All kinds, in the order in which they are listed to users.
+    /// All kinds, in the order for users.
     pub const ALL: [Self; 7] = [
         Self::Flake,
         Self::Terrain,
@@ -69,7 +66,7 @@ impl Kind {
         Self::Pipes,
     ];
 
-    /// The name on the command line and of the files.
+    /// Returns the name on the command line and of the files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -83,7 +80,7 @@ impl Kind {
         }
     }
 
-    /// One line that says what it is.
+    /// Returns a one-line description.
     #[must_use]
     pub fn summary(self) -> &'static str {
         match self {
@@ -97,7 +94,7 @@ impl Kind {
         }
     }
 
-    /// Spheres (flake, spheres) or triangles (the others) when no count is given.
+    /// Returns the default number of spheres (flake, spheres) or triangles (all others).
     #[must_use]
     pub fn default_count(self) -> usize {
         match self {
@@ -109,38 +106,37 @@ impl Kind {
         }
     }
 
-    /// The smallest count that still makes the shape.
+    /// Returns the smallest count that still makes the shape.
     #[must_use]
-    pub fn least_count(self) -> usize {
+    pub fn min_count(self) -> usize {
         match self {
             Self::Flake | Self::Spheres => 1,
             Self::Terrain => 2,
             Self::Blobs | Self::Figure => 1_000,
             Self::Interior => 20_000,
-            Self::Pipes => pipes::PIPE,
+            Self::Pipes => pipes::TRIANGLES_PER_PIPE,
         }
     }
 }
 
-/// The largest count: below it, every vertex index fits the PLY files' 32-bit `int`.
+/// The largest count: vertex indices must fit into the 32-bit `int` of PLY files.
 pub const MAX_COUNT: usize = 200_000_000;
 
-/// What may be chosen.
+/// The parameters of a generated scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Another seed, another scene of the same kind.
+    /// The seed of the random numbers.
     pub seed: u64,
-    /// How many spheres or triangles: exactly so many spheres; meshes come close and do not exceed it.
-    /// `None` for [`Kind::default_count`].
+    /// The number of spheres, or the most triangles (meshes come close to it); `None` for [`Kind::default_count`].
     pub count: Option<usize>,
 }
 
-/// Why nothing was generated.
+/// The reasons for which nothing is generated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GenerateError {
-    /// The count is out of its limits.
+    /// The count is out of range.
     Count {
-        /// What was to be generated.
+        /// The kind of scene.
         kind: Kind,
         /// The count asked for.
         found: usize,
@@ -154,26 +150,26 @@ impl fmt::Display for GenerateError {
             f,
             "a count of {found} for {}, expected {} to {MAX_COUNT}",
             kind.name(),
-            kind.least_count()
+            kind.min_count()
         )
     }
 }
 
 impl std::error::Error for GenerateError {}
 
-/// Where to look at a generated scene from.
+/// The view of a generated scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Where the eye stands, scene units.
+    /// Position of the eye, scene units.
     pub eye: DVec3,
-    /// What it looks at, scene units.
+    /// The point to look at, scene units.
     pub target: DVec3,
     /// Vertical field of view, degrees.
     pub fov_degrees: f64,
 }
 
 impl View {
-    /// The camera of this view, z up.
+    /// Returns the camera of this view; z is up.
     ///
     /// # Errors
     /// [`CameraError`]; never for the views of generated scenes.
@@ -185,65 +181,65 @@ impl View {
 /// A point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Where it is, scene units.
+    /// Position, scene units.
     pub position: Vec3,
-    /// Its intensity I_i.
+    /// Intensity I_i.
     pub intensity: f32,
 }
 
 /// A sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ball {
-    /// Its centre, scene units.
+pub struct Sphere {
+    /// Centre, scene units.
     pub center: Vec3,
-    /// Its radius, scene units.
+    /// Radius, scene units.
     pub radius: f32,
 }
 
-/// What a part is made of.
+/// The geometry of a part.
 #[derive(Debug)]
 pub enum Shape {
-    /// A mesh, in a file of its own when written.
+    /// A mesh, written to a file of its own.
     Mesh(MeshColumns),
     /// Spheres, written as lines of the scene file.
-    Balls(Vec<Ball>),
+    Spheres(Vec<Sphere>),
 }
 
-/// A piece of a generated scene with one material.
+/// A part of a generated scene with one material.
 #[derive(Debug)]
 pub struct Part {
-    /// Distinguishes the mesh files of one scene: "" for `KIND.ply`, "floor" for `KIND-floor.ply`.
+    /// The suffix of the mesh file: "" for `KIND.ply`, "floor" for `KIND-floor.ply`.
     pub name: &'static str,
     /// The number of a classic material, 0 to 3.
     pub material: u32,
-    /// What it is made of.
+    /// The geometry.
     pub shape: Shape,
 }
 
-/// A generated scene, in memory.
+/// A generated scene.
 #[derive(Debug)]
 pub struct Generated {
-    /// What it is.
+    /// The kind.
     pub kind: Kind,
-    /// The seed that it was made from.
+    /// The seed.
     pub seed: u64,
     /// The count that was asked for.
     pub count: usize,
-    /// Its pieces, in the order in which their primitives are numbered.
+    /// The parts, in the order of their primitive ids.
     pub parts: Vec<Part>,
-    /// Its lights.
+    /// The lights.
     pub lights: Vec<Light>,
-    /// Where to look at it from.
+    /// The view that shows the scene best.
     pub view: View,
 }
 
 /// Generates a scene.
 ///
 /// # Errors
-/// [`GenerateError::Count`], if the count is below [`Kind::least_count`] or above [`MAX_COUNT`].
+/// [`GenerateError::Count`] if the count is below [`Kind::min_count`] or above [`MAX_COUNT`].
 pub fn generate(kind: Kind, options: Options) -> Result<Generated, GenerateError> {
     let count = options.count.unwrap_or(kind.default_count());
-    if !(kind.least_count()..=MAX_COUNT).contains(&count) {
+    if !(kind.min_count()..=MAX_COUNT).contains(&count) {
         return Err(GenerateError::Count { kind, found: count });
     }
     let seed = options.seed;
@@ -267,10 +263,10 @@ pub fn generate(kind: Kind, options: Options) -> Result<Generated, GenerateError
 }
 
 impl Generated {
-    /// Builds the scene. The same columns as loading the written files gives.
+    /// Builds the scene, the same as the written files give when they are loaded.
     ///
     /// # Errors
-    /// [`SceneError`]; never for what [`generate`] made.
+    /// [`SceneError`]; never for scenes made by [`generate`].
     pub fn into_scene(self) -> Result<Scene, SceneError> {
         let mut builder = SceneBuilder::new();
         for light in &self.lights {
@@ -280,9 +276,9 @@ impl Generated {
             let material = builder.classic_material(part.material)?;
             match part.shape {
                 Shape::Mesh(mesh) => builder.add_mesh(mesh, material)?,
-                Shape::Balls(balls) => {
-                    for ball in balls {
-                        builder.add_sphere(ball.center, ball.radius, material)?;
+                Shape::Spheres(spheres) => {
+                    for sphere in spheres {
+                        builder.add_sphere(sphere.center, sphere.radius, material)?;
                     }
                 }
             }
@@ -290,19 +286,19 @@ impl Generated {
         Ok(builder.finish())
     }
 
-    /// The file name of a part's mesh; `None` for spheres.
+    /// Returns the file name of a part's mesh; `None` for spheres.
     #[must_use]
     pub fn mesh_file_name(&self, part: &Part) -> Option<String> {
         let kind = self.kind.name();
         match (&part.shape, part.name) {
-            (Shape::Balls(_), _) => None,
+            (Shape::Spheres(_), _) => None,
             (Shape::Mesh(_), "") => Some(format!("{kind}.ply")),
             (Shape::Mesh(_), name) => Some(format!("{kind}-{name}.ply")),
         }
     }
 }
 
-/// What each kind's own file makes.
+/// The result of a kind's `make`.
 struct Content {
     parts: Vec<Part>,
     lights: Vec<Light>,
@@ -316,12 +312,12 @@ fn light(x: f32, y: f32, z: f32, intensity: f32) -> Light {
     }
 }
 
-/// The two lights of the course's scenes: one in front, bright; one behind, dim.
+/// Returns the lights of classic scenes: a bright one in front, a dim one behind.
 fn classic_lights() -> Vec<Light> {
     vec![light(9.0, -4.0, 10.0, 0.7), light(-10.0, 2.0, 15.0, 0.3)]
 }
 
-/// A view of the course's field of view.
+/// Returns a view with the classic field of view.
 fn view(eye: [f64; 3], target: [f64; 3]) -> View {
     View {
         eye: eye.into(),

@@ -1,5 +1,4 @@
-//! Pipes at all angles in a cube, as in a plant's drawing: long thin triangles, of which whoever looks through them sees
-//! many before the first that is hit.
+//! Thin pipes at random angles in a box: long thin triangles, whose loose bounding boxes make rays test many of them.
 
 use super::{Content, Part, Shape, classic_lights, mesh::MeshBuilder, random::Random, view};
 use glam::DVec3;
@@ -7,19 +6,20 @@ use std::f64::consts::TAU;
 
 /// Sides of a pipe, two triangles each.
 const SIDES: usize = 24;
-/// Triangles of a pipe. It is open at both ends.
-pub(super) const PIPE: usize = 2 * SIDES;
+/// Triangles of a pipe, which is open at both ends.
+pub(super) const TRIANGLES_PER_PIPE: usize = 2 * SIDES;
 
 const LOWER: DVec3 = DVec3::new(-1.0, -1.0, 0.2);
 const UPPER: DVec3 = DVec3::new(1.0, 1.0, 1.6);
-/// From the shortest to the longest, and from the thinnest to the thickest.
+/// Range of lengths, scene units.
 const LENGTHS: [f64; 2] = [0.2, 1.0];
+/// Range of radii, scene units.
 const RADII: [f64; 2] = [0.002, 0.01];
 
 pub(super) fn make(seed: u64, count: usize) -> Content {
     let mut random = Random::new(seed);
     let mut mesh = MeshBuilder::default();
-    for _ in 0..count / PIPE {
+    for _ in 0..count / TRIANGLES_PER_PIPE {
         let center = DVec3::from_array([0, 1, 2].map(|axis| random.range(LOWER[axis], UPPER[axis])));
         let along = random.direction();
         let (across, over) = along.any_orthonormal_pair();

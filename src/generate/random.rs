@@ -1,4 +1,4 @@
-//! Random numbers and noise, the same on every machine.
+//! Random numbers and gradient noise, the same on every machine.
 
 use glam::DVec3;
 use oorandom::Rand64;
@@ -12,17 +12,17 @@ impl Random {
         Self(Rand64::new(u128::from(seed)))
     }
 
-    /// Evenly in [0, 1).
+    /// Returns a number, uniform in [0, 1).
     pub(super) fn unit(&mut self) -> f64 {
         self.0.rand_float()
     }
 
-    /// Evenly in [low, high).
+    /// Returns a number, uniform in [low, high).
     pub(super) fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Evenly over the unit sphere.
+    /// Returns a direction, uniform over the unit sphere.
     pub(super) fn direction(&mut self) -> DVec3 {
         let z = self.range(-1.0, 1.0);
         let (sin, cos) = libm::sincos(TAU * self.unit());
@@ -31,8 +31,8 @@ impl Random {
     }
 }
 
-/// Gradient noise (Perlin 2002, "Improving Noise"). Differs: a hash of the lattice point instead of a
-/// permutation table, so that it does not repeat.
+/// Gradient noise (Perlin, *Improving Noise*, 2002), with a hash of the lattice point instead of a permutation table, so
+/// that it does not repeat.
 pub(super) struct Noise {
     seed: u64,
 }
@@ -42,7 +42,7 @@ impl Noise {
         Self { seed: mix(seed) }
     }
 
-    /// Smooth, about -1 to 1, 0 at whole coordinates; features about one unit across.
+    /// Returns the noise at `p`: about -1 to 1, 0 at lattice points, features of about one unit.
     pub(super) fn at(&self, p: DVec3) -> f64 {
         let cell = p.floor();
         let f = p - cell;
@@ -56,12 +56,12 @@ impl Noise {
         lerp(w, face(0.0), face(1.0))
     }
 
-    /// Octaves of [`Noise::at`], each twice as fine and half as high as the one before.
+    /// Returns fractal noise: each octave has twice the frequency and half the amplitude of the one before.
     pub(super) fn fractal(&self, p: DVec3, octaves: u32) -> f64 {
         self.octaves(p, octaves, |n| n)
     }
 
-    /// Octaves of creases: 0 in the valleys, 1 to 2 on the ridges.
+    /// Returns ridged fractal noise: 0 in the valleys, 1 to 2 on the ridges.
     pub(super) fn ridged(&self, p: DVec3, octaves: u32) -> f64 {
         self.octaves(p, octaves, |n| (1.0 - n.abs()) * (1.0 - n.abs()))
     }
@@ -71,13 +71,13 @@ impl Noise {
         for _ in 0..octaves {
             sum += height * shape(self.at(p));
             height *= 0.5;
-            // Not exactly 2, and shifted, so that the zeros at whole coordinates do not fall together.
+            // Not exactly 2, and shifted, so that the zeros at lattice points do not coincide.
             p = p * 2.03 + DVec3::new(17.3, 5.1, 11.7);
         }
         sum
     }
 
-    /// One of the twelve directions to the middles of a cube's edges.
+    /// Returns one of the twelve directions to the edges of a cube.
     fn gradient(&self, cell: DVec3) -> DVec3 {
         let [x, y, z] = [cell.x, cell.y, cell.z].map(|c| (c as i64).cast_unsigned());
         let hash = mix(mix(mix(self.seed ^ x) ^ y) ^ z);
@@ -107,7 +107,7 @@ pub(super) fn lerp(t: f64, a: f64, b: f64) -> f64 {
     a + t * (b - a)
 }
 
-/// 0 below `from`, 1 above `to`, smooth between.
+/// Returns 0 below `from`, 1 above `to`, and a smooth step between.
 pub(super) fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

@@ -1,6 +1,6 @@
-//! A flat cloud of small spheres, of three materials.
+//! A flat cloud of small spheres of three materials.
 
-use super::{Ball, Content, Part, Shape, classic_lights, random::Random, view};
+use super::{Content, Part, Shape, Sphere, classic_lights, random::Random, view};
 use glam::DVec3;
 
 const LOWER: DVec3 = DVec3::new(-1.5, -1.5, 0.0);
@@ -8,26 +8,26 @@ const UPPER: DVec3 = DVec3::new(1.5, 1.5, 0.9);
 
 pub(super) fn make(seed: u64, count: usize) -> Content {
     let mut random = Random::new(seed);
-    // A larger crowd has smaller members, so that the cloud is equally dense at any count.
+    // The cloud has the same density at any count.
     let scale = libm::cbrt(100_000.0 / count as f64).min(8.0);
-    let mut by_material: [Vec<Ball>; 3] = Default::default();
+    let mut by_material: [Vec<Sphere>; 3] = Default::default();
     for _ in 0..count {
         let [x, y, z] = [0, 1, 2].map(|axis| random.range(LOWER[axis], UPPER[axis]));
         let radius = scale * random.range(0.004, 0.016);
         let material = (random.unit() * 3.0) as usize;
-        by_material[material.min(2)].push(Ball {
+        by_material[material.min(2)].push(Sphere {
             center: DVec3::new(x, y, z).as_vec3(),
             radius: radius as f32,
         });
     }
     let mut material = 0;
     let parts = by_material
-        .map(|balls| {
+        .map(|spheres| {
             material += 1;
             Part {
                 name: "spheres",
                 material,
-                shape: Shape::Balls(balls),
+                shape: Shape::Spheres(spheres),
             }
         })
         .into();

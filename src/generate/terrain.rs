@@ -1,4 +1,4 @@
-//! Mountains: a height field over a square, two triangles a quad.
+//! Mountains: a height field over a square.
 
 use super::{
     Content, Part, Shape, classic_lights,
@@ -30,7 +30,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
     }
 }
 
-/// High mountains and low plains, 0 to about 1.
+/// Returns the height of mountains and plains, 0 to about 1.
 fn height(noise: &Noise, x: f64, y: f64) -> f64 {
     let p = DVec3::new(x, y, 0.5);
     let bend = DVec3::new(noise.at(p * 1.7), noise.at(p * 1.7 + DVec3::splat(40.5)), 0.0);

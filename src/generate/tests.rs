@@ -1,4 +1,4 @@
-//! What every kind keeps to, at small counts.
+//! Properties of every kind, at small counts.
 
 use super::{Generated, Kind, MAX_COUNT, Options, Shape, generate, write_ply};
 use std::collections::HashMap;
@@ -11,7 +11,7 @@ fn small(kind: Kind) -> Generated {
     generate(kind, Options { seed: 7, count }).unwrap()
 }
 
-/// All bytes that the scene writes.
+/// Returns all bytes of the scene's files.
 fn bytes(generated: &Generated) -> Vec<u8> {
     let mut out = Vec::new();
     generated.write_scn(&mut out).unwrap();
@@ -54,13 +54,13 @@ fn every_kind_comes_close_to_its_count_and_stays_in_view() {
 fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
     for kind in Kind::ALL {
         assert_eq!(bytes(&small(kind)), bytes(&small(kind)));
-        let count = Some(kind.least_count().max(2_000));
+        let count = Some(kind.min_count().max(2_000));
         let [a, b] = [1, 2].map(|seed| bytes(&generate(kind, Options { seed, count }).unwrap()));
         assert_ne!(a, b, "{}", kind.name());
     }
 }
 
-/// FNV-1a.
+/// Returns the FNV-1a hash.
 fn fingerprint(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
@@ -73,8 +73,7 @@ fn scenes_are_the_same_on_every_machine_and_in_every_version() {
     assert_eq!(found, FINGERPRINTS);
 }
 
-/// Change these only together with a line in the changelog: a scene of the same name and seed is another one
-/// then, and figures measured on it no longer compare.
+/// Changing these needs a line in the changelog: figures measured on the scenes no longer compare then.
 const FINGERPRINTS: [&str; 7] = [
     "flake f362daeff0745d51",
     "terrain ba0864d419f66527",
@@ -116,7 +115,7 @@ fn normals_are_unit_vectors() {
 }
 
 #[test]
-fn the_least_count_works_and_what_is_out_of_limits_is_refused() {
+fn the_smallest_count_works_and_others_out_of_range_are_refused() {
     for kind in Kind::ALL {
         let with = |count| {
             generate(
@@ -127,8 +126,8 @@ fn the_least_count_works_and_what_is_out_of_limits_is_refused() {
                 },
             )
         };
-        assert!(with(kind.least_count()).unwrap().into_scene().is_ok());
-        assert!(with(kind.least_count() - 1).is_err());
+        assert!(with(kind.min_count()).unwrap().into_scene().is_ok());
+        assert!(with(kind.min_count() - 1).is_err());
         assert!(with(MAX_COUNT + 1).is_err());
     }
 }

@@ -1,11 +1,11 @@
-//! Generated scenes as files: `.scn` text, and meshes as binary little-endian PLY.
+//! Writes generated scenes as `.scn` files and binary little-endian PLY meshes.
 
 use super::{Generated, Shape};
 use crate::scene::MeshColumns;
 use std::io::{self, Write};
 
 impl Generated {
-    /// The arguments for `octray` that show the scene best.
+    /// Returns the arguments of `octray` for the scene's own view.
     #[must_use]
     pub fn render_arguments(&self) -> String {
         let view = &self.view;
@@ -18,10 +18,10 @@ impl Generated {
         )
     }
 
-    /// Writes the scene file. Numbers are written so that reading them gives the same bits.
+    /// Writes the scene file. Reading it back gives the same numbers, bit for bit.
     ///
     /// # Errors
-    /// What `out` says.
+    /// Errors of `out`.
     pub fn write_scn(&self, out: &mut impl Write) -> io::Result<()> {
         let name = self.kind.name();
         writeln!(out, "// {name}: {}", self.kind.summary())?;
@@ -40,10 +40,10 @@ impl Generated {
             if let Some(file) = self.mesh_file_name(part) {
                 writeln!(out, "ply_file {file}")?;
             }
-            if let Shape::Balls(balls) = &part.shape {
-                for ball in balls {
-                    let c = ball.center;
-                    writeln!(out, "sphere {} {} {} {}", c.x, c.y, c.z, ball.radius)?;
+            if let Shape::Spheres(spheres) = &part.shape {
+                for sphere in spheres {
+                    let c = sphere.center;
+                    writeln!(out, "sphere {} {} {} {}", c.x, c.y, c.z, sphere.radius)?;
                 }
             }
         }
@@ -54,7 +54,7 @@ impl Generated {
 /// Writes a mesh as binary little-endian PLY: float positions and normals, triangles with int indices.
 ///
 /// # Errors
-/// What `out` says; [`io::ErrorKind::InvalidInput`] if the mesh's columns disagree in length.
+/// Errors of `out`; [`io::ErrorKind::InvalidInput`] if the arrays of the mesh differ in length.
 pub fn write_ply(mesh: &MeshColumns, out: &mut impl Write) -> io::Result<()> {
     let vertices = mesh.x.len();
     let has_normals = !mesh.normals.is_empty();
@@ -62,7 +62,7 @@ pub fn write_ply(mesh: &MeshColumns, out: &mut impl Write) -> io::Result<()> {
     {
         return Err(io::Error::new(
             io::ErrorKind::InvalidInput,
-            "the mesh's columns disagree in length",
+            "the arrays of the mesh differ in length",
         ));
     }
     writeln!(

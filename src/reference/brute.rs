@@ -1,4 +1,4 @@
-//! The oracle: every primitive is tested.
+//! Brute force, the test oracle: tests every primitive.
 
 use super::{RaySlabs, intersect_shape};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     scene::{Primitive, Scene, Shape},
 };
 
-/// What can be hit: whatever has an area, with its id.
+/// Returns every primitive that has an area.
 fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
     (0..scene.primitive_count() as u32)
         .map(PrimitiveId)
@@ -30,13 +30,13 @@ fn nearest(targets: impl Iterator<Item = (PrimitiveId, Shape)>, ray: &Ray) -> Hi
         })
 }
 
-/// The nearest hit; of several equally near, the one with the lowest id.
+/// Returns the closest hit; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(scene: &Scene, ray: &Ray) -> Hit {
     nearest(targets(scene), ray)
 }
 
-/// Whether anything is hit before the ray's end.
+/// Returns whether anything is hit before the ray's end.
 #[must_use]
 pub fn occluded(scene: &Scene, ray: &Ray) -> bool {
     let slabs = RaySlabs::new(ray);
@@ -45,18 +45,18 @@ pub fn occluded(scene: &Scene, ray: &Ray) -> bool {
         .any(|hit| hit.t < ray.t_max)
 }
 
-/// A scene's shapes in a row, for many rays.
+/// The shapes of a scene, collected once for many rays.
 #[derive(Clone, Debug)]
 pub struct Shapes(Vec<(PrimitiveId, Shape)>);
 
 impl Shapes {
-    /// Of what can be hit in `scene`.
+    /// Collects the shapes of `scene`.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         Self(targets(scene).collect())
     }
 
-    /// As [`closest_hit`].
+    /// Returns what [`closest_hit`] returns.
     #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> Hit {
         nearest(self.0.iter().copied(), ray)

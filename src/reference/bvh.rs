@@ -1,4 +1,4 @@
-//! The baseline: one ray over the binary BVH, nearer child first.
+//! The scalar baseline: traces one ray through the binary BVH, nearer child first.
 
 use super::{RaySlabs, intersect_shape};
 use crate::{
@@ -6,12 +6,12 @@ use crate::{
     ray::{Hit, Ray},
 };
 
-/// Memory of a traversal, reused from ray to ray.
+/// The traversal stack, reused from ray to ray.
 #[derive(Debug, Default)]
 pub struct Stack(Vec<(u32, f32)>);
 
-/// Visits the leaves that the ray enters before `limit(..)` of what was found so far; `leaf` is given a range
-/// of `bvh.primitives` and answers the new limit, or `None` to stop.
+/// Visits the leaves that the ray enters before the current limit of t. `leaf` gets a range of `bvh.primitives` and
+/// returns the new limit, or `None` to stop.
 #[inline(always)]
 fn traverse(
     bvh: &BinaryBvh,
@@ -75,7 +75,7 @@ fn traverse(
     }
 }
 
-/// The nearest hit; of several equally near, the one with the lowest id.
+/// Returns the closest hit; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
     let slabs = RaySlabs::new(ray);
@@ -93,7 +93,7 @@ pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
     best
 }
 
-/// Whether anything is hit before the ray's end.
+/// Returns whether anything is hit before the ray's end.
 #[must_use]
 pub fn occluded(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
     let slabs = RaySlabs::new(ray);

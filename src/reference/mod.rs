@@ -1,5 +1,7 @@
-//! The scalar truth, written plainly and separately from the kernels: one ray at a time, over every primitive
-//! ([`brute`], the oracle) or over a binary BVH ([`bvh`], the honest baseline), and the shading of one ray.
+//! The scalar reference, written independently of the SIMD kernels.
+//!
+//! It traces one ray at a time, over every primitive ([`brute`], the test oracle) or a binary BVH ([`bvh`], the speed
+//! baseline), and shades one ray ([`mod@shade`]).
 
 pub mod brute;
 pub mod bvh;

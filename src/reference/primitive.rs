@@ -1,4 +1,5 @@
-//! One ray against one primitive. The operations and their order are those of `geometry`; see there for why.
+//! Intersects one ray with one primitive, with the same operations in the same order as the `geometry` module, which
+//! explains them.
 
 use crate::{
     math::{Aabb, cross, dot, max, max_abs, min, min_abs_direction, mul_add3},
@@ -9,13 +10,13 @@ use glam::{DVec3, Vec3};
 
 const GEOMETRIC_PAD: f32 = 1.0 / 4_194_304.0;
 const INTERVAL_PAD: f32 = 4.0 / 16_777_216.0;
-/// More than the rounding error of an edge function, as a share of the longest edge and twice the farthest corner.
+/// Bound on the rounding error of an edge function, relative to the longest edge times twice the farthest corner.
 const FILTER: f32 = 20.0 / 16_777_216.0;
 const EDGE_ERROR: f64 = 11.5 / 16_777_216.0;
 const EDGE_ERROR_64: f64 = 11.5 / 9_007_199_254_740_992.0;
 const ASIDE_ERROR_64: f64 = 22.0 / 9_007_199_254_740_992.0;
 
-/// What the slab test needs of a ray.
+/// A ray prepared for the slab test.
 #[derive(Clone, Copy, Debug)]
 pub struct RaySlabs {
     origin: Vec3,
@@ -23,7 +24,7 @@ pub struct RaySlabs {
 }
 
 impl RaySlabs {
-    /// Of `ray`.
+    /// Prepares `ray`.
     #[must_use]
     pub fn new(ray: &Ray) -> Self {
         let inv = |d: f32| 1.0 / min_abs_direction(d);
@@ -34,7 +35,7 @@ impl RaySlabs {
         }
     }
 
-    /// Where the ray enters and leaves the box; the entry is above the exit where it does not.
+    /// Returns the t at which the ray enters and leaves the box; entry > exit if it misses.
     #[must_use]
     pub fn interval(&self, bounds: Aabb) -> (f32, f32) {
         let t0 = (bounds.lower - self.origin) * self.inv_direction;
@@ -53,7 +54,7 @@ impl RaySlabs {
     }
 }
 
-/// Where `ray` hits primitive `id`, which has this shape, regardless of the ray's `t_max`.
+/// Intersects `ray` with primitive `id` of the given shape, ignoring the ray's `t_max`.
 #[inline]
 #[must_use]
 pub fn intersect_shape(id: PrimitiveId, shape: &Shape, ray: &Ray, slabs: &RaySlabs) -> Option<Hit> {
@@ -78,7 +79,7 @@ fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32
 
     let edges = [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)];
     let weights = edges.map(|(edge, sum)| dot(d, cross(edge, sum) * side));
-    // No vector is longer than its coordinates together.
+    // The 1-norm bounds the length.
     let length = |v: Vec3| v.abs().element_sum();
     let longest = edges.into_iter().map(|(edge, _)| length(edge)).fold(0.0, max);
     let farthest = [a, b, c].into_iter().map(length).fold(0.0, max);
@@ -98,9 +99,9 @@ fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32
     (near <= far && t > 0.0).then_some((t, u / sum, v / sum))
 }
 
-/// Where `f32` cannot tell: whether the ray's line passes through the triangle in `f64`, or, where two of its edges are
-/// within that one's error, between two corners. Not if one of the edge functions in `f32` is clearly negative: the
-/// triangle is then behind.
+/// Decides in `f64` where `f32` cannot: whether the ray's line passes through the triangle or, if two edge functions are
+/// within the error of `f64`, between two corners. False if an edge function is clearly negative in `f32`: then the
+/// triangle is behind the ray.
 #[cold]
 #[inline(never)]
 fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {

@@ -1,5 +1,4 @@
-//! The colour of one camera ray: Whitted's algorithm as a loop. Written apart from `shade`, with the same
-//! operations in the same order.
+//! The scalar twin of the `shade` module: Whitted's algorithm as a loop, with the same operations in the same order.
 
 use crate::{
     math::{cross, dot, max, max_abs, min, mul_add, mul_add3, normalize, powi, scale_to_one},
@@ -11,15 +10,15 @@ use glam::Vec3;
 const SURFACE_OFFSET: f32 = 32.0 / 16_777_216.0;
 const LIGHT_OFFSET: f32 = 32.0 / 16_777_216.0;
 
-/// Something that answers rays: brute force or a BVH.
+/// A way to trace rays: brute force or a BVH.
 pub trait Intersect {
-    /// The nearest hit; of several equally near, the one with the lowest id.
+    /// Returns the closest hit; at equal t the one with the lowest id.
     fn closest_hit(&mut self, ray: &Ray) -> Hit;
-    /// Whether anything is hit before the ray's end.
+    /// Returns whether anything is hit before the ray's end.
     fn occluded(&mut self, ray: &Ray) -> bool;
 }
 
-/// A point on a surface; see `shade::surface` for the fields.
+/// A point on a surface; the fields are those of `shade::surface::SurfacePacket`.
 struct Surface {
     point: Vec3,
     geometric_normal: Vec3,
@@ -28,16 +27,16 @@ struct Surface {
     magnitude: f32,
 }
 
-/// Rays traced for one colour.
+/// The number of secondary rays traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SecondaryRays {
-    /// Between a light and a surface.
+    /// Shadow rays.
     pub shadow: u64,
-    /// Mirrored.
+    /// Reflection rays.
     pub reflection: u64,
 }
 
-/// The colour that comes back along a camera ray, linear RGB.
+/// Returns the colour of a camera ray, linear RGB, and adds the secondary rays to `rays`.
 pub fn radiance(
     scene: &Scene,
     intersect: &mut impl Intersect,
@@ -61,8 +60,8 @@ pub fn radiance(
             break;
         }
         let material = &scene.materials()[scene.material_of(hit.primitive).0 as usize];
-        if let Material::Silhouette { color: red } = material {
-            add(&mut color, weight, *red);
+        if let Material::Silhouette { color: own } = material {
+            add(&mut color, weight, *own);
             break;
         }
         let surface = surface(scene, &ray, &hit);
@@ -123,7 +122,7 @@ fn mirrored(s: &Surface) -> Ray {
     )
 }
 
-/// Light that arrives at a point, by channel: sums over the lights that reach it.
+/// The incident light at a point, summed over the lights that reach it, by channel.
 struct Light {
     diffuse: [f32; 3],
     specular: [f32; 3],
@@ -145,8 +144,8 @@ fn gather_light(
     for i in 0..lights.intensity.len() {
         let (position, power) = (lights.position(i), lights.power(i));
         let to_light = normalize(position - s.point);
-        let facing = dot(s.normal, to_light);
-        if facing <= 0.0 || facing.is_nan() {
+        let n_dot_l = dot(s.normal, to_light);
+        if n_dot_l <= 0.0 || n_dot_l.is_nan() {
             continue;
         }
         if shadows {
@@ -155,7 +154,7 @@ fn gather_light(
                 continue;
             }
         }
-        add(&mut sum.diffuse, facing, power);
+        add(&mut sum.diffuse, n_dot_l, power);
         if let Material::BlinnPhong { alpha, .. } = material {
             let halfway = normalize(to_light - s.direction);
             let highlight = powi(max(dot(s.normal, halfway), 0.0), *alpha);
@@ -165,7 +164,7 @@ fn gather_light(
     sum
 }
 
-/// From the light to the point, a little off the surface.
+/// Returns the ray from the light to the point, offset from the surface.
 fn shadow_ray(light: Vec3, s: &Surface) -> Ray {
     let to_light = light - s.point;
     let distance = dot(to_light, to_light).sqrt();
@@ -179,7 +178,7 @@ fn shadow_ray(light: Vec3, s: &Surface) -> Ray {
     }
 }
 
-/// The shading normal of a hit, a unit vector on the viewer's side.
+/// Returns the shading normal of a hit, a unit vector on the viewer's side.
 #[must_use]
 pub fn shading_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
     surface(scene, ray, hit).normal

@@ -193,7 +193,7 @@ pub fn small(random: &mut Random, count: usize) -> Result<Scene, SceneError> {
 pub fn large(random: &mut Random, count: usize) -> Result<Scene, SceneError> {
     let kinds: Vec<Kind> = Kind::ALL
         .into_iter()
-        .filter(|kind| kind.least_count() <= count)
+        .filter(|kind| kind.min_count() <= count)
         .collect();
     let options = Options {
         seed: u64::from(random.below(u32::MAX)),

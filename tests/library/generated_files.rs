@@ -43,7 +43,7 @@ fn assert_same(kind: &str, a: &Scene, b: &Scene) {
 #[test]
 fn files_give_back_what_was_generated() {
     for kind in Kind::ALL {
-        let count = Some(kind.least_count().max(3_000));
+        let count = Some(kind.min_count().max(3_000));
         let generated = generate(kind, Options { seed: 9, count }).expect("a count within its limits");
         let folder = tempfile::tempdir().expect("a folder");
         for part in &generated.parts {

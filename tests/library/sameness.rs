@@ -126,7 +126,7 @@ fn without_shadows_and_with_deep_reflections() {
 #[test]
 fn generated_scenes() {
     for kind in Kind::ALL {
-        let count = Some(kind.least_count().max(20_000));
+        let count = Some(kind.min_count().max(20_000));
         let generated = generate(kind, Options { seed: 5, count }).expect("a count within its limits");
         let camera = generated.view.camera().expect("a view");
         let scene = generated.into_scene().expect("a scene");

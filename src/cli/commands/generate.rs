@@ -49,7 +49,7 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
 
 fn sphere_count(generated: &Generated) -> usize {
     let balls = |shape: &Shape| match shape {
-        Shape::Balls(balls) => balls.len(),
+        Shape::Spheres(balls) => balls.len(),
         Shape::Mesh(_) => 0,
     };
     generated.parts.iter().map(|part| balls(&part.shape)).sum()
