@@ -51,11 +51,10 @@
 //! # Features
 //! | feature | adds | default |
 //! |---|---|---|
-//! | `cli` | the program `octray` | yes |
+//! | `png` | [`render::Film`]'s `save_png` | yes |
+//! | `cli` | the program `octray`; implies `png` | yes |
 //! | `viewer` | its live window; implies `cli` | yes |
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
-
-pub use glam;
 
 pub use glam;
 
@@ -85,3 +84,12 @@ pub mod verify;
 pub mod viewer;
 #[cfg(feature = "png")]
 mod whole_file;
+
+/// The examples of the documents compile.
+#[cfg(all(doctest, feature = "png"))]
+mod documents {
+    #[doc = include_str!("../README.md")]
+    mod readme {}
+    #[doc = include_str!("../docs/library.md")]
+    mod library {}
+}
