@@ -28,7 +28,13 @@ fn files(folders: &[&str], extension: &str) -> Vec<PathBuf> {
 }
 
 fn documents() -> Vec<PathBuf> {
-    let top = ["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md"];
+    let top = [
+        "README.md",
+        "ARCHITECTURE.md",
+        "CHANGELOG.md",
+        "CONTRIBUTING.md",
+        "SECURITY.md",
+    ];
     let top = top.iter().map(|name| package().join(name));
     let mut all = files(&["docs", "benches"], "md");
     all.extend(top.filter(|path| path.exists()));
@@ -47,7 +53,9 @@ fn anchor(heading: &str) -> String {
 fn anchors(document: &Path) -> BTreeSet<String> {
     let text = fs::read_to_string(document).expect("a document");
     let headings = text.lines().filter(|line| line.starts_with('#'));
-    headings.map(|line| anchor(line.trim_start_matches('#').trim())).collect()
+    headings
+        .map(|line| anchor(line.trim_start_matches('#').trim()))
+        .collect()
 }
 
 #[test]

@@ -54,15 +54,15 @@ fn too_large_inputs_are_refused_before_the_work() {
         // Pictures of several formats.
         (
             "\"$0\" a.scn --size 16384x16384 --max-memory 1G",
-            &["a picture of 16384x16384 takes about", "1.0 GiB"][..],
+            &["a picture of 16384x16384 needs about", "1.0 GiB"][..],
         ),
         (
             "\"$0\" a.scn --size 16384x16384 -o a.exr --aov depth",
-            &["a picture of 16384x16384 takes about"],
+            &["a picture of 16384x16384 needs about"],
         ),
         (
             "\"$0\" a.scn --size 9000x9000 -o a.exr --max-memory 1500M",
-            &["a picture of 9000x9000 takes about"],
+            &["a picture of 9000x9000 needs about"],
         ),
         // A mesh in a scene and by itself.
         (
@@ -101,7 +101,7 @@ fn too_large_inputs_are_refused_before_the_work() {
         ),
         (
             "\"$0\" a.scn --threads 4096",
-            &["--threads 4096: their stacks take"],
+            &["--threads 4096: the stacks need"],
         ),
     ] {
         refused(&folder, script, words);

@@ -478,7 +478,7 @@ fn benchmarks_are_reported(screen: &Screen) {
     no_display.failed(3, "no display");
     // Errors before a window opens.
     let too_large = screen.run(&folder, &["view", "a.scn", "--size=70000x64"]);
-    too_large.failed(1, "more than 32767 pixels");
+    too_large.failed(1, "at most 32767 pixels");
     let missing = screen.run(&folder, &["view", "b.scn"]);
     missing.failed(1, "b.scn: file not found");
 }
