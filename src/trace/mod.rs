@@ -56,7 +56,7 @@ pub const BUNDLE: usize = 2 * BUNDLE_OF_16;
 /// The most [`RayPacket`]s of a bundle whose packets hold sixteen rays.
 const BUNDLE_OF_16: usize = PACKETS * REGISTER_LANES / LANES;
 
-/// Selects a way of tracing; all give the same hits.
+/// Selects a traversal method; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
     /// Whichever fits the rays: bundles, packets or single rays.

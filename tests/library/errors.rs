@@ -1,5 +1,5 @@
 //! Errors as text: every case of `tests/errors/*.txt` is a scene (and sometimes a mesh) that must be
-//! refused with exactly the report that stands below it. `OCTRAY_BLESS=1 cargo test --test errors` writes
+//! refused with exactly the report that stands below it. `OCTRAY_BLESS=1 cargo test --test library errors` writes
 //! the reports anew; read the difference before you commit it.
 //!
 //! A case is a name, the files, and the report:
