@@ -100,7 +100,7 @@ fn wrong_values_are_usage_errors() {
         ("--eye 0,0,5", "up vector"),
         ("--eye 0,0,5 --target 0,0,-1", "up vector"),
         ("--up 0,0,0", "up vector"),
-        ("--eye 1,2,3 --target 1,2,3", "eye stands on the target"),
+        ("--eye 1,2,3 --target 1,2,3", "eye and target are the same point"),
         ("--view 2 --eye 1,2,3", "give one of them"),
         ("--camera front --view 2", "give one of them"),
         ("--eye 1,2,3 --camera front", "give one of them"),
@@ -559,6 +559,6 @@ fn mesh_errors_help() {
     folder.fails(
         &["square.obj", "--eye", "1,2,3", "--target", "1,2,3"],
         2,
-        "eye stands on the target",
+        "eye and target are the same point",
     );
 }

@@ -128,5 +128,5 @@ fn a_picture_is_no_scene() {
         1,
         "no kind of file that octray reads, expected a scene (.scn)",
     );
-    folder.fails(&["a"], 1, "beside it: `a.scn`");
+    folder.fails(&["a"], 1, "did you mean `a.scn`?");
 }
