@@ -88,7 +88,7 @@ fn wrong_values_are_usage_errors() {
         ("--eye 0,0,5", "up vector"),
         ("--eye 0,0,5 --target 0,0,-1", "up vector"),
         ("--up 0,0,0", "up vector"),
-        ("--eye 1,2,3 --target 1,2,3", "eye stands on the target"),
+        ("--eye 1,2,3 --target 1,2,3", "eye and target are the same point"),
         ("--view 2 --eye 1,2,3", "use one of them"),
         ("--camera front --view 2", "use one of them"),
         ("--eye 1,2,3 --camera front", "use one of them"),
@@ -481,6 +481,6 @@ fn mesh_errors_suggest_a_remedy() {
     folder.fails(
         &["square.obj", "--eye", "1,2,3", "--target", "1,2,3"],
         2,
-        "eye stands on the target",
+        "eye and target are the same point",
     );
 }

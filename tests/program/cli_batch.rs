@@ -20,7 +20,7 @@ fn fed(folder: &Folder, arguments: &[&str], text: &str) -> Run {
 fn each_scene_has_a_picture() {
     let folder = Folder::new();
     fs::create_dir(folder.path("out")).unwrap();
-    folder.write("b.scn", "material 1\nsphere 0 0 0.3 0.5\n");
+    folder.write("b.scn", "light 9 -4 10 0.7\nmaterial 1\nsphere 0 0 0.3 0.5\n");
     folder.run(&["a.scn", "b.scn", SMALL]).succeeded();
     folder
         .run(&["render", "a.scn", "b.scn", SMALL, "-o", "out/{stem}-x.png"])
