@@ -6,7 +6,10 @@ use super::{
     scn, stl,
 };
 use crate::{error::LoadError, scene::Scene};
-use std::{io::Read, path::Path};
+use std::{
+    io::Read,
+    path::{Path, PathBuf},
+};
 
 /// What bytes are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,18 +61,26 @@ pub fn detect(bytes: &[u8]) -> Detected {
 }
 
 /// Loads a scene or a mesh of any format from a reader such as a pipe. `name` stands for the input in errors; the paths
-/// that it names are relative to the folder of `name`, and to the current folder if it has none. `memory` limits what
-/// the scene may take, in bytes, as in [`load_within`](super::load_within).
+/// that it names are relative to the folder of `name`, and to the current folder if it has none. They are added to
+/// `asked`, and `memory` limits what the scene may take, in bytes, as in [`load_within`](super::load_within).
 ///
 /// # Errors
 /// [`LoadError`], as for [`load_from_reader`] and [`mesh::load`].
-pub fn load_any(reader: impl Read, name: &Path, memory: u64) -> Result<Loaded, LoadError> {
+pub fn load_any(
+    reader: impl Read,
+    name: &Path,
+    asked: &mut Vec<PathBuf>,
+    memory: u64,
+) -> Result<Loaded, LoadError> {
     let bytes = files::read_all(reader, memory.min(files::MAX_BYTES));
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
     Ok(match detect(&bytes) {
-        Detected::Scene => Loaded::Scene(Box::new(load_from_reader(&bytes[..], name, memory)?)),
+        Detected::Scene => Loaded::Scene(Box::new(load_from_reader(&bytes[..], name, asked, memory)?)),
         Detected::Mesh(format) => {
-            let open = &mut |path: &Path| files::read(path, memory);
+            let open = &mut |path: &Path| {
+                asked.push(path.to_path_buf());
+                files::read(path, memory)
+            };
             Loaded::Mesh(Box::new(mesh::parse_as(format, &bytes, name, open)?))
         }
     })
@@ -125,11 +136,13 @@ mod tests {
 
     #[test]
     fn a_reader_gives_a_scene_or_a_mesh() {
-        let load = |text: &str| load_any(text.as_bytes(), Path::new("-"), u64::MAX).expect("it loads");
+        let load = |text: &str| {
+            load_any(text.as_bytes(), Path::new("-"), &mut Vec::new(), u64::MAX).expect("it loads")
+        };
         assert!(matches!(load("sphere 0 0 0 1"), Loaded::Scene(scene) if scene.primitive_count() == 1));
         let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
         assert!(matches!(load(square), Loaded::Mesh(mesh) if mesh.columns.triangles.len() == 2));
-        let error = load_any(square.as_bytes(), Path::new("-"), 10).expect_err("too large");
+        let error = load_any(square.as_bytes(), Path::new("-"), &mut Vec::new(), 10).expect_err("too large");
         assert_eq!(error.to_string(), "-: the input is larger than 10 B");
     }
 }

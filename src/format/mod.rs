@@ -54,13 +54,20 @@ pub fn check_file(path: &Path) -> Result<(), LoadError> {
 }
 
 /// As [`load`], with the text of the `.scn` file from a reader such as a pipe. `name` stands for the file in errors;
-/// paths are relative to its folder, or to the current folder if it has none. `memory` is as in [`load_within`].
+/// paths are relative to its folder, or to the current folder if it has none. `asked` and `memory` are as in
+/// [`load_within`].
 ///
 /// # Errors
 /// [`LoadError`], as for [`load_within`]; also if the text is too long for a scene.
-pub fn load_from_reader(reader: impl io::Read, name: &Path, memory: u64) -> Result<Scene, LoadError> {
+pub fn load_from_reader(
+    reader: impl io::Read,
+    name: &Path,
+    asked: &mut Vec<PathBuf>,
+    memory: u64,
+) -> Result<Scene, LoadError> {
     let text = files::read_all_text(reader).map_err(|error| files::load_error(name, &error))?;
-    scn::parse(&text, name, &mut Disk { memory }, memory)
+    let disk = Disk { memory };
+    scn::parse(&text, name, &mut Listed { disk, asked }, memory)
 }
 
 /// As [`load`], and adds to `asked` every file that it tried to open, also those that it could not read, to be watched

@@ -4,6 +4,17 @@ use super::{Generated, Shape};
 use crate::scene::MeshColumns;
 use std::io::{self, Write};
 
+/// The comment of a generated scene.
+const SCN_MARK: &str = "// made by: octray generate ";
+/// The comment of a generated mesh.
+const PLY_MARK: &str = "comment made by octray\n";
+
+/// Whether a file that begins so was generated.
+pub(crate) fn is_generated(head: &[u8]) -> bool {
+    let has = |mark: &str| head.windows(mark.len()).any(|bytes| bytes == mark.as_bytes());
+    has(SCN_MARK) || (head.starts_with(b"ply\n") && has(PLY_MARK))
+}
+
 impl Generated {
     /// Returns the arguments of `octray` for the scene's own view.
     #[must_use]
@@ -27,7 +38,7 @@ impl Generated {
         writeln!(out, "// {name}: {}", self.kind.summary())?;
         writeln!(
             out,
-            "// made by: octray generate {name} --seed {} --count {}",
+            "{SCN_MARK}{name} --seed {} --count {}",
             self.seed, self.count
         )?;
         writeln!(out, "// octray {name}.scn {}\n", self.render_arguments())?;
@@ -67,7 +78,7 @@ pub fn write_ply(mesh: &MeshColumns, out: &mut impl Write) -> io::Result<()> {
     }
     writeln!(
         out,
-        "ply\nformat binary_little_endian 1.0\ncomment made by octray\ncomment up z"
+        "ply\nformat binary_little_endian 1.0\n{PLY_MARK}comment up z"
     )?;
     writeln!(out, "element vertex {vertices}")?;
     let names: &[&str] = if has_normals {

@@ -22,6 +22,8 @@ const MAX_COUNT: usize = u32::MAX as usize - 8;
 const MAX_MATERIALS: usize = 1 << 20;
 /// The most lights of a scene: each costs a shadow ray for every visible point.
 pub const MAX_LIGHTS: usize = 1024;
+/// The most textures that a scene lists.
+pub(crate) const MAX_TEXTURES: usize = 10_000;
 
 /// Peak memory of building the BVH, the BVH included, bytes per primitive.
 // Tuned: see docs/lab-notes.md#bvh-bytes
@@ -223,6 +225,15 @@ impl SceneBuilder {
     /// Records an included file.
     pub fn add_include(&mut self, path: PathBuf) {
         self.sources.includes.push(path);
+    }
+
+    /// Records files of textures, which octray does not read.
+    pub fn add_textures(&mut self, paths: Vec<PathBuf>) {
+        for path in paths {
+            if self.sources.textures.len() < MAX_TEXTURES {
+                self.sources.textures.insert(path);
+            }
+        }
     }
 
     /// Records a sentence about something that was ignored or missing without being an error.

@@ -12,8 +12,8 @@ mod transform;
 mod weld;
 
 pub use background::Background;
-pub(crate) use builder::check_memory;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, MeshColumns, SceneBuilder};
+pub(crate) use builder::{MAX_TEXTURES, check_memory};
 pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View, for_each_packet};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
@@ -24,7 +24,7 @@ pub(crate) use weld::weld;
 
 use crate::{math::Aabb, ray::PrimitiveId};
 use glam::Vec3;
-use std::path::PathBuf;
+use std::{collections::BTreeSet, path::PathBuf};
 
 /// The largest absolute coordinate, radius or intensity of a scene. The kernels multiply up to four differences of
 /// coordinates, which must stay finite in `f32`.
@@ -133,6 +133,8 @@ impl Lights {
 pub struct Sources {
     /// Included scene files in the order of reading, one entry for each inclusion.
     pub includes: Vec<PathBuf>,
+    /// Files of textures that the meshes name; octray does not read them.
+    pub textures: BTreeSet<PathBuf>,
     /// What was ignored or missing without being an error, a sentence each.
     pub notes: Vec<String>,
 }

@@ -39,6 +39,17 @@ pub struct ConfigArgs {
     pub no_config: bool,
 }
 
+impl ConfigArgs {
+    /// The file, if there is one.
+    pub fn path(&self) -> Option<PathBuf> {
+        match &self.config {
+            Some(path) => Some(path.clone()),
+            None if self.no_config => None,
+            None => usual_place().filter(|path| path.exists()),
+        }
+    }
+}
+
 /// A parsed command line of `render` with the config file's defaults added; `None` if there is no file.
 ///
 /// # Errors
@@ -48,13 +59,8 @@ pub fn with_defaults(
     matches: &ArgMatches,
     args: &ConfigArgs,
 ) -> Result<Option<Vec<OsString>>, CliError> {
-    let path = match &args.config {
-        Some(path) => path.clone(),
-        None if args.no_config => return Ok(None),
-        None => match usual_place().filter(|path| path.exists()) {
-            Some(path) => path,
-            None => return Ok(None),
-        },
+    let Some(path) = args.path() else {
+        return Ok(None);
     };
     let text = read(&path).map_err(|error| LoadError::whole_file(&path, error.to_string()))?;
     let file = File {

@@ -21,6 +21,10 @@ pub struct GenerateArgs {
     #[arg(short, long, value_name = "FOLDER", default_value = ".")]
     pub output: PathBuf,
 
+    /// Replace files that octray did not make, too
+    #[arg(long)]
+    pub force: bool,
+
     /// Another seed makes another scene of the same kind
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
@@ -51,6 +55,7 @@ impl GenerateArgs {
                 count: self.count,
             },
             folder: self.output,
+            force: self.force,
         }
     }
 }

@@ -12,7 +12,7 @@ use super::{
 use crate::cli::{
     CliError,
     load::memory,
-    plan::{Pictures, RenderPlan, StatsFormat},
+    plan::{Pictures, RenderPlan, StatsFormat, check_inputs},
 };
 use clap::Args;
 use std::path::PathBuf;
@@ -28,6 +28,10 @@ pub struct RenderArgs {
     /// {stem} stands for the scene's name [default: {stem}.png, in the current directory]
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
+
+    /// Replace files that octray did not write, too; it does so anyway if -o is a whole file name
+    #[arg(long, help_heading = "Picture")]
+    pub force: bool,
 
     /// Width and height, pixels
     #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512", help_heading = "Picture")]
@@ -87,10 +91,12 @@ impl RenderArgs {
             output: self.output.as_deref(),
             turntable,
             skip_existing: self.series.skip_existing,
+            force: self.force,
             comparison: self.comparison.options(),
         };
         let (camera, mesh) = (self.camera.options(), self.mesh.options(turntable.is_some()));
         let jobs = pictures.jobs(&self.scenes, &camera, &mesh, self.memory.limit())?;
+        let inputs = check_inputs(&jobs, self.config.path().as_deref())?;
         memory::check_threads(self.trace.threads)?;
         Ok(RenderPlan {
             settings,
@@ -98,6 +104,7 @@ impl RenderArgs {
             picture,
             whole_turn: turntable.map_or(1, |turntable| turntable.count),
             jobs,
+            inputs,
             stats: self.stats,
             quiet: self.quiet,
         })

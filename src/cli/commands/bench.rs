@@ -11,7 +11,7 @@ use crate::{
             self,
             bench::{Json, frame_table, heading, means, table},
         },
-        write::write_json,
+        write::{Inputs, write_json},
     },
     render::Settings,
     scene::{Camera, Scene},
@@ -30,7 +30,13 @@ pub fn run(plan: &BenchPlan) -> Result<(), CliError> {
     match &plan.scenes {
         BenchScenes::One(input, memory) => {
             let name = input.path.display().to_string();
-            let Input { scene, camera, .. } = load::load(input, *memory)?;
+            let mut inputs = Inputs::default();
+            inputs.add(&input.path, "the scene");
+            inputs.check_json(plan.json.as_ref())?;
+            let mut files = Vec::new();
+            let Input { scene, camera, .. } = load::load_and_list(input, *memory, &mut files)?;
+            inputs.add_scene(&input.path, &files, Some(&scene));
+            inputs.check_json(plan.json.as_ref())?;
             bench.print(&heading(plan))?;
             let rows = bench.scene(&name, &scene, &camera)?;
             results.push((name, rows));

@@ -1,8 +1,14 @@
 //! `octray generate`: a made-up scene as files.
 
 use crate::{
-    cli::{CliError, plan::GeneratePlan, process::Interrupt, report::quoted, write::write_file},
-    generate::{Generated, Shape, generate, write_ply},
+    cli::{
+        CliError,
+        plan::GeneratePlan,
+        process::Interrupt,
+        report::quoted,
+        write::{is_foreign, write_file},
+    },
+    generate::{Generated, Part, Shape, generate, write_ply},
 };
 use std::{fmt::Write as _, fs, io, path::Path};
 
@@ -18,30 +24,44 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
     fs::create_dir_all(folder)
         .map_err(|error| CliError::writing(&format!("to the directory {}", folder.display()), &error))?;
 
+    let scene = folder.join(format!("{}.scn", plan.kind.name()));
+    let mesh_path = |part: &Part| Some(folder.join(generated.mesh_file_name(part)?));
+    if !plan.force {
+        let mut files = generated
+            .parts
+            .iter()
+            .filter_map(mesh_path)
+            .chain([scene.clone()]);
+        if let Some(file) = files.find(|file| is_foreign(file)) {
+            return Err(CliError::Failed(format!(
+                "{} exists and was not made by `octray generate`; name another directory with -o or replace it with --force",
+                file.display()
+            )));
+        }
+    }
+
     let mut told = String::new();
     // The meshes first, so that a scene file that exists can be loaded.
     for part in &generated.parts {
-        if let (Shape::Mesh(mesh), Some(name)) = (&part.shape, generated.mesh_file_name(part)) {
-            let path = folder.join(name);
+        if let (Shape::Mesh(mesh), Some(path)) = (&part.shape, mesh_path(part)) {
             let written = write_file(&path, &interrupt, |out| write_ply(mesh, out));
             finished(&path, &interrupt, written)?;
             let _ = writeln!(told, "{}: {} triangles", path.display(), mesh.triangles.len());
         }
     }
-    let path = folder.join(format!("{}.scn", plan.kind.name()));
-    let written = write_file(&path, &interrupt, |out| generated.write_scn(out));
-    finished(&path, &interrupt, written)?;
+    let written = write_file(&scene, &interrupt, |out| generated.write_scn(out));
+    finished(&scene, &interrupt, written)?;
     let _ = writeln!(
         told,
         "{}: {} spheres, {} lights",
-        path.display(),
+        scene.display(),
         sphere_count(&generated),
         generated.lights.len()
     );
     let _ = writeln!(
         told,
         "render it with: octray {} {}",
-        quoted(&path),
+        quoted(&scene),
         generated.render_arguments()
     );
     Ok(told)
@@ -74,6 +94,7 @@ mod tests {
                 count: Some(count),
             },
             folder: folder.to_owned(),
+            force: false,
         }
     }
 

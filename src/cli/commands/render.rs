@@ -9,10 +9,10 @@ use crate::{
             faults::{self, Faults},
             memory,
         },
-        plan::{Frame, Job, RenderPlan, StatsFormat, Turn, turned},
+        plan::{Frame, Job, RenderPlan, StatsFormat, Turn, is_standard_input, objection, turned},
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts},
-        write::AovKind,
+        write::{AovKind, Inputs, Output},
     },
     render::{Renderer, Settings},
     scene::{Camera, Scene},
@@ -31,6 +31,8 @@ struct Call<'a> {
     verbose: bool,
     /// When the program began or the previous picture was done.
     since: Instant,
+    /// Files that are read, as far as they are known.
+    inputs: Inputs,
     verdicts: Verdicts,
 }
 
@@ -60,19 +62,44 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         interrupt: &interrupt,
         verbose: !plan.quiet && io::stderr().is_terminal(),
         since: start,
+        inputs: plan.inputs.clone(),
         verdicts: Verdicts::default(),
     };
-    for job in &plan.jobs {
-        call.render_job(job)?;
+    call.look_ahead()?;
+    for (i, job) in plan.jobs.iter().enumerate() {
+        call.render_job(job, &plan.jobs[i..])?;
     }
     call.verdicts.finish()
 }
 
 impl Call<'_> {
-    /// Renders the pictures of one scene.
-    fn render_job(&mut self, job: &Job) -> Result<(), CliError> {
+    /// Finds out which files all scenes read if a picture of one might replace a file of the next. Loading twice is the
+    /// price of `--force` for several scenes.
+    fn look_ahead(&mut self) -> Result<(), CliError> {
+        let jobs = &self.plan.jobs;
+        if jobs.len() == 1 || !jobs.iter().flat_map(Job::outputs).any(Output::replaces_foreign) {
+            return Ok(());
+        }
+        for job in jobs.iter().filter(|job| !is_standard_input(&job.input.path)) {
+            let mut files = Vec::new();
+            let load = || load::load_and_list(&job.input, job.scene_memory, &mut files);
+            // An error comes again when it is this scene's turn.
+            let input = self.interrupt.exit_at_once_during(load)?.ok();
+            let scene = input.as_ref().map(|input| &input.scene);
+            self.inputs.add_scene(&job.input.path, &files, scene);
+        }
+        self.check_inputs(jobs)
+    }
+
+    fn check_inputs(&self, jobs: &[Job]) -> Result<(), CliError> {
+        objection(jobs, &self.inputs).map_or(Ok(()), |objection| Err(CliError::Failed(objection)))
+    }
+
+    /// Renders the pictures of one scene, the first of those that are left.
+    fn render_job(&mut self, job: &Job, left: &[Job]) -> Result<(), CliError> {
         let interrupt = self.interrupt;
-        let load = || load::load(&job.input, job.scene_memory);
+        let mut files = Vec::new();
+        let load = || load::load_and_list(&job.input, job.scene_memory, &mut files);
         let (input, load_time) = interrupt.exit_at_once_during(|| timed(load))?;
         let Input {
             mut scene,
@@ -81,6 +108,8 @@ impl Call<'_> {
             notes,
             ..
         } = input?;
+        self.inputs.add_scene(&job.input.path, &files, Some(&scene));
+        self.check_inputs(left)?;
         let faults = faults::of(&scene);
         self.warn(&job.input.path, &scene, &faults, notes);
         let quality = self.plan.build.quality(

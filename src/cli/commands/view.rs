@@ -7,7 +7,7 @@ use crate::{
         plan::{InputPlan, JsonTarget, MeshOptions, ViewPlan, stem},
         process::Interrupt,
         report::{self, quoted},
-        write::{Format, Pixels, json_line, write_file},
+        write::{Format, Inputs, Pixels, json_line, write_file},
     },
     render::ByteFilm,
     scene::{Scene, View},
@@ -59,6 +59,10 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         notes,
         rig: _,
     } = load::load_and_list(&program.input, memory, &mut files)?;
+    let mut inputs = Inputs::default();
+    inputs.add(&program.input.path, "the scene");
+    inputs.add_scene(&program.input.path, &files, Some(&scene));
+    inputs.check_json(json.as_ref())?;
     *program.lit_from() = lit_from;
     for note in notes {
         report::warning(&note);

@@ -35,15 +35,8 @@ pub struct Input {
     pub notes: Vec<String>,
 }
 
-/// Loads a scene or a mesh and sets up the camera. The scene may take `memory` bytes.
-///
-/// # Errors
-/// [`CliError`].
-pub fn load(plan: &InputPlan, memory: u64) -> Result<Input, CliError> {
-    load_and_list(plan, memory, &mut Vec::new())
-}
-
-/// As [`load`]; adds every file that was opened to `files`.
+/// Loads a scene or a mesh and sets up the camera. The scene may take `memory` bytes. Adds every file that was opened to
+/// `files`.
 ///
 /// # Errors
 /// [`CliError`].
@@ -113,7 +106,12 @@ fn scene_file(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<Scen
                 .into(),
         ));
     }
-    Ok(format::load_from_reader(stdin.lock(), Path::new(STDIN), memory)?)
+    Ok(format::load_from_reader(
+        stdin.lock(),
+        Path::new(STDIN),
+        files,
+        memory,
+    )?)
 }
 
 /// Loads a scene, or a mesh as it is: without lights, with its cameras and notes. It may take `memory` bytes.

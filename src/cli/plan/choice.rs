@@ -111,6 +111,8 @@ pub struct GeneratePlan {
     pub kind: Kind,
     pub options: generate::Options,
     pub folder: PathBuf,
+    /// Replace files that octray did not make.
+    pub force: bool,
 }
 
 /// What `octray view` does.

@@ -15,7 +15,7 @@ pub use choice::{
 };
 pub use input::{CameraOptions, InputKind, InputPlan, MeshOptions, StartView, is_standard_input, kind_of};
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
-pub use render::{CompareOptions, Frame, Job, PictureOptions, Pictures, RenderPlan};
+pub use render::{CompareOptions, Frame, Job, PictureOptions, Pictures, RenderPlan, check_inputs, objection};
 pub use turntable::{FrameRange, Turn, Turntable, turned};
 
 /// One call of the program.

@@ -8,7 +8,7 @@ use crate::{
     cli::{
         CliError,
         load::memory::{self, PixelBytes},
-        write::{AovFiles, AovKind, Comparison, Output},
+        write::{AovFiles, AovKind, Comparison, Inputs, Output},
     },
     render::{Settings, Transfer},
 };
@@ -26,6 +26,8 @@ pub struct RenderPlan {
     /// Frames of the whole turntable, 1 without one.
     pub whole_turn: u32,
     pub jobs: Vec<Job>,
+    /// Files that are read, as far as the command line names them.
+    pub inputs: Inputs,
     pub stats: Option<StatsFormat>,
     pub quiet: bool,
 }
@@ -37,6 +39,51 @@ pub struct Job {
     pub frames: Vec<Frame>,
     /// Memory that the scene may take beside a picture, bytes.
     pub scene_memory: u64,
+}
+
+impl Job {
+    /// Everything that will be written.
+    pub fn outputs(&self) -> impl Iterator<Item = &Output> {
+        self.frames.iter().flat_map(|frame| {
+            let difference = frame.comparison.as_ref().map(|comparison| &comparison.output);
+            [&frame.output]
+                .into_iter()
+                .chain(frame.aovs.files())
+                .chain(difference)
+        })
+    }
+}
+
+/// Why a job cannot be done without replacing one of the inputs.
+pub fn objection(jobs: &[Job], inputs: &Inputs) -> Option<String> {
+    jobs.iter()
+        .flat_map(Job::outputs)
+        .find_map(|output| inputs.objection(output.name(), output.replaced()?))
+}
+
+/// The files that the command line names, none of which may be replaced.
+///
+/// # Errors
+/// [`CliError::Usage`] if a picture would replace one, [`CliError::Failed`] if it would replace a file that octray
+/// did not write.
+pub fn check_inputs(jobs: &[Job], config: Option<&Path>) -> Result<Inputs, CliError> {
+    let mut inputs = Inputs::default();
+    for job in jobs {
+        inputs.add(&job.input.path, "the scene");
+        for comparison in job.frames.iter().filter_map(|frame| frame.comparison.as_ref()) {
+            inputs.add(comparison.reference(), "the reference");
+        }
+    }
+    if let Some(config) = config {
+        inputs.add(config, "the config file");
+    }
+    if let Some(objection) = objection(jobs, &inputs) {
+        return Err(CliError::Usage(objection));
+    }
+    for output in jobs.iter().flat_map(Job::outputs) {
+        output.check_foreign()?;
+    }
+    Ok(inputs)
 }
 
 /// One picture.
@@ -67,6 +114,8 @@ pub struct Pictures<'a> {
     pub output: Option<&'a Path>,
     pub turntable: Option<Turntable>,
     pub skip_existing: bool,
+    /// Replace files that octray did not write.
+    pub force: bool,
     pub comparison: Option<CompareOptions<'a>>,
 }
 
@@ -137,10 +186,10 @@ impl Pictures<'_> {
 
     fn frame(&self, scene: &Path, turn: Option<Turn>, places: &mut Places) -> Result<Frame, CliError> {
         let path = names::picture(self.output, scene, turn);
-        let output = Output::prepare(&path, scene, self.size())?;
+        let output = Output::prepare(&path, self.size(), self.force)?;
         output.check(self.picture)?;
         places.claim(&output, scene, turn.is_some())?;
-        let aovs = AovFiles::prepare(self.picture, &output, &path, scene, self.size())?;
+        let aovs = AovFiles::prepare(self.picture, &output, &path, self.size(), self.force)?;
         for file in aovs.files() {
             places.claim(file, scene, turn.is_some())?;
         }
@@ -167,19 +216,10 @@ impl Pictures<'_> {
     ) -> Result<Comparison, CliError> {
         let beside = output.is_file().then_some(path);
         let difference = names::difference(options.difference, beside, scene, turn);
-        let difference = Output::prepare(&difference, scene, self.size())?;
+        let difference = Output::prepare(&difference, self.size(), self.force)?;
         places.claim(&difference, scene, turn.is_some())?;
         let reference = names::picture(Some(options.reference), scene, turn).path;
-        let comparison = Comparison::prepare(options, reference, difference, self.size())?;
-        for output in [output, &comparison.output] {
-            if comparison.would_replace_reference(output) {
-                return Err(CliError::Usage(format!(
-                    "{} would replace the reference",
-                    output.name()
-                )));
-            }
-        }
-        Ok(comparison)
+        Comparison::prepare(options, reference, difference, self.size())
     }
 
     /// Width and height of the pictures.

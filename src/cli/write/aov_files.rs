@@ -15,7 +15,6 @@ use crate::{
     render::{Aovs, OnProgress, RenderError, Renderer, Settings, Transfer},
     scene::{Camera, Scene},
 };
-use std::path::Path;
 
 /// The AOVs that were asked for and their checked files.
 #[derive(Debug)]
@@ -42,8 +41,8 @@ impl AovFiles {
         options: &PictureOptions,
         output: &Output,
         path: &PicturePath,
-        scene: &Path,
         size: (u32, u32),
+        force: bool,
     ) -> Result<Self, CliError> {
         let mut asked = options.aovs.clone();
         asked.sort_unstable();
@@ -57,7 +56,7 @@ impl AovFiles {
                         path.path.display()
                     ))
                 })?;
-                files.push(Output::prepare(&file, scene, size)?);
+                files.push(Output::prepare(&file, size, force)?);
             }
         }
         Ok(Self {

@@ -79,9 +79,9 @@ impl Comparison {
         })
     }
 
-    /// Whether the picture would replace the reference.
-    pub fn would_replace_reference(&self, output: &Output) -> bool {
-        fs::canonicalize(&self.reference).is_ok_and(|reference| output.place() == reference)
+    /// The file of the reference.
+    pub fn reference(&self) -> &Path {
+        &self.reference
     }
 
     /// Compares the picture, called `name` in messages, and writes the difference picture if they differ.

@@ -60,6 +60,11 @@ impl Format {
         matches!(self, Self::Png | Self::Qoi | Self::Tiff | Self::Exr)
     }
 
+    /// Whether octray's files of this format say who wrote them.
+    pub fn has_mark(self) -> bool {
+        matches!(self, Self::Png | Self::Exr)
+    }
+
     /// Whether a picture of this size can be written.
     ///
     /// # Errors

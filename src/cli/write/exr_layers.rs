@@ -2,7 +2,7 @@
 //!
 //! The image crate writes colours only, and its blocks in the order in which threads finish: other bytes each time.
 
-use crate::render::{Film, Pixel};
+use crate::render::{Film, Pixel, SOFTWARE};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
     SpecificChannels, Vec2, WritableImage,
@@ -25,7 +25,7 @@ pub fn write_rgb(film: &Film, to: &mut Cursor<Vec<u8>>) -> exr::error::UnitResul
         let [r, g, b] = film.pixels()[y * width + x];
         (r, g, b)
     });
-    Image::from_encoded_channels(size, ENCODING, channels)
+    Image::from_layer(Layer::new(size, attributes(), ENCODING, channels))
         .write()
         .to_buffered(to)
 }
@@ -40,9 +40,17 @@ pub fn write_rgba(film: &Film<[f32; 4]>, to: &mut Cursor<Vec<u8>>) -> exr::error
         let [r, g, b, alpha] = film.pixels()[y * width + x];
         (r, g, b, alpha)
     });
-    Image::from_encoded_channels(size, ENCODING, channels)
+    Image::from_layer(Layer::new(size, attributes(), ENCODING, channels))
         .write()
         .to_buffered(to)
+}
+
+/// Who wrote the file.
+fn attributes() -> LayerAttributes {
+    LayerAttributes {
+        software_name: Some(SOFTWARE.into()),
+        ..LayerAttributes::default()
+    }
 }
 
 fn size<P: Pixel>(film: &Film<P>) -> Vec2<usize> {
@@ -87,7 +95,7 @@ where
     });
     let layer = Layer::new(
         size(film),
-        LayerAttributes::default(),
+        attributes(),
         ENCODING,
         AnyChannels::sort(color.chain(others).collect()),
     );

@@ -9,6 +9,7 @@ mod guarded;
 mod json;
 mod output;
 mod picture;
+mod replace;
 
 pub use aov::{AovKind, DepthRange};
 pub use aov_files::AovFiles;
@@ -20,3 +21,4 @@ pub use json::{json_line, write_json};
 pub use output::Output;
 #[cfg(feature = "viewer")]
 pub use picture::Pixels;
+pub use replace::{Inputs, is_foreign};

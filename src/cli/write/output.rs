@@ -1,10 +1,14 @@
 //! Where a picture goes: checked before rendering, written whole or not at all.
 
-use super::{encode::Format, picture::Picture};
+use super::{
+    encode::Format,
+    picture::Picture,
+    replace::{Identity, identity, is_foreign},
+};
 use crate::{
     cli::{
         CliError,
-        plan::{Origin, PictureOptions, PicturePath, is_standard_input, kind_of},
+        plan::{Origin, PictureOptions, PicturePath, is_standard_input},
         process::Interrupt,
     },
     render::Transfer,
@@ -31,9 +35,17 @@ enum Place {
     /// A file, old or new: replaced in one step. Symbolic links are resolved, so that they stay.
     File {
         path: PathBuf,
-        /// Those of the file that is there already.
-        permissions: Option<Permissions>,
+        /// The file that is there already.
+        old: Option<Old>,
     },
+}
+
+/// A file that will be replaced.
+#[derive(Debug)]
+struct Old {
+    permissions: Permissions,
+    identity: Option<Identity>,
+    is_foreign: bool,
 }
 
 /// A checked place for a picture.
@@ -41,31 +53,34 @@ enum Place {
 pub struct Output {
     name: String,
     origin: Origin,
+    /// Replaces no file that octray did not write.
+    is_careful: bool,
     place: Place,
     format: Format,
 }
 
 impl Output {
     /// Checks that a picture of `width` x `height` can be written to `path`, as far as that can be known
-    /// without writing it.
+    /// without writing it. With `force` it may replace any file.
     ///
     /// # Errors
     /// [`CliError::Usage`] for an unknown extension or a terminal, [`CliError::Failed`] for a folder that is
     /// missing or not writable, and the like.
     pub fn prepare(
         PicturePath { path, origin }: &PicturePath,
-        scene: &Path,
         (width, height): (u32, u32),
+        force: bool,
     ) -> Result<Self, CliError> {
         let (name, place, format) = if is_standard_input(path) {
             Self::stdout()?
         } else {
-            Self::file(path, scene)?
+            Self::file(path)?
         };
         format.check_size(width, height)?;
         Ok(Self {
             name,
             origin: *origin,
+            is_careful: *origin == Origin::Derived && !force,
             place,
             format,
         })
@@ -88,13 +103,43 @@ impl Output {
 
     /// Whether a file is there already.
     pub fn exists(&self) -> bool {
-        matches!(
-            &self.place,
-            Place::File {
-                permissions: Some(_),
-                ..
-            }
-        )
+        self.old().is_some()
+    }
+
+    fn old(&self) -> Option<&Old> {
+        match &self.place {
+            Place::File { old, .. } => old.as_ref(),
+            Place::Stdout | Place::Special(_) => None,
+        }
+    }
+
+    /// The file that will be replaced.
+    pub fn replaced(&self) -> Option<&Identity> {
+        self.old()?.identity.as_ref()
+    }
+
+    /// Whether a file is there that octray did not write.
+    pub fn replaces_foreign(&self) -> bool {
+        self.old().is_some_and(|old| old.is_foreign)
+    }
+
+    /// Refuses to replace a file that octray did not write, unless the user typed its name or forces it.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`].
+    pub fn check_foreign(&self) -> Result<(), CliError> {
+        if !(self.is_careful && self.replaces_foreign()) {
+            return Ok(());
+        }
+        let why = if self.format.has_mark() {
+            "was not written by octray"
+        } else {
+            "may be another program's (only .png and .exr tell)"
+        };
+        Err(CliError::Failed(format!(
+            "{} exists and {why}; name another file with -o or replace it with --force",
+            self.name
+        )))
     }
 
     /// Whether it is an EXR file, which holds linear floats and any channels.
@@ -119,7 +164,7 @@ impl Output {
         Ok(("standard output".into(), Place::Stdout, Format::Png))
     }
 
-    fn file(path: &Path, scene: &Path) -> Result<(String, Place, Format), CliError> {
+    fn file(path: &Path) -> Result<(String, Place, Format), CliError> {
         let name = path.display().to_string();
         let found = match fs::metadata(path) {
             // Otherwise only writing the finished picture would fail.
@@ -150,16 +195,13 @@ impl Output {
             return Ok((name, Place::Special(path.to_owned()), format));
         }
         let path = follow_links(path).map_err(|error| CliError::writing(&name, &error))?;
-        if found.is_some() && fs::canonicalize(scene).is_ok_and(|scene| scene == path) {
-            // A picture given as a scene: that it is no scene matters more.
-            kind_of(scene)?;
-            return Err(CliError::Usage(format!(
-                "the picture {name} would replace the scene"
-            )));
-        }
         check_writable(&path, found.is_some(), &name)?;
-        let permissions = found.map(|found| found.permissions());
-        Ok((name, Place::File { path, permissions }, format))
+        let old = found.map(|found| Old {
+            permissions: found.permissions(),
+            identity: identity(&path, &found),
+            is_foreign: is_foreign(&path),
+        });
+        Ok((name, Place::File { path, old }, format))
     }
 
     /// An empty picture of the kind that will be written.
@@ -202,31 +244,31 @@ impl Output {
                 let mut file = OpenOptions::new().write(true).open(path)?;
                 file.write_all(&bytes).and_then(|()| file.flush())
             })?,
-            Place::File { path, permissions } => replace(path, permissions.as_ref(), &bytes, interrupt),
+            Place::File { path, old } => self.replace(path, old.as_ref(), &bytes, interrupt),
         };
         interrupt.check()?;
         written.map_err(|error| CliError::writing(&self.name, &error))
     }
-}
 
-/// Writes a new file beside `path` and then gives it that name. The temporary file goes with every failure.
-fn replace(
-    path: &Path,
-    permissions: Option<&Permissions>,
-    bytes: &[u8],
-    interrupt: &Interrupt,
-) -> io::Result<()> {
-    let mut temporary = Temporary::beside(path)?;
-    if let Some(permissions) = permissions {
-        temporary.file().set_permissions(permissions.clone())?;
-    }
-    for chunk in bytes.chunks(CHUNK) {
-        if interrupt.requested() {
-            return Err(io::ErrorKind::Interrupted.into());
+    /// Writes a new file beside `path` and then gives it that name. The temporary file goes with every failure.
+    fn replace(&self, path: &Path, old: Option<&Old>, bytes: &[u8], interrupt: &Interrupt) -> io::Result<()> {
+        let mut temporary = Temporary::beside(path)?;
+        if let Some(old) = old {
+            temporary.file().set_permissions(old.permissions.clone())?;
         }
-        temporary.file().write_all(chunk)?;
+        for chunk in bytes.chunks(CHUNK) {
+            if interrupt.requested() {
+                return Err(io::ErrorKind::Interrupted.into());
+            }
+            temporary.file().write_all(chunk)?;
+        }
+        if self.is_careful && is_foreign(path) {
+            return Err(io::Error::other(
+                "another program has made a file of this name meanwhile",
+            ));
+        }
+        temporary.persist()
     }
-    temporary.persist()
 }
 
 /// Whether the file may be replaced or made, found out without changing it.

@@ -14,7 +14,7 @@ mod nodes;
 
 use super::{
     OpenMesh,
-    mesh::{LoadedMesh, Surface},
+    mesh::{LoadedMesh, Surface, add_texture},
 };
 use crate::error::{LoadError, SourcePos};
 use buffers::Buffers;
@@ -22,6 +22,7 @@ use gltf::{
     Document, Glb,
     json::{self, validation::Validate},
 };
+use percent_encoding::percent_decode_str;
 use std::{path::Path, sync::Arc};
 
 /// Extensions that a file may require because they change nothing that octray reads.
@@ -53,12 +54,19 @@ pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<Loa
     };
     let root = root(json, path)?;
     let note = extras::left_out(&root, json).note(path);
+    let mut textures = Vec::new();
+    for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
+        if !uri.starts_with("data:") {
+            add_texture(&mut textures, path, &percent_decode_str(uri).decode_utf8_lossy());
+        }
+    }
     let document = document(root, path)?;
     let mut buffers = Buffers::new(path, blob, open);
     let mut reading = nodes::Reading::default();
     reading.scene(&document, &mut buffers)?;
     let mut mesh = reading.finish(&document);
     mesh.notes.extend(note);
+    mesh.textures = textures;
     Ok(mesh)
 }
 

@@ -259,6 +259,7 @@ impl Reading {
             up: UpAxis::Y,
             up_source: UpSource::Stated,
             notes: Vec::new(),
+            textures: Vec::new(),
         }
     }
 }

@@ -10,7 +10,7 @@ pub use up::{UpAxis, UpSource};
 use super::{OpenMesh, files, gltf, obj, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError},
-    scene::{Material, MaterialId, MeshColumns, SceneBuilder, View},
+    scene::{MAX_TEXTURES, Material, MaterialId, MeshColumns, SceneBuilder, View},
 };
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -32,6 +32,18 @@ pub struct LoadedMesh {
     pub up_source: UpSource,
     /// Warnings: what is missing, and what the file holds but octray does not read. Each begins with a file's path.
     pub notes: Vec<String>,
+    /// The files of textures, which octray does not read.
+    pub textures: Vec<PathBuf>,
+}
+
+/// Longer names are no files.
+const MAX_NAME: usize = 4096;
+
+/// Lists a texture that the file at `path` names.
+pub(super) fn add_texture(textures: &mut Vec<PathBuf>, path: &Path, name: &str) {
+    if textures.len() < MAX_TEXTURES && name.len() <= MAX_NAME {
+        textures.push(path.parent().unwrap_or(Path::new("")).join(name));
+    }
 }
 
 /// How a surface looks. Colours are display values from 0 to 1, as seen under full light.
@@ -170,6 +182,7 @@ impl LoadedMesh {
     /// # Errors
     /// [`SceneError`], as for [`SceneBuilder::add_mesh`].
     pub fn add_to(self, builder: &mut SceneBuilder, material: Option<MaterialId>) -> Result<(), SceneError> {
+        builder.add_textures(self.textures);
         match material {
             Some(material) => builder.add_mesh(self.columns, material),
             None if self.surfaces.is_empty() => {

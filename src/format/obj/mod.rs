@@ -26,7 +26,7 @@ use std::{
     borrow::Cow,
     collections::{HashMap, HashSet},
     ops::Range,
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 /// A triangle without a known material.
@@ -98,6 +98,7 @@ struct Obj {
     unknown_lines: usize,
     unknown: Option<Range<usize>>,
     notes: Vec<String>,
+    textures: Vec<PathBuf>,
 }
 
 impl Obj {
@@ -202,7 +203,7 @@ impl Obj {
         for library in libraries {
             match library {
                 Ok((bytes, name)) => {
-                    let materials = mtl::parse(&bytes, &name, &mut self.notes);
+                    let materials = mtl::parse(&bytes, &name, &mut self.notes, &mut self.textures);
                     for (name, surface) in materials {
                         self.surface_by_name.insert(name, self.surfaces.len() as u32);
                         self.surfaces.push(surface);
@@ -276,6 +277,7 @@ impl Obj {
             up: UpAxis::Y,
             up_source: UpSource::Assumed(MeshFormat::Obj),
             notes: self.notes,
+            textures: self.textures,
             ..LoadedMesh::default()
         })
     }

@@ -3,14 +3,19 @@
 
 use super::super::{
     left_out::{LeftOut, counted},
-    mesh::Surface,
+    mesh::{Surface, add_texture},
     place::{TextFault, Words},
 };
 use crate::error::quote;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The surfaces by name. If a name comes twice, the last one counts.
-pub(super) fn parse(text: &[u8], path: &Path, notes: &mut Vec<String>) -> Vec<(Vec<u8>, Surface)> {
+pub(super) fn parse(
+    text: &[u8],
+    path: &Path,
+    notes: &mut Vec<String>,
+    texture_files: &mut Vec<PathBuf>,
+) -> Vec<(Vec<u8>, Surface)> {
     let mut materials: Vec<Reading> = Vec::new();
     let (mut start, mut textures, mut has_faults) = (0, 0, false);
     for line in text.split_inclusive(|&byte| byte == b'\n') {
@@ -40,10 +45,12 @@ pub(super) fn parse(text: &[u8], path: &Path, notes: &mut Vec<String>) -> Vec<(V
             b"Tr" => number(&mut words).map(|share| material.is_transparent |= share > 0.0),
             b"disp" | b"decal" | b"bump" | b"refl" | b"norm" => {
                 textures += 1;
+                add_texture(texture_files, path, &texture_file(words));
                 Some(())
             }
             _ if keyword.starts_with(b"map_") => {
                 textures += 1;
+                add_texture(texture_files, path, &texture_file(words));
                 material.has_texture |= keyword == b"map_Kd";
                 material.is_transparent |= keyword == b"map_d";
                 material.is_emissive |= keyword == b"map_Ke";
@@ -123,6 +130,26 @@ impl Reading {
         };
         (self.name, surface)
     }
+}
+
+/// The file that a texture statement names behind its options.
+fn texture_file(mut words: Words<'_>) -> String {
+    let mut name = words.text(words.rest());
+    while let Some((option @ [b'-', ..], _)) = words.next() {
+        match option {
+            b"-mm" => _ = words.nth(1),
+            b"-o" | b"-s" | b"-t" => {
+                let mut numbers = words.clone();
+                while number(&mut numbers).is_some() {
+                    words = numbers.clone();
+                }
+            }
+            _ => _ = words.next(),
+        }
+        name = words.text(words.rest());
+    }
+    // As Windows writes it.
+    String::from_utf8_lossy(name).replace('\\', "/")
 }
 
 /// One number for all channels, or three; clamped to 0 to 1.
