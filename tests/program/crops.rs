@@ -196,8 +196,9 @@ fn crops_equal_the_picture_with_every_option() {
 /// Each option is in [`CASES`] or, if it changes no pixels, in this list.
 #[test]
 fn every_option_that_changes_pixels_has_a_case() {
-    const NO_PIXELS: [&str; 15] = [
+    const NO_PIXELS: [&str; 16] = [
         "--output",
+        "--force",
         "--size",
         "--crop",
         "--stats",
