@@ -31,7 +31,7 @@ pub struct VerifyArgs {
     pub scene: Option<u64>,
 
     /// Number of threads [default: one for each CPU]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
 
     /// Write the counts as JSON to a file, or to standard output (-)

@@ -16,11 +16,11 @@ use std::{path::PathBuf, time::Duration};
 /// Arguments of `octray view`.
 #[derive(Args, Debug)]
 pub struct ViewArgs {
-    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb)
+    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb); - reads one from standard input
     pub scene: PathBuf,
 
     /// Width and height of the window, pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
+    #[arg(short, long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
     pub size: Size,
 
     #[command(flatten)]

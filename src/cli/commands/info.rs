@@ -7,7 +7,7 @@ use crate::{
         load::{self, memory},
         plan::InfoPlan,
         report::{self, info::Info},
-        write::json_line,
+        write::{json_line, write_json},
     },
 };
 use std::time::Instant;
@@ -25,6 +25,8 @@ pub fn run(plan: &InfoPlan) -> Result<(), CliError> {
     let bvh = Bvh::build(&scene);
     let name = plan.path.display().to_string();
     let info = Info::new(name, &scene, faults, bvh.stats(), load_time);
-    let text = if plan.json { json_line(&info) } else { info.text() };
-    report::print(&text)
+    match &plan.json {
+        Some(target) => write_json(target, &json_line(&info)),
+        None => report::print(&info.text()),
+    }
 }

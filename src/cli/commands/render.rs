@@ -9,10 +9,10 @@ use crate::{
             faults::{self, Faults},
             memory,
         },
-        plan::{Frame, Job, RenderPlan, StatsFormat, Turn, turned},
+        plan::{Frame, Job, JsonTarget, RenderPlan, Turn, turned},
         process::Interrupt,
-        report::{self, RenderBar, RenderReport, Times, Verdicts},
-        write::AovKind,
+        report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
+        write::{AovKind, json_line, write_json},
     },
     render::{Renderer, Settings},
     scene::{Camera, Scene},
@@ -32,6 +32,10 @@ struct Call<'a> {
     /// When the program began or the previous picture was done.
     since: Instant,
     verdicts: Verdicts,
+    /// The pictures of this scene.
+    written: Written,
+    /// Lines of JSON for a file.
+    json: String,
 }
 
 /// A scene that is ready to be rendered.
@@ -61,10 +65,15 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         verbose: !plan.quiet && io::stderr().is_terminal(),
         since: start,
         verdicts: Verdicts::default(),
+        written: Written::default(),
+        json: String::new(),
     };
-    for job in &plan.jobs {
-        call.render_job(job)?;
+    let rendered = plan.jobs.iter().try_for_each(|job| call.render_job(job));
+    // Also after a failure, for the pictures that were written.
+    if let (Some(target @ JsonTarget::File(_)), false) = (&plan.json, call.json.is_empty()) {
+        write_json(target, &call.json)?;
     }
+    rendered?;
     call.verdicts.finish()
 }
 
@@ -114,6 +123,11 @@ impl Call<'_> {
                 let camera = camera_of(frame.turn, &camera)?;
                 self.render_frame(&loaded, &mut renderer, frame, &camera, &mut spent)?;
             }
+        }
+        let written = std::mem::take(&mut self.written);
+        if self.verbose && !self.plan.stats {
+            let window = self.plan.settings.window();
+            report::note(&written.line((window.width(), window.height())));
         }
         Ok(())
     }
@@ -176,20 +190,20 @@ impl Call<'_> {
             let scene = (loaded.path, loaded.scene, loaded.faults);
             RenderReport::new(scene, loaded.bvh, output.name(), settings, &stats, &times).with(aov)
         };
-        match plan.stats {
-            Some(StatsFormat::Json) => report::note(&figures().json()),
-            Some(StatsFormat::Text) => report::note(&figures().text()),
-            None if self.verbose => {
-                let window = settings.window();
-                let (width, height) = (window.width(), window.height());
-                let seconds = times.total.as_secs_f64();
-                report::note(&format!(
-                    "{}: {width}x{height} in {seconds:.2} s\n",
-                    output.name()
-                ));
-            }
+        if plan.stats {
+            report::note(&figures().text());
+        }
+        match &plan.json {
+            Some(JsonTarget::Stdout) => report::print(&json_line(&figures()))?,
+            Some(JsonTarget::File(_)) => self.json += &json_line(&figures()),
             None => {}
         }
+        let name = if output.place() == Path::new("-") {
+            "a PNG to standard output"
+        } else {
+            output.name()
+        };
+        self.written.add(name, times.total);
         if let Some(comparison) = &frame.comparison {
             let verdict = comparison.run(&picture, output.name(), interrupt)?;
             self.verdicts.add(verdict, plan.quiet);

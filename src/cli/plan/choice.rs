@@ -39,13 +39,6 @@ impl Build {
     }
 }
 
-/// How `--stats` prints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StatsFormat {
-    Text,
-    Json,
-}
-
 /// Where a command's JSON goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum JsonTarget {
@@ -68,7 +61,7 @@ impl JsonTarget {
 #[derive(Debug)]
 pub struct InfoPlan {
     pub path: PathBuf,
-    pub json: bool,
+    pub json: Option<JsonTarget>,
     /// Memory that the scene may take, bytes.
     pub memory: u64,
 }

@@ -30,6 +30,8 @@ pub struct InputPlan {
 pub enum InputKind {
     Scene,
     Mesh,
+    /// Standard input: known once it is read.
+    Any,
 }
 
 /// Which camera looks, and what is changed about it.
@@ -78,7 +80,7 @@ impl InputPlan {
         camera.check()?;
         let kind = kind_of(path)?;
         if kind == InputKind::Scene {
-            refuse_mesh_options(path, &mesh)?;
+            mesh.refuse_for_scene(&path.display().to_string())?;
             camera.without_scene()?;
         }
         Ok(Self {
@@ -106,7 +108,10 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
         return Ok(InputKind::Mesh);
     }
     let is_scene = |extension: &OsStr| extension.eq_ignore_ascii_case("scn");
-    if is_standard_input(path) || path.extension().is_some_and(is_scene) || !path.is_file() {
+    if is_standard_input(path) {
+        return Ok(InputKind::Any);
+    }
+    if path.extension().is_some_and(is_scene) || !path.is_file() {
         return Ok(InputKind::Scene);
     }
     let mut start = Vec::new();
@@ -130,18 +135,23 @@ pub fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-fn refuse_mesh_options(path: &Path, mesh: &MeshOptions) -> Result<(), CliError> {
-    let given = [
-        ("--ground", mesh.ground),
-        ("--up-axis", mesh.up_axis.is_some()),
-        ("--smooth-angle", mesh.smooth_degrees.is_some()),
-        ("--lit-from", mesh.lit_from.is_some()),
-    ];
-    match given.iter().find(|(_, given)| *given) {
-        Some((option, _)) => Err(CliError::Usage(format!(
-            "{option} applies to meshes only (.ply, .obj, .stl, .gltf, .glb), and {} is a scene",
-            path.display()
-        ))),
-        None => Ok(()),
+impl MeshOptions {
+    /// Refuses options that have no effect on the scene called `name`.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`].
+    pub fn refuse_for_scene(&self, name: &str) -> Result<(), CliError> {
+        let given = [
+            ("--ground", self.ground),
+            ("--up-axis", self.up_axis.is_some()),
+            ("--smooth-angle", self.smooth_degrees.is_some()),
+            ("--lit-from", self.lit_from.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(CliError::Usage(format!(
+                "{option} applies to meshes only (.ply, .obj, .stl, .gltf, .glb), and {name} is a scene"
+            ))),
+            None => Ok(()),
+        }
     }
 }

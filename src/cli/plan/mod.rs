@@ -10,9 +10,7 @@ mod turntable;
 
 #[cfg(feature = "viewer")]
 pub use choice::ViewPlan;
-pub use choice::{
-    BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, StatsFormat, VerifyPlan,
-};
+pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, VerifyPlan};
 pub use input::{CameraOptions, InputKind, InputPlan, MeshOptions, StartView, is_standard_input, kind_of};
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
 pub use render::{CompareOptions, Frame, Job, PictureOptions, Pictures, RenderPlan};
