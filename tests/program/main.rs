@@ -19,6 +19,7 @@ mod faults;
 mod limits;
 mod mesh_pictures;
 mod old_cpu;
+mod options;
 mod package;
 mod picture_files;
 #[cfg(feature = "viewer")]

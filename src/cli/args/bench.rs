@@ -99,7 +99,7 @@ impl BenchArgs {
             repeat: self.frames.unwrap_or(self.repeat),
             frames_only: self.frames.is_some(),
             build: self.build,
-            json: self.json.as_deref().map(JsonTarget::new),
+            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
         })
     }
 }

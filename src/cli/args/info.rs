@@ -37,7 +37,7 @@ impl InfoArgs {
         Ok(InfoPlan {
             memory: self.memory.limit(),
             path: self.scene,
-            json: self.json.as_deref().map(JsonTarget::new),
+            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
         })
     }
 }

@@ -103,7 +103,7 @@ impl Command {
             Self::View(args) => Plan::View(args.plan()?),
             Self::Info(args) => Plan::Info(args.plan()?),
             Self::Bench(args) => Plan::Bench(args.plan()?),
-            Self::Verify(args) => Plan::Verify(args.plan()),
+            Self::Verify(args) => Plan::Verify(args.plan()?),
             Self::Generate(args) => Plan::Generate(args.plan()),
             Self::Completions(args) => Plan::Completions(args.shell.to_string()),
             Self::Man(args) => Plan::Man(args.command),

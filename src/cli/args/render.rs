@@ -96,7 +96,7 @@ impl RenderArgs {
         let (camera, mesh) = (self.camera.options(), self.mesh.options(turntable.is_some()));
         let jobs = pictures.jobs(&self.scenes, &camera, &mesh, self.memory.limit())?;
         memory::check_threads(self.trace.threads)?;
-        let json = self.json.as_deref().map(JsonTarget::new);
+        let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
         if json == Some(JsonTarget::Stdout) && self.output.as_deref().is_some_and(is_standard_input) {
             let why =
                 "both the picture and the JSON would go to standard output: name a file for one of them";

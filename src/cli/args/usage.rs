@@ -71,12 +71,12 @@ pub fn numbers_apart(arguments: &[OsString]) -> Option<String> {
                 let separator = if example.contains('x') { "x" } else { "," };
                 let parts: Vec<&str> = numbers.iter().map(|part| part.trim_matches(',')).collect();
                 Some(format!(
-                    "the numbers after {option} are one word: write {} (no spaces)",
+                    "{option} takes its numbers as one argument: write {option} {} (no spaces)",
                     parts.join(separator)
                 ))
             }
             found => Some(format!(
-                "{option} needs {count} numbers as one word, such as {example}, found {found} with spaces"
+                "{option} takes {count} numbers as one argument, such as {option} {example} (no spaces), found {found}"
             )),
         }
     })

@@ -64,7 +64,7 @@ impl ViewArgs {
             build: self.trace.build,
             budget: Duration::from_millis(u64::from(self.budget)),
             benchmark: self.benchmark.map(Duration::from_secs_f64),
-            json: self.json.as_deref().map(JsonTarget::new),
+            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
             memory: self.memory.limit(),
         })
     }

@@ -91,7 +91,7 @@ impl Call<'_> {
             ..
         } = input?;
         let faults = faults::of(&scene);
-        self.warn(&job.input.path, &scene, &faults, notes);
+        self.warn(job.input.name(), &scene, &faults, notes);
         let quality = self.plan.build.quality(
             self.expected_rays(&scene, job.frames.len()),
             scene.primitive_count(),

@@ -4,7 +4,7 @@ use super::stage::{self, Rig, Stage};
 use crate::{
     cli::{
         CliError,
-        plan::{InputKind, InputPlan, kind_of},
+        plan::{InputKind, InputPlan, kind_of, name},
     },
     error::{LoadError, SceneError, escape},
     format::{self, Loaded, mesh::LoadedMesh},
@@ -15,9 +15,6 @@ use std::{
     io::{self, IsTerminal},
     path::{Path, PathBuf},
 };
-
-/// Stands for standard input in errors. Without a folder, so that paths count from the current one.
-const STDIN: &str = "standard input";
 
 /// A scene and how to look at it.
 pub struct Input {
@@ -65,23 +62,13 @@ fn read(path: &Path, kind: InputKind, memory: u64, files: &mut Vec<PathBuf>) -> 
                     "standard input is a terminal: redirect a file with <, or a program's output with |";
                 return Err(CliError::Usage(why.into()));
             }
-            format::load_any(stdin.lock(), Path::new(STDIN), memory)?
+            format::load_any(stdin.lock(), name(path), memory)?
         }
     })
 }
 
-/// What messages call an input.
-fn name(path: &Path, kind: InputKind) -> &Path {
-    if kind == InputKind::Any {
-        Path::new(STDIN)
-    } else {
-        path
-    }
-}
-
 fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
-    plan.mesh
-        .refuse_for_scene(&name(&plan.path, plan.kind).display().to_string())?;
+    plan.mesh.refuse_for_scene(plan.name())?;
     Ok(Input {
         camera: plan.camera.for_scene(&scene)?,
         lit_from: None,
@@ -93,7 +80,7 @@ fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
 
 fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Result<Input, CliError> {
     let mesh = &plan.mesh;
-    let path = name(&plan.path, plan.kind);
+    let path = plan.name();
     refuse_nothing(path, &loaded)?;
     if let Some(degrees) = mesh.smooth_degrees {
         if !loaded.columns.normals.is_empty() {
@@ -135,7 +122,7 @@ pub fn load_bare(path: &Path, memory: u64) -> Result<Scene, CliError> {
         Loaded::Scene(scene) => return Ok(*scene),
         Loaded::Mesh(mesh) => *mesh,
     };
-    let path = name(path, kind);
+    let path = name(path);
     let mut builder = SceneBuilder::within(memory);
     for note in std::mem::take(&mut loaded.notes) {
         builder.add_note(note);

@@ -11,7 +11,9 @@ mod turntable;
 #[cfg(feature = "viewer")]
 pub use choice::ViewPlan;
 pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, VerifyPlan};
-pub use input::{CameraOptions, InputKind, InputPlan, MeshOptions, StartView, is_standard_input, kind_of};
+pub use input::{
+    CameraOptions, InputKind, InputPlan, MeshOptions, StartView, is_standard_input, kind_of, name,
+};
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
 pub use render::{CompareOptions, Frame, Job, PictureOptions, Pictures, RenderPlan};
 pub use turntable::{FrameRange, Turn, Turntable, turned};
