@@ -19,6 +19,7 @@ mod faults;
 mod limits;
 mod mesh_pictures;
 mod old_cpu;
+mod options;
 mod overwriting;
 mod package;
 mod picture_files;

@@ -345,12 +345,15 @@ fn json_files_are_no_files_of_the_scene() {
         );
         assert_eq!(read(&folder, file), before);
     }
-    folder
-        .run_line(&format!("bench all.scn {bench} new.json"))
-        .succeeded();
-    folder
-        .run_line(&format!("bench all.scn {bench} new.json"))
-        .succeeded();
+    for _ in 0..2 {
+        folder
+            .run_line(&format!("bench all.scn {bench} new.json"))
+            .succeeded();
+    }
+    for arguments in ["all.scn", "info all.scn", "- < all.scn"] {
+        let run = folder.shell(&format!("\"$0\" {arguments} --json a.scn"));
+        run.failed(1, "a.scn would replace a file of ");
+    }
 }
 
 #[test]

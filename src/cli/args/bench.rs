@@ -20,7 +20,7 @@ use std::path::PathBuf;
 /// Arguments of `octray bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb)
+    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb); - reads one from standard input
     #[arg(required_unless_present = "all", conflicts_with = "all")]
     pub scene: Option<PathBuf>,
 
@@ -33,7 +33,7 @@ pub struct BenchArgs {
     pub quick: bool,
 
     /// Camera rays across and down
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    #[arg(short, long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
     pub size: Size,
 
     #[command(flatten)]
@@ -99,7 +99,7 @@ impl BenchArgs {
             repeat: self.frames.unwrap_or(self.repeat),
             frames_only: self.frames.is_some(),
             build: self.build,
-            json: self.json.as_deref().map(JsonTarget::new),
+            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
         })
     }
 }

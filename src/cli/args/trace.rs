@@ -13,7 +13,7 @@ use clap::Args;
 #[command(next_help_heading = "Rendering")]
 pub struct TraceArgs {
     /// Number of threads [default: one for each CPU]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
 
     /// Which code traces the rays; the picture is the same
