@@ -18,7 +18,7 @@ pub struct CameraArgs {
     pub camera: Option<String>,
 
     /// One of the six classic viewpoints
-    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), conflicts_with = "eye")]
+    #[arg(long, value_name = "1..6", value_parser = values::whole::<6>, conflicts_with = "eye")]
     pub view: Option<u32>,
 
     /// Where the camera stands

@@ -39,7 +39,7 @@ pub struct PictureArgs {
 #[command(next_help_heading = "Samples")]
 pub struct SampleArgs {
     /// Samples per pixel
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ u32::MAX }>, default_value_t = 1)]
     pub samples: u32,
 
     /// How the samples of a pixel are placed [default: grid for a square number of samples (1, 4, 9, 16, ...), else sobol]

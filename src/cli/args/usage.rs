@@ -36,6 +36,10 @@ const ELSEWHERE: [(&[&str], &str); 10] = [
 pub fn explain(error: &mut clap::Error) {
     explain_conflict(error);
     explain_unknown(error);
+    let is_stats = matches!(error.get(ContextKind::InvalidArg), Some(ContextValue::String(option)) if option == "--stats");
+    if error.kind() == ErrorKind::TooManyValues && is_stats {
+        suggest(error, "--json FILE writes JSON");
+    }
 }
 
 /// Options whose value is several numbers: how many, and an example.

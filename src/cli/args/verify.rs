@@ -18,7 +18,7 @@ const DEFAULT_RAYS: u64 = 10_000_000;
 #[derive(Args, Debug)]
 pub struct VerifyArgs {
     /// Number of rays, rounded up to whole scenes [default: 10000000, or no limit with --seconds]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = values::count)]
     pub rays: Option<u64>,
 
     /// Stop after this time
@@ -34,7 +34,7 @@ pub struct VerifyArgs {
     pub scene: Option<u64>,
 
     /// Number of threads [default: one for each CPU]
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     pub threads: Option<u32>,
 
     /// Write the counts as JSON to a file, or to standard output (-)

@@ -34,7 +34,7 @@ pub struct ViewArgs {
 
     /// Time for a frame while the camera moves, milliseconds; slower frames are traced at a lower resolution (a frame of all
     /// pixels may take twice as long, one of a quarter of the window's sides three times)
-    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 16)]
+    #[arg(long, value_name = "MS", value_parser = values::whole::<10_000>, default_value_t = 16)]
     pub budget: u32,
 
     /// Orbit for this time, print the speed, and exit
