@@ -77,7 +77,14 @@ impl From<RenderError> for CliError {
 impl From<CameraError> for CliError {
     /// A scene's own cameras are checked when it is loaded, so the fault is in the arguments.
     fn from(error: CameraError) -> Self {
-        Self::Usage(error.to_string())
+        Self::Usage(match error {
+            CameraError::UpParallel => {
+                "the up vector is zero or parallel to the view direction: choose another, such as \
+                                        --up 0,1,0 for a view straight down"
+                    .into()
+            }
+            other => other.to_string(),
+        })
     }
 }
 

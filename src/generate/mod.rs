@@ -25,6 +25,7 @@ mod spheres;
 mod terrain;
 mod write;
 
+#[cfg(feature = "cli")]
 pub(crate) use write::is_generated;
 pub use write::write_ply;
 

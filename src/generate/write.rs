@@ -10,6 +10,7 @@ const SCN_MARK: &str = "// made by: octray generate ";
 const PLY_MARK: &str = "comment made by octray\n";
 
 /// Whether a file that begins so was generated.
+#[cfg(feature = "cli")]
 pub(crate) fn is_generated(head: &[u8]) -> bool {
     let has = |mark: &str| head.windows(mark.len()).any(|bytes| bytes == mark.as_bytes());
     has(SCN_MARK) || (head.starts_with(b"ply\n") && has(PLY_MARK))

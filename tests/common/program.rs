@@ -93,6 +93,20 @@ impl Folder {
     }
 }
 
+/// Runs the program on a terminal of util-linux's `script`; `None` if that is not installed.
+pub fn on_a_terminal(folder: &Folder, arguments: &str) -> Option<Run> {
+    let command = format!("{PROGRAM} {arguments}");
+    if let Ok(output) = folder
+        .any_command("script", &["-qec", &command, "/dev/null"])
+        .output()
+    {
+        Some(Run::new(output))
+    } else {
+        println!("skipped: this needs `script`");
+        None
+    }
+}
+
 /// The path of `scenes/meshes/NAME`.
 pub fn shipped_mesh(name: &str) -> String {
     let meshes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");

@@ -189,9 +189,9 @@ fn invalid_turntables_and_comparisons_are_refused() {
 #[test]
 fn statistics_of_each_picture() {
     let folder = Folder::new();
-    let run = folder.run(&["a.scn", SMALL, "--turntable=3", "--stats=json"]);
+    let run = folder.run(&["a.scn", SMALL, "--turntable=3", "--json=-"]);
     let lines: Vec<serde_json::Value> = run
-        .stderr
+        .text()
         .lines()
         .map(|line| serde_json::from_str(line).unwrap())
         .collect();

@@ -209,7 +209,7 @@ fn a_closed_pipe_is_no_error_message() {
     drop(child.stdout.take());
     let run = Run::new(child.wait_with_output().unwrap());
     assert_eq!((run.code, run.stderr.as_str()), (Some(1), ""));
-    for arguments in ["--help", "info a.scn", "info a.scn --json", "--version"] {
+    for arguments in ["--help", "info a.scn", "info a.scn --json -", "--version"] {
         let run = folder.shell(&format!("(sleep 0.2; \"$0\" {arguments}) | true"));
         assert_eq!(run.stderr, "", "{arguments}");
     }

@@ -20,7 +20,7 @@ fn cameras_of_meshes_in_a_scene() {
         folder.run(&arguments).succeeded();
         fs::read(folder.path("p.ppm")).expect("a picture")
     };
-    let info = folder.run(&["info", "--json", "mobile.scn"]);
+    let info = folder.run(&["info", "--json=-", "mobile.scn"]);
     let info: serde_json::Value = serde_json::from_str(info.succeeded().text()).expect("JSON");
     let cameras = info["cameras"].as_array().expect("a list");
     assert_eq!((cameras.len(), &cameras[0]["name"]), (2, &"front".into()));

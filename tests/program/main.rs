@@ -19,6 +19,8 @@ mod faults;
 mod limits;
 mod mesh_pictures;
 mod old_cpu;
+mod options;
+mod overwriting;
 mod package;
 mod picture_files;
 #[cfg(feature = "viewer")]

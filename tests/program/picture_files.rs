@@ -19,8 +19,8 @@ fn layers_have_files_of_their_own() {
     let folder = Folder::new();
     render(&folder, "b.qoi", "--aov normal,heat,heat");
     assert_eq!(folder.names(), ["a.scn", "b.heat.qoi", "b.normal.qoi", "b.qoi"]);
-    let stats = folder.run(&["a.scn", "--aov", "depth,heat", "--stats=json"]);
-    let stats: serde_json::Value = serde_json::from_str(&stats.stderr).unwrap();
+    let stats = folder.run(&["a.scn", "--aov", "depth,heat", "--json=-"]);
+    let stats: serde_json::Value = serde_json::from_str(stats.text()).unwrap();
     let aov = &stats["aov"];
     assert!(aov["depth"]["white"].as_f64().unwrap() < aov["depth"]["black"].as_f64().unwrap());
     assert!(aov["heat"]["total"]["most"].as_u64().unwrap() > 1);

@@ -20,7 +20,7 @@ use std::path::PathBuf;
 /// Arguments of `octray bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb)
+    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb); - reads one from standard input
     #[arg(required_unless_present = "all", conflicts_with = "all")]
     pub scene: Option<PathBuf>,
 
@@ -33,7 +33,7 @@ pub struct BenchArgs {
     pub quick: bool,
 
     /// Camera rays across and down
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
+    #[arg(short, long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
     pub size: Size,
 
     #[command(flatten)]
@@ -43,7 +43,7 @@ pub struct BenchArgs {
     pub mesh: MeshArgs,
 
     /// How often each method runs; the median counts
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 9)]
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ u32::MAX }>, default_value_t = 9)]
     pub repeat: u32,
 
     /// Which BVH is traced; auto counts camera and shadow rays of all runs
@@ -55,7 +55,7 @@ pub struct BenchArgs {
     pub methods: Vec<Method>,
 
     /// Time N whole frames instead, with one thread and with all threads in turn
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["methods", "json", "repeat"])]
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ u32::MAX }>, conflicts_with_all = ["methods", "json", "repeat"])]
     pub frames: Option<u32>,
 
     /// Write the results as JSON to a file, or to standard output (-)
@@ -99,7 +99,7 @@ impl BenchArgs {
             repeat: self.frames.unwrap_or(self.repeat),
             frames_only: self.frames.is_some(),
             build: self.build,
-            json: self.json.as_deref().map(JsonTarget::new),
+            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
         })
     }
 }

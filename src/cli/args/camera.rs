@@ -18,7 +18,7 @@ pub struct CameraArgs {
     pub camera: Option<String>,
 
     /// One of the six classic viewpoints
-    #[arg(long, value_name = "1..6", value_parser = clap::value_parser!(u32).range(1..=6), conflicts_with = "eye")]
+    #[arg(long, value_name = "1..6", value_parser = values::whole::<6>, conflicts_with = "eye")]
     pub view: Option<u32>,
 
     /// Where the camera stands
@@ -42,8 +42,8 @@ pub struct CameraArgs {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Meshes")]
 pub struct MeshArgs {
-    /// Axis of the mesh that points up [default: y for .obj, .gltf and .glb, z for .ply and .stl]
-    #[arg(long, value_enum, value_name = "AXIS")]
+    /// Axis of the mesh that points up: x, y, z, -x, -y or -z [default: z for .stl and for .ply with a comment `up z`, else y]
+    #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     pub up_axis: Option<UpAxis>,
 
     /// Put the mesh on a ground plane

@@ -3,11 +3,7 @@
 use crate::{
     accel::BuildQuality,
     bench::Method,
-    cli::{
-        plan::{Build, StatsFormat},
-        write::AovKind,
-    },
-    format::mesh::UpAxis,
+    cli::{plan::Build, write::AovKind},
     render::{Filter, Mode, Pattern},
 };
 use clap::{ValueEnum, builder::PossibleValue};
@@ -60,16 +56,6 @@ choices! { Build:
     Self::Quality(BuildQuality::Fast) => "fast", "The BVH that is built fastest";
     Self::Quality(BuildQuality::Best) => "best", "The BVH that is traced fastest";
     Self::Quality(BuildQuality::Ploc) => "ploc", "A BVH by PLOC, to compare with best: building takes 300 bytes per primitive instead of 100, which --max-memory does not count";
-}
-
-choices! { UpAxis:
-    Self::Y => "y", "As in glTF";
-    Self::Z => "z", "As in scenes";
-}
-
-choices! { StatsFormat:
-    Self::Text => "text", "A few lines of text";
-    Self::Json => "json", "One JSON object";
 }
 
 choices! { Method:

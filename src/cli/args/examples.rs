@@ -30,14 +30,14 @@ Examples:
   octray render a.scn --crop 0,0,256,128 -o corner.png
   octray render a.scn --samples 32 --pattern sobol --filter blackman-harris --srgb
   octray render a.scn --background transparent --aov depth,normal,heat
-  octray render a.scn --quiet --stats=json 2> stats.json
+  octray render a.scn -q --json stats.json          rays, times and memory as JSON
   octray render a.scn b.scn -o out/{stem}.jpg       several scenes, one picture each
   octray render a.scn --turntable 48 -o t-##.png    48 frames around the scene
   octray render a.scn --turntable 48 -o t-##.png --frames 1-24
                                                     the first half of them
   octray render a.scn --compare a.png --tolerance 2 -o new.png
                                                     exits with 5 if the picture differs
-  generate-scene | octray render - -o made.png      a scene from a program";
+  octray render - -o bunny.png < bunny.ply          a mesh or a scene from standard input";
 
 pub const COMPLETIONS: &str = "\
 Examples:

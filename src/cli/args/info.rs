@@ -4,7 +4,7 @@ use super::limits::MemoryArgs;
 use crate::{
     cli::{
         CliError,
-        plan::{InfoPlan, is_standard_input},
+        plan::{InfoPlan, JsonTarget, is_standard_input},
     },
     format,
 };
@@ -14,12 +14,12 @@ use std::path::PathBuf;
 /// Arguments of `octray info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
-    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb)
+    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb); - reads one from standard input
     pub scene: PathBuf,
 
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
+    /// Write JSON instead of text, to a file or to standard output (-)
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
 
     #[command(flatten)]
     pub memory: MemoryArgs,
@@ -37,7 +37,7 @@ impl InfoArgs {
         Ok(InfoPlan {
             memory: self.memory.limit(),
             path: self.scene,
-            json: self.json,
+            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
         })
     }
 }

@@ -82,14 +82,14 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
     let arguments = default_command::with_default_command(arguments);
     let (mut cli, matches) = match parse(&arguments) {
         Ok(parsed) => parsed,
-        Err(answer) => return show(answer),
+        Err(answer) => return show(answer, &arguments),
     };
     if let (Command::Render(args), Some(given)) = (&cli.command, matches.subcommand_matches("render"))
         && let Some(arguments) = config::with_defaults(&arguments, given, &args.config)?
     {
         match parse(&arguments) {
             Ok((with_defaults, _)) => cli = with_defaults,
-            Err(answer) => return show(answer),
+            Err(answer) => return show(answer, &arguments),
         }
     }
     cli.command.plan().map(Some)
@@ -103,7 +103,7 @@ impl Command {
             Self::View(args) => Plan::View(args.plan()?),
             Self::Info(args) => Plan::Info(args.plan()?),
             Self::Bench(args) => Plan::Bench(args.plan()?),
-            Self::Verify(args) => Plan::Verify(args.plan()),
+            Self::Verify(args) => Plan::Verify(args.plan()?),
             Self::Generate(args) => Plan::Generate(args.plan()),
             Self::Completions(args) => Plan::Completions(args.shell.to_string()),
             Self::Man(args) => Plan::Man(args.command),
@@ -118,7 +118,12 @@ fn parse(arguments: &[OsString]) -> Result<(Cli, ArgMatches), clap::Error> {
 }
 
 /// Shows help, the version or a usage error.
-fn show(mut answer: clap::Error) -> Result<Option<Plan>, CliError> {
+fn show(mut answer: clap::Error, arguments: &[OsString]) -> Result<Option<Plan>, CliError> {
+    if answer.use_stderr()
+        && let Some(why) = usage::numbers_apart(arguments)
+    {
+        return Err(CliError::Usage(why));
+    }
     usage::explain(&mut answer);
     // A closed pipe is no failure of help.
     let _ = answer.print();
@@ -132,11 +137,7 @@ fn show(mut answer: clap::Error) -> Result<Option<Plan>, CliError> {
 #[cfg(test)]
 mod tests {
     use super::{default_command::with_default_command, render::RenderArgs, values::Size, *};
-    use crate::{
-        accel::BuildQuality,
-        bench::Method,
-        cli::plan::{Build, StatsFormat},
-    };
+    use crate::{accel::BuildQuality, bench::Method, cli::plan::Build};
     use glam::DVec3;
     use std::path::PathBuf;
 
@@ -203,16 +204,6 @@ mod tests {
             (args.camera.camera.as_deref(), args.camera.fov),
             (Some("a"), Some(30.0))
         );
-    }
-
-    #[test]
-    fn stats_take_their_value_after_an_equals_sign_only() {
-        assert_eq!(parse_render(&["--stats", "a.scn"]).stats, Some(StatsFormat::Text));
-        assert_eq!(
-            parse_render(&["a.scn", "--stats=json"]).stats,
-            Some(StatsFormat::Json)
-        );
-        assert_eq!(parse_render(&["a.scn"]).stats, None);
     }
 
     #[test]

@@ -38,13 +38,13 @@ pub struct PictureArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Samples")]
 pub struct SampleArgs {
-    /// Samples per pixel: 1, 4, 9, 16 or another square number; any number with --pattern sobol
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
+    /// Samples per pixel
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ u32::MAX }>, default_value_t = 1)]
     pub samples: u32,
 
-    /// How the samples of a pixel are placed
-    #[arg(long, value_enum, default_value_t = Pattern::Grid)]
-    pub pattern: Pattern,
+    /// How the samples of a pixel are placed [default: grid for a square number of samples (1, 4, 9, 16, ...), else sobol]
+    #[arg(long, value_enum)]
+    pub pattern: Option<Pattern>,
 
     /// How samples are weighted by their distance from the pixel's centre
     #[arg(long, value_enum, default_value_t = Filter::Box)]
@@ -94,19 +94,26 @@ impl SampleArgs {
     /// Puts the samples into the settings.
     ///
     /// # Errors
-    /// [`CliError::Usage`] if the number does not suit the pattern.
+    /// [`CliError::Usage`] if the number does not suit the pattern that was asked for.
     pub fn apply(&self, settings: &mut Settings) -> Result<(), CliError> {
         let samples = self.samples;
         let side = samples.isqrt();
-        if self.pattern != Pattern::Sobol && side * side != samples {
+        let is_square = side * side == samples;
+        if let Some(pattern @ (Pattern::Grid | Pattern::Stratified)) = self.pattern
+            && !is_square
+        {
             let [below, above] = [side, side + 1].map(|side| u64::from(side) * u64::from(side));
+            let name = pattern.to_possible_value();
             return Err(CliError::Usage(format!(
-                "--samples {samples} does not fill a square grid: expected {below} or {above}, or --pattern sobol, which \
-                 takes any number"
+                "--pattern {} needs a square number of samples: use --samples {below} or {above}, or --pattern sobol \
+                 for {samples}",
+                name.as_ref().map_or("", |name| name.get_name())
             )));
         }
         settings.samples = samples;
-        settings.pattern = self.pattern;
+        settings.pattern = self
+            .pattern
+            .unwrap_or(if is_square { Pattern::Grid } else { Pattern::Sobol });
         settings.filter = self.filter;
         Ok(())
     }

@@ -12,7 +12,7 @@ use super::{
 use crate::cli::{
     CliError,
     load::memory,
-    plan::{Pictures, RenderPlan, StatsFormat, check_inputs},
+    plan::{JsonTarget, Pictures, RenderPlan, check_inputs, is_standard_input},
 };
 use clap::Args;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 /// Arguments of `octray render`.
 #[derive(Args, Debug)]
 pub struct RenderArgs {
-    /// Scenes (.scn) or meshes (.ply, .obj, .stl, .gltf, .glb); - reads a scene from standard input
+    /// Scenes (.scn) or meshes (.ply, .obj, .stl, .gltf, .glb); - reads one from standard input
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
 
@@ -34,7 +34,7 @@ pub struct RenderArgs {
     pub force: bool,
 
     /// Width and height, pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512", help_heading = "Picture")]
+    #[arg(short, long, value_name = "WxH", value_parser = values::size, default_value = "512x512", help_heading = "Picture")]
     pub size: Size,
 
     #[command(flatten)]
@@ -58,12 +58,16 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub comparison: CompareArgs,
 
-    /// Print rays, times and memory to standard error, as text or as one JSON object
-    #[arg(long, value_enum, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "text", help_heading = "Messages")]
-    pub stats: Option<StatsFormat>,
+    /// Print rays, times and memory to standard error
+    #[arg(long, help_heading = "Messages")]
+    pub stats: bool,
+
+    /// Write rays, times and memory as JSON to a file, or to standard output (-): one line for each picture
+    #[arg(long, value_name = "FILE", help_heading = "Messages")]
+    pub json: Option<PathBuf>,
 
     /// No progress bar, no closing line, no warnings
-    #[arg(long, help_heading = "Messages")]
+    #[arg(short, long, help_heading = "Messages")]
     pub quiet: bool,
 
     #[command(flatten)]
@@ -98,6 +102,12 @@ impl RenderArgs {
         let jobs = pictures.jobs(&self.scenes, &camera, &mesh, self.memory.limit())?;
         let inputs = check_inputs(&jobs, self.config.path().as_deref())?;
         memory::check_threads(self.trace.threads)?;
+        let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
+        if json == Some(JsonTarget::Stdout) && self.output.as_deref().is_some_and(is_standard_input) {
+            let why =
+                "both the picture and the JSON would go to standard output: name a file for one of them";
+            return Err(CliError::Usage(why.into()));
+        }
         Ok(RenderPlan {
             settings,
             build: self.trace.build,
@@ -106,6 +116,7 @@ impl RenderArgs {
             jobs,
             inputs,
             stats: self.stats,
+            json,
             quiet: self.quiet,
         })
     }

@@ -14,7 +14,7 @@ pub struct SeriesArgs {
     pub skip_existing: bool,
 
     /// Render N frames of a turn around the camera's target; a run of # in -o stands for the frame number, from 1 on
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", value_parser = values::whole::<10_000>)]
     pub turntable: Option<u32>,
 
     /// Render only frames A to B of the turntable, so that several machines can share the work

@@ -1,6 +1,6 @@
 //! How rays are traced and shaded: arguments of `render` and `view`.
 
-use super::values::Size;
+use super::values::{self, Size};
 use crate::{
     classic,
     cli::plan::Build,
@@ -13,7 +13,7 @@ use clap::Args;
 #[command(next_help_heading = "Rendering")]
 pub struct TraceArgs {
     /// Number of threads [default: one for each CPU]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     pub threads: Option<u32>,
 
     /// Which code traces the rays; the picture is the same
@@ -29,7 +29,7 @@ pub struct TraceArgs {
     pub no_shadows: bool,
 
     /// Maximum ray depth; 1 disables reflections
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = classic::MAX_DEPTH)]
+    #[arg(long, value_name = "N", value_parser = values::whole::<1000>, default_value_t = classic::MAX_DEPTH)]
     pub max_depth: u32,
 }
 

@@ -1,6 +1,7 @@
 //! Hints added to clap's usage errors.
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
+use std::ffi::OsString;
 
 /// Options of other renderers, and what octray has instead.
 const ELSEWHERE: [(&[&str], &str); 10] = [
@@ -22,7 +23,7 @@ const ELSEWHERE: [(&[&str], &str); 10] = [
         &["--depth", "--normals", "--albedo"],
         "--aov depth,normal,albedo writes these; --max-depth N limits reflections",
     ),
-    (&["--jobs", "--nthreads"], "--threads N"),
+    (&["--jobs", "--nthreads"], "-j N or --threads N"),
     (&["--outfile", "--out", "--image"], "--output FILE"),
     (
         &["--position", "--from", "--lookat", "--look-at"],
@@ -35,6 +36,54 @@ const ELSEWHERE: [(&[&str], &str); 10] = [
 pub fn explain(error: &mut clap::Error) {
     explain_conflict(error);
     explain_unknown(error);
+    let is_stats = matches!(error.get(ContextKind::InvalidArg), Some(ContextValue::String(option)) if option == "--stats");
+    if error.kind() == ErrorKind::TooManyValues && is_stats {
+        suggest(error, "--json FILE writes JSON");
+    }
+}
+
+/// Options whose value is several numbers: how many, and an example.
+const LISTS: [(&[&str], usize, &str); 3] = [
+    (&["--eye", "--target", "--up", "--lit-from"], 3, "-1,2.5,3"),
+    (&["--crop"], 4, "0,0,256,128"),
+    (&["-s", "--size"], 2, "800x600"),
+];
+
+/// The message for numbers of one option with spaces between them, as in `--eye 3 -4 2`.
+pub fn numbers_apart(arguments: &[OsString]) -> Option<String> {
+    let words: Vec<&str> = arguments
+        .iter()
+        .map(|word| word.to_str().unwrap_or_default())
+        .collect();
+    words.iter().enumerate().find_map(|(i, word)| {
+        let (option, first) = match word.split_once('=') {
+            Some((option, first)) => (option, Some(first)),
+            None => (*word, None),
+        };
+        let &(_, count, example) = LISTS.iter().find(|(options, ..)| options.contains(&option))?;
+        let number = |word: &&str| word.trim_matches(',').parse::<f64>().is_ok();
+        let rest = words[i + 1..].iter().copied();
+        let numbers: Vec<&str> = first
+            .into_iter()
+            .chain(rest)
+            .take_while(number)
+            .take(count)
+            .collect();
+        match numbers.len() {
+            0 | 1 => None,
+            found if found == count => {
+                let separator = if example.contains('x') { "x" } else { "," };
+                let parts: Vec<&str> = numbers.iter().map(|part| part.trim_matches(',')).collect();
+                Some(format!(
+                    "{option} takes its numbers as one argument: write {option} {} (no spaces)",
+                    parts.join(separator)
+                ))
+            }
+            found => Some(format!(
+                "{option} takes {count} numbers as one argument, such as {option} {example} (no spaces), found {found}"
+            )),
+        }
+    })
 }
 
 fn suggest(error: &mut clap::Error, tip: &str) {

@@ -24,6 +24,21 @@ pub fn size(text: &str) -> Result<Size, String> {
     parts.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, both 1 or more, such as 512x512".into())
 }
 
+/// A whole number from 1 to `MOST`.
+pub fn whole<const MOST: u32>(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|number| (1..=MOST).contains(number));
+    number.ok_or_else(|| match MOST {
+        u32::MAX => "expected a whole number, 1 or more".into(),
+        _ => format!("expected a whole number from 1 to {MOST}"),
+    })
+}
+
+/// A whole number of 1 or more.
+pub fn count(text: &str) -> Result<u64, String> {
+    let number = text.parse().ok().filter(|&number| number > 0);
+    number.ok_or_else(|| "expected a whole number, 1 or more".into())
+}
+
 /// `x,y,z`.
 pub fn vector(text: &str) -> Result<DVec3, String> {
     let mut numbers = text.split(',').map(|number| number.trim().parse::<f64>().ok());

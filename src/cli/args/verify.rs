@@ -2,7 +2,10 @@
 
 use super::values;
 use crate::{
-    cli::plan::{JsonTarget, VerifyPlan},
+    cli::{
+        CliError,
+        plan::{JsonTarget, VerifyPlan},
+    },
     verify::Settings,
 };
 use clap::Args;
@@ -15,7 +18,7 @@ const DEFAULT_RAYS: u64 = 10_000_000;
 #[derive(Args, Debug)]
 pub struct VerifyArgs {
     /// Number of rays, rounded up to whole scenes [default: 10000000, or no limit with --seconds]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = values::count)]
     pub rays: Option<u64>,
 
     /// Stop after this time
@@ -31,7 +34,7 @@ pub struct VerifyArgs {
     pub scene: Option<u64>,
 
     /// Number of threads [default: one for each CPU]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     pub threads: Option<u32>,
 
     /// Write the counts as JSON to a file, or to standard output (-)
@@ -41,8 +44,11 @@ pub struct VerifyArgs {
 
 impl VerifyArgs {
     /// As plain values.
-    pub fn plan(&self) -> VerifyPlan {
-        VerifyPlan {
+    ///
+    /// # Errors
+    /// [`CliError`], as of [`JsonTarget::new`].
+    pub fn plan(&self) -> Result<VerifyPlan, CliError> {
+        Ok(VerifyPlan {
             settings: Settings {
                 seed: self.seed,
                 rays: self.rays.or(self.seconds.is_none().then_some(DEFAULT_RAYS)),
@@ -50,7 +56,7 @@ impl VerifyArgs {
                 threads: self.threads.map(|threads| threads as usize),
             },
             time_limit: self.seconds.map(Duration::from_secs_f64),
-            json: self.json.as_deref().map(JsonTarget::new),
-        }
+            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
+        })
     }
 }

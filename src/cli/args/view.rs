@@ -16,11 +16,11 @@ use std::{path::PathBuf, time::Duration};
 /// Arguments of `octray view`.
 #[derive(Args, Debug)]
 pub struct ViewArgs {
-    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb)
+    /// Scene (.scn) or mesh (.ply, .obj, .stl, .gltf, .glb); - reads one from standard input
     pub scene: PathBuf,
 
     /// Width and height of the window, pixels
-    #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
+    #[arg(short, long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
     pub size: Size,
 
     #[command(flatten)]
@@ -34,7 +34,7 @@ pub struct ViewArgs {
 
     /// Time for a frame while the camera moves, milliseconds; slower frames are traced at a lower resolution (a frame of all
     /// pixels may take twice as long, one of a quarter of the window's sides three times)
-    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 16)]
+    #[arg(long, value_name = "MS", value_parser = values::whole::<10_000>, default_value_t = 16)]
     pub budget: u32,
 
     /// Orbit for this time, print the speed, and exit
@@ -64,7 +64,7 @@ impl ViewArgs {
             build: self.trace.build,
             budget: Duration::from_millis(u64::from(self.budget)),
             benchmark: self.benchmark.map(Duration::from_secs_f64),
-            json: self.json.as_deref().map(JsonTarget::new),
+            json: self.json.as_deref().map(JsonTarget::new).transpose()?,
             memory: self.memory.limit(),
         })
     }

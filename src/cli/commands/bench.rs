@@ -11,7 +11,7 @@ use crate::{
             self,
             bench::{Json, frame_table, heading, means, table},
         },
-        write::{Inputs, write_json},
+        write::{Inputs, json_line, write_json},
     },
     render::Settings,
     scene::{Camera, Scene},
@@ -56,7 +56,7 @@ pub fn run(plan: &BenchPlan) -> Result<(), CliError> {
         }
     }
     if let Some(target) = &plan.json {
-        write_json(target, &Json::new(plan, &results))?;
+        write_json(target, &json_line(&Json::new(plan, &results)))?;
     }
     if results.iter().flat_map(|(_, rows)| rows).all(|row| row.agree) {
         Ok(())

@@ -7,7 +7,7 @@ use crate::{
         load::{self, memory},
         plan::InfoPlan,
         report::{self, info::Info},
-        write::json_line,
+        write::{Inputs, json_line, write_json},
     },
 };
 use std::time::Instant;
@@ -18,13 +18,20 @@ use std::time::Instant;
 /// [`CliError`].
 pub fn run(plan: &InfoPlan) -> Result<(), CliError> {
     let start = Instant::now();
-    let scene = load::load_bare(&plan.path, plan.memory)?;
+    let mut files = Vec::new();
+    let scene = load::load_bare(&plan.path, plan.memory, &mut files)?;
     let load_time = start.elapsed();
+    let mut inputs = Inputs::default();
+    inputs.add(&plan.path, "the scene");
+    inputs.add_scene(&plan.path, &files, Some(&scene));
+    inputs.check_json(plan.json.as_ref())?;
     let faults = scene.mesh_faults();
     memory::check_build(&scene, BuildQuality::Best)?;
     let bvh = Bvh::build(&scene);
     let name = plan.path.display().to_string();
     let info = Info::new(name, &scene, faults, bvh.stats(), load_time);
-    let text = if plan.json { json_line(&info) } else { info.text() };
-    report::print(&text)
+    match &plan.json {
+        Some(target) => write_json(target, &json_line(&info)),
+        None => report::print(&info.text()),
+    }
 }

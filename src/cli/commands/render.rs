@@ -9,10 +9,10 @@ use crate::{
             faults::{self, Faults},
             memory,
         },
-        plan::{Frame, Job, RenderPlan, StatsFormat, Turn, is_standard_input, objection, turned},
+        plan::{Frame, Job, JsonTarget, RenderPlan, Turn, is_standard_input, objection, turned},
         process::Interrupt,
-        report::{self, RenderBar, RenderReport, Times, Verdicts},
-        write::{AovKind, Inputs, Output},
+        report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
+        write::{AovKind, Inputs, Output, json_line, write_json},
     },
     render::{Renderer, Settings},
     scene::{Camera, Scene},
@@ -34,6 +34,10 @@ struct Call<'a> {
     /// Files that are read, as far as they are known.
     inputs: Inputs,
     verdicts: Verdicts,
+    /// The pictures of this scene.
+    written: Written,
+    /// Lines of JSON for a file.
+    json: String,
 }
 
 /// A scene that is ready to be rendered.
@@ -64,11 +68,19 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         since: start,
         inputs: plan.inputs.clone(),
         verdicts: Verdicts::default(),
+        written: Written::default(),
+        json: String::new(),
     };
     call.look_ahead()?;
-    for (i, job) in plan.jobs.iter().enumerate() {
-        call.render_job(job, &plan.jobs[i..])?;
+    let jobs = plan.jobs.iter().enumerate();
+    let rendered = jobs
+        .map(|(i, job)| (job, &plan.jobs[i..]))
+        .try_for_each(|(job, left)| call.render_job(job, left));
+    // Also after a failure, for the pictures that were written.
+    if let (Some(target @ JsonTarget::File(_)), false) = (&plan.json, call.json.is_empty()) {
+        write_json(target, &call.json)?;
     }
+    rendered?;
     call.verdicts.finish()
 }
 
@@ -92,6 +104,7 @@ impl Call<'_> {
     }
 
     fn check_inputs(&self, jobs: &[Job]) -> Result<(), CliError> {
+        self.inputs.check_json(self.plan.json.as_ref())?;
         objection(jobs, &self.inputs).map_or(Ok(()), |objection| Err(CliError::Failed(objection)))
     }
 
@@ -111,7 +124,7 @@ impl Call<'_> {
         self.inputs.add_scene(&job.input.path, &files, Some(&scene));
         self.check_inputs(left)?;
         let faults = faults::of(&scene);
-        self.warn(&job.input.path, &scene, &faults, notes);
+        self.warn(job.input.name(), &scene, &faults, notes);
         let quality = self.plan.build.quality(
             self.expected_rays(&scene, job.frames.len()),
             scene.primitive_count(),
@@ -143,6 +156,11 @@ impl Call<'_> {
                 let camera = camera_of(frame.turn, &camera)?;
                 self.render_frame(&loaded, &mut renderer, frame, &camera, &mut spent)?;
             }
+        }
+        let written = std::mem::take(&mut self.written);
+        if self.verbose && !self.plan.stats {
+            let window = self.plan.settings.window();
+            report::note(&written.line((window.width(), window.height())));
         }
         Ok(())
     }
@@ -205,20 +223,20 @@ impl Call<'_> {
             let scene = (loaded.path, loaded.scene, loaded.faults);
             RenderReport::new(scene, loaded.bvh, output.name(), settings, &stats, &times).with(aov)
         };
-        match plan.stats {
-            Some(StatsFormat::Json) => report::note(&figures().json()),
-            Some(StatsFormat::Text) => report::note(&figures().text()),
-            None if self.verbose => {
-                let window = settings.window();
-                let (width, height) = (window.width(), window.height());
-                let seconds = times.total.as_secs_f64();
-                report::note(&format!(
-                    "{}: {width}x{height} in {seconds:.2} s\n",
-                    output.name()
-                ));
-            }
+        if plan.stats {
+            report::note(&figures().text());
+        }
+        match &plan.json {
+            Some(JsonTarget::Stdout) => report::print(&json_line(&figures()))?,
+            Some(JsonTarget::File(_)) => self.json += &json_line(&figures()),
             None => {}
         }
+        let name = if output.place() == Path::new("-") {
+            "a PNG to standard output"
+        } else {
+            output.name()
+        };
+        self.written.add(name, times.total);
         if let Some(comparison) = &frame.comparison {
             let verdict = comparison.run(&picture, output.name(), interrupt)?;
             self.verdicts.add(verdict, plan.quiet);

@@ -9,7 +9,7 @@ use crate::{
             self, SCHEMA, VerifyBar,
             verify::{Json, difference, text},
         },
-        write::write_json,
+        write::{json_line, write_json},
     },
     verify::{self, Done, Implementations},
 };
@@ -58,7 +58,8 @@ fn run_with(
         report::print(&text(settings, &outcome, took, stopped))?;
     }
     if let Some(target) = json {
-        write_json(target, &Json::new(SCHEMA, settings, &outcome, took))?;
+        let json = Json::new(SCHEMA, settings, &outcome, took);
+        write_json(target, &json_line(&json))?;
     }
     match &outcome.fault {
         Some(fault) => Err(CliError::Differs(difference(fault))),

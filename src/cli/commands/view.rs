@@ -4,10 +4,10 @@ use crate::{
     cli::{
         CliError,
         load::{self, Input},
-        plan::{InputPlan, JsonTarget, MeshOptions, ViewPlan, stem},
+        plan::{InputPlan, MeshOptions, ViewPlan, is_standard_input, stem},
         process::Interrupt,
         report::{self, quoted},
-        write::{Format, Inputs, Pixels, json_line, write_file},
+        write::{Format, Inputs, Pixels, json_line, write_file, write_json},
     },
     render::ByteFilm,
     scene::{Scene, View},
@@ -98,13 +98,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         return Ok(());
     };
     match json {
-        Some(JsonTarget::File(path)) => {
-            let json = json_line(&figures);
-            let write = || write_file(&path, &Interrupt::default(), |out| out.write_all(json.as_bytes()));
-            (interrupt.hold_during(write))
-                .map_err(|error| CliError::writing(&path.display().to_string(), &error))
-        }
-        Some(JsonTarget::Stdout) => report::print(&json_line(&figures)),
+        Some(target) => interrupt.hold_during(|| write_json(&target, &json_line(&figures))),
         None => report::print(&format!(
             "{:.1} frames per second; frame time {:.1} ms (median), {:.1} ms (99th percentile); {:.0} % of the frames at \
              full quality; {:.1} million rays/s\n",
@@ -160,6 +154,9 @@ impl Program {
 impl Host for Program {
     fn load(&self) -> (Result<Scene, String>, Vec<PathBuf>) {
         let mut files = Vec::new();
+        if is_standard_input(&self.input.path) {
+            return (Err("standard input cannot be read again".into()), files);
+        }
         let input = InputPlan {
             mesh: self.mesh().clone(),
             ..self.input.clone()

@@ -4,10 +4,10 @@ use super::stage::{self, Rig, Stage};
 use crate::{
     cli::{
         CliError,
-        plan::{InputKind, InputPlan, is_standard_input, kind_of},
+        plan::{InputKind, InputPlan, kind_of, name},
     },
     error::{LoadError, SceneError, escape},
-    format::{self, mesh::LoadedMesh},
+    format::{self, Loaded, mesh::LoadedMesh},
     scene::{Camera, NamedCamera, Scene, SceneBuilder},
 };
 use glam::DVec3;
@@ -15,9 +15,6 @@ use std::{
     io::{self, IsTerminal},
     path::{Path, PathBuf},
 };
-
-/// Stands for standard input in errors. Without a folder, so that paths count from the current one.
-const STDIN: &str = "standard input";
 
 /// A scene and how to look at it.
 pub struct Input {
@@ -41,14 +38,30 @@ pub struct Input {
 /// # Errors
 /// [`CliError`].
 pub fn load_and_list(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) -> Result<Input, CliError> {
-    match plan.kind {
-        InputKind::Scene => load_scene(plan, memory, files),
-        InputKind::Mesh => load_mesh(plan, memory, files),
+    match read(&plan.path, plan.kind, memory, files)? {
+        Loaded::Scene(scene) => show_scene(plan, *scene),
+        Loaded::Mesh(mesh) => show_mesh(plan, *mesh, memory),
     }
 }
 
-fn load_scene(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) -> Result<Input, CliError> {
-    let scene = scene_file(&plan.path, memory, files)?;
+fn read(path: &Path, kind: InputKind, memory: u64, files: &mut Vec<PathBuf>) -> Result<Loaded, CliError> {
+    Ok(match kind {
+        InputKind::Scene => Loaded::Scene(Box::new(format::load_within(path, files, memory)?)),
+        InputKind::Mesh => Loaded::Mesh(Box::new(format::mesh::load_within(path, files, memory)?)),
+        InputKind::Any => {
+            let stdin = io::stdin();
+            if stdin.is_terminal() {
+                let why =
+                    "standard input is a terminal: redirect a file with <, or a program's output with |";
+                return Err(CliError::Usage(why.into()));
+            }
+            format::load_any(stdin.lock(), name(path), files, memory)?
+        }
+    })
+}
+
+fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
+    plan.mesh.refuse_for_scene(plan.name())?;
     Ok(Input {
         camera: plan.camera.for_scene(&scene)?,
         lit_from: None,
@@ -58,9 +71,9 @@ fn load_scene(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) -> Result
     })
 }
 
-fn load_mesh(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) -> Result<Input, CliError> {
-    let InputPlan { path, mesh, .. } = plan;
-    let mut loaded = format::mesh::load_within(path, files, memory)?;
+fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Result<Input, CliError> {
+    let mesh = &plan.mesh;
+    let path = plan.name();
     refuse_nothing(path, &loaded)?;
     if let Some(degrees) = mesh.smooth_degrees {
         if !loaded.columns.normals.is_empty() {
@@ -71,12 +84,10 @@ fn load_mesh(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) -> Result<
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
     let camera = plan.camera.for_mesh(&loaded, up, plan.aspect, mesh.turning)?;
-    // A note about another file names that file already.
-    let named = |note: String| match note.strip_prefix("left out") {
-        Some(_) => format!("{}: {note}", path.display()),
-        None => note,
-    };
-    let notes = std::mem::take(&mut loaded.notes).into_iter().map(named).collect();
+    let mut notes = std::mem::take(&mut loaded.notes);
+    if mesh.up_axis.is_none() {
+        notes.extend(loaded.up_note(path));
+    }
     let view = camera.view();
     let lit_from = mesh.lit_from.unwrap_or(view.eye - view.target);
     let stage = Stage {
@@ -94,36 +105,19 @@ fn load_mesh(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) -> Result<
     })
 }
 
-/// A scene from a file, or from standard input for `-`.
-fn scene_file(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<Scene, CliError> {
-    if !is_standard_input(path) {
-        return Ok(format::load_within(path, files, memory)?);
-    }
-    let stdin = io::stdin();
-    if stdin.is_terminal() {
-        return Err(CliError::Usage(
-            "cannot read a scene from a terminal: redirect a file with <, or a program's output with |"
-                .into(),
-        ));
-    }
-    Ok(format::load_from_reader(
-        stdin.lock(),
-        Path::new(STDIN),
-        files,
-        memory,
-    )?)
-}
-
-/// Loads a scene, or a mesh as it is: without lights, with its cameras and notes. It may take `memory` bytes.
+/// Loads a scene, or a mesh as it is: without lights, with its cameras and notes. It may take `memory` bytes. Adds every
+/// file that was opened to `files`.
 ///
 /// # Errors
 /// [`CliError`].
-pub fn load_bare(path: &Path, memory: u64) -> Result<Scene, CliError> {
-    if kind_of(path)? == InputKind::Scene {
-        return scene_file(path, memory, &mut Vec::new());
-    }
+pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<Scene, CliError> {
+    let kind = kind_of(path)?;
+    let mut loaded = match read(path, kind, memory, files)? {
+        Loaded::Scene(scene) => return Ok(*scene),
+        Loaded::Mesh(mesh) => *mesh,
+    };
+    let path = name(path);
     let mut builder = SceneBuilder::within(memory);
-    let mut loaded = format::mesh::load_within(path, &mut Vec::new(), memory)?;
     for note in std::mem::take(&mut loaded.notes) {
         builder.add_note(note);
     }

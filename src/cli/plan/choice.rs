@@ -1,12 +1,14 @@
 //! The plans of all commands but `render`, and the choices that several commands share.
 
-use super::InputPlan;
+use super::{InputPlan, is_standard_input};
 use crate::{
     accel::BuildQuality,
     bench::Method,
+    cli::CliError,
     generate::{self, Kind},
     render::Settings,
     verify,
+    whole_file::folder_of,
 };
 use std::{
     path::{Path, PathBuf},
@@ -39,13 +41,6 @@ impl Build {
     }
 }
 
-/// How `--stats` prints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StatsFormat {
-    Text,
-    Json,
-}
-
 /// Where a command's JSON goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum JsonTarget {
@@ -55,12 +50,25 @@ pub enum JsonTarget {
 
 impl JsonTarget {
     /// `-` is standard output.
-    pub fn new(path: &Path) -> Self {
-        if path.as_os_str() == "-" {
-            Self::Stdout
-        } else {
-            Self::File(path.to_owned())
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] if it is a directory or in a directory that does not exist.
+    pub fn new(path: &Path) -> Result<Self, CliError> {
+        if is_standard_input(path) {
+            return Ok(Self::Stdout);
         }
+        let folder = folder_of(path);
+        let why = if path.is_dir() {
+            "it is a directory".to_owned()
+        } else if !folder.is_dir() {
+            format!("directory `{}` does not exist", folder.display())
+        } else {
+            return Ok(Self::File(path.to_owned()));
+        };
+        Err(CliError::Failed(format!(
+            "cannot write {}: {why}",
+            path.display()
+        )))
     }
 }
 
@@ -68,7 +76,7 @@ impl JsonTarget {
 #[derive(Debug)]
 pub struct InfoPlan {
     pub path: PathBuf,
-    pub json: bool,
+    pub json: Option<JsonTarget>,
     /// Memory that the scene may take, bytes.
     pub memory: u64,
 }

@@ -4,7 +4,7 @@ use crate::{
     cli::CliError,
     error::escape,
     format::{
-        self,
+        self, Detected,
         mesh::{MeshFormat, UpAxis},
     },
 };
@@ -30,6 +30,8 @@ pub struct InputPlan {
 pub enum InputKind {
     Scene,
     Mesh,
+    /// Standard input: known once it is read.
+    Any,
 }
 
 /// Which camera looks, and what is changed about it.
@@ -66,7 +68,15 @@ pub struct MeshOptions {
     pub turning: bool,
 }
 
+/// Stands for standard input in messages. Without a folder, so that paths count from the current one.
+const STDIN: &str = "standard input";
+
 impl InputPlan {
+    /// What messages call it.
+    pub fn name(&self) -> &Path {
+        name(&self.path)
+    }
+
     /// Checks what can be known without loading: the file is there and of a kind that is read, the options suit it.
     ///
     /// # Errors
@@ -78,7 +88,7 @@ impl InputPlan {
         camera.check()?;
         let kind = kind_of(path)?;
         if kind == InputKind::Scene {
-            refuse_mesh_options(path, &mesh)?;
+            mesh.refuse_for_scene(path)?;
             camera.without_scene()?;
         }
         Ok(Self {
@@ -106,7 +116,10 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
         return Ok(InputKind::Mesh);
     }
     let is_scene = |extension: &OsStr| extension.eq_ignore_ascii_case("scn");
-    if is_standard_input(path) || path.extension().is_some_and(is_scene) || !path.is_file() {
+    if is_standard_input(path) {
+        return Ok(InputKind::Any);
+    }
+    if path.extension().is_some_and(is_scene) || !path.is_file() {
         return Ok(InputKind::Scene);
     }
     let mut start = Vec::new();
@@ -116,7 +129,9 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
         return Ok(InputKind::Mesh);
     }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    if start.contains(&0) || OTHER_KINDS.iter().any(|&other| extension == other) {
+    // Text without any statement of a scene is no scene.
+    let is_scene = !start.contains(&0) && format::detect(&start) == Detected::Scene;
+    if !is_scene || OTHER_KINDS.iter().any(|&other| extension == other) {
         return Err(CliError::Failed(format!(
             "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .stl, .gltf, .glb)",
             escape(&path.display().to_string())
@@ -125,23 +140,38 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
     Ok(InputKind::Scene)
 }
 
+/// What messages call an input.
+pub fn name(path: &Path) -> &Path {
+    if is_standard_input(path) {
+        Path::new(STDIN)
+    } else {
+        path
+    }
+}
+
 /// Whether this stands for standard input.
 pub fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-fn refuse_mesh_options(path: &Path, mesh: &MeshOptions) -> Result<(), CliError> {
-    let given = [
-        ("--ground", mesh.ground),
-        ("--up-axis", mesh.up_axis.is_some()),
-        ("--smooth-angle", mesh.smooth_degrees.is_some()),
-        ("--lit-from", mesh.lit_from.is_some()),
-    ];
-    match given.iter().find(|(_, given)| *given) {
-        Some((option, _)) => Err(CliError::Usage(format!(
-            "{option} applies to meshes only (.ply, .obj, .stl, .gltf, .glb), and {} is a scene",
-            path.display()
-        ))),
-        None => Ok(()),
+impl MeshOptions {
+    /// Refuses options that have no effect on a scene.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`].
+    pub fn refuse_for_scene(&self, scene: &Path) -> Result<(), CliError> {
+        let given = [
+            ("--ground", self.ground),
+            ("--up-axis", self.up_axis.is_some()),
+            ("--smooth-angle", self.smooth_degrees.is_some()),
+            ("--lit-from", self.lit_from.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(CliError::Usage(format!(
+                "{option} applies to meshes only (.ply, .obj, .stl, .gltf, .glb), and {} is a scene",
+                scene.display()
+            ))),
+            None => Ok(()),
+        }
     }
 }

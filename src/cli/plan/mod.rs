@@ -10,10 +10,10 @@ mod turntable;
 
 #[cfg(feature = "viewer")]
 pub use choice::ViewPlan;
-pub use choice::{
-    BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, StatsFormat, VerifyPlan,
+pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, VerifyPlan};
+pub use input::{
+    CameraOptions, InputKind, InputPlan, MeshOptions, StartView, is_standard_input, kind_of, name,
 };
-pub use input::{CameraOptions, InputKind, InputPlan, MeshOptions, StartView, is_standard_input, kind_of};
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
 pub use render::{CompareOptions, Frame, Job, PictureOptions, Pictures, RenderPlan, check_inputs, objection};
 pub use turntable::{FrameRange, Turn, Turntable, turned};

@@ -1,7 +1,7 @@
 //! What `octray render` does: of each scene one picture, or the frames of a turntable.
 
 use super::{
-    Build, CameraOptions, InputPlan, MeshOptions, StatsFormat, Turn, Turntable,
+    Build, CameraOptions, InputPlan, JsonTarget, MeshOptions, Turn, Turntable,
     names::{self, Origin, PicturePath},
 };
 use crate::{
@@ -28,7 +28,10 @@ pub struct RenderPlan {
     pub jobs: Vec<Job>,
     /// Files that are read, as far as the command line names them.
     pub inputs: Inputs,
-    pub stats: Option<StatsFormat>,
+    /// Print the figures of each picture as text.
+    pub stats: bool,
+    /// Where the figures of all pictures go as JSON.
+    pub json: Option<JsonTarget>,
     pub quiet: bool,
 }
 

@@ -10,6 +10,7 @@ mod text;
 mod verdicts;
 pub mod verify;
 pub mod version;
+mod written;
 
 pub use aov::AovReport;
 pub use message::{error, note, print, warning};
@@ -17,3 +18,4 @@ pub use progress::{RenderBar, VerifyBar};
 pub use stats::{RenderReport, Times};
 pub use text::{SCHEMA, faults_text, grouped, quoted};
 pub use verdicts::Verdicts;
+pub use written::Written;

@@ -1,9 +1,9 @@
-//! `--stats`: the figures of one picture.
+//! `--stats` and `--json`: the figures of one picture.
 
 use super::{AovReport, SCHEMA, faults_text, grouped};
 use crate::{
     accel::Bvh,
-    cli::{load::faults::Faults, write::json_line},
+    cli::load::faults::Faults,
     error::in_bytes,
     render::{FrameStats, Mode, Settings},
     scene::Scene,
@@ -148,11 +148,6 @@ impl RenderReport {
     /// Adds the report on AOVs.
     pub fn with(self, aov: Option<AovReport>) -> Self {
         Self { aov, ..self }
-    }
-
-    /// One line of JSON.
-    pub fn json(&self) -> String {
-        json_line(self)
     }
 
     /// A few lines of text.

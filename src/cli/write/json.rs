@@ -1,29 +1,34 @@
-//! JSON answers.
+//! JSON answers, one line each.
 
 use super::guarded;
 use crate::cli::{CliError, plan::JsonTarget, process::Interrupt, report};
 use serde::Serialize;
-use std::io::Write;
-
-/// Writes an answer as JSON.
-///
-/// # Errors
-/// [`CliError::Failed`] or [`CliError::ClosedPipe`].
-pub fn write_json(target: &JsonTarget, json: &impl Serialize) -> Result<(), CliError> {
-    // Plain structs of numbers and strings always serialize.
-    let mut text = serde_json::to_string_pretty(json).unwrap_or_default();
-    text.push('\n');
-    match target {
-        JsonTarget::Stdout => report::print(&text),
-        JsonTarget::File(path) => {
-            guarded::write(path, &Interrupt::default(), |out| out.write_all(text.as_bytes()))
-                .map_err(|error| CliError::writing(&path.display().to_string(), &error))
-        }
-    }
-}
+use std::{
+    fs::{self, OpenOptions},
+    io::Write,
+};
 
 /// An answer as one line of JSON.
 pub fn json_line(json: &impl Serialize) -> String {
     // Plain structs of numbers and strings always serialize.
     serde_json::to_string(json).unwrap_or_default() + "\n"
+}
+
+/// Writes lines of [`json_line`]. A file is written whole or not at all.
+///
+/// # Errors
+/// [`CliError::Failed`] or [`CliError::ClosedPipe`].
+pub fn write_json(target: &JsonTarget, lines: &str) -> Result<(), CliError> {
+    let path = match target {
+        JsonTarget::Stdout => return report::print(lines),
+        JsonTarget::File(path) => path,
+    };
+    // A device or a pipe is written through: replacing it would make it a file.
+    let written = if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        let file = OpenOptions::new().write(true).open(path);
+        file.and_then(|mut file| file.write_all(lines.as_bytes()))
+    } else {
+        guarded::write(path, &Interrupt::default(), |out| out.write_all(lines.as_bytes()))
+    };
+    written.map_err(|error| CliError::writing(&path.display().to_string(), &error))
 }

@@ -276,14 +276,11 @@ fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError>
     let folder = folder_of(path);
     if !folder.is_dir() {
         let what = if folder.exists() {
-            "is not a directory"
+            format!("{} is not a directory", folder.display())
         } else {
-            "does not exist"
+            format!("the directory {} does not exist", folder.display())
         };
-        return Err(CliError::Failed(format!(
-            "cannot write {name}: {} {what}",
-            folder.display()
-        )));
+        return Err(CliError::Failed(format!("cannot write {name}: {what}")));
     }
     // Replacing would not ask for the old file's permission, so ask here.
     let old: io::Result<Option<File>> = if exists {

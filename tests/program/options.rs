@@ -1,0 +1,239 @@
+//! Options as people type them: short ones, any number of samples, JSON, meshes from standard input.
+
+use crate::program::{Folder, Run, on_a_terminal, shipped_mesh};
+use serde_json::Value;
+use std::fs;
+
+/// The bytes of the picture that a line of arguments makes.
+fn picture(folder: &Folder, arguments: &str) -> Vec<u8> {
+    let line = format!("{arguments} -o made.ppm -q");
+    folder.run_line(&line).succeeded();
+    fs::read(folder.path("made.ppm")).unwrap()
+}
+
+fn with_input(folder: &Folder, input: &str, arguments: &str) -> Run {
+    folder.shell(&format!("\"$0\" {arguments} < '{input}'"))
+}
+
+#[test]
+fn short_options() {
+    let folder = Folder::new();
+    folder.write("empty.scn", "// nothing\n");
+    folder.run_line("empty.scn -q -s 33x17 -j 2").succeeded();
+    assert_eq!(
+        image::image_dimensions(folder.path("empty.png")).unwrap(),
+        (33, 17)
+    );
+    folder.run_line("bench a.scn -s8x8 --repeat 1").succeeded();
+    folder.run_line("verify --rays 1000 -j1").succeeded();
+    folder.fails(&["a.scn", "-w", "8"], 2, "-w");
+    folder.fails(&["a.scn", "-j", "0"], 2, "--threads");
+}
+
+#[test]
+fn any_number_of_samples() {
+    let folder = Folder::new();
+    for (samples, pattern) in [(1, "grid"), (4, "grid"), (9, "grid"), (5, "sobol"), (2, "sobol")] {
+        let given = picture(&folder, &format!("a.scn -s 40x30 --samples {samples}"));
+        let line = format!("a.scn -s 40x30 --samples {samples} --pattern {pattern}");
+        assert_eq!(given, picture(&folder, &line), "{samples}");
+    }
+    for (line, words) in [
+        (
+            "--samples 5 --pattern grid",
+            "--pattern grid needs a square number of samples: use --samples 4 or 9, or --pattern sobol for 5",
+        ),
+        ("--samples 3 --pattern stratified", "use --samples 1 or 4"),
+    ] {
+        let arguments: Vec<&str> = std::iter::once("a.scn").chain(line.split(' ')).collect();
+        folder.fails(&arguments, 2, words);
+    }
+}
+
+/// The JSON of every command goes to a file or to standard output, one line for each answer.
+#[test]
+fn json_of_every_command() {
+    let folder = Folder::new();
+    for (line, field) in [
+        ("a.scn -s 8x8", "rays"),
+        ("info a.scn", "bvh"),
+        ("bench a.scn -s 8x8 --repeat 1", "results"),
+        ("verify --rays 1000", "agree"),
+    ] {
+        let run = folder.run_line(&format!("{line} --json -"));
+        let printed: Value = serde_json::from_str(run.succeeded().text()).unwrap();
+        assert_eq!((&printed["schema"], run.text().lines().count()), (&1.into(), 1));
+        folder.run_line(&format!("{line} --json made.json")).succeeded();
+        let written = fs::read_to_string(folder.path("made.json")).unwrap();
+        let written: Value = serde_json::from_str(&written).unwrap();
+        assert!(!written[field].is_null() && !printed[field].is_null(), "{line}");
+        let mut arguments: Vec<&str> = line.split(' ').collect();
+        arguments.extend(["--json", "no/made.json"]);
+        let words = "cannot write no/made.json: directory `no` does not exist";
+        folder.fails(&arguments, 1, words);
+    }
+    folder.fails(
+        &["a.scn", "--json", "-", "-o", "-"],
+        2,
+        "name a file for one of them",
+    );
+    folder.fails(&["a.scn", "--json", "."], 1, "it is a directory");
+    if cfg!(target_os = "linux") {
+        folder.run_line("info a.scn --json /dev/null").succeeded();
+        let kind = fs::metadata("/dev/null").unwrap().file_type();
+        assert!(!kind.is_file(), "it was replaced");
+    }
+}
+
+#[test]
+fn json_of_the_pictures_before_a_failure() {
+    let folder = Folder::new();
+    folder.write("b.scn", "sphere\n");
+    let run = folder.run_line("a.scn b.scn -s 8x8 --json made.json");
+    assert_eq!(run.code, Some(1));
+    assert!(run.stderr.starts_with("error: b.scn:1:"), "{run:?}");
+    let written = fs::read_to_string(folder.path("made.json")).unwrap();
+    let outputs: Vec<&str> = written.lines().filter(|line| line.contains("a.png")).collect();
+    assert_eq!((outputs.len(), written.lines().count()), (1, 1));
+}
+
+#[test]
+fn meshes_from_standard_input() {
+    let folder = Folder::new();
+    fs::copy(shipped_mesh("vase.mtl"), folder.path("vase.mtl")).unwrap();
+    for mesh in ["vase.obj", "gear.stl", "cube.ply", "mobile.gltf"] {
+        let mesh = shipped_mesh(mesh);
+        let options = "-s 40x30 --ground";
+        let expected = picture(&folder, &format!("{mesh} {options}"));
+        with_input(&folder, &mesh, &format!("- {options} -o made.ppm -q")).succeeded();
+        assert_eq!(fs::read(folder.path("made.ppm")).unwrap(), expected, "{mesh}");
+        with_input(&folder, &mesh, "info -").succeeded();
+        with_input(&folder, &mesh, "bench - -s 8x8 --repeat 1").succeeded();
+    }
+    with_input(&folder, "a.scn", "- -s 8x8").succeeded();
+    assert!(folder.path("stdin.png").exists());
+    for (text, options, code, words) in [
+        ("sphere 0 0 0 1\n", "--ground", 2, "and standard input is a scene"),
+        (
+            "v 0 0 0\n",
+            "",
+            1,
+            "standard input: no triangles to render (1 vertex",
+        ),
+    ] {
+        folder.write("input", text);
+        with_input(&folder, "input", &format!("- {options}")).failed(code, words);
+    }
+    folder.write("input", "sphere 0 0 0\n");
+    let faulty = with_input(&folder, "input", "-");
+    assert!(
+        faulty.stderr.starts_with("error: standard input:1:13: "),
+        "{faulty:?}"
+    );
+    let empty = with_input(&folder, "/dev/null", "- -s 8x8");
+    assert_eq!(empty.stderr, "warning: standard input: the scene is empty\n");
+    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("input", "light 0 0 9 1\nmesh m.obj\n");
+    with_input(&folder, "input", "- -s 8x8").succeeded();
+}
+
+#[test]
+fn six_up_axes() {
+    let folder = Folder::new();
+    let mesh = shipped_mesh("mobile.gltf");
+    let all = ["x", "y", "z", "-x", "-y", "-z"]
+        .map(|axis| picture(&folder, &format!("{mesh} -s 40x30 --up-axis {axis}")));
+    assert_eq!(all[1], picture(&folder, &format!("{mesh} -s 40x30")));
+    assert_eq!(all[4], picture(&folder, &format!("{mesh} -s 40x30 --up-axis=-y")));
+    for (i, one) in all.iter().enumerate() {
+        assert!(!all[..i].contains(one), "{i}");
+    }
+    folder.write("defaults.toml", "up-axis = \"-y\"\n");
+    assert_eq!(
+        all[4],
+        picture(&folder, &format!("{mesh} -s 40x30 --config defaults.toml"))
+    );
+    let words = "expected x, y, z, -x, -y or -z";
+    folder.fails(&[&mesh, "--up-axis", "up"], 2, words);
+}
+
+#[test]
+fn a_mesh_on_its_side_is_noticed() {
+    let folder = Folder::new();
+    folder.write(
+        "cone.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 2\nf 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n",
+    );
+    let run = folder.run_line("cone.obj -s 8x8");
+    let words = "warning: cone.obj: assumed y is up (OBJ has no such field), but its flat side faces -z; --up-axis z turns it\n";
+    assert_eq!(run.stderr, words);
+    folder.run_line("cone.obj -s 8x8 --up-axis z").succeeded();
+    folder.run_line("cone.obj -s 8x8 --up-axis y").succeeded();
+    folder.run_line("cone.obj -s 8x8 -q").succeeded();
+}
+
+#[test]
+fn values_are_explained() {
+    let folder = Folder::new();
+    for (line, words) in [
+        ("--eye 3 -4 2", "write --eye 3,-4,2 (no spaces)"),
+        ("--eye=3 -4 2", "write --eye 3,-4,2 (no spaces)"),
+        ("--target 3, -4, 2", "write --target 3,-4,2 (no spaces)"),
+        ("--up -0.5 0 1e0", "write --up -0.5,0,1e0 (no spaces)"),
+        (
+            "--lit-from 1 2",
+            "such as --lit-from -1,2.5,3 (no spaces), found 2",
+        ),
+        ("-s 800 600", "write -s 800x600 (no spaces)"),
+        ("--crop 0 0 8 8", "write --crop 0,0,8,8 (no spaces)"),
+        ("--eye 3", "expected three numbers x,y,z"),
+        ("--eye 0,0,5", "such as --up 0,1,0 for a view straight down"),
+        ("--stats=json", "--json FILE writes JSON"),
+        ("--samples 0", "expected a whole number, 1 or more"),
+    ] {
+        let arguments: Vec<&str> = std::iter::once("a.scn").chain(line.split(' ')).collect();
+        folder.fails(&arguments, 2, words);
+    }
+    folder.run_line("a.scn -s 8x8 --eye -3,4,2").succeeded();
+}
+
+#[test]
+fn files_of_other_kinds_are_refused() {
+    let folder = Folder::new();
+    folder.write("notes.txt", "Dear reader,\n");
+    folder.fails(
+        &["notes.txt"],
+        1,
+        "notes.txt: unknown file type, expected a scene (.scn)",
+    );
+    folder.fails(&["."], 1, "this is a directory");
+    folder.write("scene.txt", "// A scene\nsphere 0 0 0 1\n");
+    folder.run_line("scene.txt -s 8x8").succeeded();
+    folder.write("misspelt.txt", "sphre 0 0 0 1\n");
+    let run = folder.run(&["misspelt.txt"]);
+    assert!(run.stderr.starts_with("error: misspelt.txt:1:1: "), "{run:?}");
+}
+
+#[test]
+fn one_closing_line_on_a_terminal() {
+    let folder = Folder::new();
+    let Some(run) = on_a_terminal(&folder, "a.scn -s 64x48") else {
+        return;
+    };
+    let says = |run: &Run, start: &str, end: &str| {
+        let text = run.text().trim_end();
+        assert_eq!((run.code, text.lines().count()), (Some(0), 1), "{run:?}");
+        assert!(text.starts_with(start) && text.ends_with(end), "{run:?}");
+    };
+    says(&run, "wrote a.png (64x48, ", "s)");
+    for line in [
+        "-s 64x48 --turntable 24 -o a-##.png",
+        "--turntable 24 --crop 0,0,64,48 -o a-##.png",
+    ] {
+        let run = on_a_terminal(&folder, &format!("a.scn {line}")).unwrap();
+        says(&run, "wrote 24 pictures, a-01.png to a-24.png (64x48, ", "s)");
+    }
+    let run = on_a_terminal(&folder, "a.scn -s 64x48 -q").unwrap();
+    assert_eq!((run.code, run.text()), (Some(0), ""));
+    folder.run_line("a.scn -s 64x48").succeeded();
+}

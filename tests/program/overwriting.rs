@@ -1,0 +1,381 @@
+//! Which files a call replaces: none that it reads, none of others under a name that octray chose.
+
+use crate::program::Folder;
+use std::fs;
+
+const SMALL: &str = "--size=12x8";
+const FOREIGN: &str = "was not written by octray; name another file with -o or replace it with --force";
+
+fn read(folder: &Folder, name: &str) -> Vec<u8> {
+    fs::read(folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The arguments, separated by spaces, fail and leave `file` as it is.
+fn keeps(folder: &Folder, file: &str, arguments: &str, code: i32, words: &str) {
+    let before = read(folder, file);
+    let arguments: Vec<&str> = arguments.split(' ').chain([SMALL]).collect();
+    folder.fails(&arguments, code, words);
+    assert!(read(folder, file) == before, "{arguments:?}");
+}
+
+/// The arguments succeed and replace `file`.
+fn replaces(folder: &Folder, file: &str, arguments: &str) {
+    let before = read(folder, file);
+    folder.run_line(&format!("{arguments} {SMALL}")).succeeded();
+    assert!(read(folder, file) != before, "{arguments}");
+    if let Some("png" | "exr") = file.rsplit('.').next() {
+        image::open(folder.path(file)).unwrap();
+    }
+}
+
+/// A PNG file of one pixel with a text.
+fn png(keyword: &str, text: &str) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.add_text_chunk(keyword.into(), text.into()).unwrap();
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&[1, 2, 3]).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+#[test]
+fn a_derived_name_replaces_only_pictures_of_octray() {
+    let folder = Folder::new();
+    let own = png("Software", "octray");
+    let other = png("Software", "other");
+    for foreign in [
+        &other[..],
+        &png("Software", "octray 2"),
+        &png("Comment", "octray"),
+        &own[..20],
+        &other[..other.len() / 2],
+        b"",
+        b"GIF89a",
+    ] {
+        fs::write(folder.path("a.png"), foreign).unwrap();
+        for name in ["", " -o {stem}.png", " -o ./{stem}.png"] {
+            keeps(&folder, "a.png", &format!("a.scn{name}"), 1, FOREIGN);
+        }
+        replaces(&folder, "a.png", "a.scn --force");
+        fs::write(folder.path("a.png"), foreign).unwrap();
+        // The user typed the name.
+        replaces(&folder, "a.png", "a.scn -o a.png");
+        replaces(&folder, "a.png", "a.scn --view 2");
+    }
+    // Whatever follows its text.
+    for own in [&own[..], &own[..own.len() - 20]] {
+        fs::write(folder.path("a.png"), own).unwrap();
+        replaces(&folder, "a.png", "a.scn");
+    }
+    folder.write("a.png", "kept");
+    folder.run(&["a.scn", "--skip-existing"]).succeeded();
+    assert_eq!(read(&folder, "a.png"), b"kept");
+    assert_eq!(folder.names(), ["a.png", "a.scn"]);
+    fs::remove_file(folder.path("a.png")).unwrap();
+    fs::create_dir(folder.path("a.png")).unwrap();
+    folder.fails(&["a.scn"], 1, "it is a directory");
+    folder.fails(&["a.scn", "--force"], 1, "it is a directory");
+}
+
+#[test]
+fn other_formats_need_force() {
+    let folder = Folder::new();
+    for aovs in ["", " --aov depth,normal,albedo,id,heat"] {
+        folder
+            .run_line(&format!("a.scn -o {{stem}}.exr {SMALL}{aovs}"))
+            .succeeded();
+        replaces(&folder, "a.exr", "a.scn -o {stem}.exr --view 2");
+        let transparent = "a.scn -o {stem}.exr --view 3 --background transparent";
+        replaces(&folder, "a.exr", &format!("{transparent}{aovs}"));
+        fs::remove_file(folder.path("a.exr")).unwrap();
+    }
+    for name in ["a.ppm", "a.qoi", "a.jpg", "a.bmp", "a.tiff"] {
+        let pattern = name.replacen('a', "{stem}", 1);
+        folder
+            .run_line(&format!("a.scn -o {pattern} {SMALL}"))
+            .succeeded();
+        keeps(
+            &folder,
+            name,
+            &format!("a.scn -o {pattern} --view 2"),
+            1,
+            "--force",
+        );
+        replaces(&folder, name, &format!("a.scn -o {pattern} --view 2 --force"));
+        replaces(&folder, name, &format!("a.scn -o {name} --view 3"));
+    }
+}
+
+#[test]
+fn frames_aovs_and_differences_are_derived() {
+    let folder = Folder::new();
+    for (file, arguments) in [
+        ("a-0002.png", "a.scn --turntable 2"),
+        ("t2.png", "a.scn --turntable 2 -o t#.png"),
+        ("a.depth.png", "a.scn --aov depth"),
+        ("b.depth.png", "a.scn --aov depth -o b.png"),
+    ] {
+        folder.write(file, "not octray's");
+        keeps(&folder, file, arguments, 1, FOREIGN);
+        replaces(&folder, file, &format!("{arguments} --force"));
+        folder.run_line(&format!("{arguments} {SMALL}")).succeeded();
+    }
+    folder
+        .run_line(&format!("a.scn -o r.png --view 2 {SMALL}"))
+        .succeeded();
+    let compare = "a.scn -o c.png --compare r.png";
+    let differs = |arguments: &str| {
+        let run = folder.run_line(&format!("{arguments} {SMALL}"));
+        assert_eq!(run.code, Some(5), "{run:?}");
+        image::open(folder.path("c-difference.png")).unwrap();
+    };
+    differs(compare);
+    // Its own.
+    differs(compare);
+    folder.write("c-difference.png", "not octray's");
+    keeps(&folder, "c-difference.png", compare, 1, FOREIGN);
+    let typed = format!("{compare} --difference c-difference.png");
+    for arguments in [typed, format!("{compare} --force")] {
+        folder.write("c-difference.png", "not octray's");
+        differs(&arguments);
+    }
+}
+
+#[test]
+fn files_of_the_command_line_are_kept() {
+    let folder = Folder::new();
+    for name in ["a.ppm", "b1.ppm"] {
+        fs::copy(folder.path("a.scn"), folder.path(name)).unwrap();
+    }
+    folder.write("config.png", "");
+    folder.write("b.scn", "sphere 0 0 0 1\n");
+    folder.run_line(&format!("a.scn -o r.png {SMALL}")).succeeded();
+    folder.run_line(&format!("a.scn -o a.png {SMALL}")).succeeded();
+    for force in ["", " --force"] {
+        for (file, arguments, words) in [
+            (
+                "a.ppm",
+                "./a.ppm -o a.ppm",
+                "would replace the scene, ./a.ppm; write to another",
+            ),
+            ("a.ppm", "a.ppm -o {stem}.ppm", "would replace the scene;"),
+            // The first scene's picture is the second scene.
+            (
+                "b1.ppm",
+                "b.scn b1.ppm -o {stem}#.ppm --turntable 1",
+                "b1.ppm would replace the scene;",
+            ),
+            (
+                "r.png",
+                "a.scn -o r.png --compare r.png",
+                "r.png would replace the reference;",
+            ),
+            (
+                "a.png",
+                "a.scn --compare a.png",
+                "a.png would replace the reference;",
+            ),
+            (
+                "a.png",
+                "a.scn -o b.png --compare a.png --difference a.png",
+                "a.png would replace the reference;",
+            ),
+            (
+                "config.png",
+                "a.scn -o config.png --config config.png",
+                "config.png would replace the config file;",
+            ),
+        ] {
+            keeps(&folder, file, &format!("{arguments}{force}"), 2, words);
+        }
+    }
+    // The default config file.
+    fs::create_dir(folder.path("octray")).unwrap();
+    folder.write("octray/config.toml", "view = 2\n");
+    fs::hard_link(folder.path("octray/config.toml"), folder.path("c.png")).unwrap();
+    let words = "c.png would replace the config file, ";
+    keeps(&folder, "c.png", "a.scn -o c.png", 2, words);
+    replaces(&folder, "c.png", "a.scn -o c.png --no-config");
+}
+
+/// A mesh with a material library that names textures.
+fn write_mesh(folder: &Folder, name: &str) {
+    let text = format!("mtllib {name}.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write(&format!("{name}.obj"), &text);
+    let text = "newmtl a\nKd 1 0 0\nmap_Kd -s 1 1 1 -clamp on wood.png\nmap_Bump -bm 0.2 deep\\bump 1.png\n";
+    folder.write(&format!("{name}.mtl"), text);
+}
+
+#[test]
+fn files_of_a_scene_are_kept() {
+    let folder = Folder::new();
+    write_mesh(&folder, "bunny");
+    fs::create_dir(folder.path("deep")).unwrap();
+    for texture in ["wood.png", "deep/bump 1.png", "bunny.png", "gltf.png"] {
+        folder.write(texture, "a texture");
+    }
+    fs::hard_link(folder.path("bunny.mtl"), folder.path("link.png")).unwrap();
+    fs::hard_link(folder.path("deep/bump 1.png"), folder.path("bump.png")).unwrap();
+    folder.write("all.scn", "include part.ppm\n");
+    folder.write("part.ppm", "light 1 2 3 1\nmaterial 1\nmesh bunny.obj\n");
+    folder.write(
+        "g.gltf",
+        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"g.bin","byteLength":36}],
+        "images":[{"uri":"gl%74f.png"}],"textures":[{"source":0}]}"#,
+    );
+    let corners = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    fs::write(folder.path("g.bin"), corners.map(f32::to_le_bytes).concat()).unwrap();
+    fs::hard_link(folder.path("g.bin"), folder.path("buffer.png")).unwrap();
+    // The texture of the same name is foreign.
+    keeps(&folder, "bunny.png", "bunny.obj", 1, FOREIGN);
+    for force in ["", " --force"] {
+        for (file, arguments, words) in [
+            (
+                "wood.png",
+                "bunny.obj -o wood.png",
+                "wood.png would replace a file of bunny.obj;",
+            ),
+            (
+                "wood.png",
+                "all.scn -o wood.png",
+                "wood.png would replace a file of all.scn;",
+            ),
+            (
+                "bump.png",
+                "bunny.obj -o bump.png",
+                "a file of bunny.obj, deep/bump 1.png; write to",
+            ),
+            (
+                "link.png",
+                "bunny.obj -o link.png",
+                "a file of bunny.obj, bunny.mtl;",
+            ),
+            ("link.png", "all.scn -o link.png", "a file of all.scn, bunny.mtl;"),
+            ("part.ppm", "all.scn -o part.ppm", "a file of all.scn;"),
+            ("gltf.png", "g.gltf -o gltf.png", "a file of g.gltf;"),
+            ("buffer.png", "g.gltf -o buffer.png", "a file of g.gltf, g.bin;"),
+        ] {
+            keeps(&folder, file, &format!("{arguments}{force}"), 1, words);
+        }
+    }
+    // From standard input.
+    let run = folder.shell("\"$0\" - -o part.ppm < all.scn");
+    run.failed(1, "a file of -");
+    assert!(read(&folder, "part.ppm").starts_with(b"light"));
+    replaces(&folder, "bunny.png", "bunny.obj --force --quiet");
+}
+
+#[test]
+fn a_picture_replaces_no_file_of_the_next_scene() {
+    let folder = Folder::new();
+    write_mesh(&folder, "m");
+    fs::copy(folder.path("m.obj"), folder.path("b.png")).unwrap();
+    folder.write("b.scn", "sphere 0 0 0 1\n");
+    folder.write("c.scn", "include d.scn\n");
+    folder.write("d.scn", "light 1 2 3 1\nsphere 0 0 0 1\ninclude b.png\n");
+    let words = "b.png would replace a file of c.scn;";
+    keeps(&folder, "b.png", "b.scn c.scn --force", 1, words);
+    assert!(!folder.path("c.png").exists());
+}
+
+#[test]
+#[cfg(unix)]
+fn links_lead_to_the_same_file() {
+    use std::os::unix::fs::symlink;
+    let folder = Folder::new();
+    symlink("a.scn", folder.path("link.png")).unwrap();
+    fs::hard_link(folder.path("a.scn"), folder.path("hard.png")).unwrap();
+    fs::create_dir(folder.path("deep")).unwrap();
+    symlink("../a.scn", folder.path("deep/a.png")).unwrap();
+    symlink("deep", folder.path("folder")).unwrap();
+    for name in ["link.png", "hard.png", "deep/a.png", "folder/a.png"] {
+        let words = format!("{name} would replace the scene, a.scn;");
+        keeps(&folder, "a.scn", &format!("a.scn --force -o {name}"), 2, &words);
+    }
+    // A derived name that is a link to a foreign file, to an own one, to nothing.
+    folder.write("foreign", "kept");
+    symlink("foreign", folder.path("a.png")).unwrap();
+    keeps(&folder, "foreign", "a.scn", 1, FOREIGN);
+    folder.run_line(&format!("a.scn -o own.png {SMALL}")).succeeded();
+    for target in ["own.png", "new.png"] {
+        fs::remove_file(folder.path("a.png")).unwrap();
+        symlink(target, folder.path("a.png")).unwrap();
+        folder.run_line(&format!("a.scn --view 2 {SMALL}")).succeeded();
+        assert!(fs::symlink_metadata(folder.path("a.png")).unwrap().is_symlink());
+    }
+    assert_eq!(read(&folder, "own.png"), read(&folder, "new.png"));
+}
+
+#[test]
+#[cfg(unix)]
+fn a_file_that_appears_meanwhile_is_kept() {
+    let folder = Folder::new();
+    if !folder.make_pipe("pipe") {
+        return;
+    }
+    // The picture's name is checked before standard input is read.
+    let script = "(\"$0\" - --size=12x8 < pipe; echo $? > code) & \
+        exec 3> pipe; sleep 1; echo foreign > stdin.png; cat a.scn >&3; exec 3>&-; wait; exit $(cat code)";
+    let run = folder.shell(script);
+    run.failed(
+        1,
+        "cannot write stdin.png: another program has made a file of this name meanwhile",
+    );
+    assert_eq!(read(&folder, "stdin.png"), b"foreign\n");
+    assert_eq!(folder.names(), ["a.scn", "code", "pipe", "stdin.png"]);
+}
+
+#[test]
+fn json_files_are_no_files_of_the_scene() {
+    let folder = Folder::new();
+    folder.write("all.scn", "include a.scn\n");
+    let bench = "--size=4x4 --repeat=1 --method=scalar --json";
+    for (file, scene) in [("all.scn", "the scene"), ("a.scn", "a file of all.scn")] {
+        let before = read(&folder, file);
+        let run = folder.run_line(&format!("bench all.scn {bench} {file}"));
+        assert_eq!(run.code, Some(1), "{run:?}");
+        assert!(
+            run.stderr.contains(&format!("{file} would replace {scene};")),
+            "{run:?}"
+        );
+        assert_eq!(read(&folder, file), before);
+    }
+    for _ in 0..2 {
+        folder
+            .run_line(&format!("bench all.scn {bench} new.json"))
+            .succeeded();
+    }
+    for arguments in ["all.scn", "info all.scn", "- < all.scn"] {
+        let run = folder.shell(&format!("\"$0\" {arguments} --json a.scn"));
+        run.failed(1, "a.scn would replace a file of ");
+    }
+}
+
+#[test]
+fn generated_files_replace_only_generated_ones() {
+    let folder = Folder::new();
+    let generate = "generate interior --count 20000";
+    for _ in 0..2 {
+        folder.run_line(generate).succeeded();
+    }
+    let names = folder.names();
+    assert!(names.len() > 3, "{names:?}");
+    for name in names.iter().filter(|name| *name != "a.scn") {
+        let own = read(&folder, name);
+        folder.write(name, "ply\nformat ascii 1.0\ncomment mine\n");
+        let arguments: Vec<&str> = generate.split(' ').collect();
+        folder.fails(
+            &arguments,
+            1,
+            "was not made by `octray generate`; name another directory",
+        );
+        assert!(read(&folder, name).ends_with(b"mine\n"));
+        folder.run_line(&format!("{generate} --force")).succeeded();
+        assert!(read(&folder, name) == own);
+    }
+}
