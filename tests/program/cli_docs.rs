@@ -31,7 +31,7 @@ fn the_reference_of_options_is_current() {
     );
 }
 
-/// Puts examples into blocks of code, and a second usage into code of its own.
+/// Puts examples into blocks of code, corrects usages, and leaves out the defaults of switches.
 fn as_markdown(help: &str) -> String {
     let mut made = String::new();
     let mut in_examples = false;
@@ -40,7 +40,11 @@ fn as_markdown(help: &str) -> String {
             made += "```\n";
             in_examples = false;
         }
-        made += line;
+        made += if in_examples {
+            line.strip_prefix("  ").unwrap_or(line)
+        } else {
+            line
+        };
         made.push('\n');
         if line == "Examples:" {
             made += "\n```text\n";
@@ -51,4 +55,6 @@ fn as_markdown(help: &str) -> String {
         made += "```\n";
     }
     made.replace("\n       octray <COMMAND> ...`", "` or `octray <COMMAND> ...`")
+        .replace("`octray octray ", "`octray ")
+        .replace("\n\n  Default value: `false`\n", "\n")
 }
