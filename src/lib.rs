@@ -46,7 +46,7 @@
 //! | [`render`] | frames, settings, film |
 //! | [`shade`], [`geometry`], [`ray`], [`simd`], [`math`], [`classic`] | shading passes, primitive tests, and what they are made of |
 //! | [`mod@reference`], [`verify`], [`mod@bench`] | the scalar reference, equivalence checks against it, the benchmark |
-//! | [`error`] | errors with their place in a file |
+//! | [`error`] | errors with file, line and column |
 //!
 //! # Features
 //! | feature | adds | default |

@@ -9,7 +9,7 @@ use std::{env, os::unix::process::CommandExt, path::PathBuf, process::Command};
 /// What the newer build's file is called, after this one's name.
 const SUFFIX: &str = "-x86-64-v3";
 
-/// The newer build, where it is there and runs on this CPU.
+/// The newer build, if it exists and runs on this CPU.
 fn newer() -> Option<PathBuf> {
     let runs = is_x86_feature_detected!("avx2")
         && is_x86_feature_detected!("fma")

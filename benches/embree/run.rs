@@ -266,7 +266,7 @@ impl<'a> Embree<'a> {
         start.elapsed().as_secs_f64()
     }
 
-    /// Of what the last mode of that width and direction found.
+    /// The results of the last mode of that width and direction.
     fn differences(&self, mode: &Mode, set: &RaySet, ours: &Results) -> (Differences, Disputes) {
         self.prepared[usize::from(mode.from_light)].differences(mode.width, set, ours)
     }

@@ -18,6 +18,8 @@ mod process;
 mod report;
 mod write;
 
+#[doc(hidden)]
+pub use commands::definition;
 pub use error::CliError;
 
 use std::{process::ExitCode, time::Instant};
@@ -48,13 +50,6 @@ pub fn main() -> ExitCode {
 #[doc(hidden)]
 pub fn parse_value(option: &str, text: &str) -> Result<Vec<f64>, String> {
     args::numbers(option, text)
-}
-
-/// The definition of the command line: `docs/cli.md` is made from it.
-#[doc(hidden)]
-#[must_use]
-pub fn definition() -> clap::Command {
-    args::definition()
 }
 
 /// The name that a pattern gives for a scene: for tests and fuzzing.

@@ -5,6 +5,9 @@ use std::path::Path;
 /// How many names of one kind a note lists.
 const MOST_NAMES: usize = 4;
 
+/// How many things a note lists. A hostile header may have thousands of elements.
+const MOST_THINGS: usize = 20;
+
 /// What a file holds and octray does not read.
 #[derive(Debug, Default)]
 pub(super) struct LeftOut(Vec<String>);
@@ -34,7 +37,9 @@ impl LeftOut {
 
     /// The note about the file at `path`; `None` if nothing was left out.
     pub(super) fn note(&self, path: &Path) -> Option<String> {
-        (!self.0.is_empty()).then(|| format!("{}: left out: {}", path.display(), self.0.join(", ")))
+        let listed = self.0.get(..MOST_THINGS).unwrap_or(&self.0).join(", ");
+        let more = if self.0.len() > MOST_THINGS { ", ..." } else { "" };
+        (!self.0.is_empty()).then(|| format!("{}: left out: {listed}{more}", path.display()))
     }
 }
 

@@ -58,7 +58,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Right behind the word read last.
+    /// The end of the last word read.
     pub(super) fn position(&self) -> usize {
         self.at
     }

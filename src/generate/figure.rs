@@ -43,8 +43,8 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
         let angle = TAU * u;
         let fold = libm::sin(folds * (angle + twist * z)) * 0.5 + libm::sin(2.0 * angle + 3.0 * z) * 0.5;
         let (sin, cos) = libm::sincos(angle);
-        let place = DVec3::new(radius * cos, radius * sin, z);
-        let rough = noise.fractal(place * 3.0, 6) * (0.05 + 0.12 * robe);
+        let position = DVec3::new(radius * cos, radius * sin, z);
+        let rough = noise.fractal(position * 3.0, 6) * (0.05 + 0.12 * robe);
         let r = radius * (1.0 + 0.16 * fold * robe + rough);
         // Wider than deep, and twisted about the vertical axis.
         let (x, y) = (r * cos * 1.15, r * sin * 0.85);

@@ -67,9 +67,18 @@ fn fingerprint(bytes: &[u8]) -> u64 {
     })
 }
 
+/// Removes a line. The fingerprints are of the scene, which a comment in a header does not change.
+fn without(line: &[u8], bytes: &[u8]) -> Vec<u8> {
+    let lines = bytes.split_inclusive(|&byte| byte == b'\n');
+    lines.filter(|other| *other != line).collect::<Vec<_>>().concat()
+}
+
 #[test]
 fn scenes_are_the_same_on_every_machine_and_in_every_version() {
-    let found = Kind::ALL.map(|kind| format!("{} {:016x}", kind.name(), fingerprint(&bytes(&small(kind)))));
+    let found = Kind::ALL.map(|kind| {
+        let bytes = without(b"comment up z\n", &bytes(&small(kind)));
+        format!("{} {:016x}", kind.name(), fingerprint(&bytes))
+    });
     assert_eq!(found, FINGERPRINTS);
 }
 

@@ -194,7 +194,7 @@ mod tests {
 
     type Triangle = (PrimitiveId, [u32; 3], [Vec3; 3]);
 
-    /// Triangles whose corners are among so many vertices.
+    /// Triangles whose corners are among this number of vertices.
     fn triangles(random: &mut fastrand::Rng, count: usize, vertices: u32) -> Vec<Triangle> {
         let at: Vec<Vec3> = (0..vertices)
             .map(|_| Vec3::new(random.f32(), -random.f32(), random.f32()))

@@ -127,16 +127,18 @@ fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {
     if within < 2 {
         return left == 3 || right == 3;
     }
-    let aside = |v: DVec3| v - d * (v.dot(d) / d.length_squared());
-    let is_between = |p: DVec3, q: DVec3| aside(p).dot(aside(q)) <= p.length() * q.length() * ASIDE_ERROR_64;
+    let perpendicular = |v: DVec3| v - d * (v.dot(d) / d.length_squared());
+    let is_between = |p: DVec3, q: DVec3| {
+        perpendicular(p).dot(perpendicular(q)) <= p.length() * q.length() * ASIDE_ERROR_64
+    };
     is_between(a, b) || is_between(b, c) || is_between(c, a)
 }
 
 fn sphere(center: Vec3, radius: f32, ray: &Ray, slabs: &RaySlabs) -> Option<f32> {
     let from_center = ray.origin - center;
     let nearest = -dot(from_center, ray.direction);
-    let aside = mul_add3(ray.direction, nearest, from_center);
-    let discriminant = radius * radius - dot(aside, aside);
+    let perpendicular = mul_add3(ray.direction, nearest, from_center);
+    let discriminant = radius * radius - dot(perpendicular, perpendicular);
     if discriminant < 0.0 || discriminant.is_nan() {
         return None;
     }
@@ -149,6 +151,6 @@ fn sphere(center: Vec3, radius: f32, ray: &Ray, slabs: &RaySlabs) -> Option<f32>
         lower: center - size,
         upper: center + size,
     });
-    let held = min(max(t, near), far);
-    (t > 0.0 && held > 0.0 && near <= far).then_some(held)
+    let clamped = min(max(t, near), far);
+    (t > 0.0 && clamped > 0.0 && near <= far).then_some(clamped)
 }

@@ -14,7 +14,7 @@ use std::fmt;
 pub enum CameraError {
     /// A coordinate is NaN or infinite.
     NotFinite,
-    /// The eye is at the target.
+    /// Eye and target are the same point.
     EyeOnTarget,
     /// The view direction is parallel to the up vector, or the up vector is zero.
     UpParallel,

@@ -43,7 +43,7 @@ pub trait Lanes:
     type Mask: LaneMask;
     /// The memory that lanes are stored to.
     type Memory: Memory;
-    /// [`REGISTER_LANES`] lanes: as many as a bundle has packets, and two leaves have triangles.
+    /// [`REGISTER_LANES`] lanes: one per packet of a bundle, or per triangle of two leaves.
     type Packets: TriangleLanes<Packets = Self::Packets>;
     /// As many lanes as these, at most [`REGISTER_LANES`]: a lane a triangle.
     type Triangles: TriangleLanes<Packets = Self::Packets>;

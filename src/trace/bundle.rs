@@ -67,7 +67,7 @@ pub(super) struct Culling<'a, V: Lanes> {
     /// Whether few remaining rays become single-ray tasks.
     pub regroup: bool,
     /// The direction octant: by axis, 1 if all rays go down, 0 if up. `None` if they differ.
-    pub down: Option<[u8; 3]>,
+    pub octant: Option<[u8; 3]>,
     /// For rays with separate origins.
     pub space: ShearedSpace,
 }
@@ -306,7 +306,7 @@ impl Tracer<'_> {
         let mut near8 = seen.map_or(splat(0.0), |seen| seen.q_near);
         let mut chosen = pairs.children();
         if culling.exact {
-            let mut planes = in_order(node, culling.down);
+            let mut planes = in_order(node, culling.octant);
             if SHARED {
                 for (i, plane) in planes.iter_mut().enumerate() {
                     *plane -= splat(self.origin[i % 3]);
@@ -314,7 +314,7 @@ impl Tracer<'_> {
             }
             let room = self.rooms.of::<V>();
             let (states, slabs) = (&room.packets, &room.slabs);
-            let entering = match (SHARED, culling.down.is_some()) {
+            let entering = match (SHARED, culling.octant.is_some()) {
                 (true, true) => entering::<V, true>(&planes, &pairs, states),
                 (true, false) => entering::<V, false>(&planes, &pairs, states),
                 (false, true) => entering_by_packet::<V, true>(&planes, candidates, packets, states, slabs),
@@ -325,7 +325,7 @@ impl Tracer<'_> {
             if culling.regroup {
                 let few = chosen & !entering.more;
                 chosen &= !few;
-                if culling.down.is_some() {
+                if culling.octant.is_some() {
                     self.go_on_alone::<V, SHARED, true>(node, &planes, few, &pairs);
                 } else {
                     self.go_on_alone::<V, SHARED, false>(node, &planes, few, &pairs);
@@ -352,7 +352,7 @@ impl Tracer<'_> {
     /// Makes single-ray tasks of the rays that enter the children `few`. They are few, so finding them again is
     /// cheaper than keeping all entering rays.
     #[inline(always)]
-    fn go_on_alone<V: RayLanes, const SHARED: bool, const ONE_WAY: bool>(
+    fn go_on_alone<V: RayLanes, const SHARED: bool, const ONE_OCTANT: bool>(
         &mut self,
         node: &Node8,
         planes: &[F32x8; 6],
@@ -365,11 +365,11 @@ impl Tracer<'_> {
                 let state = &room.packets[p % PACKETS];
                 let live = state.live_bits::<V>();
                 let (near, lanes) = if SHARED {
-                    enter::<V, ONE_WAY>(planes, c, state)
+                    enter::<V, ONE_OCTANT>(planes, c, state)
                 } else {
                     room.slabs[p % PACKETS]
                         .load::<V>(state)
-                        .enter::<ONE_WAY>(planes, c)
+                        .enter::<ONE_OCTANT>(planes, c)
                 };
                 let mut nears = V::Memory::ZERO;
                 near.store(&mut nears);
@@ -397,13 +397,13 @@ struct Entering {
 /// Those of the pairs whose packet has a ray that enters the child, tested ray by ray. `planes` are a node's,
 /// [in order](in_order), relative to the shared origin.
 #[inline(always)]
-fn entering<V: Lanes, const ONE_WAY: bool>(
+fn entering<V: Lanes, const ONE_OCTANT: bool>(
     planes: &[F32x8; 6],
     pairs: &Pairs,
     states: &[Packet<V::Memory>; PACKETS],
 ) -> Entering {
-    let (low, more_low) = entering_of::<V, ONE_WAY>(planes, pairs.low, 0, states);
-    let (high, more_high) = entering_of::<V, ONE_WAY>(planes, pairs.high, 4, states);
+    let (low, more_low) = entering_of::<V, ONE_OCTANT>(planes, pairs.low, 0, states);
+    let (high, more_high) = entering_of::<V, ONE_OCTANT>(planes, pairs.high, 4, states);
     let more = Pairs {
         low: more_low,
         high: more_high,
@@ -416,7 +416,7 @@ fn entering<V: Lanes, const ONE_WAY: bool>(
 
 /// [`entering`] for one word of pairs, whose first child is `first`: the same pairs, and those that two rays enter.
 #[inline(always)]
-fn entering_of<V: Lanes, const ONE_WAY: bool>(
+fn entering_of<V: Lanes, const ONE_OCTANT: bool>(
     planes: &[F32x8; 6],
     pairs: u64,
     first: usize,
@@ -425,7 +425,7 @@ fn entering_of<V: Lanes, const ONE_WAY: bool>(
     let (mut entering, mut more) = (0, 0);
     for pair in bits64(pairs) {
         let (c, p) = (first + pair / PACKETS, pair % PACKETS);
-        let lanes = enter::<V, ONE_WAY>(planes, c, &states[p]).1.bits();
+        let lanes = enter::<V, ONE_OCTANT>(planes, c, &states[p]).1.bits();
         entering |= u64::from(lanes != 0) << pair;
         more |= u64::from(lanes & lanes.wrapping_sub(1) != 0) << pair;
     }
@@ -438,7 +438,7 @@ fn entering_of<V: Lanes, const ONE_WAY: bool>(
 /// packets test the same children, so the loop's length is predictable.
 // Tuned: see docs/lab-notes.md#boxes-ray-by-ray
 #[inline(always)]
-fn entering_by_packet<V: Lanes, const ONE_WAY: bool>(
+fn entering_by_packet<V: Lanes, const ONE_OCTANT: bool>(
     planes: &[F32x8; 6],
     candidates: u32,
     packets: u32,
@@ -452,7 +452,7 @@ fn entering_by_packet<V: Lanes, const ONE_WAY: bool>(
         let rays = slabs[p % PACKETS].load::<V>(&states[p % PACKETS]);
         let mut children = 0;
         for c in bits(candidates) {
-            let lanes = rays.enter::<ONE_WAY>(planes, c).1.bits();
+            let lanes = rays.enter::<ONE_OCTANT>(planes, c).1.bits();
             children |= u32::from(lanes != 0) << c;
             more |= u32::from(lanes & lanes.wrapping_sub(1) != 0) << c;
         }
@@ -474,7 +474,7 @@ fn entering_by_packet<V: Lanes, const ONE_WAY: bool>(
 /// negative: boxes behind the origin and finished rays may pass; frusta drop the former, and neither takes a hit.
 // Tuned: see docs/lab-notes.md#node-slabs
 #[inline(always)]
-pub(super) fn enter<V: Lanes, const ONE_WAY: bool>(
+pub(super) fn enter<V: Lanes, const ONE_OCTANT: bool>(
     planes: &[F32x8; 6],
     c: usize,
     state: &Packet<V::Memory>,
@@ -485,7 +485,7 @@ pub(super) fn enter<V: Lanes, const ONE_WAY: bool>(
     let (y0, y1) = (first.y * inv.y, last.y * inv.y);
     let (z0, z1) = (first.z * inv.z, last.z * inv.z);
     let t = V::load(&state.t);
-    let (near, far) = if ONE_WAY {
+    let (near, far) = if ONE_OCTANT {
         (x0.max(y0).max(z0), x1.min(y1).min(z1.min(t)))
     } else {
         let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1));
@@ -498,10 +498,10 @@ pub(super) fn enter<V: Lanes, const ONE_WAY: bool>(
 /// The node's planes ordered for the direction octant: entry planes, then exit planes; without an octant, lower then
 /// upper.
 #[inline(always)]
-pub(super) fn in_order(node: &Node8, down: Option<[u8; 3]>) -> [F32x8; 6] {
-    let Some(down) = down else { return node.planes };
+pub(super) fn in_order(node: &Node8, octant: Option<[u8; 3]>) -> [F32x8; 6] {
+    let Some(octant) = octant else { return node.planes };
     let sides: &[[F32x8; 3]; 2] = bytemuck::cast_ref(&node.planes);
-    let side = |turned: u8, axis: usize| sides[usize::from(down[axis] ^ turned) & 1][axis];
+    let side = |turned: u8, axis: usize| sides[usize::from(octant[axis] ^ turned) & 1][axis];
     [
         side(0, 0),
         side(0, 1),

@@ -44,21 +44,21 @@ impl DominantAxis {
 
     /// Those of `packets` all of whose rays have this dominant axis.
     #[inline(always)]
-    fn gone_by<V: Lanes>(self, states: &[Packet<V::Memory>; PACKETS], packets: u32) -> u32 {
+    fn sharing<V: Lanes>(self, states: &[Packet<V::Memory>; PACKETS], packets: u32) -> u32 {
         let (least, sign) = (V::splat(LEAST_ALONG_K), V::splat(self.sign));
-        let mut gone = 0;
+        let mut sharing = 0;
         for p in bits(packets) {
             let along = V::load(&states[p % PACKETS].direction[self.axis]) * sign;
-            gone |= u32::from(along.ge(least).bits() == !0 >> (32 - V::COUNT)) << p;
+            sharing |= u32::from(along.ge(least).bits() == !0 >> (32 - V::COUNT)) << p;
         }
-        gone
+        sharing
     }
 }
 
 /// As many of `packets` (a bit each) as share a dominant axis; `None` if no packet's rays do.
 // Tuned: see docs/lab-notes.md#dividing-bundles
 #[inline(always)]
-pub(super) fn most_going_one_way<V: Lanes>(
+pub(super) fn largest_group<V: Lanes>(
     states: &[Packet<V::Memory>; PACKETS],
     packets: u32,
 ) -> Option<(u32, DominantAxis)> {
@@ -66,11 +66,11 @@ pub(super) fn most_going_one_way<V: Lanes>(
     let mut count = 0;
     for axis in 0..3 {
         for sign in [1.0, -1.0] {
-            let way = DominantAxis { axis, sign };
-            let gone = way.gone_by::<V>(states, packets);
-            if gone.count_ones() > count {
-                count = gone.count_ones();
-                most = Some((gone, way));
+            let axis = DominantAxis { axis, sign };
+            let sharing = axis.sharing::<V>(states, packets);
+            if sharing.count_ones() > count {
+                count = sharing.count_ones();
+                most = Some((sharing, axis));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Entry nodes: where neighbouring bundles of camera rays start instead of at the root.
 //!
 //! The frustum of up to 1024 rays descends once and finds up to eight subtrees that any of them may meet; these
-//! become the children of a made-up node. If there are no such subtrees, the bundles hit nothing. After Reshetov, Soupikov
+//! become the children of a made-up node. Without subtrees the bundles hit nothing. After Reshetov, Soupikov
 //! and Hurley, *Multi-Level Ray Tracing Algorithm*, 2005, who find one subtree with all that is met.
 // Tuned: see docs/lab-notes.md#entry-nodes
 

@@ -257,9 +257,9 @@ impl<V: Lanes> BundleFrustum<V> {
     pub fn new<const SHARED: bool>(
         packets: &[Packet<V::Memory>; PACKETS],
         members: u32,
-        way: DominantAxis,
+        dominant: DominantAxis,
     ) -> Option<Self> {
-        let DominantAxis { axis: k, sign } = way;
+        let DominantAxis { axis: k, sign } = dominant;
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let (origin_lower, origin_upper) = origins::<V, SHARED>(packets, members);
         let frame = Frame {
@@ -319,19 +319,19 @@ impl<V: Lanes> BundleFrustum<V> {
 
     /// The direction octant: by axis, 1 if all rays go down, 0 if up; `None` if they differ, or nearly do.
     #[inline(always)]
-    pub fn down(&self) -> Option<[u8; 3]> {
+    pub fn octant(&self) -> Option<[u8; 3]> {
         let Frame { k, i, j, sign, .. } = self.all.frame;
-        let mut down = [0; 3];
+        let mut octant = [0; 3];
         for (axis, slopes) in [(i, &self.all.slopes.a), (j, &self.all.slopes.b)] {
             let is_down = lane(&slopes.minus_high, 0) > 0.0;
             let is_up = lane(&slopes.low, 0) > 0.0;
             if !is_down && !is_up {
                 return None;
             }
-            down[axis] = u8::from(is_down);
+            octant[axis] = u8::from(is_down);
         }
-        down[k] = u8::from(sign < 0.0);
-        Some(down)
+        octant[k] = u8::from(sign < 0.0);
+        Some(octant)
     }
 
     /// The q beyond which packet `p` takes no hit if none of its lanes does beyond distance `t`.

@@ -191,7 +191,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         return 0;
     }
     let (lower, upper) = padded_boxes(&corners);
-    let (first, last) = in_order(lower - origin, upper - origin, culling.down);
+    let (first, last) = in_order(lower - origin, upper - origin, culling.octant);
     let (first, last) = (stored(first), stored(last));
     let mut taken = 0;
     for &pair in &candidates[..count] {
@@ -249,9 +249,9 @@ fn smallest<V: Lanes>([u, v, w]: Weights<V>) -> V {
 pub(super) fn in_order<V: Lanes>(
     lower: Vec3Lanes<V>,
     upper: Vec3Lanes<V>,
-    down: Option<[u8; 3]>,
+    octant: Option<[u8; 3]>,
 ) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
-    let [x, y, z] = down.unwrap_or_default();
+    let [x, y, z] = octant.unwrap_or_default();
     let (first_x, last_x) = exchanged_if(x, lower.x, upper.x);
     let (first_y, last_y) = exchanged_if(y, lower.y, upper.y);
     let (first_z, last_z) = exchanged_if(z, lower.z, upper.z);
@@ -274,8 +274,8 @@ pub(super) fn interval<V: Lanes>(
     last: Vec3Lanes<V>,
     culling: &Culling<'_, V>,
 ) -> (V, V) {
-    if culling.down.is_some() {
-        state.interval_one_way(first, last)
+    if culling.octant.is_some() {
+        state.interval_in_octant(first, last)
     } else {
         state.interval(first, last)
     }

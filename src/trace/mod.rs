@@ -56,7 +56,7 @@ pub const BUNDLE: usize = 2 * BUNDLE_OF_16;
 /// The most [`RayPacket`]s of a bundle whose packets hold sixteen rays.
 const BUNDLE_OF_16: usize = PACKETS * REGISTER_LANES / LANES;
 
-/// Selects a way of tracing; all give the same hits.
+/// Selects a traversal method; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
     /// Whichever fits the rays: bundles, packets or single rays.
@@ -502,12 +502,12 @@ impl<'a> Tracer<'a> {
                 exact: ANY || !SHARED || !regroup,
                 regroup,
                 space: ShearedSpace::new(frustum.as_ref(), point, extent),
-                down: frustum.as_ref().and_then(BundleFrustum::down),
+                octant: frustum.as_ref().and_then(BundleFrustum::octant),
             };
             if !SHARED {
                 let room = self.rooms.of_mut::<V>();
                 for p in bits(packets) {
-                    room.slabs[p % PACKETS].set::<V>(&room.packets[p % PACKETS], culling.down.is_some());
+                    room.slabs[p % PACKETS].set::<V>(&room.packets[p % PACKETS], culling.octant.is_some());
                     room.sheared[p % PACKETS].set::<V>(&room.packets[p % PACKETS], &culling.space);
                 }
             }
@@ -544,7 +544,7 @@ impl<'a> Tracer<'a> {
             if frustum.is_some() {
                 return (group.0, frustum);
             }
-            match dominant::most_going_one_way::<V>(states, packets) {
+            match dominant::largest_group::<V>(states, packets) {
                 Some(most) => group = most,
                 None => return (packets, None),
             }

@@ -245,7 +245,11 @@ impl<M: Memory> Packet<M> {
     /// [`interval`](Self::interval) of rays in one direction octant, given the planes where they enter and leave: the
     /// same bits, for boxes that are not inside out.
     #[inline(always)]
-    pub fn interval_one_way<V: Lanes<Memory = M>>(&self, first: Vec3Lanes<V>, last: Vec3Lanes<V>) -> (V, V) {
+    pub fn interval_in_octant<V: Lanes<Memory = M>>(
+        &self,
+        first: Vec3Lanes<V>,
+        last: Vec3Lanes<V>,
+    ) -> (V, V) {
         let inv = Vec3Lanes::<V>::load(&self.inv_direction);
         let near = (first.x * inv.x).max(first.y * inv.y);
         let near = near.max((first.z * inv.z).max(V::splat(0.0)));
@@ -269,9 +273,9 @@ pub(super) struct PacketSlabs<M> {
 impl<M: Memory> PacketSlabs<M> {
     pub const EMPTY: Self = Self { offset: [M::ZERO; 6] };
 
-    /// `is_one_way`: all rays are in one direction octant, and planes come in that order.
+    /// `is_one_octant`: all rays are in one direction octant, and planes come in that order.
     #[inline(always)]
-    pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, is_one_way: bool) {
+    pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, is_one_octant: bool) {
         for axis in 0..3 {
             let inv = V::load(&packet.inv_direction[axis]);
             let offset = V::load(&packet.origin[axis]) * inv;
@@ -284,7 +288,7 @@ impl<M: Memory> PacketSlabs<M> {
             );
             let offset = V::select(is_tame, -offset, V::splat(0.0));
             let (before, behind) = (offset - error, offset + error);
-            if is_one_way {
+            if is_one_octant {
                 before.store(&mut self.offset[axis]);
                 behind.store(&mut self.offset[axis + 3]);
             } else {
@@ -326,14 +330,14 @@ impl<V: Lanes> Slabs<V> {
     /// A lower bound on where the rays enter child `c`, and the rays that do; `planes` are a node's, in the order
     /// that [`PacketSlabs::set`] was given.
     #[inline(always)]
-    pub fn enter<const ONE_WAY: bool>(&self, planes: &[F32x8; 6], c: usize) -> (V, V::Mask) {
+    pub fn enter<const ONE_OCTANT: bool>(&self, planes: &[F32x8; 6], c: usize) -> (V, V::Mask) {
         let Self { inv, offset, t } = self;
         let at = |plane: usize, inv: V| V::splat(lane(&planes[plane], c)).mul_add(inv, offset[plane]);
         let (x0, x1) = (at(0, inv.x), at(3, inv.x));
         let (y0, y1) = (at(1, inv.y), at(4, inv.y));
         let (z0, z1) = (at(2, inv.z), at(5, inv.z));
         let zero = V::splat(0.0);
-        let (near, far) = if ONE_WAY {
+        let (near, far) = if ONE_OCTANT {
             (x0.max(y0).max(z0.max(zero)), x1.min(y1).min(z1.min(*t)))
         } else {
             let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(zero));
@@ -373,8 +377,8 @@ mod tests {
     };
     use glam::Vec3;
 
-    /// Directions, one of them along an axis or in a plane of two; half of the time all go one way: which, see
-    /// [`BundleFrustum::down`](super::super::frustum::BundleFrustum::down).
+    /// Directions, one of them along an axis or in a plane of two; half of the time all in one direction octant, see
+    /// [`BundleFrustum::octant`](super::super::frustum::BundleFrustum::octant).
     fn directions(
         round: usize,
         vector: &mut impl FnMut(f32) -> Vec3,
@@ -382,16 +386,16 @@ mod tests {
     ) -> ([Vec3; LANES], Option<[u8; 3]>) {
         let mut directions = [(); LANES].map(|()| vector(1.0).normalize());
         directions[0] = [Vec3::X, Vec3::NEG_Y, Vec3::new(-0.0, 0.6, 0.8)][round % 3];
-        let down = ways.bool().then(|| [(); 3].map(|()| ways.u8(..2)));
-        if let Some(down) = down {
-            let signs = Vec3::from(down.map(|down| 1.0 - 2.0 * f32::from(down)));
+        let octant = ways.bool().then(|| [(); 3].map(|()| ways.u8(..2)));
+        if let Some(octant) = octant {
+            let signs = Vec3::from(octant.map(|down| 1.0 - 2.0 * f32::from(down)));
             directions = directions.map(|d| (d.abs() + 1e-5) * signs);
         }
-        (directions, down)
+        (directions, octant)
     }
 
     /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis;
-    /// half of the rays go one way.
+    /// half of the rays are in one direction octant.
     #[test]
     fn slabs_hold_what_the_canonical_interval_holds() {
         let mut random = fastrand::Rng::with_seed(3);
@@ -403,7 +407,7 @@ mod tests {
             let size = [1e-6, 1.0, 1e6, 1e9][round % 4];
             let far = [1.0, 1e3, 1e12, 1e30][round / 4 % 4];
             let origins = [(); LANES].map(|()| vector(size * far));
-            let (directions, down) = directions(round, &mut vector, &mut ways);
+            let (directions, octant) = directions(round, &mut vector, &mut ways);
             let ray = round % LANES;
             let at = (origins[ray] + directions[ray] * size).clamp(Vec3::splat(-2e9), Vec3::splat(2e9));
             let half = vector(size).abs() * [0.0, 1e-6, 1.0][round / 16 % 3];
@@ -420,11 +424,11 @@ mod tests {
             let origin8 = Vec3x8::from_lanes(origins);
             packet.start_at::<F32x8>([&origin8; 4]);
             let mut slabs = PacketSlabs::EMPTY;
-            slabs.set::<F32x8>(&packet, down.is_some());
+            slabs.set::<F32x8>(&packet, octant.is_some());
             let node = Node8::new(&[(Child::inner(0), bounds)]);
-            let planes = in_order(&node, down);
+            let planes = in_order(&node, octant);
             let rays = slabs.load::<F32x8>(&packet);
-            let (near, entering) = if down.is_some() {
+            let (near, entering) = if octant.is_some() {
                 rays.enter::<true>(&planes, 0)
             } else {
                 rays.enter::<false>(&planes, 0)
@@ -432,9 +436,9 @@ mod tests {
             let o = Vec3Lanes::<F32x8>::load(&packet.origin);
             let (lower, upper) = (Vec3Lanes::splat(bounds.lower), Vec3Lanes::splat(bounds.upper));
             let (canonical_near, canonical_far) = packet.interval(lower - o, upper - o);
-            if down.is_some() {
+            if octant.is_some() {
                 let (first, last) = corners(&planes, 0);
-                let same = packet.interval_one_way(first - o, last - o);
+                let same = packet.interval_in_octant(first - o, last - o);
                 let bits = |t: F32x8| t.to_array().map(f32::to_bits);
                 assert_eq!(bits(same.0), bits(canonical_near), "{round}");
                 assert_eq!(bits(same.1), bits(canonical_far), "{round}");
@@ -468,7 +472,7 @@ mod tests {
             let size = [1e-6, 1.0, 1e6, 1e9][round % 4];
             let origin =
                 vector(size * [0.0, 1.0, 1e3][round / 4 % 3]).clamp(Vec3::splat(-2e9), Vec3::splat(2e9));
-            let (directions, down) = directions(round, &mut vector, &mut ways);
+            let (directions, octant) = directions(round, &mut vector, &mut ways);
             let at = origin + directions[round % LANES] * size;
             let half = vector(size).abs() * [0.0, 1e-6, 1.0, 3.0][round / 16 % 4];
             let bounds = Aabb {
@@ -490,11 +494,11 @@ mod tests {
                 // As soon as they are in the box.
                 max(canonical_near, splat(f32::MIN_POSITIVE)).store(&mut packet.t);
             }
-            let mut planes = in_order(&Node8::new(&[(Child::inner(0), bounds)]), down);
+            let mut planes = in_order(&Node8::new(&[(Child::inner(0), bounds)]), octant);
             for (i, plane) in planes.iter_mut().enumerate() {
                 *plane -= splat(origin[i % 3]);
             }
-            let (near, entering) = if down.is_some() {
+            let (near, entering) = if octant.is_some() {
                 enter::<F32x8, true>(&planes, 0, &packet)
             } else {
                 enter::<F32x8, false>(&planes, 0, &packet)

@@ -117,7 +117,7 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     }
     let lowest8 = -seen8.tolerance;
     let (lower8, upper8) = padded_boxes(&corners8);
-    let (first8, last8) = in_order(lower8, upper8, culling.down);
+    let (first8, last8) = in_order(lower8, upper8, culling.octant);
     let mut taken = 0;
     for &candidate in &candidates[..count] {
         let (p, i) = (candidate.packet(), candidate.triangle());
@@ -194,7 +194,7 @@ impl ShearedSpace {
 /// at least 1.
 const SHEARED_SLACK: f32 = 32.0 / (1 << 24) as f32;
 
-/// The rays of a packet as lines in slope form, relative to a [`ShearedSpace`]: (p + a x_k, q + b x_k, x_k) for all x_k.
+/// A packet's rays as lines in slope form, relative to a [`ShearedSpace`]: (p + a x_k, q + b x_k, x_k) for all x_k.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShearedPacket<M> {
     minus_a: M,
@@ -350,7 +350,7 @@ mod tests {
         trace::dominant::DominantAxis,
     };
 
-    /// The lanes that may hit the first triangle, of rays that all go one way.
+    /// The lanes that may hit the first triangle, of rays with equal directions.
     fn ahead(
         block: &TriangleBlock,
         edges8: &Edges,

@@ -58,22 +58,26 @@ pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implem
         bvh: bvh.binary(scene),
         stack: Stack::default(),
     })];
-    let held = |name, method, widths| {
+    let with_widths = |name, method, widths| {
         let mut tracer = Tracer::with_method(bvh, method);
         tracer.hold_to(widths);
         with_tracer(name, tracer)
     };
     if has_avx512() {
         all.push(kernel("adaptive, AVX-512", Method::Adaptive));
-        all.push(held("adaptive, 16 lanes", Method::Adaptive, Widths::One));
-        all.push(held("adaptive, 32 lanes", Method::Adaptive, Widths::Pair));
+        all.push(with_widths("adaptive, 16 lanes", Method::Adaptive, Widths::One));
+        all.push(with_widths("adaptive, 32 lanes", Method::Adaptive, Widths::Pair));
         all.push(kernel("single rays, AVX-512", Method::Single));
     } else {
         all.push(kernel("single rays", Method::Single));
     }
     all.push(kernel("adaptive, as compiled", Method::AdaptiveBaseline));
     if pair::IS_FAST {
-        all.push(held("adaptive, 8 lanes", Method::AdaptiveBaseline, Widths::One));
+        all.push(with_widths(
+            "adaptive, 8 lanes",
+            Method::AdaptiveBaseline,
+            Widths::One,
+        ));
     }
     all.push(kernel("packets", Method::Packet));
     all

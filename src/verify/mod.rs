@@ -60,7 +60,7 @@ pub struct Settings {
     pub rays: Option<u64>,
     /// Traces only the scene with this number, completely.
     pub scene: Option<u64>,
-    /// Number of threads; `None` for as many as the machine has.
+    /// Number of threads; `None` for one per CPU.
     pub threads: Option<usize>,
 }
 

@@ -28,44 +28,52 @@ pub struct Overlay<'a> {
     pub message: Option<&'a str>,
 }
 
-/// How many times the 8 x 8 font is enlarged: to 12 points, smaller if the help does not fit into the window, but to no
-/// less than 6 points. A point is 4/3 pixels times the scale factor of the screen.
-#[must_use]
-pub fn text_scale([width, height]: [u32; 2], scale_factor: f64) -> usize {
+/// Columns and lines that a panel other than the help should have room for.
+const PANEL: [usize; 2] = [24, 3];
+
+/// How many times the 8 x 8 font is enlarged: to 12 points, smaller if a panel of these columns and lines does not fit
+/// into the window, but to no less than 6 points. A point is 4/3 pixels times the scale factor of the screen.
+fn text_scale([columns, lines]: [usize; 2], [width, height]: [u32; 2], scale_factor: f64) -> usize {
     let [least, most] = [1.0, 2.0].map(|scale| ((scale * scale_factor).round() as usize).max(1));
-    let longest = keys::HELP.iter().map(|line| line.len()).max().unwrap_or(0);
     let fits = |&scale: &usize| {
-        let [w, h] = screen::panel_size(longest, keys::HELP.len(), scale);
+        let [w, h] = screen::panel_size(columns, lines, scale);
         w + 2 * MARGIN <= width as usize && h + 2 * MARGIN <= height as usize
     };
     (least..=most).rev().find(fits).unwrap_or(least)
 }
 
-/// Draws the panels from the top down.
-pub fn draw(canvas: &mut Canvas<'_>, scale: usize, overlay: &Overlay<'_>) {
-    let columns = (canvas.width as usize).saturating_sub(4 * MARGIN) / (8 * scale);
+/// Columns and lines of the help.
+fn help_size() -> [usize; 2] {
+    let longest = keys::HELP.iter().map(|line| line.len()).max();
+    [longest.unwrap_or(0), keys::HELP.len()]
+}
+
+/// Draws the panels from the top down, in letters that suit the scale factor of the screen.
+pub fn draw(canvas: &mut Canvas<'_>, scale_factor: f64, overlay: &Overlay<'_>) {
+    let size = [canvas.width, canvas.height];
+    let scale = text_scale(PANEL, size, scale_factor);
+    let help_scale = text_scale(help_size(), size, scale_factor);
     let mut y = MARGIN;
-    let mut show = |text: &str, color: u32| {
+    let mut show = |text: &str, color: u32, scale: usize| {
+        let columns = (canvas.width as usize).saturating_sub(4 * MARGIN) / (8 * scale);
         let lines = screen::wrap(text, columns);
         y = screen::panel(canvas, [MARGIN, y], &lines, color, scale) + MARGIN;
     };
     if let Some(error) = overlay.error {
-        show(error, RED);
+        show(error, RED, scale);
     }
     if overlay.help {
-        show(&keys::HELP.join("\n"), WHITE);
+        show(&keys::HELP.join("\n"), WHITE, help_scale);
     }
-    if let Some(lines) = &overlay.figures {
-        show(&lines.join("\n"), WHITE);
-    }
-    if let Some(lines) = overlay.probed {
-        show(&lines.join("\n"), WHITE);
+    for lines in [overlay.figures.as_deref(), overlay.probed].into_iter().flatten() {
+        show(&lines.join("\n"), WHITE, scale);
     }
     if let Some(progress) = overlay.progress {
-        show(&format!("next picture: {:.0} %", progress * 100.0), WHITE);
+        let text = format!("next picture: {:.0} %", progress * 100.0);
+        show(&text, WHITE, scale);
     }
     if let Some(message) = overlay.message {
-        show(message, WHITE);
+        show(message, WHITE, scale);
     }
 }
 
@@ -90,26 +98,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_has_twelve_points_where_the_help_fits() {
-        // Pixels of a letter on usual and on high-resolution screens.
+    fn text_has_twelve_points_where_it_fits() {
+        // Pixels of a letter of messages and of the help, on usual and on high-resolution screens.
         for (scale_factor, size, pixels) in [
-            (1.0, [512, 512], 16),
-            (1.0, [3840, 2160], 16),
-            (1.25, [800, 800], 24),
-            (1.5, [1000, 900], 24),
-            (2.0, [1100, 1000], 32),
-            (3.0, [3840, 2160], 48),
-            // Too small for the help in large letters.
-            (1.0, [200, 150], 8),
-            (2.0, [512, 512], 16),
-            (3.0, [200, 150], 24),
-            (0.5, [200, 150], 8),
+            (1.0, [512, 512], [16, 16]),
+            (1.0, [3840, 2160], [16, 16]),
+            (1.25, [800, 800], [24, 24]),
+            (1.5, [1000, 900], [24, 24]),
+            (2.0, [1100, 1000], [32, 32]),
+            (3.0, [3840, 2160], [48, 48]),
+            // Too small for large letters.
+            (1.0, [768, 432], [16, 8]),
+            (2.0, [512, 512], [16, 16]),
+            (1.0, [200, 150], [8, 8]),
+            (3.0, [200, 150], [24, 24]),
+            (0.5, [200, 150], [8, 8]),
         ] {
-            assert_eq!(
-                8 * text_scale(size, scale_factor),
-                pixels,
-                "{scale_factor} {size:?}"
-            );
+            let found = [PANEL, help_size()].map(|panel| 8 * text_scale(panel, size, scale_factor));
+            assert_eq!(found, pixels, "{scale_factor} {size:?}");
         }
     }
 
@@ -129,7 +135,7 @@ mod tests {
             error: None,
             message: Some("a message of thirty letters..."),
         };
-        draw(&mut canvas, text_scale([512, 512], 1.0), &overlay);
+        draw(&mut canvas, 1.0, &overlay);
         let white = pixels.chunks(512).rev().position(|row| row[300] != 0x00ff_ffff);
         assert!(white.is_some_and(|rows| rows < 8), "{white:?}");
     }

@@ -1,6 +1,6 @@
 //! The pictures that are traced at rest: 1, 4, 16 and 64 samples a pixel.
 //!
-//! Each is traced anew on a regular grid of samples, so it has the bytes of `octray render --samples`. The grids share
+//! Each is traced from scratch on a regular grid of samples, so it has the bytes of `octray render --samples`. The grids share
 //! no samples: 64 samples cost 85 rays a pixel.
 
 /// Samples along a side of a pixel, picture after picture.

@@ -290,10 +290,9 @@ impl App {
             width,
             height,
         };
-        let scale = overlay::text_scale([width, height], screen.window.scale_factor());
         overlay::draw(
             &mut canvas,
-            scale,
+            screen.window.scale_factor(),
             &Overlay {
                 help: self.help,
                 figures: self

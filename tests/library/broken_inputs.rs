@@ -1,4 +1,4 @@
-//! Broken scenes and meshes by the hundred: each must be loaded or refused, soon, and without a panic.
+//! Hundreds of broken scenes and meshes: each must load or be refused, quickly and without a panic.
 
 use octray::format::{load, load_from_bytes, mesh as any_mesh, ply};
 use std::{
@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Far more than any of these inputs needs, on a slow and busy machine.
+/// Far more than any input needs on a slow, busy machine.
 const TIME_LIMIT: Duration = Duration::from_secs(5);
 
 const SCENE: &[u8] = b"// a scene\nlight 9 -4 10 0.7\nmaterial 2\r\nsphere 0.65 -0.6 0.4 0.2 // ball\n\
@@ -39,7 +39,7 @@ fn binary_mesh() -> Vec<u8> {
     bytes
 }
 
-/// Pseudo-random numbers that are the same in every run: Marsaglia, *Xorshift RNGs*, 2003.
+/// Reproducible pseudo-random numbers: Marsaglia, *Xorshift RNGs*, 2003.
 struct Random(u64);
 
 impl Random {
@@ -59,7 +59,7 @@ impl Random {
     }
 }
 
-/// Runs `work`; says what it was if it panics or takes too long.
+/// Runs `work`; fails with `what` if it panics or takes too long.
 fn must_end<T>(what: &str, work: impl FnOnce() -> T) -> T {
     let start = Instant::now();
     let done = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| panic!("{what}: a panic"));
@@ -68,7 +68,7 @@ fn must_end<T>(what: &str, work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// Whether the scene was loaded.
+/// Returns whether the scene loads.
 fn scene(what: &str, text: &[u8]) -> bool {
     must_end(what, || {
         let open = &mut |path: &Path| match path.to_str() {
@@ -163,7 +163,7 @@ fn broken_binary_meshes() {
     }
 }
 
-/// Reads a mesh of any format; says whether it was read.
+/// Returns whether a mesh of any format loads.
 fn read_any(what: &str, name: &str, bytes: Vec<u8>) -> bool {
     let length = bytes.len();
     must_end(what, || {
@@ -192,7 +192,7 @@ fn read_any(what: &str, name: &str, bytes: Vec<u8>) -> bool {
     })
 }
 
-/// The shipped meshes, each format at least once.
+/// Shipped meshes of each format.
 #[test]
 fn broken_meshes_of_every_format() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");
@@ -232,7 +232,7 @@ fn hostile_meshes() {
         "a.gltf",
         json(&format!(r#""extras":{}"#, "[".repeat(100_000))),
     );
-    // One triangle, a hundred thousand times, is fine; a large mesh as often is not.
+    // A small mesh may be placed 20,000 times, a large one may not.
     let many = (0..20_000).map(|_| r#"{"mesh":0}"#).collect::<Vec<_>>().join(",");
     let data = "A".repeat(4 * 12 * 1000);
     let bomb = format!(
@@ -306,7 +306,7 @@ fn huge_counts_and_odd_types() {
             }
         }
     }
-    // No property takes no bytes: any count of such records fits, and none may be walked through.
+    // Records without properties take no bytes: any count fits, and none may be visited.
     let nothing = format!(
         "ply\nformat ascii 1.0\nelement nothing {}\nelement vertex 0\nend_header\n",
         u64::MAX
@@ -365,7 +365,7 @@ fn long_inputs() {
     assert!(mesh("a polygon of many corners", &polygon));
 }
 
-/// A folder for this test, empty.
+/// An empty folder for this test.
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
@@ -376,7 +376,7 @@ fn refused(what: &str, path: &Path) -> String {
     error.to_string().replace(&*path.to_string_lossy(), "SCENE")
 }
 
-/// Ten thousand lines of a few bytes must not become ten thousand meshes in memory, however the path is written.
+/// Ten thousand lines that name one mesh must not become ten thousand meshes, however they write its path.
 #[test]
 fn one_mesh_named_ten_thousand_times() {
     let folder = folder();
@@ -454,7 +454,7 @@ fn pipes_devices_and_locked_files() {
     fs::write(inside("zero.scn"), "ply_file /dev/zero").expect("written");
     assert!(refused("zeros as mesh", &inside("zero.scn")).ends_with("expected a file"));
 
-    // A regular file, it says, that waits for what the kernel will say next.
+    // Claims to be a regular file, but reading waits for the kernel's next message.
     if Path::new("/proc/kmsg").is_file() {
         let direct = must_end("the kernel's messages", || load(Path::new("/proc/kmsg")).is_err());
         fs::write(inside("kernel.scn"), "include /proc/kmsg").expect("written");

@@ -1,8 +1,7 @@
-//! Errors as text: every case of `tests/errors/*.txt` is a scene (and sometimes a mesh) that must be
-//! refused with exactly the report that stands below it. `OCTRAY_BLESS=1 cargo test --test errors` writes
-//! the reports anew; read the difference before you commit it.
+//! Error reports, word for word: every case of `tests/errors/*.txt` is a scene or a mesh and the report that refuses it.
+//! `OCTRAY_BLESS=1 cargo test --test library errors::` rewrites the reports; read the difference before you commit it.
 //!
-//! A case is a name, the files, and the report:
+//! A case is a name, the files and the report:
 //! ```text
 //! ==== a radius of zero
 //! sphere 0 0 0 0
@@ -12,13 +11,13 @@
 //! case.scn:1:14: radius is 0, expected a number above 0
 //! ...
 //! ```
-//! `\xNN` stands for a byte. In `formats.txt` there is no scene: the first file is a mesh, and those that it may ask
-//! for follow.
+//! `\xNN` stands for a byte. Cases of `formats.txt` have no scene: the first file is a mesh, and files that it names
+//! follow.
 
 use octray::format::{load_from_bytes, mesh};
 use std::{collections::HashMap, env, fs, io, path::Path};
 
-/// A case's lines before its report, and its report.
+/// The lines of a case before its report, and the report.
 struct Case {
     head: String,
     report: String,

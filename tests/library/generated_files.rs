@@ -1,4 +1,4 @@
-//! A generated scene, written and loaded again, is the scene itself: the same columns, bit for bit.
+//! A generated scene that is written and loaded again is the same scene, bit for bit.
 
 use octray::{
     format,

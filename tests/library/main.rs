@@ -9,6 +9,7 @@ mod broken_inputs;
 mod build;
 mod classic_files;
 mod classic_images;
+mod documents;
 mod errors;
 mod generated_files;
 mod golden;

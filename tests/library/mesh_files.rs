@@ -1,9 +1,9 @@
-//! The ways to read a mesh agree with each other, and with other people's code.
+//! All readers of a mesh agree with each other and, for OBJ, with tobj.
 
 use octray::{format::mesh, scene::MeshColumns};
 use std::{fmt::Write as _, fs, io, path::Path};
 
-/// Pseudo-random numbers that are the same in every run: Marsaglia, *Xorshift RNGs*, 2003.
+/// Reproducible pseudo-random numbers: Marsaglia, *Xorshift RNGs*, 2003.
 struct Random(u64);
 
 impl Random {
@@ -19,7 +19,7 @@ impl Random {
     }
 }
 
-/// Positions, a normal each, and polygons.
+/// Positions with normals, and polygons.
 struct Polygons {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -27,7 +27,7 @@ struct Polygons {
 }
 
 impl Polygons {
-    /// `corners`: how many a face has at least, and how many more at most.
+    /// Faces have from `corners[0]` to `corners[0] + corners[1]` corners.
     fn new(count: u32, corners: [u32; 2]) -> Self {
         let mut random = Random(u64::from(count) + 1);
         let mut vectors = || {
@@ -47,7 +47,7 @@ impl Polygons {
         }
     }
 
-    /// By way of OBJ, which has a reader of its own and no faces of fewer corners than three.
+    /// The triangles as the OBJ reader makes them; OBJ has no faces of fewer than three corners.
     fn triangles(&self) -> Vec<[u32; 3]> {
         let triangles = read(self.obj().into_bytes(), "a.obj").triangles;
         let corners = self.faces.iter().map(|face| face.len().saturating_sub(2));
@@ -55,7 +55,7 @@ impl Polygons {
         triangles
     }
 
-    /// A PLY file. With `extra`, further properties stand around those that are needed.
+    /// A PLY file; `extra` adds properties around those that are needed.
     fn ply(&self, format: &str, extra: bool) -> Vec<u8> {
         let (uchar, short) = if extra {
             ("property uchar red\n", "property short flags\n")
@@ -123,7 +123,7 @@ impl Polygons {
         bytes
     }
 
-    /// An OBJ file in which each corner has its vertex's normal.
+    /// An OBJ file; each corner has the normal of its vertex.
     fn obj(&self) -> String {
         let mut text = String::new();
         for [x, y, z] in &self.positions {
@@ -146,7 +146,7 @@ fn read(bytes: Vec<u8>, name: &str) -> MeshColumns {
     loaded.columns
 }
 
-/// What a file with these bytes is loaded as: the mesh, or the error without the folder.
+/// Loads a file with these bytes: the mesh, or the error without the folder.
 fn load(bytes: &[u8], name: &str) -> Result<MeshColumns, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(name);
@@ -162,7 +162,7 @@ fn assert_same(a: &MeshColumns, b: &MeshColumns) {
 
 #[test]
 fn ply_of_every_layout() {
-    // Few and many, so that one thread and several have something to do; triangles, quads, and all kinds.
+    // Sizes for one thread and for several; triangles, quads and mixed faces.
     for (count, corners) in [
         (3, [3, 0]),
         (50, [4, 0]),
@@ -197,7 +197,7 @@ fn ply_of_every_layout() {
     }
 }
 
-/// A fault far into a large file is found at its place, as in a small one.
+/// The place of a fault deep in a large file is right.
 #[test]
 fn faults_in_large_files() {
     let mut polygons = Polygons::new(30_000, [3, 0]);
@@ -226,7 +226,7 @@ fn faults_in_large_files() {
     );
 }
 
-/// Files are read in pieces where their layout allows it; nobody notices.
+/// A file that is read in pieces gives the same mesh and the same errors as its bytes.
 #[test]
 fn a_file_is_what_its_bytes_are() {
     let plain = Polygons::new(2_000, [3, 0]).ply("binary_little_endian", false);
@@ -263,10 +263,10 @@ fn a_file_is_what_its_bytes_are() {
     }
 }
 
-/// Corner by corner, an OBJ file is what tobj makes of it.
+/// Every corner of an OBJ file is as tobj reads it.
 #[test]
 fn obj_as_tobj_reads_it() {
-    // Triangles: tobj makes fans of all polygons, also of concave ones.
+    // Triangles only: tobj makes fans of concave polygons, too.
     let polygons = Polygons::new(700, [3, 0]);
     let text = polygons.obj();
     let ours = read(text.clone().into_bytes(), "a.obj");

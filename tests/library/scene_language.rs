@@ -1,5 +1,5 @@
-//! The examples of `docs/scene-language.md`: each loads, shows something, and is the same picture by packets and by
-//! the scalar reference; and there is one for every statement.
+//! The examples of `docs/scene-language.md`: each loads, shows something, and gives the same picture in packet and scalar
+//! mode. Every statement has an example.
 
 use octray::{
     accel::Bvh,
@@ -9,7 +9,7 @@ use octray::{
 };
 use std::{fs, ops::ControlFlow, path::Path};
 
-/// A block of the document: the name of a part, or none for a scene.
+/// A block of the document: a scene, or a named part.
 struct Block {
     part: Option<String>,
     text: String,
@@ -34,7 +34,7 @@ fn blocks() -> Vec<Block> {
     blocks
 }
 
-/// Loads a scene as if it stood in `scenes/`, with the parts of the document beside it.
+/// Loads a scene as if it were in `scenes/`, with the parts of the document beside it.
 fn load(text: &str, blocks: &[Block]) -> Scene {
     let folder = package().join("scenes");
     let open = &mut |path: &Path| {
@@ -61,7 +61,7 @@ fn film(scene: &Scene, camera: &Camera, mode: Mode) -> Film {
     frame.expect("a small picture").film
 }
 
-/// The statements of an example that make no shape.
+/// An example without its shapes.
 fn without_shapes(text: &str) -> String {
     let keeps = |line: &&str| line.starts_with("background") || line.starts_with("camera");
     text.lines().filter(keeps).collect::<Vec<_>>().join("\n")
@@ -95,7 +95,7 @@ fn every_example_shows_something() {
     }
 }
 
-/// What the program itself knows, by what it says of a statement that it does not.
+/// The list of statements is that of the error about an unknown one.
 #[test]
 fn every_statement_and_key_has_an_example() {
     let error = load_from_bytes(b"?", Path::new("a.scn"), &mut |_| Ok(Vec::new())).expect_err("no statement");

@@ -87,11 +87,11 @@ fn wrong_values_are_usage_errors() {
         ("--eye 0,0,5", "up vector"),
         ("--eye 0,0,5 --target 0,0,-1", "up vector"),
         ("--up 0,0,0", "up vector"),
-        ("--eye 1,2,3 --target 1,2,3", "eye stands on the target"),
-        ("--view 2 --eye 1,2,3", "give one of them"),
-        ("--camera front --view 2", "give one of them"),
-        ("--eye 1,2,3 --camera front", "give one of them"),
-        ("--camera front", "the scene has no camera `front`, nor any other"),
+        ("--eye 1,2,3 --target 1,2,3", "eye and target are the same point"),
+        ("--view 2 --eye 1,2,3", "use one of them"),
+        ("--camera front --view 2", "use one of them"),
+        ("--eye 1,2,3 --camera front", "use one of them"),
+        ("--camera front", "no camera `front`: the scene defines none"),
         ("--sise 5x5", "--size"),
         ("--width 5", "--size WIDTHxHEIGHT"),
         ("--spp=5", "--samples"),
@@ -157,11 +157,7 @@ fn the_scenes_cameras() {
     );
     assert_eq!(read(&["b.scn", "--view=2"]), read(&["plain.scn", "--view=2"]));
     folder.fails(&["b.scn", "--camera", "far-away"], 2, "did you mean `far away`?");
-    folder.fails(
-        &["b.scn", "--camera", "x"],
-        2,
-        "expected 1 (it has no name), `far away`",
-    );
+    folder.fails(&["b.scn", "--camera", "x"], 2, "expected 1 (unnamed), `far away`");
     assert_eq!(first, read(&["b.scn", "--camera=1"]));
 }
 
@@ -184,17 +180,9 @@ fn empty_scenes_and_meshes() {
     folder.write("empty.scn", "// nothing\n");
     let run = folder.run(&["empty.scn"]);
     assert_eq!(run.code, Some(0));
-    assert!(
-        run.stderr.contains("there is nothing in the scene"),
-        "{}",
-        run.stderr
-    );
+    assert!(run.stderr.contains("the scene is empty"), "{}", run.stderr);
     folder.write("points.obj", "v 0 0 0\nv 1 0 0\np 1 2\n");
-    folder.fails(
-        &["points.obj"],
-        1,
-        "no triangles in it to render, only 2 vertices",
-    );
+    folder.fails(&["points.obj"], 1, "no triangles to render (2 vertices");
     folder.run(&["info", "points.obj"]);
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
     let run = folder.run(&["a.obj", "--smooth-angle", "30"]);
@@ -297,7 +285,7 @@ fn info_prints_text_or_json() {
         "triangles",
         "spheres",
         "bounds",
-        "columns",
+        "arrays",
         "depth",
         "nodes",
         "leaf sizes",
@@ -391,7 +379,7 @@ fn a_png_is_not_written_to_a_terminal() {
     if let Some(run) = on_a_terminal(&folder, "a.scn -o -") {
         assert_eq!(run.code, Some(2), "{run:?}");
         assert!(
-            run.text().contains("error: a PNG is not for a terminal"),
+            run.text().contains("error: will not write a PNG to a terminal"),
             "{run:?}"
         );
     }
@@ -436,7 +424,7 @@ fn mesh_warnings_are_printed_once() {
     assert_eq!(run.code, Some(0));
     assert_eq!(
         run.stderr,
-        "warning: twice.obj: of 4 triangles 1 have no area and are never hit, 1 are there more than once\n"
+        "warning: twice.obj: of 4 triangles, 1 have no area and are never hit, 1 are duplicates\n"
     );
     folder.run(&["twice.obj", "--size", "8x8", "--quiet"]).succeeded();
     let stats = folder.run(&["twice.obj", "--size", "8x8", "--quiet", "--json=-"]);
@@ -461,11 +449,11 @@ fn mesh_errors_suggest_a_remedy() {
     );
     folder.fails(&["square.ply"], 1, "did you mean `square.obj`?");
     folder.fails(&["no/square.obj"], 1, "directory `no` does not exist");
-    folder.fails(&["a.scn", "--ground"], 2, "--ground is for meshes");
+    folder.fails(&["a.scn", "--ground"], 2, "--ground applies to meshes only");
     folder.fails(
         &["square.obj", "--camera", "front"],
         2,
-        "the mesh has no camera `front`, nor any other",
+        "no camera `front`: the mesh defines none",
     );
     folder.fails(
         &["square.obj", "--smooth-angle", "200"],
@@ -476,6 +464,6 @@ fn mesh_errors_suggest_a_remedy() {
     folder.fails(
         &["square.obj", "--eye", "1,2,3", "--target", "1,2,3"],
         2,
-        "eye stands on the target",
+        "eye and target are the same point",
     );
 }

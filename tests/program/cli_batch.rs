@@ -20,7 +20,7 @@ fn fed(folder: &Folder, arguments: &[&str], text: &str) -> Run {
 fn each_scene_has_a_picture() {
     let folder = Folder::new();
     fs::create_dir(folder.path("out")).unwrap();
-    folder.write("b.scn", "material 1\nsphere 0 0 0.3 0.5\n");
+    folder.write("b.scn", "light 9 -4 10 0.7\nmaterial 1\nsphere 0 0 0.3 0.5\n");
     folder.run(&["a.scn", "b.scn", SMALL]).succeeded();
     folder
         .run(&["render", "a.scn", "b.scn", SMALL, "-o", "out/{stem}-x.png"])
@@ -81,7 +81,7 @@ fn inputs_are_checked_before_rendering() {
         ("b.scn", "b.scn: file not found; did you mean `a.scn` or `c.scn`?"),
         ("a.obj", "a.obj: file not found; did you mean `a.ply` or `a.scn`?"),
         (".", ".: this is a directory"),
-        ("a.fbx", "no kind of file that octray reads"),
+        ("a.fbx", "unknown file type"),
     ] {
         folder.fails(&["c.scn", last, SMALL, "-o", "{stem}-1.png"], 1, words);
     }
@@ -213,7 +213,7 @@ fn equal_pictures_agree_in_every_lossless_format() {
         folder.run(&["a.scn", SMALL, "-o", &reference]).succeeded();
         let run = folder.run(&["a.scn", SMALL, "-o", &output, "--compare", &reference]);
         assert_eq!(run.code, Some(0), "{run:?}");
-        let words = format!("octray: {output} agrees with {reference}: 0 of 384 pixels");
+        let words = format!("{output} agrees with {reference}: 0 of 384 pixels");
         assert!(run.stderr.starts_with(&words), "{run:?}");
         assert_eq!(run.stderr.lines().count(), 1);
         // Floats are compared as bytes.
@@ -307,8 +307,8 @@ fn references_that_cannot_be_compared_are_errors() {
     cut.truncate(cut.len() / 2);
     fs::write(folder.path("cut.png"), cut).unwrap();
     for (arguments, code, words) in [
-        ("--compare none.png", 1, "there is no such file"),
-        ("--compare .", 1, "no file"),
+        ("--compare none.png", 1, "no such file"),
+        ("--compare .", 1, "not a regular file"),
         ("--compare text.png", 1, "cannot read the reference text.png"),
         ("--compare bad.png", 1, "bad.png"),
         ("--compare small.png", 1, "9x9"),

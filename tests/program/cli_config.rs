@@ -81,12 +81,12 @@ fn errors_name_the_place() {
             "quiet = 1\n",
             "c.toml:1:9: `quiet` is a switch, expected true or false",
         ),
-        ("view = true\n", "c.toml:1:8: expected a text, a number"),
+        ("view = true\n", "c.toml:1:8: expected a string, a number"),
         ("[view]\na = 1\n", "c.toml:1:"),
         ("view = 1979-05-27\n", "c.toml:1:8"),
         (
             "view = 1\neye = [1, 2, 3]\n",
-            "c.toml:2:1: `eye` cannot stand beside `view`",
+            "c.toml:2:1: `eye` cannot be used with `view`",
         ),
         ("view = 1\nview = 2\n", "c.toml:2:1"),
         ("view = \n", "c.toml:1:"),
@@ -104,8 +104,8 @@ fn errors_name_the_place() {
     }
     fs::write(folder.path("c.toml"), [0xff, 0xfe]).unwrap();
     folder.fails(&["a.scn", "--config=c.toml"], 1, "c.toml: ");
-    folder.fails(&["a.scn", "--config=none.toml"], 1, "there is no such file");
-    folder.fails(&["a.scn", "--config=."], 1, "no file");
+    folder.fails(&["a.scn", "--config=none.toml"], 1, "no such file");
+    folder.fails(&["a.scn", "--config=."], 1, "not a regular file");
     folder.fails(
         &["a.scn", "--config=c.toml", "--no-config"],
         2,

@@ -54,15 +54,15 @@ fn too_large_inputs_are_refused_before_the_work() {
         // Pictures of several formats.
         (
             "\"$0\" a.scn --size 16384x16384 --max-memory 1G",
-            &["a picture of 16384x16384 takes about", "1.0 GiB"][..],
+            &["a picture of 16384x16384 needs about", "1.0 GiB"][..],
         ),
         (
             "\"$0\" a.scn --size 16384x16384 -o a.exr --aov depth",
-            &["a picture of 16384x16384 takes about"],
+            &["a picture of 16384x16384 needs about"],
         ),
         (
             "\"$0\" a.scn --size 9000x9000 -o a.exr --max-memory 1500M",
-            &["a picture of 9000x9000 takes about"],
+            &["a picture of 9000x9000 needs about"],
         ),
         // A mesh in a scene and by itself.
         (
@@ -71,10 +71,7 @@ fn too_large_inputs_are_refused_before_the_work() {
         ),
         (
             "\"$0\" mesh.ply --max-memory 64M",
-            &[
-                "error: mesh.ply: the scene takes about",
-                "or more, its BVH included",
-            ],
+            &["error: mesh.ply: the scene takes about", "or more, BVH included"],
         ),
         (
             "\"$0\" info mesh.ply --max-memory 64M",
@@ -101,7 +98,7 @@ fn too_large_inputs_are_refused_before_the_work() {
         ),
         (
             "\"$0\" a.scn --threads 4096",
-            &["--threads 4096: their stacks take"],
+            &["--threads 4096: the stacks need"],
         ),
     ] {
         refused(&folder, script, words);
@@ -175,7 +172,7 @@ fn scenes_have_documented_limits() {
     refused(
         &folder,
         "\"$0\" includes.scn",
-        &["includes.scn:1025:9: more than 1024 included files"],
+        &["includes.scn:1025:9: more than 1024 includes in one scene"],
     );
 
     for depth in 0..=17 {
@@ -184,11 +181,7 @@ fn scenes_have_documented_limits() {
             &format!("include deep{}.scn\n", depth + 1),
         );
     }
-    refused(
-        &folder,
-        "\"$0\" deep0.scn",
-        &["files include files more than 16 deep"],
-    );
+    refused(&folder, "\"$0\" deep0.scn", &["includes nest more than 16 deep"]);
 
     if std::env::var_os("OCTRAY_LONG").is_none() {
         println!("skipped: OCTRAY_LONG tests the limit of placed meshes, each of which is read");

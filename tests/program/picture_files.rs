@@ -129,7 +129,7 @@ fn impossible_combinations_are_refused() {
         ("--aov z", "depth, normal, albedo, id, heat"),
         ("-o - --aov depth", "-o a.png"),
         ("--srgb --linear", "--linear"),
-        ("-o a.exr --srgb", "leave --srgb out"),
+        ("-o a.exr --srgb", "leave out --srgb"),
         ("-o a.ppm --background transparent", "expected .png"),
         ("-o a.jpg --background transparent", "expected .png"),
         ("-o a.bmp --background transparent", "expected .png"),
@@ -139,5 +139,5 @@ fn impossible_combinations_are_refused() {
         folder.fails(&arguments, 2, words);
     }
     std::fs::create_dir(folder.path("a.depth.png")).unwrap();
-    folder.fails(&["a.scn", "--aov", "depth"], 1, "it is a folder");
+    folder.fails(&["a.scn", "--aov", "depth"], 1, "it is a directory");
 }

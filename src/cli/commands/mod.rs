@@ -9,6 +9,8 @@ mod verify;
 #[cfg(feature = "viewer")]
 mod view;
 
+pub use shell::definition;
+
 use super::{CliError, plan::Plan, process, report};
 use std::{error::Error, time::Instant};
 

@@ -8,6 +8,12 @@ use clap::Command;
 use clap_complete::Shell;
 use std::{io, str::FromStr};
 
+/// The definition of the command line: `docs/cli.md` is made from it.
+#[must_use]
+pub fn definition() -> Command {
+    args::definition()
+}
+
 /// The completion script of a shell.
 ///
 /// # Errors

@@ -68,7 +68,7 @@ pub fn beside_picture(limit: u64, (width, height): (u32, u32), pixel: PixelBytes
     })
 }
 
-/// Checks that the stacks of so many threads fit.
+/// Checks that the stacks of `threads` threads fit.
 ///
 /// # Errors
 /// [`CliError::Failed`] if `ulimit -v` leaves no room for them.

@@ -13,7 +13,7 @@ pub fn start() -> Result<(), ThreadPoolBuildError> {
     each_on_its_own_cpu(ThreadPoolBuilder::new()).build_global()
 }
 
-/// Pins each thread to a CPU, if there are as many as CPUs that the process may use.
+/// Pins each thread to a CPU, if there are at least as many CPUs as threads.
 #[cfg(target_os = "linux")]
 fn each_on_its_own_cpu(pool: ThreadPoolBuilder) -> ThreadPoolBuilder {
     use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};

@@ -217,7 +217,7 @@ impl Output {
         let name = &self.name;
         if options.transparent && !self.format.has_alpha() {
             return Err(CliError::Usage(format!(
-                "{name}: this format has no alpha channel; use .png, .qoi, .tiff, .tif or .exr"
+                "{name}: this format has no alpha channel, expected .png, .qoi, .tiff, .tif or .exr"
             )));
         }
         if options.transfer == Transfer::Srgb && self.format == Format::Exr {

@@ -199,7 +199,7 @@ fn sparse_accessors() {
         ),
         " accessors[0].sparse: element 2, but the accessor has only 1"
     );
-    // Zeros, where there is nothing else.
+    // An accessor without a buffer view is zeros.
     let zeros = with(1, 1);
     let mesh = changed(
         r#"{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min""#,

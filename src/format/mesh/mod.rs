@@ -180,7 +180,7 @@ impl LoadedMesh {
     /// Adds the mesh to a scene: with `material` if given, else with its own surfaces, else with [`Surface::NEUTRAL`].
     ///
     /// # Errors
-    /// [`SceneError`], as of [`SceneBuilder::add_mesh`].
+    /// [`SceneError`], as for [`SceneBuilder::add_mesh`].
     pub fn add_to(self, builder: &mut SceneBuilder, material: Option<MaterialId>) -> Result<(), SceneError> {
         builder.add_textures(self.textures);
         match material {

@@ -125,7 +125,7 @@ pub enum UpSource {
 
 /// At most this many triangles are sampled.
 const MOST_SAMPLES: usize = 1 << 14;
-/// The share of the mesh's height in which its base lies.
+/// The share of the mesh's height that counts as its base.
 const BASE_SLAB: f64 = 0.01;
 /// A base covers at least this share of the box's side ...
 const BASE: f64 = 0.25;
@@ -151,7 +151,7 @@ pub(super) fn doubt(mesh: &MeshColumns, assumed: UpAxis) -> Option<(UpAxis, Stri
         .map(|axis| (sample.base(axis), axis))
         .filter(|&(base, _)| base >= BASE)
         .max_by(|a, b| a.0.total_cmp(&b.0));
-    // Two opposite bases, as of a slab: the first of them, which is the positive axis.
+    // A slab has two opposite bases: prefer the positive axis.
     if let Some((base, _)) = with_base {
         let axis = UpAxis::ALL
             .into_iter()

@@ -72,7 +72,7 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, Tex
     obj.finish().map_err(|message| TextFault::new(0..0, message))
 }
 
-/// What has been read so far.
+/// The mesh so far.
 #[derive(Default)]
 struct Obj {
     x: Vec<f32>,
@@ -157,7 +157,7 @@ impl Obj {
                     self.missing_materials.push(name.to_vec());
                 }
             }
-            // The second reading is for indices alone.
+            // The second pass only looks for an index.
             b"mtllib" if limits.is_none() => self.library(name(&words), path, open),
             b"vt" => self.has_texture_coordinates = true,
             b"l" => self.line_elements += 1,
@@ -175,7 +175,7 @@ impl Obj {
         Ok(())
     }
 
-    /// Reads the materials of a library. The name may hold blanks, or be several names.
+    /// Reads the materials of a library. The name may contain spaces, or be several names.
     fn library(&mut self, names: &[u8], path: &Path, open: OpenMesh<'_>) {
         // Ten thousand lines that name one library cost no more than one.
         if !self.libraries.insert(names.to_vec()) || self.notes.len() > MOST_NOTES {

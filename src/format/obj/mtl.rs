@@ -162,7 +162,7 @@ fn color(mut words: Words<'_>) -> Option<[f32; 3]> {
     Some(color.map(|channel| channel.clamp(0.0, 1.0)))
 }
 
-/// The number behind `d` and its option `-halo`.
+/// The number after `d` and its option `-halo`.
 fn opacity(mut words: Words<'_>) -> Option<f32> {
     let mut halo = words.clone();
     match halo.next() {

@@ -195,7 +195,7 @@ fn concave_polygons_are_filled_and_keep_their_normals() {
 
 #[test]
 fn what_other_programs_write() {
-    // Lines that end as on old Macs, colours behind coordinates.
+    // Line ends of old Macs, colours after coordinates.
     let mac = mesh("# one\rv 0 0 0 1 0 0\rv 1 0 0 1 0 0\rv 0 1 0 1 0 0\rf 1 2 3\r");
     assert_eq!(mac.columns.triangles, [[0, 1, 2]]);
     assert_eq!(mac.notes, ["folder/a.obj: left out: vertex colours"]);

@@ -432,7 +432,7 @@ fn strips_of_triangles() {
     assert!(fault(other).contains("vertex index -2"));
 }
 
-/// The outline of an arrowhead, of which a fan around most corners is not the area.
+/// The outline of an arrowhead, which fans around most corners do not fill.
 const ARROW: &str = "0 2 0\n-1 0 0\n0 1 0\n1 0 0\n";
 
 fn area(mesh: &MeshColumns, triangle: &[u32; 3]) -> f64 {
