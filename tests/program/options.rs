@@ -77,6 +77,11 @@ fn json_of_every_command() {
         2,
         "name a file for one of them",
     );
+    folder.fails(
+        &["a.scn", "--json", "a.png"],
+        2,
+        "both the picture and the JSON would be written to a.png",
+    );
     folder.fails(&["a.scn", "--json", "."], 1, "it is a directory");
     if cfg!(target_os = "linux") {
         folder.run_line("info a.scn --json /dev/null").succeeded();

@@ -108,6 +108,16 @@ impl RenderArgs {
                 "both the picture and the JSON would go to standard output: name a file for one of them";
             return Err(CliError::Usage(why.into()));
         }
+        let mut outputs = jobs.iter().flat_map(|job| &job.frames).map(|frame| &frame.output);
+        if let Some(json) = &json
+            && let Some(output) = outputs.find(|output| json.is_at(output.place()))
+        {
+            let why = format!(
+                "both the picture and the JSON would be written to {}",
+                output.name()
+            );
+            return Err(CliError::Usage(why));
+        }
         Ok(RenderPlan {
             settings,
             build: self.trace.build,

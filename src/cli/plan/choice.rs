@@ -11,6 +11,7 @@ use crate::{
     whole_file::folder_of,
 };
 use std::{
+    fs,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -69,6 +70,14 @@ impl JsonTarget {
             "cannot write {}: {why}",
             path.display()
         )))
+    }
+
+    /// Whether it is the file of [`Output::place`](crate::cli::write::Output::place).
+    pub fn is_at(&self, place: &Path) -> bool {
+        let Self::File(path) = self else { return false };
+        let folder = fs::canonicalize(folder_of(path));
+        let in_folder = folder.ok().zip(path.file_name());
+        in_folder.is_some_and(|(folder, name)| folder.join(name) == place)
     }
 }
 
