@@ -7,6 +7,9 @@ mod program;
 #[cfg(feature = "viewer")]
 mod window;
 
+// The longest test begins first: they start in the order of their names.
+#[cfg(feature = "viewer")]
+mod a_window;
 mod cli;
 mod cli_batch;
 mod cli_config;
@@ -23,5 +26,3 @@ mod options;
 mod overwriting;
 mod package;
 mod picture_files;
-#[cfg(feature = "viewer")]
-mod viewer_window;
