@@ -3,6 +3,7 @@
 use super::{
     files, load_from_reader,
     mesh::{self, LoadedMesh, MeshFormat},
+    place::BYTE_ORDER_MARK,
     scn, stl,
 };
 use crate::{error::LoadError, scene::Scene};
@@ -46,7 +47,7 @@ pub enum Loaded {
 /// ```
 #[must_use]
 pub fn detect(bytes: &[u8]) -> Detected {
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         Detected::Mesh(MeshFormat::Ply)
     } else if bytes.starts_with(b"glTF") || text.trim_ascii_start().starts_with(b"{") {
@@ -74,6 +75,13 @@ pub fn load_any(
 ) -> Result<Loaded, LoadError> {
     let bytes = files::read_all(reader, memory.min(files::MAX_BYTES));
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
+    if bytes.is_empty() {
+        // What should have written to the pipe has failed.
+        return Err(LoadError::whole_file(
+            name,
+            "the input is empty, expected a scene or a mesh",
+        ));
+    }
     Ok(match detect(&bytes) {
         Detected::Scene => Loaded::Scene(Box::new(load_from_reader(&bytes[..], name, asked, memory)?)),
         Detected::Mesh(format) => {

@@ -3,6 +3,18 @@
 use crate::error::LoadError;
 use std::{ops::Range, path::Path};
 
+/// The byte order mark that some editors put before UTF-8.
+pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Where the text begins after its byte order mark, if it has one.
+pub(super) fn after_mark(text: &[u8]) -> usize {
+    if text.starts_with(BYTE_ORDER_MARK) {
+        BYTE_ORDER_MARK.len()
+    } else {
+        0
+    }
+}
+
 /// What is wrong, and with which bytes of a text.
 #[derive(Debug)]
 pub(super) struct TextFault {

@@ -8,7 +8,7 @@ mod nearest;
 mod statements;
 mod words;
 
-use super::files::Files;
+use super::{files::Files, place::BYTE_ORDER_MARK};
 use crate::{
     error::{LoadError, SourcePos, quote},
     scene::{MaterialId, Scene, SceneBuilder},
@@ -161,7 +161,7 @@ impl Reader<'_> {
     /// Reads the text of a file line by line.
     fn file(&mut self, text: &[u8], name: &Path, identity: PathBuf) -> Result<(), LoadError> {
         // Some editors put a byte order mark first.
-        let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+        let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
         refuse_binary(text, name)?;
         let file = Arc::new(name.to_path_buf());
         let folder = name.parent().unwrap_or(Path::new("")).to_path_buf();

@@ -41,8 +41,10 @@ Examples:
 
 pub const COMPLETIONS: &str = "\
 Examples:
+  mkdir -p ~/.local/share/bash-completion/completions
   octray completions bash > ~/.local/share/bash-completion/completions/octray
   octray completions zsh > _octray          in a directory of $fpath
+  mkdir -p ~/.config/fish/completions
   octray completions fish > ~/.config/fish/completions/octray.fish";
 
 #[cfg(feature = "viewer")]

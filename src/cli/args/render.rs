@@ -12,7 +12,7 @@ use super::{
 use crate::cli::{
     CliError,
     load::memory,
-    plan::{JsonTarget, Pictures, RenderPlan, check_inputs, is_standard_input},
+    plan::{Job, JsonTarget, Pictures, RenderPlan, check_inputs, is_standard_input},
 };
 use clap::Args;
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
-    /// Replace files that octray did not write, too; it does so anyway if -o is a whole file name
+    /// Also replace files that octray did not write; not needed if -o names the file in full, without {stem} or #
     #[arg(long, help_heading = "Picture")]
     pub force: bool,
 
@@ -108,9 +108,11 @@ impl RenderArgs {
                 "both the picture and the JSON would go to standard output: name a file for one of them";
             return Err(CliError::Usage(why.into()));
         }
-        let mut outputs = jobs.iter().flat_map(|job| &job.frames).map(|frame| &frame.output);
         if let Some(json) = &json
-            && let Some(output) = outputs.find(|output| json.is_at(output.place()))
+            && let Some(output) = jobs
+                .iter()
+                .flat_map(Job::outputs)
+                .find(|output| json.is_at(output.place()))
         {
             let why = format!(
                 "both the picture and the JSON would be written to {}",

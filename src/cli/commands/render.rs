@@ -77,22 +77,34 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         .map(|(i, job)| (job, &plan.jobs[i..]))
         .try_for_each(|(job, left)| call.render_job(job, left));
     // Also after a failure, for the pictures that were written.
-    if let (Some(target @ JsonTarget::File(_)), false) = (&plan.json, call.json.is_empty()) {
-        write_json(target, &call.json)?;
-    }
+    let json = match &plan.json {
+        Some(target @ JsonTarget::File(_)) if !call.json.is_empty() => {
+            let allowed = call.inputs.check_json(Some(target));
+            allowed.and_then(|()| write_json(target, &call.json))
+        }
+        _ => Ok(()),
+    };
     rendered?;
+    json?;
     call.verdicts.finish()
 }
 
 impl Call<'_> {
-    /// Finds out which files all scenes read if a picture of one might replace a file of the next. Loading twice is the
-    /// price of `--force` for several scenes.
+    /// Finds out which files all scenes read if an output of one might replace a file of the next. Loading twice is the
+    /// price of replacing files in a call of several scenes.
     fn look_ahead(&mut self) -> Result<(), CliError> {
         let jobs = &self.plan.jobs;
-        if jobs.len() == 1 || !jobs.iter().flat_map(Job::outputs).any(Output::replaces_foreign) {
+        let json_exists = matches!(&self.plan.json, Some(JsonTarget::File(path)) if path.exists());
+        let replaces = json_exists || jobs.iter().flat_map(Job::outputs).any(Output::exists);
+        if jobs.len() == 1 || !replaces {
             return Ok(());
         }
-        for job in jobs.iter().filter(|job| !is_standard_input(&job.input.path)) {
+        if jobs.iter().any(|job| is_standard_input(&job.input.path)) {
+            let why = "a call that replaces files cannot also read one of several scenes from standard input: render it in a \
+                       call of its own";
+            return Err(CliError::Usage(why.into()));
+        }
+        for job in jobs {
             let mut files = Vec::new();
             let load = || load::load_and_list(&job.input, job.scene_memory, &mut files);
             // An error comes again when it is this scene's turn.
@@ -114,6 +126,8 @@ impl Call<'_> {
         let mut files = Vec::new();
         let load = || load::load_and_list(&job.input, job.scene_memory, &mut files);
         let (input, load_time) = interrupt.exit_at_once_during(|| timed(load))?;
+        let loaded = input.as_ref().ok().map(|input| &input.scene);
+        self.inputs.add_scene(&job.input.path, &files, loaded);
         let Input {
             mut scene,
             camera,
@@ -121,7 +135,6 @@ impl Call<'_> {
             notes,
             ..
         } = input?;
-        self.inputs.add_scene(&job.input.path, &files, Some(&scene));
         self.check_inputs(left)?;
         let faults = faults::of(&scene);
         self.warn(job.input.name(), &scene, &faults, notes);

@@ -12,6 +12,7 @@ mod buffers;
 mod extras;
 mod nodes;
 
+use super::place::BYTE_ORDER_MARK;
 use super::{
     OpenMesh,
     mesh::{LoadedMesh, Surface, add_texture},
@@ -109,6 +110,7 @@ fn other_version(version: &str) -> String {
 
 /// The JSON, not yet checked.
 fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
     let other_version = |version: &str| LoadError::whole_file(path, other_version(version));
     let root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
         // Version 1 has other types nearly everywhere: the first mismatch says little.

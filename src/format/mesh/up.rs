@@ -132,7 +132,7 @@ const BASE: f64 = 0.25;
 /// ... and less than this is no base at all: not even four feet.
 const NO_BASE: f64 = 0.005;
 /// An upright mesh is this many times higher than it is wide and deep.
-const UPRIGHT: f64 = 3.0;
+const UPRIGHT: f64 = 4.0;
 /// A flat mesh, such as a terrain, is this many times wider and deeper than it is high.
 const FLAT: f64 = 8.0;
 
@@ -145,33 +145,36 @@ pub(super) fn doubt(mesh: &MeshColumns, assumed: UpAxis) -> Option<(UpAxis, Stri
     if sample.base(assumed) >= NO_BASE {
         return None;
     }
+    let size = sample.size;
+    if size.min_element() <= 0.0 {
+        // A wall is as likely as a ground.
+        return None;
+    }
     let up = assumed.index();
     let others = UpAxis::ALL.into_iter().filter(|axis| axis.index() != up);
-    let with_base = others
-        .map(|axis| (sample.base(axis), axis))
-        .filter(|&(base, _)| base >= BASE)
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    // A slab has two opposite bases: prefer the positive axis.
-    if let Some((base, _)) = with_base {
-        let axis = UpAxis::ALL
-            .into_iter()
-            .find(|&axis| axis.index() != up && sample.base(axis) >= base)?;
-        return Some((axis, format!("its flat side faces {}", axis.opposite())));
-    }
-    let size = sample.size;
-    [UpAxis::X, UpAxis::Y, UpAxis::Z].into_iter().find_map(|axis| {
-        let i = axis.index();
-        let (along, a, b) = (size[i], size[(i + 1) % 3], size[(i + 2) % 3]);
-        if i == up {
-            None
-        } else if along > UPRIGHT * a.max(b) {
-            Some((axis, format!("it is longest along {axis}")))
-        } else if FLAT * along < a.min(b) {
-            Some((axis, format!("it is thinnest along {axis}")))
-        } else {
-            None
+    let with_base: Vec<UpAxis> = others.filter(|&axis| sample.base(axis) >= BASE).collect();
+    match with_base[..] {
+        [] => {}
+        [axis] if axis.index() != UpAxis::X.index() => {
+            return Some((axis, format!("its flat side faces {}", axis.opposite())));
         }
-    })
+        // Walls, or an axis that hardly any program takes for up.
+        _ => return None,
+    }
+    let axis = if up == UpAxis::Y.index() {
+        UpAxis::Z
+    } else {
+        UpAxis::Y
+    };
+    let i = axis.index();
+    let (along, a, b) = (size[i], size[(i + 1) % 3], size[(i + 2) % 3]);
+    if along > UPRIGHT * a.max(b) {
+        Some((axis, format!("it is longest along {axis}")))
+    } else if FLAT * along < a.min(b) {
+        Some((axis, format!("it is thinnest along {axis}")))
+    } else {
+        None
+    }
 }
 
 /// Triangles of a mesh, with the box around them.

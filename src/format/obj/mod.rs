@@ -15,7 +15,7 @@ use super::{
     OpenMesh, files,
     left_out::{LeftOut, name_list},
     mesh::{LoadedMesh, MeshFormat, Surface, UpAxis, UpSource},
-    place::{TextFault, Words, refuse_binary},
+    place::{TextFault, Words, after_mark, refuse_binary},
 };
 use crate::{
     error::{LoadError, SceneError, SourcePos, quote},
@@ -110,8 +110,8 @@ impl Obj {
         open: OpenMesh<'_>,
         limits: Option<[usize; 2]>,
     ) -> Result<(), TextFault> {
-        let mut start = 0;
-        for line in text.split_inclusive(|&byte| byte == b'\n') {
+        let mut start = after_mark(text);
+        for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
             let end = start + line.len();
             self.line(Words::new(text, start..end), path, open, limits)?;
             start = end;

@@ -4,7 +4,7 @@
 use super::super::{
     left_out::{LeftOut, counted},
     mesh::{Surface, add_texture},
-    place::{TextFault, Words},
+    place::{TextFault, Words, after_mark},
 };
 use crate::error::quote;
 use std::path::{Path, PathBuf};
@@ -17,8 +17,8 @@ pub(super) fn parse(
     texture_files: &mut Vec<PathBuf>,
 ) -> Vec<(Vec<u8>, Surface)> {
     let mut materials: Vec<Reading> = Vec::new();
-    let (mut start, mut textures, mut has_faults) = (0, 0, false);
-    for line in text.split_inclusive(|&byte| byte == b'\n') {
+    let (mut start, mut textures, mut has_faults) = (after_mark(text), 0, false);
+    for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
         let mut words = Words::new(text, start..start + line.len());
         start += line.len();
         let Some((keyword, place)) = words.next() else {

@@ -212,3 +212,12 @@ fn what_other_programs_write() {
         );
     }
 }
+
+#[test]
+fn a_byte_order_mark_is_not_part_of_the_first_word() {
+    let text = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 3 4\n";
+    let marked = mesh(&format!("\u{feff}{text}"));
+    assert_eq!(marked.columns.x, mesh(text).columns.x);
+    assert_eq!(marked.columns.triangles, [[1, 2, 3]]);
+    assert!(marked.notes.is_empty());
+}
