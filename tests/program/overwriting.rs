@@ -379,3 +379,39 @@ fn generated_files_replace_only_generated_ones() {
         assert!(read(&folder, name) == own);
     }
 }
+
+#[test]
+fn a_json_file_replaces_no_input_of_a_later_scene_and_no_output() {
+    let folder = Folder::new();
+    folder.write("part.inc", "light 1 1 5 1\nsphere 0 0 0 1\n");
+    folder.write("b.scn", "include part.inc\n");
+    folder.write("broken.scn", "include part.inc\nbogus\n");
+    for later in ["b.scn", "broken.scn"] {
+        let line = format!("a.scn {later} -q -o {{stem}}.png --json part.inc");
+        keeps(&folder, "part.inc", &line, 1, "would replace");
+    }
+    for line in [
+        "a.scn -o n.png --aov depth --json n.depth.png",
+        "a.scn -o n.png --json ./n.png",
+    ] {
+        folder.fails(&line.split(' ').collect::<Vec<_>>(), 2, "would be written to");
+    }
+}
+
+#[test]
+fn a_picture_replaces_no_texture_of_a_later_scene_though_octray_made_it() {
+    let folder = Folder::new();
+    folder.write("b.mtl", "newmtl m\nmap_Kd tex.png\n");
+    folder.write("b.obj", "mtllib b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n");
+    folder
+        .run_line(&format!("a.scn -q -o tex.png {SMALL}"))
+        .succeeded();
+    fs::copy(folder.path("a.scn"), folder.path("tex.scn")).unwrap();
+    keeps(
+        &folder,
+        "tex.png",
+        "tex.scn b.obj -q --samples 2",
+        1,
+        "would replace",
+    );
+}
