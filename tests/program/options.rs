@@ -135,8 +135,12 @@ fn meshes_from_standard_input() {
         faulty.stderr.starts_with("error: standard input:1:13: "),
         "{faulty:?}"
     );
+    // What should have written to the pipe has failed: no picture.
     let empty = with_input(&folder, "/dev/null", "- -s 8x8");
-    assert_eq!(empty.stderr, "warning: standard input: the scene is empty\n");
+    empty.failed(
+        1,
+        "standard input: the input is empty, expected a scene or a mesh",
+    );
     folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     folder.write("input", "light 0 0 9 1\nmesh m.obj\n");
     with_input(&folder, "input", "- -s 8x8").succeeded();

@@ -284,11 +284,11 @@ mod tests {
             doubt(&hanging, UpAxis::Y).map(|(axis, _)| axis),
             Some(UpAxis::MinusZ)
         );
-        let tower = open_box([1.0, 1.0, 4.0], false, false);
+        let tower = open_box([1.0, 1.0, 5.0], false, false);
         assert_eq!(reason(&tower, UpAxis::Y), "it is longest along z");
         let terrain = open_box([10.0, 10.0, 1.0], false, false);
         assert_eq!(reason(&terrain, UpAxis::Y), "it is thinnest along z");
-        let car = open_box([4.5, 1.4, 1.8], false, false);
+        let car = open_box([1.8, 1.4, 4.5], false, false);
         assert_eq!(doubt(&car, UpAxis::Y), None);
         assert_eq!(doubt(&MeshColumns::default(), UpAxis::Y), None);
     }
