@@ -28,7 +28,7 @@ fn newer() -> Option<PathBuf> {
     newer.is_file().then_some(newer)
 }
 
-/// Becomes the newer build, if there is one. Returns if there is none, or if it cannot be started.
+/// Becomes the newer build, if there is one. Returns if the newer build is missing or cannot be started.
 pub fn hand_over() {
     let Some(newer) = newer() else { return };
     let mut arguments = env::args_os();

@@ -1,9 +1,8 @@
-//! Files that appear whole or not at all: written beside their place under another name, then moved there.
+//! Files that appear whole or not at all: written under a temporary name in the same folder, then renamed.
 //!
-//! The other name is made of the file's own and a small number, and the file is locked while it is written. A process
-//! that is killed leaves at most this one, without a lock: the next one that writes the same file takes it away. So
-//! nothing heaps up, however often a farm kills its renderers. (No crate names temporary files so that they are found
-//! again.)
+//! The temporary name is a hash of the target's name and a small number, and the file is locked while it is written. A
+//! killed process leaves at most this file, unlocked; the next writer of the same target removes it. So nothing piles
+//! up, however often a farm kills its renderers. (Crates for temporary files use random names, which nobody finds again.)
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
@@ -11,16 +10,16 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Processes that write one file at the same time.
+/// Processes that may write one file at the same time.
 const MOST_WRITERS: u32 = 16;
-/// Other processes that may come between the steps of taking over a file.
+/// Attempts to claim a temporary name while other processes race for it.
 const MOST_TRIES: u32 = 100;
 
-/// A file that has not got its name yet; removed when it is dropped before.
+/// A file under its temporary name; removed on drop unless it was renamed.
 #[derive(Debug)]
 pub struct Temporary {
     file: File,
-    /// What it is called until then.
+    /// The temporary name.
     path: PathBuf,
     target: PathBuf,
     is_done: bool,
@@ -58,7 +57,7 @@ impl Temporary {
 
     /// Gives it its name.
     ///
-    /// There is no `fsync`: a picture can be rendered again, and waiting for the disk takes longer than most.
+    /// There is no `fsync`: a picture can be rendered again, and waiting for the disk would take longer than most renders.
     ///
     /// # Errors
     /// What the system says.
@@ -72,17 +71,17 @@ impl Temporary {
 impl Drop for Temporary {
     fn drop(&mut self) {
         if !self.is_done {
-            // Where it cannot be removed, the next writer of the same file will try again.
+            // If this fails, the next writer of the same target removes it.
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
-/// Makes a file of that name, ours alone; `None` if another process has it.
+/// Creates a file of that name for this process alone; `None` if another process holds it.
 ///
-/// What is there already is never written to: in a folder that others may write to, it could be a link to something
-/// else. It is removed if nobody has a lock on it, and then made anew. Whoever removes or renames a file of such a name
-/// has its lock, and a lock counts only as long as the locked file has the name.
+/// An existing file is never written to: in a shared folder it could be a link to something else. It is removed if
+/// nobody holds its lock, and created again. Only the holder of the lock removes or renames such a file, and a lock counts
+/// only while the locked file has the name.
 fn claim(path: &Path) -> io::Result<Option<File>> {
     for _ in 0..MOST_TRIES {
         match OpenOptions::new().write(true).create_new(true).open(path) {
@@ -188,7 +187,7 @@ mod tests {
         let second = Temporary::beside(&path).unwrap();
         assert_ne!(first.path, second.path);
         let (first_path, second_path) = (first.path.clone(), second.path.clone());
-        // As after SIGKILL: the file is there, the lock is gone.
+        // As after SIGKILL: the file remains, the lock is gone.
         fs::write(&first_path, "half").unwrap();
         let stale = fs::read(&first_path).unwrap();
         drop(first);

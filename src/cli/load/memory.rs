@@ -229,7 +229,7 @@ mod tests {
             // The group's own limit, and that of a group around it.
             ("0::/a/c\n", Some(5_000_000)),
             ("0::/a/b\n", Some(8_000_000)),
-            // Of a group that cannot be seen from here, those around it that can.
+            // A group that is not visible from here has the limits of the visible groups around it.
             ("0::/a/gone/too\n", Some(8_000_000)),
             ("0::/\n", None),
             ("0::/odd\n", None),

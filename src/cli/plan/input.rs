@@ -77,7 +77,7 @@ impl InputPlan {
         name(&self.path)
     }
 
-    /// Checks what can be known without loading: the file is there and of a kind that is read, the options suit it.
+    /// Checks what can be known without loading: the file exists, its type is supported, and the options suit it.
     ///
     /// # Errors
     /// [`CliError`].

@@ -82,7 +82,7 @@ pub fn expand(pattern: &Path, stem: &OsStr, number: Option<u32>) -> PathBuf {
         return pattern.to_owned();
     };
     let numbered = number.and_then(|number| with_number(text, number));
-    // The scene's name comes last: a `#` in it is none of the pattern's. It need not be UTF-8.
+    // The scene's name comes last, so that a `#` in it stays as it is. It need not be UTF-8.
     let mut name = OsString::new();
     for (i, part) in numbered.as_deref().unwrap_or(text).split(STEM).enumerate() {
         if i > 0 {

@@ -46,7 +46,7 @@ mod tests {
     use super::*;
     use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-    /// The CPUs that the process may use, and a function that returns those of each of so many threads. `None` if the
+    /// The CPUs that the process may use, and a function that returns the set of each thread. `None` if the
     /// system does not support pinning.
     fn cpus() -> Option<(CpuSet, impl Fn(usize) -> Vec<CpuSet>)> {
         let allowed = sched_getaffinity(None).ok();

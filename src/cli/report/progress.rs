@@ -90,7 +90,7 @@ fn time_left(elapsed: Duration, done: u64, total: u64) -> String {
 pub struct VerifyBar(Option<(ProgressBar, Option<u64>)>);
 
 impl VerifyBar {
-    /// A bar, if `visible`, for so many rays, if they are limited.
+    /// A progress bar if `visible`; `rays` is the number of rays if it is limited.
     pub fn new(visible: bool, rays: Option<u64>) -> Self {
         Self(visible.then(|| {
             // Thousandths of the rays or of the time, whichever is further.

@@ -7,7 +7,7 @@ use std::{
     path::Path,
 };
 
-/// Writes a file to `path` and replaces one that is there. A signal stops it.
+/// Writes a file to `path` and replaces an existing one. A signal stops it.
 ///
 /// # Errors
 /// What `write` or the disk says; `path` is as before then, and the temporary file is gone.

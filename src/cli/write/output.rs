@@ -22,7 +22,7 @@ use std::{
 
 /// Bytes between two looks at the interrupt flag.
 const CHUNK: usize = 1 << 20;
-/// Symbolic links followed by hand, as many as Linux follows.
+/// The most symbolic links followed, as in Linux.
 const MAX_LINKS: usize = 40;
 
 /// Where to write, and how.
@@ -35,7 +35,7 @@ enum Place {
     /// A file, old or new: replaced in one step. Symbolic links are resolved, so that they stay.
     File {
         path: PathBuf,
-        /// The file that is there already.
+        /// The existing file.
         old: Option<Old>,
     },
 }
@@ -101,7 +101,7 @@ impl Output {
         matches!(self.place, Place::File { .. })
     }
 
-    /// Whether a file is there already.
+    /// Whether the file exists already.
     pub fn exists(&self) -> bool {
         self.old().is_some()
     }
@@ -118,7 +118,7 @@ impl Output {
         self.old()?.identity.as_ref()
     }
 
-    /// Whether a file is there that octray did not write.
+    /// Whether a file exists that octray did not write.
     pub fn replaces_foreign(&self) -> bool {
         self.old().is_some_and(|old| old.is_foreign)
     }
@@ -301,7 +301,7 @@ fn follow_links(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
     for _ in 0..MAX_LINKS {
         let Ok(link) = fs::read_link(&path) else {
-            // A folder that is not there, or is none, is refused later.
+            // A missing folder is refused later.
             let folder = fs::canonicalize(folder_of(&path));
             return Ok(match (folder, path.file_name()) {
                 (Ok(folder), Some(name)) if folder.is_dir() => folder.join(name),

@@ -99,7 +99,7 @@ impl Inputs {
     }
 }
 
-/// Whether a file is there that octray did not write, as far as its first bytes tell.
+/// Whether a file exists that octray did not write, judging by its first bytes.
 pub fn is_foreign(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| found.is_file()) && !is_own(path)
 }
