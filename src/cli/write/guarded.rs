@@ -2,7 +2,7 @@
 
 use crate::{cli::process::Interrupt, whole_file::Temporary};
 use std::{
-    fs::File,
+    fs::{self, File},
     io::{self, BufWriter, Write},
     path::Path,
 };
@@ -16,7 +16,9 @@ pub fn write(
     interrupt: &Interrupt,
     write: impl FnOnce(&mut BufWriter<Guarded<'_>>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let mut temporary = Temporary::beside(path)?;
+    // A link stays, and what it leads to is replaced.
+    let target = fs::canonicalize(path);
+    let mut temporary = Temporary::beside(target.as_deref().unwrap_or(path))?;
     let guarded = Guarded {
         file: temporary.file(),
         interrupt,
@@ -51,7 +53,6 @@ impl Write for Guarded<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs;
 
     #[test]
     fn a_file_appears_whole_or_not_at_all() {
@@ -66,5 +67,17 @@ mod tests {
         assert_eq!(failed.unwrap_err().to_string(), "no more");
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("a"), folder.path().join("b"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink("a", &link).unwrap();
+        write(&link, &Interrupt::default(), |out| out.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
     }
 }

@@ -26,7 +26,7 @@ const NOT_LISTED: [&str; 9] = [
 /// Lists what octray does not read of a file; `text` is its JSON.
 pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
     let mut left_out = LeftOut::default();
-    left_out.count(light_count(root, text), "light", "lights");
+    left_out.count(light_count(text), "light", "lights");
     left_out.count(root.animations.len(), "animation", "animations");
     left_out.count(root.skins.len(), "skin", "skins");
     left_out.count(root.textures.len(), "texture", "textures");
@@ -121,8 +121,9 @@ struct Lights {
 }
 
 /// Reads the JSON once more, but only if the file uses the extension.
-fn light_count(root: &Root, text: &[u8]) -> usize {
-    if !root.extensions_used.iter().any(|name| name == LIGHTS) {
+fn light_count(text: &[u8]) -> usize {
+    // Some exporters forget `extensionsUsed`.
+    if !text.windows(LIGHTS.len()).any(|found| found == LIGHTS.as_bytes()) {
         return 0;
     }
     let lit: Lit = json::deserialize::from_slice(text).unwrap_or_default();

@@ -148,8 +148,9 @@ fn texture_file(mut words: Words<'_>) -> String {
         }
         name = words.text(words.rest());
     }
+    let unquoted = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\""));
     // As Windows writes it.
-    String::from_utf8_lossy(name).replace('\\', "/")
+    String::from_utf8_lossy(unquoted.unwrap_or(name)).replace('\\', "/")
 }
 
 /// One number for all channels, or three; clamped to 0 to 1.
