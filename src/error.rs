@@ -121,7 +121,7 @@ pub enum SceneError {
         vertices: usize,
     },
     /// A mesh's arrays differ in length.
-    ColumnLength {
+    ArrayLength {
         /// Which array.
         what: &'static str,
         /// Its length.
@@ -183,7 +183,7 @@ impl fmt::Display for SceneError {
                     "vertex index {index}, but the mesh has only {vertices} vertices"
                 )
             }
-            Self::ColumnLength {
+            Self::ArrayLength {
                 what,
                 found,
                 expected,

@@ -8,7 +8,7 @@ use octray::{
     classic,
     format::{self, mesh::MeshFormat},
     math::Aabb,
-    scene::{Camera, MeshColumns, NamedCamera, Scene, SceneBuilder},
+    scene::{Camera, NamedCamera, Scene, SceneBuilder, TriangleMesh},
 };
 use std::path::{Path, PathBuf};
 
@@ -131,7 +131,7 @@ fn load_file(path: &Path) -> Result<(Scene, DVec3), String> {
         eprintln!("{}: {note}", path.display());
     }
     let up = mesh.up.vector();
-    let MeshColumns { x, y, z, .. } = &mesh.columns;
+    let TriangleMesh { x, y, z, .. } = &mesh.columns;
     let corners = (0..x.len()).map(|i| Vec3::new(x[i], y[i], z[i]));
     let bounds = Aabb::around(corners);
     let mut builder = SceneBuilder::new();

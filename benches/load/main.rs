@@ -10,7 +10,7 @@
 use octray::{
     format::{mesh, ply},
     generate::write_ply,
-    scene::{MeshColumns, SceneBuilder},
+    scene::{SceneBuilder, TriangleMesh},
 };
 use std::{
     fmt::Write as _,
@@ -109,9 +109,9 @@ fn best<T>(what: &str, work: impl Fn() -> T) -> Duration {
 }
 
 /// Vertices of three floats, faces of a byte and three whole numbers; nothing is checked.
-fn plain_loops(body: &[u8], vertices: usize) -> MeshColumns {
+fn plain_loops(body: &[u8], vertices: usize) -> TriangleMesh {
     let (positions, faces) = body.split_at(12 * vertices);
-    let mut mesh = MeshColumns::default();
+    let mut mesh = TriangleMesh::default();
     let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
     let whole = |bytes: &[u8]| u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
@@ -131,7 +131,7 @@ fn plain_loops(body: &[u8], vertices: usize) -> MeshColumns {
 }
 
 /// The same for text; skips the header's lines.
-fn plain_text_loops(text: &[u8], vertices: usize) -> MeshColumns {
+fn plain_text_loops(text: &[u8], vertices: usize) -> TriangleMesh {
     fn float(line: &mut &[u8]) -> f32 {
         *line = line.trim_ascii_start();
         let (value, length) = fast_float2::parse_partial(*line).unwrap();
@@ -147,7 +147,7 @@ fn plain_text_loops(text: &[u8], vertices: usize) -> MeshColumns {
         }
         value
     }
-    let mut mesh = MeshColumns::default();
+    let mut mesh = TriangleMesh::default();
     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
         column.reserve_exact(vertices);
     }
@@ -166,9 +166,9 @@ fn plain_text_loops(text: &[u8], vertices: usize) -> MeshColumns {
 }
 
 /// A wavy square.
-fn grid(triangles: usize) -> MeshColumns {
+fn grid(triangles: usize) -> TriangleMesh {
     let side = ((triangles / 2) as f64).sqrt().ceil() as u32;
-    let mut mesh = MeshColumns::default();
+    let mut mesh = TriangleMesh::default();
     for i in 0..=side {
         for j in 0..=side {
             let (u, v) = (f64::from(i) / f64::from(side), f64::from(j) / f64::from(side));
@@ -187,7 +187,7 @@ fn grid(triangles: usize) -> MeshColumns {
     mesh
 }
 
-fn ascii(mesh: &MeshColumns) -> String {
+fn ascii(mesh: &TriangleMesh) -> String {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
          element face {}\nproperty list uchar int vertex_indices\nend_header\n",
@@ -203,7 +203,7 @@ fn ascii(mesh: &MeshColumns) -> String {
     text
 }
 
-fn wavefront(mesh: &MeshColumns) -> String {
+fn wavefront(mesh: &TriangleMesh) -> String {
     let mut text = String::new();
     for ((x, y), z) in mesh.x.iter().zip(&mesh.y).zip(&mesh.z) {
         let _ = writeln!(text, "v {x} {y} {z}");
@@ -214,7 +214,7 @@ fn wavefront(mesh: &MeshColumns) -> String {
     text
 }
 
-fn binary_stl(mesh: &MeshColumns) -> Vec<u8> {
+fn binary_stl(mesh: &TriangleMesh) -> Vec<u8> {
     let mut bytes = vec![0; 80];
     bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
     for corners in &mesh.triangles {

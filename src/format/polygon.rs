@@ -3,7 +3,7 @@
 //! Readers make a fan of every polygon and record it in [`Fans`]. Once all positions are known, polygons that a fan does
 //! not fill are triangulated again, into the same number of triangles.
 
-use crate::scene::MeshColumns;
+use crate::scene::TriangleMesh;
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -73,7 +73,7 @@ impl Fans {
     }
 
     /// Triangulates concave polygons.
-    pub(super) fn cut_concave(&self, mesh: &mut MeshColumns) {
+    pub(super) fn cut_concave(&self, mesh: &mut TriangleMesh) {
         let runs = self.0.par_iter().map_init(Cutter::default, |cutter, run| {
             let cut = run.polygons().filter_map(|fan| {
                 let start = fan.start;
@@ -144,7 +144,7 @@ impl Cutter {
     }
 
     /// The triangles of a mesh's polygon; `None` if its fan can stay.
-    fn cut_fan(&mut self, mesh: &MeshColumns, fan: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
+    fn cut_fan(&mut self, mesh: &TriangleMesh, fan: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
         let at = |column: &[f32], i: u32| column.get(i as usize).map_or(0.0, |&x| x.into());
         let point = |i| DVec3::new(at(&mesh.x, i), at(&mesh.y, i), at(&mesh.z, i));
         if fan_fills(ring(fan).map(point)) {

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, SceneError, SourcePos, quote},
-    scene::{MeshColumns, check_memory, is_usable},
+    scene::{TriangleMesh, check_memory, is_usable},
 };
 use rayon::prelude::*;
 use std::{ops::Range, path::Path, sync::Arc};
@@ -64,7 +64,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<LoadedMesh, LoadError> 
 }
 
 /// The mesh. STL has no field for the up axis; printing and CAD, where it is at home, use z.
-fn loaded(columns: MeshColumns, note: Option<String>) -> LoadedMesh {
+fn loaded(columns: TriangleMesh, note: Option<String>) -> LoadedMesh {
     LoadedMesh {
         columns,
         up: UpAxis::Z,
@@ -140,7 +140,7 @@ fn binary(source: &impl Pieces, path: &Path) -> Result<Option<LoadedMesh>, LoadE
     if let Err(error) = check_memory([count, 0, 3 * count], source.memory()) {
         return refused(error.to_string());
     }
-    let mut mesh = MeshColumns::default();
+    let mut mesh = TriangleMesh::default();
     let room = [&mut mesh.x, &mut mesh.y, &mut mesh.z]
         .into_iter()
         .try_for_each(|column| column.try_reserve_exact(3 * count))
@@ -258,14 +258,14 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn text(bytes: &[u8]) -> Result<MeshColumns, TextFault> {
+fn text(bytes: &[u8]) -> Result<TriangleMesh, TextFault> {
     let end = bytes.trim_ascii_end().len();
     let mut reader = Reader {
         text: bytes,
         words: Words::new(bytes, 0..bytes.len()),
         end: end..end,
     };
-    let mut mesh = MeshColumns::default();
+    let mut mesh = TriangleMesh::default();
     let mut fans = Fans::default();
     let mut within = false;
     while let Some((word, place)) = reader.words.next() {
@@ -298,7 +298,7 @@ fn text(bytes: &[u8]) -> Result<MeshColumns, TextFault> {
     Ok(mesh)
 }
 
-fn facet(reader: &mut Reader<'_>, mesh: &mut MeshColumns, fans: &mut Fans) -> Result<(), TextFault> {
+fn facet(reader: &mut Reader<'_>, mesh: &mut TriangleMesh, fans: &mut Fans) -> Result<(), TextFault> {
     reader.keyword("normal")?;
     for _ in 0..3 {
         reader.next("a number")?;

@@ -88,7 +88,7 @@ pub(super) fn make(seed: u64, count: usize) -> Content {
     }
 }
 
-fn floor() -> crate::scene::MeshColumns {
+fn floor() -> crate::scene::TriangleMesh {
     let mut mesh = MeshBuilder::default();
     let w = FLOOR_HALF_WIDTH;
     mesh.quad([(-w, -w), (w, -w), (w, w), (-w, w)].map(|(x, y)| DVec3::new(x, y, -0.15)));

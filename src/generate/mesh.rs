@@ -1,12 +1,12 @@
 //! Parametric surfaces: tessellates a function of (u, v) into a grid of triangles with smooth normals.
 
-use crate::scene::MeshColumns;
+use crate::scene::TriangleMesh;
 use glam::{DVec3, Vec3};
 
 /// Collects surfaces into one mesh.
 #[derive(Default)]
 pub(super) struct MeshBuilder {
-    mesh: MeshColumns,
+    mesh: TriangleMesh,
 }
 
 impl MeshBuilder {
@@ -114,7 +114,7 @@ impl MeshBuilder {
     }
 
     /// Returns the mesh; vertex normals are the area-weighted means of the face normals.
-    pub(super) fn finish(mut self) -> MeshColumns {
+    pub(super) fn finish(mut self) -> TriangleMesh {
         let mesh = &mut self.mesh;
         let position = |i: u32| {
             let i = i as usize;

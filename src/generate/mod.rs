@@ -32,7 +32,7 @@ pub use write::write_ply;
 use crate::{
     classic,
     error::SceneError,
-    scene::{Camera, CameraError, MeshColumns, Scene, SceneBuilder},
+    scene::{Camera, CameraError, Scene, SceneBuilder, TriangleMesh},
 };
 use glam::{DVec3, Vec3};
 use std::fmt;
@@ -202,7 +202,7 @@ pub struct Sphere {
 #[derive(Debug)]
 pub enum Shape {
     /// A mesh, written to a file of its own.
-    Mesh(MeshColumns),
+    Mesh(TriangleMesh),
     /// Spheres, written as lines of the scene file.
     Spheres(Vec<Sphere>),
 }

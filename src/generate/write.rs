@@ -1,7 +1,7 @@
 //! Writes generated scenes as `.scn` files and binary little-endian PLY meshes.
 
 use super::{Generated, Shape};
-use crate::scene::MeshColumns;
+use crate::scene::TriangleMesh;
 use std::io::{self, Write};
 
 /// The comment of a generated scene.
@@ -67,7 +67,7 @@ impl Generated {
 ///
 /// # Errors
 /// Errors of `out`; [`io::ErrorKind::InvalidInput`] if the arrays of the mesh differ in length.
-pub fn write_ply(mesh: &MeshColumns, out: &mut impl Write) -> io::Result<()> {
+pub fn write_ply(mesh: &TriangleMesh, out: &mut impl Write) -> io::Result<()> {
     let vertices = mesh.x.len();
     let has_normals = !mesh.normals.is_empty();
     if mesh.y.len() != vertices || mesh.z.len() != vertices || (has_normals && mesh.normals.len() != vertices)

@@ -3,7 +3,7 @@
 
 mod mesh;
 
-pub use mesh::MeshColumns;
+pub use mesh::TriangleMesh;
 
 use super::{
     Background, Lights, Material, MaterialId, NamedCamera, Scene, Sources, Spheres, Triangles, Vertices,

@@ -167,12 +167,12 @@ impl Groups {
 
 #[cfg(test)]
 mod tests {
-    use crate::scene::{MaterialId, MeshColumns, MeshFaults, SceneBuilder};
+    use crate::scene::{MaterialId, MeshFaults, SceneBuilder, TriangleMesh};
 
     fn faults(triangles: &[[u32; 3]]) -> MeshFaults {
         // A 4 x 4 grid, and a copy of its first vertex.
         let grid = |f: fn(usize) -> usize| (0..16).chain([0]).map(|i| f(i) as f32).collect();
-        let mesh = MeshColumns {
+        let mesh = TriangleMesh {
             x: grid(|i| i % 4),
             y: grid(|i| i / 4),
             z: vec![0.0; 17],

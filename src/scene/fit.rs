@@ -1,6 +1,6 @@
 //! Camera placement that frames a mesh.
 
-use super::{CameraError, MeshColumns};
+use super::{CameraError, TriangleMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -38,7 +38,7 @@ impl FitView {
     ///
     /// # Errors
     /// [`CameraError`] if these directions do not define a view.
-    pub fn fit(&self, mesh: &MeshColumns) -> Result<Fit, CameraError> {
+    pub fn fit(&self, mesh: &TriangleMesh) -> Result<Fit, CameraError> {
         if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {
             return Err(CameraError::FieldOfView(self.fov_degrees));
         }
@@ -85,7 +85,7 @@ impl FitView {
     ///
     /// # Errors
     /// [`CameraError`] if these directions do not define a view.
-    pub fn fit_turning(&self, mesh: &MeshColumns) -> Result<Fit, CameraError> {
+    pub fn fit_turning(&self, mesh: &TriangleMesh) -> Result<Fit, CameraError> {
         let axis = self.up.try_normalize().ok_or(CameraError::UpParallel)?;
         let (middle, rings) = swept_rings(axis, mesh);
         let fit = self.fit(&rings)?;
@@ -104,11 +104,11 @@ impl FitView {
 
 /// Bounds the volume that a mesh sweeps when it turns about the middle of its box. Returns the middle and the corners
 /// of polygonal rings around the volume.
-fn swept_rings(axis: DVec3, mesh: &MeshColumns) -> (DVec3, MeshColumns) {
+fn swept_rings(axis: DVec3, mesh: &TriangleMesh) -> (DVec3, TriangleMesh) {
     const SLICES: usize = 64;
     const CORNERS: usize = 96;
     let axes = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
-    let mut rings = MeshColumns::default();
+    let mut rings = TriangleMesh::default();
     let Some([x, y, z, left, front, bottom]) = extents(mesh, &axes) else {
         return (DVec3::ZERO, rings);
     };
@@ -153,7 +153,7 @@ fn swept_rings(axis: DVec3, mesh: &MeshColumns) -> (DVec3, MeshColumns) {
 }
 
 /// Returns the extent of the vertices along each direction; `None` without vertices.
-fn extents(mesh: &MeshColumns, directions: &[DVec3; 6]) -> Option<[f64; 6]> {
+fn extents(mesh: &TriangleMesh, directions: &[DVec3; 6]) -> Option<[f64; 6]> {
     if mesh.x.is_empty() {
         return None;
     }

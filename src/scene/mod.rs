@@ -12,7 +12,7 @@ mod transform;
 mod weld;
 
 pub use background::Background;
-pub use builder::{BVH_BYTES, MAX_LIGHTS, MeshColumns, SceneBuilder};
+pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, TriangleMesh};
 pub(crate) use builder::{MAX_TEXTURES, check_memory};
 pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View, for_each_packet};
 pub use faults::MeshFaults;

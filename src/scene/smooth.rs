@@ -1,13 +1,13 @@
 //! Smooth vertex normals for meshes that have none.
 
-use super::{MeshColumns, weld::weld};
+use super::{TriangleMesh, weld::weld};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// The most faces around a vertex that are searched for creases: the search is quadratic.
 const MAX_FACES: usize = 512;
 
-impl MeshColumns {
+impl TriangleMesh {
     /// Gives a mesh without normals smooth ones; a mesh that has normals stays as it is.
     ///
     /// The normal at a corner is the mean of the face normals around the vertex that are within `crease_degrees` of its
@@ -131,12 +131,12 @@ mod tests {
     use super::*;
 
     /// Two squares that meet at `degrees` and share no vertices.
-    fn roof(degrees: f64) -> MeshColumns {
+    fn roof(degrees: f64) -> TriangleMesh {
         let (s, c) = (
             libm::sin(degrees.to_radians()) as f32,
             libm::cos(degrees.to_radians()) as f32,
         );
-        MeshColumns {
+        TriangleMesh {
             x: vec![-1.0, 0.0, 0.0, -1.0, 0.0, c, c, 0.0],
             y: vec![0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0],
             z: vec![0.0, 0.0, 0.0, 0.0, 0.0, s, s, 0.0],
@@ -171,6 +171,6 @@ mod tests {
         mesh.normals = vec![Vec3::X; 8];
         mesh.smooth_normals(30.0);
         assert_eq!(mesh.normals, [Vec3::X; 8]);
-        MeshColumns::default().smooth_normals(30.0);
+        TriangleMesh::default().smooth_normals(30.0);
     }
 }

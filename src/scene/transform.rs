@@ -1,6 +1,6 @@
 //! Affine transforms of meshes, computed in f64 and rounded once.
 
-use super::{MeshColumns, View};
+use super::{TriangleMesh, View};
 use glam::{DMat3, DVec3, Vec3};
 
 /// An affine transform `linear * p + offset`.
@@ -85,11 +85,11 @@ impl Transform {
 
     /// Transforms the vertices and normals of a mesh. Triangles of a mirrored mesh change their winding, so that their
     /// front stays in front. Arrays of unequal length are left for the builder to refuse.
-    pub fn apply(&self, mesh: &mut MeshColumns) {
+    pub fn apply(&self, mesh: &mut TriangleMesh) {
         if *self == Self::IDENTITY {
             return;
         }
-        let MeshColumns { x, y, z, .. } = mesh;
+        let TriangleMesh { x, y, z, .. } = mesh;
         for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
             let old = DVec3::new(f64::from(*x), f64::from(*y), f64::from(*z));
             let new = (self.linear * old + self.offset).as_vec3();
@@ -128,8 +128,8 @@ mod tests {
     use super::*;
 
     /// A triangle with its face normal at every corner.
-    fn mesh() -> MeshColumns {
-        MeshColumns {
+    fn mesh() -> TriangleMesh {
+        TriangleMesh {
             x: vec![1.0, 0.0, 0.0],
             y: vec![0.0, 2.0, 0.0],
             z: vec![0.0, 0.0, 3.0],
@@ -138,14 +138,14 @@ mod tests {
         }
     }
 
-    fn corners(mesh: &MeshColumns) -> [Vec3; 3] {
+    fn corners(mesh: &TriangleMesh) -> [Vec3; 3] {
         mesh.triangles[0].map(|i| {
             let i = i as usize;
             Vec3::new(mesh.x[i], mesh.y[i], mesh.z[i])
         })
     }
 
-    fn facet(mesh: &MeshColumns) -> Vec3 {
+    fn facet(mesh: &TriangleMesh) -> Vec3 {
         let [a, b, c] = corners(mesh);
         (b - a).cross(c - a).normalize()
     }

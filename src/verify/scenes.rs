@@ -5,7 +5,7 @@ use super::Random;
 use crate::{
     error::SceneError,
     generate::{Kind, Options, generate},
-    scene::{MaterialId, MeshColumns, Scene, SceneBuilder},
+    scene::{MaterialId, Scene, SceneBuilder, TriangleMesh},
 };
 use glam::{Mat3, Vec3};
 
@@ -98,9 +98,9 @@ impl Placement {
     }
 }
 
-fn mesh(corners: &[Vec3], triangles: Vec<[u32; 3]>) -> MeshColumns {
+fn mesh(corners: &[Vec3], triangles: Vec<[u32; 3]>) -> TriangleMesh {
     let coordinates = |axis: usize| corners.iter().map(|c| c[axis]).collect();
-    MeshColumns {
+    TriangleMesh {
         x: coordinates(0),
         y: coordinates(1),
         z: coordinates(2),

@@ -1,6 +1,6 @@
 //! All readers of a mesh agree with each other and, for OBJ, with tobj.
 
-use octray::{format::mesh, scene::MeshColumns};
+use octray::{format::mesh, scene::TriangleMesh};
 use std::{fmt::Write as _, fs, io, path::Path};
 
 /// Reproducible pseudo-random numbers: Marsaglia, *Xorshift RNGs*, 2003.
@@ -140,14 +140,14 @@ impl Polygons {
     }
 }
 
-fn read(bytes: Vec<u8>, name: &str) -> MeshColumns {
+fn read(bytes: Vec<u8>, name: &str) -> TriangleMesh {
     let mut nothing = |_: &Path| Err(io::ErrorKind::NotFound.into());
     let loaded = mesh::parse(bytes, Path::new(name), &mut nothing).unwrap_or_else(|error| panic!("{error}"));
     loaded.columns
 }
 
 /// Loads a file with these bytes: the mesh, or the error without the folder.
-fn load(bytes: &[u8], name: &str) -> Result<MeshColumns, String> {
+fn load(bytes: &[u8], name: &str) -> Result<TriangleMesh, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(name);
     fs::write(&path, bytes).expect("the file is written");
@@ -156,7 +156,7 @@ fn load(bytes: &[u8], name: &str) -> Result<MeshColumns, String> {
     Ok(loaded.columns)
 }
 
-fn assert_same(a: &MeshColumns, b: &MeshColumns) {
+fn assert_same(a: &TriangleMesh, b: &TriangleMesh) {
     assert!(a.x == b.x && a.y == b.y && a.z == b.z && a.normals == b.normals && a.triangles == b.triangles);
 }
 

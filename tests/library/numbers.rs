@@ -11,7 +11,7 @@ use image::RgbImage;
 use octray::{
     accel::Bvh,
     render::{Mode, Settings, render},
-    scene::{Background, Camera, Material, MaterialId, MeshColumns, Scene, SceneBuilder, View},
+    scene::{Background, Camera, Material, MaterialId, Scene, SceneBuilder, TriangleMesh, View},
 };
 use std::ops::ControlFlow;
 
@@ -53,7 +53,7 @@ fn placed(scene: &Scene, scale: f32, shift: Vec3) -> Scene {
         .collect();
     let column = |axis: usize| all.iter().map(|p| p[axis]).collect();
     let triangles = scene.triangles();
-    let mesh = MeshColumns {
+    let mesh = TriangleMesh {
         x: column(0),
         y: column(1),
         z: column(2),

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use octray::{
     accel::{BuildQuality, Bvh},
     render::{Mode, Settings, render},
-    scene::{Camera, MaterialId, MeshColumns, Scene, SceneBuilder},
+    scene::{Camera, MaterialId, Scene, SceneBuilder, TriangleMesh},
 };
 use std::{
     ops::ControlFlow,
@@ -21,7 +21,7 @@ fn scene(scale: f32, spheres: &[(Vec3, f32)], triangles: &[[Vec3; 3]], lights: &
         builder.add_light(light * scale, 0.5).expect("a light");
     }
     let corners = || triangles.as_flattened().iter().map(|&corner| corner * scale);
-    let mesh = MeshColumns {
+    let mesh = TriangleMesh {
         x: corners().map(|corner| corner.x).collect(),
         y: corners().map(|corner| corner.y).collect(),
         z: corners().map(|corner| corner.z).collect(),

@@ -7,7 +7,7 @@ use octray::{
     accel::{BuildQuality, Bvh, Layout},
     ray::{HitPacket, Ray, RayPackets},
     reference::brute,
-    scene::{MeshColumns, Scene, SceneBuilder},
+    scene::{Scene, SceneBuilder, TriangleMesh},
     simd::{F32x8, LANES},
     trace::{BUNDLE, Method, Tracer},
     verify::Random,
@@ -107,7 +107,7 @@ fn scene(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> Scene {
     let column = |axis: usize| corners.iter().map(|c| c[axis]).collect();
     let mut builder = SceneBuilder::new();
     let material = builder.classic_material(1).unwrap();
-    let mesh = MeshColumns {
+    let mesh = TriangleMesh {
         x: column(0),
         y: column(1),
         z: column(2),

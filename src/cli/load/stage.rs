@@ -4,7 +4,7 @@ use crate::{
     error::SceneError,
     format::mesh::LoadedMesh,
     math::Aabb,
-    scene::{Background, Material, MeshColumns, Scene, SceneBuilder},
+    scene::{Background, Material, Scene, SceneBuilder, TriangleMesh},
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -99,7 +99,7 @@ pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, R
     Ok((builder.finish(), rig))
 }
 
-fn bounds(mesh: &MeshColumns) -> Aabb {
+fn bounds(mesh: &TriangleMesh) -> Aabb {
     (&mesh.x, &mesh.y, &mesh.z)
         .into_par_iter()
         .with_min_len(1 << 14)
@@ -111,7 +111,7 @@ fn bounds(mesh: &MeshColumns) -> Aabb {
 }
 
 /// A square just below the mesh.
-fn ground(up: DVec3, bounds: &Aabb, center: DVec3, radius: f64) -> MeshColumns {
+fn ground(up: DVec3, bounds: &Aabb, center: DVec3, radius: f64) -> TriangleMesh {
     let lowest = bounds.lower.as_dvec3().dot(up);
     let lowest = if lowest.is_finite() { lowest } else { 0.0 };
     let middle = center + up * (lowest - center.dot(up) - GROUND_GAP * radius);
@@ -119,7 +119,7 @@ fn ground(up: DVec3, bounds: &Aabb, center: DVec3, radius: f64) -> MeshColumns {
     let reach = GROUND_REACH * radius;
     let corners =
         [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[s, t]| middle + (a * s + b * t) * reach);
-    MeshColumns {
+    TriangleMesh {
         x: corners.map(|p| p.x as f32).to_vec(),
         y: corners.map(|p| p.y as f32).to_vec(),
         z: corners.map(|p| p.z as f32).to_vec(),

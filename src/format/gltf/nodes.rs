@@ -4,7 +4,7 @@ use super::{Surface, buffers::Buffers, surface};
 use crate::{
     error::{LoadError, SceneError},
     format::mesh::{LoadedMesh, MeshCamera, UpAxis, UpSource},
-    scene::{MeshColumns, is_usable},
+    scene::{TriangleMesh, is_usable},
 };
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use gltf::{Document, Mesh, Node, Primitive, Semantic, camera::Projection, mesh::Mode};
@@ -38,7 +38,7 @@ fn promised(mesh: &Mesh<'_>) -> usize {
 /// The mesh so far.
 #[derive(Default)]
 pub(super) struct Reading {
-    columns: MeshColumns,
+    columns: TriangleMesh,
     /// The index of each triangle's material in the file.
     material_of: Vec<u32>,
     has_normals: bool,

@@ -10,7 +10,7 @@ pub use up::{UpAxis, UpSource};
 use super::{OpenMesh, files, gltf, obj, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError},
-    scene::{MAX_TEXTURES, Material, MaterialId, MeshColumns, SceneBuilder, View},
+    scene::{MAX_TEXTURES, Material, MaterialId, SceneBuilder, TriangleMesh, View},
 };
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Default)]
 pub struct LoadedMesh {
     /// Positions, normals and triangles in the file's own coordinates: nothing is turned or scaled.
-    pub columns: MeshColumns,
+    pub columns: TriangleMesh,
     /// The surfaces that the file describes; may be empty.
     pub surfaces: Vec<Surface>,
     /// An index into `surfaces` for each triangle; empty if `surfaces` is.

@@ -1,7 +1,7 @@
 //! Which axis of a mesh points up, how that is known, and a check that finds meshes that lie on their side.
 
 use super::MeshFormat;
-use crate::scene::MeshColumns;
+use crate::scene::TriangleMesh;
 use glam::DVec3;
 use std::{fmt, str::FromStr};
 
@@ -140,7 +140,7 @@ const FLAT: f64 = 8.0;
 ///
 /// Only a mesh that has no base where it should stand is doubted, and only if it has one elsewhere, or is much longer
 /// or thinner along another axis. A sample of the triangles decides.
-pub(super) fn doubt(mesh: &MeshColumns, assumed: UpAxis) -> Option<(UpAxis, String)> {
+pub(super) fn doubt(mesh: &TriangleMesh, assumed: UpAxis) -> Option<(UpAxis, String)> {
     let sample = Sample::of(mesh)?;
     if sample.base(assumed) >= NO_BASE {
         return None;
@@ -188,7 +188,7 @@ struct Sample {
 }
 
 impl Sample {
-    fn of(mesh: &MeshColumns) -> Option<Self> {
+    fn of(mesh: &TriangleMesh) -> Option<Self> {
         let count = mesh.triangles.len();
         let samples = count.min(MOST_SAMPLES);
         let point = |&i: &u32| {
@@ -236,8 +236,8 @@ mod tests {
     use super::*;
 
     /// A box with its sides and the bottom or the top left out where asked.
-    fn open_box(size: [f32; 3], bottom: bool, top: bool) -> MeshColumns {
-        let mut mesh = MeshColumns::default();
+    fn open_box(size: [f32; 3], bottom: bool, top: bool) -> TriangleMesh {
+        let mut mesh = TriangleMesh::default();
         for corner in 0..8 {
             let at = |axis: usize| if corner >> axis & 1 == 1 { size[axis] } else { 0.0 };
             mesh.x.push(at(0));
@@ -275,7 +275,7 @@ mod tests {
     #[test]
     fn a_mesh_that_lies_on_its_side_is_doubted() {
         let reason =
-            |mesh: &MeshColumns, assumed| doubt(mesh, assumed).map_or(String::new(), |doubt| doubt.1);
+            |mesh: &TriangleMesh, assumed| doubt(mesh, assumed).map_or(String::new(), |doubt| doubt.1);
         let statue = open_box([1.0, 1.0, 2.0], true, false);
         assert_eq!(reason(&statue, UpAxis::Y), "its flat side faces -z");
         assert_eq!(doubt(&statue, UpAxis::Z), None);
@@ -290,6 +290,6 @@ mod tests {
         assert_eq!(reason(&terrain, UpAxis::Y), "it is thinnest along z");
         let car = open_box([1.8, 1.4, 4.5], false, false);
         assert_eq!(doubt(&car, UpAxis::Y), None);
-        assert_eq!(doubt(&MeshColumns::default(), UpAxis::Y), None);
+        assert_eq!(doubt(&TriangleMesh::default(), UpAxis::Y), None);
     }
 }

@@ -8,7 +8,7 @@ use super::{
     },
     corner,
 };
-use crate::{error::quote, scene::MeshColumns};
+use crate::{error::quote, scene::TriangleMesh};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -133,7 +133,7 @@ impl Corners {
     }
 
     /// Triangulates concave faces; `mesh` holds the positions.
-    pub(super) fn cut_concave(&mut self, mesh: &MeshColumns) {
+    pub(super) fn cut_concave(&mut self, mesh: &TriangleMesh) {
         let mut cutter = Cutter::default();
         let (mut ring, mut points) = (Vec::new(), Vec::new());
         for triangles in self.polygons.polygons() {
@@ -164,7 +164,7 @@ impl Corners {
     }
 
     /// Moves the corners into a mesh that holds the positions. A position with several normals becomes several vertices.
-    pub(super) fn into_columns(self, normals: &[[f32; 3]], mesh: &mut MeshColumns) -> Result<(), String> {
+    pub(super) fn into_columns(self, normals: &[[f32; 3]], mesh: &mut TriangleMesh) -> Result<(), String> {
         let Self {
             mut positions,
             normals: mut normal_corners,

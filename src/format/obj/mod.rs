@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, SceneError, SourcePos, quote},
-    scene::{MeshColumns, is_usable},
+    scene::{TriangleMesh, is_usable},
 };
 use corners::{Corner, Corners};
 use std::{
@@ -262,11 +262,11 @@ impl Obj {
                 *surface = neutral;
             }
         }
-        let mut columns = MeshColumns {
+        let mut columns = TriangleMesh {
             x: self.x,
             y: self.y,
             z: self.z,
-            ..MeshColumns::default()
+            ..TriangleMesh::default()
         };
         self.corners.cut_concave(&columns);
         self.corners.into_columns(&self.normals, &mut columns)?;

@@ -167,7 +167,7 @@ fn concave_polygons_are_filled_and_keep_their_normals() {
     // An arrowhead whose fan around the first corner would lie outside of it.
     let arrow = "v 0 2 0\nv -1 0 0\nv 0 1 0\nv 1 0 0\n";
     let plain = mesh(&format!("{arrow}f 2 3 4 1\n")).columns;
-    let area = |t: &[u32; 3], columns: &MeshColumns| {
+    let area = |t: &[u32; 3], columns: &TriangleMesh| {
         let at = |i: u32| glam::DVec2::new(columns.x[i as usize].into(), columns.y[i as usize].into());
         (at(t[1]) - at(t[0])).perp_dot(at(t[2]) - at(t[0])) * 0.5
     };

@@ -5,7 +5,7 @@ use super::{
     lines,
     rows::{Faces, Fault, Place, Values, Wrong},
 };
-use crate::scene::MeshColumns;
+use crate::scene::TriangleMesh;
 use serde_ply::ScalarType;
 use std::ops::Range;
 
@@ -153,7 +153,7 @@ impl Values for Text<'_> {
         String::new()
     }
 
-    fn fast_vertices(&mut self, element: &Element, mesh: &mut MeshColumns) -> Result<bool, Fault> {
+    fn fast_vertices(&mut self, element: &Element, mesh: &mut TriangleMesh) -> Result<bool, Fault> {
         lines::vertices(self, element, mesh)
     }
 

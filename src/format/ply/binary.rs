@@ -6,7 +6,7 @@ use super::{
     header::{Element, Role, scalar_size},
     rows::{Faces, Fault, Place, Values, Wrong, reserve},
 };
-use crate::scene::MeshColumns;
+use crate::scene::TriangleMesh;
 use serde_ply::ScalarType;
 
 /// Reads values that follow each other directly, in the byte order of `BIG_ENDIAN`.
@@ -141,7 +141,7 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         format!(" ({record} starts at byte {start})")
     }
 
-    fn fast_vertices(&mut self, element: &Element, mesh: &mut MeshColumns) -> Result<bool, Fault> {
+    fn fast_vertices(&mut self, element: &Element, mesh: &mut TriangleMesh) -> Result<bool, Fault> {
         let end = fixed::vertices::<BIG_ENDIAN>(&self.bytes, self.at, element, mesh)?;
         self.at = end.unwrap_or(self.at);
         Ok(end.is_some())

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     format::{polygon::Fans, source::Pieces},
-    scene::{MeshColumns, is_usable},
+    scene::{TriangleMesh, is_usable},
 };
 use glam::Vec3;
 use rayon::{iter::repeat_n, prelude::*};
@@ -33,8 +33,8 @@ pub(super) use from_bytes;
 pub(super) fn read_all<const BIG_ENDIAN: bool>(
     header: &Header,
     source: &impl Pieces,
-) -> Result<Option<MeshColumns>, Fault> {
-    let (mut mesh, mut triangles) = (MeshColumns::default(), Faces::default());
+) -> Result<Option<TriangleMesh>, Fault> {
+    let (mut mesh, mut triangles) = (TriangleMesh::default(), Faces::default());
     let mut at = header.body;
     for element in header.needed() {
         let end = match element.role {
@@ -66,7 +66,7 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
     source: &impl Pieces,
     at: usize,
     element: &Element,
-    mesh: &mut MeshColumns,
+    mesh: &mut TriangleMesh,
 ) -> Result<Option<usize>, Fault> {
     let (Some(end), Some(stride)) = (end_of(element, at), element.stride()) else {
         return Ok(None);

@@ -6,7 +6,7 @@ use super::{
     header::{Element, Step},
     rows::{Faces, Fault, reserve, zeroed},
 };
-use crate::scene::{MeshColumns, is_usable};
+use crate::scene::{TriangleMesh, is_usable};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -17,7 +17,7 @@ const BLOCK: usize = 1 << 17;
 pub(super) fn vertices(
     text: &mut Text<'_>,
     element: &Element,
-    mesh: &mut MeshColumns,
+    mesh: &mut TriangleMesh,
 ) -> Result<bool, Fault> {
     let count = element.count;
     let slot = |step: &Step| match *step {

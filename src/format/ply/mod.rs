@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, SourcePos},
-    scene::MeshColumns,
+    scene::TriangleMesh,
 };
 use ascii::Text;
 use binary::Binary;
@@ -52,7 +52,7 @@ use std::{
 /// # Errors
 /// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is not a number,
 /// not finite or too large, a vertex index out of range, a file that is cut short.
-pub fn parse(bytes: &[u8], name: &Path) -> Result<MeshColumns, LoadError> {
+pub fn parse(bytes: &[u8], name: &Path) -> Result<TriangleMesh, LoadError> {
     parse_mesh(bytes, name).map(|mesh| mesh.columns)
 }
 
@@ -105,7 +105,7 @@ fn read_pieces(file: &OpenFile, name: &Path) -> Result<Option<LoadedMesh>, LoadE
 }
 
 /// The mesh with what its header says. PLY has no field for the up axis, and y is what most programs write.
-fn loaded(columns: MeshColumns, header: &Header, name: &Path) -> LoadedMesh {
+fn loaded(columns: TriangleMesh, header: &Header, name: &Path) -> LoadedMesh {
     LoadedMesh {
         columns,
         up: header.up.unwrap_or(UpAxis::Y),

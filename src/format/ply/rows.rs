@@ -4,7 +4,7 @@ use super::header::{Element, Header, Role, Step};
 use crate::{
     error::{SceneError, quote},
     format::polygon::Fans,
-    scene::{MeshColumns, is_usable},
+    scene::{TriangleMesh, is_usable},
 };
 use glam::Vec3;
 use serde_ply::ScalarType;
@@ -68,7 +68,7 @@ impl Faces {
     }
 
     /// Moves them into the mesh that has their vertices.
-    pub(super) fn add_to(self, mesh: &mut MeshColumns) {
+    pub(super) fn add_to(self, mesh: &mut TriangleMesh) {
         mesh.triangles = self.triangles;
         self.fans.cut_concave(mesh);
     }
@@ -103,7 +103,7 @@ pub(super) trait Values {
     fn where_in_file(&self, record: &str, start: usize) -> String;
     /// Reads the vertices with a fast path. Returns `false`, with nothing read, if their layout has no fast path or a
     /// value is faulty: the slow path then finds the place.
-    fn fast_vertices(&mut self, _element: &Element, _mesh: &mut MeshColumns) -> Result<bool, Fault> {
+    fn fast_vertices(&mut self, _element: &Element, _mesh: &mut TriangleMesh) -> Result<bool, Fault> {
         Ok(false)
     }
     /// As [`Values::fast_vertices`], for faces.
@@ -122,8 +122,8 @@ pub(super) trait Values {
 }
 
 /// Reads all elements up to the last one that a mesh needs.
-pub(super) fn read_all<V: Values>(header: &Header, values: &mut V) -> Result<MeshColumns, Fault> {
-    let (mut mesh, mut faces) = (MeshColumns::default(), Faces::default());
+pub(super) fn read_all<V: Values>(header: &Header, values: &mut V) -> Result<TriangleMesh, Fault> {
+    let (mut mesh, mut faces) = (TriangleMesh::default(), Faces::default());
     for element in header.needed() {
         match element.role {
             Role::Vertex => read_vertices(element, header, values, &mut mesh)?,
@@ -141,7 +141,7 @@ fn read_vertices<V: Values>(
     element: &Element,
     header: &Header,
     values: &mut V,
-    mesh: &mut MeshColumns,
+    mesh: &mut TriangleMesh,
 ) -> Result<(), Fault> {
     if values.fast_vertices(element, mesh)? {
         return Ok(());

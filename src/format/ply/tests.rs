@@ -12,11 +12,11 @@ const SCALARS: [[&str; 2]; 8] = [
     ["double", "float64"],
 ];
 
-fn read(bytes: impl AsRef<[u8]>) -> Result<MeshColumns, LoadError> {
+fn read(bytes: impl AsRef<[u8]>) -> Result<TriangleMesh, LoadError> {
     parse(bytes.as_ref(), Path::new("m.ply"))
 }
 
-fn mesh(bytes: impl AsRef<[u8]>) -> MeshColumns {
+fn mesh(bytes: impl AsRef<[u8]>) -> TriangleMesh {
     read(bytes).unwrap_or_else(|error| panic!("{}", error.report()))
 }
 
@@ -435,7 +435,7 @@ fn strips_of_triangles() {
 /// The outline of an arrowhead, which fans around most corners do not fill.
 const ARROW: &str = "0 2 0\n-1 0 0\n0 1 0\n1 0 0\n";
 
-fn area(mesh: &MeshColumns, triangle: &[u32; 3]) -> f64 {
+fn area(mesh: &TriangleMesh, triangle: &[u32; 3]) -> f64 {
     let [a, b, c] = triangle.map(|i| glam::DVec2::new(mesh.x[i as usize].into(), mesh.y[i as usize].into()));
     (b - a).perp_dot(c - a) * 0.5
 }

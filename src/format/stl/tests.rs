@@ -12,7 +12,7 @@ fn binary_file(name: &[u8], facets: &[[f32; 9]]) -> Vec<u8> {
     bytes
 }
 
-fn load(bytes: &[u8]) -> Result<MeshColumns, String> {
+fn load(bytes: &[u8]) -> Result<TriangleMesh, String> {
     let mesh = parse(bytes, Path::new("a.stl"));
     mesh.map(|mesh| mesh.columns)
         .map_err(|error| error.to_string().trim_start_matches("a.stl:").to_owned())

@@ -11,7 +11,7 @@ use rayon::{iter::repeat_n, prelude::*};
 
 /// A triangle mesh as a structure of arrays.
 #[derive(Debug, Default)]
-pub struct MeshColumns {
+pub struct TriangleMesh {
     /// Vertex positions, scene units; the three arrays have equal lengths.
     pub x: Vec<f32>,
     /// Vertex positions, scene units.
@@ -28,10 +28,10 @@ impl SceneBuilder {
     /// Adds a mesh. Triangles without area keep their ids but are never hit.
     ///
     /// # Errors
-    /// [`SceneError::NotUsable`], [`SceneError::ColumnLength`], [`SceneError::VertexIndex`],
+    /// [`SceneError::NotUsable`], [`SceneError::ArrayLength`], [`SceneError::VertexIndex`],
     /// [`SceneError::UnknownMaterial`], [`SceneError::TooMany`], [`SceneError::OverLimit`] or
     /// [`SceneError::NoMemory`]; the scene is unchanged then.
-    pub fn add_mesh(&mut self, mesh: MeshColumns, material: MaterialId) -> Result<(), SceneError> {
+    pub fn add_mesh(&mut self, mesh: TriangleMesh, material: MaterialId) -> Result<(), SceneError> {
         self.check_material(material)?;
         reserve(&mut self.triangles.material, mesh.triangles.len())?;
         self.add_triangles(mesh)?;
@@ -46,11 +46,11 @@ impl SceneBuilder {
     /// Adds a mesh with one material per triangle.
     ///
     /// # Errors
-    /// As [`SceneBuilder::add_mesh`]; also [`SceneError::ColumnLength`] if `materials` and the triangles differ in
+    /// As [`SceneBuilder::add_mesh`]; also [`SceneError::ArrayLength`] if `materials` and the triangles differ in
     /// length.
     pub fn add_mesh_with_materials(
         &mut self,
-        mesh: MeshColumns,
+        mesh: TriangleMesh,
         materials: Vec<MaterialId>,
     ) -> Result<(), SceneError> {
         expect_length("materials", materials.len(), mesh.triangles.len())?;
@@ -62,9 +62,9 @@ impl SceneBuilder {
     }
 
     /// Adds the vertices and triangles of a mesh; the caller adds the materials.
-    fn add_triangles(&mut self, mesh: MeshColumns) -> Result<(), SceneError> {
+    fn add_triangles(&mut self, mesh: TriangleMesh) -> Result<(), SceneError> {
         Self::check_mesh(&mesh)?;
-        let MeshColumns {
+        let TriangleMesh {
             x,
             y,
             z,
@@ -99,7 +99,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    fn check_mesh(mesh: &MeshColumns) -> Result<(), SceneError> {
+    fn check_mesh(mesh: &TriangleMesh) -> Result<(), SceneError> {
         let vertices = mesh.x.len();
         expect_length("y coordinates", mesh.y.len(), vertices)?;
         expect_length("z coordinates", mesh.z.len(), vertices)?;
@@ -134,7 +134,7 @@ fn expect_length(what: &'static str, found: usize, expected: usize) -> Result<()
     if found == expected {
         Ok(())
     } else {
-        Err(SceneError::ColumnLength {
+        Err(SceneError::ArrayLength {
             what,
             found,
             expected,

@@ -10,7 +10,7 @@ use octray::{
     accel::Bvh,
     format::{load_from_bytes, mesh as any_mesh, ply},
     render::{Film, Mode, Settings, render as render_frame},
-    scene::{Camera, MeshColumns, Scene, SceneBuilder},
+    scene::{Camera, TriangleMesh, Scene, SceneBuilder},
 };
 use std::{io, ops::ControlFlow, path::Path};
 
@@ -66,7 +66,7 @@ pub fn ply(bytes: &[u8]) {
 }
 
 /// Expects columns of equal length, finite numbers and indices of vertices.
-fn check(mesh: &MeshColumns) {
+fn check(mesh: &TriangleMesh) {
     let vertices = mesh.x.len();
     assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
     assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);

@@ -11,7 +11,7 @@ use octray::{
         shade::{Intersect, SecondaryRays, radiance},
     },
     render::{Film, Filter, Mode, Pattern, Settings, render},
-    scene::{Background, Camera, Material, MeshColumns, Scene, SceneBuilder},
+    scene::{Background, Camera, Material, TriangleMesh, Scene, SceneBuilder},
 };
 use std::ops::ControlFlow;
 
@@ -87,7 +87,7 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
             6 => {
                 // A fan with normals.
                 let corners = [point(u)?, point(u)?, point(u)?, point(u)?];
-                let mesh = MeshColumns {
+                let mesh = TriangleMesh {
                     x: corners.map(|c| c.x).to_vec(),
                     y: corners.map(|c| c.y).to_vec(),
                     z: corners.map(|c| c.z).to_vec(),
