@@ -2,7 +2,10 @@
 
 mod text;
 
-pub use text::{Excerpt, escape, in_bytes, quote};
+pub use text::{Excerpt, clip, clip_path, escape, in_bytes, quote};
+
+#[cfg(feature = "cli")]
+pub(crate) use text::is_unprintable;
 
 use std::{
     fmt,
@@ -70,7 +73,7 @@ fn line_around(text: &[u8], offset: usize) -> Range<usize> {
 
 impl fmt::Display for SourcePos {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", escape(&self.file.to_string_lossy()))?;
+        f.write_str(&clip_path(&self.file))?;
         if self.line > 0 {
             write!(f, ":{}", self.line)?;
             if self.column > 0 {
@@ -228,12 +231,12 @@ pub struct LoadError {
 }
 
 impl LoadError {
-    /// A fault at a place, without a line to show. `message` is escaped for terminals.
+    /// A fault at a place, without a line to show. `message` is escaped for terminals, and cut if it is long.
     #[must_use]
     pub fn new(at: SourcePos, message: impl AsRef<str>) -> Self {
         Self {
             at,
-            message: escape(message.as_ref()).into_owned(),
+            message: message_text(message.as_ref()),
             excerpt: None,
             cause: None,
         }
@@ -295,6 +298,15 @@ impl LoadError {
             }
         }
         report
+    }
+}
+
+/// A message as it is shown: several words of a file may be in it.
+fn message_text(message: &str) -> String {
+    const MOST: usize = 1000;
+    match message.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}...", escape(message.get(..end).unwrap_or_default())),
+        None => escape(message).into_owned(),
     }
 }
 

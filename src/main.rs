@@ -4,6 +4,8 @@ mod cpu;
 mod huge_pages;
 #[cfg(all(unix, target_arch = "x86_64", not(target_feature = "avx2")))]
 mod sibling;
+#[cfg(target_os = "linux")]
+mod streams;
 
 use std::process::ExitCode;
 

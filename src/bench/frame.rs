@@ -37,7 +37,7 @@ pub fn frame_times(
     let silent: OnProgress<'_> = &|_| ControlFlow::Continue(());
     let mut renderers: Vec<Renderer<'_>> = threads.iter().map(|_| Renderer::new(scene, bvh)).collect();
     let mut film = ByteFilm::black(settings.width, settings.height);
-    let mut frames = vec![Vec::with_capacity(repeat); threads.len()];
+    let mut frames = vec![Vec::new(); threads.len()];
     for round in 0..=repeat.max(1) {
         for ((renderer, frames), &threads) in renderers.iter_mut().zip(&mut frames).zip(threads) {
             let settings = Settings {

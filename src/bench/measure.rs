@@ -204,7 +204,7 @@ pub fn compare(
         trace::Method::Adaptive,
     ]
     .map(|method| Tracer::with_method(bvh, method));
-    let mut times = vec![Vec::with_capacity(repeat); methods.len()];
+    let mut times = vec![Vec::new(); methods.len()];
     let mut rows: Vec<(u64, f64, bool)> = vec![(0, 0.0, true); methods.len()];
     let mut results = Results {
         hits: Vec::with_capacity(packets),

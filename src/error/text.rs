@@ -1,7 +1,9 @@
 //! Makes text of files safe to print.
 
-use std::{borrow::Cow, ops::Range};
+use std::{borrow::Cow, ops::Range, path::Path};
 
+/// How much of a name or a value a message repeats, in characters.
+const VALUE_LIMIT: usize = 200;
 /// How much of a word a message repeats, in characters.
 const WORD_LIMIT: usize = 40;
 /// How much of a line is shown, in characters.
@@ -11,9 +13,19 @@ const LEAD: usize = 30;
 /// Marks where a line or word was cut.
 const CUT: &str = "...";
 
-/// Whether a terminal would obey this character, or print the text after it in another order.
-fn is_unprintable(c: char) -> bool {
-    c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+/// Whether a terminal would obey this character, hide it, or print the text after it in another order: controls,
+/// separators of lines and paragraphs, and Unicode's format characters and invisible letters.
+#[must_use]
+pub fn is_unprintable(c: char) -> bool {
+    c.is_control()
+        || matches!(
+            c,
+            '\u{ad}' | '\u{34f}' | '\u{600}'..='\u{605}' | '\u{61c}' | '\u{6dd}' | '\u{70f}' | '\u{890}'..='\u{891}'
+            | '\u{8e2}' | '\u{115f}'..='\u{1160}' | '\u{17b4}'..='\u{17b5}' | '\u{180b}'..='\u{180f}'
+            | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{3164}' | '\u{feff}'
+            | '\u{ffa0}' | '\u{fff0}'..='\u{fffb}' | '\u{110bd}' | '\u{110cd}' | '\u{13430}'..='\u{1343f}'
+            | '\u{1bca0}'..='\u{1bca3}' | '\u{1d173}'..='\u{1d17a}' | '\u{e0000}'..='\u{e0fff}'
+        )
 }
 
 /// Escapes all characters of `text` that a terminal would obey.
@@ -33,6 +45,40 @@ fn push_escaped(to: &mut String, c: char) {
     } else {
         to.push(c);
     }
+}
+
+/// Escapes `text`, and cuts its middle out if it is long: paths differ at their ends.
+#[must_use]
+pub fn clip(text: &str) -> String {
+    let (head, whole) = clipped(text.chars(), VALUE_LIMIT);
+    if whole {
+        return head.concat();
+    }
+    let (head, _) = clipped(text.chars(), VALUE_LIMIT / 2);
+    let (mut tail, _) = clipped(text.chars().rev(), VALUE_LIMIT / 2 - CUT.len());
+    tail.reverse();
+    format!("{}{CUT}{}", head.concat(), tail.concat())
+}
+
+/// A path as messages show it: as [`clip`].
+#[must_use]
+pub fn clip_path(path: &Path) -> String {
+    clip(&path.to_string_lossy())
+}
+
+/// The first characters, escaped, at most `most` letters of them; whether these are all.
+fn clipped(characters: impl Iterator<Item = char>, most: usize) -> (Vec<String>, bool) {
+    let (mut pieces, mut length) = (Vec::new(), 0);
+    for c in characters {
+        let mut piece = String::new();
+        push_escaped(&mut piece, c);
+        length += piece.chars().count();
+        if length > most {
+            return (pieces, false);
+        }
+        pieces.push(piece);
+    }
+    (pieces, true)
 }
 
 /// A word of a file in backquotes, escaped, and cut if it is long.
@@ -191,6 +237,35 @@ mod tests {
         assert_eq!(
             quote("\u{20ac}".repeat(40).as_bytes()),
             format!("`{}`", "\u{20ac}".repeat(40))
+        );
+    }
+
+    #[test]
+    fn what_hides_or_reorders_is_escaped() {
+        for c in "\u{0}\u{1b}\u{7f}\u{85}\u{9b}\u{ad}\u{61c}\u{200b}\u{200f}\u{2028}\u{202e}\u{2066}\u{2069}\u{feff}\u{e0041}"
+            .chars()
+        {
+            assert_eq!(escape(&c.to_string()), c.escape_default().to_string());
+        }
+        // Letters, accents, ideographs and emoji stay.
+        let plain = "a \u{e9} e\u{301} \u{5b57} \u{1f600} \u{5d0}\\\"";
+        assert_eq!(escape(plain), plain);
+    }
+
+    #[test]
+    fn long_values_lose_their_middle() {
+        assert_eq!(clip("a\u{1b}b"), "a\\u{1b}b");
+        let long = format!("/{}/end.scn", "d".repeat(3_000_000));
+        let cut = clip(&long);
+        assert!(
+            cut.len() <= VALUE_LIMIT && cut.starts_with("/ddd") && cut.ends_with("ddd/end.scn"),
+            "{cut}"
+        );
+        // An escape is not cut in two.
+        let cut = clip(&"\u{1b}".repeat(1000));
+        assert!(
+            cut.len() <= VALUE_LIMIT && cut.replace("\\u{1b}", "") == CUT,
+            "{cut}"
         );
     }
 

@@ -277,7 +277,7 @@ pub fn run(
     report: &dyn Fn(Done) -> ControlFlow<()>,
 ) -> Result<Outcome, ThreadsError> {
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(settings.threads.unwrap_or(0))
+        .num_threads(settings.threads.unwrap_or_else(rayon::current_num_threads))
         .build()
         .map_err(|error| ThreadsError(error.to_string()))?;
     let shared = Shared {

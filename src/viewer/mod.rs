@@ -119,7 +119,7 @@ impl Display {
                 // The error itself only names a place in winit.
                 let named = |name: &str| {
                     let value = std::env::var_os(name).filter(|value| !value.is_empty())?;
-                    Some(format!("{name}={}", value.to_string_lossy()))
+                    Some(format!("{name}={}", crate::error::clip(&value.to_string_lossy())))
                 };
                 let names = ["WAYLAND_DISPLAY", "DISPLAY"].into_iter().filter_map(named);
                 let named: Vec<String> = names.collect();

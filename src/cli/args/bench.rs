@@ -43,7 +43,7 @@ pub struct BenchArgs {
     pub mesh: MeshArgs,
 
     /// How often each method runs; the median counts
-    #[arg(long, value_name = "N", value_parser = values::whole::<{ u32::MAX }>, default_value_t = 9)]
+    #[arg(long, value_name = "N", value_parser = values::whole::<100_000>, default_value_t = 9)]
     pub repeat: u32,
 
     /// Which BVH is traced; auto counts camera and shadow rays of all runs
@@ -55,7 +55,7 @@ pub struct BenchArgs {
     pub methods: Vec<Method>,
 
     /// Time N whole frames instead, with one thread and with all threads in turn
-    #[arg(long, value_name = "N", value_parser = values::whole::<{ u32::MAX }>, conflicts_with_all = ["methods", "json", "repeat"])]
+    #[arg(long, value_name = "N", value_parser = values::whole::<100_000>, conflicts_with_all = ["methods", "json", "repeat"])]
     pub frames: Option<u32>,
 
     /// Write the results as JSON to a file, or to standard output (-)

@@ -6,14 +6,13 @@
 use super::definition;
 use crate::{
     cli::CliError,
-    error::{LoadError, SourcePos, escape},
+    error::{LoadError, SourcePos, clip},
     format,
 };
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, error::ErrorKind, parser::ValueSource};
 use std::{
     env,
     ffi::OsString,
-    fs,
     io::{self, Read},
     ops::Range,
     path::{Path, PathBuf},
@@ -23,8 +22,8 @@ use toml::{Spanned, de::DeTable, de::DeValue};
 
 /// The largest file, bytes.
 const MAX_BYTES: u64 = 1 << 20;
-/// Options that make no sense in a file of defaults.
-const NO_KEYS: [&str; 4] = ["config", "no-config", "help", "version"];
+/// Options that make no sense in a file of defaults. With `force` in it, every call would replace any file.
+const NO_KEYS: [&str; 5] = ["config", "force", "help", "no-config", "version"];
 
 /// Where defaults come from.
 #[derive(Args, Debug)]
@@ -50,7 +49,8 @@ impl ConfigArgs {
     }
 }
 
-/// A parsed command line of `render` with the config file's defaults added; `None` if there is no file.
+/// A parsed command line of `render` with the config file's defaults added, and their options' ids; `None` if there is
+/// no file.
 ///
 /// # Errors
 /// [`CliError::Load`], with the place of the fault: no such file, invalid TOML, an unknown option, an invalid value.
@@ -58,7 +58,7 @@ pub fn with_defaults(
     arguments: &[OsString],
     matches: &ArgMatches,
     args: &ConfigArgs,
-) -> Result<Option<Vec<OsString>>, CliError> {
+) -> Result<Option<(Vec<OsString>, Vec<String>)>, CliError> {
     let Some(path) = args.path() else {
         return Ok(None);
     };
@@ -73,17 +73,11 @@ pub fn with_defaults(
         // The command line wins, also over options that it excludes.
         !given(&default.id) && !default.excludes.iter().any(|id| given(id))
     });
+    let kept = kept.filter_map(|default| Some((default.argument?, default.id)));
+    let (added, ids): (Vec<_>, Vec<_>) = kept.unzip();
     // After the names of the program and the command.
     let (command, rest) = arguments.split_at(2);
-    let kept = kept.filter_map(|default| default.argument);
-    Ok(Some(
-        command
-            .iter()
-            .cloned()
-            .chain(kept)
-            .chain(rest.iter().cloned())
-            .collect(),
-    ))
+    Ok(Some(([command, &added, rest].concat(), ids)))
 }
 
 fn usual_place() -> Option<PathBuf> {
@@ -95,17 +89,15 @@ fn usual_place() -> Option<PathBuf> {
 }
 
 fn read(path: &Path) -> io::Result<String> {
-    let found = fs::metadata(path).map_err(|error| match error.kind() {
+    let file = format::open_file(path).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => io::Error::other("no such file"),
         _ => error,
     })?;
-    if !found.is_file() {
+    if !file.metadata()?.is_file() {
         return Err(io::Error::other("not a regular file"));
     }
     let mut text = String::new();
-    let length = format::open_file(path)?
-        .take(MAX_BYTES + 1)
-        .read_to_string(&mut text)?;
+    let length = file.take(MAX_BYTES + 1).read_to_string(&mut text)?;
     if length as u64 > MAX_BYTES {
         return Err(io::Error::other(format!(
             "the file is larger than {MAX_BYTES} bytes"
@@ -228,12 +220,18 @@ fn options(render: &Command) -> impl Iterator<Item = &Arg> {
 }
 
 fn no_option(render: &Command, key: &str) -> String {
-    let names = options(render).filter_map(Arg::get_long);
+    if NO_KEYS.contains(&key) {
+        return format!("`{key}` belongs on the command line, not in a file of defaults");
+    }
+    // The distance takes quadratic time and memory.
+    let names = options(render)
+        .filter_map(Arg::get_long)
+        .filter(|_| key.len() < 100);
     let near = names
         .map(|name| (strsim::damerau_levenshtein(name, key), name))
         .min()
         .filter(|(distance, name)| *distance <= name.len().div_ceil(3));
-    let key = escape(key);
+    let key = clip(key);
     match near {
         Some((_, near)) => format!("`octray render` has no option `{key}`, did you mean `{near}`?"),
         None => format!("`octray render` has no option `{key}`; `octray render --help` lists them"),
@@ -256,8 +254,13 @@ fn text(value: &DeValue<'_>) -> Option<String> {
 
 /// Checks the value of an argument of `render`.
 fn check(render: &Command, argument: &str) -> Result<(), String> {
-    let all = ["render", argument, "--", "scene"];
-    match render.clone().try_get_matches_from(all) {
+    let parsed = |argument: &str| {
+        render
+            .clone()
+            .try_get_matches_from(["render", argument, "--", "scene"])
+    };
+    // The message repeats the value, from which clap would take escape sequences out.
+    match parsed(argument).map_err(|error| parsed(&clip(argument)).err().unwrap_or(error)) {
         Ok(_) => Ok(()),
         // Another option may come from the command line.
         Err(error) if error.kind() == ErrorKind::MissingRequiredArgument => Ok(()),

@@ -1,4 +1,4 @@
-//! `octray SCENE` for `octray render SCENE`.
+//! Arguments before clap sees them: `octray SCENE` for `octray render SCENE`, and values that begin with a minus.
 
 use super::definition;
 use std::{
@@ -20,6 +20,38 @@ pub fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     arguments
 }
 
+/// Joins an option and a value such as `-1,2,3`, which clap would take for an option: no option begins with a digit.
+pub fn with_negative_values(arguments: Vec<OsString>) -> Vec<OsString> {
+    let mut joined: Vec<OsString> = Vec::with_capacity(arguments.len());
+    let mut options_end = false;
+    for argument in arguments {
+        let is_option = |word: &OsString| {
+            let bytes = word.as_encoded_bytes();
+            bytes.starts_with(b"-") && bytes.len() > 1 && !bytes.contains(&b'=')
+        };
+        match joined.last_mut() {
+            Some(option)
+                if !options_end && is_negative(&argument) && is_option(option) && !is_negative(option) =>
+            {
+                option.push("=");
+                option.push(argument);
+            }
+            _ => {
+                options_end |= argument == "--";
+                joined.push(argument);
+            }
+        }
+    }
+    joined
+}
+
+fn is_negative(argument: &OsStr) -> bool {
+    matches!(
+        argument.as_encoded_bytes(),
+        [b'-', b'0'..=b'9', ..] | [b'-', b'.', b'0'..=b'9', ..]
+    )
+}
+
 /// Whether the argument is a command, or looks like a misspelt one and no such file exists: clap then suggests the
 /// command.
 fn is_top_level(argument: &OsStr) -> bool {
@@ -36,4 +68,32 @@ fn is_top_level(argument: &OsStr) -> bool {
         let most = name.len().div_ceil(3).min(2);
         argument == name || (may_be_misspelt && strsim::levenshtein(argument, name) <= most)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn negative_values_belong_to_their_options() {
+        let joined = |line: &str| {
+            let words = line.split(' ').map(OsString::from).collect();
+            with_negative_values(words)
+                .join(OsStr::new(" "))
+                .into_string()
+                .unwrap()
+        };
+        for (line, expected) in [
+            (
+                "octray a --crop -1,2,3,4 -s -1x4",
+                "octray a --crop=-1,2,3,4 -s=-1x4",
+            ),
+            ("octray --eye -.5,1,2 -q", "octray --eye=-.5,1,2 -q"),
+            ("octray --eye=1,2,3 -4", "octray --eye=1,2,3 -4"),
+            ("octray - -1 -- -o -2", "octray - -1 -- -o -2"),
+            ("octray --up -x --eye 3 -4 2", "octray --up -x --eye 3 -4 2"),
+        ] {
+            assert_eq!(joined(line), expected);
+        }
+    }
 }

@@ -24,9 +24,14 @@ mod view;
 
 pub use values::numbers;
 
-use super::{CliError, plan::Plan, report::version};
+use super::{
+    CliError,
+    plan::Plan,
+    report::{self, version},
+};
+use crate::error::clip;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 
 /// A fast CPU ray tracer for scenes of triangle meshes and spheres.
 #[derive(Debug, Parser)]
@@ -80,16 +85,20 @@ pub fn definition() -> clap::Command {
 /// [`CliError`].
 pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
     let arguments = default_command::with_default_command(arguments);
+    let arguments = default_command::with_negative_values(arguments);
     let (mut cli, matches) = match parse(&arguments) {
         Ok(parsed) => parsed,
         Err(answer) => return show(answer, &arguments),
     };
     if let (Command::Render(args), Some(given)) = (&cli.command, matches.subcommand_matches("render"))
-        && let Some(arguments) = config::with_defaults(&arguments, given, &args.config)?
+        && let Some((arguments, defaults)) = config::with_defaults(&arguments, given, &args.config)?
     {
         match parse(&arguments) {
             Ok((with_defaults, _)) => cli = with_defaults,
             Err(answer) => return show(answer, &arguments),
+        }
+        if let Command::Render(args) = &mut cli.command {
+            args.defaults = defaults;
         }
     }
     cli.command.plan().map(Some)
@@ -124,13 +133,33 @@ fn show(mut answer: clap::Error, arguments: &[OsString]) -> Result<Option<Plan>,
     {
         return Err(CliError::Usage(why));
     }
+    let tame: Vec<OsString> = arguments.iter().map(|argument| tame(argument)).collect();
+    if tame != arguments {
+        match parse(&tame) {
+            Err(same) if same.kind() == answer.kind() => answer = same,
+            // Nothing that clap could say would be safe to print.
+            _ => return Err(CliError::Usage(answer.kind().to_string())),
+        }
+    }
     usage::explain(&mut answer);
-    // A closed pipe is no failure of help.
-    let _ = answer.print();
+    let printed = answer.print();
     if answer.use_stderr() {
-        Err(CliError::UsageShown)
-    } else {
-        Ok(None)
+        return Err(CliError::UsageShown);
+    }
+    let printed = printed.map_err(|error| CliError::writing("standard output", &error));
+    match printed.and_then(|()| report::flush()) {
+        // A reader that has seen enough is no failure of help.
+        Ok(()) | Err(CliError::ClosedPipe) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// An argument as clap's messages may repeat it: escaped, and cut if it is long. clap colours its messages, so they cannot
+/// be escaped afterwards.
+fn tame(argument: &OsStr) -> OsString {
+    match argument.to_str() {
+        Some(text) => clip(text).into(),
+        None => argument.to_owned(),
     }
 }
 

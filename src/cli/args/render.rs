@@ -9,10 +9,15 @@ use super::{
     trace::TraceArgs,
     values::{self, Size},
 };
-use crate::cli::{
-    CliError,
-    load::memory,
-    plan::{Job, JsonTarget, Pictures, RenderPlan, check_inputs, is_standard_input},
+use crate::{
+    cli::{
+        CliError,
+        load::memory,
+        plan::{Job, JsonTarget, Pictures, RenderPlan, check_inputs, is_standard_input},
+        process::useful_threads,
+        write::is_foreign,
+    },
+    error::clip_path,
 };
 use clap::Args;
 use std::path::PathBuf;
@@ -75,9 +80,18 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub config: ConfigArgs,
+
+    /// The options that come from the config file
+    #[arg(skip)]
+    pub defaults: Vec<String>,
 }
 
 impl RenderArgs {
+    /// Whether an option's value comes from the config file.
+    fn is_default(&self, option: &str) -> bool {
+        self.defaults.iter().any(|id| id == option)
+    }
+
     /// Checks the arguments, and names and checks every picture.
     ///
     /// # Errors
@@ -93,16 +107,28 @@ impl RenderArgs {
             settings: &settings,
             picture: &picture,
             output: self.output.as_deref(),
+            is_typed: !self.is_default("output"),
             turntable,
             skip_existing: self.series.skip_existing,
             force: self.force,
-            comparison: self.comparison.options(),
+            comparison: self.comparison.options(!self.is_default("difference")),
         };
         let (camera, mesh) = (self.camera.options(), self.mesh.options(turntable.is_some()));
         let jobs = pictures.jobs(&self.scenes, &camera, &mesh, self.memory.limit())?;
         let inputs = check_inputs(&jobs, self.config.path().as_deref())?;
-        memory::check_threads(self.trace.threads)?;
+        memory::check_threads(self.trace.threads.map(useful_threads))?;
         let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
+        if let Some(JsonTarget::File(path)) = &json
+            && self.is_default("json")
+            && !self.force
+            && is_foreign(path)
+        {
+            return Err(CliError::Failed(format!(
+                "{} of the config file exists and was not written by octray; name another file with --json or replace it \
+                 with --force",
+                clip_path(path)
+            )));
+        }
         if json == Some(JsonTarget::Stdout) && self.output.as_deref().is_some_and(is_standard_input) {
             let why =
                 "both the picture and the JSON would go to standard output: name a file for one of them";

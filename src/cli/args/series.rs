@@ -14,7 +14,7 @@ pub struct SeriesArgs {
     pub skip_existing: bool,
 
     /// Render N frames of a turn around the camera's target; a run of # in -o stands for the frame number, from 1 on
-    #[arg(long, value_name = "N", value_parser = values::whole::<10_000>)]
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]
     pub turntable: Option<u32>,
 
     /// Render only frames A to B of the turntable, so that several machines can share the work
@@ -53,11 +53,12 @@ pub struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// As plain values; `None` without `--compare`.
-    pub fn options(&self) -> Option<CompareOptions<'_>> {
+    /// As plain values; `None` without `--compare`. The name of the difference is the user's if `is_typed`.
+    pub fn options(&self, is_typed: bool) -> Option<CompareOptions<'_>> {
         Some(CompareOptions {
             reference: self.compare.as_deref()?,
             difference: self.difference.as_deref(),
+            is_typed,
             tolerance: self.tolerance,
             allow_pixels: self.allow_pixels,
         })

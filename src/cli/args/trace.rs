@@ -3,7 +3,7 @@
 use super::values::{self, Size};
 use crate::{
     classic,
-    cli::plan::Build,
+    cli::{plan::Build, process::useful_threads},
     render::{Mode, RenderError, Settings},
 };
 use clap::Args;
@@ -12,7 +12,7 @@ use clap::Args;
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Rendering")]
 pub struct TraceArgs {
-    /// Number of threads [default: one for each CPU]
+    /// Number of threads, of which no more than 4 for each CPU, or 64, are started [default: one for each CPU]
     #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     pub threads: Option<u32>,
 
@@ -45,7 +45,7 @@ impl TraceArgs {
             max_depth: self.max_depth,
             shadows: !self.no_shadows,
             mode: self.mode,
-            threads: self.threads.map(|threads| threads as usize),
+            threads: self.threads.map(|threads| useful_threads(threads) as usize),
             ..Settings::default()
         };
         settings.validate()?;

@@ -15,7 +15,7 @@ pub struct Size {
 /// `WxH`, both above 0.
 pub fn size(text: &str) -> Result<Size, String> {
     let parts = text.split_once(['x', 'X']).and_then(|(width, height)| {
-        let side = |side: &str| side.parse().ok().filter(|&pixels| pixels > 0);
+        let side = |side: &str| side.trim().parse().ok().filter(|&pixels| pixels > 0);
         Some(Size {
             width: side(width)?,
             height: side(height)?,
@@ -57,6 +57,9 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
     }
 }
 
+/// The most frames of a turntable.
+pub const MOST_FRAMES: u32 = 10_000;
+
 /// `A-B`, or `A` alone.
 pub fn frames(text: &str) -> Result<FrameRange, String> {
     let number = |digits: &str| {
@@ -65,6 +68,9 @@ pub fn frames(text: &str) -> Result<FrameRange, String> {
     };
     let (first, last) = text.split_once('-').unwrap_or((text, text));
     match (number(first), number(last)) {
+        (Some(first), Some(last)) if first.max(last) > MOST_FRAMES => {
+            Err(format!("expected numbers from 1 to {MOST_FRAMES}"))
+        }
         (Some(first), Some(last)) if first <= last => Ok(FrameRange { first, last }),
         (Some(first), Some(last)) => Err(format!("expected the lower number first: {last}-{first}")),
         _ => Err("expected two numbers A-B from 1 on, such as 1-24, or one".into()),
@@ -166,13 +172,12 @@ mod tests {
 
     #[test]
     fn sizes() {
-        assert_eq!(
-            size("333x217"),
-            Ok(Size {
-                width: 333,
-                height: 217
-            })
-        );
+        let expected = Size {
+            width: 333,
+            height: 217,
+        };
+        assert_eq!(size("333x217"), Ok(expected));
+        assert_eq!(size("333 X 217"), Ok(expected));
         for text in [
             "",
             "x",
@@ -266,6 +271,8 @@ mod tests {
             "1..2",
             "1,2",
             "99999999999-3",
+            "1-10001",
+            "1-4294967295",
             "１-２",
         ] {
             assert!(frames(text).is_err(), "{text}");

@@ -5,6 +5,7 @@ use crate::{
     cli::{
         CliError,
         plan::{JsonTarget, VerifyPlan},
+        process::useful_threads,
     },
     verify::Settings,
 };
@@ -33,7 +34,7 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "N", conflicts_with_all = ["rays", "seconds"])]
     pub scene: Option<u64>,
 
-    /// Number of threads [default: one for each CPU]
+    /// Number of threads, of which no more than 4 for each CPU, or 64, are started [default: one for each CPU]
     #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     pub threads: Option<u32>,
 
@@ -53,7 +54,7 @@ impl VerifyArgs {
                 seed: self.seed,
                 rays: self.rays.or(self.seconds.is_none().then_some(DEFAULT_RAYS)),
                 scene: self.scene,
-                threads: self.threads.map(|threads| threads as usize),
+                threads: self.threads.map(|threads| useful_threads(threads) as usize),
             },
             time_limit: self.seconds.map(Duration::from_secs_f64),
             json: self.json.as_deref().map(JsonTarget::new).transpose()?,

@@ -13,6 +13,7 @@ use crate::{
         },
         write::{Inputs, json_line, write_json},
     },
+    error::clip,
     render::Settings,
     scene::{Camera, Scene},
 };
@@ -29,7 +30,7 @@ pub fn run(plan: &BenchPlan) -> Result<(), CliError> {
     let mut results = Vec::new();
     match &plan.scenes {
         BenchScenes::One(input, memory) => {
-            let name = input.path.display().to_string();
+            let name = input.path.to_string_lossy().into_owned();
             let mut inputs = Inputs::default();
             inputs.add(&input.path, "the scene");
             inputs.check_json(plan.json.as_ref())?;
@@ -75,7 +76,7 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     fn scene(&self, name: &str, scene: &Scene, camera: &Camera) -> Result<Vec<Measurement>, CliError> {
-        self.print(&format!("\n{name}\n"))?;
+        self.print(&format!("\n{}\n", clip(name)))?;
         let plan = self.plan;
         let Settings { width, height, .. } = plan.settings;
         let lights = scene.lights().x.len() as f64;

@@ -8,6 +8,7 @@ use crate::{
         report::quoted,
         write::{is_foreign, write_file},
     },
+    error::clip_path,
     generate::{Generated, Part, Shape, generate, write_ply},
 };
 use std::{fmt::Write as _, fs, io, path::Path};
@@ -22,7 +23,7 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
     let generated = generated.map_err(|error| CliError::Failed(error.to_string()))?;
     let folder = &plan.folder;
     fs::create_dir_all(folder)
-        .map_err(|error| CliError::writing(&format!("to the directory {}", folder.display()), &error))?;
+        .map_err(|error| CliError::writing(&format!("to the directory {}", clip_path(folder)), &error))?;
 
     let scene = folder.join(format!("{}.scn", plan.kind.name()));
     let mesh_path = |part: &Part| Some(folder.join(generated.mesh_file_name(part)?));
@@ -35,7 +36,7 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
         if let Some(file) = files.find(|file| is_foreign(file)) {
             return Err(CliError::Failed(format!(
                 "{} exists and was not made by `octray generate`; name another directory with -o or replace it with --force",
-                file.display()
+                clip_path(&file)
             )));
         }
     }
@@ -46,7 +47,7 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
         if let (Shape::Mesh(mesh), Some(path)) = (&part.shape, mesh_path(part)) {
             let written = write_file(&path, &interrupt, |out| write_ply(mesh, out));
             finished(&path, &interrupt, written)?;
-            let _ = writeln!(told, "{}: {} triangles", path.display(), mesh.triangles.len());
+            let _ = writeln!(told, "{}: {} triangles", clip_path(&path), mesh.triangles.len());
         }
     }
     let written = write_file(&scene, &interrupt, |out| generated.write_scn(out));
@@ -54,7 +55,7 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
     let _ = writeln!(
         told,
         "{}: {} spheres, {} lights",
-        scene.display(),
+        clip_path(&scene),
         sphere_count(&generated),
         generated.lights.len()
     );
@@ -78,7 +79,7 @@ fn sphere_count(generated: &Generated) -> usize {
 /// Whether a file was written and no signal came.
 fn finished(path: &Path, interrupt: &Interrupt, written: io::Result<()>) -> Result<(), CliError> {
     interrupt.check()?;
-    written.map_err(|error| CliError::writing(&path.display().to_string(), &error))
+    written.map_err(|error| CliError::writing(&clip_path(path), &error))
 }
 
 #[cfg(test)]

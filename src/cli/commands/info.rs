@@ -28,7 +28,7 @@ pub fn run(plan: &InfoPlan) -> Result<(), CliError> {
     let faults = scene.mesh_faults();
     memory::check_build(&scene, BuildQuality::Best)?;
     let bvh = Bvh::build(&scene);
-    let name = plan.path.display().to_string();
+    let name = plan.path.to_string_lossy().into_owned();
     let info = Info::new(name, &scene, faults, bvh.stats(), load_time);
     match &plan.json {
         Some(target) => write_json(target, &json_line(&info)),

@@ -14,11 +14,11 @@ use crate::{
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
         write::{AovKind, Inputs, Output, json_line, write_json},
     },
+    error::clip_path,
     render::{Renderer, Settings},
     scene::{Camera, Scene},
 };
 use std::{
-    io::{self, IsTerminal},
     path::Path,
     time::{Duration, Instant},
 };
@@ -64,7 +64,7 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
     let mut call = Call {
         plan,
         interrupt: &interrupt,
-        verbose: !plan.quiet && io::stderr().is_terminal(),
+        verbose: !plan.quiet && report::notes_to_terminal(),
         since: start,
         inputs: plan.inputs.clone(),
         verdicts: Verdicts::default(),
@@ -183,10 +183,8 @@ impl Call<'_> {
             return;
         }
         let empty = scene.primitive_count() == 0;
-        let empty = empty.then(|| format!("{}: the scene is empty", path.display()));
-        for note in notes.into_iter().chain(faults.warning(path)).chain(empty) {
-            report::warning(&note);
-        }
+        let empty = empty.then(|| format!("{}: the scene is empty", clip_path(path)));
+        report::warnings(faults.warning(path).into_iter().chain(empty).chain(notes));
     }
 
     /// Renders, writes and compares one picture.
@@ -234,13 +232,13 @@ impl Call<'_> {
         let figures = || {
             let aov = aovs.as_ref().and_then(|aovs| frame.aovs.report(aovs));
             let scene = (loaded.path, loaded.scene, loaded.faults);
-            RenderReport::new(scene, loaded.bvh, output.name(), settings, &stats, &times).with(aov)
+            RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times).with(aov)
         };
         if plan.stats {
             report::note(&figures().text());
         }
         match &plan.json {
-            Some(JsonTarget::Stdout) => report::print(&json_line(&figures()))?,
+            Some(target @ JsonTarget::Stdout) => write_json(target, &json_line(&figures()))?,
             Some(JsonTarget::File(_)) => self.json += &json_line(&figures()),
             None => {}
         }

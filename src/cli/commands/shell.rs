@@ -2,7 +2,7 @@
 
 use crate::{
     cli::{CliError, args},
-    error::escape,
+    error::clip,
 };
 use clap::Command;
 use clap_complete::Shell;
@@ -60,7 +60,7 @@ fn no_command(all: &Command, name: &str) -> CliError {
     let names: Vec<&str> = all.get_subcommands().map(Command::get_name).collect();
     CliError::Usage(format!(
         "no command `{}`, expected one of {}",
-        escape(name),
+        clip(name),
         names.join(", ")
     ))
 }

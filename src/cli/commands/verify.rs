@@ -13,11 +13,7 @@ use crate::{
     },
     verify::{self, Done, Implementations},
 };
-use std::{
-    io::{self, IsTerminal},
-    ops::ControlFlow,
-    time::Instant,
-};
+use std::{ops::ControlFlow, time::Instant};
 
 /// Verifies and prints the counts.
 ///
@@ -39,7 +35,7 @@ fn run_with(
     } = plan;
     let start = Instant::now();
     let is_quiet = *json == Some(JsonTarget::Stdout);
-    let bar = VerifyBar::new(!is_quiet && io::stderr().is_terminal(), settings.rays);
+    let bar = VerifyBar::new(!is_quiet && report::notes_to_terminal(), settings.rays);
     let report = |done: Done| {
         bar.show(done, start.elapsed(), *limit);
         if interrupt.requested() || limit.is_some_and(|limit| start.elapsed() >= limit) {

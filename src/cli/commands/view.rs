@@ -9,6 +9,7 @@ use crate::{
         report::{self, quoted},
         write::{Format, Inputs, Pixels, json_line, write_file, write_json},
     },
+    error::clip,
     render::ByteFilm,
     scene::{Scene, View},
     viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},
@@ -64,9 +65,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     inputs.add_scene(&program.input.path, &files, Some(&scene));
     inputs.check_json(json.as_ref())?;
     *program.lit_from() = lit_from;
-    for note in notes {
-        report::warning(&note);
-    }
+    report::warnings(notes);
     let View {
         eye,
         target,
@@ -82,7 +81,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     let path = &program.input.path;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let options = Options {
-        name: name.to_string_lossy().into_owned(),
+        name: clip(&name.to_string_lossy()),
         is_mesh: program.lit_from().is_some(),
         pose,
         settings,

@@ -7,7 +7,7 @@ use crate::{
         CliError,
         plan::{CameraOptions, StartView},
     },
-    error::escape,
+    error::clip,
     format::mesh::{LoadedMesh, UpAxis},
     scene::{Camera, FitView, Scene, View},
 };
@@ -164,25 +164,26 @@ fn find(owner: &str, names: &[&str], wanted: &str) -> Result<usize, CliError> {
 /// The message for an unknown camera.
 fn no_camera(owner: &str, names: &[&str], wanted: &str) -> String {
     const MOST_NAMES: usize = 8;
-    let found = escape(wanted);
+    let found = clip(wanted);
     if names.is_empty() {
         return format!("no camera `{found}`: {owner} defines none; use --view or --eye");
     }
+    // The distance takes quadratic time and memory.
     let near = names
         .iter()
-        .filter(|other| !other.is_empty())
+        .filter(|other| !other.is_empty() && wanted.len() < 100)
         .map(|other| (strsim::damerau_levenshtein(wanted, other), other))
         .min()
         .filter(|(distance, other)| *distance <= other.len().div_ceil(3));
     if let Some((_, near)) = near {
-        return format!("no camera `{found}` in {owner}, did you mean `{}`?", escape(near));
+        return format!("no camera `{found}` in {owner}, did you mean `{}`?", clip(near));
     }
     let mut list: Vec<String> = (1..)
         .zip(names)
         .take(MOST_NAMES)
         .map(|(number, &name)| match name {
             "" => format!("{number} (unnamed)"),
-            name => format!("`{}`", escape(name)),
+            name => format!("`{}`", clip(name)),
         })
         .collect();
     if names.len() > MOST_NAMES {

@@ -1,6 +1,9 @@
 //! Faults in a mesh's data: which are counted, and when to warn.
 
-use crate::scene::{MeshFaults, Scene};
+use crate::{
+    error::clip_path,
+    scene::{MeshFaults, Scene},
+};
 use std::path::Path;
 
 /// Larger meshes are only checked for triangles without area: the other checks take as long as building the BVH.
@@ -41,7 +44,7 @@ impl Faults {
             .filter_map(|&(count, what)| Some(format!("{} {what}", count.filter(|&count| count > many)?)))
             .collect();
         let said = said.join(", ");
-        let path = crate::error::escape(&path.display().to_string()).into_owned();
+        let path = clip_path(path);
         (!said.is_empty()).then(|| format!("{path}: of {} triangles, {said}", self.triangles))
     }
 }

@@ -6,7 +6,7 @@ use crate::{
         CliError,
         plan::{InputKind, InputPlan, kind_of, name},
     },
-    error::{LoadError, SceneError, escape},
+    error::{LoadError, SceneError, clip_path},
     format::{self, Loaded, mesh::LoadedMesh},
     scene::{Camera, NamedCamera, Scene, SceneBuilder},
 };
@@ -78,7 +78,7 @@ fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Result<In
     if let Some(degrees) = mesh.smooth_degrees {
         if !loaded.columns.normals.is_empty() {
             let note = "the mesh has normals of its own, so --smooth-angle has no effect";
-            loaded.notes.push(format!("{}: {note}", path.display()));
+            loaded.notes.push(format!("{}: {note}", clip_path(path)));
         }
         loaded.columns.smooth_normals(degrees);
     }
@@ -149,10 +149,12 @@ fn refuse_nothing(path: &Path, loaded: &LoadedMesh) -> Result<(), CliError> {
         1 => "1 vertex".to_owned(),
         count => format!("{count} vertices"),
     };
+    const MOST_NOTES: usize = 3;
     let left_out: String = loaded
         .notes
         .iter()
-        .map(|note| format!("; {}", escape(note)))
+        .take(MOST_NOTES)
+        .map(|note| format!("; {note}"))
         .collect();
     let message = format!("no triangles to render ({vertices}; points and lines are not rendered){left_out}");
     Err(LoadError::whole_file(path, message).into())

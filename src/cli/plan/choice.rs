@@ -4,14 +4,14 @@ use super::{InputPlan, is_standard_input};
 use crate::{
     accel::BuildQuality,
     bench::Method,
-    cli::CliError,
+    cli::{CliError, report, write::follow_links},
+    error::clip_path,
     generate::{self, Kind},
     render::Settings,
     verify,
     whole_file::folder_of,
 };
 use std::{
-    fs,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -56,28 +56,27 @@ impl JsonTarget {
     /// [`CliError::Failed`] if it is a directory or in a directory that does not exist.
     pub fn new(path: &Path) -> Result<Self, CliError> {
         if is_standard_input(path) {
+            report::check_stdout()?;
             return Ok(Self::Stdout);
         }
         let folder = folder_of(path);
         let why = if path.is_dir() {
             "it is a directory".to_owned()
         } else if !folder.is_dir() {
-            format!("directory `{}` does not exist", folder.display())
+            format!("directory `{}` does not exist", clip_path(folder))
         } else {
             return Ok(Self::File(path.to_owned()));
         };
         Err(CliError::Failed(format!(
             "cannot write {}: {why}",
-            path.display()
+            clip_path(path)
         )))
     }
 
     /// Whether it is the file of [`Output::place`](crate::cli::write::Output::place).
     pub fn is_at(&self, place: &Path) -> bool {
         let Self::File(path) = self else { return false };
-        let folder = fs::canonicalize(folder_of(path));
-        let in_folder = folder.ok().zip(path.file_name());
-        in_folder.is_some_and(|(folder, name)| folder.join(name) == place)
+        follow_links(path).is_ok_and(|path| path == place)
     }
 }
 

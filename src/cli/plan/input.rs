@@ -2,7 +2,7 @@
 
 use crate::{
     cli::CliError,
-    error::escape,
+    error::clip_path,
     format::{
         self, Detected,
         mesh::{MeshFormat, UpAxis},
@@ -134,7 +134,7 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
     if !is_scene || OTHER_KINDS.iter().any(|&other| extension == other) {
         return Err(CliError::Failed(format!(
             "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .stl, .gltf, .glb)",
-            escape(&path.display().to_string())
+            clip_path(path)
         )));
     }
     Ok(InputKind::Scene)
@@ -169,7 +169,7 @@ impl MeshOptions {
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(CliError::Usage(format!(
                 "{option} applies to meshes only (.ply, .obj, .stl, .gltf, .glb), and {} is a scene",
-                scene.display()
+                clip_path(scene)
             ))),
             None => Ok(()),
         }

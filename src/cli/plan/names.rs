@@ -13,12 +13,20 @@ pub struct PicturePath {
     pub origin: Origin,
 }
 
+impl PicturePath {
+    /// The same, but not as the user's own words unless `is_typed`.
+    pub fn typed_if(self, is_typed: bool) -> Self {
+        let origin = if is_typed { self.origin } else { Origin::Derived };
+        Self { origin, ..self }
+    }
+}
+
 /// Who chose the name of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// The user typed the whole path.
+    /// The user typed the whole path on the command line.
     Typed,
-    /// octray made it from a pattern or another name.
+    /// It comes from a config file, or octray made it from a pattern or another name.
     Derived,
 }
 

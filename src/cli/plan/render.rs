@@ -10,6 +10,7 @@ use crate::{
         load::memory::{self, PixelBytes},
         write::{AovFiles, AovKind, Comparison, Inputs, Output},
     },
+    error::clip_path,
     render::{Settings, Transfer},
 };
 use std::{
@@ -115,6 +116,8 @@ pub struct Pictures<'a> {
     pub picture: &'a PictureOptions,
     /// The pattern of `--output`.
     pub output: Option<&'a Path>,
+    /// Whether it stands on the command line, and not in a config file.
+    pub is_typed: bool,
     pub turntable: Option<Turntable>,
     pub skip_existing: bool,
     /// Replace files that octray did not write.
@@ -129,6 +132,8 @@ pub struct CompareOptions<'a> {
     pub reference: &'a Path,
     /// The pattern of `--difference`.
     pub difference: Option<&'a Path>,
+    /// Whether it stands on the command line, and not in a config file.
+    pub is_typed: bool,
     /// Levels of 255.
     pub tolerance: f32,
     /// Share of all pixels that may differ.
@@ -188,7 +193,7 @@ impl Pictures<'_> {
     }
 
     fn frame(&self, scene: &Path, turn: Option<Turn>, places: &mut Places) -> Result<Frame, CliError> {
-        let path = names::picture(self.output, scene, turn);
+        let path = names::picture(self.output, scene, turn).typed_if(self.is_typed);
         let output = Output::prepare(&path, self.size(), self.force)?;
         output.check(self.picture)?;
         places.claim(&output, scene, turn.is_some())?;
@@ -218,7 +223,8 @@ impl Pictures<'_> {
         places: &mut Places,
     ) -> Result<Comparison, CliError> {
         let beside = output.is_file().then_some(path);
-        let difference = names::difference(options.difference, beside, scene, turn);
+        let difference =
+            names::difference(options.difference, beside, scene, turn).typed_if(options.is_typed);
         let difference = Output::prepare(&difference, self.size(), self.force)?;
         places.claim(&difference, scene, turn.is_some())?;
         let reference = names::picture(Some(options.reference), scene, turn).path;
@@ -263,7 +269,7 @@ impl Places {
         };
         let name = output.name();
         Err(CliError::Usage(if first != scene {
-            let (first, scene) = (first.display(), scene.display());
+            let (first, scene) = (clip_path(&first), clip_path(scene));
             let hint = match output.origin() {
                 Origin::Typed => "use {stem} in the name, which stands for the scene's name",
                 Origin::Derived => "render them in two calls, each with its own --output",
@@ -274,7 +280,7 @@ impl Places {
                 "several frames would be written to {name}; add a run of # for the frame number, as in a-####.png"
             )
         } else {
-            format!("{} would be written to {name} twice", scene.display())
+            format!("{} would be written to {name} twice", clip_path(scene))
         }))
     }
 }

@@ -4,4 +4,4 @@ mod interrupt;
 mod threads;
 
 pub use interrupt::Interrupt;
-pub use threads::start as start_threads;
+pub use threads::{start as start_threads, useful as useful_threads};

@@ -4,13 +4,35 @@
 //! Tuned: see docs/lab-notes.md#pinned-threads
 
 use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
+use std::{env, thread};
 
-/// Starts the threads. On its own, rayon would start them when first needed, and panic if that fails.
+/// More threads than this many for each CPU are of no use ...
+const MOST_OF_CPU: usize = 4;
+/// ... but so many are started if they are asked for.
+const ALWAYS_ALLOWED: usize = 64;
+
+/// Starts the threads, as many as `RAYON_NUM_THREADS` asks for or there are CPUs. On its own, rayon would start them when
+/// first needed, and panic if that fails.
 ///
 /// # Errors
 /// [`ThreadPoolBuildError`] if the system refuses.
 pub fn start() -> Result<(), ThreadPoolBuildError> {
-    each_on_its_own_cpu(ThreadPoolBuilder::new()).build_global()
+    let asked = env::var("RAYON_NUM_THREADS").ok();
+    let asked = asked
+        .and_then(|number| number.parse::<u32>().ok())
+        .filter(|&number| number > 0);
+    let threads = asked.map_or_else(cpus, |asked| useful(asked) as usize);
+    each_on_its_own_cpu(ThreadPoolBuilder::new().num_threads(threads)).build_global()
+}
+
+/// As many threads as were asked for, but no more than can be of use: the picture is the same.
+pub fn useful(asked: u32) -> u32 {
+    let most = (MOST_OF_CPU * cpus()).max(ALWAYS_ALLOWED);
+    asked.min(u32::try_from(most).unwrap_or(u32::MAX))
+}
+
+fn cpus() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Pins each thread to a CPU, if there are at least as many CPUs as threads.

@@ -3,14 +3,14 @@
 use super::{SCHEMA, faults_text, grouped};
 use crate::{
     accel::BvhStats,
-    error::{escape, in_bytes},
+    error::{clip, in_bytes},
     scene::{Material, MeshFaults, NamedCamera, Scene},
 };
 use serde::Serialize;
 use std::{fmt::Write, time::Duration};
 
 /// The most lights, materials, cameras, included files or notes in the text; JSON has all of them.
-const MOST_LINES: usize = 20;
+const MOST_LINES: usize = 8;
 
 /// The contents of a scene and of its BVH.
 #[derive(Debug, Serialize)]
@@ -135,7 +135,7 @@ impl Info {
                 .sources()
                 .includes
                 .iter()
-                .map(|path| path.display().to_string())
+                .map(|path| path.to_string_lossy().into_owned())
                 .collect(),
             notes: scene.sources().notes.clone(),
             bounds: (!bounds.is_empty()).then(|| Bounds {
@@ -180,31 +180,20 @@ impl Info {
             Some(self.duplicate_triangles),
             Some(self.inverted_triangles),
         );
-        line("scene", self.scene.clone());
+        line("scene", clip(&self.scene));
         line("vertices", count(self.vertices));
         line("triangles", format!("{} ({faults})", count(self.triangles)));
         line("spheres", count(self.spheres));
         line("lights", count(self.lights));
-        for light in self.light_list.iter().take(MOST_LINES) {
-            line("", light.text());
-        }
-        for used in self.materials.iter().take(MOST_LINES) {
-            line(
-                &format!("material {}", used.index),
-                format!("{}, {} primitives", used.statement, count(used.primitives)),
-            );
-        }
+        some(&mut lines, "  light", &self.light_list, LightInfo::text);
+        some(&mut lines, "material", &self.materials, MaterialUse::text);
+        let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));
         line("ambient", self.ambient.to_string());
         line("background", self.background.text());
-        for camera in self.cameras.iter().take(MOST_LINES) {
-            line("camera", camera.text());
-        }
-        for path in self.includes.iter().take(MOST_LINES) {
-            line("includes", escape(path).into_owned());
-        }
-        for note in self.notes.iter().take(MOST_LINES) {
-            line("note", escape(note).into_owned());
-        }
+        some(&mut lines, "camera", &self.cameras, CameraInfo::text);
+        some(&mut lines, "includes", &self.includes, |path| clip(path));
+        some(&mut lines, "note", &self.notes, |note| clip(note));
+        let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));
         match &self.bounds {
             Some(Bounds { lower, upper }) => {
                 line("bounds, lower", list(*lower));
@@ -235,14 +224,42 @@ impl Info {
         line("  nodes", count(bvh.nodes));
         line("  triangle blocks", count(bvh.triangle_blocks));
         line("  sphere blocks", count(bvh.sphere_blocks));
-        line("  leaf sizes 1..8", bvh.leaf_sizes.map(count).join(", "));
-        line("  children 1..8", bvh.child_counts.map(count).join(", "));
+        line("  leaf sizes", by_size(bvh.leaf_sizes, "blocks", "primitives"));
+        line("  node sizes", by_size(bvh.child_counts, "nodes", "children"));
         lines
     }
 }
 
+/// Adds a line for each of the first items, and one that counts the others.
+fn some<T>(lines: &mut Vec<(String, String)>, name: &str, items: &[T], text: impl Fn(&T) -> String) {
+    let shown = items.iter().take(MOST_LINES);
+    lines.extend(shown.map(|item| (name.to_owned(), text(item))));
+    if let more @ 1.. = items.len().saturating_sub(MOST_LINES) {
+        lines.push((name.to_owned(), format!("and {} more", count(more))));
+    }
+}
+
+/// `12 blocks of 1, 3 of 2 primitives`.
+fn by_size(counts: [usize; 8], what: &str, parts: &str) -> String {
+    let sizes = (1..).zip(counts).filter(|&(_, number)| number > 0);
+    let mut listed: Vec<String> = sizes
+        .map(|(size, number)| format!("{} of {size}", count(number)))
+        .collect();
+    match listed.first_mut() {
+        Some(first) => *first = first.replacen(" of", &format!(" {what} of"), 1),
+        None => return "none".into(),
+    }
+    format!("{} {parts}", listed.join(", "))
+}
+
 fn count(number: usize) -> String {
     grouped(number as u64)
+}
+
+impl MaterialUse {
+    fn text(&self) -> String {
+        format!("{}, {} primitives", self.statement, count(self.primitives))
+    }
 }
 
 impl LightInfo {
@@ -282,15 +299,20 @@ impl CameraInfo {
         let name = self
             .name
             .as_ref()
-            .map_or_else(String::new, |name| format!("\"{}\" ", escape(name)));
+            .map_or_else(String::new, |name| format!("\"{}\" ", clip(name)));
         format!(
             "{name}eye {} target {} up {} fov {}",
-            list(self.eye),
-            list(self.target),
-            list(self.up),
-            self.fov
+            list(rounded(self.eye)),
+            list(rounded(self.target)),
+            list(rounded(self.up)),
+            self.fov as f32
         )
     }
+}
+
+/// Cameras of meshes are made of `f32`: more digits would be noise.
+fn rounded(vector: [f64; 3]) -> [f32; 3] {
+    vector.map(|number| number as f32)
 }
 
 /// Three numbers as in a scene file.

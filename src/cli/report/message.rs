@@ -1,31 +1,189 @@
-//! Where messages go. All of them begin as clap's do.
+//! Where everything goes that octray says. Messages begin as clap's do.
+//!
+//! What is printed may hold names and values of strangers' files. Those who make a message clip each value; here the
+//! whole is made safe once more, whatever is in it: escaped, and cut at about a screen.
 
-use crate::{cli::CliError, error::escape};
-use std::io::{self, Write};
+use crate::{
+    cli::CliError,
+    error::{clip, escape, is_unprintable},
+};
+use std::io::{self, IsTerminal, Write};
+
+/// The longest message, bytes.
+const MOST_BYTES: usize = 4000;
+/// The longest message, lines.
+const MOST_LINES: usize = 60;
+/// Warnings about one input.
+const MOST_WARNINGS: usize = 20;
 
 /// Writes a command's answer to standard output.
 ///
 /// # Errors
 /// [`CliError::ClosedPipe`] if the reader has gone, else [`CliError::Failed`].
 pub fn print(text: &str) -> Result<(), CliError> {
+    let lines: Vec<_> = text.split('\n').map(escape).collect();
+    print_bytes(lines.join("\n").as_bytes())
+}
+
+/// Writes a picture, a script or JSON to standard output, as it is.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_bytes(bytes: &[u8]) -> Result<(), CliError> {
+    check_stdout()?;
     let mut stdout = io::stdout().lock();
     stdout
-        .write_all(text.as_bytes())
+        .write_all(bytes)
         .and_then(|()| stdout.flush())
         .map_err(|error| CliError::writing("standard output", &error))
 }
 
+/// Refuses a standard output that was closed or opened for reading: the standard library would take all writes for
+/// done.
+///
+/// # Errors
+/// [`CliError::Failed`].
+pub fn check_stdout() -> Result<(), CliError> {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::fs::{OFlags, fcntl_getfl};
+        let flags = fcntl_getfl(io::stdout());
+        if !flags.is_ok_and(|flags| flags.intersects(OFlags::WRONLY | OFlags::RDWR)) {
+            return Err(CliError::Failed(
+                "cannot write standard output: it is closed, or open for reading only".into(),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Writes what a library has put to standard output behind its buffer.
+///
+/// # Errors
+/// As [`print`].
+pub fn flush() -> Result<(), CliError> {
+    check_stdout()?;
+    (io::stdout().flush()).map_err(|error| CliError::writing("standard output", &error))
+}
+
+/// Whether standard output is a terminal.
+pub fn prints_to_terminal() -> bool {
+    io::stdout().is_terminal()
+}
+
+/// Whether messages go to a terminal, where progress can be shown.
+pub fn notes_to_terminal() -> bool {
+    io::stderr().is_terminal()
+}
+
 /// Writes to standard error. A closed standard error is not a failure.
 pub fn note(text: &str) {
-    let _ = io::stderr().write_all(text.as_bytes());
+    let _ = io::stderr().write_all(on_a_screen(text).as_bytes());
 }
 
 /// Warns on standard error.
 pub fn warning(text: &str) {
-    note(&format!("warning: {}\n", escape(text)));
+    note(&format!("warning: {}\n", one_line(text)));
+}
+
+/// Warns of each of these, or of the first and how many there are besides.
+pub fn warnings(texts: impl IntoIterator<Item = String>) {
+    let mut texts = texts.into_iter();
+    texts.by_ref().take(MOST_WARNINGS).for_each(|text| warning(&text));
+    match texts.count() {
+        0 => {}
+        1 => note("warning: and 1 more warning\n"),
+        more => note(&format!("warning: and {more} more warnings\n")),
+    }
 }
 
 /// Says on standard error why a command failed.
 pub fn error(text: &str) {
     note(&format!("error: {text}\n"));
+}
+
+/// Several values may be in it.
+fn one_line(text: &str) -> String {
+    const MOST: usize = 1000;
+    match text.char_indices().nth(MOST) {
+        Some(_) => clip(text),
+        None => escape(text).into_owned(),
+    }
+}
+
+/// The lines of `text`, escaped, as far as they are no longer than a screen.
+fn on_a_screen(text: &str) -> String {
+    let ends = text.ends_with('\n');
+    let mut lines = text.strip_suffix('\n').unwrap_or(text).split('\n');
+    let mut shown = String::new();
+    for (i, line) in lines.by_ref().take(MOST_LINES).enumerate() {
+        if i > 0 {
+            shown.push('\n');
+        }
+        // Bytes beyond the limit are not even looked at.
+        let room = MOST_BYTES.saturating_sub(shown.len());
+        let head = line.get(..line.floor_char_boundary(room)).unwrap_or_default();
+        let escaped = escape(head);
+        let end = escaped.floor_char_boundary(room);
+        shown.push_str(escaped.get(..end).unwrap_or_default());
+        if head.len() < line.len() || end < escaped.len() {
+            shown.push_str("...");
+            break;
+        }
+    }
+    match lines.count() {
+        0 => {}
+        1 => shown.push_str("\n... and 1 more line"),
+        more => shown.push_str(&format!("\n... and {more} more lines")),
+    }
+    if ends {
+        shown.push('\n');
+    }
+    shown
+}
+
+/// JSON in which no character acts on a terminal. Outside of strings JSON has none but the newline at the end.
+pub fn tame_json(json: &str) -> String {
+    let is_odd = |c: char| c != '\n' && is_unprintable(c);
+    if !json.contains(is_odd) {
+        return json.to_owned();
+    }
+    let mut tame = String::with_capacity(json.len() + 16);
+    for c in json.chars() {
+        if is_odd(c) {
+            for unit in c.encode_utf16(&mut [0; 2]) {
+                tame.push_str(&format!("\\u{unit:04x}"));
+            }
+        } else {
+            tame.push(c);
+        }
+    }
+    tame
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_message_fits_on_a_screen() {
+        assert_eq!(on_a_screen("a\nb\n"), "a\nb\n");
+        assert_eq!(on_a_screen("a\u{1b}[2J\tb"), "a\\u{1b}[2J\\tb");
+        let long = on_a_screen(&"\u{e9}".repeat(1 << 20));
+        assert!(long.len() <= MOST_BYTES + 3 && long.ends_with("\u{e9}..."));
+        let many = on_a_screen(&"x\n".repeat(1000));
+        assert_eq!(many.lines().count(), MOST_LINES + 1);
+        assert!(many.ends_with("x\n... and 940 more lines\n"), "{many}");
+        let long_lines = on_a_screen(&format!("{}\n", "y".repeat(3000)).repeat(10));
+        assert!(long_lines.len() < MOST_BYTES + 50 && long_lines.ends_with("y...\n... and 8 more lines\n"));
+    }
+
+    #[test]
+    fn json_stays_json() {
+        let words = "a\u{1b}\u{7f}\u{9b}\u{61c}\u{202e}\u{e0041}\n\"";
+        let json = serde_json::to_string(words).unwrap() + "\n";
+        let tame = tame_json(&json);
+        assert_eq!(serde_json::from_str::<String>(&tame).unwrap(), words);
+        assert!(tame.is_ascii() && tame.matches('\n').count() == 1, "{tame}");
+    }
 }

@@ -13,7 +13,10 @@ pub mod version;
 mod written;
 
 pub use aov::AovReport;
-pub use message::{error, note, print, warning};
+pub use message::{
+    check_stdout, error, flush, note, notes_to_terminal, print, print_bytes, prints_to_terminal, tame_json,
+    warning, warnings,
+};
 pub use progress::{RenderBar, VerifyBar};
 pub use stats::{RenderReport, Times};
 pub use text::{SCHEMA, faults_text, grouped, quoted};

@@ -4,7 +4,7 @@ use super::{AovReport, SCHEMA, faults_text, grouped};
 use crate::{
     accel::Bvh,
     cli::load::faults::Faults,
-    error::in_bytes,
+    error::{clip, in_bytes},
     render::{FrameStats, Mode, Settings},
     scene::Scene,
     simd,
@@ -96,7 +96,7 @@ impl RenderReport {
         let rays = frame.rays;
         Self {
             schema: SCHEMA,
-            scene: path.display().to_string(),
+            scene: path.to_string_lossy().into_owned(),
             output: output.to_owned(),
             width: settings.window().width(),
             height: settings.window().height(),
@@ -173,7 +173,7 @@ impl RenderReport {
         ]
         .map(|seconds| seconds * 1e3);
         let lines = [
-            ("scene", self.scene.clone()),
+            ("scene", clip(&self.scene)),
             (
                 "primitives",
                 format!(
@@ -224,7 +224,7 @@ impl RenderReport {
     fn picture_text(&self) -> String {
         format!(
             "{}, {}x{}, {} {} per pixel, depth {}, shadows {}",
-            self.output,
+            clip(&self.output),
             self.width,
             self.height,
             self.samples,

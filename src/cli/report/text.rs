@@ -1,5 +1,6 @@
 //! Numbers and paths as text.
 
+use crate::error::escape;
 use std::path::Path;
 
 /// The version of all JSON answers. Increased when a field changes its meaning or goes.
@@ -31,12 +32,12 @@ pub fn grouped(number: u64) -> String {
 
 /// A path, quoted for a shell if need be.
 pub fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
+    let text = path.to_string_lossy();
     let plain = |c: char| c.is_alphanumeric() || "/\\._-:+,".contains(c);
     if text.chars().all(plain) {
-        text
+        text.into_owned()
     } else {
-        format!("'{}'", text.replace('\'', "'\\''"))
+        format!("'{}'", escape(&text).replace('\'', "'\\''"))
     }
 }
 

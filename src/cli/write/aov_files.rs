@@ -12,6 +12,7 @@ use crate::{
         process::Interrupt,
         report::AovReport,
     },
+    error::clip_path,
     render::{Aovs, OnProgress, RenderError, Renderer, Settings, Transfer},
     scene::{Camera, Scene},
 };
@@ -53,7 +54,7 @@ impl AovFiles {
                 let file = aov_path(&path.path, which.name()).ok_or_else(|| {
                     CliError::Usage(format!(
                         "--aov derives its file names from the picture's, and {} has none: use a file such as -o a.png",
-                        path.path.display()
+                        clip_path(&path.path)
                     ))
                 })?;
                 files.push(Output::prepare(&file, size, force)?);

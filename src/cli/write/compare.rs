@@ -6,13 +6,16 @@ use super::{
 };
 use crate::{
     cli::{CliError, plan::CompareOptions, process::Interrupt},
+    error::{clip, clip_path, in_bytes},
+    format,
     render::{ByteFilm, Film, Transfer, quantize},
 };
-use image::{DynamicImage, ImageReader, Limits};
+use image::{DynamicImage, ImageError, ImageReader, ImageResult, Limits};
 use std::{
     borrow::Cow,
-    fs::{self, File},
-    io::{self, BufReader},
+    fs::File,
+    io::{self, BufReader, Read, Take},
+    panic::{self, AssertUnwindSafe},
     path::{Path, PathBuf},
 };
 
@@ -57,14 +60,13 @@ impl Comparison {
                 difference.name()
             )));
         }
-        let found = open(&reference)?
-            .into_dimensions()
-            .map_err(|error| unreadable(&reference, &error))?;
+        let size = (width, height);
+        let found = read(&reference, size, ImageReader::into_dimensions)?;
         if found != (width, height) {
             return Err(CliError::Failed(format!(
                 "cannot compare pictures of different sizes: the picture has {width}x{height} pixels, the reference {} \
                  has {}x{}",
-                reference.display(),
+                clip_path(&reference),
                 found.0,
                 found.1
             )));
@@ -115,21 +117,20 @@ impl Comparison {
     }
 
     fn read(&self) -> Result<DynamicImage, CliError> {
-        let mut reader = open(&self.reference)?;
-        let mut limits = Limits::default();
-        let pixels = u64::from(self.width) * u64::from(self.height);
-        limits.max_alloc = Some(DECODER_BYTES + 2 * PIXEL_BYTES * pixels);
-        limits.max_image_width = Some(self.width);
-        limits.max_image_height = Some(self.height);
-        reader.limits(limits);
-        let picture = reader
-            .decode()
-            .map_err(|error| unreadable(&self.reference, &error))?;
+        let size @ (width, height) = (self.width, self.height);
+        let picture = read(&self.reference, size, |mut reader| {
+            let mut limits = Limits::default();
+            limits.max_alloc = Some(DECODER_BYTES + 2 * picture_bytes(size));
+            limits.max_image_width = Some(width);
+            limits.max_image_height = Some(height);
+            reader.limits(limits);
+            reader.decode()
+        })?;
         // The file may have changed since it was checked.
         if (picture.width(), picture.height()) != (self.width, self.height) {
             return Err(CliError::Failed(format!(
                 "the reference {} has changed its size since it was checked",
-                self.reference.display()
+                clip_path(&self.reference)
             )));
         }
         Ok(picture)
@@ -155,30 +156,65 @@ impl Comparison {
     }
 }
 
-/// Opens a picture and guesses its format from its first bytes. Files only: a pipe might block.
-fn open(path: &Path) -> Result<ImageReader<BufReader<File>>, CliError> {
-    let open = || {
-        if !fs::metadata(path)?.is_file() {
-            return Err(io::Error::other("not a regular file"));
-        }
-        ImageReader::open(path)?.with_guessed_format()
-    };
-    open().map_err(|error| unreadable(path, &image::ImageError::IoError(error)))
+fn picture_bytes((width, height): (u32, u32)) -> u64 {
+    u64::from(width) * u64::from(height) * PIXEL_BYTES
 }
 
-fn unreadable(path: &Path, error: &image::ImageError) -> CliError {
+/// A picture's file, of which no more is read than was there when it was opened.
+type Reader = ImageReader<BufReader<Take<File>>>;
+
+/// Reads a picture that should have this size with `work`, in the format of its first bytes.
+fn read<T>(
+    path: &Path,
+    size: (u32, u32),
+    work: impl FnOnce(Reader) -> ImageResult<T>,
+) -> Result<T, CliError> {
+    let file = open(path, size).map_err(ImageError::IoError);
+    let reader = file.and_then(|file| Ok(ImageReader::new(BufReader::new(file)).with_guessed_format()?));
+    let read = reader.and_then(|reader| without_panic(|| work(reader)));
+    read.map_err(|error| unreadable(path, &error))
+}
+
+/// Opens a regular file that is no larger than a picture of this size can be: some decoders read the whole file at once.
+fn open(path: &Path, size: (u32, u32)) -> io::Result<Take<File>> {
+    let file = format::open_file(path)?;
+    let found = file.metadata()?;
+    if !found.is_file() {
+        return Err(io::Error::other("not a regular file"));
+    }
+    let most = DECODER_BYTES + picture_bytes(size);
+    if found.len() > most {
+        return Err(io::Error::other(format!(
+            "the file has {}, expected at most {} for a picture of {}x{}",
+            in_bytes(found.len()),
+            in_bytes(most),
+            size.0,
+            size.1
+        )));
+    }
+    Ok(file.take(found.len()))
+}
+
+/// Makes a panic of a decoder an error. Its message would go to standard error.
+fn without_panic<T>(work: impl FnOnce() -> ImageResult<T>) -> ImageResult<T> {
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let done = panic::catch_unwind(AssertUnwindSafe(work));
+    panic::set_hook(hook);
+    done.unwrap_or_else(|_| Err(ImageError::IoError(io::Error::other("its decoder failed"))))
+}
+
+fn unreadable(path: &Path, error: &ImageError) -> CliError {
     let reason = match error {
-        image::ImageError::IoError(error) if error.kind() == io::ErrorKind::NotFound => {
-            "no such file".to_owned()
-        }
-        image::ImageError::IoError(error) => error.to_string(),
-        image::ImageError::Unsupported(_) => {
+        ImageError::IoError(error) if error.kind() == io::ErrorKind::NotFound => "no such file".to_owned(),
+        ImageError::IoError(error) => error.to_string(),
+        ImageError::Unsupported(_) => {
             "unknown picture format, expected PNG, PPM, QOI, JPEG, BMP, TIFF or EXR".to_owned()
         }
         error => error.to_string(),
     };
-    let reason = crate::error::escape(&reason).into_owned();
-    CliError::Failed(format!("cannot read the reference {}: {reason}", path.display()))
+    let reason = clip(&reason);
+    CliError::Failed(format!("cannot read the reference {}: {reason}", clip_path(path)))
 }
 
 /// A decoded picture with alpha: floats if its file has floats, else bytes.
@@ -306,7 +342,7 @@ impl Figures {
             "{name} {} {}: {} of {} pixels ({:.3} %) differ by more than {tolerance} of 255 levels, the most by {}, \
              {:.4} on average",
             if agrees { "agrees with" } else { "differs from" },
-            reference.display(),
+            clip_path(reference),
             self.differing,
             self.pixels,
             100.0 * self.differing as f64 / self.pixels as f64,

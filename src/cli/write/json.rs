@@ -1,17 +1,20 @@
 //! JSON answers, one line each.
 
 use super::guarded;
-use crate::cli::{CliError, plan::JsonTarget, process::Interrupt, report};
+use crate::{
+    cli::{CliError, plan::JsonTarget, process::Interrupt, report},
+    error::clip_path,
+};
 use serde::Serialize;
 use std::{
     fs::{self, OpenOptions},
     io::Write,
 };
 
-/// An answer as one line of JSON.
+/// An answer as one line of JSON, which does not act on a terminal.
 pub fn json_line(json: &impl Serialize) -> String {
     // Plain structs of numbers and strings always serialize.
-    serde_json::to_string(json).unwrap_or_default() + "\n"
+    report::tame_json(&(serde_json::to_string(json).unwrap_or_default() + "\n"))
 }
 
 /// Writes lines of [`json_line`]. A file is written whole or not at all.
@@ -20,7 +23,7 @@ pub fn json_line(json: &impl Serialize) -> String {
 /// [`CliError::Failed`] or [`CliError::ClosedPipe`].
 pub fn write_json(target: &JsonTarget, lines: &str) -> Result<(), CliError> {
     let path = match target {
-        JsonTarget::Stdout => return report::print(lines),
+        JsonTarget::Stdout => return report::print_bytes(lines.as_bytes()),
         JsonTarget::File(path) => path,
     };
     // A device or a pipe is written through: replacing it would make it a file.
@@ -30,5 +33,5 @@ pub fn write_json(target: &JsonTarget, lines: &str) -> Result<(), CliError> {
     } else {
         guarded::write(path, &Interrupt::default(), |out| out.write_all(lines.as_bytes()))
     };
-    written.map_err(|error| CliError::writing(&path.display().to_string(), &error))
+    written.map_err(|error| CliError::writing(&clip_path(path), &error))
 }

@@ -18,7 +18,7 @@ pub use compare::{Comparison, Verdict};
 pub use encode::Format;
 pub use guarded::write as write_file;
 pub use json::{json_line, write_json};
-pub use output::Output;
+pub use output::{Output, follow_links};
 #[cfg(feature = "viewer")]
 pub use picture::Pixels;
 pub use replace::{Inputs, is_foreign};

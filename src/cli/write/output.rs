@@ -10,13 +10,15 @@ use crate::{
         CliError,
         plan::{Origin, PictureOptions, PicturePath, is_standard_input},
         process::Interrupt,
+        report,
     },
+    error::clip_path,
     render::Transfer,
     whole_file::{Temporary, folder_of},
 };
 use std::{
     fs::{self, File, OpenOptions, Permissions},
-    io::{self, IsTerminal, Write},
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
@@ -52,6 +54,7 @@ struct Old {
 #[derive(Debug)]
 pub struct Output {
     name: String,
+    full_name: String,
     origin: Origin,
     /// Replaces no file that octray did not write.
     is_careful: bool,
@@ -77,8 +80,13 @@ impl Output {
             Self::file(path)?
         };
         format.check_size(width, height)?;
+        let full_name = match place {
+            Place::Stdout => name.clone(),
+            Place::Special(_) | Place::File { .. } => path.to_string_lossy().into_owned(),
+        };
         Ok(Self {
             name,
+            full_name,
             origin: *origin,
             is_careful: *origin == Origin::Derived && !force,
             place,
@@ -89,6 +97,11 @@ impl Output {
     /// What to call it in messages.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The whole name, which may hold anything.
+    pub fn full_name(&self) -> &str {
+        &self.full_name
     }
 
     /// Who chose its name.
@@ -156,7 +169,8 @@ impl Output {
     }
 
     fn stdout() -> Result<(String, Place, Format), CliError> {
-        if io::stdout().is_terminal() {
+        report::check_stdout()?;
+        if report::prints_to_terminal() {
             return Err(CliError::Usage(
                 "will not write a PNG to a terminal: redirect it with > or |".into(),
             ));
@@ -165,7 +179,7 @@ impl Output {
     }
 
     fn file(path: &Path) -> Result<(String, Place, Format), CliError> {
-        let name = path.display().to_string();
+        let name = clip_path(path);
         let found = match fs::metadata(path) {
             // Otherwise only writing the finished picture would fail.
             Err(error) if error.kind() == io::ErrorKind::InvalidFilename => {
@@ -176,7 +190,7 @@ impl Output {
         if found.as_ref().is_some_and(fs::Metadata::is_dir) {
             return Err(CliError::Failed(format!(
                 "cannot write {name}: it is a directory; name a file in it, such as {}",
-                path.join("{stem}.png").display()
+                clip_path(&path.join("{stem}.png"))
             )));
         }
         let special = found.as_ref().is_some_and(|found| !found.is_file());
@@ -236,10 +250,7 @@ impl Output {
     pub fn write(&self, picture: &Picture, interrupt: &Interrupt) -> Result<(), CliError> {
         let bytes = interrupt.exit_at_once_during(|| self.format.encode(picture))??;
         let written = match &self.place {
-            Place::Stdout => interrupt.exit_at_once_during(|| {
-                let mut stdout = io::stdout().lock();
-                stdout.write_all(&bytes).and_then(|()| stdout.flush())
-            })?,
+            Place::Stdout => return interrupt.exit_at_once_during(|| report::print_bytes(&bytes))?,
             Place::Special(path) => interrupt.exit_at_once_during(|| {
                 let mut file = OpenOptions::new().write(true).open(path)?;
                 file.write_all(&bytes).and_then(|()| file.flush())
@@ -276,9 +287,9 @@ fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError>
     let folder = folder_of(path);
     if !folder.is_dir() {
         let what = if folder.exists() {
-            format!("{} is not a directory", folder.display())
+            format!("{} is not a directory", clip_path(folder))
         } else {
-            format!("the directory {} does not exist", folder.display())
+            format!("the directory {} does not exist", clip_path(folder))
         };
         return Err(CliError::Failed(format!("cannot write {name}: {what}")));
     }
@@ -294,7 +305,10 @@ fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError>
 }
 
 /// What a path stands for after all symbolic links at its end, whether that exists or not.
-fn follow_links(path: &Path) -> io::Result<PathBuf> {
+///
+/// # Errors
+/// Of more than [`MAX_LINKS`] links.
+pub fn follow_links(path: &Path) -> io::Result<PathBuf> {
     if let Ok(path) = fs::canonicalize(path) {
         return Ok(path);
     }

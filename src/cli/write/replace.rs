@@ -1,8 +1,11 @@
 //! What a call may replace: no file that it reads and, under a name that the user did not type, only octray's own.
 
 use crate::{
-    cli::{CliError, plan::JsonTarget},
-    error::escape,
+    cli::{
+        CliError,
+        plan::{JsonTarget, is_standard_input},
+    },
+    error::clip_path,
     format,
     generate::is_generated,
     render::SOFTWARE,
@@ -14,6 +17,9 @@ use std::{
     io::Read,
     path::{Path, PathBuf},
 };
+
+/// How octray's JSON begins.
+const JSON_START: &[u8] = b"{\"schema\":";
 
 /// The first bytes of a file, in which octray's mark is.
 const HEAD_BYTES: u64 = 4096;
@@ -46,6 +52,12 @@ pub struct Inputs(HashMap<Identity, (PathBuf, String)>);
 impl Inputs {
     /// Adds a file, called `role` in messages.
     pub fn add(&mut self, path: &Path, role: &str) {
+        // Standard input may be a file, too.
+        let path = if is_standard_input(path) && cfg!(unix) {
+            Path::new("/dev/stdin")
+        } else {
+            path
+        };
         let file = fs::metadata(path).ok().and_then(|found| identity(path, &found));
         if let Some(file) = file {
             self.0
@@ -61,7 +73,7 @@ impl Inputs {
         files: impl IntoIterator<Item = &'a PathBuf>,
         scene: Option<&'a Scene>,
     ) {
-        let role = format!("a file of {}", path.display());
+        let role = format!("a file of {}", clip_path(path));
         let textures = scene.into_iter().flat_map(|scene| &scene.sources().textures);
         for file in files.into_iter().chain(textures) {
             self.add(file, &role);
@@ -71,11 +83,11 @@ impl Inputs {
     /// Why nothing can be written to `name`, which now is the file `found`.
     pub fn objection(&self, name: &str, found: &Identity) -> Option<String> {
         let (path, role) = self.0.get(found)?;
-        let path = path.display().to_string();
+        let path = clip_path(path);
         let path = if path == name {
             String::new()
         } else {
-            format!(", {}", escape(&path))
+            format!(", {path}")
         };
         Some(format!(
             "{name} would replace {role}{path}; write to another file"
@@ -92,7 +104,7 @@ impl Inputs {
         };
         let found = fs::metadata(path).ok();
         let found = found.and_then(|found| identity(path, &found));
-        match found.and_then(|found| self.objection(&path.display().to_string(), &found)) {
+        match found.and_then(|found| self.objection(&clip_path(path), &found)) {
             Some(objection) => Err(CliError::Failed(objection)),
             None => Ok(()),
         }
@@ -107,7 +119,8 @@ pub fn is_foreign(path: &Path) -> bool {
 fn is_own(path: &Path) -> bool {
     let mut head = Vec::new();
     let read = format::open_file(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut head));
-    read.is_ok() && (is_own_png(&head) || is_own_exr(&head) || is_generated(&head))
+    read.is_ok()
+        && (is_own_png(&head) || is_own_exr(&head) || is_generated(&head) || head.starts_with(JSON_START))
 }
 
 /// Looks for the text `Software` in the chunks before the pixels.
