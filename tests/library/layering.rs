@@ -10,7 +10,7 @@ use std::{
 };
 
 /// What each module may use, besides itself. `None`: everything.
-const MODULES: [(&str, Option<&str>); 24] = [
+const MODULES: [(&str, Option<&str>); 25] = [
     ("error", Some("")),
     ("math", Some("")),
     // Files that appear whole or not at all.
@@ -49,10 +49,11 @@ const MODULES: [(&str, Option<&str>); 24] = [
     ),
     ("cli", None),
     // The program uses the library as any other user does.
-    ("main", Some("cpu huge_pages sibling")),
+    ("main", Some("cpu huge_pages sibling streams")),
     ("huge_pages", Some("")),
     ("cpu", Some("")),
     ("sibling", Some("")),
+    ("streams", Some("")),
 ];
 
 /// Files that may use more than their module.
@@ -65,8 +66,17 @@ const EXTRA: [(&str, &str); 3] = [
 /// Crates that only one module names.
 const ONLY_IN: [(&str, &str); 3] = [("wide", "simd/"), ("safe_arch", "simd/"), ("obvhs", "accel/")];
 
-/// Modules that may print and end the program.
-const PRINTING: [&str; 3] = ["cli", "main", "cpu"];
+/// Modules that may print text of their own with macros, and end the program.
+const PRINTING: [&str; 2] = ["main", "cpu"];
+
+/// Files that may use the standard streams: everything that is printed goes through one place, which escapes it.
+/// Progress bars print numbers; clap prints usage errors and help, of arguments that were made safe before.
+const STREAMS: [(&str, &str); 4] = [
+    ("cli/report/message.rs", "stdout()"),
+    ("cli/report/message.rs", "stderr()"),
+    ("cli/report/progress.rs", "stderr()"),
+    ("cli/args/mod.rs", ".print()"),
+];
 
 /// Modules without `unsafe`.
 const SAFE: [&str; 6] = ["format", "scene", "shade", "verify", "viewer", "cli"];
@@ -85,6 +95,10 @@ struct Facts {
     crates: BTreeSet<String>,
     /// `println!` and the like, and `process::exit`.
     output: BTreeSet<String>,
+    /// `stdout()`, `stderr()`, `.print()`.
+    streams: BTreeSet<String>,
+    /// `.display()`, which shows a path as it is.
+    shows_paths: bool,
     has_unsafe: bool,
     /// Modules declared as `#[cfg(test)] mod name;`.
     test_modules: Vec<String>,
@@ -188,6 +202,15 @@ impl Facts {
                 }
             }
             "unsafe" => self.has_unsafe = true,
+            "stdout" | "stderr" if is_empty_call(trees, i) && !is_definition(trees, i) => {
+                self.streams.insert(format!("{word}()"));
+            }
+            "print" if is_empty_call(trees, i) && i > 0 && is_punct(trees.get(i - 1), '.') => {
+                self.streams.insert(".print()".into());
+            }
+            "display" if is_empty_call(trees, i) && i > 0 && is_punct(trees.get(i - 1), '.') => {
+                self.shows_paths = true;
+            }
             "print" | "println" | "eprint" | "eprintln" | "dbg" if is_punct(trees.get(i + 1), '!') => {
                 self.output.insert(format!("{word}!"));
             }
@@ -217,6 +240,20 @@ impl Facts {
     }
 }
 
+/// Whether the word at `i` is called without arguments.
+fn is_empty_call(trees: &[TokenTree], i: usize) -> bool {
+    let Some(TokenTree::Group(group)) = trees.get(i + 1) else {
+        return false;
+    };
+    group.delimiter() == Delimiter::Parenthesis && group.stream().is_empty()
+}
+
+/// Whether the word at `i` is a function's name, or one of the type's own functions is called.
+fn is_definition(trees: &[TokenTree], i: usize) -> bool {
+    let before = |back: usize| i.checked_sub(back).and_then(|at| ident(trees.get(at)));
+    before(1).as_deref() == Some("fn") || before(3).as_deref() == Some("Self")
+}
+
 fn is_cfg_test(tree: Option<&TokenTree>) -> bool {
     let Some(TokenTree::Group(group)) = tree else {
         return false;
@@ -243,11 +280,27 @@ fn complaints(path: &str, source: &str) -> Vec<String> {
         found.push(format!("{path}: names `clap`, which only {NAMES_CLAP:?} may"));
     }
     if !PRINTING.contains(&module) {
-        for what in &facts.output {
+        for what in facts
+            .output
+            .iter()
+            .filter(|what| module != "cli" || *what != "process::exit")
+        {
             found.push(format!(
                 "{path}: {what}, but the library never prints and never exits"
             ));
         }
+    }
+    for what in &facts.streams {
+        if !STREAMS.contains(&(path, what)) && !PRINTING.contains(&module) {
+            found.push(format!(
+                "{path}: {what}, but all output goes through cli/report/message.rs"
+            ));
+        }
+    }
+    if facts.shows_paths && module == "cli" {
+        found.push(format!(
+            "{path}: `display()` shows a path as it is; `clip_path` makes it safe"
+        ));
     }
     if facts.has_unsafe && SAFE.contains(&module) {
         found.push(format!("{path}: `unsafe`, which {module} does without"));
@@ -372,6 +425,15 @@ fn offenders_are_caught() {
     caught("cli/output.rs", "unsafe fn f() {}");
     caught("cli/plan/mod.rs", "use clap::Args;");
     caught("cli/load/mod.rs", "fn f(x: clap::ArgMatches) {}");
+    caught(
+        "cli/write/output.rs",
+        "fn f() { io::stdout().write_all(b\"x\"); }",
+    );
+    caught("cli/report/stats.rs", "fn f() { std::io::stderr().lock(); }");
+    caught("cli/commands/info.rs", "fn f() { println!(\"x\"); }");
+    caught("cli/commands/info.rs", "fn f(error: E) { error.print(); }");
+    caught("cli/commands/info.rs", "fn f(path: &Path) { g(path.display()); }");
+    caught("viewer/mod.rs", "fn f() { io::stdout(); }");
     caught("attic/mod.rs", "fn f() {}");
     caught("math.rs", &"\n".repeat(MOST_LINES + 1));
     caught("math.rs", "mod inner { use super::super::simd; }");
@@ -408,7 +470,12 @@ fn the_innocent_are_left_alone() {
             "main.rs",
             "mod cpu; fn main() { octray::cli::main(); crate::cpu::check(); }",
         ),
-        ("cli/args/mod.rs", "use clap::Args;"),
+        ("cli/args/mod.rs", "use clap::Args; fn f(e: E) { e.print(); }"),
+        ("cli/report/message.rs", "fn f() { io::stdout(); io::stderr(); }"),
+        (
+            "cli/commands/bench.rs",
+            "fn f() { self.print(1); Self::stdout(); }",
+        ),
         ("cli/commands/shell.rs", "use clap::Command;"),
         ("lib.rs", "pub mod render; pub use crate::render::render;"),
     ] {

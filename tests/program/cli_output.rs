@@ -56,6 +56,42 @@ fn the_extension_chooses_the_format() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn closed_standard_streams_are_failures() {
+    let folder = Folder::new();
+    let small = "--size=8x8";
+    for arguments in [
+        format!("a.scn {small} -o -"),
+        format!("a.scn {small} --json -"),
+        "info a.scn".into(),
+        "info a.scn --json -".into(),
+        format!("bench a.scn {small} --repeat 1"),
+        "verify --rays 10".into(),
+        "generate spheres --count 1000 -o made".into(),
+        "completions bash".into(),
+        "man".into(),
+        "--help".into(),
+        "--version".into(),
+    ] {
+        for closed in [">&-", ">/dev/full", "> /dev/null 1< /dev/null"] {
+            let run = folder.shell(&format!("\"$0\" {arguments} {closed}"));
+            run.failed(1, "cannot write standard output: ");
+        }
+        let run = folder.shell(&format!("\"$0\" {arguments} > /dev/null"));
+        run.succeeded();
+    }
+    // Whoever writes nothing there is not concerned.
+    folder.shell("\"$0\" a.scn -s 8x8 <&- >&-").succeeded();
+    for input in ["<&-", "< /dev/null", "<&- >&-"] {
+        for command in ["", "info "] {
+            let run = folder.shell(&format!("\"$0\" {command}- {input}"));
+            run.failed(1, "standard input: the input is empty");
+        }
+    }
+    assert_eq!(folder.shell("\"$0\" --help 2>&1 | true").code, Some(0));
+}
+
+#[test]
 fn standard_output_receives_a_png() {
     let folder = Folder::new();
     let run = folder.run(&["a.scn", "-o", "-", "--size", "5x3"]);

@@ -207,6 +207,86 @@ fn values_are_explained() {
 }
 
 #[test]
+fn values_may_begin_with_a_minus() {
+    let folder = Folder::new();
+    for (line, words) in [
+        ("--crop -1,2,3,4", "invalid value '-1,2,3,4' for '--crop"),
+        (
+            "--samples -1",
+            "invalid value '-1' for '--samples <N>': expected a whole number, 1 or more",
+        ),
+        ("-s -1x4", "invalid value '-1x4' for '--size"),
+        ("--max-memory -5G", "invalid value '-5G' for '--max-memory"),
+        ("--quiet -5", "'--quiet'"),
+        ("-5", "unexpected argument '-5'"),
+    ] {
+        let arguments: Vec<&str> = std::iter::once("a.scn").chain(line.split(' ')).collect();
+        folder.fails(&arguments, 2, words);
+    }
+    folder
+        .run(&["a.scn", "--size", "16 x 8", "--eye", "-3,4,2"])
+        .succeeded();
+    assert_eq!(image::image_dimensions(folder.path("a.png")).unwrap(), (16, 8));
+}
+
+#[test]
+fn no_more_threads_than_can_be_of_use() {
+    let folder = Folder::new();
+    let mut command = folder.command(&["a.scn", "-s", "8x8", "--json", "-", "-j", "4096"]);
+    let run = Run::new(command.env("RAYON_NUM_THREADS", "65535").output().unwrap());
+    let json: Value = serde_json::from_str(run.succeeded().text()).unwrap();
+    let cpus = std::thread::available_parallelism().map_or(1, usize::from);
+    assert_eq!(json["threads"], (4 * cpus).max(64));
+    for arguments in [&["verify", "--rays", "1000"][..], &["info", "a.scn"]] {
+        let mut command = folder.command(arguments);
+        let run = Run::new(command.env("RAYON_NUM_THREADS", "65535").output().unwrap());
+        run.succeeded();
+    }
+}
+
+#[test]
+fn what_is_left_out_is_noted() {
+    let folder = Folder::new();
+    let ply = "ply\nformat ascii 1.0\ncomment up sideways\nelement vertex 3\nproperty float x\nproperty float y\n\
+               property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+               0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    folder.write("up.ply", ply);
+    let run = folder.run_line("up.ply -s 8x8");
+    assert!(
+        run.stderr
+            .contains("a comment that `sideways` is up, which is no axis"),
+        "{run:?}"
+    );
+    let corners = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    fs::write(folder.path("g.bin"), corners.map(f32::to_le_bytes).concat()).unwrap();
+    folder.write(
+        "g.gltf",
+        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"g.bin","byteLength":36}],
+        "images":[{"uri":"a.png"}]}"#,
+    );
+    let run = folder.run_line("g.gltf -s 8x8");
+    assert!(run.stderr.contains("left out: 1 image"), "{run:?}");
+}
+
+#[test]
+fn colours_of_usage_errors_survive() {
+    let folder = Folder::new();
+    let Some(run) = on_a_terminal(&folder, "a.scn --size 8") else {
+        return;
+    };
+    assert!(run.text().contains("\u{1b}[1m"), "{run:?}");
+    let hostile = on_a_terminal(&folder, "a.scn --size $(printf 'x\\033]0;y\\007')").unwrap();
+    assert!(
+        !hostile.text().contains("\u{1b}]") && !hostile.text().contains('\u{7}'),
+        "{hostile:?}"
+    );
+    assert!(hostile.text().contains("x\\u{1b}]0;y\\u{7}"), "{hostile:?}");
+}
+
+#[test]
 fn files_of_other_kinds_are_refused() {
     let folder = Folder::new();
     folder.write("notes.txt", "Dear reader,\n");

@@ -356,6 +356,115 @@ fn json_files_are_no_files_of_the_scene() {
     }
 }
 
+/// Every output against every file that the call reads, by its name, by links, and through the folder.
+#[test]
+#[cfg(unix)]
+fn no_output_is_an_input() {
+    use std::os::unix::fs::symlink;
+    let folder = Folder::new();
+    folder
+        .run_line(&format!("a.scn -o r.png --aov depth,normal {SMALL}"))
+        .succeeded();
+    fs::copy(folder.path("r.depth.png"), folder.path("n.depth.png")).unwrap();
+    fs::hard_link(folder.path("n.depth.png"), folder.path("hard.png")).unwrap();
+    symlink("n.depth.png", folder.path("soft.png")).unwrap();
+    symlink(".", folder.path("here")).unwrap();
+    folder.write("c.toml", "view = 1\n");
+    fs::hard_link(folder.path("c.toml"), folder.path("c.depth.png")).unwrap();
+    let kept = "n.depth.png";
+    for (file, arguments, code) in [
+        // A layer of its own reference.
+        (kept, "a.scn -o n.png --aov depth --compare n.depth.png", 2),
+        (kept, "a.scn -o n.png --aov depth --compare hard.png", 2),
+        (kept, "a.scn -o n.png --aov depth --compare soft.png", 2),
+        (kept, "a.scn -o here/n.png --aov depth --compare soft.png", 2),
+        (
+            kept,
+            "a.scn -o ./here/n.png --aov depth --compare here/here/n.depth.png",
+            2,
+        ),
+        (kept, "a.scn -o soft.png --compare hard.png", 2),
+        (
+            kept,
+            "a.scn -o d.png --compare hard.png --difference here/soft.png",
+            2,
+        ),
+        (kept, "a.scn -o d.png --compare hard.png --json here/soft.png", 1),
+        ("c.toml", "a.scn -o c.png --aov depth --config c.toml", 2),
+        ("c.toml", "a.scn -o d.png --json c.depth.png --config c.toml", 1),
+        ("a.scn", "a.scn -o d.png --json here/a.scn", 1),
+    ] {
+        for force in ["", " --force"] {
+            keeps(
+                &folder,
+                file,
+                &format!("{arguments}{force}"),
+                code,
+                "would replace the ",
+            );
+        }
+    }
+    // Two outputs of one call.
+    symlink("new.png", folder.path("json.json")).unwrap();
+    for line in [
+        "a.scn -o new.png --json json.json",
+        "a.scn -o new.png --json here/new.png",
+        "a.scn -o here/json.json.png --json json.json.png",
+    ] {
+        folder.fails(&line.split(' ').collect::<Vec<_>>(), 2, "would be written to");
+    }
+    // Standard input.
+    fs::copy(folder.path("a.scn"), folder.path("in.png")).unwrap();
+    fs::hard_link(folder.path("in.png"), folder.path("in.json")).unwrap();
+    for (arguments, code) in [
+        ("- -o in.png", 2),
+        ("- -o d.png --json in.json", 1),
+        ("info - --json in.json", 1),
+    ] {
+        let run = folder.shell(&format!("\"$0\" {arguments} < in.png"));
+        run.failed(code, "would replace the scene");
+    }
+    assert_eq!(read(&folder, "in.png"), read(&folder, "a.scn"));
+}
+
+#[test]
+fn names_in_a_config_file_are_not_typed() {
+    let folder = Folder::new();
+    folder.write("c.toml", "output = 'b.png'\n");
+    folder.write("b.png", "kept");
+    keeps(&folder, "b.png", "a.scn --config c.toml", 1, FOREIGN);
+    replaces(&folder, "b.png", "a.scn --config c.toml --force");
+    // Its own.
+    replaces(&folder, "b.png", "a.scn --config c.toml --view 2");
+    folder.write("b.png", "replaced");
+    replaces(&folder, "b.png", "a.scn --config c.toml -o b.png");
+    folder
+        .run_line(&format!("a.scn -o r.png --view 2 {SMALL}"))
+        .succeeded();
+    folder.write("c.toml", "difference = 'd.png'\ncompare = 'r.png'\n");
+    folder.write("d.png", "kept");
+    keeps(&folder, "d.png", "a.scn --config c.toml", 1, FOREIGN);
+    folder.write("c.toml", "json = 'j.json'\n");
+    folder.write("j.json", "kept");
+    keeps(
+        &folder,
+        "j.json",
+        "a.scn --config c.toml",
+        1,
+        "was not written by octray",
+    );
+    for _ in 0..2 {
+        replaces(&folder, "j.json", "a.scn --json j.json");
+        replaces(&folder, "j.json", "a.scn --config c.toml");
+    }
+    folder.write("c.toml", "force = true\n");
+    folder.fails(
+        &["a.scn", "--config=c.toml"],
+        1,
+        "`force` belongs on the command line",
+    );
+}
+
 #[test]
 fn generated_files_replace_only_generated_ones() {
     let folder = Folder::new();

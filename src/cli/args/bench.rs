@@ -2,6 +2,7 @@
 
 use super::{
     camera::{CameraArgs, MeshArgs},
+    limits::MemoryArgs,
     values::{self, Size},
 };
 use crate::{
@@ -9,7 +10,6 @@ use crate::{
     bench::Method,
     cli::{
         CliError,
-        load::memory,
         plan::{BenchPlan, BenchScenes, Build, InputPlan, JsonTarget},
     },
     render::Settings,
@@ -61,6 +61,9 @@ pub struct BenchArgs {
     /// Write the results as JSON to a file, or to standard output (-)
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub memory: MemoryArgs,
 }
 
 impl BenchArgs {
@@ -82,14 +85,12 @@ impl BenchArgs {
             Some(path) => {
                 let aspect = f64::from(width) / f64::from(height);
                 let (camera, mesh) = (self.camera.options(), self.mesh.options(false));
-                BenchScenes::One(
-                    Box::new(InputPlan::new(path, camera, mesh, aspect)?),
-                    memory::limit(None),
-                )
+                BenchScenes::One(Box::new(InputPlan::new(path, camera, mesh, aspect)?))
             }
         };
         Ok(BenchPlan {
             scenes,
+            memory: self.memory.limit(),
             methods: if self.methods.is_empty() {
                 Method::ALL.to_vec()
             } else {

@@ -1,5 +1,6 @@
 //! `octray bench`: ways of tracing against each other, on the same rays.
 
+use super::check_room;
 use crate::{
     accel::Bvh,
     bench::{Measurement, Workload, compare, frame_times, quick_suite, suite},
@@ -18,6 +19,9 @@ use crate::{
     scene::{Camera, Scene},
 };
 
+/// What a ray takes with the hits of two methods, bytes: measured.
+const RAY_BYTES: f64 = 50.0;
+
 /// Times ways of tracing the rays of a scene, or of a suite of scenes, on one thread.
 ///
 /// # Errors
@@ -29,13 +33,13 @@ pub fn run(plan: &BenchPlan) -> Result<(), CliError> {
     };
     let mut results = Vec::new();
     match &plan.scenes {
-        BenchScenes::One(input, memory) => {
+        BenchScenes::One(input) => {
             let name = input.path.to_string_lossy().into_owned();
             let mut inputs = Inputs::default();
             inputs.add(&input.path, "the scene");
             inputs.check_json(plan.json.as_ref())?;
             let mut files = Vec::new();
-            let Input { scene, camera, .. } = load::load_and_list(input, *memory, &mut files)?;
+            let Input { scene, camera, .. } = load::load_and_list(input, plan.memory, &mut files)?;
             inputs.add_scene(&input.path, &files, Some(&scene));
             inputs.check_json(plan.json.as_ref())?;
             bench.print(&heading(plan))?;
@@ -82,6 +86,11 @@ impl Bench<'_> {
         let lights = scene.lights().x.len() as f64;
         let rays = f64::from(width) * f64::from(height) * (1.0 + lights) * f64::from(plan.repeat);
         let quality = plan.build.quality(rays, scene.primitive_count());
+        if !plan.frames_only {
+            // Camera rays, mirror rays, and one to each light.
+            let kept = f64::from(width) * f64::from(height) * (2.0 + lights);
+            check_room("the rays", (kept * RAY_BYTES) as u64, plan.memory)?;
+        }
         let bvh = Bvh::build_with(scene, quality);
         if plan.frames_only {
             self.print(&self.frames(scene, &bvh, camera)?)?;

@@ -1,17 +1,22 @@
 //! `octray generate`: a made-up scene as files.
 
+use super::check_room;
 use crate::{
     cli::{
         CliError,
+        load::memory,
         plan::GeneratePlan,
         process::Interrupt,
         report::quoted,
         write::{is_foreign, write_file},
     },
     error::clip_path,
-    generate::{Generated, Part, Shape, generate, write_ply},
+    generate::{Generated, MAX_COUNT, Part, Shape, generate, write_ply},
 };
 use std::{fmt::Write as _, fs, io, path::Path};
+
+/// What a primitive takes at most while it is made, bytes: measured.
+const PRIMITIVE_BYTES: u64 = 80;
 
 /// Writes the scene and its meshes, each whole or not at all, and returns what to tell the user.
 ///
@@ -19,6 +24,12 @@ use std::{fmt::Write as _, fs, io, path::Path};
 /// [`CliError`]: a count out of its limits, or a file that cannot be written.
 pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
     let interrupt = Interrupt::install()?;
+    let count = plan.options.count.unwrap_or_else(|| plan.kind.default_count());
+    check_room(
+        "the scene",
+        count.min(MAX_COUNT) as u64 * PRIMITIVE_BYTES,
+        memory::limit(None),
+    )?;
     let generated = interrupt.exit_at_once_during(|| generate(plan.kind, plan.options))?;
     let generated = generated.map_err(|error| CliError::Failed(error.to_string()))?;
     let folder = &plan.folder;

@@ -12,6 +12,7 @@ mod view;
 pub use shell::definition;
 
 use super::{CliError, plan::Plan, process, report};
+use crate::error::in_bytes;
 use std::{error::Error, time::Instant};
 
 /// Runs a command. `start` is when the program began.
@@ -38,4 +39,16 @@ pub fn run(plan: Plan, start: Instant) -> Result<(), CliError> {
         Plan::Completions(shell) => report::print_bytes(shell::completions(&shell)?.as_bytes()),
         Plan::Man(command) => report::print_bytes(shell::man(command.as_deref())?.as_bytes()),
     }
+}
+
+/// Refuses work that needs more memory than may be taken, both in bytes.
+fn check_room(what: &str, needed: u64, limit: u64) -> Result<(), CliError> {
+    if needed <= limit {
+        return Ok(());
+    }
+    Err(CliError::Failed(format!(
+        "{what} would take about {} of memory, more than the limit of {}",
+        in_bytes(needed),
+        in_bytes(limit)
+    )))
 }

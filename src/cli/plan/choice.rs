@@ -93,6 +93,8 @@ pub struct InfoPlan {
 #[derive(Debug)]
 pub struct BenchPlan {
     pub scenes: BenchScenes,
+    /// Memory that a scene and its rays may take, bytes.
+    pub memory: u64,
     pub methods: Vec<Method>,
     pub settings: Settings,
     /// How often each method runs, or each whole frame.
@@ -106,11 +108,8 @@ pub struct BenchPlan {
 /// What `octray bench` traces.
 #[derive(Debug)]
 pub enum BenchScenes {
-    /// A scene, and the memory that it may take, bytes.
-    One(Box<InputPlan>, u64),
-    Suite {
-        quick: bool,
-    },
+    One(Box<InputPlan>),
+    Suite { quick: bool },
 }
 
 /// What `octray verify` does.

@@ -185,7 +185,7 @@ impl Info {
         line("triangles", format!("{} ({faults})", count(self.triangles)));
         line("spheres", count(self.spheres));
         line("lights", count(self.lights));
-        some(&mut lines, "  light", &self.light_list, LightInfo::text);
+        some(&mut lines, "", &self.light_list, LightInfo::text);
         some(&mut lines, "material", &self.materials, MaterialUse::text);
         let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));
         line("ambient", self.ambient.to_string());
@@ -224,8 +224,8 @@ impl Info {
         line("  nodes", count(bvh.nodes));
         line("  triangle blocks", count(bvh.triangle_blocks));
         line("  sphere blocks", count(bvh.sphere_blocks));
-        line("  leaf sizes", by_size(bvh.leaf_sizes, "blocks", "primitives"));
-        line("  node sizes", by_size(bvh.child_counts, "nodes", "children"));
+        line("  leaf sizes", by_size(bvh.leaf_sizes, "primitives"));
+        line("  node sizes", by_size(bvh.child_counts, "children"));
         lines
     }
 }
@@ -239,15 +239,14 @@ fn some<T>(lines: &mut Vec<(String, String)>, name: &str, items: &[T], text: imp
     }
 }
 
-/// `12 blocks of 1, 3 of 2 primitives`.
-fn by_size(counts: [usize; 8], what: &str, parts: &str) -> String {
+/// `12 x 1, 3 x 2 primitives`.
+fn by_size(counts: [usize; 8], parts: &str) -> String {
     let sizes = (1..).zip(counts).filter(|&(_, number)| number > 0);
-    let mut listed: Vec<String> = sizes
-        .map(|(size, number)| format!("{} of {size}", count(number)))
+    let listed: Vec<String> = sizes
+        .map(|(size, number)| format!("{} x {size}", count(number)))
         .collect();
-    match listed.first_mut() {
-        Some(first) => *first = first.replacen(" of", &format!(" {what} of"), 1),
-        None => return "none".into(),
+    if listed.is_empty() {
+        return "none".into();
     }
     format!("{} {parts}", listed.join(", "))
 }

@@ -30,6 +30,9 @@ pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
     left_out.count(root.animations.len(), "animation", "animations");
     left_out.count(root.skins.len(), "skin", "skins");
     left_out.count(root.textures.len(), "texture", "textures");
+    if root.textures.is_empty() {
+        left_out.count(root.images.len(), "image", "images");
+    }
     let materials = |is: fn(&&Material) -> bool| root.materials.iter().filter(is).count();
     for (what, count) in [
         ("transparency", materials(is_transparent)),

@@ -29,6 +29,8 @@ pub(super) struct Header {
     pub(super) has_normals: bool,
     /// The up axis, if a `comment up` line names one.
     pub(super) up: Option<UpAxis>,
+    /// The word of a `comment up` line that names no axis, quoted.
+    odd_up: Option<String>,
     /// Whether a `comment TextureFile` line names a texture.
     has_texture: bool,
 }
@@ -120,6 +122,7 @@ impl Header {
             vertices: 0,
             has_normals: false,
             up: None,
+            odd_up: None,
             has_texture: false,
         };
         header.read_comments(&text);
@@ -148,9 +151,10 @@ impl Header {
                 continue;
             }
             match (words.next(), words.next(), words.next()) {
-                (Some(word), Some(axis), None) if word.eq_ignore_ascii_case("up") => {
-                    self.up = axis.parse().ok().or(self.up);
-                }
+                (Some(word), Some(axis), None) if word.eq_ignore_ascii_case("up") => match axis.parse() {
+                    Ok(axis) => self.up = Some(axis),
+                    Err(_) => self.odd_up = Some(quote(axis.as_bytes())),
+                },
                 (Some(word), Some(_), _) => self.has_texture |= word.eq_ignore_ascii_case("TextureFile"),
                 _ => {}
             }
@@ -186,6 +190,9 @@ impl Header {
                 }
             }
             left_out.names(&format!("{noun} properties"), others);
+        }
+        if let Some(word) = &self.odd_up {
+            left_out.add(&format!("a comment that {word} is up, which is no axis"));
         }
         if self.has_texture {
             left_out.add("textures");
