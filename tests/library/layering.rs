@@ -259,7 +259,7 @@ fn is_cfg_test(tree: Option<&TokenTree>) -> bool {
         return false;
     };
     let text: String = group.stream().to_string().split_whitespace().collect();
-    group.delimiter() == Delimiter::Bracket && text == "cfg(test)"
+    group.delimiter() == Delimiter::Bracket && (text == "cfg(test)" || text.starts_with("cfg(all(test,"))
 }
 
 /// What is wrong with a file of `src/`; `path` is relative to it, with `/`.

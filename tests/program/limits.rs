@@ -96,10 +96,6 @@ fn too_large_inputs_are_refused_before_the_work() {
             "\"$0\" facets.stl --max-memory 2G",
             &["facets.stl: the scene takes about 2.8 GiB"],
         ),
-        (
-            "\"$0\" a.scn --threads 4096",
-            &["--threads 4096: the stacks need"],
-        ),
     ] {
         refused(&folder, script, words);
     }

@@ -5,7 +5,7 @@
 
 use crate::{
     cli::CliError,
-    error::{clip, escape, is_unprintable},
+    error::{escape, is_unprintable},
 };
 use std::io::{self, IsTerminal, Write};
 
@@ -13,6 +13,8 @@ use std::io::{self, IsTerminal, Write};
 const MOST_BYTES: usize = 4000;
 /// The longest message, lines.
 const MOST_LINES: usize = 60;
+/// The longest line, bytes.
+const MOST_OF_LINE: usize = 1800;
 /// Warnings about one input.
 const MOST_WARNINGS: usize = 20;
 
@@ -83,7 +85,7 @@ pub fn note(text: &str) {
 
 /// Warns on standard error.
 pub fn warning(text: &str) {
-    note(&format!("warning: {}\n", one_line(text)));
+    note(&format!("warning: {}\n", escape(text)));
 }
 
 /// Warns of each of these, or of the first and how many there are besides.
@@ -102,44 +104,58 @@ pub fn error(text: &str) {
     note(&format!("error: {text}\n"));
 }
 
-/// Several values may be in it.
-fn one_line(text: &str) -> String {
-    const MOST: usize = 1000;
-    match text.char_indices().nth(MOST) {
-        Some(_) => clip(text),
-        None => escape(text).into_owned(),
+/// The lines of `text`, escaped, if they fit on a screen; else the first and the last of them: the last cause of an error
+/// is the one that matters.
+fn on_a_screen(text: &str) -> String {
+    let (body, end) = match text.strip_suffix('\n') {
+        Some(body) => (body, "\n"),
+        None => (text, ""),
+    };
+    let total = body.split('\n').count();
+    let whole = first_lines(body.split('\n'), MOST_LINES, MOST_BYTES);
+    if whole.len() == total {
+        return whole.join("\n") + end;
     }
+    let mut lines = body.split('\n');
+    let mut shown = first_lines(lines.by_ref(), MOST_LINES / 2, MOST_BYTES / 2);
+    let mut last = first_lines(lines.rev(), MOST_LINES / 2, MOST_BYTES / 2);
+    last.reverse();
+    match total - shown.len() - last.len() {
+        0 => {}
+        1 => shown.push("... 1 line ...".into()),
+        left => shown.push(format!("... {left} lines ...")),
+    }
+    shown.extend(last);
+    shown.join("\n") + end
 }
 
-/// The lines of `text`, escaped, as far as they are no longer than a screen.
-fn on_a_screen(text: &str) -> String {
-    let ends = text.ends_with('\n');
-    let mut lines = text.strip_suffix('\n').unwrap_or(text).split('\n');
-    let mut shown = String::new();
-    for (i, line) in lines.by_ref().take(MOST_LINES).enumerate() {
-        if i > 0 {
-            shown.push('\n');
-        }
-        // Bytes beyond the limit are not even looked at.
-        let room = MOST_BYTES.saturating_sub(shown.len());
-        let head = line.get(..line.floor_char_boundary(room)).unwrap_or_default();
-        let escaped = escape(head);
-        let end = escaped.floor_char_boundary(room);
-        shown.push_str(escaped.get(..end).unwrap_or_default());
-        if head.len() < line.len() || end < escaped.len() {
-            shown.push_str("...");
+/// Takes lines, escaped, as long as they fit, at least one.
+fn first_lines<'a>(
+    lines: impl Iterator<Item = &'a str>,
+    most_lines: usize,
+    most_bytes: usize,
+) -> Vec<String> {
+    let (mut taken, mut bytes) = (Vec::new(), 0);
+    for line in lines {
+        let line = shortened(line);
+        bytes += line.len() + 1;
+        if taken.len() == most_lines || (bytes > most_bytes && !taken.is_empty()) {
             break;
         }
+        taken.push(line);
     }
-    match lines.count() {
-        0 => {}
-        1 => shown.push_str("\n... and 1 more line"),
-        more => shown.push_str(&format!("\n... and {more} more lines")),
+    taken
+}
+
+/// A line, escaped. It may hold several values, each of which was cut before.
+fn shortened(line: &str) -> String {
+    let head = &line[..line.floor_char_boundary(MOST_OF_LINE)];
+    let escaped = escape(head);
+    let end = escaped.floor_char_boundary(MOST_OF_LINE);
+    if head.len() == line.len() && end == escaped.len() {
+        return escaped.into_owned();
     }
-    if ends {
-        shown.push('\n');
-    }
-    shown
+    format!("{}...", &escaped[..end])
 }
 
 /// JSON in which no character acts on a terminal. Outside of strings JSON has none but the newline at the end.
@@ -170,12 +186,21 @@ mod tests {
         assert_eq!(on_a_screen("a\nb\n"), "a\nb\n");
         assert_eq!(on_a_screen("a\u{1b}[2J\tb"), "a\\u{1b}[2J\\tb");
         let long = on_a_screen(&"\u{e9}".repeat(1 << 20));
-        assert!(long.len() <= MOST_BYTES + 3 && long.ends_with("\u{e9}..."));
-        let many = on_a_screen(&"x\n".repeat(1000));
+        assert!(long.len() <= MOST_BYTES && long.ends_with("\u{e9}..."));
+        let numbered: Vec<String> = (1..=1000).map(|number| number.to_string()).collect();
+        let many = on_a_screen(&(numbered.join("\n") + "\n"));
         assert_eq!(many.lines().count(), MOST_LINES + 1);
-        assert!(many.ends_with("x\n... and 940 more lines\n"), "{many}");
-        let long_lines = on_a_screen(&format!("{}\n", "y".repeat(3000)).repeat(10));
-        assert!(long_lines.len() < MOST_BYTES + 50 && long_lines.ends_with("y...\n... and 8 more lines\n"));
+        assert!(
+            many.contains("\n30\n... 940 lines ...\n971\n") && many.ends_with("\n1000\n"),
+            "{many}"
+        );
+        let fits = numbered[..MOST_LINES].join("\n");
+        assert_eq!(on_a_screen(&fits), fits);
+        let escapes = on_a_screen(&format!("{}\n", "\u{1b}".repeat(3000)).repeat(10));
+        assert!(
+            escapes.len() < MOST_BYTES && escapes.contains("... 8 lines ..."),
+            "{escapes}"
+        );
     }
 
     #[test]
