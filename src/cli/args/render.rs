@@ -34,7 +34,8 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
-    /// Also replace files that octray did not write; not needed if -o names the file in full, without {stem} or #
+    /// Also replace files that octray did not write; not needed if -o on the command line names
+    /// the file in full, without {stem} or #
     #[arg(long, help_heading = "Picture")]
     pub force: bool,
 

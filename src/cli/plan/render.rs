@@ -109,6 +109,9 @@ pub struct PictureOptions {
     pub aovs: Vec<AovKind>,
 }
 
+/// The most pictures of a call: all of their places are checked before the first is rendered.
+const MOST_PICTURES: u64 = 100_000;
+
 /// The pictures of a call before they have names.
 #[derive(Debug)]
 pub struct Pictures<'a> {
@@ -154,6 +157,13 @@ impl Pictures<'_> {
         mesh: &MeshOptions,
         memory: u64,
     ) -> Result<Vec<Job>, CliError> {
+        let turns = self.turntable.map_or(1, |turntable| turntable.frames_to_render());
+        let pictures = scenes.len() as u64 * turns;
+        if pictures > MOST_PICTURES {
+            return Err(CliError::Usage(format!(
+                "{pictures} pictures in one call, expected at most {MOST_PICTURES}: render them in several calls"
+            )));
+        }
         let mut places = Places::default();
         let mut named = Vec::new();
         for scene in scenes {

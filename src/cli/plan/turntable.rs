@@ -31,6 +31,13 @@ pub struct Turn {
 }
 
 impl Turntable {
+    /// How many frames there are to render.
+    pub fn frames_to_render(self) -> u64 {
+        self.frames.map_or(u64::from(self.count), |frames| {
+            u64::from(frames.last - frames.first) + 1
+        })
+    }
+
     /// The frames to render.
     ///
     /// # Errors

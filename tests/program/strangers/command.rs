@@ -288,6 +288,7 @@ fn options_that_make_lists_are_limited() {
     Call::new(&folder, &["a.scn", "--config=c.toml"]).is_refused("expected numbers from 1 to 10000");
     let calls: &[&[&str]] = &[
         &["a.scn", "--turntable=10000", "--frames=1-4294967295"],
+        &[&["a.scn"; 11][..], &["--turntable=10000"]].concat(),
         &["bench", "a.scn", "--frames=4294967295"],
         &["bench", "a.scn", "--repeat=4294967295"],
         &["bench", "a.scn", "--size=16384x16384"],
