@@ -85,16 +85,16 @@ fn signals_are_heard_whatever_is_in_hand() {
 
 /// What no count foresees ends with one sentence at the allocator.
 #[test]
-fn memory_that_nothing_counted_is_refused_by_the_allocator() {
+fn memory_that_nothing_counted_refused_by_the_allocator() {
     let folder = Folder::new();
     large(&folder, "large.obj");
     Call::new(&folder, &["large.obj", "--smooth-angle", "180", "--size", "8x8"])
         .within(20)
-        .is_refused("error: large.obj: ");
+        .refused("error: large.obj: ");
     // Standard input without an end.
     let zeros = File::open("/dev/zero").unwrap();
     let endless = Call::new(&folder, &["-"]).within(50).with_input(zeros);
-    endless.is_refused("error: ");
+    endless.refused("error: ");
     assert_eq!(folder.names(), ["a.scn", "large.obj"]);
 }
 
