@@ -49,8 +49,8 @@ const MODULES: [(&str, Option<&str>); 25] = [
     ),
     ("cli", None),
     // The program uses the library as any other user does.
-    ("main", Some("cpu huge_pages sibling streams")),
-    ("huge_pages", Some("")),
+    ("main", Some("allocator cpu sibling streams")),
+    ("allocator", Some("")),
     ("cpu", Some("")),
     ("sibling", Some("")),
     ("streams", Some("")),
@@ -70,8 +70,9 @@ const ONLY_IN: [(&str, &str); 3] = [("wide", "simd/"), ("safe_arch", "simd/"), (
 const PRINTING: [&str; 2] = ["main", "cpu"];
 
 /// Files that may use the standard streams: everything that is printed goes through one place, which escapes it.
-/// Progress bars print numbers; clap prints usage errors and help, of arguments that were made safe before.
-const STREAMS: [(&str, &str); 4] = [
+/// Progress bars print numbers, a process without memory a sentence of its own; clap prints usage errors and help, of arguments that were made safe before.
+const STREAMS: [(&str, &str); 5] = [
+    ("cli/process/memory.rs", "stderr()"),
     ("cli/report/message.rs", "stdout()"),
     ("cli/report/message.rs", "stderr()"),
     ("cli/report/progress.rs", "stderr()"),

@@ -11,8 +11,7 @@ use super::{
 };
 use crate::{
     cli::{
-        CliError,
-        load::memory,
+        CliError, load,
         plan::{Job, JsonTarget, Pictures, RenderPlan, check_inputs, is_standard_input},
         process::useful_threads,
         write::is_foreign,
@@ -115,9 +114,10 @@ impl RenderArgs {
             comparison: self.comparison.options(!self.is_default("difference")),
         };
         let (camera, mesh) = (self.camera.options(), self.mesh.options(turntable.is_some()));
-        let jobs = pictures.jobs(&self.scenes, &camera, &mesh, self.memory.limit())?;
+        let memory = self.memory.limit();
+        let jobs = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
         let inputs = check_inputs(&jobs, self.config.path().as_deref())?;
-        memory::check_threads(self.trace.threads.map(useful_threads))?;
+        load::memory::check_threads(self.trace.threads.map(useful_threads))?;
         let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
         if let Some(JsonTarget::File(path)) = &json
             && self.is_default("json")
@@ -153,6 +153,7 @@ impl RenderArgs {
             picture,
             whole_turn: turntable.map_or(1, |turntable| turntable.count),
             jobs,
+            memory,
             inputs,
             stats: self.stats,
             json,

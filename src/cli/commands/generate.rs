@@ -3,15 +3,11 @@
 use super::check_room;
 use crate::{
     cli::{
-        CliError,
-        load::memory,
-        plan::GeneratePlan,
-        process::Interrupt,
-        report::quoted,
-        write::{is_foreign, write_file},
+        CliError, load::memory, plan::GeneratePlan, process::Interrupt, report::quoted, write::is_foreign,
     },
     error::clip_path,
     generate::{Generated, MAX_COUNT, Part, Shape, generate, write_ply},
+    whole_file,
 };
 use std::{fmt::Write as _, fs, io, path::Path};
 
@@ -30,8 +26,7 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
         count.min(MAX_COUNT) as u64 * PRIMITIVE_BYTES,
         memory::limit(None),
     )?;
-    let generated = interrupt.exit_at_once_during(|| generate(plan.kind, plan.options))?;
-    let generated = generated.map_err(|error| CliError::Failed(error.to_string()))?;
+    let generated = generate(plan.kind, plan.options).map_err(|error| CliError::Failed(error.to_string()))?;
     let folder = &plan.folder;
     fs::create_dir_all(folder)
         .map_err(|error| CliError::writing(&format!("to the directory {}", clip_path(folder)), &error))?;
@@ -56,12 +51,12 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
     // The meshes first, so that a scene file that exists can be loaded.
     for part in &generated.parts {
         if let (Shape::Mesh(mesh), Some(path)) = (&part.shape, mesh_path(part)) {
-            let written = write_file(&path, &interrupt, |out| write_ply(mesh, out));
+            let written = whole_file::write(&path, |out| write_ply(mesh, out));
             finished(&path, &interrupt, written)?;
             let _ = writeln!(told, "{}: {} triangles", clip_path(&path), mesh.triangles.len());
         }
     }
-    let written = write_file(&scene, &interrupt, |out| generated.write_scn(out));
+    let written = whole_file::write(&scene, |out| generated.write_scn(out));
     finished(&scene, &interrupt, written)?;
     let _ = writeln!(
         told,

@@ -1,9 +1,9 @@
 //! JSON answers, one line each.
 
-use super::guarded;
 use crate::{
-    cli::{CliError, plan::JsonTarget, process::Interrupt, report},
+    cli::{CliError, plan::JsonTarget, report},
     error::clip_path,
+    whole_file,
 };
 use serde::Serialize;
 use std::{
@@ -31,7 +31,7 @@ pub fn write_json(target: &JsonTarget, lines: &str) -> Result<(), CliError> {
         let file = OpenOptions::new().write(true).open(path);
         file.and_then(|mut file| file.write_all(lines.as_bytes()))
     } else {
-        guarded::write(path, &Interrupt::default(), |out| out.write_all(lines.as_bytes()))
+        whole_file::write(path, |out| out.write_all(lines.as_bytes()))
     };
     written.map_err(|error| CliError::writing(&clip_path(path), &error))
 }

@@ -230,18 +230,18 @@ fn references_are_bounded() {
             &folder,
             &["a.scn", "--size=8x8", "-o", "a.png", "--compare", name],
         )
-        .is_refused("the file has 5.0 GiB, expected at most");
+        .refused("the file has 5.0 GiB, expected at most");
     }
     for name in [".", "/dev/zero", "/dev/stdin"] {
         Call::new(
             &folder,
             &["a.scn", "--size=8x8", "-o", "a.png", "--compare", name],
         )
-        .is_refused("not a regular file");
+        .refused("not a regular file");
     }
     if folder.make_pipe("pipe") {
-        Call::new(&folder, &["a.scn", "--size=8x8", "--compare", "pipe"]).is_refused("not a regular file");
-        Call::new(&folder, &["a.scn", "--config", "pipe"]).is_refused("not a regular file");
+        Call::new(&folder, &["a.scn", "--size=8x8", "--compare", "pipe"]).refused("not a regular file");
+        Call::new(&folder, &["a.scn", "--config", "pipe"]).refused("not a regular file");
     }
     // Broken pictures, among them sizes that are not there.
     run(&folder, &["a.scn", "--size=64x64", "-o", "whole.exr", "--quiet"]);
@@ -285,7 +285,7 @@ fn references_are_bounded() {
 fn options_that_make_lists_are_limited() {
     let folder = Folder::new();
     folder.write("c.toml", "frames = '1-4294967295'\nturntable = 10000\n");
-    Call::new(&folder, &["a.scn", "--config=c.toml"]).is_refused("expected numbers from 1 to 10000");
+    Call::new(&folder, &["a.scn", "--config=c.toml"]).refused("expected numbers from 1 to 10000");
     let calls: &[&[&str]] = &[
         &["a.scn", "--turntable=10000", "--frames=1-4294967295"],
         &[&["a.scn"; 11][..], &["--turntable=10000"]].concat(),
@@ -314,7 +314,7 @@ fn options_that_make_lists_are_limited() {
 fn nothing_is_rendered_of_nothing() {
     let folder = Folder::new();
     for arguments in [&["-"][..], &["info", "-"], &["bench", "-"]] {
-        Call::new(&folder, arguments).is_refused("the input is empty");
+        Call::new(&folder, arguments).refused("the input is empty");
     }
     folder.write("blank", "\n  \n");
     let blank = || File::open(folder.path("blank")).unwrap();
