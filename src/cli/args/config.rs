@@ -49,8 +49,14 @@ impl ConfigArgs {
     }
 }
 
-/// A parsed command line of `render` with the config file's defaults added, and their options' ids; `None` if there is
-/// no file.
+/// A command line with the config file's defaults added.
+pub struct WithDefaults {
+    pub arguments: Vec<OsString>,
+    /// The ids of the options that were added.
+    pub options: Vec<String>,
+}
+
+/// A parsed command line of `render` with the config file's defaults added; `None` if there is no file.
 ///
 /// # Errors
 /// [`CliError::Load`], with the place of the fault: no such file, invalid TOML, an unknown option, an invalid value.
@@ -58,7 +64,7 @@ pub fn with_defaults(
     arguments: &[OsString],
     matches: &ArgMatches,
     args: &ConfigArgs,
-) -> Result<Option<(Vec<OsString>, Vec<String>)>, CliError> {
+) -> Result<Option<WithDefaults>, CliError> {
     let Some(path) = args.path() else {
         return Ok(None);
     };
@@ -74,10 +80,13 @@ pub fn with_defaults(
         !given(&default.id) && !default.excludes.iter().any(|id| given(id))
     });
     let kept = kept.filter_map(|default| Some((default.argument?, default.id)));
-    let (added, ids): (Vec<_>, Vec<_>) = kept.unzip();
+    let (added, options): (Vec<_>, Vec<_>) = kept.unzip();
     // After the names of the program and the command.
     let (command, rest) = arguments.split_at(2);
-    Ok(Some(([command, &added, rest].concat(), ids)))
+    Ok(Some(WithDefaults {
+        arguments: [command, &added, rest].concat(),
+        options,
+    }))
 }
 
 fn usual_place() -> Option<PathBuf> {

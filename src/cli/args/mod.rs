@@ -53,7 +53,7 @@ struct Cli {
 enum Command {
     /// Render a scene into a picture
     #[command(override_usage = examples::RENDER_USAGE, after_long_help = examples::RENDER)]
-    Render(render::RenderArgs),
+    Render(Box<render::RenderArgs>),
     /// Look around a scene in a window, ray traced live
     #[cfg(feature = "viewer")]
     #[command(after_long_help = examples::VIEW_KEYS)]
@@ -91,14 +91,14 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
         Err(answer) => return show(answer, &arguments),
     };
     if let (Command::Render(args), Some(given)) = (&cli.command, matches.subcommand_matches("render"))
-        && let Some((arguments, defaults)) = config::with_defaults(&arguments, given, &args.config)?
+        && let Some(with_defaults) = config::with_defaults(&arguments, given, &args.config)?
     {
-        match parse(&arguments) {
-            Ok((with_defaults, _)) => cli = with_defaults,
-            Err(answer) => return show(answer, &arguments),
+        match parse(&with_defaults.arguments) {
+            Ok((parsed, _)) => cli = parsed,
+            Err(answer) => return show(answer, &with_defaults.arguments),
         }
         if let Command::Render(args) = &mut cli.command {
-            args.defaults = defaults;
+            args.defaults = with_defaults.options;
         }
     }
     cli.command.plan().map(Some)
@@ -178,7 +178,7 @@ mod tests {
 
     fn parse_render(arguments: &[&str]) -> RenderArgs {
         match parse(arguments) {
-            Ok(Command::Render(args)) => args,
+            Ok(Command::Render(args)) => *args,
             other => panic!("{arguments:?}: {other:?}"),
         }
     }

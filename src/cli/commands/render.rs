@@ -215,7 +215,7 @@ impl Call<'_> {
             if let Some(aovs) = &aovs {
                 frame.aovs.write(aovs, &mut picture)?;
             }
-            output.write(&picture)
+            output.write(&mut picture)
         });
         written?;
 

@@ -184,7 +184,7 @@ impl Host for Program {
             .ok_or_else(|| format!("{MOST_PICTURES} pictures of this name exist already"))?;
         let text = |error: CliError| error.text().unwrap_or_default();
         let bytes = Format::Png
-            .encode(&Pixels::Bytes(film.clone()).into())
+            .encode(&mut Pixels::Bytes(film.clone()).into())
             .map_err(text)?;
         whole_file::write(Path::new(&name), |out| out.write_all(&bytes))
             .map_err(|error| text(CliError::writing(&name, &error)))?;

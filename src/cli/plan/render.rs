@@ -159,7 +159,7 @@ impl Pictures<'_> {
         mesh: &MeshOptions,
         memory: u64,
     ) -> Result<Vec<Job>, CliError> {
-        let turns = self.turntable.map_or(1, |turntable| turntable.frames_to_render());
+        let turns = self.turntable.map_or(1, Turntable::frames_to_render);
         let pictures = scenes.len() as u64 * turns;
         if pictures > MOST_PICTURES {
             return Err(CliError::Usage(format!(

@@ -106,8 +106,8 @@ impl AovFiles {
             picture.layers.extend(channels);
         }
         for (file, &which) in self.files.iter().zip(&self.asked) {
-            let own = Picture::from(Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer)));
-            file.write(&own)?;
+            let mut own = Picture::from(Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer)));
+            file.write(&mut own)?;
         }
         Ok(())
     }

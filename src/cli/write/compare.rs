@@ -100,9 +100,9 @@ impl Comparison {
         let levels = |i| distances(ours.levels(i), reference.levels(i, floats));
         let figures = Figures::new((self.width, self.height), self.tolerance, levels);
         let agrees = figures.differing as f64 <= self.allow_pixels * figures.pixels as f64;
-        let shown = (!agrees).then(|| self.difference(figures.largest, levels));
+        let mut shown = (!agrees).then(|| self.difference(figures.largest, levels));
         let mut text = figures.text(name, &self.reference, self.tolerance, shown.is_none());
-        if let Some(shown) = &shown {
+        if let Some(shown) = &mut shown {
             self.output.write(shown)?;
             text.push_str(&format!("; shown in {}", self.output.name()));
         }

@@ -78,20 +78,21 @@ impl Format {
         Ok(())
     }
 
-    /// The file's bytes. In memory, because TIFF and EXR seek back to fill in their tables, and a pipe cannot seek.
+    /// The file's bytes. In memory, because TIFF and EXR seek back to fill in their tables, and a pipe cannot seek. Takes the
+    /// picture's layers: a copy of them would be most of what an EXR file needs.
     ///
     /// # Errors
     /// [`CliError::Failed`] if the encoder refuses the picture.
-    pub fn encode(self, picture: &Picture) -> Result<Vec<u8>, CliError> {
+    pub fn encode(self, picture: &mut Picture) -> Result<Vec<u8>, CliError> {
         let mut bytes = Cursor::new(Vec::new());
         self.encode_into(picture, &mut bytes)
             .map_err(|error| CliError::Failed(format!("cannot encode the picture: {error}")))?;
         Ok(bytes.into_inner())
     }
 
-    fn encode_into(self, picture: &Picture, to: &mut Cursor<Vec<u8>>) -> ImageResult<()> {
+    fn encode_into(self, picture: &mut Picture, to: &mut Cursor<Vec<u8>>) -> ImageResult<()> {
         let exr = self == Self::Exr;
-        let layers = &picture.layers[..];
+        let layers = std::mem::take(&mut picture.layers);
         match &picture.pixels {
             Pixels::Linear(film) if exr && layers.is_empty() => {
                 exr_layers::write_rgb(film, to).map_err(exr_error)

@@ -76,7 +76,7 @@ pub enum Values {
 pub fn write<const N: usize>(
     film: &Film<[f32; N]>,
     names: [&'static str; N],
-    layers: &[Channel],
+    layers: Vec<Channel>,
     to: &mut Cursor<Vec<u8>>,
 ) -> exr::error::UnitResult
 where
@@ -86,10 +86,10 @@ where
         let values = film.pixels().iter().map(|pixel| pixel[i]).collect();
         AnyChannel::new(name, FlatSamples::F32(values))
     });
-    let others = layers.iter().map(|channel| {
-        let values = match &channel.values {
-            Values::Floats(values) => FlatSamples::F32(values.clone()),
-            Values::Whole(values) => FlatSamples::U32(values.clone()),
+    let others = layers.into_iter().map(|channel| {
+        let values = match channel.values {
+            Values::Floats(values) => FlatSamples::F32(values),
+            Values::Whole(values) => FlatSamples::U32(values),
         };
         AnyChannel::new(channel.name, values)
     });

@@ -244,7 +244,7 @@ impl Output {
     ///
     /// # Errors
     /// [`CliError`].
-    pub fn write(&self, picture: &Picture) -> Result<(), CliError> {
+    pub fn write(&self, picture: &mut Picture) -> Result<(), CliError> {
         let bytes = self.format.encode(picture)?;
         let written = match &self.place {
             Place::Stdout => return report::print_bytes(&bytes),

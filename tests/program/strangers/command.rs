@@ -99,7 +99,7 @@ fn hostile_words_of_files_do_not_act_on_a_terminal() {
         HOSTILE.to_owned(),
         format!("include {quoted}\n"),
         format!("mesh {quoted}.obj\n"),
-        format!("camera \"\u{1b}[2J\u{202e}\" eye 3 1 1 target 0 0 0\nsphere 0 0 0 1\n"),
+        "camera \"\u{1b}[2J\u{202e}\" eye 3 1 1 target 0 0 0\nsphere 0 0 0 1\n".to_owned(),
         format!("sphere 0 0 0 {HOSTILE}\n"),
     ]
     .iter()
@@ -114,7 +114,7 @@ fn hostile_words_of_files_do_not_act_on_a_terminal() {
     }
     for text in [
         format!("{HOSTILE} = 1\n"),
-        format!("\"\\u001b[2J\\u202e\" = 1\n"),
+        "\"\\u001b[2J\\u202e\" = 1\n".to_owned(),
         "camera = \"\\u001b[2J\\u202e\\u061c\"\n".into(),
         "size = \"\\u001b[2J\\u202e\\u061c\"\n".into(),
         "output = \"\\u001b[2J\\u202e\\u061c.png\"\n".into(),
