@@ -166,6 +166,14 @@ impl Pictures<'_> {
                 "{pictures} pictures in one call, expected at most {MOST_PICTURES}: render them in several calls"
             )));
         }
+        // References are looked into before the formats are known.
+        let least = PixelBytes {
+            film: 3,
+            exr: false,
+            aovs: false,
+            compared: self.comparison.is_some(),
+        };
+        memory::beside_picture(memory, self.size(), least)?;
         let mut places = Places::default();
         let mut named = Vec::new();
         for scene in scenes {

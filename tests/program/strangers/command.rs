@@ -194,7 +194,7 @@ fn long_lists_are_cut() {
     }
     folder.write("many.scn", &text);
     let ended = run(&folder, &["info", "many.scn"]);
-    for words in ["and 992 more", "and 993 more"] {
+    for words in ["and 994 more", "and 995 more"] {
         assert!(ended.stdout.contains(words), "{words}: {}", ended.stdout);
     }
     run(&folder, &["many.scn", "--camera", "x", "--size=8x8"]);
@@ -232,6 +232,23 @@ fn references_are_bounded() {
         )
         .refused("the file has 5.0 GiB, expected at most");
     }
+    let call = [
+        "a.scn",
+        "--size=4096x4096",
+        "-o",
+        "a.png",
+        "--compare",
+        "large.jpg",
+    ];
+    fs::copy(folder.path("r.jpg"), folder.path("large.jpg")).unwrap();
+    let large = File::options()
+        .write(true)
+        .open(folder.path("large.jpg"))
+        .unwrap();
+    large.set_len(300 << 20).unwrap();
+    Call::new(&folder, &call)
+        .within(50)
+        .refused("a picture of 4096x4096 needs");
     for name in [".", "/dev/zero", "/dev/stdin"] {
         Call::new(
             &folder,
