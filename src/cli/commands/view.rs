@@ -92,7 +92,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     };
     let Some(figures) = display.show(options, scene, files, Arc::new(program))? else {
         if benchmark.is_some() {
-            report::warning("the window was closed before the benchmark was done");
+            report::warnings(["the window was closed before the benchmark was done".into()]);
         }
         return Ok(());
     };

@@ -84,7 +84,7 @@ pub fn note(text: &str) {
 }
 
 /// Warns on standard error.
-pub fn warning(text: &str) {
+fn warning(text: &str) {
     note(&format!("warning: {}\n", escape(text)));
 }
 

@@ -15,7 +15,7 @@ mod written;
 pub use aov::AovReport;
 pub use message::{
     check_stdout, error, flush, note, notes_to_terminal, print, print_bytes, prints_to_terminal, tame_json,
-    warning, warnings,
+    warnings,
 };
 pub use progress::{RenderBar, VerifyBar};
 pub use stats::{RenderReport, Times};

@@ -8,6 +8,7 @@ pub mod picture;
 
 use octray::{
     accel::Bvh,
+    error::escape,
     format::{load_from_bytes, mesh as any_mesh, ply},
     render::{Film, Mode, Settings, render as render_frame},
     scene::{Camera, Scene, SceneBuilder, TriangleMesh},
@@ -39,11 +40,11 @@ fn load(text: &[u8]) -> Option<Scene> {
 fn show(error: &octray::error::LoadError) {
     let text = format!("{error}{}", error.report());
     assert!(
-        !text.contains(|c: char| c.is_control() && c != '\n'),
+        text.split('\n').all(|line| escape(line) == line),
         "control characters: {text:?}"
     );
-    // An escaped path of 4096 bytes may occur several times, and longer with each included file.
-    assert!(text.len() < 4_000_000, "an error of {} bytes", text.len());
+    // An escaped message of a thousand characters for each level of inclusion, twice.
+    assert!(text.len() < 400_000, "an error of {} bytes", text.len());
 }
 
 /// Scene text.
