@@ -10,7 +10,7 @@ use octray::{
     accel::Bvh,
     format::{load_from_bytes, mesh as any_mesh, ply},
     render::{Film, Mode, Settings, render as render_frame},
-    scene::{Camera, TriangleMesh, Scene, SceneBuilder},
+    scene::{Camera, Scene, SceneBuilder, TriangleMesh},
 };
 use std::{io, ops::ControlFlow, path::Path};
 
