@@ -112,12 +112,13 @@ impl<'a> Call<'a> {
     }
 
     /// Runs it, and expects one error that contains these words.
-    pub fn is_refused(self, words: &str) {
+    pub fn refused(self, words: &str) {
         let ended = self.run();
         assert_eq!(ended.code, Some(1), "expected {words:?}: {ended:?}");
         assert!(ended.stderr.contains(words), "expected {words:?}: {ended:?}");
     }
 
+    #[allow(clippy::zombie_processes, reason = "`wait` waits for it by its number")]
     fn measured(&self) -> Ended {
         let arguments: Vec<&str> = self.arguments.iter().map(String::as_str).collect();
         let (mut stdout, mut stderr) = (tempfile::tempfile().unwrap(), tempfile::tempfile().unwrap());

@@ -3,6 +3,7 @@
 mod command;
 mod harness;
 mod mesh;
+mod process;
 mod scene;
 
 pub use harness::Call;
