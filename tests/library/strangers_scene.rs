@@ -313,7 +313,7 @@ fn thousands_of_missing_libraries() {
         files.write(&format!("{name}{i}"), "");
     }
     let libraries: String = (0..30).map(|i| format!("mtllib {name}x{i}\n")).collect();
-    let mut text = String::new();
+    let mut text = "light 9 -4 10 0.7\n".to_owned();
     for i in 0..300 {
         files.write(&format!("{i}.obj"), format!("{libraries}{OBJ}"));
         text += &format!("mesh {i}.obj\n");
