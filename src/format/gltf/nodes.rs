@@ -20,11 +20,11 @@ use gltf::{Document, camera::Projection};
 /// The most triangles of a file.
 const MAX_TRIANGLES: usize = 1 << 26;
 
-/// The most triangles beyond those that a file's bytes can hold: what placing a mesh more than once adds.
+/// The most triangles of a small file whose nodes place few meshes often.
 const MAX_REPEATED: usize = 1 << 22;
 
-/// The fewest bytes of a triangle: one more index of a strip.
-const TRIANGLE_BYTES: usize = 2;
+/// How many more there may be for each byte of the file and its buffers.
+const MAX_PER_BYTE: usize = 8;
 
 /// A triangle without a material of its own.
 const NO_SURFACE: u32 = u32::MAX;
@@ -108,7 +108,7 @@ impl Reading {
                 has_normals |= shape.normals.is_some();
             }
         }
-        let most = MAX_TRIANGLES.min(MAX_REPEATED.saturating_add(buffers.size() / TRIANGLE_BYTES));
+        let most = MAX_TRIANGLES.min(MAX_REPEATED.saturating_add(buffers.size().saturating_mul(MAX_PER_BYTE)));
         if triangles > most {
             return Err(buffers.refused(format!(
                 "{triangles} triangles, counted once for each node that places them, expected at most {most} from \
