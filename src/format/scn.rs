@@ -4,11 +4,12 @@ mod arguments;
 mod include;
 mod line;
 mod mesh;
+mod meshes;
 mod nearest;
 mod statements;
 mod words;
 
-use super::{files::Files, place::BYTE_ORDER_MARK};
+use super::{budget::Budget, files::Files, place::BYTE_ORDER_MARK};
 use crate::{
     error::{LoadError, SourcePos, quote},
     scene::{MaterialId, Scene, SceneBuilder},
@@ -17,6 +18,7 @@ use arguments::Arguments;
 use include::Includes;
 use line::Line;
 use mesh::Placed;
+use meshes::Meshes;
 use nearest::{list, nearest};
 use statements::{STATEMENTS, again};
 use std::{
@@ -35,24 +37,25 @@ const MAX_PATH: usize = 4096;
 /// A hint for a word that follows a path.
 const QUOTES_HINT: &str = " (put double quotes around a path with spaces)";
 
-/// Makes a scene of text. `name` stands for the file in errors, and paths are relative to its folder; `memory` is as
-/// in [`super::load_within`].
+/// Makes a scene of text. `name` stands for the file in errors, and paths are relative to its folder. The text is taken
+/// from the budget already; the scene may take the budget's limit.
 pub(super) fn parse(
     text: &[u8],
     name: &Path,
     files: &mut dyn Files,
-    memory: u64,
+    budget: &Budget,
 ) -> Result<Scene, LoadError> {
     let identity = files.identity(name);
     let mut reader = Reader {
         files,
+        budget,
         folder: PathBuf::new(),
-        builder: SceneBuilder::within(memory),
+        builder: SceneBuilder::within(budget.limit()),
         material: None,
-        meshes: HashSet::new(),
-        mesh_files: HashSet::new(),
-        copied_bytes: 0,
+        meshes: Meshes::default(),
+        placed: HashSet::new(),
         mesh_cameras: 0,
+        mesh_notes: 0,
         includes: Includes::default(),
         said: Said::default(),
         has_lights: false,
@@ -110,20 +113,19 @@ fn refuse_binary(text: &[u8], file: &Path) -> Result<(), LoadError> {
 /// The scene so far.
 struct Reader<'a> {
     files: &'a mut dyn Files,
+    budget: &'a Budget,
     /// The folder of the file that is being read.
     folder: PathBuf,
     builder: SceneBuilder,
     /// The current material. None before the first `material`: meshes look as their files say, other shapes have
     /// material 0.
     material: Option<MaterialId>,
-    /// The meshes of the scene, with their placement.
-    meshes: HashSet<Placed>,
-    /// Their files.
-    mesh_files: HashSet<PathBuf>,
-    /// How many bytes of mesh files were read for copies.
-    copied_bytes: u64,
+    meshes: Meshes,
+    placed: HashSet<Placed>,
     /// How many cameras the meshes have.
     mesh_cameras: usize,
+    /// How many notes there are about meshes.
+    mesh_notes: usize,
     includes: Includes,
     said: Said,
     has_lights: bool,

@@ -9,12 +9,15 @@
 //! Format: *glTF 2.0 Specification*, The Khronos Group, 2021.
 
 mod buffers;
+mod estimate;
 mod extras;
 mod nodes;
+mod shapes;
 
 use super::place::BYTE_ORDER_MARK;
 use super::{
     OpenMesh,
+    budget::Budget,
     mesh::{LoadedMesh, Surface, add_texture},
 };
 use crate::error::{LoadError, SourcePos};
@@ -43,7 +46,12 @@ const HARMLESS: [&str; 9] = [
 ///
 /// # Errors
 /// [`LoadError`]: with line and column if the JSON does not parse, else with the JSON path of the fault.
-pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    open: OpenMesh<'_>,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
     let refused = |message: String| LoadError::whole_file(path, message);
     if bytes.is_empty() {
         return Err(refused("the file is empty, expected a glTF mesh".into()));
@@ -53,8 +61,10 @@ pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<Loa
     } else {
         (bytes, None)
     };
+    let parsed = estimate::parsed_size(json);
+    budget.take(parsed).map_err(|error| error.into_error(path))?;
     let root = root(json, path)?;
-    let note = extras::left_out(&root, json).note(path);
+    let mut left_out = extras::left_out(&root, json);
     let mut textures = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
         if !uri.starts_with("data:") {
@@ -62,11 +72,12 @@ pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<Loa
         }
     }
     let document = document(root, path)?;
-    let mut buffers = Buffers::new(path, blob, open);
+    let mut buffers = Buffers::new(path, bytes.len(), blob, open, budget);
     let mut reading = nodes::Reading::default();
     reading.scene(&document, &mut buffers)?;
+    left_out.count(reading.cameras_left_out, "camera", "cameras");
     let mut mesh = reading.finish(&document);
-    mesh.notes.extend(note);
+    mesh.notes.extend(left_out.note(path));
     mesh.textures = textures;
     Ok(mesh)
 }

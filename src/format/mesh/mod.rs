@@ -7,7 +7,7 @@ mod up;
 
 pub use up::{UpAxis, UpSource};
 
-use super::{OpenMesh, files, gltf, obj, ply, source::Opened, stl};
+use super::{OpenMesh, budget::Budget, files, gltf, obj, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError},
     scene::{MAX_TEXTURES, Material, MaterialId, SceneBuilder, TriangleMesh, View},
@@ -38,6 +38,18 @@ pub struct LoadedMesh {
 
 /// Longer names are no files.
 const MAX_NAME: usize = 4096;
+
+/// The most cameras that a mesh has, and that a scene takes from its meshes.
+pub(super) const MAX_CAMERAS: usize = 1 << 10;
+
+/// The longest name of a camera, in bytes.
+pub(super) const MAX_CAMERA_NAME: usize = 64;
+
+/// The name of a mesh's camera, cut if it is too long.
+pub(super) fn camera_name(name: &str) -> String {
+    let end = name.floor_char_boundary(MAX_CAMERA_NAME);
+    name.get(..end).unwrap_or_default().to_owned()
+}
 
 /// Lists a texture that the file at `path` names.
 pub(super) fn add_texture(textures: &mut Vec<PathBuf>, path: &Path, name: &str) {
@@ -181,30 +193,44 @@ impl LoadedMesh {
     ///
     /// # Errors
     /// [`SceneError`], as for [`SceneBuilder::add_mesh`].
-    pub fn add_to(self, builder: &mut SceneBuilder, material: Option<MaterialId>) -> Result<(), SceneError> {
-        builder.add_textures(self.textures);
-        match material {
-            Some(material) => builder.add_mesh(self.columns, material),
-            None if self.surfaces.is_empty() => {
-                let material = builder.add_material(Surface::NEUTRAL.material())?;
-                builder.add_mesh(self.columns, material)
-            }
-            None => {
-                let ids: Result<Vec<MaterialId>, SceneError> = self
-                    .surfaces
-                    .iter()
-                    .map(|surface| builder.add_material(surface.material()))
-                    .collect();
-                let ids = ids?;
-                let of_triangle = self.surface_of.iter();
-                // An index beyond the surfaces becomes a material that the builder refuses.
-                let materials = of_triangle
-                    .map(|&i| ids.get(i as usize).copied().unwrap_or(MaterialId(u32::MAX)))
-                    .collect();
-                builder.add_mesh_with_materials(self.columns, materials)
-            }
+    pub fn add_to(
+        mut self,
+        builder: &mut SceneBuilder,
+        material: Option<MaterialId>,
+    ) -> Result<(), SceneError> {
+        builder.add_textures(std::mem::take(&mut self.textures));
+        if let Some(material) = material {
+            return builder.add_mesh(self.columns, material);
         }
+        let ids = self.add_surfaces(builder)?;
+        add_with_surfaces(builder, self.columns, &ids, &self.surface_of)
     }
+
+    /// Adds the materials of the surfaces to a scene; of [`Surface::NEUTRAL`] if there are none.
+    pub(super) fn add_surfaces(&self, builder: &mut SceneBuilder) -> Result<Vec<MaterialId>, SceneError> {
+        let surfaces = match &self.surfaces[..] {
+            [] => &[Surface::NEUTRAL],
+            surfaces => surfaces,
+        };
+        let materials = surfaces.iter().map(Surface::material);
+        materials.map(|material| builder.add_material(material)).collect()
+    }
+}
+
+/// Adds a mesh with the materials of its surfaces. `surface_of` has an index into `materials` for each triangle; it is
+/// empty if there is only one.
+pub(super) fn add_with_surfaces(
+    builder: &mut SceneBuilder,
+    columns: TriangleMesh,
+    materials: &[MaterialId],
+    surface_of: &[u32],
+) -> Result<(), SceneError> {
+    if let ([material], []) = (materials, surface_of) {
+        return builder.add_mesh(columns, *material);
+    }
+    // An index beyond the surfaces becomes a material that the builder refuses.
+    let material = |&i: &u32| materials.get(i as usize).copied().unwrap_or(MaterialId(u32::MAX));
+    builder.add_mesh_with_materials(columns, surface_of.iter().map(material).collect())
 }
 
 /// Loads a mesh file and the files that it names.
@@ -215,40 +241,48 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
     load_within(path, &mut Vec::new(), u64::MAX)
 }
 
-/// As [`load`], and adds to `asked` every file that it tried to open, to be watched for changes. No file may be larger
-/// than `memory`, in bytes.
+/// As [`load`], and adds to `asked` every file that it tried to open, to be watched for changes. All files and the mesh
+/// may take `memory` bytes together.
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
 pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<LoadedMesh, LoadError> {
     asked.push(path.to_path_buf());
-    let file = files::open(path, memory).map_err(|error| files::load_error(path, &error))?;
-    read(Opened::File(file), path, &mut |path| {
+    let budget = Budget::new(memory);
+    let file = files::open(path, &budget).map_err(|error| files::load_error(path, &error))?;
+    let open = &mut |path: &Path| {
         asked.push(path.to_path_buf());
-        files::read(path, memory)
-    })
+        files::read(path, &budget)
+    };
+    read(Opened::File(file), path, open, &budget)
 }
 
 /// This many bytes tell whether an .obj file is text.
 const TEXT_HEAD: usize = 4096;
 
-/// Reads a mesh from its file, piece by piece if its format allows it.
-pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
+/// Reads a mesh from its file, piece by piece if its format allows it. What it takes is taken from the budget; `open`
+/// takes the bytes that it gives.
+pub(super) fn read(
+    opened: Opened,
+    path: &Path,
+    open: OpenMesh<'_>,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
     match MeshFormat::of(path, head) {
-        Some(MeshFormat::Ply) => return ply::read(opened, path),
-        Some(MeshFormat::Stl) => return stl::read(opened, path),
+        Some(MeshFormat::Ply) => return ply::read(opened, path, budget),
+        Some(MeshFormat::Stl) => return stl::read(opened, path, budget),
         // Refused now: reading gigabytes first would take seconds.
-        Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open),
+        Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open, budget),
         _ => {}
     }
-    let bytes = opened.into_bytes();
-    parse(
-        bytes.map_err(|error| files::load_error(path, &error))?,
-        path,
-        open,
-    )
+    let bytes = opened.into_bytes(budget);
+    let bytes = bytes.map_err(|error| files::load_error(path, &error))?;
+    match MeshFormat::of(path, &bytes) {
+        Some(format) => parse_as(format, &bytes, path, open, budget),
+        None => Err(unknown_format(path)),
+    }
 }
 
 /// Reads a mesh from the bytes of its file. `path` stands for the file in errors; its extension tells the format if the
@@ -262,25 +296,27 @@ pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<Lo
 )]
 pub fn parse(bytes: Vec<u8>, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
     match MeshFormat::of(path, &bytes) {
-        Some(format) => parse_as(format, &bytes, path, open),
-        None => Err(LoadError::whole_file(
-            path,
-            format!("unknown kind of file, {}", MeshFormat::EXPECTED),
-        )),
+        Some(format) => parse_as(format, &bytes, path, open, &Budget::unlimited()),
+        None => Err(unknown_format(path)),
     }
 }
 
-/// As [`parse`], of a known format.
+fn unknown_format(path: &Path) -> LoadError {
+    LoadError::whole_file(path, format!("unknown kind of file, {}", MeshFormat::EXPECTED))
+}
+
+/// As [`parse`], of a known format. The bytes are taken from the budget already.
 pub(super) fn parse_as(
     format: MeshFormat,
     bytes: &[u8],
     path: &Path,
     open: OpenMesh<'_>,
+    budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
     match format {
-        MeshFormat::Ply => ply::parse_mesh(bytes, path),
-        MeshFormat::Obj => obj::parse(bytes, path, open),
-        MeshFormat::Stl => stl::parse(bytes, path),
-        MeshFormat::Gltf => gltf::parse(bytes, path, open),
+        MeshFormat::Ply => ply::parse_mesh(bytes, path, budget),
+        MeshFormat::Obj => obj::parse(bytes, path, open, budget),
+        MeshFormat::Stl => stl::parse(bytes, path, budget),
+        MeshFormat::Gltf => gltf::parse(bytes, path, open, budget),
     }
 }
