@@ -3,6 +3,8 @@
 //! Readers make a fan of every polygon and record it in [`Fans`]. Once all positions are known, polygons that a fan does
 //! not fill are triangulated again, into the same number of triangles.
 
+mod ears;
+
 use crate::scene::TriangleMesh;
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
@@ -11,6 +13,8 @@ use std::ops::Range;
 
 /// Polygons with more corners stay fans: cutting can take quadratic time.
 const MOST_CORNERS: usize = 1024;
+/// Polygons with more corners are left to [`ears`]: `earcut` gives better triangles, but can take cubic time and more.
+const MOST_FOR_EARCUT: usize = 64;
 /// How many polygons a thread checks at a time.
 const PIECE: usize = 1 << 12;
 
@@ -131,9 +135,13 @@ impl Cutter {
         if is_convex(&flat) {
             return None;
         }
-        self.earcut
-            .earcut(flat.iter().map(DVec2::to_array), &[], &mut self.triangles);
         let winding = area(&flat).signum();
+        if corners.len() > MOST_FOR_EARCUT {
+            ears::cut(&flat, winding, &mut self.triangles);
+        } else {
+            let flat = flat.iter().map(DVec2::to_array);
+            self.earcut.earcut(flat, &[], &mut self.triangles);
+        }
         let (triangles, _) = self.triangles.as_chunks_mut::<3>();
         for triangle in &mut *triangles {
             if area(&triangle.map(|i| flat[i as usize])).signum() == -winding {
@@ -252,6 +260,57 @@ mod tests {
                     let first = facing(&triangles[0]);
                     assert!(triangles.iter().all(|t| facing(t).dot(first) > 0.99));
                 }
+            }
+        }
+    }
+
+    /// A polygon of `teeth` teeth around a disc, 4 corners each, and half a tooth's depth.
+    fn gear(teeth: usize) -> Vec<[f64; 2]> {
+        let corner = |i: usize| {
+            let (angle, radius) = (
+                i as f64 / teeth as f64 * std::f64::consts::FRAC_PI_2,
+                if i % 4 < 2 { 1.0 } else { 0.9 },
+            );
+            [radius * libm::cos(angle), radius * libm::sin(angle)]
+        };
+        (0..4 * teeth).map(corner).collect()
+    }
+
+    #[test]
+    fn large_polygons_are_filled_once() {
+        let mut cutter = Cutter::default();
+        let comb = |i: usize| [(i / 2) as f64, if i % 4 == 1 || i % 4 == 2 { 5.0 } else { 0.0 }];
+        let comb: Vec<[f64; 2]> = [[499.0, -1.0], [0.0, -1.0]]
+            .into_iter()
+            .chain((0..1000).map(comb))
+            .collect();
+        let keyhole = || {
+            let outer = gear(64).into_iter().chain([gear(64)[0]]);
+            let inner = gear(64).into_iter().chain([gear(64)[0]]).rev();
+            outer.chain(inner.map(|[x, y]| [0.5 * x, 0.5 * y])).collect()
+        };
+        let spiral = |i: usize| {
+            let (step, radius) = if i < 300 { (i, 1.0) } else { (599 - i, 1.1) };
+            let (angle, radius) = (step as f64 * 0.1, radius * libm::exp(step as f64 * 0.005));
+            [radius * libm::cos(angle), radius * libm::sin(angle)]
+        };
+        for polygon in [
+            gear(17),
+            gear(256),
+            comb,
+            keyhole(),
+            (0..600).map(spiral).collect(),
+        ] {
+            for turned in [false, true] {
+                let mut polygon: Vec<[f64; 2]> = polygon.clone();
+                if turned {
+                    polygon.reverse();
+                }
+                let corners = points(&polygon, |x, y| DVec3::new(x, y, 3.0));
+                let triangles = cutter.cut(&corners).expect("a simple polygon").to_vec();
+                assert_eq!(triangles.len(), corners.len() - 2);
+                let area = area(&flattened(&corners)).abs() / 2.0;
+                assert!((total_area(&corners, &triangles) - area).abs() < 1e-9 * area);
             }
         }
     }

@@ -80,7 +80,8 @@ fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Result<In
             let note = "the mesh has normals of its own, so --smooth-angle has no effect";
             loaded.notes.push(format!("{}: {note}", path.display()));
         }
-        loaded.columns.smooth_normals(degrees);
+        let smoothed = loaded.columns.smooth_normals(degrees);
+        smoothed.map_err(|error| failed(path, &error))?;
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
     let camera = plan.camera.for_mesh(&loaded, up, plan.aspect, mesh.turning)?;

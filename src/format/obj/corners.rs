@@ -10,7 +10,10 @@ use super::{
 };
 use crate::{error::quote, scene::TriangleMesh};
 use glam::{DVec3, Vec3};
-use std::ops::Range;
+use std::{
+    collections::{HashMap, TryReserveError},
+    ops::Range,
+};
 
 /// A corner as written: 1-based, or negative and counted from the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +24,9 @@ pub(super) struct Corner {
 
 /// A corner without a normal.
 const NONE: u32 = u32::MAX;
+
+/// How many vertices at one position are searched one by one.
+const MOST_STEPS: usize = 16;
 
 /// The corners of all triangles.
 #[derive(Default)]
@@ -174,49 +180,97 @@ impl Corners {
             mesh.triangles = positions;
             return Ok(());
         }
-        normal_corners.resize(positions.len(), [NONE; 3]);
         let no_memory = |_| "the mesh does not fit into memory".to_owned();
-        let count = mesh.x.len();
-        // Each vertex's normal, once a corner sets it, and the next vertex at the same position.
-        let mut normal_of: Vec<Option<u32>> = Vec::new();
-        let mut next: Vec<u32> = Vec::new();
-        normal_of.try_reserve_exact(count).map_err(no_memory)?;
-        next.try_reserve_exact(count).map_err(no_memory)?;
-        normal_of.resize(count, None);
-        next.resize(count, NONE);
+        let missing = positions.len() - normal_corners.len();
+        normal_corners.try_reserve_exact(missing).map_err(no_memory)?;
+        normal_corners.resize(positions.len(), [NONE; 3]);
+        let mut vertices = Vertices::new(mesh.x.len()).map_err(no_memory)?;
         for (corners, normals) in positions.iter_mut().zip(&normal_corners) {
             for (corner, &normal) in corners.iter_mut().zip(normals) {
-                let mut vertex = *corner as usize;
-                loop {
-                    match normal_of[vertex] {
-                        None => normal_of[vertex] = Some(normal),
-                        Some(other) if other == normal => {}
-                        Some(_) if next[vertex] == NONE => {
-                            let copy = normal_of.len();
-                            next[vertex] = u32::try_from(copy).map_err(|_| "too many vertices".to_owned())?;
-                            next.push(NONE);
-                            normal_of.push(Some(normal));
-                            for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-                                column.push(column[*corner as usize]);
-                            }
-                            vertex = copy;
-                        }
-                        Some(_) => {
-                            vertex = next[vertex] as usize;
-                            continue;
-                        }
+                let position = *corner;
+                let vertex = vertices.vertex(position, normal).map_err(no_memory)?;
+                if vertex as usize == mesh.x.len() {
+                    for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
+                        column.try_reserve(1).map_err(no_memory)?;
+                        column.push(column[position as usize]);
                     }
-                    break;
                 }
-                *corner = vertex as u32;
+                *corner = vertex;
             }
         }
+        drop(normal_corners);
         let normal = |index: &Option<u32>| {
             let normal = index.and_then(|index| normals.get(index as usize));
             normal.map_or(Vec3::ZERO, |&normal| Vec3::from_array(normal))
         };
-        mesh.normals = normal_of.iter().map(normal).collect();
+        let count = vertices.normals.len();
+        mesh.normals.try_reserve_exact(count).map_err(no_memory)?;
+        mesh.normals.extend(vertices.normals.iter().map(normal));
         mesh.triangles = positions;
         Ok(())
+    }
+}
+
+/// The vertices: one for each position, and more for its further normals.
+struct Vertices {
+    /// Each vertex's normal, once a corner sets it.
+    normals: Vec<Option<u32>>,
+    /// The next vertex at the same position.
+    next: Vec<u32>,
+    /// The vertex by position and normal, beyond [`MOST_STEPS`] at a position.
+    others: HashMap<[u32; 2], u32>,
+}
+
+impl Vertices {
+    fn new(positions: usize) -> Result<Self, TryReserveError> {
+        let (mut normals, mut next) = (Vec::new(), Vec::new());
+        normals.try_reserve_exact(positions)?;
+        next.try_reserve_exact(positions)?;
+        normals.resize(positions, None);
+        next.resize(positions, NONE);
+        let others = HashMap::new();
+        Ok(Self {
+            normals,
+            next,
+            others,
+        })
+    }
+
+    /// The vertex with this position and normal.
+    fn vertex(&mut self, position: u32, normal: u32) -> Result<u32, TryReserveError> {
+        let (mut vertex, mut steps) = (position, 0);
+        loop {
+            let at = vertex as usize;
+            match self.normals[at] {
+                None => {
+                    self.normals[at] = Some(normal);
+                    return Ok(vertex);
+                }
+                Some(other) if other == normal => return Ok(vertex),
+                Some(_) if steps == MOST_STEPS => break,
+                Some(_) if self.next[at] == NONE => {
+                    self.next[at] = self.add(normal)?;
+                    return Ok(self.next[at]);
+                }
+                Some(_) => vertex = self.next[at],
+            }
+            steps += 1;
+        }
+        if let Some(&vertex) = self.others.get(&[position, normal]) {
+            return Ok(vertex);
+        }
+        self.others.try_reserve(1)?;
+        let copy = self.add(normal)?;
+        self.others.insert([position, normal], copy);
+        Ok(copy)
+    }
+
+    /// Adds a vertex.
+    fn add(&mut self, normal: u32) -> Result<u32, TryReserveError> {
+        self.normals.try_reserve(1)?;
+        self.next.try_reserve(1)?;
+        self.normals.push(Some(normal));
+        self.next.push(NONE);
+        Ok(self.normals.len() as u32 - 1)
     }
 }

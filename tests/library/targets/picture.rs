@@ -11,7 +11,7 @@ use octray::{
         shade::{Intersect, SecondaryRays, radiance},
     },
     render::{Film, Filter, Mode, Pattern, Settings, render},
-    scene::{Background, Camera, Material, TriangleMesh, Scene, SceneBuilder},
+    scene::{Background, Camera, Material, Scene, SceneBuilder, TriangleMesh},
 };
 use std::ops::ControlFlow;
 
