@@ -1,7 +1,8 @@
 //! What bytes without a file name are, such as those of standard input.
 
 use super::{
-    files, load_from_reader,
+    budget::Budget,
+    files::{self, Disk},
     mesh::{self, LoadedMesh, MeshFormat},
     place::BYTE_ORDER_MARK,
     scn, stl,
@@ -73,23 +74,24 @@ pub fn load_any(
     asked: &mut Vec<PathBuf>,
     memory: u64,
 ) -> Result<Loaded, LoadError> {
-    let bytes = files::read_all(reader, memory.min(files::MAX_BYTES));
+    let budget = Budget::new(memory);
+    let bytes = files::read_all(reader, files::MAX_BYTES, &budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
     if bytes.is_empty() {
         // What should have written to the pipe has failed.
         return Err(LoadError::whole_file(
             name,
-            "the input is empty, expected a scene or a mesh",
+            "standard input is empty, expected a scene or a mesh",
         ));
     }
     Ok(match detect(&bytes) {
-        Detected::Scene => Loaded::Scene(Box::new(load_from_reader(&bytes[..], name, asked, memory)?)),
+        Detected::Scene => Loaded::Scene(Box::new(scn::parse(&bytes, name, &mut Disk { asked }, &budget)?)),
         Detected::Mesh(format) => {
             let open = &mut |path: &Path| {
                 asked.push(path.to_path_buf());
-                files::read(path, memory)
+                files::read(path, &budget)
             };
-            Loaded::Mesh(Box::new(mesh::parse_as(format, &bytes, name, open)?))
+            Loaded::Mesh(Box::new(mesh::parse_as(format, &bytes, name, open, &budget)?))
         }
     })
 }

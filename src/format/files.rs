@@ -2,7 +2,8 @@
 
 use super::{
     OpenMesh, alike,
-    source::{OpenFile, Opened},
+    budget::Budget,
+    source::{OpenFile, Opened, open_file, read_on},
 };
 use crate::error::{LoadError, in_bytes};
 use std::{
@@ -17,33 +18,34 @@ pub(super) const MAX_BYTES: u64 = 1 << 32;
 /// The largest text of a scene, in bytes: some twenty million spheres. Anything larger is hardly a scene.
 pub(super) const MAX_TEXT_BYTES: u64 = 1 << 29;
 
-/// The source of the files that a scene names.
+/// The source of the files that a scene names. Bytes that are read are taken from the budget.
 pub(super) trait Files {
     /// The text of an included scene file.
-    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>>;
+    fn text(&mut self, path: &Path, budget: &Budget) -> io::Result<Vec<u8>>;
     /// A mesh file.
-    fn mesh(&mut self, path: &Path) -> io::Result<Opened>;
+    fn mesh(&mut self, path: &Path, budget: &Budget) -> io::Result<Opened>;
     /// The bytes of a file that a mesh names.
-    fn beside_mesh(&mut self, path: &Path) -> io::Result<Vec<u8>> {
-        self.mesh(path)?.into_bytes()
+    fn beside_mesh(&mut self, path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
+        self.mesh(path, budget)?.into_bytes(budget)
     }
     /// The same name for all paths of one file.
     fn identity(&self, path: &Path) -> PathBuf;
 }
 
-/// The disk.
-pub(super) struct Disk {
-    /// The memory limit, in bytes.
-    pub(super) memory: u64,
+/// The disk, and a list of all files that were opened.
+pub(super) struct Disk<'a> {
+    pub(super) asked: &'a mut Vec<PathBuf>,
 }
 
-impl Files for Disk {
-    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
-        read_text(path, self.memory)
+impl Files for Disk<'_> {
+    fn text(&mut self, path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
+        self.asked.push(path.to_path_buf());
+        read_text(path, budget)
     }
 
-    fn mesh(&mut self, path: &Path) -> io::Result<Opened> {
-        open(path, self.memory).map(Opened::File)
+    fn mesh(&mut self, path: &Path, budget: &Budget) -> io::Result<Opened> {
+        self.asked.push(path.to_path_buf());
+        open(path, budget).map(Opened::File)
     }
 
     /// A path that cannot be resolved is refused when it is read.
@@ -52,38 +54,16 @@ impl Files for Disk {
     }
 }
 
-/// The disk, and a list of all files that were opened.
-pub(super) struct Listed<'a> {
-    pub(super) disk: Disk,
-    pub(super) asked: &'a mut Vec<PathBuf>,
-}
-
-impl Files for Listed<'_> {
-    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
-        self.asked.push(path.to_path_buf());
-        self.disk.text(path)
-    }
-
-    fn mesh(&mut self, path: &Path) -> io::Result<Opened> {
-        self.asked.push(path.to_path_buf());
-        self.disk.mesh(path)
-    }
-
-    fn identity(&self, path: &Path) -> PathBuf {
-        self.disk.identity(path)
-    }
-}
-
 /// Files that the caller gives.
 pub(super) struct Given<'a>(pub(super) OpenMesh<'a>);
 
 impl Files for Given<'_> {
-    fn text(&mut self, path: &Path) -> io::Result<Vec<u8>> {
-        (self.0)(path)
+    fn text(&mut self, path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
+        taken((self.0)(path)?, budget)
     }
 
-    fn mesh(&mut self, path: &Path) -> io::Result<Opened> {
-        (self.0)(path).map(Opened::Bytes)
+    fn mesh(&mut self, path: &Path, budget: &Budget) -> io::Result<Opened> {
+        taken((self.0)(path)?, budget).map(Opened::Bytes)
     }
 
     /// Drops `.` components.
@@ -94,42 +74,43 @@ impl Files for Given<'_> {
     }
 }
 
-/// Reads the text of a scene.
-pub(super) fn read_text(path: &Path, memory: u64) -> io::Result<Vec<u8>> {
-    let file = OpenFile::open(path, MAX_TEXT_BYTES, memory).map_err(|error| explained(path, error))?;
-    file.read_all()
-}
-
-/// Reads the text of a scene from a reader, which may be endless.
-pub(super) fn read_all_text(reader: impl Read) -> io::Result<Vec<u8>> {
-    read_all(reader, MAX_TEXT_BYTES)
-}
-
-/// Reads at most `limit` bytes from a reader, which may be endless.
-pub(super) fn read_all(reader: impl Read, limit: u64) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    if reader.take(limit.saturating_add(1)).read_to_end(&mut bytes)? as u64 > limit {
-        return Err(io::Error::other(format!(
-            "the input is larger than {}",
-            in_bytes(limit)
-        )));
-    }
+fn taken(bytes: Vec<u8>, budget: &Budget) -> io::Result<Vec<u8>> {
+    budget.take(bytes.capacity())?;
     Ok(bytes)
 }
 
+/// Reads the text of a scene.
+pub(super) fn read_text(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
+    let file = OpenFile::open(path, MAX_TEXT_BYTES, budget).map_err(|error| explained(path, error))?;
+    file.read_all(budget)
+}
+
+/// Reads at most `limit` bytes from a reader, which may be endless.
+pub(super) fn read_all(reader: impl Read, limit: u64, budget: &Budget) -> io::Result<Vec<u8>> {
+    let limit = limit.min(budget.left());
+    let mut bytes = Vec::new();
+    if read_on(reader, &mut bytes, limit, budget)? {
+        return Ok(bytes);
+    }
+    Err(io::Error::other(format!(
+        "the input is larger than {}",
+        in_bytes(limit)
+    )))
+}
+
 /// Opens a mesh, as [`OpenFile::open`] does.
-pub(super) fn open(path: &Path, memory: u64) -> io::Result<OpenFile> {
-    OpenFile::open(path, MAX_BYTES, memory).map_err(|error| explained(path, error))
+pub(super) fn open(path: &Path, budget: &Budget) -> io::Result<OpenFile> {
+    OpenFile::open(path, MAX_BYTES, budget).map_err(|error| explained(path, error))
 }
 
 /// Refuses a path that is missing or not a regular file, without reading it.
 pub(super) fn check_is_file(path: &Path) -> io::Result<()> {
-    open(path, u64::MAX).map(drop)
+    open_file(path).map(drop).map_err(|error| explained(path, error))
 }
 
 /// Reads a mesh, or a file that a mesh names.
-pub(super) fn read(path: &Path, memory: u64) -> io::Result<Vec<u8>> {
-    open(path, memory)?.read_all()
+pub(super) fn read(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
+    open(path, budget)?.read_all(budget)
 }
 
 /// Adds suggestions to the error about a missing file.
@@ -161,7 +142,7 @@ mod tests {
 
     fn message(path: &str) -> String {
         let path = Path::new(path);
-        read(path, u64::MAX).map_or_else(
+        read(path, &Budget::unlimited()).map_or_else(
             |error| load_error(path, &error).to_string(),
             |_| "read".to_owned(),
         )

@@ -5,6 +5,7 @@
 //! found there and what was expected. `docs/scene-language.md` is the reference of `.scn`.
 
 mod alike;
+mod budget;
 mod detect;
 mod files;
 mod gltf;
@@ -24,7 +25,8 @@ pub(crate) use source::open_file;
 pub use detect::{Detected, Loaded, detect, load_any};
 
 use crate::{error::LoadError, scene::Scene};
-use files::{Disk, Given, Listed};
+use budget::Budget;
+use files::{Disk, Given, MAX_TEXT_BYTES};
 use std::{
     io,
     path::{Path, PathBuf},
@@ -65,9 +67,10 @@ pub fn load_from_reader(
     asked: &mut Vec<PathBuf>,
     memory: u64,
 ) -> Result<Scene, LoadError> {
-    let text = files::read_all_text(reader).map_err(|error| files::load_error(name, &error))?;
-    let disk = Disk { memory };
-    scn::parse(&text, name, &mut Listed { disk, asked }, memory)
+    let budget = Budget::new(memory);
+    let text = files::read_all(reader, MAX_TEXT_BYTES, &budget);
+    let text = text.map_err(|error| files::load_error(name, &error))?;
+    scn::parse(&text, name, &mut Disk { asked }, &budget)
 }
 
 /// As [`load`], and adds to `asked` every file that it tried to open, also those that it could not read, to be watched
@@ -77,9 +80,9 @@ pub fn load_from_reader(
 /// [`LoadError`], as for [`load`]; also if the scene or one of its files would take more memory.
 pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<Scene, LoadError> {
     asked.push(path.to_path_buf());
-    let text = files::read_text(path, memory).map_err(|error| files::load_error(path, &error))?;
-    let disk = Disk { memory };
-    scn::parse(&text, path, &mut Listed { disk, asked }, memory)
+    let budget = Budget::new(memory);
+    let text = files::read_text(path, &budget).map_err(|error| files::load_error(path, &error))?;
+    scn::parse(&text, path, &mut Disk { asked }, &budget)
 }
 
 /// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and paths are relative to its
@@ -111,5 +114,5 @@ pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result
 /// # Errors
 /// [`LoadError`], as for [`load`].
 pub fn load_from_bytes(text: &[u8], name: &Path, open: OpenMesh<'_>) -> Result<Scene, LoadError> {
-    scn::parse(text, name, &mut Given(open), u64::MAX)
+    scn::parse(text, name, &mut Given(open), &Budget::unlimited())
 }

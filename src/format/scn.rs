@@ -8,7 +8,7 @@ mod nearest;
 mod statements;
 mod words;
 
-use super::{files::Files, place::BYTE_ORDER_MARK};
+use super::{budget::Budget, files::Files, place::BYTE_ORDER_MARK};
 use crate::{
     error::{LoadError, SourcePos, quote},
     scene::{MaterialId, Scene, SceneBuilder},
@@ -35,19 +35,20 @@ const MAX_PATH: usize = 4096;
 /// A hint for a word that follows a path.
 const QUOTES_HINT: &str = " (put double quotes around a path with spaces)";
 
-/// Makes a scene of text. `name` stands for the file in errors, and paths are relative to its folder; `memory` is as
-/// in [`super::load_within`].
+/// Makes a scene of text. `name` stands for the file in errors, and paths are relative to its folder. The text is taken
+/// from the budget already; the scene may take the budget's limit.
 pub(super) fn parse(
     text: &[u8],
     name: &Path,
     files: &mut dyn Files,
-    memory: u64,
+    budget: &Budget,
 ) -> Result<Scene, LoadError> {
     let identity = files.identity(name);
     let mut reader = Reader {
         files,
+        budget,
         folder: PathBuf::new(),
-        builder: SceneBuilder::within(memory),
+        builder: SceneBuilder::within(budget.limit()),
         material: None,
         meshes: HashSet::new(),
         mesh_files: HashSet::new(),
@@ -110,6 +111,7 @@ fn refuse_binary(text: &[u8], file: &Path) -> Result<(), LoadError> {
 /// The scene so far.
 struct Reader<'a> {
     files: &'a mut dyn Files,
+    budget: &'a Budget,
     /// The folder of the file that is being read.
     folder: PathBuf,
     builder: SceneBuilder,

@@ -1,9 +1,10 @@
 //! Sources of bytes: memory, or a file that threads read piece by piece.
 
+use super::budget::Budget;
 use crate::error::in_bytes;
 use rayon::prelude::*;
 use std::{
-    fs::{self, File},
+    fs::{self, File, Metadata},
     io::{self, Read},
     path::Path,
 };
@@ -12,11 +13,6 @@ use std::{
 pub(super) trait Pieces: Sync {
     /// How many bytes there are.
     fn length(&self) -> usize;
-
-    /// How much memory their contents may take, in bytes.
-    fn memory(&self) -> u64 {
-        u64::MAX
-    }
 
     /// `length` bytes from `at`, in `buffer` unless they are in memory already. `None` if they cannot be read.
     fn piece<'a>(&'a self, at: usize, length: usize, buffer: &'a mut Vec<u8>) -> Option<&'a [u8]>;
@@ -37,34 +33,27 @@ pub(super) struct OpenFile {
     file: File,
     length: usize,
     limit: u64,
-    memory: u64,
 }
 
 /// Files of this size or more, in bytes, are read by all threads.
 const WORTH_THREADS: usize = 4 << 20;
 /// How many bytes a thread then reads at a time.
 const PIECE: usize = 1 << 20;
+/// The most bytes of a file whose size reads as 0, as all sizes in /proc do: some of these have no end.
+const MAX_UNSIZED: u64 = 1 << 24;
+/// How many bytes an input of unknown length is read in at first.
+const FIRST_ROOM: usize = 1 << 16;
 
 impl OpenFile {
-    /// Opens a regular file of at most `limit` bytes; `memory` limits it, too, with a message of its own.
-    ///
-    /// Directories, pipes and devices are refused before they are opened: opening a pipe may wait forever, and a device
-    /// may have no end.
-    pub(super) fn open(path: &Path, limit: u64, memory: u64) -> io::Result<Self> {
-        let kind = fs::metadata(path)?.file_type();
-        if kind.is_dir() {
-            return Err(io::Error::other("this is a directory, expected a file"));
-        }
-        if !kind.is_file() {
-            return Err(io::Error::other("this is a pipe or a device, expected a file"));
-        }
+    /// Opens a regular file of at most `limit` bytes that is no larger than the budget.
+    pub(super) fn open(path: &Path, limit: u64, budget: &Budget) -> io::Result<Self> {
         let file = open_file(path)?;
         let length = file.metadata()?.len();
-        if length > memory && length <= limit {
+        if length > budget.limit() && length <= limit {
             return Err(io::Error::other(format!(
                 "the file has {}, above the memory limit of {}",
                 in_bytes(length),
-                in_bytes(memory)
+                in_bytes(budget.limit())
             )));
         }
         match usize::try_from(length) {
@@ -72,26 +61,36 @@ impl OpenFile {
                 file,
                 length: room,
                 limit,
-                memory,
             }),
             _ => Err(too_large(limit)),
         }
     }
 
-    /// All bytes.
-    pub(super) fn read_all(&self) -> io::Result<Vec<u8>> {
+    /// All bytes. Their capacity is taken from the budget.
+    pub(super) fn read_all(&self, budget: &Budget) -> io::Result<Vec<u8>> {
+        budget.take(self.length)?;
         if self.length >= WORTH_THREADS
             && let Some(bytes) = self.read_in_parallel()?
         {
             return Ok(bytes);
         }
         let mut bytes = room_for(self.length)?;
-        // The file may have grown or shrunk, and files in /proc claim to be empty.
-        let mut reader = (&self.file).take(self.limit + 1);
-        if reader.read_to_end(&mut bytes)? as u64 > self.limit {
-            return Err(too_large(self.limit));
+        // The file may have grown or shrunk.
+        if self.length > 0 {
+            let is_all = read_on(&self.file, &mut bytes, self.limit, budget)?;
+            return if is_all {
+                Ok(bytes)
+            } else {
+                Err(too_large(self.limit))
+            };
         }
-        Ok(bytes)
+        if read_on(&self.file, &mut bytes, MAX_UNSIZED, budget)? {
+            return Ok(bytes);
+        }
+        Err(io::Error::other(format!(
+            "the file seems empty but has more than {}, expected a file of known size",
+            in_bytes(MAX_UNSIZED)
+        )))
     }
 
     /// The bytes that the file had when it was opened. `None` if they cannot be read in parallel.
@@ -117,10 +116,6 @@ impl OpenFile {
 }
 
 impl Pieces for OpenFile {
-    fn memory(&self) -> u64 {
-        self.memory
-    }
-
     fn length(&self) -> usize {
         self.length
     }
@@ -135,14 +130,70 @@ impl Pieces for OpenFile {
     }
 }
 
-/// Opens a file so that neither opening nor reading blocks: /proc has regular files that wait for data (`kmsg`), and a
-/// pipe may have replaced the file since it was checked.
+/// Opens a regular file; directories, pipes and devices are refused.
+///
+/// They are refused before they are opened, since opening a device can act on it. What was opened is checked again: the
+/// name may mean something else by then. Neither opening nor reading blocks: /proc has regular files that wait for data
+/// (`kmsg`).
 pub(crate) fn open_file(path: &Path) -> io::Result<File> {
+    check_is_file(&fs::metadata(path)?)?;
     let mut options = File::options();
     options.read(true);
     #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
-    options.open(path)
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK | libc::O_NOCTTY);
+    let file = options.open(path)?;
+    check_is_file(&file.metadata()?)?;
+    Ok(file)
+}
+
+fn check_is_file(metadata: &Metadata) -> io::Result<()> {
+    if metadata.is_dir() {
+        return Err(io::Error::other("this is a directory, expected a file"));
+    }
+    if !metadata.is_file() {
+        return Err(io::Error::other("this is a pipe or a device, expected a file"));
+    }
+    Ok(())
+}
+
+/// Reads to the end, or until there are more than `limit` bytes, and returns whether this is the end. The capacity of
+/// `bytes` is taken from the budget already; what it grows by is taken, too.
+pub(super) fn read_on(
+    mut reader: impl Read,
+    bytes: &mut Vec<u8>,
+    limit: u64,
+    budget: &Budget,
+) -> io::Result<bool> {
+    let mut probe = [0; 32];
+    loop {
+        let room = bytes.capacity() - bytes.len();
+        reader.by_ref().take(room as u64).read_to_end(bytes)?;
+        if bytes.len() as u64 > limit {
+            return Ok(false);
+        }
+        if bytes.len() < bytes.capacity() {
+            return Ok(true);
+        }
+        // The end may be here: grow only if it is not.
+        let found = loop {
+            match reader.read(&mut probe) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                result => break result?,
+            }
+        };
+        if found == 0 {
+            return Ok(true);
+        }
+        if (bytes.len() + found) as u64 > limit {
+            return Ok(false);
+        }
+        let most = budget.left().min(limit + 1 - bytes.len() as u64);
+        let wanted = bytes.capacity().max(FIRST_ROOM) as u64;
+        let more = (wanted.min(most) as usize).max(found);
+        budget.take(more)?;
+        bytes.try_reserve_exact(more).map_err(io::Error::other)?;
+        bytes.extend_from_slice(probe.get(..found).unwrap_or_default());
+    }
 }
 
 fn room_for(length: usize) -> io::Result<Vec<u8>> {
@@ -172,11 +223,11 @@ impl Opened {
         }
     }
 
-    /// All its bytes.
-    pub(super) fn into_bytes(self) -> io::Result<Vec<u8>> {
+    /// All its bytes. If they are read from a file, their capacity is taken from the budget.
+    pub(super) fn into_bytes(self, budget: &Budget) -> io::Result<Vec<u8>> {
         match self {
             Self::Bytes(bytes) => Ok(bytes),
-            Self::File(file) => file.read_all(),
+            Self::File(file) => file.read_all(budget),
         }
     }
 

@@ -8,6 +8,7 @@
 //! Format: *StereoLithography Interface Specification*, 3D Systems, 1989.
 
 use super::{
+    budget::{Budget, BudgetError},
     files,
     left_out::LeftOut,
     mesh::{LoadedMesh, MeshFormat, UpAxis, UpSource},
@@ -38,28 +39,29 @@ const HEAD: usize = 1024;
 ///
 /// # Errors
 /// [`LoadError`], with line and column in text and the facet's number in binary files.
-pub(super) fn read(opened: Opened, path: &Path) -> Result<LoadedMesh, LoadError> {
+pub(super) fn read(opened: Opened, path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     let is_text = is_text(opened.head(HEAD, &mut Vec::new()), opened.length());
     if let Opened::File(file) = &opened
         && !is_text
-        && let Some(mesh) = binary(file, path)?
+        && let Some(mesh) = binary(file, path, budget)?
     {
         return Ok(mesh);
     }
-    let bytes = opened.into_bytes();
-    parse(&bytes.map_err(|error| files::load_error(path, &error))?, path)
+    let bytes = opened.into_bytes(budget);
+    let bytes = bytes.map_err(|error| files::load_error(path, &error))?;
+    parse(&bytes, path, budget)
 }
 
 /// Reads a mesh from the bytes of its file.
 ///
 /// # Errors
 /// [`LoadError`], as for [`read`].
-pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<LoadedMesh, LoadError> {
+pub(super) fn parse(bytes: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     if is_text(bytes, bytes.len()) {
-        let columns = text(bytes).map_err(|fault| fault.into_error(bytes, path))?;
+        let columns = text(bytes, budget).map_err(|fault| fault.into_error(bytes, path))?;
         Ok(loaded(columns, None))
     } else {
-        Ok(binary(&bytes, path)?.unwrap_or_default())
+        Ok(binary(&bytes, path, budget)?.unwrap_or_default())
     }
 }
 
@@ -113,7 +115,7 @@ fn has_binary_size(head: &[u8], length: usize) -> bool {
 }
 
 /// Reads a binary file. `None` if bytes that were there can no longer be read.
-fn binary(source: &impl Pieces, path: &Path) -> Result<Option<LoadedMesh>, LoadError> {
+fn binary(source: &impl Pieces, path: &Path, budget: &Budget) -> Result<Option<LoadedMesh>, LoadError> {
     let refused = |message: String| Err(LoadError::whole_file(path, message));
     let length = source.length();
     if length == 0 {
@@ -137,17 +139,15 @@ fn binary(source: &impl Pieces, path: &Path) -> Result<Option<LoadedMesh>, LoadE
         ));
     }
     // The scene would refuse it later.
-    if let Err(error) = check_memory([count, 0, 3 * count], source.memory()) {
+    if let Err(error) = check_memory([count, 0, 3 * count], budget.limit()) {
         return refused(error.to_string());
     }
     let mut mesh = TriangleMesh::default();
     let room = [&mut mesh.x, &mut mesh.y, &mut mesh.z]
         .into_iter()
-        .try_for_each(|column| column.try_reserve_exact(3 * count))
-        .and_then(|()| mesh.triangles.try_reserve_exact(count));
-    if room.is_err() {
-        return refused(format!("{count} facets do not fit into memory"));
-    }
+        .try_for_each(|column| budget.reserve(column, 3 * count))
+        .and_then(|()| budget.reserve(&mut mesh.triangles, count));
+    room.map_err(|error| error.into_error(path))?;
     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
         column.resize(3 * count, 0.0);
     }
@@ -258,7 +258,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn text(bytes: &[u8]) -> Result<TriangleMesh, TextFault> {
+fn text(bytes: &[u8], budget: &Budget) -> Result<TriangleMesh, TextFault> {
     let end = bytes.trim_ascii_end().len();
     let mut reader = Reader {
         text: bytes,
@@ -277,7 +277,7 @@ fn text(bytes: &[u8]) -> Result<TriangleMesh, TextFault> {
             reader.skip_line();
             within = false;
         } else if within && is("facet") {
-            facet(&mut reader, &mut mesh, &mut fans)?;
+            facet(&mut reader, &mut mesh, &mut fans, budget)?;
         } else {
             let expected = if within {
                 "`facet` or `endsolid`"
@@ -298,7 +298,12 @@ fn text(bytes: &[u8]) -> Result<TriangleMesh, TextFault> {
     Ok(mesh)
 }
 
-fn facet(reader: &mut Reader<'_>, mesh: &mut TriangleMesh, fans: &mut Fans) -> Result<(), TextFault> {
+fn facet(
+    reader: &mut Reader<'_>,
+    mesh: &mut TriangleMesh,
+    fans: &mut Fans,
+    budget: &Budget,
+) -> Result<(), TextFault> {
     reader.keyword("normal")?;
     for _ in 0..3 {
         reader.next("a number")?;
@@ -306,23 +311,32 @@ fn facet(reader: &mut Reader<'_>, mesh: &mut TriangleMesh, fans: &mut Fans) -> R
     reader.keyword("outer")?;
     reader.keyword("loop")?;
     let first = mesh.x.len();
-    loop {
+    let no_room = |place: &Range<usize>, error: BudgetError| TextFault::new(place.clone(), error.to_string());
+    let keyword = loop {
         let (word, place) = reader.next("`vertex` or `endloop`")?;
         if word.eq_ignore_ascii_case(b"endloop") {
-            break;
+            break place;
         }
         if !word.eq_ignore_ascii_case(b"vertex") {
             let message = format!("found {}, expected `vertex` or `endloop`", quote(word));
             return Err(TextFault::new(place, message));
         }
+        for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
+            budget
+                .reserve(column, 1)
+                .map_err(|error| no_room(&place, error))?;
+        }
         mesh.x.push(reader.coordinate("x")?);
         mesh.y.push(reader.coordinate("y")?);
         mesh.z.push(reader.coordinate("z")?);
-    }
+    };
     let corner = |i: usize| (first + i) as u32;
     let corners = mesh.x.len() - first;
     // Facets should have three corners; more become a fan.
     fans.add(mesh.triangles.len(), corners.saturating_sub(2), 1);
+    budget
+        .reserve(&mut mesh.triangles, corners.saturating_sub(2))
+        .map_err(|error| no_room(&keyword, error))?;
     mesh.triangles
         .extend((2..corners).map(|i| [corner(0), corner(i - 1), corner(i)]));
     reader.keyword("endfacet")

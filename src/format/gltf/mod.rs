@@ -15,6 +15,7 @@ mod nodes;
 use super::place::BYTE_ORDER_MARK;
 use super::{
     OpenMesh,
+    budget::Budget,
     mesh::{LoadedMesh, Surface, add_texture},
 };
 use crate::error::{LoadError, SourcePos};
@@ -43,7 +44,12 @@ const HARMLESS: [&str; 9] = [
 ///
 /// # Errors
 /// [`LoadError`]: with line and column if the JSON does not parse, else with the JSON path of the fault.
-pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    open: OpenMesh<'_>,
+    _budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
     let refused = |message: String| LoadError::whole_file(path, message);
     if bytes.is_empty() {
         return Err(refused("the file is empty, expected a glTF mesh".into()));

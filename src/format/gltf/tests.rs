@@ -34,6 +34,7 @@ fn load(json: &str) -> Result<LoadedMesh, String> {
             Some("folder/a b.bin") => Ok(buffer()),
             _ => Err(io::ErrorKind::NotFound.into()),
         },
+        &Budget::unlimited(),
     )
     .map_err(|error| error.to_string().trim_start_matches("folder/a.gltf:").to_owned())
 }
@@ -87,10 +88,10 @@ fn a_file_of_its_own_or_one_for_all() {
         glb.extend(bytes);
     }
     let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
-    let mesh = parse(&glb, Path::new("a.glb"), open).expect("a binary file");
+    let mesh = parse(&glb, Path::new("a.glb"), open, &Budget::unlimited()).expect("a binary file");
     assert_eq!(mesh.columns.x, load(SCENE).expect("a mesh").columns.x);
     for cut in 0..glb.len() {
-        let error = parse(&glb[..cut], Path::new("a.glb"), open);
+        let error = parse(&glb[..cut], Path::new("a.glb"), open, &Budget::unlimited());
         assert!(error.is_err(), "cut at {cut}");
     }
 }
@@ -242,6 +243,7 @@ fn version_1_is_refused_with_advice() {
         b"glTF\x01\0\0\0\x20\0\0\0........................",
         Path::new("a.glb"),
         open,
+        &Budget::unlimited(),
     );
     let error = binary.expect_err("old").to_string();
     assert_eq!(error, format!("a.glb:{OLD}"));

@@ -7,7 +7,7 @@ mod up;
 
 pub use up::{UpAxis, UpSource};
 
-use super::{OpenMesh, files, gltf, obj, ply, source::Opened, stl};
+use super::{OpenMesh, budget::Budget, files, gltf, obj, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError},
     scene::{MAX_TEXTURES, Material, MaterialId, SceneBuilder, TriangleMesh, View},
@@ -215,40 +215,48 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
     load_within(path, &mut Vec::new(), u64::MAX)
 }
 
-/// As [`load`], and adds to `asked` every file that it tried to open, to be watched for changes. No file may be larger
-/// than `memory`, in bytes.
+/// As [`load`], and adds to `asked` every file that it tried to open, to be watched for changes. All files and the mesh
+/// may take `memory` bytes together.
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
 pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<LoadedMesh, LoadError> {
     asked.push(path.to_path_buf());
-    let file = files::open(path, memory).map_err(|error| files::load_error(path, &error))?;
-    read(Opened::File(file), path, &mut |path| {
+    let budget = Budget::new(memory);
+    let file = files::open(path, &budget).map_err(|error| files::load_error(path, &error))?;
+    let open = &mut |path: &Path| {
         asked.push(path.to_path_buf());
-        files::read(path, memory)
-    })
+        files::read(path, &budget)
+    };
+    read(Opened::File(file), path, open, &budget)
 }
 
 /// This many bytes tell whether an .obj file is text.
 const TEXT_HEAD: usize = 4096;
 
-/// Reads a mesh from its file, piece by piece if its format allows it.
-pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
+/// Reads a mesh from its file, piece by piece if its format allows it. What it takes is taken from the budget; `open`
+/// takes the bytes that it gives.
+pub(super) fn read(
+    opened: Opened,
+    path: &Path,
+    open: OpenMesh<'_>,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
     match MeshFormat::of(path, head) {
-        Some(MeshFormat::Ply) => return ply::read(opened, path),
-        Some(MeshFormat::Stl) => return stl::read(opened, path),
+        Some(MeshFormat::Ply) => return ply::read(opened, path, budget),
+        Some(MeshFormat::Stl) => return stl::read(opened, path, budget),
         // Refused now: reading gigabytes first would take seconds.
-        Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open),
+        Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open, budget),
         _ => {}
     }
-    let bytes = opened.into_bytes();
-    parse(
-        bytes.map_err(|error| files::load_error(path, &error))?,
-        path,
-        open,
-    )
+    let bytes = opened.into_bytes(budget);
+    let bytes = bytes.map_err(|error| files::load_error(path, &error))?;
+    match MeshFormat::of(path, &bytes) {
+        Some(format) => parse_as(format, &bytes, path, open, budget),
+        None => Err(unknown_format(path)),
+    }
 }
 
 /// Reads a mesh from the bytes of its file. `path` stands for the file in errors; its extension tells the format if the
@@ -262,25 +270,27 @@ pub(super) fn read(opened: Opened, path: &Path, open: OpenMesh<'_>) -> Result<Lo
 )]
 pub fn parse(bytes: Vec<u8>, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
     match MeshFormat::of(path, &bytes) {
-        Some(format) => parse_as(format, &bytes, path, open),
-        None => Err(LoadError::whole_file(
-            path,
-            format!("unknown kind of file, {}", MeshFormat::EXPECTED),
-        )),
+        Some(format) => parse_as(format, &bytes, path, open, &Budget::unlimited()),
+        None => Err(unknown_format(path)),
     }
 }
 
-/// As [`parse`], of a known format.
+fn unknown_format(path: &Path) -> LoadError {
+    LoadError::whole_file(path, format!("unknown kind of file, {}", MeshFormat::EXPECTED))
+}
+
+/// As [`parse`], of a known format. The bytes are taken from the budget already.
 pub(super) fn parse_as(
     format: MeshFormat,
     bytes: &[u8],
     path: &Path,
     open: OpenMesh<'_>,
+    budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
     match format {
-        MeshFormat::Ply => ply::parse_mesh(bytes, path),
-        MeshFormat::Obj => obj::parse(bytes, path, open),
-        MeshFormat::Stl => stl::parse(bytes, path),
-        MeshFormat::Gltf => gltf::parse(bytes, path, open),
+        MeshFormat::Ply => ply::parse_mesh(bytes, path, budget),
+        MeshFormat::Obj => obj::parse(bytes, path, open, budget),
+        MeshFormat::Stl => stl::parse(bytes, path, budget),
+        MeshFormat::Gltf => gltf::parse(bytes, path, open, budget),
     }
 }

@@ -12,7 +12,9 @@ mod corners;
 mod mtl;
 
 use super::{
-    OpenMesh, files,
+    OpenMesh,
+    budget::Budget,
+    files,
     left_out::{LeftOut, name_list},
     mesh::{LoadedMesh, MeshFormat, Surface, UpAxis, UpSource},
     place::{TextFault, Words, after_mark, refuse_binary},
@@ -39,7 +41,12 @@ const MOST_NOTES: usize = 20;
 ///
 /// # Errors
 /// [`LoadError`], with line and column: a number that does not parse or is not usable, an index out of range.
-pub(super) fn parse(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
+pub(super) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    open: OpenMesh<'_>,
+    _budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
     read(bytes, path, open).map_err(|fault| fault.into_error(bytes, path))
 }
 

@@ -9,6 +9,7 @@ fn load(text: &str, mtl: &str) -> Result<LoadedMesh, LoadError> {
             Some("folder/a b.mtl") => Ok(mtl.into()),
             _ => Err(io::ErrorKind::NotFound.into()),
         },
+        &Budget::unlimited(),
     )
 }
 
@@ -203,7 +204,7 @@ fn what_other_programs_write() {
     assert!(weights.notes.is_empty());
     for bytes in [&b"\xff\xfev\0 \0"[..], b"\xfe\xff\0v\0 "] {
         let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
-        let error = parse(bytes, Path::new("a.obj"), open)
+        let error = parse(bytes, Path::new("a.obj"), open, &Budget::unlimited())
             .expect_err("UTF-16")
             .to_string();
         assert_eq!(

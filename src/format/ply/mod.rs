@@ -17,6 +17,7 @@ mod lines;
 mod rows;
 
 use super::{
+    budget::Budget,
     files,
     mesh::{LoadedMesh, MeshFormat, UpAxis, UpSource},
     source::{OpenFile, Opened, Pieces},
@@ -53,11 +54,11 @@ use std::{
 /// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is not a number,
 /// not finite or too large, a vertex index out of range, a file that is cut short.
 pub fn parse(bytes: &[u8], name: &Path) -> Result<TriangleMesh, LoadError> {
-    parse_mesh(bytes, name).map(|mesh| mesh.columns)
+    parse_mesh(bytes, name, &Budget::unlimited()).map(|mesh| mesh.columns)
 }
 
 /// As [`parse`], with what the header says about the mesh.
-pub(super) fn parse_mesh(bytes: &[u8], name: &Path) -> Result<LoadedMesh, LoadError> {
+pub(super) fn parse_mesh(bytes: &[u8], name: &Path, _budget: &Budget) -> Result<LoadedMesh, LoadError> {
     let error = |fault: Fault| fault_to_error(bytes, &Arc::new(name.to_path_buf()), &fault);
     let header = Header::parse(bytes, bytes.len()).map_err(error)?;
     let mesh = match header.format {
@@ -71,21 +72,22 @@ pub(super) fn parse_mesh(bytes: &[u8], name: &Path) -> Result<LoadedMesh, LoadEr
 }
 
 /// Reads a mesh piece by piece if its layout allows it, so that the file's bytes are not kept beside the mesh.
-pub(super) fn read(opened: Opened, name: &Path) -> Result<LoadedMesh, LoadError> {
+pub(super) fn read(opened: Opened, name: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     if let Opened::File(file) = &opened
-        && let Some(mesh) = read_pieces(file, name)?
+        && let Some(mesh) = read_pieces(file, name, budget)?
     {
         return Ok(mesh);
     }
-    let bytes = opened.into_bytes();
-    parse_mesh(&bytes.map_err(|error| files::load_error(name, &error))?, name)
+    let bytes = opened.into_bytes(budget);
+    let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
+    parse_mesh(&bytes, name, budget)
 }
 
 /// Files with longer headers, in bytes, are read whole.
 const HEAD: usize = 1 << 14;
 
 /// `None` if the whole file has to be read.
-fn read_pieces(file: &OpenFile, name: &Path) -> Result<Option<LoadedMesh>, LoadError> {
+fn read_pieces(file: &OpenFile, name: &Path, _budget: &Budget) -> Result<Option<LoadedMesh>, LoadError> {
     let mut head = Vec::new();
     let Some(head) = file.piece(0, file.length().min(HEAD), &mut head) else {
         return Ok(None);

@@ -129,7 +129,7 @@ fn what_is_not_read_is_said() {
         property float confidence\nproperty float intensity\nelement face 1\nproperty list uchar int vertex_indices\n\
         property int flags\nelement edge 2\nproperty int a\nelement nothing 0\nproperty int a\nend_header\n\
         0 0 0 1 1 0 1 1\n0 7\n1\n1\n";
-    let notes = parse_mesh(text.as_bytes(), Path::new("m.ply"))
+    let notes = parse_mesh(text.as_bytes(), Path::new("m.ply"), &Budget::unlimited())
         .expect("a mesh")
         .notes;
     assert_eq!(
@@ -145,7 +145,7 @@ fn what_is_not_read_is_said() {
 fn the_header_may_name_the_up_axis() {
     let with = |comment: &str| {
         let text = ascii("0 0 0\n", 1, 0).replacen("element", &format!("{comment}\nelement"), 1);
-        let mesh = parse_mesh(text.as_bytes(), Path::new("m.ply")).expect("a mesh");
+        let mesh = parse_mesh(text.as_bytes(), Path::new("m.ply"), &Budget::unlimited()).expect("a mesh");
         (mesh.up, mesh.up_source)
     };
     for (comment, axis) in [
@@ -410,7 +410,7 @@ fn strips_of_triangles() {
     let expected = [[0, 1, 2], [2, 1, 3], [2, 3, 4]];
     assert_eq!(mesh(&text).triangles, expected);
     let notes = |text: &str| {
-        parse_mesh(text.as_bytes(), Path::new("m.ply"))
+        parse_mesh(text.as_bytes(), Path::new("m.ply"), &Budget::unlimited())
             .expect("a mesh")
             .notes
     };

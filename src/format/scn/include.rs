@@ -67,7 +67,7 @@ impl Reader<'_> {
         };
         let text = self
             .files
-            .text(&path)
+            .text(&path, self.budget)
             .map_err(|error| cannot_include(files::load_error(&path, &error)))?;
         self.includes.count += 1;
         self.includes.bytes += text.len() as u64;
@@ -76,6 +76,8 @@ impl Reader<'_> {
             return Err(line.error_at(&word, message));
         }
         self.builder.add_include(path.clone());
-        self.file(&text, &path, identity).map_err(cannot_include)
+        self.file(&text, &path, identity).map_err(cannot_include)?;
+        self.budget.give_back(text.capacity());
+        Ok(())
     }
 }

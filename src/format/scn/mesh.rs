@@ -83,7 +83,7 @@ impl Reader<'_> {
         }
         let file = self
             .files
-            .mesh(&path)
+            .mesh(&path, self.budget)
             .map_err(|error| cannot_load(files::load_error(&path, &error)))?;
         if !self.mesh_files.insert(identity) {
             self.copied_bytes += file.length() as u64;
@@ -94,10 +94,10 @@ impl Reader<'_> {
                 return Err(line.error_at(&word, message));
             }
         }
-        let files = &mut *self.files;
+        let (files, budget) = (&mut *self.files, self.budget);
         let loaded = match kind {
-            Kind::Ply => ply::read(file, &path),
-            Kind::Any => mesh::read(file, &path, &mut |path| files.beside_mesh(path)),
+            Kind::Ply => ply::read(file, &path, budget),
+            Kind::Any => mesh::read(file, &path, &mut |path| files.beside_mesh(path, budget), budget),
         };
         let other_format = MeshFormat::of_path(&path).is_some_and(|format| format != MeshFormat::Ply);
         let mut loaded = loaded.map_err(|cause| {

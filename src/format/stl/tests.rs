@@ -13,7 +13,7 @@ fn binary_file(name: &[u8], facets: &[[f32; 9]]) -> Vec<u8> {
 }
 
 fn load(bytes: &[u8]) -> Result<TriangleMesh, String> {
-    let mesh = parse(bytes, Path::new("a.stl"));
+    let mesh = parse(bytes, Path::new("a.stl"), &Budget::unlimited());
     mesh.map(|mesh| mesh.columns)
         .map_err(|error| error.to_string().trim_start_matches("a.stl:").to_owned())
 }
@@ -106,7 +106,11 @@ fn faults() {
 
 #[test]
 fn colours_are_left_out_with_a_note() {
-    let notes = |bytes: &[u8]| parse(bytes, Path::new("a.stl")).expect("a mesh").notes;
+    let notes = |bytes: &[u8]| {
+        parse(bytes, Path::new("a.stl"), &Budget::unlimited())
+            .expect("a mesh")
+            .notes
+    };
     let mut attributes = binary_file(b"made by something", &FACETS);
     assert!(notes(&attributes).is_empty());
     attributes[HEADER + 2 * FACET - 1] = 0x80;

@@ -1,0 +1,180 @@
+//! The memory that loading takes, counted in one place.
+//!
+//! Whoever reads a file or makes an array from one takes its bytes from the budget before they are allocated, and gives
+//! back what is freed before the load ends.
+
+use crate::error::{LoadError, in_bytes};
+use std::{
+    fmt, io,
+    path::Path,
+    sync::atomic::{AtomicU64, Ordering},
+};
+
+/// What one load may take, bytes; shared by all files that it reads.
+#[derive(Debug)]
+pub(super) struct Budget {
+    limit: u64,
+    taken: AtomicU64,
+}
+
+/// Why a load cannot have more memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BudgetError {
+    /// It would take more than its limit.
+    OverLimit {
+        /// What it has taken, and asks for now, bytes.
+        needed: u64,
+        /// Bytes.
+        limit: u64,
+    },
+    /// The system refuses it.
+    NoMemory,
+}
+
+impl Budget {
+    /// A budget of `limit` bytes.
+    pub(super) fn new(limit: u64) -> Self {
+        Self {
+            limit,
+            taken: AtomicU64::new(0),
+        }
+    }
+
+    /// A budget that only counts.
+    pub(super) fn unlimited() -> Self {
+        Self::new(u64::MAX)
+    }
+
+    /// The limit, in bytes.
+    pub(super) fn limit(&self) -> u64 {
+        self.limit
+    }
+
+    /// What is left, in bytes.
+    pub(super) fn left(&self) -> u64 {
+        self.limit - self.taken().min(self.limit)
+    }
+
+    /// What has been taken and not given back, in bytes.
+    pub(super) fn taken(&self) -> u64 {
+        self.taken.load(Ordering::Relaxed)
+    }
+
+    /// Takes `bytes`.
+    ///
+    /// # Errors
+    /// [`BudgetError`]; nothing is taken then.
+    pub(super) fn take(&self, bytes: usize) -> Result<(), BudgetError> {
+        let add = |taken: u64| taken.checked_add(bytes as u64).filter(|sum| *sum <= self.limit);
+        match self.taken.fetch_update(Ordering::Relaxed, Ordering::Relaxed, add) {
+            Ok(_) => Ok(()),
+            Err(taken) => Err(BudgetError::OverLimit {
+                needed: taken.saturating_add(bytes as u64),
+                limit: self.limit,
+            }),
+        }
+    }
+
+    /// Takes an array of `count` elements of type `T`.
+    ///
+    /// # Errors
+    /// [`BudgetError`]; nothing is taken then.
+    pub(super) fn take_array<T>(&self, count: usize) -> Result<(), BudgetError> {
+        self.take(count.saturating_mul(size_of::<T>()))
+    }
+
+    /// Makes room for `more` elements of an array whose capacity is taken already. It grows to twice its size, if that
+    /// much is left.
+    ///
+    /// # Errors
+    /// [`BudgetError`]; the array is unchanged then.
+    pub(super) fn reserve<T>(&self, array: &mut Vec<T>, more: usize) -> Result<(), BudgetError> {
+        let room = array.capacity() - array.len();
+        if more <= room {
+            return Ok(());
+        }
+        let least = more - room;
+        let most = (self.left() / size_of::<T>().max(1) as u64) as usize;
+        let growth = array.capacity().min(most).max(least);
+        self.take_array::<T>(growth)?;
+        let reserved = array.try_reserve_exact(room + growth);
+        reserved.map_err(|_| {
+            self.give_back(growth * size_of::<T>());
+            BudgetError::NoMemory
+        })
+    }
+
+    /// Gives back `bytes` that are free again.
+    pub(super) fn give_back(&self, bytes: usize) {
+        self.give_back_to(self.taken().saturating_sub(bytes as u64));
+    }
+
+    /// Gives back all but `taken` bytes, a former value of [`Budget::taken`].
+    pub(super) fn give_back_to(&self, taken: u64) {
+        self.taken.fetch_min(taken, Ordering::Relaxed);
+    }
+}
+
+impl BudgetError {
+    /// The error about the file at `path`.
+    pub(super) fn into_error(self, path: &Path) -> LoadError {
+        LoadError::whole_file(path, self.to_string())
+    }
+}
+
+impl fmt::Display for BudgetError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::OverLimit { needed, limit } => write!(
+                f,
+                "loading takes {} of memory or more, above the memory limit of {}",
+                in_bytes(needed),
+                in_bytes(limit)
+            ),
+            Self::NoMemory => f.write_str("the file does not fit into memory"),
+        }
+    }
+}
+
+impl std::error::Error for BudgetError {}
+
+impl From<BudgetError> for io::Error {
+    fn from(error: BudgetError) -> Self {
+        Self::other(error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_given_back_can_be_taken_again() {
+        let budget = Budget::new(100);
+        assert_eq!(budget.take(60), Ok(()));
+        assert_eq!(
+            budget.take_array::<u64>(6),
+            Err(BudgetError::OverLimit {
+                needed: 108,
+                limit: 100
+            })
+        );
+        assert_eq!((budget.taken(), budget.left()), (60, 40));
+        budget.give_back(50);
+        assert_eq!(budget.take(90), Ok(()));
+        assert_eq!(budget.left(), 0);
+        budget.give_back_to(10);
+        assert_eq!(budget.left(), 90);
+        assert!(budget.take(usize::MAX).is_err());
+        let (budget, mut array) = (Budget::new(100), vec![0_u64; 4]);
+        budget.take_array::<u64>(4).expect("it fits");
+        assert_eq!(budget.reserve(&mut array, 1), Ok(()));
+        assert_eq!((array.capacity(), budget.taken()), (8, 64));
+        array.resize(8, 0);
+        assert_eq!(budget.reserve(&mut array, 1), Ok(()));
+        assert_eq!((array.capacity(), budget.taken()), (12, 96));
+        array.resize(12, 0);
+        assert!(budget.reserve(&mut array, 1).is_err());
+        assert_eq!(Budget::unlimited().take_array::<u64>(usize::MAX), Ok(()));
+    }
+}
