@@ -5,6 +5,7 @@
 
 mod ears;
 
+use super::budget::{Budget, BudgetError};
 use crate::scene::TriangleMesh;
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
@@ -40,13 +41,20 @@ impl Run {
 impl Fans {
     /// Records `count` polygons of `each` triangles, starting at triangle `first`. Single triangles are not recorded.
     #[inline]
-    pub(super) fn add(&mut self, first: usize, each: usize, count: usize) {
+    pub(super) fn add(
+        &mut self,
+        first: usize,
+        each: usize,
+        count: usize,
+        budget: &Budget,
+    ) -> Result<(), BudgetError> {
         if each > 1 {
-            self.add_run(Run { first, each, count });
+            self.add_run(Run { first, each, count }, budget)?;
         }
+        Ok(())
     }
 
-    fn add_run(&mut self, mut run: Run) {
+    fn add_run(&mut self, mut run: Run, budget: &Budget) -> Result<(), BudgetError> {
         if let Some(last) = self.0.last_mut()
             && last.each == run.each
             && last.first + last.count * last.each == run.first
@@ -58,17 +66,18 @@ impl Fans {
         }
         while run.count > 0 {
             let count = run.count.min(PIECE);
+            budget.reserve(&mut self.0, 1)?;
             self.0.push(Run { count, ..run });
             run.count -= count;
             run.first += count * run.each;
         }
+        Ok(())
     }
 
     /// Adds the polygons of a part of the mesh, whose first triangle is `first` in the whole.
-    pub(super) fn append(&mut self, part: Self, first: usize) {
-        for run in part.0 {
-            self.add(first + run.first, run.each, run.count);
-        }
+    pub(super) fn append(&mut self, part: Self, first: usize, budget: &Budget) -> Result<(), BudgetError> {
+        let mut runs = part.0.into_iter();
+        runs.try_for_each(|run| self.add(first + run.first, run.each, run.count, budget))
     }
 
     /// The range of triangles of each polygon.
@@ -78,18 +87,26 @@ impl Fans {
 
     /// Triangulates concave polygons.
     pub(super) fn cut_concave(&self, mesh: &mut TriangleMesh) {
-        let runs = self.0.par_iter().map_init(Cutter::default, |cutter, run| {
-            let cut = run.polygons().filter_map(|fan| {
-                let start = fan.start;
-                Some((start, cutter.cut_fan(mesh, mesh.triangles.get(fan)?)?))
+        let TriangleMesh {
+            x, y, z, triangles, ..
+        } = mesh;
+        let columns = [&x[..], &y[..], &z[..]];
+        let (mut rest, mut at) = (&mut triangles[..], 0);
+        for runs in self.0.chunks(PIECE) {
+            let parts = runs.iter().map(|run| {
+                // Runs are in the order of their triangles.
+                _ = rest.split_off_mut(..run.first - at);
+                let length = run.each * run.count;
+                at = run.first + length;
+                (run.each, rest.split_off_mut(..length).unwrap_or_default())
             });
-            cut.collect::<Vec<_>>()
-        });
-        let cut: Vec<(usize, Vec<[u32; 3]>)> = runs.flatten_iter().collect();
-        for (start, triangles) in cut {
-            if let Some(fan) = mesh.triangles.get_mut(start..start + triangles.len()) {
-                fan.copy_from_slice(&triangles);
-            }
+            let parts: Vec<(usize, &mut [[u32; 3]])> = parts.collect();
+            let parts = parts.into_par_iter();
+            parts.for_each_init(Cutter::default, |cutter, (each, part)| {
+                for fan in part.chunks_exact_mut(each) {
+                    cutter.cut_fan(columns, fan);
+                }
+            });
         }
     }
 }
@@ -151,17 +168,21 @@ impl Cutter {
         (triangles.len() == corners.len() - 2).then_some(triangles)
     }
 
-    /// The triangles of a mesh's polygon; `None` if its fan can stay.
-    fn cut_fan(&mut self, mesh: &TriangleMesh, fan: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
-        let at = |column: &[f32], i: u32| column.get(i as usize).map_or(0.0, |&x| x.into());
-        let point = |i| DVec3::new(at(&mesh.x, i), at(&mesh.y, i), at(&mesh.z, i));
-        if fan_fills(ring(fan).map(point)) {
-            return None;
+    /// Replaces a fan that does not fill its polygon.
+    fn cut_fan(&mut self, columns: [&[f32]; 3], fan: &mut [[u32; 3]]) {
+        let point = |i: u32| {
+            let [x, y, z] = columns.map(|column| column.get(i as usize).map_or(0.0, |&x| x.into()));
+            DVec3::new(x, y, z)
+        };
+        if fan.len() > MOST_CORNERS - 2 || fan_fills(ring(fan).map(point)) {
+            return;
         }
         let ring: Vec<u32> = ring(fan).collect();
         let corners: Vec<DVec3> = ring.iter().map(|&i| point(i)).collect();
-        let cut = self.cut(&corners)?.iter();
-        Some(cut.map(|triangle| triangle.map(|i| ring[i as usize])).collect())
+        let cut = self.cut(&corners).unwrap_or_default();
+        for (triangle, cut) in fan.iter_mut().zip(cut) {
+            *triangle = cut.map(|i| ring[i as usize]);
+        }
     }
 }
 

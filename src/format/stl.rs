@@ -333,9 +333,10 @@ fn facet(
     let corner = |i: usize| (first + i) as u32;
     let corners = mesh.x.len() - first;
     // Facets should have three corners; more become a fan.
-    fans.add(mesh.triangles.len(), corners.saturating_sub(2), 1);
+    let fan = corners.saturating_sub(2);
     budget
-        .reserve(&mut mesh.triangles, corners.saturating_sub(2))
+        .reserve(&mut mesh.triangles, fan)
+        .and_then(|()| fans.add(mesh.triangles.len(), fan, 1, budget))
         .map_err(|error| no_room(&keyword, error))?;
     mesh.triangles
         .extend((2..corners).map(|i| [corner(0), corner(i - 1), corner(i)]));

@@ -8,7 +8,7 @@ use crate::{
     },
     error::{LoadError, SceneError, escape},
     format::{self, Loaded, mesh::LoadedMesh},
-    scene::{Camera, NamedCamera, Scene, SceneBuilder},
+    scene::{Camera, NamedCamera, Scene, SceneBuilder, check_memory},
 };
 use glam::DVec3;
 use std::{
@@ -80,6 +80,10 @@ fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Result<In
             let note = "the mesh has normals of its own, so --smooth-angle has no effect";
             loaded.notes.push(format!("{}: {note}", path.display()));
         }
+        // Smoothing takes about as much memory as the scene. Each vertex gets a normal.
+        let (triangles, vertices) = (loaded.columns.triangles.len(), loaded.columns.x.len());
+        let fits = check_memory([triangles, 0, 2 * vertices], memory);
+        fits.map_err(|error| failed(path, &error))?;
         let smoothed = loaded.columns.smooth_normals(degrees);
         smoothed.map_err(|error| failed(path, &error))?;
     }

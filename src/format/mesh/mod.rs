@@ -37,7 +37,7 @@ pub struct LoadedMesh {
 }
 
 /// Longer names are no files.
-const MAX_NAME: usize = 4096;
+pub(super) const MAX_NAME: usize = 4096;
 
 /// Lists a texture that the file at `path` names.
 pub(super) fn add_texture(textures: &mut Vec<PathBuf>, path: &Path, name: &str) {

@@ -2,6 +2,7 @@
 
 use super::{
     super::{
+        budget::{Budget, BudgetError},
         left_out::counted,
         place::{TextFault, Words},
         polygon::{Cutter, Fans},
@@ -10,10 +11,7 @@ use super::{
 };
 use crate::{error::quote, scene::TriangleMesh};
 use glam::{DVec3, Vec3};
-use std::{
-    collections::{HashMap, TryReserveError},
-    ops::Range,
-};
+use std::{collections::HashMap, ops::Range};
 
 /// A corner as written: 1-based, or negative and counted from the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,8 +58,10 @@ impl Corners {
         keyword: &Range<usize>,
         sizes: [usize; 2],
         limits: Option<[usize; 2]>,
+        budget: &Budget,
     ) -> Result<usize, TextFault> {
         self.face.clear();
+        let no_room = |error: BudgetError| TextFault::new(keyword.clone(), error.to_string());
         let whole_line = keyword.start..words.end_of_words();
         for (word, place) in words {
             if word.starts_with(b"#") {
@@ -113,6 +113,7 @@ impl Corners {
             if normal != NONE {
                 self.largest[1] = self.largest[1].max(normal);
             }
+            budget.reserve(&mut self.face, 1).map_err(no_room)?;
             self.face.push([position, normal]);
         }
         if self.face.len() < 3 {
@@ -122,20 +123,28 @@ impl Corners {
             );
             return Err(TextFault::new(whole_line, message));
         }
-        if self.face.iter().any(|corner| corner[1] != NONE) {
-            self.normals.resize(self.positions.len(), [NONE; 3]);
-        }
-        let has_normals =
-            self.normals.len() == self.positions.len() && self.face.iter().any(|c| c[1] != NONE);
+        self.add_fan(budget).map_err(no_room)
+    }
+
+    /// Adds the current face as a fan and returns its number of triangles.
+    fn add_fan(&mut self, budget: &Budget) -> Result<usize, BudgetError> {
         let (first, others) = (self.face[0], &self.face[1..]);
-        self.polygons.add(self.positions.len(), others.len() - 1, 1);
+        let (start, count) = (self.positions.len(), others.len() - 1);
+        let has_normals = self.face.iter().any(|corner| corner[1] != NONE);
+        if has_normals {
+            let missing = start + count - self.normals.len();
+            budget.reserve(&mut self.normals, missing)?;
+            self.normals.resize(start, [NONE; 3]);
+        }
+        budget.reserve(&mut self.positions, count)?;
+        self.polygons.add(start, count, 1, budget)?;
         for pair in others.windows(2) {
             self.positions.push([first[0], pair[0][0], pair[1][0]]);
             if has_normals {
                 self.normals.push([first[1], pair[0][1], pair[1][1]]);
             }
         }
-        Ok(others.len() - 1)
+        Ok(count)
     }
 
     /// Triangulates concave faces; `mesh` holds the positions.
@@ -170,7 +179,12 @@ impl Corners {
     }
 
     /// Moves the corners into a mesh that holds the positions. A position with several normals becomes several vertices.
-    pub(super) fn into_columns(self, normals: &[[f32; 3]], mesh: &mut TriangleMesh) -> Result<(), String> {
+    pub(super) fn into_columns(
+        self,
+        normals: &[[f32; 3]],
+        mesh: &mut TriangleMesh,
+        budget: &Budget,
+    ) -> Result<(), BudgetError> {
         let Self {
             mut positions,
             normals: mut normal_corners,
@@ -180,18 +194,17 @@ impl Corners {
             mesh.triangles = positions;
             return Ok(());
         }
-        let no_memory = |_| "the mesh does not fit into memory".to_owned();
         let missing = positions.len() - normal_corners.len();
-        normal_corners.try_reserve_exact(missing).map_err(no_memory)?;
+        budget.reserve(&mut normal_corners, missing)?;
         normal_corners.resize(positions.len(), [NONE; 3]);
-        let mut vertices = Vertices::new(mesh.x.len()).map_err(no_memory)?;
+        let mut vertices = Vertices::new(mesh.x.len(), budget)?;
         for (corners, normals) in positions.iter_mut().zip(&normal_corners) {
             for (corner, &normal) in corners.iter_mut().zip(normals) {
                 let position = *corner;
-                let vertex = vertices.vertex(position, normal).map_err(no_memory)?;
+                let vertex = vertices.vertex(position, normal)?;
                 if vertex as usize == mesh.x.len() {
                     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-                        column.try_reserve(1).map_err(no_memory)?;
+                        budget.reserve(column, 1)?;
                         column.push(column[position as usize]);
                     }
                 }
@@ -204,7 +217,7 @@ impl Corners {
             normal.map_or(Vec3::ZERO, |&normal| Vec3::from_array(normal))
         };
         let count = vertices.normals.len();
-        mesh.normals.try_reserve_exact(count).map_err(no_memory)?;
+        budget.reserve(&mut mesh.normals, count)?;
         mesh.normals.extend(vertices.normals.iter().map(normal));
         mesh.triangles = positions;
         Ok(())
@@ -212,7 +225,8 @@ impl Corners {
 }
 
 /// The vertices: one for each position, and more for its further normals.
-struct Vertices {
+struct Vertices<'a> {
+    budget: &'a Budget,
     /// Each vertex's normal, once a corner sets it.
     normals: Vec<Option<u32>>,
     /// The next vertex at the same position.
@@ -221,23 +235,26 @@ struct Vertices {
     others: HashMap<[u32; 2], u32>,
 }
 
-impl Vertices {
-    fn new(positions: usize) -> Result<Self, TryReserveError> {
+/// Memory of an entry of [`Vertices::others`], bytes: it may be half empty, and moves as it grows.
+const ENTRY_BYTES: usize = 48;
+
+impl<'a> Vertices<'a> {
+    fn new(positions: usize, budget: &'a Budget) -> Result<Self, BudgetError> {
         let (mut normals, mut next) = (Vec::new(), Vec::new());
-        normals.try_reserve_exact(positions)?;
-        next.try_reserve_exact(positions)?;
+        budget.reserve(&mut normals, positions)?;
+        budget.reserve(&mut next, positions)?;
         normals.resize(positions, None);
         next.resize(positions, NONE);
-        let others = HashMap::new();
         Ok(Self {
+            budget,
             normals,
             next,
-            others,
+            others: HashMap::new(),
         })
     }
 
     /// The vertex with this position and normal.
-    fn vertex(&mut self, position: u32, normal: u32) -> Result<u32, TryReserveError> {
+    fn vertex(&mut self, position: u32, normal: u32) -> Result<u32, BudgetError> {
         let (mut vertex, mut steps) = (position, 0);
         loop {
             let at = vertex as usize;
@@ -259,16 +276,18 @@ impl Vertices {
         if let Some(&vertex) = self.others.get(&[position, normal]) {
             return Ok(vertex);
         }
-        self.others.try_reserve(1)?;
+        self.budget.take(ENTRY_BYTES)?;
+        let reserved = self.others.try_reserve(1);
+        reserved.map_err(|_| BudgetError::NoMemory)?;
         let copy = self.add(normal)?;
         self.others.insert([position, normal], copy);
         Ok(copy)
     }
 
     /// Adds a vertex.
-    fn add(&mut self, normal: u32) -> Result<u32, TryReserveError> {
-        self.normals.try_reserve(1)?;
-        self.next.try_reserve(1)?;
+    fn add(&mut self, normal: u32) -> Result<u32, BudgetError> {
+        self.budget.reserve(&mut self.normals, 1)?;
+        self.budget.reserve(&mut self.next, 1)?;
         self.normals.push(Some(normal));
         self.next.push(NONE);
         Ok(self.normals.len() as u32 - 1)
