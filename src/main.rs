@@ -1,14 +1,14 @@
 //! The program: checks the CPU, then hands over to the library's command line and passes its exit code on.
 
+mod allocator;
 mod cpu;
-mod huge_pages;
 #[cfg(all(unix, target_arch = "x86_64", not(target_feature = "avx2")))]
 mod sibling;
 
 use std::process::ExitCode;
 
 #[global_allocator]
-static ALLOCATOR: huge_pages::HugePages = huge_pages::HugePages;
+static ALLOCATOR: allocator::Limited = allocator::Limited::new();
 
 fn main() -> ExitCode {
     // On Linux the check has run before `main`; elsewhere it is the first thing here.
@@ -18,5 +18,5 @@ fn main() -> ExitCode {
     }
     #[cfg(all(unix, target_arch = "x86_64", not(target_feature = "avx2")))]
     sibling::hand_over();
-    octray::cli::main()
+    octray::cli::main(|bytes| ALLOCATOR.set_limit(bytes))
 }

@@ -6,14 +6,52 @@
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
-    io,
+    io::{self, BufWriter, Write},
     path::{Path, PathBuf},
+    sync::{Mutex, MutexGuard, PoisonError},
 };
 
 /// Processes that may write one file at the same time.
 const MOST_WRITERS: u32 = 16;
 /// Attempts to claim a temporary name while other processes race for it.
 const MOST_TRIES: u32 = 100;
+
+/// The temporary files of this process, for its sudden end.
+static TEMPORARIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn temporaries() -> MutexGuard<'static, Vec<PathBuf>> {
+    TEMPORARIES.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes all temporary files, for a process that ends in the middle of its work. From then on no file gets its name.
+#[cfg(feature = "cli")]
+pub fn abandon() {
+    // A thread that is stuck between creating and listing its file must not hold up the end.
+    for _ in 0..100 {
+        if let Ok(temporaries) = TEMPORARIES.try_lock() {
+            for path in &*temporaries {
+                let _ = fs::remove_file(path);
+            }
+            std::mem::forget(temporaries);
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+}
+
+/// Writes a file whole or not at all, and replaces an existing one. A link stays, and what it leads to is replaced.
+///
+/// # Errors
+/// What `write` or the system says; `path` is as before then.
+pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
+    let target = fs::canonicalize(path);
+    let mut temporary = Temporary::beside(target.as_deref().unwrap_or(path))?;
+    let mut out = BufWriter::with_capacity(1 << 16, temporary.file());
+    write(&mut out)?;
+    out.flush()?;
+    drop(out);
+    temporary.persist()
+}
 
 /// A file under its temporary name; removed on drop unless it was renamed.
 #[derive(Debug)]
@@ -36,7 +74,9 @@ impl Temporary {
         for number in 0..MOST_WRITERS {
             // The name itself might leave no room for more letters.
             let path = folder_of(target).join(format!(".octray-{hash:016x}-{number}.tmp"));
+            let mut temporaries = temporaries();
             if let Some(file) = claim(&path)? {
+                temporaries.push(path.clone());
                 return Ok(Self {
                     file,
                     path,
@@ -62,7 +102,9 @@ impl Temporary {
     /// # Errors
     /// What the system says.
     pub fn persist(mut self) -> io::Result<()> {
+        let mut temporaries = temporaries();
         fs::rename(&self.path, &self.target)?;
+        temporaries.retain(|path| *path != self.path);
         self.is_done = true;
         Ok(())
     }
@@ -72,7 +114,9 @@ impl Drop for Temporary {
     fn drop(&mut self) {
         if !self.is_done {
             // If this fails, the next writer of the same target removes it.
+            let mut temporaries = temporaries();
             let _ = fs::remove_file(&self.path);
+            temporaries.retain(|path| *path != self.path);
         }
     }
 }
@@ -162,12 +206,9 @@ pub fn folder_of(path: &Path) -> &Path {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write as _;
 
-    fn write(path: &Path, bytes: &[u8]) {
-        let mut file = Temporary::beside(path).unwrap();
-        file.file().write_all(bytes).unwrap();
-        file.persist().unwrap();
+    fn write_bytes(path: &Path, bytes: &[u8]) {
+        write(path, |out| out.write_all(bytes)).unwrap();
     }
 
     fn names(folder: &Path) -> Vec<String> {
@@ -177,6 +218,32 @@ mod tests {
             .collect();
         names.sort();
         names
+    }
+
+    #[test]
+    fn a_file_appears_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        write_bytes(&path, b"old");
+        let failed = write(&path, |out| {
+            out.write_all(&[0; 1 << 18])?;
+            Err(io::Error::other("no more"))
+        });
+        assert_eq!(failed.unwrap_err().to_string(), "no more");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(names(folder.path()), ["a"]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("a"), folder.path().join("b"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink("a", &link).unwrap();
+        write_bytes(&link, b"new");
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
     }
 
     #[test]
@@ -209,7 +276,7 @@ mod tests {
         let name = Temporary::beside(&path).unwrap().path.clone();
         fs::write(folder.path().join("other"), "other").unwrap();
         std::os::unix::fs::symlink("other", &name).unwrap();
-        write(&path, b"new");
+        write_bytes(&path, b"new");
         assert_eq!(fs::read(folder.path().join("other")).unwrap(), b"other");
         assert!(fs::symlink_metadata(&name).unwrap().is_symlink());
         assert_eq!(fs::read(&path).unwrap(), b"new");
@@ -225,7 +292,7 @@ mod tests {
                 scope.spawn(move || {
                     for _ in 0..50 {
                         let all = vec![letter; 5000];
-                        write(path, &all);
+                        write_bytes(path, &all);
                     }
                 });
             }

@@ -29,11 +29,11 @@ use clap::Parser;
 use inputs::{Source, View};
 use std::{path::PathBuf, process::ExitCode};
 
-#[path = "../../src/huge_pages.rs"]
-mod huge_pages;
+#[path = "../../src/allocator.rs"]
+mod allocator;
 
 #[global_allocator]
-static ALLOCATOR: huge_pages::HugePages = huge_pages::HugePages;
+static ALLOCATOR: allocator::Limited = allocator::Limited::new();
 
 /// octray against Embree on the same rays.
 #[derive(Parser)]

@@ -21,11 +21,11 @@ use std::{
 };
 
 /// The program's allocator: page faults are a large part of the time.
-#[path = "../../src/huge_pages.rs"]
-mod huge_pages;
+#[path = "../../src/allocator.rs"]
+mod allocator;
 
 #[global_allocator]
-static ALLOCATOR: huge_pages::HugePages = huge_pages::HugePages;
+static ALLOCATOR: allocator::Limited = allocator::Limited::new();
 
 #[cfg(target_os = "linux")]
 mod map;

@@ -21,15 +21,20 @@ mod write;
 #[doc(hidden)]
 pub use commands::definition;
 pub use error::CliError;
+pub use process::{MemoryRefusal, out_of_memory};
 
 use std::{process::ExitCode, time::Instant};
 
-/// Runs the program with the process's arguments.
+/// Runs the program with the process's arguments. `limit_memory` takes the most bytes that the allocator may give out: what
+/// estimates miss ends there.
 #[must_use]
-pub fn main() -> ExitCode {
+pub fn main(limit_memory: impl Fn(u64)) -> ExitCode {
     let start = Instant::now();
     let done = args::plan(std::env::args_os().collect()).and_then(|plan| match plan {
-        Some(plan) => commands::run(plan, start),
+        Some(plan) => {
+            limit_memory(load::memory::cap(plan.memory()));
+            commands::run(plan, start)
+        }
         None => Ok(()),
     });
     match done {

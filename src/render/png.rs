@@ -1,7 +1,7 @@
 //! PNG files, by the png crate.
 
 use super::{Film, Transfer};
-use crate::whole_file::Temporary;
+use crate::whole_file;
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use std::{
     io::{self, Write},
@@ -46,16 +46,10 @@ impl Film {
     /// # Errors
     /// [`io::Error`] if the file cannot be written or the film has no pixels.
     pub fn save_png(&self, path: impl AsRef<Path>, transfer: Transfer) -> io::Result<()> {
-        let mut file = Temporary::beside(path.as_ref())?;
-        let mut bytes = Vec::new();
-        write_png(
-            &mut bytes,
-            [self.width(), self.height()],
-            &self.to_bytes(transfer),
-            false,
-        )?;
-        file.file().write_all(&bytes)?;
-        file.persist()
+        let size = [self.width(), self.height()];
+        whole_file::write(path.as_ref(), |out| {
+            write_png(out, size, &self.to_bytes(transfer), false)
+        })
     }
 }
 

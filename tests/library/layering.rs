@@ -49,8 +49,8 @@ const MODULES: [(&str, Option<&str>); 24] = [
     ),
     ("cli", None),
     // The program uses the library as any other user does.
-    ("main", Some("cpu huge_pages sibling")),
-    ("huge_pages", Some("")),
+    ("main", Some("allocator cpu sibling")),
+    ("allocator", Some("")),
     ("cpu", Some("")),
     ("sibling", Some("")),
 ];

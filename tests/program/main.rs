@@ -26,3 +26,5 @@ mod options;
 mod overwriting;
 mod package;
 mod picture_files;
+#[cfg(target_os = "linux")]
+mod strangers;

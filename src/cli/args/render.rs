@@ -10,8 +10,7 @@ use super::{
     values::{self, Size},
 };
 use crate::cli::{
-    CliError,
-    load::memory,
+    CliError, load,
     plan::{Job, JsonTarget, Pictures, RenderPlan, check_inputs, is_standard_input},
 };
 use clap::Args;
@@ -99,9 +98,10 @@ impl RenderArgs {
             comparison: self.comparison.options(),
         };
         let (camera, mesh) = (self.camera.options(), self.mesh.options(turntable.is_some()));
-        let jobs = pictures.jobs(&self.scenes, &camera, &mesh, self.memory.limit())?;
+        let memory = self.memory.limit();
+        let jobs = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
         let inputs = check_inputs(&jobs, self.config.path().as_deref())?;
-        memory::check_threads(self.trace.threads)?;
+        load::memory::check_threads(self.trace.threads)?;
         let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
         if json == Some(JsonTarget::Stdout) && self.output.as_deref().is_some_and(is_standard_input) {
             let why =
@@ -126,6 +126,7 @@ impl RenderArgs {
             picture,
             whole_turn: turntable.map_or(1, |turntable| turntable.count),
             jobs,
+            memory,
             inputs,
             stats: self.stats,
             json,

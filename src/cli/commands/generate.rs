@@ -1,14 +1,9 @@
 //! `octray generate`: a made-up scene as files.
 
 use crate::{
-    cli::{
-        CliError,
-        plan::GeneratePlan,
-        process::Interrupt,
-        report::quoted,
-        write::{is_foreign, write_file},
-    },
+    cli::{CliError, plan::GeneratePlan, process::Interrupt, report::quoted, write::is_foreign},
     generate::{Generated, Part, Shape, generate, write_ply},
+    whole_file,
 };
 use std::{fmt::Write as _, fs, io, path::Path};
 
@@ -18,8 +13,7 @@ use std::{fmt::Write as _, fs, io, path::Path};
 /// [`CliError`]: a count out of its limits, or a file that cannot be written.
 pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
     let interrupt = Interrupt::install()?;
-    let generated = interrupt.exit_at_once_during(|| generate(plan.kind, plan.options))?;
-    let generated = generated.map_err(|error| CliError::Failed(error.to_string()))?;
+    let generated = generate(plan.kind, plan.options).map_err(|error| CliError::Failed(error.to_string()))?;
     let folder = &plan.folder;
     fs::create_dir_all(folder)
         .map_err(|error| CliError::writing(&format!("to the directory {}", folder.display()), &error))?;
@@ -44,12 +38,12 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
     // The meshes first, so that a scene file that exists can be loaded.
     for part in &generated.parts {
         if let (Shape::Mesh(mesh), Some(path)) = (&part.shape, mesh_path(part)) {
-            let written = write_file(&path, &interrupt, |out| write_ply(mesh, out));
+            let written = whole_file::write(&path, |out| write_ply(mesh, out));
             finished(&path, &interrupt, written)?;
             let _ = writeln!(told, "{}: {} triangles", path.display(), mesh.triangles.len());
         }
     }
-    let written = write_file(&scene, &interrupt, |out| generated.write_scn(out));
+    let written = whole_file::write(&scene, |out| generated.write_scn(out));
     finished(&scene, &interrupt, written)?;
     let _ = writeln!(
         told,

@@ -106,9 +106,9 @@ impl Call<'_> {
         }
         for job in jobs {
             let mut files = Vec::new();
-            let load = || load::load_and_list(&job.input, job.scene_memory, &mut files);
             // An error comes again when it is this scene's turn.
-            let input = self.interrupt.exit_at_once_during(load)?.ok();
+            let input = load::load_and_list(&job.input, job.scene_memory, &mut files).ok();
+            self.interrupt.check()?;
             let scene = input.as_ref().map(|input| &input.scene);
             self.inputs.add_scene(&job.input.path, &files, scene);
         }
@@ -122,10 +122,9 @@ impl Call<'_> {
 
     /// Renders the pictures of one scene, the first of those that are left.
     fn render_job(&mut self, job: &Job, left: &[Job]) -> Result<(), CliError> {
-        let interrupt = self.interrupt;
         let mut files = Vec::new();
-        let load = || load::load_and_list(&job.input, job.scene_memory, &mut files);
-        let (input, load_time) = interrupt.exit_at_once_during(|| timed(load))?;
+        let (input, load_time) = timed(|| load::load_and_list(&job.input, job.scene_memory, &mut files));
+        self.interrupt.check()?;
         let loaded = input.as_ref().ok().map(|input| &input.scene);
         self.inputs.add_scene(&job.input.path, &files, loaded);
         let Input {
@@ -143,8 +142,7 @@ impl Call<'_> {
             scene.primitive_count(),
         );
         memory::check_build(&scene, quality)?;
-        let build = || Bvh::build_with(&scene, quality);
-        let (bvh, build_time) = interrupt.exit_at_once_during(|| timed(build))?;
+        let (bvh, build_time) = timed(|| Bvh::build_with(&scene, quality));
 
         let mut spent = Spent {
             load: load_time,
@@ -217,9 +215,9 @@ impl Call<'_> {
 
         let (written, write_time) = timed(|| {
             if let Some(aovs) = &aovs {
-                frame.aovs.write(aovs, &mut picture, interrupt)?;
+                frame.aovs.write(aovs, &mut picture)?;
             }
-            output.write(&picture, interrupt)
+            output.write(&picture)
         });
         written?;
 
@@ -251,7 +249,7 @@ impl Call<'_> {
         };
         self.written.add(name, times.total);
         if let Some(comparison) = &frame.comparison {
-            let verdict = comparison.run(&picture, output.name(), interrupt)?;
+            let verdict = comparison.run(&picture, output.name())?;
             self.verdicts.add(verdict, plan.quiet);
         }
         Ok(())

@@ -5,13 +5,14 @@ use crate::{
         CliError,
         load::{self, Input},
         plan::{InputPlan, MeshOptions, ViewPlan, is_standard_input, stem},
-        process::Interrupt,
+        process,
         report::{self, quoted},
-        write::{Format, Inputs, Pixels, json_line, write_file, write_json},
+        write::{Format, Inputs, Pixels, json_line, write_json},
     },
     render::ByteFilm,
     scene::{Scene, View},
     viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},
+    whole_file,
 };
 use glam::{DMat3, DVec3};
 use std::{
@@ -42,14 +43,13 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         let why = format!("a window of {width}x{height} is too large: a side has at most {MAX_SIDE} pixels");
         return Err(CliError::Failed(why));
     }
-    let interrupt = Arc::new(Interrupt::install_for_window()?);
+    process::close_window_on_signals()?;
     let display = Display::connect()?;
     let program = Program {
         mesh: Mutex::new(input.mesh.clone()),
         input,
         memory,
         lit_from: Mutex::default(),
-        interrupt: Arc::clone(&interrupt),
     };
     let mut files = Vec::new();
     let Input {
@@ -98,7 +98,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         return Ok(());
     };
     match json {
-        Some(target) => interrupt.hold_during(|| write_json(&target, &json_line(&figures))),
+        Some(target) => write_json(&target, &json_line(&figures)),
         None => report::print(&format!(
             "{:.1} frames per second; frame time {:.1} ms (median), {:.1} ms (99th percentile); {:.0} % of the frames at \
              full quality; {:.1} million rays/s\n",
@@ -119,7 +119,6 @@ struct Program {
     memory: u64,
     /// Where the mesh loaded last is lit from.
     lit_from: Mutex<Option<DVec3>>,
-    interrupt: Arc<Interrupt>,
 }
 
 impl Program {
@@ -188,12 +187,8 @@ impl Host for Program {
         let bytes = Format::Png
             .encode(&Pixels::Bytes(film.clone()).into())
             .map_err(text)?;
-        let write = || {
-            write_file(Path::new(&name), &Interrupt::default(), |out| {
-                out.write_all(&bytes)
-            })
-        };
-        (self.interrupt.hold_during(write)).map_err(|error| text(CliError::writing(&name, &error)))?;
+        whole_file::write(Path::new(&name), |out| out.write_all(&bytes))
+            .map_err(|error| text(CliError::writing(&name, &error)))?;
         Ok(name)
     }
 

@@ -5,6 +5,7 @@ use crate::{
     cli::{
         CliError,
         plan::{InputKind, InputPlan, kind_of, name},
+        process,
     },
     error::{LoadError, SceneError, escape},
     format::{self, Loaded, mesh::LoadedMesh},
@@ -45,6 +46,7 @@ pub fn load_and_list(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) ->
 }
 
 fn read(path: &Path, kind: InputKind, memory: u64, files: &mut Vec<PathBuf>) -> Result<Loaded, CliError> {
+    process::at_work_on(name(path));
     Ok(match kind {
         InputKind::Scene => Loaded::Scene(Box::new(format::load_within(path, files, memory)?)),
         InputKind::Mesh => Loaded::Mesh(Box::new(format::mesh::load_within(path, files, memory)?)),

@@ -53,6 +53,13 @@ pub fn limit(max: Option<u64>) -> u64 {
     max.unwrap_or_else(default_limit).min(own_limit())
 }
 
+/// Where the allocator ends the process whose memory limit is `limit`, bytes. Estimates are good to about a quarter, and
+/// the program itself takes some.
+pub fn cap(limit: u64) -> u64 {
+    const BESIDE: u64 = 32 << 20;
+    limit.saturating_add(limit / 4).saturating_add(BESIDE)
+}
+
 /// What is left of `limit` for the scene beside a picture.
 ///
 /// # Errors

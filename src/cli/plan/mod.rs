@@ -18,6 +18,8 @@ pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
 pub use render::{CompareOptions, Frame, Job, PictureOptions, Pictures, RenderPlan, check_inputs, objection};
 pub use turntable::{FrameRange, Turn, Turntable, turned};
 
+use super::load::memory;
+
 /// One call of the program.
 #[derive(Debug)]
 pub enum Plan {
@@ -32,4 +34,17 @@ pub enum Plan {
     Completions(String),
     /// The manual page of a command, or of octray as a whole.
     Man(Option<String>),
+}
+
+impl Plan {
+    /// Memory that the call may take, bytes.
+    pub fn memory(&self) -> u64 {
+        match self {
+            Self::Render(plan) => plan.memory,
+            #[cfg(feature = "viewer")]
+            Self::View(plan) => plan.memory,
+            Self::Info(plan) => plan.memory,
+            _ => memory::limit(None),
+        }
+    }
 }

@@ -26,6 +26,8 @@ pub struct RenderPlan {
     /// Frames of the whole turntable, 1 without one.
     pub whole_turn: u32,
     pub jobs: Vec<Job>,
+    /// Memory that the call may take, bytes.
+    pub memory: u64,
     /// Files that are read, as far as the command line names them.
     pub inputs: Inputs,
     /// Print the figures of each picture as text.

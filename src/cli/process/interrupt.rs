@@ -1,12 +1,10 @@
-//! Ctrl-C and other signals: they end the process at once, except where there is something to clean up.
+//! Ctrl-C and other signals end the process soon, whatever it is doing, and leave no half-written file.
 
 use crate::cli::CliError;
-#[cfg(feature = "viewer")]
-use signal_hook::low_level;
 use signal_hook::{consts, flag};
 use std::sync::{
     Arc,
-    atomic::{AtomicBool, AtomicUsize, Ordering},
+    atomic::{AtomicBool, Ordering},
 };
 
 #[cfg(unix)]
@@ -18,40 +16,17 @@ const SIGNALS: &[i32] = &[consts::SIGINT, consts::SIGTERM];
 #[derive(Debug, Default)]
 pub struct Interrupt {
     requested: Arc<AtomicBool>,
-    at_once: Arc<AtomicBool>,
-    /// The last signal.
-    signal: Arc<AtomicUsize>,
 }
 
 impl Interrupt {
-    /// Takes over the signals: from now on they set a flag.
+    /// Takes over the signals. From now on a signal is told here first, so that work in small pieces can end with what it
+    /// has; what has not ended after a moment is ended by force. The exit code is that of [`CliError::Interrupted`].
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] if the system does not allow it.
     pub fn install() -> Result<Self, CliError> {
-        Self::install_with(|_| CliError::Interrupted.exit_code())
-    }
-
-    /// Takes over the signals for a window: they end the process at once, except during [`Self::hold_during`]. Ctrl-C is
-    /// an interruption; the other signals close the window, which is no failure.
-    #[cfg(feature = "viewer")]
-    pub fn install_for_window() -> Result<Self, CliError> {
-        let this = Self::install_with(|signal| match signal {
-            consts::SIGINT => CliError::Interrupted.exit_code(),
-            _ => 0,
-        })?;
-        this.at_once.store(true, Ordering::SeqCst);
-        Ok(this)
-    }
-
-    fn install_with(exit_code: impl Fn(i32) -> u8) -> Result<Self, CliError> {
         let this = Self::default();
-        let refused = |error| CliError::Failed(format!("cannot watch for signals: {error}"));
-        for &signal in SIGNALS {
-            // The handlers run in this order.
-            let exit_code = i32::from(exit_code(signal));
-            flag::register_conditional_shutdown(signal, exit_code, Arc::clone(&this.at_once))
-                .and_then(|_| flag::register_usize(signal, Arc::clone(&this.signal), signal as usize))
-                .and_then(|_| flag::register(signal, Arc::clone(&this.requested)))
-                .map_err(refused)?;
-        }
+        watch(&this.requested, true, |_| CliError::Interrupted.exit_code())?;
         // With a handler, exceeding the file size limit fails the write instead of killing the process, and the
         // temporary file is removed.
         #[cfg(unix)]
@@ -72,29 +47,69 @@ impl Interrupt {
             Ok(())
         }
     }
+}
 
-    /// Runs `work`, one at a time, to its end: a signal meanwhile ends the process afterwards.
-    #[cfg(feature = "viewer")]
-    pub fn hold_during<T>(&self, work: impl FnOnce() -> T) -> T {
-        self.at_once.store(false, Ordering::SeqCst);
-        let result = work();
-        self.at_once.store(true, Ordering::SeqCst);
-        if self.requested() {
-            // Now it ends the process; if it cannot be sent, the window stays open.
-            let _ = low_level::raise(self.signal.load(Ordering::SeqCst) as i32);
+/// Takes over the signals for a window: they end the process at once. Ctrl-C is an interruption; the other signals close
+/// the window, which is no failure.
+///
+/// # Errors
+/// [`CliError::Failed`] if the system does not allow it.
+#[cfg(feature = "viewer")]
+pub fn close_window_on_signals() -> Result<(), CliError> {
+    watch(&Arc::default(), false, |signal| match signal {
+        consts::SIGINT => CliError::Interrupted.exit_code(),
+        _ => 0,
+    })
+}
+
+#[allow(clippy::needless_pass_by_value, reason = "map_err's argument")]
+fn refused(error: std::io::Error) -> CliError {
+    CliError::Failed(format!("cannot watch for signals: {error}"))
+}
+
+/// Sets `requested` when a signal comes, and ends the process: at once, or after a moment if it is `patient`.
+#[cfg(unix)]
+fn watch(
+    requested: &Arc<AtomicBool>,
+    patient: bool,
+    exit_code: impl Fn(i32) -> u8 + Send + 'static,
+) -> Result<(), CliError> {
+    use signal_hook::{iterator::Signals, low_level};
+    use std::{thread, time::Duration};
+
+    const PATIENCE: Duration = Duration::from_millis(250);
+    /// The thread only sleeps and removes files.
+    const STACK_BYTES: usize = 1 << 17;
+
+    let mut signals = Signals::new(SIGNALS).map_err(refused)?;
+    let requested = Arc::clone(requested);
+    let wait = move || {
+        if let Some(signal) = signals.forever().next() {
+            requested.store(true, Ordering::Relaxed);
+            if patient {
+                thread::sleep(PATIENCE);
+            }
+            crate::whole_file::abandon();
+            low_level::exit(exit_code(signal).into());
         }
-        result
-    }
+    };
+    let thread = thread::Builder::new()
+        .name("signals".into())
+        .stack_size(STACK_BYTES);
+    thread.spawn(wait).map(drop).map_err(refused)
+}
 
-    /// Runs `work` that leaves nothing to clean up: a signal ends the process at once.
-    pub fn exit_at_once_during<T>(&self, work: impl FnOnce() -> T) -> Result<T, CliError> {
-        self.at_once.store(true, Ordering::SeqCst);
-        // A signal before this has only set the flag.
-        self.check()?;
-        let result = work();
-        self.at_once.store(false, Ordering::SeqCst);
-        Ok(result)
+/// Elsewhere the first signal is told, and the second one ends the process.
+#[cfg(not(unix))]
+fn watch(requested: &Arc<AtomicBool>, patient: bool, exit_code: impl Fn(i32) -> u8) -> Result<(), CliError> {
+    requested.store(!patient, Ordering::Relaxed);
+    for &signal in SIGNALS {
+        // The handlers run in this order.
+        flag::register_conditional_shutdown(signal, exit_code(signal).into(), Arc::clone(requested))
+            .and_then(|_| flag::register(signal, Arc::clone(requested)))
+            .map_err(refused)?;
     }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -112,11 +127,10 @@ mod tests {
         };
         let bar = RenderBar::new(false, &interrupt);
         assert_eq!(bar.report(progress), ControlFlow::Continue(()));
-        assert!(matches!(interrupt.exit_at_once_during(|| 5), Ok(5)));
+        assert!(interrupt.check().is_ok());
 
         interrupt.requested.store(true, Ordering::Relaxed);
         assert_eq!(bar.report(progress), ControlFlow::Break(()));
-        let late = interrupt.exit_at_once_during(|| panic!("done after the signal"));
-        assert!(matches!(late, Err(CliError::Interrupted)));
+        assert!(matches!(interrupt.check(), Err(CliError::Interrupted)));
     }
 }

@@ -1,7 +1,11 @@
-//! The process itself: its signals and its threads.
+//! The process itself: its signals, its threads, and its end without memory.
 
 mod interrupt;
+mod memory;
 mod threads;
 
 pub use interrupt::Interrupt;
+#[cfg(feature = "viewer")]
+pub use interrupt::close_window_on_signals;
+pub use memory::{MemoryRefusal, at_work_on, out_of_memory};
 pub use threads::start as start_threads;

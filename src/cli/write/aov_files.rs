@@ -9,7 +9,6 @@ use crate::{
     cli::{
         CliError,
         plan::{PictureOptions, PicturePath, aov_path},
-        process::Interrupt,
         report::AovReport,
     },
     render::{Aovs, OnProgress, RenderError, Renderer, Settings, Transfer},
@@ -100,7 +99,6 @@ impl AovFiles {
         &self,
         RenderedAovs { aovs, range }: &RenderedAovs,
         picture: &mut Picture,
-        interrupt: &Interrupt,
     ) -> Result<(), CliError> {
         if self.files.is_empty() {
             let channels = self.asked.iter().flat_map(|&which| aov::channels(aovs, which));
@@ -108,7 +106,7 @@ impl AovFiles {
         }
         for (file, &which) in self.files.iter().zip(&self.asked) {
             let own = Picture::from(Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer)));
-            file.write(&own, interrupt)?;
+            file.write(&own)?;
         }
         Ok(())
     }

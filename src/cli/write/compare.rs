@@ -5,7 +5,7 @@ use super::{
     picture::{Picture, Pixels},
 };
 use crate::{
-    cli::{CliError, plan::CompareOptions, process::Interrupt},
+    cli::{CliError, plan::CompareOptions},
     render::{ByteFilm, Film, Transfer, quantize},
 };
 use image::{DynamicImage, ImageReader, Limits};
@@ -88,24 +88,20 @@ impl Comparison {
     ///
     /// # Errors
     /// [`CliError`]; a difference is not an error here.
-    pub fn run(&self, picture: &Picture, name: &str, interrupt: &Interrupt) -> Result<Verdict, CliError> {
-        let work = || -> Result<_, CliError> {
-            let reference = self.read()?;
-            let floats = has_floats(&reference)
-                && picture.transfer == Transfer::Linear
-                && !matches!(picture.pixels, Pixels::Bytes(_));
-            let reference = Reference::new(reference);
-            let ours = Ours::new(picture, floats);
-            let levels = |i| distances(ours.levels(i), reference.levels(i, floats));
-            let figures = Figures::new((self.width, self.height), self.tolerance, levels);
-            let agrees = figures.differing as f64 <= self.allow_pixels * figures.pixels as f64;
-            let shown = (!agrees).then(|| self.difference(figures.largest, levels));
-            Ok((figures, shown))
-        };
-        let (figures, shown) = interrupt.exit_at_once_during(work)??;
+    pub fn run(&self, picture: &Picture, name: &str) -> Result<Verdict, CliError> {
+        let reference = self.read()?;
+        let floats = has_floats(&reference)
+            && picture.transfer == Transfer::Linear
+            && !matches!(picture.pixels, Pixels::Bytes(_));
+        let reference = Reference::new(reference);
+        let ours = Ours::new(picture, floats);
+        let levels = |i| distances(ours.levels(i), reference.levels(i, floats));
+        let figures = Figures::new((self.width, self.height), self.tolerance, levels);
+        let agrees = figures.differing as f64 <= self.allow_pixels * figures.pixels as f64;
+        let shown = (!agrees).then(|| self.difference(figures.largest, levels));
         let mut text = figures.text(name, &self.reference, self.tolerance, shown.is_none());
         if let Some(shown) = &shown {
-            self.output.write(shown, interrupt)?;
+            self.output.write(shown)?;
             text.push_str(&format!("; shown in {}", self.output.name()));
         }
         Ok(Verdict {

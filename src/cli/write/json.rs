@@ -1,7 +1,9 @@
 //! JSON answers, one line each.
 
-use super::guarded;
-use crate::cli::{CliError, plan::JsonTarget, process::Interrupt, report};
+use crate::{
+    cli::{CliError, plan::JsonTarget, report},
+    whole_file,
+};
 use serde::Serialize;
 use std::{
     fs::{self, OpenOptions},
@@ -28,7 +30,7 @@ pub fn write_json(target: &JsonTarget, lines: &str) -> Result<(), CliError> {
         let file = OpenOptions::new().write(true).open(path);
         file.and_then(|mut file| file.write_all(lines.as_bytes()))
     } else {
-        guarded::write(path, &Interrupt::default(), |out| out.write_all(lines.as_bytes()))
+        whole_file::write(path, |out| out.write_all(lines.as_bytes()))
     };
     written.map_err(|error| CliError::writing(&path.display().to_string(), &error))
 }

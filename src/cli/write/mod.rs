@@ -5,7 +5,6 @@ mod aov_files;
 mod compare;
 mod encode;
 mod exr_layers;
-mod guarded;
 mod json;
 mod output;
 mod picture;
@@ -16,7 +15,6 @@ pub use aov_files::AovFiles;
 pub use compare::{Comparison, Verdict};
 #[cfg(feature = "viewer")]
 pub use encode::Format;
-pub use guarded::write as write_file;
 pub use json::{json_line, write_json};
 pub use output::Output;
 #[cfg(feature = "viewer")]

@@ -9,7 +9,6 @@ use crate::{
     cli::{
         CliError,
         plan::{Origin, PictureOptions, PicturePath, is_standard_input},
-        process::Interrupt,
     },
     render::Transfer,
     whole_file::{Temporary, folder_of},
@@ -20,8 +19,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Bytes between two looks at the interrupt flag.
-const CHUNK: usize = 1 << 20;
 /// The most symbolic links followed, as in Linux.
 const MAX_LINKS: usize = 40;
 
@@ -233,35 +230,29 @@ impl Output {
     ///
     /// # Errors
     /// [`CliError`].
-    pub fn write(&self, picture: &Picture, interrupt: &Interrupt) -> Result<(), CliError> {
-        let bytes = interrupt.exit_at_once_during(|| self.format.encode(picture))??;
+    pub fn write(&self, picture: &Picture) -> Result<(), CliError> {
+        let bytes = self.format.encode(picture)?;
         let written = match &self.place {
-            Place::Stdout => interrupt.exit_at_once_during(|| {
+            Place::Stdout => {
                 let mut stdout = io::stdout().lock();
                 stdout.write_all(&bytes).and_then(|()| stdout.flush())
-            })?,
-            Place::Special(path) => interrupt.exit_at_once_during(|| {
-                let mut file = OpenOptions::new().write(true).open(path)?;
-                file.write_all(&bytes).and_then(|()| file.flush())
-            })?,
-            Place::File { path, old } => self.replace(path, old.as_ref(), &bytes, interrupt),
+            }
+            Place::Special(path) => {
+                let file = OpenOptions::new().write(true).open(path);
+                file.and_then(|mut file| file.write_all(&bytes))
+            }
+            Place::File { path, old } => self.replace(path, old.as_ref(), &bytes),
         };
-        interrupt.check()?;
         written.map_err(|error| CliError::writing(&self.name, &error))
     }
 
     /// Writes a new file beside `path` and then gives it that name. The temporary file goes with every failure.
-    fn replace(&self, path: &Path, old: Option<&Old>, bytes: &[u8], interrupt: &Interrupt) -> io::Result<()> {
+    fn replace(&self, path: &Path, old: Option<&Old>, bytes: &[u8]) -> io::Result<()> {
         let mut temporary = Temporary::beside(path)?;
         if let Some(old) = old {
             temporary.file().set_permissions(old.permissions.clone())?;
         }
-        for chunk in bytes.chunks(CHUNK) {
-            if interrupt.requested() {
-                return Err(io::ErrorKind::Interrupted.into());
-            }
-            temporary.file().write_all(chunk)?;
-        }
+        temporary.file().write_all(bytes)?;
         if self.is_careful && is_foreign(path) {
             return Err(io::Error::other(
                 "another program has made a file of this name meanwhile",

@@ -1,0 +1,85 @@
+//! The end of a process that gets no more memory: one sentence and an exit code, where Rust would abort.
+//!
+//! The program's allocator calls [`out_of_memory`]. It is the last resort: what can be counted before it is allocated is
+//! refused where it is counted.
+
+use crate::{cli::CliError, error::escape};
+use std::{
+    io::{Cursor, Write},
+    path::Path,
+    sync::{
+        Mutex, TryLockError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::Duration,
+};
+
+/// The longest name in the sentence, bytes.
+const MOST_NAME: usize = 200;
+
+/// The input at work, ready to be printed.
+static INPUT: Mutex<String> = Mutex::new(String::new());
+
+/// Why there is no more memory.
+#[derive(Clone, Copy, Debug)]
+pub enum MemoryRefusal {
+    /// The process has reached its limit.
+    Limit,
+    /// The system refused an allocation of so many bytes.
+    System(usize),
+}
+
+/// Names the input at work, for the sentence.
+pub fn at_work_on(input: &Path) {
+    let name = input.display().to_string();
+    let name: String = escape(&name).chars().take(MOST_NAME / 4).collect();
+    *INPUT.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = name;
+}
+
+/// Ends the process with one sentence on standard error, without partial files. Allocates nothing.
+pub fn out_of_memory(why: MemoryRefusal) -> ! {
+    static FIRST: AtomicBool = AtomicBool::new(true);
+    if !FIRST.swap(false, Ordering::Relaxed) {
+        // Another thread is at it.
+        loop {
+            thread::sleep(Duration::from_secs(1));
+        }
+    }
+    let mut text = Cursor::new([0; MOST_NAME + 200]);
+    // What does not fit is cut.
+    let _ = text.write_all(b"error: ");
+    let input = match INPUT.try_lock() {
+        Ok(input) => Some(input),
+        Err(TryLockError::Poisoned(input)) => Some(input.into_inner()),
+        Err(TryLockError::WouldBlock) => None,
+    };
+    if let Some(input) = input.filter(|input| !input.is_empty()) {
+        let _ = write!(text, "{}: ", *input);
+    }
+    let _ = match why {
+        MemoryRefusal::Limit => {
+            text.write_all(b"this takes more memory than the limit allows (see --max-memory)\n")
+        }
+        MemoryRefusal::System(bytes) => writeln!(
+            text,
+            "out of memory: the system refused {} MiB more",
+            bytes.div_ceil(1 << 20)
+        ),
+    };
+    let length = text.position() as usize;
+    say(text.get_ref().get(..length).unwrap_or_default());
+    crate::whole_file::abandon();
+    signal_hook::low_level::exit(CliError::Failed(String::new()).exit_code().into());
+}
+
+/// Writes to standard error, past the lock that a thread without memory may hold.
+#[cfg(target_os = "linux")]
+fn say(text: &[u8]) {
+    let _ = rustix::io::write(rustix::stdio::stderr(), text);
+}
+
+#[cfg(not(target_os = "linux"))]
+fn say(text: &[u8]) {
+    let _ = std::io::stderr().write_all(text);
+}

@@ -1,0 +1,1 @@
+//! Calls of the command line: options, config files, references, standard streams.

@@ -1,0 +1,1 @@
+//! Scenes, glTF, and what may be opened.
