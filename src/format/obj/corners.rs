@@ -61,7 +61,6 @@ impl Corners {
         budget: &Budget,
     ) -> Result<usize, TextFault> {
         self.face.clear();
-        let no_room = |error: BudgetError| TextFault::new(keyword.clone(), error.to_string());
         let whole_line = keyword.start..words.end_of_words();
         for (word, place) in words {
             if word.starts_with(b"#") {
@@ -113,7 +112,7 @@ impl Corners {
             if normal != NONE {
                 self.largest[1] = self.largest[1].max(normal);
             }
-            budget.reserve(&mut self.face, 1).map_err(no_room)?;
+            budget.reserve(&mut self.face, 1)?;
             self.face.push([position, normal]);
         }
         if self.face.len() < 3 {
@@ -123,7 +122,7 @@ impl Corners {
             );
             return Err(TextFault::new(whole_line, message));
         }
-        self.add_fan(budget).map_err(no_room)
+        Ok(self.add_fan(budget)?)
     }
 
     /// Adds the current face as a fan and returns its number of triangles.

@@ -28,7 +28,7 @@ use std::{
     borrow::Cow,
     collections::{HashMap, HashSet},
     ops::Range,
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
 };
 
 /// A triangle without a known material.
@@ -59,8 +59,7 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>, budget: &Budget) -> Resul
         return Err(TextFault::new(0..0, "the file is empty, expected an OBJ mesh"));
     }
     refuse_binary(bytes, "the text of an OBJ mesh")?;
-    let no_room = |error: BudgetError| TextFault::new(0..0, error.to_string());
-    let text = &join_lines(bytes, budget).map_err(no_room)?[..];
+    let text = &join_lines(bytes, budget)?[..];
     let before = budget.taken();
     let mut obj = Obj::new(budget);
     obj.lines(text, path, open, None)?;
@@ -84,7 +83,7 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>, budget: &Budget) -> Resul
         obj.lines(text, path, open, Some(limits))?;
     }
     obj.note_left_out(text, path);
-    obj.finish().map_err(no_room)
+    Ok(obj.finish()?)
 }
 
 /// The mesh so far.
@@ -172,12 +171,11 @@ impl<'b> Obj<'b> {
         let Some((keyword, place)) = words.next() else {
             return Ok(());
         };
-        let no_room = |error: BudgetError| TextFault::new(place.clone(), error.to_string());
         match keyword {
             b"v" => {
                 let [x, y, z] = vector(&mut words, &place, ["x", "y", "z"])?;
                 for column in [&mut self.x, &mut self.y, &mut self.z] {
-                    self.budget.reserve(column, 1).map_err(no_room)?;
+                    self.budget.reserve(column, 1)?;
                 }
                 self.x.push(x);
                 self.y.push(y);
@@ -188,15 +186,14 @@ impl<'b> Obj<'b> {
             }
             b"vn" => {
                 let normal = vector(&mut words, &place, ["nx", "ny", "nz"])?;
-                self.budget.reserve(&mut self.normals, 1).map_err(no_room)?;
+                self.budget.reserve(&mut self.normals, 1)?;
                 self.normals.push(normal);
             }
             b"f" => {
                 let sizes = [self.x.len(), self.normals.len()];
                 let triangles = self.corners.face(words, &place, sizes, limits, self.budget)?;
                 let surface = self.current.unwrap_or(NO_SURFACE);
-                let room = self.budget.reserve(&mut self.surface_of, triangles);
-                room.map_err(no_room)?;
+                self.budget.reserve(&mut self.surface_of, triangles)?;
                 self.surface_of.resize(self.surface_of.len() + triangles, surface);
             }
             b"usemtl" => {
@@ -268,8 +265,11 @@ impl<'b> Obj<'b> {
         }
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = folder.join(String::from_utf8_lossy(name).as_ref());
-        // Without `.` and doubled slashes.
-        if !self.libraries.insert(name.components().collect()) {
+        let is_named = |part: &Component<'_>| *part != Component::CurDir;
+        if !self
+            .libraries
+            .insert(name.components().filter(is_named).collect())
+        {
             return Ok(None);
         }
         if self.libraries.len() > MOST_LIBRARIES {
