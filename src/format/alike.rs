@@ -3,7 +3,11 @@
 use std::{fs, path::Path};
 
 /// How many entries of a folder are compared.
-const MOST_ENTRIES: usize = 20_000;
+const MOST_ENTRIES: usize = 10_000;
+/// The longest name that is compared, in bytes.
+const MOST_NAME: usize = 80;
+/// How many pairs of bytes are compared: two names take as many as the product of their lengths.
+const MOST_PAIRS: usize = 1 << 21;
 /// How many names are suggested.
 const MOST_NAMES: usize = 3;
 
@@ -28,8 +32,7 @@ pub(super) fn instead_of(path: &Path) -> Option<String> {
 
 /// The names most similar to `wanted`, the most similar first.
 fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> {
-    // The distance takes quadratic time.
-    if wanted.len() > 255 {
+    if wanted.len() > MOST_NAME {
         return Vec::new();
     }
     let wanted = wanted.to_lowercase();
@@ -40,7 +43,13 @@ fn most_alike(wanted: &str, names: impl Iterator<Item = String>) -> Vec<String> 
     };
     // The extension may have been left out.
     let wanted_stem = stem(&wanted).unwrap_or_else(|| wanted.clone());
+    let mut pairs = 0;
     let mut alike: Vec<(usize, String)> = names
+        .filter(|name| name.len() <= MOST_NAME)
+        .take_while(|name| {
+            pairs += wanted.len() * name.len();
+            pairs <= MOST_PAIRS
+        })
         .filter_map(|name| {
             let lower = name.to_lowercase();
             let distance = strsim::damerau_levenshtein(&wanted, &lower);

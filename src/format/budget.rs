@@ -10,11 +10,16 @@ use std::{
     sync::atomic::{AtomicU64, Ordering},
 };
 
+/// How many folders are searched for names like those of missing files.
+const MAX_SUGGESTIONS: u64 = 4;
+
 /// What one load may take, bytes; shared by all files that it reads.
 #[derive(Debug)]
 pub(super) struct Budget {
     limit: u64,
     taken: AtomicU64,
+    /// How many missing files suggestions were asked for.
+    missing: AtomicU64,
 }
 
 /// Why a load cannot have more memory.
@@ -37,6 +42,7 @@ impl Budget {
         Self {
             limit,
             taken: AtomicU64::new(0),
+            missing: AtomicU64::new(0),
         }
     }
 
@@ -48,6 +54,11 @@ impl Budget {
     /// The limit, in bytes.
     pub(super) fn limit(&self) -> u64 {
         self.limit
+    }
+
+    /// Whether a missing file is one of the first few: to suggest another, a whole folder is read.
+    pub(super) fn may_suggest(&self) -> bool {
+        self.missing.fetch_add(1, Ordering::Relaxed) < MAX_SUGGESTIONS
     }
 
     /// What is left, in bytes.

@@ -81,7 +81,7 @@ pub fn load_any(
         // What should have written to the pipe has failed.
         return Err(LoadError::whole_file(
             name,
-            "standard input is empty, expected a scene or a mesh",
+            "the input is empty, expected a scene or a mesh",
         ));
     }
     Ok(match detect(&bytes) {

@@ -22,12 +22,8 @@ pub(super) const MAX_TEXT_BYTES: u64 = 1 << 29;
 pub(super) trait Files {
     /// The text of an included scene file.
     fn text(&mut self, path: &Path, budget: &Budget) -> io::Result<Vec<u8>>;
-    /// A mesh file.
+    /// A mesh file, or a file that a mesh names.
     fn mesh(&mut self, path: &Path, budget: &Budget) -> io::Result<Opened>;
-    /// The bytes of a file that a mesh names.
-    fn beside_mesh(&mut self, path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
-        self.mesh(path, budget)?.into_bytes(budget)
-    }
     /// The same name for all paths of one file.
     fn identity(&self, path: &Path) -> PathBuf;
 }
@@ -81,7 +77,8 @@ fn taken(bytes: Vec<u8>, budget: &Budget) -> io::Result<Vec<u8>> {
 
 /// Reads the text of a scene.
 pub(super) fn read_text(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
-    let file = OpenFile::open(path, MAX_TEXT_BYTES, budget).map_err(|error| explained(path, error))?;
+    let file =
+        OpenFile::open(path, MAX_TEXT_BYTES, budget).map_err(|error| explained(path, error, budget))?;
     file.read_all(budget)
 }
 
@@ -100,12 +97,13 @@ pub(super) fn read_all(reader: impl Read, limit: u64, budget: &Budget) -> io::Re
 
 /// Opens a mesh, as [`OpenFile::open`] does.
 pub(super) fn open(path: &Path, budget: &Budget) -> io::Result<OpenFile> {
-    OpenFile::open(path, MAX_BYTES, budget).map_err(|error| explained(path, error))
+    OpenFile::open(path, MAX_BYTES, budget).map_err(|error| explained(path, error, budget))
 }
 
 /// Refuses a path that is missing or not a regular file, without reading it.
 pub(super) fn check_is_file(path: &Path) -> io::Result<()> {
-    open_file(path).map(drop).map_err(|error| explained(path, error))
+    let opened = open_file(path).map(drop);
+    opened.map_err(|error| explained(path, error, &Budget::unlimited()))
 }
 
 /// Reads a mesh, or a file that a mesh names.
@@ -114,9 +112,9 @@ pub(super) fn read(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> {
 }
 
 /// Adds suggestions to the error about a missing file.
-fn explained(path: &Path, error: io::Error) -> io::Error {
+fn explained(path: &Path, error: io::Error, budget: &Budget) -> io::Error {
     match error.kind() {
-        io::ErrorKind::NotFound => match alike::instead_of(path) {
+        io::ErrorKind::NotFound if budget.may_suggest() => match alike::instead_of(path) {
             Some(instead) => io::Error::new(error.kind(), format!("file not found; {instead}")),
             None => error,
         },

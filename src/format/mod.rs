@@ -86,7 +86,7 @@ pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result
 }
 
 /// Loads a scene from the text of a `.scn` file. `name` stands for the file in errors, and paths are relative to its
-/// folder. `open` gives the bytes of the files that the scene names, once for each `include` and each placement of a
+/// folder. `open` gives the bytes of the files that the scene names, once for each `include` and at least once for each
 /// mesh; `.` components of paths are ignored when paths are compared.
 ///
 /// ```

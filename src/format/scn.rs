@@ -4,6 +4,7 @@ mod arguments;
 mod include;
 mod line;
 mod mesh;
+mod meshes;
 mod nearest;
 mod statements;
 mod words;
@@ -17,6 +18,7 @@ use arguments::Arguments;
 use include::Includes;
 use line::Line;
 use mesh::Placed;
+use meshes::Meshes;
 use nearest::{list, nearest};
 use statements::{STATEMENTS, again};
 use std::{
@@ -50,10 +52,10 @@ pub(super) fn parse(
         folder: PathBuf::new(),
         builder: SceneBuilder::within(budget.limit()),
         material: None,
-        meshes: HashSet::new(),
-        mesh_files: HashSet::new(),
-        copied_bytes: 0,
+        meshes: Meshes::default(),
+        placed: HashSet::new(),
         mesh_cameras: 0,
+        mesh_notes: 0,
         includes: Includes::default(),
         said: Said::default(),
         has_lights: false,
@@ -118,14 +120,12 @@ struct Reader<'a> {
     /// The current material. None before the first `material`: meshes look as their files say, other shapes have
     /// material 0.
     material: Option<MaterialId>,
-    /// The meshes of the scene, with their placement.
-    meshes: HashSet<Placed>,
-    /// Their files.
-    mesh_files: HashSet<PathBuf>,
-    /// How many bytes of mesh files were read for copies.
-    copied_bytes: u64,
+    meshes: Meshes,
+    placed: HashSet<Placed>,
     /// How many cameras the meshes have.
     mesh_cameras: usize,
+    /// How many notes there are about meshes.
+    mesh_notes: usize,
     includes: Includes,
     said: Said,
     has_lights: bool,

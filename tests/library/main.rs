@@ -23,6 +23,7 @@ mod same_hits;
 mod sameness;
 mod scene_language;
 mod strangers_mesh;
+mod strangers_scene;
 mod watertight;
 
 /// Loads `scenes/NAME.scn`.

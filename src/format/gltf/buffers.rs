@@ -1,36 +1,84 @@
-//! Buffers and accessors. Every range is checked before it is read.
+//! Buffers and accessors. Every range is checked before it is read; elements are read one by one, so that no accessor
+//! takes memory beside its buffer.
 
-use super::super::{OpenMesh, files};
+use super::super::{
+    OpenMesh,
+    budget::{Budget, BudgetError},
+    files,
+};
 use crate::error::{LoadError, quote};
 use base64::{Engine, prelude::BASE64_STANDARD};
 use gltf::{
     Accessor,
-    accessor::{DataType, Dimensions, sparse::IndexType},
+    accessor::{
+        DataType, Dimensions,
+        sparse::{IndexType, Sparse},
+    },
     buffer::{Buffer, Source, View},
 };
 use percent_encoding::percent_decode_str;
-use std::{borrow::Cow, collections::HashMap, path::Path, rc::Rc};
+use std::{
+    borrow::Cow,
+    collections::HashMap,
+    path::{Component, Path, PathBuf},
+    rc::Rc,
+};
 
-/// The most elements of an accessor without a buffer view, which are zeros.
-const MAX_ZEROS: usize = 1 << 22;
+/// The bytes of a buffer.
+type Bytes<'a> = Rc<Cow<'a, [u8]>>;
 
-/// A file's buffers; each is read once.
+/// A file's buffers and accessors; each is read once, and so is each file, however many buffers name it.
 pub(super) struct Buffers<'a> {
     path: &'a Path,
     blob: Option<&'a [u8]>,
     open: OpenMesh<'a>,
-    read: HashMap<usize, Rc<Cow<'a, [u8]>>>,
+    budget: &'a Budget,
+    /// By their index.
+    read: HashMap<usize, Bytes<'a>>,
+    files: HashMap<PathBuf, Bytes<'a>>,
+    /// By their index.
+    accessors: HashMap<usize, Rc<Elements<'a>>>,
+    /// The bytes of the file and of all buffers that were read.
+    size: usize,
+    /// How many elements of sparse accessors were read.
+    replaced: usize,
 }
 
 impl<'a> Buffers<'a> {
-    /// The buffers of the file at `path`; `blob` is the one inside a .glb.
-    pub(super) fn new(path: &'a Path, blob: Option<&'a [u8]>, open: OpenMesh<'a>) -> Self {
+    /// The buffers of the file at `path`, which has `size` bytes; `blob` is the buffer inside a .glb.
+    pub(super) fn new(
+        path: &'a Path,
+        size: usize,
+        blob: Option<&'a [u8]>,
+        open: OpenMesh<'a>,
+        budget: &'a Budget,
+    ) -> Self {
         Self {
             path,
             blob,
             open,
+            budget,
             read: HashMap::new(),
+            files: HashMap::new(),
+            accessors: HashMap::new(),
+            size,
+            replaced: 0,
         }
+    }
+
+    /// How many bytes the file and all buffers that were read have, each file once.
+    pub(super) fn size(&self) -> usize {
+        self.size
+    }
+
+    /// What loading may take.
+    pub(super) fn budget(&self) -> &'a Budget {
+        self.budget
+    }
+
+    /// An error about memory.
+    pub(super) fn no_room(&self, error: BudgetError) -> LoadError {
+        error.into_error(self.path)
     }
 
     /// An error about the file.
@@ -38,14 +86,14 @@ impl<'a> Buffers<'a> {
         LoadError::whole_file(self.path, message)
     }
 
-    fn bytes(&mut self, buffer: &Buffer<'_>) -> Result<Rc<Cow<'a, [u8]>>, LoadError> {
+    fn bytes(&mut self, buffer: &Buffer<'_>) -> Result<Bytes<'a>, LoadError> {
         let index = buffer.index();
         if let Some(bytes) = self.read.get(&index) {
             return Ok(Rc::clone(bytes));
         }
-        let bytes: Cow<'a, [u8]> = match buffer.source() {
+        let bytes: Bytes<'a> = match buffer.source() {
             Source::Bin => match self.blob {
-                Some(blob) if index == 0 => Cow::Borrowed(blob),
+                Some(blob) if index == 0 => Rc::new(Cow::Borrowed(blob)),
                 _ => {
                     return Err(self.refused(format!(
                         "buffers[{index}] has no `uri`, and the file has no binary chunk"
@@ -53,8 +101,8 @@ impl<'a> Buffers<'a> {
                 }
             },
             Source::Uri(uri) => match uri.strip_prefix("data:") {
-                Some(data) => Cow::Owned(self.data(index, data)?),
-                None => Cow::Owned(self.beside(index, uri)?),
+                Some(data) => Rc::new(Cow::Owned(self.data(index, data)?)),
+                None => self.beside(index, uri)?,
             },
         };
         if bytes.len() < buffer.length() {
@@ -64,7 +112,6 @@ impl<'a> Buffers<'a> {
                 buffer.length()
             )));
         }
-        let bytes = Rc::new(bytes);
         self.read.insert(index, Rc::clone(&bytes));
         Ok(bytes)
     }
@@ -74,13 +121,15 @@ impl<'a> Buffers<'a> {
         let Some((_, base64)) = data.split_once(";base64,") else {
             return Err(self.refused(format!("buffers[{index}] is a data URI without `;base64,`")));
         };
+        let room = base64::decoded_len_estimate(base64.len());
+        self.budget.take(room).map_err(|error| self.no_room(error))?;
         BASE64_STANDARD
             .decode(base64)
             .map_err(|error| self.refused(format!("buffers[{index}] is not valid Base64: {error}")))
     }
 
     /// Reads a file beside this one.
-    fn beside(&mut self, index: usize, uri: &str) -> Result<Vec<u8>, LoadError> {
+    fn beside(&mut self, index: usize, uri: &str) -> Result<Bytes<'a>, LoadError> {
         let name = percent_decode_str(uri).decode_utf8_lossy();
         if uri.contains("://") || name.len() > 4096 {
             let found = quote(uri.as_bytes());
@@ -89,48 +138,34 @@ impl<'a> Buffers<'a> {
             )));
         }
         let path = self.path.parent().unwrap_or(Path::new("")).join(name.as_ref());
-        (self.open)(&path).map_err(|error| {
+        let same = path.components().filter(|part| *part != Component::CurDir);
+        let same: PathBuf = same.collect();
+        if let Some(bytes) = self.files.get(&same) {
+            return Ok(Rc::clone(bytes));
+        }
+        let bytes = (self.open)(&path).map_err(|error| {
             self.refused(format!("cannot load buffers[{index}]"))
                 .caused_by(files::load_error(&path, &error))
-        })
+        })?;
+        self.size = self.size.saturating_add(bytes.len());
+        let bytes = Rc::new(Cow::Owned(bytes));
+        self.files.insert(same, Rc::clone(&bytes));
+        Ok(bytes)
     }
 
-    /// The elements of an accessor, `N` numbers each. Normalised integers are scaled to 0..1 or -1..1.
-    pub(super) fn vectors<const N: usize>(
-        &mut self,
-        accessor: &Accessor<'_>,
-    ) -> Result<Vec<[f32; N]>, LoadError> {
-        let kind = accessor.data_type();
-        if accessor.dimensions().multiplicity() != N || !matches!(accessor.dimensions(), Dimensions::Vec3) {
+    /// The elements of an accessor of vectors.
+    pub(super) fn vectors(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        if !matches!(accessor.dimensions(), Dimensions::Vec3) {
             let index = accessor.index();
             return Err(self.refused(format!(
-                "accessors[{index}] holds other elements, expected vectors of {N} numbers"
+                "accessors[{index}] holds other elements, expected vectors of 3 numbers"
             )));
         }
-        let scale = match kind {
-            _ if !accessor.normalized() => None,
-            DataType::I8 => Some(f32::from(i8::MAX)),
-            DataType::U8 => Some(f32::from(u8::MAX)),
-            DataType::I16 => Some(f32::from(i16::MAX)),
-            DataType::U16 => Some(f32::from(u16::MAX)),
-            DataType::U32 | DataType::F32 => None,
-        };
-        self.elements(accessor, |element| {
-            let mut vector = [0.0; N];
-            for (value, bytes) in vector.iter_mut().zip(element.chunks_exact(kind.size())) {
-                let number = number(kind, bytes) as f32;
-                *value = match scale {
-                    // The least integer is one step below -1.
-                    Some(scale) => (number / scale).max(-1.0),
-                    None => number,
-                };
-            }
-            vector
-        })
+        self.elements(accessor)
     }
 
     /// The elements of an accessor of indices.
-    pub(super) fn indices(&mut self, accessor: &Accessor<'_>) -> Result<Vec<u32>, LoadError> {
+    pub(super) fn indices(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
         let kind = accessor.data_type();
         let unsigned = matches!(kind, DataType::U8 | DataType::U16 | DataType::U32);
         if !unsigned || accessor.dimensions() != Dimensions::Scalar {
@@ -139,83 +174,100 @@ impl<'a> Buffers<'a> {
                 "accessors[{index}] holds other elements, expected indices (unsigned integers)"
             )));
         }
-        self.elements(accessor, |element| number(kind, element) as u32)
+        self.elements(accessor)
     }
 
-    fn elements<T: Clone>(
-        &mut self,
-        accessor: &Accessor<'_>,
-        element: impl Fn(&[u8]) -> T,
-    ) -> Result<Vec<T>, LoadError> {
+    fn elements(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
         let index = accessor.index();
+        if let Some(elements) = self.accessors.get(&index) {
+            return Ok(Rc::clone(elements));
+        }
         let (size, count) = (accessor.size(), accessor.count());
-        let mut values = match (accessor.view(), accessor.sparse()) {
+        let dense = match (accessor.view(), accessor.sparse()) {
             (Some(view), _) => {
-                let part = Part {
-                    name: format!("accessors[{index}]"),
-                    offset: accessor.offset(),
-                    count,
-                    size,
-                };
-                self.part(&view, &part, &element)?
+                let name = format!("accessors[{index}]");
+                Some(self.part(&view, &name, accessor.offset(), [count, size])?)
             }
-            // The file's size does not limit how many zeros it asks for.
-            (None, Some(_)) if count <= MAX_ZEROS => vec![element(&vec![0; size]); count],
-            (None, Some(_)) => {
-                return Err(self.refused(format!(
-                    "accessors[{index}] has {count} elements without a buffer view, expected at most {MAX_ZEROS}"
-                )));
-            }
+            (None, Some(_)) => None,
             (None, None) => return Err(self.refused(format!("accessors[{index}] has no buffer view"))),
         };
-        let Some(sparse) = accessor.sparse() else {
-            return Ok(values);
+        let replacements = match accessor.sparse() {
+            Some(sparse) => Some(self.sparse(&sparse, index, [count, size])?),
+            None => None,
         };
-        let (indices, replacements) = (sparse.indices(), sparse.values());
-        let (kind, index_size) = match indices.index_type() {
+        let kind = accessor.data_type();
+        let scale = match kind {
+            _ if !accessor.normalized() => None,
+            DataType::I8 => Some(f32::from(i8::MAX)),
+            DataType::U8 => Some(f32::from(u8::MAX)),
+            DataType::I16 => Some(f32::from(i16::MAX)),
+            DataType::U16 => Some(f32::from(u16::MAX)),
+            DataType::U32 | DataType::F32 => None,
+        };
+        let elements = Rc::new(Elements {
+            accessor: index,
+            kind,
+            scale,
+            count,
+            dense,
+            replacements,
+        });
+        self.accessors.insert(index, Rc::clone(&elements));
+        Ok(elements)
+    }
+
+    /// The elements that a sparse accessor replaces. The accessor has the number `index`, and its elements have this
+    /// count and size.
+    fn sparse(
+        &mut self,
+        sparse: &Sparse<'_>,
+        index: usize,
+        [count, size]: [usize; 2],
+    ) -> Result<Replacements<'a>, LoadError> {
+        let (kind, index_size) = match sparse.indices().index_type() {
             IndexType::U8 => (DataType::U8, 1),
             IndexType::U16 => (DataType::U16, 2),
             IndexType::U32 => (DataType::U32, 4),
         };
-        let mut part = Part {
-            name: format!("accessors[{index}].sparse.indices"),
-            offset: indices.offset(),
-            count: sparse.count(),
-            size: index_size,
-        };
-        let places = self.part(&indices.view(), &part, |bytes| number(kind, bytes) as usize)?;
-        part = Part {
-            name: format!("accessors[{index}].sparse.values"),
-            offset: replacements.offset(),
-            size,
-            ..part
-        };
-        let replacements = self.part(&replacements.view(), &part, element)?;
-        for (place, value) in places.into_iter().zip(replacements) {
-            let Some(to) = values.get_mut(place) else {
+        let (places, values) = (sparse.indices(), sparse.values());
+        let name = format!("accessors[{index}].sparse");
+        let shape = [sparse.count(), index_size];
+        let places = self.part(&places.view(), &format!("{name}.indices"), places.offset(), shape)?;
+        let shape = [sparse.count(), size];
+        let values = self.part(&values.view(), &format!("{name}.values"), values.offset(), shape)?;
+        // Many accessors may name the same bytes.
+        self.replaced = self.replaced.saturating_add(sparse.count());
+        if self.replaced > self.size {
+            return Err(self.refused(format!(
+                "sparse accessors replace {} elements, more than the {} bytes of the file hold",
+                self.replaced, self.size
+            )));
+        }
+        let mut order = Vec::new();
+        let room = self.budget.reserve(&mut order, sparse.count());
+        room.map_err(|error| self.no_room(error))?;
+        for i in 0..sparse.count() {
+            let place = number(kind, places.element(i)) as u32;
+            if place as usize >= count {
                 return Err(self.refused(format!(
                     "accessors[{index}].sparse: element {place}, but the accessor has only {count}"
                 )));
-            };
-            *to = value;
+            }
+            order.push([place, i as u32]);
         }
-        Ok(values)
+        order.sort_unstable();
+        Ok(Replacements { order, values })
     }
 
-    /// Reads elements of a buffer view.
-    fn part<T>(
+    /// Elements of a buffer view from `offset` on, of this count and size. `name` is what errors call them.
+    fn part(
         &mut self,
         view: &View<'_>,
-        part: &Part,
-        element: impl Fn(&[u8]) -> T,
-    ) -> Result<Vec<T>, LoadError> {
+        name: &str,
+        offset: usize,
+        [count, size]: [usize; 2],
+    ) -> Result<Part<'a>, LoadError> {
         let buffer = self.bytes(&view.buffer())?;
-        let &Part {
-            ref name,
-            offset,
-            count,
-            size,
-        } = part;
         let stride = view.stride().unwrap_or(size);
         let beyond = |what: &str| {
             self.refused(format!(
@@ -229,36 +281,103 @@ impl<'a> Buffers<'a> {
         let length = count
             .checked_sub(1)
             .map_or(Some(0), |last| last.checked_mul(stride)?.checked_add(size));
-        let elements = length
+        length
             .and_then(|length| offset.checked_add(length))
             .and_then(|end| in_view.get(offset..end))
             .ok_or_else(|| beyond(&format!("{name} ({count} elements of {size} bytes)")))?;
-        let mut values = Vec::new();
-        values
-            .try_reserve_exact(count)
-            .map_err(|_| self.refused(format!("{name} does not fit into memory")))?;
-        if stride == 0 && count > 1 {
-            return Err(self.refused(format!("{name} has a stride of 0")));
+        // Else few bytes could hold many elements.
+        if stride < size && count > 1 {
+            return Err(self.refused(format!(
+                "{name} has elements of {size} bytes but a stride of {stride}, expected {size} or more"
+            )));
         }
-        values.extend(
-            elements
-                .chunks(stride.max(1))
-                .take(count)
-                .map(|bytes| element(bytes.get(..size).unwrap_or_default())),
-        );
-        Ok(values)
+        Ok(Part {
+            start: view.offset() + offset,
+            buffer,
+            stride,
+            size,
+        })
     }
 }
 
-/// Elements in a buffer view.
-struct Part {
-    /// Their name in errors.
-    name: String,
-    /// Where they start in the view, in bytes.
-    offset: usize,
-    count: usize,
-    /// Bytes of one element.
+/// The elements of an accessor.
+pub(super) struct Elements<'a> {
+    /// The accessor's index in the file.
+    pub(super) accessor: usize,
+    pub(super) count: usize,
+    kind: DataType,
+    /// What normalised integers are divided by.
+    scale: Option<f32>,
+    /// `None` if all elements are zeros.
+    dense: Option<Part<'a>>,
+    replacements: Option<Replacements<'a>>,
+}
+
+impl Elements<'_> {
+    /// The bytes of element `i`; none if they are zeros.
+    fn bytes(&self, i: usize) -> &[u8] {
+        if let Some(replacements) = &self.replacements
+            && let Some(bytes) = replacements.element(i)
+        {
+            return bytes;
+        }
+        self.dense.as_ref().map_or(&[], |part| part.element(i))
+    }
+
+    /// Vector `i`. Normalised integers are scaled to 0..1 or -1..1.
+    pub(super) fn vector(&self, i: usize) -> [f32; 3] {
+        let mut vector = [0.0; 3];
+        for (value, bytes) in vector
+            .iter_mut()
+            .zip(self.bytes(i).chunks_exact(self.kind.size()))
+        {
+            let number = number(self.kind, bytes) as f32;
+            *value = match self.scale {
+                // The least integer is one step below -1.
+                Some(scale) => (number / scale).max(-1.0),
+                None => number,
+            };
+        }
+        vector
+    }
+
+    /// Index `i`.
+    pub(super) fn index(&self, i: usize) -> u32 {
+        number(self.kind, self.bytes(i)) as u32
+    }
+}
+
+/// The elements that a sparse accessor replaces.
+struct Replacements<'a> {
+    /// An element and the number of its replacement, ascending. Of several for one element the last counts.
+    order: Vec<[u32; 2]>,
+    values: Part<'a>,
+}
+
+impl Replacements<'_> {
+    fn element(&self, i: usize) -> Option<&[u8]> {
+        let end = self.order.partition_point(|&[element, _]| element as usize <= i);
+        match self.order.get(end.checked_sub(1)?) {
+            Some(&[element, number]) if element as usize == i => Some(self.values.element(number as usize)),
+            _ => None,
+        }
+    }
+}
+
+/// Elements of one size in a buffer; all are within it.
+struct Part<'a> {
+    buffer: Bytes<'a>,
+    /// Where the first one is, in bytes.
+    start: usize,
+    stride: usize,
     size: usize,
+}
+
+impl Part<'_> {
+    fn element(&self, i: usize) -> &[u8] {
+        let at = self.start + i * self.stride;
+        self.buffer.get(at..at + self.size).unwrap_or_default()
+    }
 }
 
 /// A number of an accessor, exact in `f64`.

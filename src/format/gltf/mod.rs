@@ -9,8 +9,10 @@
 //! Format: *glTF 2.0 Specification*, The Khronos Group, 2021.
 
 mod buffers;
+mod estimate;
 mod extras;
 mod nodes;
+mod shapes;
 
 use super::place::BYTE_ORDER_MARK;
 use super::{
@@ -48,7 +50,7 @@ pub(super) fn parse(
     bytes: &[u8],
     path: &Path,
     open: OpenMesh<'_>,
-    _budget: &Budget,
+    budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
     let refused = |message: String| LoadError::whole_file(path, message);
     if bytes.is_empty() {
@@ -59,8 +61,10 @@ pub(super) fn parse(
     } else {
         (bytes, None)
     };
+    let parsed = estimate::parsed_size(json);
+    budget.take(parsed).map_err(|error| error.into_error(path))?;
     let root = root(json, path)?;
-    let note = extras::left_out(&root, json).note(path);
+    let mut left_out = extras::left_out(&root, json);
     let mut textures = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
         if !uri.starts_with("data:") {
@@ -68,11 +72,12 @@ pub(super) fn parse(
         }
     }
     let document = document(root, path)?;
-    let mut buffers = Buffers::new(path, blob, open);
+    let mut buffers = Buffers::new(path, bytes.len(), blob, open, budget);
     let mut reading = nodes::Reading::default();
     reading.scene(&document, &mut buffers)?;
+    left_out.count(reading.cameras_left_out, "camera", "cameras");
     let mut mesh = reading.finish(&document);
-    mesh.notes.extend(note);
+    mesh.notes.extend(left_out.note(path));
     mesh.textures = textures;
     Ok(mesh)
 }

@@ -1,38 +1,45 @@
 //! The node tree: transforms, meshes and cameras.
+//!
+//! All that the nodes place is counted before any of it is built, so that a file that places a mesh a million times is
+//! refused at once.
 
-use super::{Surface, buffers::Buffers, surface};
+use super::{
+    Surface,
+    buffers::Buffers,
+    shapes::{Shape, shapes_of},
+    surface,
+};
 use crate::{
     error::{LoadError, SceneError},
-    format::mesh::{LoadedMesh, MeshCamera, UpAxis, UpSource},
-    scene::{TriangleMesh, is_usable},
+    format::mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, UpAxis, UpSource, camera_name},
+    scene::{TriangleMesh, check_memory, is_usable},
 };
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
-use gltf::{Document, Mesh, Node, Primitive, Semantic, camera::Projection, mesh::Mode};
+use gltf::{Document, camera::Projection};
 
-/// The most triangles of a file. Few bytes can place one mesh a million times.
+/// The most triangles of a file.
 const MAX_TRIANGLES: usize = 1 << 26;
+
+/// The most triangles beyond those that a file's bytes can hold: what placing a mesh more than once adds.
+const MAX_REPEATED: usize = 1 << 22;
+
+/// The fewest bytes of a triangle: one more index of a strip.
+const TRIANGLE_BYTES: usize = 2;
 
 /// A triangle without a material of its own.
 const NO_SURFACE: u32 = u32::MAX;
 
-/// How many triangles a mesh has by the counts of its accessors.
-fn promised(mesh: &Mesh<'_>) -> usize {
-    let of_primitive = |primitive: Primitive<'_>| {
-        let accessor = primitive
-            .indices()
-            .or_else(|| primitive.get(&Semantic::Positions));
-        let corners = accessor.map_or(0, |accessor| accessor.count());
-        match primitive.mode() {
-            Mode::Triangles => corners / 3,
-            Mode::TriangleStrip | Mode::TriangleFan => corners,
-            _ => 0,
-        }
-    };
-    // Reading refuses a count that is too large with a better message.
-    mesh.primitives()
-        .map(of_primitive)
-        .filter(|&count| count <= MAX_TRIANGLES)
-        .fold(0, usize::saturating_add)
+/// A node with a mesh or a camera, and where it stands.
+struct Placement {
+    node: usize,
+    world: DMat4,
+}
+
+/// The shapes of a mesh.
+struct Shapes<'a> {
+    shapes: Vec<Shape<'a>>,
+    /// How many nodes are left to place them.
+    placements: usize,
 }
 
 /// The mesh so far.
@@ -43,70 +50,99 @@ pub(super) struct Reading {
     material_of: Vec<u32>,
     has_normals: bool,
     cameras: Vec<MeshCamera>,
+    /// How many cameras there are beyond the limit.
+    pub(super) cameras_left_out: usize,
 }
 
 impl Reading {
     /// Reads the default scene, else the first one, else all root nodes.
     pub(super) fn scene(&mut self, document: &Document, buffers: &mut Buffers<'_>) -> Result<(), LoadError> {
-        let count = document.nodes().count();
-        let scene = document.default_scene().or_else(|| document.scenes().next());
-        let roots: Vec<usize> = if let Some(scene) = scene {
-            scene.nodes().map(|node| node.index()).collect()
-        } else {
-            let mut is_child = vec![false; count];
-            for child in document.nodes().flat_map(|node| node.children()) {
-                is_child[child.index()] = true;
+        let placements = placements(document, buffers)?;
+        let mut meshes: Vec<Option<Shapes<'_>>> = document.meshes().map(|_| None).collect();
+        let node_of = |placement: &Placement| document.nodes().nth(placement.node);
+        for mesh in placements
+            .iter()
+            .filter_map(|placement| node_of(placement)?.mesh())
+        {
+            let shapes = &mut meshes[mesh.index()];
+            if shapes.is_none() {
+                *shapes = Some(Shapes {
+                    shapes: shapes_of(&mesh, buffers)?,
+                    placements: 0,
+                });
             }
-            (0..count).filter(|&i| !is_child[i]).collect()
-        };
-        let nodes: Vec<Node<'_>> = document.nodes().collect();
-        let mut visited = vec![false; count];
-        let (mut placed, mut triangles) = (Vec::new(), 0_usize);
-        // A stack: children pushed in reverse come out in order.
-        let mut waiting: Vec<(usize, DMat4)> =
-            roots.into_iter().rev().map(|i| (i, DMat4::IDENTITY)).collect();
-        while let Some((i, parent)) = waiting.pop() {
-            let node = &nodes[i];
-            if std::mem::replace(&mut visited[i], true) {
-                return Err(buffers.refused(format!("nodes[{i}] has two parents or contains itself")));
+            if let Some(shapes) = shapes {
+                shapes.placements += 1;
             }
-            let columns = node.transform().matrix();
-            let local = DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)));
-            let world = parent * local;
-            triangles = triangles.saturating_add(node.mesh().map_or(0, |mesh| promised(&mesh)));
-            placed.push((i, world));
-            let children: Vec<usize> = node.children().map(|child| child.index()).collect();
-            waiting.extend(children.into_iter().rev().map(|i| (i, world)));
         }
-        if triangles > MAX_TRIANGLES {
-            return Err(buffers.refused(format!(
-                "{triangles} triangles, counted once for each node that places them, expected at most {MAX_TRIANGLES}"
-            )));
-        }
-        for (i, world) in placed {
-            let node = &nodes[i];
-            if let Some(mesh) = node.mesh() {
-                for primitive in mesh.primitives() {
-                    self.primitive(&primitive, &world, buffers)?;
+        self.make_room(&meshes, buffers)?;
+        for placement in &placements {
+            let Some(node) = node_of(placement) else { continue };
+            if let Some(mesh) = node.mesh()
+                && let Some(Shapes { shapes, placements }) = &mut meshes[mesh.index()]
+            {
+                *placements -= 1;
+                for shape in shapes {
+                    shape.prepare(buffers)?;
+                    self.place(shape, &placement.world, buffers)?;
+                    if *placements == 0 {
+                        shape.release(buffers.budget());
+                    }
                 }
             }
             if let Some(camera) = node.camera() {
                 let name = camera.name().or(node.name()).unwrap_or_default();
-                self.camera(name, camera.projection(), &world);
+                self.camera(name, camera.projection(), &placement.world);
             }
         }
         Ok(())
+    }
+
+    /// Refuses too many triangles, and makes room for all others.
+    fn make_room(&mut self, meshes: &[Option<Shapes<'_>>], buffers: &Buffers<'_>) -> Result<(), LoadError> {
+        let (mut triangles, mut vertices, mut has_normals) = (0_usize, 0_usize, false);
+        for Shapes { shapes, placements } in meshes.iter().flatten() {
+            for shape in shapes {
+                triangles = triangles.saturating_add(placements.saturating_mul(shape.triangle_count()));
+                vertices = vertices.saturating_add(placements.saturating_mul(shape.vertices_at_least()));
+                has_normals |= shape.normals.is_some();
+            }
+        }
+        let most = MAX_TRIANGLES.min(MAX_REPEATED.saturating_add(buffers.size() / TRIANGLE_BYTES));
+        if triangles > most {
+            return Err(buffers.refused(format!(
+                "{triangles} triangles, counted once for each node that places them, expected at most {most} from \
+                 {} bytes",
+                buffers.size()
+            )));
+        }
+        let vectors = if has_normals { 2 * vertices } else { vertices };
+        let budget = buffers.budget();
+        // The scene would refuse it later.
+        check_memory([triangles, 0, vectors], budget.limit())
+            .map_err(|error| buffers.refused(error.to_string()))?;
+        let columns = &mut self.columns;
+        [&mut columns.x, &mut columns.y, &mut columns.z]
+            .into_iter()
+            .try_for_each(|column| budget.reserve(column, vertices))
+            .and_then(|()| budget.reserve(&mut columns.triangles, triangles))
+            .and_then(|()| budget.reserve(&mut self.material_of, triangles))
+            .map_err(|error| buffers.no_room(error))
     }
 
     fn camera(&mut self, name: &str, projection: Projection<'_>, world: &DMat4) {
         let Projection::Perspective(perspective) = projection else {
             return;
         };
+        if self.cameras.len() >= MAX_CAMERAS {
+            self.cameras_left_out += 1;
+            return;
+        }
         // Cameras look along -z.
         let eye = world.w_axis.truncate();
         let (forward, up) = (-world.z_axis.truncate(), world.y_axis.truncate());
         self.cameras.push(MeshCamera {
-            name: name.to_owned(),
+            name: camera_name(name),
             eye,
             target: eye + forward.normalize_or_zero(),
             up: up.normalize_or_zero(),
@@ -114,91 +150,43 @@ impl Reading {
         });
     }
 
-    fn primitive(
-        &mut self,
-        primitive: &Primitive<'_>,
-        world: &DMat4,
-        buffers: &mut Buffers<'_>,
-    ) -> Result<(), LoadError> {
-        if matches!(
-            primitive.mode(),
-            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
-        ) {
-            return Ok(());
-        }
-        let Some(positions) = primitive.get(&Semantic::Positions) else {
-            return Ok(());
+    /// Adds a shape once.
+    fn place(&mut self, shape: &Shape<'_>, world: &DMat4, buffers: &Buffers<'_>) -> Result<(), LoadError> {
+        let (base, more) = (self.columns.x.len(), shape.used_count());
+        let (budget, columns) = (buffers.budget(), &mut self.columns);
+        self.has_normals |= shape.normals.is_some();
+        let missing = if self.has_normals {
+            base + more - columns.normals.len()
+        } else {
+            0
         };
-        let accessor = positions.index();
-        let positions = buffers.vectors::<3>(&positions)?;
-        let corners = match primitive.indices() {
-            Some(indices) => {
-                let accessor = indices.index();
-                let indices = buffers.indices(&indices)?;
-                if let Some((i, index)) = indices
-                    .iter()
-                    .enumerate()
-                    .find(|(_, i)| **i as usize >= positions.len())
-                {
-                    return Err(buffers.refused(format!(
-                        "accessors[{accessor}]: vertex index {index} (number {}), but the primitive has only {} vertices",
-                        i + 1,
-                        positions.len()
-                    )));
-                }
-                indices
-            }
-            None => (0..positions.len() as u32).collect(),
-        };
-        let base = self.columns.x.len();
-        // Vertices without triangles are not limited otherwise.
-        if base + positions.len() > 3 * MAX_TRIANGLES {
-            return Err(buffers.refused(format!("more than {} vertices", 3 * MAX_TRIANGLES)));
-        }
-        self.positions(&positions, world).map_err(|(i, error)| {
+        [&mut columns.x, &mut columns.y, &mut columns.z]
+            .into_iter()
+            .try_for_each(|column| budget.reserve(column, more))
+            .and_then(|()| budget.reserve(&mut columns.normals, missing))
+            .map_err(|error| buffers.no_room(error))?;
+        self.positions(shape, world).map_err(|(i, error)| {
             buffers.refused(format!(
-                "accessors[{accessor}]: vertex {} of {}: {error}",
+                "accessors[{}]: vertex {} of {}: {error}",
+                shape.positions.accessor,
                 i + 1,
-                positions.len()
+                shape.positions.count
             ))
         })?;
-        if let Some(normals) = primitive.get(&Semantic::Normals) {
-            let normals = buffers.vectors::<3>(&normals)?;
-            if normals.len() == positions.len() {
-                self.normals(&normals, base, world);
-            }
-        }
-        let corner = |i: usize| corners[i] + base as u32;
-        let start = self.columns.triangles.len();
+        self.normals(shape, base, world);
         let triangles = &mut self.columns.triangles;
-        match primitive.mode() {
-            // Every other triangle of a strip has the opposite winding.
-            Mode::TriangleStrip => triangles.extend((2..corners.len()).map(|i| {
-                let (a, b) = if i % 2 == 0 {
-                    (i - 2, i - 1)
-                } else {
-                    (i - 1, i - 2)
-                };
-                [a, b, i].map(corner)
-            })),
-            Mode::TriangleFan => triangles.extend((2..corners.len()).map(|i| [0, i - 1, i].map(corner))),
-            _ => triangles.extend((0..corners.len() / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2].map(corner))),
-        }
-        let added = self.columns.triangles.len() - start;
-        let material = primitive.material().index().map_or(NO_SURFACE, |i| i as u32);
-        self.material_of.resize(self.material_of.len() + added, material);
+        shape.add_triangles(triangles, base as u32);
+        let material = shape.material.map_or(NO_SURFACE, |i| i as u32);
+        self.material_of.resize(triangles.len(), material);
         Ok(())
     }
 
     /// Adds positions. The error has the index of the first unusable one.
-    fn positions(&mut self, positions: &[[f32; 3]], world: &DMat4) -> Result<(), (usize, SceneError)> {
+    fn positions(&mut self, shape: &Shape<'_>, world: &DMat4) -> Result<(), (usize, SceneError)> {
         let columns = &mut self.columns;
-        for column in [&mut columns.x, &mut columns.y, &mut columns.z] {
-            let no_memory = |_| (0, SceneError::NoMemory { what: "vertices" });
-            column.try_reserve(positions.len()).map_err(no_memory)?;
-        }
         let is_identity = *world == DMat4::IDENTITY;
-        for (i, &position) in positions.iter().enumerate() {
+        for i in shape.used() {
+            let position = shape.positions.vector(i);
             let [x, y, z] = if is_identity {
                 position
             } else {
@@ -217,23 +205,24 @@ impl Reading {
             columns.y.push(y);
             columns.z.push(z);
         }
-        if self.has_normals {
-            columns.normals.resize(columns.x.len(), Vec3::ZERO);
-        }
         Ok(())
     }
 
-    /// Sets the normals of the vertices from `base` on. Degenerate ones become zero.
-    fn normals(&mut self, normals: &[[f32; 3]], base: usize, world: &DMat4) {
-        self.has_normals = true;
-        self.columns.normals.resize(self.columns.x.len(), Vec3::ZERO);
-        // Normals transform by the cofactor matrix, which exists for every matrix; a mirror flips them.
-        let m = DMat3::from_mat4(*world);
-        let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-        let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * m.determinant().signum();
-        for (to, normal) in self.columns.normals.iter_mut().skip(base).zip(normals) {
-            let turned = cofactors * DVec3::from_array(normal.map(f64::from));
-            *to = turned.normalize_or_zero().as_vec3();
+    /// Adds the normals of the vertices from `base` on. Missing and degenerate ones are zero.
+    fn normals(&mut self, shape: &Shape<'_>, base: usize, world: &DMat4) {
+        let columns = &mut self.columns;
+        if let Some(normals) = &shape.normals {
+            // Normals transform by the cofactor matrix, which exists for every matrix; a mirror flips them.
+            let m = DMat3::from_mat4(*world);
+            let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+            let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * m.determinant().signum();
+            columns.normals.resize(base, Vec3::ZERO);
+            columns.normals.extend(shape.used().map(|i| {
+                let turned = cofactors * DVec3::from_array(normals.vector(i).map(f64::from));
+                turned.normalize_or_zero().as_vec3()
+            }));
+        } else if self.has_normals {
+            columns.normals.resize(columns.x.len(), Vec3::ZERO);
         }
     }
 
@@ -262,4 +251,46 @@ impl Reading {
             textures: Vec::new(),
         }
     }
+}
+
+/// The nodes that place something, in the order of the tree.
+fn placements(document: &Document, buffers: &Buffers<'_>) -> Result<Vec<Placement>, LoadError> {
+    let count = document.nodes().len();
+    let scene = document.default_scene().or_else(|| document.scenes().next());
+    let roots: Vec<usize> = if let Some(scene) = scene {
+        scene.nodes().map(|node| node.index()).collect()
+    } else {
+        let mut is_child = vec![false; count];
+        for child in document.nodes().flat_map(|node| node.children()) {
+            is_child[child.index()] = true;
+        }
+        (0..count).filter(|&i| !is_child[i]).collect()
+    };
+    let mut visited = vec![false; count];
+    let mut placements = Vec::new();
+    // The transforms of nodes that have children; the first is the world's.
+    let mut parents = vec![DMat4::IDENTITY];
+    // A stack of nodes with their parents: children pushed in reverse come out in order.
+    let mut waiting: Vec<(usize, usize)> = roots.into_iter().rev().map(|node| (node, 0)).collect();
+    while let Some((i, parent)) = waiting.pop() {
+        let Some(node) = document.nodes().nth(i) else {
+            continue;
+        };
+        if std::mem::replace(&mut visited[i], true) {
+            return Err(buffers.refused(format!("nodes[{i}] has two parents or contains itself")));
+        }
+        let columns = node.transform().matrix();
+        let local = DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)));
+        let world = parents[parent] * local;
+        if node.mesh().is_some() || node.camera().is_some() {
+            placements.push(Placement { node: i, world });
+        }
+        let first = waiting.len();
+        waiting.extend(node.children().map(|child| (child.index(), parents.len())));
+        if waiting.len() > first {
+            waiting[first..].reverse();
+            parents.push(world);
+        }
+    }
+    Ok(placements)
 }

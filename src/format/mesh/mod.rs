@@ -39,6 +39,18 @@ pub struct LoadedMesh {
 /// Longer names are no files.
 pub(super) const MAX_NAME: usize = 4096;
 
+/// The most cameras that a mesh has, and that a scene takes from its meshes.
+pub(super) const MAX_CAMERAS: usize = 1 << 10;
+
+/// The longest name of a camera, in bytes.
+pub(super) const MAX_CAMERA_NAME: usize = 64;
+
+/// The name of a mesh's camera, cut if it is too long.
+pub(super) fn camera_name(name: &str) -> String {
+    let end = name.floor_char_boundary(MAX_CAMERA_NAME);
+    name.get(..end).unwrap_or_default().to_owned()
+}
+
 /// Lists a texture that the file at `path` names.
 pub(super) fn add_texture(textures: &mut Vec<PathBuf>, path: &Path, name: &str) {
     if textures.len() < MAX_TEXTURES && name.len() <= MAX_NAME {
@@ -181,30 +193,46 @@ impl LoadedMesh {
     ///
     /// # Errors
     /// [`SceneError`], as for [`SceneBuilder::add_mesh`].
-    pub fn add_to(self, builder: &mut SceneBuilder, material: Option<MaterialId>) -> Result<(), SceneError> {
-        builder.add_textures(self.textures);
+    pub fn add_to(
+        mut self,
+        builder: &mut SceneBuilder,
+        material: Option<MaterialId>,
+    ) -> Result<(), SceneError> {
+        builder.add_textures(std::mem::take(&mut self.textures));
         match material {
             Some(material) => builder.add_mesh(self.columns, material),
-            None if self.surfaces.is_empty() => {
-                let material = builder.add_material(Surface::NEUTRAL.material())?;
-                builder.add_mesh(self.columns, material)
-            }
             None => {
-                let ids: Result<Vec<MaterialId>, SceneError> = self
-                    .surfaces
-                    .iter()
-                    .map(|surface| builder.add_material(surface.material()))
-                    .collect();
-                let ids = ids?;
-                let of_triangle = self.surface_of.iter();
-                // An index beyond the surfaces becomes a material that the builder refuses.
-                let materials = of_triangle
-                    .map(|&i| ids.get(i as usize).copied().unwrap_or(MaterialId(u32::MAX)))
-                    .collect();
-                builder.add_mesh_with_materials(self.columns, materials)
+                let ids = self.add_surfaces(builder)?;
+                add_with_surfaces(builder, self.columns, &ids, &self.surface_of)
             }
         }
     }
+
+    /// Adds the materials of the surfaces to a scene; of [`Surface::NEUTRAL`] if there are none.
+    pub(super) fn add_surfaces(&self, builder: &mut SceneBuilder) -> Result<Vec<MaterialId>, SceneError> {
+        let surfaces = match &self.surfaces[..] {
+            [] => &[Surface::NEUTRAL],
+            surfaces => surfaces,
+        };
+        let materials = surfaces.iter().map(Surface::material);
+        materials.map(|material| builder.add_material(material)).collect()
+    }
+}
+
+/// Adds a mesh with the materials of its surfaces. `surface_of` has an index into `materials` for each triangle; it is
+/// empty if there is only one.
+pub(super) fn add_with_surfaces(
+    builder: &mut SceneBuilder,
+    columns: TriangleMesh,
+    materials: &[MaterialId],
+    surface_of: &[u32],
+) -> Result<(), SceneError> {
+    if let ([material], []) = (materials, surface_of) {
+        return builder.add_mesh(columns, *material);
+    }
+    // An index beyond the surfaces becomes a material that the builder refuses.
+    let material = |&i: &u32| materials.get(i as usize).copied().unwrap_or(MaterialId(u32::MAX));
+    builder.add_mesh_with_materials(columns, surface_of.iter().map(material).collect())
 }
 
 /// Loads a mesh file and the files that it names.

@@ -1,38 +1,22 @@
 //! Meshes of a scene: their files and their placement.
 
-use super::{MAX_PATH, QUOTES_HINT, Reader, arguments::Arguments, words::Word};
+use super::{MAX_PATH, QUOTES_HINT, Reader, arguments::Arguments, meshes::Kind, words::Word};
 use crate::{
     error::{LoadError, quote},
-    format::{
-        files,
-        mesh::{self, LoadedMesh, MeshFormat},
-        ply,
-    },
-    scene::{Camera, MaterialId, NamedCamera, Transform},
+    format::mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, MeshFormat},
+    scene::{Camera, MaterialId, NamedCamera, SceneBuilder, Transform},
 };
 use glam::DVec3;
 use std::path::PathBuf;
 
-/// How many bytes of mesh files may be read for copies: each copy takes its own memory.
-const MAX_COPIED_BYTES: u64 = 1 << 31;
-
 /// How many meshes a scene may place. Exact repetitions do not count: their files are not read.
 const MAX_MESHES: usize = 1 << 16;
 
-/// How many cameras of meshes a scene keeps.
-const MAX_MESH_CAMERAS: usize = 1 << 10;
+/// How many notes about its meshes a scene keeps.
+const MAX_NOTES: usize = 1000;
 
-/// Which files a statement reads.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    /// PLY, whatever the file is called.
-    Ply,
-    /// Every format.
-    Any,
-}
-
-/// Equal for equal meshes: the file, and the bits of the transform.
-pub(super) type Placed = (PathBuf, [u64; 12]);
+/// Equal for equal meshes: the number of the file, and the bits of the transform.
+pub(super) type Placed = (usize, [u64; 12]);
 
 impl Reader<'_> {
     /// `ply_file PATH`: a PLY mesh, not moved, with the current material.
@@ -73,69 +57,59 @@ impl Reader<'_> {
             line.error_at(&word, format!("cannot load {}", path.display()))
                 .caused_by(cause)
         };
-        let identity = self.files.identity(&path);
-        let placed = (identity.clone(), transform.bits());
-        if self.meshes.contains(&placed) {
+        let number = self.meshes.number(self.files.identity(&path));
+        let placed = (number, transform.bits());
+        if self.placed.contains(&placed) {
             return Ok(());
         }
-        if self.meshes.len() >= MAX_MESHES {
+        if self.placed.len() >= MAX_MESHES {
             return Err(line.error_at(&word, format!("more than {MAX_MESHES} placed meshes")));
         }
-        let file = self
-            .files
-            .mesh(&path, self.budget)
-            .map_err(|error| cannot_load(files::load_error(&path, &error)))?;
-        if !self.mesh_files.insert(identity) {
-            self.copied_bytes += file.length() as u64;
-            if self.copied_bytes > MAX_COPIED_BYTES {
-                let message = format!(
-                    "copies of meshes add up to more than {MAX_COPIED_BYTES} bytes of files; each takes its own memory"
-                );
-                return Err(line.error_at(&word, message));
-            }
-        }
-        let (files, budget) = (&mut *self.files, self.budget);
-        let loaded = match kind {
-            Kind::Ply => ply::read(file, &path, budget),
-            Kind::Any => mesh::read(file, &path, &mut |path| files.beside_mesh(path, budget), budget),
-        };
+        let loaded = self.meshes.load(number, &path, kind, self.files, self.budget);
         let other_format = MeshFormat::of_path(&path).is_some_and(|format| format != MeshFormat::Ply);
-        let mut loaded = loaded.map_err(|cause| {
+        let loaded = loaded.map_err(|cause| {
             if kind == Kind::Ply && other_format {
                 let message = "`ply_file` reads only PLY, expected `mesh` for other formats";
                 return line.error_at(&arguments.keyword, message).caused_by(cause);
             }
             cannot_load(cause)
         })?;
-        transform.apply(&mut loaded.columns);
-        for note in std::mem::take(&mut loaded.notes) {
-            self.builder.add_note(note);
-        }
-        self.add_cameras(&loaded, &transform);
-        loaded.add_to(&mut self.builder, material).map_err(|error| {
+        let added = self.place(number, loaded, &transform, material);
+        added.map_err(|message| {
             if transform == Transform::IDENTITY {
-                cannot_load(LoadError::whole_file(&path, error.to_string()))
+                cannot_load(LoadError::whole_file(&path, message))
             } else {
                 // The fault may lie in the placement, not in the file.
-                line.error_at(&word, format!("cannot place {}: {error}", path.display()))
+                line.error_at(&word, format!("cannot place {}: {message}", path.display()))
             }
         })?;
-        self.meshes.insert(placed);
+        self.placed.insert(placed);
         Ok(())
     }
 
-    /// Adds the cameras of a mesh, except those without a valid view.
-    fn add_cameras(&mut self, mesh: &LoadedMesh, transform: &Transform) {
-        let left = MAX_MESH_CAMERAS.saturating_sub(self.mesh_cameras);
-        for camera in mesh.cameras.iter().take(left) {
-            if let Ok(view) = Camera::new(&transform.view(&camera.view())) {
-                self.mesh_cameras += 1;
-                self.builder.add_mesh_camera(NamedCamera {
-                    name: Some(camera.name.clone()).filter(|name| !name.is_empty()),
-                    camera: view,
-                });
-            }
+    /// Adds a mesh and what it brings: `loaded`, or else a copy of the one that is kept. The error is a sentence.
+    fn place(
+        &mut self,
+        number: usize,
+        loaded: Option<LoadedMesh>,
+        transform: &Transform,
+        material: Option<MaterialId>,
+    ) -> Result<(), String> {
+        let (builder, count) = (&mut self.builder, &mut self.mesh_cameras);
+        let Some(mut mesh) = loaded else {
+            add_cameras(builder, count, self.meshes.cameras(number), transform);
+            return self
+                .meshes
+                .place(number, transform, material, builder, self.budget);
+        };
+        let notes = std::mem::take(&mut mesh.notes).into_iter();
+        for note in notes.take(MAX_NOTES.saturating_sub(self.mesh_notes)) {
+            self.mesh_notes += 1;
+            builder.add_note(note);
         }
+        add_cameras(builder, count, &mesh.cameras, transform);
+        transform.apply(&mut mesh.columns);
+        mesh.add_to(builder, material).map_err(|error| error.to_string())
     }
 
     /// A path of the scene file, joined to its folder.
@@ -154,6 +128,19 @@ impl Reader<'_> {
             None => format!("path {} is not valid UTF-8", quote(word.text)),
         };
         Err(arguments.line.error_at(&word, message))
+    }
+}
+
+/// Adds the cameras of a mesh, except those without a valid view. `count` is how many cameras meshes had so far.
+fn add_cameras(builder: &mut SceneBuilder, count: &mut usize, cameras: &[MeshCamera], transform: &Transform) {
+    for camera in cameras.iter().take(MAX_CAMERAS.saturating_sub(*count)) {
+        *count += 1;
+        if let Ok(view) = Camera::new(&transform.view(&camera.view())) {
+            builder.add_mesh_camera(NamedCamera {
+                name: Some(camera.name.clone()).filter(|name| !name.is_empty()),
+                camera: view,
+            });
+        }
     }
 }
 

@@ -3,12 +3,10 @@
 use super::{Reader, Said, arguments::Arguments, nearest::nearest, words::Word};
 use crate::{
     error::{LoadError, SourcePos, quote},
+    format::mesh::{MAX_CAMERA_NAME, MAX_CAMERAS},
     scene::{Background, Camera, CameraError, MAX_ALPHA, Material, MaterialId, NamedCamera, View},
 };
 use glam::{DVec3, Vec3};
-
-/// The longest name of a camera, in bytes.
-const MAX_NAME: usize = 64;
 
 /// The kinds of materials, in the order of their classic numbers.
 const KINDS: [&str; 4] = ["silhouette", "matte", "blinn_phong", "reflection"];
@@ -213,6 +211,10 @@ impl Reader<'_> {
             );
             return Err(again(&arguments, &what, first));
         }
+        if self.said.cameras.len() >= MAX_CAMERAS {
+            let message = format!("more than {MAX_CAMERAS} cameras in one scene");
+            return Err(arguments.line.error_at(&arguments.keyword, message));
+        }
         self.said.cameras.insert(name.clone(), at);
         self.builder.add_camera(NamedCamera { name, camera });
         Ok(())
@@ -322,8 +324,8 @@ fn camera_name<'a>(
         Some(name) if name.trim().is_empty() => {
             faulty("the name is empty; give the camera a name, or leave the name out".into())
         }
-        Some(name) if name.len() > MAX_NAME => faulty(format!(
-            "name of {} bytes, expected at most {MAX_NAME}",
+        Some(name) if name.len() > MAX_CAMERA_NAME => faulty(format!(
+            "name of {} bytes, expected at most {MAX_CAMERA_NAME}",
             name.len()
         )),
         Some(_) => Ok(arguments.next()),

@@ -1,0 +1,174 @@
+//! Primitives: which vertices they use and which triangles they are.
+
+use super::buffers::{Buffers, Elements};
+use crate::{error::LoadError, format::budget::Budget};
+use gltf::{Mesh, Primitive, Semantic, mesh::Mode};
+use std::rc::Rc;
+
+/// A primitive of triangles.
+pub(super) struct Shape<'a> {
+    mode: Mode,
+    /// The index of its material in the file.
+    pub(super) material: Option<usize>,
+    pub(super) positions: Rc<Elements<'a>>,
+    /// As many as positions.
+    pub(super) normals: Option<Rc<Elements<'a>>>,
+    /// `None` if each vertex is a corner.
+    indices: Option<Rc<Elements<'a>>>,
+    /// From [`Shape::prepare`] until [`Shape::release`].
+    corners: Option<Corners>,
+}
+
+/// The corners of a shape.
+struct Corners {
+    /// The vertices that it uses, ascending; `None` if it has no more than it has corners: then all count as used.
+    used: Option<Vec<u32>>,
+    /// For each corner the number of its vertex among those used.
+    vertices: Vec<u32>,
+}
+
+/// The shapes of a mesh that have triangles.
+pub(super) fn shapes_of<'a>(mesh: &Mesh<'_>, buffers: &mut Buffers<'a>) -> Result<Vec<Shape<'a>>, LoadError> {
+    let mut shapes = Vec::new();
+    for primitive in mesh.primitives() {
+        let shape = Shape::new(&primitive, buffers)?;
+        shapes.extend(shape.filter(|shape| shape.triangle_count() > 0));
+    }
+    Ok(shapes)
+}
+
+impl<'a> Shape<'a> {
+    /// `None` for points, lines and primitives without positions.
+    fn new(primitive: &Primitive<'_>, buffers: &mut Buffers<'a>) -> Result<Option<Self>, LoadError> {
+        if matches!(
+            primitive.mode(),
+            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
+        ) {
+            return Ok(None);
+        }
+        let Some(positions) = primitive.get(&Semantic::Positions) else {
+            return Ok(None);
+        };
+        let positions = buffers.vectors(&positions)?;
+        let indices = match primitive.indices() {
+            Some(indices) => Some(buffers.indices(&indices)?),
+            None => None,
+        };
+        let normals = match primitive.get(&Semantic::Normals) {
+            Some(normals) => Some(buffers.vectors(&normals)?),
+            None => None,
+        };
+        Ok(Some(Self {
+            mode: primitive.mode(),
+            material: primitive.material().index(),
+            normals: normals.filter(|normals| normals.count == positions.count),
+            positions,
+            indices,
+            corners: None,
+        }))
+    }
+
+    fn corner_count(&self) -> usize {
+        self.indices.as_ref().unwrap_or(&self.positions).count
+    }
+
+    pub(super) fn triangle_count(&self) -> usize {
+        match self.mode {
+            Mode::TriangleStrip | Mode::TriangleFan => self.corner_count().saturating_sub(2),
+            _ => self.corner_count() / 3,
+        }
+    }
+
+    /// Whether it leaves most of its vertices to other shapes.
+    fn uses_few(&self) -> bool {
+        self.positions.count > self.corner_count()
+    }
+
+    /// How many vertices it adds, as far as that is known without reading it.
+    pub(super) fn vertices_at_least(&self) -> usize {
+        if self.uses_few() { 0 } else { self.positions.count }
+    }
+
+    /// Reads and checks the corners.
+    pub(super) fn prepare(&mut self, buffers: &Buffers<'_>) -> Result<(), LoadError> {
+        if self.corners.is_some() {
+            return Ok(());
+        }
+        let (count, vertices) = (self.corner_count(), self.positions.count);
+        let mut corners = Vec::new();
+        let room = buffers.budget().reserve(&mut corners, count);
+        room.map_err(|error| buffers.no_room(error))?;
+        match &self.indices {
+            Some(indices) => {
+                corners.extend((0..count).map(|i| indices.index(i)));
+                if let Some(i) = corners.iter().position(|&index| index as usize >= vertices) {
+                    return Err(buffers.refused(format!(
+                        "accessors[{}]: vertex index {} (number {}), but the primitive has only {vertices} vertices",
+                        indices.accessor,
+                        corners[i],
+                        i + 1
+                    )));
+                }
+            }
+            None => corners.extend(0..count as u32),
+        }
+        let mut used = None;
+        if self.uses_few() {
+            let mut all = Vec::new();
+            let room = buffers.budget().reserve(&mut all, count);
+            room.map_err(|error| buffers.no_room(error))?;
+            all.extend_from_slice(&corners);
+            all.sort_unstable();
+            all.dedup();
+            for corner in &mut corners {
+                *corner = all.partition_point(|vertex| vertex < corner) as u32;
+            }
+            used = Some(all);
+        }
+        self.corners = Some(Corners {
+            used,
+            vertices: corners,
+        });
+        Ok(())
+    }
+
+    /// Forgets the corners.
+    pub(super) fn release(&mut self, budget: &Budget) {
+        let Some(corners) = self.corners.take() else {
+            return;
+        };
+        let used = corners.used.map_or(0, |used| used.capacity());
+        budget.give_back((used + corners.vertices.capacity()) * size_of::<u32>());
+    }
+
+    /// How many vertices it uses; 0 before it is prepared.
+    pub(super) fn used_count(&self) -> usize {
+        match &self.corners {
+            None => 0,
+            Some(Corners { used: Some(used), .. }) => used.len(),
+            Some(_) => self.positions.count,
+        }
+    }
+
+    /// The vertices that it uses.
+    pub(super) fn used(&self) -> impl Iterator<Item = usize> {
+        let used = self.corners.as_ref().and_then(|corners| corners.used.as_deref());
+        (0..self.used_count()).map(move |i| used.map_or(i, |used| used[i] as usize))
+    }
+
+    /// Adds its triangles; the first of the vertices that it uses has the index `base`.
+    pub(super) fn add_triangles(&self, triangles: &mut Vec<[u32; 3]>, base: u32) {
+        let Some(corners) = &self.corners else { return };
+        let corner = |i: usize| corners.vertices[i] + base;
+        let all = 0..self.triangle_count();
+        match self.mode {
+            // Every other triangle of a strip has the opposite winding.
+            Mode::TriangleStrip => triangles.extend(all.map(|i| {
+                let (a, b) = if i % 2 == 0 { (i, i + 1) } else { (i + 1, i) };
+                [a, b, i + 2].map(corner)
+            })),
+            Mode::TriangleFan => triangles.extend(all.map(|i| [0, i + 1, i + 2].map(corner))),
+            _ => triangles.extend(all.map(|i| [3 * i, 3 * i + 1, 3 * i + 2].map(corner))),
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! The mesh files of a scene. A file that is placed a second time is read again and kept for all further placements: most
+//! meshes are placed once, and keeping them all would double their memory.
+
+use crate::{
+    error::LoadError,
+    format::{
+        budget::Budget,
+        files::{Files, load_error},
+        mesh::{self, LoadedMesh, MeshCamera},
+        ply,
+    },
+    scene::{MaterialId, SceneBuilder, Transform, TriangleMesh},
+};
+use std::{
+    collections::{HashMap, HashSet},
+    io,
+    path::{Path, PathBuf},
+};
+
+/// How many bytes of meshes may be read again or copied, together: each placement takes its own memory.
+const MAX_COPIED_BYTES: u64 = 1 << 31;
+
+/// The share of the memory limit that kept meshes may take.
+const KEPT_SHARE: u64 = 4;
+
+/// Which files a statement reads.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// PLY, whatever the file is called.
+    Ply,
+    /// Every format.
+    Any,
+}
+
+/// The mesh files of a scene.
+#[derive(Default)]
+pub(super) struct Meshes {
+    /// By their identity.
+    numbers: HashMap<PathBuf, usize>,
+    files: Vec<MeshFile>,
+    /// The files that meshes name.
+    beside: HashSet<PathBuf>,
+    /// How many bytes were read again or copied.
+    copied: u64,
+    /// How many bytes the kept meshes take.
+    kept: u64,
+}
+
+#[derive(Default)]
+struct MeshFile {
+    was_read: bool,
+    kept: Option<Kept>,
+}
+
+/// A mesh that is placed again.
+struct Kept {
+    kind: Kind,
+    mesh: LoadedMesh,
+    /// The materials of its own surfaces, once a placement uses them.
+    own: Option<Vec<MaterialId>>,
+}
+
+impl Meshes {
+    /// The number of the file with this identity.
+    pub(super) fn number(&mut self, identity: PathBuf) -> usize {
+        let next = self.files.len();
+        let number = *self.numbers.entry(identity).or_insert(next);
+        if number == next {
+            self.files.push(MeshFile::default());
+        }
+        number
+    }
+
+    /// Reads a file, unless its mesh is kept. `None` if it is kept, now or before.
+    pub(super) fn load(
+        &mut self,
+        number: usize,
+        path: &Path,
+        kind: Kind,
+        files: &mut dyn Files,
+        budget: &Budget,
+    ) -> Result<Option<LoadedMesh>, LoadError> {
+        let file = &mut self.files[number];
+        if file.kept.as_ref().is_some_and(|kept| kept.kind == kind) {
+            return Ok(None);
+        }
+        let (copied, beside) = (&mut self.copied, &mut self.beside);
+        let before = budget.taken();
+        let opened = files.mesh(path, budget);
+        let opened = opened.map_err(|error| load_error(path, &error))?;
+        if file.was_read {
+            count(copied, opened.length()).map_err(|message| LoadError::whole_file(path, message))?;
+        }
+        let mut open = |path: &Path| {
+            let opened = files.mesh(path, budget)?;
+            if !beside.insert(files.identity(path)) {
+                count(copied, opened.length()).map_err(io::Error::other)?;
+            }
+            opened.into_bytes(budget)
+        };
+        let mut mesh = match kind {
+            Kind::Ply => ply::read(opened, path, budget)?,
+            Kind::Any => mesh::read(opened, path, &mut open, budget)?,
+        };
+        // To a mesh a missing material library is no fault.
+        count(copied, 0).map_err(|message| LoadError::whole_file(path, message))?;
+        budget.give_back_to(before);
+        let size = size_of_mesh(&mesh);
+        budget.take(size).map_err(|error| error.into_error(path))?;
+        if !std::mem::replace(&mut file.was_read, true) {
+            return Ok(Some(mesh));
+        }
+        mesh.notes.clear();
+        mesh.textures.clear();
+        let all = self.kept.saturating_add(size as u64);
+        if all > budget.limit() / KEPT_SHARE {
+            return Ok(Some(mesh));
+        }
+        self.kept = all;
+        file.kept = Some(Kept {
+            kind,
+            mesh,
+            own: None,
+        });
+        Ok(None)
+    }
+
+    /// The cameras of a kept mesh.
+    pub(super) fn cameras(&self, number: usize) -> &[MeshCamera] {
+        let kept = self.files[number].kept.as_ref();
+        kept.map_or(&[], |kept| &kept.mesh.cameras)
+    }
+
+    /// Adds a copy of a kept mesh to a scene, as [`LoadedMesh::add_to`] does. The error is a sentence.
+    pub(super) fn place(
+        &mut self,
+        number: usize,
+        transform: &Transform,
+        material: Option<MaterialId>,
+        builder: &mut SceneBuilder,
+        budget: &Budget,
+    ) -> Result<(), String> {
+        let Some(Kept { mesh, own, .. }) = &mut self.files[number].kept else {
+            return Ok(());
+        };
+        count(&mut self.copied, size_of_columns(mesh))?;
+        let mut columns = TriangleMesh {
+            x: copied(&mesh.columns.x, budget)?,
+            y: copied(&mesh.columns.y, budget)?,
+            z: copied(&mesh.columns.z, budget)?,
+            normals: copied(&mesh.columns.normals, budget)?,
+            triangles: copied(&mesh.columns.triangles, budget)?,
+        };
+        transform.apply(&mut columns);
+        let added = match material {
+            Some(material) => builder.add_mesh(columns, material),
+            None => {
+                let ids = match own {
+                    Some(ids) => ids,
+                    None => own.insert(mesh.add_surfaces(builder).map_err(|error| error.to_string())?),
+                };
+                mesh::add_with_surfaces(builder, columns, ids, &mesh.surface_of)
+            }
+        };
+        added.map_err(|error| error.to_string())
+    }
+}
+
+/// Counts bytes that were read again or copied.
+fn count(copied: &mut u64, bytes: usize) -> Result<(), String> {
+    *copied = copied.saturating_add(bytes as u64);
+    if *copied > MAX_COPIED_BYTES {
+        return Err(format!(
+            "placing meshes again takes more than {MAX_COPIED_BYTES} bytes, read and copied together"
+        ));
+    }
+    Ok(())
+}
+
+fn copied<T: Copy>(from: &[T], budget: &Budget) -> Result<Vec<T>, String> {
+    let mut copy = Vec::new();
+    budget
+        .reserve(&mut copy, from.len())
+        .map_err(|error| error.to_string())?;
+    copy.extend_from_slice(from);
+    Ok(copy)
+}
+
+/// How many bytes a mesh takes.
+fn size_of_mesh(mesh: &LoadedMesh) -> usize {
+    size_of_columns(mesh) + size_of_val(&mesh.surfaces[..]) + size_of_val(&mesh.cameras[..])
+}
+
+/// How many bytes the arrays of its vertices and triangles take.
+fn size_of_columns(mesh: &LoadedMesh) -> usize {
+    let columns = &mesh.columns;
+    size_of_val(&columns.x[..])
+        + size_of_val(&columns.y[..])
+        + size_of_val(&columns.z[..])
+        + size_of_val(&columns.normals[..])
+        + size_of_val(&columns.triangles[..])
+        + size_of_val(&mesh.surface_of[..])
+}
