@@ -32,6 +32,8 @@ pub const BVH_BYTES: u64 = 100;
 const TRIANGLE_BYTES: u64 = 16;
 /// Centre, radius and material.
 const SPHERE_BYTES: u64 = 20;
+/// A material and its entry among the ids, both in arrays that have room for twice as many.
+const MATERIAL_BYTES: u64 = 200;
 /// Three coordinates of a position or a normal.
 const VECTOR_BYTES: u64 = 12;
 
@@ -172,7 +174,7 @@ impl SceneBuilder {
     /// Adds a material, or returns the id of an equal one.
     ///
     /// # Errors
-    /// [`SceneError::OutOfRange`] or [`SceneError::TooMany`].
+    /// [`SceneError::OutOfRange`], [`SceneError::TooMany`] or [`SceneError::OverLimit`].
     pub fn add_material(&mut self, material: Material) -> Result<MaterialId, SceneError> {
         material.check()?;
         let bits = material.bits();
@@ -186,6 +188,11 @@ impl SceneBuilder {
             });
         }
         let id = MaterialId(self.materials.len() as u32);
+        let needed = u64::from(id.0) * MATERIAL_BYTES;
+        if needed > self.memory {
+            let limit = self.memory;
+            return Err(SceneError::OverLimit { needed, limit });
+        }
         self.materials.push(material);
         self.material_ids.insert(bits, id);
         Ok(id)

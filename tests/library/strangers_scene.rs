@@ -103,7 +103,7 @@ const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 fn sparse_accessors_of_nothing() {
     let files = Files::new();
     let body = |indices: &str| {
-        let primitive = format!(r##"{{"attributes":{{"POSITION":#}}{indices}}}"##);
+        let primitive = format!(r#"{{"attributes":{{"POSITION":#}}{indices}}}"#);
         gltf(&format!(
             r#""nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{}]}}],"accessors":[{},
             {{"bufferView":0,"componentType":5121,"count":3,"type":"SCALAR"}}],{}"#,
@@ -128,7 +128,7 @@ fn sparse_accessors_of_the_same_bytes() {
     let files = Files::new();
     let body = gltf(&format!(
         r#""nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{}]}}],"accessors":[{}],{}"#,
-        list(r##"{"attributes":{"POSITION":#}}"##, 100),
+        list(r#"{"attributes":{"POSITION":#}}"#, 100),
         list(
             r#"{"componentType":5120,"count":3,"type":"VEC3","sparse":{"count":10000,
             "indices":{"bufferView":0,"componentType":5121},"values":{"bufferView":0}}}"#,
@@ -146,12 +146,12 @@ fn buffers_that_name_one_file() {
     files.zeros("big.bin", 50 << 20);
     let body = gltf(&format!(
         r#""nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{}]}}],"accessors":[{}],"bufferViews":[{}],"buffers":[{}]"#,
-        list(r##"{"attributes":{"POSITION":#}}"##, 200),
+        list(r#"{"attributes":{"POSITION":#}}"#, 200),
         list(
-            r##"{"bufferView":#,"componentType":5126,"count":3,"type":"VEC3"}"##,
+            r#"{"bufferView":#,"componentType":5126,"count":3,"type":"VEC3"}"#,
             200
         ),
-        list(r##"{"buffer":#,"byteLength":36}"##, 200),
+        list(r#"{"buffer":#,"byteLength":36}"#, 200),
         list(r#"{"byteLength":36,"uri":"./big.bin"}"#, 199) + r#",{"byteLength":36,"uri":"big.bin"}"#,
     ));
     let path = files.write("a.gltf", &body);
@@ -313,7 +313,7 @@ fn thousands_of_missing_libraries() {
         files.write(&format!("{name}{i}"), "");
     }
     let libraries: String = (0..30).map(|i| format!("mtllib {name}x{i}\n")).collect();
-    let mut text = String::new();
+    let mut text = "light 9 -4 10 0.7\n".to_owned();
     for i in 0..300 {
         files.write(&format!("{i}.obj"), format!("{libraries}{OBJ}"));
         text += &format!("mesh {i}.obj\n");

@@ -125,6 +125,7 @@ impl Reading {
         [&mut columns.x, &mut columns.y, &mut columns.z]
             .into_iter()
             .try_for_each(|column| budget.reserve(column, vertices))
+            .and_then(|()| budget.reserve(&mut columns.normals, vectors - vertices))
             .and_then(|()| budget.reserve(&mut columns.triangles, triangles))
             .and_then(|()| budget.reserve(&mut self.material_of, triangles))
             .map_err(|error| buffers.no_room(error))

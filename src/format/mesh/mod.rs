@@ -199,13 +199,11 @@ impl LoadedMesh {
         material: Option<MaterialId>,
     ) -> Result<(), SceneError> {
         builder.add_textures(std::mem::take(&mut self.textures));
-        match material {
-            Some(material) => builder.add_mesh(self.columns, material),
-            None => {
-                let ids = self.add_surfaces(builder)?;
-                add_with_surfaces(builder, self.columns, &ids, &self.surface_of)
-            }
+        if let Some(material) = material {
+            return builder.add_mesh(self.columns, material);
         }
+        let ids = self.add_surfaces(builder)?;
+        add_with_surfaces(builder, self.columns, &ids, &self.surface_of)
     }
 
     /// Adds the materials of the surfaces to a scene; of [`Surface::NEUTRAL`] if there are none.

@@ -152,15 +152,14 @@ impl Meshes {
             triangles: copied(&mesh.columns.triangles, budget)?,
         };
         transform.apply(&mut columns);
-        let added = match material {
-            Some(material) => builder.add_mesh(columns, material),
-            None => {
-                let ids = match own {
-                    Some(ids) => ids,
-                    None => own.insert(mesh.add_surfaces(builder).map_err(|error| error.to_string())?),
-                };
-                mesh::add_with_surfaces(builder, columns, ids, &mesh.surface_of)
-            }
+        let added = if let Some(material) = material {
+            builder.add_mesh(columns, material)
+        } else {
+            let ids = match own {
+                Some(ids) => ids,
+                None => own.insert(mesh.add_surfaces(builder).map_err(|error| error.to_string())?),
+            };
+            mesh::add_with_surfaces(builder, columns, ids, &mesh.surface_of)
         };
         added.map_err(|error| error.to_string())
     }
