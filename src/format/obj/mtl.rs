@@ -150,7 +150,7 @@ impl Reading {
 
 /// The file that a texture statement names behind its options.
 fn texture_file(mut words: Words<'_>) -> String {
-    let mut name = words.text(words.rest());
+    let mut name = words.rest();
     while let Some((option @ [b'-', ..], _)) = words.next() {
         match option {
             b"-mm" => _ = words.nth(1),
@@ -162,8 +162,9 @@ fn texture_file(mut words: Words<'_>) -> String {
             }
             _ => _ = words.next(),
         }
-        name = words.text(words.rest());
+        name.start = words.position();
     }
+    let name = words.text(name).trim_ascii_start();
     let unquoted = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\""));
     // As Windows writes it.
     String::from_utf8_lossy(unquoted.unwrap_or(name)).replace('\\', "/")
