@@ -204,7 +204,7 @@ fn within(name: &str, bytes: &[u8], memory: u64) -> String {
         }
         Err(error) => error
             .to_string()
-            .rsplit("/")
+            .rsplit('/')
             .next()
             .unwrap_or_default()
             .to_owned(),

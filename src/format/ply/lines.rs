@@ -104,15 +104,14 @@ pub(super) fn faces(
     };
     let budget = faces.budget;
     let before = budget.taken();
-    let part = match triangles(&blocks, &layout, element, budget)? {
-        Some(triangles) => Some(Faces {
+    let part = if let Some(triangles) = triangles(&blocks, &layout, element, budget)? {
+        Some(Faces {
             triangles,
             ..Faces::new(budget)
-        }),
-        None => {
-            budget.give_back_to(before);
-            polygons(&blocks, &layout, element, budget)?
-        }
+        })
+    } else {
+        budget.give_back_to(before);
+        polygons(&blocks, &layout, element, budget)?
     };
     let Some(part) = part else { return Ok(false) };
     faces.append(part)?;
