@@ -41,8 +41,6 @@ const WORTH_THREADS: usize = 4 << 20;
 const PIECE: usize = 1 << 20;
 /// The most bytes of a file whose size reads as 0, as all sizes in /proc do: some of these have no end.
 const MAX_UNSIZED: u64 = 1 << 24;
-/// How many bytes an input of unknown length is read in at first.
-const FIRST_ROOM: usize = 1 << 16;
 
 impl OpenFile {
     /// Opens a regular file of at most `limit` bytes that is no larger than the budget.
@@ -164,7 +162,7 @@ pub(super) fn read_on(
     limit: u64,
     budget: &Budget,
 ) -> io::Result<bool> {
-    let mut probe = [0; 32];
+    let mut probe = [0; 1024];
     loop {
         let room = bytes.capacity() - bytes.len();
         reader.by_ref().take(room as u64).read_to_end(bytes)?;
@@ -187,11 +185,7 @@ pub(super) fn read_on(
         if (bytes.len() + found) as u64 > limit {
             return Ok(false);
         }
-        let most = budget.left().min(limit + 1 - bytes.len() as u64);
-        let wanted = bytes.capacity().max(FIRST_ROOM) as u64;
-        let more = (wanted.min(most) as usize).max(found);
-        budget.take(more)?;
-        bytes.try_reserve_exact(more).map_err(io::Error::other)?;
+        budget.reserve(bytes, found)?;
         bytes.extend_from_slice(probe.get(..found).unwrap_or_default());
     }
 }

@@ -329,7 +329,10 @@ fn standard_input_without_an_end_or_a_beginning() {
         soon(|| format::load_any(reader, Path::new("standard input"), &mut Vec::new(), 50 << 20))
     };
     let endless = report(load(&mut io::repeat(b' ')));
-    assert_eq!(endless, "standard input: the input is larger than 50.0 MiB");
+    assert_eq!(
+        endless,
+        "standard input: loading takes 64.0 MiB of memory or more, above the memory limit of 50.0 MiB"
+    );
     let empty = report(load(&mut io::empty()));
     assert_eq!(
         empty,

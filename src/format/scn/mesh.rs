@@ -1,6 +1,11 @@
 //! Meshes of a scene: their files and their placement.
 
-use super::{MAX_PATH, QUOTES_HINT, Reader, arguments::Arguments, meshes::Kind, words::Word};
+use super::{
+    MAX_PATH, QUOTES_HINT, Reader,
+    arguments::Arguments,
+    meshes::{Kind, size_of_columns},
+    words::Word,
+};
 use crate::{
     error::{LoadError, quote},
     format::mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, MeshFormat},
@@ -95,6 +100,12 @@ impl Reader<'_> {
         transform: &Transform,
         material: Option<MaterialId>,
     ) -> Result<(), String> {
+        // Arrays that grow take up to twice their size; the first ones are moved.
+        if !self.placed.is_empty() {
+            let size = loaded.as_ref().map(size_of_columns);
+            let size = size.unwrap_or_else(|| self.meshes.size(number));
+            self.budget.take(size).map_err(|error| error.to_string())?;
+        }
         let (builder, count) = (&mut self.builder, &mut self.mesh_cameras);
         let Some(mut mesh) = loaded else {
             add_cameras(builder, count, self.meshes.cameras(number), transform);

@@ -125,6 +125,12 @@ impl Meshes {
         Ok(None)
     }
 
+    /// How many bytes a placement of a kept mesh takes.
+    pub(super) fn size(&self, number: usize) -> usize {
+        let kept = self.files[number].kept.as_ref();
+        kept.map_or(0, |kept| size_of_columns(&kept.mesh))
+    }
+
     /// The cameras of a kept mesh.
     pub(super) fn cameras(&self, number: usize) -> &[MeshCamera] {
         let kept = self.files[number].kept.as_ref();
@@ -191,7 +197,7 @@ fn size_of_mesh(mesh: &LoadedMesh) -> usize {
 }
 
 /// How many bytes the arrays of its vertices and triangles take.
-fn size_of_columns(mesh: &LoadedMesh) -> usize {
+pub(super) fn size_of_columns(mesh: &LoadedMesh) -> usize {
     let columns = &mesh.columns;
     size_of_val(&columns.x[..])
         + size_of_val(&columns.y[..])

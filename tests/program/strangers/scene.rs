@@ -41,16 +41,19 @@ fn nodes_of_nothing() {
     let folder = Folder::new();
     folder.write(
         "a.gltf",
-        &gltf(&format!(r#""nodes":[{}]"#, list("{}", 7_000_000))),
+        &gltf(&format!(r#""nodes":[{}{{}}]"#, "{},".repeat(7_000_000))),
     );
     Call::new(&folder, &["info", "a.gltf"]).refused("loading takes");
     // As many as fit.
-    folder.write("a.gltf", &gltf(&format!(r#""nodes":[{}]"#, list("{}", 300_000))));
+    folder.write(
+        "a.gltf",
+        &gltf(&format!(r#""nodes":[{}{{}}]"#, "{},".repeat(300_000))),
+    );
     Call::new(&folder, &["info", "a.gltf"]).run();
     // Numbers of bounds are kept as JSON.
     let bounds = gltf(&format!(
-        r#""accessors":[{{"componentType":5126,"count":3,"type":"VEC3","min":[{}]}}]"#,
-        list("0", 10_000_000)
+        r#""accessors":[{{"componentType":5126,"count":3,"type":"VEC3","min":[{}0]}}]"#,
+        "0,".repeat(10_000_000)
     ));
     folder.write("a.gltf", &bounds);
     Call::new(&folder, &["info", "a.gltf"]).refused("loading takes");
@@ -124,7 +127,7 @@ fn files_without_an_end() {
         Call::new(&folder, &["info", "-"])
             .within(mebibytes)
             .with_input(endless())
-            .refused("the input is larger than");
+            .refused("of memory or more, above the memory limit of");
     }
     Call::new(&folder, &["info", "-"])
         .with_input(File::open("/dev/null").expect("a device"))
