@@ -1,9 +1,10 @@
 //! Reads the values of a text file.
 
 use super::{
+    faces::Faces,
     header::Element,
     lines,
-    rows::{Faces, Fault, Place, Values, Wrong},
+    rows::{Fault, Place, Values, Wrong},
 };
 use crate::{format::budget::Budget, scene::TriangleMesh};
 use serde_ply::ScalarType;

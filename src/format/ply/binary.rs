@@ -2,9 +2,10 @@
 
 use super::{
     ascii::whole_of,
+    faces::Faces,
     fixed::{self, FaceLayout, from_bytes},
     header::{Element, Role, scalar_size},
-    rows::{Faces, Fault, Place, Values, Wrong, reserve},
+    rows::{Fault, Place, Values, Wrong, reserve},
 };
 use crate::{format::budget::Budget, scene::TriangleMesh};
 use serde_ply::ScalarType;

@@ -2,8 +2,9 @@
 //! the arrays. Other layouts and faults are left to the slow path (`rows.rs`), which finds their place.
 
 use super::{
+    faces::Faces,
     header::{Element, Header, Role, Step},
-    rows::{Faces, Fault, reserve, zeroed},
+    rows::{Fault, reserve, zeroed},
 };
 use crate::{
     format::{budget::Budget, polygon::Fans, source::Pieces},

@@ -3,8 +3,9 @@
 
 use super::{
     ascii::Text,
+    faces::Faces,
     header::{Element, Step},
-    rows::{Faces, Fault, reserve, zeroed},
+    rows::{Fault, reserve, zeroed},
 };
 use crate::{
     format::budget::Budget,

@@ -11,6 +11,7 @@
 
 mod ascii;
 mod binary;
+mod faces;
 mod fixed;
 mod header;
 mod lines;
