@@ -15,6 +15,7 @@ use std::ops::Range;
 /// Polygons with more corners stay fans: cutting can take quadratic time.
 const MOST_CORNERS: usize = 1024;
 /// Polygons with more corners are left to [`ears`]: `earcut` gives better triangles, but can take cubic time and more.
+// Tuned: see docs/lab-notes.md#polygon-corners
 const MOST_FOR_EARCUT: usize = 64;
 /// How many polygons a thread checks at a time.
 const PIECE: usize = 1 << 12;
