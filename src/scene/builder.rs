@@ -19,7 +19,7 @@ use std::{collections::HashMap, path::PathBuf};
 const MAX_COUNT: usize = u32::MAX as usize - 8;
 
 /// The most materials: each render thread keeps a queue for each.
-const MAX_MATERIALS: usize = 1 << 20;
+pub(crate) const MAX_MATERIALS: usize = 1 << 20;
 /// The most lights of a scene: each costs a shadow ray for every visible point.
 pub const MAX_LIGHTS: usize = 1024;
 /// The most textures that a scene lists.

@@ -13,7 +13,7 @@ mod weld;
 
 pub use background::Background;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, TriangleMesh};
-pub(crate) use builder::{MAX_TEXTURES, check_memory};
+pub(crate) use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
 pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View, for_each_packet};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
