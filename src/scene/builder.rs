@@ -6,8 +6,8 @@ mod mesh;
 pub use mesh::TriangleMesh;
 
 use super::{
-    Background, Lights, Material, MaterialId, NamedCamera, Scene, Sources, Spheres, Triangles, Vertices,
-    is_usable,
+    Background, Lights, Material, MaterialId, NamedCamera, Scene, SceneId, Sources, Spheres, Triangles,
+    Vertices, is_usable,
     material::{check_color, check_share},
 };
 use crate::{classic, error::SceneError, math::Aabb};
@@ -392,6 +392,7 @@ impl SceneBuilder {
             origin: Vec3::ZERO,
             bounds: Aabb::EMPTY,
             degenerate: 0,
+            id: SceneId::next(),
         };
         (scene.bounds, scene.degenerate) = scene.triangle_extent();
         for i in 0..scene.spheres.radius.len() {
