@@ -108,7 +108,8 @@ impl Reading {
                 has_normals |= shape.normals.is_some();
             }
         }
-        let most = MAX_TRIANGLES.min(MAX_REPEATED.saturating_add(buffers.size().saturating_mul(MAX_PER_BYTE)));
+        let most =
+            MAX_TRIANGLES.min(MAX_REPEATED.saturating_add(buffers.size().saturating_mul(MAX_PER_BYTE)));
         if triangles > most {
             return Err(buffers.refused(format!(
                 "{triangles} triangles, counted once for each node that places them, expected at most {most} from \
