@@ -1,6 +1,6 @@
 //! Rays and hits, single and in packets of eight. Coordinates are relative to the origin of the scene.
 
-use crate::simd::{F32x8, LANES, Vec3x8, splat};
+use crate::simd::{F32x8, LANES, Mask8, Vec3x8, eq, splat};
 use glam::Vec3;
 
 /// The id of a primitive: triangles from 0, then spheres.
@@ -36,12 +36,37 @@ impl Ray {
             t_max: T_MAX,
         }
     }
+
+    /// Returns whether this is a ray: origin, direction and end are finite, and the direction is not zero. Anything else
+    /// hits nothing.
+    #[must_use]
+    pub fn is_valid(&self) -> bool {
+        self.origin.is_finite()
+            && self.direction.is_finite()
+            && self.t_max.is_finite()
+            && self.direction != Vec3::ZERO
+    }
+
+    /// Returns this ray if it is [valid](Self::is_valid), else one that ends where it begins.
+    #[inline(always)]
+    #[must_use]
+    pub(crate) fn or_nothing(self) -> Self {
+        if self.is_valid() { self } else { Self::NOTHING }
+    }
+
+    /// A ray that ends where it begins.
+    const NOTHING: Self = Self {
+        origin: Vec3::ZERO,
+        direction: Vec3::X,
+        t_max: 0.0,
+    };
 }
 
 /// The closest hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Distance along the ray, scene units; the ray's `t_max` for a miss.
+    /// Distance along the ray, scene units; the ray's `t_max` for a miss, 0 for the miss of an
+    /// [invalid](Ray::is_valid) one.
     pub t: f32,
     /// Barycentric weight of a triangle's second corner; 0 on spheres.
     pub u: f32,
@@ -101,6 +126,32 @@ impl RayPacket {
             t_max: self.t_max.as_array()[i],
         }
     }
+
+    /// Which lanes have an [invalid](Ray::is_valid) ray, but for its origin.
+    #[inline(always)]
+    pub(crate) fn invalid(&self) -> Mask8 {
+        let [x, y, z] = [self.direction.x, self.direction.y, self.direction.z];
+        let zero = splat(0.0);
+        // A product with 0 is NaN unless the number is finite.
+        let products = (x * zero + y * zero) + (z * zero + self.t_max * zero);
+        let is_zero = eq(x, zero) & eq(y, zero) & eq(z, zero);
+        !eq(products, zero) | is_zero
+    }
+
+    /// Replaces invalid rays by rays that end where they begin.
+    pub(crate) fn make_valid(&mut self, origin: &mut Vec3x8) {
+        let rays = std::array::from_fn(|lane| self.ray(lane, origin.lane(lane)).or_nothing());
+        *origin = Vec3x8::from_lanes(rays.map(|ray| ray.origin));
+        self.direction = Vec3x8::from_lanes(rays.map(|ray| ray.direction));
+        self.t_max = rays.map(|ray| ray.t_max).into();
+    }
+}
+
+/// Which of eight points are not finite.
+#[inline(always)]
+pub(crate) fn not_finite(points: &Vec3x8) -> Mask8 {
+    let zero = splat(0.0);
+    !eq(points.x * zero + points.y * zero + points.z * zero, zero)
 }
 
 /// The origins of packets of rays, scene units.

@@ -31,7 +31,12 @@ pub use quality::BuildQuality;
 
 use emit::Wide;
 
-use crate::{geometry::SphereBlock, math::Aabb, scene::Scene, simd::LANES};
+use crate::{
+    geometry::SphereBlock,
+    math::Aabb,
+    scene::{Scene, SceneId},
+    simd::LANES,
+};
 use std::{
     sync::OnceLock,
     time::{Duration, Instant},
@@ -46,6 +51,7 @@ pub struct Bvh {
     root: Child,
     stats: BvhStats,
     binary: OnceLock<BinaryBvh>,
+    scene: SceneId,
 }
 
 /// Describes a BVH.
@@ -76,6 +82,9 @@ pub struct BvhStats {
 impl Bvh {
     /// Builds the hierarchy that is traced fastest over the scene's spheres and its triangles with an area, on the
     /// threads of the current rayon pool.
+    ///
+    /// # Panics
+    /// If it would have more than [`Child::MAX_BLOCKS`] nodes or leaf blocks of a kind, which take 30 GB and more.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
         Self::build_with(scene, BuildQuality::Best)
@@ -83,12 +92,18 @@ impl Bvh {
 
     /// Builds a hierarchy of a given quality. The tree depends on scene and quality alone, not on the number of
     /// threads (but see [`BuildQuality::Ploc`]).
+    ///
+    /// # Panics
+    /// As [`Bvh::build`].
     #[must_use]
     pub fn build_with(scene: &Scene, quality: BuildQuality) -> Self {
         Self::build_as(scene, quality, Layout::for_scene(scene))
     }
 
     /// Builds a hierarchy with triangles in a given layout, to compare layouts. Both find the same hits.
+    ///
+    /// # Panics
+    /// As [`Bvh::build`].
     #[must_use]
     pub fn build_as(scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
         let start = Instant::now();
@@ -127,7 +142,14 @@ impl Bvh {
             root: Child::inner(0),
             stats,
             binary: OnceLock::new(),
+            scene: scene.id(),
         }
+    }
+
+    /// Returns whether the hierarchy was built from this scene, or from one that it is a clone of.
+    #[must_use]
+    pub fn is_of(&self, scene: &Scene) -> bool {
+        self.scene == scene.id()
     }
 
     /// Returns what the hierarchy is made of.
@@ -189,8 +211,17 @@ impl Bvh {
         7 * self.stats.depth + 8
     }
 
-    /// Returns the binary hierarchy of the scalar baseline, built from `scene` at the first call.
+    /// Returns the binary hierarchy of the scalar baseline, built at the first call.
+    ///
+    /// # Panics
+    /// If this hierarchy was built from another scene.
     pub fn binary(&self, scene: &Scene) -> &BinaryBvh {
-        self.binary.get_or_init(|| BinaryBvh::build(scene))
+        assert!(self.is_of(scene), "the hierarchy of another scene");
+        if let Some(binary) = self.binary.get() {
+            return binary;
+        }
+        // Not while the lock is held: the build may run a task of the same pool that waits for this lock.
+        let built = BinaryBvh::build(scene);
+        self.binary.get_or_init(|| built)
     }
 }

@@ -35,23 +35,38 @@ impl Child {
     pub const MAX_BLOCKS: usize = 1 << 27;
 
     /// Creates the word of inner node `index`.
+    ///
+    /// # Panics
+    /// If the index is not below [`MAX_BLOCKS`](Self::MAX_BLOCKS).
     #[must_use]
     pub fn inner(index: usize) -> Self {
-        debug_assert!(index < Self::MAX_BLOCKS);
+        assert!(index < Self::MAX_BLOCKS, "too many nodes");
         Self(index as u32)
     }
 
     /// Creates the word of block `index` of `count` triangles.
+    ///
+    /// # Panics
+    /// If the index is not below [`MAX_BLOCKS`](Self::MAX_BLOCKS), or the count not from 1 to 8.
     #[must_use]
     pub fn triangles(index: usize, count: usize) -> Self {
-        debug_assert!((1..=8).contains(&count) && index < Self::MAX_BLOCKS);
+        assert!(
+            (1..=8).contains(&count) && index < Self::MAX_BLOCKS,
+            "too many leaf blocks"
+        );
         Self(TRIANGLES | (count as u32 - 1) << 27 | index as u32)
     }
 
     /// Creates the word of block `index` of `count` spheres.
+    ///
+    /// # Panics
+    /// If the index is not below [`MAX_BLOCKS`](Self::MAX_BLOCKS), or the count not from 1 to 8.
     #[must_use]
     pub fn spheres(index: usize, count: usize) -> Self {
-        debug_assert!((1..=8).contains(&count) && index < Self::MAX_BLOCKS);
+        assert!(
+            (1..=8).contains(&count) && index < Self::MAX_BLOCKS,
+            "too many leaf blocks"
+        );
         Self(SPHERES | (count as u32 - 1) << 27 | index as u32)
     }
 

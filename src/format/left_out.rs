@@ -16,14 +16,21 @@ impl LeftOut {
     /// Adds what needs no count, such as "vertex colours". Said twice, it is noted once.
     pub(super) fn add(&mut self, what: &str) {
         if !self.0.iter().any(|known| known == what) {
-            self.0.push(what.to_owned());
+            self.push(what.to_owned());
+        }
+    }
+
+    /// One more than is listed tells that there are more.
+    fn push(&mut self, what: String) {
+        if self.0.len() <= MOST_THINGS {
+            self.0.push(what);
         }
     }
 
     /// Adds `count` things, if there are any: "1 light", "2 lights".
     pub(super) fn count(&mut self, count: usize, one: &str, many: &str) {
         if count > 0 {
-            self.0.push(counted(count, one, many));
+            self.push(counted(count, one, many));
         }
     }
 
@@ -31,7 +38,7 @@ impl LeftOut {
     pub(super) fn names<'a>(&mut self, what: &str, names: impl IntoIterator<Item = &'a str>) {
         let list = name_list(names.into_iter().map(str::as_bytes));
         if !list.is_empty() {
-            self.0.push(format!("{what} {list}"));
+            self.push(format!("{what} {list}"));
         }
     }
 

@@ -1,5 +1,6 @@
 //! Words of a text and where they are. Lines are counted only when there is an error.
 
+use super::budget::BudgetError;
 use crate::error::LoadError;
 use std::{ops::Range, path::Path};
 
@@ -15,24 +16,36 @@ pub(super) fn after_mark(text: &[u8]) -> usize {
     }
 }
 
-/// What is wrong, and with which bytes of a text.
+/// What is wrong, and with which bytes of a text, or with all of it.
 #[derive(Debug)]
 pub(super) struct TextFault {
-    pub(super) range: Range<usize>,
-    pub(super) message: String,
+    range: Option<Range<usize>>,
+    message: String,
 }
 
 impl TextFault {
     pub(super) fn new(range: Range<usize>, message: impl Into<String>) -> Self {
         Self {
-            range,
+            range: Some(range),
             message: message.into(),
         }
     }
 
     /// Adds line and column; `text` is the text of `file`.
     pub(super) fn into_error(self, text: &[u8], file: &Path) -> LoadError {
-        LoadError::in_text(file, text, self.range, self.message)
+        match self.range {
+            Some(range) => LoadError::in_text(file, text, range, self.message),
+            None => LoadError::whole_file(file, self.message),
+        }
+    }
+}
+
+impl From<BudgetError> for TextFault {
+    fn from(error: BudgetError) -> Self {
+        Self {
+            range: None,
+            message: error.to_string(),
+        }
     }
 }
 

@@ -3,6 +3,9 @@
 //! Readers make a fan of every polygon and record it in [`Fans`]. Once all positions are known, polygons that a fan does
 //! not fill are triangulated again, into the same number of triangles.
 
+mod ears;
+
+use super::budget::{Budget, BudgetError};
 use crate::scene::TriangleMesh;
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
@@ -11,6 +14,9 @@ use std::ops::Range;
 
 /// Polygons with more corners stay fans: cutting can take quadratic time.
 const MOST_CORNERS: usize = 1024;
+/// Polygons with more corners are left to [`ears`]: `earcut` gives better triangles, but can take cubic time and more.
+// Tuned: see docs/lab-notes.md#polygon-corners
+const MOST_FOR_EARCUT: usize = 64;
 /// How many polygons a thread checks at a time.
 const PIECE: usize = 1 << 12;
 
@@ -36,13 +42,20 @@ impl Run {
 impl Fans {
     /// Records `count` polygons of `each` triangles, starting at triangle `first`. Single triangles are not recorded.
     #[inline]
-    pub(super) fn add(&mut self, first: usize, each: usize, count: usize) {
+    pub(super) fn add(
+        &mut self,
+        first: usize,
+        each: usize,
+        count: usize,
+        budget: &Budget,
+    ) -> Result<(), BudgetError> {
         if each > 1 {
-            self.add_run(Run { first, each, count });
+            self.add_run(Run { first, each, count }, budget)?;
         }
+        Ok(())
     }
 
-    fn add_run(&mut self, mut run: Run) {
+    fn add_run(&mut self, mut run: Run, budget: &Budget) -> Result<(), BudgetError> {
         if let Some(last) = self.0.last_mut()
             && last.each == run.each
             && last.first + last.count * last.each == run.first
@@ -54,17 +67,18 @@ impl Fans {
         }
         while run.count > 0 {
             let count = run.count.min(PIECE);
+            budget.reserve(&mut self.0, 1)?;
             self.0.push(Run { count, ..run });
             run.count -= count;
             run.first += count * run.each;
         }
+        Ok(())
     }
 
     /// Adds the polygons of a part of the mesh, whose first triangle is `first` in the whole.
-    pub(super) fn append(&mut self, part: Self, first: usize) {
-        for run in part.0 {
-            self.add(first + run.first, run.each, run.count);
-        }
+    pub(super) fn append(&mut self, part: Self, first: usize, budget: &Budget) -> Result<(), BudgetError> {
+        let mut runs = part.0.into_iter();
+        runs.try_for_each(|run| self.add(first + run.first, run.each, run.count, budget))
     }
 
     /// The range of triangles of each polygon.
@@ -74,18 +88,26 @@ impl Fans {
 
     /// Triangulates concave polygons.
     pub(super) fn cut_concave(&self, mesh: &mut TriangleMesh) {
-        let runs = self.0.par_iter().map_init(Cutter::default, |cutter, run| {
-            let cut = run.polygons().filter_map(|fan| {
-                let start = fan.start;
-                Some((start, cutter.cut_fan(mesh, mesh.triangles.get(fan)?)?))
+        let TriangleMesh {
+            x, y, z, triangles, ..
+        } = mesh;
+        let columns = [&x[..], &y[..], &z[..]];
+        let (mut rest, mut at) = (&mut triangles[..], 0);
+        for runs in self.0.chunks(PIECE) {
+            let parts = runs.iter().map(|run| {
+                // Runs are in the order of their triangles.
+                _ = rest.split_off_mut(..run.first - at);
+                let length = run.each * run.count;
+                at = run.first + length;
+                (run.each, rest.split_off_mut(..length).unwrap_or_default())
             });
-            cut.collect::<Vec<_>>()
-        });
-        let cut: Vec<(usize, Vec<[u32; 3]>)> = runs.flatten_iter().collect();
-        for (start, triangles) in cut {
-            if let Some(fan) = mesh.triangles.get_mut(start..start + triangles.len()) {
-                fan.copy_from_slice(&triangles);
-            }
+            let parts: Vec<(usize, &mut [[u32; 3]])> = parts.collect();
+            let parts = parts.into_par_iter();
+            parts.for_each_init(Cutter::default, |cutter, (each, part)| {
+                for fan in part.chunks_exact_mut(each) {
+                    cutter.cut_fan(columns, fan);
+                }
+            });
         }
     }
 }
@@ -131,9 +153,13 @@ impl Cutter {
         if is_convex(&flat) {
             return None;
         }
-        self.earcut
-            .earcut(flat.iter().map(DVec2::to_array), &[], &mut self.triangles);
         let winding = area(&flat).signum();
+        if corners.len() > MOST_FOR_EARCUT {
+            ears::cut(&flat, winding, &mut self.triangles);
+        } else {
+            let flat = flat.iter().map(DVec2::to_array);
+            self.earcut.earcut(flat, &[], &mut self.triangles);
+        }
         let (triangles, _) = self.triangles.as_chunks_mut::<3>();
         for triangle in &mut *triangles {
             if area(&triangle.map(|i| flat[i as usize])).signum() == -winding {
@@ -143,17 +169,21 @@ impl Cutter {
         (triangles.len() == corners.len() - 2).then_some(triangles)
     }
 
-    /// The triangles of a mesh's polygon; `None` if its fan can stay.
-    fn cut_fan(&mut self, mesh: &TriangleMesh, fan: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
-        let at = |column: &[f32], i: u32| column.get(i as usize).map_or(0.0, |&x| x.into());
-        let point = |i| DVec3::new(at(&mesh.x, i), at(&mesh.y, i), at(&mesh.z, i));
-        if fan_fills(ring(fan).map(point)) {
-            return None;
+    /// Replaces a fan that does not fill its polygon.
+    fn cut_fan(&mut self, columns: [&[f32]; 3], fan: &mut [[u32; 3]]) {
+        let point = |i: u32| {
+            let [x, y, z] = columns.map(|column| column.get(i as usize).map_or(0.0, |&x| x.into()));
+            DVec3::new(x, y, z)
+        };
+        if fan.len() > MOST_CORNERS - 2 || fan_fills(ring(fan).map(point)) {
+            return;
         }
         let ring: Vec<u32> = ring(fan).collect();
         let corners: Vec<DVec3> = ring.iter().map(|&i| point(i)).collect();
-        let cut = self.cut(&corners)?.iter();
-        Some(cut.map(|triangle| triangle.map(|i| ring[i as usize])).collect())
+        let cut = self.cut(&corners).unwrap_or_default();
+        for (triangle, cut) in fan.iter_mut().zip(cut) {
+            *triangle = cut.map(|i| ring[i as usize]);
+        }
     }
 }
 
@@ -252,6 +282,57 @@ mod tests {
                     let first = facing(&triangles[0]);
                     assert!(triangles.iter().all(|t| facing(t).dot(first) > 0.99));
                 }
+            }
+        }
+    }
+
+    /// A polygon of `teeth` teeth around a disc, 4 corners each, and half a tooth's depth.
+    fn gear(teeth: usize) -> Vec<[f64; 2]> {
+        let corner = |i: usize| {
+            let (angle, radius) = (
+                i as f64 / teeth as f64 * std::f64::consts::FRAC_PI_2,
+                if i % 4 < 2 { 1.0 } else { 0.9 },
+            );
+            [radius * libm::cos(angle), radius * libm::sin(angle)]
+        };
+        (0..4 * teeth).map(corner).collect()
+    }
+
+    #[test]
+    fn large_polygons_are_filled_once() {
+        let mut cutter = Cutter::default();
+        let comb = |i: usize| [(i / 2) as f64, if i % 4 == 1 || i % 4 == 2 { 5.0 } else { 0.0 }];
+        let comb: Vec<[f64; 2]> = [[499.0, -1.0], [0.0, -1.0]]
+            .into_iter()
+            .chain((0..1000).map(comb))
+            .collect();
+        let keyhole = || {
+            let outer = gear(64).into_iter().chain([gear(64)[0]]);
+            let inner = gear(64).into_iter().chain([gear(64)[0]]).rev();
+            outer.chain(inner.map(|[x, y]| [0.5 * x, 0.5 * y])).collect()
+        };
+        let spiral = |i: usize| {
+            let (step, radius) = if i < 300 { (i, 1.0) } else { (599 - i, 1.1) };
+            let (angle, radius) = (step as f64 * 0.1, radius * libm::exp(step as f64 * 0.005));
+            [radius * libm::cos(angle), radius * libm::sin(angle)]
+        };
+        for polygon in [
+            gear(17),
+            gear(256),
+            comb,
+            keyhole(),
+            (0..600).map(spiral).collect(),
+        ] {
+            for turned in [false, true] {
+                let mut polygon: Vec<[f64; 2]> = polygon.clone();
+                if turned {
+                    polygon.reverse();
+                }
+                let corners = points(&polygon, |x, y| DVec3::new(x, y, 3.0));
+                let triangles = cutter.cut(&corners).expect("a simple polygon").to_vec();
+                assert_eq!(triangles.len(), corners.len() - 2);
+                let area = area(&flattened(&corners)).abs() / 2.0;
+                assert!((total_area(&corners, &triangles) - area).abs() < 1e-9 * area);
             }
         }
     }

@@ -8,7 +8,7 @@
 //! Format: *StereoLithography Interface Specification*, 3D Systems, 1989.
 
 use super::{
-    budget::{Budget, BudgetError},
+    budget::Budget,
     files,
     left_out::LeftOut,
     mesh::{LoadedMesh, MeshFormat, UpAxis, UpSource},
@@ -311,32 +311,28 @@ fn facet(
     reader.keyword("outer")?;
     reader.keyword("loop")?;
     let first = mesh.x.len();
-    let no_room = |place: &Range<usize>, error: BudgetError| TextFault::new(place.clone(), error.to_string());
-    let keyword = loop {
+    loop {
         let (word, place) = reader.next("`vertex` or `endloop`")?;
         if word.eq_ignore_ascii_case(b"endloop") {
-            break place;
+            break;
         }
         if !word.eq_ignore_ascii_case(b"vertex") {
             let message = format!("found {}, expected `vertex` or `endloop`", quote(word));
             return Err(TextFault::new(place, message));
         }
         for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-            budget
-                .reserve(column, 1)
-                .map_err(|error| no_room(&place, error))?;
+            budget.reserve(column, 1)?;
         }
         mesh.x.push(reader.coordinate("x")?);
         mesh.y.push(reader.coordinate("y")?);
         mesh.z.push(reader.coordinate("z")?);
-    };
+    }
     let corner = |i: usize| (first + i) as u32;
     let corners = mesh.x.len() - first;
     // Facets should have three corners; more become a fan.
-    fans.add(mesh.triangles.len(), corners.saturating_sub(2), 1);
-    budget
-        .reserve(&mut mesh.triangles, corners.saturating_sub(2))
-        .map_err(|error| no_room(&keyword, error))?;
+    let fan = corners.saturating_sub(2);
+    budget.reserve(&mut mesh.triangles, fan)?;
+    fans.add(mesh.triangles.len(), fan, 1, budget)?;
     mesh.triangles
         .extend((2..corners).map(|i| [corner(0), corner(i - 1), corner(i)]));
     reader.keyword("endfacet")

@@ -18,6 +18,7 @@ fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
 }
 
 fn nearest(targets: impl Iterator<Item = (PrimitiveId, Shape)>, ray: &Ray) -> Hit {
+    let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     targets
         .filter_map(|(id, shape)| intersect_shape(id, &shape, ray, &slabs))
@@ -39,6 +40,7 @@ pub fn closest_hit(scene: &Scene, ray: &Ray) -> Hit {
 /// Returns whether anything is hit before the ray's end.
 #[must_use]
 pub fn occluded(scene: &Scene, ray: &Ray) -> bool {
+    let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     targets(scene)
         .filter_map(|(id, shape)| intersect_shape(id, &shape, ray, &slabs))

@@ -78,6 +78,7 @@ fn traverse(
 /// Returns the closest hit; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
+    let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
     traverse(bvh, &slabs, ray.t_max, stack, |range| {
@@ -96,6 +97,7 @@ pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
 /// Returns whether anything is hit before the ray's end.
 #[must_use]
 pub fn occluded(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
+    let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut found = false;
     traverse(bvh, &slabs, ray.t_max, stack, |range| {

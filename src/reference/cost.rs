@@ -32,6 +32,7 @@ pub struct Stack(Vec<(f32, Child)>);
 /// Returns the closest hit and its cost. Nearer children come first; packets and bundles would share some of the cost.
 #[must_use]
 pub fn closest_hit(scene: &Scene, bvh: &Bvh, Stack(stack): &mut Stack, ray: &Ray) -> (Hit, Cost) {
+    let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
     let mut cost = Cost::default();

@@ -7,7 +7,7 @@ use super::{
     Filter, Mode, OnProgress, Pattern, RenderError, Renderer, Settings,
     bands::Bands,
     frame::{FrameContext, TileRect},
-    renderer::Watch,
+    renderer::{Watch, no_memory},
     sampling::CameraRays,
     tile::generate_rays,
 };
@@ -69,7 +69,7 @@ impl Renderer<'_> {
         costs: bool,
         on_progress: OnProgress<'_>,
     ) -> Result<Aovs, RenderError> {
-        settings.validate()?;
+        self.check(settings)?;
         let (scene, bvh) = self.scene();
         let window = settings.window();
         let settings = Settings {
@@ -86,7 +86,10 @@ impl Renderer<'_> {
             settings,
         };
         let watch = Watch::new(window, on_progress);
-        let mut pixels = vec![Aov::MISS; window.width() as usize * window.height() as usize];
+        let count = window.width() as usize * window.height() as usize;
+        let mut pixels = Vec::new();
+        pixels.try_reserve_exact(count).map_err(|_| no_memory(window))?;
+        pixels.resize(count, Aov::MISS);
         let scratch = ThreadLocal::new();
         let mut render = || {
             Bands::new(&mut pixels, window.width(), TILE[1])

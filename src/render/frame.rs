@@ -32,7 +32,7 @@ pub(super) struct FrameContext<'a> {
 /// because it keeps threads and memory.
 ///
 /// # Errors
-/// [`RenderError`] if a setting is out of range, memory or threads are lacking, or `on_progress` returns `Break`.
+/// [`RenderError`], as [`Renderer::render`].
 pub fn render(
     scene: &Scene,
     bvh: &Bvh,
@@ -40,9 +40,7 @@ pub fn render(
     settings: &Settings,
     on_progress: OnProgress<'_>,
 ) -> Result<Frame, RenderError> {
-    settings.validate()?;
-    let window = settings.window();
-    let mut film = Film::new(window.width(), window.height());
+    let mut film = Film::new(0, 0);
     let stats = Renderer::new(scene, bvh).render(camera, settings, &mut film, on_progress)?;
     let FrameStats {
         rays,

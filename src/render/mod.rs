@@ -26,8 +26,7 @@ pub use transfer::Transfer;
 use crate::classic;
 use std::{fmt, ops::ControlFlow, time::Duration};
 
-/// The most samples along a side of a picture: sample offsets are integers that must be exact in `f32`.
-pub const MAX_SIDE_SAMPLES: u32 = 1 << 23;
+pub use crate::scene::MAX_SIDE_SAMPLES;
 
 /// The most pixels of a film.
 pub const MAX_PIXELS: u64 = 1 << 28;
@@ -185,6 +184,8 @@ pub enum RenderError {
     Cancelled,
     /// The threads could not be started.
     Threads(String),
+    /// The hierarchy was built from another scene.
+    OtherScene,
 }
 
 impl fmt::Display for RenderError {
@@ -192,6 +193,7 @@ impl fmt::Display for RenderError {
         match self {
             Self::Limit(what) => write!(f, "{what}"),
             Self::Cancelled => write!(f, "cancelled"),
+            Self::OtherScene => write!(f, "the BVH was built from another scene"),
             Self::Threads(why) => write!(f, "cannot start the render threads: {why}"),
         }
     }

@@ -76,7 +76,8 @@ impl<'a> Renderer<'a> {
     /// [`RenderError::Cancelled`] the film has the finished pixels, and the others are unchanged.
     ///
     /// # Errors
-    /// [`RenderError`] if a setting is out of range, memory or threads are lacking, or `on_progress` returns `Break`.
+    /// [`RenderError`] if a setting is out of range, `bvh` was built from another scene, memory or threads are lacking, or
+    /// `on_progress` returns `Break`.
     pub fn render<P: Pixel>(
         &mut self,
         camera: &Camera,
@@ -84,16 +85,11 @@ impl<'a> Renderer<'a> {
         film: &mut Film<P>,
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStats, RenderError> {
-        settings.validate()?;
+        self.check(settings)?;
         let start = Instant::now();
         let window = settings.window();
-        film.try_resize(window.width(), window.height()).map_err(|_| {
-            RenderError::Limit(format!(
-                "a picture of {}x{} does not fit into memory",
-                window.width(),
-                window.height()
-            ))
-        })?;
+        film.try_resize(window.width(), window.height())
+            .map_err(|_| no_memory(window))?;
         self.pool = self.pool_for(settings.threads)?;
         let (rays, tile_times) = match &self.pool {
             Some(pool) => pool.install(|| self.bands(camera, settings, film, on_progress)),
@@ -104,6 +100,14 @@ impl<'a> Renderer<'a> {
             elapsed: start.elapsed(),
             tile_times,
         })
+    }
+
+    /// Checks the settings, and that scene and hierarchy belong together.
+    pub(super) fn check(&self, settings: &Settings) -> Result<(), RenderError> {
+        if !self.bvh.is_of(self.scene) {
+            return Err(RenderError::OtherScene);
+        }
+        settings.validate()
     }
 
     pub(super) fn scene(&self) -> (&'a Scene, &'a Bvh) {
@@ -193,6 +197,15 @@ impl<'a> Renderer<'a> {
         }
         counts
     }
+}
+
+/// The error about a picture that does not fit into memory.
+pub(super) fn no_memory(window: Crop) -> RenderError {
+    RenderError::Limit(format!(
+        "a picture of {}x{} does not fit into memory",
+        window.width(),
+        window.height()
+    ))
 }
 
 /// The progress and the cancellation of a frame.

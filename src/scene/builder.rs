@@ -6,8 +6,8 @@ mod mesh;
 pub use mesh::TriangleMesh;
 
 use super::{
-    Background, Lights, Material, MaterialId, NamedCamera, Scene, Sources, Spheres, Triangles, Vertices,
-    is_usable,
+    Background, Lights, Material, MaterialId, NamedCamera, Scene, SceneId, Sources, Spheres, Triangles,
+    Vertices, is_usable,
     material::{check_color, check_share},
 };
 use crate::{classic, error::SceneError, math::Aabb};
@@ -19,7 +19,7 @@ use std::{collections::HashMap, path::PathBuf};
 const MAX_COUNT: usize = u32::MAX as usize - 8;
 
 /// The most materials: each render thread keeps a queue for each.
-const MAX_MATERIALS: usize = 1 << 20;
+pub(crate) const MAX_MATERIALS: usize = 1 << 20;
 /// The most lights of a scene: each costs a shadow ray for every visible point.
 pub const MAX_LIGHTS: usize = 1024;
 /// The most textures that a scene lists.
@@ -392,6 +392,7 @@ impl SceneBuilder {
             origin: Vec3::ZERO,
             bounds: Aabb::EMPTY,
             degenerate: 0,
+            id: SceneId::next(),
         };
         (scene.bounds, scene.degenerate) = scene.triangle_extent();
         for i in 0..scene.spheres.radius.len() {

@@ -9,6 +9,9 @@ use crate::{
 use glam::{DVec3, Vec3};
 use std::fmt;
 
+/// The most samples along a side of a picture: sample offsets are integers that must be exact in `f32`.
+pub const MAX_SIDE_SAMPLES: u32 = 1 << 23;
+
 /// Why a camera cannot be set up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CameraError {
@@ -157,9 +160,20 @@ impl Camera {
     }
 
     /// Returns the rays of a picture of `scene`: `width` x `height` pixels of `samples_per_axis`² samples each.
+    ///
+    /// # Panics
+    /// If a side has no pixel or sample, or more than [`MAX_SIDE_SAMPLES`] samples.
     #[must_use]
     pub fn pixel_rays(&self, scene: &Scene, width: u32, height: u32, samples_per_axis: u32) -> PixelRays {
         let n = samples_per_axis;
+        let along = |pixels: u32| {
+            let samples = pixels.saturating_mul(n);
+            assert!(
+                (1..=MAX_SIDE_SAMPLES).contains(&samples),
+                "{pixels} pixels of {n} samples along a side, expected at most {MAX_SIDE_SAMPLES} samples"
+            );
+            samples as i32
+        };
         // Half a sample's width: sample centres are odd multiples of it.
         let step = (self.half_height / (f64::from(height) * f64::from(n))) as f32;
         PixelRays {
@@ -169,8 +183,8 @@ impl Camera {
             up: self.up.as_vec3(),
             step,
             samples_per_axis: n as i32,
-            width_samples: (width * n) as i32,
-            height_samples: (height * n) as i32,
+            width_samples: along(width),
+            height_samples: along(height),
         }
     }
 }

@@ -13,8 +13,8 @@ mod weld;
 
 pub use background::Background;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, TriangleMesh};
-pub(crate) use builder::{MAX_TEXTURES, check_memory};
-pub use camera::{Camera, CameraError, NamedCamera, PixelRays, View, for_each_packet};
+pub(crate) use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
+pub use camera::{Camera, CameraError, MAX_SIDE_SAMPLES, NamedCamera, PixelRays, View, for_each_packet};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use material::{MAX_ALPHA, Material};
@@ -24,7 +24,11 @@ pub(crate) use weld::weld;
 
 use crate::{math::Aabb, ray::PrimitiveId};
 use glam::Vec3;
-use std::{collections::BTreeSet, path::PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::PathBuf,
+    sync::atomic::{AtomicU64, Ordering},
+};
 
 /// The largest absolute coordinate, radius or intensity of a scene. The kernels multiply up to four differences of
 /// coordinates, which must stay finite in `f32`.
@@ -157,9 +161,25 @@ pub struct Scene {
     origin: Vec3,
     bounds: Aabb,
     degenerate: usize,
+    id: SceneId,
+}
+
+/// Tells scenes apart: no two have the same, except clones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SceneId(u64);
+
+impl SceneId {
+    pub(crate) fn next() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        Self(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
 }
 
 impl Scene {
+    pub(crate) fn id(&self) -> SceneId {
+        self.id
+    }
+
     /// Returns the vertices of all meshes.
     #[must_use]
     pub fn vertices(&self) -> &Vertices {

@@ -1,11 +1,17 @@
 //! Smooth vertex normals for meshes that have none.
 
 use super::{TriangleMesh, weld::weld};
+use crate::error::SceneError;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use std::collections::HashMap;
 
-/// The most faces around a vertex that are searched for creases: the search is quadratic.
+/// The most faces around a vertex that are compared with each other, which takes quadratic time. Vertices with more have
+/// no creases.
 const MAX_FACES: usize = 512;
+
+/// Peak memory, bytes per vertex and per triangle, if each corner gets a vertex of its own.
+const BYTES: [usize; 2] = [24, 120];
 
 impl TriangleMesh {
     /// Gives a mesh without normals smooth ones; a mesh that has normals stays as it is.
@@ -14,82 +20,116 @@ impl TriangleMesh {
     /// own face's, weighted by angle (Thürmer and Wüthrich, *Computing Vertex Normals from Polygonal Facets*, 1998).
     /// Vertices at the same position are welded first, and split where the normals differ. The result does not depend
     /// on the machine or the number of threads.
-    pub fn smooth_normals(&mut self, crease_degrees: f64) {
+    ///
+    /// # Errors
+    /// [`SceneError::TooMany`] or [`SceneError::NoMemory`]; the mesh is unchanged then.
+    pub fn smooth_normals(&mut self, crease_degrees: f64) -> Result<(), SceneError> {
         if !self.normals.is_empty() || self.triangles.is_empty() {
-            return;
+            return Ok(());
         }
+        self.check_room()?;
         let welded = weld(&self.x, &self.y, &self.z);
-        let position = |i: u32| {
-            let i = i as usize;
-            DVec3::new(self.x[i].into(), self.y[i].into(), self.z[i].into())
-        };
-        let faces: Vec<Vec3> = self
-            .triangles
-            .par_iter()
-            .map(|&[a, b, c]| {
-                let normal = (position(b) - position(a)).cross(position(c) - position(a));
-                normal.normalize_or_zero().as_vec3()
-            })
-            .collect();
         let adjacency = Adjacency::new(&self.triangles, &welded);
         let limit = libm::cos(crease_degrees.clamp(0.0, 180.0).to_radians()) as f32 - 1e-6;
-
-        let corner = |i: u32| (self.triangles[i as usize / 3], i as usize % 3);
-        let angle = |i: u32| {
-            let (corners, k) = corner(i);
-            let [p, q, r] = [k, (k + 1) % 3, (k + 2) % 3].map(|k| position(corners[k]));
-            let (a, b) = ((q - p).normalize_or_zero(), (r - p).normalize_or_zero());
-            libm::acos(a.dot(b).clamp(-1.0, 1.0)) as f32
-        };
-        let normals: Vec<Vec3> = (0..3 * self.triangles.len() as u32)
-            .into_par_iter()
-            .map(|i| {
-                let (corners, k) = corner(i);
-                let own = faces[i as usize / 3];
-                let others = adjacency.corners(welded[corners[k] as usize]);
-                let all = others.len() > MAX_FACES || own == Vec3::ZERO;
-                let near = others
-                    .iter()
-                    .filter(|&&other| all || faces[other as usize / 3].dot(own) >= limit);
-                let sum = near.fold(Vec3::ZERO, |sum, &other| {
-                    sum + faces[other as usize / 3] * angle(other)
-                });
-                sum.normalize_or(own)
-            })
-            .collect();
-        self.split(&normals, &welded);
+        let normals = self.corner_normals(&welded, &adjacency, limit);
+        let first = (0..normals.len() as u32).into_par_iter().map(|corner| {
+            let normal = normals[corner as usize];
+            let others = adjacency.corners(welded[self.corner(corner) as usize]);
+            let mut compared = others.iter().take(MAX_FACES);
+            // An extra vertex costs less than a long search.
+            let equal = compared.find(|&&other| normals[other as usize] == normal);
+            equal.copied().unwrap_or(corner)
+        });
+        let first: Vec<u32> = first.collect();
+        drop(adjacency);
+        self.split(&normals, &first, &welded);
+        Ok(())
     }
 
-    /// Replaces the vertices by one for each distinct normal at each welded position.
-    fn split(&mut self, normals: &[Vec3], welded: &[u32]) {
-        const NONE: u32 = u32::MAX;
-        // Linked lists: the first new vertex of each position, and the next one at the same position.
-        let mut first = vec![NONE; welded.len()];
-        let mut next: Vec<u32> = Vec::new();
-        let (mut x, mut y, mut z) = (Vec::new(), Vec::new(), Vec::new());
-        for (corner, vertex) in self.triangles.as_flattened_mut().iter_mut().enumerate() {
-            let normal = normals[corner];
-            let at = welded[*vertex as usize] as usize;
-            let mut found = first[at];
-            let mut steps = 0;
-            while found != NONE && self.normals[found as usize] != normal {
-                found = next[found as usize];
-                steps += 1;
-                // An extra vertex costs less than a long search.
-                if steps > MAX_FACES {
-                    found = NONE;
-                }
+    /// Checks that the arrays can be allocated. Untouched memory costs nothing.
+    fn check_room(&self) -> Result<(), SceneError> {
+        const MOST: usize = u32::MAX as usize / 3;
+        let [vertex, triangle] = BYTES;
+        let bytes = self.x.len() * vertex + self.triangles.len() * triangle;
+        let mut room: Vec<u8> = Vec::new();
+        let reserved = room.try_reserve_exact(bytes);
+        // Keeps the compiler from removing the allocation.
+        std::hint::black_box(&room);
+        if self.triangles.len() > MOST {
+            let (what, limit) = ("triangles", MOST);
+            return Err(SceneError::TooMany { what, limit });
+        }
+        reserved.map_err(|_| SceneError::NoMemory { what: "normals" })
+    }
+
+    /// The vertex at corner `i % 3` of triangle `i / 3`.
+    fn corner(&self, i: u32) -> u32 {
+        self.triangles.as_flattened()[i as usize]
+    }
+
+    fn position(&self, vertex: u32) -> DVec3 {
+        let i = vertex as usize;
+        DVec3::new(self.x[i].into(), self.y[i].into(), self.z[i].into())
+    }
+
+    /// The angle of a triangle at a corner.
+    fn angle(&self, corner: u32) -> f32 {
+        let first = corner / 3 * 3;
+        let [p, q, r] = [0, 1, 2].map(|k| self.position(self.corner(first + (corner - first + k) % 3)));
+        let (a, b) = ((q - p).normalize_or_zero(), (r - p).normalize_or_zero());
+        libm::acos(a.dot(b).clamp(-1.0, 1.0)) as f32
+    }
+
+    /// The normal at each corner; `limit` is the cosine of the crease angle.
+    fn corner_normals(&self, welded: &[u32], adjacency: &Adjacency, limit: f32) -> Vec<Vec3> {
+        let faces = self.triangles.par_iter().map(|&[a, b, c]| {
+            let [a, b, c] = [a, b, c].map(|vertex| self.position(vertex));
+            (b - a).cross(c - a).normalize_or_zero().as_vec3()
+        });
+        let faces: Vec<Vec3> = faces.collect();
+        let angles = (0..3 * faces.len() as u32).into_par_iter();
+        let angles: Vec<f32> = angles.map(|corner| self.angle(corner)).collect();
+        let face = |corner: u32| faces[corner as usize / 3];
+        let add = |sum: Vec3, &corner: &u32| sum + face(corner) * angles[corner as usize];
+        // Summed once: around a hub all corners have the same sum.
+        let hubs = (0..welded.len() as u32).into_par_iter().filter_map(|vertex| {
+            let corners = adjacency.corners(vertex);
+            (corners.len() > MAX_FACES).then(|| (vertex, corners.iter().fold(Vec3::ZERO, add)))
+        });
+        let hubs: HashMap<u32, Vec3> = hubs.collect();
+        let normals = (0..3 * faces.len() as u32).into_par_iter().map(|corner| {
+            let own = face(corner);
+            let vertex = welded[self.corner(corner) as usize];
+            let corners = adjacency.corners(vertex);
+            if corners.len() > MAX_FACES {
+                return hubs[&vertex].normalize_or(own);
             }
-            if found == NONE {
-                found = next.len() as u32;
-                next.push(first[at]);
-                first[at] = found;
-                self.normals.push(normal);
+            let is_near = |other: &&u32| own == Vec3::ZERO || face(**other).dot(own) >= limit;
+            let sum = corners.iter().filter(is_near).fold(Vec3::ZERO, add);
+            sum.normalize_or(own)
+        });
+        normals.collect()
+    }
+
+    /// Replaces the vertices by one for each corner that is its own `first`: the first corner at its position with its
+    /// normal.
+    fn split(&mut self, normals: &[Vec3], first: &[u32], welded: &[u32]) {
+        let is_new = |corner: usize| first[corner] as usize == corner;
+        let count = (0..first.len()).filter(|&corner| is_new(corner)).count();
+        let [mut x, mut y, mut z] = [(); 3].map(|()| Vec::with_capacity(count));
+        self.normals.reserve_exact(count);
+        let corners = self.triangles.as_flattened_mut();
+        for corner in 0..first.len() {
+            let at = welded[corners[corner] as usize] as usize;
+            corners[corner] = if is_new(corner) {
                 x.push(self.x[at]);
                 y.push(self.y[at]);
                 z.push(self.z[at]);
-            }
-            *vertex = found;
+                self.normals.push(normals[corner]);
+                x.len() as u32 - 1
+            } else {
+                corners[first[corner] as usize]
+            };
         }
         (self.x, self.y, self.z) = (x, y, z);
     }
@@ -148,7 +188,7 @@ mod tests {
     #[test]
     fn a_blunt_edge_is_smoothed_and_a_sharp_one_kept() {
         let mut blunt = roof(20.0);
-        blunt.smooth_normals(30.0);
+        blunt.smooth_normals(30.0).expect("little memory");
         // The two vertices of the edge are shared now; their normals lie between those of the faces.
         assert_eq!(blunt.x.len(), 6);
         let edge = blunt.triangles[0][1] as usize;
@@ -160,7 +200,7 @@ mod tests {
         assert!((blunt.normals[edge].as_dvec3() - expected).length() < 1e-6);
 
         let mut sharp = roof(40.0);
-        sharp.smooth_normals(30.0);
+        sharp.smooth_normals(30.0).expect("little memory");
         assert_eq!(sharp.x.len(), 8);
         assert_eq!(sharp.normals[sharp.triangles[0][1] as usize], Vec3::Z);
     }
@@ -169,8 +209,9 @@ mod tests {
     fn existing_normals_are_kept() {
         let mut mesh = roof(20.0);
         mesh.normals = vec![Vec3::X; 8];
-        mesh.smooth_normals(30.0);
+        mesh.smooth_normals(30.0).expect("little memory");
         assert_eq!(mesh.normals, [Vec3::X; 8]);
-        TriangleMesh::default().smooth_normals(30.0);
+        let empty = TriangleMesh::default().smooth_normals(30.0);
+        assert_eq!(empty, Ok(()));
     }
 }

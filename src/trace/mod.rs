@@ -327,6 +327,7 @@ impl<'a> Tracer<'a> {
             }
             Origins::Separate(origins) => {
                 assert_eq!(rays.len(), origins.len(), "an origin for each ray");
+                self.origin = Vec3::ZERO;
                 Some(origins)
             }
         }

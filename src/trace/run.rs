@@ -8,12 +8,13 @@ use super::{
 use crate::{
     accel::LeafBlocks,
     geometry::TriangleLeaf,
-    ray::RayPacket,
+    ray::{RayPacket, not_finite},
     simd::{
-        F32x8, Vec3x8,
+        F32x8, Mask8, Vec3x8,
         pair::{self, F32x8x2},
     },
 };
+use glam::Vec3;
 
 /// Rays to trace, and where their results go.
 struct Work<'a, A> {
@@ -23,6 +24,26 @@ struct Work<'a, A> {
     results: A,
     /// The first packet that is not traced yet.
     next: usize,
+}
+
+/// Copies rays and their origins, without those that are not valid. With a shared origin, `origins` is empty.
+#[cold]
+fn without_invalid(
+    rays: &[RayPacket],
+    origins: &[Vec3x8],
+    shared: &mut Vec3,
+) -> (Vec<RayPacket>, Vec<Vec3x8>) {
+    let (mut rays, mut origins) = (rays.to_vec(), origins.to_vec());
+    for (i, packet) in rays.iter_mut().enumerate() {
+        match origins.get_mut(i) {
+            Some(origin) => packet.make_valid(origin),
+            None => packet.make_valid(&mut Vec3x8::splat(*shared)),
+        }
+    }
+    if !shared.is_finite() {
+        *shared = Vec3::ZERO;
+    }
+    (rays, origins)
 }
 
 impl Tracer<'_> {
@@ -35,15 +56,36 @@ impl Tracer<'_> {
         origins: &[Vec3x8],
         results: A,
     ) {
-        #[cfg(target_arch = "x86_64")]
-        use crate::simd::avx512::{self, F32x16, F32x16x2};
-        let mut work = Work {
+        let work = Work {
             rays,
             origins,
             results,
             next: 0,
         };
-        while work.next < rays.len() {
+        let work = self.trace_valid::<B, A, ANY, SHARED>(blocks, work);
+        if work.next == rays.len() {
+            return;
+        }
+        let (rays, origins) = without_invalid(rays, origins, &mut self.origin);
+        let work = Work {
+            rays: &rays,
+            origins: &origins,
+            ..work
+        };
+        self.trace_valid::<B, A, ANY, SHARED>(blocks, work);
+    }
+
+    /// Traces up to the first group that holds an invalid ray.
+    fn trace_valid<'w, B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
+        &mut self,
+        blocks: LeafBlocks<'_, B>,
+        mut work: Work<'w, A>,
+    ) -> Work<'w, A> {
+        #[cfg(target_arch = "x86_64")]
+        use crate::simd::avx512::{self, F32x16, F32x16x2};
+        let mut done = usize::MAX;
+        while work.next < work.rays.len() && work.next != done {
+            done = work.next;
             #[cfg(target_arch = "x86_64")]
             if self.method != Method::Packet
                 && self.method != Method::AdaptiveBaseline
@@ -68,6 +110,7 @@ impl Tracer<'_> {
                 work = self.run::<B, F32x8, A, ANY, SHARED>(blocks, work);
             }
         }
+        work
     }
 
     /// [`run`](Self::run) with AVX-512.
@@ -81,7 +124,8 @@ impl Tracer<'_> {
         self.run::<B, V, A, ANY, SHARED>(blocks, work)
     }
 
-    /// Traces as the packets come, or sorted by direction. Returns early if the next rays may need another width.
+    /// Traces as the packets come, or sorted by direction. Returns early if the next rays may need another width, or if
+    /// there is an invalid one among them.
     #[inline(always)]
     fn run<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
@@ -110,6 +154,10 @@ impl Tracer<'_> {
         let was_high = self.density.is_high;
         for start in (next..rays.len()).step_by(at_a_time) {
             let end = rays.len().min(start + at_a_time);
+            let origins_of_group = if SHARED { &[] } else { &origins[start..end] };
+            if !self.are_valid(&rays[start..end], origins_of_group) {
+                break;
+            }
             next = end;
             let (mut entry, mut order) = (None, None);
             if SHARED && !ANY && is_adaptive {
@@ -158,13 +206,26 @@ impl Tracer<'_> {
             next,
         }
     }
+
+    /// Whether all rays are valid: minima and maxima of others depend on the order.
+    #[inline(always)]
+    fn are_valid(&self, rays: &[RayPacket], origins: &[Vec3x8]) -> bool {
+        let mut invalid = Mask8::NONE;
+        for packet in rays {
+            invalid = invalid | packet.invalid();
+        }
+        for points in origins {
+            invalid = invalid | not_finite(points);
+        }
+        self.origin.is_finite() && !invalid.any()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::{
         accel::Bvh,
-        ray::{Origins, RayPacket},
+        ray::{Hit, HitPacket, Origins, Ray, RayPacket, RayPackets},
         scene::SceneBuilder,
         simd::{F32x8, LANES, Vec3x8},
         trace::{Method, Tracer, Widths, order},
@@ -232,6 +293,108 @@ mod tests {
                 assert!(first == expected[0], "{method:?} {widths:?}");
                 assert!(blocked(&mut tracer) == expected, "{method:?} {widths:?}");
             }
+        }
+    }
+
+    /// One invalid ray among hundreds: the others find what they find without it, and it finds nothing.
+    #[test]
+    fn invalid_rays_hit_nothing_and_change_no_other() {
+        let mut random = fastrand::Rng::with_seed(9);
+        let mut unit = move || random.f32() * 2.0 - 1.0;
+        let mut vector = move || Vec3::new(unit(), unit(), unit());
+        let mut builder = SceneBuilder::new();
+        let material = builder.classic_material(1).unwrap();
+        for _ in 0..2000 {
+            let at = vector();
+            let corners = [at, at + vector() * 0.2, at + vector() * 0.2];
+            builder.add_triangle(corners, material).unwrap();
+        }
+        let scene = builder.finish();
+        let bvh = Bvh::build(&scene);
+        let mut towards = |origin: Vec3| Ray::new(origin, (vector() - origin).normalize());
+        let shared = Vec3::new(0.1, 0.2, 2.5);
+        let from_one: Vec<Ray> = (0..2048).map(|_| towards(shared)).collect();
+        let apart: Vec<Ray> = from_one.iter().map(|ray| towards(ray.direction * 3.0)).collect();
+        let spoiled = |ray: Ray| {
+            let [x, y, z] = ray.direction.to_array();
+            [
+                Ray {
+                    direction: Vec3::new(f32::NAN, y, z),
+                    ..ray
+                },
+                Ray {
+                    direction: Vec3::new(x, f32::INFINITY, z),
+                    ..ray
+                },
+                Ray {
+                    direction: Vec3::ZERO,
+                    ..ray
+                },
+                Ray {
+                    t_max: f32::NAN,
+                    ..ray
+                },
+                Ray {
+                    t_max: f32::INFINITY,
+                    ..ray
+                },
+                Ray {
+                    origin: Vec3::new(x, y, f32::NEG_INFINITY),
+                    ..ray
+                },
+            ]
+        };
+        for method in [
+            Method::Adaptive,
+            Method::AdaptiveBaseline,
+            Method::Packet,
+            Method::Single,
+        ] {
+            for (origin, valid) in [(Some(shared), &from_one), (None, &apart)] {
+                let traced = |rays: &[Ray]| {
+                    let mut packets = RayPackets::default();
+                    packets.restart(origin);
+                    for eight in rays.as_chunks::<LANES>().0 {
+                        packets.push_rays(eight);
+                    }
+                    let count = packets.packets().len();
+                    let mut hits = vec![HitPacket::miss(F32x8::ZERO); count];
+                    let mut blocked = vec![0; count];
+                    let mut tracer = Tracer::with_method(&bvh, method);
+                    tracer.closest_hit(packets.origins(), packets.packets(), &mut hits);
+                    tracer.occluded(packets.origins(), packets.packets(), &mut blocked);
+                    let found = |i: usize| {
+                        (
+                            hits[i / LANES].hit(i % LANES),
+                            blocked[i / LANES] >> (i % LANES) & 1,
+                        )
+                    };
+                    (0..rays.len()).map(found).collect::<Vec<_>>()
+                };
+                let expected = traced(valid);
+                assert!(expected.iter().filter(|(hit, _)| hit.is_hit()).count() > 300);
+                for i in [0, 7, 700, 2047] {
+                    for spoiled in spoiled(valid[i]) {
+                        if spoiled.is_valid() || origin.is_some() && !spoiled.origin.is_finite() {
+                            continue;
+                        }
+                        let mut rays = valid.clone();
+                        rays[i] = spoiled;
+                        let mut found = traced(&rays);
+                        assert_eq!(found[i], (Hit::miss(0.0), 0), "{method:?} {i} {spoiled:?}");
+                        found[i] = expected[i];
+                        assert!(found == expected, "{method:?} {i} {spoiled:?}");
+                    }
+                }
+            }
+            let mut hits = [HitPacket::miss(F32x8::ZERO)];
+            let rays = [RayPacket {
+                direction: Vec3x8::splat(Vec3::X),
+                t_max: F32x8::splat(1e9),
+            }];
+            let nowhere = Origins::Shared(Vec3::splat(f32::NAN));
+            Tracer::with_method(&bvh, method).closest_hit(nowhere, &rays, &mut hits);
+            assert!((0..LANES).all(|lane| hits[0].hit(lane) == Hit::miss(0.0)));
         }
     }
 }

@@ -41,7 +41,8 @@ impl Group {
         }
     }
 
-    /// Makes up to `most` random rays: similar, with a shared origin, or unrelated; some have `t_max` 0.
+    /// Makes up to `most` random rays: similar, with a shared origin, or unrelated; some have `t_max` 0, and some are
+    /// [invalid](Ray::is_valid).
     /// Most groups fit into one bundle; some are larger than the number that is sorted together.
     pub fn random(random: &mut Random, scene: &Scene, most: usize) -> Self {
         let packets = match random.below(32) {
@@ -84,8 +85,35 @@ impl Group {
             }
             ray
         });
-        let rays = rays.collect();
-        Self::new(matches!(kind, 1 | 2), rays)
+        let mut rays: Vec<Ray> = rays.collect();
+        let shared = matches!(kind, 1 | 2);
+        if random.one_in(4) {
+            for _ in 0..=random.below(4) {
+                let i = random.index(rays.len());
+                // A shared origin is that of all rays.
+                let origin = rays[i].origin;
+                spoil(random, &mut rays[i]);
+                if shared && rays[i].origin != origin {
+                    let spoiled = rays[i].origin;
+                    for ray in &mut rays {
+                        ray.origin = spoiled;
+                    }
+                }
+            }
+        }
+        Self::new(shared, rays)
+    }
+}
+
+/// Makes a ray invalid.
+fn spoil(random: &mut Random, ray: &mut Ray) {
+    let number = random.pick(&[f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY]);
+    let axis = random.index(3);
+    match random.below(16) {
+        0 => ray.origin[axis] = number,
+        1..=8 => ray.direction[axis] = number,
+        9..=12 => ray.t_max = number,
+        _ => ray.direction = Vec3::ZERO,
     }
 }
 

@@ -22,6 +22,7 @@ mod replay;
 mod same_hits;
 mod sameness;
 mod scene_language;
+mod strangers_mesh;
 mod strangers_scene;
 mod watertight;
 

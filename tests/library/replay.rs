@@ -71,7 +71,7 @@ fn random_bytes() {
     } else {
         300
     };
-    for name in ["scn_grammar", "ply_grammar", "picture"] {
+    for name in ["scn_grammar", "ply_grammar", "picture", "mesh_grammar"] {
         let target = crate::targets::by_name(name).expect("a target");
         for round in 0..rounds {
             let bytes: Vec<u8> = (0..random.usize(1..600)).map(|_| random.u8(..)).collect();

@@ -206,7 +206,7 @@ fn arguments(seeds: &mut Vec<Seed>) {
 /// Random bytes, for the targets that read them as choices.
 fn choices(seeds: &mut Vec<Seed>) {
     let mut random = fastrand::Rng::with_seed(1);
-    for target in ["scn_grammar", "ply_grammar", "picture"] {
+    for target in ["scn_grammar", "ply_grammar", "picture", "mesh_grammar"] {
         for i in 0..12 {
             let bytes: Vec<u8> = (0..32 << (i / 3)).map(|_| random.u8(..)).collect();
             add(seeds, target, &i.to_string(), bytes);

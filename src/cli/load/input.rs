@@ -9,7 +9,7 @@ use crate::{
     },
     error::{LoadError, SceneError, clip_path},
     format::{self, Loaded, mesh::LoadedMesh},
-    scene::{Camera, NamedCamera, Scene, SceneBuilder},
+    scene::{Camera, NamedCamera, Scene, SceneBuilder, check_memory},
 };
 use glam::DVec3;
 use std::{
@@ -82,7 +82,12 @@ fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Result<In
             let note = "the mesh has normals of its own, so --smooth-angle has no effect";
             loaded.notes.push(format!("{}: {note}", clip_path(path)));
         }
-        loaded.columns.smooth_normals(degrees);
+        // Smoothing takes about as much memory as the scene. Each vertex gets a normal.
+        let (triangles, vertices) = (loaded.columns.triangles.len(), loaded.columns.x.len());
+        let fits = check_memory([triangles, 0, 2 * vertices], memory);
+        fits.map_err(|error| failed(path, &error))?;
+        let smoothed = loaded.columns.smooth_normals(degrees);
+        smoothed.map_err(|error| failed(path, &error))?;
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
     let camera = plan.camera.for_mesh(&loaded, up, plan.aspect, mesh.turning)?;

@@ -37,7 +37,7 @@ pub struct LoadedMesh {
 }
 
 /// Longer names are no files.
-const MAX_NAME: usize = 4096;
+pub(super) const MAX_NAME: usize = 4096;
 
 /// The most cameras that a mesh has, and that a scene takes from its meshes.
 pub(super) const MAX_CAMERAS: usize = 1 << 10;

@@ -2,6 +2,7 @@
 
 use super::{
     super::{
+        budget::{Budget, BudgetError},
         left_out::counted,
         place::{TextFault, Words},
         polygon::{Cutter, Fans},
@@ -10,7 +11,7 @@ use super::{
 };
 use crate::{error::quote, scene::TriangleMesh};
 use glam::{DVec3, Vec3};
-use std::ops::Range;
+use std::{collections::HashMap, ops::Range};
 
 /// A corner as written: 1-based, or negative and counted from the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +22,9 @@ pub(super) struct Corner {
 
 /// A corner without a normal.
 const NONE: u32 = u32::MAX;
+
+/// How many vertices at one position are searched one by one.
+const MOST_STEPS: usize = 16;
 
 /// The corners of all triangles.
 #[derive(Default)]
@@ -54,6 +58,7 @@ impl Corners {
         keyword: &Range<usize>,
         sizes: [usize; 2],
         limits: Option<[usize; 2]>,
+        budget: &Budget,
     ) -> Result<usize, TextFault> {
         self.face.clear();
         let whole_line = keyword.start..words.end_of_words();
@@ -107,6 +112,7 @@ impl Corners {
             if normal != NONE {
                 self.largest[1] = self.largest[1].max(normal);
             }
+            budget.reserve(&mut self.face, 1)?;
             self.face.push([position, normal]);
         }
         if self.face.len() < 3 {
@@ -116,20 +122,28 @@ impl Corners {
             );
             return Err(TextFault::new(whole_line, message));
         }
-        if self.face.iter().any(|corner| corner[1] != NONE) {
-            self.normals.resize(self.positions.len(), [NONE; 3]);
-        }
-        let has_normals =
-            self.normals.len() == self.positions.len() && self.face.iter().any(|c| c[1] != NONE);
+        Ok(self.add_fan(budget)?)
+    }
+
+    /// Adds the current face as a fan and returns its number of triangles.
+    fn add_fan(&mut self, budget: &Budget) -> Result<usize, BudgetError> {
         let (first, others) = (self.face[0], &self.face[1..]);
-        self.polygons.add(self.positions.len(), others.len() - 1, 1);
+        let (start, count) = (self.positions.len(), others.len() - 1);
+        let has_normals = self.face.iter().any(|corner| corner[1] != NONE);
+        if has_normals {
+            let missing = start + count - self.normals.len();
+            budget.reserve(&mut self.normals, missing)?;
+            self.normals.resize(start, [NONE; 3]);
+        }
+        budget.reserve(&mut self.positions, count)?;
+        self.polygons.add(start, count, 1, budget)?;
         for pair in others.windows(2) {
             self.positions.push([first[0], pair[0][0], pair[1][0]]);
             if has_normals {
                 self.normals.push([first[1], pair[0][1], pair[1][1]]);
             }
         }
-        Ok(others.len() - 1)
+        Ok(count)
     }
 
     /// Triangulates concave faces; `mesh` holds the positions.
@@ -164,7 +178,12 @@ impl Corners {
     }
 
     /// Moves the corners into a mesh that holds the positions. A position with several normals becomes several vertices.
-    pub(super) fn into_columns(self, normals: &[[f32; 3]], mesh: &mut TriangleMesh) -> Result<(), String> {
+    pub(super) fn into_columns(
+        self,
+        normals: &[[f32; 3]],
+        mesh: &mut TriangleMesh,
+        budget: &Budget,
+    ) -> Result<(), BudgetError> {
         let Self {
             mut positions,
             normals: mut normal_corners,
@@ -174,49 +193,102 @@ impl Corners {
             mesh.triangles = positions;
             return Ok(());
         }
+        let missing = positions.len() - normal_corners.len();
+        budget.reserve(&mut normal_corners, missing)?;
         normal_corners.resize(positions.len(), [NONE; 3]);
-        let no_memory = |_| "the mesh does not fit into memory".to_owned();
-        let count = mesh.x.len();
-        // Each vertex's normal, once a corner sets it, and the next vertex at the same position.
-        let mut normal_of: Vec<Option<u32>> = Vec::new();
-        let mut next: Vec<u32> = Vec::new();
-        normal_of.try_reserve_exact(count).map_err(no_memory)?;
-        next.try_reserve_exact(count).map_err(no_memory)?;
-        normal_of.resize(count, None);
-        next.resize(count, NONE);
+        let mut vertices = Vertices::new(mesh.x.len(), budget)?;
         for (corners, normals) in positions.iter_mut().zip(&normal_corners) {
             for (corner, &normal) in corners.iter_mut().zip(normals) {
-                let mut vertex = *corner as usize;
-                loop {
-                    match normal_of[vertex] {
-                        None => normal_of[vertex] = Some(normal),
-                        Some(other) if other == normal => {}
-                        Some(_) if next[vertex] == NONE => {
-                            let copy = normal_of.len();
-                            next[vertex] = u32::try_from(copy).map_err(|_| "too many vertices".to_owned())?;
-                            next.push(NONE);
-                            normal_of.push(Some(normal));
-                            for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-                                column.push(column[*corner as usize]);
-                            }
-                            vertex = copy;
-                        }
-                        Some(_) => {
-                            vertex = next[vertex] as usize;
-                            continue;
-                        }
+                let position = *corner;
+                let vertex = vertices.vertex(position, normal)?;
+                if vertex as usize == mesh.x.len() {
+                    for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
+                        budget.reserve(column, 1)?;
+                        column.push(column[position as usize]);
                     }
-                    break;
                 }
-                *corner = vertex as u32;
+                *corner = vertex;
             }
         }
+        drop(normal_corners);
         let normal = |index: &Option<u32>| {
             let normal = index.and_then(|index| normals.get(index as usize));
             normal.map_or(Vec3::ZERO, |&normal| Vec3::from_array(normal))
         };
-        mesh.normals = normal_of.iter().map(normal).collect();
+        let count = vertices.normals.len();
+        budget.reserve(&mut mesh.normals, count)?;
+        mesh.normals.extend(vertices.normals.iter().map(normal));
         mesh.triangles = positions;
         Ok(())
+    }
+}
+
+/// The vertices: one for each position, and more for its further normals.
+struct Vertices<'a> {
+    budget: &'a Budget,
+    /// Each vertex's normal, once a corner sets it.
+    normals: Vec<Option<u32>>,
+    /// The next vertex at the same position.
+    next: Vec<u32>,
+    /// The vertex by position and normal, beyond [`MOST_STEPS`] at a position.
+    others: HashMap<[u32; 2], u32>,
+}
+
+/// Memory of an entry of [`Vertices::others`], bytes: it may be half empty, and moves as it grows.
+const ENTRY_BYTES: usize = 48;
+
+impl<'a> Vertices<'a> {
+    fn new(positions: usize, budget: &'a Budget) -> Result<Self, BudgetError> {
+        let (mut normals, mut next) = (Vec::new(), Vec::new());
+        budget.reserve(&mut normals, positions)?;
+        budget.reserve(&mut next, positions)?;
+        normals.resize(positions, None);
+        next.resize(positions, NONE);
+        Ok(Self {
+            budget,
+            normals,
+            next,
+            others: HashMap::new(),
+        })
+    }
+
+    /// The vertex with this position and normal.
+    fn vertex(&mut self, position: u32, normal: u32) -> Result<u32, BudgetError> {
+        let (mut vertex, mut steps) = (position, 0);
+        loop {
+            let at = vertex as usize;
+            match self.normals[at] {
+                None => {
+                    self.normals[at] = Some(normal);
+                    return Ok(vertex);
+                }
+                Some(other) if other == normal => return Ok(vertex),
+                Some(_) if steps == MOST_STEPS => break,
+                Some(_) if self.next[at] == NONE => {
+                    self.next[at] = self.add(normal)?;
+                    return Ok(self.next[at]);
+                }
+                Some(_) => vertex = self.next[at],
+            }
+            steps += 1;
+        }
+        if let Some(&vertex) = self.others.get(&[position, normal]) {
+            return Ok(vertex);
+        }
+        self.budget.take(ENTRY_BYTES)?;
+        let reserved = self.others.try_reserve(1);
+        reserved.map_err(|_| BudgetError::NoMemory)?;
+        let copy = self.add(normal)?;
+        self.others.insert([position, normal], copy);
+        Ok(copy)
+    }
+
+    /// Adds a vertex.
+    fn add(&mut self, normal: u32) -> Result<u32, BudgetError> {
+        self.budget.reserve(&mut self.normals, 1)?;
+        self.budget.reserve(&mut self.next, 1)?;
+        self.normals.push(Some(normal));
+        self.next.push(NONE);
+        Ok(self.normals.len() as u32 - 1)
     }
 }

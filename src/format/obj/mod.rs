@@ -13,22 +13,22 @@ mod mtl;
 
 use super::{
     OpenMesh,
-    budget::Budget,
+    budget::{Budget, BudgetError},
     files,
     left_out::{LeftOut, name_list},
-    mesh::{LoadedMesh, MeshFormat, Surface, UpAxis, UpSource},
+    mesh::{LoadedMesh, MAX_NAME, MeshFormat, Surface, UpAxis, UpSource},
     place::{TextFault, Words, after_mark, refuse_binary},
 };
 use crate::{
-    error::{LoadError, SceneError, SourcePos, quote},
-    scene::{TriangleMesh, is_usable},
+    error::{LoadError, SceneError, SourcePos, in_bytes, quote},
+    scene::{MAX_MATERIALS, TriangleMesh, is_usable},
 };
 use corners::{Corner, Corners};
 use std::{
     borrow::Cow,
     collections::{HashMap, HashSet},
     ops::Range,
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
 };
 
 /// A triangle without a known material.
@@ -36,6 +36,10 @@ const NO_SURFACE: u32 = u32::MAX;
 
 /// After this many notes no further library is read.
 const MOST_NOTES: usize = 20;
+/// The most material libraries of a mesh.
+const MOST_LIBRARIES: usize = 1024;
+/// The most bytes of all material libraries of a mesh. One file may have many names.
+const MOST_LIBRARY_BYTES: usize = 1 << 28;
 
 /// Reads a mesh; `open` gives the .mtl files that it names. A missing one becomes a note.
 ///
@@ -45,18 +49,19 @@ pub(super) fn parse(
     bytes: &[u8],
     path: &Path,
     open: OpenMesh<'_>,
-    _budget: &Budget,
+    budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
-    read(bytes, path, open).map_err(|fault| fault.into_error(bytes, path))
+    read(bytes, path, open, budget).map_err(|fault| fault.into_error(bytes, path))
 }
 
-fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, TextFault> {
+fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>, budget: &Budget) -> Result<LoadedMesh, TextFault> {
     if bytes.is_empty() {
         return Err(TextFault::new(0..0, "the file is empty, expected an OBJ mesh"));
     }
     refuse_binary(bytes, "the text of an OBJ mesh")?;
-    let text = &join_lines(bytes)[..];
-    let mut obj = Obj::default();
+    let text = &join_lines(bytes, budget)?[..];
+    let before = budget.taken();
+    let mut obj = Obj::new(budget);
     obj.lines(text, path, open, None)?;
     if obj.x.is_empty()
         && obj.corners.is_empty()
@@ -73,15 +78,17 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, Tex
     let limits = [obj.x.len(), obj.normals.len()];
     if obj.corners.are_beyond(limits) {
         // Read again to find the line.
-        Obj::default().lines(text, path, open, Some(limits))?;
+        obj = Obj::new(budget);
+        budget.give_back_to(before);
+        obj.lines(text, path, open, Some(limits))?;
     }
     obj.note_left_out(text, path);
-    obj.finish().map_err(|message| TextFault::new(0..0, message))
+    Ok(obj.finish()?)
 }
 
 /// The mesh so far.
-#[derive(Default)]
-struct Obj {
+struct Obj<'b> {
+    budget: &'b Budget,
     x: Vec<f32>,
     y: Vec<f32>,
     z: Vec<f32>,
@@ -91,8 +98,9 @@ struct Obj {
     surface_of: Vec<u32>,
     surface_by_name: HashMap<Vec<u8>, u32>,
     current: Option<u32>,
-    /// The names of the libraries that have been read.
-    libraries: HashSet<Vec<u8>>,
+    /// The libraries that have been read, or could not be.
+    libraries: HashSet<PathBuf>,
+    library_bytes: usize,
     /// Names of materials that no library has.
     missing_materials: Vec<Vec<u8>>,
     has_colors: bool,
@@ -108,7 +116,34 @@ struct Obj {
     textures: Vec<PathBuf>,
 }
 
-impl Obj {
+impl<'b> Obj<'b> {
+    fn new(budget: &'b Budget) -> Self {
+        Self {
+            budget,
+            x: Vec::new(),
+            y: Vec::new(),
+            z: Vec::new(),
+            normals: Vec::new(),
+            corners: Corners::default(),
+            surfaces: Vec::new(),
+            surface_of: Vec::new(),
+            surface_by_name: HashMap::new(),
+            current: None,
+            libraries: HashSet::new(),
+            library_bytes: 0,
+            missing_materials: Vec::new(),
+            has_colors: false,
+            has_texture_coordinates: false,
+            has_smoothing_groups: false,
+            line_elements: 0,
+            point_elements: 0,
+            unknown_lines: 0,
+            unknown: None,
+            notes: Vec::new(),
+            textures: Vec::new(),
+        }
+    }
+
     /// Reads all lines. With `limits`, the numbers of positions and normals, indices beyond them are errors.
     fn lines(
         &mut self,
@@ -139,6 +174,9 @@ impl Obj {
         match keyword {
             b"v" => {
                 let [x, y, z] = vector(&mut words, &place, ["x", "y", "z"])?;
+                for column in [&mut self.x, &mut self.y, &mut self.z] {
+                    self.budget.reserve(column, 1)?;
+                }
                 self.x.push(x);
                 self.y.push(y);
                 self.z.push(z);
@@ -148,12 +186,14 @@ impl Obj {
             }
             b"vn" => {
                 let normal = vector(&mut words, &place, ["nx", "ny", "nz"])?;
+                self.budget.reserve(&mut self.normals, 1)?;
                 self.normals.push(normal);
             }
             b"f" => {
                 let sizes = [self.x.len(), self.normals.len()];
-                let triangles = self.corners.face(words, &place, sizes, limits)?;
+                let triangles = self.corners.face(words, &place, sizes, limits, self.budget)?;
                 let surface = self.current.unwrap_or(NO_SURFACE);
+                self.budget.reserve(&mut self.surface_of, triangles)?;
                 self.surface_of.resize(self.surface_of.len() + triangles, surface);
             }
             b"usemtl" => {
@@ -165,7 +205,10 @@ impl Obj {
                 }
             }
             // The second pass only looks for an index.
-            b"mtllib" if limits.is_none() => self.library(name(&words), path, open),
+            b"mtllib" if limits.is_none() => {
+                let read = self.library(name(&words), path, open);
+                read.map_err(|message| TextFault::new(place.start..words.end_of_words(), message))?;
+            }
             b"vt" => self.has_texture_coordinates = true,
             b"l" => self.line_elements += 1,
             b"p" => self.point_elements += 1,
@@ -183,45 +226,87 @@ impl Obj {
     }
 
     /// Reads the materials of a library. The name may contain spaces, or be several names.
-    fn library(&mut self, names: &[u8], path: &Path, open: OpenMesh<'_>) {
-        // Ten thousand lines that name one library cost no more than one.
-        if !self.libraries.insert(names.to_vec()) || self.notes.len() > MOST_NOTES {
-            return;
+    fn library(&mut self, names: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<(), String> {
+        if self.notes.len() > MOST_NOTES {
+            return Ok(());
+        }
+        let Some(missing) = self.read_library(names, path, open)? else {
+            return Ok(());
+        };
+        let several = names.split(u8::is_ascii_whitespace);
+        let several = several.filter(|name| !name.is_empty() && name.len() < names.len());
+        let (before, mut any) = (self.notes.len(), false);
+        for name in several {
+            match self.read_library(name, path, open)? {
+                None => any = true,
+                Some(missing) if self.notes.len() <= before + MOST_NOTES => self.notes.push(missing),
+                Some(_) => {}
+            }
+        }
+        if !any {
+            self.notes.truncate(before);
+            self.notes.push(missing);
+        }
+        Ok(())
+    }
+
+    /// Reads a library, unless it has been read before; returns a note if it cannot be read.
+    fn read_library(
+        &mut self,
+        name: &[u8],
+        path: &Path,
+        open: OpenMesh<'_>,
+    ) -> Result<Option<String>, String> {
+        if name.len() > MAX_NAME {
+            let path = path.display();
+            return Ok(Some(format!(
+                "{path}: the name of a material library is longer than {MAX_NAME} bytes; its materials are missing"
+            )));
         }
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut read = |name: &[u8]| {
-            let name = folder.join(String::from_utf8_lossy(name).as_ref());
-            (open)(&name)
-                .map(|bytes| (bytes, name.clone()))
-                .map_err(|error| (error, name))
-        };
-        let several = || {
-            names
-                .split(u8::is_ascii_whitespace)
-                .filter(|name| !name.is_empty())
-        };
-        let mut libraries = vec![read(names)];
-        if libraries.iter().all(Result::is_err) && several().nth(1).is_some() {
-            let single: Vec<_> = several().map(&mut read).collect();
-            if single.iter().any(Result::is_ok) {
-                libraries = single;
-            }
+        let name = folder.join(String::from_utf8_lossy(name).as_ref());
+        let is_named = |part: &Component<'_>| *part != Component::CurDir;
+        if !self
+            .libraries
+            .insert(name.components().filter(is_named).collect())
+        {
+            return Ok(None);
         }
-        for library in libraries {
-            match library {
-                Ok((bytes, name)) => {
-                    let materials = mtl::parse(&bytes, &name, &mut self.notes, &mut self.textures);
-                    for (name, surface) in materials {
-                        self.surface_by_name.insert(name, self.surfaces.len() as u32);
-                        self.surfaces.push(surface);
-                    }
-                }
-                Err((error, name)) => self.notes.push(format!(
-                    "{}; its materials are missing",
-                    files::load_error(&name, &error)
-                )),
-            }
+        if self.libraries.len() > MOST_LIBRARIES {
+            return Err(format!("more than {MOST_LIBRARIES} material libraries"));
         }
+        let bytes = match (open)(&name) {
+            Ok(bytes) => bytes,
+            Err(error) => {
+                let error = files::load_error(&name, &error);
+                return Ok(Some(format!("{error}; its materials are missing")));
+            }
+        };
+        self.library_bytes = self.library_bytes.saturating_add(bytes.len());
+        if self.library_bytes > MOST_LIBRARY_BYTES {
+            let most = in_bytes(MOST_LIBRARY_BYTES as u64);
+            return Err(format!("the material libraries have more than {most}"));
+        }
+        self.add_library(&bytes, &name)?;
+        let capacity = bytes.capacity();
+        drop(bytes);
+        self.budget.give_back(capacity);
+        Ok(None)
+    }
+
+    /// Adds the materials of a library.
+    fn add_library(&mut self, text: &[u8], path: &Path) -> Result<(), String> {
+        let most = MAX_MATERIALS - self.surfaces.len();
+        let materials = mtl::parse(text, path, &mut self.notes, &mut self.textures, self.budget, most)?;
+        let room = self.budget.reserve(&mut self.surfaces, materials.len());
+        room.map_err(|error| error.to_string())?;
+        let reserved = self.surface_by_name.try_reserve(materials.len());
+        reserved.map_err(|_| BudgetError::NoMemory.to_string())?;
+        for (name, surface) in materials {
+            self.surface_by_name.insert(name, self.surfaces.len() as u32);
+            self.surfaces.push(surface);
+        }
+        Ok(())
     }
 
     /// Notes what is not read, and which materials are missing.
@@ -259,11 +344,12 @@ impl Obj {
         self.notes.extend(left_out.note(path));
     }
 
-    fn finish(mut self) -> Result<LoadedMesh, String> {
+    fn finish(mut self) -> Result<LoadedMesh, BudgetError> {
         if self.surfaces.is_empty() {
             self.surface_of = Vec::new();
         } else if self.surface_of.contains(&NO_SURFACE) {
             let neutral = self.surfaces.len() as u32;
+            self.budget.reserve(&mut self.surfaces, 1)?;
             self.surfaces.push(Surface::NEUTRAL);
             for surface in self.surface_of.iter_mut().filter(|s| **s == NO_SURFACE) {
                 *surface = neutral;
@@ -276,7 +362,8 @@ impl Obj {
             ..TriangleMesh::default()
         };
         self.corners.cut_concave(&columns);
-        self.corners.into_columns(&self.normals, &mut columns)?;
+        self.corners
+            .into_columns(&self.normals, &mut columns, self.budget)?;
         Ok(LoadedMesh {
             columns,
             surfaces: self.surfaces,
@@ -292,11 +379,20 @@ impl Obj {
 
 /// Joins lines that end with a backslash: spaces replace it and the newline, so that all offsets stay. If carriage
 /// returns alone end the lines, as on Macs before 2001, they become newlines.
-fn join_lines(text: &[u8]) -> Cow<'_, [u8]> {
+fn join_lines<'a>(text: &'a [u8], budget: &Budget) -> Result<Cow<'a, [u8]>, BudgetError> {
+    let copy = || {
+        let mut copy = Vec::new();
+        budget.reserve(&mut copy, text.len())?;
+        copy.extend_from_slice(text);
+        Ok(copy)
+    };
     let mut joined = Cow::Borrowed(text);
     if !text.contains(&b'\n') && text.contains(&b'\r') {
-        let newline = |&byte: &u8| if byte == b'\r' { b'\n' } else { byte };
-        joined = text.iter().map(newline).collect::<Vec<u8>>().into();
+        let mut lines: Vec<u8> = copy()?;
+        for byte in lines.iter_mut().filter(|byte| **byte == b'\r') {
+            *byte = b'\n';
+        }
+        joined = Cow::Owned(lines);
     }
     let backslashes = text.iter().enumerate().filter(|&(_, &byte)| byte == b'\\');
     for (i, _) in backslashes {
@@ -305,9 +401,12 @@ fn join_lines(text: &[u8]) -> Cow<'_, [u8]> {
             Some([b'\r', b'\n', ..]) => i + 2,
             _ => continue,
         };
+        if let Cow::Borrowed(_) = joined {
+            joined = Cow::Owned(copy()?);
+        }
         joined.to_mut()[i..=newline].fill(b' ');
     }
-    joined
+    Ok(joined)
 }
 
 /// The rest of a line as one name.

@@ -2,20 +2,29 @@
 //! mesh is shown all the same.
 
 use super::super::{
+    budget::Budget,
     left_out::{LeftOut, counted},
     mesh::{Surface, add_texture},
     place::{TextFault, Words, after_mark},
 };
-use crate::error::quote;
+use crate::{error::quote, scene::MAX_MATERIALS};
 use std::path::{Path, PathBuf};
 
-/// The surfaces by name. If a name comes twice, the last one counts.
+/// Memory of a material's name beside its letters, bytes: its allocation, and its entry in a map.
+const NAME_BYTES: usize = 80;
+
+/// The surfaces by name, at most `most`. If a name comes twice, the last one counts.
+///
+/// # Errors
+/// There are too many materials, or they do not fit into the budget.
 pub(super) fn parse(
     text: &[u8],
     path: &Path,
     notes: &mut Vec<String>,
     texture_files: &mut Vec<PathBuf>,
-) -> Vec<(Vec<u8>, Surface)> {
+    budget: &Budget,
+    most: usize,
+) -> Result<Vec<(Vec<u8>, Surface)>, String> {
     let mut materials: Vec<Reading> = Vec::new();
     let (mut start, mut textures, mut has_faults) = (after_mark(text), 0, false);
     for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
@@ -25,8 +34,14 @@ pub(super) fn parse(
             continue;
         };
         if keyword == b"newmtl" {
-            let name = words.text(words.rest()).to_vec();
-            materials.push(Reading::new(name));
+            if materials.len() == most {
+                return Err(format!("more than {MAX_MATERIALS} materials"));
+            }
+            let name = words.text(words.rest());
+            let room = budget.take(name.len() + NAME_BYTES);
+            room.and_then(|()| budget.reserve(&mut materials, 1))
+                .map_err(|error| error.to_string())?;
+            materials.push(Reading::new(name.to_vec()));
             continue;
         }
         let Some(material) = materials.last_mut() else {
@@ -65,7 +80,8 @@ pub(super) fn parse(
         }
     }
     notes.extend(left_out(&materials, textures).note(path));
-    materials.into_iter().map(Reading::finish).collect()
+    let surfaces = materials.into_iter().map(Reading::finish);
+    Ok(surfaces.collect())
 }
 
 /// What the library holds and is not read.
@@ -134,7 +150,7 @@ impl Reading {
 
 /// The file that a texture statement names behind its options.
 fn texture_file(mut words: Words<'_>) -> String {
-    let mut name = words.text(words.rest());
+    let mut name = words.rest();
     while let Some((option @ [b'-', ..], _)) = words.next() {
         match option {
             b"-mm" => _ = words.nth(1),
@@ -146,8 +162,9 @@ fn texture_file(mut words: Words<'_>) -> String {
             }
             _ => _ = words.next(),
         }
-        name = words.text(words.rest());
+        name.start = words.position();
     }
+    let name = words.text(name).trim_ascii_start();
     let unquoted = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\""));
     // As Windows writes it.
     String::from_utf8_lossy(unquoted.unwrap_or(name)).replace('\\', "/")

@@ -1,11 +1,12 @@
 //! Reads the values of a text file.
 
 use super::{
+    faces::Faces,
     header::Element,
     lines,
-    rows::{Faces, Fault, Place, Values, Wrong},
+    rows::{Fault, Place, Values, Wrong},
 };
-use crate::scene::TriangleMesh;
+use crate::{format::budget::Budget, scene::TriangleMesh};
 use serde_ply::ScalarType;
 use std::ops::Range;
 
@@ -153,11 +154,21 @@ impl Values for Text<'_> {
         String::new()
     }
 
-    fn fast_vertices(&mut self, element: &Element, mesh: &mut TriangleMesh) -> Result<bool, Fault> {
-        lines::vertices(self, element, mesh)
+    fn fast_vertices(
+        &mut self,
+        element: &Element,
+        mesh: &mut TriangleMesh,
+        budget: &Budget,
+    ) -> Result<bool, Fault> {
+        lines::vertices(self, element, mesh, budget)
     }
 
-    fn fast_faces(&mut self, element: &Element, vertices: usize, faces: &mut Faces) -> Result<bool, Fault> {
+    fn fast_faces(
+        &mut self,
+        element: &Element,
+        vertices: usize,
+        faces: &mut Faces<'_>,
+    ) -> Result<bool, Fault> {
         lines::faces(self, element, vertices, faces)
     }
 }

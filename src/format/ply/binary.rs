@@ -2,11 +2,12 @@
 
 use super::{
     ascii::whole_of,
+    faces::Faces,
     fixed::{self, FaceLayout, from_bytes},
     header::{Element, Role, scalar_size},
-    rows::{Faces, Fault, Place, Values, Wrong, reserve},
+    rows::{Fault, Place, Values, Wrong, reserve},
 };
-use crate::scene::TriangleMesh;
+use crate::{format::budget::Budget, scene::TriangleMesh};
 use serde_ply::ScalarType;
 
 /// Reads values that follow each other directly, in the byte order of `BIG_ENDIAN`.
@@ -45,9 +46,13 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
         count: usize,
         layout: FaceLayout,
         vertices: usize,
-        faces: &mut Faces,
+        faces: &mut Faces<'_>,
     ) -> Option<usize> {
-        let Faces { triangles, fans } = faces;
+        let Faces {
+            triangles,
+            fans,
+            budget,
+        } = faces;
         let mut at = 0;
         for _ in 0..count {
             let list = bytes.get(at + layout.before..)?;
@@ -58,7 +63,7 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
                 if first.max(previous) as usize >= vertices {
                     return None;
                 }
-                fans.add(triangles.len(), indices.len(), 1);
+                fans.add(triangles.len(), indices.len(), 1, budget).ok()?;
                 for index in indices {
                     if index as usize >= vertices || triangles.len() == triangles.capacity() {
                         return None;
@@ -141,17 +146,29 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         format!(" ({record} starts at byte {start})")
     }
 
-    fn fast_vertices(&mut self, element: &Element, mesh: &mut TriangleMesh) -> Result<bool, Fault> {
-        let end = fixed::vertices::<BIG_ENDIAN>(&self.bytes, self.at, element, mesh)?;
+    fn fast_vertices(
+        &mut self,
+        element: &Element,
+        mesh: &mut TriangleMesh,
+        budget: &Budget,
+    ) -> Result<bool, Fault> {
+        let end = fixed::vertices::<BIG_ENDIAN>(&self.bytes, self.at, element, mesh, budget)?;
         self.at = end.unwrap_or(self.at);
         Ok(end.is_some())
     }
 
-    fn fast_faces(&mut self, element: &Element, vertices: usize, faces: &mut Faces) -> Result<bool, Fault> {
+    fn fast_faces(
+        &mut self,
+        element: &Element,
+        vertices: usize,
+        faces: &mut Faces<'_>,
+    ) -> Result<bool, Fault> {
+        let before = faces.budget.taken();
         if let Some(end) = fixed::faces::<BIG_ENDIAN>(&self.bytes, self.at, element, vertices, faces)? {
             self.at = end;
             return Ok(true);
         }
+        faces.budget.give_back_to(before);
         let Some(layout) = FaceLayout::of(element) else {
             return Ok(false);
         };
@@ -159,17 +176,18 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         let rest = self.rest();
         let least = element.count.saturating_mul(layout.stride(0));
         let possible = rest.len().saturating_sub(least) / 4;
-        let mut mixed = Faces::default();
+        let mut mixed = Faces::new(faces.budget);
         reserve(
             &mut mixed.triangles,
             possible.min(element.count.saturating_mul(2)),
             element,
+            faces.budget,
         )?;
         let Some(length) = Self::mixed_faces(rest, element.count, layout, vertices, &mut mixed) else {
             return Ok(false);
         };
         self.at += length;
-        faces.append(mixed);
+        faces.append(mixed)?;
         Ok(true)
     }
 

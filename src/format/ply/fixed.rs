@@ -2,11 +2,12 @@
 //! the arrays. Other layouts and faults are left to the slow path (`rows.rs`), which finds their place.
 
 use super::{
+    faces::Faces,
     header::{Element, Header, Role, Step},
-    rows::{Faces, Fault, reserve, zeroed},
+    rows::{Fault, reserve, zeroed},
 };
 use crate::{
-    format::{polygon::Fans, source::Pieces},
+    format::{budget::Budget, polygon::Fans, source::Pieces},
     scene::{TriangleMesh, is_usable},
 };
 use glam::Vec3;
@@ -33,12 +34,13 @@ pub(super) use from_bytes;
 pub(super) fn read_all<const BIG_ENDIAN: bool>(
     header: &Header,
     source: &impl Pieces,
+    budget: &Budget,
 ) -> Result<Option<TriangleMesh>, Fault> {
-    let (mut mesh, mut triangles) = (TriangleMesh::default(), Faces::default());
+    let (mut mesh, mut triangles) = (TriangleMesh::default(), Faces::new(budget));
     let mut at = header.body;
     for element in header.needed() {
         let end = match element.role {
-            Role::Vertex => vertices::<BIG_ENDIAN>(source, at, element, &mut mesh)?,
+            Role::Vertex => vertices::<BIG_ENDIAN>(source, at, element, &mut mesh, budget)?,
             Role::Face => faces::<BIG_ENDIAN>(source, at, element, header.vertices, &mut triangles)?,
             Role::Other => end_of(element, at),
             Role::Strips => None,
@@ -67,6 +69,7 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
     at: usize,
     element: &Element,
     mesh: &mut TriangleMesh,
+    budget: &Budget,
 ) -> Result<Option<usize>, Fault> {
     let (Some(end), Some(stride)) = (end_of(element, at), element.stride()) else {
         return Ok(None);
@@ -94,14 +97,14 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
     }
     let count = element.count;
     let (mut x, mut y, mut z) = (
-        zeroed(count, element)?,
-        zeroed(count, element)?,
-        zeroed(count, element)?,
+        zeroed(count, element, budget)?,
+        zeroed(count, element, budget)?,
+        zeroed(count, element, budget)?,
     );
     let mut normals = Vec::new();
     if normal.is_some() {
         // `vec!` takes zeroed pages only for numbers; vectors are written, so all threads take part.
-        reserve(&mut normals, count, element)?;
+        reserve(&mut normals, count, element, budget)?;
         normals.par_extend(repeat_n(Vec3::ZERO, count));
     }
     let normal_pieces = normals.chunks_mut(PIECE).chain(repeat_with(Default::default));
@@ -243,7 +246,7 @@ pub(super) fn faces<const BIG_ENDIAN: bool>(
     at: usize,
     element: &Element,
     vertices: usize,
-    faces: &mut Faces,
+    faces: &mut Faces<'_>,
 ) -> Result<Option<usize>, Fault> {
     let Some(layout) = FaceLayout::of(element) else {
         return Ok(None);
@@ -265,7 +268,7 @@ pub(super) fn faces<const BIG_ENDIAN: bool>(
         return Ok(None);
     };
     let fan = corners - 2;
-    let mut triangles = zeroed(element.count * fan, element)?;
+    let mut triangles = zeroed(element.count * fan, element, faces.budget)?;
     let read = triangles
         .par_chunks_mut(PIECE * fan)
         .enumerate()
@@ -277,9 +280,13 @@ pub(super) fn faces<const BIG_ENDIAN: bool>(
     if read.is_none() {
         return Ok(None);
     }
-    let mut fans = Fans::default();
-    fans.add(0, fan, element.count);
-    faces.append(Faces { triangles, fans });
+    let (mut fans, budget) = (Fans::default(), faces.budget);
+    fans.add(0, fan, element.count, budget)?;
+    faces.append(Faces {
+        triangles,
+        fans,
+        budget,
+    })?;
     Ok(Some(end))
 }
 

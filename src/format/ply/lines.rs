@@ -3,10 +3,14 @@
 
 use super::{
     ascii::Text,
+    faces::Faces,
     header::{Element, Step},
-    rows::{Faces, Fault, reserve, zeroed},
+    rows::{Fault, reserve, zeroed},
 };
-use crate::scene::{TriangleMesh, is_usable};
+use crate::{
+    format::budget::Budget,
+    scene::{TriangleMesh, is_usable},
+};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -18,6 +22,7 @@ pub(super) fn vertices(
     text: &mut Text<'_>,
     element: &Element,
     mesh: &mut TriangleMesh,
+    budget: &Budget,
 ) -> Result<bool, Fault> {
     let count = element.count;
     let slot = |step: &Step| match *step {
@@ -29,13 +34,13 @@ pub(super) fn vertices(
         return Ok(false);
     };
     let mut columns = [
-        zeroed(count, element)?,
-        zeroed(count, element)?,
-        zeroed(count, element)?,
+        zeroed(count, element, budget)?,
+        zeroed(count, element, budget)?,
+        zeroed(count, element, budget)?,
     ];
     let mut normals = Vec::new();
     if slots.contains(&3) {
-        reserve(&mut normals, count, element)?;
+        reserve(&mut normals, count, element, budget)?;
         normals.resize(count, Vec3::ZERO);
     }
     let [mut x, mut y, mut z] = columns.each_mut().map(Vec::as_mut_slice);
@@ -80,7 +85,7 @@ pub(super) fn faces(
     text: &mut Text<'_>,
     element: &Element,
     vertices: usize,
-    faces: &mut Faces,
+    faces: &mut Faces<'_>,
 ) -> Result<bool, Fault> {
     let lists = element.steps.iter().filter(|step| step.size().is_none()).count();
     let indices = element
@@ -98,15 +103,19 @@ pub(super) fn faces(
         after: element.steps.len() - before - 1,
         vertices,
     };
-    let part = match triangles(&blocks, &layout, element)? {
-        Some(triangles) => Some(Faces {
+    let budget = faces.budget;
+    let before = budget.taken();
+    let part = if let Some(triangles) = triangles(&blocks, &layout, element, budget)? {
+        Some(Faces {
             triangles,
-            ..Faces::default()
-        }),
-        None => polygons(&blocks, &layout, element)?,
+            ..Faces::new(budget)
+        })
+    } else {
+        budget.give_back_to(before);
+        polygons(&blocks, &layout, element, budget)?
     };
     let Some(part) = part else { return Ok(false) };
-    faces.append(part);
+    faces.append(part)?;
     text.pass(length(&blocks));
     Ok(true)
 }
@@ -126,8 +135,9 @@ fn triangles(
     blocks: &[Block<'_>],
     layout: &FaceLine,
     element: &Element,
+    budget: &Budget,
 ) -> Result<Option<Vec<[u32; 3]>>, Fault> {
-    let mut triangles = zeroed(element.count, element)?;
+    let mut triangles = zeroed(element.count, element, budget)?;
     let mut left = triangles.as_mut_slice();
     let parts: Vec<_> = blocks
         .iter()
@@ -160,11 +170,16 @@ fn triangles(
 }
 
 /// Reads faces of any number of corners; `None` if the slow path has to.
-fn polygons(blocks: &[Block<'_>], layout: &FaceLine, element: &Element) -> Result<Option<Faces>, Fault> {
-    let parts: Option<Vec<Faces>> = blocks
+fn polygons<'a>(
+    blocks: &[Block<'_>],
+    layout: &FaceLine,
+    element: &Element,
+    budget: &'a Budget,
+) -> Result<Option<Faces<'a>>, Fault> {
+    let parts: Option<Vec<Faces<'_>>> = blocks
         .par_iter()
         .map(|block| {
-            let mut faces = Faces::default();
+            let mut faces = Faces::new(budget);
             let mut rest = block.text;
             while !rest.is_empty() {
                 face(&mut rest, layout, &mut faces)?;
@@ -173,11 +188,13 @@ fn polygons(blocks: &[Block<'_>], layout: &FaceLine, element: &Element) -> Resul
         })
         .collect();
     let Some(parts) = parts else { return Ok(None) };
-    let mut faces = Faces::default();
+    let mut faces = Faces::new(budget);
     let count = parts.iter().map(|part| part.triangles.len()).sum();
-    reserve(&mut faces.triangles, count, element)?;
+    reserve(&mut faces.triangles, count, element, budget)?;
     for part in parts {
-        faces.append(part);
+        let bytes = size_of_val(&part.triangles[..]);
+        faces.append(part)?;
+        budget.give_back(bytes);
     }
     Ok(Some(faces))
 }
@@ -201,11 +218,14 @@ fn vertex(rest: &mut &[u8], slots: &[usize]) -> Option<[f32; SKIPPED + 1]> {
 }
 
 /// Reads a line that holds one face and nothing else.
-fn face(rest: &mut &[u8], layout: &FaceLine, faces: &mut Faces) -> Option<()> {
+fn face(rest: &mut &[u8], layout: &FaceLine, faces: &mut Faces<'_>) -> Option<()> {
     pass_numbers(rest, layout.before)?;
     let corners = whole(rest)?;
-    let fan = corners.saturating_sub(2) as usize;
-    faces.fans.add(faces.triangles.len(), fan, 1);
+    // A number of two bytes for each corner, or the slow path refuses the count.
+    if corners as usize > rest.len() / 2 {
+        return None;
+    }
+    faces.add_fan(corners.saturating_sub(2) as usize).ok()?;
     let (mut first, mut previous) = (0, 0);
     for corner in 0..corners {
         let index = whole(rest).filter(|&index| (index as usize) < layout.vertices)?;

@@ -11,6 +11,7 @@
 
 mod ascii;
 mod binary;
+mod faces;
 mod fixed;
 mod header;
 mod lines;
@@ -58,26 +59,30 @@ pub fn parse(bytes: &[u8], name: &Path) -> Result<TriangleMesh, LoadError> {
 }
 
 /// As [`parse`], with what the header says about the mesh.
-pub(super) fn parse_mesh(bytes: &[u8], name: &Path, _budget: &Budget) -> Result<LoadedMesh, LoadError> {
+pub(super) fn parse_mesh(bytes: &[u8], name: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
     let error = |fault: Fault| fault_to_error(bytes, &Arc::new(name.to_path_buf()), &fault);
     let header = Header::parse(bytes, bytes.len()).map_err(error)?;
     let mesh = match header.format {
-        PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body)),
+        PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body), budget),
         PlyFormat::BinaryLittleEndian => {
-            rows::read_all(&header, &mut Binary::<false>::new(bytes, header.body))
+            rows::read_all(&header, &mut Binary::<false>::new(bytes, header.body), budget)
         }
-        PlyFormat::BinaryBigEndian => rows::read_all(&header, &mut Binary::<true>::new(bytes, header.body)),
+        PlyFormat::BinaryBigEndian => {
+            rows::read_all(&header, &mut Binary::<true>::new(bytes, header.body), budget)
+        }
     };
     Ok(loaded(mesh.map_err(error)?, &header, name))
 }
 
 /// Reads a mesh piece by piece if its layout allows it, so that the file's bytes are not kept beside the mesh.
 pub(super) fn read(opened: Opened, name: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
+    let before = budget.taken();
     if let Opened::File(file) = &opened
         && let Some(mesh) = read_pieces(file, name, budget)?
     {
         return Ok(mesh);
     }
+    budget.give_back_to(before);
     let bytes = opened.into_bytes(budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
     parse_mesh(&bytes, name, budget)
@@ -87,7 +92,7 @@ pub(super) fn read(opened: Opened, name: &Path, budget: &Budget) -> Result<Loade
 const HEAD: usize = 1 << 14;
 
 /// `None` if the whole file has to be read.
-fn read_pieces(file: &OpenFile, name: &Path, _budget: &Budget) -> Result<Option<LoadedMesh>, LoadError> {
+fn read_pieces(file: &OpenFile, name: &Path, budget: &Budget) -> Result<Option<LoadedMesh>, LoadError> {
     let mut head = Vec::new();
     let Some(head) = file.piece(0, file.length().min(HEAD), &mut head) else {
         return Ok(None);
@@ -99,8 +104,8 @@ fn read_pieces(file: &OpenFile, name: &Path, _budget: &Budget) -> Result<Option<
     let header = Header::parse(head, file.length()).map_err(error)?;
     let mesh = match header.format {
         PlyFormat::Ascii => Ok(None),
-        PlyFormat::BinaryLittleEndian => fixed::read_all::<false>(&header, file),
-        PlyFormat::BinaryBigEndian => fixed::read_all::<true>(&header, file),
+        PlyFormat::BinaryLittleEndian => fixed::read_all::<false>(&header, file, budget),
+        PlyFormat::BinaryBigEndian => fixed::read_all::<true>(&header, file, budget),
     };
     let columns = mesh.map_err(error)?;
     Ok(columns.map(|columns| loaded(columns, &header, name)))

@@ -1,9 +1,12 @@
 //! Reads records value by value, for any encoding and layout, and places every error.
 
-use super::header::{Element, Header, Role, Step};
+use super::{
+    faces::Faces,
+    header::{Element, Header, Role, Step},
+};
 use crate::{
     error::{SceneError, quote},
-    format::polygon::Fans,
+    format::budget::{Budget, BudgetError},
     scene::{TriangleMesh, is_usable},
 };
 use glam::Vec3;
@@ -37,6 +40,15 @@ impl Fault {
     }
 }
 
+impl From<BudgetError> for Fault {
+    fn from(error: BudgetError) -> Self {
+        Self {
+            place: Place::File,
+            message: error.to_string(),
+        }
+    }
+}
+
 /// Why a value could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wrong {
@@ -46,32 +58,6 @@ pub(super) enum Wrong {
     NotANumber,
     /// A number that is not an integer.
     NotWhole,
-}
-
-/// The faces of a mesh; all indices are checked.
-#[derive(Default)]
-pub(super) struct Faces {
-    pub(super) triangles: Vec<[u32; 3]>,
-    /// Which of them are polygons.
-    pub(super) fans: Fans,
-}
-
-impl Faces {
-    /// Adds a part of the faces.
-    pub(super) fn append(&mut self, mut part: Self) {
-        self.fans.append(part.fans, self.triangles.len());
-        if self.triangles.capacity() == 0 {
-            self.triangles = part.triangles;
-        } else {
-            self.triangles.append(&mut part.triangles);
-        }
-    }
-
-    /// Moves them into the mesh that has their vertices.
-    pub(super) fn add_to(self, mesh: &mut TriangleMesh) {
-        mesh.triangles = self.triangles;
-        self.fans.cut_concave(mesh);
-    }
 }
 
 /// Reads the values of records in turn, in text or binary.
@@ -103,7 +89,12 @@ pub(super) trait Values {
     fn where_in_file(&self, record: &str, start: usize) -> String;
     /// Reads the vertices with a fast path. Returns `false`, with nothing read, if their layout has no fast path or a
     /// value is faulty: the slow path then finds the place.
-    fn fast_vertices(&mut self, _element: &Element, _mesh: &mut TriangleMesh) -> Result<bool, Fault> {
+    fn fast_vertices(
+        &mut self,
+        _element: &Element,
+        _mesh: &mut TriangleMesh,
+        _budget: &Budget,
+    ) -> Result<bool, Fault> {
         Ok(false)
     }
     /// As [`Values::fast_vertices`], for faces.
@@ -111,7 +102,7 @@ pub(super) trait Values {
         &mut self,
         _element: &Element,
         _vertices: usize,
-        _faces: &mut Faces,
+        _faces: &mut Faces<'_>,
     ) -> Result<bool, Fault> {
         Ok(false)
     }
@@ -122,13 +113,17 @@ pub(super) trait Values {
 }
 
 /// Reads all elements up to the last one that a mesh needs.
-pub(super) fn read_all<V: Values>(header: &Header, values: &mut V) -> Result<TriangleMesh, Fault> {
-    let (mut mesh, mut faces) = (TriangleMesh::default(), Faces::default());
+pub(super) fn read_all<V: Values>(
+    header: &Header,
+    values: &mut V,
+    budget: &Budget,
+) -> Result<TriangleMesh, Fault> {
+    let (mut mesh, mut faces) = (TriangleMesh::default(), Faces::new(budget));
     for element in header.needed() {
         match element.role {
-            Role::Vertex => read_vertices(element, header, values, &mut mesh)?,
+            Role::Vertex => read_vertices(element, header, values, &mut mesh, budget)?,
             Role::Face => read_faces(element, header, values, &mut faces)?,
-            Role::Strips => read_strips(element, header.vertices, values, &mut faces.triangles)?,
+            Role::Strips => read_strips(element, header.vertices, values, &mut faces)?,
             Role::Other if values.fast_skip(element) => {}
             Role::Other => read_others(element, values)?,
         }
@@ -142,16 +137,19 @@ fn read_vertices<V: Values>(
     header: &Header,
     values: &mut V,
     mesh: &mut TriangleMesh,
+    budget: &Budget,
 ) -> Result<(), Fault> {
-    if values.fast_vertices(element, mesh)? {
+    let before = budget.taken();
+    if values.fast_vertices(element, mesh, budget)? {
         return Ok(());
     }
+    budget.give_back_to(before);
     // The header was refused if the file is too short for this.
     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-        reserve(column, element.count, element)?;
+        reserve(column, element.count, element, budget)?;
     }
     if header.has_normals {
-        reserve(&mut mesh.normals, element.count, element)?;
+        reserve(&mut mesh.normals, element.count, element, budget)?;
     }
     for record in 1..=element.count {
         let start = values.begin_record();
@@ -200,11 +198,13 @@ fn read_faces<V: Values>(
     element: &Element,
     header: &Header,
     values: &mut V,
-    faces: &mut Faces,
+    faces: &mut Faces<'_>,
 ) -> Result<(), Fault> {
+    let before = faces.budget.taken();
     if values.fast_faces(element, header.vertices, faces)? {
         return Ok(());
     }
+    faces.budget.give_back_to(before);
     // Reserve no more than the file can hold: the count may be wrong.
     let least = element.steps.iter().map(|step| match *step {
         Step::Indices { count, item } => V::least_bytes(count) + 3 * V::least_bytes(item),
@@ -213,7 +213,8 @@ fn read_faces<V: Values>(
         }
     });
     let possible = values.bytes_left() / least.sum::<usize>().max(1);
-    reserve(&mut faces.triangles, element.count.min(possible + 1), element)?;
+    let possible = element.count.min(possible + 1);
+    reserve(&mut faces.triangles, possible, element, faces.budget)?;
 
     for_each_property(element, values, |values, step, at| match *step {
         Step::Indices { count, item } => {
@@ -253,12 +254,10 @@ fn read_corners<V: Values>(
     item: ScalarType,
     vertices: usize,
     values: &mut V,
-    faces: &mut Faces,
+    faces: &mut Faces<'_>,
     at: &At<'_>,
 ) -> Result<(), Fault> {
-    faces
-        .fans
-        .add(faces.triangles.len(), corners.saturating_sub(2), 1);
+    faces.add_fan(corners.saturating_sub(2))?;
     let (mut first, mut previous) = (0, 0);
     for corner in 0..corners {
         let index = values.whole(item).map_err(|wrong| at.wrong(values, wrong))?;
@@ -277,14 +276,19 @@ fn read_strips<V: Values>(
     element: &Element,
     vertices: usize,
     values: &mut V,
-    triangles: &mut Vec<[u32; 3]>,
+    faces: &mut Faces<'_>,
 ) -> Result<(), Fault> {
+    let Faces {
+        triangles, budget, ..
+    } = faces;
     for_each_property(element, values, |values, step, at| {
         let &Step::Indices { count, item } = step else {
             return skip(step, values, at);
         };
         let (mut strip_length, mut last) = (0, [0; 2]);
-        for _ in 0..list_length(count, item, values, at)? {
+        let length = list_length(count, item, values, at)?;
+        budget.reserve(triangles, length.saturating_sub(2))?;
+        for _ in 0..length {
             let index = values.whole(item).map_err(|wrong| at.wrong(values, wrong))?;
             if index == -1 {
                 strip_length = 0;
@@ -351,21 +355,33 @@ fn end_record<V: Values>(at: &At<'_>, values: &mut V) -> Result<(), Fault> {
 }
 
 /// Reserves memory, or fails.
-pub(super) fn reserve<T>(column: &mut Vec<T>, count: usize, element: &Element) -> Result<(), Fault> {
-    column.try_reserve_exact(count).map_err(|_| Fault {
-        place: Place::File,
-        message: format!(
-            "{} {} records do not fit into memory",
-            element.count,
-            quote(element.name.as_bytes())
-        ),
+pub(super) fn reserve<T>(
+    column: &mut Vec<T>,
+    count: usize,
+    element: &Element,
+    budget: &Budget,
+) -> Result<(), Fault> {
+    budget.reserve(column, count).map_err(|error| match error {
+        BudgetError::OverLimit { .. } => error.into(),
+        BudgetError::NoMemory => Fault {
+            place: Place::File,
+            message: format!(
+                "{} {} records do not fit into memory",
+                element.count,
+                quote(element.name.as_bytes())
+            ),
+        },
     })
 }
 
 /// An array of zeros, or an error if memory runs out.
-pub(super) fn zeroed<T: Clone + Default>(count: usize, element: &Element) -> Result<Vec<T>, Fault> {
+pub(super) fn zeroed<T: Clone + Default>(
+    count: usize,
+    element: &Element,
+    budget: &Budget,
+) -> Result<Vec<T>, Fault> {
     // Try first: `vec!` would abort the program. It takes zeroed pages from the system without touching them.
-    reserve(&mut Vec::<T>::new(), count, element)?;
+    reserve(&mut Vec::<T>::new(), count, element, budget)?;
     Ok(vec![T::default(); count])
 }
 

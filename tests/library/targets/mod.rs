@@ -5,6 +5,7 @@
 pub mod arguments;
 mod grammar;
 pub mod picture;
+mod shapes;
 
 use octray::{
     accel::Bvh,
@@ -13,7 +14,15 @@ use octray::{
     render::{Film, Mode, Settings, render as render_frame},
     scene::{Camera, Scene, SceneBuilder, TriangleMesh},
 };
-use std::{io, ops::ControlFlow, path::Path};
+use std::{
+    io,
+    ops::ControlFlow,
+    path::Path,
+    time::{Duration, Instant},
+};
+
+/// No mesh takes longer to read, smooth and add to a scene.
+const MOST_TIME: Duration = Duration::from_secs(10);
 
 /// The content of every mesh that a fuzzed scene names.
 const MESH: &[u8] = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -98,6 +107,7 @@ pub fn gltf(bytes: &[u8]) {
 /// A mesh file; `named` is the content of each file that it names.
 fn any(bytes: &[u8], name: &str, named: &[u8]) {
     let open = &mut |_: &Path| Ok(named.to_vec());
+    let start = Instant::now();
     match any_mesh::parse(bytes.to_vec(), Path::new(name), open) {
         Ok(mut mesh) => {
             check(&mesh.columns);
@@ -110,8 +120,8 @@ fn any(bytes: &[u8], name: &str, named: &[u8]) {
             if !mesh.surfaces.is_empty() {
                 assert_eq!(mesh.surface_of.len(), mesh.columns.triangles.len());
             }
-            if mesh.columns.triangles.len() < 10_000 {
-                mesh.columns.smooth_normals(45.0);
+            if mesh.columns.triangles.len() < 100_000 {
+                mesh.columns.smooth_normals(45.0).expect("little memory");
                 check(&mesh.columns);
             }
             // The builder may refuse a mesh that is too far away.
@@ -120,6 +130,13 @@ fn any(bytes: &[u8], name: &str, named: &[u8]) {
         }
         Err(error) => show(&error),
     }
+    assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
+}
+
+/// A mesh that uses its parts again and again; see [`shapes`]. Each file that it names has 64 bytes.
+pub fn mesh_grammar(bytes: &[u8]) {
+    let (name, text) = shapes::mesh(bytes);
+    any(text.as_bytes(), name, &[0x3f; 64]);
 }
 
 /// Text that is almost a scene; see [`grammar`].
@@ -174,6 +191,7 @@ pub fn by_name(name: &str) -> Option<fn(&[u8])> {
         "gltf" => Some(gltf),
         "scn_grammar" => Some(scn_grammar),
         "ply_grammar" => Some(ply_grammar),
+        "mesh_grammar" => Some(mesh_grammar),
         "render" => Some(render),
         "picture" => Some(picture::picture),
         #[cfg(feature = "cli")]
