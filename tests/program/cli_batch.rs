@@ -308,7 +308,7 @@ fn references_that_cannot_be_compared_are_errors() {
     fs::write(folder.path("cut.png"), cut).unwrap();
     for (arguments, code, words) in [
         ("--compare none.png", 1, "no such file"),
-        ("--compare .", 1, "not a regular file"),
+        ("--compare .", 1, "expected a file"),
         ("--compare text.png", 1, "cannot read the reference text.png"),
         ("--compare bad.png", 1, "bad.png"),
         ("--compare small.png", 1, "9x9"),

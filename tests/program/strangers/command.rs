@@ -254,11 +254,11 @@ fn references_are_bounded() {
             &folder,
             &["a.scn", "--size=8x8", "-o", "a.png", "--compare", name],
         )
-        .refused("not a regular file");
+        .refused("expected a file");
     }
     if folder.make_pipe("pipe") {
-        Call::new(&folder, &["a.scn", "--size=8x8", "--compare", "pipe"]).refused("not a regular file");
-        Call::new(&folder, &["a.scn", "--config", "pipe"]).refused("not a regular file");
+        Call::new(&folder, &["a.scn", "--size=8x8", "--compare", "pipe"]).refused("expected a file");
+        Call::new(&folder, &["a.scn", "--config", "pipe"]).refused("expected a file");
     }
     // Broken pictures, among them sizes that are not there.
     run(&folder, &["a.scn", "--size=64x64", "-o", "whole.exr", "--quiet"]);
