@@ -2,10 +2,9 @@
 
 use crate::program::Folder;
 use std::{
-    fs::File,
-    io::{self, Read, Seek},
-    os::unix::process::ExitStatusExt,
-    process::{ExitStatus, Stdio},
+    fs::{self, File},
+    io::{Read, Seek},
+    process::{Child, ExitStatus, Stdio},
     time::{Duration, Instant},
 };
 
@@ -118,7 +117,6 @@ impl<'a> Call<'a> {
         assert!(ended.stderr.contains(words), "expected {words:?}: {ended:?}");
     }
 
-    #[allow(clippy::zombie_processes, reason = "`wait` waits for it by its number")]
     fn measured(&self) -> Ended {
         let arguments: Vec<&str> = self.arguments.iter().map(String::as_str).collect();
         let (mut stdout, mut stderr) = (tempfile::tempfile().unwrap(), tempfile::tempfile().unwrap());
@@ -131,7 +129,7 @@ impl<'a> Call<'a> {
         }
         let start = Instant::now();
         let child = command.spawn().unwrap();
-        let (status, peak) = wait(child.id(), start);
+        let (status, peak) = wait(child, start);
         Ended {
             code: status.code(),
             stdout: text_of(&mut stdout),
@@ -150,23 +148,27 @@ fn text_of(file: &mut File) -> String {
 }
 
 /// Waits for a child, and ends it when it takes too long; how it ended, and the largest resident memory in bytes.
-fn wait(child: u32, start: Instant) -> (ExitStatus, u64) {
-    let child = libc::pid_t::try_from(child).unwrap();
+///
+/// The system's own account of a child that has ended (`wait4`) would include the memory of this process, from which it
+/// was made.
+fn wait(mut child: Child, start: Instant) -> (ExitStatus, u64) {
+    let mut peak = 0;
     loop {
-        let mut status = 0;
-        // SAFETY: `rusage` holds integers only, for which zero is valid.
-        let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
-        // SAFETY: both pointers are to living variables, and the child is this process's own and not yet waited for.
-        let done = unsafe { libc::wait4(child, &raw mut status, libc::WNOHANG, &raw mut usage) };
-        assert!(done >= 0, "{}", io::Error::last_os_error());
-        if done == child {
-            // KiB on Linux.
-            return (ExitStatus::from_raw(status), usage.ru_maxrss as u64 * 1024);
+        peak = peak_of(child.id()).unwrap_or(0).max(peak);
+        if let Some(status) = child.try_wait().unwrap() {
+            return (status, peak);
         }
         if start.elapsed() > PATIENCE {
-            // SAFETY: as above; the child has not been waited for, so that the number is still its own.
-            unsafe { libc::kill(child, libc::SIGKILL) };
+            child.kill().unwrap();
         }
-        std::thread::sleep(Duration::from_millis(5));
+        std::thread::sleep(Duration::from_millis(2));
     }
+}
+
+/// The largest resident memory of a process so far, bytes.
+fn peak_of(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
+    Some(kibibytes * 1024)
 }
