@@ -3,14 +3,10 @@
 //! Rust aborts when an allocation fails. Here the process ends with one sentence instead, and also where it would pass its
 //! limit: whatever a file makes a decoder ask for, the machine keeps the rest of its memory.
 //!
-//! Arrays of millions of rows are written once and read once or twice, so that a good part of the time goes into
-//! pages' first use: a fault for every 4 KiB. Linux gives pages of 2 MiB where it is asked to, which on most systems
-//! (`/sys/kernel/mm/transparent_hugepage/enabled` says `madvise`) takes one call for each piece. Elsewhere nothing
-//! changes. Lab note: on a virtual machine, reading a file of 250 MB into fresh memory took 235 ms, and 48 ms with it.
-#![allow(
-    unsafe_code,
-    reason = "an allocator can be nothing else; the measurement above is what it buys"
-)]
+//! Arrays of millions of rows are written once and read once or twice, so that the first use of their pages is a good part
+//! of the time. Linux gives pages of 2 MiB where it is asked to. Elsewhere nothing changes.
+// Tuned: see docs/lab-notes.md#huge-pages
+#![allow(unsafe_code, reason = "an allocator can be nothing else")]
 
 use octray::cli::{MemoryRefusal, out_of_memory};
 use std::{

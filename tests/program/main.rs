@@ -19,6 +19,7 @@ mod cli_together;
 mod cli_verify;
 mod crops;
 mod faults;
+mod inputs_kept;
 mod limits;
 mod mesh_pictures;
 mod old_cpu;
