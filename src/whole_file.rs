@@ -16,6 +16,9 @@ const MOST_WRITERS: u32 = 16;
 /// Attempts to claim a temporary name while other processes race for it.
 const MOST_TRIES: u32 = 100;
 
+/// The most symbolic links followed, as in Linux.
+const MAX_LINKS: usize = 40;
+
 /// The temporary files of this process, for its sudden end.
 static TEMPORARIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
@@ -39,18 +42,53 @@ pub fn abandon() {
     }
 }
 
-/// Writes a file whole or not at all, and replaces an existing one. A link stays, and what it leads to is replaced.
+/// Writes a file whole or not at all, and replaces an existing one, whose permissions stay. A link stays, and what it leads
+/// to is replaced. A device or a pipe is written through: replacing it would make it a file.
 ///
 /// # Errors
-/// What `write` or the system says; `path` is as before then.
+/// What `write` or the system says; a file is as before then.
 pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
-    let target = fs::canonicalize(path);
-    let mut temporary = Temporary::beside(target.as_deref().unwrap_or(path))?;
+    let target = follow_links(path)?;
+    let old = fs::metadata(&target).ok();
+    if old.as_ref().is_some_and(|old| !old.is_file()) {
+        let mut file = OpenOptions::new().write(true).open(&target)?;
+        let mut out = BufWriter::with_capacity(1 << 16, &mut file);
+        write(&mut out)?;
+        return out.flush();
+    }
+    let mut temporary = Temporary::beside(&target)?;
+    if let Some(old) = old {
+        temporary.file().set_permissions(old.permissions())?;
+    }
     let mut out = BufWriter::with_capacity(1 << 16, temporary.file());
     write(&mut out)?;
     out.flush()?;
     drop(out);
     temporary.persist()
+}
+
+/// What a path stands for after all symbolic links at its end, whether that exists or not.
+///
+/// # Errors
+/// Of more than [`MAX_LINKS`] links.
+pub fn follow_links(path: &Path) -> io::Result<PathBuf> {
+    if let Ok(path) = fs::canonicalize(path) {
+        return Ok(path);
+    }
+    let mut path = path.to_owned();
+    for _ in 0..MAX_LINKS {
+        let Ok(link) = fs::read_link(&path) else {
+            // A missing folder is refused later.
+            let folder = fs::canonicalize(folder_of(&path));
+            return Ok(match (folder, path.file_name()) {
+                (Ok(folder), Some(name)) if folder.is_dir() => folder.join(name),
+                _ => path,
+            });
+        };
+        // An absolute link replaces the whole path.
+        path = folder_of(&path).join(link);
+    }
+    Err(io::Error::other("too many symbolic links"))
 }
 
 /// A file under its temporary name; removed on drop unless it was renamed.
@@ -244,6 +282,25 @@ mod tests {
         write_bytes(&link, b"new");
         assert_eq!(fs::read(&file).unwrap(), b"new");
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        // Also a link to nothing.
+        fs::remove_file(&file).unwrap();
+        write_bytes(&link, b"newer");
+        assert_eq!(fs::read(&file).unwrap(), b"newer");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn permissions_and_devices_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (path, link) = (folder.path().join("a"), folder.path().join("b"));
+        fs::write(&path, "mine").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).unwrap();
+        write_bytes(&path, b"new");
+        assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+        std::os::unix::fs::symlink("/dev/null", &link).unwrap();
+        write_bytes(&link, b"new");
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
     }
 
     #[test]

@@ -57,11 +57,11 @@ enum Command {
     /// Look around a scene in a window, ray traced live
     #[cfg(feature = "viewer")]
     #[command(after_long_help = examples::VIEW_KEYS)]
-    View(view::ViewArgs),
+    View(Box<view::ViewArgs>),
     /// Show what is in a scene and in its BVH
     Info(info::InfoArgs),
     /// Time ways of tracing against each other on the same rays, on one thread
-    Bench(bench::BenchArgs),
+    Bench(Box<bench::BenchArgs>),
     /// Check every way of tracing against brute force, on random scenes and rays
     Verify(verify::VerifyArgs),
     /// Generate a scene of any size from a seed
@@ -157,10 +157,7 @@ fn show(mut answer: clap::Error, arguments: &[OsString]) -> Result<Option<Plan>,
 /// An argument as clap's messages may repeat it: escaped, and cut if it is long. clap colours its messages, so they cannot
 /// be escaped afterwards.
 fn tame(argument: &OsStr) -> OsString {
-    match argument.to_str() {
-        Some(text) => clip(text).into(),
-        None => argument.to_owned(),
-    }
+    clip(&argument.to_string_lossy()).into()
 }
 
 #[cfg(test)]

@@ -92,6 +92,12 @@ pub fn check_threads(threads: Option<u32>) -> Result<(), CliError> {
     Ok(())
 }
 
+/// How many threads there is room for: their stacks, and what each allocates from.
+pub fn room_for_threads() -> u32 {
+    const EACH: u64 = 16 << 20;
+    u32::try_from(own_limit() / EACH).unwrap_or(u32::MAX).max(1)
+}
+
 /// Checks that the memory for building the BVH can be allocated. Untouched memory costs nothing; without the check the
 /// system might end the program in the middle of the build.
 ///

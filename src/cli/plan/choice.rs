@@ -4,12 +4,12 @@ use super::{InputPlan, is_standard_input};
 use crate::{
     accel::BuildQuality,
     bench::Method,
-    cli::{CliError, report, write::follow_links},
+    cli::{CliError, report},
     error::clip_path,
     generate::{self, Kind},
     render::Settings,
     verify,
-    whole_file::folder_of,
+    whole_file::{folder_of, follow_links},
 };
 use std::{
     path::{Path, PathBuf},

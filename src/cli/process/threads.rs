@@ -3,6 +3,7 @@
 //! Unpinned, Linux often wakes two of them on one CPU of a virtual machine, since it takes a halted CPU for a busy one.
 //! Tuned: see docs/lab-notes.md#pinned-threads
 
+use crate::cli::load::memory;
 use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 use std::{env, thread};
 
@@ -21,14 +22,16 @@ pub fn start() -> Result<(), ThreadPoolBuildError> {
     let asked = asked
         .and_then(|number| number.parse::<u32>().ok())
         .filter(|&number| number > 0);
-    let threads = asked.map_or_else(cpus, |asked| useful(asked) as usize);
+    let threads = useful(asked.unwrap_or(cpus() as u32)) as usize;
     each_on_its_own_cpu(ThreadPoolBuilder::new().num_threads(threads)).build_global()
 }
 
-/// As many threads as were asked for, but no more than can be of use: the picture is the same.
+/// As many threads as were asked for, but no more than can be of use, or have room: the picture is the same. A thread that
+/// finds no memory when it starts would end the process.
 pub fn useful(asked: u32) -> u32 {
     let most = (MOST_OF_CPU * cpus()).max(ALWAYS_ALLOWED);
-    asked.min(u32::try_from(most).unwrap_or(u32::MAX))
+    let room = memory::room_for_threads();
+    asked.min(u32::try_from(most).unwrap_or(u32::MAX)).min(room)
 }
 
 fn cpus() -> usize {

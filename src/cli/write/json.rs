@@ -6,10 +6,7 @@ use crate::{
     whole_file,
 };
 use serde::Serialize;
-use std::{
-    fs::{self, OpenOptions},
-    io::Write,
-};
+use std::io::Write;
 
 /// An answer as one line of JSON, which does not act on a terminal.
 pub fn json_line(json: &impl Serialize) -> String {
@@ -26,12 +23,6 @@ pub fn write_json(target: &JsonTarget, lines: &str) -> Result<(), CliError> {
         JsonTarget::Stdout => return report::print_bytes(lines.as_bytes()),
         JsonTarget::File(path) => path,
     };
-    // A device or a pipe is written through: replacing it would make it a file.
-    let written = if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
-        let file = OpenOptions::new().write(true).open(path);
-        file.and_then(|mut file| file.write_all(lines.as_bytes()))
-    } else {
-        whole_file::write(path, |out| out.write_all(lines.as_bytes()))
-    };
+    let written = whole_file::write(path, |out| out.write_all(lines.as_bytes()));
     written.map_err(|error| CliError::writing(&clip_path(path), &error))
 }

@@ -16,7 +16,7 @@ pub use compare::{Comparison, Verdict};
 #[cfg(feature = "viewer")]
 pub use encode::Format;
 pub use json::{json_line, write_json};
-pub use output::{Output, follow_links};
+pub use output::Output;
 #[cfg(feature = "viewer")]
 pub use picture::Pixels;
 pub use replace::{Inputs, is_foreign};

@@ -13,16 +13,13 @@ use crate::{
     },
     error::clip_path,
     render::Transfer,
-    whole_file::{Temporary, folder_of},
+    whole_file::{Temporary, folder_of, follow_links},
 };
 use std::{
     fs::{self, File, OpenOptions, Permissions},
     io::{self, Write},
     path::{Path, PathBuf},
 };
-
-/// The most symbolic links followed, as in Linux.
-const MAX_LINKS: usize = 40;
 
 /// Where to write, and how.
 #[derive(Debug)]
@@ -293,28 +290,4 @@ fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError>
     old.and_then(|_| Temporary::beside(path))
         .map(drop)
         .map_err(|error| CliError::writing(name, &error))
-}
-
-/// What a path stands for after all symbolic links at its end, whether that exists or not.
-///
-/// # Errors
-/// Of more than [`MAX_LINKS`] links.
-pub fn follow_links(path: &Path) -> io::Result<PathBuf> {
-    if let Ok(path) = fs::canonicalize(path) {
-        return Ok(path);
-    }
-    let mut path = path.to_owned();
-    for _ in 0..MAX_LINKS {
-        let Ok(link) = fs::read_link(&path) else {
-            // A missing folder is refused later.
-            let folder = fs::canonicalize(folder_of(&path));
-            return Ok(match (folder, path.file_name()) {
-                (Ok(folder), Some(name)) if folder.is_dir() => folder.join(name),
-                _ => path,
-            });
-        };
-        // An absolute link replaces the whole path.
-        path = folder_of(&path).join(link);
-    }
-    Err(io::Error::other("too many symbolic links"))
 }
