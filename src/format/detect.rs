@@ -67,7 +67,7 @@ pub fn detect(bytes: &[u8]) -> Detected {
 /// `asked`, and `memory` limits what the scene may take, in bytes, as in [`load_within`](super::load_within).
 ///
 /// # Errors
-/// [`LoadError`], as for [`load_from_reader`] and [`mesh::load`].
+/// [`LoadError`], as for [`load`](super::load) and [`mesh::load`].
 pub fn load_any(
     reader: impl Read,
     name: &Path,
