@@ -175,6 +175,22 @@ fn links_lead_to_the_same_file() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn standard_output_is_no_input() {
+    let folder = Folder::new();
+    let own = read(&folder, "a.scn");
+    for script in [
+        "\"$0\" a.scn -s 8x8 -o - 1<>a.scn",
+        "\"$0\" a.scn -s 8x8 -o - >> a.scn",
+        "\"$0\" - -s 8x8 -o - <> a.scn >&0",
+    ] {
+        let run = folder.shell(script);
+        run.failed(2, "standard output would replace ");
+        assert!(read(&folder, "a.scn") == own, "{script}");
+    }
+}
+
+#[test]
 fn json_files_are_no_files_of_the_scene() {
     let folder = Folder::new();
     folder.write("all.scn", "include a.scn\n");

@@ -8,6 +8,7 @@ use crate::{
         CliError,
         load::{self, Input},
         plan::{BenchPlan, BenchScenes, JsonTarget},
+        process::Interrupt,
         report::{
             self,
             bench::{Json, frame_table, heading, means, table},
@@ -27,6 +28,7 @@ const RAY_BYTES: f64 = 50.0;
 /// # Errors
 /// [`CliError`]; [`CliError::Differs`] if a method does not find the reference's hits.
 pub fn run(plan: &BenchPlan) -> Result<(), CliError> {
+    Interrupt::install()?;
     let bench = Bench {
         plan,
         quiet: plan.json == Some(JsonTarget::Stdout),

@@ -6,6 +6,7 @@ use crate::{
         CliError,
         load::{self, memory},
         plan::InfoPlan,
+        process::Interrupt,
         report::{self, info::Info},
         write::{Inputs, json_line, write_json},
     },
@@ -17,6 +18,7 @@ use std::time::Instant;
 /// # Errors
 /// [`CliError`].
 pub fn run(plan: &InfoPlan) -> Result<(), CliError> {
+    Interrupt::install()?;
     let start = Instant::now();
     let mut files = Vec::new();
     let scene = load::load_bare(&plan.path, plan.memory, &mut files)?;

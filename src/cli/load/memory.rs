@@ -92,9 +92,9 @@ pub fn check_threads(threads: Option<u32>) -> Result<(), CliError> {
     Ok(())
 }
 
-/// How many threads there is room for: their stacks, and what each allocates from.
+/// How many threads there is room for in the address space: their stacks, and the heaps that glibc reserves for each.
 pub fn room_for_threads() -> u32 {
-    const EACH: u64 = 16 << 20;
+    const EACH: u64 = 80 << 20;
     u32::try_from(own_limit() / EACH).unwrap_or(u32::MAX).max(1)
 }
 

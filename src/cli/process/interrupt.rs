@@ -77,7 +77,7 @@ fn watch(
     use signal_hook::{iterator::Signals, low_level};
     use std::{thread, time::Duration};
 
-    const PATIENCE: Duration = Duration::from_millis(250);
+    const PATIENCE: Duration = Duration::from_millis(120);
     /// The thread only sleeps and removes files.
     const STACK_BYTES: usize = 1 << 17;
 

@@ -24,8 +24,8 @@ use std::{
 /// Where to write, and how.
 #[derive(Debug)]
 enum Place {
-    /// Standard output.
-    Stdout,
+    /// Standard output, and the file that it is redirected to.
+    Stdout(Option<Identity>),
     /// A device, a named pipe, ...: written through, for replacing it would make it a file.
     Special(PathBuf),
     /// A file, old or new: replaced in one step. Symbolic links are resolved, so that they stay.
@@ -75,7 +75,7 @@ impl Output {
         };
         format.check_size(width, height)?;
         let full_name = match place {
-            Place::Stdout => name.clone(),
+            Place::Stdout(_) => name.clone(),
             Place::Special(_) | Place::File { .. } => path.to_string_lossy().into_owned(),
         };
         Ok(Self {
@@ -116,13 +116,16 @@ impl Output {
     fn old(&self) -> Option<&Old> {
         match &self.place {
             Place::File { old, .. } => old.as_ref(),
-            Place::Stdout | Place::Special(_) => None,
+            Place::Stdout(_) | Place::Special(_) => None,
         }
     }
 
-    /// The file that will be replaced.
+    /// The file that will be replaced or written to.
     pub fn replaced(&self) -> Option<&Identity> {
-        self.old()?.identity.as_ref()
+        match &self.place {
+            Place::Stdout(file) => file.as_ref(),
+            _ => self.old()?.identity.as_ref(),
+        }
     }
 
     /// Whether a file exists that octray did not write.
@@ -157,7 +160,7 @@ impl Output {
     /// One path for all names of a place; "-" for standard output.
     pub fn place(&self) -> &Path {
         match &self.place {
-            Place::Stdout => Path::new("-"),
+            Place::Stdout(_) => Path::new("-"),
             Place::Special(path) | Place::File { path, .. } => path,
         }
     }
@@ -169,7 +172,9 @@ impl Output {
                 "will not write a PNG to a terminal: redirect it with > or |".into(),
             ));
         }
-        Ok(("standard output".into(), Place::Stdout, Format::Png))
+        let file = Path::new("/dev/stdout");
+        let file = fs::metadata(file).ok().and_then(|found| identity(file, &found));
+        Ok(("standard output".into(), Place::Stdout(file), Format::Png))
     }
 
     fn file(path: &Path) -> Result<(String, Place, Format), CliError> {
@@ -244,7 +249,7 @@ impl Output {
     pub fn write(&self, picture: &mut Picture) -> Result<(), CliError> {
         let bytes = self.format.encode(picture)?;
         let written = match &self.place {
-            Place::Stdout => return report::print_bytes(&bytes),
+            Place::Stdout(_) => return report::print_bytes(&bytes),
             Place::Special(path) => {
                 let file = OpenOptions::new().write(true).open(path);
                 file.and_then(|mut file| file.write_all(&bytes))
