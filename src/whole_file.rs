@@ -56,6 +56,10 @@ pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::R
         write(&mut out)?;
         return out.flush();
     }
+    if old.is_some() {
+        // Replacing would not ask for the old file's permission.
+        OpenOptions::new().write(true).open(&target)?;
+    }
     let mut temporary = Temporary::beside(&target)?;
     if let Some(old) = old {
         temporary.file().set_permissions(old.permissions())?;

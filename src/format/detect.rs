@@ -77,7 +77,8 @@ pub fn load_any(
     let budget = Budget::new(memory);
     let bytes = files::read_all(reader, files::MAX_BYTES, &budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
-    if bytes.is_empty() {
+    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);
+    if text.trim_ascii().is_empty() {
         // What should have written to the pipe has failed.
         return Err(LoadError::whole_file(
             name,

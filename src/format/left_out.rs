@@ -1,5 +1,6 @@
 //! What a file holds and octray does not read: one note a file names all of it.
 
+use crate::error::clip_path;
 use std::path::Path;
 
 /// How many names of one kind a note lists.
@@ -46,7 +47,7 @@ impl LeftOut {
     pub(super) fn note(&self, path: &Path) -> Option<String> {
         let listed = self.0.get(..MOST_THINGS).unwrap_or(&self.0).join(", ");
         let more = if self.0.len() > MOST_THINGS { ", ..." } else { "" };
-        (!self.0.is_empty()).then(|| format!("{}: left out: {listed}{more}", path.display()))
+        (!self.0.is_empty()).then(|| format!("{}: left out: {listed}{more}", clip_path(path)))
     }
 }
 

@@ -174,6 +174,17 @@ fn links_lead_to_the_same_file() {
     assert_eq!(read(&folder, "own.png"), read(&folder, "new.png"));
 }
 
+/// What comes after the fault is not known to be read, so nothing is replaced.
+#[test]
+fn a_faulty_later_scene_loses_nothing() {
+    let folder = Folder::new();
+    folder.write("part.inc", "sphere 0 0 0 1\n");
+    folder.write("b.scn", "bogus\ninclude part.inc\n");
+    let line = "a.scn b.scn -q -o {stem}.png --json part.inc";
+    keeps(&folder, "part.inc", line, 1, "b.scn:1:1: unknown statement");
+    assert!(!folder.path("a.png").exists());
+}
+
 #[test]
 #[cfg(target_os = "linux")]
 fn standard_output_is_no_input() {

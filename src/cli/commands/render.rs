@@ -104,15 +104,18 @@ impl Call<'_> {
                        call of its own";
             return Err(CliError::Usage(why.into()));
         }
+        let mut loaded = Ok(());
         for job in jobs {
             let mut files = Vec::new();
-            // An error comes again when it is this scene's turn.
-            let input = load::load_and_list(&job.input, job.scene_memory, &mut files).ok();
+            let input = load::load_and_list(&job.input, job.scene_memory, &mut files);
             self.interrupt.check()?;
-            let scene = input.as_ref().map(|input| &input.scene);
+            let scene = input.as_ref().ok().map(|input| &input.scene);
             self.inputs.add_scene(&job.input.path, &files, scene);
+            loaded = loaded.and(input.map(drop));
         }
-        self.check_inputs(jobs)
+        self.check_inputs(jobs)?;
+        // What a faulty scene would read is not known.
+        loaded
     }
 
     fn check_inputs(&self, jobs: &[Job]) -> Result<(), CliError> {

@@ -18,8 +18,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// How octray's JSON begins.
-const JSON_START: &[u8] = b"{\"schema\":";
+/// How octray's JSON begins: with the number of its schema.
+const JSON_START: &[u8] = b"{\"schema\":1,\"";
 
 /// The first bytes of a file, in which octray's mark is.
 const HEAD_BYTES: u64 = 4096;

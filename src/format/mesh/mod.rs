@@ -9,7 +9,7 @@ pub use up::{UpAxis, UpSource};
 
 use super::{OpenMesh, budget::Budget, files, gltf, obj, ply, source::Opened, stl};
 use crate::{
-    error::{LoadError, SceneError},
+    error::{LoadError, SceneError, clip_path},
     scene::{MAX_TEXTURES, Material, MaterialId, SceneBuilder, TriangleMesh, View},
 };
 use glam::DVec3;
@@ -183,7 +183,7 @@ impl LoadedMesh {
         let (axis, reason) = up::doubt(&self.columns, self.up)?;
         Some(format!(
             "{}: assumed {} is up ({} has no such field), but {reason}; --up-axis {axis} turns it",
-            path.display(),
+            clip_path(path),
             self.up,
             format.name()
         ))

@@ -20,7 +20,7 @@ use super::{
     place::{TextFault, Words, after_mark, refuse_binary},
 };
 use crate::{
-    error::{LoadError, SceneError, SourcePos, in_bytes, quote},
+    error::{LoadError, SceneError, SourcePos, clip_path, in_bytes, quote},
     scene::{MAX_MATERIALS, TriangleMesh, is_usable},
 };
 use corners::{Corner, Corners};
@@ -258,7 +258,7 @@ impl<'b> Obj<'b> {
         open: OpenMesh<'_>,
     ) -> Result<Option<String>, String> {
         if name.len() > MAX_NAME {
-            let path = path.display();
+            let path = clip_path(path);
             return Ok(Some(format!(
                 "{path}: the name of a material library is longer than {MAX_NAME} bytes; its materials are missing"
             )));
@@ -316,7 +316,7 @@ impl<'b> Obj<'b> {
             let names = name_list(self.missing_materials.iter().map(Vec::as_slice));
             let note = format!(
                 "{}: no material library has {names}: shown in grey",
-                path.display()
+                clip_path(path)
             );
             self.notes.push(note);
         }

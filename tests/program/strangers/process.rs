@@ -62,7 +62,7 @@ fn signals_are_heard_whatever_is_in_hand() {
         ("large.obj --smooth-angle 180 --size 8192x8192 -o a.exr", "-TERM"),
         ("info large.obj", "-INT"),
     ] {
-        for milliseconds in [60, 400, 1200] {
+        for milliseconds in [60, 700] {
             let arguments: Vec<&str> = arguments.split(' ').collect();
             let mut child = folder.command(&arguments).spawn().unwrap();
             std::thread::sleep(Duration::from_millis(milliseconds));
@@ -105,7 +105,7 @@ fn any_address_space_with_any_command() {
     large(&folder, "large.obj");
     folder.write("mesh.scn", "light 1 2 3 1\nmesh large.obj\n");
     let long = std::env::var_os("OCTRAY_LONG").is_some();
-    let step = if long { 20_000 } else { 450_000 };
+    let step = if long { 20_000 } else { 640_000 };
     for arguments in [
         "large.obj --size 64x64 --quiet",
         "mesh.scn --size 64x64 --quiet --stats",
