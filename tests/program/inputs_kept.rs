@@ -180,8 +180,11 @@ fn a_faulty_later_scene_loses_nothing() {
     let folder = Folder::new();
     folder.write("part.inc", "sphere 0 0 0 1\n");
     folder.write("b.scn", "bogus\ninclude part.inc\n");
-    let line = "a.scn b.scn -q -o {stem}.png --json part.inc";
-    keeps(&folder, "part.inc", line, 1, "b.scn:1:1: unknown statement");
+    let own = read(&folder, "part.inc");
+    let run = folder.run_line("a.scn b.scn -q -o {stem}.png --json part.inc");
+    assert_eq!(run.code, Some(1), "{run:?}");
+    assert!(run.stderr.contains("b.scn:1:1: unknown statement"), "{run:?}");
+    assert!(read(&folder, "part.inc") == own);
     assert!(!folder.path("a.png").exists());
 }
 
