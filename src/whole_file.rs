@@ -132,6 +132,17 @@ impl Temporary {
         )))
     }
 
+    /// Writes all of `bytes`, in pieces: the system locks a file for as long as a call takes, and a [sudden end](abandon)
+    /// would have to wait for it.
+    ///
+    /// # Errors
+    /// What the system says.
+    #[cfg(feature = "cli")]
+    pub fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        const PIECE: usize = 1 << 20;
+        bytes.chunks(PIECE).try_for_each(|piece| self.file.write_all(piece))
+    }
+
     /// To write to.
     pub fn file(&mut self) -> &mut File {
         &mut self.file

@@ -265,7 +265,7 @@ impl Output {
         if let Some(old) = old {
             temporary.file().set_permissions(old.permissions.clone())?;
         }
-        temporary.file().write_all(bytes)?;
+        temporary.write_all(bytes)?;
         if self.is_careful && is_foreign(path) {
             return Err(io::Error::other(
                 "another program has made a file of this name meanwhile",
