@@ -140,7 +140,9 @@ impl Temporary {
     #[cfg(feature = "cli")]
     pub fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
         const PIECE: usize = 1 << 20;
-        bytes.chunks(PIECE).try_for_each(|piece| self.file.write_all(piece))
+        bytes
+            .chunks(PIECE)
+            .try_for_each(|piece| self.file.write_all(piece))
     }
 
     /// To write to.

@@ -35,6 +35,23 @@ impl Folder {
         fs::write(self.path(name), text).unwrap();
     }
 
+    /// Writes a triangle as NAME.gltf and NAME.bin; `more` are further members of the JSON.
+    pub fn write_gltf(&self, name: &str, more: &str) {
+        let corners = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        fs::write(
+            self.path(&format!("{name}.bin")),
+            corners.map(f32::to_le_bytes).concat(),
+        )
+        .unwrap();
+        let json = format!(
+            r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"uri":"{name}.bin","byteLength":36}}],{more}}}"#
+        );
+        self.write(&format!("{name}.gltf"), &json);
+    }
+
     /// The names of all files, sorted.
     pub fn names(&self) -> Vec<String> {
         names_in(self.folder.path())

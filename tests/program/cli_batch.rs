@@ -45,7 +45,11 @@ fn equal_output_names_are_refused() {
     }
     folder.fails(&["a.scn", "b.scn", "-o", "x.png"], 2, "{stem}");
     folder.fails(&["a.scn", "deep/a.scn"], 2, "both be written to a.png");
-    folder.fails(&["a.scn", "a.scn"], 2, "twice");
+    folder.fails(
+        &["a.scn", "a.scn"],
+        2,
+        "two pictures of a.scn would be written to",
+    );
     folder.fails(&["a.scn", "b.scn", "-o", "-"], 2, "standard output");
     folder.fails(&["a.scn", "--turntable", "2", "-o", "x.png"], 2, "####");
     // Two spellings of one path.
@@ -325,7 +329,7 @@ fn references_that_cannot_be_compared_are_errors() {
         (
             "--compare small.png --size 9x9 --difference new.png -o new.png",
             2,
-            "twice",
+            "two pictures of a.scn would be written to",
         ),
         ("--compare small.png --size 9x9 --difference d.exr", 2, "EXR"),
     ] {

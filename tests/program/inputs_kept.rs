@@ -83,16 +83,10 @@ fn files_of_a_scene_are_kept() {
     fs::hard_link(folder.path("deep/bump 1.png"), folder.path("bump.png")).unwrap();
     folder.write("all.scn", "include part.ppm\n");
     folder.write("part.ppm", "light 1 2 3 1\nmaterial 1\nmesh bunny.obj\n");
-    folder.write(
-        "g.gltf",
-        r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
-        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
-        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"g.bin","byteLength":36}],
-        "images":[{"uri":"gl%74f.png"}],"textures":[{"source":0}]}"#,
+    folder.write_gltf(
+        "g",
+        r#""images":[{"uri":"gl%74f.png"}],"textures":[{"source":0}]"#,
     );
-    let corners = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
-    fs::write(folder.path("g.bin"), corners.map(f32::to_le_bytes).concat()).unwrap();
     fs::hard_link(folder.path("g.bin"), folder.path("buffer.png")).unwrap();
     // The texture of the same name is foreign.
     keeps(&folder, "bunny.png", "bunny.obj", 1, FOREIGN);
@@ -201,6 +195,13 @@ fn standard_output_is_no_input() {
         let run = folder.shell(script);
         run.failed(2, "standard output would replace ");
         assert!(read(&folder, "a.scn") == own, "{script}");
+    }
+    for script in [
+        "\"$0\" a.scn -s 8x8 -o - --json /dev/stdout > x.png",
+        "\"$0\" a.scn -s 8x8 -o x.png --json - > x.png",
+    ] {
+        let run = folder.shell(script);
+        run.failed(2, "both the picture and the JSON would be written to ");
     }
 }
 

@@ -34,7 +34,7 @@ pub struct CameraArgs {
     pub up: Option<DVec3>,
 
     /// Vertical field of view, degrees [default: the scene camera's; 45 with --eye or --view]
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", value_parser = values::degrees, allow_negative_numbers = true)]
     pub fov: Option<f64>,
 }
 

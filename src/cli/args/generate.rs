@@ -1,5 +1,6 @@
 //! Arguments of `octray generate`.
 
+use super::values;
 use crate::{
     cli::plan::GeneratePlan,
     generate::{Kind, Options},
@@ -26,13 +27,13 @@ pub struct GenerateArgs {
     pub force: bool,
 
     /// Another seed makes another scene of the same kind
-    #[arg(long, value_name = "S", default_value_t = 0)]
+    #[arg(long, value_name = "S", value_parser = values::number, default_value_t = 0)]
     pub seed: u64,
 
     /// Number of spheres (flake, spheres: exactly) or triangles (others: at most) [default: 100000 spheres; terrain and
     /// blobs 1000000, interior 370000, pipes 192000, figure 70000 triangles]
-    #[arg(long, value_name = "N")]
-    pub count: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = values::count)]
+    pub count: Option<u64>,
 }
 
 fn kind_parser() -> impl TypedValueParser<Value = Kind> {
@@ -52,7 +53,10 @@ impl GenerateArgs {
             kind: self.kind,
             options: Options {
                 seed: self.seed,
-                count: self.count,
+                // More than memory holds is refused by its number.
+                count: self
+                    .count
+                    .map(|count| usize::try_from(count).unwrap_or(usize::MAX)),
             },
             folder: self.output,
             force: self.force,

@@ -139,7 +139,7 @@ impl RenderArgs {
             && let Some(output) = jobs
                 .iter()
                 .flat_map(Job::outputs)
-                .find(|output| json.is_at(output.place()))
+                .find(|output| json.is_file_of(output))
         {
             let why = format!(
                 "both the picture and the JSON would be written to {}",

@@ -12,7 +12,7 @@ use clap::Args;
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Rendering")]
 pub struct TraceArgs {
-    /// Number of threads, of which no more than 4 for each CPU, or 64, are started [default: one for each CPU]
+    /// Number of threads; no more than 4 for each CPU, or 64, are started [default: one for each CPU]
     #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     pub threads: Option<u32>,
 

@@ -39,6 +39,18 @@ pub fn count(text: &str) -> Result<u64, String> {
     number.ok_or_else(|| "expected a whole number, 1 or more".into())
 }
 
+/// A whole number of 0 or more.
+pub fn number(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| "expected a whole number, 0 or more".into())
+}
+
+/// An angle of any size, degrees.
+pub fn degrees(text: &str) -> Result<f64, String> {
+    text.parse()
+        .map_err(|_| "expected a number of degrees, such as 45".into())
+}
+
 /// `x,y,z`.
 pub fn vector(text: &str) -> Result<DVec3, String> {
     let mut numbers = text.split(',').map(|number| number.trim().parse::<f64>().ok());

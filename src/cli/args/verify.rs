@@ -27,14 +27,14 @@ pub struct VerifyArgs {
     pub seconds: Option<f64>,
 
     /// Another seed makes other scenes and rays
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", value_parser = values::number, default_value_t = 1)]
     pub seed: u64,
 
     /// Repeat only this scene
-    #[arg(long, value_name = "N", conflicts_with_all = ["rays", "seconds"])]
+    #[arg(long, value_name = "N", value_parser = values::number, conflicts_with_all = ["rays", "seconds"])]
     pub scene: Option<u64>,
 
-    /// Number of threads, of which no more than 4 for each CPU, or 64, are started [default: one for each CPU]
+    /// Number of threads; no more than 4 for each CPU, or 64, are started [default: one for each CPU]
     #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     pub threads: Option<u32>,
 

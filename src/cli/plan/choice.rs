@@ -4,7 +4,10 @@ use super::{InputPlan, is_standard_input};
 use crate::{
     accel::BuildQuality,
     bench::Method,
-    cli::{CliError, report},
+    cli::{
+        CliError, report,
+        write::{Output, identity},
+    },
     error::clip_path,
     generate::{self, Kind},
     render::Settings,
@@ -12,6 +15,7 @@ use crate::{
     whole_file::{folder_of, follow_links},
 };
 use std::{
+    fs,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -73,10 +77,16 @@ impl JsonTarget {
         )))
     }
 
-    /// Whether it is the file of [`Output::place`](crate::cli::write::Output::place).
-    pub fn is_at(&self, place: &Path) -> bool {
-        let Self::File(path) = self else { return false };
-        follow_links(path).is_ok_and(|path| path == place)
+    /// Whether it is the file of an output: also through links, or because standard output is redirected to it.
+    pub fn is_file_of(&self, output: &Output) -> bool {
+        let path = match self {
+            Self::Stdout => Path::new("/dev/stdout"),
+            Self::File(path) => path,
+        };
+        let is_at_place = || follow_links(path).is_ok_and(|path| path == output.place());
+        let found = fs::metadata(path).ok();
+        let found = found.and_then(|found| identity(path, &found));
+        (found.is_some() && found.as_ref() == output.replaced()) || is_at_place()
     }
 }
 

@@ -300,7 +300,10 @@ impl Places {
                 "several frames would be written to {name}; add a run of # for the frame number, as in a-####.png"
             )
         } else {
-            format!("{} would be written to {name} twice", clip_path(scene))
+            format!(
+                "two pictures of {} would be written to {name}; give each a name of its own",
+                clip_path(scene)
+            )
         }))
     }
 }

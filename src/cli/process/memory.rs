@@ -26,7 +26,7 @@ static INPUT: Mutex<String> = Mutex::new(String::new());
 pub enum MemoryRefusal {
     /// The process has reached its limit.
     Limit,
-    /// The system refused an allocation of so many bytes.
+    /// The system refused an allocation of this many bytes.
     System(usize),
 }
 

@@ -7,13 +7,13 @@ use crate::cli::load::memory;
 use rayon::{ThreadPoolBuildError, ThreadPoolBuilder};
 use std::{env, thread};
 
-/// More threads than this many for each CPU are of no use ...
+/// More threads than this for each CPU gain nothing ...
 const MOST_OF_CPU: usize = 4;
-/// ... but so many are started if they are asked for.
+/// ... but up to this many are started if they are asked for.
 const ALWAYS_ALLOWED: usize = 64;
 
-/// Starts the threads, as many as `RAYON_NUM_THREADS` asks for or there are CPUs. On its own, rayon would start them when
-/// first needed, and panic if that fails.
+/// Starts the threads: the number in `RAYON_NUM_THREADS`, by default one for each CPU. On its own, rayon would start them
+/// when first needed, and panic if that fails.
 ///
 /// # Errors
 /// [`ThreadPoolBuildError`] if the system refuses.
@@ -26,8 +26,8 @@ pub fn start() -> Result<(), ThreadPoolBuildError> {
     each_on_its_own_cpu(ThreadPoolBuilder::new().num_threads(threads)).build_global()
 }
 
-/// As many threads as were asked for, but no more than can be of use, or have room: the picture is the same. A thread that
-/// finds no memory when it starts would end the process.
+/// The number of threads that was asked for, cut to what gains something and has room: the picture is the same. A thread
+/// that finds no memory when it starts would end the process.
 pub fn useful(asked: u32) -> u32 {
     let most = (MOST_OF_CPU * cpus()).max(ALWAYS_ALLOWED);
     let room = memory::room_for_threads();

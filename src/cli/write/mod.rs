@@ -19,4 +19,4 @@ pub use json::{json_line, write_json};
 pub use output::Output;
 #[cfg(feature = "viewer")]
 pub use picture::Pixels;
-pub use replace::{Inputs, is_foreign};
+pub use replace::{Inputs, identity, is_foreign};

@@ -3,7 +3,7 @@
 /// The largest structure of an object, a node, in an array that has grown to twice its size, with what reading the scene
 /// adds for each; or the least table of a map.
 const OBJECT: usize = 768;
-/// The least array of numbers of any kind.
+/// The least array of numbers of any kind. An array that is an element of another may stand for an object.
 const ARRAY: usize = 160;
 /// A number of any kind in an array that has grown to twice its size.
 const ELEMENT: usize = 64;
@@ -12,7 +12,7 @@ const QUOTE: usize = 16;
 
 /// How many bytes the JSON of this text takes once it is parsed, at most.
 pub(super) fn parsed_size(text: &[u8]) -> usize {
-    let (mut within_string, mut size) = (false, text.len());
+    let (mut within_string, mut size, mut last) = (false, text.len(), b' ');
     let mut bytes = text.iter();
     while let Some(byte) = bytes.next() {
         let more = match (byte, within_string) {
@@ -25,11 +25,15 @@ pub(super) fn parsed_size(text: &[u8]) -> usize {
                 0
             }
             (b'{', false) => OBJECT,
+            (b'[', false) if matches!(last, b'[' | b',') => OBJECT,
             (b'[', false) => ARRAY,
             (b',', false) => ELEMENT,
             _ => 0,
         };
         size = size.saturating_add(more);
+        if !byte.is_ascii_whitespace() {
+            last = *byte;
+        }
     }
     size
 }
@@ -44,5 +48,7 @@ mod tests {
         assert_eq!(size(r#"{"{[,":[1,2]}"#), OBJECT + ARRAY + ELEMENT + 2 * QUOTE);
         assert_eq!(size(r#""\"{\\","#), ELEMENT + 2 * QUOTE);
         assert_eq!(size(r#""\"#), QUOTE);
+        // Arrays within arrays.
+        assert_eq!(size("[ [],\n[[3]]]"), ARRAY + 3 * OBJECT + ELEMENT);
     }
 }

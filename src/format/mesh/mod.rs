@@ -206,7 +206,7 @@ impl LoadedMesh {
         add_with_surfaces(builder, self.columns, &ids, &self.surface_of)
     }
 
-    /// Adds the materials of the surfaces to a scene; of [`Surface::NEUTRAL`] if there are none.
+    /// Adds the materials of the surfaces to a scene, or that of [`Surface::NEUTRAL`] to a mesh without surfaces.
     pub(super) fn add_surfaces(&self, builder: &mut SceneBuilder) -> Result<Vec<MaterialId>, SceneError> {
         let surfaces = match &self.surfaces[..] {
             [] => &[Surface::NEUTRAL],

@@ -23,7 +23,7 @@ pub(super) struct Corner {
 /// A corner without a normal.
 const NONE: u32 = u32::MAX;
 
-/// How many vertices at one position are searched one by one.
+/// How many vertices at one position are searched in turn.
 const MOST_STEPS: usize = 16;
 
 /// The corners of all triangles.

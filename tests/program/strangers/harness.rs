@@ -44,7 +44,7 @@ impl<'a> Call<'a> {
         let mut arguments: Vec<String> = arguments.iter().map(ToString::to_string).collect();
         let takes_memory = !matches!(
             arguments.first().map(String::as_str),
-            Some("generate" | "man" | "completions")
+            Some("completions" | "generate" | "man" | "verify")
         );
         if takes_memory && !arguments.iter().any(|argument| argument == "--max-memory") {
             arguments.extend(["--max-memory".to_owned(), MEMORY.1.to_owned()]);

@@ -105,7 +105,11 @@ fn any_address_space_with_any_command() {
     large(&folder, "large.obj");
     folder.write("mesh.scn", "light 1 2 3 1\nmesh large.obj\n");
     let long = std::env::var_os("OCTRAY_LONG").is_some();
-    let step = if long { 20_000 } else { 640_000 };
+    let limits: Vec<u32> = if long {
+        (100_000..=2_000_000).step_by(20_000).collect()
+    } else {
+        vec![100_000, 180_000, 320_000, 600_000]
+    };
     for arguments in [
         "large.obj --size 64x64 --quiet",
         "mesh.scn --size 64x64 --quiet --stats",
@@ -122,7 +126,7 @@ fn any_address_space_with_any_command() {
         "generate flake -o made --force",
         "man",
     ] {
-        for kibibytes in (100_000..=2_000_000).step_by(step) {
+        for kibibytes in &limits {
             let run = folder.shell(&format!("ulimit -v {kibibytes}; exec \"$0\" {arguments}"));
             let name = format!("{arguments}, {kibibytes} KiB: {:?} {}", run.code, run.stderr);
             match run.code {
