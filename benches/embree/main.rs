@@ -12,7 +12,7 @@
 //! a call, coherent or not, best instruction set or AVX2, medium or high build quality, spheres as its own geometry or
 //! ours, shadow rays from either end. All modes are tried briefly; those near the fastest take turns with octray, and the
 //! best median counts. Embree's rays are prepared in its own layout, 16 rays as 4x4 pixels, without empty packets. For
-//! both, rays are in large pages and more than 4 MB of hits are written past the caches.
+//! both, rays are in large pages.
 
 mod device;
 mod ffi;

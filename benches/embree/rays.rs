@@ -62,35 +62,6 @@ struct Hits<const N: usize> {
     geometry: [u32; N],
 }
 
-/// More bytes of hits than this are written past the caches, as octray does.
-const LONG: usize = 4 << 20;
-
-/// Bytes that are written past the caches at once.
-const STREAMED: usize = 32;
-
-/// Writes `hits` past the caches, if the build has such stores.
-///
-/// # Safety
-/// Length and address of `to` are multiples of [`STREAMED`]. The same thread calls `octray::simd::stream::finish` before
-/// anything else reads or writes it.
-#[inline(always)]
-unsafe fn past_caches<const N: usize>(hits: &Hits<N>, to: &mut Hits<N>) {
-    #[cfg(all(target_arch = "x86_64", target_feature = "avx"))]
-    {
-        use std::arch::x86_64::{_mm256_loadu_ps, _mm256_stream_ps};
-        let from = std::ptr::from_ref(hits).cast::<f32>();
-        let to = std::ptr::from_mut(to).cast::<f32>();
-        for i in (0..size_of::<Hits<N>>() / size_of::<f32>()).step_by(STREAMED / size_of::<f32>()) {
-            // SAFETY: both are as long, and the caller sees to the rest.
-            unsafe { _mm256_stream_ps(to.add(i), _mm256_loadu_ps(from.add(i))) };
-        }
-    }
-    #[cfg(not(all(target_arch = "x86_64", target_feature = "avx")))]
-    {
-        *to = *hits;
-    }
-}
-
 /// Rays of one set, in packets of N. Packets without any ray are left out.
 struct Width<const N: usize> {
     packets: Lines<Packet<N>>,
@@ -245,29 +216,20 @@ impl<const N: usize> Width<N> {
     #[inline(always)]
     fn closest(&mut self, call: impl Fn(&[i32; N], &mut RayHits<N>)) {
         let mut work = empty::<N>();
-        let is_long = size_of_val(&self.hits[..]) > LONG && (N * size_of::<f32>()).is_multiple_of(STREAMED);
         for (packet, hits) in self.packets.iter().zip(self.hits.iter_mut()) {
             work.rays.origin = packet.origin;
             work.rays.direction = packet.direction;
             work.rays.t_far = packet.t_far;
             work.geometry = [ffi::NONE; N];
             call(&packet.valid, &mut work);
-            let found = Hits {
+            *hits = Hits {
                 t: work.rays.t_far,
                 u: work.u,
                 v: work.v,
                 primitive: work.primitive,
                 geometry: work.geometry,
             };
-            if is_long {
-                // SAFETY: the length is asked for above, lines lie at multiples of 64, and what follows the loop
-                // finishes.
-                unsafe { past_caches(&found, hits) };
-            } else {
-                *hits = found;
-            }
         }
-        octray::simd::stream::finish();
     }
 
     #[inline(always)]

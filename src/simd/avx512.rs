@@ -239,11 +239,6 @@ impl Lanes for F32x16 {
         unsafe { _mm512_store_ps(to.0.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
-    unsafe fn stream(low: F32x8, high: F32x8, to: &mut Column) {
-        // SAFETY: as for `load`; what else this asks for is the caller's to keep.
-        unsafe { _mm512_stream_ps(to.0.as_mut_ptr(), Self::join(low, high).0) }
-    }
-    #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         avx512!(Self, _mm512_fmadd_ps(self.0, b.0, c.0))
     }

@@ -10,9 +10,7 @@
 //! lanes there are: all give the same bits.
 
 pub use super::column::{Column, Memory, WideColumn};
-use super::{
-    F32x8, LANES, Mask8, Vec3x8, ge, gt, le, lt, max, min, mul_add, mul_sub, pair::F32x8x2, splat, stream,
-};
+use super::{F32x8, LANES, Mask8, Vec3x8, ge, gt, le, lt, max, min, mul_add, mul_sub, pair::F32x8x2, splat};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 /// Lanes of the widest register. A packet has at most as many, or twice as many in a [pair](super::pair).
@@ -59,12 +57,6 @@ pub trait Lanes:
     #[must_use]
     fn of_eights(eights: [F32x8; 4]) -> Self;
     fn store(self, to: &mut Self::Memory);
-    /// Writes a cache line, places 0 to 7 and 8 to 15, past the caches; see [`stream`].
-    ///
-    /// # Safety
-    /// The same thread calls [`stream::finish`] before anything else reads or writes `to`.
-    #[allow(unsafe_code, reason = "this order is the caller's to keep")]
-    unsafe fn stream(low: F32x8, high: F32x8, to: &mut Column);
     #[must_use]
     fn mul_add(self, b: Self, c: Self) -> Self;
     #[must_use]
@@ -203,12 +195,6 @@ impl Lanes for F32x8 {
     #[inline(always)]
     fn store(self, to: &mut Column) {
         to.halves_mut()[0] = self;
-    }
-    #[inline(always)]
-    #[allow(unsafe_code, reason = "as in the trait")]
-    unsafe fn stream(low: F32x8, high: F32x8, to: &mut Column) {
-        // SAFETY: as for this.
-        unsafe { stream::by_halves(low, high, to) }
     }
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {

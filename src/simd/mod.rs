@@ -12,7 +12,6 @@ pub mod avx512;
 pub mod column;
 pub mod lanes;
 pub mod pair;
-pub mod stream;
 
 use crate::math;
 use glam::Vec3;

@@ -178,12 +178,6 @@ impl<H: Half> Lanes for Pair<H> {
         H::store_both(self.0, to);
     }
     #[inline(always)]
-    #[allow(unsafe_code, reason = "as in the trait")]
-    unsafe fn stream(low: F32x8, high: F32x8, to: &mut Column) {
-        // SAFETY: as for this.
-        unsafe { H::stream(low, high, to) }
-    }
-    #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         self.with_both(b, c, H::mul_add)
     }

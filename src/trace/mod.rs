@@ -43,7 +43,7 @@ use glam::Vec3;
 use rays::Packet;
 use room::{RayLanes, Rooms};
 use sheared::ShearedSpace;
-use sink::{Hits, ResultSink};
+use sink::ResultSink;
 
 /// Packets of a bundle at most: the lanes of the widest register.
 // Tuned: see docs/lab-notes.md#bundle-packets
@@ -293,16 +293,15 @@ impl<'a> Tracer<'a> {
     }
 
     /// Finds the closest hit of each ray; of equally near ones, the one with the lowest id. Neighbours in `rays`
-    /// should be neighbours in space: [`BUNDLE`] of them are traced together. More than 4 MB of hits are written past
-    /// the caches.
+    /// should be neighbours in space: [`BUNDLE`] of them are traced together.
     ///
     /// # Panics
     /// If `rays` and `hits`, or separate origins, differ in length.
     pub fn closest_hit(&mut self, origins: Origins<'_>, rays: &[RayPacket], hits: &mut [HitPacket]) {
         assert_eq!(rays.len(), hits.len(), "a hit packet for each ray packet");
         match self.start_at(origins, rays) {
-            None => self.dispatch::<_, false, true>(rays, &[], Hits::new(hits)),
-            Some(origins) => self.dispatch::<_, false, false>(rays, origins, Hits::new(hits)),
+            None => self.dispatch::<_, false, true>(rays, &[], hits),
+            Some(origins) => self.dispatch::<_, false, false>(rays, origins, hits),
         }
     }
 
@@ -405,7 +404,7 @@ impl<'a> Tracer<'a> {
         let origins_of_group = if SHARED { &[] } else { &origins[start..end] };
         if order.is_some() {
             for (i, rays) in rays.iter().enumerate().take(end).skip(start) {
-                results.clear(i, rays);
+                results.put_none(i, rays);
             }
         }
         let mut members = [0; BUNDLE];
@@ -434,7 +433,7 @@ impl<'a> Tracer<'a> {
                         results.prefetch(next);
                         count += 1;
                     } else {
-                        results.put_none::<V>(next, &rays[next]);
+                        results.put_none(next, &rays[next]);
                     }
                     next += 1;
                 }
@@ -456,7 +455,7 @@ impl<'a> Tracer<'a> {
                 results.scatter(start, packet, members);
             }
             for (member, &i) in members[..count].iter().enumerate() {
-                results.put::<V>(i, &packets[member / eights % PACKETS], member % eights);
+                results.put(i, &packets[member / eights % PACKETS], member % eights);
             }
         }
     }

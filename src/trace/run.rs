@@ -166,7 +166,7 @@ impl Tracer<'_> {
                     for (i, packet) in rays.iter().enumerate().take(end).skip(start) {
                         results.prefetch((i + AHEAD).min(rays.len() - 1));
                         prefetch_rays(rays, &[], i + ENTRY_PACKETS);
-                        results.put_none::<V>(i, packet);
+                        results.put_none(i, packet);
                     }
                     continue;
                 }

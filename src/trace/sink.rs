@@ -1,99 +1,42 @@
 //! Result sinks: where hits and occlusion bits are written, in the order of the rays.
-#![allow(
-    unsafe_code,
-    reason = "writing past the caches is unsafe as long as it is not finished; see `LONG` for what it buys"
-)]
 
 use super::rays::Packet;
 use crate::{
     accel::prefetch,
     ray::{HitPacket, RayPacket},
-    simd::{
-        LANES,
-        lanes::{Column, Lanes, Memory},
-        stream,
-    },
+    simd::{LANES, lanes::Memory},
 };
 
 /// In long runs of results, memory is prefetched this many packets ahead.
-// Tuned: see docs/lab-notes.md#streamed-hits
+// Tuned: see docs/lab-notes.md#prefetch-hits
 pub(super) const AHEAD: usize = 16;
-
-/// Calls with more bytes of hits than this write them past the caches, which would fetch memory only to overwrite it
-/// and evict the first hits before the caller reads them.
-// Tuned: see docs/lab-notes.md#streamed-hits
-const LONG: usize = 4 << 20;
 
 /// Receives the results of rays that come in packets of eight.
 pub(super) trait ResultSink {
     /// Prefetches result `i`, which will be written.
     fn prefetch(&self, i: usize);
-    /// Writes result `i` once: those of eight lanes of a packet.
-    fn put<V: Lanes>(&mut self, i: usize, packet: &Packet<V::Memory>, eight: usize);
-    /// Writes result `i` once: eight lanes without a hit.
-    fn put_none<V: Lanes>(&mut self, i: usize, rays: &RayPacket);
-    /// Starts result `i` for [`scatter`](Self::scatter): eight lanes without a hit.
-    fn clear(&mut self, i: usize, rays: &RayPacket);
+    /// Writes result `i`: those of eight lanes of a packet.
+    fn put<M: Memory>(&mut self, i: usize, packet: &Packet<M>, eight: usize);
+    /// Writes result `i`: eight lanes without a hit.
+    fn put_none(&mut self, i: usize, rays: &RayPacket);
     /// Writes the results of a packet of sorted rays: `members` are results times eight plus lane, from `base` on,
     /// which hold none yet.
     fn scatter<M: Memory>(&mut self, base: usize, packet: &Packet<M>, members: &[u16]);
 }
 
-/// Closest hits. All of them may be read once this is dropped.
-pub(super) struct Hits<'a> {
-    hits: &'a mut [HitPacket],
-    is_long: bool,
-}
-
-impl<'a> Hits<'a> {
-    pub fn new(hits: &'a mut [HitPacket]) -> Self {
-        let is_long = stream::IS_KNOWN && size_of_val(hits) > LONG;
-        Self { hits, is_long }
-    }
-
-    #[inline(always)]
-    fn write<V: Lanes>(&mut self, i: usize, value: HitPacket) {
-        let to = &mut self.hits[i];
-        if self.is_long {
-            let [first, second]: &mut [Column; 2] = bytemuck::cast_mut(to);
-            // SAFETY: each result is written once, and `self`, which alone has them until it is dropped, finishes
-            // then.
-            unsafe {
-                V::stream(value.t, value.u, first);
-                V::stream(value.v, bytemuck::cast(value.primitive), second);
-            }
-        } else {
-            *to = value;
-        }
-    }
-}
-
-impl Drop for Hits<'_> {
-    fn drop(&mut self) {
-        if self.is_long {
-            stream::finish();
-        }
-    }
-}
-
-impl ResultSink for Hits<'_> {
+/// Closest hits.
+impl ResultSink for &mut [HitPacket] {
     #[inline(always)]
     fn prefetch(&self, i: usize) {
-        if !self.is_long {
-            prefetch(&self.hits[i]);
-        }
+        prefetch(&self[i]);
     }
     #[inline(always)]
-    fn put<V: Lanes>(&mut self, i: usize, packet: &Packet<V::Memory>, eight: usize) {
-        self.write::<V>(i, packet.hits(eight));
+    fn put<M: Memory>(&mut self, i: usize, packet: &Packet<M>, eight: usize) {
+        self[i] = packet.hits(eight);
     }
     #[inline(always)]
-    fn put_none<V: Lanes>(&mut self, i: usize, rays: &RayPacket) {
-        self.write::<V>(i, HitPacket::miss(rays.t_max));
-    }
-    #[inline(always)]
-    fn clear(&mut self, i: usize, rays: &RayPacket) {
-        self.hits[i] = HitPacket::miss(rays.t_max);
+    fn put_none(&mut self, i: usize, rays: &RayPacket) {
+        self[i] = HitPacket::miss(rays.t_max);
     }
     #[inline(always)]
     fn scatter<M: Memory>(&mut self, base: usize, packet: &Packet<M>, members: &[u16]) {
@@ -101,7 +44,7 @@ impl ResultSink for Hits<'_> {
             let hits = packet.hits(eight);
             for (lane, &member) in members.iter().enumerate() {
                 let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
-                let answer = &mut self.hits[i];
+                let answer = &mut self[i];
                 answer.t.as_mut_array()[to] = hits.t.as_array()[lane];
                 answer.u.as_mut_array()[to] = hits.u.as_array()[lane];
                 answer.v.as_mut_array()[to] = hits.v.as_array()[lane];
@@ -116,15 +59,11 @@ impl ResultSink for &mut [u8] {
     #[inline(always)]
     fn prefetch(&self, _: usize) {}
     #[inline(always)]
-    fn put<V: Lanes>(&mut self, i: usize, packet: &Packet<V::Memory>, eight: usize) {
+    fn put<M: Memory>(&mut self, i: usize, packet: &Packet<M>, eight: usize) {
         self[i] = packet.blocked_bits(eight) as u8;
     }
     #[inline(always)]
-    fn put_none<V: Lanes>(&mut self, i: usize, _: &RayPacket) {
-        self[i] = 0;
-    }
-    #[inline(always)]
-    fn clear(&mut self, i: usize, _: &RayPacket) {
+    fn put_none(&mut self, i: usize, _: &RayPacket) {
         self[i] = 0;
     }
     #[inline(always)]
@@ -147,13 +86,13 @@ mod tests {
         ray::Origins,
         scene::SceneBuilder,
         simd::{F32x8, Vec3x8},
-        trace::{Method, Tracer},
+        trace::{Method, Tracer, order},
     };
     use glam::Vec3;
 
     /// Rays with hits, without, lanes and packets without a ray, runs that go past everything, and rays that are sorted.
     #[test]
-    fn long_columns_of_hits_are_what_short_ones_are() {
+    fn one_call_finds_what_short_ones_find() {
         let mut random = fastrand::Rng::with_seed(9);
         let mut unit = move || random.f32() * 2.0 - 1.0;
         let mut vector = move || Vec3::new(unit(), unit(), unit());
@@ -167,7 +106,7 @@ mod tests {
         }
         let scene = builder.finish();
         let bvh = Bvh::build(&scene);
-        let packets = LONG / size_of::<HitPacket>() + 100;
+        let packets = 20 * order::PACKETS + 100;
         let rays: Vec<RayPacket> = (0..packets)
             .map(|i| {
                 // Runs of 512 packets: into the scene, past it, every way.
