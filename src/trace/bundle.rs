@@ -52,11 +52,6 @@ impl Entry {
 // Tuned: see docs/lab-notes.md#deferred-leaves
 const DEFERRED_LEAVES: usize = 4;
 
-/// The leaf at which this many packets were finished, all their rays blocked, is what the next bundle visits first.
-/// (After the light buffer of Haines and Greenberg 1986; here a leaf, or two, serves a bundle.)
-// Tuned: see docs/lab-notes.md#occluder-cache
-const BLOCKED_PACKETS: u32 = 4;
-
 /// How the rays of a bundle are culled.
 pub(super) struct Culling<'a, V: Lanes> {
     pub frustum: Option<&'a BundleFrustum<V>>,
@@ -111,21 +106,6 @@ impl Tracer<'_> {
         // A ring of `held` leaves, oldest first.
         let mut deferred = [Entry::NONE; DEFERRED_LEAVES];
         let (mut held, mut oldest) = (0, 0);
-        let mut enough = DEFERRED_LEAVES;
-        // The cached occluder comes first, and is not deferred.
-        if ANY
-            && SHARED
-            && let Some([first, second]) = self.occluder_cache.take()
-        {
-            enough = 1 + usize::from(second != first);
-            for child in [second, first].into_iter().skip(2 - enough) {
-                self.bundle_stack.push(Entry {
-                    child,
-                    packets: all,
-                    q_near: 0.0,
-                });
-            }
-        }
         // The deferred node, and whether nothing comes after it.
         let (mut node, mut is_last) = (Entry::NONE, false);
         loop {
@@ -181,10 +161,9 @@ impl Tracer<'_> {
             if SHARED {
                 if leaf.packets != 0 {
                     deferred[(oldest + held - 1) % DEFERRED_LEAVES] = leaf;
-                    if held < enough {
+                    if held < DEFERRED_LEAVES {
                         continue;
                     }
-                    enough = DEFERRED_LEAVES;
                 }
                 if held == 0 {
                     continue;
@@ -226,11 +205,7 @@ impl Tracer<'_> {
                     self.density.visits.add(count, met);
                 }
                 let packets = &mut self.rooms.of_mut::<V>().packets;
-                let taken = leaf::shared_origin::<B, V, ANY>(blocks, leaves, culling, packets);
-                if ANY && taken.count_ones() >= BLOCKED_PACKETS {
-                    self.occluder_cache = Some(leaves.child);
-                }
-                taken
+                leaf::shared_origin::<B, V, ANY>(blocks, leaves, culling, packets)
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
                 let room = self.rooms.of_mut::<V>();

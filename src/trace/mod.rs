@@ -26,7 +26,7 @@ mod single;
 mod sink;
 
 use crate::{
-    accel::{Bvh, Child, LeafBlocks, Node8, TriangleBlocks, prefetch_for_later},
+    accel::{Bvh, LeafBlocks, Node8, TriangleBlocks, prefetch_for_later},
     geometry::TriangleLeaf,
     ray::{HitPacket, Origins, RayPacket},
     simd::{
@@ -107,8 +107,6 @@ pub struct Tracer<'a> {
     /// Cost of the last group of shadow rays, whichever light it came from.
     effort: order::Effort,
     slots: Box<[single::Slot; single::SLOTS]>,
-    /// Occluder cache: the last leaves that blocked many of the [last bundle's](bundle) packets.
-    occluder_cache: Option<[Child; 2]>,
 }
 
 /// Counts the leaves that bundles visited.
@@ -278,7 +276,6 @@ impl<'a> Tracer<'a> {
             visits: Visits::default(),
             effort: order::Effort::default(),
             slots: Box::new(single::slots(bvh.stats().depth)),
-            occluder_cache: None,
         }
     }
 

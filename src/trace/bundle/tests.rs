@@ -9,7 +9,7 @@ use glam::Vec3;
 
 /// From two lights in turn to points behind a large triangle, and behind many small ones, and beside them.
 #[test]
-fn what_blocked_others_blocks_no_more_than_it_should() {
+fn bundles_are_blocked_where_single_rays_are() {
     let mut random = fastrand::Rng::with_seed(11);
     let mut unit = move || random.f32() * 2.0 - 1.0;
     let mut builder = SceneBuilder::new();
@@ -58,7 +58,6 @@ fn what_blocked_others_blocks_no_more_than_it_should() {
                 let mut tracer = Tracer::with_method(&bvh, method);
                 tracer.hold_to(widths);
                 tracer.let_nodes_wait(defer_nodes);
-                let mut were_kept = false;
                 for round in 0..6 {
                     let light = round % 2;
                     let own = blocked(&mut tracer, lights[light]);
@@ -66,9 +65,7 @@ fn what_blocked_others_blocks_no_more_than_it_should() {
                         own == expected[light],
                         "{method:?} {widths:?} {defer_nodes} {round}"
                     );
-                    were_kept |= tracer.occluder_cache.is_some();
                 }
-                assert!(were_kept, "{method:?} {widths:?}: nothing came first");
             }
         }
     }
