@@ -48,7 +48,6 @@ impl Entry {
 }
 
 /// This many leaves wait for their prefetch while other nodes and leaves are visited, where rays share their origin.
-/// In occlusion an inner node of a large tree waits by one pop as well.
 // Tuned: see docs/lab-notes.md#deferred-leaves
 const DEFERRED_LEAVES: usize = 4;
 
@@ -106,8 +105,6 @@ impl Tracer<'_> {
         // A ring of `held` leaves, oldest first.
         let mut deferred = [Entry::NONE; DEFERRED_LEAVES];
         let (mut held, mut oldest) = (0, 0);
-        // The deferred node, and whether nothing comes after it.
-        let (mut node, mut is_last) = (Entry::NONE, false);
         loop {
             let mut leaf = match self.bundle_stack.pop() {
                 Some(Entry {
@@ -120,18 +117,6 @@ impl Tracer<'_> {
                         continue;
                     }
                     if child.is_inner() {
-                        let (mut child, mut packets, mut q_near) = (child, packets, q_near);
-                        // Field by field: copying whole entries is slower, see docs/lab-notes.md#packet-limits
-                        if ANY && SHARED && self.defer_nodes && !is_last {
-                            std::mem::swap(&mut child, &mut node.child);
-                            std::mem::swap(&mut packets, &mut node.packets);
-                            std::mem::swap(&mut q_near, &mut node.q_near);
-                            packets &= V::Packets::splat(q_near).le(q_limit).bits();
-                            if packets == 0 {
-                                continue;
-                            }
-                        }
-                        is_last = false;
                         self.push_children::<B, V, ANY, SHARED>(
                             blocks,
                             &bvh.nodes()[child.index()],
@@ -148,12 +133,6 @@ impl Tracer<'_> {
                             q_near,
                         }
                     }
-                }
-                None if ANY && SHARED && node.packets != 0 => {
-                    self.bundle_stack.push(node);
-                    node.packets = 0;
-                    is_last = true;
-                    continue;
                 }
                 None if held == 0 => break,
                 None => Entry::NONE,

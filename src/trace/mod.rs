@@ -94,8 +94,6 @@ pub struct Tracer<'a> {
     sorted: order::Sorted,
     /// How many groups still skip sorting.
     skipped_sorts: u32,
-    /// Whether inner nodes are [deferred](bundle) too: the tree is larger than the caches near the core.
-    defer_nodes: bool,
     widths: Widths,
     density: Density,
     /// For rays with separate origins.
@@ -155,10 +153,6 @@ fn is_incoherent<const ANY: bool>(rays: usize, visits: Visits) -> bool {
     let least_x2 = if ANY { 3 } else { 4 };
     visits.leaves > 2 * rays && 2 * visits.packets < least_x2 * visits.leaves
 }
-
-/// Bytes of nodes that make a tree large. (Its whole triangle blocks are eight times as much, indexed ones five
-/// times.)
-const LARGE: usize = 1 << 20;
 
 /// The set bits of a mask, lowest first.
 #[inline(always)]
@@ -268,7 +262,6 @@ impl<'a> Tracer<'a> {
             tasks: Vec::with_capacity(BUFFERED_TASKS),
             sorted: order::Sorted::new(),
             skipped_sorts: 0,
-            defer_nodes: size_of_val(bvh.nodes()) > LARGE,
             widths: Widths::Fitting,
             density: Density::default(),
             separate_backoff: Backoff::default(),
@@ -277,11 +270,6 @@ impl<'a> Tracer<'a> {
             effort: order::Effort::default(),
             slots: Box::new(single::slots(bvh.stats().depth)),
         }
-    }
-
-    /// Sets whether inner nodes are [deferred](bundle) in occlusion, to verify that in small trees too.
-    pub(crate) fn let_nodes_wait(&mut self, wait: bool) {
-        self.defer_nodes = wait;
     }
 
     /// Holds rays with a shared origin to one width, to verify each width with any rays.

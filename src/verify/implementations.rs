@@ -48,7 +48,6 @@ pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implem
         Box::new(Kernel {
             name,
             tracer,
-            defer_nodes: false,
             hits: Vec::new(),
             blocked: Vec::new(),
         })
@@ -117,8 +116,6 @@ impl Implementation for Scalar<'_> {
 struct Kernel<'a> {
     name: &'static str,
     tracer: Tracer<'a>,
-    /// Whether occlusion queries defer inner nodes.
-    defer_nodes: bool,
     hits: Vec<HitPacket>,
     blocked: Vec<u8>,
 }
@@ -129,9 +126,6 @@ impl Implementation for Kernel<'_> {
     }
 
     fn trace(&mut self, group: &Group, found: &mut Vec<Found>) {
-        // Every other group runs as in trees too large for the caches.
-        self.defer_nodes = !self.defer_nodes;
-        self.tracer.let_nodes_wait(self.defer_nodes);
         let (origins, packets) = (group.packets.origins(), group.packets.packets());
         self.hits.resize(packets.len(), HitPacket::miss(F32x8::ZERO));
         self.blocked.resize(packets.len(), 0);

@@ -54,18 +54,12 @@ fn bundles_are_blocked_where_single_rays_are() {
     }
     for method in [Method::Adaptive, Method::AdaptiveBaseline] {
         for widths in [Widths::Fitting, Widths::One, Widths::Pair] {
-            for defer_nodes in [false, true] {
-                let mut tracer = Tracer::with_method(&bvh, method);
-                tracer.hold_to(widths);
-                tracer.let_nodes_wait(defer_nodes);
-                for round in 0..6 {
-                    let light = round % 2;
-                    let own = blocked(&mut tracer, lights[light]);
-                    assert!(
-                        own == expected[light],
-                        "{method:?} {widths:?} {defer_nodes} {round}"
-                    );
-                }
+            let mut tracer = Tracer::with_method(&bvh, method);
+            tracer.hold_to(widths);
+            for round in 0..6 {
+                let light = round % 2;
+                let own = blocked(&mut tracer, lights[light]);
+                assert!(own == expected[light], "{method:?} {widths:?} {round}");
             }
         }
     }
