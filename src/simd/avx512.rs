@@ -185,8 +185,8 @@ impl TriangleLanes for F32x16 {
     }
 }
 
-/// Thirty-two lanes as two registers: packets of 32 rays with a shared origin. 512 rays pass nodes and leaves
-/// together, and each broadcast serves twice as many.
+/// Thirty-two lanes as two registers: packets of 32 rays with a shared origin, in occlusion. 512 rays pass nodes and
+/// leaves together, and each broadcast serves twice as many.
 // Tuned: see docs/lab-notes.md#packets-of-32
 pub type F32x16x2 = Pair<F32x16>;
 

@@ -180,9 +180,6 @@ impl Tracer<'_> {
                 let count = 1 + usize::from(second.1 != 0);
                 let met = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
                 self.visits.add(count, met);
-                if !ANY && leaf.child.is_triangles() {
-                    self.density.visits.add(count, met);
-                }
                 let packets = &mut self.rooms.of_mut::<V>().packets;
                 leaf::shared_origin::<B, V, ANY>(blocks, leaves, culling, packets)
             } else {

@@ -10,7 +10,6 @@
 
 mod backoff;
 mod bundle;
-mod density;
 mod directions;
 mod dominant;
 mod entry;
@@ -36,7 +35,6 @@ use crate::{
 };
 use backoff::Backoff;
 use bundle::Culling;
-use density::Density;
 use dominant::DominantAxis;
 use frustum::{BundleFrustum, Frustum};
 use glam::Vec3;
@@ -94,8 +92,6 @@ pub struct Tracer<'a> {
     sorted: order::Sorted,
     /// How many groups still skip sorting.
     skipped_sorts: u32,
-    widths: Widths,
-    density: Density,
     /// For rays with separate origins.
     separate_backoff: Backoff,
     /// For rays with a shared origin: closest hit, then occlusion.
@@ -121,28 +117,6 @@ impl Visits {
     fn add(&mut self, leaves: usize, packets: usize) {
         self.leaves += leaves;
         self.packets += packets;
-    }
-}
-
-/// Selects how many lanes packets with a shared origin have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Widths {
-    /// A [pair](crate::simd::pair) of vectors where that pays.
-    Fitting,
-    /// One vector.
-    One,
-    /// A pair of vectors.
-    Pair,
-}
-
-impl Widths {
-    /// Whether packets go in pairs, given whether that pays.
-    fn are_wide(self, pays: bool) -> bool {
-        match self {
-            Self::Fitting => pays,
-            Self::One => false,
-            Self::Pair => true,
-        }
     }
 }
 
@@ -183,8 +157,7 @@ impl Iterator for Bits {
     }
 }
 
-/// [`RayPacket`]s with a shared origin that share one [`entry`]: two bundles of 512 rays, four of 256, or eight of
-/// 128.
+/// [`RayPacket`]s with a shared origin that share one [`entry`]: four bundles of 256 rays, or eight of 128.
 const ENTRY_PACKETS: usize = 128;
 
 /// Prefetches packet `i` of the rays, if there is one. Called for each packet as another is made ready, since a core
@@ -262,19 +235,12 @@ impl<'a> Tracer<'a> {
             tasks: Vec::with_capacity(BUFFERED_TASKS),
             sorted: order::Sorted::new(),
             skipped_sorts: 0,
-            widths: Widths::Fitting,
-            density: Density::default(),
             separate_backoff: Backoff::default(),
             shared_backoff: <[Backoff; 2]>::default(),
             visits: Visits::default(),
             effort: order::Effort::default(),
             slots: Box::new(single::slots(bvh.stats().depth)),
         }
-    }
-
-    /// Holds rays with a shared origin to one width, to verify each width with any rays.
-    pub(crate) fn hold_to(&mut self, widths: Widths) {
-        self.widths = widths;
     }
 
     /// Finds the closest hit of each ray; of equally near ones, the one with the lowest id. Neighbours in `rays`

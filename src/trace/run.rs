@@ -48,7 +48,7 @@ fn without_invalid(
 
 impl Tracer<'_> {
     /// [`dispatch`](Self::dispatch) for one block layout: to kernels of sixteen lanes with AVX-512, else of eight;
-    /// for a shared origin, to twice as many lanes where they [pay](pair).
+    /// for a shared origin, to twice as many in occlusion with AVX-512, and where they [pay](pair) without.
     pub(super) fn dispatch_to<B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
@@ -76,41 +76,31 @@ impl Tracer<'_> {
     }
 
     /// Traces up to the first group that holds an invalid ray.
+    // Tuned: see docs/lab-notes.md#packets-of-32
     fn trace_valid<'w, B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
-        mut work: Work<'w, A>,
+        work: Work<'w, A>,
     ) -> Work<'w, A> {
         #[cfg(target_arch = "x86_64")]
         use crate::simd::avx512::{self, F32x16, F32x16x2};
-        let mut done = usize::MAX;
-        while work.next < work.rays.len() && work.next != done {
-            done = work.next;
-            #[cfg(target_arch = "x86_64")]
-            if self.method != Method::Packet
-                && self.method != Method::AdaptiveBaseline
-                && avx512::is_available()
-            {
-                let pays = ANY || !self.density.is_high;
-                let is_wide = SHARED && self.method == Method::Adaptive && self.widths.are_wide(pays);
-                // SAFETY: the CPU has these instructions.
-                work = unsafe {
-                    if is_wide {
-                        self.run_avx512::<B, F32x16x2, A, ANY, SHARED>(blocks, work)
-                    } else {
-                        self.run_avx512::<B, F32x16, A, ANY, SHARED>(blocks, work)
-                    }
-                };
-                continue;
-            }
-            let is_wide = SHARED && self.method != Method::Packet && self.widths.are_wide(pair::IS_FAST);
-            if is_wide {
-                work = self.run::<B, F32x8x2, A, ANY, SHARED>(blocks, work);
-            } else {
-                work = self.run::<B, F32x8, A, ANY, SHARED>(blocks, work);
-            }
+        #[cfg(target_arch = "x86_64")]
+        if self.method != Method::Packet && self.method != Method::AdaptiveBaseline && avx512::is_available()
+        {
+            // SAFETY: the CPU has these instructions.
+            return unsafe {
+                if SHARED && ANY && self.method == Method::Adaptive {
+                    self.run_avx512::<B, F32x16x2, A, ANY, SHARED>(blocks, work)
+                } else {
+                    self.run_avx512::<B, F32x16, A, ANY, SHARED>(blocks, work)
+                }
+            };
         }
-        work
+        if SHARED && self.method != Method::Packet && pair::IS_FAST {
+            self.run::<B, F32x8x2, A, ANY, SHARED>(blocks, work)
+        } else {
+            self.run::<B, F32x8, A, ANY, SHARED>(blocks, work)
+        }
     }
 
     /// [`run`](Self::run) with AVX-512.
@@ -124,8 +114,8 @@ impl Tracer<'_> {
         self.run::<B, V, A, ANY, SHARED>(blocks, work)
     }
 
-    /// Traces as the packets come, or sorted by direction. Returns early if the next rays may need another width, or if
-    /// there is an invalid one among them.
+    /// Traces as the packets come, or sorted by direction. Returns early if there is an invalid ray among the next
+    /// ones.
     #[inline(always)]
     fn run<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
@@ -151,7 +141,6 @@ impl Tracer<'_> {
             _ => rays.len().max(1),
         };
         let mut sorted = std::mem::take(&mut self.sorted);
-        let was_high = self.density.is_high;
         for start in (next..rays.len()).step_by(at_a_time) {
             let end = rays.len().min(start + at_a_time);
             let origins_of_group = if SHARED { &[] } else { &origins[start..end] };
@@ -191,12 +180,6 @@ impl Tracer<'_> {
             if !SHARED && order.is_some() && self.separate_backoff.is_on() {
                 self.skipped_sorts = SKIPPED_SORTS;
             }
-            if SHARED && !ANY {
-                self.density.end_group();
-                if self.density.is_high != was_high {
-                    break;
-                }
-            }
         }
         self.sorted = sorted;
         Work {
@@ -228,7 +211,7 @@ mod tests {
         ray::{Hit, HitPacket, Origins, Ray, RayPacket, RayPackets},
         scene::SceneBuilder,
         simd::{F32x8, LANES, Vec3x8},
-        trace::{Method, Tracer, Widths, order},
+        trace::{Method, Tracer, order},
     };
     use glam::Vec3;
 
@@ -283,16 +266,13 @@ mod tests {
         let count: u32 = expected[0].iter().map(|bits| bits.count_ones()).sum();
         assert!((5000..8000).contains(&count), "{count}");
         for method in [Method::Adaptive, Method::AdaptiveBaseline] {
-            for widths in [Widths::Fitting, Widths::One, Widths::Pair] {
-                let mut tracer = Tracer::with_method(&bvh, method);
-                tracer.hold_to(widths);
-                assert!(tracer.sorted.rays().is_empty());
-                let mut first = vec![0; packets];
-                tracer.occluded(Origins::Shared(light), &rays, &mut first);
-                assert!(!tracer.sorted.rays().is_empty(), "nothing was sorted");
-                assert!(first == expected[0], "{method:?} {widths:?}");
-                assert!(blocked(&mut tracer) == expected, "{method:?} {widths:?}");
-            }
+            let mut tracer = Tracer::with_method(&bvh, method);
+            assert!(tracer.sorted.rays().is_empty());
+            let mut first = vec![0; packets];
+            tracer.occluded(Origins::Shared(light), &rays, &mut first);
+            assert!(!tracer.sorted.rays().is_empty(), "nothing was sorted");
+            assert!(first == expected[0], "{method:?}");
+            assert!(blocked(&mut tracer) == expected, "{method:?}");
         }
     }
 

@@ -6,8 +6,8 @@ use crate::{
     ray::{Hit, HitPacket},
     reference::bvh::{self, Stack},
     scene::Scene,
-    simd::{F32x8, LANES, pair},
-    trace::{Method, Tracer, Widths},
+    simd::{F32x8, LANES},
+    trace::{Method, Tracer},
 };
 
 /// The results of one ray.
@@ -44,40 +44,25 @@ pub type Implementations = dyn for<'a> Fn(&'a Scene, &'a Bvh) -> Vec<Box<dyn Imp
 /// Returns every implementation that octray has on this CPU.
 #[must_use]
 pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> {
-    let with_tracer = |name, tracer| -> Box<dyn Implementation + 'a> {
+    let kernel = |name, method| -> Box<dyn Implementation + 'a> {
         Box::new(Kernel {
             name,
-            tracer,
+            tracer: Tracer::with_method(bvh, method),
             hits: Vec::new(),
             blocked: Vec::new(),
         })
     };
-    let kernel = |name, method| with_tracer(name, Tracer::with_method(bvh, method));
     let mut all: Vec<Box<dyn Implementation + 'a>> = vec![Box::new(Scalar {
         bvh: bvh.binary(scene),
         stack: Stack::default(),
     })];
-    let with_widths = |name, method, widths| {
-        let mut tracer = Tracer::with_method(bvh, method);
-        tracer.hold_to(widths);
-        with_tracer(name, tracer)
-    };
     if has_avx512() {
         all.push(kernel("adaptive, AVX-512", Method::Adaptive));
-        all.push(with_widths("adaptive, 16 lanes", Method::Adaptive, Widths::One));
-        all.push(with_widths("adaptive, 32 lanes", Method::Adaptive, Widths::Pair));
         all.push(kernel("single rays, AVX-512", Method::Single));
     } else {
         all.push(kernel("single rays", Method::Single));
     }
     all.push(kernel("adaptive, as compiled", Method::AdaptiveBaseline));
-    if pair::IS_FAST {
-        all.push(with_widths(
-            "adaptive, 8 lanes",
-            Method::AdaptiveBaseline,
-            Widths::One,
-        ));
-    }
     all.push(kernel("packets", Method::Packet));
     all
 }

@@ -3,7 +3,7 @@ use crate::{
     ray::{Origins, RayPacket},
     scene::SceneBuilder,
     simd::{F32x8, LANES, Vec3x8},
-    trace::{Method, Tracer, Widths},
+    trace::{Method, Tracer},
 };
 use glam::Vec3;
 
@@ -53,14 +53,11 @@ fn bundles_are_blocked_where_single_rays_are() {
         assert!((1000..3500).contains(&count), "{count}");
     }
     for method in [Method::Adaptive, Method::AdaptiveBaseline] {
-        for widths in [Widths::Fitting, Widths::One, Widths::Pair] {
-            let mut tracer = Tracer::with_method(&bvh, method);
-            tracer.hold_to(widths);
-            for round in 0..6 {
-                let light = round % 2;
-                let own = blocked(&mut tracer, lights[light]);
-                assert!(own == expected[light], "{method:?} {widths:?} {round}");
-            }
+        let mut tracer = Tracer::with_method(&bvh, method);
+        for round in 0..6 {
+            let light = round % 2;
+            let own = blocked(&mut tracer, lights[light]);
+            assert!(own == expected[light], "{method:?} {round}");
         }
     }
 }
