@@ -57,6 +57,7 @@
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
 
 pub use glam;
+pub use simd::{Level, LevelError, isa};
 
 pub mod accel;
 pub mod bench;
@@ -70,13 +71,15 @@ pub mod generate;
 pub mod geometry;
 #[cfg(feature = "cli")]
 mod heat;
+pub mod lanes;
 pub mod math;
 pub mod ray;
 pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod shade;
-pub mod simd;
+pub(crate) mod simd;
+pub mod simd_old;
 pub mod trace;
 pub mod verify;
 #[cfg(feature = "viewer")]

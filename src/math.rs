@@ -3,13 +3,15 @@
 //! What decides a hit or a colour uses these functions, because glam does not specify the order and rounding of its
 //! own. The twins in `simd` do the same operations in the same order.
 
+pub(crate) mod fused;
+
 use glam::Vec3;
 
 /// Whether [`mul_add`] and its SIMD twin are fused in this build.
 // Tuned: see docs/lab-notes.md#fused
 pub const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
-/// Returns `a * b + c`, fused in exactly the builds in which `simd::mul_add` is.
+/// Returns `a * b + c`, fused in exactly the builds in which `simd_old::mul_add` is.
 #[inline(always)]
 #[must_use]
 pub fn mul_add(a: f32, b: f32, c: f32) -> f32 {
@@ -60,14 +62,14 @@ pub fn scale_to_one(size: f32) -> f32 {
 /// The exponent bits of an `f32`.
 pub(crate) const EXPONENT: u32 = 0xff << 23;
 
-/// Returns the larger number, or `b` if either is NaN. Twin of `simd::max`.
+/// Returns the larger number, or `b` if either is NaN. Twin of `simd_old::max`.
 #[inline(always)]
 #[must_use]
 pub fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Returns the smaller number, or `b` if either is NaN. Twin of `simd::min`.
+/// Returns the smaller number, or `b` if either is NaN. Twin of `simd_old::min`.
 #[inline(always)]
 #[must_use]
 pub fn min(a: f32, b: f32) -> f32 {

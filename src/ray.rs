@@ -1,6 +1,6 @@
 //! Rays and hits, single and in packets of eight. Coordinates are relative to the origin of the scene.
 
-use crate::simd::{F32x8, LANES, Mask8, Vec3x8, eq, splat};
+use crate::lanes::{F32x8, LANES, Vec3x8};
 use glam::Vec3;
 
 /// The id of a primitive: triangles from 0, then spheres.
@@ -127,17 +127,6 @@ impl RayPacket {
         }
     }
 
-    /// Which lanes have an [invalid](Ray::is_valid) ray, but for its origin.
-    #[inline(always)]
-    pub(crate) fn invalid(&self) -> Mask8 {
-        let [x, y, z] = [self.direction.x, self.direction.y, self.direction.z];
-        let zero = splat(0.0);
-        // A product with 0 is NaN unless the number is finite.
-        let products = (x * zero + y * zero) + (z * zero + self.t_max * zero);
-        let is_zero = eq(x, zero) & eq(y, zero) & eq(z, zero);
-        !eq(products, zero) | is_zero
-    }
-
     /// Replaces invalid rays by rays that end where they begin.
     pub(crate) fn make_valid(&mut self, origin: &mut Vec3x8) {
         let rays = std::array::from_fn(|lane| self.ray(lane, origin.lane(lane)).or_nothing());
@@ -145,13 +134,6 @@ impl RayPacket {
         self.direction = Vec3x8::from_lanes(rays.map(|ray| ray.direction));
         self.t_max = rays.map(|ray| ray.t_max).into();
     }
-}
-
-/// Which of eight points are not finite.
-#[inline(always)]
-pub(crate) fn not_finite(points: &Vec3x8) -> Mask8 {
-    let zero = splat(0.0);
-    !eq(points.x * zero + points.y * zero + points.z * zero, zero)
 }
 
 /// The origins of packets of rays, scene units.
@@ -293,8 +275,8 @@ impl HitPacket {
     pub fn miss(t_max: F32x8) -> Self {
         Self {
             t: t_max,
-            u: splat(0.0),
-            v: splat(0.0),
+            u: F32x8::ZERO,
+            v: F32x8::ZERO,
             primitive: [u32::MAX; LANES],
         }
     }

@@ -8,11 +8,11 @@ use crate::{
     truth::{self, Right},
 };
 use octray::{
+    Level,
     accel::Bvh,
     bench::{Kind, RaySet, Results, Workload, reference, trace_set},
     scene::Scene,
-    simd,
-    trace::{Method, Tracer},
+    trace::Tracer,
 };
 use std::time::Instant;
 
@@ -163,9 +163,6 @@ pub fn builds_of(api: &Api, scene: &Scene, plan: Plan) -> Result<Builds, String>
     Ok(best)
 }
 
-/// Whether octray's own kernels, those for AVX-512 aside, are compiled for AVX2 and no more.
-pub const IS_AVX2: bool = cfg!(all(target_feature = "avx2", not(target_feature = "avx512f")));
-
 /// The settings of a run.
 #[derive(Clone, Copy)]
 pub struct Plan {
@@ -181,22 +178,17 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// How octray traces.
-    fn method(self) -> Method {
-        if self.avx2 {
-            Method::AdaptiveBaseline
-        } else {
-            Method::Adaptive
+    /// The level that octray is held to.
+    fn level(self) -> Level {
+        match "avx2".parse() {
+            Ok(level) if self.avx2 => level,
+            _ => Level::current(),
         }
     }
 
-    /// What octray's kernels are compiled for.
+    /// The instruction set of that level.
     pub fn isa(self) -> &'static str {
-        if self.avx2 {
-            simd::COMPILED_FOR
-        } else {
-            simd::isa()
-        }
+        self.level().instructions()
     }
 }
 
@@ -275,7 +267,7 @@ impl<'a> Embree<'a> {
 fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan: Plan, robust: bool) -> Row {
     eprintln!("{}: {} rays", input.name, set.kind.name());
     let mut embree = Embree::new(scenes, set);
-    let mut tracer = Tracer::with_method(bvh, plan.method());
+    let mut tracer = Tracer::new(bvh).at_level(plan.level());
     let mut results = Results::default();
     trace_set(&mut tracer, set, &mut results);
     let exact = results.same(&reference(&input.scene, bvh, set));

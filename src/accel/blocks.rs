@@ -10,7 +10,7 @@
 use crate::{
     geometry::{IndexedBlock, SphereBlock, TriangleBlock, TriangleLeaf as _},
     scene::Scene,
-    simd::LANES,
+    simd_old::LANES,
 };
 
 /// Selects how triangles are stored.

@@ -8,7 +8,7 @@ use crate::{
     math::Aabb,
     ray::PrimitiveId,
     scene::{Primitive, Scene},
-    simd::{F32x8, LANES, max, swap_halves},
+    simd_old::{F32x8, LANES, max, swap_halves},
 };
 use glam::Vec3;
 use rayon::prelude::*;

@@ -16,7 +16,7 @@ use crate::{
     math::Aabb,
     ray::PrimitiveId,
     scene::Scene,
-    simd::{F32x8, Vec3x8},
+    simd_old::{F32x8, Vec3x8},
 };
 use glam::Vec3;
 use rayon::prelude::*;

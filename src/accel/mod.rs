@@ -35,7 +35,7 @@ use crate::{
     geometry::SphereBlock,
     math::Aabb,
     scene::{Scene, SceneId},
-    simd::LANES,
+    simd_old::LANES,
 };
 use std::{
     sync::OnceLock,

@@ -3,7 +3,7 @@
 
 use crate::{
     math::Aabb,
-    simd::{F32x8, LANES},
+    simd_old::{F32x8, LANES},
 };
 use glam::Vec3;
 

@@ -6,7 +6,7 @@
 //! tree's [later steps](super::tree) weigh the parts for bundles.
 
 use super::{boxes::Box8, plan::WIDTH};
-use crate::simd::{F32x8, trunc};
+use crate::simd_old::{F32x8, trunc};
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -6,7 +6,7 @@ use crate::{
     ray::{HitPacket, Origins, PrimitiveId, Ray, RayPacket},
     reference::bvh::{self, Stack},
     scene::Scene,
-    simd::{F32x8, LANES},
+    simd_old::{F32x8, LANES},
     trace::{self, Tracer},
 };
 use std::time::Instant;

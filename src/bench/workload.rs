@@ -5,7 +5,7 @@ use crate::{
     math::{cross, dot, max_abs, mul_add3, normalize, scale_to_one},
     ray::{Hit, HitPacket, Ray, RayPacket, RayPackets, T_MAX},
     scene::{Camera, Primitive, Scene, for_each_packet},
-    simd::{F32x8, LANES, gt, splat},
+    simd_old::{F32x8, LANES, gt, splat},
     trace::Tracer,
 };
 use glam::Vec3;

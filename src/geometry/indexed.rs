@@ -4,11 +4,9 @@
 
 use super::{TriangleBlock, TriangleLeaf};
 use crate::{
+    lanes::{LANES, Vec3x8},
     ray::PrimitiveId,
-    simd::{
-        LANES, Vec3x8,
-        lanes::{Column, TriangleLanes, Vec3Lanes},
-    },
+    simd::{Column, EightLanes, Simd, TriangleLanes, Vec3Lanes},
 };
 use glam::Vec3;
 
@@ -99,48 +97,48 @@ impl IndexedBlock {
 
     /// The vertices at these places.
     #[inline(always)]
-    fn corner<V: TriangleLanes>(&self, places: u32) -> Vec3x8 {
+    fn corner<S: Simd>(&self, simd: S, places: u32) -> Vec3x8 {
         let [x, y, z] = self.axes();
         Vec3x8::new(
-            V::picked8(x, places),
-            V::picked8(y, places),
-            V::picked8(z, places),
+            S::V8::picked8(simd, x, places).to8(),
+            S::V8::picked8(simd, y, places).to8(),
+            S::V8::picked8(simd, z, places).to8(),
         )
     }
 }
 
 impl TriangleLeaf for IndexedBlock {
     #[inline(always)]
-    fn corners<V: TriangleLanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
+    fn corners<V: TriangleLanes>(simd: V::Simd, [low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
         let ([x0, y0, z0], [x1, y1, z1]) = (low.axes(), high.axes());
         let ([a0, b0, c0], [a1, b1, c1]) = (low.places(), high.places());
         let (a, b, c) = ([a0, a1], [b0, b1], [c0, c1]);
         [
             Vec3Lanes {
-                x: V::picked([x0, x1], a),
-                y: V::picked([y0, y1], a),
-                z: V::picked([z0, z1], a),
+                x: V::picked(simd, [x0, x1], a),
+                y: V::picked(simd, [y0, y1], a),
+                z: V::picked(simd, [z0, z1], a),
             },
             Vec3Lanes {
-                x: V::picked([x0, x1], b),
-                y: V::picked([y0, y1], b),
-                z: V::picked([z0, z1], b),
+                x: V::picked(simd, [x0, x1], b),
+                y: V::picked(simd, [y0, y1], b),
+                z: V::picked(simd, [z0, z1], b),
             },
             Vec3Lanes {
-                x: V::picked([x0, x1], c),
-                y: V::picked([y0, y1], c),
-                z: V::picked([z0, z1], c),
+                x: V::picked(simd, [x0, x1], c),
+                y: V::picked(simd, [y0, y1], c),
+                z: V::picked(simd, [z0, z1], c),
             },
         ]
     }
 
     #[inline(always)]
-    fn whole<'a, V: TriangleLanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
+    fn whole<'a, S: Simd>(&'a self, simd: S, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
         let ([a, b, c], [x, y, z]) = (self.places(), &self.lines);
         room.insert(TriangleBlock {
-            v0: self.corner::<V>(a),
-            v1: self.corner::<V>(b),
-            v2: self.corner::<V>(c),
+            v0: self.corner(simd, a),
+            v1: self.corner(simd, b),
+            v2: self.corner(simd, c),
             id: [
                 x.ids[0], x.ids[1], x.ids[2], y.ids[0], y.ids[1], y.ids[2], z.ids[0], z.ids[1],
             ],
@@ -190,7 +188,7 @@ impl Names {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::F32x8;
+    use crate::simd::{Level, Pair, at_level};
 
     type Triangle = (PrimitiveId, [u32; 3], [Vec3; 3]);
 
@@ -211,10 +209,11 @@ mod tests {
             .collect()
     }
 
-    fn is_unpacked<V: TriangleLanes>(low: &[Triangle], high: &[Triangle]) {
+    #[inline(always)]
+    fn is_unpacked<V: TriangleLanes>(simd: V::Simd, low: &[Triangle], high: &[Triangle]) {
         let blocks = [low, high].map(|all| IndexedBlock::new(all).expect("few vertices"));
         let mut columns = [[Column::splat(0.0); 3]; 3];
-        for (corner, columns) in IndexedBlock::corners::<V>(blocks.each_ref())
+        for (corner, columns) in IndexedBlock::corners::<V>(simd, blocks.each_ref())
             .into_iter()
             .zip(&mut columns)
         {
@@ -222,7 +221,7 @@ mod tests {
         }
         for (i, &(id, _, at)) in low.iter().enumerate() {
             let mut room = None;
-            let whole = blocks[0].whole::<V>(&mut room);
+            let whole = blocks[0].whole(simd, &mut room);
             assert_eq!((whole.triangle(i), whole.id(i)), (at, id.0));
             assert_eq!((blocks[0].triangle(i), blocks[0].id(i)), (at, id.0));
         }
@@ -237,6 +236,13 @@ mod tests {
         }
     }
 
+    #[inline(always)]
+    fn is_unpacked_at<S: Simd>(simd: S, low: &[Triangle], high: &[Triangle]) {
+        is_unpacked::<S::V8>(simd, low, high);
+        is_unpacked::<Pair<S::V8>>(simd, low, high);
+        is_unpacked::<S::V16>(simd, low, high);
+    }
+
     #[test]
     fn triangles_come_out_as_they_went_in() {
         let mut random = fastrand::Rng::with_seed(3);
@@ -246,11 +252,8 @@ mod tests {
                 triangles(&mut random, count, 12),
                 triangles(&mut random, LANES, 9),
             );
-            is_unpacked::<F32x8>(&low, &high);
-            is_unpacked::<crate::simd::pair::F32x8x2>(&low, &high);
-            #[cfg(target_arch = "x86_64")]
-            if crate::simd::avx512::is_available() {
-                is_unpacked::<crate::simd::avx512::F32x16>(&low, &high);
+            for level in Level::all() {
+                at_level!(level, |simd| is_unpacked_at(simd, &low, &high));
             }
         }
     }

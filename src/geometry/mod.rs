@@ -1,6 +1,6 @@
 //! The canonical tests: one primitive against eight rays, and eight primitives against one ray.
 //!
-//! What counts as a hit is decided here and nowhere else; [`reference`](crate::reference) says the same in scalar
+//! What counts as a hit is decided here and nowhere else; [`reference`](mod@crate::reference) says the same in scalar
 //! code and must agree bit for bit. A path may hoist subexpressions that its rays share, such as the edge functions
 //! of a triangle seen from a shared origin; it may not reorder or replace an operation.
 //!
@@ -12,10 +12,12 @@ mod indexed;
 mod sphere;
 mod triangle;
 
-pub use bounds::{Slabs8, pad, padded};
+pub use bounds::padded;
+pub(crate) use bounds::{ENTRY_SCALE, EXIT_SCALE, Slabs, interval, pad};
 pub use indexed::IndexedBlock;
-pub use sphere::{SphereBlock, intersect_spheres};
-pub use triangle::{
-    CANDIDATE_SLACK, EdgeFunctions, Edges, TriangleBlock, TriangleHits, TriangleLeaf, padded_boxes,
-    passes_through,
+pub use sphere::SphereBlock;
+pub(crate) use sphere::{chord, padded_sphere_boxes, sphere_hits};
+pub use triangle::TriangleBlock;
+pub(crate) use triangle::{
+    CANDIDATE_SLACK, EdgeFunctions, Edges, TriangleLeaf, may_hit, padded_boxes, passes_through,
 };

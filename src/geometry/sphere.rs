@@ -4,10 +4,11 @@
 //! nearest point (Haines, Günther and Akenine-Möller, *Precision Improvements for Ray/Sphere Intersection*, Ray
 //! Tracing Gems ch. 7, 2019), which keeps small far spheres round.
 
-use super::bounds::{Slabs8, pad};
+use super::bounds::pad;
 use crate::{
+    lanes::{F32x8, LANES, Vec3x8},
     ray::PrimitiveId,
-    simd::{F32x8, LANES, Mask8, Vec3x8, ge, gt, lane, le, max, min, splat},
+    simd::{Lanes, Vec3Lanes},
 };
 use glam::Vec3;
 
@@ -34,38 +35,38 @@ impl SphereBlock {
             id: std::array::from_fn(|i| spheres.get(i).map_or(PrimitiveId::NONE.0, |s| s.0.0)),
         }
     }
-
-    /// Returns sphere `i` in all lanes.
-    #[inline(always)]
-    #[must_use]
-    pub fn splat(&self, i: usize) -> (Vec3x8, F32x8) {
-        (Vec3x8::splat(self.center.lane(i)), splat(lane(&self.radius, i)))
-    }
 }
 
-/// Returns the lanes that hit, and the nearest t above 0, within the sphere's own box.
+/// Returns where rays are nearest to spheres, and the square of half the chord, negative for a miss; `from_center`: the
+/// origins relative to the centres.
 #[inline(always)]
 #[must_use]
-pub fn intersect_spheres(
-    center: Vec3x8,
-    radius: F32x8,
-    slabs: &Slabs8,
-    direction: &Vec3x8,
-) -> (Mask8, F32x8) {
-    let from_center = slabs.origin - center;
-    let nearest = -from_center.dot(*direction);
+pub(crate) fn chord<V: Lanes>(from_center: Vec3Lanes<V>, direction: Vec3Lanes<V>, radius: V) -> (V, V) {
+    let nearest = -from_center.dot(direction);
     let aside = direction.mul_add(nearest, from_center);
-    let discriminant = radius * radius - aside.dot(aside);
-    let half_chord = max(discriminant, splat(0.0)).sqrt();
-    let (t0, t1) = (nearest - half_chord, nearest + half_chord);
-    let t = gt(t0, splat(0.0)).select(t0, t1);
+    (nearest, radius * radius - aside.dot(aside))
+}
 
-    let size = Vec3x8::new(radius, radius, radius);
+/// Returns the padded boxes of spheres: lower and upper corners.
+#[inline(always)]
+#[must_use]
+pub(crate) fn padded_sphere_boxes<V: Lanes>(center: Vec3Lanes<V>, radius: V) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
+    let size = Vec3Lanes::new(radius, radius, radius);
     let (lower, upper) = (center - size, center + size);
-    let pad = pad(max(lower.max_abs(), upper.max_abs()));
-    let pad = Vec3x8::new(pad, pad, pad);
-    let (near, far) = slabs.interval(lower - pad, upper + pad);
-    let held = min(max(t, near), far);
-    let ahead = gt(t, splat(0.0)) & gt(held, splat(0.0));
-    (ge(discriminant, splat(0.0)) & ahead & le(near, far), held)
+    let pad = pad(lower.max_abs().max(upper.max_abs()));
+    (lower - pad, upper + pad)
+}
+
+/// Returns the rays that hit, given their [`chord`] and their interval in the spheres' padded boxes, and the nearest t
+/// above 0, within that.
+#[inline(always)]
+#[must_use]
+pub(crate) fn sphere_hits<V: Lanes>((nearest, discriminant): (V, V), (near, far): (V, V)) -> (V::Mask, V) {
+    let zero = nearest.all(0.0);
+    let half_chord = discriminant.max(zero).sqrt();
+    let (t0, t1) = (nearest - half_chord, nearest + half_chord);
+    let t = V::select(t0.gt(zero), t0, t1);
+    let held = t.max(near).min(far);
+    let ahead = t.gt(zero) & held.gt(zero);
+    (discriminant.ge(zero) & ahead & near.le(far), held)
 }

@@ -10,14 +10,11 @@
 //! the side of the plane on which a ray starts, and t; a ray that starts in the plane but for rounding may miss.
 // Tried: see docs/lab-notes.md#edge-functions-in-f64
 
-use super::bounds::{Slabs8, pad};
+use super::bounds::{Slabs, pad};
 use crate::{
+    lanes::{F32x8, LANES, Vec3x8},
     ray::PrimitiveId,
-    simd::{
-        F32x8, LANES, Mask8, Vec3x8, ge, gt, lane,
-        lanes::{Lanes, TriangleLanes, Vec3Lanes},
-        le, lt, max, min, splat,
-    },
+    simd::{EightLanes, LaneMask, Lanes, Simd, TriangleLanes, Vec3Eight, Vec3Lanes},
 };
 use glam::Vec3;
 
@@ -31,9 +28,9 @@ const EDGE_ERROR_64: f64 = 11.5 / (1_u64 << 53) as f64;
 
 /// Slack of the candidate filter at an edge, as a fraction of [`Edges::size`]: the bound on the rounding error of an
 /// edge function, 11.5 half-ulps, and the rounding of everything it is made of.
-pub const CANDIDATE_SLACK: f32 = 20.0 / (1 << 24) as f32;
+pub(crate) const CANDIDATE_SLACK: f32 = 20.0 / (1 << 24) as f32;
 
-/// Slack of [`TriangleBlock::may_hit`], whose edge functions are half of those of [`EdgeFunctions`]: half-ulps, as
+/// Slack of [`may_hit`], whose edge functions are half of those of [`EdgeFunctions`]: half-ulps, as
 /// fractions of 2 E (E + |A|), with E the longer of the edges from the first corner and A that corner relative to the
 /// origin. The rounding of an edge function there is 8.5 (two vectors, a cross product, a dot product), 10.5 for the
 /// one that the others leave of the determinant. [`passes_through`] accepts down to -11.5, itself wrong by up to
@@ -61,13 +58,13 @@ pub struct TriangleBlock {
 }
 
 /// A leaf block of up to eight triangles, in any layout.
-pub trait TriangleLeaf: Sized {
+pub(crate) trait TriangleLeaf: Sized {
     /// Returns first, second and third corners: of two blocks in vectors of sixteen lanes, else of the first.
     #[must_use]
-    fn corners<V: TriangleLanes>(blocks: [&Self; 2]) -> [Vec3Lanes<V>; 3];
+    fn corners<V: TriangleLanes>(simd: V::Simd, blocks: [&Self; 2]) -> [Vec3Lanes<V>; 3];
     /// Returns the block as columns, unpacked into `room` if necessary.
     #[must_use]
-    fn whole<'a, V: TriangleLanes>(&'a self, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock;
+    fn whole<'a, S: Simd>(&'a self, simd: S, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock;
     /// Returns the id of triangle `lane`, as the raw value of [`PrimitiveId`].
     #[must_use]
     fn id(&self, lane: usize) -> u32;
@@ -78,16 +75,16 @@ pub trait TriangleLeaf: Sized {
 
 impl TriangleLeaf for TriangleBlock {
     #[inline(always)]
-    fn corners<V: TriangleLanes>([low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
+    fn corners<V: TriangleLanes>(simd: V::Simd, [low, high]: [&Self; 2]) -> [Vec3Lanes<V>; 3] {
         [
-            Vec3Lanes::join(&low.v0, &high.v0),
-            Vec3Lanes::join(&low.v1, &high.v1),
-            Vec3Lanes::join(&low.v2, &high.v2),
+            Vec3Lanes::join(simd, &low.v0, &high.v0),
+            Vec3Lanes::join(simd, &low.v1, &high.v1),
+            Vec3Lanes::join(simd, &low.v2, &high.v2),
         ]
     }
 
     #[inline(always)]
-    fn whole<'a, V: TriangleLanes>(&'a self, _: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
+    fn whole<'a, S: Simd>(&'a self, _: S, _: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock {
         self
     }
 
@@ -118,65 +115,55 @@ impl TriangleBlock {
         }
     }
 
-    /// Returns the edge functions of all eight triangles relative to one origin (all lanes of `origin` equal).
+    /// Loads the corners.
     #[inline(always)]
     #[must_use]
-    pub fn edge_functions(&self, origin: Vec3x8) -> EdgeFunctions {
-        EdgeFunctions::new(&Self::corners([self, self]), Vec3Lanes::join(&origin, &origin))
-    }
-
-    /// Returns the candidates (a bit each): triangles that a ray, the same in all lanes, does not clearly miss. Two
-    /// thirds of the operations of [`EdgeFunctions`], by edge functions in the form of Möller and Trumbore 1997,
-    /// without a division.
-    // Tuned: see docs/lab-notes.md#candidates-of-single-rays
-    #[inline(always)]
-    #[must_use]
-    pub fn may_hit(&self, origin: Vec3x8, direction: Vec3x8) -> u32 {
-        let (e1, e2, a) = (self.v1 - self.v0, self.v2 - self.v0, self.v0 - origin);
-        // To the last bit those of `EdgeFunctions`, so that the same triangles are flipped.
-        let normal = e1.cross(e2);
-        let flip = normal.dot(a) & splat(-0.0);
-        let u = a.dot(direction.cross(e2));
-        let v = direction.dot(a.cross(e1));
-        let w = direction.dot(normal) - u - v;
-        // At least 2 E (E + |a|), see `Edges::size`. Where it overflows nothing is missed.
-        let least = splat(f32::MIN_POSITIVE);
-        let longest_squared = max(max(e1.dot(e1), e2.dot(e2)), least);
-        let both_squared = longest_squared + a.dot(a);
-        let size = max(longest_squared * splat(8.0) * both_squared, least).sqrt();
-        let smallest = min(min(u ^ flip, v ^ flip), w ^ flip);
-        !lt(smallest, size * splat(-MAY_HIT)).bits() & 0xff
-    }
-
-    /// Returns the padded boxes of the triangles, lower and upper corners, to which hits are held.
-    #[inline(always)]
-    #[must_use]
-    pub fn padded_boxes(&self) -> (Vec3x8, Vec3x8) {
-        let (lower, upper) = padded_boxes::<F32x8>(&Self::corners([self, self]));
-        let boxes = [lower, upper].map(|v| Vec3x8::new(v.x, v.y, v.z));
-        (boxes[0], boxes[1])
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> [Vec3Eight<S>; 3] {
+        [simd.load3(&self.v0), simd.load3(&self.v1), simd.load3(&self.v2)]
     }
 }
 
-/// Returns [`TriangleBlock::padded_boxes`] of as many triangles as there are lanes, given by their corners.
+/// Returns the candidates (a bit each) of eight triangles, given by their corners: those that a ray, the same in all
+/// lanes, does not clearly miss. Two thirds of the operations of [`EdgeFunctions`], by edge functions in the form of
+/// Möller and Trumbore 1997, without a division.
+// Tuned: see docs/lab-notes.md#candidates-of-single-rays
 #[inline(always)]
 #[must_use]
-pub fn padded_boxes<V: Lanes>([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
+pub(crate) fn may_hit<V: EightLanes>(
+    [v0, v1, v2]: &[Vec3Lanes<V>; 3],
+    origin: Vec3Lanes<V>,
+    direction: Vec3Lanes<V>,
+) -> u32 {
+    let (e1, e2, a) = (*v1 - *v0, *v2 - *v0, *v0 - origin);
+    // To the last bit those of `EdgeFunctions`, so that the same triangles are flipped.
+    let normal = e1.cross(e2);
+    let flip = normal.dot(a).sign();
+    let u = a.dot_about(direction.cross_about(e2));
+    let v = direction.dot_about(a.cross_about(e1));
+    let w = direction.dot_about(normal) - u - v;
+    // At least 2 E (E + |a|), see `Edges::size`. Where it overflows nothing is missed.
+    let least = u.all(f32::MIN_POSITIVE);
+    let longest_squared = e1.dot_about(e1).max(e2.dot_about(e2)).max(least);
+    let both_squared = longest_squared + a.dot_about(a);
+    let size = (longest_squared * 8.0 * both_squared).max(least).sqrt();
+    let smallest = u.turn(flip).min(v.turn(flip)).min(w.turn(flip));
+    !smallest.lt(size * -MAY_HIT).bits() & 0xff
+}
+
+/// Returns the padded boxes of triangles, to which hits are held: lower and upper corners.
+#[inline(always)]
+#[must_use]
+pub(crate) fn padded_boxes<V: Lanes>([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
     let lower = v0.min(*v1).min(*v2);
     let upper = v0.max(*v1).max(*v2);
     let pad = pad(lower.max_abs().max(upper.max_abs()));
-    let pad = Vec3Lanes {
-        x: pad,
-        y: pad,
-        z: pad,
-    };
     (lower - pad, upper + pad)
 }
 
 /// The edges of as many triangles as there are lanes, each in the direction its edge function takes it, and their
 /// normals.
 #[derive(Clone, Copy, Debug)]
-pub struct Edges<V = F32x8> {
+pub(crate) struct Edges<V> {
     /// From the first corner to the third.
     pub u: Vec3Lanes<V>,
     /// From the second corner to the first.
@@ -207,18 +194,21 @@ impl<V: Lanes> Edges<V> {
     #[must_use]
     pub fn size(&self, distance_squared: V) -> V {
         let Self { u, v, w, .. } = self;
-        let least = V::splat(f32::MIN_POSITIVE);
-        let longest_squared = u.dot(*u).max(v.dot(*v)).max(w.dot(*w).max(least));
+        let least = distance_squared.all(f32::MIN_POSITIVE);
+        let longest_squared = u
+            .dot_about(*u)
+            .max(v.dot_about(*v))
+            .max(w.dot_about(*w).max(least));
         let both_squared = longest_squared + distance_squared;
         // The square of twice a sum is at most eight times the sum of squares.
-        (longest_squared * V::splat(8.0) * both_squared).max(least).sqrt()
+        (longest_squared * 8.0 * both_squared).max(least).sqrt()
     }
 }
 
 /// Triangles relative to an origin, a lane a pair of triangle and origin. All vectors are flipped so that the
 /// determinant of a ray that meets the plane ahead is positive.
 #[derive(Clone, Copy, Debug)]
-pub struct EdgeFunctions<V = F32x8> {
+pub(crate) struct EdgeFunctions<V> {
     /// d.u is the weight of the second corner, times twice the determinant.
     pub u: Vec3Lanes<V>,
     /// d.v is the weight of the third corner, times twice the determinant.
@@ -249,37 +239,36 @@ impl<V: Lanes> EdgeFunctions<V> {
             w: edges.w.cross(b + c).turn(flip),
             normal: edges.normal.turn(flip),
             plane: plane.turn(flip),
-            tolerance: edges.size(a.dot(a)) * V::splat(CANDIDATE_SLACK),
+            tolerance: edges.size(a.dot_about(a)) * CANDIDATE_SLACK,
         }
     }
 }
 
 /// Where rays meet triangles.
 #[derive(Clone, Copy, Debug)]
-pub struct TriangleHits {
-    /// Lanes that hit.
-    pub hit: Mask8,
+pub(crate) struct TriangleHits<V: Lanes> {
+    /// Lanes that hit, a bit each.
+    pub hit: u32,
     /// Distances.
-    pub t: F32x8,
+    pub t: V,
     /// Weights of second corner, third and first, not yet divided by their sum. Negative means 0.
-    pub weights: [F32x8; 3],
+    pub weights: [V; 3],
 }
 
-impl EdgeFunctions {
+impl<V: EightLanes> EdgeFunctions<V> {
     /// Returns the barycentric weights of filter and canonical test: second corner, third, first; times twice the
     /// determinant.
     #[inline(always)]
     #[must_use]
-    pub fn weights(&self, direction: &Vec3x8) -> [F32x8; 3] {
-        let d = Vec3Lanes::join(direction, direction);
+    pub fn weights(&self, d: Vec3Lanes<V>) -> [V; 3] {
         [d.dot(self.u), d.dot(self.v), d.dot(self.w)]
     }
 
     /// Returns the lanes whose rays do not clearly pass outside an edge (a bit a lane).
     #[inline(always)]
     #[must_use]
-    pub fn candidates(&self, [u, v, w]: [F32x8; 3]) -> u32 {
-        ge(min(min(u, v), w), -self.tolerance).bits()
+    pub fn candidates(&self, [u, v, w]: [V; 3]) -> u32 {
+        u.min(v).min(w).ge(-self.tolerance).bits()
     }
 
     /// Does the canonical test of the candidates, one ray in all lanes of `slabs` and `direction`. Hits lie within
@@ -289,32 +278,37 @@ impl EdgeFunctions {
     pub fn intersect(
         &self,
         candidates: u32,
-        weights: [F32x8; 3],
-        block: &TriangleBlock,
-        slabs: &Slabs8,
-        direction: &Vec3x8,
-    ) -> TriangleHits {
+        weights: [V; 3],
+        (block, corners): (&TriangleBlock, &[Vec3Lanes<V>; 3]),
+        slabs: &Slabs<V>,
+        direction: Vec3Lanes<V>,
+    ) -> TriangleHits<V> {
         let [u, v, w] = weights;
-        let (lower, upper) = block.padded_boxes();
+        let (lower, upper) = padded_boxes(corners);
         let (near, far) = slabs.interval(lower, upper);
-        let determinant = Vec3Lanes::join(direction, direction).dot(self.normal);
-        let t = min(max(self.plane / determinant, near), far);
-        let mut hit = (le(near, far) & gt(t, splat(0.0))).bits() & candidates;
-        let unsure = hit & !gt(min(min(u, v), w), self.tolerance).bits();
+        let determinant = direction.dot(self.normal);
+        let t = (self.plane / determinant).max(near).min(far);
+        let mut hit = (near.le(far) & t.gt(t.all(0.0))).bits() & candidates;
+        let unsure = hit & !u.min(v).min(w).gt(self.tolerance).bits();
         if unsure != 0 {
-            for i in (0..LANES).filter(|i| unsure >> i & 1 != 0) {
-                let corners = block.triangle(i);
-                let weights = [&u, &v, &w].map(|weight| lane(weight, i));
-                let passes = passes_through(slabs.origin.lane(i), direction.lane(i), corners, weights);
-                hit &= !(u32::from(!passes) << i);
-            }
+            let (origin, direction) = (slabs.origin.to8().lane(0), direction.to8().lane(0));
+            hit &= !unsure | passing(unsure, origin, direction, block, [u.to8(), v.to8(), w.to8()]);
         }
-        TriangleHits {
-            hit: Mask8::from_bits(hit),
-            t,
-            weights,
-        }
+        TriangleHits { hit, t, weights }
     }
+}
+
+/// Returns those of `lanes` whose triangles a ray [passes through](passes_through).
+#[cold]
+fn passing(lanes: u32, origin: Vec3, direction: Vec3, block: &TriangleBlock, weights: [F32x8; 3]) -> u32 {
+    let passes = |i: &usize| {
+        let weights = weights.map(|weight8| weight8.as_array()[*i]);
+        passes_through(origin, direction, block.triangle(*i), weights)
+    };
+    (0..LANES)
+        .filter(|i| lanes >> i & 1 != 0)
+        .filter(passes)
+        .fold(0, |passing, i| passing | 1 << i)
 }
 
 /// Returns whether the line of a ray passes through a triangle, edges included, where `f32` cannot tell: in `f64`.
@@ -325,7 +319,12 @@ impl EdgeFunctions {
 #[cold]
 #[inline(never)]
 #[must_use]
-pub fn passes_through(origin: Vec3, direction: Vec3, [v0, v1, v2]: [Vec3; 3], weights: [f32; 3]) -> bool {
+pub(crate) fn passes_through(
+    origin: Vec3,
+    direction: Vec3,
+    [v0, v1, v2]: [Vec3; 3],
+    weights: [f32; 3],
+) -> bool {
     let d = direction.as_dvec3();
     let [v0, v1, v2, origin] = [v0, v1, v2, origin].map(Vec3::as_dvec3);
     let (a, b, c) = (v0 - origin, v1 - origin, v2 - origin);
@@ -359,6 +358,7 @@ pub fn passes_through(origin: Vec3, direction: Vec3, [v0, v1, v2]: [Vec3; 3], we
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::Portable;
 
     /// Rays at triangles of all shapes, slivers whose longest edge is opposite the first corner among them, near and
     /// far from where the rays start, which is sometimes the triangle's plane.
@@ -397,11 +397,12 @@ mod tests {
             if !direction.is_finite() {
                 continue;
             }
-            let block = TriangleBlock::new(&[(PrimitiveId(0), corners)]);
-            let edges = block.edge_functions(Vec3x8::splat(origin));
-            let weights = edges.weights(&Vec3x8::splat(direction));
-            let first = weights.each_ref().map(|weight| lane(weight, 0));
-            let may_hit = block.may_hit(Vec3x8::splat(origin), Vec3x8::splat(direction)) & 1 != 0;
+            let block = TriangleBlock::new(&[(PrimitiveId(0), corners)]).load(Portable);
+            let (origin8, direction8) = (Portable.splat3(origin), Portable.splat3(direction));
+            let edges = EdgeFunctions::new(&block, origin8);
+            let weights = edges.weights(direction8);
+            let first = weights.map(|weight| weight.to8().as_array()[0]);
+            let may_hit = may_hit(&block, origin8, direction8) & 1 != 0;
             let passes =
                 edges.candidates(weights) & 1 != 0 && passes_through(origin, direction, corners, first);
             assert!(

@@ -20,7 +20,7 @@ use crate::{
     },
     scene::{Camera, Material, Scene, for_each_packet},
     shade::queue::RayQueue,
-    simd::{LANES, splat},
+    simd_old::{LANES, splat},
     trace::Tracer,
 };
 use rayon::prelude::*;

@@ -1,7 +1,7 @@
 //! The film: a picture in memory, and its conversion to bytes.
 
 use super::Transfer;
-use crate::simd::{F32x8, LANES, lane, max, min, pack_pairs, splat, truncate};
+use crate::simd_old::{F32x8, LANES, lane, max, min, pack_pairs, splat, truncate};
 use rayon::prelude::*;
 use std::collections::TryReserveError;
 
@@ -216,7 +216,7 @@ mod tests {
     #[test]
     fn lanes_become_pixels_in_their_order() {
         let byte = |i: usize| (i as f32 + 0.5) / 255.0;
-        let channel = |c: usize| crate::simd::from_lanes(|lane| byte(3 * lane + c));
+        let channel = |c: usize| crate::simd_old::from_lanes(|lane| byte(3 * lane + c));
         let lanes = <[u8; 3]>::from_lanes(&[channel(0), channel(1), channel(2)], &splat(1.0));
         let bytes: Vec<u8> = (0..3 * LANES as u8).collect();
         assert_eq!(lanes.as_flattened(), bytes);

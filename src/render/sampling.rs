@@ -8,7 +8,7 @@
 use super::Settings;
 use crate::{
     scene::{Camera, PixelRays, Scene},
-    simd::{LANES, Vec3x8, from_lanes},
+    simd_old::{LANES, Vec3x8, from_lanes},
 };
 use glam::Vec3;
 use std::{f64::consts::TAU, sync::OnceLock};

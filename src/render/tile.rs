@@ -9,7 +9,7 @@ use crate::{
     ray::{RayPacket, T_MAX},
     scene::{Scene, for_each_packet},
     shade::{ShadeSettings, Shader, TileColors, material::background, queue::RayQueue},
-    simd::{F32x8, LANES, Mask8, Vec3x8, splat},
+    simd_old::{F32x8, LANES, Mask8, Vec3x8, splat},
     trace::Tracer,
 };
 use std::time::Instant;

@@ -4,7 +4,7 @@ use super::Scene;
 use crate::{
     classic,
     math::{mul_add3, normalize},
-    simd::{F32x8, LANES, Vec3x8, splat},
+    simd_old::{F32x8, LANES, Vec3x8, splat},
 };
 use glam::{DVec3, Vec3};
 use std::fmt;

@@ -4,7 +4,7 @@ use super::{SURFACE_OFFSET, TileColors, queue::RayQueue, surface::SurfacePacket}
 use crate::{
     ray::{RayPacket, T_MAX},
     scene::{Material, Scene},
-    simd::{F32x8, Mask8, Vec3x8, gt, max, min, mul_add, powi, splat},
+    simd_old::{F32x8, Mask8, Vec3x8, gt, max, min, mul_add, powi, splat},
 };
 
 /// The incident light at eight points, summed over the lights, by channel.

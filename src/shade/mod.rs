@@ -18,7 +18,7 @@ use crate::{
     math,
     ray::{HitPacket, PrimitiveId},
     scene::Scene,
-    simd::{F32x8, LANES, Mask8, equal_lanes, is_run, mul_add, splat},
+    simd_old::{F32x8, LANES, Mask8, equal_lanes, is_run, mul_add, splat},
     trace::Tracer,
 };
 use material::{IncidentLight, Light8};

@@ -4,7 +4,7 @@ use super::{TileColors, material::background, surface::SurfacePacket};
 use crate::{
     ray::{HitPacket, Origins, PrimitiveId, RayPacket, RayPackets},
     scene::{Material, MaterialId, Scene},
-    simd::{F32x8, LANES, Vec3x8, equal_lanes, gt, run, splat},
+    simd_old::{F32x8, LANES, Vec3x8, equal_lanes, gt, run, splat},
 };
 use glam::Vec3;
 use std::ops::Range;

@@ -3,7 +3,7 @@
 use super::{LIGHT_OFFSET, SURFACE_OFFSET, surface::SurfacePacket};
 use crate::{
     ray::{Origins, RayPacket},
-    simd::{F32x8, Mask8, Vec3x8, gt, max, mul_add, splat},
+    simd_old::{F32x8, Mask8, Vec3x8, gt, max, mul_add, splat},
     trace::Tracer,
 };
 use glam::Vec3;

@@ -4,7 +4,9 @@ use super::queue::{HitQueue, PacketLanes, RayIndex, RayQueue};
 use crate::{
     ray::{HitPacket, PrimitiveId},
     scene::{Primitive, Scene},
-    simd::{F32x8, LANES, Mask8, Vec3x8, eq, equal_lanes, from_lanes, gt, lane, max, scale_to_one, splat},
+    simd_old::{
+        F32x8, LANES, Mask8, Vec3x8, eq, equal_lanes, from_lanes, gt, lane, max, scale_to_one, splat,
+    },
 };
 
 /// Eight points on surfaces of one material.

@@ -1,37 +1,81 @@
-//! Sixteen lanes by AVX-512 intrinsics, and thirty-two as two registers.
-//!
-//! `wide` has sixteen lanes as well, but chooses instructions at compile time; these are chosen at run time.
+//! Sixteen lanes in one register, by AVX-512.
 // Measured: docs/lab-notes.md#avx512
 #![allow(clippy::wildcard_imports, reason = "intrinsics have a prefix of their own")]
+#![allow(
+    unsafe_code,
+    reason = "intrinsics of an instruction set that is found at run time, behind its token"
+)]
 
 use super::{
-    F32x8,
-    lanes::{Column, LANE_BITS, LaneMask, Lanes, REGISTER_LANES, TriangleLanes, WideColumn},
-    pair::{Half, Pair},
+    Avx2, Column, Eight, EightLanes, LaneMask, Lanes, REGISTER_LANES, Simd, TriangleLanes, WideColumn,
+    avx2::{self, HasAvx2, V8},
+    pair::Half,
 };
+use crate::lanes::F32x8;
 use std::{
     arch::x86_64::*,
-    ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub},
+    ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub},
 };
 
-/// Returns whether this CPU and its system run the instructions here, and the build rounds as they do.
-#[must_use]
-pub fn is_available() -> bool {
-    crate::math::FUSED
-        && is_x86_feature_detected!("avx512f")
-        && is_x86_feature_detected!("avx512dq")
-        && is_x86_feature_detected!("avx512vl")
-        && is_x86_feature_detected!("avx512bw")
+/// The token of AVX-512 F, DQ, VL and BW, and of AVX2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Avx512(());
+
+impl Avx512 {
+    /// Returns the token if this CPU and its system have the instructions.
+    pub(super) fn detected() -> Option<Self> {
+        let is_there = Avx2::detected().is_some()
+            && is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512bw");
+        is_there.then_some(Self(()))
+    }
 }
 
-/// Sixteen `f32` in one register. Use it only in code that runs after [`is_available`] and is compiled with these
-/// features; elsewhere it is slow.
+// SAFETY: `detected` makes the only ones, where AVX2 is detected, too.
+unsafe impl HasAvx2 for Avx512 {
+    #[inline(always)]
+    fn picked16(self, low: __m256, high: __m256, places: __m256i) -> __m256 {
+        // SAFETY: `self` proves the instruction.
+        unsafe { _mm256_permutex2var_ps(low, places, high) }
+    }
+}
+
+impl Simd for Avx512 {
+    type V8 = V8<Self>;
+    type V16 = V16;
+
+    #[inline(always)]
+    fn call<R>(self, f: impl FnOnce() -> R) -> R {
+        #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        fn inner<R>(f: impl FnOnce() -> R) -> R {
+            f()
+        }
+        // SAFETY: `self` proves the instructions.
+        unsafe { inner(f) }
+    }
+    #[inline(always)]
+    fn mul_add(self, a: f32, b: f32, c: f32) -> f32 {
+        avx2::mul_add(self, a, b, c)
+    }
+}
+
+/// Sixteen lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct F32x16(__m512);
+pub struct V16(__m512, Avx512);
 
 /// Sixteen truth values in a mask register.
 #[derive(Clone, Copy, Debug)]
 pub struct Mask16(__mmask16);
+
+impl Not for Mask16 {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
 
 impl BitAnd for Mask16 {
     type Output = Self;
@@ -54,27 +98,31 @@ impl LaneMask for Mask16 {
     fn bits(self) -> u32 {
         u32::from(self.0)
     }
-    #[inline(always)]
-    fn from_bits(bits: u32) -> Self {
-        Self(bits as u16)
-    }
 }
 
-/// Intrinsics on the registers of the arguments.
+/// Intrinsics on the registers of vectors, with the token.
 macro_rules! avx512 {
-    ($result:ident, $($call:tt)*) => {
-        // SAFETY: all values are made in kernels that are entered after `is_available`.
-        $result(unsafe { $($call)* })
+    ($token:expr, $($call:tt)*) => {
+        // SAFETY: the token proves the instructions.
+        V16(unsafe { $($call)* }, $token)
+    };
+}
+
+/// Intrinsics on the registers of vectors, whose tokens prove the instructions.
+macro_rules! mask16 {
+    ($($call:tt)*) => {
+        // SAFETY: the vectors have the token.
+        Mask16(unsafe { $($call)* })
     };
 }
 
 macro_rules! operator {
     ($trait:ident, $method:ident, $intrinsic:ident) => {
-        impl $trait for F32x16 {
+        impl $trait for V16 {
             type Output = Self;
             #[inline(always)]
             fn $method(self, b: Self) -> Self {
-                avx512!(Self, $intrinsic(self.0, b.0))
+                avx512!(self.1, $intrinsic(self.0, b.0))
             }
         }
     };
@@ -84,20 +132,28 @@ operator!(Sub, sub, _mm512_sub_ps);
 operator!(Mul, mul, _mm512_mul_ps);
 operator!(Div, div, _mm512_div_ps);
 
-impl Neg for F32x16 {
+impl Mul<f32> for V16 {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, b: f32) -> Self {
+        self * self.all(b)
+    }
+}
+
+impl Neg for V16 {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.turn(Self::splat(-0.0))
+        self.turn(self.all(-0.0))
     }
 }
 
 /// Both halves of a register.
 #[inline(always)]
-fn halves(a: F32x16) -> [F32x8; 2] {
-    // SAFETY: as for the operators.
-    let halves: [__m256; 2] = unsafe { [_mm512_castps512_ps256(a.0), _mm512_extractf32x8_ps::<1>(a.0)] };
-    halves.map(bytemuck::cast)
+fn halves(a: V16) -> [V8<Avx512>; 2] {
+    // SAFETY: the token proves the instructions.
+    let [low, high] = unsafe { [_mm512_castps512_ps256(a.0), _mm512_extractf32x8_ps::<1>(a.0)] };
+    [V8::of_register(a.1, low), V8::of_register(a.1, high)]
 }
 
 /// Reduces the lanes of two vectors to half by `$reduce` and joins the results, by 128 bits, or lane by lane within
@@ -105,8 +161,8 @@ fn halves(a: F32x16) -> [F32x8; 2] {
 macro_rules! halved {
     ($reduce:ident, $shuffle:ident, $low:literal, $high:literal, $a:expr, $b:expr) => {{
         let (a, b) = ($a, $b);
-        let low = avx512!(F32x16, $shuffle::<$low>(a.0, b.0));
-        let high = avx512!(F32x16, $shuffle::<$high>(a.0, b.0));
+        let low = avx512!(a.1, $shuffle::<$low>(a.0, b.0));
+        let high = avx512!(a.1, $shuffle::<$high>(a.0, b.0));
         low.$reduce(high)
     }};
 }
@@ -116,7 +172,7 @@ macro_rules! halved {
 macro_rules! of_each {
     ($reduce:ident, $rows:expr) => {{
         // Rows i, i + 4, i + 8 and i + 12, for in the end each of these is in another 128 bits.
-        let mut fours = [Self::splat(0.0); 4];
+        let mut fours = [$rows[0]; 4];
         for (i, four) in fours.iter_mut().enumerate() {
             let (a, b) = (
                 halved!(
@@ -147,23 +203,11 @@ macro_rules! of_each {
     }};
 }
 
-impl TriangleLanes for F32x16 {
+impl TriangleLanes for V16 {
     #[inline(always)]
-    fn picked8(from: &Column, places: u32) -> F32x8 {
-        let [low, high] = *from.halves();
-        let (low, high): (__m256, __m256) = (bytemuck::cast(low), bytemuck::cast(high));
-        // SAFETY: as for the operators: only kernels that are entered after `is_available` call this.
-        let picked: __m256 = unsafe {
-            let shifts = _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28);
-            let places = _mm256_srlv_epi32(_mm256_set1_epi32(places.cast_signed()), shifts);
-            _mm256_permutex2var_ps(low, places, high)
-        };
-        bytemuck::cast(picked)
-    }
-    #[inline(always)]
-    fn picked([low, high]: [&Column; 2], [low_places, high_places]: [u32; 2]) -> Self {
-        // SAFETY: as for the operators; a column is 64 bytes at an address that is a multiple of 64.
-        avx512!(Self, {
+    fn picked(simd: Avx512, [low, high]: [&Column; 2], [low_places, high_places]: [u32; 2]) -> Self {
+        let (low, high) = (Self::load(simd, low).0, Self::load(simd, high).0);
+        avx512!(simd, {
             let shifts = _mm512_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28, 0, 4, 8, 12, 16, 20, 24, 28);
             let words = _mm512_set1_epi32(low_places.cast_signed());
             let words = _mm512_mask_set1_epi32(words, 0xff00, high_places.cast_signed());
@@ -171,7 +215,6 @@ impl TriangleLanes for F32x16 {
             let second = _mm512_setr_epi32(0, 0, 0, 0, 0, 0, 0, 0, 16, 16, 16, 16, 16, 16, 16, 16);
             let places = _mm512_srlv_epi32(words, shifts);
             let places = _mm512_ternarylogic_epi32::<0xea>(places, _mm512_set1_epi32(15), second);
-            let (low, high) = (_mm512_load_ps(low.0.as_ptr()), _mm512_load_ps(high.0.as_ptr()));
             _mm512_permutex2var_ps(low, places, high)
         })
     }
@@ -185,17 +228,12 @@ impl TriangleLanes for F32x16 {
     }
 }
 
-/// Thirty-two lanes as two registers: packets of 32 rays with a shared origin, in occlusion. 512 rays pass nodes and
-/// leaves together, and each broadcast serves twice as many.
-// Tuned: see docs/lab-notes.md#packets-of-32
-pub type F32x16x2 = Pair<F32x16>;
-
-impl Half for F32x16 {
+impl Half for V16 {
     type Whole = WideColumn;
 
     #[inline(always)]
-    fn load_both(WideColumn([low, high]): &WideColumn) -> [Self; 2] {
-        [Self::load(low), Self::load(high)]
+    fn load_both(simd: Avx512, WideColumn([low, high]): &WideColumn) -> [Self; 2] {
+        [Self::load(simd, low), Self::load(simd, high)]
     }
     #[inline(always)]
     fn store_both([low, high]: [Self; 2], WideColumn([to_low, to_high]): &mut WideColumn) {
@@ -212,26 +250,35 @@ impl Half for F32x16 {
     }
 }
 
-impl Lanes for F32x16 {
+impl Lanes for V16 {
+    type Simd = Avx512;
     type Mask = Mask16;
     type Memory = Column;
     type Packets = Self;
     type Triangles = Self;
-    const COUNT: usize = 16;
+    const COUNT: usize = REGISTER_LANES;
 
     #[inline(always)]
-    fn splat(a: f32) -> Self {
-        avx512!(Self, _mm512_set1_ps(a))
+    fn simd(self) -> Avx512 {
+        self.1
     }
     #[inline(always)]
-    fn load(from: &Column) -> Self {
-        // SAFETY: a column is 64 bytes at an address that is a multiple of 64.
-        avx512!(Self, _mm512_load_ps(from.0.as_ptr()))
+    fn splat(simd: Avx512, a: f32) -> Self {
+        avx512!(simd, _mm512_set1_ps(a))
     }
     #[inline(always)]
-    fn of_eights([low, high, ..]: [F32x8; 4]) -> Self {
-        let [low, high]: [__m256; 2] = [low, high].map(bytemuck::cast);
-        avx512!(Self, _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high))
+    fn mask(_: Avx512, bits: u32) -> Mask16 {
+        Mask16(bits as u16)
+    }
+    #[inline(always)]
+    fn load(simd: Avx512, from: &Column) -> Self {
+        // SAFETY: 64 bytes at an address that is a multiple of 64; the token proves the instruction.
+        Self(unsafe { _mm512_load_ps(from.0.as_ptr()) }, simd)
+    }
+    #[inline(always)]
+    fn of_eights(simd: Avx512, [low, high, ..]: [&F32x8; 4]) -> Self {
+        let (low, high) = (V8::load8(simd, low).register(), V8::load8(simd, high).register());
+        avx512!(simd, _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high))
     }
     #[inline(always)]
     fn store(self, to: &mut Column) {
@@ -240,83 +287,89 @@ impl Lanes for F32x16 {
     }
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
-        avx512!(Self, _mm512_fmadd_ps(self.0, b.0, c.0))
+        avx512!(self.1, _mm512_fmadd_ps(self.0, b.0, c.0))
     }
     #[inline(always)]
     fn mul_sub(self, b: Self, c: Self) -> Self {
-        avx512!(Self, _mm512_fmsub_ps(self.0, b.0, c.0))
+        avx512!(self.1, _mm512_fmsub_ps(self.0, b.0, c.0))
+    }
+    #[inline(always)]
+    fn mul_add_about(self, b: Self, c: Self) -> Self {
+        self.mul_add(b, c)
+    }
+    #[inline(always)]
+    fn mul_sub_about(self, b: Self, c: Self) -> Self {
+        self.mul_sub(b, c)
     }
     #[inline(always)]
     fn min(self, b: Self) -> Self {
-        avx512!(Self, _mm512_min_ps(self.0, b.0))
+        avx512!(self.1, _mm512_min_ps(self.0, b.0))
     }
     #[inline(always)]
     fn max(self, b: Self) -> Self {
-        avx512!(Self, _mm512_max_ps(self.0, b.0))
+        avx512!(self.1, _mm512_max_ps(self.0, b.0))
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        avx512!(Self, _mm512_abs_ps(self.0))
+        avx512!(self.1, _mm512_abs_ps(self.0))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        avx512!(Self, _mm512_sqrt_ps(self.0))
+        avx512!(self.1, _mm512_sqrt_ps(self.0))
     }
     #[inline(always)]
     fn sign(self) -> Self {
-        avx512!(Self, _mm512_and_ps(self.0, _mm512_set1_ps(-0.0)))
+        avx512!(self.1, _mm512_and_ps(self.0, _mm512_set1_ps(-0.0)))
     }
     #[inline(always)]
     fn sign_bits(self) -> u32 {
-        avx512!(Mask16, _mm512_movepi32_mask(_mm512_castps_si512(self.0))).bits()
+        mask16!(_mm512_movepi32_mask(_mm512_castps_si512(self.0))).bits()
     }
     #[inline(always)]
     fn turn(self, sign: Self) -> Self {
-        avx512!(Self, _mm512_xor_ps(self.0, sign.0))
+        avx512!(self.1, _mm512_xor_ps(self.0, sign.0))
     }
     #[inline(always)]
     fn lt(self, b: Self) -> Mask16 {
-        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, b.0))
+        mask16!(_mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, b.0))
     }
     #[inline(always)]
     fn le(self, b: Self) -> Mask16 {
-        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, b.0))
+        mask16!(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, b.0))
     }
     #[inline(always)]
     fn gt(self, b: Self) -> Mask16 {
-        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, b.0))
+        mask16!(_mm512_cmp_ps_mask::<_CMP_GT_OQ>(self.0, b.0))
     }
     #[inline(always)]
     fn ge(self, b: Self) -> Mask16 {
-        avx512!(Mask16, _mm512_cmp_ps_mask::<_CMP_GE_OQ>(self.0, b.0))
+        mask16!(_mm512_cmp_ps_mask::<_CMP_GE_OQ>(self.0, b.0))
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> Mask16 {
+        mask16!(_mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, b.0))
     }
     #[inline(always)]
     fn not_lt(self, b: Self, lanes: Mask16) -> Mask16 {
-        avx512!(
-            Mask16,
-            _mm512_mask_cmp_ps_mask::<_CMP_NLT_UQ>(lanes.0, self.0, b.0)
-        )
+        mask16!(_mm512_mask_cmp_ps_mask::<_CMP_NLT_UQ>(lanes.0, self.0, b.0))
     }
     #[inline(always)]
     fn not_gt(self, b: Self, lanes: Mask16) -> Mask16 {
-        avx512!(
-            Mask16,
-            _mm512_mask_cmp_ps_mask::<_CMP_NGT_UQ>(lanes.0, self.0, b.0)
-        )
+        mask16!(_mm512_mask_cmp_ps_mask::<_CMP_NGT_UQ>(lanes.0, self.0, b.0))
     }
     #[inline(always)]
     fn select(mask: Mask16, if_true: Self, if_false: Self) -> Self {
-        avx512!(Self, _mm512_mask_blend_ps(mask.0, if_false.0, if_true.0))
+        avx512!(if_true.1, _mm512_mask_blend_ps(mask.0, if_false.0, if_true.0))
     }
     #[inline(always)]
-    fn fold_min(self) -> F32x8 {
+    fn fold_min(self) -> Eight<Self> {
         let [low, high] = halves(self);
-        super::min(low, high)
+        low.min(high)
     }
     #[inline(always)]
-    fn fold_max(self) -> F32x8 {
+    fn fold_max(self) -> Eight<Self> {
         let [low, high] = halves(self);
-        super::max(low, high)
+        low.max(high)
     }
     #[inline(always)]
     fn fold_min_to_16(self) -> Self {
@@ -326,44 +379,4 @@ impl Lanes for F32x16 {
     fn fold_max_to_16(self) -> Self {
         self
     }
-    #[inline(always)]
-    fn largest(self) -> f32 {
-        self.fold_max().largest()
-    }
-    #[inline(always)]
-    fn nearest_last(near: F32x8, chosen: u32) -> ([u32; 8], usize) {
-        // SAFETY: as for the operators.
-        let sorted = unsafe {
-            let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-            let lane_bits = _mm256_set1_epi32(LANE_BITS.cast_signed());
-            let near = _mm256_andnot_si256(lane_bits, bytemuck::cast(near));
-            // Those not chosen are 0, the least entry, and come last.
-            sorted_down(_mm256_maskz_or_epi32(chosen as u8, near, lanes))
-        };
-        (bytemuck::cast(sorted), (chosen & 0xff).count_ones() as usize)
-    }
-}
-
-/// Sorts eight numbers, largest first, with Batcher's odd-even merge sort: six rounds without a branch.
-// Tuned: see docs/lab-notes.md#sorting-eight
-#[inline(always)]
-unsafe fn sorted_down(mut x: __m256i) -> __m256i {
-    /// One round: lanes of `$partner` that are exchanged with the others; `$lower` takes the smaller of two.
-    macro_rules! round {
-        ($partner:expr, $lower:literal) => {
-            // SAFETY: the caller's.
-            x = unsafe {
-                let [a, b, c, d, e, f, g, h]: [i32; 8] = $partner;
-                let other = _mm256_permutevar8x32_epi32(x, _mm256_setr_epi32(a, b, c, d, e, f, g, h));
-                _mm256_blend_epi32::<$lower>(_mm256_max_epu32(x, other), _mm256_min_epu32(x, other))
-            };
-        };
-    }
-    round!([1, 0, 3, 2, 5, 4, 7, 6], 0b1010_1010);
-    round!([2, 3, 0, 1, 6, 7, 4, 5], 0b1100_1100);
-    round!([0, 2, 1, 3, 4, 6, 5, 7], 0b0100_0100);
-    round!([4, 5, 6, 7, 0, 1, 2, 3], 0b1111_0000);
-    round!([0, 1, 4, 5, 2, 3, 6, 7], 0b0011_0000);
-    round!([0, 2, 1, 4, 3, 6, 5, 7], 0b0101_0100);
-    x
 }

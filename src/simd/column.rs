@@ -1,6 +1,7 @@
 //! Memory for the lanes of one vector.
 
-use super::{F32x8, LANES, lanes::REGISTER_LANES};
+use super::REGISTER_LANES;
+use crate::lanes::{F32x8, LANES};
 use std::fmt::Debug;
 
 /// Memory for as many lanes as a vector has, or more.
@@ -12,7 +13,7 @@ pub trait Memory: Copy + Debug {
     /// Returns place `i`, which wraps around, to be changed.
     fn place_mut(&mut self, i: usize) -> &mut f32;
     /// Returns places 8 i to 8 i + 7, which wrap around.
-    fn eight(&self, i: usize) -> F32x8;
+    fn eight(&self, i: usize) -> &F32x8;
 }
 
 /// Sixteen places; a vector of eight lanes uses the first eight.
@@ -55,8 +56,8 @@ impl Memory for Column {
         &mut self.0[i % REGISTER_LANES]
     }
     #[inline(always)]
-    fn eight(&self, i: usize) -> F32x8 {
-        self.halves()[i % 2]
+    fn eight(&self, i: usize) -> &F32x8 {
+        &self.halves()[i % 2]
     }
 }
 
@@ -77,7 +78,7 @@ impl Memory for WideColumn {
         self.0[i / REGISTER_LANES % 2].place_mut(i)
     }
     #[inline(always)]
-    fn eight(&self, i: usize) -> F32x8 {
+    fn eight(&self, i: usize) -> &F32x8 {
         self.0[i / (REGISTER_LANES / LANES) % 2].eight(i)
     }
 }

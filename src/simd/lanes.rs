@@ -1,23 +1,14 @@
-//! Vectors of lanes that kernels are generic over: 8, 16 or 32 rays, or 8 or 16 triangles.
-//!
-//! ```text
-//! lanes   without AVX-512   with AVX-512
-//!     8   F32x8             F32x8
-//!    16   Pair<F32x8>       F32x16
-//!    32   -                 Pair<F32x16>
-//! ```
-//! Kernels are compiled for each, and chosen when the program runs. A lane's arithmetic does not depend on how many
-//! lanes there are: all give the same bits.
+//! What kernels are generic over: 8, 16 or 32 rays, or 8 or 16 triangles.
 
-pub use super::column::{Column, Memory, WideColumn};
-use super::{F32x8, LANES, Mask8, Vec3x8, ge, gt, le, lt, max, min, mul_add, mul_sub, pair::F32x8x2, splat};
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
+use super::{Column, Memory, Pair, Simd};
+use crate::lanes::{F32x8, LANES};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// Lanes of the widest register. A packet has at most as many, or twice as many in a [pair](super::pair).
+/// Lanes of the widest register. A packet has at most as many, or twice as many in a [`Pair`].
 pub const REGISTER_LANES: usize = 16;
 
 /// One truth value a lane.
-pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
+pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// Returns the mask as a bit a lane, lane 0 the lowest.
     fn bits(self) -> u32;
     /// Returns whether any lane is set.
@@ -25,44 +16,66 @@ pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
     fn any(self) -> bool {
         self.bits() != 0
     }
-    /// Creates the mask with the lanes of `bits`.
-    fn from_bits(bits: u32) -> Self;
 }
 
-/// Eight, sixteen or thirty-two `f32`. Operations are those of the functions of the same names in [`simd`](super),
-/// lane by lane.
-#[expect(
-    missing_docs,
-    reason = "each is what its name says, and its twin in `simd` says more"
-)]
+/// Eight, sixteen or thirty-two `f32` in registers.
+#[expect(missing_docs, reason = "the others are what their names say")]
 pub trait Lanes:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+    Copy
+    + std::fmt::Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f32, Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
 {
+    /// The level; whoever has a vector has its token.
+    type Simd: Simd;
     type Mask: LaneMask;
     /// The memory that lanes are stored to.
     type Memory: Memory;
     /// [`REGISTER_LANES`] lanes: one per packet of a bundle, or per triangle of two leaves.
-    type Packets: TriangleLanes<Packets = Self::Packets>;
+    type Packets: TriangleLanes<Simd = Self::Simd, Packets = Self::Packets>;
     /// As many lanes as these, at most [`REGISTER_LANES`]: a lane a triangle.
-    type Triangles: TriangleLanes<Packets = Self::Packets>;
+    type Triangles: TriangleLanes<Simd = Self::Simd, Packets = Self::Packets>;
     /// The number of lanes.
     const COUNT: usize;
 
+    fn simd(self) -> Self::Simd;
     #[must_use]
-    fn splat(a: f32) -> Self;
+    fn splat(simd: Self::Simd, a: f32) -> Self;
+    /// Returns `a` in as many lanes as these.
+    #[inline(always)]
     #[must_use]
-    fn load(from: &Self::Memory) -> Self;
+    fn all(self, a: f32) -> Self {
+        Self::splat(self.simd(), a)
+    }
+    /// Returns the lanes of `bits`, lane 0 the lowest.
+    fn mask(simd: Self::Simd, bits: u32) -> Self::Mask;
+    #[must_use]
+    fn load(simd: Self::Simd, from: &Self::Memory) -> Self;
     /// Joins vectors of eight lanes; those beyond the vector's lanes are left out. (Not by way of [`Memory`]: a load
     /// of what two stores have written waits for both.)
     #[must_use]
-    fn of_eights(eights: [F32x8; 4]) -> Self;
+    fn of_eights(simd: Self::Simd, eights: [&F32x8; 4]) -> Self;
     fn store(self, to: &mut Self::Memory);
+    /// Returns `self * b + c`, rounded once.
     #[must_use]
     fn mul_add(self, b: Self, c: Self) -> Self;
+    /// Returns `self * b - c`, rounded once.
     #[must_use]
     fn mul_sub(self, b: Self, c: Self) -> Self;
+    /// Returns `self * b + c`, rounded once or twice, whichever the CPU does faster. For culling alone.
+    #[must_use]
+    fn mul_add_about(self, b: Self, c: Self) -> Self;
+    /// Returns `self * b - c`, like [`mul_add_about`](Self::mul_add_about).
+    #[must_use]
+    fn mul_sub_about(self, b: Self, c: Self) -> Self;
+    /// Returns the smaller of two lanes, by comparison: `b` if either is NaN. Twin of [`math::min`](crate::math::min).
     #[must_use]
     fn min(self, b: Self) -> Self;
+    /// Returns the larger of two lanes, by comparison: `b` if either is NaN. Twin of [`math::max`](crate::math::max).
     #[must_use]
     fn max(self, b: Self) -> Self;
     #[must_use]
@@ -74,13 +87,14 @@ pub trait Lanes:
     fn sign(self) -> Self;
     /// Returns the sign bits, a bit a lane.
     fn sign_bits(self) -> u32;
-    /// Returns the lanes with signs flipped where `sign` is negative.
+    /// Returns the lanes with signs flipped where `sign` is negative; `sign` has sign bits alone.
     #[must_use]
     fn turn(self, sign: Self) -> Self;
     fn lt(self, b: Self) -> Self::Mask;
     fn le(self, b: Self) -> Self::Mask;
     fn gt(self, b: Self) -> Self::Mask;
     fn ge(self, b: Self) -> Self::Mask;
+    fn eq(self, b: Self) -> Self::Mask;
     /// Returns those of `lanes` that are not less: NaN is not.
     fn not_lt(self, b: Self, lanes: Self::Mask) -> Self::Mask;
     /// Returns those of `lanes` that are not greater: NaN is not.
@@ -89,18 +103,18 @@ pub trait Lanes:
     #[must_use]
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
     /// Returns in lane i the smallest of lanes i, i + 8 and so on.
-    fn fold_min(self) -> F32x8;
+    fn fold_min(self) -> super::Eight<Self>;
     /// Returns in lane i the largest of lanes i, i + 8 and so on.
-    fn fold_max(self) -> F32x8;
+    fn fold_max(self) -> super::Eight<Self>;
     /// Returns in lane i the smaller of lane i and, if there is one, lane i + 16.
     fn fold_min_to_16(self) -> Self::Triangles;
     /// Returns in lane i the larger of lane i and, if there is one, lane i + 16.
     fn fold_max_to_16(self) -> Self::Triangles;
     /// Returns the largest lane; none may be NaN.
-    fn largest(self) -> f32;
-    /// Returns an [`entry`] for each of the eight lanes in `chosen`, nearest last, and their count. What follows them
-    /// is undefined.
-    fn nearest_last(near: F32x8, chosen: u32) -> ([u32; 8], usize);
+    #[inline(always)]
+    fn largest(self) -> f32 {
+        self.fold_max().largest_of_eight()
+    }
 }
 
 /// Eight or sixteen lanes, for triangles.
@@ -108,21 +122,102 @@ pub trait TriangleLanes: Lanes<Memory = Column, Triangles = Self> {
     /// Joins lanes 0 to 7 and, if there are sixteen, 8 to 15.
     #[inline(always)]
     #[must_use]
-    fn join(low: F32x8, high: F32x8) -> Self {
-        Self::of_eights([low, high, low, high])
+    fn join(simd: Self::Simd, low: &F32x8, high: &F32x8) -> Self {
+        Self::of_eights(simd, [low, high, low, high])
     }
-    /// Returns in lane i the place of `from` that bits 4 i to 4 i + 3 of `places` name.
+    /// Does [`EightLanes::picked8`] from the first column and, with sixteen lanes, from the second one.
     #[must_use]
-    fn picked8(from: &Column, places: u32) -> F32x8;
-    /// Does [`picked8`](Self::picked8) from the first column and, with sixteen lanes, from the second one.
-    #[must_use]
-    fn picked(from: [&Column; 2], places: [u32; 2]) -> Self;
+    fn picked(simd: Self::Simd, from: [&Column; 2], places: [u32; 2]) -> Self;
     /// Returns in lane i the smallest lane of row i; none may be NaN.
     #[must_use]
     fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Self::Packets;
     /// Returns in lane i the largest lane of row i; none may be NaN.
     #[must_use]
     fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Self::Packets;
+}
+
+/// Eight lanes: boxes of a node's children, pixels, points.
+pub trait EightLanes: TriangleLanes<Packets = Pair<Self>> + super::pair::Half<Whole = Column> {
+    #[must_use]
+    fn load8(simd: Self::Simd, from: &F32x8) -> Self;
+    #[must_use]
+    fn to8(self) -> F32x8;
+    /// Returns in lane i the place of `from` that bits 4 i to 4 i + 3 of `places` name.
+    #[must_use]
+    fn picked8(simd: Self::Simd, from: &Column, places: u32) -> Self;
+    /// Returns the largest lane; none may be NaN.
+    fn largest_of_eight(self) -> f32;
+    /// Returns the smallest lane, in all lanes; none may be NaN.
+    #[must_use]
+    fn min_everywhere(self) -> Self;
+    /// Returns lanes 4 to 7, then 0 to 3.
+    #[must_use]
+    fn swap_halves(self) -> Self;
+    /// Returns the lanes of equal bits, a bit each.
+    fn same_bits(self, b: Self) -> u32;
+    /// Returns the lanes without their fractions; undefined where that does not fit an `i32`.
+    fn trunc(self) -> [i32; LANES];
+    /// Returns the scale that brings lanes near 1; twin of [`math::scale_to_one`](crate::math::scale_to_one).
+    #[must_use]
+    fn scale_to_one(self) -> Self;
+    /// Returns an [`entry`] for each of the eight lanes in `chosen`, nearest last, and their count. What follows them
+    /// is undefined.
+    fn nearest_last(self, chosen: u32) -> ([u32; LANES], usize);
+
+    /// Returns lane `i`, by way of memory.
+    #[inline(always)]
+    fn lane(self, i: usize) -> f32 {
+        self.to8().as_array()[i % LANES]
+    }
+    /// Returns lane 0.
+    #[inline(always)]
+    fn first(self) -> f32 {
+        self.lane(0)
+    }
+    /// Returns the sum of the lanes, in no order that is promised.
+    #[inline(always)]
+    fn sum(self) -> f32 {
+        let [a, b, c, d, e, f, g, h] = self.to8().to_array();
+        ((a + b) + (c + d)) + ((e + f) + (g + h))
+    }
+    /// Returns the smallest lane, by comparison.
+    #[inline(always)]
+    fn min_lane(self) -> f32 {
+        self.to8()
+            .to_array()
+            .into_iter()
+            .fold(f32::INFINITY, crate::math::min)
+    }
+    /// Returns the largest lane, by comparison.
+    #[inline(always)]
+    fn max_lane(self) -> f32 {
+        self.to8()
+            .to_array()
+            .into_iter()
+            .fold(f32::NEG_INFINITY, crate::math::max)
+    }
+    /// Raises lanes to a power; twin of [`math::powi`](crate::math::powi).
+    #[inline(always)]
+    #[must_use]
+    fn powi(self, exponent: u32) -> Self {
+        let (mut result, mut square, mut bits) = (self.all(1.0), self, exponent);
+        loop {
+            if bits & 1 == 1 {
+                result = result * square;
+            }
+            bits >>= 1;
+            if bits == 0 {
+                return result;
+            }
+            square = square * square;
+        }
+    }
+    /// Returns the lanes of `a` that equal `b`, a bit each.
+    #[inline(always)]
+    fn equal_lanes(simd: Self::Simd, a: &[u32; LANES], b: u32) -> u32 {
+        let a = Self::load8(simd, &F32x8::new(bytemuck::cast(*a)));
+        a.same_bits(a.all(f32::from_bits(b)))
+    }
 }
 
 /// Packs a distance of at least 0 and one of eight lanes, so that entries sort as their distances do: the lane
@@ -143,327 +238,21 @@ pub fn unpack(entry: u32) -> (f32, usize) {
 /// The bits of an [`entry`] that hold the lane.
 pub(super) const LANE_BITS: u32 = LANES as u32 - 1;
 
-impl LaneMask for Mask8 {
-    #[inline(always)]
-    fn bits(self) -> u32 {
-        self.bits()
-    }
-    #[inline(always)]
-    fn from_bits(bits: u32) -> Self {
-        Self::from_bits(bits)
-    }
-}
-
-impl TriangleLanes for F32x8 {
-    #[inline(always)]
-    fn picked8(from: &Column, places: u32) -> F32x8 {
-        super::picked8(from, places)
-    }
-    #[inline(always)]
-    fn picked([from, _]: [&Column; 2], [places, _]: [u32; 2]) -> Self {
-        Self::picked8(from, places)
-    }
-    #[inline(always)]
-    fn least_of_each(rows: &[Self; REGISTER_LANES]) -> F32x8x2 {
-        of_each(rows, min)
-    }
-    #[inline(always)]
-    fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> F32x8x2 {
-        of_each(rows, max)
-    }
-}
-
-impl Lanes for F32x8 {
-    type Mask = Mask8;
-    type Memory = Column;
-    type Packets = F32x8x2;
-    type Triangles = Self;
-    const COUNT: usize = 8;
-
-    #[inline(always)]
-    fn splat(a: f32) -> Self {
-        splat(a)
-    }
-    #[inline(always)]
-    fn load(from: &Column) -> Self {
-        from.halves()[0]
-    }
-    #[inline(always)]
-    fn of_eights([eight, ..]: [F32x8; 4]) -> Self {
-        eight
-    }
-    #[inline(always)]
-    fn store(self, to: &mut Column) {
-        to.halves_mut()[0] = self;
-    }
-    #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        mul_add(self, b, c)
-    }
-    #[inline(always)]
-    fn mul_sub(self, b: Self, c: Self) -> Self {
-        mul_sub(self, b, c)
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        min(self, b)
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        max(self, b)
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.abs()
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
-    }
-    #[inline(always)]
-    fn sign(self) -> Self {
-        self & splat(-0.0)
-    }
-    #[inline(always)]
-    fn sign_bits(self) -> u32 {
-        self.to_bitmask()
-    }
-    #[inline(always)]
-    fn turn(self, sign: Self) -> Self {
-        self ^ sign
-    }
-    #[inline(always)]
-    fn lt(self, b: Self) -> Mask8 {
-        lt(self, b)
-    }
-    #[inline(always)]
-    fn le(self, b: Self) -> Mask8 {
-        le(self, b)
-    }
-    #[inline(always)]
-    fn gt(self, b: Self) -> Mask8 {
-        gt(self, b)
-    }
-    #[inline(always)]
-    fn ge(self, b: Self) -> Mask8 {
-        ge(self, b)
-    }
-    #[inline(always)]
-    fn not_lt(self, b: Self, lanes: Mask8) -> Mask8 {
-        lanes & !lt(self, b)
-    }
-    #[inline(always)]
-    fn not_gt(self, b: Self, lanes: Mask8) -> Mask8 {
-        lanes & !gt(self, b)
-    }
-    #[inline(always)]
-    fn select(mask: Mask8, if_true: Self, if_false: Self) -> Self {
-        mask.select(if_true, if_false)
-    }
-    #[inline(always)]
-    fn fold_min(self) -> F32x8 {
-        self
-    }
-    #[inline(always)]
-    fn fold_max(self) -> F32x8 {
-        self
-    }
-    #[inline(always)]
-    fn fold_min_to_16(self) -> Self {
-        self
-    }
-    #[inline(always)]
-    fn fold_max_to_16(self) -> Self {
-        self
-    }
-    #[inline(always)]
-    fn largest(self) -> f32 {
-        let [a, b]: [wide::f32x4; 2] = bytemuck::cast(self);
-        let four = a.fast_max(b).to_array();
-        let of = |a: f32, b: f32| if a > b { a } else { b };
-        of(of(four[0], four[1]), of(four[2], four[3]))
-    }
-    #[inline(always)]
-    fn nearest_last(near: F32x8, chosen: u32) -> ([u32; 8], usize) {
-        let near = near.to_array();
-        let (mut entries, mut count, mut left) = ([0; 8], 0, chosen & 0xff);
-        while left != 0 {
-            let i = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let new = entry(near[i % 8], i % 8);
-            let mut at = count;
-            while at > 0 && entries[(at - 1) % 8] < new {
-                entries[at % 8] = entries[(at - 1) % 8];
-                at -= 1;
-            }
-            entries[at % 8] = new;
-            count += 1;
-        }
-        (entries, count)
-    }
-}
-
-/// Returns in lane i all lanes of row i reduced to one.
+/// [`EightLanes::nearest_last`] by insertion.
 #[inline(always)]
-fn of_each(rows: &[F32x8; REGISTER_LANES], reduce: impl Fn(F32x8, F32x8) -> F32x8) -> F32x8x2 {
-    let mut halves = [[F32x8::ZERO; LANES]; 2];
-    for (i, row) in rows.iter().enumerate() {
-        halves[i / LANES][i % LANES] = *row;
-    }
-    let [low, high] = halves;
-    let of_eight = |rows| F32x8::transpose(rows).into_iter().reduce(&reduce);
-    F32x8x2::join(
-        of_eight(low).unwrap_or_default(),
-        of_eight(high).unwrap_or_default(),
-    )
-}
-
-/// A vector a lane, a column an axis.
-#[derive(Clone, Copy, Debug)]
-pub struct Vec3Lanes<V> {
-    /// First components.
-    pub x: V,
-    /// Second components.
-    pub y: V,
-    /// Third components.
-    pub z: V,
-}
-
-impl<V> From<[V; 3]> for Vec3Lanes<V> {
-    #[inline(always)]
-    fn from([x, y, z]: [V; 3]) -> Self {
-        Self { x, y, z }
-    }
-}
-
-impl<V: Lanes> Vec3Lanes<V> {
-    /// Loads the vectors from memory.
-    #[inline(always)]
-    #[must_use]
-    pub fn load(from: &[V::Memory; 3]) -> Self {
-        let [x, y, z] = [V::load(&from[0]), V::load(&from[1]), V::load(&from[2])];
-        Self { x, y, z }
-    }
-
-    /// Stores the vectors to memory.
-    #[inline(always)]
-    pub fn store(self, to: &mut [V::Memory; 3]) {
-        let [x, y, z] = to;
-        self.x.store(x);
-        self.y.store(y);
-        self.z.store(z);
-    }
-
-    /// Sets all lanes to one vector.
-    #[inline(always)]
-    #[must_use]
-    pub fn splat(v: glam::Vec3) -> Self {
-        let [x, y, z] = [V::splat(v.x), V::splat(v.y), V::splat(v.z)];
-        Self { x, y, z }
-    }
-
-    /// Joins vectors of eight lanes; see [`Lanes::of_eights`].
-    #[inline(always)]
-    #[must_use]
-    pub fn of_eights([a, b, c, d]: [&Vec3x8; 4]) -> Self {
-        Self {
-            x: V::of_eights([a.x, b.x, c.x, d.x]),
-            y: V::of_eights([a.y, b.y, c.y, d.y]),
-            z: V::of_eights([a.z, b.z, c.z, d.z]),
+pub(super) fn nearest_last(near: [f32; LANES], chosen: u32) -> ([u32; LANES], usize) {
+    let (mut entries, mut count, mut left) = ([0; LANES], 0, chosen & 0xff);
+    while left != 0 {
+        let i = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let new = entry(near[i % LANES], i % LANES);
+        let mut at = count;
+        while at > 0 && entries[(at - 1) % LANES] < new {
+            entries[at % LANES] = entries[(at - 1) % LANES];
+            at -= 1;
         }
+        entries[at % LANES] = new;
+        count += 1;
     }
-
-    /// Returns the smaller components.
-    #[inline(always)]
-    #[must_use]
-    pub fn min(self, b: Self) -> Self {
-        Self {
-            x: self.x.min(b.x),
-            y: self.y.min(b.y),
-            z: self.z.min(b.z),
-        }
-    }
-
-    /// Returns the larger components.
-    #[inline(always)]
-    #[must_use]
-    pub fn max(self, b: Self) -> Self {
-        Self {
-            x: self.x.max(b.x),
-            y: self.y.max(b.y),
-            z: self.z.max(b.z),
-        }
-    }
-
-    /// Returns the largest absolute component.
-    #[inline(always)]
-    #[must_use]
-    pub fn max_abs(self) -> V {
-        self.x.abs().max(self.y.abs()).max(self.z.abs())
-    }
-
-    /// Returns the vectors with signs flipped where `sign` is negative.
-    #[inline(always)]
-    #[must_use]
-    pub fn turn(self, sign: V) -> Self {
-        Self {
-            x: self.x.turn(sign),
-            y: self.y.turn(sign),
-            z: self.z.turn(sign),
-        }
-    }
-
-    /// Returns the dot product; twin of [`math::dot`](crate::math::dot).
-    #[inline(always)]
-    #[must_use]
-    pub fn dot(self, b: Self) -> V {
-        self.x.mul_add(b.x, self.y.mul_add(b.y, self.z * b.z))
-    }
-
-    /// Returns the cross product; twin of [`math::cross`](crate::math::cross).
-    #[inline(always)]
-    #[must_use]
-    pub fn cross(self, b: Self) -> Self {
-        Self {
-            x: self.y.mul_sub(b.z, self.z * b.y),
-            y: self.z.mul_sub(b.x, self.x * b.z),
-            z: self.x.mul_sub(b.y, self.y * b.x),
-        }
-    }
+    (entries, count)
 }
-
-impl<V: TriangleLanes> Vec3Lanes<V> {
-    /// Joins two vectors; see [`TriangleLanes::join`].
-    #[inline(always)]
-    #[must_use]
-    pub fn join(low: &Vec3x8, high: &Vec3x8) -> Self {
-        Self::of_eights([low, high, low, high])
-    }
-}
-
-impl<V: Lanes> Add for Vec3Lanes<V> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        Self {
-            x: self.x + b.x,
-            y: self.y + b.y,
-            z: self.z + b.z,
-        }
-    }
-}
-
-impl<V: Lanes> Sub for Vec3Lanes<V> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        Self {
-            x: self.x - b.x,
-            y: self.y - b.y,
-            z: self.z - b.z,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests;

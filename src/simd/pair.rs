@@ -1,24 +1,19 @@
-//! Twice as many lanes, as two vectors: sixteen for CPUs without AVX-512, thirty-two (`avx512::F32x16x2`) with it.
+//! Twice as many lanes, as two vectors: sixteen without AVX-512, thirty-two with it.
 //!
-//! Sixteen lanes serve as packet numbers (bundles of sixteen packets) and, where a register [holds eight](IS_FAST),
-//! as rays that share their origin: more rays pass each node and leaf together.
+//! They serve as packet numbers (bundles of sixteen packets) and as rays that share their origin: more rays pass each
+//! node and leaf together.
 // Tuned: see docs/lab-notes.md#pairs-of-vectors
 
-use super::{
-    F32x8,
-    lanes::{Column, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes},
-};
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
+use super::{Column, Eight, EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes};
+use crate::lanes::{F32x8, LANES};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// Whether packets of sixteen rays pay as two eights: a register of this build holds eight lanes.
-pub const IS_FAST: bool = cfg!(target_feature = "avx");
-
-/// A vector that pairs are made of: [`F32x8`], or `avx512::F32x16`.
+/// A vector that pairs are made of.
 pub trait Half: Lanes<Memory = Column> {
     /// Memory for two.
     type Whole: Memory;
     /// Loads the lower lanes, then the upper ones.
-    fn load_both(from: &Self::Whole) -> [Self; 2];
+    fn load_both(simd: Self::Simd, from: &Self::Whole) -> [Self; 2];
     /// Stores the lower lanes, then the upper ones.
     fn store_both(both: [Self; 2], to: &mut Self::Whole);
     /// Does [`Lanes::fold_min_to_16`] of the two.
@@ -29,35 +24,11 @@ pub trait Half: Lanes<Memory = Column> {
 
 /// The lower lanes, then the upper ones.
 #[derive(Clone, Copy, Debug)]
-pub struct Pair<H>([H; 2]);
+pub struct Pair<H>(pub(super) [H; 2]);
 
 /// A truth value for each lane of a [`Pair`].
 #[derive(Clone, Copy, Debug)]
 pub struct PairMask<H: Lanes>([H::Mask; 2]);
-
-/// Sixteen lanes.
-pub type F32x8x2 = Pair<F32x8>;
-
-impl Half for F32x8 {
-    type Whole = Column;
-
-    #[inline(always)]
-    fn load_both(from: &Column) -> [Self; 2] {
-        *from.halves()
-    }
-    #[inline(always)]
-    fn store_both(both: [Self; 2], to: &mut Column) {
-        *to.halves_mut() = both;
-    }
-    #[inline(always)]
-    fn fold_both_min(both: [Self; 2]) -> F32x8x2 {
-        Pair(both)
-    }
-    #[inline(always)]
-    fn fold_both_max(both: [Self; 2]) -> F32x8x2 {
-        Pair(both)
-    }
-}
 
 impl<H: Half> Pair<H> {
     #[inline(always)]
@@ -104,6 +75,24 @@ operator!(Div, div, Pair<H>);
 operator!(BitAnd, bitand, PairMask<H>);
 operator!(BitOr, bitor, PairMask<H>);
 
+impl<H: Half> Mul<f32> for Pair<H> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, b: f32) -> Self {
+        let [low, high] = self.0;
+        Self([low * b, high * b])
+    }
+}
+
+impl<H: Half> Not for PairMask<H> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        let [low, high] = self.0;
+        Self([!low, !high])
+    }
+}
+
 impl<H: Half> Neg for Pair<H> {
     type Output = Self;
     #[inline(always)]
@@ -118,42 +107,51 @@ impl<H: Half> LaneMask for PairMask<H> {
         let [low, high] = self.0;
         low.bits() | high.bits() << H::COUNT
     }
-    #[inline(always)]
-    fn from_bits(bits: u32) -> Self {
-        Self([H::Mask::from_bits(bits), H::Mask::from_bits(bits >> H::COUNT)])
-    }
 }
 
-/// Each row folded to eight lanes.
+/// Returns in lane i all lanes of row i reduced to one, by columns of eight rows.
 #[inline(always)]
-fn folded(rows: &[F32x8x2; REGISTER_LANES], fold: impl Fn(F32x8x2) -> F32x8) -> [F32x8; REGISTER_LANES] {
-    let mut folded = [F32x8::ZERO; REGISTER_LANES];
-    for (to, row) in folded.iter_mut().zip(rows) {
-        *to = fold(*row);
+pub(super) fn least_of_rows<V: EightLanes>(
+    rows: &[V; REGISTER_LANES],
+    transposed: impl Fn([V; LANES]) -> [V; LANES],
+    least: impl Fn(V, V) -> V,
+) -> Pair<V> {
+    let mut halves = [rows[0]; 2];
+    for (half, rows) in halves.iter_mut().zip(rows.as_chunks::<LANES>().0) {
+        let [a, b, c, d, e, f, g, h] = transposed(*rows);
+        *half = least(least(least(a, b), least(c, d)), least(least(e, f), least(g, h)));
     }
-    folded
+    Pair(halves)
 }
 
-impl TriangleLanes for F32x8x2 {
+impl<V: EightLanes> TriangleLanes for Pair<V> {
     #[inline(always)]
-    fn picked8(from: &Column, places: u32) -> F32x8 {
-        super::picked8(from, places)
-    }
-    #[inline(always)]
-    fn picked([low, high]: [&Column; 2], [low_places, high_places]: [u32; 2]) -> Self {
-        Self([super::picked8(low, low_places), super::picked8(high, high_places)])
+    fn picked(simd: V::Simd, [low, high]: [&Column; 2], [low_places, high_places]: [u32; 2]) -> Self {
+        Self([
+            V::picked8(simd, low, low_places),
+            V::picked8(simd, high, high_places),
+        ])
     }
     #[inline(always)]
     fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Self {
-        F32x8::least_of_each(&folded(rows, Self::fold_min))
+        let mut folded = [rows[0].0[0]; REGISTER_LANES];
+        for (to, Pair([low, high])) in folded.iter_mut().zip(rows) {
+            *to = low.min(*high);
+        }
+        V::least_of_each(&folded)
     }
     #[inline(always)]
     fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Self {
-        F32x8::largest_of_each(&folded(rows, Self::fold_max))
+        let mut folded = [rows[0].0[0]; REGISTER_LANES];
+        for (to, Pair([low, high])) in folded.iter_mut().zip(rows) {
+            *to = low.max(*high);
+        }
+        V::largest_of_each(&folded)
     }
 }
 
 impl<H: Half> Lanes for Pair<H> {
+    type Simd = H::Simd;
     type Mask = PairMask<H>;
     type Memory = H::Whole;
     type Packets = H::Packets;
@@ -161,17 +159,25 @@ impl<H: Half> Lanes for Pair<H> {
     const COUNT: usize = 2 * H::COUNT;
 
     #[inline(always)]
-    fn splat(a: f32) -> Self {
-        Self([H::splat(a); 2])
+    fn simd(self) -> H::Simd {
+        self.0[0].simd()
     }
     #[inline(always)]
-    fn load(from: &H::Whole) -> Self {
-        Self(H::load_both(from))
+    fn splat(simd: H::Simd, a: f32) -> Self {
+        Self([H::splat(simd, a); 2])
     }
     #[inline(always)]
-    fn of_eights([a, b, c, d]: [F32x8; 4]) -> Self {
+    fn mask(simd: H::Simd, bits: u32) -> PairMask<H> {
+        PairMask([H::mask(simd, bits), H::mask(simd, bits >> H::COUNT)])
+    }
+    #[inline(always)]
+    fn load(simd: H::Simd, from: &H::Whole) -> Self {
+        Self(H::load_both(simd, from))
+    }
+    #[inline(always)]
+    fn of_eights(simd: H::Simd, [a, b, c, d]: [&F32x8; 4]) -> Self {
         let high = if H::COUNT == 8 { [b, b, b, b] } else { [c, d, c, d] };
-        Self([H::of_eights([a, b, a, b]), H::of_eights(high)])
+        Self([H::of_eights(simd, [a, b, a, b]), H::of_eights(simd, high)])
     }
     #[inline(always)]
     fn store(self, to: &mut H::Whole) {
@@ -184,6 +190,14 @@ impl<H: Half> Lanes for Pair<H> {
     #[inline(always)]
     fn mul_sub(self, b: Self, c: Self) -> Self {
         self.with_both(b, c, H::mul_sub)
+    }
+    #[inline(always)]
+    fn mul_add_about(self, b: Self, c: Self) -> Self {
+        self.with_both(b, c, H::mul_add_about)
+    }
+    #[inline(always)]
+    fn mul_sub_about(self, b: Self, c: Self) -> Self {
+        self.with_both(b, c, H::mul_sub_about)
     }
     #[inline(always)]
     fn min(self, b: Self) -> Self {
@@ -231,6 +245,10 @@ impl<H: Half> Lanes for Pair<H> {
         self.compared(b, H::ge)
     }
     #[inline(always)]
+    fn eq(self, b: Self) -> PairMask<H> {
+        self.compared(b, H::eq)
+    }
+    #[inline(always)]
     fn not_lt(self, b: Self, lanes: PairMask<H>) -> PairMask<H> {
         let ([low, high], [b_low, b_high], [lanes_low, lanes_high]) = (self.0, b.0, lanes.0);
         PairMask([low.not_lt(b_low, lanes_low), high.not_lt(b_high, lanes_high)])
@@ -250,12 +268,12 @@ impl<H: Half> Lanes for Pair<H> {
         ])
     }
     #[inline(always)]
-    fn fold_min(self) -> F32x8 {
+    fn fold_min(self) -> Eight<Self> {
         let [low, high] = self.0;
         low.min(high).fold_min()
     }
     #[inline(always)]
-    fn fold_max(self) -> F32x8 {
+    fn fold_max(self) -> Eight<Self> {
         let [low, high] = self.0;
         low.max(high).fold_max()
     }
@@ -266,13 +284,5 @@ impl<H: Half> Lanes for Pair<H> {
     #[inline(always)]
     fn fold_max_to_16(self) -> H::Packets {
         H::fold_both_max(self.0)
-    }
-    #[inline(always)]
-    fn largest(self) -> f32 {
-        self.fold_max().largest()
-    }
-    #[inline(always)]
-    fn nearest_last(near: F32x8, chosen: u32) -> ([u32; 8], usize) {
-        H::nearest_last(near, chosen)
     }
 }

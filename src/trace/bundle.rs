@@ -23,10 +23,9 @@ use super::{
 use crate::{
     accel::{Child, LeafBlocks, Node8},
     geometry::TriangleLeaf,
+    lanes::{F32x8, LANES},
     simd::{
-        F32x8, LANES, lane,
-        lanes::{LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes, Vec3Lanes, unpack},
-        splat,
+        Eight, EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, Simd, TriangleLanes, Vec3Lanes, unpack,
     },
 };
 use glam::Vec3;
@@ -71,6 +70,7 @@ impl Tracer<'_> {
     #[inline(always)]
     pub(super) fn traverse_bundle<B: TriangleLeaf, V: RayLanes, const ANY: bool, const SHARED: bool>(
         &mut self,
+        simd: V::Simd,
         blocks: LeafBlocks<'_, B>,
         packets: u32,
         culling: &Culling<'_, V>,
@@ -78,23 +78,23 @@ impl Tracer<'_> {
         let bvh = self.bvh;
         // Where packets' rays end, a row a packet, then a lane a packet; -1 for packets that are done. All packets at
         // once.
-        let mut ends = [V::Triangles::splat(0.0); REGISTER_LANES];
+        let mut ends = [V::Triangles::splat(simd, 0.0); REGISTER_LANES];
         let room = self.rooms.of::<V>();
         for p in bits(packets) {
-            ends[p % REGISTER_LANES] = V::load(&room.packets[p % PACKETS].t).fold_max_to_16();
+            ends[p % REGISTER_LANES] = V::load(simd, &room.packets[p % PACKETS].t).fold_max_to_16();
         }
         let farthest = V::Triangles::largest_of_each(&ends);
-        let can_hit = farthest.gt(V::Packets::splat(0.0));
+        let can_hit = farthest.gt(V::Packets::splat(simd, 0.0));
         let all = can_hit.bits();
         let limits = match culling.frustum {
             Some(frustum) => frustum.q_limits(farthest),
             None => farthest,
         };
-        let mut q_limit = V::Packets::select(can_hit, limits, V::Packets::splat(-1.0));
+        let mut q_limit = V::Packets::select(can_hit, limits, V::Packets::splat(simd, -1.0));
         self.bundle_stack.clear();
         match culling.entry {
             Some(entry) if SHARED && !ANY => {
-                self.push_children::<B, V, ANY, SHARED>(blocks, entry, culling, all, q_limit);
+                self.push_children::<B, V, ANY, SHARED>(simd, blocks, entry, culling, all, q_limit);
             }
             _ => self.bundle_stack.push(Entry {
                 child: bvh.root(),
@@ -112,12 +112,13 @@ impl Tracer<'_> {
                     packets,
                     q_near,
                 }) => {
-                    let packets = packets & V::Packets::splat(q_near).le(q_limit).bits();
+                    let packets = packets & V::Packets::splat(simd, q_near).le(q_limit).bits();
                     if packets == 0 {
                         continue;
                     }
                     if child.is_inner() {
                         self.push_children::<B, V, ANY, SHARED>(
+                            simd,
                             blocks,
                             &bvh.nodes()[child.index()],
                             culling,
@@ -149,7 +150,7 @@ impl Tracer<'_> {
                 }
                 leaf = deferred[oldest % DEFERRED_LEAVES];
                 oldest += 1;
-                leaf.packets &= V::Packets::splat(leaf.q_near).le(q_limit).bits();
+                leaf.packets &= V::Packets::splat(simd, leaf.q_near).le(q_limit).bits();
             }
             if leaf.packets == 0 {
                 // It was one of those held, or NONE.
@@ -168,7 +169,7 @@ impl Tracer<'_> {
                 {
                     held -= 1;
                     oldest += 1;
-                    let packets = next.packets & V::Packets::splat(next.q_near).le(q_limit).bits();
+                    let packets = next.packets & V::Packets::splat(simd, next.q_near).le(q_limit).bits();
                     if packets != 0 {
                         second = (next.child, packets);
                     }
@@ -181,11 +182,12 @@ impl Tracer<'_> {
                 let met = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
                 self.visits.add(count, met);
                 let packets = &mut self.rooms.of_mut::<V>().packets;
-                leaf::shared_origin::<B, V, ANY>(blocks, leaves, culling, packets)
+                leaf::shared_origin::<B, V, ANY>(simd, blocks, leaves, culling, packets)
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
                 let room = self.rooms.of_mut::<V>();
                 sheared::separate_origins::<B, V, ANY>(
+                    simd,
                     blocks,
                     child,
                     culling,
@@ -197,12 +199,12 @@ impl Tracer<'_> {
             };
             if ANY {
                 // Without a branch on which packets these are.
-                let done = <V::Packets as Lanes>::Mask::from_bits(taken);
-                q_limit = V::Packets::select(done, V::Packets::splat(-1.0), q_limit);
+                let done = V::Packets::mask(simd, taken);
+                q_limit = V::Packets::select(done, V::Packets::splat(simd, -1.0), q_limit);
                 continue;
             }
             for p in bits(taken) {
-                q_limit = self.with_limit(culling, q_limit, p);
+                q_limit = self.with_limit(simd, culling, q_limit, p);
             }
         }
     }
@@ -210,27 +212,34 @@ impl Tracer<'_> {
     /// `q_limit` with the current limit of packet `p`. Returns a register: loading what was just stored in parts
     /// stalls.
     #[inline(always)]
-    fn with_limit<V: RayLanes>(&self, culling: &Culling<'_, V>, q_limit: V::Packets, p: usize) -> V::Packets {
-        let t = self.rooms.of::<V>().packets[p % PACKETS].farthest::<V>();
+    fn with_limit<V: RayLanes>(
+        &self,
+        simd: V::Simd,
+        culling: &Culling<'_, V>,
+        q_limit: V::Packets,
+        p: usize,
+    ) -> V::Packets {
+        let t = self.rooms.of::<V>().packets[p % PACKETS].farthest::<V>(simd);
         let limit = match culling.frustum {
             Some(frustum) => frustum.q_limit(p, t),
             None => t,
         };
-        let only = <V::Packets as Lanes>::Mask::from_bits(1 << p);
-        V::Packets::select(only, V::Packets::splat(limit), q_limit)
+        let only = V::Packets::mask(simd, 1 << p);
+        V::Packets::select(only, V::Packets::splat(simd, limit), q_limit)
     }
 
     /// Pushes the children that some of `packets` may hit, nearest last.
     #[inline(always)]
     fn push_children<B: TriangleLeaf, V: RayLanes, const ANY: bool, const SHARED: bool>(
         &mut self,
+        simd: V::Simd,
         blocks: LeafBlocks<'_, B>,
         node: &Node8,
         culling: &Culling<'_, V>,
         packets: u32,
         q_limit: V::Packets,
     ) {
-        let (candidates, seen): (u32, Option<Seen<F32x8>>) = match culling.frustum {
+        let (candidates, seen): (u32, Option<Seen<Eight<V>>>) = match culling.frustum {
             Some(frustum) => {
                 let (candidates, seen) = frustum.children(node);
                 (candidates, Some(seen))
@@ -254,22 +263,29 @@ impl Tracer<'_> {
                 }
             }
         }
-        let mut near8 = seen.map_or(splat(0.0), |seen| seen.q_near);
+        let mut near8 = match seen {
+            Some(seen) => seen.q_near,
+            None => simd.splat(0.0),
+        };
         let mut chosen = pairs.children();
         if culling.exact {
             let mut planes = in_order(node, culling.octant);
             if SHARED {
                 for (i, plane) in planes.iter_mut().enumerate() {
-                    *plane -= splat(self.origin[i % 3]);
+                    *plane = (simd.load(plane) - simd.splat(self.origin[i % 3])).to8();
                 }
             }
             let room = self.rooms.of::<V>();
             let (states, slabs) = (&room.packets, &room.slabs);
             let entering = match (SHARED, culling.octant.is_some()) {
-                (true, true) => entering::<V, true>(&planes, &pairs, states),
-                (true, false) => entering::<V, false>(&planes, &pairs, states),
-                (false, true) => entering_by_packet::<V, true>(&planes, candidates, packets, states, slabs),
-                (false, false) => entering_by_packet::<V, false>(&planes, candidates, packets, states, slabs),
+                (true, true) => entering::<V, true>(simd, &planes, &pairs, states),
+                (true, false) => entering::<V, false>(simd, &planes, &pairs, states),
+                (false, true) => {
+                    entering_by_packet::<V, true>(simd, &planes, candidates, packets, states, slabs)
+                }
+                (false, false) => {
+                    entering_by_packet::<V, false>(simd, &planes, candidates, packets, states, slabs)
+                }
             };
             pairs = entering.pairs;
             chosen = pairs.children();
@@ -277,17 +293,17 @@ impl Tracer<'_> {
                 let few = chosen & !entering.more;
                 chosen &= !few;
                 if culling.octant.is_some() {
-                    self.go_on_alone::<V, SHARED, true>(node, &planes, few, &pairs);
+                    self.go_on_alone::<V, SHARED, true>(simd, node, &planes, few, &pairs);
                 } else {
-                    self.go_on_alone::<V, SHARED, false>(node, &planes, few, &pairs);
+                    self.go_on_alone::<V, SHARED, false>(simd, node, &planes, few, &pairs);
                 }
             }
             if culling.frustum.is_none() {
-                near8 = nearest8::<V>(node, &pairs, &self.rooms.of::<V>().packets);
+                near8 = nearest8::<V>(simd, node, &pairs, &self.rooms.of::<V>().packets);
             }
         }
         let places = self.bvh.places(blocks);
-        let (order, count) = V::nearest_last(near8, chosen);
+        let (order, count) = near8.nearest_last(chosen);
         for &entry in order.iter().take(count) {
             let (q_near, c) = unpack(entry);
             let child = node.child[c];
@@ -305,6 +321,7 @@ impl Tracer<'_> {
     #[inline(always)]
     fn go_on_alone<V: RayLanes, const SHARED: bool, const ONE_OCTANT: bool>(
         &mut self,
+        simd: V::Simd,
         node: &Node8,
         planes: &[F32x8; 6],
         few: u32,
@@ -314,12 +331,12 @@ impl Tracer<'_> {
         for c in bits(few) {
             for p in bits(pairs.packets(c)) {
                 let state = &room.packets[p % PACKETS];
-                let live = state.live_bits::<V>();
+                let live = state.live_bits::<V>(simd);
                 let (near, lanes) = if SHARED {
-                    enter::<V, ONE_OCTANT>(planes, c, state)
+                    enter::<V, ONE_OCTANT>(simd, planes, c, state)
                 } else {
                     room.slabs[p % PACKETS]
-                        .load::<V>(state)
+                        .load::<V>(simd, state)
                         .enter::<ONE_OCTANT>(planes, c)
                 };
                 let mut nears = V::Memory::ZERO;
@@ -349,12 +366,13 @@ struct Entering {
 /// [in order](in_order), relative to the shared origin.
 #[inline(always)]
 fn entering<V: Lanes, const ONE_OCTANT: bool>(
+    simd: V::Simd,
     planes: &[F32x8; 6],
     pairs: &Pairs,
     states: &[Packet<V::Memory>; PACKETS],
 ) -> Entering {
-    let (low, more_low) = entering_of::<V, ONE_OCTANT>(planes, pairs.low, 0, states);
-    let (high, more_high) = entering_of::<V, ONE_OCTANT>(planes, pairs.high, 4, states);
+    let (low, more_low) = entering_of::<V, ONE_OCTANT>(simd, planes, pairs.low, 0, states);
+    let (high, more_high) = entering_of::<V, ONE_OCTANT>(simd, planes, pairs.high, 4, states);
     let more = Pairs {
         low: more_low,
         high: more_high,
@@ -368,6 +386,7 @@ fn entering<V: Lanes, const ONE_OCTANT: bool>(
 /// [`entering`] for one word of pairs, whose first child is `first`: the same pairs, and those that two rays enter.
 #[inline(always)]
 fn entering_of<V: Lanes, const ONE_OCTANT: bool>(
+    simd: V::Simd,
     planes: &[F32x8; 6],
     pairs: u64,
     first: usize,
@@ -376,7 +395,7 @@ fn entering_of<V: Lanes, const ONE_OCTANT: bool>(
     let (mut entering, mut more) = (0, 0);
     for pair in bits64(pairs) {
         let (c, p) = (first + pair / PACKETS, pair % PACKETS);
-        let lanes = enter::<V, ONE_OCTANT>(planes, c, &states[p]).1.bits();
+        let lanes = enter::<V, ONE_OCTANT>(simd, planes, c, &states[p]).1.bits();
         entering |= u64::from(lanes != 0) << pair;
         more |= u64::from(lanes & lanes.wrapping_sub(1) != 0) << pair;
     }
@@ -390,6 +409,7 @@ fn entering_of<V: Lanes, const ONE_OCTANT: bool>(
 // Tuned: see docs/lab-notes.md#boxes-ray-by-ray
 #[inline(always)]
 fn entering_by_packet<V: Lanes, const ONE_OCTANT: bool>(
+    simd: V::Simd,
     planes: &[F32x8; 6],
     candidates: u32,
     packets: u32,
@@ -400,7 +420,7 @@ fn entering_by_packet<V: Lanes, const ONE_OCTANT: bool>(
     let (mut low, mut high) = (0, 0);
     let mut more = 0;
     for p in bits(packets) {
-        let rays = slabs[p % PACKETS].load::<V>(&states[p % PACKETS]);
+        let rays = slabs[p % PACKETS].load::<V>(simd, &states[p % PACKETS]);
         let mut children = 0;
         for c in bits(candidates) {
             let lanes = rays.enter::<ONE_OCTANT>(planes, c).1.bits();
@@ -426,23 +446,24 @@ fn entering_by_packet<V: Lanes, const ONE_OCTANT: bool>(
 // Tuned: see docs/lab-notes.md#node-slabs
 #[inline(always)]
 pub(super) fn enter<V: Lanes, const ONE_OCTANT: bool>(
+    simd: V::Simd,
     planes: &[F32x8; 6],
     c: usize,
     state: &Packet<V::Memory>,
 ) -> (V, V::Mask) {
-    let inv = Vec3Lanes::<V>::load(&state.inv_direction);
-    let (first, last) = corners::<V>(planes, c);
+    let inv = Vec3Lanes::<V>::load(simd, &state.inv_direction);
+    let (first, last) = corners::<V>(simd, planes, c);
     let (x0, x1) = (first.x * inv.x, last.x * inv.x);
     let (y0, y1) = (first.y * inv.y, last.y * inv.y);
     let (z0, z1) = (first.z * inv.z, last.z * inv.z);
-    let t = V::load(&state.t);
+    let t = V::load(simd, &state.t);
     let (near, far) = if ONE_OCTANT {
         (x0.max(y0).max(z0), x1.min(y1).min(z1.min(t)))
     } else {
         let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1));
         (near, x0.max(x1).min(y0.max(y1)).min(z0.max(z1).min(t)))
     };
-    let near = near * V::splat(1.0 - NODE_PAD);
+    let near = near * (1.0 - NODE_PAD);
     (near, near.le(far))
 }
 
@@ -465,29 +486,38 @@ pub(super) fn in_order(node: &Node8, octant: Option<[u8; 3]>) -> [F32x8; 6] {
 
 /// The box of child `c` in all lanes: lower and upper corner.
 #[inline(always)]
-pub(super) fn corners<V: Lanes>(planes: &[F32x8; 6], c: usize) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
-    let [x0, y0, z0, x1, y1, z1] = planes;
-    let lower = Vec3::new(lane(x0, c), lane(y0, c), lane(z0, c));
-    let upper = Vec3::new(lane(x1, c), lane(y1, c), lane(z1, c));
-    (Vec3Lanes::splat(lower), Vec3Lanes::splat(upper))
+pub(super) fn corners<V: Lanes>(
+    simd: V::Simd,
+    planes: &[F32x8; 6],
+    c: usize,
+) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
+    let plane = |i: usize| planes[i].as_array()[c % LANES];
+    let lower = Vec3::new(plane(0), plane(1), plane(2));
+    let upper = Vec3::new(plane(3), plane(4), plane(5));
+    (Vec3Lanes::splat(simd, lower), Vec3Lanes::splat(simd, upper))
 }
 
 /// A lower bound on where the first ray enters each child, by the frustum if there is one.
 #[inline(always)]
-fn nearest8<V: Lanes>(node: &Node8, pairs: &Pairs, states: &[Packet<V::Memory>; PACKETS]) -> F32x8 {
-    let mut nearest8 = splat(f32::MAX);
+fn nearest8<V: Lanes>(
+    simd: V::Simd,
+    node: &Node8,
+    pairs: &Pairs,
+    states: &[Packet<V::Memory>; PACKETS],
+) -> Eight<V> {
+    let mut nearest8 = F32x8::splat(f32::MAX);
     for c in 0..LANES {
         for p in bits(pairs.packets(c)) {
             let state = &states[p % PACKETS];
-            let o = Vec3Lanes::<V>::load(&state.origin);
-            let (lower, upper) = corners(&node.planes, c);
+            let o = Vec3Lanes::<V>::load(simd, &state.origin);
+            let (lower, upper) = corners(simd, &node.planes, c);
             let (near, _) = state.interval(lower - o, upper - o);
             let least = -(-near).largest();
             let nearest = &mut nearest8.as_mut_array()[c];
             *nearest = nearest.min(least);
         }
     }
-    nearest8
+    simd.load(&nearest8)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::frustum::Frame;
 use crate::{
     geometry::EdgeFunctions,
-    simd::lanes::{Column, LaneMask, Lanes, Vec3Lanes},
+    simd::{Column, LaneMask, Lanes, Vec3Lanes},
 };
 
 /// Boxes of directions whose component along k is 1 or -1. An edge function's maximum over one takes six
@@ -40,20 +40,17 @@ impl<V: Lanes> Directions<V> {
         let u = self.largest(edges.u);
         let v = self.largest(edges.v);
         let w = self.largest(edges.w);
-        u.min(v)
-            .min(w)
-            .ge(edges.tolerance * V::splat(-TRIANGLE_MARGIN))
-            .bits()
+        u.min(v).min(w).ge(edges.tolerance * -TRIANGLE_MARGIN).bits()
     }
 
     /// From rectangles of slopes along i and j.
     #[inline(always)]
     pub fn new(frame: &Frame, [a0, a1]: [V; 2], [b0, b1]: [V; 2]) -> Self {
-        let mut middle = [V::splat(frame.sign); 3];
-        let mut half = [V::splat(0.0); 3];
+        let mut middle = [a0.all(frame.sign); 3];
+        let mut half = [a0.all(0.0); 3];
         for (axis, low, high) in [(frame.i, a0, a1), (frame.j, b0, b1)] {
-            middle[axis] = (low + high) * V::splat(0.5);
-            half[axis] = (high - low) * V::splat(0.5);
+            middle[axis] = (low + high) * 0.5;
+            half[axis] = (high - low) * 0.5;
         }
         let ([x, y, z], [half_x, half_y, half_z]) = (middle, half);
         Self {
@@ -69,8 +66,13 @@ impl<V: Lanes> Directions<V> {
     /// The largest dot product of `e` with a direction.
     #[inline(always)]
     fn largest(&self, e: Vec3Lanes<V>) -> V {
-        let x = self.half.x.mul_add(e.x.abs(), self.middle.x * e.x);
-        let y = self.half.y.mul_add(e.y.abs(), self.middle.y.mul_add(e.y, x));
-        self.half.z.mul_add(e.z.abs(), self.middle.z.mul_add(e.z, y))
+        let x = self.half.x.mul_add_about(e.x.abs(), self.middle.x * e.x);
+        let y = self
+            .half
+            .y
+            .mul_add_about(e.y.abs(), self.middle.y.mul_add_about(e.y, x));
+        self.half
+            .z
+            .mul_add_about(e.z.abs(), self.middle.z.mul_add_about(e.z, y))
     }
 }

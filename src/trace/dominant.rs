@@ -5,7 +5,7 @@
 //! by ray.
 
 use super::{PACKETS, bits, rays::Packet};
-use crate::simd::lanes::{LaneMask, Lanes, Vec3Lanes};
+use crate::simd::{EightLanes, LaneMask, Lanes, Vec3Lanes};
 use glam::Vec3;
 
 /// All rays of a frustum go at least this much along its axis, else its slopes are too far apart to cull anything.
@@ -16,7 +16,7 @@ pub(super) const LEAST_ALONG_K: f32 = 0.3;
 fn sum_of_lanes<V: Lanes>(v: V) -> f32 {
     // min(a, b) + max(a, b) = a + b, so folding both sums the lanes.
     let sums = v.fold_min_to_16() + v.fold_max_to_16();
-    (sums.fold_min() + sums.fold_max()).reduce_add()
+    (sums.fold_min() + sums.fold_max()).sum()
 }
 
 /// The dominant axis of all rays of a frustum, and its sign.
@@ -29,10 +29,10 @@ pub(super) struct DominantAxis {
 impl DominantAxis {
     /// The axis of the sum of all directions.
     #[inline(always)]
-    pub fn of_most<V: Lanes>(states: &[Packet<V::Memory>; PACKETS], packets: u32) -> Self {
-        let mut sum = Vec3Lanes::<V>::splat(Vec3::ZERO);
+    pub fn of_most<V: Lanes>(simd: V::Simd, states: &[Packet<V::Memory>; PACKETS], packets: u32) -> Self {
+        let mut sum = Vec3Lanes::<V>::splat(simd, Vec3::ZERO);
         for p in bits(packets) {
-            sum = sum + Vec3Lanes::load(&states[p % PACKETS].direction);
+            sum = sum + Vec3Lanes::load(simd, &states[p % PACKETS].direction);
         }
         // Without a closure, which would not be inlined into AVX-512 code.
         let sum = [sum_of_lanes(sum.x), sum_of_lanes(sum.y), sum_of_lanes(sum.z)];
@@ -44,11 +44,11 @@ impl DominantAxis {
 
     /// Those of `packets` all of whose rays have this dominant axis.
     #[inline(always)]
-    fn sharing<V: Lanes>(self, states: &[Packet<V::Memory>; PACKETS], packets: u32) -> u32 {
-        let (least, sign) = (V::splat(LEAST_ALONG_K), V::splat(self.sign));
+    fn sharing<V: Lanes>(self, simd: V::Simd, states: &[Packet<V::Memory>; PACKETS], packets: u32) -> u32 {
+        let (least, sign) = (V::splat(simd, LEAST_ALONG_K), V::splat(simd, self.sign));
         let mut sharing = 0;
         for p in bits(packets) {
-            let along = V::load(&states[p % PACKETS].direction[self.axis]) * sign;
+            let along = V::load(simd, &states[p % PACKETS].direction[self.axis]) * sign;
             sharing |= u32::from(along.ge(least).bits() == !0 >> (32 - V::COUNT)) << p;
         }
         sharing
@@ -59,6 +59,7 @@ impl DominantAxis {
 // Tuned: see docs/lab-notes.md#dividing-bundles
 #[inline(always)]
 pub(super) fn largest_group<V: Lanes>(
+    simd: V::Simd,
     states: &[Packet<V::Memory>; PACKETS],
     packets: u32,
 ) -> Option<(u32, DominantAxis)> {
@@ -67,7 +68,7 @@ pub(super) fn largest_group<V: Lanes>(
     for axis in 0..3 {
         for sign in [1.0, -1.0] {
             let axis = DominantAxis { axis, sign };
-            let sharing = axis.sharing::<V>(states, packets);
+            let sharing = axis.sharing::<V>(simd, states, packets);
             if sharing.count_ones() > count {
                 count = sharing.count_ones();
                 most = Some((sharing, axis));

@@ -8,8 +8,9 @@
 use super::{bits, frustum::Frustum};
 use crate::{
     accel::{Bvh, Child, Node8},
+    lanes::LANES,
     math::Aabb,
-    simd::LANES,
+    simd::EightLanes,
 };
 
 /// At most this many nodes are opened to find entry nodes.
@@ -26,7 +27,7 @@ struct Met {
 
 /// Returns a node whose children hold everything that rays within `frustum` may hit; `None` if they hit nothing.
 #[inline(always)]
-pub(super) fn entry_node(bvh: &Bvh, frustum: &Frustum) -> Option<Node8> {
+pub(super) fn entry_node<V8: EightLanes>(bvh: &Bvh, frustum: &Frustum<V8>) -> Option<Node8> {
     if !bvh.root().is_inner() {
         return None;
     }
@@ -67,7 +68,12 @@ pub(super) fn entry_node(bvh: &Bvh, frustum: &Frustum) -> Option<Node8> {
 
 /// Stores the children of `of` that the frustum meets into `met` and returns their count.
 #[inline(always)]
-fn children_met(bvh: &Bvh, of: Child, frustum: &Frustum, met: &mut [Met; LANES]) -> usize {
+fn children_met<V8: EightLanes>(
+    bvh: &Bvh,
+    of: Child,
+    frustum: &Frustum<V8>,
+    met: &mut [Met; LANES],
+) -> usize {
     let node = &bvh.nodes()[of.index()];
     let (candidates, _) = frustum.children(node);
     let mut count = 0;
@@ -93,9 +99,9 @@ fn children_met(bvh: &Bvh, of: Child, frustum: &Frustum, met: &mut [Met; LANES])
 mod tests {
     use crate::{
         accel::Bvh,
+        lanes::{F32x8, LANES, Vec3x8},
         ray::{HitPacket, Origins, RayPacket},
         scene::SceneBuilder,
-        simd::{F32x8, LANES, Vec3x8},
         trace::{Method, Tracer},
     };
     use glam::Vec3;

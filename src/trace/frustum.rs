@@ -18,11 +18,10 @@ use super::{
 use crate::{
     accel::Node8,
     geometry::EdgeFunctions,
+    lanes::F32x8,
     ray::RayPacket,
     simd::{
-        F32x8, lane,
-        lanes::{Column, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes, Vec3Lanes},
-        le, max, max_lane, min, min_lane, mul_add, splat,
+        Column, Eight, EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, Simd, TriangleLanes, Vec3Lanes,
     },
 };
 use glam::Vec3;
@@ -59,29 +58,29 @@ struct Range<V> {
 
 /// A frustum around many rays.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frustum {
+pub(super) struct Frustum<V8> {
     frame: Frame,
-    slopes: Slopes<F32x8>,
+    slopes: Slopes<V8>,
 }
 
 /// The frusta of a bundle: one for all rays and, where they share their origin, one for each packet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BundleFrustum<V: Lanes> {
-    all: Frustum,
+    all: Frustum<Eight<V>>,
     /// With a shared origin.
-    own: Option<PacketFrusta<V::Packets>>,
+    own: Option<PacketFrusta<V::Packets, Eight<V>>>,
     most_along_k: Column,
 }
 
 /// A frustum a packet, a lane each, and what else only rays with a shared origin need.
 #[derive(Clone, Copy, Debug)]
-struct PacketFrusta<P> {
+struct PacketFrusta<P, V8> {
     slopes: Slopes<P>,
     /// The same slopes in memory: least and largest a, least and largest b.
     slope_columns: [Column; 4],
     /// Middle x, y, z, half x, y, z.
     directions: [Column; 6],
-    all_directions: Directions<F32x8>,
+    all_directions: Directions<V8>,
 }
 
 /// Boxes relative to the origins: distances along k, and offsets along i and j. Eight boxes, or one in all lanes.
@@ -113,6 +112,17 @@ impl<V: Lanes> Range<V> {
         }
     }
 
+    /// The widened slopes of directions from `low` to `high` that go from `least` to `most` along k.
+    #[inline(always)]
+    fn within(simd: V::Simd, low: f32, high: f32, [least, most]: [f32; 2]) -> Self {
+        let lowest = low / if low < 0.0 { least } else { most };
+        let highest = high / if high > 0.0 { least } else { most };
+        Self::new(
+            widen_down(V::splat(simd, lowest)),
+            widen_up(V::splat(simd, highest)),
+        )
+    }
+
     /// Positive where [lower, upper] is outside q times the range, for all q. The maximum of q times `high` is at the
     /// near or far end by its sign, so it is `high * q_middle + |high| * q_half`.
     #[inline(always)]
@@ -120,8 +130,10 @@ impl<V: Lanes> Range<V> {
         let (middle, half) = (seen.q_middle, seen.q_half);
         let above = self
             .minus_high
-            .mul_add(middle, self.minus_abs_high.mul_add(half, lower));
-        let below = self.low.mul_add(middle, self.minus_abs_low.mul_sub(half, upper));
+            .mul_add_about(middle, self.minus_abs_high.mul_add_about(half, lower));
+        let below = self
+            .low
+            .mul_add_about(middle, self.minus_abs_low.mul_sub_about(half, upper));
         above.max(below)
     }
 }
@@ -136,17 +148,18 @@ fn outside<V: Lanes>(seen: &Seen<V>, slopes: &Slopes<V>) -> V {
 
 #[inline(always)]
 fn widen_down<V: Lanes>(slope: V) -> V {
-    slope - V::splat(SLACK) * (V::splat(1.0) + slope.abs())
+    slope - (slope.all(1.0) + slope.abs()) * SLACK
 }
 
 #[inline(always)]
 fn widen_up<V: Lanes>(slope: V) -> V {
-    slope + V::splat(SLACK) * (V::splat(1.0) + slope.abs())
+    slope + (slope.all(1.0) + slope.abs()) * SLACK
 }
 
 /// The box of the packets' origins: lower and upper corner.
 #[inline(always)]
 pub(super) fn origins<V: Lanes, const SHARED: bool>(
+    simd: V::Simd,
     packets: &[Packet<V::Memory>],
     members: u32,
 ) -> ([f32; 3], [f32; 3]) {
@@ -158,12 +171,15 @@ pub(super) fn origins<V: Lanes, const SHARED: bool>(
     }
     let (mut origin_lower, mut origin_upper) = ([0.0; 3], [0.0; 3]);
     for axis in 0..3 {
-        let (mut lower, mut upper) = (V::load(&first.origin[axis]), V::load(&first.origin[axis]));
+        let (mut lower, mut upper) = (
+            V::load(simd, &first.origin[axis]),
+            V::load(simd, &first.origin[axis]),
+        );
         for p in bits(members) {
-            let o = V::load(&packets[p % PACKETS].origin[axis]);
+            let o = V::load(simd, &packets[p % PACKETS].origin[axis]);
             (lower, upper) = (lower.min(o), upper.max(o));
         }
-        (origin_lower[axis], origin_upper[axis]) = (min_lane(lower.fold_min()), max_lane(upper.fold_max()));
+        (origin_lower[axis], origin_upper[axis]) = (lower.fold_min().min_lane(), upper.fold_max().max_lane());
     }
     (origin_lower, origin_upper)
 }
@@ -172,33 +188,34 @@ pub(super) fn origins<V: Lanes, const SHARED: bool>(
 /// go along k at most. `None` if not all of them have that dominant axis.
 #[inline(always)]
 fn slopes_by_packet<V: Lanes>(
+    simd: V::Simd,
     packets: &[Packet<V::Memory>; PACKETS],
     members: u32,
     frame: &Frame,
 ) -> Option<([Column; 4], Column)> {
     let first = members.trailing_zeros() as usize % PACKETS;
     let (i, j, k) = (frame.i, frame.j, frame.k);
-    let sign = V::splat(frame.sign);
-    let mut least = V::splat(1.0);
+    let sign = V::splat(simd, frame.sign);
+    let mut least = V::splat(simd, 1.0);
     let is_folded = V::COUNT > REGISTER_LANES;
     // Folded row by row: two vectors of 32 lanes would spill.
-    let [mut a0, mut a1, mut b0, mut b1, mut along] = [[V::Triangles::splat(0.0); REGISTER_LANES]; 5];
+    let [mut a0, mut a1, mut b0, mut b1, mut along] = [[V::Triangles::splat(simd, 0.0); REGISTER_LANES]; 5];
     for row in 0..PACKETS {
         // Rows beyond the packets repeat the first one.
         let p = if members >> row & 1 == 0 { first } else { row };
         let packet = &packets[p % PACKETS];
-        let along_k = V::load(&packet.direction[k]) * sign;
+        let along_k = V::load(simd, &packet.direction[k]) * sign;
         least = least.min(along_k);
         along[row] = along_k.fold_max_to_16();
-        let inv = V::load(&packet.inv_direction[k]) * sign;
-        let a = V::load(&packet.direction[i]) * inv;
-        let b = V::load(&packet.direction[j]) * inv;
+        let inv = V::load(simd, &packet.inv_direction[k]) * sign;
+        let a = V::load(simd, &packet.direction[i]) * inv;
+        let b = V::load(simd, &packet.direction[j]) * inv;
         (a0[row], b0[row]) = (a.fold_min_to_16(), b.fold_min_to_16());
         if is_folded {
             (a1[row], b1[row]) = (a.fold_max_to_16(), b.fold_max_to_16());
         }
     }
-    if least.lt(V::splat(LEAST_ALONG_K)).bits() != 0 {
+    if least.lt(V::splat(simd, LEAST_ALONG_K)).bits() != 0 {
         return None;
     }
     let mut columns = [Column::splat(0.0); 5];
@@ -219,34 +236,35 @@ fn slopes_by_packet<V: Lanes>(
 // Tuned: see docs/lab-notes.md#frustum-separate-origins
 #[inline(always)]
 fn slopes_of_all<V: Lanes>(
+    simd: V::Simd,
     packets: &[Packet<V::Memory>; PACKETS],
     members: u32,
     frame: &Frame,
-) -> Option<([F32x8; 4], f32)> {
-    let sign = V::splat(frame.sign);
-    let (mut least, mut most) = (V::splat(1.0), V::splat(0.0));
-    let [mut a_low, mut b_low] = [V::splat(f32::MAX); 2];
-    let [mut a_high, mut b_high] = [V::splat(-f32::MAX); 2];
+) -> Option<([Eight<V>; 4], f32)> {
+    let sign = V::splat(simd, frame.sign);
+    let (mut least, mut most) = (V::splat(simd, 1.0), V::splat(simd, 0.0));
+    let [mut a_low, mut b_low] = [V::splat(simd, f32::MAX); 2];
+    let [mut a_high, mut b_high] = [V::splat(simd, -f32::MAX); 2];
     for p in bits(members) {
         let packet = &packets[p % PACKETS];
-        let along_k = V::load(&packet.direction[frame.k]) * sign;
+        let along_k = V::load(simd, &packet.direction[frame.k]) * sign;
         (least, most) = (least.min(along_k), most.max(along_k));
-        let inv = V::load(&packet.inv_direction[frame.k]).abs();
-        let a = V::load(&packet.direction[frame.i]) * inv;
-        let b = V::load(&packet.direction[frame.j]) * inv;
+        let inv = V::load(simd, &packet.inv_direction[frame.k]).abs();
+        let a = V::load(simd, &packet.direction[frame.i]) * inv;
+        let b = V::load(simd, &packet.direction[frame.j]) * inv;
         (a_low, a_high) = (a_low.min(a), a_high.max(a));
         (b_low, b_high) = (b_low.min(b), b_high.max(b));
     }
-    if least.lt(V::splat(LEAST_ALONG_K)).bits() != 0 {
+    if least.lt(V::splat(simd, LEAST_ALONG_K)).bits() != 0 {
         return None;
     }
     let slopes = [
-        widen_down(splat(min_lane(a_low.fold_min()))),
-        widen_up(splat(max_lane(a_high.fold_max()))),
-        widen_down(splat(min_lane(b_low.fold_min()))),
-        widen_up(splat(max_lane(b_high.fold_max()))),
+        widen_down(simd.splat(a_low.fold_min().min_lane())),
+        widen_up(simd.splat(a_high.fold_max().max_lane())),
+        widen_down(simd.splat(b_low.fold_min().min_lane())),
+        widen_up(simd.splat(b_high.fold_max().max_lane())),
     ];
-    Some((slopes, max_lane(most.fold_max())))
+    Some((slopes, most.fold_max().max_lane()))
 }
 
 impl<V: Lanes> BundleFrustum<V> {
@@ -255,13 +273,14 @@ impl<V: Lanes> BundleFrustum<V> {
     /// neighbour's direction.
     #[inline(always)]
     pub fn new<const SHARED: bool>(
+        simd: V::Simd,
         packets: &[Packet<V::Memory>; PACKETS],
         members: u32,
         dominant: DominantAxis,
     ) -> Option<Self> {
         let DominantAxis { axis: k, sign } = dominant;
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        let (origin_lower, origin_upper) = origins::<V, SHARED>(packets, members);
+        let (origin_lower, origin_upper) = origins::<V, SHARED>(simd, packets, members);
         let frame = Frame {
             k,
             i,
@@ -272,19 +291,21 @@ impl<V: Lanes> BundleFrustum<V> {
         };
 
         if !SHARED {
-            let (slopes, most_along_k) = slopes_of_all::<V>(packets, members, &frame)?;
+            let (slopes, most_along_k) = slopes_of_all::<V>(simd, packets, members, &frame)?;
             return Some(Self {
                 all: Frustum::new(frame, slopes),
                 own: None,
                 most_along_k: Column::splat(most_along_k),
             });
         }
-        let (slope_columns, most_along_k) = slopes_by_packet::<V>(packets, members, &frame)?;
-        let [a0, a1, b0, b1] = slope_columns.each_ref().map(V::Packets::load);
-        let all_a0 = splat(min_lane(a0.fold_min()));
-        let all_a1 = splat(max_lane(a1.fold_max()));
-        let all_b0 = splat(min_lane(b0.fold_min()));
-        let all_b1 = splat(max_lane(b1.fold_max()));
+        let (slope_columns, most_along_k) = slopes_by_packet::<V>(simd, packets, members, &frame)?;
+        let [a0, a1, b0, b1] = &slope_columns;
+        let (a0, a1) = (V::Packets::load(simd, a0), V::Packets::load(simd, a1));
+        let (b0, b1) = (V::Packets::load(simd, b0), V::Packets::load(simd, b1));
+        let all_a0 = simd.splat(a0.fold_min().min_lane());
+        let all_a1 = simd.splat(a1.fold_max().max_lane());
+        let all_b0 = simd.splat(b0.fold_min().min_lane());
+        let all_b1 = simd.splat(b1.fold_max().max_lane());
         Some(Self {
             all: Frustum::new(frame, [all_a0, all_a1, all_b0, all_b1]),
             own: Some(PacketFrusta {
@@ -312,8 +333,8 @@ impl<V: Lanes> BundleFrustum<V> {
     #[inline(always)]
     pub fn stretch_squared(&self) -> f32 {
         let Slopes { a, b } = &self.all.slopes;
-        let steepest_a = lane(&a.minus_abs_low, 0).min(lane(&a.minus_abs_high, 0));
-        let steepest_b = lane(&b.minus_abs_low, 0).min(lane(&b.minus_abs_high, 0));
+        let steepest_a = a.minus_abs_low.first().min(a.minus_abs_high.first());
+        let steepest_b = b.minus_abs_low.first().min(b.minus_abs_high.first());
         1.0 + steepest_a * steepest_a + steepest_b * steepest_b
     }
 
@@ -323,8 +344,8 @@ impl<V: Lanes> BundleFrustum<V> {
         let Frame { k, i, j, sign, .. } = self.all.frame;
         let mut octant = [0; 3];
         for (axis, slopes) in [(i, &self.all.slopes.a), (j, &self.all.slopes.b)] {
-            let is_down = lane(&slopes.minus_high, 0) > 0.0;
-            let is_up = lane(&slopes.low, 0) > 0.0;
+            let is_down = slopes.minus_high.first() > 0.0;
+            let is_up = slopes.low.first() > 0.0;
             if !is_down && !is_up {
                 return None;
             }
@@ -343,44 +364,45 @@ impl<V: Lanes> BundleFrustum<V> {
     /// [`q_limit`](Self::q_limit) of all packets, a lane a packet.
     #[inline(always)]
     pub fn q_limits(&self, t: V::Packets) -> V::Packets {
-        t * V::Packets::load(&self.most_along_k) * V::Packets::splat(1.0 + SLACK)
+        t * V::Packets::load(t.simd(), &self.most_along_k) * (1.0 + SLACK)
     }
 
     /// See [`Frustum::children`].
     #[inline(always)]
-    pub fn children(&self, node: &Node8) -> (u32, Seen<F32x8>) {
+    pub fn children(&self, node: &Node8) -> (u32, Seen<Eight<V>>) {
         self.all.children(node)
     }
 
     /// The packets that may hit something in box `child` of `seen` before their limits (a lane a packet).
     #[inline(always)]
-    pub fn packets_of(&self, seen: &Seen<F32x8>, child: usize, q_limit: V::Packets) -> u32 {
+    pub fn packets_of(&self, seen: &Seen<Eight<V>>, child: usize, q_limit: V::Packets) -> u32 {
         let Some(own) = &self.own else {
             return !0;
         };
         let seen = seen.splat::<V::Packets>(child);
-        let inside = outside(&seen, &own.slopes).le(V::Packets::splat(0.0));
+        let inside = outside(&seen, &own.slopes).le(q_limit.all(0.0));
         (inside & seen.q_near.le(q_limit)).bits()
     }
 
     /// See [`Frustum::boxes`].
     #[inline(always)]
-    pub fn boxes(&self, planes: &[F32x8; 6]) -> (u32, Seen<F32x8>) {
+    pub fn boxes(&self, planes: &[Eight<V>; 6]) -> (u32, Seen<Eight<V>>) {
         self.all.boxes(planes)
     }
 
     /// The boxes (of eight, a lane each) that some ray of packet `p` may hit.
     #[inline(always)]
-    pub fn boxes_of(&self, p: usize, seen: &Seen<F32x8>) -> u32 {
+    pub fn boxes_of(&self, p: usize, seen: &Seen<Eight<V>>) -> u32 {
         let Some(own) = &self.own else {
             return !0;
         };
-        let [a0, a1, b0, b1] = own.slope_columns.each_ref().map(|column| splat(column.0[p & 15]));
+        let [a0, a1, b0, b1] = &own.slope_columns;
+        let all = seen.q_near;
         let slopes = Slopes {
-            a: Range::new(a0, a1),
-            b: Range::new(b0, b1),
+            a: Range::new(all.all(a0.0[p & 15]), all.all(a1.0[p & 15])),
+            b: Range::new(all.all(b0.0[p & 15]), all.all(b1.0[p & 15])),
         };
-        le(outside(seen, &slopes), splat(0.0)).bits()
+        outside(seen, &slopes).le(all.all(0.0)).bits()
     }
 
     /// The triangles (a lane each) that some ray may hit: no edge has all of the frustum on its outer side.
@@ -390,8 +412,8 @@ impl<V: Lanes> BundleFrustum<V> {
             return !0;
         };
         let directions = Directions {
-            middle: widened(&own.all_directions.middle),
-            half: widened(&own.all_directions.half),
+            middle: widened(edges.plane.simd(), &own.all_directions.middle),
+            half: widened(edges.plane.simd(), &own.all_directions.half),
         };
         directions.triangles(edges)
     }
@@ -405,24 +427,24 @@ impl<V: Lanes> BundleFrustum<V> {
         let [x, y, z, half_x, half_y, half_z] = &own.directions;
         let directions = Directions {
             middle: Vec3Lanes {
-                x: V::Triangles::splat(x.0[p & 15]),
-                y: V::Triangles::splat(y.0[p & 15]),
-                z: V::Triangles::splat(z.0[p & 15]),
+                x: edges.plane.all(x.0[p & 15]),
+                y: edges.plane.all(y.0[p & 15]),
+                z: edges.plane.all(z.0[p & 15]),
             },
             half: Vec3Lanes {
-                x: V::Triangles::splat(half_x.0[p & 15]),
-                y: V::Triangles::splat(half_y.0[p & 15]),
-                z: V::Triangles::splat(half_z.0[p & 15]),
+                x: edges.plane.all(half_x.0[p & 15]),
+                y: edges.plane.all(half_y.0[p & 15]),
+                z: edges.plane.all(half_z.0[p & 15]),
             },
         };
         directions.triangles(edges)
     }
 }
 
-impl Frustum {
+impl<V8: EightLanes> Frustum<V8> {
     /// From slopes: least and largest a, least and largest b.
     #[inline(always)]
-    fn new(frame: Frame, [a0, a1, b0, b1]: [F32x8; 4]) -> Self {
+    fn new(frame: Frame, [a0, a1, b0, b1]: [V8; 4]) -> Self {
         Self {
             frame,
             slopes: Slopes {
@@ -435,18 +457,16 @@ impl Frustum {
     /// A frustum around rays from `origin`; `None` if they do not share the dominant axis. Uses the slopes of the box
     /// of directions: no division a ray, and hardly wider for neighbouring pixels.
     #[inline(always)]
-    pub fn around(origin: Vec3, rays: &[RayPacket]) -> Option<Self> {
-        let mut low = [splat(f32::MAX); 3];
-        let mut high = [splat(-f32::MAX); 3];
+    pub fn around(simd: V8::Simd, origin: Vec3, rays: &[RayPacket]) -> Option<Self> {
+        let mut low = Vec3Lanes::splat(simd, Vec3::MAX);
+        let mut high = Vec3Lanes::splat(simd, Vec3::MIN);
         for packet in rays {
-            let d = &packet.direction;
-            for (axis, d) in [d.x, d.y, d.z].into_iter().enumerate() {
-                // min and max return the second operand if either is NaN, so NaN lanes drop out.
-                low[axis] = min(d, low[axis]);
-                high[axis] = max(d, high[axis]);
-            }
+            // min and max return the second operand if either is NaN, so NaN lanes drop out.
+            let d = Vec3Lanes::<V8>::load8(simd, &packet.direction);
+            (low, high) = (d.min(low), d.max(high));
         }
-        let (low, high) = (low.map(min_lane), high.map(max_lane));
+        let low = [low.x.min_lane(), low.y.min_lane(), low.z.min_lane()];
+        let high = [high.x.max_lane(), high.y.max_lane(), high.z.max_lane()];
         let least = |axis: usize| low[axis].max(-high[axis]);
         let k = (0..3).max_by(|&p, &q| least(p).total_cmp(&least(q)))?;
         let along = least(k);
@@ -456,11 +476,6 @@ impl Frustum {
         }
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let most = low[k].abs().max(high[k].abs());
-        let slopes = |axis: usize| {
-            let least = low[axis] / if low[axis] < 0.0 { along } else { most };
-            let largest = high[axis] / if high[axis] > 0.0 { along } else { most };
-            Range::new(widen_down(splat(least)), widen_up(splat(largest)))
-        };
         let origin = origin.to_array();
         Some(Self {
             frame: Frame {
@@ -472,21 +487,22 @@ impl Frustum {
                 origin_upper: origin,
             },
             slopes: Slopes {
-                a: slopes(i),
-                b: slopes(j),
+                a: Range::within(simd, low[i], high[i], [along, most]),
+                b: Range::within(simd, low[j], high[j], [along, most]),
             },
         })
     }
 
     /// The children of `node` that a ray may hit, and where they are.
     #[inline(always)]
-    pub fn children(&self, node: &Node8) -> (u32, Seen<F32x8>) {
-        self.boxes(&node.planes)
+    pub fn children(&self, node: &Node8) -> (u32, Seen<V8>) {
+        self.boxes(&loaded(self.slopes.a.low.simd(), &node.planes))
     }
 
     /// The boxes (of eight) that a ray may hit, and where they are; `planes` as a [node](Node8::planes) has them.
     #[inline(always)]
-    pub fn boxes(&self, planes: &[F32x8; 6]) -> (u32, Seen<F32x8>) {
+    pub fn boxes(&self, planes: &[V8; 6]) -> (u32, Seen<V8>) {
+        let simd = self.slopes.a.low.simd();
         let Frame {
             k,
             i,
@@ -498,47 +514,62 @@ impl Frustum {
         let (&k, &i, &j) = (k, i, j);
         let (near, far) = if *sign > 0.0 {
             (
-                planes[k] - splat(origin_upper[k]),
-                planes[k + 3] - splat(origin_lower[k]),
+                planes[k] - V8::splat(simd, origin_upper[k]),
+                planes[k + 3] - V8::splat(simd, origin_lower[k]),
             )
         } else {
             (
-                splat(origin_lower[k]) - planes[k + 3],
-                splat(origin_upper[k]) - planes[k],
+                V8::splat(simd, origin_lower[k]) - planes[k + 3],
+                V8::splat(simd, origin_upper[k]) - planes[k],
             )
         };
-        let near = max(near, splat(0.0));
+        let near = near.max(V8::splat(simd, 0.0));
         let seen = Seen {
             q_near: near,
-            q_middle: (near + far) * splat(0.5),
-            q_half: mul_add(far, splat(HALF_ERROR), (far - near) * splat(0.5)),
-            i_lower: planes[i] - splat(origin_upper[i]),
-            i_upper: planes[i + 3] - splat(origin_lower[i]),
-            j_lower: planes[j] - splat(origin_upper[j]),
-            j_upper: planes[j + 3] - splat(origin_lower[j]),
+            q_middle: (near + far) * 0.5,
+            q_half: far.mul_add_about(V8::splat(simd, HALF_ERROR), (far - near) * 0.5),
+            i_lower: planes[i] - V8::splat(simd, origin_upper[i]),
+            i_upper: planes[i + 3] - V8::splat(simd, origin_lower[i]),
+            j_lower: planes[j] - V8::splat(simd, origin_upper[j]),
+            j_upper: planes[j + 3] - V8::splat(simd, origin_lower[j]),
         };
-        let outside = max(outside(&seen, &self.slopes), -far);
-        (le(outside, splat(0.0)).bits(), seen)
+        let outside = outside(&seen, &self.slopes).max(-far);
+        (outside.le(V8::splat(simd, 0.0)).bits(), seen)
     }
+}
+
+/// A node's planes in registers.
+#[inline(always)]
+pub(super) fn loaded<V8: EightLanes>(simd: V8::Simd, [a, b, c, d, e, f]: &[F32x8; 6]) -> [V8; 6] {
+    [
+        V8::load8(simd, a),
+        V8::load8(simd, b),
+        V8::load8(simd, c),
+        V8::load8(simd, d),
+        V8::load8(simd, e),
+        V8::load8(simd, f),
+    ]
 }
 
 /// A vector with equal lanes, widened to the lanes of `V`.
 #[inline(always)]
-fn widened<V: Lanes>(v: &Vec3Lanes<F32x8>) -> Vec3Lanes<V> {
-    Vec3Lanes::splat(Vec3::new(lane(&v.x, 0), lane(&v.y, 0), lane(&v.z, 0)))
+fn widened<V: Lanes>(simd: V::Simd, v: &Vec3Lanes<Eight<V>>) -> Vec3Lanes<V> {
+    Vec3Lanes::splat(simd, Vec3::new(v.x.first(), v.y.first(), v.z.first()))
 }
 
-impl Seen<F32x8> {
+impl<V8: EightLanes> Seen<V8> {
+    /// Box `child` in all lanes.
     #[inline(always)]
-    fn splat<V: Lanes>(&self, child: usize) -> Seen<V> {
+    fn splat<V: Lanes<Simd = V8::Simd>>(&self, child: usize) -> Seen<V> {
+        let simd = self.q_near.simd();
         Seen {
-            q_near: V::splat(lane(&self.q_near, child)),
-            q_middle: V::splat(lane(&self.q_middle, child)),
-            q_half: V::splat(lane(&self.q_half, child)),
-            i_lower: V::splat(lane(&self.i_lower, child)),
-            i_upper: V::splat(lane(&self.i_upper, child)),
-            j_lower: V::splat(lane(&self.j_lower, child)),
-            j_upper: V::splat(lane(&self.j_upper, child)),
+            q_near: V::splat(simd, self.q_near.lane(child)),
+            q_middle: V::splat(simd, self.q_middle.lane(child)),
+            q_half: V::splat(simd, self.q_half.lane(child)),
+            i_lower: V::splat(simd, self.i_lower.lane(child)),
+            i_upper: V::splat(simd, self.i_upper.lane(child)),
+            j_lower: V::splat(simd, self.j_lower.lane(child)),
+            j_upper: V::splat(simd, self.j_upper.lane(child)),
         }
     }
 }

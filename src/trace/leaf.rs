@@ -11,10 +11,13 @@
 use super::{PACKETS, bits, bits64, bundle::Culling, rays::Packet};
 use crate::{
     accel::{Child, LeafBlocks},
-    geometry::{EdgeFunctions, SphereBlock, TriangleLeaf, pad, padded_boxes, passes_through},
+    geometry::{
+        EdgeFunctions, SphereBlock, TriangleLeaf, chord, padded_boxes, padded_sphere_boxes, passes_through,
+        sphere_hits,
+    },
+    lanes::LANES,
     simd::{
-        F32x8, LANES, Vec3x8, lane,
-        lanes::{Column, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes, Vec3Lanes},
+        Column, Eight, EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, Simd, TriangleLanes, Vec3Lanes,
     },
 };
 use glam::Vec3;
@@ -24,11 +27,12 @@ type Weights<V> = [V; 3];
 
 /// Lane `i` of eight vectors, in all lanes.
 #[inline(always)]
-pub(super) fn vector<V: Lanes>(v: &Vec3Lanes<F32x8>, i: usize) -> Vec3Lanes<V> {
+pub(super) fn vector<V: Lanes, E: EightLanes<Simd = V::Simd>>(v: &Vec3Lanes<E>, i: usize) -> Vec3Lanes<V> {
+    let simd = v.x.simd();
     Vec3Lanes {
-        x: V::splat(lane(&v.x, i)),
-        y: V::splat(lane(&v.y, i)),
-        z: V::splat(lane(&v.z, i)),
+        x: V::splat(simd, v.x.lane(i)),
+        y: V::splat(simd, v.y.lane(i)),
+        z: V::splat(simd, v.z.lane(i)),
     }
 }
 
@@ -68,19 +72,19 @@ const EMPTY: Column = Column([0.0; REGISTER_LANES]);
 
 /// Slot `i` of `columns`, in all lanes.
 #[inline(always)]
-fn place<V: Lanes>([x, y, z]: &Columns3, i: usize) -> Vec3Lanes<V> {
+fn place<V: Lanes>(simd: V::Simd, [x, y, z]: &Columns3, i: usize) -> Vec3Lanes<V> {
     let i = i % PLACES;
     Vec3Lanes {
-        x: V::splat(x.0[i]),
-        y: V::splat(y.0[i]),
-        z: V::splat(z.0[i]),
+        x: V::splat(simd, x.0[i]),
+        y: V::splat(simd, y.0[i]),
+        z: V::splat(simd, z.0[i]),
     }
 }
 
 /// Slot `i` of a column, in all lanes.
 #[inline(always)]
-fn number<V: Lanes>(column: &Column, i: usize) -> V {
-    V::splat(column.0[i % PLACES])
+fn number<V: Lanes>(simd: V::Simd, column: &Column, i: usize) -> V {
+    V::splat(simd, column.0[i % PLACES])
 }
 
 /// [`EdgeFunctions`] in memory: a broadcast from there is free.
@@ -93,6 +97,9 @@ struct Functions {
     tolerance: Column,
     /// Minus the tolerance.
     lowest: Column,
+    /// The same and a quarter: products and sums of weights that are rounded more often, three half-ulps at most, stay
+    /// above it.
+    least: Column,
 }
 
 impl Functions {
@@ -106,6 +113,7 @@ impl Functions {
             plane: EMPTY,
             tolerance: EMPTY,
             lowest: EMPTY,
+            least: EMPTY,
         };
         edges.u.store(&mut functions.u);
         edges.v.store(&mut functions.v);
@@ -114,17 +122,31 @@ impl Functions {
         edges.plane.store(&mut functions.plane);
         edges.tolerance.store(&mut functions.tolerance);
         (-edges.tolerance).store(&mut functions.lowest);
+        (edges.tolerance * -1.25).store(&mut functions.least);
         functions
     }
 
     /// The barycentric weights of the triangle in slot `i`, see [`EdgeFunctions::weights`].
     #[inline(always)]
     fn weights<V: Lanes>(&self, d: &Vec3Lanes<V>, i: usize) -> Weights<V> {
+        let simd = d.x.simd();
         [
-            d.dot(place(&self.u, i)),
-            d.dot(place(&self.v, i)),
-            d.dot(place(&self.w, i)),
+            d.dot(place(simd, &self.u, i)),
+            d.dot(place(simd, &self.v, i)),
+            d.dot(place(simd, &self.w, i)),
         ]
+    }
+
+    /// Whether a ray may have a candidate in slot `i`: the least weight of any must not be below [`Self::least`].
+    #[inline(always)]
+    fn may_hit<V: Lanes>(&self, d: &Vec3Lanes<V>, i: usize) -> bool {
+        let simd = d.x.simd();
+        let weights = [
+            d.dot_about(place(simd, &self.u, i)),
+            d.dot_about(place(simd, &self.v, i)),
+            d.dot_about(place(simd, &self.w, i)),
+        ];
+        smallest(weights).ge(number(simd, &self.least, i)).any()
     }
 }
 
@@ -133,6 +155,7 @@ impl Functions {
 /// that may have taken a hit, in occlusion those that are done.
 #[inline(always)]
 pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+    simd: V::Simd,
     blocks: LeafBlocks<'_, B>,
     leaves: Leaves,
     culling: &Culling<'_, V>,
@@ -141,15 +164,15 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let Leaves { child, packets } = leaves;
     if !child[0].is_triangles() {
         let block = &blocks.spheres[child[0].index()];
-        return spheres::<V, ANY, true>(block, child[0].count_bits(), culling, packets[0], states);
+        return spheres::<V, ANY, true>(simd, block, child[0].count_bits(), culling, packets[0], states);
     }
     let blocks = [
         &blocks.triangles[child[0].index()],
         &blocks.triangles[child[1].index()],
     ];
     let [x, y, z] = &states[0].origin;
-    let origin = Vec3Lanes::splat(Vec3::new(x.place(0), y.place(0), z.place(0)));
-    let corners = B::corners::<V::Triangles>(blocks);
+    let origin = Vec3Lanes::splat(simd, Vec3::new(x.place(0), y.place(0), z.place(0)));
+    let corners = B::corners::<V::Triangles>(simd, blocks);
     let edges = EdgeFunctions::new(&corners, origin);
     let packets = packets[0] | packets[1];
     let mut triangles = leaves.places();
@@ -181,10 +204,9 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         let first = (word / 2 * 8 + word % 2 * packets_a_word) * places;
         for pair in bits64(pairs) {
             let (p, i) = ((first + pair) / places, pair % places);
-            let d = Vec3Lanes::<V>::load(&states[p % PACKETS].direction);
-            let candidate = smallest(functions.weights(&d, i)).ge(number(&functions.lowest, i));
+            let d = Vec3Lanes::<V>::load(simd, &states[p % PACKETS].direction);
             candidates[count % (PACKETS * PLACES)] = (first + pair) as u8;
-            count += usize::from(candidate.bits() != 0);
+            count += usize::from(functions.may_hit(&d, i));
         }
     }
     if count == 0 {
@@ -197,12 +219,15 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     for &pair in &candidates[..count] {
         let (p, i) = (usize::from(pair) / places, usize::from(pair) % places);
         let state = &mut states[p % PACKETS];
-        let d = Vec3Lanes::<V>::load(&state.direction);
+        let d = Vec3Lanes::<V>::load(simd, &state.direction);
         let weights = functions.weights(&d, i);
-        let tolerance = [number(&functions.lowest, i), number(&functions.tolerance, i)];
-        let determinant = d.dot(place(&functions.normal, i));
-        let t = number::<V>(&functions.plane, i) / determinant;
-        let bounds = interval::<V>(state, place(&first, i), place(&last, i), culling);
+        let tolerance = [
+            number(simd, &functions.lowest, i),
+            number(simd, &functions.tolerance, i),
+        ];
+        let determinant = d.dot(place(simd, &functions.normal, i));
+        let t = number::<V>(simd, &functions.plane, i) / determinant;
+        let bounds = interval::<V>(state, place(simd, &first, i), place(simd, &last, i), culling);
         let hit = hit::<B, V, ANY>(
             state,
             blocks[i / LANES % 2],
@@ -262,7 +287,7 @@ pub(super) fn in_order<V: Lanes>(
 /// `b` and `a` if `which` is 1, `a` and `b` if it is 0, without a branch.
 #[inline(always)]
 fn exchanged_if<V: Lanes>(which: u8, a: V, b: V) -> (V, V) {
-    let all = V::Mask::from_bits(u32::from(which).wrapping_neg());
+    let all = V::mask(a.simd(), u32::from(which).wrapping_neg());
     (V::select(all, b, a), V::select(all, a, b))
 }
 
@@ -295,11 +320,12 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     t: V,
     (near, far): (V, V),
 ) -> bool {
+    let simd = t.simd();
     let t = t.max(near).min(far);
-    let best = V::load(&state.t);
+    let best = V::load(simd, &state.t);
     // Tuned: see docs/lab-notes.md#nearer-first
     let nearer = if ANY { t.lt(best) } else { t.le(best) };
-    let ahead = near.le(far) & t.gt(V::splat(0.0)) & nearer;
+    let ahead = near.le(far) & t.gt(V::splat(simd, 0.0)) & nearer;
     let smallest = smallest(weights);
     let candidates = (ahead & smallest.ge(tolerance[0])).bits();
     let hit = ahead & smallest.gt(tolerance[1]);
@@ -309,10 +335,14 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
             value.store(column);
         }
         let taken = unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), candidates, &columns);
-        return if ANY { state.live_bits::<V>() == 0 } else { taken };
+        return if ANY {
+            state.live_bits::<V>(simd) == 0
+        } else {
+            taken
+        };
     }
     if ANY {
-        return state.block::<V>(hit);
+        return state.block::<V>(simd, hit);
     }
     if candidates != 0 {
         state.offer::<V>(hit, t, block.id(i), weights);
@@ -355,26 +385,23 @@ fn passing<M: Memory>(state: &Packet<M>, lanes: u32, weights: [&M; 3], corners: 
         .fold(0, |passing, ray| passing | 1 << ray)
 }
 
-/// Tests a block of spheres (`all`: a bit each); twin of [`intersect_spheres`](crate::geometry::intersect_spheres).
-/// Skips spheres whose boxes miss the packet's frustum (with separate origins, the bundle's).
+/// Tests a block of spheres (`all`: a bit each). Skips spheres whose boxes miss the packet's frustum (with separate
+/// origins, the bundle's).
 // Tuned: see docs/lab-notes.md#sphere-boxes
 #[inline(always)]
 pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
+    simd: V::Simd,
     block: &SphereBlock,
     mut all: u32,
     culling: &Culling<'_, V>,
     packets: u32,
     states: &mut [Packet<V::Memory>; PACKETS],
 ) -> u32 {
-    let size = Vec3x8::new(block.radius, block.radius, block.radius);
-    let (lower8, upper8) = (block.center - size, block.center + size);
-    let pad8 = pad(crate::simd::max(lower8.max_abs(), upper8.max_abs()));
-    let pad8 = Vec3x8::new(pad8, pad8, pad8);
-    let (lower8, upper8) = (lower8 - pad8, upper8 + pad8);
-    let zero = V::splat(0.0);
+    let (lower, upper): (Vec3Lanes<Eight<V>>, _) =
+        padded_sphere_boxes(simd.load3(&block.center), simd.load(&block.radius));
     let mut pairs = [0_u64; PACKETS / 8];
     if let Some(frustum) = culling.frustum {
-        let planes = [lower8.x, lower8.y, lower8.z, upper8.x, upper8.y, upper8.z];
+        let planes = [lower.x, lower.y, lower.z, upper.x, upper.y, upper.z];
         let (met, seen) = frustum.boxes(&planes);
         all &= met;
         for p in bits(packets) {
@@ -386,59 +413,45 @@ pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
             put(&mut pairs, p, 8, all);
         }
     }
+    let zero = V::splat(simd, 0.0);
     let mut meets = [0_u8; PACKETS * LANES];
     let mut met = 0;
     for (word, pairs) in pairs.into_iter().enumerate() {
         for pair in bits64(pairs) {
             let (p, i) = (word * 8 + pair / 8, pair % 8);
-            let state = &states[p % PACKETS];
-            let (_, discriminant): (V, V) = chord(state, block, i);
+            let (_, discriminant) = chord_of::<V>(simd, &states[p % PACKETS], block, i);
             meets[met % (PACKETS * LANES)] = (word * 64 + pair) as u8;
-            met += usize::from(discriminant.ge(zero).bits() != 0);
+            met += usize::from(discriminant.ge(zero).any());
         }
     }
     let mut taken = 0;
     for &pair in &meets[..met] {
         let (p, i) = (usize::from(pair) / LANES, usize::from(pair) % LANES);
         let state = &mut states[p % PACKETS];
-        let (nearest, discriminant): (V, V) = chord(state, block, i);
-        let o = Vec3Lanes::<V>::load(&state.origin);
-        let half_chord = discriminant.max(zero).sqrt();
-        let (t0, t1) = (nearest - half_chord, nearest + half_chord);
-        let t = V::select(t0.gt(zero), t0, t1);
-        let (near, far) = state.interval(
-            Vec3Lanes::splat(lower8.lane(i)) - o,
-            Vec3Lanes::splat(upper8.lane(i)) - o,
-        );
-        let held = t.max(near).min(far);
-        let hit = discriminant.ge(zero) & t.gt(zero) & held.gt(zero) & near.le(far);
+        let chord = chord_of::<V>(simd, state, block, i);
+        let o = Vec3Lanes::<V>::load(simd, &state.origin);
+        let interval = state.interval(vector(&lower, i) - o, vector(&upper, i) - o);
+        let (hit, t) = sphere_hits(chord, interval);
         if ANY {
-            let hit = hit & held.lt(V::load(&state.t));
-            taken |= u32::from(state.block::<V>(hit)) << p;
+            let hit = hit & t.lt(V::load(simd, &state.t));
+            taken |= u32::from(state.block::<V>(simd, hit)) << p;
             continue;
         }
-        if hit.bits() != 0 {
+        if hit.any() {
             // Tuned: see docs/lab-notes.md#nearer-first
-            let hit = hit & held.le(V::load(&state.t));
-            state.offer::<V>(hit, held, block.id[i], [zero, zero, V::splat(1.0)]);
+            let hit = hit & t.le(V::load(simd, &state.t));
+            state.offer::<V>(hit, t, block.id[i], [zero, zero, V::splat(simd, 1.0)]);
             taken |= 1 << p;
         }
     }
     taken
 }
 
-/// The distance at which sphere `i` is nearest to the rays, and the square of half the chord.
+/// The [`chord`] of sphere `i`.
 #[inline(always)]
-fn chord<V: Lanes>(state: &Packet<V::Memory>, block: &SphereBlock, i: usize) -> (V, V) {
-    let o = Vec3Lanes::<V>::load(&state.origin);
-    let d = Vec3Lanes::<V>::load(&state.direction);
-    let from_center = o - Vec3Lanes::splat(block.center.lane(i));
-    let radius = V::splat(lane(&block.radius, i));
-    let nearest = -from_center.dot(d);
-    let aside = Vec3Lanes {
-        x: d.x.mul_add(nearest, from_center.x),
-        y: d.y.mul_add(nearest, from_center.y),
-        z: d.z.mul_add(nearest, from_center.z),
-    };
-    (nearest, radius * radius - aside.dot(aside))
+fn chord_of<V: Lanes>(simd: V::Simd, state: &Packet<V::Memory>, block: &SphereBlock, i: usize) -> (V, V) {
+    let center = Vec3Lanes::splat(simd, block.center.lane(i));
+    let from_center = Vec3Lanes::load(simd, &state.origin) - center;
+    let radius = V::splat(simd, block.radius.as_array()[i]);
+    chord(from_center, Vec3Lanes::load(simd, &state.direction), radius)
 }

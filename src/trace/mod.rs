@@ -27,11 +27,9 @@ mod sink;
 use crate::{
     accel::{Bvh, LeafBlocks, Node8, TriangleBlocks, prefetch_for_later},
     geometry::TriangleLeaf,
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, Origins, RayPacket},
-    simd::{
-        F32x8, LANES, Vec3x8,
-        lanes::{Lanes, REGISTER_LANES},
-    },
+    simd::{Lanes, Level, REGISTER_LANES, Simd, at_level},
 };
 use backoff::Backoff;
 use bundle::Culling;
@@ -60,12 +58,10 @@ pub enum Method {
     /// Whichever fits the rays: bundles, packets or single rays.
     #[default]
     Adaptive,
-    /// Packets of eight on their own, never bundles or single rays.
+    /// Packets on their own, never bundles or single rays.
     Packet,
     /// One ray against eight boxes, eight primitives at a time.
     Single,
-    /// Like `Adaptive`, but with the instructions the build was compiled for even if the CPU has AVX-512.
-    AdaptiveBaseline,
 }
 
 /// A bundle is incoherent if it makes more than half this many single-ray tasks per ray.
@@ -82,6 +78,7 @@ const BUFFERED_TASKS: usize = 4096;
 pub struct Tracer<'a> {
     bvh: &'a Bvh,
     method: Method,
+    level: Level,
     rooms: Rooms,
     /// The origin of rays that share it.
     origin: Vec3,
@@ -188,6 +185,7 @@ struct Group<'a> {
 /// Fills packets with rays of the `members` in order, and prefetches those `ahead`.
 #[inline(always)]
 fn fill<V: RayLanes, const SHARED: bool>(
+    simd: V::Simd,
     packets: &mut [Packet<V::Memory>; PACKETS],
     rays: &[RayPacket],
     origins: &[Vec3x8],
@@ -203,13 +201,14 @@ fn fill<V: RayLanes, const SHARED: bool>(
         let at = |eight: usize| members[(eight % (V::COUNT / LANES)).min(members.len() - 1)];
         let from = [&rays[at(0)], &rays[at(1)], &rays[at(2)], &rays[at(3)]];
         let [a, b, c, d] = from;
-        let mut t_max = [a.t_max, b.t_max, c.t_max, d.t_max];
+        let mut t_max = [&a.t_max, &b.t_max, &c.t_max, &d.t_max];
         for eight in members.len()..V::COUNT / LANES {
-            t_max[eight % 4] = F32x8::ZERO;
+            t_max[eight % 4] = &F32x8::ZERO;
         }
-        packet.set::<V>(from, t_max);
+        packet.set::<V>(simd, from, t_max);
         if !SHARED {
-            packet.start_at::<V>([&origins[at(0)], &origins[at(1)], &origins[at(2)], &origins[at(3)]]);
+            let from = [&origins[at(0)], &origins[at(1)], &origins[at(2)], &origins[at(3)]];
+            packet.start_at::<V>(simd, from);
         }
     }
 }
@@ -228,6 +227,7 @@ impl<'a> Tracer<'a> {
         Self {
             bvh,
             method,
+            level: Level::current(),
             rooms: Rooms::new(),
             origin: Vec3::ZERO,
             candidates: Box::new(sheared::Candidates::EMPTY),
@@ -241,6 +241,18 @@ impl<'a> Tracer<'a> {
             effort: order::Effort::default(),
             slots: Box::new(single::slots(bvh.stats().depth)),
         }
+    }
+
+    /// Holds the tracer to a level; else it uses the [current](Level::current) one. All give the same hits.
+    #[must_use]
+    pub fn at_level(self, level: Level) -> Self {
+        Self { level, ..self }
+    }
+
+    /// Returns the level that the tracer uses.
+    #[must_use]
+    pub fn level(&self) -> Level {
+        self.level
     }
 
     /// Finds the closest hit of each ray; of equally near ones, the one with the lowest id. Neighbours in `rays`
@@ -316,18 +328,25 @@ impl<'a> Tracer<'a> {
             direction: Vec3x8::from_lanes(std::array::from_fn(|lane| corners[lane % 4])),
             t_max: F32x8::ZERO,
         };
-        Frustum::around(origin, &[packet])
-            .and_then(|frustum| entry::entry_node(self.bvh, &frustum))
-            .is_none_or(|entry| entry.count != 0)
+        at_level!(self.level, |simd| self.may_enter(simd, origin, &packet))
+    }
+
+    /// Whether the frustum around these rays meets anything, or there is no such frustum.
+    #[inline(always)]
+    fn may_enter<S: Simd>(&self, simd: S, origin: Vec3, rays: &RayPacket) -> bool {
+        let Some(frustum) = Frustum::<S::V8>::around(simd, origin, std::slice::from_ref(rays)) else {
+            return true;
+        };
+        entry::entry_node(self.bvh, &frustum).is_none_or(|entry| entry.count != 0)
     }
 
     /// Where camera rays start instead of the root, if that is known.
     #[inline(always)]
-    fn entry(&self, rays: &[RayPacket]) -> Option<Node8> {
+    fn entry<S: Simd>(&self, simd: S, rays: &[RayPacket]) -> Option<Node8> {
         if rays.len() <= BUNDLE_OF_16 {
             return None;
         }
-        let frustum = Frustum::around(self.origin, rays)?;
+        let frustum = Frustum::<S::V8>::around(simd, self.origin, rays)?;
         entry::entry_node(self.bvh, &frustum)
     }
 
@@ -337,6 +356,7 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     fn trace_group<B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
+        simd: V::Simd,
         blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
         origins: &[Vec3x8],
@@ -375,11 +395,11 @@ impl<'a> Tracer<'a> {
                     for i in later.by_ref().take(asked_each) {
                         prefetch_rays(rays, origins, i);
                     }
-                    packet.gather::<V, SHARED>(&rays[start..end], origins_of_group, members);
+                    packet.gather::<V, SHARED>(simd, &rays[start..end], origins_of_group, members);
                 }
             } else {
                 while next < end && count < most {
-                    if rays::live(&rays[next]) {
+                    if rays::live(simd, &rays[next]) {
                         members[count % BUNDLE] = next;
                         results.prefetch(next);
                         count += 1;
@@ -394,19 +414,19 @@ impl<'a> Tracer<'a> {
                     _ if V::COUNT > REGISTER_LANES => BUNDLE,
                     _ => BUNDLE_OF_16,
                 };
-                fill::<V, SHARED>(packets, rays, origins, &members[..count], ahead);
+                fill::<V, SHARED>(simd, packets, rays, origins, &members[..count], ahead);
             }
             let filled = bundle.len().div_ceil(V::COUNT) + count.div_ceil(eights);
             if filled == 0 {
                 break;
             }
-            self.trace::<B, V, ANY, SHARED>(blocks, filled, group.entry);
+            self.trace::<B, V, ANY, SHARED>(simd, blocks, filled, group.entry);
             let packets = &self.rooms.of::<V>().packets;
             for (packet, members) in packets.iter().zip(bundle.chunks(V::COUNT)) {
-                results.scatter(start, packet, members);
+                results.scatter(simd, start, packet, members);
             }
             for (member, &i) in members[..count].iter().enumerate() {
-                results.put(i, &packets[member / eights % PACKETS], member % eights);
+                results.put(simd, i, &packets[member / eights % PACKETS], member % eights);
             }
         }
     }
@@ -415,6 +435,7 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     fn trace<B: TriangleLeaf, V: RayLanes, const ANY: bool, const SHARED: bool>(
         &mut self,
+        simd: V::Simd,
         blocks: LeafBlocks<'_, B>,
         count: usize,
         entry: Option<&Node8>,
@@ -424,7 +445,7 @@ impl<'a> Tracer<'a> {
         }
         const { assert!(<V::Packets as Lanes>::COUNT == PACKETS, "a lane for each packet") }
         let all = (1_u32 << count) - 1;
-        let (lower, upper) = frustum::origins::<V, SHARED>(&self.rooms.of::<V>().packets[..], all);
+        let (lower, upper) = frustum::origins::<V, SHARED>(simd, &self.rooms.of::<V>().packets[..], all);
         let point = Vec3::from(lower);
         let extent = (Vec3::from(upper) - point).length();
         let regroup = self.method != Method::Packet;
@@ -440,11 +461,11 @@ impl<'a> Tracer<'a> {
             let (packets, frustum) = if single {
                 (left, None)
             } else {
-                self.next_group::<V, SHARED>(left)
+                self.next_group::<V, SHARED>(simd, left)
             };
             left &= !packets;
             if frustum.is_none() && regroup {
-                self.go_alone::<V>(packets);
+                self.go_alone::<V>(simd, packets);
                 continue;
             }
             let culling = Culling {
@@ -458,11 +479,15 @@ impl<'a> Tracer<'a> {
             if !SHARED {
                 let room = self.rooms.of_mut::<V>();
                 for p in bits(packets) {
-                    room.slabs[p % PACKETS].set::<V>(&room.packets[p % PACKETS], culling.octant.is_some());
-                    room.sheared[p % PACKETS].set::<V>(&room.packets[p % PACKETS], &culling.space);
+                    room.slabs[p % PACKETS].set::<V>(
+                        simd,
+                        &room.packets[p % PACKETS],
+                        culling.octant.is_some(),
+                    );
+                    room.sheared[p % PACKETS].set::<V>(simd, &room.packets[p % PACKETS], &culling.space);
                 }
             }
-            self.traverse_bundle::<B, V, ANY, SHARED>(blocks, packets, &culling);
+            self.traverse_bundle::<B, V, ANY, SHARED>(simd, blocks, packets, &culling);
         }
         let rays = count * V::COUNT;
         let backoff = if SHARED {
@@ -481,21 +506,25 @@ impl<'a> Tracer<'a> {
         if SHARED && ANY {
             self.effort.add(rays, self.visits.packets, self.tasks.len());
         }
-        self.trace_tasks::<B, V, ANY>(blocks);
+        self.trace_tasks::<B, V, ANY>(simd, blocks);
     }
 
     /// Those of `packets` that are traced together next, with their frustum: all of them if one frustum holds them,
     /// else the most with one dominant axis, else all without a frustum.
     #[inline(always)]
-    fn next_group<V: RayLanes, const SHARED: bool>(&self, packets: u32) -> (u32, Option<BundleFrustum<V>>) {
+    fn next_group<V: RayLanes, const SHARED: bool>(
+        &self,
+        simd: V::Simd,
+        packets: u32,
+    ) -> (u32, Option<BundleFrustum<V>>) {
         let states = &self.rooms.of::<V>().packets;
-        let mut group = (packets, DominantAxis::of_most::<V>(states, packets));
+        let mut group = (packets, DominantAxis::of_most::<V>(simd, states, packets));
         loop {
-            let frustum = BundleFrustum::new::<SHARED>(states, group.0, group.1);
+            let frustum = BundleFrustum::new::<SHARED>(simd, states, group.0, group.1);
             if frustum.is_some() {
                 return (group.0, frustum);
             }
-            match dominant::largest_group::<V>(states, packets) {
+            match dominant::largest_group::<V>(simd, states, packets) {
                 Some(most) => group = most,
                 None => return (packets, None),
             }
@@ -504,10 +533,10 @@ impl<'a> Tracer<'a> {
 
     /// Makes a single-ray task of each ray of `packets`.
     #[inline(always)]
-    fn go_alone<V: RayLanes>(&mut self, packets: u32) {
+    fn go_alone<V: RayLanes>(&mut self, simd: V::Simd, packets: u32) {
         let room = self.rooms.of::<V>();
         for p in bits(packets) {
-            for i in bits(room.packets[p % PACKETS].live_bits::<V>()) {
+            for i in bits(room.packets[p % PACKETS].live_bits::<V>(simd)) {
                 self.tasks.push(single::SingleRayTask {
                     ray: (p * V::COUNT + i) as u32,
                     child: self.bvh.root(),

@@ -9,8 +9,9 @@
 // Tuned: see docs/lab-notes.md#sorted-mirror-rays and #sorted-shadow-rays
 
 use crate::{
+    lanes::LANES,
     ray::RayPacket,
-    simd::{F32x8, LANES, ge, gt, lt, max, max_lane, min, min_lane, splat, truncate},
+    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
 };
 
 /// Packets that are sorted together.
@@ -98,20 +99,29 @@ impl Octahedron {
 
     /// Eight places, coordinates from -1 to 1.
     #[inline(always)]
-    fn places8(self, rays: &RayPacket) -> [F32x8; 2] {
-        let d = [rays.direction.x, rays.direction.y, rays.direction.z];
-        let (a, b) = (d[(self.axis + 1) % 3], d[(self.axis + 2) % 3]);
-        let along = d[self.axis] * splat(self.sign);
-        let one = splat(1.0);
+    fn places<S: Simd>(self, simd: S, rays: &RayPacket) -> [S::V8; 2] {
+        let Vec3Lanes { x, y, z } = simd.load3(&rays.direction);
+        let (along, a, b) = match self.axis {
+            0 => (x, y, z),
+            1 => (y, z, x),
+            _ => (z, x, y),
+        };
+        let along = along * self.sign;
+        let one = simd.splat(1.0);
         let scale = one / (a.abs() + b.abs() + along.abs());
         let (a, b) = (a * scale, b * scale);
-        let signed = |size: F32x8, of: F32x8| lt(of, splat(0.0)).select(-size, size);
-        let is_behind = lt(along, splat(0.0));
+        let is_behind = along.lt(simd.splat(0.0));
         [
-            is_behind.select(signed(one - b.abs(), a), a),
-            is_behind.select(signed(one - a.abs(), b), b),
+            S::V8::select(is_behind, signed(one - b.abs(), a), a),
+            S::V8::select(is_behind, signed(one - a.abs(), b), b),
         ]
     }
+}
+
+/// `size`, negative where `of` is.
+#[inline(always)]
+fn signed<V: Lanes>(size: V, of: V) -> V {
+    V::select(of.lt(of.all(0.0)), -size, size)
 }
 
 /// Spreads the bits of a number below [`CELLS`], a 0 above each.
@@ -147,17 +157,20 @@ impl Sorted {
 
     /// Sorts up to [`PACKETS`] packets with separate origins by the square of the cube map that each ray passes;
     /// returns `false` if that would not pay.
-    #[inline(never)]
-    pub fn by_direction(&mut self, rays: &[RayPacket]) -> bool {
+    #[inline(always)]
+    pub fn by_direction<S: Simd>(&mut self, simd: S, rays: &[RayPacket]) -> bool {
         let asked = rays.iter().step_by(ASKED);
-        let mixed = asked.clone().filter(|rays| is_mixed(rays)).count();
+        let mut mixed = 0;
+        for rays in asked.clone() {
+            mixed += usize::from(is_mixed(simd, rays));
+        }
         if mixed * MIXED < asked.len() {
             return false;
         }
         for (keys, rays) in self.keys.iter_mut().zip(rays) {
-            let live8 = gt(rays.t_max, splat(0.0));
-            let squares8 = truncate(live8.select(squares8(rays), splat(SQUARES as f32)));
-            for (key, square) in keys.iter_mut().zip(squares8) {
+            let live = simd.load(&rays.t_max).gt(simd.splat(0.0));
+            let squares = S::V8::select(live, squares(simd, rays), simd.splat(SQUARES as f32));
+            for (key, square) in keys.iter_mut().zip(squares.trunc()) {
                 *key = square as u16;
             }
         }
@@ -168,29 +181,20 @@ impl Sorted {
     /// Sorts up to [`PACKETS`] packets with a shared origin by cell, cells in Z order (Morton 1966); returns `false`
     /// if that would not pay. The cells cover the square around most of the targets; rays outside belong to the cells
     /// at its sides.
-    #[inline(never)]
-    pub fn by_place(&mut self, rays: &[RayPacket]) -> bool {
+    #[inline(always)]
+    pub fn by_place<S: Simd>(&mut self, simd: S, rays: &[RayPacket]) -> bool {
         if rays.len() < FEWEST {
             return false;
         }
-        let asked = rays.iter().step_by(ASKED);
-        let mut sum = [splat(0.0); 3];
-        for rays in asked.clone() {
-            let live8 = gt(rays.t_max, splat(0.0));
-            let d = &rays.direction;
-            for (sum, d) in sum.iter_mut().zip([d.x, d.y, d.z]) {
-                *sum += live8.select(d, splat(0.0));
-            }
-        }
-        let octahedron = Octahedron::toward(sum.map(F32x8::reduce_add));
+        let octahedron = Octahedron::toward(sum_of_live(simd, rays.iter().step_by(ASKED)));
         let (mut lower, mut upper) = ([1.0_f32; 2], [-1.0_f32; 2]);
         let mut sizes = [0.0_f32; PACKETS / ASKED];
-        for (size, rays) in sizes.iter_mut().zip(asked) {
-            let live8 = gt(rays.t_max, splat(0.0));
-            let places8 = octahedron.places8(rays);
+        for (size, rays) in sizes.iter_mut().zip(rays.iter().step_by(ASKED)) {
+            let live = simd.load(&rays.t_max).gt(simd.splat(0.0));
+            let places = octahedron.places(simd, rays);
             for i in 0..2 {
-                let least = min_lane(live8.select(places8[i], splat(1.0)));
-                let most = max_lane(live8.select(places8[i], splat(-1.0)));
+                let least = S::V8::select(live, places[i], simd.splat(1.0)).min_lane();
+                let most = S::V8::select(live, places[i], simd.splat(-1.0)).max_lane();
                 (lower[i], upper[i]) = (lower[i].min(least), upper[i].max(most));
                 *size = size.max(most - least);
             }
@@ -203,15 +207,11 @@ impl Sorted {
         if spread * SPREAD_ONE_IN < rays.len().div_ceil(ASKED) {
             return false;
         }
-        let scale = splat(CELLS as f32 / size);
-        let last = splat((CELLS - 1) as f32);
         for (keys, rays) in self.keys.iter_mut().zip(rays) {
-            let live = gt(rays.t_max, splat(0.0)).bits();
-            let [a, b] = octahedron.places8(rays);
-            let cell = |place8: F32x8, lower: f32| {
-                truncate(min(max((place8 - splat(lower)) * scale, splat(0.0)), last))
-            };
-            let (a, b) = (cell(a, lower[0]), cell(b, lower[1]));
+            let live = simd.load(&rays.t_max).gt(simd.splat(0.0)).bits();
+            let [a, b] = octahedron.places(simd, rays);
+            let scale = CELLS as f32 / size;
+            let (a, b) = (cells::<S>(a, lower[0], scale), cells::<S>(b, lower[1], scale));
             for (i, key) in keys.iter_mut().enumerate() {
                 let cell = APART[a[i] as usize % CELLS] | APART[b[i] as usize % CELLS] << 1;
                 *key = if live >> i & 1 != 0 {
@@ -251,39 +251,72 @@ impl Sorted {
     }
 }
 
+/// The sum of the directions of all live rays.
+#[inline(always)]
+fn sum_of_live<'a, S: Simd>(simd: S, rays: impl Iterator<Item = &'a RayPacket>) -> [f32; 3] {
+    let zero = simd.splat(0.0);
+    let mut sum = Vec3Eight::<S>::new(zero, zero, zero);
+    for rays in rays {
+        let live = simd.load(&rays.t_max).gt(zero);
+        let none = Vec3Lanes::new(zero, zero, zero);
+        sum = sum + Vec3Lanes::select(live, simd.load3(&rays.direction), none);
+    }
+    [sum.x.sum(), sum.y.sum(), sum.z.sum()]
+}
+
+/// The cells of eight places along one side, of those that begin at `lower`.
+#[inline(always)]
+fn cells<S: Simd>(places: S::V8, lower: f32, scale: f32) -> [i32; LANES] {
+    let cell = (places - places.all(lower)) * scale;
+    cell.max(cell.all(0.0)).min(cell.all((CELLS - 1) as f32)).trunc()
+}
+
 /// Whether the rays of a packet go through more than one face.
-fn is_mixed(rays: &RayPacket) -> bool {
-    let face8 = truncate(squares8(rays) * splat(0.25));
-    face8 != [face8[0]; LANES]
+#[inline(always)]
+fn is_mixed<S: Simd>(simd: S, rays: &RayPacket) -> bool {
+    let faces = (squares(simd, rays) * 0.25).trunc();
+    faces != [faces[0]; LANES]
 }
 
 /// The squares of a cube map that eight rays go through.
 #[inline(always)]
-fn squares8(rays: &RayPacket) -> F32x8 {
-    let d = &rays.direction;
+fn squares<S: Simd>(simd: S, rays: &RayPacket) -> S::V8 {
+    let d = simd.load3(&rays.direction);
     let (x, y, z) = (d.x.abs(), d.y.abs(), d.z.abs());
-    let by_x = ge(x, max(y, z));
-    let by_y = ge(y, z);
-    let pick = |a: F32x8, b: F32x8, c: F32x8| by_x.select(a, by_y.select(b, c));
-    let one = splat(1.0);
-    let below = |v: F32x8| lt(v, splat(0.0)).select(one, splat(0.0));
-    let face = pick(splat(0.0), splat(8.0), splat(16.0)) + splat(4.0) * below(pick(d.x, d.y, d.z));
-    let a = below(pick(d.y, d.z, d.x));
-    let b = below(pick(d.z, d.x, d.y));
+    let (by_x, by_y) = (x.ge(y.max(z)), y.ge(z));
+    /// One of three by the face's axis.
+    macro_rules! pick {
+        ($x:expr, $y:expr, $z:expr) => {
+            S::V8::select(by_x, $x, S::V8::select(by_y, $y, $z))
+        };
+    }
+    let face = pick!(simd.splat(0.0), simd.splat(8.0), simd.splat(16.0));
+    let face = face + below(pick!(d.x, d.y, d.z)) * 4.0;
+    let a = below(pick!(d.y, d.z, d.x));
+    let b = below(pick!(d.z, d.x, d.y));
     // In range even where a direction is not a number.
-    min(face + a + b + b, splat((SQUARES - 1) as f32))
+    (face + a + b + b).min(simd.splat((SQUARES - 1) as f32))
+}
+
+/// 1 where a number is negative, else 0.
+#[inline(always)]
+fn below<V: Lanes>(v: V) -> V {
+    V::select(v.lt(v.all(0.0)), v.all(1.0), v.all(0.0))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::Vec3x8;
+    use crate::{
+        lanes::{F32x8, Vec3x8},
+        simd::Portable,
+    };
     use glam::Vec3;
 
     fn packets(directions: &[[Vec3; LANES]]) -> Vec<RayPacket> {
         let packet = |d: &[Vec3; LANES]| RayPacket {
             direction: Vec3x8::from_lanes(*d),
-            t_max: splat(1.0),
+            t_max: F32x8::splat(1.0),
         };
         directions.iter().map(packet).collect()
     }
@@ -292,9 +325,9 @@ mod tests {
     fn rays_of_one_square_come_together_in_the_order_they_had() {
         let (x, z) = (Vec3::X, -Vec3::Z);
         let mut rays = packets(&[[x, z, x, z, x, z, x, z], [z; LANES], [Vec3::NAN; LANES]]);
-        rays[1].t_max = splat(0.0);
+        rays[1].t_max = F32x8::splat(0.0);
         let mut sorted = Sorted::new();
-        assert!(sorted.by_direction(&rays));
+        assert!(sorted.by_direction(Portable, &rays));
         let mut order = sorted.rays().to_vec();
         assert_eq!(order[..4], [0, 2, 4, 6]);
         order.sort_unstable();
@@ -320,14 +353,14 @@ mod tests {
     fn rays_of_one_cell_come_together_where_packets_spread() {
         let (u, v) = (Vec3::X * 0.01, Vec3::Y * 0.01);
         let way = Vec3::new(0.1, -0.2, -1.0);
-        assert!(!Sorted::new().by_place(&toward(20, way, u, v)));
-        assert!(!Sorted::new().by_place(&toward(2, way, u, v)[..FEWEST - 1]));
-        assert!(Sorted::new().by_place(&toward(2, way, u, v)[..FEWEST]));
+        assert!(!Sorted::new().by_place(Portable, &toward(20, way, u, v)));
+        assert!(!Sorted::new().by_place(Portable, &toward(2, way, u, v)[..FEWEST - 1]));
+        assert!(Sorted::new().by_place(Portable, &toward(2, way, u, v)[..FEWEST]));
         let mut rays = toward(2, way, u, v);
-        rays[1].t_max = splat(0.0);
+        rays[1].t_max = F32x8::splat(0.0);
         rays[2].t_max = F32x8::from([1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0]);
         let mut sorted = Sorted::new();
-        assert!(sorted.by_place(&rays));
+        assert!(sorted.by_place(Portable, &rays));
         // The sides of 64 packets: squares have 16 in all, rows would have 65, and skipped_sorts rays 128.
         let mut sides = 0.0;
         for packet in sorted.rays().chunks(RAYS / 64) {
@@ -354,12 +387,12 @@ mod tests {
     fn rays_every_way_from_a_point_are_all_there() {
         let mut rays = toward(1, Vec3::NEG_ONE, Vec3::X * 2.0, Vec3::Y * 2.0);
         for (rays, flip) in rays.iter_mut().zip([1.0, -1.0].into_iter().cycle()) {
-            rays.direction.z *= splat(flip);
+            rays.direction.z = rays.direction.z.to_array().map(|z| z * flip).into();
         }
-        rays[0].direction.x = splat(f32::NAN);
+        rays[0].direction.x = F32x8::splat(f32::NAN);
         rays[1].direction = Vec3x8::splat(Vec3::ZERO);
         let mut sorted = Sorted::new();
-        assert!(sorted.by_place(&rays));
+        assert!(sorted.by_place(Portable, &rays));
         let mut all = sorted.rays().to_vec();
         all.sort_unstable();
         assert!(all.iter().copied().eq(0..RAYS as u16));
@@ -369,8 +402,8 @@ mod tests {
     fn an_octahedron_folds_out_to_a_square() {
         let octahedron = Octahedron::toward([0.1, -0.9, 0.3]);
         let places = |v: Vec3| {
-            let [a, b] = octahedron.places8(&packets(&[[v; LANES]])[0]);
-            [a.as_array()[0], b.as_array()[0]]
+            let [a, b] = octahedron.places(Portable, &packets(&[[v; LANES]])[0]);
+            [a.first(), b.first()]
         };
         assert_eq!(places(Vec3::NEG_Y), [0.0, 0.0]);
         assert_eq!(places(Vec3::Z), [1.0, 0.0]);
@@ -400,6 +433,6 @@ mod tests {
 
     #[test]
     fn rays_that_agree_stay_where_they_are() {
-        assert!(!Sorted::new().by_direction(&packets(&[[Vec3::X; LANES], [Vec3::Y; LANES]])));
+        assert!(!Sorted::new().by_direction(Portable, &packets(&[[Vec3::X; LANES], [Vec3::Y; LANES]])));
     }
 }

@@ -79,7 +79,7 @@ fn spread(bytes: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::LANES;
+    use crate::lanes::LANES;
 
     #[test]
     fn children_of_packets_become_packets_of_children() {

@@ -3,16 +3,13 @@
 //! Each field is a vector in memory, a lane a ray; `set` fills it from [`RayPacket`]s and `gather` from sorted rays.
 //! (Packets: Wald, Slusallek, Benthin and Wagner, *Interactive Rendering with Coherent Ray Tracing*, 2001.)
 
-use super::bits;
+use super::{bits, bundle::corners};
 use crate::{
-    geometry::Slabs8,
+    geometry::{ENTRY_SCALE, EXIT_SCALE, interval},
+    lanes::{F32x8, LANES, Vec3x8},
     math::MIN_ABS_DIRECTION,
     ray::{HitPacket, PrimitiveId, RayPacket},
-    simd::{
-        F32x8, LANES, Vec3x8, gt, lane,
-        lanes::{LaneMask, Lanes, Memory, Vec3Lanes},
-        max, splat,
-    },
+    simd::{EightLanes, LaneMask, Lanes, Memory, Simd, Vec3Lanes},
 };
 
 /// A packet and its best hits. A lane whose `t` is 0 or below is done: nothing replaces it.
@@ -20,7 +17,7 @@ use crate::{
 pub(super) struct Packet<M> {
     pub origin: [M; 3],
     pub direction: [M; 3],
-    /// `1 / direction`, finite: the twin of [`Slabs8::inv_direction`].
+    /// `1 / direction`, finite: see [`MIN_ABS_DIRECTION`].
     pub inv_direction: [M; 3],
     /// Nearest hit so far, at first the ray's end. Occlusion: negative once anything is hit.
     pub t: M,
@@ -63,22 +60,25 @@ impl<M: Memory> Packet<M> {
 
     /// Sets rays in eights of lanes, with their ends and no hits. Origins stay as they were.
     #[inline(always)]
-    pub fn set<V: Lanes<Memory = M>>(&mut self, rays: [&RayPacket; 4], t_max: [F32x8; 4]) {
-        let direction = Vec3Lanes::<V>::of_eights([
-            &rays[0].direction,
-            &rays[1].direction,
-            &rays[2].direction,
-            &rays[3].direction,
-        ]);
+    pub fn set<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, rays: [&RayPacket; 4], t_max: [&F32x8; 4]) {
+        let direction = Vec3Lanes::<V>::of_eights(
+            simd,
+            [
+                &rays[0].direction,
+                &rays[1].direction,
+                &rays[2].direction,
+                &rays[3].direction,
+            ],
+        );
         direction.store(&mut self.direction);
-        V::of_eights(t_max).store(&mut self.t);
+        V::of_eights(simd, t_max).store(&mut self.t);
         self.start::<V>(direction);
     }
 
     /// Sets the origins in eights of lanes.
     #[inline(always)]
-    pub fn start_at<V: Lanes<Memory = M>>(&mut self, origins: [&Vec3x8; 4]) {
-        Vec3Lanes::<V>::of_eights(origins).store(&mut self.origin);
+    pub fn start_at<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, origins: [&Vec3x8; 4]) {
+        Vec3Lanes::<V>::of_eights(simd, origins).store(&mut self.origin);
     }
 
     /// Sets single rays, with no hits: `members` are packets times eight plus lane. Lanes beyond them repeat the last
@@ -86,6 +86,7 @@ impl<M: Memory> Packet<M> {
     #[inline(always)]
     pub fn gather<V: Lanes<Memory = M>, const SHARED: bool>(
         &mut self,
+        simd: V::Simd,
         rays: &[RayPacket],
         origins: &[Vec3x8],
         members: &[u16],
@@ -111,91 +112,94 @@ impl<M: Memory> Packet<M> {
                 0.0
             };
         }
-        self.start::<V>(Vec3Lanes::load(&self.direction));
+        self.start::<V>(Vec3Lanes::load(simd, &self.direction));
     }
 
     /// Sets what follows from the directions, and no hits.
     #[inline(always)]
     fn start<V: Lanes<Memory = M>>(&mut self, direction: Vec3Lanes<V>) {
+        let simd = direction.x.simd();
         let inv_direction = Vec3Lanes {
             x: reciprocal(direction.x),
             y: reciprocal(direction.y),
             z: reciprocal(direction.z),
         };
         inv_direction.store(&mut self.inv_direction);
-        V::splat(id_bits(PrimitiveId::NONE.0)).store(&mut self.primitive);
+        V::splat(simd, id_bits(PrimitiveId::NONE.0)).store(&mut self.primitive);
         let [u, v, w] = &mut self.weights;
-        V::splat(0.0).store(u);
-        V::splat(0.0).store(v);
-        V::splat(1.0).store(w);
+        V::splat(simd, 0.0).store(u);
+        V::splat(simd, 0.0).store(v);
+        V::splat(simd, 1.0).store(w);
     }
 
     /// The nearest hits of eight lanes, for closest-hit traversal.
     #[inline(always)]
-    pub fn hits(&self, eight: usize) -> HitPacket {
-        let [u, v, w] = self
-            .weights
-            .each_ref()
-            .map(|weight| max(weight.eight(eight), splat(0.0)));
-        let sum = max(u + v + w, splat(f32::MIN_POSITIVE));
+    pub fn hits<S: Simd>(&self, simd: S, eight: usize) -> HitPacket {
+        let zero = simd.splat(0.0);
+        let [u, v, w] = &self.weights;
+        let u = simd.load(u.eight(eight)).max(zero);
+        let v = simd.load(v.eight(eight)).max(zero);
+        let w = simd.load(w.eight(eight)).max(zero);
+        let sum = (u + v + w).max(simd.splat(f32::MIN_POSITIVE));
         HitPacket {
-            t: self.t.eight(eight),
-            u: u / sum,
-            v: v / sum,
-            primitive: bytemuck::cast(self.primitive.eight(eight)),
+            t: *self.t.eight(eight),
+            u: (u / sum).to8(),
+            v: (v / sum).to8(),
+            primitive: bytemuck::cast(*self.primitive.eight(eight)),
         }
     }
 
     /// Those of eight lanes that hit something, for occlusion.
     #[inline(always)]
-    pub fn blocked_bits(&self, eight: usize) -> u32 {
-        gt(splat(0.0), self.t.eight(eight)).bits()
+    pub fn blocked_bits<S: Simd>(&self, simd: S, eight: usize) -> u32 {
+        simd.load(self.t.eight(eight)).lt(simd.splat(0.0)).bits()
     }
 
     /// Lanes that can still hit something.
     #[inline(always)]
-    pub fn live<V: Lanes<Memory = M>>(&self) -> V::Mask {
-        V::load(&self.t).gt(V::splat(0.0))
+    pub fn live<V: Lanes<Memory = M>>(&self, simd: V::Simd) -> V::Mask {
+        V::load(simd, &self.t).gt(V::splat(simd, 0.0))
     }
 
     /// [`live`](Self::live), a bit a lane.
     #[inline(always)]
-    pub fn live_bits<V: Lanes<Memory = M>>(&self) -> u32 {
-        self.live::<V>().bits()
+    pub fn live_bits<V: Lanes<Memory = M>>(&self, simd: V::Simd) -> u32 {
+        self.live::<V>(simd).bits()
     }
 
     /// Beyond this distance no lane takes a hit.
     #[inline(always)]
-    pub fn farthest<V: Lanes<Memory = M>>(&self) -> f32 {
-        V::load(&self.t).largest()
+    pub fn farthest<V: Lanes<Memory = M>>(&self, simd: V::Simd) -> f32 {
+        V::load(simd, &self.t).largest()
     }
 
     /// Closest hits: offers primitive `id` at `t`, with its edge functions, to the lanes of `candidate`, none of
     /// which has a nearer hit.
     #[inline(always)]
     pub fn offer<V: Lanes<Memory = M>>(&mut self, candidate: V::Mask, t: V, id: u32, weights: [V; 3]) {
-        let best = V::load(&self.t);
+        let simd = t.simd();
+        let best = V::load(simd, &self.t);
         debug_assert_eq!((candidate & t.gt(best)).bits(), 0, "none is beyond the best hit");
         let mut accept = candidate & t.lt(best);
         let tie = candidate.bits() & !accept.bits();
         if tie != 0 {
-            accept = accept | V::Mask::from_bits(self.ties_won(tie, id));
+            accept = accept | V::mask(simd, self.ties_won(tie, id));
         }
         V::select(accept, t, best).store(&mut self.t);
-        let primitive = V::load(&self.primitive);
-        V::select(accept, V::splat(id_bits(id)), primitive).store(&mut self.primitive);
+        let primitive = V::load(simd, &self.primitive);
+        V::select(accept, V::splat(simd, id_bits(id)), primitive).store(&mut self.primitive);
         for (new, own) in weights.into_iter().zip(&mut self.weights) {
-            V::select(accept, new, V::load(own)).store(own);
+            V::select(accept, new, V::load(simd, own)).store(own);
         }
     }
 
     /// Occlusion: blocks the lanes of `hit`, none of which is done. Returns whether all lanes are done.
     #[inline(always)]
-    pub fn block<V: Lanes<Memory = M>>(&mut self, hit: V::Mask) -> bool {
-        debug_assert_eq!(hit.bits() & !self.live_bits::<V>(), 0, "none is done");
-        let t = V::select(hit, V::splat(BLOCKED), V::load(&self.t));
+    pub fn block<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, hit: V::Mask) -> bool {
+        debug_assert_eq!(hit.bits() & !self.live_bits::<V>(simd), 0, "none is done");
+        let t = V::select(hit, V::splat(simd, BLOCKED), V::load(simd, &self.t));
         t.store(&mut self.t);
-        !t.gt(V::splat(0.0)).any()
+        !t.gt(V::splat(simd, 0.0)).any()
     }
 
     /// The lanes of `tie` whose hit has a higher id. Rare, so lane by lane.
@@ -227,19 +231,11 @@ impl<M: Memory> Packet<M> {
         }
     }
 
-    /// The rays' interval in boxes given relative to their origins; twin of [`Slabs8::interval`].
+    /// The rays' [`interval`] in boxes given relative to their origins.
     #[inline(always)]
     pub fn interval<V: Lanes<Memory = M>>(&self, lower: Vec3Lanes<V>, upper: Vec3Lanes<V>) -> (V, V) {
-        let inv = Vec3Lanes::<V>::load(&self.inv_direction);
-        let (x0, x1) = (lower.x * inv.x, upper.x * inv.x);
-        let (y0, y1) = (lower.y * inv.y, upper.y * inv.y);
-        let (z0, z1) = (lower.z * inv.z, upper.z * inv.z);
-        let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(V::splat(0.0)));
-        let far = x0.max(x1).min(y0.max(y1)).min(z0.max(z1));
-        (
-            near * V::splat(Slabs8::ENTRY_SCALE),
-            far * V::splat(Slabs8::EXIT_SCALE),
-        )
+        let inv = Vec3Lanes::load(lower.x.simd(), &self.inv_direction);
+        interval(&inv, lower, upper)
     }
 
     /// [`interval`](Self::interval) of rays in one direction octant, given the planes where they enter and leave: the
@@ -250,14 +246,11 @@ impl<M: Memory> Packet<M> {
         first: Vec3Lanes<V>,
         last: Vec3Lanes<V>,
     ) -> (V, V) {
-        let inv = Vec3Lanes::<V>::load(&self.inv_direction);
+        let inv = Vec3Lanes::<V>::load(first.x.simd(), &self.inv_direction);
         let near = (first.x * inv.x).max(first.y * inv.y);
-        let near = near.max((first.z * inv.z).max(V::splat(0.0)));
+        let near = near.max((first.z * inv.z).max(near.all(0.0)));
         let far = (last.x * inv.x).min(last.y * inv.y).min(last.z * inv.z);
-        (
-            near * V::splat(Slabs8::ENTRY_SCALE),
-            far * V::splat(Slabs8::EXIT_SCALE),
-        )
+        (near * ENTRY_SCALE, far * EXIT_SCALE)
     }
 }
 
@@ -275,24 +268,24 @@ impl<M: Memory> PacketSlabs<M> {
 
     /// `is_one_octant`: all rays are in one direction octant, and planes come in that order.
     #[inline(always)]
-    pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, is_one_octant: bool) {
+    pub fn set<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, packet: &Packet<M>, is_one_octant: bool) {
         for axis in 0..3 {
-            let inv = V::load(&packet.inv_direction[axis]);
-            let offset = V::load(&packet.origin[axis]) * inv;
+            let inv = V::load(simd, &packet.inv_direction[axis]);
+            let offset = V::load(simd, &packet.origin[axis]) * inv;
             // What overflows is not culled.
-            let is_tame = offset.abs().lt(V::splat(MOST_OFFSET));
+            let is_tame = offset.abs().lt(V::splat(simd, MOST_OFFSET));
             let error = V::select(
                 is_tame,
-                offset.abs() * V::splat(OFFSET_ERROR),
-                V::splat(f32::INFINITY),
+                offset.abs() * OFFSET_ERROR,
+                V::splat(simd, f32::INFINITY),
             );
-            let offset = V::select(is_tame, -offset, V::splat(0.0));
+            let offset = V::select(is_tame, -offset, V::splat(simd, 0.0));
             let (before, behind) = (offset - error, offset + error);
             if is_one_octant {
                 before.store(&mut self.offset[axis]);
                 behind.store(&mut self.offset[axis + 3]);
             } else {
-                let down = inv.lt(V::splat(0.0));
+                let down = inv.lt(V::splat(simd, 0.0));
                 V::select(down, behind, before).store(&mut self.offset[axis]);
                 V::select(down, before, behind).store(&mut self.offset[axis + 3]);
             }
@@ -301,19 +294,19 @@ impl<M: Memory> PacketSlabs<M> {
 
     /// In registers.
     #[inline(always)]
-    pub fn load<V: Lanes<Memory = M>>(&self, packet: &Packet<M>) -> Slabs<V> {
+    pub fn load<V: Lanes<Memory = M>>(&self, simd: V::Simd, packet: &Packet<M>) -> Slabs<V> {
         let [x0, y0, z0, x1, y1, z1] = &self.offset;
         Slabs {
-            inv: Vec3Lanes::load(&packet.inv_direction),
+            inv: Vec3Lanes::load(simd, &packet.inv_direction),
             offset: [
-                V::load(x0),
-                V::load(y0),
-                V::load(z0),
-                V::load(x1),
-                V::load(y1),
-                V::load(z1),
+                V::load(simd, x0),
+                V::load(simd, y0),
+                V::load(simd, z0),
+                V::load(simd, x1),
+                V::load(simd, y1),
+                V::load(simd, z1),
             ],
-            t: V::load(&packet.t),
+            t: V::load(simd, &packet.t),
         }
     }
 }
@@ -332,11 +325,12 @@ impl<V: Lanes> Slabs<V> {
     #[inline(always)]
     pub fn enter<const ONE_OCTANT: bool>(&self, planes: &[F32x8; 6], c: usize) -> (V, V::Mask) {
         let Self { inv, offset, t } = self;
-        let at = |plane: usize, inv: V| V::splat(lane(&planes[plane], c)).mul_add(inv, offset[plane]);
-        let (x0, x1) = (at(0, inv.x), at(3, inv.x));
-        let (y0, y1) = (at(1, inv.y), at(4, inv.y));
-        let (z0, z1) = (at(2, inv.z), at(5, inv.z));
-        let zero = V::splat(0.0);
+        let (lower, upper) = corners::<V>(t.simd(), planes, c);
+        let [x0, y0, z0, x1, y1, z1] = *offset;
+        let (x0, x1) = (lower.x.mul_add_about(inv.x, x0), upper.x.mul_add_about(inv.x, x1));
+        let (y0, y1) = (lower.y.mul_add_about(inv.y, y0), upper.y.mul_add_about(inv.y, y1));
+        let (z0, z1) = (lower.z.mul_add_about(inv.z, z0), upper.z.mul_add_about(inv.z, z1));
+        let zero = t.all(0.0);
         let (near, far) = if ONE_OCTANT {
             (x0.max(y0).max(z0.max(zero)), x1.min(y1).min(z1.min(*t)))
         } else {
@@ -345,28 +339,30 @@ impl<V: Lanes> Slabs<V> {
         };
         // One product less: n (1 - p) <= f (1 + p) follows from n (1 - 2p) <= f, as f is not negative where there is
         // a hit, and one p is far more than the product's rounding.
-        let near = near * V::splat(1.0 - 3.0 * NODE_PAD);
+        let near = near * (1.0 - 3.0 * NODE_PAD);
         (near, near.le(far))
     }
 }
 
-/// `1 / d`, finite; see [`Slabs8::inv_direction`].
+/// `1 / d`, finite.
 // Tuned: see docs/lab-notes.md#reciprocals
 #[inline(always)]
 fn reciprocal<V: Lanes>(d: V) -> V {
-    let least = V::splat(MIN_ABS_DIRECTION);
-    V::splat(1.0) / V::select(d.abs().lt(least), least.turn(d.sign()), d)
+    let least = d.all(MIN_ABS_DIRECTION);
+    d.all(1.0) / V::select(d.abs().lt(least), least.turn(d.sign()), d)
 }
 
 /// Whether any of eight rays can hit something.
 #[inline(always)]
-pub(super) fn live(rays: &RayPacket) -> bool {
-    gt(rays.t_max, splat(0.0)).any()
+pub(super) fn live<S: Simd>(simd: S, rays: &RayPacket) -> bool {
+    simd.load(&rays.t_max).gt(simd.splat(0.0)).any()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::{Portable, Simd};
+    type V8 = <Portable as Simd>::V8;
     use crate::{
         accel::{Child, Node8},
         math::Aabb,
@@ -417,41 +413,48 @@ mod tests {
             };
             let rays = RayPacket {
                 direction: Vec3x8::from_lanes(directions),
-                t_max: splat(f32::MAX),
+                t_max: F32x8::splat(f32::MAX),
             };
             let mut packet = Packet::EMPTY;
-            packet.set::<F32x8>([&rays; 4], [rays.t_max; 4]);
+            packet.set::<V8>(Portable, [&rays; 4], [&rays.t_max; 4]);
             let origin8 = Vec3x8::from_lanes(origins);
-            packet.start_at::<F32x8>([&origin8; 4]);
+            packet.start_at::<V8>(Portable, [&origin8; 4]);
             let mut slabs = PacketSlabs::EMPTY;
-            slabs.set::<F32x8>(&packet, octant.is_some());
+            slabs.set::<V8>(Portable, &packet, octant.is_some());
             let node = Node8::new(&[(Child::inner(0), bounds)]);
             let planes = in_order(&node, octant);
-            let rays = slabs.load::<F32x8>(&packet);
+            let rays = slabs.load::<V8>(Portable, &packet);
             let (near, entering) = if octant.is_some() {
                 rays.enter::<true>(&planes, 0)
             } else {
                 rays.enter::<false>(&planes, 0)
             };
-            let o = Vec3Lanes::<F32x8>::load(&packet.origin);
-            let (lower, upper) = (Vec3Lanes::splat(bounds.lower), Vec3Lanes::splat(bounds.upper));
+            let o = Vec3Lanes::<V8>::load(Portable, &packet.origin);
+            let (lower, upper) = (
+                Vec3Lanes::splat(Portable, bounds.lower),
+                Vec3Lanes::splat(Portable, bounds.upper),
+            );
             let (canonical_near, canonical_far) = packet.interval(lower - o, upper - o);
             if octant.is_some() {
-                let (first, last) = corners(&planes, 0);
+                let (first, last) = corners(Portable, &planes, 0);
                 let same = packet.interval_in_octant(first - o, last - o);
-                let bits = |t: F32x8| t.to_array().map(f32::to_bits);
+                let bits = |t: V8| t.to8().to_array().map(f32::to_bits);
                 assert_eq!(bits(same.0), bits(canonical_near), "{round}");
                 assert_eq!(bits(same.1), bits(canonical_far), "{round}");
             }
             for i in 0..LANES {
-                let near = lane(&near, i);
-                let [least, most] = [canonical_near, canonical_far].map(|t| lane(&t, i));
+                let near = near.lane(i);
+                let [least, most] = [canonical_near, canonical_far].map(|t| t.lane(i));
                 if least <= most {
                     met += 1;
-                    let (enters, near8) = SingleRay::new(&packet, 0, i).enter(&node, splat(f32::MAX));
-                    assert!(enters && lane(&near8, 0) <= least.min(f32::MAX), "{round}: alone");
-                    let empty = (1..LANES).all(|c| lane(&near8, c) == f32::INFINITY);
-                    assert!(empty, "{round}: {near8}");
+                    let (enters, near8) = SingleRay::new(&packet, 0, i).enter(Portable, &node, f32::MAX);
+                    let near8 = near8.to8();
+                    assert!(
+                        enters && near8.as_array()[0] <= least.min(f32::MAX),
+                        "{round}: alone"
+                    );
+                    let empty = (1..LANES).all(|c| near8.as_array()[c] == f32::INFINITY);
+                    assert!(empty, "{round}: {near8:?}");
                     let enters = entering.bits() >> i & 1 != 0;
                     assert!(enters && near <= least, "{round}: {enters} {near} {least}");
                 }
@@ -481,33 +484,38 @@ mod tests {
             };
             let rays = RayPacket {
                 direction: Vec3x8::from_lanes(directions),
-                t_max: splat(f32::MAX),
+                t_max: F32x8::splat(f32::MAX),
             };
             let mut packet = Packet::EMPTY;
-            packet.set::<F32x8>([&rays; 4], [rays.t_max; 4]);
+            packet.set::<V8>(Portable, [&rays; 4], [&rays.t_max; 4]);
             let origin8 = Vec3x8::splat(origin);
-            packet.start_at::<F32x8>([&origin8; 4]);
-            let o = Vec3Lanes::<F32x8>::load(&packet.origin);
-            let (lower, upper) = (Vec3Lanes::splat(bounds.lower), Vec3Lanes::splat(bounds.upper));
+            packet.start_at::<V8>(Portable, [&origin8; 4]);
+            let o = Vec3Lanes::<V8>::load(Portable, &packet.origin);
+            let (lower, upper) = (
+                Vec3Lanes::splat(Portable, bounds.lower),
+                Vec3Lanes::splat(Portable, bounds.upper),
+            );
             let (canonical_near, canonical_far) = packet.interval(lower - o, upper - o);
             if ways.bool() {
                 // As soon as they are in the box.
-                max(canonical_near, splat(f32::MIN_POSITIVE)).store(&mut packet.t);
+                canonical_near
+                    .max(Portable.splat(f32::MIN_POSITIVE))
+                    .store(&mut packet.t);
             }
             let mut planes = in_order(&Node8::new(&[(Child::inner(0), bounds)]), octant);
             for (i, plane) in planes.iter_mut().enumerate() {
-                *plane -= splat(origin[i % 3]);
+                *plane = (Portable.load(plane) - Portable.splat(origin[i % 3])).to8();
             }
             let (near, entering) = if octant.is_some() {
-                enter::<F32x8, true>(&planes, 0, &packet)
+                enter::<V8, true>(Portable, &planes, 0, &packet)
             } else {
-                enter::<F32x8, false>(&planes, 0, &packet)
+                enter::<V8, false>(Portable, &planes, 0, &packet)
             };
             for i in 0..LANES {
-                let [least, most] = [canonical_near, canonical_far].map(|t| lane(&t, i));
+                let [least, most] = [canonical_near, canonical_far].map(|t| t.lane(i));
                 if least <= most && most > 0.0 {
                     met += 1;
-                    let (enters, near) = (entering.bits() >> i & 1 != 0, lane(&near, i));
+                    let (enters, near) = (entering.bits() >> i & 1 != 0, near.lane(i));
                     assert!(enters && near <= least, "{round}: {enters} {near} {least}");
                 }
             }

@@ -5,7 +5,9 @@ use super::{
     rays::{Packet, PacketSlabs},
     sheared::ShearedPacket,
 };
-use crate::simd::lanes::{Column, Lanes, Memory, Vec3Lanes, WideColumn};
+#[cfg(target_arch = "x86_64")]
+use crate::simd::{Avx2, Avx512};
+use crate::simd::{Column, Lanes, Memory, Pair, Portable, Simd, Vec3Lanes, WideColumn};
 use glam::Vec3;
 
 /// Memory of a bundle.
@@ -34,12 +36,12 @@ impl<M: Memory> Room<M> {
 
     /// Gives all packets this origin.
     #[inline(always)]
-    pub fn start_at<V: Lanes<Memory = M>>(&mut self, origin: Vec3) {
+    pub fn start_at<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, origin: Vec3) {
         // By bits: 0 and -0 are equal but make edge functions of different signs.
         let now = Some((origin.to_array().map(f32::to_bits), V::COUNT));
         if self.shared != now {
             for packet in self.packets.iter_mut() {
-                Vec3Lanes::<V>::splat(origin).store(&mut packet.origin);
+                Vec3Lanes::<V>::splat(simd, origin).store(&mut packet.origin);
             }
             self.shared = now;
         }
@@ -111,3 +113,34 @@ impl InRooms for WideColumn {
 pub(super) trait RayLanes: Lanes<Memory: InRooms> {}
 
 impl<V: Lanes<Memory: InRooms>> RayLanes for V {}
+
+/// How many rays a packet holds at a level.
+// Tuned: see docs/lab-notes.md#pairs-of-vectors and #packets-of-32
+pub(super) trait Widths: Simd {
+    /// Closest hits of rays that share their origin.
+    type Shared: RayLanes<Simd = Self>;
+    /// Occlusion of rays that share their origin.
+    type SharedAny: RayLanes<Simd = Self>;
+    /// Rays with separate origins.
+    type Separate: RayLanes<Simd = Self>;
+}
+
+impl Widths for Portable {
+    type Shared = Self::V8;
+    type SharedAny = Self::V8;
+    type Separate = Self::V8;
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Widths for Avx2 {
+    type Shared = Self::V16;
+    type SharedAny = Self::V16;
+    type Separate = Self::V8;
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Widths for Avx512 {
+    type Shared = Self::V16;
+    type SharedAny = Pair<Self::V16>;
+    type Separate = Self::V16;
+}

@@ -2,17 +2,15 @@
 
 use super::{
     ENTRY_PACKETS, Group, Method, SKIPPED_SORTS, Tracer, order, prefetch_rays,
-    room::RayLanes,
+    room::{RayLanes, Widths},
     sink::{AHEAD, ResultSink},
 };
 use crate::{
     accel::LeafBlocks,
     geometry::TriangleLeaf,
-    ray::{RayPacket, not_finite},
-    simd::{
-        F32x8, Mask8, Vec3x8,
-        pair::{self, F32x8x2},
-    },
+    lanes::Vec3x8,
+    ray::RayPacket,
+    simd::{LaneMask, Lanes, Simd, Vec3Lanes, at_level},
 };
 use glam::Vec3;
 
@@ -47,8 +45,7 @@ fn without_invalid(
 }
 
 impl Tracer<'_> {
-    /// [`dispatch`](Self::dispatch) for one block layout: to kernels of sixteen lanes with AVX-512, else of eight;
-    /// for a shared origin, to twice as many in occlusion with AVX-512, and where they [pay](pair) without.
+    /// [`dispatch`](Self::dispatch) for one block layout.
     pub(super) fn dispatch_to<B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
@@ -76,42 +73,28 @@ impl Tracer<'_> {
     }
 
     /// Traces up to the first group that holds an invalid ray.
-    // Tuned: see docs/lab-notes.md#packets-of-32
     fn trace_valid<'w, B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
     ) -> Work<'w, A> {
-        #[cfg(target_arch = "x86_64")]
-        use crate::simd::avx512::{self, F32x16, F32x16x2};
-        #[cfg(target_arch = "x86_64")]
-        if self.method != Method::Packet && self.method != Method::AdaptiveBaseline && avx512::is_available()
-        {
-            // SAFETY: the CPU has these instructions.
-            return unsafe {
-                if SHARED && ANY && self.method == Method::Adaptive {
-                    self.run_avx512::<B, F32x16x2, A, ANY, SHARED>(blocks, work)
-                } else {
-                    self.run_avx512::<B, F32x16, A, ANY, SHARED>(blocks, work)
-                }
-            };
-        }
-        if SHARED && self.method != Method::Packet && pair::IS_FAST {
-            self.run::<B, F32x8x2, A, ANY, SHARED>(blocks, work)
-        } else {
-            self.run::<B, F32x8, A, ANY, SHARED>(blocks, work)
-        }
+        at_level!(self.level, |simd| self
+            .trace_at::<_, B, A, ANY, SHARED>(simd, blocks, work))
     }
 
-    /// [`run`](Self::run) with AVX-512.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn run_avx512<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
+    /// [`run`](Self::run) with the lanes that fit the rays.
+    #[inline(always)]
+    fn trace_at<'w, S: Widths, B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
+        simd: S,
         blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
     ) -> Work<'w, A> {
-        self.run::<B, V, A, ANY, SHARED>(blocks, work)
+        match (SHARED, ANY) {
+            (true, true) => self.run::<B, S::SharedAny, A, ANY, SHARED>(simd, blocks, work),
+            (true, false) => self.run::<B, S::Shared, A, ANY, SHARED>(simd, blocks, work),
+            (false, _) => self.run::<B, S::Separate, A, ANY, SHARED>(simd, blocks, work),
+        }
     }
 
     /// Traces as the packets come, or sorted by direction. Returns early if there is an invalid ray among the next
@@ -119,6 +102,7 @@ impl Tracer<'_> {
     #[inline(always)]
     fn run<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
         &mut self,
+        simd: V::Simd,
         blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
     ) -> Work<'w, A> {
@@ -130,11 +114,11 @@ impl Tracer<'_> {
         } = work;
         if SHARED {
             let origin = self.origin;
-            self.rooms.of_mut::<V>().start_at::<V>(origin);
+            self.rooms.of_mut::<V>().start_at::<V>(simd, origin);
         } else {
             self.rooms.of_mut::<V>().start_apart();
         }
-        let is_adaptive = self.method == Method::Adaptive || self.method == Method::AdaptiveBaseline;
+        let is_adaptive = self.method == Method::Adaptive;
         let at_a_time = match (SHARED, ANY) {
             (true, false) if is_adaptive => ENTRY_PACKETS,
             _ if is_adaptive => order::PACKETS,
@@ -144,13 +128,13 @@ impl Tracer<'_> {
         for start in (next..rays.len()).step_by(at_a_time) {
             let end = rays.len().min(start + at_a_time);
             let origins_of_group = if SHARED { &[] } else { &origins[start..end] };
-            if !self.are_valid(&rays[start..end], origins_of_group) {
+            if !self.are_valid(simd, &rays[start..end], origins_of_group) {
                 break;
             }
             next = end;
             let (mut entry, mut order) = (None, None);
             if SHARED && !ANY && is_adaptive {
-                entry = self.entry(&rays[start..end]);
+                entry = self.entry(simd, &rays[start..end]);
                 if entry.as_ref().is_some_and(|entry| entry.count == 0) {
                     for (i, packet) in rays.iter().enumerate().take(end).skip(start) {
                         results.prefetch((i + AHEAD).min(rays.len() - 1));
@@ -161,11 +145,11 @@ impl Tracer<'_> {
                 }
             } else if SHARED && ANY {
                 let effort = std::mem::take(&mut self.effort);
-                if is_adaptive && effort.is_high() && sorted.by_place(&rays[start..end]) {
+                if is_adaptive && effort.is_high() && sorted.by_place(simd, &rays[start..end]) {
                     order = Some(sorted.rays());
                 }
             } else if !SHARED && is_adaptive {
-                if self.skipped_sorts == 0 && sorted.by_direction(&rays[start..end]) {
+                if self.skipped_sorts == 0 && sorted.by_direction(simd, &rays[start..end]) {
                     order = Some(sorted.rays());
                 }
                 self.skipped_sorts = self.skipped_sorts.saturating_sub(1);
@@ -176,7 +160,7 @@ impl Tracer<'_> {
                 entry: entry.as_ref(),
                 order,
             };
-            self.trace_group::<B, V, A, ANY, SHARED>(blocks, rays, origins, &group, &mut results);
+            self.trace_group::<B, V, A, ANY, SHARED>(simd, blocks, rays, origins, &group, &mut results);
             if !SHARED && order.is_some() && self.separate_backoff.is_on() {
                 self.skipped_sorts = SKIPPED_SORTS;
             }
@@ -190,27 +174,38 @@ impl Tracer<'_> {
         }
     }
 
-    /// Whether all rays are valid: minima and maxima of others depend on the order.
+    /// Whether all rays are [valid](crate::ray::Ray::is_valid): minima and maxima of others depend on the order.
     #[inline(always)]
-    fn are_valid(&self, rays: &[RayPacket], origins: &[Vec3x8]) -> bool {
-        let mut invalid = Mask8::NONE;
+    fn are_valid<S: Simd>(&self, simd: S, rays: &[RayPacket], origins: &[Vec3x8]) -> bool {
+        let mut invalid = simd.mask(0);
         for packet in rays {
-            invalid = invalid | packet.invalid();
+            let d = simd.load3(&packet.direction);
+            let zero = simd.splat(0.0);
+            let is_zero = d.x.eq(zero) & d.y.eq(zero) & d.z.eq(zero);
+            let end = simd.load(&packet.t_max) * zero;
+            invalid = invalid | is_zero | !(times_zero(d) + end).eq(zero);
         }
         for points in origins {
-            invalid = invalid | not_finite(points);
+            invalid = invalid | !times_zero(simd.load3(points)).eq(simd.splat(0.0));
         }
         self.origin.is_finite() && !invalid.any()
     }
+}
+
+/// NaN for vectors that are not finite, else 0.
+#[inline(always)]
+fn times_zero<V: Lanes>(v: Vec3Lanes<V>) -> V {
+    v.x * 0.0 + v.y * 0.0 + v.z * 0.0
 }
 
 #[cfg(test)]
 mod tests {
     use crate::{
         accel::Bvh,
+        lanes::{F32x8, LANES, Vec3x8},
         ray::{Hit, HitPacket, Origins, Ray, RayPacket, RayPackets},
         scene::SceneBuilder,
-        simd::{F32x8, LANES, Vec3x8},
+        simd::Level,
         trace::{Method, Tracer, order},
     };
     use glam::Vec3;
@@ -265,14 +260,14 @@ mod tests {
         let expected = blocked(&mut Tracer::with_method(&bvh, Method::Packet));
         let count: u32 = expected[0].iter().map(|bits| bits.count_ones()).sum();
         assert!((5000..8000).contains(&count), "{count}");
-        for method in [Method::Adaptive, Method::AdaptiveBaseline] {
-            let mut tracer = Tracer::with_method(&bvh, method);
+        for level in Level::all() {
+            let mut tracer = Tracer::new(&bvh).at_level(level);
             assert!(tracer.sorted.rays().is_empty());
             let mut first = vec![0; packets];
             tracer.occluded(Origins::Shared(light), &rays, &mut first);
             assert!(!tracer.sorted.rays().is_empty(), "nothing was sorted");
-            assert!(first == expected[0], "{method:?}");
-            assert!(blocked(&mut tracer) == expected, "{method:?}");
+            assert!(first == expected[0], "{level}");
+            assert!(blocked(&mut tracer) == expected, "{level}");
         }
     }
 
@@ -324,12 +319,11 @@ mod tests {
                 },
             ]
         };
-        for method in [
-            Method::Adaptive,
-            Method::AdaptiveBaseline,
-            Method::Packet,
-            Method::Single,
-        ] {
+        let methods = [Method::Adaptive, Method::Packet, Method::Single];
+        for (method, level) in methods
+            .into_iter()
+            .flat_map(|method| Level::all().into_iter().map(move |level| (method, level)))
+        {
             for (origin, valid) in [(Some(shared), &from_one), (None, &apart)] {
                 let traced = |rays: &[Ray]| {
                     let mut packets = RayPackets::default();
@@ -340,7 +334,7 @@ mod tests {
                     let count = packets.packets().len();
                     let mut hits = vec![HitPacket::miss(F32x8::ZERO); count];
                     let mut blocked = vec![0; count];
-                    let mut tracer = Tracer::with_method(&bvh, method);
+                    let mut tracer = Tracer::with_method(&bvh, method).at_level(level);
                     tracer.closest_hit(packets.origins(), packets.packets(), &mut hits);
                     tracer.occluded(packets.origins(), packets.packets(), &mut blocked);
                     let found = |i: usize| {
@@ -373,7 +367,9 @@ mod tests {
                 t_max: F32x8::splat(1e9),
             }];
             let nowhere = Origins::Shared(Vec3::splat(f32::NAN));
-            Tracer::with_method(&bvh, method).closest_hit(nowhere, &rays, &mut hits);
+            Tracer::with_method(&bvh, method)
+                .at_level(level)
+                .closest_hit(nowhere, &rays, &mut hits);
             assert!((0..LANES).all(|lane| hits[0].hit(lane) == Hit::miss(0.0)));
         }
     }

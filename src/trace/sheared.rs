@@ -18,12 +18,9 @@ use super::{
 };
 use crate::{
     accel::{Child, LeafBlocks},
-    geometry::{CANDIDATE_SLACK, Edges, TriangleBlock, TriangleLeaf, padded_boxes},
-    simd::{
-        F32x8, LANES, Vec3x8, lane,
-        lanes::{LaneMask, Lanes, Memory, Vec3Lanes},
-        mul_add, splat,
-    },
+    geometry::{CANDIDATE_SLACK, Edges, TriangleLeaf, padded_boxes},
+    lanes::LANES,
+    simd::{Eight, EightLanes, LaneMask, Lanes, Memory, Vec3Lanes},
 };
 use glam::Vec3;
 
@@ -78,6 +75,7 @@ impl Candidates {
 /// canonical test ends early if no ray starts on the side of the plane from which its line would hit.
 #[inline(always)]
 pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+    simd: V::Simd,
     blocks: LeafBlocks<'_, B>,
     leaf: Child,
     culling: &Culling<'_, V>,
@@ -89,21 +87,21 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     debug_assert!(V::COUNT <= 16, "a `Candidate` has no room for more lanes");
     if !leaf.is_triangles() {
         let block = &blocks.spheres[leaf.index()];
-        return spheres::<V, ANY, false>(block, leaf.count_bits(), culling, packets, states);
+        return spheres::<V, ANY, false>(simd, block, leaf.count_bits(), culling, packets, states);
     }
     let mut room = None;
     let stored = &blocks.triangles[leaf.index()];
-    let block = stored.whole::<V::Triangles>(&mut room);
-    let corners8 = TriangleBlock::corners::<F32x8>([block, block]);
-    let edges8 = Edges::new(&corners8);
-    let seen8 = SeenTriangles::new(block, &edges8, &culling.space);
+    let block = stored.whole(simd, &mut room);
+    let corners = block.load(simd);
+    let edges = Edges::new(&corners);
+    let seen = SeenTriangles::new(&corners, &edges, &culling.space);
     let Candidates(candidates) = candidates;
     let mut count = 0;
     for p in bits(packets) {
-        let live = states[p % PACKETS].live::<V>();
-        let lines = ShearedPacket::load::<V>(&lines[p % PACKETS]);
+        let live = states[p % PACKETS].live::<V>(simd);
+        let lines = lines[p % PACKETS].load::<V>(simd);
         for i in 0..leaf.count() {
-            let [above, below] = lines.sides(&seen8, i, live);
+            let [above, below] = lines.sides(&seen, i, live);
             candidates[count % (PACKETS * LANES)] = Candidate {
                 above: above.bits() as u16,
                 below: below.bits() as u16,
@@ -115,31 +113,34 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     if count == 0 {
         return 0;
     }
-    let lowest8 = -seen8.tolerance;
-    let (lower8, upper8) = padded_boxes(&corners8);
-    let (first8, last8) = in_order(lower8, upper8, culling.octant);
+    let lowest = -seen.tolerance;
+    let (lower, upper) = padded_boxes(&corners);
+    let (first, last) = in_order(lower, upper, culling.octant);
     let mut taken = 0;
     for &candidate in &candidates[..count] {
         let (p, i) = (candidate.packet(), candidate.triangle());
         let state = &mut states[p];
-        let o = Vec3Lanes::<V>::load(&state.origin);
-        let d = Vec3Lanes::<V>::load(&state.direction);
-        let a = Vec3Lanes::<V>::splat(block.v0.lane(i)) - o;
-        let normal = vector::<V>(&edges8.normal, i);
+        let o = Vec3Lanes::<V>::load(simd, &state.origin);
+        let d = Vec3Lanes::<V>::load(simd, &state.direction);
+        let a = Vec3Lanes::<V>::splat(simd, block.v0.lane(i)) - o;
+        let normal = vector::<V, _>(&edges.normal, i);
         let plane = normal.dot(a);
         if candidate.ahead(plane.sign_bits()) == 0 {
             continue;
         }
-        let b = Vec3Lanes::<V>::splat(block.v1.lane(i)) - o;
-        let c = Vec3Lanes::<V>::splat(block.v2.lane(i)) - o;
+        let b = Vec3Lanes::<V>::splat(simd, block.v1.lane(i)) - o;
+        let c = Vec3Lanes::<V>::splat(simd, block.v2.lane(i)) - o;
         let flip = plane.sign();
         let weights = [
-            d.dot(vector::<V>(&edges8.u, i).cross(c + a)).turn(flip),
-            d.dot(vector::<V>(&edges8.v, i).cross(a + b)).turn(flip),
-            d.dot(vector::<V>(&edges8.w, i).cross(b + c)).turn(flip),
+            d.dot(vector::<V, _>(&edges.u, i).cross(c + a)).turn(flip),
+            d.dot(vector::<V, _>(&edges.v, i).cross(a + b)).turn(flip),
+            d.dot(vector::<V, _>(&edges.w, i).cross(b + c)).turn(flip),
         ];
-        let tolerance = [V::splat(lane(&lowest8, i)), V::splat(lane(&seen8.tolerance, i))];
-        let bounds = interval::<V>(state, vector(&first8, i) - o, vector(&last8, i) - o, culling);
+        let tolerance = [
+            V::splat(simd, lowest.lane(i)),
+            V::splat(simd, seen.tolerance.lane(i)),
+        ];
+        let bounds = interval::<V>(state, vector(&first, i) - o, vector(&last, i) - o, culling);
         // Flipped before the product, as elsewhere: the sign of a determinant of 0 depends on it.
         let determinant = d.dot(normal.turn(flip));
         let t = plane.turn(flip) / determinant;
@@ -214,28 +215,28 @@ impl<M: Memory> ShearedPacket<M> {
     /// Sets the lines of a packet within the space's frustum. (Without a frustum they may be anything, and miss
     /// nothing.)
     #[inline(always)]
-    pub fn set<V: Lanes<Memory = M>>(&mut self, packet: &Packet<M>, space: &ShearedSpace) {
+    pub fn set<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, packet: &Packet<M>, space: &ShearedSpace) {
         let [i, j, k] = space.axes;
-        let o_i = V::load(&packet.origin[i]) - V::splat(space.point[i]);
-        let o_j = V::load(&packet.origin[j]) - V::splat(space.point[j]);
-        let o_k = V::load(&packet.origin[k]) - V::splat(space.point[k]);
-        let minus_inv = -V::load(&packet.inv_direction[k]);
-        let minus_a = V::load(&packet.direction[i]) * minus_inv;
-        let minus_b = V::load(&packet.direction[j]) * minus_inv;
+        let o_i = V::load(simd, &packet.origin[i]) - V::splat(simd, space.point[i]);
+        let o_j = V::load(simd, &packet.origin[j]) - V::splat(simd, space.point[j]);
+        let o_k = V::load(simd, &packet.origin[k]) - V::splat(simd, space.point[k]);
+        let minus_inv = -V::load(simd, &packet.inv_direction[k]);
+        let minus_a = V::load(simd, &packet.direction[i]) * minus_inv;
+        let minus_b = V::load(simd, &packet.direction[j]) * minus_inv;
         minus_a.store(&mut self.minus_a);
         minus_b.store(&mut self.minus_b);
-        minus_a.mul_add(o_k, o_i).store(&mut self.p);
-        minus_b.mul_add(o_k, o_j).store(&mut self.q);
+        minus_a.mul_add_about(o_k, o_i).store(&mut self.p);
+        minus_b.mul_add_about(o_k, o_j).store(&mut self.q);
     }
 
     /// In registers.
     #[inline(always)]
-    fn load<V: Lanes<Memory = M>>(&self) -> ShearedRays<V> {
+    fn load<V: Lanes<Memory = M>>(&self, simd: V::Simd) -> ShearedRays<V> {
         ShearedRays {
-            minus_a: V::load(&self.minus_a),
-            minus_b: V::load(&self.minus_b),
-            p: V::load(&self.p),
-            q: V::load(&self.q),
+            minus_a: V::load(simd, &self.minus_a),
+            minus_b: V::load(simd, &self.minus_b),
+            p: V::load(simd, &self.p),
+            q: V::load(simd, &self.q),
         }
     }
 }
@@ -252,28 +253,28 @@ struct ShearedRays<V> {
 impl<V: Lanes> ShearedRays<V> {
     /// Edge `n` of eight, sheared: its components along i and j.
     #[inline(always)]
-    fn sheared(&self, [i, j, k]: &[F32x8; 3], n: usize) -> [V; 2] {
-        let along = V::splat(lane(k, n));
+    fn sheared<E: EightLanes>(&self, [i, j, k]: &[E; 3], n: usize) -> [V; 2] {
+        let along = self.p.all(k.lane(n));
         [
-            self.minus_a.mul_add(along, V::splat(lane(i, n))),
-            self.minus_b.mul_add(along, V::splat(lane(j, n))),
+            self.minus_a.mul_add_about(along, self.p.all(i.lane(n))),
+            self.minus_b.mul_add_about(along, self.p.all(j.lane(n))),
         ]
     }
 
     /// Those of `lanes` that may hit triangle `n`: as [`Candidate::above`], and as [`Candidate::below`].
     #[inline(always)]
-    fn sides(&self, seen8: &SeenTriangles, n: usize, lanes: V::Mask) -> [V::Mask; 2] {
-        let [e1_i, e1_j] = self.sheared(&seen8.e1, n);
-        let [e2_i, e2_j] = self.sheared(&seen8.e2, n);
-        let [i, j, k] = &seen8.v0;
-        let along = V::splat(lane(k, n));
-        let v0_i = self.minus_a.mul_add(along, V::splat(lane(i, n)) - self.p);
-        let v0_j = self.minus_b.mul_add(along, V::splat(lane(j, n)) - self.q);
-        let u = e2_i.mul_sub(v0_j, e2_j * v0_i);
-        let v = v0_i.mul_sub(e1_j, v0_j * e1_i);
-        let w = e1_i.mul_sub(e2_j, e1_j * e2_i) - u - v;
-        let lowest = V::splat(lane(&seen8.lowest, n));
-        let highest = V::splat(lane(&seen8.highest, n));
+    fn sides<E: EightLanes>(&self, seen: &SeenTriangles<E>, n: usize, lanes: V::Mask) -> [V::Mask; 2] {
+        let [e1_i, e1_j] = self.sheared(&seen.e1, n);
+        let [e2_i, e2_j] = self.sheared(&seen.e2, n);
+        let [i, j, k] = &seen.v0;
+        let along = self.p.all(k.lane(n));
+        let v0_i = self.minus_a.mul_add_about(along, along.all(i.lane(n)) - self.p);
+        let v0_j = self.minus_b.mul_add_about(along, along.all(j.lane(n)) - self.q);
+        let u = e2_i.mul_sub_about(v0_j, e2_j * v0_i);
+        let v = v0_i.mul_sub_about(e1_j, v0_j * e1_i);
+        let w = e1_i.mul_sub_about(e2_j, e1_j * e2_i) - u - v;
+        let lowest = along.all(seen.lowest.lane(n));
+        let highest = along.all(seen.highest.lane(n));
         [
             u.min(v).min(w).not_lt(lowest, lanes),
             u.max(v).max(w).not_gt(highest, lanes),
@@ -283,56 +284,52 @@ impl<V: Lanes> ShearedRays<V> {
 
 /// A block's triangles in a [`ShearedSpace`]: columns along i, j and k.
 #[derive(Clone, Copy, Debug)]
-struct SeenTriangles {
+struct SeenTriangles<E> {
     /// First corners.
-    v0: [F32x8; 3],
+    v0: [E; 3],
     /// Edges from there to the second corners.
-    e1: [F32x8; 3],
+    e1: [E; 3],
     /// Edges from there to the third corners.
-    e2: [F32x8; 3],
+    e2: [E; 3],
     /// The filter's slack on the wrong side of 0, and minus that.
-    highest: F32x8,
-    lowest: F32x8,
+    highest: E,
+    lowest: E,
     /// As [`EdgeFunctions::tolerance`](crate::geometry::EdgeFunctions::tolerance), for all origins.
-    tolerance: F32x8,
+    tolerance: E,
 }
 
-impl SeenTriangles {
+impl<E: EightLanes> SeenTriangles<E> {
     #[inline(always)]
-    fn new(block: &TriangleBlock, edges8: &Edges, space: &ShearedSpace) -> Self {
-        let point8 = Vec3x8::splat(space.point);
-        let (from, a) = (columns(&point8, space), columns(&block.v0, space));
-        let (b, c) = (columns(&block.v1, space), columns(&block.v2, space));
-        let v0 = [a[0] - from[0], a[1] - from[1], a[2] - from[2]];
-        let extent8 = splat(space.extent);
+    fn new([v0, v1, v2]: &[Vec3Lanes<E>; 3], edges: &Edges<E>, space: &ShearedSpace) -> Self {
+        let point = Vec3Lanes::splat(v0.x.simd(), space.point);
+        let a = columns(*v0 - point, space);
+        let extent = v0.x.all(space.extent);
         // (x + y)^2 is at most 2 (x^2 + y^2).
-        let distance_squared = mul_add(
-            v0[0],
-            v0[0],
-            mul_add(v0[1], v0[1], mul_add(v0[2], v0[2], extent8 * extent8)),
-        );
-        let size = edges8.size(distance_squared + distance_squared);
-        let highest = size * splat(space.slack);
+        let distance_squared = a[2].mul_add_about(a[2], extent * extent);
+        let distance_squared = a[1].mul_add_about(a[1], distance_squared);
+        let distance_squared = a[0].mul_add_about(a[0], distance_squared);
+        let size = edges.size(distance_squared + distance_squared);
+        let highest = size * space.slack;
         Self {
-            v0,
-            e1: [b[0] - a[0], b[1] - a[1], b[2] - a[2]],
-            e2: [c[0] - a[0], c[1] - a[1], c[2] - a[2]],
+            v0: a,
+            e1: columns(*v1 - *v0, space),
+            e2: columns(*v2 - *v0, space),
             highest,
             lowest: -highest,
-            tolerance: size * splat(CANDIDATE_SLACK),
+            tolerance: size * CANDIDATE_SLACK,
         }
     }
 }
 
 /// The columns of eight vectors along i, j and k.
 #[inline(always)]
-fn columns(v: &Vec3x8, space: &ShearedSpace) -> [F32x8; 3] {
+fn columns<E: EightLanes>(v: Vec3Lanes<E>, space: &ShearedSpace) -> [E; 3] {
     let [i, j, k] = space.axes;
-    [column(v, i), column(v, j), column(v, k)]
+    [column(&v, i), column(&v, j), column(&v, k)]
 }
 
 #[inline(always)]
-fn column(v: &Vec3x8, axis: usize) -> F32x8 {
+fn column<E: EightLanes>(v: &Vec3Lanes<E>, axis: usize) -> E {
     match axis {
         0 => v.x,
         1 => v.y,
@@ -344,16 +341,19 @@ fn column(v: &Vec3x8, axis: usize) -> F32x8 {
 mod tests {
     use super::{super::leaf, *};
     use crate::{
-        geometry::passes_through,
+        geometry::{EdgeFunctions, TriangleBlock, passes_through},
+        lanes::{F32x8, Vec3x8},
         ray::{PrimitiveId, RayPacket},
-        simd::Mask8,
+        simd::{Portable, Simd, Vec3Eight},
         trace::dominant::DominantAxis,
     };
 
+    type V8 = <Portable as Simd>::V8;
+
     /// The lanes that may hit the first triangle, of rays with equal directions.
     fn ahead(
-        block: &TriangleBlock,
-        edges8: &Edges,
+        block: &[Vec3Eight<Portable>; 3],
+        edges: &Edges<V8>,
         origin8: &Vec3x8,
         direction: Vec3,
         (point, extent): (Vec3, f32),
@@ -362,24 +362,25 @@ mod tests {
         let mut packets = [Packet::EMPTY; PACKETS];
         let rays = RayPacket {
             direction: Vec3x8::splat(direction),
-            t_max: splat(f32::MAX),
+            t_max: F32x8::splat(f32::MAX),
         };
-        packets[0].set::<F32x8>([&rays; 4], [rays.t_max; 4]);
-        packets[0].start_at::<F32x8>([origin8; 4]);
+        packets[0].set::<V8>(Portable, [&rays; 4], [&rays.t_max; 4]);
+        packets[0].start_at::<V8>(Portable, [origin8; 4]);
         // Any axis that they go along well enough.
         let frustum = (0..3).find_map(|turn| {
             let axis = (round + turn) % 3;
             let sign = direction[axis].signum();
-            BundleFrustum::<F32x8>::new::<false>(&packets, 1, DominantAxis { axis, sign })
+            BundleFrustum::<V8>::new::<false>(Portable, &packets, 1, DominantAxis { axis, sign })
         });
         let space = ShearedSpace::new(frustum.as_ref(), point, extent);
         assert!(space.slack.is_finite(), "one axis is along {direction}");
         let mut lines = ShearedPacket::EMPTY;
-        lines.set::<F32x8>(&packets[0], &space);
-        let seen8 = SeenTriangles::new(block, edges8, &space);
-        let v0 = Vec3Lanes::<F32x8>::splat(block.v0.lane(0));
-        let plane = leaf::vector(&edges8.normal, 0).dot(v0 - Vec3Lanes::load(&packets[0].origin));
-        let [above, below] = lines.load::<F32x8>().sides(&seen8, 0, Mask8::from_bits(0xff));
+        lines.set::<V8>(Portable, &packets[0], &space);
+        let seen = SeenTriangles::new(block, edges, &space);
+        let v0 = leaf::vector::<V8, V8>(&block[0], 0);
+        let plane =
+            leaf::vector::<V8, V8>(&edges.normal, 0).dot(v0 - Vec3Lanes::load(Portable, &packets[0].origin));
+        let [above, below] = lines.load::<V8>(Portable).sides(&seen, 0, Portable.mask(0xff));
         let candidate = Candidate {
             above: above.bits() as u16,
             below: below.bits() as u16,
@@ -401,7 +402,7 @@ mod tests {
             let corners = [(); 3].map(|()| around + vector(size));
             let sliver = [corners[0], corners[1], (corners[0] + corners[1]) * 0.5];
             let corners = if round % 5 == 0 { sliver } else { corners };
-            let block = TriangleBlock::new(&[(PrimitiveId(0), corners)]);
+            let block = TriangleBlock::new(&[(PrimitiveId(0), corners)]).load(Portable);
             let origins = [(); LANES].map(|()| around + vector(3.0 * size));
             let mut part = vector(1.0);
             let directions = origins.map(|origin| {
@@ -413,20 +414,14 @@ mod tests {
             });
             let point = origins.into_iter().fold(origins[0], Vec3::min);
             let extent = (origins.into_iter().fold(origins[0], Vec3::max) - point).length();
-            let corners8 = TriangleBlock::corners::<F32x8>([&block, &block]);
-            let edges8 = Edges::new(&corners8);
+            let edges8 = Edges::new(&block);
             let origin8 = Vec3x8::from_lanes(origins);
             for (lane, (origin, direction)) in origins.into_iter().zip(directions).enumerate() {
                 let ahead = ahead(&block, &edges8, &origin8, direction, (point, extent), round);
-                let edges = block.edge_functions(Vec3x8::splat(origin));
-                let weights = edges.weights(&Vec3x8::splat(direction));
+                let edges = EdgeFunctions::new(&block, Portable.splat3(origin));
+                let weights = edges.weights(Portable.splat3(direction));
                 let candidate = edges.candidates(weights) & 1;
-                let passes = passes_through(
-                    origin,
-                    direction,
-                    corners,
-                    weights.map(|w| crate::simd::lane(&w, 0)),
-                );
+                let passes = passes_through(origin, direction, corners, weights.map(EightLanes::first));
                 passing += u32::from(passes);
                 assert!(
                     !passes || candidate != 0 && ahead >> lane & 1 != 0,

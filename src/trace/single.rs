@@ -15,12 +15,11 @@ use super::{
 };
 use crate::{
     accel::{Bvh, Child, LeafBlocks, Node8, Places},
-    geometry::{Slabs8, SphereBlock, TriangleLeaf, intersect_spheres},
-    simd::{
-        F32x8, LANES, Mask8, Vec3x8, eq, lane,
-        lanes::{Lanes, Memory},
-        le, lt, max, min, min_everywhere, mul_add, splat,
+    geometry::{
+        EdgeFunctions, Slabs, SphereBlock, TriangleLeaf, chord, may_hit, padded_sphere_boxes, sphere_hits,
     },
+    lanes::{F32x8, LANES},
+    simd::{EightLanes, LaneMask, Lanes, Memory, Simd, Vec3Lanes},
 };
 use glam::Vec3;
 
@@ -78,33 +77,37 @@ impl SingleRay {
     }
 
     #[inline(always)]
-    fn slabs(&self) -> Slabs8 {
-        Slabs8 {
-            origin: Vec3x8::splat(self.origin),
-            inv_direction: Vec3x8::splat(self.inv),
+    fn slabs<S: Simd>(&self, simd: S) -> Slabs<S::V8> {
+        Slabs {
+            origin: simd.splat3(self.origin),
+            inv_direction: simd.splat3(self.inv),
         }
+    }
+
+    /// Where the ray enters and leaves a node's children along an axis.
+    #[inline(always)]
+    fn planes<S: Simd>(&self, simd: S, node: &Node8, axis: usize) -> (S::V8, S::V8) {
+        let inv = simd.splat(self.inv[axis]);
+        let (lower, upper) = (simd.load(&node.planes[axis]), simd.load(&node.planes[axis + 3]));
+        let lower = lower.mul_add_about(inv, simd.splat(self.lower_offset[axis]));
+        let upper = upper.mul_add_about(inv, simd.splat(self.upper_offset[axis]));
+        (lower.min(upper), lower.max(upper))
     }
 
     /// Whether the ray enters any child within `t_max`, and where: infinite for children that it misses.
     #[inline(always)]
-    pub(super) fn enter(&self, node: &Node8, t_max: F32x8) -> (bool, F32x8) {
-        let planes = |axis: usize| {
-            let inv = splat(self.inv[axis]);
-            let lower = mul_add(node.planes[axis], inv, splat(self.lower_offset[axis]));
-            let upper = mul_add(node.planes[axis + 3], inv, splat(self.upper_offset[axis]));
-            (min(lower, upper), max(lower, upper))
-        };
-        let ((near_x, far_x), (near_y, far_y), (near_z, far_z)) = (planes(0), planes(1), planes(2));
-        let near = max(max(near_x, near_y), max(near_z, splat(0.0)));
-        let far = min(min(far_x, far_y), min(far_z, t_max));
-        let near = near * splat(1.0 - NODE_PAD);
-        let entered = le(near, far * splat(1.0 + NODE_PAD)).bits();
+    pub(super) fn enter<S: Simd>(&self, simd: S, node: &Node8, t_max: f32) -> (bool, S::V8) {
+        let (near_x, far_x) = self.planes(simd, node, 0);
+        let (near_y, far_y) = self.planes(simd, node, 1);
+        let (near_z, far_z) = self.planes(simd, node, 2);
+        let near = near_x.max(near_y).max(near_z.max(simd.splat(0.0)));
+        let far = far_x.min(far_y).min(far_z.min(simd.splat(t_max)));
+        let near = near * (1.0 - NODE_PAD);
+        let entered = near.le(far * (1.0 + NODE_PAD)).bits();
         // Empty lanes hold inverted boxes, which the comparison has turned right side out.
         let entered = entered & node.valid_bits();
-        (
-            entered != 0,
-            Mask8::from_bits(entered).select(min(near, splat(f32::MAX)), splat(f32::INFINITY)),
-        )
+        let (at, missed) = (near.min(simd.splat(f32::MAX)), simd.splat(f32::INFINITY));
+        (entered != 0, S::V8::select(simd.mask(entered), at, missed))
     }
 }
 
@@ -133,7 +136,7 @@ pub(super) struct Slot {
 /// The slots, for trees of `depth`.
 pub(super) fn slots(depth: usize) -> [Slot; SLOTS] {
     let end = Siblings {
-        near8: splat(f32::INFINITY),
+        near8: F32x8::splat(f32::INFINITY),
         child: [Child::NONE; LANES],
     };
     std::array::from_fn(|_| Slot {
@@ -148,22 +151,22 @@ pub(super) fn slots(depth: usize) -> [Slot; SLOTS] {
 impl Slot {
     /// Goes on with the nearest of the last siblings.
     #[inline(always)]
-    fn pop<B: TriangleLeaf>(&mut self, places: &Places<B>) {
+    fn pop<S: Simd, B: TriangleLeaf>(&mut self, simd: S, places: &Places<B>) {
         let siblings = &mut self.stack[self.len - 1];
-        let near8 = siblings.near8;
-        let nearest = eq(near8, min_everywhere(near8)).bits();
+        let (near, none) = (simd.load(&siblings.near8), simd.splat(f32::INFINITY));
+        let nearest = near.eq(near.min_everywhere()).bits();
         self.child = siblings.child[nearest.trailing_zeros() as usize % LANES];
         // All lanes are stored, so that no later load waits for the address. See docs/lab-notes.md#single-rays
-        let visited = Mask8::from_bits(nearest & nearest.wrapping_neg());
-        siblings.near8 = visited.select(splat(f32::INFINITY), near8);
-        let left = lt(near8, splat(f32::INFINITY)).bits();
+        let visited = simd.mask(nearest & nearest.wrapping_neg());
+        siblings.near8 = S::V8::select(visited, none, near).to8();
+        let left = near.lt(none).bits();
         self.len -= usize::from(left & left.wrapping_sub(1) == 0);
         places.prefetch(self.child);
     }
 
     /// The ray now ends at `t`: drops what begins beyond, in occlusion everything.
     #[inline(always)]
-    fn end_at<const ANY: bool>(&mut self, t: f32) {
+    fn end_at<S: Simd, const ANY: bool>(&mut self, simd: S, t: f32) {
         if t >= self.t {
             return;
         }
@@ -174,8 +177,9 @@ impl Slot {
         let mut kept = 1;
         for i in 1..self.len {
             let mut siblings = self.stack[i];
-            let held = le(siblings.near8, splat(t));
-            siblings.near8 = held.select(siblings.near8, splat(f32::INFINITY));
+            let near = simd.load(&siblings.near8);
+            let held = near.le(simd.splat(t));
+            siblings.near8 = S::V8::select(held, near, simd.splat(f32::INFINITY)).to8();
             self.stack[kept] = siblings;
             kept += usize::from(held.any());
         }
@@ -228,6 +232,7 @@ impl Tracer<'_> {
     #[inline(always)]
     pub(super) fn trace_tasks<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
         &mut self,
+        simd: V::Simd,
         blocks: LeafBlocks<'_, B>,
     ) {
         let Self {
@@ -255,9 +260,9 @@ impl Tracer<'_> {
             loop {
                 let nodes = turns.of(Child::INNER);
                 for i in bits(nodes) {
-                    enter_children(&mut slots[i % SLOTS], bvh);
+                    enter_children(simd, &mut slots[i % SLOTS], bvh);
                 }
-                pop_all(&mut turns, nodes, slots, &places);
+                pop_all(simd, &mut turns, nodes, slots, &places);
                 if turns.of(Child::INNER).count_ones() <= FEW {
                     break;
                 }
@@ -265,17 +270,17 @@ impl Tracer<'_> {
             let leaves = turns.of(Child::TRIANGLES);
             let mut candidates = 0;
             for i in bits(leaves) {
-                candidates |= u32::from(may_hit_block::<B, V>(&slots[i % SLOTS], blocks.triangles)) << i;
+                candidates |= u32::from(may_hit_block(simd, &slots[i % SLOTS], blocks.triangles)) << i;
             }
             for i in bits(candidates) {
-                triangles::<B, V, ANY>(&mut slots[i % SLOTS], blocks.triangles, packets);
+                triangles::<_, B, V::Memory, ANY>(simd, &mut slots[i % SLOTS], blocks.triangles, packets);
             }
-            pop_all(&mut turns, leaves, slots, &places);
+            pop_all(simd, &mut turns, leaves, slots, &places);
             let leaves = turns.of(Child::SPHERES);
             for i in bits(leaves) {
-                spheres::<V::Memory, ANY>(&mut slots[i % SLOTS], blocks.spheres, packets);
+                spheres::<_, V::Memory, ANY>(simd, &mut slots[i % SLOTS], blocks.spheres, packets);
             }
-            pop_all(&mut turns, leaves, slots, &places);
+            pop_all(simd, &mut turns, leaves, slots, &places);
             if left.len() == 0 {
                 continue;
             }
@@ -319,66 +324,75 @@ fn start<B: TriangleLeaf, M: Memory>(
 
 /// Visits a node.
 #[inline(always)]
-fn enter_children(slot: &mut Slot, bvh: &Bvh) {
+fn enter_children<S: Simd>(simd: S, slot: &mut Slot, bvh: &Bvh) {
     let node = &bvh.nodes()[slot.child.index()];
     // Before the test: loads of the ray before a bounds check are not fused into broadcasts.
     let next = &mut slot.stack[slot.len];
-    let (entered, near) = slot.ray.enter(node, splat(slot.t));
-    next.near8 = near;
+    let (entered, near) = slot.ray.enter(simd, node, slot.t);
+    next.near8 = near.to8();
     next.child = node.child;
     slot.len += usize::from(entered);
 }
 
 /// Takes the next children of `which` slots.
 #[inline(always)]
-fn pop_all<B: TriangleLeaf>(turns: &mut Turns, which: u32, slots: &mut [Slot; SLOTS], places: &Places<B>) {
+fn pop_all<S: Simd, B: TriangleLeaf>(
+    simd: S,
+    turns: &mut Turns,
+    which: u32,
+    slots: &mut [Slot; SLOTS],
+    places: &Places<B>,
+) {
     turns.clear(which);
     for i in bits(which) {
         let slot = &mut slots[i % SLOTS];
-        slot.pop(places);
+        slot.pop(simd, places);
         turns.put(i, slot.child);
     }
 }
 
 /// Whether a ray may hit something in its block of triangles: the candidate filter.
 #[inline(always)]
-fn may_hit_block<B: TriangleLeaf, V: Lanes>(slot: &Slot, blocks: &[B]) -> bool {
+fn may_hit_block<S: Simd, B: TriangleLeaf>(simd: S, slot: &Slot, blocks: &[B]) -> bool {
     let (ray, leaf) = (&slot.ray, slot.child);
-    let (origin, direction) = (Vec3x8::splat(ray.origin), Vec3x8::splat(ray.direction));
     let mut room = None;
-    let block = blocks[leaf.index()].whole::<V::Triangles>(&mut room);
-    block.may_hit(origin, direction) & leaf.count_bits() != 0
+    let corners = blocks[leaf.index()].whole(simd, &mut room).load(simd);
+    let candidates = may_hit(&corners, simd.splat3(ray.origin), simd.splat3(ray.direction));
+    candidates & leaf.count_bits() != 0
 }
 
 /// A block of triangles against a ray.
 #[inline(always)]
-fn triangles<B: TriangleLeaf, V: Lanes, const ANY: bool>(
+fn triangles<S: Simd, B: TriangleLeaf, M: Memory, const ANY: bool>(
+    simd: S,
     slot: &mut Slot,
     blocks: &[B],
-    packets: &mut [Packet<V::Memory>; super::PACKETS],
+    packets: &mut [Packet<M>; super::PACKETS],
 ) {
     let (ray, leaf) = (&slot.ray, slot.child);
     let (state, i) = (
         &mut packets[ray.packet as usize % super::PACKETS],
         ray.lane as usize,
     );
-    let (slabs, direction) = (ray.slabs(), Vec3x8::splat(ray.direction));
+    let (slabs, direction) = (ray.slabs(simd), simd.splat3(ray.direction));
     let mut room = None;
-    let block = blocks[leaf.index()].whole::<V::Triangles>(&mut room);
-    let edges = block.edge_functions(slabs.origin);
-    let weights = edges.weights(&direction);
+    let block = blocks[leaf.index()].whole(simd, &mut room);
+    let corners = block.load(simd);
+    let edges = EdgeFunctions::new(&corners, slabs.origin);
+    let weights = edges.weights(direction);
     let candidates = edges.candidates(weights) & leaf.count_bits();
-    let found = edges.intersect(candidates, weights, block, &slabs, &direction);
-    for c in bits(found.hit.bits()) {
-        let weights = found.weights.each_ref().map(|weight| lane(weight, c));
-        state.offer_lane::<ANY>(i, lane(&found.t, c), block.id[c], weights);
+    let found = edges.intersect(candidates, weights, (block, &corners), &slabs, direction);
+    let [u, v, w] = found.weights;
+    for c in bits(found.hit) {
+        state.offer_lane::<ANY>(i, found.t.lane(c), block.id[c], [u.lane(c), v.lane(c), w.lane(c)]);
     }
-    slot.end_at::<ANY>(state.t.place(i));
+    slot.end_at::<S, ANY>(simd, state.t.place(i));
 }
 
 /// A block of spheres against a ray.
 #[inline(always)]
-fn spheres<M: Memory, const ANY: bool>(
+fn spheres<S: Simd, M: Memory, const ANY: bool>(
+    simd: S,
     slot: &mut Slot,
     blocks: &[SphereBlock],
     packets: &mut [Packet<M>; super::PACKETS],
@@ -389,10 +403,13 @@ fn spheres<M: Memory, const ANY: bool>(
         ray.lane as usize,
     );
     let block = &blocks[leaf.index()];
-    let direction = Vec3x8::splat(ray.direction);
-    let (ahead, t) = intersect_spheres(block.center, block.radius, &ray.slabs(), &direction);
-    for c in bits(ahead.bits() & leaf.count_bits()) {
-        state.offer_lane::<ANY>(i, lane(&t, c), block.id[c], [0.0, 0.0, 1.0]);
+    let (center, radius) = (simd.load3(&block.center), simd.load(&block.radius));
+    let slabs = ray.slabs(simd);
+    let (lower, upper): (Vec3Lanes<S::V8>, _) = padded_sphere_boxes(center, radius);
+    let chord = chord(slabs.origin - center, simd.splat3(ray.direction), radius);
+    let (hit, t) = sphere_hits(chord, slabs.interval(lower, upper));
+    for c in bits(hit.bits() & leaf.count_bits()) {
+        state.offer_lane::<ANY>(i, t.lane(c), block.id[c], [0.0, 0.0, 1.0]);
     }
-    slot.end_at::<ANY>(state.t.place(i));
+    slot.end_at::<S, ANY>(simd, state.t.place(i));
 }

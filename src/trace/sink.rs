@@ -3,8 +3,9 @@
 use super::rays::Packet;
 use crate::{
     accel::prefetch,
+    lanes::LANES,
     ray::{HitPacket, RayPacket},
-    simd::{LANES, lanes::Memory},
+    simd::{Memory, Simd},
 };
 
 /// In long runs of results, memory is prefetched this many packets ahead.
@@ -16,12 +17,12 @@ pub(super) trait ResultSink {
     /// Prefetches result `i`, which will be written.
     fn prefetch(&self, i: usize);
     /// Writes result `i`: those of eight lanes of a packet.
-    fn put<M: Memory>(&mut self, i: usize, packet: &Packet<M>, eight: usize);
+    fn put<S: Simd, M: Memory>(&mut self, simd: S, i: usize, packet: &Packet<M>, eight: usize);
     /// Writes result `i`: eight lanes without a hit.
     fn put_none(&mut self, i: usize, rays: &RayPacket);
     /// Writes the results of a packet of sorted rays: `members` are results times eight plus lane, from `base` on,
     /// which hold none yet.
-    fn scatter<M: Memory>(&mut self, base: usize, packet: &Packet<M>, members: &[u16]);
+    fn scatter<S: Simd, M: Memory>(&mut self, simd: S, base: usize, packet: &Packet<M>, members: &[u16]);
 }
 
 /// Closest hits.
@@ -31,17 +32,17 @@ impl ResultSink for &mut [HitPacket] {
         prefetch(&self[i]);
     }
     #[inline(always)]
-    fn put<M: Memory>(&mut self, i: usize, packet: &Packet<M>, eight: usize) {
-        self[i] = packet.hits(eight);
+    fn put<S: Simd, M: Memory>(&mut self, simd: S, i: usize, packet: &Packet<M>, eight: usize) {
+        self[i] = packet.hits(simd, eight);
     }
     #[inline(always)]
     fn put_none(&mut self, i: usize, rays: &RayPacket) {
         self[i] = HitPacket::miss(rays.t_max);
     }
     #[inline(always)]
-    fn scatter<M: Memory>(&mut self, base: usize, packet: &Packet<M>, members: &[u16]) {
+    fn scatter<S: Simd, M: Memory>(&mut self, simd: S, base: usize, packet: &Packet<M>, members: &[u16]) {
         for (eight, members) in members.chunks(LANES).enumerate() {
-            let hits = packet.hits(eight);
+            let hits = packet.hits(simd, eight);
             for (lane, &member) in members.iter().enumerate() {
                 let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
                 let answer = &mut self[i];
@@ -59,17 +60,17 @@ impl ResultSink for &mut [u8] {
     #[inline(always)]
     fn prefetch(&self, _: usize) {}
     #[inline(always)]
-    fn put<M: Memory>(&mut self, i: usize, packet: &Packet<M>, eight: usize) {
-        self[i] = packet.blocked_bits(eight) as u8;
+    fn put<S: Simd, M: Memory>(&mut self, simd: S, i: usize, packet: &Packet<M>, eight: usize) {
+        self[i] = packet.blocked_bits(simd, eight) as u8;
     }
     #[inline(always)]
     fn put_none(&mut self, i: usize, _: &RayPacket) {
         self[i] = 0;
     }
     #[inline(always)]
-    fn scatter<M: Memory>(&mut self, base: usize, packet: &Packet<M>, members: &[u16]) {
+    fn scatter<S: Simd, M: Memory>(&mut self, simd: S, base: usize, packet: &Packet<M>, members: &[u16]) {
         for (eight, members) in members.chunks(LANES).enumerate() {
-            let blocked = packet.blocked_bits(eight);
+            let blocked = packet.blocked_bits(simd, eight);
             for (lane, &member) in members.iter().enumerate() {
                 let (i, to) = (base + usize::from(member) / LANES, usize::from(member) % LANES);
                 self[i] |= ((blocked >> lane & 1) << to) as u8;
@@ -83,9 +84,9 @@ mod tests {
     use super::*;
     use crate::{
         accel::Bvh,
+        lanes::{F32x8, Vec3x8},
         ray::Origins,
         scene::SceneBuilder,
-        simd::{F32x8, Vec3x8},
         trace::{Method, Tracer, order},
     };
     use glam::Vec3;
@@ -126,12 +127,7 @@ mod tests {
         let separate: Vec<Vec3x8> = (0..packets)
             .map(|_| Vec3x8::splat(origin + vector() * 0.1))
             .collect();
-        for method in [
-            Method::Adaptive,
-            Method::AdaptiveBaseline,
-            Method::Packet,
-            Method::Single,
-        ] {
+        for method in [Method::Adaptive, Method::Packet, Method::Single] {
             let mut tracer = Tracer::with_method(&bvh, method);
             for is_shared in [true, false] {
                 let mut trace = |from: usize, to: usize, hits: &mut [HitPacket]| {

@@ -23,7 +23,7 @@ pub struct Counts {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImplementationCounts {
     /// Its name.
-    pub name: &'static str,
+    pub name: String,
     /// Rays traced.
     pub rays: u64,
     /// Rays that hit something.
@@ -66,7 +66,7 @@ pub struct Difference {
     /// What brute force found.
     pub expected: Found,
     /// What each implementation found.
-    pub found: Vec<(&'static str, Found)>,
+    pub found: Vec<(String, Found)>,
 }
 
 impl Difference {
@@ -99,7 +99,7 @@ pub fn check_equivalence(
         implementations: implementations
             .iter()
             .map(|implementation| ImplementationCounts {
-                name: implementation.name(),
+                name: implementation.name().to_owned(),
                 rays: 0,
                 hits: 0,
                 blocked: 0,
@@ -140,7 +140,7 @@ pub fn check_equivalence(
                 in_group: (i, group.rays.len()),
                 expected: expected[i],
                 found: found
-                    .map(|(implementation, found)| (implementation.name(), found[i]))
+                    .map(|(implementation, found)| (implementation.name().to_owned(), found[i]))
                     .collect(),
                 group,
             }));

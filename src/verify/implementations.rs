@@ -3,10 +3,11 @@
 use super::Group;
 use crate::{
     accel::{BinaryBvh, Bvh},
+    lanes::{F32x8, LANES},
     ray::{Hit, HitPacket},
     reference::bvh::{self, Stack},
     scene::Scene,
-    simd::{F32x8, LANES},
+    simd::Level,
     trace::{Method, Tracer},
 };
 
@@ -33,7 +34,7 @@ impl Found {
 /// An implementation under test, set up for one scene.
 pub trait Implementation {
     /// Returns the name to show in reports.
-    fn name(&self) -> &'static str;
+    fn name(&self) -> &str;
     /// Traces a group for closest hits and for occlusion. Replaces `found` by one result per ray.
     fn trace(&mut self, group: &Group, found: &mut Vec<Found>);
 }
@@ -41,40 +42,29 @@ pub trait Implementation {
 /// Sets up the implementations under test for a scene.
 pub type Implementations = dyn for<'a> Fn(&'a Scene, &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> + Sync;
 
-/// Returns every implementation that octray has on this CPU.
+/// Returns every implementation that octray has on this CPU: the scalar baseline, and each method at each level.
 #[must_use]
 pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> {
-    let kernel = |name, method| -> Box<dyn Implementation + 'a> {
-        Box::new(Kernel {
-            name,
-            tracer: Tracer::with_method(bvh, method),
-            hits: Vec::new(),
-            blocked: Vec::new(),
-        })
-    };
     let mut all: Vec<Box<dyn Implementation + 'a>> = vec![Box::new(Scalar {
         bvh: bvh.binary(scene),
         stack: Stack::default(),
     })];
-    if has_avx512() {
-        all.push(kernel("adaptive, AVX-512", Method::Adaptive));
-        all.push(kernel("single rays, AVX-512", Method::Single));
-    } else {
-        all.push(kernel("single rays", Method::Single));
+    let methods = [
+        ("adaptive", Method::Adaptive),
+        ("single rays", Method::Single),
+        ("packets", Method::Packet),
+    ];
+    for level in Level::all() {
+        for (name, method) in methods {
+            all.push(Box::new(Kernel {
+                name: format!("{name}, {level}"),
+                tracer: Tracer::with_method(bvh, method).at_level(level),
+                hits: Vec::new(),
+                blocked: Vec::new(),
+            }));
+        }
     }
-    all.push(kernel("adaptive, as compiled", Method::AdaptiveBaseline));
-    all.push(kernel("packets", Method::Packet));
     all
-}
-
-#[cfg(target_arch = "x86_64")]
-fn has_avx512() -> bool {
-    crate::simd::avx512::is_available()
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-fn has_avx512() -> bool {
-    false
 }
 
 /// The scalar baseline.
@@ -84,7 +74,7 @@ struct Scalar<'a> {
 }
 
 impl Implementation for Scalar<'_> {
-    fn name(&self) -> &'static str {
+    fn name(&self) -> &str {
         "scalar BVH"
     }
 
@@ -99,15 +89,15 @@ impl Implementation for Scalar<'_> {
 
 /// A method of the tracer.
 struct Kernel<'a> {
-    name: &'static str,
+    name: String,
     tracer: Tracer<'a>,
     hits: Vec<HitPacket>,
     blocked: Vec<u8>,
 }
 
 impl Implementation for Kernel<'_> {
-    fn name(&self) -> &'static str {
-        self.name
+    fn name(&self) -> &str {
+        &self.name
     }
 
     fn trace(&mut self, group: &Group, found: &mut Vec<Found>) {

@@ -5,7 +5,7 @@ use super::Random;
 use crate::{
     ray::{Ray, RayPackets, T_MAX},
     scene::{Primitive, Scene},
-    simd::LANES,
+    simd_old::LANES,
     trace::BUNDLE,
 };
 use glam::Vec3;

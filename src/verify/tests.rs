@@ -94,7 +94,7 @@ fn a_fault_is_found_and_can_be_repeated() {
         (fault.scene, difference)
     };
     let (scene, first) = fault(&settings);
-    let (name, found) = *first.found.last().unwrap();
+    let (name, found) = first.found.last().unwrap();
     assert_eq!(name, "faulty");
     assert_eq!(found.hit.t, first.expected.hit.t.next_up());
     assert!(

@@ -18,7 +18,7 @@ use crate::{
         bands::Bands,
     },
     scene::{Camera, PixelRays, Scene},
-    simd::{F32x8, LANES},
+    simd_old::{F32x8, LANES},
     trace::Tracer,
 };
 use rayon::prelude::*;

@@ -4,11 +4,12 @@
 
 use glam::{Mat3, Vec3};
 use octray::{
+    Level,
     accel::{BuildQuality, Bvh, Layout},
+    lanes::{F32x8, LANES},
     ray::{HitPacket, Ray, RayPackets},
     reference::brute,
     scene::{Scene, SceneBuilder, TriangleMesh},
-    simd::{F32x8, LANES},
     trace::{BUNDLE, Method, Tracer},
     verify::Random,
 };
@@ -133,13 +134,13 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
     let layout = random.pick(&[Layout::Whole, Layout::Indexed]);
     let bvh = Bvh::build_as(scene, BuildQuality::Best, layout);
     let center = center - scene.origin();
-    let mut tracers = [
-        Method::Adaptive,
-        Method::AdaptiveBaseline,
-        Method::Packet,
-        Method::Single,
-    ]
-    .map(|m| Tracer::with_method(&bvh, m));
+    let mut tracers: Vec<Tracer> = Level::all()
+        .into_iter()
+        .flat_map(|level| {
+            let methods = [Method::Adaptive, Method::Packet, Method::Single];
+            methods.map(|method| Tracer::with_method(&bvh, method).at_level(level))
+        })
+        .collect();
     for bundle in 0..bundles {
         let shared = bundle % 2 == 0;
         let inside = |random: &mut Random| {

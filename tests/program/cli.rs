@@ -230,7 +230,7 @@ fn help_lists_options_and_examples() {
 #[test]
 fn the_version_names_the_instruction_set() {
     let folder = Folder::new();
-    let line = format!("octray {} ({})", env!("CARGO_PKG_VERSION"), octray::simd::isa());
+    let line = format!("octray {} ({})", env!("CARGO_PKG_VERSION"), octray::isa());
     let short = folder.run(&["-V"]);
     assert_eq!(short.succeeded().text(), format!("{line}\n"));
     let long = folder.run(&["--version"]);
@@ -252,7 +252,7 @@ fn statistics_as_json_and_text() {
     assert_eq!(stats["scene"], "a.scn");
     assert_eq!((&stats["width"], &stats["height"]), (&512.into(), &512.into()));
     assert_eq!(stats["threads"], 1);
-    assert_eq!(stats["isa"], octray::simd::isa());
+    assert_eq!(stats["isa"], octray::isa());
     for kind in ["camera", "shadow", "reflection", "total"] {
         assert!(stats["rays"][kind].is_u64(), "{kind}");
     }

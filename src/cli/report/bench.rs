@@ -4,7 +4,6 @@ use super::{SCHEMA, grouped};
 use crate::{
     bench::{FrameTimes, Kind, Measurement, Method, machine},
     cli::plan::BenchPlan,
-    simd,
 };
 use serde::Serialize;
 use std::{fmt::Write as _, time::Duration};
@@ -12,7 +11,7 @@ use std::{fmt::Write as _, time::Duration};
 /// What is measured, on which machine, and the columns of [`table`].
 pub fn heading(plan: &BenchPlan) -> String {
     let (width, height, repeat) = (plan.settings.width, plan.settings.height, plan.repeat);
-    let machine = format!("{}, {}", machine(), simd::isa());
+    let machine = format!("{}, {}", machine(), crate::isa());
     if plan.frames_only {
         let depth = plan.settings.max_depth;
         return format!(
@@ -163,7 +162,7 @@ impl Json {
         Self {
             schema: SCHEMA,
             machine: machine(),
-            isa: simd::isa(),
+            isa: crate::isa(),
             version: env!("CARGO_PKG_VERSION"),
             threads: 1,
             width: plan.settings.width,

@@ -7,7 +7,6 @@ use crate::{
     error::{clip, in_bytes},
     render::{FrameStats, Mode, Settings},
     scene::Scene,
-    simd,
 };
 use serde::Serialize;
 use std::{fmt::Write, path::Path, time::Duration};
@@ -108,7 +107,7 @@ impl RenderReport {
                 Mode::Scalar => "scalar",
             },
             build: bvh.stats().quality.name(),
-            isa: simd::isa(),
+            isa: crate::isa(),
             threads: settings
                 .threads
                 .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),

@@ -4,7 +4,6 @@ use super::{grouped, version};
 use crate::{
     bench::machine,
     ray::Ray,
-    simd,
     verify::{Difference, Fault, FaultKind, Found, Outcome, Settings},
 };
 use serde::Serialize;
@@ -18,7 +17,7 @@ pub fn text(settings: &Settings, outcome: &Outcome, took: Duration, stopped: boo
         "{}\nthis machine: {}, {}\nseed {}\n\n",
         version::long(),
         machine(),
-        simd::isa(),
+        crate::isa(),
         settings.seed
     );
     // Writing to a string cannot fail.
@@ -35,7 +34,7 @@ pub fn text(settings: &Settings, outcome: &Outcome, took: Duration, stopped: boo
     let others = counts
         .implementations
         .iter()
-        .map(|e| (e.name, e.rays, e.hits, e.blocked));
+        .map(|e| (e.name.as_str(), e.rays, e.hits, e.blocked));
     for (name, rays, hits, blocked) in std::iter::once(brute).chain(others) {
         let (rays, hits, blocked) = (grouped(rays), grouped(hits), grouped(blocked));
         let _ = writeln!(text, "{name:24}{rays:>18}{hits:>18}{blocked:>18}");
@@ -69,7 +68,12 @@ pub fn difference(fault: &Fault) -> String {
     if let FaultKind::Differs(difference) = &fault.kind {
         text += &ray_text(difference);
         let expected = ("brute force", difference.expected);
-        for (name, found) in std::iter::once(expected).chain(difference.found.iter().copied()) {
+        for (name, found) in std::iter::once(expected).chain(
+            difference
+                .found
+                .iter()
+                .map(|(name, found)| (name.as_str(), *found)),
+        ) {
             let mark = if found.same(&difference.expected) {
                 ""
             } else {
@@ -159,7 +163,7 @@ pub struct Json {
 
 #[derive(Debug, Serialize)]
 struct JsonMethod {
-    method: &'static str,
+    method: String,
     rays: u64,
     hits: u64,
     occluded: u64,
@@ -177,7 +181,7 @@ impl Json {
     pub fn new(schema: u32, settings: &Settings, outcome: &Outcome, took: Duration) -> Self {
         let (done, counts) = (&outcome.done, &outcome.counts);
         let methods = counts.implementations.iter().map(|e| JsonMethod {
-            method: e.name,
+            method: e.name.clone(),
             rays: e.rays,
             hits: e.hits,
             occluded: e.blocked,
@@ -185,7 +189,7 @@ impl Json {
         Self {
             schema,
             machine: machine(),
-            isa: simd::isa(),
+            isa: crate::isa(),
             build: version::long(),
             seed: settings.seed,
             scenes: done.scenes,

@@ -1,9 +1,10 @@
 //! What `--version` says.
 
-use crate::{math, simd};
+use crate::math;
 use std::sync::LazyLock;
 
-static SHORT: LazyLock<String> = LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), simd::isa()));
+static SHORT: LazyLock<String> =
+    LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), crate::isa()));
 
 static LONG: LazyLock<String> = LazyLock::new(|| {
     let features = features();

@@ -1,8 +1,9 @@
 use crate::{
     accel::Bvh,
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{Origins, RayPacket},
     scene::SceneBuilder,
-    simd::{F32x8, LANES, Vec3x8},
+    simd::Level,
     trace::{Method, Tracer},
 };
 use glam::Vec3;
@@ -52,12 +53,12 @@ fn bundles_are_blocked_where_single_rays_are() {
         let count: u32 = expected.iter().map(|bits: &u8| bits.count_ones()).sum();
         assert!((1000..3500).contains(&count), "{count}");
     }
-    for method in [Method::Adaptive, Method::AdaptiveBaseline] {
-        let mut tracer = Tracer::with_method(&bvh, method);
+    for level in Level::all() {
+        let mut tracer = Tracer::new(&bvh).at_level(level);
         for round in 0..6 {
             let light = round % 2;
             let own = blocked(&mut tracer, lights[light]);
-            assert!(own == expected[light], "{method:?} {round}");
+            assert!(own == expected[light], "{level} {round}");
         }
     }
 }

@@ -1,13 +1,13 @@
-use super::*;
-#[cfg(target_arch = "x86_64")]
-use crate::simd::avx512;
+use super::{portable::V8 as Portable8, *};
+use crate::lanes::LANES;
 
-fn each_row_is_reduced<V: TriangleLanes>() {
+#[inline(always)]
+fn each_row_is_reduced<V: TriangleLanes>(simd: V::Simd) {
     let mut random = fastrand::Rng::with_seed(7);
     for _ in 0..1000 {
         let numbers =
             [(); REGISTER_LANES].map(|()| Column([(); REGISTER_LANES].map(|()| random.f32() - 0.5)));
-        let rows = numbers.each_ref().map(V::load);
+        let rows = numbers.each_ref().map(|row| V::load(simd, row));
         let [mut least, mut largest] = [Column::splat(0.0); 2];
         V::least_of_each(&rows).store(&mut least);
         V::largest_of_each(&rows).store(&mut largest);
@@ -54,18 +54,27 @@ fn numbers_of<V: Lanes>(v: V) -> [f32; 32] {
     bits_of(v).map(f32::from_bits)
 }
 
-fn eights(column: &WideColumn) -> [F32x8; 4] {
+fn eights(column: &WideColumn) -> [&F32x8; 4] {
     std::array::from_fn(|i| column.eight(i))
 }
 
-/// More lanes do what eight do, eight by eight.
+/// They do what eight portable ones do, eight by eight.
 #[expect(clippy::cognitive_complexity, reason = "one line an operation")]
-fn eights_are_as_eight_lanes<V: Lanes>() {
+#[inline(always)]
+fn eights_are_as_eight_lanes<V: Lanes>(simd: V::Simd) {
     let mut random = fastrand::Rng::with_seed(11);
     for _ in 0..2000 {
         let columns = [(); 3].map(|()| WideColumn([column(&mut random), column(&mut random)]));
-        let of_eights = || columns.each_ref().map(|column| V::of_eights(eights(column)));
-        let eight = |i: usize| columns.each_ref().map(|column| column.eight(i));
+        let of_eights = || {
+            columns
+                .each_ref()
+                .map(|column| V::of_eights(simd, eights(column)))
+        };
+        let eight = |i: usize| {
+            columns
+                .each_ref()
+                .map(|column| super::Portable.load(column.eight(i)))
+        };
         macro_rules! same {
             (|$a:ident, $b:ident, $c:ident| $result:expr) => {{
                 let whole = {
@@ -97,6 +106,7 @@ fn eights_are_as_eight_lanes<V: Lanes>() {
         same!(|a, b, _c| a - b);
         same!(|a, b, _c| a * b);
         same!(|a, b, _c| a / b);
+        same!(|a, _b, _c| a * 0.3);
         same!(|a, _b, _c| -a);
         same!(|a, b, c| Lanes::mul_add(a, b, c));
         same!(|a, b, c| Lanes::mul_sub(a, b, c));
@@ -113,6 +123,8 @@ fn eights_are_as_eight_lanes<V: Lanes>() {
         same_bits!(|a, b| Lanes::le(a, b).bits());
         same_bits!(|a, b| Lanes::gt(a, b).bits());
         same_bits!(|a, b| Lanes::ge(a, b).bits());
+        same_bits!(|a, b| Lanes::eq(a, b).bits());
+        same_bits!(|a, b| (!Lanes::eq(a, b)).bits());
         same_bits!(|a, _b| Lanes::sign_bits(a));
         // Also of 0 / 0.
         same_bits!(|a, b| Lanes::not_lt(a / b, b, Lanes::ge(a, b * b)).bits());
@@ -121,7 +133,7 @@ fn eights_are_as_eight_lanes<V: Lanes>() {
         let [whole, ..] = of_eights();
         let mut memory = V::Memory::ZERO;
         whole.store(&mut memory);
-        assert_eq!(bits_of(V::load(&memory)), bits_of(whole));
+        assert_eq!(bits_of(V::load(simd, &memory)), bits_of(whole));
         for i in 0..V::COUNT {
             assert_eq!(memory.place(i), memory.eight(i / LANES).as_array()[i % LANES]);
             *memory.place_mut(i) += 1.0;
@@ -146,10 +158,50 @@ fn eights_are_as_eight_lanes<V: Lanes>() {
             assert_eq!(largest[i], most(&mut own()));
         }
         assert_eq!(whole.largest(), most(&mut lanes.iter().copied()));
+    }
+    for _ in 0..1 << 16 {
+        let bits = random.u32(..) & random.u32(..);
+        assert_eq!(V::mask(simd, bits).bits(), bits & !0 >> (32 - V::COUNT));
+    }
+}
+
+/// Eight lanes: what only they do.
+#[inline(always)]
+fn eight_are_as_portable<S: Simd>(simd: S) {
+    let mut random = fastrand::Rng::with_seed(13);
+    for _ in 0..2000 {
+        let columns = [column(&mut random), column(&mut random)];
+        let ([a, b], portable) = (columns.map(|column| column.halves()[0]), super::Portable);
+        let ([a8, b8], [a, b]) = (
+            [simd.load(&a), simd.load(&b)],
+            [portable.load(&a), portable.load(&b)],
+        );
+        assert_eq!(a8.same_bits(b8), a.same_bits(b));
+        assert_eq!(bits_of(a8.swap_halves()), bits_of(a.swap_halves()));
+        assert_eq!(
+            bits_of(a8.min_everywhere().abs()),
+            bits_of(a.min_everywhere().abs())
+        );
+        assert_eq!(a8.largest_of_eight(), a.largest_of_eight());
+        assert_eq!((a8 * 1e-25).trunc(), (a * 1e-25).trunc());
+        assert_eq!(bits_of(a8.abs().scale_to_one()), bits_of(a.abs().scale_to_one()));
+        assert_eq!(bits_of(a8.powi(5)), bits_of(a.powi(5)));
+        let [x, y, z] = [0, 1, 2].map(|i| columns[1].place(i));
+        assert_eq!(
+            simd.mul_add(x, y, z).to_bits(),
+            portable.mul_add(x, y, z).to_bits()
+        );
+        let word = random.u32(..);
+        let picked = S::V8::picked8(simd, &columns[0], word);
+        assert_eq!(
+            bits_of(picked),
+            bits_of(Portable8::picked8(portable, &columns[0], word))
+        );
 
         let chosen = random.u32(..256);
-        let near = Lanes::abs(eight(0)[0]);
-        let (entries, count) = V::nearest_last(near, chosen);
+        let near = a8.abs();
+        let (entries, count) = near.nearest_last(chosen);
+        let near = near.to8();
         let mut expected: Vec<u32> = (0..LANES)
             .filter(|lane| chosen >> lane & 1 != 0)
             .map(|lane| entry(near.to_array()[lane], lane))
@@ -161,54 +213,49 @@ fn eights_are_as_eight_lanes<V: Lanes>() {
             assert!((near * (1.0 - 1e-6)..=near).contains(&near_of_entry), "{near}");
         }
     }
-    for _ in 0..1 << 16 {
-        let bits = random.u32(..) & random.u32(..);
-        assert_eq!(V::Mask::from_bits(bits).bits(), bits & !0 >> (32 - V::COUNT));
-    }
 }
 
 /// Lanes that are triangles: what only they do.
-fn triangles_are_as_eight_lanes<V: TriangleLanes>() {
+#[inline(always)]
+fn triangles_are_as_eight_lanes<V: TriangleLanes>(simd: V::Simd) {
     let mut random = fastrand::Rng::with_seed(12);
     for _ in 0..2000 {
         let columns = [column(&mut random), column(&mut random)];
-        let [low, high] = *columns[0].halves();
-        assert_eq!(bits_of(V::join(low, high)), bits_of(V::load(&columns[0])));
+        let [low, high] = columns[0].halves();
+        assert_eq!(
+            bits_of(V::join(simd, low, high)),
+            bits_of(V::load(simd, &columns[0]))
+        );
         let places = [random.u32(..), random.u32(..)];
-        let picked = bits_of(V::picked(columns.each_ref(), places));
-        for (i, word) in places.into_iter().enumerate() {
-            let of_half = bits_of(F32x8::picked([&columns[i], &columns[i]], [word, word]));
-            if i < V::COUNT / LANES {
-                assert_eq!(of_half[..8], picked[i * 8..][..8]);
-            }
-            assert_eq!(
-                bits_of(V::picked8(&columns[i], word)),
-                bits_of(F32x8::picked8(&columns[i], word))
-            );
+        let picked = bits_of(V::picked(simd, columns.each_ref(), places));
+        for (i, word) in places.into_iter().enumerate().take(V::COUNT / LANES) {
+            let of_half = bits_of(Portable8::picked8(super::Portable, &columns[i], word));
+            assert_eq!(of_half[..8], picked[i * 8..][..8]);
         }
     }
 }
 
-#[test]
-fn more_lanes_are_as_eight() {
-    eights_are_as_eight_lanes::<F32x8>();
-    eights_are_as_eight_lanes::<F32x8x2>();
-    triangles_are_as_eight_lanes::<F32x8>();
-    triangles_are_as_eight_lanes::<F32x8x2>();
-    #[cfg(target_arch = "x86_64")]
-    if avx512::is_available() {
-        eights_are_as_eight_lanes::<avx512::F32x16>();
-        eights_are_as_eight_lanes::<avx512::F32x16x2>();
-        triangles_are_as_eight_lanes::<avx512::F32x16>();
-    }
+#[inline(always)]
+fn are_as_portable<S: Simd>(simd: S) {
+    eight_are_as_portable(simd);
+    eights_are_as_eight_lanes::<S::V8>(simd);
+    eights_are_as_eight_lanes::<Pair<S::V8>>(simd);
+    triangles_are_as_eight_lanes::<S::V8>(simd);
+    triangles_are_as_eight_lanes::<Pair<S::V8>>(simd);
+    each_row_is_reduced::<S::V8>(simd);
+    each_row_is_reduced::<Pair<S::V8>>(simd);
 }
 
 #[test]
-fn each_row_is_reduced_to_its_lane() {
-    each_row_is_reduced::<F32x8>();
-    each_row_is_reduced::<F32x8x2>();
-    #[cfg(target_arch = "x86_64")]
-    if avx512::is_available() {
-        each_row_is_reduced::<avx512::F32x16>();
+fn lanes_of_every_level_are_as_portable_ones() {
+    for level in Level::all() {
+        at_level!(level, |simd| are_as_portable(simd));
+        #[cfg(target_arch = "x86_64")]
+        if let Token::Avx512(simd) = level.token() {
+            eights_are_as_eight_lanes::<avx512::V16>(simd);
+            eights_are_as_eight_lanes::<Pair<avx512::V16>>(simd);
+            triangles_are_as_eight_lanes::<avx512::V16>(simd);
+            each_row_is_reduced::<avx512::V16>(simd);
+        }
     }
 }

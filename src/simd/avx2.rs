@@ -1,0 +1,489 @@
+//! Eight lanes in one register, by AVX2 and FMA.
+#![allow(clippy::wildcard_imports, reason = "intrinsics have a prefix of their own")]
+#![allow(
+    unsafe_code,
+    reason = "intrinsics of an instruction set that is found at run time, behind its token"
+)]
+
+use super::{
+    Column, EightLanes, LaneMask, Lanes, Pair, REGISTER_LANES, Simd, TriangleLanes, lanes,
+    pair::{Half, least_of_rows},
+};
+use crate::{
+    lanes::{F32x8, LANES},
+    math,
+};
+use std::{
+    arch::x86_64::*,
+    fmt::Debug,
+    ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub},
+};
+
+/// The token of AVX2 and FMA, and what else came with them (x86-64-v3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Avx2(());
+
+impl Avx2 {
+    /// Returns the token if this CPU and its system have the instructions.
+    pub(super) fn detected() -> Option<Self> {
+        let is_there = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        is_there.then_some(Self(()))
+    }
+}
+
+/// A token that proves AVX2 and FMA.
+///
+/// # Safety
+/// A value exists only where the CPU has these instructions.
+pub unsafe trait HasAvx2: Copy + Debug + Send + Sync + 'static + Simd<V8 = V8<Self>> {
+    /// The tables of [`EightLanes::picked8`], by places from 0 to 15, a lane each.
+    fn picked16(self, low: __m256, high: __m256, places: __m256i) -> __m256;
+}
+
+// SAFETY: `detected` makes the only ones.
+unsafe impl HasAvx2 for Avx2 {
+    #[inline(always)]
+    fn picked16(self, low: __m256, high: __m256, places: __m256i) -> __m256 {
+        // SAFETY: `self` proves the instructions.
+        unsafe {
+            // `permutevar` goes by the three lowest bits, `blendv` by the highest.
+            let low = _mm256_permutevar8x32_ps(low, places);
+            let high = _mm256_permutevar8x32_ps(high, places);
+            _mm256_blendv_ps(low, high, _mm256_castsi256_ps(_mm256_slli_epi32::<28>(places)))
+        }
+    }
+}
+
+impl Simd for Avx2 {
+    type V8 = V8<Self>;
+    type V16 = Pair<V8<Self>>;
+
+    #[inline(always)]
+    fn call<R>(self, f: impl FnOnce() -> R) -> R {
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        fn inner<R>(f: impl FnOnce() -> R) -> R {
+            f()
+        }
+        // SAFETY: `self` proves the instructions.
+        unsafe { inner(f) }
+    }
+    #[inline(always)]
+    fn mul_add(self, a: f32, b: f32, c: f32) -> f32 {
+        mul_add(self, a, b, c)
+    }
+}
+
+/// Returns `a * b + c`, rounded once.
+#[inline(always)]
+pub(super) fn mul_add<T: HasAvx2>(_: T, a: f32, b: f32, c: f32) -> f32 {
+    // SAFETY: the token proves the instructions.
+    unsafe { _mm_cvtss_f32(_mm_fmadd_ss(_mm_set_ss(a), _mm_set_ss(b), _mm_set_ss(c))) }
+}
+
+/// Eight lanes, and a token of the level at which they are used.
+#[derive(Clone, Copy, Debug)]
+pub struct V8<T>(__m256, T);
+
+/// Eight truth values: all bits of a lane set, or none.
+#[derive(Clone, Copy, Debug)]
+pub struct Mask8<T>(__m256, T);
+
+/// Intrinsics on the registers of vectors, with the token of one of them.
+macro_rules! avx2 {
+    ($result:ident, $token:expr, $($call:tt)*) => {
+        // SAFETY: the token proves the instructions.
+        $result(unsafe { $($call)* }, $token)
+    };
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $of:ident, $intrinsic:ident) => {
+        impl<T: HasAvx2> $trait for $of<T> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, b: Self) -> Self {
+                avx2!(Self, self.1, $intrinsic(self.0, b.0))
+            }
+        }
+    };
+}
+operator!(Add, add, V8, _mm256_add_ps);
+operator!(Sub, sub, V8, _mm256_sub_ps);
+operator!(Mul, mul, V8, _mm256_mul_ps);
+operator!(Div, div, V8, _mm256_div_ps);
+operator!(BitAnd, bitand, Mask8, _mm256_and_ps);
+operator!(BitOr, bitor, Mask8, _mm256_or_ps);
+
+impl<T: HasAvx2> Mul<f32> for V8<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, b: f32) -> Self {
+        self * self.all(b)
+    }
+}
+
+impl<T: HasAvx2> Neg for V8<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.turn(self.all(-0.0))
+    }
+}
+
+impl<T: HasAvx2> Not for Mask8<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        avx2!(
+            Self,
+            self.1,
+            _mm256_xor_ps(self.0, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))
+        )
+    }
+}
+
+impl<T: HasAvx2> LaneMask for Mask8<T> {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        // SAFETY: the token proves the instructions.
+        unsafe { _mm256_movemask_ps(self.0) }.cast_unsigned()
+    }
+}
+
+impl<T: HasAvx2> V8<T> {
+    /// Compares the lanes.
+    #[inline(always)]
+    fn compared<const HOW: i32>(self, b: Self) -> Mask8<T> {
+        avx2!(Mask8, self.1, _mm256_cmp_ps::<HOW>(self.0, b.0))
+    }
+
+    /// The lanes as integers.
+    #[inline(always)]
+    fn integers(self) -> __m256i {
+        // SAFETY: the token proves the instructions.
+        unsafe { _mm256_castps_si256(self.0) }
+    }
+
+    /// The register; what has it has the token, too.
+    #[inline(always)]
+    pub(super) fn register(self) -> __m256 {
+        self.0
+    }
+
+    /// Lanes of a register.
+    #[inline(always)]
+    pub(super) fn of_register(token: T, register: __m256) -> Self {
+        Self(register, token)
+    }
+}
+
+impl<T: HasAvx2> Lanes for V8<T> {
+    type Simd = T;
+    type Mask = Mask8<T>;
+    type Memory = Column;
+    type Packets = Pair<Self>;
+    type Triangles = Self;
+    const COUNT: usize = LANES;
+
+    #[inline(always)]
+    fn simd(self) -> T {
+        self.1
+    }
+    #[inline(always)]
+    fn splat(simd: T, a: f32) -> Self {
+        avx2!(Self, simd, _mm256_set1_ps(a))
+    }
+    #[inline(always)]
+    fn mask(simd: T, bits: u32) -> Mask8<T> {
+        avx2!(Mask8, simd, {
+            let lane_bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let bits = _mm256_and_si256(_mm256_set1_epi32(bits.cast_signed()), lane_bits);
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(bits, lane_bits))
+        })
+    }
+    #[inline(always)]
+    fn load(simd: T, from: &Column) -> Self {
+        Self::load8(simd, &from.halves()[0])
+    }
+    #[inline(always)]
+    fn of_eights(simd: T, [eight, ..]: [&F32x8; 4]) -> Self {
+        Self::load8(simd, eight)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut Column) {
+        to.halves_mut()[0] = self.to8();
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        avx2!(Self, self.1, _mm256_fmadd_ps(self.0, b.0, c.0))
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        avx2!(Self, self.1, _mm256_fmsub_ps(self.0, b.0, c.0))
+    }
+    #[inline(always)]
+    fn mul_add_about(self, b: Self, c: Self) -> Self {
+        self.mul_add(b, c)
+    }
+    #[inline(always)]
+    fn mul_sub_about(self, b: Self, c: Self) -> Self {
+        self.mul_sub(b, c)
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        avx2!(Self, self.1, _mm256_min_ps(self.0, b.0))
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        avx2!(Self, self.1, _mm256_max_ps(self.0, b.0))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        avx2!(Self, self.1, _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        avx2!(Self, self.1, _mm256_sqrt_ps(self.0))
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        avx2!(Self, self.1, _mm256_and_ps(self.0, _mm256_set1_ps(-0.0)))
+    }
+    #[inline(always)]
+    fn sign_bits(self) -> u32 {
+        Mask8(self.0, self.1).bits()
+    }
+    #[inline(always)]
+    fn turn(self, sign: Self) -> Self {
+        avx2!(Self, self.1, _mm256_xor_ps(self.0, sign.0))
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> Mask8<T> {
+        self.compared::<_CMP_LT_OQ>(b)
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> Mask8<T> {
+        self.compared::<_CMP_LE_OQ>(b)
+    }
+    #[inline(always)]
+    fn gt(self, b: Self) -> Mask8<T> {
+        self.compared::<_CMP_GT_OQ>(b)
+    }
+    #[inline(always)]
+    fn ge(self, b: Self) -> Mask8<T> {
+        self.compared::<_CMP_GE_OQ>(b)
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> Mask8<T> {
+        self.compared::<_CMP_EQ_OQ>(b)
+    }
+    #[inline(always)]
+    fn not_lt(self, b: Self, lanes: Mask8<T>) -> Mask8<T> {
+        lanes & self.compared::<_CMP_NLT_UQ>(b)
+    }
+    #[inline(always)]
+    fn not_gt(self, b: Self, lanes: Mask8<T>) -> Mask8<T> {
+        lanes & self.compared::<_CMP_NGT_UQ>(b)
+    }
+    #[inline(always)]
+    fn select(mask: Mask8<T>, if_true: Self, if_false: Self) -> Self {
+        avx2!(Self, mask.1, _mm256_blendv_ps(if_false.0, if_true.0, mask.0))
+    }
+    #[inline(always)]
+    fn fold_min(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn fold_max(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn fold_min_to_16(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn fold_max_to_16(self) -> Self {
+        self
+    }
+}
+
+impl<T: HasAvx2> TriangleLanes for V8<T> {
+    #[inline(always)]
+    fn picked(simd: T, [from, _]: [&Column; 2], [places, _]: [u32; 2]) -> Self {
+        Self::picked8(simd, from, places)
+    }
+    #[inline(always)]
+    fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
+        least_of_rows(rows, transposed, Self::min)
+    }
+    #[inline(always)]
+    fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
+        least_of_rows(rows, transposed, Self::max)
+    }
+}
+
+/// The first, second, third and fourth lanes of four rows, by 128 bits.
+#[inline(always)]
+fn transposed4<T: HasAvx2>(a: V8<T>, b: V8<T>, c: V8<T>, d: V8<T>) -> [__m256; 4] {
+    // SAFETY: the tokens prove the instructions.
+    unsafe {
+        let (low, high) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
+        let (low_2, high_2) = (_mm256_unpacklo_ps(c.0, d.0), _mm256_unpackhi_ps(c.0, d.0));
+        [
+            _mm256_shuffle_ps::<0b01_00_01_00>(low, low_2),
+            _mm256_shuffle_ps::<0b11_10_11_10>(low, low_2),
+            _mm256_shuffle_ps::<0b01_00_01_00>(high, high_2),
+            _mm256_shuffle_ps::<0b11_10_11_10>(high, high_2),
+        ]
+    }
+}
+
+/// Rows become columns.
+#[inline(always)]
+fn transposed<T: HasAvx2>([a, b, c, d, e, f, g, h]: [V8<T>; LANES]) -> [V8<T>; LANES] {
+    let token = a.1;
+    let ([a, b, c, d], [e, f, g, h]) = (transposed4(a, b, c, d), transposed4(e, f, g, h));
+    [
+        avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(a, e)),
+        avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(b, f)),
+        avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(c, g)),
+        avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(d, h)),
+        avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(a, e)),
+        avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(b, f)),
+        avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(c, g)),
+        avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(d, h)),
+    ]
+}
+
+impl<T: HasAvx2> EightLanes for V8<T> {
+    #[inline(always)]
+    fn load8(simd: T, from: &F32x8) -> Self {
+        // SAFETY: 32 bytes at an address that is a multiple of 32; the token proves the instruction.
+        Self(unsafe { _mm256_load_ps(from.as_array().as_ptr()) }, simd)
+    }
+    #[inline(always)]
+    fn to8(self) -> F32x8 {
+        bytemuck::must_cast(self.0)
+    }
+    // Tuned: see docs/lab-notes.md#picked-lanes
+    #[inline(always)]
+    fn picked8(simd: T, from: &Column, places: u32) -> Self {
+        let [low, high] = from.halves();
+        let (low, high) = (Self::load8(simd, low), Self::load8(simd, high));
+        // SAFETY: the token proves the instructions.
+        let places = unsafe {
+            let shifts = _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28);
+            _mm256_srlv_epi32(_mm256_set1_epi32(places.cast_signed()), shifts)
+        };
+        Self(simd.picked16(low.0, high.0, places), simd)
+    }
+    #[inline(always)]
+    fn largest_of_eight(self) -> f32 {
+        // SAFETY: the token proves the instructions.
+        unsafe {
+            let four = _mm_max_ps(_mm256_castps256_ps128(self.0), _mm256_extractf128_ps::<1>(self.0));
+            let two = _mm_max_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_max_ss(two, _mm_movehdup_ps(two)))
+        }
+    }
+    #[inline(always)]
+    fn min_everywhere(self) -> Self {
+        avx2!(Self, self.1, {
+            let four = _mm256_min_ps(self.0, _mm256_permute2f128_ps::<1>(self.0, self.0));
+            let two = _mm256_min_ps(four, _mm256_permute_ps::<0b01_00_11_10>(four));
+            _mm256_min_ps(two, _mm256_permute_ps::<0b10_11_00_01>(two))
+        })
+    }
+    #[inline(always)]
+    fn swap_halves(self) -> Self {
+        avx2!(Self, self.1, _mm256_permute2f128_ps::<1>(self.0, self.0))
+    }
+    #[inline(always)]
+    fn same_bits(self, b: Self) -> u32 {
+        avx2!(
+            Mask8,
+            self.1,
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(self.integers(), b.integers()))
+        )
+        .bits()
+    }
+    #[inline(always)]
+    fn trunc(self) -> [i32; LANES] {
+        // SAFETY: the token proves the instruction.
+        bytemuck::must_cast(unsafe { _mm256_cvttps_epi32(self.0) })
+    }
+    #[inline(always)]
+    fn scale_to_one(self) -> Self {
+        avx2!(Self, self.1, {
+            let exponent = _mm256_and_si256(self.integers(), _mm256_set1_epi32(math::EXPONENT as i32));
+            _mm256_castsi256_ps(_mm256_sub_epi32(_mm256_set1_epi32(254 << 23), exponent))
+        })
+    }
+    // Tuned: see docs/lab-notes.md#sorting-eight
+    #[inline(always)]
+    fn nearest_last(self, chosen: u32) -> ([u32; LANES], usize) {
+        // SAFETY: the token proves the instructions.
+        let sorted = unsafe {
+            let numbers = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+            let lane_bits = _mm256_set1_epi32(lanes::LANE_BITS.cast_signed());
+            let entries = _mm256_or_si256(_mm256_andnot_si256(lane_bits, self.integers()), numbers);
+            // Those not chosen are 0, the least entry, and come last.
+            let chosen = _mm256_castps_si256(Self::mask(self.1, chosen).0);
+            sorted_down(_mm256_and_si256(entries, chosen))
+        };
+        (bytemuck::must_cast(sorted), (chosen & 0xff).count_ones() as usize)
+    }
+}
+
+/// Sorts eight numbers, largest first, with Batcher's odd-even merge sort: six rounds without a branch.
+///
+/// # Safety
+/// The CPU has AVX2.
+#[inline(always)]
+unsafe fn sorted_down(mut x: __m256i) -> __m256i {
+    /// One round: lanes of `$partner` that are exchanged with the others; `$lower` takes the smaller of two.
+    macro_rules! round {
+        ($partner:expr, $lower:literal) => {
+            // SAFETY: the caller's.
+            x = unsafe {
+                let [a, b, c, d, e, f, g, h]: [i32; 8] = $partner;
+                let other = _mm256_permutevar8x32_epi32(x, _mm256_setr_epi32(a, b, c, d, e, f, g, h));
+                _mm256_blend_epi32::<$lower>(_mm256_max_epu32(x, other), _mm256_min_epu32(x, other))
+            };
+        };
+    }
+    round!([1, 0, 3, 2, 5, 4, 7, 6], 0b1010_1010);
+    round!([2, 3, 0, 1, 6, 7, 4, 5], 0b1100_1100);
+    round!([0, 2, 1, 3, 4, 6, 5, 7], 0b0100_0100);
+    round!([4, 5, 6, 7, 0, 1, 2, 3], 0b1111_0000);
+    round!([0, 1, 4, 5, 2, 3, 6, 7], 0b0011_0000);
+    round!([0, 2, 1, 4, 3, 6, 5, 7], 0b0101_0100);
+    x
+}
+
+impl<T: HasAvx2> Half for V8<T> {
+    type Whole = Column;
+
+    #[inline(always)]
+    fn load_both(simd: T, from: &Column) -> [Self; 2] {
+        let [low, high] = from.halves();
+        [Self::load8(simd, low), Self::load8(simd, high)]
+    }
+    #[inline(always)]
+    fn store_both([low, high]: [Self; 2], to: &mut Column) {
+        *to.halves_mut() = [low.to8(), high.to8()];
+    }
+    #[inline(always)]
+    fn fold_both_min(both: [Self; 2]) -> Pair<Self> {
+        Pair(both)
+    }
+    #[inline(always)]
+    fn fold_both_max(both: [Self; 2]) -> Pair<Self> {
+        Pair(both)
+    }
+}

@@ -1,0 +1,197 @@
+//! The levels, and how code is entered that is compiled for one.
+
+use super::Portable;
+#[cfg(target_arch = "x86_64")]
+use super::{Avx2, Avx512};
+use std::{
+    fmt,
+    str::FromStr,
+    sync::atomic::{AtomicU8, Ordering},
+};
+
+/// An instruction set that octray has code for and that this CPU runs. Every level computes the same, bit for bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Level(Token);
+
+/// What [`at_level!`] tells apart: each proves that the CPU has the instructions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Token {
+    /// What the build was compiled for: on x86-64 without flags SSE2, on aarch64 NEON.
+    Portable(Portable),
+    /// AVX2 and FMA: x86-64 CPUs since 2013 (Haswell, Zen).
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+    /// AVX-512 as of Skylake-X and Zen 4.
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512),
+}
+
+/// Evaluates an expression with `$simd`, the token of a level. It should be one call of a function that is generic over
+/// [`Simd`](super::Simd) and marked `#[inline(always)]`, like all that it calls: what is not inlined is compiled for any
+/// CPU. Use it for calls that do much, never in a loop.
+macro_rules! at_level {
+    ($level:expr, |$simd:ident| $body:expr) => {
+        match $crate::simd::Level::token($level) {
+            $crate::simd::Token::Portable($simd) => $body,
+            #[cfg(target_arch = "x86_64")]
+            $crate::simd::Token::Avx2($simd) => $crate::simd::Simd::call(
+                $simd,
+                #[inline(always)]
+                || $body,
+            ),
+            #[cfg(target_arch = "x86_64")]
+            $crate::simd::Token::Avx512($simd) => $crate::simd::Simd::call(
+                $simd,
+                #[inline(always)]
+                || $body,
+            ),
+        }
+    };
+}
+pub(crate) use at_level;
+
+/// The level that the process is held to: its place among [`Level::all`] plus 1, or 0.
+static HELD: AtomicU8 = AtomicU8::new(0);
+
+impl Level {
+    /// What every CPU of the build's architecture has.
+    pub const PORTABLE: Self = Self(Token::Portable(Portable));
+
+    /// Returns the levels of this CPU, the lowest first.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let mut all = vec![Self::PORTABLE];
+        #[cfg(target_arch = "x86_64")]
+        {
+            all.extend(Avx2::detected().map(|token| Self(Token::Avx2(token))));
+            all.extend(Avx512::detected().map(|token| Self(Token::Avx512(token))));
+        }
+        all
+    }
+
+    /// Returns the level that is used where none is asked for: the highest of this CPU, or the one that the process is
+    /// [held](Self::hold) to.
+    #[must_use]
+    pub fn current() -> Self {
+        let all = Self::all();
+        let held = usize::from(HELD.load(Ordering::Relaxed));
+        let place = if held == 0 { all.len() } else { held };
+        all[place - 1]
+    }
+
+    /// Holds the process to this level, for whatever starts from now on.
+    pub fn hold(self) {
+        let place = Self::all().iter().position(|&level| level == self);
+        HELD.store(place.map_or(0, |place| place as u8 + 1), Ordering::Relaxed);
+    }
+
+    /// Returns the name by which [`FromStr`] knows it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Token::Portable(_) => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Token::Avx2(_) => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Token::Avx512(_) => "avx512",
+        }
+    }
+
+    /// Returns the instruction set's own name, such as "x86-64 AVX2+FMA".
+    #[must_use]
+    pub fn instructions(self) -> &'static str {
+        match self.0 {
+            Token::Portable(_) => COMPILED_FOR,
+            #[cfg(target_arch = "x86_64")]
+            Token::Avx2(_) => "x86-64 AVX2+FMA",
+            #[cfg(target_arch = "x86_64")]
+            Token::Avx512(_) => "x86-64 AVX-512",
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn token(self) -> Token {
+        self.0
+    }
+}
+
+/// The current level.
+impl Default for Level {
+    fn default() -> Self {
+        Self::current()
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Returns the instruction set that octray uses in this process: that of [`Level::current`].
+#[must_use]
+pub fn isa() -> &'static str {
+    Level::current().instructions()
+}
+
+/// The instruction set of the portable level.
+const COMPILED_FOR: &str = if cfg!(target_feature = "avx512f") {
+    "x86-64, compiled for AVX-512"
+} else if cfg!(target_feature = "avx2") {
+    "x86-64, compiled for AVX2"
+} else if cfg!(target_arch = "x86_64") {
+    "x86-64 SSE2"
+} else if cfg!(target_arch = "aarch64") {
+    "aarch64 NEON"
+} else {
+    std::env::consts::ARCH
+};
+
+/// Why a name gives no [`Level`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LevelError {
+    /// There is no level of this name.
+    Unknown,
+    /// This CPU, or its system, lacks the instructions.
+    Unavailable,
+}
+
+impl fmt::Display for LevelError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unknown => "no such instruction set: it is portable, avx2 or avx512",
+            Self::Unavailable => "this CPU does not have these instructions",
+        })
+    }
+}
+
+impl std::error::Error for LevelError {}
+
+impl FromStr for Level {
+    type Err = LevelError;
+
+    fn from_str(name: &str) -> Result<Self, LevelError> {
+        match Self::all().into_iter().find(|level| level.name() == name) {
+            Some(level) => Ok(level),
+            None if ["avx2", "avx512"].contains(&name) => Err(LevelError::Unavailable),
+            None => Err(LevelError::Unknown),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_found_by_their_names() {
+        for level in Level::all() {
+            assert_eq!(level.to_string().parse(), Ok(level));
+        }
+        assert!(Level::all().is_sorted() && Level::all().contains(&Level::current()));
+        assert_eq!("AVX2".parse::<Level>(), Err(LevelError::Unknown));
+        if Level::all().len() < 3 {
+            assert_eq!("avx512".parse::<Level>(), Err(LevelError::Unavailable));
+        }
+    }
+}
