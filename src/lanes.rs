@@ -107,4 +107,10 @@ impl Vec3x8 {
     pub fn lane(&self, i: usize) -> Vec3 {
         Vec3::new(self.x.0[i], self.y.0[i], self.z.0[i])
     }
+
+    /// Sets lane `i`.
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, v: Vec3) {
+        (self.x.0[i], self.y.0[i], self.z.0[i]) = (v.x, v.y, v.z);
+    }
 }

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     accel::Bvh,
+    lanes::{F32x8, LANES},
     ray::{Hit, HitPacket, PrimitiveId, Ray},
     reference::{
         cost::{self, Cost, Stack},
@@ -20,7 +21,7 @@ use crate::{
     },
     scene::{Camera, Material, Scene, for_each_packet},
     shade::queue::RayQueue,
-    simd_old::{LANES, splat},
+    simd::Level,
     trace::Tracer,
 };
 use rayon::prelude::*;
@@ -118,9 +119,9 @@ struct AovScratch<'a> {
 }
 
 impl<'a> AovScratch<'a> {
-    fn new(bvh: &'a Bvh) -> Self {
+    fn new(bvh: &'a Bvh, level: Level) -> Self {
         Self {
-            tracer: Tracer::new(bvh),
+            tracer: Tracer::new(bvh).at_level(level),
             rays: RayQueue::default(),
             hits: Vec::new(),
             stack: Stack::default(),
@@ -133,7 +134,7 @@ impl<'a> AovScratch<'a> {
         generate_rays(context, rect, [0, 0], &mut self.rays);
         self.hits.clear();
         self.hits
-            .resize(self.rays.rays.packets().len(), HitPacket::miss(splat(0.0)));
+            .resize(self.rays.rays.packets().len(), HitPacket::miss(F32x8::ZERO));
         if !single_rays {
             let rays = &self.rays.rays;
             self.tracer
@@ -187,7 +188,7 @@ fn render_band<'a>(
             height: TILE[1].min(height - y),
         };
         scratch
-            .get_or(|| RefCell::new(AovScratch::new(context.bvh)))
+            .get_or(|| RefCell::new(AovScratch::new(context.bvh, context.settings.level)))
             .borrow_mut()
             .render_tile(context, rect, band, costs);
         watch.done(u64::from(rect.width) * u64::from(rect.height));

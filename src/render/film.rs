@@ -1,7 +1,10 @@
 //! The film: a picture in memory, and its conversion to bytes.
 
 use super::Transfer;
-use crate::simd_old::{F32x8, LANES, lane, max, min, pack_pairs, splat, truncate};
+use crate::{
+    lanes::LANES,
+    simd::{EightLanes, Lanes, Simd},
+};
 use rayon::prelude::*;
 use std::collections::TryReserveError;
 
@@ -13,8 +16,9 @@ pub trait Pixel: Copy + Default + Send + Sync {
     /// Converts linear RGB, premultiplied by alpha, the share of the samples that hit something.
     fn from_linear(rgb: [f32; 3], alpha: f32) -> Self;
 
-    /// Converts eight pixels; lane by lane the result is that of [`Pixel::from_linear`].
-    fn from_lanes(rgb8: &[F32x8; 3], alpha8: &F32x8) -> [Self; LANES];
+    /// Converts eight pixels, red, green, blue and alpha; lane by lane the result is that of [`Pixel::from_linear`].
+    #[doc(hidden)]
+    fn from_lanes<S: Simd>(simd: S, rgba: [S::V8; 4]) -> [Self; LANES];
 }
 
 /// Linear RGB.
@@ -24,10 +28,11 @@ impl Pixel for [f32; 3] {
     }
 
     #[inline(always)]
-    fn from_lanes([r8, g8, b8]: &[F32x8; 3], _: &F32x8) -> [Self; LANES] {
+    fn from_lanes<S: Simd>(_: S, [r, g, b, _]: [S::V8; 4]) -> [Self; LANES] {
+        let (r8, g8, b8) = (r.to8().to_array(), g.to8().to_array(), b.to8().to_array());
         let mut pixels = [[0.0; 3]; LANES];
         for (i, pixel) in pixels.iter_mut().enumerate() {
-            *pixel = [lane(r8, i), lane(g8, i), lane(b8, i)];
+            *pixel = [r8[i], g8[i], b8[i]];
         }
         pixels
     }
@@ -42,10 +47,12 @@ impl Pixel for [f32; 4] {
     }
 
     #[inline(always)]
-    fn from_lanes([r8, g8, b8]: &[F32x8; 3], alpha8: &F32x8) -> [Self; LANES] {
+    fn from_lanes<S: Simd>(_: S, [r, g, b, alpha]: [S::V8; 4]) -> [Self; LANES] {
+        let (r8, g8, b8) = (r.to8().to_array(), g.to8().to_array(), b.to8().to_array());
+        let alpha8 = alpha.to8().to_array();
         let mut pixels = [[0.0; 4]; LANES];
         for (i, pixel) in pixels.iter_mut().enumerate() {
-            *pixel = [lane(r8, i), lane(g8, i), lane(b8, i), lane(alpha8, i)];
+            *pixel = [r8[i], g8[i], b8[i], alpha8[i]];
         }
         pixels
     }
@@ -58,14 +65,16 @@ impl Pixel for [u8; 3] {
     }
 
     #[inline(always)]
-    fn from_lanes(rgb8: &[F32x8; 3], _: &F32x8) -> [Self; LANES] {
-        // `pack_pairs` packs two pixels of 48 bits into each u64; two of these make 12 bytes.
+    fn from_lanes<S: Simd>(_: S, [r, g, b, _]: [S::V8; 4]) -> [Self; LANES] {
+        let [r8, g8, b8] = [quantized(r), quantized(g), quantized(b)];
+        // Four pixels make twelve bytes.
         // Tuned: see docs/lab-notes.md#film-bytes
-        let [a, b, c, d] = pack_pairs(quantize8(rgb8));
         let mut bytes = [0; 3 * LANES];
-        for (bytes, [low, high]) in bytes.as_chunks_mut::<12>().0.iter_mut().zip([[a, b], [c, d]]) {
-            bytes[..8].copy_from_slice(&(low | high << 48).to_le_bytes());
-            bytes[8..].copy_from_slice(&((high >> 16) as u32).to_le_bytes());
+        for (four, bytes) in bytes.as_chunks_mut::<12>().0.iter_mut().enumerate() {
+            let pixel = |i: usize| (r8[4 * four + i] | g8[4 * four + i] << 8 | b8[4 * four + i] << 16) as u64;
+            let [a, b, c, d] = [pixel(0), pixel(1), pixel(2), pixel(3)];
+            bytes[..8].copy_from_slice(&(a | b << 24 | c << 48).to_le_bytes());
+            bytes[8..].copy_from_slice(&((c >> 16 | d << 8) as u32).to_le_bytes());
         }
         bytemuck::cast(bytes)
     }
@@ -189,17 +198,17 @@ pub fn quantize(channel: f32) -> u8 {
     (channel.clamp(0.0, 1.0) * 255.0) as u8
 }
 
-/// Quantises eight pixels as [`quantize`] does, channel by channel.
+/// Quantises eight pixels as [`quantize`] does.
 #[inline(always)]
-fn quantize8(rgb8: &[F32x8; 3]) -> [[u32; LANES]; 3] {
-    let byte8 = |c8: F32x8| truncate(min(max(c8, splat(0.0)), splat(1.0)) * splat(255.0));
-    let [r8, g8, b8] = *rgb8;
-    [byte8(r8), byte8(g8), byte8(b8)]
+fn quantized<V: EightLanes>(channel: V) -> [i32; LANES] {
+    let clamped = channel.max(channel.all(0.0)).min(channel.all(1.0));
+    (clamped * 255.0).trunc()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{lanes::F32x8, simd::Portable};
 
     #[test]
     fn bytes_of_lanes_are_bytes_of_scalars() {
@@ -208,7 +217,8 @@ mod tests {
         let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, 1e-40, 1e9];
         for c in hundredths.chain(exact).chain(odd) {
             let rgb = [c, 1.0 - c, c * 0.5];
-            let lanes = <[u8; 3]>::from_lanes(&rgb.map(splat), &splat(1.0));
+            let [r, g, b] = rgb.map(|c| Portable.splat(c));
+            let lanes = <[u8; 3]>::from_lanes(Portable, [r, g, b, Portable.splat(1.0)]);
             assert_eq!(lanes, [<[u8; 3]>::from_linear(rgb, 1.0); LANES], "{rgb:?}");
         }
     }
@@ -216,8 +226,12 @@ mod tests {
     #[test]
     fn lanes_become_pixels_in_their_order() {
         let byte = |i: usize| (i as f32 + 0.5) / 255.0;
-        let channel = |c: usize| crate::simd_old::from_lanes(|lane| byte(3 * lane + c));
-        let lanes = <[u8; 3]>::from_lanes(&[channel(0), channel(1), channel(2)], &splat(1.0));
+        let channel = |c: usize| {
+            let numbers = std::array::from_fn(|lane| byte(3 * lane + c));
+            Portable.load(&F32x8::new(numbers))
+        };
+        let rgba = [channel(0), channel(1), channel(2), channel(0)];
+        let lanes = <[u8; 3]>::from_lanes(Portable, rgba);
         let bytes: Vec<u8> = (0..3 * LANES as u8).collect();
         assert_eq!(lanes.as_flattened(), bytes);
     }

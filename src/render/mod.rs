@@ -23,7 +23,7 @@ pub use renderer::Renderer;
 pub use sampling::{Filter, Pattern};
 pub use transfer::Transfer;
 
-use crate::classic;
+use crate::{classic, simd::Level};
 use std::{fmt, ops::ControlFlow, time::Duration};
 
 pub use crate::scene::MAX_SIDE_SAMPLES;
@@ -64,6 +64,8 @@ pub struct Settings {
     pub mode: Mode,
     /// Number of threads; `None` for the current rayon pool.
     pub threads: Option<usize>,
+    /// The instruction set, which changes no pixel.
+    pub level: Level,
 }
 
 impl Default for Settings {
@@ -80,6 +82,7 @@ impl Default for Settings {
             shadows: true,
             mode: Mode::Packet,
             threads: None,
+            level: Level::current(),
         }
     }
 }

@@ -7,8 +7,9 @@
 
 use super::Settings;
 use crate::{
+    lanes::{F32x8, LANES, Vec3x8},
     scene::{Camera, PixelRays, Scene},
-    simd_old::{LANES, Vec3x8, from_lanes},
+    simd::Simd,
 };
 use glam::Vec3;
 use std::{f64::consts::TAU, sync::OnceLock};
@@ -116,17 +117,19 @@ impl CameraRays {
 
     /// Returns what [`CameraRays::direction`] returns for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`.
     #[inline(always)]
-    pub fn directions8(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3x8 {
+    pub fn directions8<S: Simd>(&self, simd: S, [x, y]: [u32; 2], sample: [u32; 2]) -> Vec3x8 {
         let Some(offsets) = &self.offsets else {
-            return self.pixel_rays.directions8(x, y, sample);
+            return self
+                .pixel_rays
+                .directions(simd, [x, y], sample, &[F32x8::ZERO; 2]);
         };
         let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
             let pixel = [x + lane as u32 % 4, y + lane as u32 / 4];
             [right[lane], up[lane]] = offsets.at(pixel, sample);
         }
-        let offset = [from_lanes(|lane| right[lane]), from_lanes(|lane| up[lane])];
-        self.pixel_rays.directions8_offset(x, y, offset)
+        let offset = [F32x8::new(right), F32x8::new(up)];
+        self.pixel_rays.directions(simd, [x, y], [0, 0], &offset)
     }
 }
 

@@ -6,10 +6,11 @@ use super::{
 };
 use crate::{
     accel::Bvh,
+    lanes::{LANES, Vec3x8},
     ray::{RayPacket, T_MAX},
     scene::{Scene, for_each_packet},
     shade::{ShadeSettings, Shader, TileColors, material::background, queue::RayQueue},
-    simd_old::{F32x8, LANES, Mask8, Vec3x8, splat},
+    simd::{EightLanes, Lanes, Portable, Simd, at_level},
     trace::Tracer,
 };
 use std::time::Instant;
@@ -57,6 +58,7 @@ impl<'a> TileScratch<'a> {
     ) -> (RayCounts, TileTimes) {
         let &FrameContext { scene, settings, .. } = context;
         let start = Instant::now();
+        self.tracer.hold_to(settings.level);
         self.shader.reset_counts();
         let may_hit = self.may_hit(context, rect);
         let mut times = TileTimes {
@@ -112,16 +114,25 @@ impl<'a> TileScratch<'a> {
                 self.shader
                     .shade(scene, &mut self.tracer, shade, &mut self.rays, &mut self.sample);
             } else {
-                shade_background(context, rect, sample, &mut self.sample);
+                let colors = &mut self.sample;
+                at_level!(settings.level, |simd| shade_background(
+                    simd, context, rect, sample, colors
+                ));
             }
             if sample == [0, 0] {
                 std::mem::swap(&mut self.sum, &mut self.sample);
             } else {
-                self.sum.add_all(&self.sample);
+                at_level!(settings.level, |simd| self.sum.add_all(simd, &self.sample));
             }
         }
         let start = Instant::now();
-        self.store(rect, settings.samples, row_length, band);
+        at_level!(settings.level, |simd| self.store(
+            simd,
+            rect,
+            settings.samples,
+            row_length,
+            band
+        ));
         times.film = start.elapsed();
         times.shading = tile_start
             .elapsed()
@@ -130,32 +141,47 @@ impl<'a> TileScratch<'a> {
     }
 
     /// Averages the samples and writes the packets to the rows of `band`.
-    #[inline(never)]
-    fn store<P: Pixel>(&self, rect: TileRect, samples: u32, row_length: usize, band: &mut [P]) {
-        let samples8 = splat(samples as f32);
+    #[inline(always)]
+    fn store<S: Simd, P: Pixel>(
+        &self,
+        simd: S,
+        rect: TileRect,
+        samples: u32,
+        row_length: usize,
+        band: &mut [P],
+    ) {
+        let divisor = simd.splat(samples as f32);
         let mut sums = self.sum.packets.iter();
         let mut alphas = self.sum.alpha.iter();
-        for_each_packet(rect.width, rect.height, |[x, y]| {
-            let Some(&sum) = sums.next() else { return };
-            let alpha8 = alphas.next().map_or(splat(1.0), |&alpha8| alpha8 / samples8);
-            // Dividing by 1 changes nothing.
-            let average = if samples == 1 {
-                sum
-            } else {
-                sum.map(|c| c / samples8)
-            };
-            let pixels = P::from_lanes(&average, &alpha8);
-            let start = y as usize * row_length + (rect.x + x) as usize;
-            let columns = ROW.min((rect.width - x) as usize);
-            let (rows, _) = pixels.as_chunks::<ROW>();
-            let rows = rows.iter().take((rect.height - y) as usize);
-            for (from, start) in rows.zip((start..).step_by(row_length)) {
-                match band[start..start + columns].first_chunk_mut::<ROW>() {
-                    Some(to) => *to = *from,
-                    None => store_part(from, &mut band[start..start + columns]),
+        for_each_packet(
+            rect.width,
+            rect.height,
+            #[inline(always)]
+            |[x, y]| {
+                let Some([r, g, b]) = sums.next() else { return };
+                let mut average = [simd.load(r), simd.load(g), simd.load(b), simd.splat(1.0)];
+                // Dividing by 1 changes nothing.
+                if samples != 1 {
+                    for channel in &mut average[..3] {
+                        *channel = *channel / divisor;
+                    }
                 }
-            }
-        });
+                if let Some(alpha) = alphas.next() {
+                    average[3] = simd.load(alpha) / divisor;
+                }
+                let pixels = P::from_lanes(simd, average);
+                let start = y as usize * row_length + (rect.x + x) as usize;
+                let columns = ROW.min((rect.width - x) as usize);
+                let (rows, _) = pixels.as_chunks::<ROW>();
+                let rows = rows.iter().take((rect.height - y) as usize);
+                for (from, start) in rows.zip((start..).step_by(row_length)) {
+                    match band[start..start + columns].first_chunk_mut::<ROW>() {
+                        Some(to) => *to = *from,
+                        None => store_part(from, &mut band[start..start + columns]),
+                    }
+                }
+            },
+        );
     }
 }
 
@@ -167,7 +193,6 @@ fn store_part<P: Pixel>(from: &[P; ROW], to: &mut [P]) {
 }
 
 /// Fills the queue with the camera rays of one sample of every pixel of the tile.
-#[inline(never)]
 pub(super) fn generate_rays(
     context: &FrameContext<'_>,
     rect: TileRect,
@@ -175,49 +200,77 @@ pub(super) fn generate_rays(
     rays: &mut RayQueue,
 ) {
     rays.restart(Some(context.camera_rays.eye()));
+    at_level!(context.settings.level, |simd| push_rays(
+        simd, context, rect, sample, rays
+    ));
+}
+
+#[inline(always)]
+fn push_rays<S: Simd>(
+    simd: S,
+    context: &FrameContext<'_>,
+    rect: TileRect,
+    sample: [u32; 2],
+    rays: &mut RayQueue,
+) {
     let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
-    for_each_packet(rect.width, rect.height, |[x, y]| {
-        let packet = RayPacket {
-            direction: context.camera_rays.directions8(left + x, top + y, sample),
-            t_max: Mask8::from_bits(inside(rect, x, y)).select(splat(T_MAX), splat(0.0)),
-        };
-        rays.push(packet);
-    });
+    for_each_packet(
+        rect.width,
+        rect.height,
+        #[inline(always)]
+        |[x, y]| {
+            let is_inside = simd.mask(inside(rect, x, y));
+            let t_max = S::V8::select(is_inside, simd.splat(T_MAX), simd.splat(0.0));
+            rays.push(RayPacket {
+                direction: context.camera_rays.directions8(simd, [left + x, top + y], sample),
+                t_max: t_max.to8(),
+            });
+        },
+    );
 }
 
 /// Returns the RGBA of all camera rays that hit nothing, if it is the same in all directions.
-fn constant_background<P: Pixel>(scene: &Scene) -> Option<[F32x8; 4]> {
+fn constant_background<P: Pixel>(scene: &Scene) -> Option<[f32; 4]> {
     if P::HAS_ALPHA {
-        return Some([splat(0.0); 4]);
+        return Some([0.0; 4]);
     }
     if !scene.background().is_constant() {
         return None;
     }
-    let [r, g, b] = background(scene, &Vec3x8::ZERO);
-    Some([r, g, b, splat(1.0)])
+    let [r, g, b] = background(Portable, scene, &Vec3x8::ZERO);
+    Some([r.first(), g.first(), b.first(), 1.0])
 }
 
 /// Fills the tile with the average of `samples` samples of one colour, summed as other samples are.
-fn fill<P: Pixel>(color: [F32x8; 4], samples: u32, rect: TileRect, row_length: usize, band: &mut [P]) {
-    let average = color.map(|c| (1..samples).fold(c, |sum, _| sum + c) / splat(samples as f32));
-    let [r, g, b, alpha] = average;
-    let pixels = P::from_lanes(&[r, g, b], &alpha);
+fn fill<P: Pixel>(color: [f32; 4], samples: u32, rect: TileRect, row_length: usize, band: &mut [P]) {
+    let average = color.map(|c| (1..samples).fold(c, |sum, _| sum + c) / samples as f32);
+    let pixel = P::from_lanes(Portable, average.map(|c| Portable.splat(c)))[0];
     for row in band.chunks_mut(row_length).take(rect.height as usize) {
-        let (eights, rest) = row[rect.x as usize..][..rect.width as usize].as_chunks_mut::<LANES>();
-        eights.fill(pixels);
-        rest.copy_from_slice(&pixels[..rest.len()]);
+        row[rect.x as usize..][..rect.width as usize].fill(pixel);
     }
 }
 
 /// Computes one sample of every pixel of an empty tile under a gradient background.
-#[inline(never)]
-fn shade_background(context: &FrameContext<'_>, rect: TileRect, sample: [u32; 2], colors: &mut TileColors) {
+#[inline(always)]
+fn shade_background<S: Simd>(
+    simd: S,
+    context: &FrameContext<'_>,
+    rect: TileRect,
+    sample: [u32; 2],
+    colors: &mut TileColors,
+) {
     colors.resize(0);
     let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
-    for_each_packet(rect.width, rect.height, |[x, y]| {
-        let direction = context.camera_rays.directions8(left + x, top + y, sample);
-        colors.packets.push(background(context.scene, &direction));
-    });
+    for_each_packet(
+        rect.width,
+        rect.height,
+        #[inline(always)]
+        |[x, y]| {
+            let direction = context.camera_rays.directions8(simd, [left + x, top + y], sample);
+            let [r, g, b] = background(simd, context.scene, &direction);
+            colors.packets.push([r.to8(), g.to8(), b.to8()]);
+        },
+    );
 }
 
 /// Returns the lanes of a packet whose pixels are in the tile, a bit each.

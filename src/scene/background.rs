@@ -1,6 +1,9 @@
 //! The background: the colour of rays that leave the scene.
 
-use crate::math::{max, min, mul_add};
+use crate::{
+    math::{max, min},
+    simd::{Portable, Simd},
+};
 use glam::Vec3;
 
 /// A constant colour, or a vertical gradient. It depends on a ray's direction alone, so mirrors show it as well.
@@ -39,9 +42,9 @@ impl Background {
     #[inline]
     #[must_use]
     pub fn color(&self, direction: Vec3) -> [f32; 3] {
-        let share = min(max(mul_add(direction.z, 0.5, 0.5), 0.0), 1.0);
+        let share = min(max(Portable.mul_add(direction.z, 0.5, 0.5), 0.0), 1.0);
         let difference = self.difference();
-        std::array::from_fn(|channel| mul_add(share, difference[channel], self.bottom[channel]))
+        std::array::from_fn(|channel| Portable.mul_add(share, difference[channel], self.bottom[channel]))
     }
 }
 

@@ -3,8 +3,8 @@
 use super::Scene;
 use crate::{
     classic,
-    math::{mul_add3, normalize},
-    simd_old::{F32x8, LANES, Vec3x8, splat},
+    lanes::{F32x8, LANES, Vec3x8},
+    simd::{Level, Portable, Simd, at_level},
 };
 use glam::{DVec3, Vec3};
 use std::fmt;
@@ -229,9 +229,7 @@ impl PixelRays {
     /// Returns the unit direction through sample `sample` (column, row) of pixel (`x`, `y`); row 0 is the top.
     #[must_use]
     pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {
-        let (right, up) = self.offsets(x, y, sample);
-        let along_right = mul_add3(self.right, right * self.step, self.forward);
-        normalize(mul_add3(self.up, up * self.step, along_right))
+        self.direction_at(Portable, self.offsets(x, y, sample))
     }
 
     /// Returns the unit direction through the point that is `right` and `up` half pixels from the pixel's centre.
@@ -239,21 +237,50 @@ impl PixelRays {
     #[must_use]
     pub fn direction_offset(&self, x: u32, y: u32, [right, up]: [f32; 2]) -> Vec3 {
         let (center_right, center_up) = self.offsets(x, y, [0, 0]);
-        let (right, up) = (center_right + right, center_up + up);
-        let along_right = mul_add3(self.right, right * self.step, self.forward);
-        normalize(mul_add3(self.up, up * self.step, along_right))
+        self.direction_at(Portable, (center_right + right, center_up + up))
+    }
+
+    /// Returns the unit direction through the point with these offsets; twin of [`Self::directions`].
+    #[inline(always)]
+    fn direction_at<S: Simd>(&self, simd: S, (right, up): (f32, f32)) -> Vec3 {
+        let along_right = simd.mul_add3(self.right, right * self.step, self.forward);
+        simd.normalize(simd.mul_add3(self.up, up * self.step, along_right))
     }
 
     /// Returns what [`PixelRays::direction`] returns for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`.
     #[must_use]
     pub fn directions8(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3x8 {
-        self.directions8_from(self.offsets(x, y, sample), [splat(0.0); 2])
+        at_level!(Level::current(), |simd| self.directions(
+            simd,
+            [x, y],
+            sample,
+            &[F32x8::ZERO; 2]
+        ))
     }
 
-    /// Returns what [`PixelRays::direction_offset`] returns, for pixels as in [`PixelRays::directions8`].
-    #[must_use]
-    pub fn directions8_offset(&self, x: u32, y: u32, offset: [F32x8; 2]) -> Vec3x8 {
-        self.directions8_from(self.offsets(x, y, [0, 0]), offset)
+    /// Returns what [`PixelRays::direction_offset`] returns for pixels as in [`PixelRays::directions8`], or for offset 0
+    /// what [`PixelRays::direction`] returns.
+    #[inline(always)]
+    pub(crate) fn directions<S: Simd>(
+        &self,
+        simd: S,
+        [x, y]: [u32; 2],
+        sample: [u32; 2],
+        offset: &[F32x8; 2],
+    ) -> Vec3x8 {
+        const COLUMN: F32x8 = F32x8::new([0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]);
+        const ROW: F32x8 = F32x8::new([0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
+        let (right, up) = self.offsets(x, y, sample);
+        let pitch = (2 * self.samples_per_axis) as f32;
+        let [offset_right, offset_up] = offset;
+        let right = simd.splat(right) + simd.load(&COLUMN) * pitch + simd.load(offset_right);
+        let up = simd.splat(up) - simd.load(&ROW) * pitch + simd.load(offset_up);
+        let forward = simd.splat3(self.forward);
+        let along_right = simd.splat3(self.right).mul_add(right * self.step, forward);
+        simd.splat3(self.up)
+            .mul_add(up * self.step, along_right)
+            .normalize()
+            .to8()
     }
 
     /// Returns four unit vectors whose convex cone contains all rays through `width` x `height` pixels.
@@ -274,24 +301,9 @@ impl PixelRays {
                 return Vec3::NAN;
             }
             let margin = 2.0 * pixel + CORNER_MARGIN * (1.0 + right * right + up * up);
-            let along_right = mul_add3(self.right, right + rightwards * margin, self.forward);
-            normalize(mul_add3(self.up, up + upwards * margin, along_right))
+            let along_right = Portable.mul_add3(self.right, right + rightwards * margin, self.forward);
+            Portable.normalize(Portable.mul_add3(self.up, up + upwards * margin, along_right))
         })
-    }
-
-    /// Returns directions from the integer offsets of the first pixel and an offset for each lane.
-    #[inline(always)]
-    fn directions8_from(&self, (right, up): (f32, f32), offset: [F32x8; 2]) -> Vec3x8 {
-        let pitch = splat((2 * self.samples_per_axis) as f32);
-        const COLUMN: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
-        const ROW: [f32; LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
-        let right8 = splat(right) + F32x8::from(COLUMN) * pitch + offset[0];
-        let up8 = splat(up) - F32x8::from(ROW) * pitch + offset[1];
-        let step8 = splat(self.step);
-        let along_right = Vec3x8::splat(self.right).mul_add(right8 * step8, Vec3x8::splat(self.forward));
-        Vec3x8::splat(self.up)
-            .mul_add(up8 * step8, along_right)
-            .normalize()
     }
 }
 

@@ -2,9 +2,10 @@
 
 use super::{SURFACE_OFFSET, TileColors, queue::RayQueue, surface::SurfacePacket};
 use crate::{
+    lanes::{F32x8, Vec3x8},
     ray::{RayPacket, T_MAX},
     scene::{Material, Scene},
-    simd_old::{F32x8, Mask8, Vec3x8, gt, max, min, mul_add, powi, splat},
+    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight},
 };
 
 /// The incident light at eight points, summed over the lights, by channel.
@@ -35,76 +36,74 @@ pub struct IncidentLight<'a> {
     pub to_light: &'a [Vec3x8],
 }
 
-impl Light8 {
-    #[inline(always)]
-    fn add(sums: &mut [F32x8; 3], power8: [F32x8; 3], share: F32x8) {
-        for (sum, power8) in sums.iter_mut().zip(power8) {
-            *sum = mul_add(power8, share, *sum);
-        }
+/// Adds one more light to a sum.
+#[inline(always)]
+fn add_power<S: Simd>(simd: S, sums: &mut [F32x8; 3], power: [S::V8; 3], share: S::V8) {
+    for (sum, power) in sums.iter_mut().zip(power) {
+        *sum = power.mul_add(share, simd.load(sum)).to8();
     }
+}
 
-    /// Returns the sums with one more light on a diffuse surface.
-    #[inline(always)]
-    fn with_diffuse(mut self, power8: [F32x8; 3], n_dot_l: F32x8) -> Self {
-        Self::add(&mut self.diffuse, power8, n_dot_l);
-        self
-    }
-
-    /// Returns the sums with one more light on a glossy surface.
-    #[inline(always)]
-    fn with_gloss(
-        mut self,
-        power8: [F32x8; 3],
-        n_dot_l: F32x8,
-        to_light: Vec3x8,
-        s: &SurfacePacket,
-        alpha: u32,
-    ) -> Self {
-        Self::add(&mut self.diffuse, power8, n_dot_l);
-        let halfway = (to_light - s.direction).normalize();
-        let highlight = powi(max(s.normal.dot(halfway), splat(0.0)), alpha);
-        let lit = gt(n_dot_l, splat(0.0)).select(highlight, splat(0.0));
-        Self::add(&mut self.specular, power8, lit);
-        self
-    }
+/// Returns max(0, n.h)^alpha where light arrives, else 0.
+#[inline(always)]
+fn highlight<S: Simd>(
+    simd: S,
+    n_dot_l: S::V8,
+    to_light: Vec3Eight<S>,
+    s: &SurfacePacket,
+    alpha: u32,
+) -> S::V8 {
+    let halfway = (to_light - simd.load3(&s.direction)).normalize();
+    let zero = simd.splat(0.0);
+    let highlight = simd.load3(&s.normal).dot(halfway).max(zero).powi(alpha);
+    S::V8::select(n_dot_l.gt(zero), highlight, zero)
 }
 
 /// Adds a light to the sums `light`; the first light overwrites them.
 // Tuned: see docs/lab-notes.md#add-light
-pub fn add_light(
+#[inline(always)]
+pub(super) fn add_light<S: Simd>(
+    simd: S,
     material: &Material,
     incident: IncidentLight<'_>,
     surfaces: &[SurfacePacket],
     light: &mut [Light8],
     is_first: bool,
 ) {
-    let power8 = incident.power.map(splat);
-    let before = |sum: &Light8| if is_first { Light8::NONE } else { *sum };
+    let [r, g, b] = incident.power;
+    let power = [simd.splat(r), simd.splat(g), simd.splat(b)];
+    if is_first {
+        light.fill(Light8::NONE);
+    }
     if let Material::BlinnPhong { alpha, .. } = material {
         let points = incident.n_dot_l.iter().zip(incident.to_light).zip(surfaces);
-        for (sum, ((&n_dot_l, &to_light), s)) in light.iter_mut().zip(points) {
-            *sum = before(sum).with_gloss(power8, n_dot_l, to_light, s, *alpha);
+        for (sum, ((n_dot_l, to_light), s)) in light.iter_mut().zip(points) {
+            let n_dot_l = simd.load(n_dot_l);
+            add_power(simd, &mut sum.diffuse, power, n_dot_l);
+            let highlight = highlight(simd, n_dot_l, simd.load3(to_light), s, *alpha);
+            add_power(simd, &mut sum.specular, power, highlight);
         }
     } else {
-        for (sum, &n_dot_l) in light.iter_mut().zip(incident.n_dot_l) {
-            *sum = before(sum).with_diffuse(power8, n_dot_l);
+        for (sum, n_dot_l) in light.iter_mut().zip(incident.n_dot_l) {
+            add_power(simd, &mut sum.diffuse, power, simd.load(n_dot_l));
         }
     }
 }
 
 /// Adds the colours of one material's points to the tile, and queues mirrored rays.
-pub fn color(
+#[inline(always)]
+pub(super) fn color<S: Simd>(
+    simd: S,
     scene: &Scene,
     material: &Material,
-    surfaces: &[SurfacePacket],
-    light: &[Light8],
+    (surfaces, light): (&[SurfacePacket], &[Light8]),
     colors: &mut TileColors,
     next: &mut RayQueue,
 ) {
-    let ambient = splat(scene.ambient());
+    let ambient = simd.splat(scene.ambient());
     match material {
-        Material::Silhouette { color } => silhouette(*color, surfaces, colors),
-        Material::Matte { color } => matte(*color, 1.0, ambient, surfaces, light, colors),
+        Material::Silhouette { color } => silhouette(simd, *color, surfaces, colors),
+        Material::Matte { color } => matte(simd, (*color, 1.0), ambient, (surfaces, light), colors),
         Material::BlinnPhong {
             diffuse,
             specular,
@@ -113,93 +112,114 @@ pub fn color(
             ..
         } => {
             let lobes = [(*diffuse, *k_d), (*specular, *k_s)];
-            blinn_phong(lobes, ambient, surfaces, light, colors);
+            blinn_phong(simd, lobes, ambient, (surfaces, light), colors);
         }
         Material::Reflection { color, mirror_share } => {
-            matte(*color, 1.0 - mirror_share, ambient, surfaces, light, colors);
-            mirror(*mirror_share, surfaces, next);
+            let body = (*color, 1.0 - mirror_share);
+            matte(simd, body, ambient, (surfaces, light), colors);
+            mirror(simd, *mirror_share, surfaces, next);
         }
     }
 }
 
-fn silhouette(color: [f32; 3], surfaces: &[SurfacePacket], colors: &mut TileColors) {
+#[inline(always)]
+fn silhouette<S: Simd>(simd: S, [r, g, b]: [f32; 3], surfaces: &[SurfacePacket], colors: &mut TileColors) {
+    let color = [simd.splat(r), simd.splat(g), simd.splat(b)];
     for s in surfaces {
-        colors.add(s.active, &s.pixel, s.weight, color.map(splat));
+        colors.add(simd, s.active, &s.pixel, simd.load(&s.weight), color);
     }
 }
 
-fn matte(
-    color: [f32; 3],
-    share: f32,
-    ambient: F32x8,
-    surfaces: &[SurfacePacket],
-    light: &[Light8],
+#[inline(always)]
+fn matte<S: Simd>(
+    simd: S,
+    (color, share): ([f32; 3], f32),
+    ambient: S::V8,
+    (surfaces, light): (&[SurfacePacket], &[Light8]),
     colors: &mut TileColors,
 ) {
     for (s, light) in surfaces.iter().zip(light) {
-        let channel = |i: usize| splat(color[i]) * min(ambient + light.diffuse[i], splat(1.0));
-        let weight = s.weight * splat(share);
-        colors.add(s.active, &s.pixel, weight, [channel(0), channel(1), channel(2)]);
+        let mut channels = [ambient; 3];
+        for (i, channel) in channels.iter_mut().enumerate() {
+            let arriving = (ambient + simd.load(&light.diffuse[i])).min(simd.splat(1.0));
+            *channel = simd.splat(color[i]) * arriving;
+        }
+        colors.add(simd, s.active, &s.pixel, simd.load(&s.weight) * share, channels);
     }
 }
 
-fn blinn_phong(
+#[inline(always)]
+fn blinn_phong<S: Simd>(
+    simd: S,
     [(diffuse, k_d), (specular, k_s)]: [([f32; 3], f32); 2],
-    ambient: F32x8,
-    surfaces: &[SurfacePacket],
-    light: &[Light8],
+    ambient: S::V8,
+    (surfaces, light): (&[SurfacePacket], &[Light8]),
     colors: &mut TileColors,
 ) {
     for (s, light) in surfaces.iter().zip(light) {
-        let channel = |i: usize| {
-            let body = mul_add(splat(k_d), light.diffuse[i], ambient);
-            let gloss = splat(k_s) * light.specular[i];
-            let sum = mul_add(splat(diffuse[i]), body, splat(specular[i]) * gloss);
-            min(max(sum, splat(0.0)), splat(1.0))
-        };
-        colors.add(s.active, &s.pixel, s.weight, [channel(0), channel(1), channel(2)]);
+        let mut channels = [ambient; 3];
+        for (i, channel) in channels.iter_mut().enumerate() {
+            let body = simd.splat(k_d).mul_add(simd.load(&light.diffuse[i]), ambient);
+            let gloss = simd.splat(k_s) * simd.load(&light.specular[i]);
+            let sum = simd
+                .splat(diffuse[i])
+                .mul_add(body, simd.splat(specular[i]) * gloss);
+            *channel = sum.max(simd.splat(0.0)).min(simd.splat(1.0));
+        }
+        colors.add(simd, s.active, &s.pixel, simd.load(&s.weight), channels);
     }
 }
 
 /// Queues rays along d - 2 (d.n) n, from just off the surface.
-fn mirror(share: f32, surfaces: &[SurfacePacket], next: &mut RayQueue) {
+#[inline(always)]
+fn mirror<S: Simd>(simd: S, share: f32, surfaces: &[SurfacePacket], next: &mut RayQueue) {
     for s in surfaces {
-        let along = s.direction.dot(s.normal);
-        let direction = s.normal.mul_add(splat(-2.0) * along, s.direction).normalize();
-        let origin = s
-            .geometric_normal
-            .mul_add(s.magnitude * splat(SURFACE_OFFSET), s.point);
-        let t_max = Mask8::from_bits(s.active).select(splat(T_MAX), splat(0.0));
+        let (d, normal) = (simd.load3(&s.direction), simd.load3(&s.normal));
+        let direction = normal.mul_add(simd.splat(-2.0) * d.dot(normal), d).normalize();
+        let origin = simd
+            .load3(&s.geometric_normal)
+            .mul_add(simd.load(&s.magnitude) * SURFACE_OFFSET, simd.load3(&s.point));
+        let t_max = S::V8::select(simd.mask(s.active), simd.splat(T_MAX), simd.splat(0.0));
         next.push_from(
-            origin,
-            RayPacket { direction, t_max },
+            origin.to8(),
+            RayPacket {
+                direction: direction.to8(),
+                t_max: t_max.to8(),
+            },
             s.pixel,
-            s.weight * splat(share),
+            (simd.load(&s.weight) * share).to8(),
         );
     }
 }
 
 /// Returns the background along eight directions. Twin of [`Background::color`](crate::scene::Background::color).
 #[inline(always)]
-pub(crate) fn background(scene: &Scene, direction: &Vec3x8) -> [F32x8; 3] {
+pub(crate) fn background<S: Simd>(simd: S, scene: &Scene, direction: &Vec3x8) -> [S::V8; 3] {
     let background = scene.background();
-    let share = mul_add(direction.z, splat(0.5), splat(0.5));
-    let share = min(max(share, splat(0.0)), splat(1.0));
-    let difference = background.difference();
-    std::array::from_fn(|channel| {
-        mul_add(
-            share,
-            splat(difference[channel]),
-            splat(background.bottom[channel]),
-        )
-    })
+    let half = simd.splat(0.5);
+    let share = simd.load(&direction.z).mul_add(half, half);
+    let share = share.max(simd.splat(0.0)).min(simd.splat(1.0));
+    let [r, g, b] = background.difference();
+    let [bottom_r, bottom_g, bottom_b] = background.bottom;
+    [
+        share.mul_add(simd.splat(r), simd.splat(bottom_r)),
+        share.mul_add(simd.splat(g), simd.splat(bottom_g)),
+        share.mul_add(simd.splat(b), simd.splat(bottom_b)),
+    ]
 }
 
 /// Adds the background for all rays of a queue, those beyond the maximum depth.
-pub fn background_pass(scene: &Scene, rays: &RayQueue, colors: &mut TileColors) {
+#[inline(always)]
+pub(super) fn background_pass<S: Simd>(simd: S, scene: &Scene, rays: &RayQueue, colors: &mut TileColors) {
     for (p, packet) in rays.rays.packets().iter().enumerate() {
-        let active = gt(packet.t_max, splat(0.0)).bits();
-        let background = background(scene, &packet.direction);
-        colors.add(active, &rays.pixel(p), rays.weight(p), background);
+        let active = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits();
+        let background = background(simd, scene, &packet.direction);
+        colors.add(
+            simd,
+            active,
+            &rays.pixel(p),
+            simd.load(&rays.weight(p)),
+            background,
+        );
     }
 }

@@ -15,10 +15,10 @@ pub mod shadow;
 pub mod surface;
 
 use crate::{
-    math,
+    lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId},
     scene::Scene,
-    simd_old::{F32x8, LANES, Mask8, equal_lanes, is_run, mul_add, splat},
+    simd::{EightLanes, Lanes, Portable, Simd, at_level},
     trace::Tracer,
 };
 use material::{IncidentLight, Light8};
@@ -83,51 +83,66 @@ impl TileColors {
     }
 
     /// Adds the colours of `other`, pixel by pixel.
-    pub fn add_all(&mut self, other: &Self) {
+    #[inline(always)]
+    pub(crate) fn add_all<S: Simd>(&mut self, simd: S, other: &Self) {
         for (sums, colors) in self.packets.iter_mut().zip(&other.packets) {
-            for (sum, &color) in sums.iter_mut().zip(colors) {
-                *sum += color;
+            for (sum, color) in sums.iter_mut().zip(colors) {
+                *sum = (simd.load(sum) + simd.load(color)).to8();
             }
         }
-        for (sum, &alpha8) in self.alpha.iter_mut().zip(&other.alpha) {
-            *sum += alpha8;
+        for (sum, alpha) in self.alpha.iter_mut().zip(&other.alpha) {
+            *sum = (simd.load(sum) + simd.load(alpha)).to8();
         }
     }
 
     /// Sets the colours of camera packet `p`; lanes outside `bits` become black.
     #[inline(always)]
-    fn set(&mut self, p: usize, bits: u32, color: [F32x8; 3]) {
-        let mask = Mask8::from_bits(bits);
-        self.packets[p] = color.map(|color8| mask.select(color8, F32x8::ZERO));
+    fn set<S: Simd>(&mut self, simd: S, p: usize, bits: u32, color: [S::V8; 3]) {
+        let (mask, black) = (simd.mask(bits), simd.splat(0.0));
+        for (to, channel) in self.packets[p].iter_mut().zip(color) {
+            *to = S::V8::select(mask, channel, black).to8();
+        }
     }
 
     /// Adds weight x colour to the pixels of the lanes in `bits`.
     #[inline(always)]
-    fn add(&mut self, bits: u32, pixel: &[u32; LANES], weight: F32x8, color: [F32x8; 3]) {
+    fn add<S: Simd>(&mut self, simd: S, bits: u32, pixel: &[u32; LANES], weight: S::V8, color: [S::V8; 3]) {
         let first = pixel[0];
         // Most packets still hold the pixels of one camera packet in lane order.
         if first.is_multiple_of(LANES as u32) && is_run(pixel, first) {
-            let added = Mask8::from_bits(bits);
-            for (sum, color8) in self.packets[first as usize / LANES].iter_mut().zip(color) {
+            let added = simd.mask(bits);
+            for (sum, channel) in self.packets[first as usize / LANES].iter_mut().zip(color) {
                 // Other lanes add 0: selecting between sums would become a masked store.
                 // Tuned: see docs/lab-notes.md#tile-colors-add
-                *sum = mul_add(weight, added.select(color8, F32x8::ZERO), *sum);
+                let channel = S::V8::select(added, channel, simd.splat(0.0));
+                *sum = weight.mul_add(channel, simd.load(sum)).to8();
             }
         } else {
-            self.scatter(bits, pixel, weight, color);
+            let [r, g, b] = color;
+            self.scatter(bits, pixel, &weight.to8(), &[r.to8(), g.to8(), b.to8()]);
         }
     }
 
     #[inline(never)]
-    fn scatter(&mut self, bits: u32, pixel: &[u32; LANES], weight: F32x8, color: [F32x8; 3]) {
+    fn scatter(&mut self, bits: u32, pixel: &[u32; LANES], weight: &F32x8, color: &[F32x8; 3]) {
         for lane in (0..LANES).filter(|lane| bits >> lane & 1 == 1) {
             let (packet, own_lane) = (pixel[lane] as usize / LANES, pixel[lane] as usize % LANES);
-            for (sums, color8) in self.packets[packet].iter_mut().zip(&color) {
+            for (sums, color8) in self.packets[packet].iter_mut().zip(color) {
                 let sum = &mut sums.as_mut_array()[own_lane];
-                *sum = math::mul_add(weight.as_array()[lane], color8.as_array()[lane], *sum);
+                *sum = Portable.mul_add(weight.as_array()[lane], color8.as_array()[lane], *sum);
             }
         }
     }
+}
+
+/// Whether the numbers are `first`, `first + 1`, ...
+#[inline(always)]
+fn is_run(numbers: &[u32; LANES], first: u32) -> bool {
+    let mut differ = 0;
+    for (number, expected) in numbers.iter().zip(first..) {
+        differ |= number ^ expected;
+    }
+    differ == 0
 }
 
 impl Shader {
@@ -164,6 +179,7 @@ impl Shader {
             "only camera rays set colours, all others add to them"
         );
         colors.resize(rays.rays.packets().len());
+        let isa = tracer.level();
         for level in 1..=settings.max_depth {
             let packets = rays.rays.packets().len();
             if self.hits.len() < packets {
@@ -174,15 +190,21 @@ impl Shader {
             tracer.closest_hit(rays.rays.origins(), rays.rays.packets(), hits);
             self.tracing += start.elapsed();
             let transparent = settings.transparent && level == 1;
-            if transparent {
-                colors.alpha.extend(hits.iter().map(|hits| {
-                    let missed = Mask8::from_bits(equal_lanes(&hits.primitive, PrimitiveId::NONE.0));
-                    missed.select(splat(0.0), splat(1.0))
-                }));
-            }
-            queue::sort(scene, rays, hits, transparent, &mut self.by_material, colors);
-
-            surface::gather(scene, rays, hits, &self.by_material, &mut self.surfaces);
+            at_level!(isa, |simd| {
+                if transparent {
+                    coverage(simd, hits, &mut colors.alpha);
+                }
+                queue::sort(
+                    simd,
+                    scene,
+                    rays,
+                    hits,
+                    transparent,
+                    &mut self.by_material,
+                    colors,
+                );
+                surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
+            });
             if self.surfaces.is_empty() {
                 break;
             }
@@ -192,10 +214,19 @@ impl Shader {
             for (material, range) in self.by_material.ranges() {
                 let material = &scene.materials()[material.0 as usize];
                 let (surfaces, light) = (&self.surfaces[range.clone()], &self.light[range]);
-                material::color(scene, material, surfaces, light, colors, &mut self.next);
+                at_level!(isa, |simd| material::color(
+                    simd,
+                    scene,
+                    material,
+                    (surfaces, light),
+                    colors,
+                    &mut self.next
+                ));
             }
             if level == settings.max_depth {
-                material::background_pass(scene, &self.next, colors);
+                at_level!(isa, |simd| material::background_pass(
+                    simd, scene, &self.next, colors
+                ));
                 self.next.restart(None);
             }
             std::mem::swap(rays, &mut self.next);
@@ -208,7 +239,7 @@ impl Shader {
     }
 
     fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, shadows: bool) {
-        let lights = scene.lights();
+        let (lights, isa) = (scene.lights(), tracer.level());
         if lights.intensity.is_empty() {
             self.light.clear();
         }
@@ -217,8 +248,14 @@ impl Shader {
         let lit = self.by_material.lit_surfaces(scene, &self.surfaces);
         for light_i in 0..lights.intensity.len() {
             let (position, power) = (lights.position(light_i), lights.power(light_i));
-            let tracer = shadows.then_some(&mut *tracer);
-            let (rays, time) = shadow::pass(position, tracer, lit, &mut self.arriving, &mut self.shadow);
+            let (rays, time) = shadow::pass(
+                position,
+                tracer,
+                shadows,
+                lit,
+                &mut self.arriving,
+                &mut self.shadow,
+            );
             self.shadow_rays += rays;
             self.tracing += time;
             for (material, range) in self.by_material.ranges().take_while(|(_, r)| r.end <= lit.len()) {
@@ -229,8 +266,25 @@ impl Shader {
                 };
                 let material = &scene.materials()[material.0 as usize];
                 let surfaces = &self.surfaces[range.clone()];
-                material::add_light(material, incident, surfaces, &mut self.light[range], light_i == 0);
+                let light = &mut self.light[range];
+                at_level!(isa, |simd| material::add_light(
+                    simd,
+                    material,
+                    incident,
+                    surfaces,
+                    light,
+                    light_i == 0
+                ));
             }
         }
+    }
+}
+
+/// Appends 1 for each ray that hit something, else 0.
+#[inline(always)]
+fn coverage<S: Simd>(simd: S, hits: &[HitPacket], alpha: &mut Vec<F32x8>) {
+    for hits in hits {
+        let missed = simd.mask(S::V8::equal_lanes(simd, &hits.primitive, PrimitiveId::NONE.0));
+        alpha.push(S::V8::select(missed, simd.splat(0.0), simd.splat(1.0)).to8());
     }
 }

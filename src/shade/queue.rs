@@ -2,9 +2,10 @@
 
 use super::{TileColors, material::background, surface::SurfacePacket};
 use crate::{
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, Origins, PrimitiveId, RayPacket, RayPackets},
     scene::{Material, MaterialId, Scene},
-    simd_old::{F32x8, LANES, Vec3x8, equal_lanes, gt, run, splat},
+    simd::{EightLanes, LaneMask, Lanes, Simd},
 };
 use glam::Vec3;
 use std::ops::Range;
@@ -61,7 +62,11 @@ impl RayQueue {
     #[must_use]
     pub fn pixel(&self, p: usize) -> [u32; LANES] {
         if self.are_camera_rays() {
-            run((p * LANES) as u32)
+            let mut pixels = [(p * LANES) as u32; LANES];
+            for (pixel, lane) in pixels.iter_mut().zip(0..) {
+                *pixel += lane;
+            }
+            pixels
         } else {
             self.pixel[p]
         }
@@ -72,7 +77,7 @@ impl RayQueue {
     #[must_use]
     pub fn weight(&self, p: usize) -> F32x8 {
         if self.are_camera_rays() {
-            splat(1.0)
+            F32x8::splat(1.0)
         } else {
             self.weight[p]
         }
@@ -84,7 +89,7 @@ impl RayQueue {
         self.rays
             .packets()
             .iter()
-            .map(|p| u64::from(gt(p.t_max, splat(0.0)).bits().count_ones()))
+            .map(|p| p.t_max.as_array().iter().filter(|&&t| t > 0.0).count() as u64)
             .sum()
     }
 }
@@ -217,7 +222,9 @@ impl HitQueue {
 
 /// Sorts the hits of `rays` by material. Misses take the background, or nothing if `transparent`: camera rays set the
 /// colours of the tile, others add to them.
-pub fn sort(
+#[inline(always)]
+pub(super) fn sort<S: Simd>(
+    simd: S,
     scene: &Scene,
     rays: &RayQueue,
     hits: &[HitPacket],
@@ -228,22 +235,24 @@ pub fn sort(
     by_material.reset(scene.materials().len());
     let are_camera_rays = rays.are_camera_rays();
     for (packet_i, (packet, hits)) in rays.rays.packets().iter().zip(hits).enumerate() {
-        let active = gt(packet.t_max, splat(0.0)).bits();
-        let none = equal_lanes(&hits.primitive, PrimitiveId::NONE.0);
+        let active = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits();
+        let none = S::V8::equal_lanes(simd, &hits.primitive, PrimitiveId::NONE.0);
         let missed = active & none;
         let visible = if transparent { 0 } else { missed };
         if are_camera_rays {
-            colors.set(packet_i, visible, background(scene, &packet.direction));
+            let background = background(simd, scene, &packet.direction);
+            colors.set(simd, packet_i, visible, background);
         } else if visible != 0 {
-            let background = background(scene, &packet.direction);
-            colors.add(visible, &rays.pixel(packet_i), rays.weight(packet_i), background);
+            let background = background(simd, scene, &packet.direction);
+            let weight = simd.load(&rays.weight(packet_i));
+            colors.add(simd, visible, &rays.pixel(packet_i), weight, background);
         }
         // One iteration per primitive instead of per lane: most packets hit few primitives.
         let mut remaining = active & !none;
         let (mut last_material, mut last_bits) = (MaterialId::default(), 0);
         while remaining != 0 {
             let id = hits.primitive[remaining.trailing_zeros() as usize];
-            let bits = remaining & equal_lanes(&hits.primitive, id);
+            let bits = remaining & S::V8::equal_lanes(simd, &hits.primitive, id);
             remaining &= !bits;
             let material = scene.material_of(PrimitiveId(id));
             if last_bits != 0 && material != last_material {

@@ -2,8 +2,9 @@
 
 use super::{LIGHT_OFFSET, SURFACE_OFFSET, surface::SurfacePacket};
 use crate::{
+    lanes::{F32x8, Vec3x8},
     ray::{Origins, RayPacket},
-    simd_old::{F32x8, Mask8, Vec3x8, gt, max, mul_add, splat},
+    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes, at_level},
     trace::Tracer,
 };
 use glam::Vec3;
@@ -44,74 +45,104 @@ impl Arriving {
     }
 }
 
-/// Computes what arrives from the light at `light`; without a tracer there are no shadows. Returns the number of rays
-/// and the time spent tracing them.
+/// Computes what arrives from the light at `light`. Returns the number of shadow rays and the time spent tracing them.
 ///
 /// Shadow rays run from the light to the point, offset to the viewer's side, so they share their origin. Packets
 /// without a point that faces the light are left out.
-pub fn pass(
+pub(super) fn pass(
     light: Vec3,
-    tracer: Option<&mut Tracer<'_>>,
+    tracer: &mut Tracer<'_>,
+    shadows: bool,
     surfaces: &[SurfacePacket],
     arriving: &mut Arriving,
     scratch: &mut Scratch,
 ) -> (u64, Duration) {
-    let light8 = Vec3x8::splat(light);
+    let level = tracer.level();
+    let count = at_level!(level, |simd| facing(
+        simd, light, shadows, surfaces, arriving, scratch
+    ));
+    if scratch.rays.is_empty() {
+        return (0, Duration::ZERO);
+    }
+    scratch.blocked.clear();
+    scratch.blocked.resize(scratch.rays.len(), 0);
+    let start = Instant::now();
+    tracer.occluded(Origins::Shared(light), &scratch.rays, &mut scratch.blocked);
+    let time = start.elapsed();
+    at_level!(level, |simd| take_blocked(simd, arriving, scratch));
+    (count, time)
+}
+
+/// Fills `arriving` as if nothing were occluded, and `scratch` with the shadow rays, which it counts.
+#[inline(always)]
+fn facing<S: Simd>(
+    simd: S,
+    light: Vec3,
+    shadows: bool,
+    surfaces: &[SurfacePacket],
+    arriving: &mut Arriving,
+    scratch: &mut Scratch,
+) -> u64 {
+    let light = simd.splat3(light);
     arriving.n_dot_l.clear();
     arriving.to_light.clear();
     scratch.rays.clear();
     scratch.surface.clear();
     let mut count = 0;
     for (s, surface_i) in surfaces.iter().zip(0..) {
-        let offset = light8 - s.point;
+        let offset = light - simd.load3(&s.point);
         let distance = offset.dot(offset).sqrt();
-        let to_light = offset * (splat(1.0) / distance);
-        let n_dot_l = max(s.normal.dot(to_light), splat(0.0));
-        arriving.n_dot_l.push(n_dot_l);
-        arriving.to_light.push(to_light);
-        let active = gt(n_dot_l, splat(0.0)) & Mask8::from_bits(s.active);
+        let to_light = offset * (simd.splat(1.0) / distance);
+        let n_dot_l = simd.load3(&s.normal).dot(to_light).max(simd.splat(0.0));
+        arriving.n_dot_l.push(n_dot_l.to8());
+        arriving.to_light.push(to_light.to8());
+        let active = n_dot_l.gt(simd.splat(0.0)) & simd.mask(s.active);
         let bits = active.bits();
-        if tracer.is_some() && bits != 0 {
+        if shadows && bits != 0 {
             count += u64::from(bits.count_ones());
             scratch.surface.push(surface_i);
-            scratch.rays.push(ray(light8, s, distance, active));
+            scratch.rays.push(ray(simd, light, s, distance, active));
         }
     }
-    let Some(tracer) = tracer else {
-        return (0, Duration::ZERO);
-    };
-    if scratch.rays.is_empty() {
-        return (0, Duration::ZERO);
-    }
-
-    scratch.blocked.clear();
-    scratch.blocked.resize(scratch.rays.len(), 0);
-    let start = Instant::now();
-    tracer.occluded(Origins::Shared(light), &scratch.rays, &mut scratch.blocked);
-    let time = start.elapsed();
-    for (&surface_i, &blocked) in scratch.surface.iter().zip(&scratch.blocked) {
-        if blocked != 0 {
-            let n_dot_l = &mut arriving.n_dot_l[surface_i as usize];
-            *n_dot_l = Mask8::from_bits(blocked.into()).select(splat(0.0), *n_dot_l);
-        }
-    }
-    (count, time)
+    count
 }
 
 /// Makes the rays from the light to eight points at `distance`; inactive lanes get no ray.
 #[inline(always)]
-fn ray(light8: Vec3x8, s: &SurfacePacket, distance: F32x8, active: Mask8) -> RayPacket {
-    let offset = mul_add(distance, splat(LIGHT_OFFSET), s.magnitude * splat(SURFACE_OFFSET));
-    let from_light = s.geometric_normal.mul_add(offset, s.point) - light8;
+fn ray<S: Simd>(
+    simd: S,
+    light: Vec3Eight<S>,
+    s: &SurfacePacket,
+    distance: S::V8,
+    active: <S::V8 as Lanes>::Mask,
+) -> RayPacket {
+    let offset = distance.mul_add(simd.splat(LIGHT_OFFSET), simd.load(&s.magnitude) * SURFACE_OFFSET);
+    let from_light = simd
+        .load3(&s.geometric_normal)
+        .mul_add(offset, simd.load3(&s.point))
+        - light;
     let length = from_light.dot(from_light).sqrt();
+    let zero = simd.splat(0.0);
     // A point at the light gets any direction: its ray of length 0 hits nothing.
-    let direction = Vec3x8::select(
-        gt(length, splat(0.0)),
-        from_light * (splat(1.0) / length),
-        Vec3x8::splat(Vec3::Z),
+    let direction = Vec3Lanes::select(
+        length.gt(zero),
+        from_light * (simd.splat(1.0) / length),
+        simd.splat3(Vec3::Z),
     );
     RayPacket {
-        direction,
-        t_max: active.select(length, splat(0.0)),
+        direction: direction.to8(),
+        t_max: S::V8::select(active, length, zero).to8(),
+    }
+}
+
+/// Nothing arrives where the ray is blocked.
+#[inline(always)]
+fn take_blocked<S: Simd>(simd: S, arriving: &mut Arriving, scratch: &Scratch) {
+    for (&surface_i, &blocked) in scratch.surface.iter().zip(&scratch.blocked) {
+        if blocked != 0 {
+            let n_dot_l = &mut arriving.n_dot_l[surface_i as usize];
+            let lit = S::V8::select(simd.mask(blocked.into()), simd.splat(0.0), simd.load(n_dot_l));
+            *n_dot_l = lit.to8();
+        }
     }
 }

@@ -2,11 +2,10 @@
 
 use super::queue::{HitQueue, PacketLanes, RayIndex, RayQueue};
 use crate::{
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, PrimitiveId},
     scene::{Primitive, Scene},
-    simd_old::{
-        F32x8, LANES, Mask8, Vec3x8, eq, equal_lanes, from_lanes, gt, lane, max, scale_to_one, splat,
-    },
+    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
 };
 
 /// Eight points on surfaces of one material.
@@ -43,7 +42,7 @@ struct Hits8 {
 }
 
 impl Hits8 {
-    /// Loads a whole packet.
+    /// Copies a whole packet.
     #[inline(always)]
     fn whole(rays: &RayQueue, hits: &[HitPacket], p: usize) -> Self {
         let (packet, hits) = (&rays.rays.packets()[p], &hits[p]);
@@ -59,30 +58,37 @@ impl Hits8 {
         }
     }
 
-    /// Loads the lanes `bits` of a packet; the others repeat the first of these.
-    fn masked(rays: &RayQueue, hits: &[HitPacket], p: usize, bits: u32) -> Self {
-        let whole = Self::whole(rays, hits, p);
-        let (first, mask) = (bits.trailing_zeros() as usize, Mask8::from_bits(bits));
-        let repeat = |a: F32x8| mask.select(a, splat(lane(&a, first)));
-        let repeat3 = |a: Vec3x8| Vec3x8::new(repeat(a.x), repeat(a.y), repeat(a.z));
-        let mut primitive = whole.primitive;
+    /// Copies the lanes `bits` of a packet; the others repeat the first of these.
+    #[inline(always)]
+    fn masked<S: Simd>(simd: S, rays: &RayQueue, hits: &[HitPacket], p: usize, bits: u32) -> Self {
+        let mut copied = Self::whole(rays, hits, p);
+        let (first, mask) = (bits.trailing_zeros() as usize, simd.mask(bits));
+        let Self {
+            direction: d,
+            origin: o,
+            t,
+            u,
+            v,
+            primitive,
+            ..
+        } = &mut copied;
+        for numbers in [
+            &mut d.x, &mut d.y, &mut d.z, &mut o.x, &mut o.y, &mut o.z, t, u, v,
+        ] {
+            let repeated = simd.splat(numbers.as_array()[first % LANES]);
+            *numbers = S::V8::select(mask, simd.load(numbers), repeated).to8();
+        }
+        let repeated = primitive[first % LANES];
         for (i, id) in primitive.iter_mut().enumerate() {
             if bits >> i & 1 == 0 {
-                *id = whole.primitive[first];
+                *id = repeated;
             }
         }
-        Self {
-            direction: repeat3(whole.direction),
-            origin: repeat3(whole.origin),
-            t: repeat(whole.t),
-            u: repeat(whole.u),
-            v: repeat(whole.v),
-            primitive,
-            ..whole
-        }
+        copied
     }
 
     /// Gathers up to eight rays of any packets; the last one is repeated.
+    #[inline(always)]
     fn gather(rays: &RayQueue, hits: &[HitPacket], ray_i: &[RayIndex]) -> Self {
         let mut gathered = Self {
             direction: Vec3x8::ZERO,
@@ -98,18 +104,12 @@ impl Hits8 {
             let i = ray_i[to.min(ray_i.len() - 1)] as usize;
             let (p, from) = (i / LANES, i % LANES);
             let (packet, hits) = (&rays.rays.packets()[p], &hits[p]);
-            let copy = |to8: &mut F32x8, from8: &F32x8| to8.as_mut_array()[to] = lane(from8, from);
-            let copy3 = |to8: &mut Vec3x8, from8: &Vec3x8| {
-                copy(&mut to8.x, &from8.x);
-                copy(&mut to8.y, &from8.y);
-                copy(&mut to8.z, &from8.z);
-            };
-            copy3(&mut gathered.direction, &packet.direction);
-            copy3(&mut gathered.origin, &rays.rays.origin(p));
-            copy(&mut gathered.weight, &rays.weight(p));
-            copy(&mut gathered.t, &hits.t);
-            copy(&mut gathered.u, &hits.u);
-            copy(&mut gathered.v, &hits.v);
+            gathered.direction.set(to, packet.direction.lane(from));
+            gathered.origin.set(to, rays.rays.origin(p).lane(from));
+            gathered.weight.as_mut_array()[to] = rays.weight(p).as_array()[from];
+            gathered.t.as_mut_array()[to] = hits.t.as_array()[from];
+            gathered.u.as_mut_array()[to] = hits.u.as_array()[from];
+            gathered.v.as_mut_array()[to] = hits.v.as_array()[from];
             gathered.pixel[to] = rays.pixel(p)[from];
             gathered.primitive[to] = hits.primitive[from];
         }
@@ -120,7 +120,9 @@ impl Hits8 {
 const ALL_LANES: u32 = (1 << LANES) - 1;
 
 /// Makes surface packets of the sorted hits, in the order of `by_material`.
-pub fn gather(
+#[inline(always)]
+pub(super) fn gather<S: Simd>(
+    simd: S,
     scene: &Scene,
     rays: &RayQueue,
     hits: &[HitPacket],
@@ -134,62 +136,79 @@ pub fn gather(
             let hits8 = if bits == ALL_LANES {
                 Hits8::whole(rays, hits, packet as usize)
             } else {
-                Hits8::masked(rays, hits, packet as usize, bits)
+                Hits8::masked(simd, rays, hits, packet as usize, bits)
             };
-            push(scene, &hits8, bits, &mut cache, surfaces);
+            surfaces.push(surface(simd, scene, &hits8, bits, &mut cache));
         }
         for chunk in bucket.compacted.chunks(LANES) {
             let hits8 = Hits8::gather(rays, hits, chunk);
             let active = ALL_LANES >> (LANES - chunk.len());
-            push(scene, &hits8, active, &mut cache, surfaces);
+            surfaces.push(surface(simd, scene, &hits8, active, &mut cache));
         }
     }
 }
 
 /// Points and normals, before the normals are turned to the viewer.
-struct Points8 {
-    point: Vec3x8,
-    geometric: Vec3x8,
-    normal: Vec3x8,
-    magnitude: F32x8,
+struct Points<S: Simd> {
+    point: Vec3Eight<S>,
+    geometric: Vec3Eight<S>,
+    normal: Vec3Eight<S>,
+    magnitude: S::V8,
 }
 
-fn push(
+// Not inlined, for it is called twice, so it enters the level by itself.
+#[inline(never)]
+fn surface<S: Simd>(
+    simd: S,
     scene: &Scene,
     hits: &Hits8,
     active: u32,
-    cache: &mut Option<CachedTriangle>,
-    surfaces: &mut Vec<SurfacePacket>,
-) {
-    let points = points(scene, hits, cache);
-    let away = gt(points.geometric.dot(hits.direction), splat(0.0));
-    surfaces.push(SurfacePacket {
-        active,
-        point: points.point,
-        geometric_normal: Vec3x8::select(away, -points.geometric, points.geometric),
-        normal: Vec3x8::select(away, -points.normal, points.normal),
-        direction: hits.direction,
-        magnitude: points.magnitude,
-        pixel: hits.pixel,
-        weight: hits.weight,
-    });
+    cache: &mut Option<CachedTriangle<S>>,
+) -> SurfacePacket {
+    simd.call(
+        #[inline(always)]
+        || {
+            let points = points(simd, scene, hits, cache);
+            let away = points
+                .geometric
+                .dot(simd.load3(&hits.direction))
+                .gt(simd.splat(0.0));
+            SurfacePacket {
+                active,
+                point: points.point.to8(),
+                geometric_normal: Vec3Lanes::select(away, -points.geometric, points.geometric).to8(),
+                normal: Vec3Lanes::select(away, -points.normal, points.normal).to8(),
+                direction: hits.direction,
+                magnitude: points.magnitude.to8(),
+                pixel: hits.pixel,
+                weight: hits.weight,
+            }
+        },
+    )
 }
 
 #[inline(always)]
-fn points(scene: &Scene, hits: &Hits8, cache: &mut Option<CachedTriangle>) -> Points8 {
+fn points<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, cache: &mut Option<CachedTriangle<S>>) -> Points<S> {
     let first = hits.primitive[0];
-    if equal_lanes(&hits.primitive, first) == ALL_LANES {
+    if S::V8::equal_lanes(simd, &hits.primitive, first) == ALL_LANES {
         return match scene.primitive(PrimitiveId(first)) {
             Primitive::Triangle(i) => {
-                let triangle = match cache {
-                    Some(triangle) if triangle.triangle_i == i => triangle,
-                    _ => cache.insert(CachedTriangle::new(scene, i)),
-                };
-                triangles(hits, &triangle.corners, &triangle.facet)
+                if cache.as_ref().is_none_or(|triangle| triangle.triangle_i != i) {
+                    *cache = Some(CachedTriangle::new(simd, scene, i));
+                }
+                match cache {
+                    Some(triangle) => triangles(simd, hits, &triangle.corners, &triangle.facet),
+                    None => distinct_triangles(simd, scene, hits, &hits.primitive),
+                }
             }
             Primitive::Sphere(i) => {
                 let spheres = scene.spheres();
-                sphere(hits, Vec3x8::splat(spheres.center(i)), splat(spheres.radius[i]))
+                sphere(
+                    simd,
+                    hits,
+                    simd.splat3(spheres.center(i)),
+                    simd.splat(spheres.radius[i]),
+                )
             }
         };
     }
@@ -199,15 +218,15 @@ fn points(scene: &Scene, hits: &Hits8, cache: &mut Option<CachedTriangle>) -> Po
         sphere_bits |= u32::from(id >= triangle_count) << lane;
     }
     match sphere_bits {
-        0 => distinct_triangles(scene, hits, &hits.primitive),
-        ALL_LANES => distinct_spheres(scene, hits, &hits.primitive),
-        _ => mixed(scene, hits, sphere_bits),
+        0 => distinct_triangles(simd, scene, hits, &hits.primitive),
+        ALL_LANES => distinct_spheres(simd, scene, hits, &hits.primitive),
+        _ => mixed(simd, scene, hits, sphere_bits),
     }
 }
 
 /// Triangles and spheres, the latter in the lanes of `sphere_bits`.
-#[inline(never)]
-fn mixed(scene: &Scene, hits: &Hits8, sphere_bits: u32) -> Points8 {
+#[inline(always)]
+fn mixed<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, sphere_bits: u32) -> Points<S> {
     // Lanes of the other kind compute on the first triangle or sphere.
     let (mut triangle_ids, mut sphere_ids) = (hits.primitive, hits.primitive);
     let first_triangle = hits.primitive[sphere_bits.trailing_ones() as usize];
@@ -219,100 +238,102 @@ fn mixed(scene: &Scene, hits: &Hits8, sphere_bits: u32) -> Points8 {
             sphere_ids[lane] = first_sphere;
         }
     }
-    let triangles = distinct_triangles(scene, hits, &triangle_ids);
-    let spheres = distinct_spheres(scene, hits, &sphere_ids);
-    let sphere8 = Mask8::from_bits(sphere_bits);
-    Points8 {
-        point: Vec3x8::select(sphere8, spheres.point, triangles.point),
-        geometric: Vec3x8::select(sphere8, spheres.geometric, triangles.geometric),
-        normal: Vec3x8::select(sphere8, spheres.normal, triangles.normal),
-        magnitude: sphere8.select(spheres.magnitude, triangles.magnitude),
+    let triangles = distinct_triangles(simd, scene, hits, &triangle_ids);
+    let spheres = distinct_spheres(simd, scene, hits, &sphere_ids);
+    let are_spheres = simd.mask(sphere_bits);
+    Points {
+        point: Vec3Lanes::select(are_spheres, spheres.point, triangles.point),
+        geometric: Vec3Lanes::select(are_spheres, spheres.geometric, triangles.geometric),
+        normal: Vec3Lanes::select(are_spheres, spheres.normal, triangles.normal),
+        magnitude: S::V8::select(are_spheres, spheres.magnitude, triangles.magnitude),
     }
 }
 
 /// The vertices of eight triangles.
-struct Corners {
-    position: [Vec3x8; 3],
+struct Corners<S: Simd> {
+    position: [Vec3Eight<S>; 3],
     /// Vertex normals, if the scene has any.
-    normal: Option<[Vec3x8; 3]>,
+    normal: Option<[Vec3Eight<S>; 3]>,
 }
 
-impl Corners {
+impl<S: Simd> Corners<S> {
     /// Broadcasts one triangle to all lanes.
     #[inline(always)]
-    fn broadcast(scene: &Scene, triangle_i: usize) -> Self {
-        let (vertices, triangles) = (scene.vertices(), scene.triangles());
+    fn broadcast(simd: S, scene: &Scene, triangle_i: usize) -> Self {
+        let normals = &scene.vertices().normals;
         let [a, b, c] = scene.triangle(triangle_i);
-        let normal = |k: usize| Vec3x8::splat(vertices.normals[triangles.corners[triangle_i][k] as usize]);
+        let mut normal = None;
+        if !normals.is_empty() {
+            let [a, b, c] = scene.triangles().corners[triangle_i].map(|corner| normals[corner as usize]);
+            normal = Some([simd.splat3(a), simd.splat3(b), simd.splat3(c)]);
+        }
         Self {
-            position: [Vec3x8::splat(a), Vec3x8::splat(b), Vec3x8::splat(c)],
-            normal: (!vertices.normals.is_empty()).then(|| [normal(0), normal(1), normal(2)]),
+            position: [simd.splat3(a), simd.splat3(b), simd.splat3(c)],
+            normal,
         }
     }
 
     /// Gathers one triangle per lane.
     #[inline(always)]
-    fn gather(scene: &Scene, triangle_i: &[u32; LANES]) -> Self {
+    fn gather(simd: S, scene: &Scene, triangle_i: &[u32; LANES]) -> Self {
         let (vertices, triangles) = (scene.vertices(), scene.triangles());
-        let (mut a, mut b, mut c) = ([0; LANES], [0; LANES], [0; LANES]);
+        let (mut position, mut normal) = ([Vec3x8::ZERO; 3], [Vec3x8::ZERO; 3]);
+        let has_normals = !vertices.normals.is_empty();
         for (lane, &i) in triangle_i.iter().enumerate() {
             let corners = triangles.corners[i as usize];
-            (a[lane], b[lane], c[lane]) = (corners[0] as usize, corners[1] as usize, corners[2] as usize);
+            for k in 0..3 {
+                let at = corners[k] as usize;
+                position[k].x.as_mut_array()[lane] = vertices.x[at];
+                position[k].y.as_mut_array()[lane] = vertices.y[at];
+                position[k].z.as_mut_array()[lane] = vertices.z[at];
+                if has_normals {
+                    normal[k].set(lane, vertices.normals[at]);
+                }
+            }
         }
-        let load = |from: &[f32], vertex_i: &[usize; LANES]| from_lanes(|lane| from[vertex_i[lane]]);
-        let position = |vertex_i: &[usize; LANES]| {
-            Vec3x8::new(
-                load(&vertices.x, vertex_i),
-                load(&vertices.y, vertex_i),
-                load(&vertices.z, vertex_i),
-            )
-        };
-        let normal = |vertex_i: &[usize; LANES]| {
-            let n = &vertices.normals[..];
-            Vec3x8::new(
-                from_lanes(|lane| n[vertex_i[lane]].x),
-                from_lanes(|lane| n[vertex_i[lane]].y),
-                from_lanes(|lane| n[vertex_i[lane]].z),
-            )
-        };
+        let [a, b, c] = &position;
+        let position = [simd.load3(a), simd.load3(b), simd.load3(c)];
+        let [a, b, c] = &normal;
+        let normal = [simd.load3(a), simd.load3(b), simd.load3(c)];
         Self {
-            position: [position(&a), position(&b), position(&c)],
-            normal: (!vertices.normals.is_empty()).then(|| [normal(&a), normal(&b), normal(&c)]),
+            position,
+            normal: if has_normals { Some(normal) } else { None },
         }
     }
 }
 
 /// Values that depend on the triangles alone, not on the hits.
-struct Facet {
+struct Facet<S: Simd> {
     /// Unit normals.
-    geometric: Vec3x8,
-    magnitude: F32x8,
+    geometric: Vec3Eight<S>,
+    magnitude: S::V8,
 }
 
-impl Facet {
+impl<S: Simd> Facet<S> {
     #[inline(always)]
-    fn new(corners: &Corners) -> Self {
+    fn new(corners: &Corners<S>) -> Self {
         let [v0, v1, v2] = corners.position;
         let facet = (v1 - v0).cross(v2 - v0);
         Self {
             // Scaled first, so that squared normals of tiny or huge triangles stay in the range of f32.
-            geometric: (facet * scale_to_one(facet.max_abs())).normalize(),
-            magnitude: max(max(v0.max_abs(), v1.max_abs()), v2.max_abs()),
+            geometric: (facet * facet.max_abs().scale_to_one()).normalize(),
+            magnitude: v0.max_abs().max(v1.max_abs()).max(v2.max_abs()),
         }
     }
 }
 
 /// The last triangle that all lanes of a packet hit: the next packet often hits it as well.
 // Tuned: see docs/lab-notes.md#cached-triangle
-struct CachedTriangle {
+struct CachedTriangle<S: Simd> {
     triangle_i: usize,
-    corners: Corners,
-    facet: Facet,
+    corners: Corners<S>,
+    facet: Facet<S>,
 }
 
-impl CachedTriangle {
-    fn new(scene: &Scene, triangle_i: usize) -> Self {
-        let corners = Corners::broadcast(scene, triangle_i);
+impl<S: Simd> CachedTriangle<S> {
+    #[inline(always)]
+    fn new(simd: S, scene: &Scene, triangle_i: usize) -> Self {
+        let corners = Corners::broadcast(simd, scene, triangle_i);
         Self {
             triangle_i,
             facet: Facet::new(&corners),
@@ -323,50 +344,65 @@ impl CachedTriangle {
 
 /// Evaluates a triangle per lane.
 #[inline(always)]
-fn distinct_triangles(scene: &Scene, hits: &Hits8, triangle_i: &[u32; LANES]) -> Points8 {
-    let corners = Corners::gather(scene, triangle_i);
-    triangles(hits, &corners, &Facet::new(&corners))
+fn distinct_triangles<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, triangle_i: &[u32; LANES]) -> Points<S> {
+    let corners = Corners::gather(simd, scene, triangle_i);
+    triangles(simd, hits, &corners, &Facet::new(&corners))
 }
 
 #[inline(always)]
-fn triangles(hits: &Hits8, corners: &Corners, &Facet { geometric, magnitude }: &Facet) -> Points8 {
-    let [v0, v1, v2] = corners.position;
-    let w = splat(1.0) - hits.u - hits.v;
-    let interpolate = |a: Vec3x8, b: Vec3x8, c: Vec3x8| b.mul_add(hits.u, c.mul_add(hits.v, a * w));
-    let mut normal = geometric;
-    if let Some([n0, n1, n2]) = corners.normal {
-        let zero = splat(0.0);
-        let missing = |n: Vec3x8| eq(n.x, zero) & eq(n.y, zero) & eq(n.z, zero);
-        let smooth = interpolate(n0, n1, n2);
+fn triangles<S: Simd>(simd: S, hits: &Hits8, corners: &Corners<S>, facet: &Facet<S>) -> Points<S> {
+    let (u, v) = (simd.load(&hits.u), simd.load(&hits.v));
+    let weights = [simd.splat(1.0) - u - v, u, v];
+    let mut normal = facet.geometric;
+    if let Some(normals) = corners.normal {
+        let smooth = interpolated::<S>(normals, weights);
         let size = smooth.max_abs();
-        let usable = gt(size, zero) & !(missing(n0) | missing(n1) | missing(n2));
-        normal = Vec3x8::select(usable, (smooth * scale_to_one(size)).normalize(), geometric);
+        let [n0, n1, n2] = normals;
+        let usable = size.gt(simd.splat(0.0)) & !(is_zero(n0) | is_zero(n1) | is_zero(n2));
+        let smooth = (smooth * size.scale_to_one()).normalize();
+        normal = Vec3Lanes::select(usable, smooth, facet.geometric);
     }
-    Points8 {
-        point: interpolate(v0, v1, v2),
-        geometric,
+    Points {
+        point: interpolated::<S>(corners.position, weights),
+        geometric: facet.geometric,
         normal,
-        magnitude,
+        magnitude: facet.magnitude,
     }
+}
+
+#[inline(always)]
+fn interpolated<S: Simd>([a, b, c]: [Vec3Eight<S>; 3], [w, u, v]: [S::V8; 3]) -> Vec3Eight<S> {
+    b.mul_add(u, c.mul_add(v, a * w))
+}
+
+#[inline(always)]
+fn is_zero<V: Lanes>(n: Vec3Lanes<V>) -> V::Mask {
+    let zero = n.x.all(0.0);
+    n.x.eq(zero) & n.y.eq(zero) & n.z.eq(zero)
 }
 
 /// Evaluates a sphere per lane.
-fn distinct_spheres(scene: &Scene, hits: &Hits8, id: &[u32; LANES]) -> Points8 {
+#[inline(always)]
+fn distinct_spheres<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, id: &[u32; LANES]) -> Points<S> {
     let (spheres, first) = (scene.spheres(), scene.triangles().corners.len());
-    let load = |from: &[f32]| from_lanes(|lane| from[id[lane] as usize - first]);
-    let center = Vec3x8::new(
-        load(&spheres.center_x),
-        load(&spheres.center_y),
-        load(&spheres.center_z),
-    );
-    sphere(hits, center, load(&spheres.radius))
+    let (mut center, mut radius) = (Vec3x8::ZERO, F32x8::ZERO);
+    for (lane, &id) in id.iter().enumerate() {
+        let i = id as usize - first;
+        center.set(lane, spheres.center(i));
+        radius.as_mut_array()[lane] = spheres.radius[i];
+    }
+    sphere(simd, hits, simd.load3(&center), simd.load(&radius))
 }
 
 #[inline(always)]
-fn sphere(hits: &Hits8, center: Vec3x8, radius: F32x8) -> Points8 {
+fn sphere<S: Simd>(simd: S, hits: &Hits8, center: Vec3Eight<S>, radius: S::V8) -> Points<S> {
     // Relative to the centre: far from the origin, a point has few bits left for its position on the sphere.
-    let outward = hits.direction.mul_add(hits.t, hits.origin - center).normalize();
-    Points8 {
+    let from_center = simd.load3(&hits.origin) - center;
+    let outward = simd
+        .load3(&hits.direction)
+        .mul_add(simd.load(&hits.t), from_center)
+        .normalize();
+    Points {
         point: outward.mul_add(radius, center),
         geometric: outward,
         normal: outward,

@@ -50,38 +50,46 @@ macro_rules! at_level {
 }
 pub(crate) use at_level;
 
-/// The level that the process is held to: its place among [`Level::all`] plus 1, or 0.
+/// The level that the process is held to: its place among all levels plus 1, or 0.
 static HELD: AtomicU8 = AtomicU8::new(0);
 
 impl Level {
     /// What every CPU of the build's architecture has.
     pub const PORTABLE: Self = Self(Token::Portable(Portable));
 
-    /// Returns the levels of this CPU, the lowest first.
-    #[must_use]
-    pub fn all() -> Vec<Self> {
-        let mut all = vec![Self::PORTABLE];
+    /// Returns all levels, the lowest first, and `None` for those that this CPU lacks.
+    fn each() -> [Option<Self>; 3] {
         #[cfg(target_arch = "x86_64")]
-        {
-            all.extend(Avx2::detected().map(|token| Self(Token::Avx2(token))));
-            all.extend(Avx512::detected().map(|token| Self(Token::Avx512(token))));
-        }
-        all
+        let (avx2, avx512) = (
+            Avx2::detected().map(|token| Self(Token::Avx2(token))),
+            Avx512::detected().map(|token| Self(Token::Avx512(token))),
+        );
+        #[cfg(not(target_arch = "x86_64"))]
+        let (avx2, avx512) = (None, None);
+        [Some(Self::PORTABLE), avx2, avx512]
+    }
+
+    /// Returns the levels of this CPU, the lowest first.
+    pub fn all() -> impl DoubleEndedIterator<Item = Self> {
+        Self::each().into_iter().flatten()
     }
 
     /// Returns the level that is used where none is asked for: the highest of this CPU, or the one that the process is
     /// [held](Self::hold) to.
     #[must_use]
     pub fn current() -> Self {
-        let all = Self::all();
-        let held = usize::from(HELD.load(Ordering::Relaxed));
-        let place = if held == 0 { all.len() } else { held };
-        all[place - 1]
+        let [portable, avx2, avx512] = Self::each();
+        let highest = match HELD.load(Ordering::Relaxed) {
+            1 => None,
+            2 => avx2,
+            _ => avx512.or(avx2),
+        };
+        highest.or(portable).unwrap_or(Self::PORTABLE)
     }
 
     /// Holds the process to this level, for whatever starts from now on.
     pub fn hold(self) {
-        let place = Self::all().iter().position(|&level| level == self);
+        let place = Self::each().iter().position(|&level| level == Some(self));
         HELD.store(place.map_or(0, |place| place as u8 + 1), Ordering::Relaxed);
     }
 
@@ -171,7 +179,7 @@ impl FromStr for Level {
     type Err = LevelError;
 
     fn from_str(name: &str) -> Result<Self, LevelError> {
-        match Self::all().into_iter().find(|level| level.name() == name) {
+        match Self::all().find(|level| level.name() == name) {
             Some(level) => Ok(level),
             None if ["avx2", "avx512"].contains(&name) => Err(LevelError::Unavailable),
             None => Err(LevelError::Unknown),
@@ -188,9 +196,9 @@ mod tests {
         for level in Level::all() {
             assert_eq!(level.to_string().parse(), Ok(level));
         }
-        assert!(Level::all().is_sorted() && Level::all().contains(&Level::current()));
+        assert!(Level::all().is_sorted() && Level::all().any(|level| level == Level::current()));
         assert_eq!("AVX2".parse::<Level>(), Err(LevelError::Unknown));
-        if Level::all().len() < 3 {
+        if Level::all().count() < 3 {
             assert_eq!("avx512".parse::<Level>(), Err(LevelError::Unavailable));
         }
     }

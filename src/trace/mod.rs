@@ -245,8 +245,14 @@ impl<'a> Tracer<'a> {
 
     /// Holds the tracer to a level; else it uses the [current](Level::current) one. All give the same hits.
     #[must_use]
-    pub fn at_level(self, level: Level) -> Self {
-        Self { level, ..self }
+    pub fn at_level(mut self, level: Level) -> Self {
+        self.hold_to(level);
+        self
+    }
+
+    /// Does what [`at_level`](Self::at_level) does.
+    pub(crate) fn hold_to(&mut self, level: Level) {
+        self.level = level;
     }
 
     /// Returns the level that the tracer uses.

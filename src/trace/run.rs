@@ -322,7 +322,7 @@ mod tests {
         let methods = [Method::Adaptive, Method::Packet, Method::Single];
         for (method, level) in methods
             .into_iter()
-            .flat_map(|method| Level::all().into_iter().map(move |level| (method, level)))
+            .flat_map(|method| Level::all().map(move |level| (method, level)))
         {
             for (origin, valid) in [(Some(shared), &from_one), (None, &apart)] {
                 let traced = |rays: &[Ray]| {

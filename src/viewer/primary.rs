@@ -7,6 +7,7 @@ use super::{
 use crate::{
     accel::BinaryBvh,
     heat::heat,
+    lanes::{F32x8, LANES},
     ray::{Hit, HitPacket, Origins, Ray, RayPacket, T_MAX},
     reference::{
         brute, bvh,
@@ -18,7 +19,6 @@ use crate::{
         bands::Bands,
     },
     scene::{Camera, PixelRays, Scene},
-    simd_old::{F32x8, LANES},
     trace::Tracer,
 };
 use rayon::prelude::*;

@@ -135,7 +135,6 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
     let bvh = Bvh::build_as(scene, BuildQuality::Best, layout);
     let center = center - scene.origin();
     let mut tracers: Vec<Tracer> = Level::all()
-        .into_iter()
         .flat_map(|level| {
             let methods = [Method::Adaptive, Method::Packet, Method::Single];
             methods.map(|method| Tracer::with_method(&bvh, method).at_level(level))
