@@ -9,8 +9,8 @@
 
 use crate::{
     geometry::{IndexedBlock, SphereBlock, TriangleBlock, TriangleLeaf as _},
+    lanes::LANES,
     scene::Scene,
-    simd_old::LANES,
 };
 
 /// Selects how triangles are stored.

@@ -1,23 +1,18 @@
-//! Boxes of primitives as the builder moves them: a register each.
+//! Boxes of primitives as the builder moves them: eight lanes each.
 //!
 //! Functions that run for each primitive and level, here and in [`split`](super::split), are `inline(always)` and
 //! free of `array::map` and iterator chains: see docs/lab-notes.md#builder-inlining
 
 use crate::{
     geometry::padded,
+    lanes::{F32x8, LANES},
     math::Aabb,
     ray::PrimitiveId,
     scene::{Primitive, Scene},
-    simd_old::{F32x8, LANES, max, swap_halves},
+    simd::{EightLanes, Lanes, Simd},
 };
 use glam::Vec3;
 use rayon::prelude::*;
-
-/// All bits of the lanes that are coordinates.
-const NOT_ID: [f32; LANES] = {
-    let all = f32::from_bits(u32::MAX);
-    [all, all, all, 0.0, all, all, all, 0.0]
-};
 
 /// A box and its primitive: minus the lower corner, the id's bits, the upper corner, nothing. So a union is one
 /// maximum of eight lanes (the fourth then means nothing), and moving a primitive moves 32 bytes.
@@ -45,8 +40,8 @@ impl Box8 {
     }
 
     #[inline(always)]
-    pub(super) fn union(self, other: Self) -> Self {
-        Self(max(self.0, other.0))
+    pub(super) fn union<S: Simd>(self, simd: S, other: Self) -> Self {
+        Self(simd.load(&self.0).max(simd.load(&other.0)).to8())
     }
 
     #[inline(always)]
@@ -65,48 +60,51 @@ impl Box8 {
 
     /// Half of the surface area.
     #[inline(always)]
-    pub(super) fn half_area(self) -> f32 {
-        let size = (self.0 + swap_halves(self.0)).to_array();
+    pub(super) fn half_area<S: Simd>(self, simd: S) -> f32 {
+        let corners = simd.load(&self.0);
+        let size = (corners + corners.swap_halves()).to8().to_array();
         let (x, y, z) = (size[4], size[5], size[6]);
         x * (y + z) + y * z
     }
 
     /// The centre as a box without size, at twice its coordinates.
     #[inline(always)]
-    pub(super) fn center(self) -> Self {
-        let corners = self.without_id().0;
-        Self(corners - swap_halves(corners))
+    pub(super) fn center<S: Simd>(self, simd: S) -> Self {
+        Self(self.center_lanes(simd).to8())
+    }
+
+    /// [`center`](Self::center) in registers.
+    #[inline(always)]
+    pub(super) fn center_lanes<S: Simd>(self, simd: S) -> S::V8 {
+        let corners = simd.load(&self.without_id().0);
+        corners - corners.swap_halves()
     }
 
     /// Corners alone: an id that is a denormal float would slow arithmetic down.
     #[inline(always)]
     pub(super) fn without_id(self) -> Self {
-        Self(self.0 & F32x8::new(NOT_ID))
-    }
-
-    #[inline(always)]
-    pub(super) fn lanes(self) -> F32x8 {
-        self.0
+        let [x0, y0, z0, _, x1, y1, z1, _] = self.0.to_array();
+        Self(F32x8::new([x0, y0, z0, 0.0, x1, y1, z1, 0.0]))
     }
 
     /// The box around `boxes`.
     #[inline(always)]
-    pub(super) fn around(boxes: &[Self]) -> Self {
-        let mut all = Self::EMPTY;
-        for &b in boxes {
-            all = all.union(b);
+    pub(super) fn around<S: Simd>(simd: S, boxes: &[Self]) -> Self {
+        let mut all = simd.load(&Self::EMPTY.0);
+        for b in boxes {
+            all = all.max(simd.load(&b.0));
         }
-        all
+        Self(all.to8())
     }
 
     /// The box around the centres of `boxes`; see [`Self::center`].
     #[inline(always)]
-    pub(super) fn around_centers(boxes: &[Self]) -> Self {
-        let mut all = Self::EMPTY;
-        for &b in boxes {
-            all = all.union(b.center());
+    pub(super) fn around_centers<S: Simd>(simd: S, boxes: &[Self]) -> Self {
+        let mut all = simd.load(&Self::EMPTY.0);
+        for b in boxes {
+            all = all.max(b.center_lanes(simd));
         }
-        all
+        Self(all.to8())
     }
 }
 

@@ -13,10 +13,11 @@ use super::{
 };
 use crate::{
     geometry::{IndexedBlock, SphereBlock, TriangleBlock},
+    lanes::{F32x8, Vec3x8},
     math::Aabb,
     ray::PrimitiveId,
     scene::Scene,
-    simd_old::{F32x8, Vec3x8},
+    simd::Simd,
 };
 use glam::Vec3;
 use rayon::prelude::*;
@@ -90,11 +91,12 @@ impl<'a, T> Pieces<'a, T> {
 /// A block written from a scene.
 pub(super) trait FromScene: Sized + Send {
     /// Triangles `ids` of a scene, and the box around them.
-    fn of(scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8);
+    fn of<S: Simd>(simd: S, scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8);
 }
 
 impl FromScene for TriangleBlock {
-    fn of(scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8) {
+    #[inline(always)]
+    fn of<S: Simd>(simd: S, scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8) {
         let mut around = Box8::EMPTY;
         // The block's columns, corner after corner; lanes past the last triangle are a point.
         let mut columns = [[0.0; WIDTH]; 9];
@@ -102,7 +104,7 @@ impl FromScene for TriangleBlock {
         for (lane, &triangle) in ids.iter().enumerate().take(WIDTH) {
             id[lane] = triangle.0;
             let [v0, v1, v2] = corners(scene, triangle.0 as usize);
-            around = around.union(triangle_box([v0, v1, v2], triangle));
+            around = around.union(simd, triangle_box([v0, v1, v2], triangle));
             let numbers = [v0.x, v0.y, v0.z, v1.x, v1.y, v1.z, v2.x, v2.y, v2.z];
             for (column, number) in columns.iter_mut().zip(numbers) {
                 column[lane] = number;
@@ -123,13 +125,14 @@ impl FromScene for TriangleBlock {
 }
 
 impl FromScene for IndexedBlock {
-    fn of(scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8) {
+    #[inline(always)]
+    fn of<S: Simd>(simd: S, scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8) {
         let mut around = Box8::EMPTY;
         let mut triangles = [(PrimitiveId::NONE, [0; 3], [Vec3::ZERO; 3]); WIDTH];
         for (triangle, &id) in triangles.iter_mut().zip(ids) {
             let i = id.0 as usize;
             *triangle = (id, scene.triangles().corners[i], corners(scene, i));
-            around = around.union(triangle_box(triangle.2, id));
+            around = around.union(simd, triangle_box(triangle.2, id));
         }
         let block = Self::new(&triangles[..ids.len()]);
         (block.expect("what has too many vertices is divided"), around)
@@ -137,7 +140,12 @@ impl FromScene for IndexedBlock {
 }
 
 /// Writes out `top`, whose leaves' order is that of `ids`.
-pub(super) fn emit<B: FromScene>(scene: &Scene, top: &Top, ids: &[PrimitiveId]) -> Wide<Vec<B>> {
+pub(super) fn emit<S: Simd, B: FromScene>(
+    simd: S,
+    scene: &Scene,
+    top: &Top,
+    ids: &[PrimitiveId],
+) -> Wide<Vec<B>> {
     let mut above = Above::default();
     let depth = match top {
         Top::Subtree(subtree) => {
@@ -173,6 +181,7 @@ pub(super) fn emit<B: FromScene>(scene: &Scene, top: &Top, ids: &[PrimitiveId]) 
         .iter()
         .zip(&starts)
         .map(|(subtree, &start)| Emission {
+            simd,
             scene,
             ids: &ids[subtree.first..],
             slots: &subtree.slots,
@@ -282,7 +291,8 @@ impl<'a> Above<'a> {
 }
 
 /// One subtree being written.
-struct Emission<'a, B> {
+struct Emission<'a, S, B> {
+    simd: S,
     scene: &'a Scene,
     /// From the subtree's first on.
     ids: &'a [PrimitiveId],
@@ -294,7 +304,7 @@ struct Emission<'a, B> {
     sphere_blocks: &'a mut [MaybeUninit<SphereBlock>],
 }
 
-impl<B: FromScene> Emission<'_, B> {
+impl<S: Simd, B: FromScene> Emission<'_, S, B> {
     fn run(mut self) {
         self.node();
         let all = (
@@ -315,6 +325,15 @@ impl<B: FromScene> Emission<'_, B> {
 
     /// Writes the next node in line and all below it; returns the box around it.
     fn node(&mut self) -> Box8 {
+        let simd = self.simd;
+        simd.call(
+            #[inline(always)]
+            || self.node_at(simd),
+        )
+    }
+
+    #[inline(always)]
+    fn node_at(&mut self, simd: S) -> Box8 {
         let node_i = self.written.node;
         self.written.node += 1;
         let count = self.slots.iter().take_while(|slot| !slot.is_last()).count() + 1;
@@ -324,9 +343,9 @@ impl<B: FromScene> Emission<'_, B> {
         let mut bounds = Box8::EMPTY;
         for (child, slot) in children.iter_mut().zip(slots) {
             if let Some(range) = slot.block() {
-                let (block, around) = self.block(&self.ids[range]);
+                let (block, around) = self.block(simd, &self.ids[range]);
                 *child = (block, around.bounds());
-                bounds = bounds.union(around);
+                bounds = bounds.union(simd, around);
             }
         }
         for (child, slot) in children.iter_mut().zip(slots) {
@@ -334,7 +353,7 @@ impl<B: FromScene> Emission<'_, B> {
                 let below = Child::inner(self.start.node + self.written.node);
                 let around = self.node();
                 *child = (below, around.bounds());
-                bounds = bounds.union(around);
+                bounds = bounds.union(simd, around);
             }
         }
         self.nodes[node_i].write(Node8::new(&children[..count]));
@@ -342,10 +361,11 @@ impl<B: FromScene> Emission<'_, B> {
     }
 
     /// Writes the next block in line; returns the box around it.
-    fn block(&mut self, ids: &[PrimitiveId]) -> (Child, Box8) {
+    #[inline(always)]
+    fn block(&mut self, simd: S, ids: &[PrimitiveId]) -> (Child, Box8) {
         let first_sphere = self.scene.triangles().corners.len();
         if (ids[0].0 as usize) < first_sphere {
-            let (block, around) = B::of(self.scene, ids);
+            let (block, around) = B::of(simd, self.scene, ids);
             let block_i = self.written.triangle_block;
             self.written.triangle_block += 1;
             self.triangle_blocks[block_i].write(block);
@@ -356,7 +376,7 @@ impl<B: FromScene> Emission<'_, B> {
             let mut spheres = [(PrimitiveId::NONE, Vec3::ZERO, 0.0); WIDTH];
             for (sphere, &id) in spheres.iter_mut().zip(ids) {
                 let i = id.0 as usize - first_sphere;
-                around = around.union(sphere_box(self.scene, i, id));
+                around = around.union(simd, sphere_box(self.scene, i, id));
                 *sphere = (id, self.scene.spheres().center(i), self.scene.spheres().radius[i]);
             }
             let block_i = self.written.sphere_block;

@@ -33,9 +33,10 @@ use emit::Wide;
 
 use crate::{
     geometry::SphereBlock,
+    lanes::LANES,
     math::Aabb,
     scene::{Scene, SceneId},
-    simd_old::LANES,
+    simd::{Level, Simd, at_level},
 };
 use std::{
     sync::OnceLock,
@@ -106,6 +107,13 @@ impl Bvh {
     /// As [`Bvh::build`].
     #[must_use]
     pub fn build_as(scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
+        at_level!(Level::current(), |simd| Self::build_at(
+            simd, scene, quality, layout
+        ))
+    }
+
+    /// Builds a hierarchy at a level; the tree is the same at all of them.
+    fn build_at<S: Simd>(simd: S, scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
         let start = Instant::now();
         let mut boxes = boxes::boxes_of(scene);
         let Wide {
@@ -116,11 +124,11 @@ impl Bvh {
         } = if boxes.is_empty() {
             Wide::nothing(layout)
         } else {
-            let top = tree::build(&mut boxes, scene, quality, layout);
+            let top = tree::build(simd, &mut boxes, scene, quality, layout);
             let ids = boxes::into_ids(boxes);
             match layout {
-                Layout::Whole => emit::emit(scene, &top, &ids).with_blocks(TriangleBlocks::Whole),
-                Layout::Indexed => emit::emit(scene, &top, &ids).with_blocks(TriangleBlocks::Indexed),
+                Layout::Whole => emit::emit(simd, scene, &top, &ids).with_blocks(TriangleBlocks::Whole),
+                Layout::Indexed => emit::emit(simd, scene, &top, &ids).with_blocks(TriangleBlocks::Indexed),
             }
         };
         let stats = BvhStats {

@@ -2,8 +2,8 @@
 //! Volume Hierarchies*, 2008, with eight children instead of four).
 
 use crate::{
+    lanes::{F32x8, LANES},
     math::Aabb,
-    simd_old::{F32x8, LANES},
 };
 use glam::Vec3;
 

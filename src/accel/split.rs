@@ -6,7 +6,10 @@
 //! tree's [later steps](super::tree) weigh the parts for bundles.
 
 use super::{boxes::Box8, plan::WIDTH};
-use crate::simd_old::{F32x8, trunc};
+use crate::{
+    lanes::F32x8,
+    simd::{EightLanes, Portable, Simd},
+};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -64,8 +67,8 @@ impl Binning {
     }
 
     #[inline(always)]
-    fn bins_of(&self, b: Box8) -> [usize; 3] {
-        let i = trunc((b.center().lanes() - self.base) * self.scale);
+    fn bins_of<S: Simd>(&self, simd: S, b: Box8) -> [usize; 3] {
+        let i = ((b.center_lanes(simd) - simd.load(&self.base)) * simd.load(&self.scale)).trunc();
         [
             i[4] as usize & (BINS - 1),
             i[5] as usize & (BINS - 1),
@@ -87,30 +90,31 @@ impl Bins {
     };
 
     #[inline(always)]
-    fn fill(&mut self, boxes: &[Box8], binning: &Binning) {
+    fn fill<S: Simd>(&mut self, simd: S, boxes: &[Box8], binning: &Binning) {
         if binning.axes.len() == 1 {
             let axis = binning.axes.start;
             let (bounds, counts) = (&mut self.bounds[axis], &mut self.count[axis]);
             for &b in boxes {
-                let bin = binning.bins_of(b)[axis];
-                bounds[bin] = bounds[bin].union(b);
+                let bin = binning.bins_of(simd, b)[axis];
+                bounds[bin] = bounds[bin].union(simd, b);
                 counts[bin] += 1;
             }
             return;
         }
         for &b in boxes {
-            let bins = binning.bins_of(b);
+            let bins = binning.bins_of(simd, b);
             for (axis, &bin) in bins.iter().enumerate().take(3) {
-                self.bounds[axis][bin] = self.bounds[axis][bin].union(b);
+                self.bounds[axis][bin] = self.bounds[axis][bin].union(simd, b);
                 self.count[axis][bin] += 1;
             }
         }
     }
 
-    fn merge(mut self, other: &Self) -> Self {
+    #[inline(always)]
+    fn merge<S: Simd>(mut self, simd: S, other: &Self) -> Self {
         for axis in 0..3 {
             for bin in 0..BINS {
-                self.bounds[axis][bin] = self.bounds[axis][bin].union(other.bounds[axis][bin]);
+                self.bounds[axis][bin] = self.bounds[axis][bin].union(simd, other.bounds[axis][bin]);
                 self.count[axis][bin] += other.count[axis][bin];
             }
         }
@@ -119,7 +123,7 @@ impl Bins {
 
     /// The axis and the first bin of the second part where that is best.
     #[inline(always)]
-    fn best(&self, binning: &Binning) -> Option<(usize, usize)> {
+    fn best<S: Simd>(&self, simd: S, binning: &Binning) -> Option<(usize, usize)> {
         let bins = binning.bins;
         let mut best = (f32::INFINITY, None);
         for axis in binning.axes.clone() {
@@ -127,15 +131,15 @@ impl Bins {
             let mut above = [0.0; BINS];
             let (mut all, mut count) = (Box8::EMPTY, 0);
             for bin in (1..bins).rev() {
-                all = all.union(bounds[bin]);
+                all = all.union(simd, bounds[bin]);
                 count += counts[bin];
-                above[bin] = all.half_area() * blocks(count);
+                above[bin] = all.half_area(simd) * blocks(count);
             }
             let (mut all, mut count) = (Box8::EMPTY, 0);
             for bin in 1..bins {
-                all = all.union(bounds[bin - 1]);
+                all = all.union(simd, bounds[bin - 1]);
                 count += counts[bin - 1];
-                let cost = all.half_area() * blocks(count) + above[bin];
+                let cost = all.half_area(simd) * blocks(count) + above[bin];
                 if cost < best.0 {
                     best = (cost, Some((axis, bin)));
                 }
@@ -157,66 +161,110 @@ fn blocks(primitives: u32) -> f32 {
 ///
 /// `centers` is around their centres. If `halve`, both parts are equal: that ends what the heuristic would draw out
 /// (boxes each far larger than the one before).
-pub(super) fn divide(boxes: &mut [Box8], centers: Box8, effort: Effort, halve: bool) -> usize {
+#[inline(always)]
+pub(super) fn divide<S: Simd>(
+    simd: S,
+    boxes: &mut [Box8],
+    centers: Box8,
+    effort: Effort,
+    halve: bool,
+) -> usize {
     if halve {
         return halves(boxes, centers);
     }
     let bins = (4 + boxes.len() / 8).min(effort.bins);
     let binning = Binning::new(centers, bins, effort.all_axes);
-    let Some((axis, bin)) = best_split(boxes, &binning) else {
+    let Some((axis, bin)) = best_split(simd, boxes, &binning) else {
         return halves(boxes, centers);
     };
+    let side = Side {
+        simd,
+        binning,
+        axis,
+        bin,
+    };
     let first = if boxes.len() > PARALLEL {
-        partition_parallel(boxes, &|b| binning.bins_of(b)[axis] < bin)
+        partition_parallel(boxes, &side)
     } else {
-        partition(boxes, &|b| binning.bins_of(b)[axis] < bin)
+        partition(boxes, &side)
     };
     debug_assert!(0 < first && first < boxes.len());
     first
 }
 
 #[inline(never)]
-fn best_split(boxes: &[Box8], binning: &Binning) -> Option<(usize, usize)> {
-    let mut bins = Bins::EMPTY;
+fn best_split<S: Simd>(simd: S, boxes: &[Box8], binning: &Binning) -> Option<(usize, usize)> {
     if boxes.len() > PARALLEL {
-        let filled = |chunk: &[Box8]| {
-            let mut bins = Bins::EMPTY;
-            bins.fill(chunk, binning);
-            bins
+        let filled = |chunk: &[Box8]| filled(simd, chunk, binning);
+        let merged = |a: Bins, b: Bins| {
+            simd.call(
+                #[inline(always)]
+                || a.merge(simd, &b),
+            )
         };
-        bins = boxes
-            .par_chunks(CHUNK)
-            .map(filled)
-            .reduce(|| Bins::EMPTY, |a, b| a.merge(&b));
-    } else {
-        bins.fill(boxes, binning);
+        let bins = boxes.par_chunks(CHUNK).map(filled).reduce(|| Bins::EMPTY, merged);
+        return bins.best(simd, binning);
     }
-    bins.best(binning)
+    simd.call(
+        #[inline(always)]
+        || {
+            let mut bins = Bins::EMPTY;
+            bins.fill(simd, boxes, binning);
+            bins.best(simd, binning)
+        },
+    )
 }
 
-/// Moves those for which `is_first` holds to the front, without a branch on it: it is unpredictable.
+fn filled<S: Simd>(simd: S, boxes: &[Box8], binning: &Binning) -> Bins {
+    let mut bins = Bins::EMPTY;
+    simd.call(
+        #[inline(always)]
+        || bins.fill(simd, boxes, binning),
+    );
+    bins
+}
+
+/// The sides of a division: boxes in bins before `bin` come first.
+struct Side<S> {
+    simd: S,
+    binning: Binning,
+    axis: usize,
+    bin: usize,
+}
+
+impl<S: Simd> Side<S> {
+    #[inline(always)]
+    fn is_first(&self, b: Box8) -> bool {
+        self.binning.bins_of(self.simd, b)[self.axis] < self.bin
+    }
+}
+
+/// Moves those that come first to the front, without a branch on it: it is unpredictable.
 #[inline(always)]
-fn partition(boxes: &mut [Box8], is_first: &impl Fn(Box8) -> bool) -> usize {
+fn partition<S: Simd>(boxes: &mut [Box8], side: &Side<S>) -> usize {
     let mut first = 0;
     for i in 0..boxes.len() {
         let b = boxes[i];
         boxes.swap(i, first);
-        first += usize::from(is_first(b));
+        first += usize::from(side.is_first(b));
     }
     first
 }
 
 /// Partitions both halves, then swaps what is on the wrong side. The resulting order depends on the boxes alone, not
 /// on the number of threads.
-fn partition_parallel(boxes: &mut [Box8], is_first: &(impl Fn(Box8) -> bool + Sync)) -> usize {
+fn partition_parallel<S: Simd>(boxes: &mut [Box8], side: &Side<S>) -> usize {
     if boxes.len() <= CHUNK {
-        return partition(boxes, is_first);
+        return side.simd.call(
+            #[inline(always)]
+            || partition(boxes, side),
+        );
     }
     let middle = boxes.len() / 2;
     let (low, high) = boxes.split_at_mut(middle);
     let (low_first, high_first) = rayon::join(
-        || partition_parallel(low, is_first),
-        || partition_parallel(high, is_first),
+        || partition_parallel(low, side),
+        || partition_parallel(high, side),
     );
     let count = high_first.min(middle - low_first);
     let (wrong_low, wrong_high) = (
@@ -238,7 +286,7 @@ fn halves(boxes: &mut [Box8], centers: Box8) -> usize {
     let axis = extent.max_position();
     let middle = boxes.len() / 2;
     if extent[axis] > 0.0 {
-        let key = |b: &Box8| b.center().bounds().upper[axis];
+        let key = |b: &Box8| b.center(Portable).bounds().upper[axis];
         boxes.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)));
     }
     middle

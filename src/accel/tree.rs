@@ -13,7 +13,7 @@ use super::{
     ploc::{self, BinaryTree, BinaryTreeNode},
     split::{Effort, divide},
 };
-use crate::{geometry::IndexedBlock, scene::Scene};
+use crate::{geometry::IndexedBlock, scene::Scene, simd::Simd};
 use rayon::prelude::*;
 
 /// Primitives of a subtree with a root of its own: few enough for the cache, and for all threads to have some.
@@ -121,7 +121,7 @@ impl Slot {
 trait Divider: Copy + Sync + Send {
     /// Divides `boxes` in place and returns how many are in the first part, at least one and not all, and the
     /// dividers of the parts. If `halve`, both parts are equal.
-    fn divide(self, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]);
+    fn divide<S: Simd>(self, simd: S, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]);
 }
 
 /// The [surface area heuristic](super::split).
@@ -130,8 +130,9 @@ struct BySurfaceArea;
 
 impl Divider for BySurfaceArea {
     #[inline(always)]
-    fn divide(self, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]) {
-        (divide(boxes, around_centers(boxes), effort, halve), [self; 2])
+    fn divide<S: Simd>(self, simd: S, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]) {
+        let centers = around_centers(simd, boxes);
+        (divide(simd, boxes, centers, effort, halve), [self; 2])
     }
 }
 
@@ -145,7 +146,7 @@ struct AsIn<'a> {
 }
 
 impl Divider for AsIn<'_> {
-    fn divide(self, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]) {
+    fn divide<S: Simd>(self, simd: S, boxes: &mut [Box8], effort: Effort, halve: bool) -> (usize, [Self; 2]) {
         let with = |node_i| Self { node_i, ..self };
         match self.node_i.map(|node_i| self.tree.node(node_i)) {
             Some(BinaryTreeNode::Inner([left, right])) if boxes.len() > WIDTH && !halve => {
@@ -153,7 +154,7 @@ impl Divider for AsIn<'_> {
                 (count, [with(Some(left)), with(Some(right))])
             }
             _ => {
-                let (count, _) = BySurfaceArea.divide(boxes, effort, halve);
+                let (count, _) = BySurfaceArea.divide(simd, boxes, effort, halve);
                 (count, [with(None); 2])
             }
         }
@@ -161,14 +162,21 @@ impl Divider for AsIn<'_> {
 }
 
 /// Builds over `boxes` of a scene's primitives, for blocks of a layout, and puts them into the order of the leaves.
-pub(super) fn build(boxes: &mut [Box8], scene: &Scene, quality: BuildQuality, layout: Layout) -> Top {
+pub(super) fn build<S: Simd>(
+    simd: S,
+    boxes: &mut [Box8],
+    scene: &Scene,
+    quality: BuildQuality,
+    layout: Layout,
+) -> Top {
     let triangles = &scene.triangles().corners[..];
     let job = Job {
+        simd,
         first_sphere: triangles.len() as u32,
         shared: (layout == Layout::Indexed).then_some(triangles),
         effort: quality.effort(),
         subtree: subtree_size(boxes.len()),
-        footprint: footprint(boxes),
+        footprint: footprint(simd, boxes),
     };
     let levels = most_levels(boxes.len());
     if quality != BuildQuality::Ploc {
@@ -195,29 +203,34 @@ const WIDE: f32 = 16.0;
 
 /// The area added to boxes. The scene's area is that of the box around all centres, which large ground triangles do
 /// not enlarge, or that of all primitives if that is less: the scene is then mostly empty.
-fn footprint(boxes: &[Box8]) -> f32 {
+fn footprint<S: Simd>(simd: S, boxes: &[Box8]) -> f32 {
     let of_part = |boxes: &[Box8]| {
-        let (mut centers, mut area) = (Box8::EMPTY, 0.0);
-        for &b in boxes {
-            centers = centers.union(b.center());
-            area += b.without_id().half_area();
-        }
-        (centers, area)
+        simd.call(
+            #[inline(always)]
+            || {
+                let mut area = 0.0;
+                for b in boxes {
+                    area += b.without_id().half_area(simd);
+                }
+                (Box8::around_centers(simd, boxes), area)
+            },
+        )
     };
     // Summed part by part, in one order for any number of threads.
     let parts: Vec<(Box8, f32)> = boxes.par_chunks(PARALLEL / 2).map(of_part).collect();
     let (mut centers, mut area) = (Box8::EMPTY, 0.0);
     for (centers_of_part, area_of_part) in parts {
-        centers = centers.union(centers_of_part);
+        centers = centers.union(simd, centers_of_part);
         area += area_of_part;
     }
     // A center is at twice its coordinates.
-    area.min(centers.half_area() / 4.0) / SCENE_IN_FOOTPRINTS
+    area.min(centers.half_area(simd) / 4.0) / SCENE_IN_FOOTPRINTS
 }
 
 /// What stays the same all over a tree.
 #[derive(Clone, Copy)]
-struct Job<'a> {
+struct Job<'a, S> {
+    simd: S,
     /// Ids from here on are spheres.
     first_sphere: u32,
     /// The corners of all triangles, if those of a block must fit an [`IndexedBlock`].
@@ -229,13 +242,15 @@ struct Job<'a> {
     footprint: f32,
 }
 
-impl Job<'_> {
+impl<S: Simd> Job<'_, S> {
     /// How often bundles visit a box, in units of area.
+    #[inline(always)]
     fn visits(&self, bounds: Box8) -> f32 {
-        bounds.half_area() + self.footprint
+        bounds.half_area(self.simd) + self.footprint
     }
 
     /// Whether triangles, at most eight, can be a block of their own.
+    #[inline(always)]
     fn is_block(&self, boxes: &[Box8]) -> bool {
         let fits =
             |triangles: &[[u32; 3]]| IndexedBlock::fits(boxes.iter().map(|b| triangles[b.id().0 as usize]));
@@ -244,25 +259,32 @@ impl Job<'_> {
 
     /// Whether what fits a block may be better off in several: it is far wider than a bundle. (In a row along an axis
     /// bundles have no width.)
+    #[inline(always)]
     fn pays_to_divide(&self, count: usize, bounds: Box8) -> bool {
-        let is_wide = self.footprint > 0.0 && bounds.half_area() > WIDE * self.footprint;
+        let is_wide = self.footprint > 0.0 && bounds.half_area(self.simd) > WIDE * self.footprint;
         self.effort.divides_blocks && count > 1 && is_wide
     }
 }
 
 /// `levels`: how often the divider may still decide; sets are halved after that.
-fn build_top<D: Divider>(boxes: &mut [Box8], first: usize, job: Job<'_>, divider: D, levels: u32) -> Top {
+fn build_top<D: Divider, S: Simd>(
+    boxes: &mut [Box8],
+    first: usize,
+    job: Job<'_, S>,
+    divider: D,
+    levels: u32,
+) -> Top {
     if boxes.len() <= job.subtree {
         return Top::Subtree(Subtree::new(boxes, first, job, divider, levels));
     }
-    let (count, [left_divider, right_divider]) = divider.divide(boxes, job.effort, levels == 0);
+    let (count, [left_divider, right_divider]) = divider.divide(job.simd, boxes, job.effort, levels == 0);
     let (left, right) = boxes.split_at_mut(count);
     let levels = levels.saturating_sub(1);
     let (left, right) = rayon::join(
         || build_top(left, first, job, left_divider, levels),
         || build_top(right, first + count, job, right_divider, levels),
     );
-    let bounds = left.bounds().union(right.bounds());
+    let bounds = left.bounds().union(job.simd, right.bounds());
     let plan = Plan::inner(left.plan(), right.plan(), job.visits(bounds), true);
     Top::Inner(Box::new(TopInner {
         children: [left, right],
@@ -272,14 +294,20 @@ fn build_top<D: Divider>(boxes: &mut [Box8], first: usize, job: Job<'_>, divider
 }
 
 #[inline(always)]
-fn around_centers(boxes: &[Box8]) -> Box8 {
+fn around_centers<S: Simd>(simd: S, boxes: &[Box8]) -> Box8 {
+    let of_part = |boxes: &[Box8]| {
+        simd.call(
+            #[inline(always)]
+            || Box8::around_centers(simd, boxes),
+        )
+    };
     if boxes.len() <= PARALLEL {
-        return Box8::around_centers(boxes);
+        return of_part(boxes);
     }
     boxes
         .par_chunks(PARALLEL / 2)
-        .map(Box8::around_centers)
-        .reduce(|| Box8::EMPTY, Box8::union)
+        .map(of_part)
+        .reduce(|| Box8::EMPTY, |a, b| a.union(simd, b))
 }
 
 /// A node of a binary subtree; the left child follows it.
@@ -291,12 +319,12 @@ struct Node {
     right: u32,
 }
 
-struct Builder<'a> {
+struct Builder<'a, S> {
     nodes: Vec<Node>,
-    job: Job<'a>,
+    job: Job<'a, S>,
 }
 
-impl Planned for Builder<'_> {
+impl<S: Simd> Planned for Builder<'_, S> {
     type Node = usize;
 
     fn plan(&self, node_i: usize) -> &Plan {
@@ -309,9 +337,25 @@ impl Planned for Builder<'_> {
     }
 }
 
-impl Builder<'_> {
+impl<S: Simd> Builder<'_, S> {
     /// Appends the tree over `boxes` and returns the box around them.
     fn divide<D: Divider>(&mut self, boxes: &mut [Box8], first: usize, divider: D, levels: u32) -> Box8 {
+        let simd = self.job.simd;
+        simd.call(
+            #[inline(always)]
+            || self.divide_at(simd, boxes, first, divider, levels),
+        )
+    }
+
+    #[inline(always)]
+    fn divide_at<D: Divider>(
+        &mut self,
+        simd: S,
+        boxes: &mut [Box8],
+        first: usize,
+        divider: D,
+        levels: u32,
+    ) -> Box8 {
         let node_i = self.nodes.len();
         self.nodes.push(Node {
             plan: Plan::default(),
@@ -327,7 +371,7 @@ impl Builder<'_> {
                 boxes.sort_unstable_by_key(Box8::id);
                 first_part = Some(boxes.len() - spheres);
             } else {
-                let bounds = Box8::around(boxes);
+                let bounds = Box8::around(simd, boxes);
                 may_be_block = spheres != 0 || self.job.is_block(boxes);
                 if may_be_block && !self.job.pays_to_divide(boxes.len(), bounds) {
                     let visits = self.job.visits(bounds);
@@ -338,7 +382,7 @@ impl Builder<'_> {
         }
         let (count, [left_divider, right_divider]) = match first_part {
             Some(count) => (count, [divider; 2]),
-            None => divider.divide(boxes, self.job.effort, levels == 0),
+            None => divider.divide(simd, boxes, self.job.effort, levels == 0),
         };
         let (left, right) = boxes.split_at_mut(count);
         let levels = levels.saturating_sub(1);
@@ -346,7 +390,7 @@ impl Builder<'_> {
         let right_i = self.nodes.len();
         let bounds = self
             .divide(right, first + count, right_divider, levels)
-            .union(left_bounds);
+            .union(simd, left_bounds);
         let plan = Plan::inner(
             &self.nodes[node_i + 1].plan,
             &self.nodes[right_i].plan,
@@ -360,7 +404,13 @@ impl Builder<'_> {
 }
 
 impl Subtree {
-    fn new<D: Divider>(boxes: &mut [Box8], first: usize, job: Job<'_>, divider: D, levels: u32) -> Self {
+    fn new<D: Divider, S: Simd>(
+        boxes: &mut [Box8],
+        first: usize,
+        job: Job<'_, S>,
+        divider: D,
+        levels: u32,
+    ) -> Self {
         let mut builder = Builder {
             nodes: Vec::with_capacity(2 * boxes.len()),
             job,
@@ -377,7 +427,7 @@ impl Subtree {
         subtree
     }
 
-    fn write_node(&mut self, builder: &Builder<'_>, node_i: usize, depth: usize) {
+    fn write_node<S: Simd>(&mut self, builder: &Builder<'_, S>, node_i: usize, depth: usize) {
         let children = widen(builder, node_i);
         let counts = &mut self.counts;
         counts.nodes += 1;

@@ -185,9 +185,9 @@ impl<'a> Renderer<'a> {
             };
             let tile_counts = match context.settings.mode {
                 Mode::Packet => {
-                    let scratch = self.scratch.get_or(|| {
-                        RefCell::new(TileScratch::new(self.scene, self.bvh, TILE))
-                    });
+                    let scratch = self
+                        .scratch
+                        .get_or(|| RefCell::new(TileScratch::new(self.scene, self.bvh, TILE)));
                     scratch.borrow_mut().render(context, rect, band)
                 }
                 Mode::Scalar => (scalar::render_tile(context, rect, band), TileTimes::default()),
