@@ -79,7 +79,6 @@ pub mod render;
 pub mod scene;
 pub mod shade;
 pub(crate) mod simd;
-pub mod simd_old;
 pub mod trace;
 pub mod verify;
 #[cfg(feature = "viewer")]

@@ -7,50 +7,6 @@ pub(crate) mod fused;
 
 use glam::Vec3;
 
-/// Whether [`mul_add`] and its SIMD twin are fused in this build.
-// Tuned: see docs/lab-notes.md#fused
-pub const FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
-
-/// Returns `a * b + c`, fused in exactly the builds in which `simd_old::mul_add` is.
-#[inline(always)]
-#[must_use]
-pub fn mul_add(a: f32, b: f32, c: f32) -> f32 {
-    if FUSED { a.mul_add(b, c) } else { a * b + c }
-}
-
-/// Returns the dot product `a.x b.x + (a.y b.y + a.z b.z)`, by [`mul_add`].
-#[inline(always)]
-#[must_use]
-pub fn dot(a: Vec3, b: Vec3) -> f32 {
-    mul_add(a.x, b.x, mul_add(a.y, b.y, a.z * b.z))
-}
-
-/// Returns the cross product; each component is `a * b - c * d` with the first product fused.
-#[inline(always)]
-#[must_use]
-pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
-    Vec3::new(
-        mul_add(a.y, b.z, -(a.z * b.y)),
-        mul_add(a.z, b.x, -(a.x * b.z)),
-        mul_add(a.x, b.y, -(a.y * b.x)),
-    )
-}
-
-/// Returns `b * s + a` by [`mul_add`].
-#[inline(always)]
-#[must_use]
-pub fn mul_add3(b: Vec3, s: f32, a: Vec3) -> Vec3 {
-    Vec3::new(mul_add(b.x, s, a.x), mul_add(b.y, s, a.y), mul_add(b.z, s, a.z))
-}
-
-/// Returns `v * (1 / |v|)`, with one rounding more than `v / |v|` but a single division. NaN for a zero vector.
-// Tuned: see docs/lab-notes.md#normalize
-#[inline(always)]
-#[must_use]
-pub fn normalize(v: Vec3) -> Vec3 {
-    v * (1.0 / dot(v, v).sqrt())
-}
-
 /// Returns a power of two that scales `size` to near 1, so that squares stay in the range of `f32`. Products with it are
 /// exact. `size` must be from 0 to below 2^127.
 #[inline(always)]
@@ -62,14 +18,14 @@ pub fn scale_to_one(size: f32) -> f32 {
 /// The exponent bits of an `f32`.
 pub(crate) const EXPONENT: u32 = 0xff << 23;
 
-/// Returns the larger number, or `b` if either is NaN. Twin of `simd_old::max`.
+/// Returns the larger number, or `b` if either is NaN. Twin of [`Lanes::max`](crate::simd::Lanes::max).
 #[inline(always)]
 #[must_use]
 pub fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Returns the smaller number, or `b` if either is NaN. Twin of `simd_old::min`.
+/// Returns the smaller number, or `b` if either is NaN. Twin of [`Lanes::min`](crate::simd::Lanes::min).
 #[inline(always)]
 #[must_use]
 pub fn min(a: f32, b: f32) -> f32 {

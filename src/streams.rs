@@ -5,8 +5,7 @@
 //! standard output for reading only. Both are then found out by whoever uses them.
 #![allow(unsafe_code, reason = "what runs before `main` has only the C library")]
 
-/// The C runtime calls what is listed in `.init_array` before `main`, 95 after the check of the CPU and before the
-/// entries without a number.
+/// The C runtime calls what is listed in `.init_array` before `main`, 95 before the entries without a number.
 // SAFETY: the section holds pointers to functions of the C calling convention, and this is one.
 #[used]
 #[unsafe(link_section = ".init_array.00095")]

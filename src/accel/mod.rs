@@ -26,7 +26,7 @@ mod tree;
 pub use binary::{BinaryBvh, BinaryNode};
 pub use blocks::{Layout, LeafBlocks, TriangleBlocks};
 pub use node::{Child, Node8};
-pub use prefetch::{Places, prefetch, prefetch_for_later};
+pub(crate) use prefetch::{Places, prefetch, prefetch_for_later};
 pub use quality::BuildQuality;
 
 use emit::Wide;

@@ -11,13 +11,13 @@ use std::marker::PhantomData;
 /// The address and size of each [kind](Child::kind) of child, to prefetch without a branch on the kind. `B` are the
 /// blocks of triangles.
 #[derive(Debug)]
-pub struct Places<B>([(*const u8, usize); 4], PhantomData<B>);
+pub(crate) struct Places<B>([(*const u8, usize); 4], PhantomData<B>);
 
 impl Bvh {
     /// Creates it for a hierarchy's nodes and blocks.
     #[inline(always)]
     #[must_use]
-    pub fn places<B: TriangleLeaf>(&self, blocks: LeafBlocks<'_, B>) -> Places<B> {
+    pub(crate) fn places<B: TriangleLeaf>(&self, blocks: LeafBlocks<'_, B>) -> Places<B> {
         fn of<T>(column: &[T]) -> (*const u8, usize) {
             (column.as_ptr().cast(), size_of::<T>())
         }

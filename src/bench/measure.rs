@@ -3,10 +3,10 @@
 use super::workload::{Kind, RaySet};
 use crate::{
     accel::{BinaryBvh, Bvh},
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, Origins, PrimitiveId, Ray, RayPacket},
     reference::bvh::{self, Stack},
     scene::Scene,
-    simd_old::{F32x8, LANES},
     trace::{self, Tracer},
 };
 use std::time::Instant;
@@ -107,9 +107,17 @@ const BATCH: usize = 256;
 /// Returns shadow rays from their light to the surface.
 fn reversed(packet: &RayPacket) -> RayPacket {
     RayPacket {
-        direction: -packet.direction,
+        direction: Vec3x8 {
+            x: negated(&packet.direction.x),
+            y: negated(&packet.direction.y),
+            z: negated(&packet.direction.z),
+        },
         t_max: packet.t_max,
     }
+}
+
+fn negated(numbers: &F32x8) -> F32x8 {
+    numbers.to_array().map(|number| -number).into()
 }
 
 fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {

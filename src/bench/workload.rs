@@ -2,10 +2,11 @@
 
 use crate::{
     accel::Bvh,
-    math::{cross, dot, max_abs, mul_add3, normalize, scale_to_one},
+    lanes::{F32x8, LANES},
+    math::{max_abs, scale_to_one},
     ray::{Hit, HitPacket, Ray, RayPacket, RayPackets, T_MAX},
     scene::{Camera, Primitive, Scene, for_each_packet},
-    simd_old::{F32x8, LANES, gt, splat},
+    simd::{Portable, Simd},
     trace::Tracer,
 };
 use glam::Vec3;
@@ -53,7 +54,7 @@ pub struct RaySet {
 
 impl RaySet {
     fn new(kind: Kind, groups: Vec<(Option<Vec3>, RayPackets)>) -> Self {
-        let active = |p: &RayPacket| u64::from(gt(p.t_max, splat(0.0)).bits().count_ones());
+        let active = |p: &RayPacket| p.t_max.as_array().iter().filter(|&&t| t > 0.0).count() as u64;
         let count = groups
             .iter()
             .flat_map(|(_, rays)| rays.packets())
@@ -84,8 +85,8 @@ impl Workload {
             .map(|light| {
                 let ray = |_: &Ray, point: Vec3, normal: Vec3| {
                     let to_light = light - point;
-                    let distance = dot(to_light, to_light).sqrt();
-                    let faces = dot(normal, to_light) > 0.0;
+                    let distance = Portable.dot(to_light, to_light).sqrt();
+                    let faces = Portable.dot(normal, to_light) > 0.0;
                     faces.then(|| Ray {
                         origin: point,
                         direction: to_light / distance,
@@ -96,10 +97,10 @@ impl Workload {
             })
             .collect();
         let mirrored = |ray: &Ray, point: Vec3, normal: Vec3| {
-            let along = dot(ray.direction, normal);
+            let along = Portable.dot(ray.direction, normal);
             Some(Ray::new(
                 point,
-                normalize(mul_add3(normal, -2.0 * along, ray.direction)),
+                Portable.normalize(Portable.mul_add3(normal, -2.0 * along, ray.direction)),
             ))
         };
         let mirror = vec![(None, secondary(scene, &camera_rays, &hits, offset, mirrored))];
@@ -152,7 +153,7 @@ fn secondary(
                 return None;
             }
             let normal = geometric_normal(scene, &ray, &hit);
-            let point = mul_add3(ray.direction, hit.t, ray.origin) + normal * offset;
+            let point = Portable.mul_add3(ray.direction, hit.t, ray.origin) + normal * offset;
             ray_from(&ray, point, normal)
         });
         if let Some(ray) = rays.iter().flatten().next() {
@@ -174,14 +175,13 @@ fn geometric_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
     let normal = match scene.primitive(hit.primitive) {
         Primitive::Triangle(i) => {
             let [v0, v1, v2] = scene.triangle(i);
-            let facet = cross(v1 - v0, v2 - v0);
-            normalize(facet * scale_to_one(max_abs(facet)))
+            let facet = Portable.cross(v1 - v0, v2 - v0);
+            Portable.normalize(facet * scale_to_one(max_abs(facet)))
         }
-        Primitive::Sphere(i) => {
-            normalize(mul_add3(ray.direction, hit.t, ray.origin) - scene.spheres().center(i))
-        }
+        Primitive::Sphere(i) => Portable
+            .normalize(Portable.mul_add3(ray.direction, hit.t, ray.origin) - scene.spheres().center(i)),
     };
-    if dot(normal, ray.direction) > 0.0 {
+    if Portable.dot(normal, ray.direction) > 0.0 {
         -normal
     } else {
         normal

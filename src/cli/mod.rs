@@ -30,13 +30,15 @@ use std::{process::ExitCode, time::Instant};
 #[must_use]
 pub fn main(limit_memory: impl Fn(u64)) -> ExitCode {
     let start = Instant::now();
-    let done = args::plan(std::env::args_os().collect()).and_then(|plan| match plan {
-        Some(plan) => {
-            limit_memory(load::memory::cap(plan.memory()));
-            commands::run(plan, start)
-        }
-        None => Ok(()),
-    });
+    let done = process::hold_level()
+        .and_then(|()| args::plan(std::env::args_os().collect()))
+        .and_then(|plan| match plan {
+            Some(plan) => {
+                limit_memory(load::memory::cap(plan.memory()));
+                commands::run(plan, start)
+            }
+            None => Ok(()),
+        });
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

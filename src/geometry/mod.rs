@@ -13,7 +13,7 @@ mod sphere;
 mod triangle;
 
 pub use bounds::padded;
-pub(crate) use bounds::{ENTRY_SCALE, EXIT_SCALE, Slabs, interval, pad};
+pub(crate) use bounds::{ENTRY_SCALE, EXIT_SCALE, Slabs, interval};
 pub use indexed::IndexedBlock;
 pub use sphere::SphereBlock;
 pub(crate) use sphere::{chord, padded_sphere_boxes, sphere_hits};

@@ -4,6 +4,7 @@ use super::{RaySlabs, intersect_shape};
 use crate::{
     ray::{Hit, PrimitiveId, Ray},
     scene::{Primitive, Scene, Shape},
+    simd::{Level, Simd, at_level},
 };
 
 /// Returns every primitive that has an area.
@@ -17,34 +18,44 @@ fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
         .map(|id| (id, scene.shape(id)))
 }
 
-fn nearest(targets: impl Iterator<Item = (PrimitiveId, Shape)>, ray: &Ray) -> Hit {
+#[inline(always)]
+fn nearest<S: Simd>(simd: S, targets: impl Iterator<Item = (PrimitiveId, Shape)>, ray: &Ray) -> Hit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
-    targets
-        .filter_map(|(id, shape)| intersect_shape(id, &shape, ray, &slabs))
-        .fold(Hit::miss(ray.t_max), |best, hit| {
-            if best.loses_to(hit.t, hit.primitive) {
-                hit
-            } else {
-                best
-            }
-        })
+    let mut best = Hit::miss(ray.t_max);
+    for (id, shape) in targets {
+        if let Some(hit) = intersect_shape(simd, id, &shape, ray, &slabs)
+            && best.loses_to(hit.t, id)
+        {
+            best = hit;
+        }
+    }
+    best
 }
 
 /// Returns the closest hit; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(scene: &Scene, ray: &Ray) -> Hit {
-    nearest(targets(scene), ray)
+    at_level!(Level::current(), |simd| nearest(simd, targets(scene), ray))
 }
 
 /// Returns whether anything is hit before the ray's end.
 #[must_use]
 pub fn occluded(scene: &Scene, ray: &Ray) -> bool {
+    at_level!(Level::current(), |simd| any(simd, scene, ray))
+}
+
+#[inline(always)]
+fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
-    targets(scene)
-        .filter_map(|(id, shape)| intersect_shape(id, &shape, ray, &slabs))
-        .any(|hit| hit.t < ray.t_max)
+    for (id, shape) in targets(scene) {
+        let hit = intersect_shape(simd, id, &shape, ray, &slabs);
+        if hit.is_some_and(|hit| hit.t < ray.t_max) {
+            return true;
+        }
+    }
+    false
 }
 
 /// The shapes of a scene, collected once for many rays.
@@ -61,6 +72,10 @@ impl Shapes {
     /// Returns what [`closest_hit`] returns.
     #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> Hit {
-        nearest(self.0.iter().copied(), ray)
+        at_level!(Level::current(), |simd| nearest(
+            simd,
+            self.0.iter().copied(),
+            ray
+        ))
     }
 }

@@ -4,6 +4,7 @@ use super::{RaySlabs, intersect_shape};
 use crate::{
     accel::BinaryBvh,
     ray::{Hit, Ray},
+    simd::{Level, Simd, at_level},
 };
 
 /// The traversal stack, reused from ray to ray.
@@ -38,11 +39,10 @@ fn traverse(
             limit = new_limit;
         } else {
             let first = node.first as usize;
-            let enter = |i: usize| {
-                let (near, far) = slabs.interval(bvh.nodes[i].bounds());
-                (near <= far && near <= limit, near)
-            };
-            let ((hit0, near0), (hit1, near1)) = (enter(first), enter(first + 1));
+            let (near0, far0) = slabs.interval(bvh.nodes[first].bounds());
+            let (near1, far1) = slabs.interval(bvh.nodes[first + 1].bounds());
+            let hit0 = near0 <= far0 && near0 <= limit;
+            let hit1 = near1 <= far1 && near1 <= limit;
             match (hit0, hit1) {
                 (true, true) => {
                     let (nearer, farther, far_near) = if near0 <= near1 {
@@ -78,34 +78,71 @@ fn traverse(
 /// Returns the closest hit; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
+    closest_hit_at(Level::current(), bvh, stack, ray)
+}
+
+/// Does [`closest_hit`] at a level.
+pub(crate) fn closest_hit_at(level: Level, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
+    at_level!(level, |simd| closest(simd, bvh, stack, ray))
+}
+
+#[inline(always)]
+fn closest<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
-    traverse(bvh, &slabs, ray.t_max, stack, |range| {
-        for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
-            if let Some(hit) = intersect_shape(id, shape, ray, &slabs)
-                && best.loses_to(hit.t, id)
-            {
-                best = hit;
+    traverse(
+        bvh,
+        &slabs,
+        ray.t_max,
+        stack,
+        #[inline(always)]
+        |range| {
+            for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
+                if let Some(hit) = intersect_shape(simd, id, shape, ray, &slabs)
+                    && best.loses_to(hit.t, id)
+                {
+                    best = hit;
+                }
             }
-        }
-        Some(best.t)
-    });
+            Some(best.t)
+        },
+    );
     best
 }
 
 /// Returns whether anything is hit before the ray's end.
 #[must_use]
 pub fn occluded(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
+    occluded_at(Level::current(), bvh, stack, ray)
+}
+
+/// Does [`occluded`] at a level.
+pub(crate) fn occluded_at(level: Level, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
+    at_level!(level, |simd| any(simd, bvh, stack, ray))
+}
+
+#[inline(always)]
+fn any<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut found = false;
-    traverse(bvh, &slabs, ray.t_max, stack, |range| {
-        found = bvh.primitives[range.clone()]
-            .iter()
-            .zip(&bvh.shapes[range])
-            .any(|(&id, shape)| intersect_shape(id, shape, ray, &slabs).is_some_and(|hit| hit.t < ray.t_max));
-        (!found).then_some(ray.t_max)
-    });
+    traverse(
+        bvh,
+        &slabs,
+        ray.t_max,
+        stack,
+        #[inline(always)]
+        |range| {
+            for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
+                let hit = intersect_shape(simd, id, shape, ray, &slabs);
+                if hit.is_some_and(|hit| hit.t < ray.t_max) {
+                    found = true;
+                    return None;
+                }
+            }
+            Some(ray.t_max)
+        },
+    );
     found
 }

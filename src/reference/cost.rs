@@ -6,6 +6,7 @@ use crate::{
     math::Aabb,
     ray::{Hit, PrimitiveId, Ray},
     scene::Scene,
+    simd::{Level, Simd, at_level},
 };
 
 /// The traversal cost of a ray.
@@ -31,7 +32,12 @@ pub struct Stack(Vec<(f32, Child)>);
 
 /// Returns the closest hit and its cost. Nearer children come first; packets and bundles would share some of the cost.
 #[must_use]
-pub fn closest_hit(scene: &Scene, bvh: &Bvh, Stack(stack): &mut Stack, ray: &Ray) -> (Hit, Cost) {
+pub fn closest_hit(scene: &Scene, bvh: &Bvh, stack: &mut Stack, ray: &Ray) -> (Hit, Cost) {
+    at_level!(Level::current(), |simd| counted(simd, scene, bvh, stack, ray))
+}
+
+#[inline(always)]
+fn counted<S: Simd>(simd: S, scene: &Scene, bvh: &Bvh, Stack(stack): &mut Stack, ray: &Ray) -> (Hit, Cost) {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
@@ -60,7 +66,7 @@ pub fn closest_hit(scene: &Scene, bvh: &Bvh, Stack(stack): &mut Stack, ray: &Ray
             let ids = bvh.leaf_ids(child);
             for id in ids[..child.count()].iter().map(|&id| PrimitiveId(id)) {
                 cost.primitives += 1;
-                if let Some(hit) = intersect_shape(id, &scene.shape(id), ray, &slabs)
+                if let Some(hit) = intersect_shape(simd, id, &scene.shape(id), ray, &slabs)
                     && best.loses_to(hit.t, id)
                 {
                     best = hit;

@@ -9,4 +9,4 @@ pub mod cost;
 mod primitive;
 pub mod shade;
 
-pub use primitive::{RaySlabs, intersect_shape};
+use primitive::{RaySlabs, intersect_shape};

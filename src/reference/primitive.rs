@@ -2,9 +2,10 @@
 //! explains them.
 
 use crate::{
-    math::{Aabb, cross, dot, max, max_abs, min, min_abs_direction, mul_add3},
+    math::{Aabb, max, max_abs, min, min_abs_direction},
     ray::{Hit, PrimitiveId, Ray},
     scene::Shape,
+    simd::Simd,
 };
 use glam::{DVec3, Vec3};
 
@@ -25,6 +26,7 @@ pub struct RaySlabs {
 
 impl RaySlabs {
     /// Prepares `ray`.
+    #[inline(always)]
     #[must_use]
     pub fn new(ray: &Ray) -> Self {
         let inv = |d: f32| 1.0 / min_abs_direction(d);
@@ -36,6 +38,7 @@ impl RaySlabs {
     }
 
     /// Returns the t at which the ray enters and leaves the box; entry > exit if it misses.
+    #[inline(always)]
     #[must_use]
     pub fn interval(&self, bounds: Aabb) -> (f32, f32) {
         let t0 = (bounds.lower - self.origin) * self.inv_direction;
@@ -45,6 +48,7 @@ impl RaySlabs {
         (near * (1.0 - INTERVAL_PAD), far * (1.0 + INTERVAL_PAD))
     }
 
+    #[inline(always)]
     fn primitive_interval(&self, bounds: Aabb) -> (f32, f32) {
         let pad = Vec3::splat(max(max_abs(bounds.lower), max_abs(bounds.upper)) * GEOMETRIC_PAD);
         self.interval(Aabb {
@@ -55,12 +59,18 @@ impl RaySlabs {
 }
 
 /// Intersects `ray` with primitive `id` of the given shape, ignoring the ray's `t_max`.
-#[inline]
+#[inline(always)]
 #[must_use]
-pub fn intersect_shape(id: PrimitiveId, shape: &Shape, ray: &Ray, slabs: &RaySlabs) -> Option<Hit> {
+pub(crate) fn intersect_shape<S: Simd>(
+    simd: S,
+    id: PrimitiveId,
+    shape: &Shape,
+    ray: &Ray,
+    slabs: &RaySlabs,
+) -> Option<Hit> {
     let (t, u, v) = match *shape {
-        Shape::Triangle(corners) => triangle(corners, ray, slabs)?,
-        Shape::Sphere(center, radius) => (sphere(center, radius, ray, slabs)?, 0.0, 0.0),
+        Shape::Triangle(corners) => triangle(simd, corners, ray, slabs)?,
+        Shape::Sphere(center, radius) => (sphere(simd, center, radius, ray, slabs)?, 0.0, 0.0),
     };
     Some(Hit {
         t,
@@ -70,19 +80,26 @@ pub fn intersect_shape(id: PrimitiveId, shape: &Shape, ray: &Ray, slabs: &RaySla
     })
 }
 
-fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32, f32, f32)> {
+#[inline(always)]
+fn triangle<S: Simd>(
+    simd: S,
+    [v0, v1, v2]: [Vec3; 3],
+    ray: &Ray,
+    slabs: &RaySlabs,
+) -> Option<(f32, f32, f32)> {
     let d = ray.direction;
-    let [a, b, c] = [v0, v1, v2].map(|v| v - ray.origin);
-    let normal = cross(v1 - v0, v2 - v0);
-    let plane = dot(normal, a);
+    let (a, b, c) = (v0 - ray.origin, v1 - ray.origin, v2 - ray.origin);
+    let normal = simd.cross(v1 - v0, v2 - v0);
+    let plane = simd.dot(normal, a);
     let side = if plane.is_sign_negative() { -1.0 } else { 1.0 };
 
     let edges = [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)];
-    let weights = edges.map(|(edge, sum)| dot(d, cross(edge, sum) * side));
-    // The 1-norm bounds the length.
-    let length = |v: Vec3| v.abs().element_sum();
-    let longest = edges.into_iter().map(|(edge, _)| length(edge)).fold(0.0, max);
-    let farthest = [a, b, c].into_iter().map(length).fold(0.0, max);
+    let (mut weights, mut longest) = ([0.0; 3], 0.0);
+    for (weight, (edge, sum)) in weights.iter_mut().zip(edges) {
+        *weight = simd.dot(d, simd.cross(edge, sum) * side);
+        longest = max(longest, one_norm(edge));
+    }
+    let farthest = max(max(one_norm(a), one_norm(b)), one_norm(c));
     let tolerance = FILTER * longest * 2.0 * farthest;
     let smallest = min(min(weights[0], weights[1]), weights[2]);
     let inside = smallest > tolerance || smallest >= -tolerance && passes_through(ray, [v0, v1, v2], weights);
@@ -93,10 +110,16 @@ fn triangle([v0, v1, v2]: [Vec3; 3], ray: &Ray, slabs: &RaySlabs) -> Option<(f32
         lower: v0.min(v1).min(v2),
         upper: v0.max(v1).max(v2),
     });
-    let t = min(max(plane * side / dot(d, normal * side), near), far);
-    let [u, v, w] = weights.map(|weight| max(weight, 0.0));
+    let t = min(max(plane * side / simd.dot(d, normal * side), near), far);
+    let [u, v, w] = [max(weights[0], 0.0), max(weights[1], 0.0), max(weights[2], 0.0)];
     let sum = max(u + v + w, f32::MIN_POSITIVE);
     (near <= far && t > 0.0).then_some((t, u / sum, v / sum))
+}
+
+/// The 1-norm, which bounds the length.
+#[inline(always)]
+fn one_norm(v: Vec3) -> f32 {
+    v.x.abs() + v.y.abs() + v.z.abs()
 }
 
 /// Decides in `f64` where `f32` cannot: whether the ray's line passes through the triangle or, if two edge functions are
@@ -134,11 +157,12 @@ fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {
     is_between(a, b) || is_between(b, c) || is_between(c, a)
 }
 
-fn sphere(center: Vec3, radius: f32, ray: &Ray, slabs: &RaySlabs) -> Option<f32> {
+#[inline(always)]
+fn sphere<S: Simd>(simd: S, center: Vec3, radius: f32, ray: &Ray, slabs: &RaySlabs) -> Option<f32> {
     let from_center = ray.origin - center;
-    let nearest = -dot(from_center, ray.direction);
-    let perpendicular = mul_add3(ray.direction, nearest, from_center);
-    let discriminant = radius * radius - dot(perpendicular, perpendicular);
+    let nearest = -simd.dot(from_center, ray.direction);
+    let perpendicular = simd.mul_add3(ray.direction, nearest, from_center);
+    let discriminant = radius * radius - simd.dot(perpendicular, perpendicular);
     if discriminant < 0.0 || discriminant.is_nan() {
         return None;
     }

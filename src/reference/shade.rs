@@ -1,9 +1,10 @@
 //! The scalar twin of the `shade` module: Whitted's algorithm as a loop, with the same operations in the same order.
 
 use crate::{
-    math::{cross, dot, max, max_abs, min, mul_add, mul_add3, normalize, powi, scale_to_one},
+    math::{max, max_abs, min, powi, scale_to_one},
     ray::{Hit, Ray},
     scene::{Material, Primitive, Scene},
+    simd::{Level, Simd, at_level},
 };
 use glam::Vec3;
 
@@ -45,30 +46,52 @@ pub fn radiance(
     shadows: bool,
     rays: &mut SecondaryRays,
 ) -> [f32; 3] {
+    let limits = Limits { max_depth, shadows };
+    at_level!(Level::current(), |simd| radiance_at(
+        simd, scene, intersect, camera_ray, limits, rays
+    ))
+}
+
+/// What [`radiance`] traces.
+#[derive(Clone, Copy)]
+struct Limits {
+    max_depth: u32,
+    shadows: bool,
+}
+
+#[inline(always)]
+fn radiance_at<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut impl Intersect,
+    camera_ray: Ray,
+    limits: Limits,
+    rays: &mut SecondaryRays,
+) -> [f32; 3] {
     let mut color = [0.0; 3];
     let mut ray = camera_ray;
     let mut weight = 1.0;
     for level in 0.. {
-        if level == max_depth {
-            add(&mut color, weight, scene.background().color(ray.direction));
+        if level == limits.max_depth {
+            add(simd, &mut color, weight, scene.background().color(ray.direction));
             break;
         }
         rays.reflection += u64::from(level > 0);
         let hit = intersect.closest_hit(&ray);
         if !hit.is_hit() {
-            add(&mut color, weight, scene.background().color(ray.direction));
+            add(simd, &mut color, weight, scene.background().color(ray.direction));
             break;
         }
         let material = &scene.materials()[scene.material_of(hit.primitive).0 as usize];
         if let Material::Silhouette { color: own } = material {
-            add(&mut color, weight, *own);
+            add(simd, &mut color, weight, *own);
             break;
         }
-        let surface = surface(scene, &ray, &hit);
-        let light = gather_light(scene, intersect, &surface, material, shadows, rays);
+        let surface = surface(simd, scene, &ray, &hit);
+        let light = gather_light(simd, scene, intersect, (&surface, material), limits.shadows, rays);
         match *material {
             Material::Silhouette { .. } => {}
-            Material::Matte { color: own } => add(&mut color, weight, matte(scene, own, &light)),
+            Material::Matte { color: own } => add(simd, &mut color, weight, matte(scene, own, &light)),
             Material::BlinnPhong {
                 diffuse,
                 specular,
@@ -77,24 +100,25 @@ pub fn radiance(
                 ..
             } => {
                 let channel = |i: usize| {
-                    let body = mul_add(k_d, light.diffuse[i], scene.ambient());
+                    let body = simd.mul_add(k_d, light.diffuse[i], scene.ambient());
                     let gloss = k_s * light.specular[i];
-                    let sum = mul_add(diffuse[i], body, specular[i] * gloss);
+                    let sum = simd.mul_add(diffuse[i], body, specular[i] * gloss);
                     min(max(sum, 0.0), 1.0)
                 };
-                add(&mut color, weight, [channel(0), channel(1), channel(2)]);
+                add(simd, &mut color, weight, [channel(0), channel(1), channel(2)]);
             }
             Material::Reflection {
                 color: own,
                 mirror_share,
             } => {
                 add(
+                    simd,
                     &mut color,
                     weight * (1.0 - mirror_share),
                     matte(scene, own, &light),
                 );
                 weight *= mirror_share;
-                ray = mirrored(&surface);
+                ray = mirrored(simd, &surface);
                 continue;
             }
         }
@@ -103,21 +127,24 @@ pub fn radiance(
     color
 }
 
-fn add(color: &mut [f32; 3], weight: f32, more: [f32; 3]) {
+#[inline(always)]
+fn add<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, more: [f32; 3]) {
     for (sum, c) in color.iter_mut().zip(more) {
-        *sum = mul_add(weight, c, *sum);
+        *sum = simd.mul_add(weight, c, *sum);
     }
 }
 
+#[inline(always)]
 fn matte(scene: &Scene, color: [f32; 3], light: &Light) -> [f32; 3] {
     std::array::from_fn(|i| color[i] * min(scene.ambient() + light.diffuse[i], 1.0))
 }
 
-fn mirrored(s: &Surface) -> Ray {
-    let along = dot(s.direction, s.normal);
-    let direction = normalize(mul_add3(s.normal, -2.0 * along, s.direction));
+#[inline(always)]
+fn mirrored<S: Simd>(simd: S, s: &Surface) -> Ray {
+    let along = simd.dot(s.direction, s.normal);
+    let direction = simd.normalize(simd.mul_add3(s.normal, -2.0 * along, s.direction));
     Ray::new(
-        mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
+        simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
         direction,
     )
 }
@@ -128,11 +155,12 @@ struct Light {
     specular: [f32; 3],
 }
 
-fn gather_light(
+#[inline(always)]
+fn gather_light<S: Simd>(
+    simd: S,
     scene: &Scene,
     intersect: &mut impl Intersect,
-    s: &Surface,
-    material: &Material,
+    (s, material): (&Surface, &Material),
     shadows: bool,
     rays: &mut SecondaryRays,
 ) -> Light {
@@ -143,34 +171,35 @@ fn gather_light(
     };
     for i in 0..lights.intensity.len() {
         let (position, power) = (lights.position(i), lights.power(i));
-        let to_light = normalize(position - s.point);
-        let n_dot_l = dot(s.normal, to_light);
+        let to_light = simd.normalize(position - s.point);
+        let n_dot_l = simd.dot(s.normal, to_light);
         if n_dot_l <= 0.0 || n_dot_l.is_nan() {
             continue;
         }
         if shadows {
             rays.shadow += 1;
-            if intersect.occluded(&shadow_ray(position, s)) {
+            if intersect.occluded(&shadow_ray(simd, position, s)) {
                 continue;
             }
         }
-        add(&mut sum.diffuse, n_dot_l, power);
+        add(simd, &mut sum.diffuse, n_dot_l, power);
         if let Material::BlinnPhong { alpha, .. } = material {
-            let halfway = normalize(to_light - s.direction);
-            let highlight = powi(max(dot(s.normal, halfway), 0.0), *alpha);
-            add(&mut sum.specular, highlight, power);
+            let halfway = simd.normalize(to_light - s.direction);
+            let highlight = powi(max(simd.dot(s.normal, halfway), 0.0), *alpha);
+            add(simd, &mut sum.specular, highlight, power);
         }
     }
     sum
 }
 
 /// Returns the ray from the light to the point, offset from the surface.
-fn shadow_ray(light: Vec3, s: &Surface) -> Ray {
+#[inline(always)]
+fn shadow_ray<S: Simd>(simd: S, light: Vec3, s: &Surface) -> Ray {
     let to_light = light - s.point;
-    let distance = dot(to_light, to_light).sqrt();
-    let offset = mul_add(distance, LIGHT_OFFSET, s.magnitude * SURFACE_OFFSET);
-    let from_light = mul_add3(s.geometric_normal, offset, s.point) - light;
-    let length = dot(from_light, from_light).sqrt();
+    let distance = simd.dot(to_light, to_light).sqrt();
+    let offset = simd.mul_add(distance, LIGHT_OFFSET, s.magnitude * SURFACE_OFFSET);
+    let from_light = simd.mul_add3(s.geometric_normal, offset, s.point) - light;
+    let length = simd.dot(from_light, from_light).sqrt();
     Ray {
         origin: light,
         direction: from_light * (1.0 / length),
@@ -181,24 +210,25 @@ fn shadow_ray(light: Vec3, s: &Surface) -> Ray {
 /// Returns the shading normal of a hit, a unit vector on the viewer's side.
 #[must_use]
 pub fn shading_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
-    surface(scene, ray, hit).normal
+    at_level!(Level::current(), |simd| surface(simd, scene, ray, hit)).normal
 }
 
-fn surface(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
+#[inline(always)]
+fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
     let (point, geometric, normal, magnitude) = match scene.primitive(hit.primitive) {
-        Primitive::Triangle(i) => triangle(scene, i, hit),
+        Primitive::Triangle(i) => triangle(simd, scene, i, hit),
         Primitive::Sphere(i) => {
             let (center, radius) = (scene.spheres().center(i), scene.spheres().radius[i]);
-            let outward = normalize(mul_add3(ray.direction, hit.t, ray.origin - center));
+            let outward = simd.normalize(simd.mul_add3(ray.direction, hit.t, ray.origin - center));
             (
-                mul_add3(outward, radius, center),
+                simd.mul_add3(outward, radius, center),
                 outward,
                 outward,
                 max_abs(center) + radius,
             )
         }
     };
-    let away = dot(geometric, ray.direction) > 0.0;
+    let away = simd.dot(geometric, ray.direction) > 0.0;
     Surface {
         point,
         geometric_normal: if away { -geometric } else { geometric },
@@ -208,20 +238,21 @@ fn surface(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
     }
 }
 
-fn triangle(scene: &Scene, i: usize, hit: &Hit) -> (Vec3, Vec3, Vec3, f32) {
+#[inline(always)]
+fn triangle<S: Simd>(simd: S, scene: &Scene, i: usize, hit: &Hit) -> (Vec3, Vec3, Vec3, f32) {
     let [v0, v1, v2] = scene.triangle(i);
     let (u, v) = (hit.u, hit.v);
     let w = 1.0 - u - v;
-    let interpolate = |a: Vec3, b: Vec3, c: Vec3| mul_add3(b, u, mul_add3(c, v, a * w));
-    let facet = cross(v1 - v0, v2 - v0);
-    let geometric = normalize(facet * scale_to_one(max_abs(facet)));
+    let interpolate = |a: Vec3, b: Vec3, c: Vec3| simd.mul_add3(b, u, simd.mul_add3(c, v, a * w));
+    let facet = simd.cross(v1 - v0, v2 - v0);
+    let geometric = simd.normalize(facet * scale_to_one(max_abs(facet)));
     let mut normal = geometric;
     let normals = &scene.vertices().normals;
     if !normals.is_empty() {
         let [n0, n1, n2] = scene.triangles().corners[i].map(|vertex| normals[vertex as usize]);
         let smooth = interpolate(n0, n1, n2);
         if [n0, n1, n2].iter().all(|&n| n != Vec3::ZERO) && max_abs(smooth) > 0.0 {
-            normal = normalize(smooth * scale_to_one(max_abs(smooth)));
+            normal = simd.normalize(smooth * scale_to_one(max_abs(smooth)));
         }
     }
     let magnitude = max(max(max_abs(v0), max_abs(v1)), max_abs(v2));

@@ -3,7 +3,7 @@
 use super::Transfer;
 use crate::{
     lanes::LANES,
-    simd::{EightLanes, Lanes, Simd},
+    simd::{EightLanes, Simd},
 };
 use rayon::prelude::*;
 use std::collections::TryReserveError;

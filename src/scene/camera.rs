@@ -3,7 +3,7 @@
 use super::Scene;
 use crate::{
     classic,
-    lanes::{F32x8, LANES, Vec3x8},
+    lanes::{F32x8, Vec3x8},
     simd::{Level, Portable, Simd, at_level},
 };
 use glam::{DVec3, Vec3};

@@ -5,7 +5,7 @@ use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, PrimitiveId},
     scene::{Primitive, Scene},
-    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
+    simd::{EightLanes, Lanes, Simd, Vec3Eight, Vec3Lanes},
 };
 
 /// Eight points on surfaces of one material.

@@ -19,7 +19,6 @@ pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Ou
 }
 
 /// Eight, sixteen or thirty-two `f32` in registers.
-#[expect(missing_docs, reason = "the others are what their names say")]
 pub trait Lanes:
     Copy
     + std::fmt::Debug

@@ -32,7 +32,7 @@ pub use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub use avx512::Avx512;
 pub use column::{Column, Memory, WideColumn};
-pub use lanes::{EightLanes, LaneMask, Lanes, REGISTER_LANES, TriangleLanes, entry, unpack};
+pub use lanes::{EightLanes, LaneMask, Lanes, REGISTER_LANES, TriangleLanes, unpack};
 pub(crate) use level::at_level;
 pub use level::{Level, LevelError, Token, isa};
 pub use pair::Pair;

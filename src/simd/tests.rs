@@ -1,4 +1,4 @@
-use super::{portable::V8 as Portable8, *};
+use super::{lanes::entry, portable::V8 as Portable8, *};
 use crate::lanes::LANES;
 
 #[inline(always)]

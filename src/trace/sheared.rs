@@ -20,7 +20,7 @@ use crate::{
     accel::{Child, LeafBlocks},
     geometry::{CANDIDATE_SLACK, Edges, TriangleLeaf, padded_boxes},
     lanes::LANES,
-    simd::{Eight, EightLanes, LaneMask, Lanes, Memory, Vec3Lanes},
+    simd::{EightLanes, LaneMask, Lanes, Memory, Vec3Lanes},
 };
 use glam::Vec3;
 

@@ -3,9 +3,9 @@
 
 use super::Random;
 use crate::{
+    lanes::LANES,
     ray::{Ray, RayPackets, T_MAX},
     scene::{Primitive, Scene},
-    simd_old::LANES,
     trace::BUNDLE,
 };
 use glam::Vec3;

@@ -19,8 +19,11 @@ Examples:
 `octray SCENE` is short for `octray render SCENE`; `octray render --help` lists its options. For a scene \
 with the name of a command, write a path such as ./info, or the command before it.
 
-Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 3 no display; 4 this CPU
-cannot run this build; 5 a comparison or verification differs; 130 interrupted.";
+Environment: OCTRAY_ISA=portable, avx2 or avx512 holds octray to an instruction set; else it uses the
+best that this CPU has. Pictures are the same with all of them.
+
+Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 3 no display; 5 a comparison
+or verification differs; 130 interrupted.";
 
 pub const RENDER: &str = "\
 Examples:

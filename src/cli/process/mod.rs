@@ -1,11 +1,13 @@
 //! The process itself: its signals, its threads, and its end without memory.
 
 mod interrupt;
+mod level;
 mod memory;
 mod threads;
 
 pub use interrupt::Interrupt;
 #[cfg(feature = "viewer")]
 pub use interrupt::close_window_on_signals;
+pub use level::hold_level;
 pub use memory::{MemoryRefusal, at_work_on, out_of_memory};
 pub use threads::{start as start_threads, useful as useful_threads};

@@ -1,0 +1,102 @@
+//! `OCTRAY_ISA`: every instruction set of this CPU makes the same bytes.
+
+use crate::program::{Folder, Run, assert_contains};
+use octray::Level;
+use std::{collections::BTreeMap, fs};
+
+/// Runs a line in a folder of its own at a level, and returns what it prints and the files that it leaves.
+fn made_at(level: &str, lines: &[&str]) -> (String, BTreeMap<String, Vec<u8>>) {
+    let folder = Folder::new();
+    let mut printed = String::new();
+    for line in lines {
+        let arguments: Vec<&str> = line.split_whitespace().collect();
+        let mut command = folder.command(&arguments);
+        let run = Run::new(command.env("OCTRAY_ISA", level).output().unwrap());
+        printed += run.succeeded().text();
+    }
+    let files = folder
+        .names()
+        .into_iter()
+        .filter(|name| folder.path(name).is_file());
+    let files = files.map(|name| {
+        let bytes = fs::read(folder.path(&name)).unwrap();
+        (name, bytes)
+    });
+    (printed, files.collect())
+}
+
+#[test]
+fn every_level_makes_the_same_bytes() {
+    let lines = [
+        "generate interior --count 3000 -o .",
+        "generate flake --count 800 -o .",
+        "generate terrain --count 2000 -o .",
+        "generate pipes --count 1000 -o .",
+        "render interior.scn -o interior.png -s 160x120 --max-depth 5",
+        "render flake.scn -o flake.exr -s 160x120 --samples 4 --pattern stratified --aov depth,normal",
+        "render flake.scn -o scalar.exr -s 80x60 --mode scalar",
+        "render terrain.scn -o terrain.png -s 160x120 --background transparent --filter blackman-harris",
+        "render pipes.scn -o pipes.ppm -s 160x120 --samples 4",
+        "render pipes.scn -o whole.ppm -s 160x120 --layout whole",
+        "render a.scn -o a.png",
+    ];
+    let expected = made_at("portable", &lines);
+    assert!(expected.1.len() > 14, "{:?}", expected.1.keys());
+    for level in Level::all() {
+        let made = made_at(level.name(), &lines);
+        for (name, bytes) in &made.1 {
+            assert!(*bytes == expected.1[name], "{name} differs with {level}");
+        }
+        assert_eq!(made.1.len(), expected.1.len());
+    }
+}
+
+#[test]
+fn every_level_finds_as_many_hits() {
+    let folder = Folder::new();
+    let counts = |level: Level| {
+        let arguments = ["bench", "a.scn", "-s", "64x64", "--repeat", "1", "--json", "-"];
+        let mut command = folder.command(&arguments);
+        let run = Run::new(command.env("OCTRAY_ISA", level.name().output().unwrap()));
+        let json: serde_json::Value = serde_json::from_str(run.succeeded().text()).unwrap();
+        assert_eq!(json["isa"], level.instructions());
+        let rows = json["results"].as_array().unwrap().clone();
+        rows.into_iter()
+            .map(|row| {
+                assert_eq!(row["agree"], true, "{row}");
+                (row["kind"].clone(), row["method"].clone(), row["hits"].clone())
+            })
+            .collect::<Vec<_>>()
+    };
+    let expected = counts(Level::PORTABLE);
+    for level in Level::all() {
+        assert_eq!(counts(level), expected, "{level}");
+    }
+}
+
+#[test]
+fn only_levels_of_this_cpu_are_taken() {
+    let folder = Folder::new();
+    for name in ["sse2", "AVX2", "avx3", " portable"] {
+        for arguments in [&["--version"][..], &["a.scn"], &["info", "a.scn"]] {
+            let mut command = folder.command(arguments);
+            let run = Run::new(command.env("OCTRAY_ISA", name).output().unwrap());
+            let line = format!(
+                "error: OCTRAY_ISA={name}: no such instruction set: it is portable, avx2 or avx512\n"
+            );
+            assert_eq!((run.code, run.stderr.as_str()), (Some(2), line.as_str()));
+        }
+    }
+    for level in ["avx2", "avx512"] {
+        let mut command = folder.command(&["--version"]);
+        let run = Run::new(command.env("OCTRAY_ISA", level).output().unwrap());
+        if Level::all().any(|own| own.name() == level) {
+            assert_contains(run.succeeded().text(), &[level]);
+        } else {
+            assert_eq!(run.code, Some(2));
+            assert_contains(&run.stderr, &["this CPU does not have these instructions"]);
+        }
+    }
+    let mut command = folder.command(&["--version"]);
+    Run::new(command.env("OCTRAY_ISA", "").output().unwrap()).succeeded();
+}
