@@ -12,49 +12,49 @@ use std::{
 };
 
 /// What each module may use, besides itself. `None`: everything.
-const MODULES: [(&str, Option<&str>); 25] = [
+const MODULES: [(&str, Option<&str>); 24] = [
     ("error", Some("")),
     ("math", Some("")),
     // Files that appear whole or not at all.
     ("whole_file", Some("")),
     ("classic", Some("")),
-    ("simd", Some("math")),
-    ("ray", Some("simd math")),
-    ("geometry", Some("ray simd math")),
+    // Numbers side by side in memory.
+    ("lanes", Some("")),
+    ("simd", Some("lanes math")),
+    ("ray", Some("lanes")),
+    ("geometry", Some("ray simd lanes math")),
     // Costs as colours.
     ("heat", Some("")),
-    ("scene", Some("classic ray math simd error")),
+    ("scene", Some("classic ray math simd lanes error")),
     ("format", Some("scene error")),
     ("generate", Some("scene format math classic error")),
-    ("accel", Some("scene geometry classic ray simd math error")),
-    ("trace", Some("accel scene geometry classic ray simd math error")),
+    ("accel", Some("scene geometry classic ray simd lanes math error")),
+    ("trace", Some("accel scene geometry classic ray simd lanes math error")),
     (
         "shade",
-        Some("trace accel scene geometry classic ray simd math error"),
+        Some("trace accel scene geometry classic ray simd lanes math error"),
     ),
-    ("reference", Some("scene classic ray math")),
+    ("reference", Some("scene classic ray simd math")),
     (
         "render",
-        Some("shade reference trace accel scene geometry classic ray simd math error"),
+        Some("shade reference trace accel scene geometry classic ray simd lanes math error"),
     ),
     (
         "bench",
-        Some("render generate shade reference trace accel scene geometry classic ray simd math error"),
+        Some("render generate shade reference trace accel scene geometry classic ray simd lanes math error"),
     ),
     (
         "verify",
-        Some("generate reference trace accel scene geometry classic ray simd math error"),
+        Some("generate reference trace accel scene geometry classic ray simd lanes math error"),
     ),
     (
         "viewer",
-        Some("render shade reference trace accel scene geometry classic heat ray simd math error"),
+        Some("render shade reference trace accel scene geometry classic heat ray simd lanes math error"),
     ),
     ("cli", None),
     // The program uses the library as any other user does.
-    ("main", Some("allocator cpu sibling streams")),
+    ("main", Some("allocator streams")),
     ("allocator", Some("")),
-    ("cpu", Some("")),
-    ("sibling", Some("")),
     ("streams", Some("")),
 ];
 
@@ -66,10 +66,10 @@ const EXTRA: [(&str, &str); 3] = [
 ];
 
 /// Crates that only one module names.
-const ONLY_IN: [(&str, &str); 3] = [("wide", "simd/"), ("safe_arch", "simd/"), ("obvhs", "accel/")];
+const ONLY_IN: [(&str, &str); 2] = [("wide", "simd/portable.rs"), ("obvhs", "accel/")];
 
 /// Modules that may print text of their own with macros, and end the program.
-const PRINTING: [&str; 2] = ["main", "cpu"];
+const PRINTING: [&str; 1] = ["main"];
 
 /// Files that may use the standard streams: everything that is printed goes through one place, which escapes it.
 /// Progress bars print numbers, a process without memory a sentence of its own; clap prints usage errors and help, of arguments that were made safe before.
@@ -89,8 +89,7 @@ const NAMES_CLAP: [&str; 2] = ["cli/args/", "cli/commands/shell.rs"];
 
 const MOST_LINES: usize = 500;
 /// Longer files, until the tracer is taken apart.
-const LONG: [&str; 5] = [
-    "simd/mod.rs",
+const LONG: [&str; 4] = [
     "trace/bundle.rs",
     "trace/frustum.rs",
     "trace/mod.rs",
@@ -299,15 +298,15 @@ fn the_innocent_are_left_alone() {
         ),
         ("math.rs", "#[cfg(test)] mod tests;"),
         ("reference/bvh.rs", "use crate::accel::Bvh;"),
-        ("simd/mod.rs", "pub use wide::f32x8; use crate::math;"),
+        ("simd/portable.rs", "use wide::f32x8; use crate::math;"),
         (
             "accel/build.rs",
             "use obvhs::ploc; fn f() { let wide = 1; g(wide); }",
         ),
-        ("cpu.rs", "fn f() { unsafe { g() } eprintln!(); }"),
+        ("streams.rs", "fn f() { unsafe { g() } }"),
         (
             "main.rs",
-            "mod cpu; fn main() { octray::cli::main(); crate::cpu::check(); }",
+            "mod streams; fn main() { octray::cli::main(); crate::streams::check(); }",
         ),
         ("cli/args/mod.rs", "use clap::Args; fn f(e: E) { e.print(); }"),
         ("cli/report/message.rs", "fn f() { io::stdout(); io::stderr(); }"),
