@@ -76,15 +76,21 @@ impl Box8 {
     /// [`center`](Self::center) in registers.
     #[inline(always)]
     pub(super) fn center_lanes<S: Simd>(self, simd: S) -> S::V8 {
-        let corners = simd.load(&self.without_id().0);
+        let corners = self.corners(simd);
         corners - corners.swap_halves()
     }
 
     /// Corners alone: an id that is a denormal float would slow arithmetic down.
     #[inline(always)]
-    pub(super) fn without_id(self) -> Self {
-        let [x0, y0, z0, _, x1, y1, z1, _] = self.0.to_array();
-        Self(F32x8::new([x0, y0, z0, 0.0, x1, y1, z1, 0.0]))
+    fn corners<S: Simd>(self, simd: S) -> S::V8 {
+        const COORDINATES: u32 = 0b0111_0111;
+        S::V8::select(simd.mask(COORDINATES), simd.load(&self.0), simd.splat(0.0))
+    }
+
+    /// [`half_area`](Self::half_area) of a primitive's box.
+    #[inline(always)]
+    pub(super) fn half_area_without_id<S: Simd>(self, simd: S) -> f32 {
+        Self(self.corners(simd).to8()).half_area(simd)
     }
 
     /// The box around `boxes`.

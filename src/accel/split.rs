@@ -186,7 +186,10 @@ pub(super) fn divide<S: Simd>(
     let first = if boxes.len() > PARALLEL {
         partition_parallel(boxes, &side)
     } else {
-        partition(boxes, &side)
+        simd.call(
+            #[inline(always)]
+            || partition(boxes, &side),
+        )
     };
     debug_assert!(0 < first && first < boxes.len());
     first

@@ -210,7 +210,7 @@ fn footprint<S: Simd>(simd: S, boxes: &[Box8]) -> f32 {
             || {
                 let mut area = 0.0;
                 for b in boxes {
-                    area += b.without_id().half_area(simd);
+                    area += b.half_area_without_id(simd);
                 }
                 (Box8::around_centers(simd, boxes), area)
             },

@@ -66,15 +66,25 @@ impl Pixel for [u8; 3] {
 
     #[inline(always)]
     fn from_lanes<S: Simd>(_: S, [r, g, b, _]: [S::V8; 4]) -> [Self; LANES] {
-        let [r8, g8, b8] = [quantized(r), quantized(g), quantized(b)];
-        // Four pixels make twelve bytes.
+        let (r8, g8, b8) = (quantized(r), quantized(g), quantized(b));
+        let mut packed = [0; LANES];
+        for (i, pixel) in packed.iter_mut().enumerate() {
+            *pixel = r8[i] | g8[i] << 8 | b8[i] << 16;
+        }
+        // Two pixels of 48 bits in each word; two of these make 12 bytes.
         // Tuned: see docs/lab-notes.md#film-bytes
+        let mut words: [u64; LANES / 2] = bytemuck::must_cast(packed);
+        for pair in &mut words {
+            if cfg!(target_endian = "big") {
+                *pair = pair.rotate_left(32);
+            }
+            *pair = (*pair & 0xff_ffff) | (*pair >> 32) << 24;
+        }
+        let [a, b, c, d] = words;
         let mut bytes = [0; 3 * LANES];
-        for (four, bytes) in bytes.as_chunks_mut::<12>().0.iter_mut().enumerate() {
-            let pixel = |i: usize| (r8[4 * four + i] | g8[4 * four + i] << 8 | b8[4 * four + i] << 16) as u64;
-            let [a, b, c, d] = [pixel(0), pixel(1), pixel(2), pixel(3)];
-            bytes[..8].copy_from_slice(&(a | b << 24 | c << 48).to_le_bytes());
-            bytes[8..].copy_from_slice(&((c >> 16 | d << 8) as u32).to_le_bytes());
+        for (bytes, [low, high]) in bytes.as_chunks_mut::<12>().0.iter_mut().zip([[a, b], [c, d]]) {
+            bytes[..8].copy_from_slice(&(low | high << 48).to_le_bytes());
+            bytes[8..].copy_from_slice(&((high >> 16) as u32).to_le_bytes());
         }
         bytemuck::cast(bytes)
     }

@@ -244,9 +244,11 @@ fn constant_background<P: Pixel>(scene: &Scene) -> Option<[f32; 4]> {
 /// Fills the tile with the average of `samples` samples of one colour, summed as other samples are.
 fn fill<P: Pixel>(color: [f32; 4], samples: u32, rect: TileRect, row_length: usize, band: &mut [P]) {
     let average = color.map(|c| (1..samples).fold(c, |sum, _| sum + c) / samples as f32);
-    let pixel = P::from_lanes(Portable, average.map(|c| Portable.splat(c)))[0];
+    let pixels = P::from_lanes(Portable, average.map(|c| Portable.splat(c)));
     for row in band.chunks_mut(row_length).take(rect.height as usize) {
-        row[rect.x as usize..][..rect.width as usize].fill(pixel);
+        let (eights, rest) = row[rect.x as usize..][..rect.width as usize].as_chunks_mut::<LANES>();
+        eights.fill(pixels);
+        rest.copy_from_slice(&pixels[..rest.len()]);
     }
 }
 

@@ -138,12 +138,12 @@ pub(super) fn gather<S: Simd>(
             } else {
                 Hits8::masked(simd, rays, hits, packet as usize, bits)
             };
-            surfaces.push(surface(simd, scene, &hits8, bits, &mut cache));
+            push(simd, scene, &hits8, bits, &mut cache, surfaces);
         }
         for chunk in bucket.compacted.chunks(LANES) {
             let hits8 = Hits8::gather(rays, hits, chunk);
             let active = ALL_LANES >> (LANES - chunk.len());
-            surfaces.push(surface(simd, scene, &hits8, active, &mut cache));
+            push(simd, scene, &hits8, active, &mut cache, surfaces);
         }
     }
 }
@@ -158,13 +158,14 @@ struct Points<S: Simd> {
 
 // Not inlined, for it is called twice, so it enters the level by itself.
 #[inline(never)]
-fn surface<S: Simd>(
+fn push<S: Simd>(
     simd: S,
     scene: &Scene,
     hits: &Hits8,
     active: u32,
     cache: &mut Option<CachedTriangle<S>>,
-) -> SurfacePacket {
+    surfaces: &mut Vec<SurfacePacket>,
+) {
     simd.call(
         #[inline(always)]
         || {
@@ -173,7 +174,7 @@ fn surface<S: Simd>(
                 .geometric
                 .dot(simd.load3(&hits.direction))
                 .gt(simd.splat(0.0));
-            SurfacePacket {
+            surfaces.push(SurfacePacket {
                 active,
                 point: points.point.to8(),
                 geometric_normal: Vec3Lanes::select(away, -points.geometric, points.geometric).to8(),
@@ -182,9 +183,9 @@ fn surface<S: Simd>(
                 magnitude: points.magnitude.to8(),
                 pixel: hits.pixel,
                 weight: hits.weight,
-            }
+            });
         },
-    )
+    );
 }
 
 #[inline(always)]

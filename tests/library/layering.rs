@@ -29,7 +29,10 @@ const MODULES: [(&str, Option<&str>); 24] = [
     ("format", Some("scene error")),
     ("generate", Some("scene format math classic error")),
     ("accel", Some("scene geometry classic ray simd lanes math error")),
-    ("trace", Some("accel scene geometry classic ray simd lanes math error")),
+    (
+        "trace",
+        Some("accel scene geometry classic ray simd lanes math error"),
+    ),
     (
         "shade",
         Some("trace accel scene geometry classic ray simd lanes math error"),
