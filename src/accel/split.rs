@@ -195,7 +195,7 @@ pub(super) fn divide<S: Simd>(
     first
 }
 
-#[inline(never)]
+#[inline(always)]
 fn best_split<S: Simd>(simd: S, boxes: &[Box8], binning: &Binning) -> Option<(usize, usize)> {
     if boxes.len() > PARALLEL {
         let filled = |chunk: &[Box8]| filled(simd, chunk, binning);

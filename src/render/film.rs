@@ -66,21 +66,9 @@ impl Pixel for [u8; 3] {
 
     #[inline(always)]
     fn from_lanes<S: Simd>(_: S, [r, g, b, _]: [S::V8; 4]) -> [Self; LANES] {
-        let (r8, g8, b8) = (quantized(r), quantized(g), quantized(b));
-        let mut packed = [0; LANES];
-        for (i, pixel) in packed.iter_mut().enumerate() {
-            *pixel = r8[i] | g8[i] << 8 | b8[i] << 16;
-        }
         // Two pixels of 48 bits in each word; two of these make 12 bytes.
         // Tuned: see docs/lab-notes.md#film-bytes
-        let mut words: [u64; LANES / 2] = bytemuck::must_cast(packed);
-        for pair in &mut words {
-            if cfg!(target_endian = "big") {
-                *pair = pair.rotate_left(32);
-            }
-            *pair = (*pair & 0xff_ffff) | (*pair >> 32) << 24;
-        }
-        let [a, b, c, d] = words;
+        let [a, b, c, d] = S::V8::byte_pairs([to_bytes(r), to_bytes(g), to_bytes(b)]);
         let mut bytes = [0; 3 * LANES];
         for (bytes, [low, high]) in bytes.as_chunks_mut::<12>().0.iter_mut().zip([[a, b], [c, d]]) {
             bytes[..8].copy_from_slice(&(low | high << 48).to_le_bytes());
@@ -208,11 +196,10 @@ pub fn quantize(channel: f32) -> u8 {
     (channel.clamp(0.0, 1.0) * 255.0) as u8
 }
 
-/// Quantises eight pixels as [`quantize`] does.
+/// Does what [`quantize`] does but for cutting off the fractions.
 #[inline(always)]
-fn quantized<V: EightLanes>(channel: V) -> [i32; LANES] {
-    let clamped = channel.max(channel.all(0.0)).min(channel.all(1.0));
-    (clamped * 255.0).trunc()
+fn to_bytes<V: EightLanes>(channel: V) -> V {
+    channel.max(channel.all(0.0)).min(channel.all(1.0)) * 255.0
 }
 
 #[cfg(test)]

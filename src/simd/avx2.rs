@@ -418,6 +418,20 @@ impl<T: HasAvx2> EightLanes for V8<T> {
         bytemuck::must_cast(unsafe { _mm256_cvttps_epi32(self.0) })
     }
     #[inline(always)]
+    fn byte_pairs([a, b, c]: [Self; 3]) -> [u64; LANES / 2] {
+        // SAFETY: the tokens prove the instructions.
+        let pairs = unsafe {
+            let a = _mm256_cvttps_epi32(a.0);
+            let b = _mm256_slli_epi32::<8>(_mm256_cvttps_epi32(b.0));
+            let c = _mm256_slli_epi32::<16>(_mm256_cvttps_epi32(c.0));
+            let packed = _mm256_or_si256(_mm256_or_si256(a, b), c);
+            let first = _mm256_and_si256(packed, _mm256_set1_epi64x(0xff_ffff));
+            let second = _mm256_slli_epi64::<24>(_mm256_srli_epi64::<32>(packed));
+            _mm256_or_si256(first, second)
+        };
+        bytemuck::must_cast(pairs)
+    }
+    #[inline(always)]
     fn scale_to_one(self) -> Self {
         avx2!(Self, self.1, {
             let exponent = _mm256_and_si256(self.integers(), _mm256_set1_epi32(math::EXPONENT as i32));

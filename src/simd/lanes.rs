@@ -156,6 +156,9 @@ pub trait EightLanes: TriangleLanes<Packets = Pair<Self>> + super::pair::Half<Wh
     fn same_bits(self, b: Self) -> u32;
     /// Returns the lanes without their fractions; undefined where that does not fit an `i32`.
     fn trunc(self) -> [i32; LANES];
+    /// Cuts off the fractions of three numbers a lane, from 0 to below 256, and packs them, two lanes in the lowest 48
+    /// bits of a word: the first lane's first number is lowest.
+    fn byte_pairs(numbers: [Self; 3]) -> [u64; LANES / 2];
     /// Returns the scale that brings lanes near 1; twin of [`math::scale_to_one`](crate::math::scale_to_one).
     #[must_use]
     fn scale_to_one(self) -> Self;

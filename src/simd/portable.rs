@@ -317,6 +317,21 @@ impl EightLanes for V8 {
         self.0.fast_trunc_int().to_array()
     }
     #[inline(always)]
+    fn byte_pairs([a, b, c]: [Self; 3]) -> [u64; LANES / 2] {
+        let [a, b, c]: [wide::u32x8; 3] = [
+            bytemuck::cast(a.0.fast_trunc_int()),
+            bytemuck::cast(b.0.fast_trunc_int()),
+            bytemuck::cast(c.0.fast_trunc_int()),
+        ];
+        let packed: wide::u32x8 = a | (b << 8_u32) | (c << 16_u32);
+        let mut pairs: wide::u64x4 = bytemuck::cast(packed);
+        if cfg!(target_endian = "big") {
+            pairs = (pairs << 32_u32) | (pairs >> 32_u32);
+        }
+        let second = (pairs >> 32_u32) << 24_u32;
+        ((pairs & wide::u64x4::splat(0xff_ffff)) | second).to_array()
+    }
+    #[inline(always)]
     fn scale_to_one(self) -> Self {
         let bits: wide::u32x8 = bytemuck::cast(self.0);
         let one_less = wide::u32x8::splat(254 << 23) - (bits & wide::u32x8::splat(math::EXPONENT));

@@ -186,6 +186,15 @@ fn eight_are_as_portable<S: Simd>(simd: S) {
         assert_eq!((a8 * 1e-25).trunc(), (a * 1e-25).trunc());
         assert_eq!(bits_of(a8.abs().scale_to_one()), bits_of(a.abs().scale_to_one()));
         assert_eq!(bits_of(a8.powi(5)), bits_of(a.powi(5)));
+        let bytes = [(); 3].map(|()| F32x8::new([(); LANES].map(|()| random.f32() * 256.0)));
+        let pairs = S::V8::byte_pairs(bytes.each_ref().map(|b| simd.load(b)));
+        for (i, pair) in pairs.into_iter().enumerate() {
+            let pixel = |lane: usize| {
+                let [r, g, b] = bytes.each_ref().map(|b| b.as_array()[lane] as u64);
+                r | g << 8 | b << 16
+            };
+            assert_eq!(pair, pixel(2 * i) | pixel(2 * i + 1) << 24);
+        }
         let [x, y, z] = [0, 1, 2].map(|i| columns[1].place(i));
         assert_eq!(
             simd.mul_add(x, y, z).to_bits(),
