@@ -18,7 +18,7 @@ use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId},
     scene::Scene,
-    simd::{EightLanes, Lanes, Portable, Simd, at_level},
+    simd::{EightLanes, Lanes, Simd, at_level},
     trace::Tracer,
 };
 use material::{IncidentLight, Light8};
@@ -119,19 +119,35 @@ impl TileColors {
             }
         } else {
             let [r, g, b] = color;
-            self.scatter(bits, pixel, &weight.to8(), &[r.to8(), g.to8(), b.to8()]);
+            self.scatter(simd, bits, pixel, &weight.to8(), &[r.to8(), g.to8(), b.to8()]);
         }
     }
 
+    // Not inlined, for it is rare, so it enters the level by itself: only there is fusing one instruction.
     #[inline(never)]
-    fn scatter(&mut self, bits: u32, pixel: &[u32; LANES], weight: &F32x8, color: &[F32x8; 3]) {
-        for lane in (0..LANES).filter(|lane| bits >> lane & 1 == 1) {
-            let (packet, own_lane) = (pixel[lane] as usize / LANES, pixel[lane] as usize % LANES);
-            for (sums, color8) in self.packets[packet].iter_mut().zip(color) {
-                let sum = &mut sums.as_mut_array()[own_lane];
-                *sum = Portable.mul_add(weight.as_array()[lane], color8.as_array()[lane], *sum);
-            }
-        }
+    fn scatter<S: Simd>(
+        &mut self,
+        simd: S,
+        bits: u32,
+        pixel: &[u32; LANES],
+        weight: &F32x8,
+        color: &[F32x8; 3],
+    ) {
+        simd.call(
+            #[inline(always)]
+            || {
+                for lane in 0..LANES {
+                    if bits >> lane & 1 == 0 {
+                        continue;
+                    }
+                    let (packet, own_lane) = (pixel[lane] as usize / LANES, pixel[lane] as usize % LANES);
+                    for (sums, color8) in self.packets[packet].iter_mut().zip(color) {
+                        let sum = &mut sums.as_mut_array()[own_lane];
+                        *sum = simd.mul_add(weight.as_array()[lane], color8.as_array()[lane], *sum);
+                    }
+                }
+            },
+        );
     }
 }
 
@@ -179,8 +195,8 @@ impl Shader {
             "only camera rays set colours, all others add to them"
         );
         colors.resize(rays.rays.packets().len());
-        let isa = tracer.level();
-        for level in 1..=settings.max_depth {
+        let level = tracer.level();
+        for depth in 1..=settings.max_depth {
             let packets = rays.rays.packets().len();
             if self.hits.len() < packets {
                 self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
@@ -189,8 +205,8 @@ impl Shader {
             let start = Instant::now();
             tracer.closest_hit(rays.rays.origins(), rays.rays.packets(), hits);
             self.tracing += start.elapsed();
-            let transparent = settings.transparent && level == 1;
-            at_level!(isa, |simd| {
+            let transparent = settings.transparent && depth == 1;
+            at_level!(level, |simd| {
                 if transparent {
                     coverage(simd, hits, &mut colors.alpha);
                 }
@@ -214,7 +230,7 @@ impl Shader {
             for (material, range) in self.by_material.ranges() {
                 let material = &scene.materials()[material.0 as usize];
                 let (surfaces, light) = (&self.surfaces[range.clone()], &self.light[range]);
-                at_level!(isa, |simd| material::color(
+                at_level!(level, |simd| material::color(
                     simd,
                     scene,
                     material,
@@ -223,8 +239,8 @@ impl Shader {
                     &mut self.next
                 ));
             }
-            if level == settings.max_depth {
-                at_level!(isa, |simd| material::background_pass(
+            if depth == settings.max_depth {
+                at_level!(level, |simd| material::background_pass(
                     simd, scene, &self.next, colors
                 ));
                 self.next.restart(None);
@@ -239,7 +255,7 @@ impl Shader {
     }
 
     fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, shadows: bool) {
-        let (lights, isa) = (scene.lights(), tracer.level());
+        let (lights, level) = (scene.lights(), tracer.level());
         if lights.intensity.is_empty() {
             self.light.clear();
         }
@@ -267,7 +283,7 @@ impl Shader {
                 let material = &scene.materials()[material.0 as usize];
                 let surfaces = &self.surfaces[range.clone()];
                 let light = &mut self.light[range];
-                at_level!(isa, |simd| material::add_light(
+                at_level!(level, |simd| material::add_light(
                     simd,
                     material,
                     incident,
