@@ -54,13 +54,14 @@ pub fn radiance(
 
 /// What [`radiance`] traces.
 #[derive(Clone, Copy)]
-struct Limits {
-    max_depth: u32,
-    shadows: bool,
+pub(crate) struct Limits {
+    pub max_depth: u32,
+    pub shadows: bool,
 }
 
+/// Does [`radiance`] at a level.
 #[inline(always)]
-fn radiance_at<S: Simd>(
+pub(crate) fn radiance_at<S: Simd>(
     simd: S,
     scene: &Scene,
     intersect: &mut impl Intersect,
@@ -73,13 +74,15 @@ fn radiance_at<S: Simd>(
     let mut weight = 1.0;
     for level in 0.. {
         if level == limits.max_depth {
-            add(simd, &mut color, weight, scene.background().color(ray.direction));
+            let background = scene.background().color_at(simd, ray.direction);
+            add(simd, &mut color, weight, background);
             break;
         }
         rays.reflection += u64::from(level > 0);
         let hit = intersect.closest_hit(&ray);
         if !hit.is_hit() {
-            add(simd, &mut color, weight, scene.background().color(ray.direction));
+            let background = scene.background().color_at(simd, ray.direction);
+            add(simd, &mut color, weight, background);
             break;
         }
         let material = &scene.materials()[scene.material_of(hit.primitive).0 as usize];

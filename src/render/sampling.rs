@@ -106,12 +106,15 @@ impl CameraRays {
         self.pixel_rays.corners(first, size)
     }
 
-    /// Returns the unit direction of a sample; `x` and `y` are absolute.
+    /// Returns the unit direction of a sample of an absolute pixel.
     #[inline(always)]
-    pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {
+    pub fn direction<S: Simd>(&self, simd: S, pixel: [u32; 2], sample: [u32; 2]) -> Vec3 {
         match &self.offsets {
-            None => self.pixel_rays.direction(x, y, sample),
-            Some(offsets) => self.pixel_rays.direction_offset(x, y, offsets.at([x, y], sample)),
+            None => self.pixel_rays.direction_at(simd, pixel, sample),
+            Some(offsets) => {
+                let offset = offsets.at(pixel, sample);
+                self.pixel_rays.direction_offset_at(simd, pixel, offset)
+            }
         }
     }
 

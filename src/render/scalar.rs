@@ -9,27 +9,39 @@ use crate::{
     ray::{Hit, Ray},
     reference::{
         bvh::{self, Stack},
-        shade::{Intersect, SecondaryRays, radiance},
+        shade::{Intersect, Limits, SecondaryRays, radiance_at},
     },
+    simd::{Level, Simd, at_level},
 };
 
 struct OverBvh<'a> {
     bvh: &'a BinaryBvh,
     stack: Stack,
+    level: Level,
 }
 
 impl Intersect for OverBvh<'_> {
     fn closest_hit(&mut self, ray: &Ray) -> Hit {
-        bvh::closest_hit(self.bvh, &mut self.stack, ray)
+        bvh::closest_hit_at(self.level, self.bvh, &mut self.stack, ray)
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {
-        bvh::occluded(self.bvh, &mut self.stack, ray)
+        bvh::occluded_at(self.level, self.bvh, &mut self.stack, ray)
     }
 }
 
 /// Renders a tile into `band`, the rows of the film from `rect.y` on.
 pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, band: &mut [P]) -> RayCounts {
+    at_level!(context.settings.level, |simd| pixels(simd, context, rect, band))
+}
+
+#[inline(always)]
+fn pixels<S: Simd, P: Pixel>(
+    simd: S,
+    context: &FrameContext<'_>,
+    rect: TileRect,
+    band: &mut [P],
+) -> RayCounts {
     let &FrameContext {
         scene,
         bvh,
@@ -40,6 +52,11 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
     let mut intersect = OverBvh {
         bvh: bvh.binary(scene),
         stack: Stack::default(),
+        level: settings.level,
+    };
+    let limits = Limits {
+        max_depth: settings.max_depth,
+        shadows: settings.shadows,
     };
     let mut rays = SecondaryRays::default();
     for (row, y) in band
@@ -54,19 +71,12 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
             let mut sum = [0.0; 3];
             let mut covered = 0;
             for sample in camera_rays.samples() {
-                let ray = Ray::new(camera_rays.eye(), camera_rays.direction(x, y, sample));
+                let ray = Ray::new(camera_rays.eye(), camera_rays.direction(simd, [x, y], sample));
                 if P::HAS_ALPHA && !intersect.closest_hit(&ray).is_hit() {
                     continue;
                 }
                 covered += 1;
-                let color = radiance(
-                    scene,
-                    &mut intersect,
-                    ray,
-                    settings.max_depth,
-                    settings.shadows,
-                    &mut rays,
-                );
+                let color = radiance_at(simd, scene, &mut intersect, ray, limits, &mut rays);
                 for (sum, c) in sum.iter_mut().zip(color) {
                     *sum += c;
                 }

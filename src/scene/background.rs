@@ -42,9 +42,18 @@ impl Background {
     #[inline]
     #[must_use]
     pub fn color(&self, direction: Vec3) -> [f32; 3] {
-        let share = min(max(Portable.mul_add(direction.z, 0.5, 0.5), 0.0), 1.0);
-        let difference = self.difference();
-        std::array::from_fn(|channel| Portable.mul_add(share, difference[channel], self.bottom[channel]))
+        self.color_at(Portable, direction)
+    }
+
+    /// Does [`Self::color`] at a level.
+    #[inline(always)]
+    pub(crate) fn color_at<S: Simd>(&self, simd: S, direction: Vec3) -> [f32; 3] {
+        let share = min(max(simd.mul_add(direction.z, 0.5, 0.5), 0.0), 1.0);
+        let mut color = self.bottom;
+        for (channel, difference) in color.iter_mut().zip(self.difference()) {
+            *channel = simd.mul_add(share, difference, *channel);
+        }
+        color
     }
 }
 

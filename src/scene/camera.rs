@@ -229,20 +229,37 @@ impl PixelRays {
     /// Returns the unit direction through sample `sample` (column, row) of pixel (`x`, `y`); row 0 is the top.
     #[must_use]
     pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {
-        self.direction_at(Portable, self.offsets(x, y, sample))
+        self.direction_at(Portable, [x, y], sample)
+    }
+
+    /// Does [`Self::direction`] at a level.
+    #[inline(always)]
+    pub(crate) fn direction_at<S: Simd>(&self, simd: S, [x, y]: [u32; 2], sample: [u32; 2]) -> Vec3 {
+        self.toward(simd, self.offsets(x, y, sample))
     }
 
     /// Returns the unit direction through the point that is `right` and `up` half pixels from the pixel's centre.
     /// Only for one sample per pixel.
     #[must_use]
-    pub fn direction_offset(&self, x: u32, y: u32, [right, up]: [f32; 2]) -> Vec3 {
+    pub fn direction_offset(&self, x: u32, y: u32, offset: [f32; 2]) -> Vec3 {
+        self.direction_offset_at(Portable, [x, y], offset)
+    }
+
+    /// Does [`Self::direction_offset`] at a level.
+    #[inline(always)]
+    pub(crate) fn direction_offset_at<S: Simd>(
+        &self,
+        simd: S,
+        [x, y]: [u32; 2],
+        [right, up]: [f32; 2],
+    ) -> Vec3 {
         let (center_right, center_up) = self.offsets(x, y, [0, 0]);
-        self.direction_at(Portable, (center_right + right, center_up + up))
+        self.toward(simd, (center_right + right, center_up + up))
     }
 
     /// Returns the unit direction through the point with these offsets; twin of [`Self::directions`].
     #[inline(always)]
-    fn direction_at<S: Simd>(&self, simd: S, (right, up): (f32, f32)) -> Vec3 {
+    fn toward<S: Simd>(&self, simd: S, (right, up): (f32, f32)) -> Vec3 {
         let along_right = simd.mul_add3(self.right, right * self.step, self.forward);
         simd.normalize(simd.mul_add3(self.up, up * self.step, along_right))
     }
