@@ -19,6 +19,7 @@ use crate::{
         bands::Bands,
     },
     scene::{Camera, PixelRays, Scene},
+    simd::{Level, Simd, at_level},
     trace::Tracer,
 };
 use rayon::prelude::*;
@@ -97,7 +98,7 @@ pub fn render(
     let secondary = Bands::new(film.pixels_mut(), width, BAND)
         .in_turn()
         .map_init(
-            || Scratch::new(model),
+            || Scratch::new(model, style.settings.level),
             |scratch, (y, band)| {
                 let mut counts = RayCounts::default();
                 if !cancelled.load(Ordering::Relaxed) {
@@ -124,9 +125,9 @@ pub fn render(
 }
 
 impl<'a> Scratch<'a> {
-    fn new(model: &'a Model) -> Self {
+    fn new(model: &'a Model, level: Level) -> Self {
         Self {
-            tracer: Tracer::new(&model.bvh),
+            tracer: Tracer::new(&model.bvh).at_level(level),
             packets: Vec::new(),
             hits: Vec::new(),
             sums: Vec::new(),
@@ -204,15 +205,11 @@ impl<'a> Scratch<'a> {
         let eye = frame.rays.eye();
         let width = frame.width as usize;
         let rows = self.sums.len() / width;
-        let packet = |x: usize| {
-            let inside = |lane: usize| lane / ROW < rows && x + lane % ROW < width;
-            RayPacket {
-                direction: frame.rays.directions8(x as u32, y, sample),
-                t_max: F32x8::from(std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 })),
-            }
-        };
-        self.packets.clear();
-        self.packets.extend((0..width).step_by(ROW).map(packet));
+        let packets = &mut self.packets;
+        packets.clear();
+        at_level!(self.tracer.level(), |simd| push_packets(
+            simd, frame, rows, y, sample, packets
+        ));
         self.hits.clear();
         self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
         self.tracer
@@ -228,6 +225,30 @@ impl<'a> Scratch<'a> {
                 }
             }
         }
+    }
+}
+
+/// Adds the packets of one sample of the `rows` rows from `y` on.
+#[inline(always)]
+fn push_packets<S: Simd>(
+    simd: S,
+    frame: &Frame<'_>,
+    rows: usize,
+    y: u32,
+    sample: [u32; 2],
+    packets: &mut Vec<RayPacket>,
+) {
+    for x in (0..frame.width).step_by(ROW) {
+        let mut t_max = [0.0; LANES];
+        for (lane, t_max) in t_max.iter_mut().enumerate() {
+            if lane / ROW < rows && x as usize + lane % ROW < frame.width as usize {
+                *t_max = T_MAX;
+            }
+        }
+        packets.push(RayPacket {
+            direction: frame.rays.directions(simd, [x, y], sample, &[F32x8::ZERO; 2]),
+            t_max: t_max.into(),
+        });
     }
 }
 
