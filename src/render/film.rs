@@ -8,16 +8,18 @@ use crate::{
 use rayon::prelude::*;
 use std::collections::TryReserveError;
 
-/// The pixel format of a film.
-pub trait Pixel: Copy + Default + Send + Sync {
+/// The pixel format of a film; other crates cannot add one.
+pub trait Pixel: FromLanes + Copy + Default + Send + Sync {
     /// Whether it stores coverage. If so, camera rays that hit nothing are transparent instead of background.
     const HAS_ALPHA: bool = false;
 
     /// Converts linear RGB, premultiplied by alpha, the share of the samples that hit something.
     fn from_linear(rgb: [f32; 3], alpha: f32) -> Self;
+}
 
+/// The conversion of lanes, apart from [`Pixel`] because the crate keeps its vectors to itself.
+pub trait FromLanes: Sized {
     /// Converts eight pixels, red, green, blue and alpha; lane by lane the result is that of [`Pixel::from_linear`].
-    #[doc(hidden)]
     fn from_lanes<S: Simd>(simd: S, rgba: [S::V8; 4]) -> [Self; LANES];
 }
 
@@ -26,7 +28,9 @@ impl Pixel for [f32; 3] {
     fn from_linear(rgb: [f32; 3], _: f32) -> Self {
         rgb
     }
+}
 
+impl FromLanes for [f32; 3] {
     #[inline(always)]
     fn from_lanes<S: Simd>(_: S, [r, g, b, _]: [S::V8; 4]) -> [Self; LANES] {
         let (r8, g8, b8) = (r.to8().to_array(), g.to8().to_array(), b.to8().to_array());
@@ -45,7 +49,9 @@ impl Pixel for [f32; 4] {
     fn from_linear([r, g, b]: [f32; 3], alpha: f32) -> Self {
         [r, g, b, alpha]
     }
+}
 
+impl FromLanes for [f32; 4] {
     #[inline(always)]
     fn from_lanes<S: Simd>(_: S, [r, g, b, alpha]: [S::V8; 4]) -> [Self; LANES] {
         let (r8, g8, b8) = (r.to8().to_array(), g.to8().to_array(), b.to8().to_array());
@@ -63,7 +69,9 @@ impl Pixel for [u8; 3] {
     fn from_linear(rgb: [f32; 3], _: f32) -> Self {
         rgb.map(quantize)
     }
+}
 
+impl FromLanes for [u8; 3] {
     #[inline(always)]
     fn from_lanes<S: Simd>(_: S, [r, g, b, _]: [S::V8; 4]) -> [Self; LANES] {
         // Two pixels of 48 bits in each word; two of these make 12 bytes.
