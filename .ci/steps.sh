@@ -58,10 +58,6 @@ fuzz() {
     flags="--cfg fuzzing -Zsanitizer=address -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4"
     flags+=" -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table"
     flags+=" -Cllvm-args=-sanitizer-coverage-trace-compares -Cllvm-args=-simplifycfg-branch-fold-threshold=0"
-    # RUSTFLAGS hides .cargo/config.toml: say the target CPU again.
-    if [ "$(uname -m)" = x86_64 ]; then
-        flags+=" -Ctarget-cpu=x86-64-v3"
-    fi
     RUSTFLAGS=$flags cargo "${toolchain[@]}" build --release --manifest-path fuzz/Cargo.toml --target "$host" \
         --target-dir target/fuzz
     unset RUSTC_BOOTSTRAP

@@ -158,7 +158,7 @@ impl Node8 {
             }
         }
         Self {
-            planes: columns.map(F32x8::new),
+            planes: bytemuck::must_cast(columns),
             child,
             count: children.len() as u32,
         }
@@ -168,8 +168,12 @@ impl Node8 {
     #[inline(always)]
     #[must_use]
     pub fn corners(&self, i: usize) -> (Vec3, Vec3) {
-        let [lx, ly, lz, ux, uy, uz] = self.planes.each_ref().map(|plane| plane.as_array()[i % LANES]);
-        (Vec3::new(lx, ly, lz), Vec3::new(ux, uy, uz))
+        // Without `array::map`: see docs/lab-notes.md#array-map
+        let [lx, ly, lz, ux, uy, uz] = &self.planes;
+        let lane = i % LANES;
+        let lower = Vec3::new(lx.as_array()[lane], ly.as_array()[lane], lz.as_array()[lane]);
+        let upper = Vec3::new(ux.as_array()[lane], uy.as_array()[lane], uz.as_array()[lane]);
+        (lower, upper)
     }
 
     /// Returns the box around all children.
@@ -180,13 +184,6 @@ impl Node8 {
             Aabb { lower, upper }
         };
         (0..self.count as usize).map(child).fold(Aabb::EMPTY, Aabb::union)
-    }
-
-    /// Returns the children as numbers.
-    #[inline(always)]
-    #[must_use]
-    pub fn child_bits(&self) -> [u32; 8] {
-        self.child.map(Child::bits)
     }
 
     /// Returns a bit for each child.

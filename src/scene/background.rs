@@ -35,7 +35,8 @@ impl Background {
     #[inline]
     #[must_use]
     pub fn difference(&self) -> [f32; 3] {
-        std::array::from_fn(|channel| self.top[channel] - self.bottom[channel])
+        let ([top_r, top_g, top_b], [r, g, b]) = (self.top, self.bottom);
+        [top_r - r, top_g - g, top_b - b]
     }
 
     /// Returns the colour along `direction`, a unit vector: `bottom + (z + 1) / 2 * (top - bottom)`.

@@ -128,7 +128,8 @@ impl Lights {
     #[inline]
     #[must_use]
     pub fn power(&self, i: usize) -> [f32; 3] {
-        self.color[i].map(|channel| self.intensity[i] * channel)
+        let ([r, g, b], intensity) = (self.color[i], self.intensity[i]);
+        [intensity * r, intensity * g, intensity * b]
     }
 }
 
@@ -277,7 +278,9 @@ impl Scene {
     #[inline]
     #[must_use]
     pub fn triangle(&self, i: usize) -> [Vec3; 3] {
-        self.triangles.corners[i].map(|v| self.vertices.position(v))
+        let [a, b, c] = self.triangles.corners[i];
+        let vertices = &self.vertices;
+        [vertices.position(a), vertices.position(b), vertices.position(c)]
     }
 
     /// Returns the primitive with this id.

@@ -265,8 +265,12 @@ impl<S: Simd> Corners<S> {
         let [a, b, c] = scene.triangle(triangle_i);
         let mut normal = None;
         if !normals.is_empty() {
-            let [a, b, c] = scene.triangles().corners[triangle_i].map(|corner| normals[corner as usize]);
-            normal = Some([simd.splat3(a), simd.splat3(b), simd.splat3(c)]);
+            let [a, b, c] = scene.triangles().corners[triangle_i];
+            normal = Some([
+                simd.splat3(normals[a as usize]),
+                simd.splat3(normals[b as usize]),
+                simd.splat3(normals[c as usize]),
+            ]);
         }
         Self {
             position: [simd.splat3(a), simd.splat3(b), simd.splat3(c)],

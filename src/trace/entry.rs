@@ -39,14 +39,12 @@ pub(super) fn entry_node<V8: EightLanes>(bvh: &Bvh, frustum: &Frustum<V8>) -> Op
     let mut met = [nothing; LANES];
     let mut count = children_met(bvh, bvh.root(), frustum, &mut met);
     for _ in 0..MOST_OPENED {
-        let Some((largest, area)) = met[..count]
-            .iter()
-            .map(|met| met.area)
-            .enumerate()
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-        else {
-            break;
-        };
+        let (mut largest, mut area) = (0, -1.0);
+        for (i, met) in met[..count].iter().enumerate() {
+            if met.area >= area {
+                (largest, area) = (i, met.area);
+            }
+        }
         if area < 0.0 {
             break;
         }
@@ -62,7 +60,10 @@ pub(super) fn entry_node<V8: EightLanes>(bvh: &Bvh, frustum: &Frustum<V8>) -> Op
         met[count..count + more].copy_from_slice(&opened[..more]);
         count += more;
     }
-    let children = met.map(|met| (met.child, met.bounds));
+    let mut children = [(Child::NONE, Aabb::EMPTY); LANES];
+    for (child, met) in children.iter_mut().zip(&met) {
+        *child = (met.child, met.bounds);
+    }
     Some(Node8::new(&children[..count]))
 }
 
