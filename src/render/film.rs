@@ -74,15 +74,18 @@ impl Pixel for [u8; 3] {
 impl FromLanes for [u8; 3] {
     #[inline(always)]
     fn from_lanes<S: Simd>(_: S, [r, g, b, _]: [S::V8; 4]) -> [Self; LANES] {
-        // Two pixels of 48 bits in each word; two of these make 12 bytes.
         // Tuned: see docs/lab-notes.md#film-bytes
-        let [a, b, c, d] = S::V8::byte_pairs([to_bytes(r), to_bytes(g), to_bytes(b)]);
-        let mut bytes = [0; 3 * LANES];
-        for (bytes, [low, high]) in bytes.as_chunks_mut::<12>().0.iter_mut().zip([[a, b], [c, d]]) {
-            bytes[..8].copy_from_slice(&(low | high << 48).to_le_bytes());
-            bytes[8..].copy_from_slice(&((high >> 16) as u32).to_le_bytes());
+        let pairs = S::V8::byte_pairs([to_bytes(r), to_bytes(g), to_bytes(b)]);
+        // Two pixels of 48 bits in each pair; two of these make three words.
+        let mut words = [0_u32; 6];
+        for half in 0..2 {
+            let (low, high) = (pairs[2 * half], pairs[2 * half + 1]);
+            let first = low | high << 48;
+            words[3 * half] = (first as u32).to_le();
+            words[3 * half + 1] = ((first >> 32) as u32).to_le();
+            words[3 * half + 2] = ((high >> 16) as u32).to_le();
         }
-        bytemuck::cast(bytes)
+        bytemuck::must_cast(words)
     }
 }
 

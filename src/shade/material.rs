@@ -39,8 +39,8 @@ pub struct IncidentLight<'a> {
 /// Adds one more light to a sum.
 #[inline(always)]
 fn add_power<S: Simd>(simd: S, sums: &mut [F32x8; 3], power: [S::V8; 3], share: S::V8) {
-    for (sum, power) in sums.iter_mut().zip(power) {
-        *sum = power.mul_add(share, simd.load(sum)).to8();
+    for (i, sum) in sums.iter_mut().enumerate() {
+        *sum = power[i].mul_add(share, simd.load(sum)).to8();
     }
 }
 
@@ -73,19 +73,21 @@ pub(super) fn add_light<S: Simd>(
     let [r, g, b] = incident.power;
     let power = [simd.splat(r), simd.splat(g), simd.splat(b)];
     if is_first {
-        light.fill(Light8::NONE);
+        for sum in &mut *light {
+            *sum = Light8::NONE;
+        }
     }
     if let Material::BlinnPhong { alpha, .. } = material {
-        let points = incident.n_dot_l.iter().zip(incident.to_light).zip(surfaces);
-        for (sum, ((n_dot_l, to_light), s)) in light.iter_mut().zip(points) {
-            let n_dot_l = simd.load(n_dot_l);
+        for (i, sum) in light.iter_mut().enumerate() {
+            let n_dot_l = simd.load(&incident.n_dot_l[i]);
             add_power(simd, &mut sum.diffuse, power, n_dot_l);
-            let highlight = highlight(simd, n_dot_l, simd.load3(to_light), s, *alpha);
+            let to_light = simd.load3(&incident.to_light[i]);
+            let highlight = highlight(simd, n_dot_l, to_light, &surfaces[i], *alpha);
             add_power(simd, &mut sum.specular, power, highlight);
         }
     } else {
-        for (sum, n_dot_l) in light.iter_mut().zip(incident.n_dot_l) {
-            add_power(simd, &mut sum.diffuse, power, simd.load(n_dot_l));
+        for (i, sum) in light.iter_mut().enumerate() {
+            add_power(simd, &mut sum.diffuse, power, simd.load(&incident.n_dot_l[i]));
         }
     }
 }
@@ -138,7 +140,8 @@ fn matte<S: Simd>(
     (surfaces, light): (&[SurfacePacket], &[Light8]),
     colors: &mut TileColors,
 ) {
-    for (s, light) in surfaces.iter().zip(light) {
+    for (i, s) in surfaces.iter().enumerate() {
+        let light = &light[i];
         let mut channels = [ambient; 3];
         for (i, channel) in channels.iter_mut().enumerate() {
             let arriving = (ambient + simd.load(&light.diffuse[i])).min(simd.splat(1.0));
@@ -156,7 +159,8 @@ fn blinn_phong<S: Simd>(
     (surfaces, light): (&[SurfacePacket], &[Light8]),
     colors: &mut TileColors,
 ) {
-    for (s, light) in surfaces.iter().zip(light) {
+    for (i, s) in surfaces.iter().enumerate() {
+        let light = &light[i];
         let mut channels = [ambient; 3];
         for (i, channel) in channels.iter_mut().enumerate() {
             let body = simd.splat(k_d).mul_add(simd.load(&light.diffuse[i]), ambient);

@@ -85,13 +85,13 @@ impl TileColors {
     /// Adds the colours of `other`, pixel by pixel.
     #[inline(always)]
     pub(crate) fn add_all<S: Simd>(&mut self, simd: S, other: &Self) {
-        for (sums, colors) in self.packets.iter_mut().zip(&other.packets) {
-            for (sum, color) in sums.iter_mut().zip(colors) {
-                *sum = (simd.load(sum) + simd.load(color)).to8();
+        for (i, sums) in self.packets.iter_mut().enumerate() {
+            for (channel, sum) in sums.iter_mut().enumerate() {
+                *sum = (simd.load(sum) + simd.load(&other.packets[i][channel])).to8();
             }
         }
-        for (sum, alpha) in self.alpha.iter_mut().zip(&other.alpha) {
-            *sum = (simd.load(sum) + simd.load(alpha)).to8();
+        for (i, sum) in self.alpha.iter_mut().enumerate() {
+            *sum = (simd.load(sum) + simd.load(&other.alpha[i])).to8();
         }
     }
 

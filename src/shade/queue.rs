@@ -234,7 +234,8 @@ pub(super) fn sort<S: Simd>(
 ) {
     by_material.reset(scene.materials().len());
     let are_camera_rays = rays.are_camera_rays();
-    for (packet_i, (packet, hits)) in rays.rays.packets().iter().zip(hits).enumerate() {
+    for (packet_i, packet) in rays.rays.packets().iter().enumerate() {
+        let hits = &hits[packet_i];
         let active = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits();
         let none = S::V8::equal_lanes(simd, &hits.primitive, PrimitiveId::NONE.0);
         let missed = active & none;

@@ -89,7 +89,7 @@ fn facing<S: Simd>(
     scratch.rays.clear();
     scratch.surface.clear();
     let mut count = 0;
-    for (s, surface_i) in surfaces.iter().zip(0..) {
+    for (surface_i, s) in surfaces.iter().enumerate() {
         let offset = light - simd.load3(&s.point);
         let distance = offset.dot(offset).sqrt();
         let to_light = offset * (simd.splat(1.0) / distance);
@@ -100,7 +100,7 @@ fn facing<S: Simd>(
         let bits = active.bits();
         if shadows && bits != 0 {
             count += u64::from(bits.count_ones());
-            scratch.surface.push(surface_i);
+            scratch.surface.push(surface_i as u32);
             scratch.rays.push(ray(simd, light, s, distance, active));
         }
     }
@@ -138,7 +138,8 @@ fn ray<S: Simd>(
 /// Nothing arrives where the ray is blocked.
 #[inline(always)]
 fn take_blocked<S: Simd>(simd: S, arriving: &mut Arriving, scratch: &Scratch) {
-    for (&surface_i, &blocked) in scratch.surface.iter().zip(&scratch.blocked) {
+    for (i, &surface_i) in scratch.surface.iter().enumerate() {
+        let blocked = scratch.blocked[i];
         if blocked != 0 {
             let n_dot_l = &mut arriving.n_dot_l[surface_i as usize];
             let lit = S::V8::select(simd.mask(blocked.into()), simd.splat(0.0), simd.load(n_dot_l));

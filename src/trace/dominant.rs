@@ -4,7 +4,7 @@
 //! using Coherent Grid Traversal*, 2006. Differs: a bundle with several is divided, by packets, instead of traced ray
 //! by ray.
 
-use super::{PACKETS, bits, rays::Packet};
+use super::{PACKETS, bits, largest_axis, rays::Packet};
 use crate::simd::{EightLanes, LaneMask, Lanes, Vec3Lanes};
 use glam::Vec3;
 
@@ -36,8 +36,7 @@ impl DominantAxis {
         }
         // Without a closure, which would not be inlined into AVX-512 code.
         let sum = [sum_of_lanes(sum.x), sum_of_lanes(sum.y), sum_of_lanes(sum.z)];
-        let largest = (0..3).max_by(|&p, &q| sum[p].abs().total_cmp(&sum[q].abs()));
-        let axis = largest.unwrap_or(0);
+        let axis = largest_axis([sum[0].abs(), sum[1].abs(), sum[2].abs()]);
         let sign = if sum[axis] < 0.0 { -1.0 } else { 1.0 };
         Self { axis, sign }
     }

@@ -57,12 +57,14 @@ pub(super) fn entry_node<V8: EightLanes>(bvh: &Bvh, frustum: &Frustum<V8>) -> Op
         // The last one takes the place of the opened one.
         count -= 1;
         met[largest] = met[count];
-        met[count..count + more].copy_from_slice(&opened[..more]);
-        count += more;
+        for opened in &opened[..more] {
+            met[count % LANES] = *opened;
+            count += 1;
+        }
     }
     let mut children = [(Child::NONE, Aabb::EMPTY); LANES];
-    for (child, met) in children.iter_mut().zip(&met) {
-        *child = (met.child, met.bounds);
+    for i in 0..LANES {
+        children[i] = (met[i].child, met[i].bounds);
     }
     Some(Node8::new(&children[..count]))
 }

@@ -13,6 +13,7 @@ use super::{
     PACKETS, bits,
     directions::Directions,
     dominant::{DominantAxis, LEAST_ALONG_K},
+    largest_axis,
     rays::Packet,
 };
 use crate::{
@@ -467,9 +468,9 @@ impl<V8: EightLanes> Frustum<V8> {
         }
         let low = [low.x.min_lane(), low.y.min_lane(), low.z.min_lane()];
         let high = [high.x.max_lane(), high.y.max_lane(), high.z.max_lane()];
-        let least = |axis: usize| low[axis].max(-high[axis]);
-        let k = (0..3).max_by(|&p, &q| least(p).total_cmp(&least(q)))?;
-        let along = least(k);
+        let least = [low[0].max(-high[0]), low[1].max(-high[1]), low[2].max(-high[2])];
+        let k = largest_axis(least);
+        let along = least[k];
         // Some rays go the other way, or no ray is live.
         if !(LEAST_ALONG_K..=1.5).contains(&along) {
             return None;

@@ -182,6 +182,20 @@ struct Group<'a> {
     order: Option<&'a [u16]>,
 }
 
+/// Part `i` of a slice that is divided into parts of `size`; empty beyond its end. (Chunks that are zipped are not always
+/// inlined.)
+#[inline(always)]
+fn part<T>(all: &[T], i: usize, size: usize) -> &[T] {
+    &all[(i * size).min(all.len())..((i + 1) * size).min(all.len())]
+}
+
+/// The axis of the largest number, the last of equal ones. Without closures, which are not always inlined.
+#[inline(always)]
+fn largest_axis(numbers: [f32; 3]) -> usize {
+    let last = if numbers[2] >= numbers[1] { 2 } else { 1 };
+    if numbers[last] >= numbers[0] { last } else { 0 }
+}
+
 /// Fills packets with rays of the `members` in order, and prefetches those `ahead`.
 #[inline(always)]
 fn fill<V: RayLanes, const SHARED: bool>(
@@ -192,17 +206,22 @@ fn fill<V: RayLanes, const SHARED: bool>(
     members: &[usize],
     ahead: usize,
 ) {
-    for (packet, members) in packets.iter_mut().zip(members.chunks(V::COUNT / LANES)) {
+    let each = V::COUNT / LANES;
+    for (p, packet) in packets.iter_mut().enumerate() {
+        let members = part(members, p, each);
+        if members.is_empty() {
+            break;
+        }
         for &i in members {
             prefetch_rays(rays, origins, i + ahead);
         }
         // Lanes without a ray repeat the last ones, with an end of 0; eights beyond the vector's lanes repeat the
         // first.
-        let at = |eight: usize| members[(eight % (V::COUNT / LANES)).min(members.len() - 1)];
+        let at = |eight: usize| members[(eight % each).min(members.len() - 1)];
         let from = [&rays[at(0)], &rays[at(1)], &rays[at(2)], &rays[at(3)]];
         let [a, b, c, d] = from;
         let mut t_max = [&a.t_max, &b.t_max, &c.t_max, &d.t_max];
-        for eight in members.len()..V::COUNT / LANES {
+        for eight in members.len()..each {
             t_max[eight % 4] = &F32x8::ZERO;
         }
         packet.set::<V>(simd, from, t_max);
@@ -380,13 +399,13 @@ impl<'a> Tracer<'a> {
         let order = if SHARED && !ANY { None } else { group.order };
         let origins_of_group = if SHARED { &[] } else { &origins[start..end] };
         if order.is_some() {
-            for (i, rays) in rays.iter().enumerate().take(end).skip(start) {
-                results.put_none(i, rays);
+            for i in start..end {
+                results.put_none(i, &rays[i]);
             }
         }
         let mut members = [0; BUNDLE];
         let (mut next, mut first) = (start, 0);
-        let mut later = end..end + order::PACKETS;
+        let mut later = end;
         let asked_each = match order {
             Some(order) => order::PACKETS.div_ceil(order.len().div_ceil(V::COUNT).max(1)),
             None => 0,
@@ -397,10 +416,16 @@ impl<'a> Tracer<'a> {
             if let Some(order) = order {
                 bundle = &order[first..order.len().min(first + V::COUNT * PACKETS)];
                 first += bundle.len();
-                for (packet, members) in packets.iter_mut().zip(bundle.chunks(V::COUNT)) {
-                    for i in later.by_ref().take(asked_each) {
+                for (p, packet) in packets.iter_mut().enumerate() {
+                    let members = part(bundle, p, V::COUNT);
+                    if members.is_empty() {
+                        break;
+                    }
+                    let upto = (later + asked_each).min(end + order::PACKETS);
+                    for i in later..upto {
                         prefetch_rays(rays, origins, i);
                     }
+                    later = upto;
                     packet.gather::<V, SHARED>(simd, &rays[start..end], origins_of_group, members);
                 }
             } else {
@@ -428,8 +453,8 @@ impl<'a> Tracer<'a> {
             }
             self.trace::<B, V, ANY, SHARED>(simd, blocks, filled, group.entry);
             let packets = &self.rooms.of::<V>().packets;
-            for (packet, members) in packets.iter().zip(bundle.chunks(V::COUNT)) {
-                results.scatter(simd, start, packet, members);
+            for (p, packet) in packets.iter().enumerate() {
+                results.scatter(simd, start, packet, part(bundle, p, V::COUNT));
             }
             for (member, &i) in members[..count].iter().enumerate() {
                 results.put(simd, i, &packets[member / eights % PACKETS], member % eights);

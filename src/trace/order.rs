@@ -8,6 +8,7 @@
 //! the rays of single packets diverge and earlier rays were expensive.
 // Tuned: see docs/lab-notes.md#sorted-mirror-rays and #sorted-shadow-rays
 
+use super::largest_axis;
 use crate::{
     lanes::LANES,
     ray::RayPacket,
@@ -91,8 +92,7 @@ struct Octahedron {
 impl Octahedron {
     /// With the corner nearest to `direction` in the middle.
     fn toward(direction: [f32; 3]) -> Self {
-        let largest = (0..3).max_by(|&i, &j| direction[i].abs().total_cmp(&direction[j].abs()));
-        let axis = largest.unwrap_or(0);
+        let axis = largest_axis([direction[0].abs(), direction[1].abs(), direction[2].abs()]);
         let sign = 1.0_f32.copysign(direction[axis]);
         Self { axis, sign }
     }
@@ -231,17 +231,23 @@ impl Sorted {
     fn sort<const N: usize>(&mut self, packets: usize) {
         let mut starts = [0_u32; N];
         let keys = &self.keys[..packets];
-        for &key in keys.as_flattened() {
-            starts[usize::from(key) % (N - 1) + 1] += 1;
+        for keys in keys {
+            for &key in keys {
+                starts[usize::from(key) % (N - 1) + 1] += 1;
+            }
         }
         for i in 1..starts.len() {
             starts[i] += starts[i - 1];
         }
         self.count = starts[N - 2] as usize;
-        for (&key, ray) in keys.as_flattened().iter().zip(0..) {
-            let start = &mut starts[usize::from(key) % (N - 1)];
-            self.order[*start as usize % RAYS] = ray;
-            *start += 1;
+        let mut ray = 0;
+        for keys in keys {
+            for &key in keys {
+                let start = &mut starts[usize::from(key) % (N - 1)];
+                self.order[*start as usize % RAYS] = ray;
+                *start += 1;
+                ray = ray.wrapping_add(1);
+            }
         }
     }
 

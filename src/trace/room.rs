@@ -38,7 +38,8 @@ impl<M: Memory> Room<M> {
     #[inline(always)]
     pub fn start_at<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, origin: Vec3) {
         // By bits: 0 and -0 are equal but make edge functions of different signs.
-        let now = Some((origin.to_array().map(f32::to_bits), V::COUNT));
+        let bits = [origin.x.to_bits(), origin.y.to_bits(), origin.z.to_bits()];
+        let now = Some((bits, V::COUNT));
         if self.shared != now {
             for packet in self.packets.iter_mut() {
                 Vec3Lanes::<V>::splat(simd, origin).store(&mut packet.origin);

@@ -136,10 +136,10 @@ impl Tracer<'_> {
             if SHARED && !ANY && is_adaptive {
                 entry = self.entry(simd, &rays[start..end]);
                 if entry.as_ref().is_some_and(|entry| entry.count == 0) {
-                    for (i, packet) in rays.iter().enumerate().take(end).skip(start) {
+                    for i in start..end {
                         results.prefetch((i + AHEAD).min(rays.len() - 1));
                         prefetch_rays(rays, &[], i + ENTRY_PACKETS);
-                        results.put_none(i, packet);
+                        results.put_none(i, &rays[i]);
                     }
                     continue;
                 }
