@@ -129,10 +129,10 @@ impl FromScene for IndexedBlock {
     fn of<S: Simd>(simd: S, scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8) {
         let mut around = Box8::EMPTY;
         let mut triangles = [(PrimitiveId::NONE, [0; 3], [Vec3::ZERO; 3]); WIDTH];
-        for (triangle, &id) in triangles.iter_mut().zip(ids) {
+        for (lane, &id) in ids.iter().enumerate().take(WIDTH) {
             let i = id.0 as usize;
-            *triangle = (id, scene.triangles().corners[i], corners(scene, i));
-            around = around.union(simd, triangle_box(triangle.2, id));
+            triangles[lane] = (id, scene.triangles().corners[i], corners(scene, i));
+            around = around.union(simd, triangle_box(triangles[lane].2, id));
         }
         let block = Self::new(&triangles[..ids.len()]);
         (block.expect("what has too many vertices is divided"), around)
@@ -341,18 +341,18 @@ impl<S: Simd, B: FromScene> Emission<'_, S, B> {
         self.slots = rest;
         let mut children = [(Child::NONE, Aabb::EMPTY); WIDTH];
         let mut bounds = Box8::EMPTY;
-        for (child, slot) in children.iter_mut().zip(slots) {
+        for (i, slot) in slots.iter().enumerate() {
             if let Some(range) = slot.block() {
                 let (block, around) = self.block(simd, &self.ids[range]);
-                *child = (block, around.bounds());
+                children[i] = (block, around.bounds());
                 bounds = bounds.union(simd, around);
             }
         }
-        for (child, slot) in children.iter_mut().zip(slots) {
+        for (i, slot) in slots.iter().enumerate() {
             if slot.block().is_none() {
                 let below = Child::inner(self.start.node + self.written.node);
                 let around = self.node();
-                *child = (below, around.bounds());
+                children[i] = (below, around.bounds());
                 bounds = bounds.union(simd, around);
             }
         }
@@ -374,10 +374,10 @@ impl<S: Simd, B: FromScene> Emission<'_, S, B> {
         } else {
             let mut around = Box8::EMPTY;
             let mut spheres = [(PrimitiveId::NONE, Vec3::ZERO, 0.0); WIDTH];
-            for (sphere, &id) in spheres.iter_mut().zip(ids) {
+            for (lane, &id) in ids.iter().enumerate().take(WIDTH) {
                 let i = id.0 as usize - first_sphere;
                 around = around.union(simd, sphere_box(self.scene, i, id));
-                *sphere = (id, self.scene.spheres().center(i), self.scene.spheres().radius[i]);
+                spheres[lane] = (id, self.scene.spheres().center(i), self.scene.spheres().radius[i]);
             }
             let block_i = self.written.sphere_block;
             self.written.sphere_block += 1;

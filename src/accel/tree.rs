@@ -252,9 +252,10 @@ impl<S: Simd> Job<'_, S> {
     /// Whether triangles, at most eight, can be a block of their own.
     #[inline(always)]
     fn is_block(&self, boxes: &[Box8]) -> bool {
-        let fits =
-            |triangles: &[[u32; 3]]| IndexedBlock::fits(boxes.iter().map(|b| triangles[b.id().0 as usize]));
-        self.shared.is_none_or(fits)
+        match self.shared {
+            Some(triangles) => IndexedBlock::fits(boxes.iter().map(|b| triangles[b.id().0 as usize])),
+            None => true,
+        }
     }
 
     /// Whether what fits a block may be better off in several: it is far wider than a bundle. (In a row along an axis

@@ -325,34 +325,39 @@ pub(crate) fn passes_through(
     [v0, v1, v2]: [Vec3; 3],
     weights: [f32; 3],
 ) -> bool {
-    let d = direction.as_dvec3();
-    let [v0, v1, v2, origin] = [v0, v1, v2, origin].map(Vec3::as_dvec3);
+    let (d, origin) = (direction.as_dvec3(), origin.as_dvec3());
+    let (v0, v1, v2) = (v0.as_dvec3(), v1.as_dvec3(), v2.as_dvec3());
     let (a, b, c) = (v0 - origin, v1 - origin, v2 - origin);
-    let lengths = [a, b, c].map(glam::DVec3::length);
+    let lengths = [a.length(), b.length(), c.length()];
     let edges = [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)];
-    let far = [
-        lengths[2] + lengths[0],
-        lengths[0] + lengths[1],
-        lengths[1] + lengths[2],
-    ];
-    let sizes = [0, 1, 2].map(|i: usize| edges[i].0.length() * far[i]);
-    let largest = sizes.into_iter().fold(0.0, f64::max);
-    if weights
-        .into_iter()
-        .any(|weight| f64::from(weight) < -EDGE_ERROR * largest)
-    {
+    let (mut sizes, mut largest) = ([0.0; 3], 0.0_f64);
+    for (i, (edge, _)) in edges.iter().enumerate() {
+        sizes[i] = edge.length() * (lengths[(i + 2) % 3] + lengths[i]);
+        largest = largest.max(sizes[i]);
+    }
+    let (mut left, mut right, mut small) = (true, true, 0);
+    let mut is_behind = false;
+    for (i, (edge, sum)) in edges.iter().enumerate() {
+        is_behind |= f64::from(weights[i]) < -EDGE_ERROR * largest;
+        let weight = d.dot(edge.cross(*sum));
+        left &= weight >= 0.0;
+        right &= weight <= 0.0;
+        small += u32::from(weight.abs() <= EDGE_ERROR_64 * sizes[i]);
+    }
+    if is_behind {
         return false;
     }
-    let weights = edges.map(|(edge, sum)| d.dot(edge.cross(sum)));
-    let is_small = |i: &usize| weights[*i].abs() <= EDGE_ERROR_64 * sizes[*i];
-    if (0..3).filter(is_small).count() < 2 {
-        return weights.iter().all(|&weight| weight >= 0.0) || weights.iter().all(|&weight| weight <= 0.0);
+    if small < 2 {
+        return left || right;
     }
     // At a vertex, or a triangle that is a line for the ray: between two corners?
-    let aside = [a, b, c].map(|corner| corner - d * (corner.dot(d) / d.length_squared()));
-    [(0, 1), (1, 2), (2, 0)]
-        .into_iter()
-        .any(|(i, j)| aside[i].dot(aside[j]) <= lengths[i] * lengths[j] * ASIDE_ERROR_64)
+    let length_squared = d.length_squared();
+    let aside_a = a - d * (a.dot(d) / length_squared);
+    let aside_b = b - d * (b.dot(d) / length_squared);
+    let aside_c = c - d * (c.dot(d) / length_squared);
+    aside_a.dot(aside_b) <= lengths[0] * lengths[1] * ASIDE_ERROR_64
+        || aside_b.dot(aside_c) <= lengths[1] * lengths[2] * ASIDE_ERROR_64
+        || aside_c.dot(aside_a) <= lengths[2] * lengths[0] * ASIDE_ERROR_64
 }
 
 #[cfg(test)]

@@ -167,11 +167,13 @@ impl Sorted {
         if mixed * MIXED < asked.len() {
             return false;
         }
-        for (keys, rays) in self.keys.iter_mut().zip(rays) {
+        for (p, rays) in rays.iter().enumerate() {
+            let keys = &mut self.keys[p];
             let live = simd.load(&rays.t_max).gt(simd.splat(0.0));
             let squares = S::V8::select(live, squares(simd, rays), simd.splat(SQUARES as f32));
-            for (key, square) in keys.iter_mut().zip(squares.trunc()) {
-                *key = square as u16;
+            let squares = squares.trunc();
+            for (i, key) in keys.iter_mut().enumerate() {
+                *key = squares[i] as u16;
             }
         }
         self.sort::<{ SQUARES + 2 }>(rays.len());
@@ -207,7 +209,8 @@ impl Sorted {
         if spread * SPREAD_ONE_IN < rays.len().div_ceil(ASKED) {
             return false;
         }
-        for (keys, rays) in self.keys.iter_mut().zip(rays) {
+        for (p, rays) in rays.iter().enumerate() {
+            let keys = &mut self.keys[p];
             let live = simd.load(&rays.t_max).gt(simd.splat(0.0)).bits();
             let [a, b] = octahedron.places(simd, rays);
             let scale = CELLS as f32 / size;
@@ -252,6 +255,7 @@ impl Sorted {
     }
 
     /// The sorted rays, packet times eight plus lane; neighbours within a cell stay neighbours.
+    #[inline(always)]
     pub fn rays(&self) -> &[u16] {
         &self.order[..self.count]
     }
