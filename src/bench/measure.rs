@@ -116,8 +116,13 @@ fn reversed(packet: &RayPacket) -> RayPacket {
     }
 }
 
+#[inline(always)]
 fn negated(numbers: &F32x8) -> F32x8 {
-    numbers.to_array().map(|number| -number).into()
+    let mut numbers = *numbers;
+    for number in numbers.as_mut_array() {
+        *number = -*number;
+    }
+    numbers
 }
 
 fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
