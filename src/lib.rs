@@ -44,7 +44,8 @@
 //! | [`scene`], [`mod@format`], [`generate`] | scenes built by code, read from files, or made from a seed |
 //! | [`accel`], [`trace`] | the BVH; closest hits and occlusion |
 //! | [`render`] | frames, settings, film |
-//! | [`shade`], [`geometry`], [`ray`], [`simd`], [`math`], [`classic`] | shading passes, primitive tests, and what they are made of |
+//! | [`shade`], [`geometry`], [`ray`], [`lanes`], [`math`], [`classic`] | shading passes, primitive tests, and what they are made of |
+//! | [`Level`] | the instruction set, chosen when the program runs |
 //! | [`mod@reference`], [`verify`], [`mod@bench`] | the scalar reference, equivalence checks against it, the benchmark |
 //! | [`error`] | errors with file, line and column |
 //!

@@ -1,4 +1,4 @@
-//! Boxes, and the scalar twins of the [`simd`](crate::simd) operations.
+//! Boxes, and scalar twins of operations on lanes.
 //!
 //! What decides a hit or a colour uses these functions, because glam does not specify the order and rounding of its
 //! own. The twins in `simd` do the same operations in the same order.
@@ -18,14 +18,14 @@ pub fn scale_to_one(size: f32) -> f32 {
 /// The exponent bits of an `f32`.
 pub(crate) const EXPONENT: u32 = 0xff << 23;
 
-/// Returns the larger number, or `b` if either is NaN. Twin of [`Lanes::max`](crate::simd::Lanes::max).
+/// Returns the larger number, or `b` if either is NaN. Twin of `Lanes::max`.
 #[inline(always)]
 #[must_use]
 pub fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Returns the smaller number, or `b` if either is NaN. Twin of [`Lanes::min`](crate::simd::Lanes::min).
+/// Returns the smaller number, or `b` if either is NaN. Twin of `Lanes::min`.
 #[inline(always)]
 #[must_use]
 pub fn min(a: f32, b: f32) -> f32 {

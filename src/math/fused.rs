@@ -26,7 +26,7 @@ pub fn emulated(a: f32, b: f32, c: f32) -> f32 {
     // What rounding took from the sum (Knuth); NaN, which counts as nothing, where that is not finite.
     let part = sum - product;
     let error = (product - (sum - part)) + (c - part);
-    let is_inexact = u64::from(error > 0.0 || error < 0.0);
+    let is_inexact = u64::from(error.abs() > 0.0);
     // Towards 0 where it was rounded away from it, then to the odd one of its two neighbours.
     let is_beyond = ((sum.to_bits() ^ error.to_bits()) >> 63) & is_inexact;
     f64::from_bits((sum.to_bits() - is_beyond) | is_inexact) as f32

@@ -197,7 +197,7 @@ impl HitQueue {
     }
 
     /// Returns the materials that were hit, with the range of their surface packets in the result of
-    /// [`gather`](super::surface::gather).
+    /// `surface::gather`.
     pub fn ranges(&self) -> impl Iterator<Item = (MaterialId, Range<usize>)> {
         let mut start = 0;
         self.buckets().map(move |(material, bucket)| {

@@ -189,9 +189,8 @@ impl Tracer<'_> {
                 sheared::separate_origins::<B, V, ANY>(
                     simd,
                     blocks,
-                    child,
+                    (child, packets),
                     culling,
-                    packets,
                     &room.sheared,
                     &mut self.candidates,
                     &mut room.packets,

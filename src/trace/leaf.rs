@@ -276,10 +276,7 @@ pub(super) fn in_order<V: Lanes>(
     upper: Vec3Lanes<V>,
     octant: Option<[u8; 3]>,
 ) -> (Vec3Lanes<V>, Vec3Lanes<V>) {
-    let [x, y, z] = match octant {
-        Some(octant) => octant,
-        None => [0; 3],
-    };
+    let [x, y, z] = octant.unwrap_or([0; 3]);
     let (first_x, last_x) = exchanged_if(x, lower.x, upper.x);
     let (first_y, last_y) = exchanged_if(y, lower.y, upper.y);
     let (first_z, last_z) = exchanged_if(z, lower.z, upper.z);

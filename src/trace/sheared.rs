@@ -77,9 +77,8 @@ impl Candidates {
 pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     simd: V::Simd,
     blocks: LeafBlocks<'_, B>,
-    leaf: Child,
+    (leaf, packets): (Child, u32),
     culling: &Culling<'_, V>,
-    packets: u32,
     lines: &[ShearedPacket<V::Memory>; PACKETS],
     candidates: &mut Candidates,
     states: &mut [Packet<V::Memory>; PACKETS],

@@ -74,7 +74,7 @@ struct Scalar<'a> {
 }
 
 impl Implementation for Scalar<'_> {
-    fn name(&self) -> &str {
+    fn name(&self) -> &'static str {
         "scalar BVH"
     }
 
