@@ -106,10 +106,7 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<(), String> {
     if arguments.avx2 && "avx2".parse::<octray::Level>().is_err() {
-        return Err(
-            "--avx2 wants a build for AVX2, such as an ordinary one for x86-64: this one is for another"
-                .into(),
-        );
+        return Err("--avx2 wants a CPU with AVX2".into());
     }
     let sources = sources(arguments)?;
     let api = match ffi::Api::load() {

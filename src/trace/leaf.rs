@@ -97,8 +97,8 @@ struct Functions {
     tolerance: Column,
     /// Minus the tolerance.
     lowest: Column,
-    /// The same and a quarter: products and sums of weights that are rounded more often, three half-ulps at most, stay
-    /// above it.
+    /// The same and a half: a weight whose products are rounded first differs from the fused one by six half-ulps at
+    /// most, the tolerance is twenty.
     least: Column,
 }
 
@@ -122,7 +122,7 @@ impl Functions {
         edges.plane.store(&mut functions.plane);
         edges.tolerance.store(&mut functions.tolerance);
         (-edges.tolerance).store(&mut functions.lowest);
-        (edges.tolerance * -1.25).store(&mut functions.least);
+        (edges.tolerance * -1.5).store(&mut functions.least);
         functions
     }
 

@@ -14,6 +14,7 @@ mod errors;
 mod generated_files;
 mod golden;
 mod layering;
+mod levels;
 mod mesh_files;
 mod numbers;
 mod odd_scenes;

@@ -134,11 +134,13 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
     let layout = random.pick(&[Layout::Whole, Layout::Indexed]);
     let bvh = Bvh::build_as(scene, BuildQuality::Best, layout);
     let center = center - scene.origin();
-    let mut tracers: Vec<Tracer> = Level::all()
-        .flat_map(|level| {
-            let methods = [Method::Adaptive, Method::Packet, Method::Single];
-            methods.map(|method| Tracer::with_method(&bvh, method).at_level(level))
-        })
+    // The methods at the best level, and another one at each lower level; bundles of either kind take these in turn.
+    let methods = [Method::Adaptive, Method::Packet, Method::Single];
+    let mut tracers = methods.map(|method| Tracer::with_method(&bvh, method));
+    let mut lower: Vec<Tracer> = Level::all()
+        .rev()
+        .skip(1)
+        .flat_map(|level| methods.map(|method| Tracer::with_method(&bvh, method).at_level(level)))
         .collect();
     for bundle in 0..bundles {
         let shared = bundle % 2 == 0;
@@ -160,7 +162,9 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
                 Ray::new(origin, (target - origin).normalize())
             }));
         }
-        for tracer in &mut tracers {
+        let count = lower.len().max(1);
+        let in_turn = lower.iter_mut().skip(bundle / 2 % count).take(1);
+        for tracer in tracers.iter_mut().chain(in_turn) {
             let mut hits = vec![HitPacket::miss(F32x8::ZERO); BUNDLE];
             tracer.closest_hit(rays.origins(), rays.packets(), &mut hits);
             for (packet_i, hits) in hits.iter().enumerate() {

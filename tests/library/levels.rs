@@ -1,0 +1,120 @@
+//! Every instruction set of this CPU computes the same: pictures in both modes, and trees.
+
+use glam::{DVec3, Vec3};
+use octray::{
+    Level,
+    accel::{BuildQuality, Bvh, Layout},
+    generate::{Kind, Options, generate},
+    render::{Film, Mode, Pixel, Renderer, Settings},
+    scene::{Camera, Scene, SceneBuilder, TriangleMesh},
+};
+use std::ops::ControlFlow;
+
+/// All classic materials on spheres and triangles, with and without vertex normals, under two lights.
+fn all_materials() -> Scene {
+    let mut random = fastrand::Rng::with_seed(21);
+    let mut unit = move || random.f32() * 2.0 - 1.0;
+    let mut vector = move || Vec3::new(unit(), unit(), unit());
+    let mut builder = SceneBuilder::new();
+    builder.add_light(Vec3::new(3.0, -4.0, 6.0), 0.7).unwrap();
+    builder.add_light(Vec3::new(-5.0, 1.0, 4.0), 0.4).unwrap();
+    for i in 0..200 {
+        let material = builder.classic_material(i % 4).unwrap();
+        let at = vector() * 2.0;
+        builder
+            .add_sphere(at, 0.1 + 0.1 * vector().x.abs(), material)
+            .unwrap();
+        let corners = [(); 3].map(|()| at + vector() * 0.5);
+        builder.add_triangle(corners, material).unwrap();
+    }
+    let positions: Vec<Vec3> = (0..300).map(|_| vector() * 2.0).collect();
+    let mesh = TriangleMesh {
+        x: positions.iter().map(|p| p.x).collect(),
+        y: positions.iter().map(|p| p.y).collect(),
+        z: positions.iter().map(|p| p.z).collect(),
+        normals: positions.iter().map(|_| vector().normalize()).collect(),
+        triangles: (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+    };
+    let mirror = builder.classic_material(3).unwrap();
+    builder.add_mesh(mesh, mirror).unwrap();
+    builder.finish()
+}
+
+fn check<P: Pixel + PartialEq>(scene: &Scene, bvh: &Bvh, camera: &Camera, settings: Settings) {
+    let film = |level, mode| {
+        let mut film = Film::<P>::black(1, 1);
+        let settings = Settings {
+            level,
+            mode,
+            ..settings
+        };
+        let go_on = &|_| ControlFlow::Continue(());
+        Renderer::new(scene, bvh)
+            .render(camera, &settings, &mut film, go_on)
+            .unwrap();
+        film
+    };
+    let expected = film(Level::PORTABLE, Mode::Packet);
+    for level in Level::all() {
+        for mode in [Mode::Packet, Mode::Scalar] {
+            assert!(film(level, mode) == expected, "{level} {mode:?} {settings:?}");
+        }
+    }
+}
+
+#[test]
+fn every_level_makes_the_same_pictures_in_both_modes() {
+    let scene = all_materials();
+    let bvh = Bvh::build(&scene);
+    let camera = Camera::look_at(DVec3::new(4.0, 3.0, 2.0), DVec3::ZERO, DVec3::Z, 50.0).unwrap();
+    let settings = Settings {
+        width: 91,
+        height: 67,
+        max_depth: 5,
+        ..Settings::default()
+    };
+    check::<[f32; 3]>(&scene, &bvh, &camera, settings);
+    check::<[u8; 3]>(&scene, &bvh, &camera, settings);
+    check::<[f32; 4]>(
+        &scene,
+        &bvh,
+        &camera,
+        Settings {
+            samples: 4,
+            ..settings
+        },
+    );
+}
+
+#[test]
+fn every_level_builds_the_same_trees() {
+    let generated = |kind, count| {
+        let options = Options {
+            seed: 2,
+            count: Some(count),
+        };
+        generate(kind, options).unwrap().into_scene().unwrap()
+    };
+    let scenes = [
+        all_materials(),
+        generated(Kind::Flake, 3000),
+        generated(Kind::Blobs, 80_000),
+    ];
+    for scene in &scenes {
+        for quality in [BuildQuality::Fast, BuildQuality::Best] {
+            for layout in [Layout::Whole, Layout::Indexed] {
+                // Whatever runs beside this finds the same at any level.
+                let tree = |level: Level| {
+                    level.hold();
+                    let bvh = Bvh::build_as(scene, quality, layout);
+                    let blocks = format!("{:?} {:?}", bvh.triangle_blocks(), bvh.sphere_blocks());
+                    (format!("{:?}", bvh.nodes()), blocks)
+                };
+                let expected = tree(Level::PORTABLE);
+                for level in Level::all() {
+                    assert!(tree(level) == expected, "{level} {quality:?} {layout:?}");
+                }
+            }
+        }
+    }
+}
