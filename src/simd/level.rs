@@ -32,7 +32,11 @@ pub enum Token {
 macro_rules! at_level {
     ($level:expr, |$simd:ident| $body:expr) => {
         match $crate::simd::Level::token($level) {
-            $crate::simd::Token::Portable($simd) => $body,
+            $crate::simd::Token::Portable($simd) => $crate::simd::Simd::call(
+                $simd,
+                #[inline(always)]
+                || $body,
+            ),
             #[cfg(target_arch = "x86_64")]
             $crate::simd::Token::Avx2($simd) => $crate::simd::Simd::call(
                 $simd,

@@ -21,7 +21,11 @@ impl Simd for Portable {
 
     #[inline(always)]
     fn call<R>(self, f: impl FnOnce() -> R) -> R {
-        f()
+        // A function of its own, as at other levels: without optimisation its stack is not the caller's.
+        fn inner<R>(f: impl FnOnce() -> R) -> R {
+            f()
+        }
+        inner(f)
     }
     #[inline(always)]
     fn mul_add(self, a: f32, b: f32, c: f32) -> f32 {

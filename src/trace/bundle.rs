@@ -182,18 +182,22 @@ impl Tracer<'_> {
                 let met = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
                 self.visits.add(count, met);
                 let packets = &mut self.rooms.of_mut::<V>().packets;
-                leaf::shared_origin::<B, V, ANY>(simd, blocks, leaves, culling, packets)
+                simd.call(
+                    #[inline(always)]
+                    || leaf::shared_origin::<B, V, ANY>(simd, blocks, leaves, culling, packets),
+                )
             } else {
                 let (child, packets) = (leaf.child, leaf.packets);
-                let room = self.rooms.of_mut::<V>();
-                sheared::separate_origins::<B, V, ANY>(
-                    simd,
-                    blocks,
-                    (child, packets),
-                    culling,
-                    &room.sheared,
-                    &mut self.candidates,
-                    &mut room.packets,
+                let (room, candidates) = (self.rooms.of_mut::<V>(), &mut self.candidates);
+                let (lines, states) = (&room.sheared, &mut room.packets);
+                let leaf = (child, packets);
+                simd.call(
+                    #[inline(always)]
+                    || {
+                        sheared::separate_origins::<B, V, ANY>(
+                            simd, blocks, leaf, culling, lines, candidates, states,
+                        )
+                    },
                 )
             };
             if ANY {

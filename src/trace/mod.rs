@@ -537,7 +537,11 @@ impl<'a> Tracer<'a> {
         if SHARED && ANY {
             self.effort.add(rays, self.visits.packets, self.tasks.len());
         }
-        self.trace_tasks::<B, V, ANY>(simd, blocks);
+        // A call of its own: without optimisation all that is inlined into one function takes megabytes of its stack.
+        simd.call(
+            #[inline(always)]
+            || self.trace_tasks::<B, V, ANY>(simd, blocks),
+        );
     }
 
     /// Those of `packets` that are traced together next, with their frustum: all of them if one frustum holds them,

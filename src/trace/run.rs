@@ -132,9 +132,13 @@ impl Tracer<'_> {
                 break;
             }
             next = end;
+            let of_group = &rays[start..end];
             let (mut entry, mut order) = (None, None);
             if SHARED && !ANY && is_adaptive {
-                entry = self.entry(simd, &rays[start..end]);
+                entry = simd.call(
+                    #[inline(always)]
+                    || self.entry(simd, rays),
+                );
                 if entry.as_ref().is_some_and(|entry| entry.count == 0) {
                     for i in start..end {
                         results.prefetch((i + AHEAD).min(rays.len() - 1));
@@ -145,11 +149,22 @@ impl Tracer<'_> {
                 }
             } else if SHARED && ANY {
                 let effort = std::mem::take(&mut self.effort);
-                if is_adaptive && effort.is_high() && sorted.by_place(simd, &rays[start..end]) {
+                if is_adaptive
+                    && effort.is_high()
+                    && simd.call(
+                        #[inline(always)]
+                        || sorted.by_place(simd, of_group),
+                    )
+                {
                     order = Some(sorted.rays());
                 }
             } else if !SHARED && is_adaptive {
-                if self.skipped_sorts == 0 && sorted.by_direction(simd, &rays[start..end]) {
+                if self.skipped_sorts == 0
+                    && simd.call(
+                        #[inline(always)]
+                        || sorted.by_direction(simd, of_group),
+                    )
+                {
                     order = Some(sorted.rays());
                 }
                 self.skipped_sorts = self.skipped_sorts.saturating_sub(1);
@@ -320,10 +335,9 @@ mod tests {
             ]
         };
         let methods = [Method::Adaptive, Method::Packet, Method::Single];
-        for (method, level) in methods
-            .into_iter()
-            .flat_map(|method| Level::all().map(move |level| (method, level)))
-        {
+        let here = methods.map(|method| (method, Level::current()));
+        let lower = Level::all().map(|level| (Method::Adaptive, level));
+        for (method, level) in lower.filter(|it| *it != here[0]).chain(here) {
             for (origin, valid) in [(Some(shared), &from_one), (None, &apart)] {
                 let traced = |rays: &[Ray]| {
                     let mut packets = RayPackets::default();
