@@ -137,7 +137,7 @@ impl Tracer<'_> {
             if SHARED && !ANY && is_adaptive {
                 entry = simd.call(
                     #[inline(always)]
-                    || self.entry(simd, rays),
+                    || self.entry(simd, of_group),
                 );
                 if entry.as_ref().is_some_and(|entry| entry.count == 0) {
                     for i in start..end {
