@@ -102,13 +102,14 @@ pub(crate) fn radiance_at<S: Simd>(
                 k_s,
                 ..
             } => {
-                let channel = |i: usize| {
+                let mut own = [0.0; 3];
+                for i in 0..3 {
                     let body = simd.mul_add(k_d, light.diffuse[i], scene.ambient());
                     let gloss = k_s * light.specular[i];
                     let sum = simd.mul_add(diffuse[i], body, specular[i] * gloss);
-                    min(max(sum, 0.0), 1.0)
-                };
-                add(simd, &mut color, weight, [channel(0), channel(1), channel(2)]);
+                    own[i] = min(max(sum, 0.0), 1.0);
+                }
+                add(simd, &mut color, weight, own);
             }
             Material::Reflection {
                 color: own,
@@ -244,20 +245,25 @@ fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
 #[inline(always)]
 fn triangle<S: Simd>(simd: S, scene: &Scene, i: usize, hit: &Hit) -> (Vec3, Vec3, Vec3, f32) {
     let [v0, v1, v2] = scene.triangle(i);
-    let (u, v) = (hit.u, hit.v);
-    let w = 1.0 - u - v;
-    let interpolate = |a: Vec3, b: Vec3, c: Vec3| simd.mul_add3(b, u, simd.mul_add3(c, v, a * w));
     let facet = simd.cross(v1 - v0, v2 - v0);
     let geometric = simd.normalize(facet * scale_to_one(max_abs(facet)));
     let mut normal = geometric;
     let normals = &scene.vertices().normals;
     if !normals.is_empty() {
         let [n0, n1, n2] = scene.triangles().corners[i].map(|vertex| normals[vertex as usize]);
-        let smooth = interpolate(n0, n1, n2);
+        let smooth = interpolate(simd, [n0, n1, n2], hit);
         if [n0, n1, n2].iter().all(|&n| n != Vec3::ZERO) && max_abs(smooth) > 0.0 {
             normal = simd.normalize(smooth * scale_to_one(max_abs(smooth)));
         }
     }
     let magnitude = max(max(max_abs(v0), max_abs(v1)), max_abs(v2));
-    (interpolate(v0, v1, v2), geometric, normal, magnitude)
+    (interpolate(simd, [v0, v1, v2], hit), geometric, normal, magnitude)
+}
+
+/// Returns the mean of a triangle's corners by a hit's barycentric weights.
+#[inline(always)]
+fn interpolate<S: Simd>(simd: S, [a, b, c]: [Vec3; 3], hit: &Hit) -> Vec3 {
+    let (u, v) = (hit.u, hit.v);
+    let w = 1.0 - u - v;
+    simd.mul_add3(b, u, simd.mul_add3(c, v, a * w))
 }
