@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// Returns every primitive that has an area.
-fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
+pub(super) fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
     (0..scene.primitive_count() as u32)
         .map(PrimitiveId)
         .filter(|&id| match scene.primitive(id) {
@@ -19,7 +19,11 @@ fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
 }
 
 #[inline(always)]
-fn nearest<S: Simd>(simd: S, targets: impl Iterator<Item = (PrimitiveId, Shape)>, ray: &Ray) -> Hit {
+pub(super) fn nearest<S: Simd>(
+    simd: S,
+    targets: impl Iterator<Item = (PrimitiveId, Shape)>,
+    ray: &Ray,
+) -> Hit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
@@ -46,7 +50,7 @@ pub fn occluded(scene: &Scene, ray: &Ray) -> bool {
 }
 
 #[inline(always)]
-fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
+pub(super) fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     for (id, shape) in targets(scene) {

@@ -37,7 +37,13 @@ pub fn closest_hit(scene: &Scene, bvh: &Bvh, stack: &mut Stack, ray: &Ray) -> (H
 }
 
 #[inline(always)]
-fn counted<S: Simd>(simd: S, scene: &Scene, bvh: &Bvh, Stack(stack): &mut Stack, ray: &Ray) -> (Hit, Cost) {
+pub(super) fn counted<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    bvh: &Bvh,
+    Stack(stack): &mut Stack,
+    ray: &Ray,
+) -> (Hit, Cost) {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);

@@ -10,3 +10,6 @@ mod primitive;
 pub mod shade;
 
 use primitive::{RaySlabs, intersect_shape};
+
+#[cfg(test)]
+mod tests;
