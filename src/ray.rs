@@ -39,6 +39,7 @@ impl Ray {
 
     /// Returns whether this is a ray: origin, direction and end are finite, and the direction is not zero. Anything else
     /// hits nothing.
+    #[inline(always)]
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.origin.is_finite()
@@ -98,6 +99,7 @@ impl Hit {
     }
 
     /// Returns whether this is a hit, not a miss.
+    #[inline(always)]
     #[must_use]
     pub fn is_hit(&self) -> bool {
         self.primitive != PrimitiveId::NONE

@@ -31,7 +31,7 @@ pub struct BinaryNode {
 
 impl BinaryNode {
     /// Returns the node's box.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         Aabb {

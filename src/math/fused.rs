@@ -5,7 +5,10 @@
 //! rounded sums: proved algorithms using rounding to odd*, IEEE Transactions on Computers 57(4) 2008.
 
 /// Whether all that this build runs on fuses, so that the compiler does it.
-pub const IS_COMPILED_IN: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
+pub const IS_COMPILED_IN: bool = cfg!(any(
+    target_feature = "fma",
+    all(target_arch = "aarch64", target_feature = "neon")
+));
 
 /// Returns `a * b + c`, rounded once.
 #[inline(always)]

@@ -9,7 +9,7 @@ mod sort;
 
 use super::{
     Column, EightLanes, LaneMask, Lanes, Pair, REGISTER_LANES, Simd, TriangleLanes, lanes,
-    pair::{Half, least_of_rows},
+    pair::least_of_rows,
 };
 use crate::{
     lanes::{F32x8, LANES},
@@ -30,6 +30,7 @@ impl Avx2 {
     pub(super) fn detected() -> Option<Self> {
         let is_there = is_x86_feature_detected!("avx2")
             && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("f16c")
             && is_x86_feature_detected!("bmi1")
             && is_x86_feature_detected!("bmi2")
             && is_x86_feature_detected!("lzcnt")
@@ -67,7 +68,7 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn call<R>(self, f: impl FnOnce() -> R) -> R {
-        #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        #[target_feature(enable = "avx2,fma,f16c,bmi1,bmi2,lzcnt,popcnt")]
         fn inner<R>(f: impl FnOnce() -> R) -> R {
             f()
         }
@@ -365,6 +366,7 @@ fn transposed<T: HasAvx2>([a, b, c, d, e, f, g, h]: [V8<T>; LANES]) -> [V8<T>; L
 impl<T: HasAvx2> EightLanes for V8<T> {
     #[inline(always)]
     fn load8(simd: T, from: &F32x8) -> Self {
+        const { assert!(align_of::<F32x8>() == 32 && size_of::<F32x8>() == 32) }
         // SAFETY: 32 bytes at an address that is a multiple of 32; the token proves the instruction.
         Self(unsafe { _mm256_load_ps(from.as_array().as_ptr()) }, simd)
     }
@@ -453,27 +455,5 @@ impl<T: HasAvx2> EightLanes for V8<T> {
             sort::sorted_down(_mm256_and_si256(entries, chosen))
         };
         (bytemuck::must_cast(sorted), (chosen & 0xff).count_ones() as usize)
-    }
-}
-
-impl<T: HasAvx2> Half for V8<T> {
-    type Whole = Column;
-
-    #[inline(always)]
-    fn load_both(simd: T, from: &Column) -> [Self; 2] {
-        let [low, high] = from.halves();
-        [Self::load8(simd, low), Self::load8(simd, high)]
-    }
-    #[inline(always)]
-    fn store_both([low, high]: [Self; 2], to: &mut Column) {
-        *to.halves_mut() = [low.to8(), high.to8()];
-    }
-    #[inline(always)]
-    fn fold_both_min(both: [Self; 2]) -> Pair<Self> {
-        Pair(both)
-    }
-    #[inline(always)]
-    fn fold_both_max(both: [Self; 2]) -> Pair<Self> {
-        Pair(both)
     }
 }

@@ -48,7 +48,7 @@ impl Simd for Avx512 {
 
     #[inline(always)]
     fn call<R>(self, f: impl FnOnce() -> R) -> R {
-        #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,f16c,bmi1,bmi2,lzcnt,popcnt")]
         fn inner<R>(f: impl FnOnce() -> R) -> R {
             f()
         }
@@ -272,6 +272,7 @@ impl Lanes for V16 {
     }
     #[inline(always)]
     fn load(simd: Avx512, from: &Column) -> Self {
+        const { assert!(align_of::<Column>() == 64 && size_of::<Column>() == 64) }
         // SAFETY: 64 bytes at an address that is a multiple of 64; the token proves the instruction.
         Self(unsafe { _mm512_load_ps(from.0.as_ptr()) }, simd)
     }
@@ -282,6 +283,7 @@ impl Lanes for V16 {
     }
     #[inline(always)]
     fn store(self, to: &mut Column) {
+        const { assert!(align_of::<Column>() == 64 && size_of::<Column>() == 64) }
         // SAFETY: as for `load`.
         unsafe { _mm512_store_ps(to.0.as_mut_ptr(), self.0) }
     }

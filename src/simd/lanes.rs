@@ -29,7 +29,7 @@ pub trait Lanes:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// The level; whoever has a vector has its token.
+    /// The level: each vector holds its token.
     type Simd: Simd;
     type Mask: LaneMask;
     /// The memory that lanes are stored to.

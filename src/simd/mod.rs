@@ -51,7 +51,7 @@ pub type Vec3Eight<S> = Vec3Lanes<<S as Simd>::V8>;
 pub trait Simd: Copy + std::fmt::Debug + Send + Sync + 'static {
     /// Eight lanes.
     type V8: EightLanes<Simd = Self>;
-    /// Sixteen lanes, in one register where there is one of that size.
+    /// Sixteen lanes, in one register at AVX-512, in two elsewhere.
     type V16: TriangleLanes<Simd = Self>;
 
     /// Calls `f`, compiled for these instructions as far as it is inlined: mark closures `#[inline(always)]`.

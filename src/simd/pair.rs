@@ -22,6 +22,28 @@ pub trait Half: Lanes<Memory = Column> {
     fn fold_both_max(both: [Self; 2]) -> Self::Packets;
 }
 
+impl<V: EightLanes> Half for V {
+    type Whole = Column;
+
+    #[inline(always)]
+    fn load_both(simd: V::Simd, from: &Column) -> [Self; 2] {
+        let [low, high] = from.halves();
+        [Self::load8(simd, low), Self::load8(simd, high)]
+    }
+    #[inline(always)]
+    fn store_both([low, high]: [Self; 2], to: &mut Column) {
+        *to.halves_mut() = [low.to8(), high.to8()];
+    }
+    #[inline(always)]
+    fn fold_both_min(both: [Self; 2]) -> Pair<Self> {
+        Pair(both)
+    }
+    #[inline(always)]
+    fn fold_both_max(both: [Self; 2]) -> Pair<Self> {
+        Pair(both)
+    }
+}
+
 /// The lower lanes, then the upper ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<H>(pub(super) [H; 2]);

@@ -2,7 +2,7 @@
 
 use super::{
     Column, EightLanes, LaneMask, Lanes, Pair, REGISTER_LANES, Simd, TriangleLanes, lanes,
-    pair::{Half, least_of_rows},
+    pair::least_of_rows,
 };
 use crate::{
     lanes::{F32x8, LANES},
@@ -344,27 +344,5 @@ impl EightLanes for V8 {
     #[inline(always)]
     fn nearest_last(self, chosen: u32) -> ([u32; LANES], usize) {
         lanes::nearest_last(self.0.to_array(), chosen)
-    }
-}
-
-impl Half for V8 {
-    type Whole = Column;
-
-    #[inline(always)]
-    fn load_both(simd: Portable, from: &Column) -> [Self; 2] {
-        let [low, high] = from.halves();
-        [Self::load8(simd, low), Self::load8(simd, high)]
-    }
-    #[inline(always)]
-    fn store_both([low, high]: [Self; 2], to: &mut Column) {
-        *to.halves_mut() = [low.to8(), high.to8()];
-    }
-    #[inline(always)]
-    fn fold_both_min(both: [Self; 2]) -> Pair<Self> {
-        Pair(both)
-    }
-    #[inline(always)]
-    fn fold_both_max(both: [Self; 2]) -> Pair<Self> {
-        Pair(both)
     }
 }

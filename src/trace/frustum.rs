@@ -30,6 +30,19 @@ use glam::Vec3;
 /// Slopes are widened by this times (1 + |slope|), and distances along k by this fraction.
 const SLACK: f32 = 2e-6;
 
+/// Rays from farther away have no frustum: products with their origins might overflow, and 0 times infinity is NaN.
+const FARTHEST_ORIGIN: f32 = 1e18;
+
+/// Whether a box of origins is near enough for a frustum.
+#[inline(always)]
+pub(super) fn is_near(lower: [f32; 3], upper: [f32; 3]) -> bool {
+    let mut is_near = true;
+    for axis in 0..3 {
+        is_near &= lower[axis] >= -FARTHEST_ORIGIN && upper[axis] <= FARTHEST_ORIGIN;
+    }
+    is_near
+}
+
 /// The axes that stand for k, i and j, the direction of rays along k, and their origins.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
@@ -478,6 +491,9 @@ impl<V8: EightLanes> Frustum<V8> {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         let most = low[k].abs().max(high[k].abs());
         let origin = origin.to_array();
+        if !is_near(origin, origin) {
+            return None;
+        }
         Some(Self {
             frame: Frame {
                 k,

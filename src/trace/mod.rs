@@ -9,6 +9,7 @@
 //! hit. A [`Tracer`] chooses among them by how coherent the last rays were. Measurements: docs/lab-notes.md.
 
 mod backoff;
+mod bits;
 mod bundle;
 mod directions;
 mod dominant;
@@ -32,6 +33,7 @@ use crate::{
     simd::{Lanes, Level, REGISTER_LANES, Simd, at_level},
 };
 use backoff::Backoff;
+use bits::{bits, bits64, largest_axis, part};
 use bundle::Culling;
 use dominant::DominantAxis;
 use frustum::{BundleFrustum, Frustum};
@@ -125,35 +127,6 @@ fn is_incoherent<const ANY: bool>(rays: usize, visits: Visits) -> bool {
     visits.leaves > 2 * rays && 2 * visits.packets < least_x2 * visits.leaves
 }
 
-/// The set bits of a mask, lowest first.
-#[inline(always)]
-fn bits(mask: u32) -> Bits {
-    Bits(u64::from(mask))
-}
-
-/// As [`bits`].
-#[inline(always)]
-fn bits64(mask: u64) -> Bits {
-    Bits(mask)
-}
-
-/// See [`bits`]. An iterator, since closures do not inherit the instruction set of the kernel they are written in.
-struct Bits(u64);
-
-impl Iterator for Bits {
-    type Item = usize;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<usize> {
-        if self.0 == 0 {
-            return None;
-        }
-        let lowest = self.0.trailing_zeros() as usize;
-        self.0 &= self.0 - 1;
-        Some(lowest)
-    }
-}
-
 /// [`RayPacket`]s with a shared origin that share one [`entry`]: four bundles of 256 rays, or eight of 128.
 const ENTRY_PACKETS: usize = 128;
 
@@ -180,20 +153,6 @@ struct Group<'a> {
     /// Single rays in the order in which they are packed, except for camera rays: packet times eight plus lane.
     /// `None`: live packets as they come.
     order: Option<&'a [u16]>,
-}
-
-/// Part `i` of a slice that is divided into parts of `size`; empty beyond its end. (Chunks that are zipped are not always
-/// inlined.)
-#[inline(always)]
-fn part<T>(all: &[T], i: usize, size: usize) -> &[T] {
-    &all[(i * size).min(all.len())..((i + 1) * size).min(all.len())]
-}
-
-/// The axis of the largest number, the last of equal ones. Without closures, which are not always inlined.
-#[inline(always)]
-fn largest_axis(numbers: [f32; 3]) -> usize {
-    let last = if numbers[2] >= numbers[1] { 2 } else { 1 };
-    if numbers[last] >= numbers[0] { last } else { 0 }
 }
 
 /// Fills packets with rays of the `members` in order, and prefetches those `ahead`.
@@ -477,6 +436,7 @@ impl<'a> Tracer<'a> {
         const { assert!(<V::Packets as Lanes>::COUNT == PACKETS, "a lane for each packet") }
         let all = (1_u32 << count) - 1;
         let (lower, upper) = frustum::origins::<V, SHARED>(simd, &self.rooms.of::<V>().packets[..], all);
+        let is_near = frustum::is_near(lower, upper);
         let point = Vec3::from(lower);
         let extent = (Vec3::from(upper) - point).length();
         let regroup = self.method != Method::Packet;
@@ -489,7 +449,7 @@ impl<'a> Tracer<'a> {
         self.visits = Visits::default();
         let mut left = all;
         while left != 0 {
-            let (packets, frustum) = if single {
+            let (packets, frustum) = if single || !is_near {
                 (left, None)
             } else {
                 self.next_group::<V, SHARED>(simd, left)

@@ -91,6 +91,7 @@ struct Octahedron {
 
 impl Octahedron {
     /// With the corner nearest to `direction` in the middle.
+    #[inline(always)]
     fn toward(direction: [f32; 3]) -> Self {
         let axis = largest_axis([direction[0].abs(), direction[1].abs(), direction[2].abs()]);
         let sign = 1.0_f32.copysign(direction[axis]);

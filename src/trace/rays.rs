@@ -44,6 +44,7 @@ pub(super) const NODE_PAD: f32 = 12.0 / (1 << 24) as f32;
 /// Origins times `1 / direction` above this might overflow.
 pub(super) const MOST_OFFSET: f32 = 1e37;
 
+#[inline(always)]
 fn id_bits(id: u32) -> f32 {
     f32::from_bits(id)
 }

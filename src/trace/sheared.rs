@@ -187,11 +187,11 @@ impl ShearedSpace {
 /// the multiply-add's: 4 N E. Of the sheared first corner: its and the origin's rounding relative to the point, the
 /// slope's (2), p and q, the difference and the multiply-add: 6 N L. With the rounding of two products, u and v are
 /// wrong by up to 12 N^2 E L, their sum with w by 10 N^2 E^2; w then by 27 N^2 E (E + L), half of that as a fraction
-/// of the size. Without fused multiply-add, 15 N^2.
+/// of the size, at most 15 N^2. Without fused multiply-add, 15.5 N^2.
 ///
 /// The canonical edge functions are these times twice what rays go along k, at least 2 / N; they are rejected below
-/// -20 half-ulps ([`CANDIDATE_SLACK`]) and wrong by up to 11.5, which here is 15.75 N. Together up to 30.75 N^2, as N is
-/// at least 1.
+/// -20 half-ulps ([`CANDIDATE_SLACK`]) and wrong by up to 11.5, which here is 15.75 N. Together up to 31.25 N^2, as N
+/// is at least 1.
 const SHEARED_SLACK: f32 = 32.0 / (1 << 24) as f32;
 
 /// A packet's rays as lines in slope form, relative to a [`ShearedSpace`]: (p + a x_k, q + b x_k, x_k) for all x_k.

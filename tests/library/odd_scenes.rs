@@ -3,9 +3,13 @@
 
 use glam::{DVec3, Vec3};
 use octray::{
+    Level,
     accel::{BuildQuality, Bvh},
+    lanes::{F32x8, LANES},
+    ray::{HitPacket, Ray, RayPackets},
     render::{Mode, Settings, render},
     scene::{Camera, MaterialId, Scene, SceneBuilder, TriangleMesh},
+    trace::{Method, Tracer},
 };
 use std::{
     ops::ControlFlow,
@@ -143,4 +147,71 @@ fn many_equal_primitives_build_quickly() {
             assert!(depth < 64, "{name}, {}: depth {depth}", quality.name());
         }
     }
+}
+
+/// From so far away that products overflow, along a line that passes the middle of the scene exactly: every way of tracing
+/// finds what single rays find.
+#[test]
+fn origins_at_the_end_of_all_numbers() {
+    let mut random = fastrand::Rng::with_seed(31);
+    let mut unit = move || random.f32() * 2.0 - 1.0;
+    let mut vector = move || Vec3::new(unit(), unit(), unit());
+    let mut builder = SceneBuilder::new();
+    let material = builder.classic_material(1).unwrap();
+    let edge_on = [[0.0, 1e8, 0.0], [-7e8, -1e8, 7e8], [7e8, -1e8, -7e8]];
+    builder.add_triangle(edge_on.map(Vec3::from), material).unwrap();
+    for i in 0..200 {
+        let size = [1.0, 1e3, 1e6, 1e8][i % 4];
+        let corners = [(); 3].map(|()| vector() * size);
+        builder.add_triangle(corners, material).unwrap();
+    }
+    builder.add_sphere(Vec3::ZERO, 1e3, material).unwrap();
+    let scene = builder.finish();
+    let bvh = Bvh::build(&scene);
+    let mut hits_found = 0;
+    for round in 0..48 {
+        let way = if round % 3 == 0 {
+            Vec3::new(0.577, 0.578, 0.577)
+        } else {
+            vector()
+        };
+        let direction = way.normalize();
+        let far = 2_f32.powi([20, 50, 70, 85, 97, 110, 120, 126][round % 8]);
+        let origin = -direction * far - scene.origin();
+        let shared = round % 2 == 0;
+        let mut rays = RayPackets::default();
+        rays.restart(Some(origin).filter(|_| shared));
+        for packet in 0..24 {
+            rays.push_rays(&std::array::from_fn(|lane| {
+                if (packet + lane) % 3 == 0 {
+                    return Ray::new(origin, direction);
+                }
+                Ray::new(origin, (direction + vector() * 1e-6).normalize())
+            }));
+        }
+        let traced = |method, level: Level| {
+            let mut tracer = Tracer::with_method(&bvh, method).at_level(level);
+            let count = rays.packets().len();
+            let (mut hits, mut blocked) = (vec![HitPacket::miss(F32x8::ZERO); count], vec![0; count]);
+            tracer.closest_hit(rays.origins(), rays.packets(), &mut hits);
+            tracer.occluded(rays.origins(), rays.packets(), &mut blocked);
+            let hits: Vec<_> = hits
+                .iter()
+                .flat_map(|hits| (0..LANES).map(|lane| hits.hit(lane)))
+                .collect();
+            (hits, blocked)
+        };
+        let expected = traced(Method::Single, Level::PORTABLE);
+        hits_found += expected.0.iter().filter(|hit| hit.is_hit()).count();
+        for level in Level::all() {
+            for method in [Method::Adaptive, Method::Packet, Method::Single] {
+                let found = traced(method, level);
+                assert!(
+                    found == expected,
+                    "{method:?} {level} from {origin} along {direction}"
+                );
+            }
+        }
+    }
+    assert!(hits_found > 100, "{hits_found}");
 }
