@@ -58,6 +58,8 @@
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
 
 pub use glam;
+pub use query::{Geometry, QueryError, Ray};
+pub use ray::Hit;
 pub use simd::{Level, LevelError, isa};
 
 pub mod accel;
@@ -74,6 +76,7 @@ pub mod geometry;
 mod heat;
 pub mod lanes;
 pub mod math;
+pub mod query;
 pub mod ray;
 pub mod reference;
 pub mod render;

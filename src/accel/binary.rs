@@ -56,7 +56,7 @@ impl BinaryBvh {
     /// Builds the hierarchy over the scene's spheres and its triangles with an area.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
-        let boxes = boxes_of(scene);
+        let (boxes, _) = boxes_of(scene);
         let tree = ploc::build(&boxes);
         let mut bvh = Self {
             nodes: Vec::new(),

@@ -114,8 +114,9 @@ impl Box8 {
     }
 }
 
-/// The boxes of all primitives that a ray can hit; of many equal shapes only the first.
-pub(super) fn boxes_of(scene: &Scene) -> Vec<Box8> {
+/// The boxes of all primitives that a ray can hit; of many equal shapes only the first. Then the ids of those left
+/// out, each after the first, in order.
+pub(super) fn boxes_of(scene: &Scene) -> (Vec<Box8>, Vec<[PrimitiveId; 2]>) {
     let count = scene.primitive_count() as u32;
     let boxed = |id: PrimitiveId| primitive_box(scene, id);
     let ids = (0..count).into_par_iter().map(PrimitiveId);
@@ -125,12 +126,10 @@ pub(super) fn boxes_of(scene: &Scene) -> Vec<Box8> {
         ids.filter(|&id| can_be_hit(scene, id)).map(boxed).collect()
     };
     if has_repeats(&boxes) {
-        first_of_each_shape(scene, boxes.par_iter().map(Box8::id).collect())
-            .into_par_iter()
-            .map(boxed)
-            .collect()
+        let (first, repeats) = first_of_each_shape(scene, boxes.par_iter().map(Box8::id).collect());
+        (first.into_par_iter().map(boxed).collect(), repeats)
     } else {
-        boxes
+        (boxes, Vec::new())
     }
 }
 
@@ -201,14 +200,21 @@ fn has_repeats(boxes: &[Box8]) -> bool {
 
 /// Of primitives of the same shape, bit for bit, keeps the one with the lowest id: all are hit at the same t, where
 /// the lowest id wins. Otherwise a ray that hits one of a million equal triangles would test them all.
-fn first_of_each_shape(scene: &Scene, primitives: Vec<PrimitiveId>) -> Vec<PrimitiveId> {
+fn first_of_each_shape(
+    scene: &Scene,
+    primitives: Vec<PrimitiveId>,
+) -> (Vec<PrimitiveId>, Vec<[PrimitiveId; 2]>) {
     let mut keyed: Vec<_> = primitives
         .into_par_iter()
         .map(|id| (scene.shape(id).bits(), id))
         .collect();
     keyed.par_sort_unstable();
-    keyed.dedup_by_key(|(bits, _)| *bits);
-    let mut primitives: Vec<_> = keyed.into_iter().map(|(_, id)| id).collect();
+    let (mut primitives, mut repeats) = (Vec::new(), Vec::new());
+    for same in keyed.chunk_by(|a, b| a.0 == b.0) {
+        primitives.push(same[0].1);
+        repeats.extend(same[1..].iter().map(|&(_, id)| [same[0].1, id]));
+    }
     primitives.par_sort_unstable();
-    primitives
+    repeats.par_sort_unstable();
+    (primitives, repeats)
 }

@@ -20,6 +20,7 @@ mod plan;
 mod ploc;
 mod prefetch;
 mod quality;
+mod refit;
 mod split;
 mod tree;
 
@@ -35,6 +36,7 @@ use crate::{
     geometry::SphereBlock,
     lanes::LANES,
     math::Aabb,
+    ray::PrimitiveId,
     scene::{Scene, SceneId},
     simd::{Level, Simd, at_level},
 };
@@ -53,6 +55,10 @@ pub struct Bvh {
     stats: BvhStats,
     binary: OnceLock<BinaryBvh>,
     scene: SceneId,
+    /// Triangles of the scene without an area, which have no place in the hierarchy.
+    degenerate: usize,
+    /// A primitive and one that equals it, which has no place either; in order.
+    repeats: Vec<[PrimitiveId; 2]>,
 }
 
 /// Describes a BVH.
@@ -115,7 +121,7 @@ impl Bvh {
     /// Builds a hierarchy at a level; the tree is the same at all of them.
     fn build_at<S: Simd>(simd: S, scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
         let start = Instant::now();
-        let mut boxes = boxes::boxes_of(scene);
+        let (mut boxes, repeats) = boxes::boxes_of(scene);
         let Wide {
             nodes,
             triangle_blocks,
@@ -151,7 +157,14 @@ impl Bvh {
             stats,
             binary: OnceLock::new(),
             scene: scene.id(),
+            degenerate: scene.degenerate_triangles(),
+            repeats,
         }
+    }
+
+    /// Returns pairs of a primitive and one of equal shape that the hierarchy leaves out, since it never is the closest.
+    pub(crate) fn repeats(&self) -> &[[PrimitiveId; 2]] {
+        &self.repeats
     }
 
     /// Returns whether the hierarchy was built from this scene, or from one that it is a clone of.

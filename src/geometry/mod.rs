@@ -16,8 +16,8 @@ pub use bounds::padded;
 pub(crate) use bounds::{ENTRY_SCALE, EXIT_SCALE, Slabs, interval};
 pub use indexed::IndexedBlock;
 pub use sphere::SphereBlock;
-pub(crate) use sphere::{chord, padded_sphere_boxes, sphere_hits};
+pub(crate) use sphere::{chord, padded_sphere_boxes, sphere_exit, sphere_hits};
 pub use triangle::TriangleBlock;
 pub(crate) use triangle::{
-    CANDIDATE_SLACK, EdgeFunctions, Edges, TriangleLeaf, may_hit, padded_boxes, passes_through,
+    CANDIDATE_SLACK, EdgeFunctions, Edges, TriangleHits, TriangleLeaf, may_hit, padded_boxes, passes_through,
 };

@@ -57,6 +57,14 @@ pub(crate) fn padded_sphere_boxes<V: Lanes>(center: Vec3Lanes<V>, radius: V) -> 
     (lower - pad, upper + pad)
 }
 
+/// Returns where the rays leave spheres, as [`sphere_hits`] tells where they hit.
+#[inline(always)]
+#[must_use]
+pub(crate) fn sphere_exit<V: Lanes>((nearest, discriminant): (V, V), (near, far): (V, V)) -> V {
+    let half_chord = discriminant.max(nearest.all(0.0)).sqrt();
+    (nearest + half_chord).max(near).min(far)
+}
+
 /// Returns the rays that hit, given their [`chord`] and their interval in the spheres' padded boxes, and the nearest t
 /// above 0, within that.
 #[inline(always)]

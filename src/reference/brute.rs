@@ -62,6 +62,27 @@ pub(super) fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     false
 }
 
+/// Returns all hits before the ray's end, by id; a sphere's nearest alone.
+#[must_use]
+pub fn all_hits(scene: &Scene, ray: &Ray) -> Vec<Hit> {
+    at_level!(Level::current(), |simd| all(simd, scene, ray))
+}
+
+#[inline(always)]
+fn all<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> Vec<Hit> {
+    let ray = &ray.or_nothing();
+    let slabs = RaySlabs::new(ray);
+    let mut hits = Vec::new();
+    for (id, shape) in targets(scene) {
+        if let Some(hit) = intersect_shape(simd, id, &shape, ray, &slabs)
+            && hit.t < ray.t_max
+        {
+            hits.push(hit);
+        }
+    }
+    hits
+}
+
 /// The shapes of a scene, collected once for many rays.
 #[derive(Clone, Debug)]
 pub struct Shapes(Vec<(PrimitiveId, Shape)>);

@@ -19,7 +19,6 @@ pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use material::{MAX_ALPHA, Material};
 pub use transform::Transform;
-#[cfg(feature = "viewer")]
 pub(crate) use weld::weld;
 
 use crate::{math::Aabb, ray::PrimitiveId};

@@ -24,6 +24,7 @@ mod run;
 mod sheared;
 mod single;
 mod sink;
+mod visit;
 
 use crate::{
     accel::{Bvh, LeafBlocks, Node8, TriangleBlocks, prefetch_for_later},
@@ -42,6 +43,7 @@ use rays::Packet;
 use room::{RayLanes, Rooms};
 use sheared::ShearedSpace;
 use sink::ResultSink;
+pub(crate) use visit::{Found, HitSink, Near, visit};
 
 /// Packets of a bundle at most: the lanes of the widest register.
 // Tuned: see docs/lab-notes.md#bundle-packets

@@ -16,9 +16,12 @@ use super::{
 use crate::{
     accel::{Bvh, Child, LeafBlocks, Node8, Places},
     geometry::{
-        EdgeFunctions, Slabs, SphereBlock, TriangleLeaf, chord, may_hit, padded_sphere_boxes, sphere_hits,
+        EdgeFunctions, Slabs, SphereBlock, TriangleBlock, TriangleHits, TriangleLeaf, chord, may_hit,
+        padded_sphere_boxes, sphere_exit, sphere_hits,
     },
     lanes::{F32x8, LANES},
+    math::min_abs_direction,
+    ray::Ray,
     simd::{EightLanes, LaneMask, Lanes, Memory, Simd, Vec3Lanes},
 };
 use glam::Vec3;
@@ -58,7 +61,27 @@ impl SingleRay {
     #[inline(always)]
     pub(super) fn new<M: Memory>(state: &Packet<M>, packet: usize, lane: usize) -> Self {
         let vector = |[x, y, z]: &[M; 3]| Vec3::new(x.place(lane), y.place(lane), z.place(lane));
-        let (origin, inv) = (vector(&state.origin), vector(&state.inv_direction));
+        Self {
+            packet: packet as u32,
+            lane: lane as u32,
+            ..Self::prepared(
+                vector(&state.origin),
+                vector(&state.direction),
+                vector(&state.inv_direction),
+            )
+        }
+    }
+
+    /// A valid ray on its own.
+    #[inline(always)]
+    pub(super) fn of(ray: &Ray) -> Self {
+        let d = ray.direction;
+        let inv = |d: f32| 1.0 / min_abs_direction(d);
+        Self::prepared(ray.origin, d, Vec3::new(inv(d.x), inv(d.y), inv(d.z)))
+    }
+
+    #[inline(always)]
+    fn prepared(origin: Vec3, direction: Vec3, inv: Vec3) -> Self {
         let offset = origin * inv;
         // What overflows is not culled.
         let is_tame = offset.abs().cmplt(Vec3::splat(MOST_OFFSET));
@@ -66,10 +89,10 @@ impl SingleRay {
         // Lower planes are the near ones of rays that go up, the far ones of those that go down.
         let (offset, error) = (Vec3::select(is_tame, offset, Vec3::ZERO), error.copysign(inv));
         Self {
-            packet: packet as u32,
-            lane: lane as u32,
+            packet: 0,
+            lane: 0,
             origin,
-            direction: vector(&state.direction),
+            direction,
             inv,
             lower_offset: -offset - error,
             upper_offset: -offset + error,
@@ -361,6 +384,39 @@ fn may_hit_block<S: Simd, B: TriangleLeaf>(simd: S, slot: &Slot, blocks: &[B]) -
     candidates & leaf.count_bits() != 0
 }
 
+/// The canonical test of a block of triangles.
+#[inline(always)]
+pub(super) fn triangle_block<S: Simd>(
+    simd: S,
+    ray: &SingleRay,
+    block: &TriangleBlock,
+    leaf: Child,
+) -> TriangleHits<S::V8> {
+    let (slabs, direction) = (ray.slabs(simd), simd.splat3(ray.direction));
+    let corners = block.load(simd);
+    let edges = EdgeFunctions::new(&corners, slabs.origin);
+    let weights = edges.weights(direction);
+    let candidates = edges.candidates(weights) & leaf.count_bits();
+    edges.intersect(candidates, weights, (block, &corners), &slabs, direction)
+}
+
+/// The canonical test of a block of spheres: lanes that hit, a bit each, distances, and where the ray leaves.
+#[inline(always)]
+pub(super) fn sphere_block<S: Simd>(
+    simd: S,
+    ray: &SingleRay,
+    block: &SphereBlock,
+    leaf: Child,
+) -> (u32, S::V8, S::V8) {
+    let (center, radius) = (simd.load3(&block.center), simd.load(&block.radius));
+    let slabs = ray.slabs(simd);
+    let (lower, upper): (Vec3Lanes<S::V8>, _) = padded_sphere_boxes(center, radius);
+    let chord = chord(slabs.origin - center, simd.splat3(ray.direction), radius);
+    let interval = slabs.interval(lower, upper);
+    let (hit, t) = sphere_hits(chord, interval);
+    (hit.bits() & leaf.count_bits(), t, sphere_exit(chord, interval))
+}
+
 /// A block of triangles against a ray.
 #[inline(always)]
 fn triangles<S: Simd, B: TriangleLeaf, M: Memory, const ANY: bool>(
@@ -374,14 +430,9 @@ fn triangles<S: Simd, B: TriangleLeaf, M: Memory, const ANY: bool>(
         &mut packets[ray.packet as usize % super::PACKETS],
         ray.lane as usize,
     );
-    let (slabs, direction) = (ray.slabs(simd), simd.splat3(ray.direction));
     let mut room = None;
     let block = blocks[leaf.index()].whole(simd, &mut room);
-    let corners = block.load(simd);
-    let edges = EdgeFunctions::new(&corners, slabs.origin);
-    let weights = edges.weights(direction);
-    let candidates = edges.candidates(weights) & leaf.count_bits();
-    let found = edges.intersect(candidates, weights, (block, &corners), &slabs, direction);
+    let found = triangle_block(simd, ray, block, leaf);
     let [u, v, w] = found.weights;
     for c in bits(found.hit) {
         state.offer_lane::<ANY>(i, found.t.lane(c), block.id[c], [u.lane(c), v.lane(c), w.lane(c)]);
@@ -403,12 +454,8 @@ fn spheres<S: Simd, M: Memory, const ANY: bool>(
         ray.lane as usize,
     );
     let block = &blocks[leaf.index()];
-    let (center, radius) = (simd.load3(&block.center), simd.load(&block.radius));
-    let slabs = ray.slabs(simd);
-    let (lower, upper): (Vec3Lanes<S::V8>, _) = padded_sphere_boxes(center, radius);
-    let chord = chord(slabs.origin - center, simd.splat3(ray.direction), radius);
-    let (hit, t) = sphere_hits(chord, slabs.interval(lower, upper));
-    for c in bits(hit.bits() & leaf.count_bits()) {
+    let (hit, t, _) = sphere_block(simd, ray, block, leaf);
+    for c in bits(hit) {
         state.offer_lane::<ANY>(i, t.lane(c), block.id[c], [0.0, 0.0, 1.0]);
     }
     slot.end_at::<S, ANY>(simd, state.t.place(i));

@@ -12,7 +12,7 @@ use std::{
 };
 
 /// What each module may use, besides itself. `None`: everything.
-const MODULES: [(&str, Option<&str>); 24] = [
+const MODULES: [(&str, Option<&str>); 25] = [
     ("error", Some("")),
     ("math", Some("")),
     // Files that appear whole or not at all.
@@ -35,6 +35,10 @@ const MODULES: [(&str, Option<&str>); 24] = [
     ),
     (
         "shade",
+        Some("trace accel scene geometry classic ray simd lanes math error"),
+    ),
+    (
+        "query",
         Some("trace accel scene geometry classic ray simd lanes math error"),
     ),
     ("reference", Some("scene classic ray simd math")),

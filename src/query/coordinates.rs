@@ -1,0 +1,73 @@
+//! Coordinates as they are kept: in `f32`, relative to the middle of what is far from 0, checked.
+
+use super::{Points, QueryError, geometry::Sphere};
+use crate::scene::MAX_COORDINATE;
+use glam::DVec3;
+
+/// Returns on each axis on which `f64` coordinates are farther from 0 than they extend their middle, else 0. Coordinates
+/// in `f32` need none: the scene does the same without rounding.
+pub(super) fn offset_of(positions: Points<'_>, spheres: &[Sphere]) -> DVec3 {
+    let (mut lower, mut upper) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    if let Points::F64(positions) = positions {
+        for &position in positions {
+            let position = DVec3::from_array(position);
+            (lower, upper) = (lower.min(position), upper.max(position));
+        }
+    } else if spheres.is_empty() {
+        return DVec3::ZERO;
+    } else {
+        for i in 0..positions.len() {
+            (lower, upper) = (lower.min(positions.get(i)), upper.max(positions.get(i)));
+        }
+    }
+    for sphere in spheres {
+        let center = DVec3::from_array(sphere.center);
+        (lower, upper) = (lower.min(center), upper.max(center));
+    }
+    let is_far = (lower.cmpgt(DVec3::ZERO) & upper.cmple(lower * 2.0))
+        | (upper.cmplt(DVec3::ZERO) & lower.cmpge(upper * 2.0));
+    DVec3::select(is_far, lower * 0.5 + upper * 0.5, DVec3::ZERO)
+}
+
+/// Checks a coordinate relative to the middle; `value` is the one that was given.
+pub(super) fn check_coordinate(
+    what: &'static str,
+    index: usize,
+    relative: f64,
+    value: f64,
+) -> Result<(), QueryError> {
+    if relative.abs() <= f64::from(MAX_COORDINATE) {
+        Ok(())
+    } else {
+        Err(QueryError::Coordinate { what, index, value })
+    }
+}
+
+/// Returns the coordinates relative to a point, in `f32`, checked.
+pub(super) fn columns(positions: Points<'_>, middle: DVec3) -> Result<[Vec<f32>; 3], QueryError> {
+    let mut columns = [Vec::new(), Vec::new(), Vec::new()];
+    for column in &mut columns {
+        reserve(column, positions.len(), "the vertices")?;
+    }
+    for i in 0..positions.len() {
+        let position = positions.get(i);
+        let relative = (position - middle).to_array();
+        for (axis, column) in columns.iter_mut().enumerate() {
+            check_coordinate("vertex", i, relative[axis], position[axis])?;
+            column.push(relative[axis] as f32);
+        }
+    }
+    Ok(columns)
+}
+
+fn reserve<T>(to: &mut Vec<T>, count: usize, what: &'static str) -> Result<(), QueryError> {
+    to.try_reserve_exact(count)
+        .map_err(|_| QueryError::NoMemory { what })
+}
+
+pub(super) fn copied(triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>, QueryError> {
+    let mut copied = Vec::new();
+    reserve(&mut copied, triangles.len(), "the triangles")?;
+    copied.extend_from_slice(triangles);
+    Ok(copied)
+}

@@ -1,0 +1,131 @@
+//! What can be wrong with the arrays of a query.
+
+use crate::error::SceneError;
+use std::fmt;
+
+/// Says why a geometry or a query was refused.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum QueryError {
+    /// A coordinate is NaN, infinite, or farther than [`MAX_COORDINATE`](crate::scene::MAX_COORDINATE) from 0 (from the
+    /// middle of the geometry, if that is far from 0).
+    Coordinate {
+        /// "vertex" or "sphere".
+        what: &'static str,
+        /// Its index.
+        index: usize,
+        /// The coordinate found.
+        value: f64,
+    },
+    /// A sphere's radius is not a number above 0 and at most [`MAX_COORDINATE`](crate::scene::MAX_COORDINATE).
+    Radius {
+        /// The sphere's index.
+        sphere: usize,
+        /// The radius found.
+        radius: f32,
+    },
+    /// A triangle has an index beyond the vertices.
+    VertexIndex {
+        /// The triangle's index.
+        triangle: usize,
+        /// The vertex index found.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// More than 32-bit ids or the hierarchy can count.
+    TooMany {
+        /// "primitives" or "vertices".
+        what: &'static str,
+        /// The largest number allowed.
+        limit: usize,
+    },
+    /// Memory ran out.
+    NoMemory {
+        /// What it was for.
+        what: &'static str,
+    },
+    /// An array has another length than those that it belongs to.
+    Length {
+        /// Which array.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length expected.
+        expected: usize,
+    },
+    /// The triangles do not enclose a space: an edge belongs to an odd number of them.
+    NotClosed {
+        /// The vertices at its ends; of several vertices at one position the first.
+        edge: [u32; 2],
+    },
+    /// Spheres have no inside in these queries.
+    HasSpheres,
+}
+
+impl fmt::Display for QueryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Coordinate { what, index, value } if value.is_finite() => write!(
+                f,
+                "{what} {index} has the coordinate {value:e}, but numbers above 1e9 are not supported"
+            ),
+            Self::Coordinate { what, index, value } => {
+                write!(
+                    f,
+                    "{what} {index} has the coordinate {value}, expected a finite number"
+                )
+            }
+            Self::Radius { sphere, radius } => {
+                write!(
+                    f,
+                    "sphere {sphere} has radius {radius}, expected a number above 0"
+                )
+            }
+            Self::VertexIndex {
+                triangle,
+                index,
+                vertices,
+            } => write!(
+                f,
+                "triangle {triangle} has vertex index {index}, but there are only {vertices} vertices"
+            ),
+            Self::TooMany { what, limit } => write!(f, "too many {what}, at most {limit} are supported"),
+            Self::NoMemory { what } => write!(f, "not enough memory for {what}"),
+            Self::Length {
+                what,
+                found,
+                expected,
+            } => write!(f, "{found} {what}, expected {expected}"),
+            Self::NotClosed { edge: [a, b] } => write!(
+                f,
+                "the mesh is not closed: the edge between vertices {a} and {b} belongs to an odd number of triangles"
+            ),
+            Self::HasSpheres => {
+                f.write_str("inside and outside are told for triangles alone, without spheres")
+            }
+        }
+    }
+}
+
+impl std::error::Error for QueryError {}
+
+impl From<SceneError> for QueryError {
+    /// What the scene builder refuses after positions, radii and indices were checked.
+    fn from(error: SceneError) -> Self {
+        match error {
+            SceneError::VertexIndex {
+                triangle,
+                index,
+                vertices,
+            } => Self::VertexIndex {
+                triangle,
+                index,
+                vertices,
+            },
+            SceneError::TooMany { what, limit } => Self::TooMany { what, limit },
+            SceneError::NoMemory { what } => Self::NoMemory { what },
+            _ => Self::NoMemory { what: "the geometry" },
+        }
+    }
+}

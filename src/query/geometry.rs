@@ -1,0 +1,485 @@
+//! The geometry: what it is made from, and the questions that it answers.
+
+use super::{
+    ClosestPoint, Points, QueryError, Ray, Rays, Worker,
+    coordinates::{check_coordinate, columns, copied, offset_of},
+    inside, nearest,
+    rays::EightRays,
+    sinks::{All, Any, Closest, Crossings},
+    unit::{UnitPacket, UnitRay},
+    worker::PIECE,
+};
+use crate::{
+    accel::{BuildQuality, Bvh, Child},
+    lanes::LANES,
+    ray::Hit,
+    scene::{MAX_COORDINATE, MaterialId, Scene, SceneBuilder, TriangleMesh},
+    simd::Level,
+    trace::visit,
+};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// A sphere of a geometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// World space.
+    pub center: [f64; 3],
+    /// Above 0.
+    pub radius: f32,
+}
+
+/// Points that are given to one thread at a time.
+const POINTS: usize = 256;
+
+/// Triangles and spheres, ready to be asked. All methods may be called from many threads at once.
+///
+/// Primitive ids count the triangles in their order, then the spheres. Coordinates are kept in `f32`, on an axis on
+/// which the geometry is far from 0 relative to its middle. A triangle without area is never hit, and is not the
+/// closest to any point.
+///
+/// ```
+/// use octray::{Geometry, Ray};
+/// # fn main() -> Result<(), octray::QueryError> {
+/// let positions = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let geometry = Geometry::from_triangles(&positions, &[[0, 1, 2]])?;
+/// let ray = Ray::new([0.25, 0.25, 3.0], [0.0, 0.0, -2.0]);
+/// let hit = geometry.closest_hit(&ray).expect("the ray meets the triangle");
+/// assert_eq!((hit.t, hit.primitive.0), (1.5, 0)); // in units of the direction's length
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Geometry {
+    scene: Scene,
+    bvh: Bvh,
+    level: Level,
+    quality: BuildQuality,
+    /// Coordinates are relative to this point, to which the scene's own origin is still to be added.
+    offset: DVec3,
+    is_closed: OnceLock<Result<(), QueryError>>,
+}
+
+/// All hits of many rays.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AllHits {
+    /// The hits, ray by ray, each in order of t, then id.
+    pub hits: Vec<Hit>,
+    /// Where the hits of each ray begin, and at last where they end: one more than there are rays.
+    pub starts: Vec<usize>,
+}
+
+impl AllHits {
+    /// Returns the hits of ray `i`.
+    ///
+    /// # Panics
+    /// If there is no such ray.
+    #[must_use]
+    pub fn of_ray(&self, i: usize) -> &[Hit] {
+        &self.hits[self.starts[i]..self.starts[i + 1]]
+    }
+}
+
+impl Geometry {
+    /// Makes a geometry of triangles: three indices into `positions` each. Builds its hierarchy on rayon's threads.
+    ///
+    /// # Errors
+    /// [`QueryError::Coordinate`], [`QueryError::VertexIndex`], [`QueryError::TooMany`] or [`QueryError::NoMemory`].
+    pub fn from_triangles<'a>(
+        positions: impl Into<Points<'a>>,
+        triangles: &[[u32; 3]],
+    ) -> Result<Self, QueryError> {
+        Self::new(positions, triangles, &[])
+    }
+
+    /// Makes a geometry of triangles and spheres.
+    ///
+    /// # Errors
+    /// As [`Geometry::from_triangles`], or [`QueryError::Radius`].
+    pub fn new<'a>(
+        positions: impl Into<Points<'a>>,
+        triangles: &[[u32; 3]],
+        spheres: &[Sphere],
+    ) -> Result<Self, QueryError> {
+        let positions = positions.into();
+        let offset = offset_of(positions, spheres);
+        let [x, y, z] = columns(positions, offset)?;
+        let mut builder = SceneBuilder::new();
+        let mesh = TriangleMesh {
+            x,
+            y,
+            z,
+            normals: Vec::new(),
+            triangles: copied(triangles)?,
+        };
+        builder.add_mesh(mesh, MaterialId(0))?;
+        for (i, sphere) in spheres.iter().enumerate() {
+            let center = DVec3::from(sphere.center) - offset;
+            for value in center.to_array() {
+                check_coordinate("sphere", i, value, value)?;
+            }
+            if !(sphere.radius > 0.0 && sphere.radius <= MAX_COORDINATE) {
+                return Err(QueryError::Radius {
+                    sphere: i,
+                    radius: sphere.radius,
+                });
+            }
+            builder.add_sphere(center.as_vec3(), sphere.radius, MaterialId(0))?;
+        }
+        Self::of_scene(builder.finish(), offset, BuildQuality::Best)
+    }
+
+    fn of_scene(scene: Scene, offset: DVec3, quality: BuildQuality) -> Result<Self, QueryError> {
+        let limit = Child::MAX_BLOCKS;
+        if scene.primitive_count() > limit {
+            return Err(QueryError::TooMany {
+                what: "primitives",
+                limit,
+            });
+        }
+        Ok(Self {
+            bvh: Bvh::build_with(&scene, quality),
+            scene,
+            level: Level::current(),
+            quality,
+            offset,
+            is_closed: OnceLock::new(),
+        })
+    }
+
+    /// Holds the geometry's queries to a level; else they use the [current](Level::current) one. All give the same
+    /// answers.
+    #[must_use]
+    pub fn at_level(mut self, level: Level) -> Self {
+        self.level = level;
+        self
+    }
+
+    /// Moves the vertices: boxes are fitted to them again, in far less time than a new hierarchy takes. What moves apart
+    /// is then traced more slowly than a new geometry would be; answers are the same.
+    ///
+    /// # Errors
+    /// [`QueryError::Length`] if there are not as many positions as vertices, [`QueryError::Coordinate`] or
+    /// [`QueryError::NoMemory`]; nothing is changed then.
+    pub fn refit<'a>(&mut self, positions: impl Into<Points<'a>>) -> Result<(), QueryError> {
+        let positions = positions.into();
+        let expected = self.vertex_count();
+        if positions.len() != expected {
+            return Err(QueryError::Length {
+                what: "positions",
+                found: positions.len(),
+                expected,
+            });
+        }
+        let columns = columns(positions, self.middle())?;
+        self.scene.move_vertices(columns);
+        if !self.bvh.refit(&self.scene) {
+            self.bvh = Bvh::build_with(&self.scene, self.quality);
+        }
+        self.is_closed = OnceLock::new();
+        Ok(())
+    }
+
+    /// Returns the number of triangles.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.scene.triangles().corners.len()
+    }
+
+    /// Returns the number of vertices.
+    #[must_use]
+    pub fn vertex_count(&self) -> usize {
+        self.scene.vertices().x.len()
+    }
+
+    /// Returns the lower and upper corner of the box around everything, world space; `None` if there is nothing to hit.
+    #[must_use]
+    pub fn bounds(&self) -> Option<[DVec3; 2]> {
+        let bounds = self.scene.bounds();
+        let (lower, upper) = (bounds.lower.as_dvec3(), bounds.upper.as_dvec3());
+        (!bounds.is_empty()).then(|| [lower + self.offset, upper + self.offset])
+    }
+
+    /// Returns the corners of a triangle as they are kept, world space.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[must_use]
+    pub fn triangle(&self, triangle: usize) -> [DVec3; 3] {
+        let middle = self.middle();
+        self.scene
+            .triangle(triangle)
+            .map(|corner| corner.as_dvec3() + middle)
+    }
+
+    #[cfg(test)]
+    pub(super) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    pub(super) fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    pub(super) fn level(&self) -> Level {
+        self.level
+    }
+
+    /// The point that coordinates are relative to.
+    pub(super) fn middle(&self) -> DVec3 {
+        self.offset + self.scene.origin().as_dvec3()
+    }
+
+    /// Finds the closest hit of a ray; of equally near ones, the one with the lowest id.
+    #[must_use]
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let ray = UnitRay::new(ray, self.middle());
+        let mut closest = Closest::new(&ray);
+        visit(self.level, &self.bvh, &ray.ray, &mut closest);
+        closest.hit()
+    }
+
+    /// Finds whether a ray hits anything.
+    #[must_use]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        let ray = UnitRay::new(ray, self.middle());
+        let mut any = Any::new(&ray);
+        visit(self.level, &self.bvh, &ray.ray, &mut any);
+        any.is_hit
+    }
+
+    /// Finds all hits of a ray, in order of t, then id: each triangle at most once, with all triangles that meet at an
+    /// edge or vertex which the ray meets. A sphere is hit where the ray enters it, or leaves it if it starts inside.
+    /// With a limit, the nearest ones.
+    #[must_use]
+    pub fn all_hits(&self, ray: &Ray, limit: Option<usize>) -> Vec<Hit> {
+        self.all_into(UnitRay::new(ray, self.middle()), limit, Vec::new())
+    }
+
+    fn all_into(&self, ray: UnitRay, limit: Option<usize>, hits: Vec<Hit>) -> Vec<Hit> {
+        let first = hits.len();
+        let mut all = All::new(ray, limit, self.bvh.repeats(), hits);
+        visit(self.level, &self.bvh, &ray.ray, &mut all);
+        all.into_hits(first)
+    }
+
+    /// Finds the hits of a ray through which its line passes: of the triangles that meet at an edge or vertex, one on
+    /// each sheet. So a ray from outside a closed mesh has an even number of them.
+    ///
+    /// Where rounding cannot tell, the line is turned by less than rounding, the same way for all triangles, and signs
+    /// are exact; so parity holds whatever the mesh, unless the ray starts on it.
+    #[must_use]
+    pub fn crossings(&self, ray: &Ray) -> Vec<Hit> {
+        self.crossings_of(UnitRay::new(ray, self.middle()))
+    }
+
+    fn crossings_of(&self, ray: UnitRay) -> Vec<Hit> {
+        let mut crossings = Crossings::new(ray, self.bvh.repeats());
+        visit(self.level, &self.bvh, &ray.ray, &mut crossings);
+        crossings.into_hits()
+    }
+
+    /// Makes a worker for many rays, which traces on the thread that calls.
+    #[must_use]
+    pub fn worker(&self) -> Worker<'_> {
+        Worker::new(self)
+    }
+
+    /// Finds the closest hits of many rays, on the threads of the current rayon pool. A miss is
+    /// [`Hit::miss`]`(f32::INFINITY)`.
+    ///
+    /// # Panics
+    /// If rays and hits differ in number.
+    pub fn closest_hits<'r>(&self, rays: impl Into<Rays<'r>>, hits: &mut [Hit]) {
+        let rays = rays.into();
+        assert_eq!(rays.len(), hits.len(), "a hit for each ray");
+        let is_shared = rays.share_origin();
+        let pieces = hits.par_chunks_mut(PIECE).enumerate();
+        pieces.for_each_init(
+            || self.worker(),
+            |worker, (piece, hits)| {
+                let start = piece * PIECE;
+                worker.closest_of_piece(rays.part(start..start + hits.len()), is_shared, hits);
+            },
+        );
+    }
+
+    /// Finds whether each of many rays hits anything, on the threads of the current rayon pool.
+    ///
+    /// # Panics
+    /// If rays and answers differ in number.
+    pub fn occluded_each<'r>(&self, rays: impl Into<Rays<'r>>, occluded: &mut [bool]) {
+        let rays = rays.into();
+        assert_eq!(rays.len(), occluded.len(), "an answer for each ray");
+        let is_shared = rays.share_origin();
+        let pieces = occluded.par_chunks_mut(PIECE).enumerate();
+        pieces.for_each_init(
+            || self.worker(),
+            |worker, (piece, occluded)| {
+                let start = piece * PIECE;
+                worker.occluded_of_piece(rays.part(start..start + occluded.len()), is_shared, occluded);
+            },
+        );
+    }
+
+    /// Finds all hits of many rays, as [`Geometry::all_hits`] does, on the threads of the current rayon pool.
+    #[must_use]
+    pub fn all_hits_each<'r>(&self, rays: impl Into<Rays<'r>>, limit: Option<usize>) -> AllHits {
+        self.each_of(rays.into(), |unit, hits| self.all_into(unit, limit, hits))
+    }
+
+    /// Finds the crossings of many rays, as [`Geometry::crossings`] does, on the threads of the current rayon pool.
+    #[must_use]
+    pub fn crossings_each<'r>(&self, rays: impl Into<Rays<'r>>) -> AllHits {
+        self.each_of(rays.into(), |unit, mut hits| {
+            hits.extend(self.crossings_of(unit));
+            hits
+        })
+    }
+
+    /// Calls `append` for each ray, with the hits of those before.
+    fn each_of(&self, rays: Rays<'_>, append: impl Fn(UnitRay, Vec<Hit>) -> Vec<Hit> + Sync) -> AllHits {
+        let pieces: Vec<usize> = (0..rays.len()).step_by(PIECE / 4).collect();
+        let found: Vec<(Vec<Hit>, Vec<usize>)> = pieces
+            .into_par_iter()
+            .map(|start| {
+                let end = rays.len().min(start + PIECE / 4);
+                let (mut hits, mut ends) = (Vec::new(), Vec::with_capacity(end - start));
+                let mut eight = EightRays::ZERO;
+                for i in (start..end).step_by(LANES) {
+                    rays.eight(i, &mut eight);
+                    let units = UnitPacket::new(&eight, self.middle());
+                    for lane in 0..LANES.min(end - i) {
+                        hits = append(units.ray(lane), hits);
+                        ends.push(hits.len());
+                    }
+                }
+                (hits, ends)
+            })
+            .collect();
+        let mut all = AllHits {
+            hits: Vec::with_capacity(found.iter().map(|(hits, _)| hits.len()).sum()),
+            starts: Vec::with_capacity(rays.len() + 1),
+        };
+        all.starts.push(0);
+        for (hits, ends) in found {
+            let before = all.hits.len();
+            all.hits.extend(hits);
+            all.starts.extend(ends.into_iter().map(|end| before + end));
+        }
+        all
+    }
+
+    /// Finds the closest point of the geometry; of equally near primitives, the one with the lowest id. `None` if there
+    /// is nothing, or the point is not finite.
+    #[must_use]
+    pub fn closest_point(&self, point: impl Into<DVec3>) -> Option<ClosestPoint> {
+        let middle = self.middle();
+        let found = nearest::closest(self.level, &self.bvh, point.into() - middle)?;
+        Some(ClosestPoint {
+            point: found.point + middle,
+            ..found
+        })
+    }
+
+    /// Finds the closest points to many points, on the threads of the current rayon pool.
+    ///
+    /// # Panics
+    /// If points and answers differ in number.
+    pub fn closest_points<'p>(&self, points: impl Into<Points<'p>>, closest: &mut [Option<ClosestPoint>]) {
+        for_points(points.into(), closest, |point| self.closest_point(point));
+    }
+
+    /// Checks that the triangles enclose a space: that every edge belongs to an even number of them, vertices at one
+    /// position counting as one. The answer is kept.
+    ///
+    /// # Errors
+    /// [`QueryError::NotClosed`] with an open edge, or [`QueryError::HasSpheres`].
+    pub fn check_closed(&self) -> Result<(), QueryError> {
+        if let Some(known) = self.is_closed.get() {
+            return known.clone();
+        }
+        // Not while the lock is held: the check may run a task of the same pool that waits for this lock.
+        let found = inside::check_closed(&self.scene);
+        self.is_closed.get_or_init(|| found).clone()
+    }
+
+    /// Returns whether a point is inside the closed mesh: whether each way out of it crosses the mesh an odd number of
+    /// times. Of a point on the surface either may be told.
+    ///
+    /// # Errors
+    /// As [`Geometry::check_closed`].
+    pub fn contains(&self, point: impl Into<DVec3>) -> Result<bool, QueryError> {
+        self.check_closed()?;
+        Ok(self.is_inside(point.into()))
+    }
+
+    fn is_inside(&self, point: DVec3) -> bool {
+        inside::contains(self.level, &self.bvh, point - self.middle())
+    }
+
+    /// Returns of many points whether they are inside, on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// As [`Geometry::check_closed`].
+    ///
+    /// # Panics
+    /// If points and answers differ in number.
+    pub fn contains_each<'p>(
+        &self,
+        points: impl Into<Points<'p>>,
+        inside: &mut [bool],
+    ) -> Result<(), QueryError> {
+        self.check_closed()?;
+        for_points(points.into(), inside, |point| self.is_inside(point));
+        Ok(())
+    }
+
+    /// Returns the distance of a point from the closed mesh, positive inside, negative outside; infinite with a minus if
+    /// there is nothing, NaN if the point is not finite.
+    ///
+    /// # Errors
+    /// As [`Geometry::check_closed`].
+    pub fn signed_distance(&self, point: impl Into<DVec3>) -> Result<f64, QueryError> {
+        self.check_closed()?;
+        Ok(self.signed(point.into()))
+    }
+
+    fn signed(&self, point: DVec3) -> f64 {
+        match self.closest_point(point) {
+            Some(closest) if closest.distance == 0.0 || self.is_inside(point) => closest.distance,
+            Some(closest) => -closest.distance,
+            None if point.is_finite() => f64::NEG_INFINITY,
+            None => f64::NAN,
+        }
+    }
+
+    /// Returns the signed distances of many points, on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// As [`Geometry::check_closed`].
+    ///
+    /// # Panics
+    /// If points and answers differ in number.
+    pub fn signed_distances<'p>(
+        &self,
+        points: impl Into<Points<'p>>,
+        distances: &mut [f64],
+    ) -> Result<(), QueryError> {
+        self.check_closed()?;
+        for_points(points.into(), distances, |point| self.signed(point));
+        Ok(())
+    }
+}
+
+/// Calls `answer` for each point.
+fn for_points<T: Send>(points: Points<'_>, answers: &mut [T], answer: impl Fn(DVec3) -> T + Sync) {
+    assert_eq!(points.len(), answers.len(), "an answer for each point");
+    let pieces = answers.par_chunks_mut(POINTS).enumerate();
+    pieces.for_each(|(piece, answers)| {
+        for (i, to) in answers.iter_mut().enumerate() {
+            *to = answer(points.get(piece * POINTS + i));
+        }
+    });
+}

@@ -1,0 +1,111 @@
+//! Inside or outside of a closed mesh: by the parity of exact crossings on the way to the nearest side of the box
+//! around it.
+
+use super::{
+    QueryError,
+    crossings::{self, Crossing},
+    sinks::repeats_of,
+    unit::UnitRay,
+};
+use crate::{
+    accel::Bvh,
+    ray::PrimitiveId,
+    scene::{Scene, weld},
+    simd::Level,
+    trace::{Found, HitSink, Near, visit},
+};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Checks that every edge belongs to an even number of triangles, so that each way out crosses the mesh an odd or an
+/// even number of times alike.
+pub(super) fn check_closed(scene: &Scene) -> Result<(), QueryError> {
+    if !scene.spheres().radius.is_empty() {
+        return Err(QueryError::HasSpheres);
+    }
+    let vertices = scene.vertices();
+    let first = weld(&vertices.x, &vertices.y, &vertices.z);
+    let mut edges: Vec<u64> = scene
+        .triangles()
+        .corners
+        .par_iter()
+        .flat_map_iter(|corners| {
+            let [a, b, c] = corners.map(|vertex| first[vertex as usize]);
+            [(a, b), (b, c), (c, a)]
+        })
+        .filter(|(a, b)| a != b)
+        .map(|(a, b)| u64::from(a.min(b)) << 32 | u64::from(a.max(b)))
+        .collect();
+    edges.par_sort_unstable();
+    match edges.chunk_by(|a, b| a == b).find(|same| same.len() % 2 != 0) {
+        Some(open) => Err(QueryError::NotClosed {
+            edge: [(open[0] >> 32) as u32, open[0] as u32],
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Counts crossings.
+struct Parity<'a> {
+    repeats: &'a [[PrimitiveId; 2]],
+    is_odd: bool,
+    unsure: Vec<Crossing>,
+    end: f32,
+}
+
+impl HitSink for Parity<'_> {
+    const WANTS_NEAR: bool = true;
+
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.end
+    }
+    #[inline(always)]
+    fn take(&mut self, found: Found, near: Option<Near>) {
+        // An even number of equal triangles changes nothing.
+        if !self.repeats.is_empty() && !repeats_of(self.repeats, found.primitive).len().is_multiple_of(2) {
+            return;
+        }
+        match near {
+            Some(near) if !near.is_sure => self.unsure.push(Crossing(near.corners)),
+            _ => self.is_odd = !self.is_odd,
+        }
+    }
+}
+
+/// The directions to the six sides, aslant by irrational parts: along the axes many models have edges.
+const ASIDE: [f64; 2] = [0.013_579_1, 0.007_313_7];
+
+/// Returns whether a point, relative to the scene's origin, is inside. The mesh is closed.
+pub(super) fn contains(level: Level, bvh: &Bvh, point: DVec3) -> bool {
+    let bounds = bvh.bounds();
+    let (lower, upper) = (bounds.lower.as_dvec3(), bounds.upper.as_dvec3());
+    if !(point.cmpge(lower).all() && point.cmple(upper).all()) {
+        return false;
+    }
+    let ways = [upper - point, point - lower];
+    let (mut shortest, mut axis, mut sign) = (f64::INFINITY, 0, 1.0);
+    for (way, to) in ways.into_iter().zip([1.0, -1.0]) {
+        for (i, way) in way.to_array().into_iter().enumerate() {
+            if way < shortest {
+                (shortest, axis, sign) = (way, i, to);
+            }
+        }
+    }
+    let mut direction = DVec3::ZERO;
+    direction[axis] = sign;
+    direction[(axis + 1) % 3] = ASIDE[0];
+    direction[(axis + 2) % 3] = ASIDE[1];
+    let unit = UnitRay::of(point, direction, [0.0, f32::INFINITY]);
+    let mut parity = Parity {
+        repeats: bvh.repeats(),
+        is_odd: false,
+        unsure: Vec::new(),
+        end: unit.ray.t_max,
+    };
+    visit(level, bvh, &unit.ray, &mut parity);
+    let passed = crossings::decide(&unit.ray, &parity.unsure);
+    passed
+        .into_iter()
+        .fold(parity.is_odd, |is_odd, passes| is_odd ^ passes)
+}

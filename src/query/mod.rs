@@ -1,0 +1,29 @@
+//! Ray queries: geometry from arrays, rays in world space, closest hit, any hit, all hits, closest point, inside or
+//! outside.
+//!
+//! ```text
+//! positions, triangles, spheres -> Geometry: scene relative to its middle, BVH
+//! rays (any length, f32 or f64) -> unit rays in f32 (unit) -> many: packets through the tracer (worker)
+//!                                                          -> one: a visit with a sink (sinks, crossings)
+//! points -> closest point (nearest), inside (inside: crossings on the way out)
+//! ```
+//! All hits are those of the canonical test: the same for one ray and for many, at every level, on any number of threads.
+
+mod coordinates;
+mod crossings;
+mod error;
+mod geometry;
+mod inside;
+mod nearest;
+mod rays;
+mod sinks;
+#[cfg(test)]
+mod tests;
+mod unit;
+mod worker;
+
+pub use error::QueryError;
+pub use geometry::{AllHits, Geometry, Sphere};
+pub use nearest::ClosestPoint;
+pub use rays::{Ends, Points, Ray, Rays};
+pub use worker::Worker;

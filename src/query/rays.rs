@@ -1,0 +1,349 @@
+//! Rays, points and hits as callers have them: world space, directions of any length, `f32` or `f64`.
+
+use super::QueryError;
+use crate::lanes::LANES;
+use glam::{DVec3, Vec3};
+
+/// A ray in world space: the points `origin + t * direction` for `t_min < t < t_max`.
+///
+/// A ray with a NaN or infinite origin or direction, without a direction, or with a NaN end hits nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// The point at t = 0.
+    pub origin: Vec3,
+    /// A vector of any length but 0; t counts its length.
+    pub direction: Vec3,
+    /// Where the ray begins. Values below 0 count as 0.
+    pub t_min: f32,
+    /// Where it ends; may be infinite.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// Makes a ray from `origin` without end.
+    #[must_use]
+    pub fn new(origin: impl Into<Vec3>, direction: impl Into<Vec3>) -> Self {
+        Self {
+            origin: origin.into(),
+            direction: direction.into(),
+            t_min: 0.0,
+            t_max: f32::INFINITY,
+        }
+    }
+
+    /// Makes a ray that ends before both points, so that it asks what is between them; t is 1 at `to`.
+    #[must_use]
+    pub fn between(from: impl Into<Vec3>, to: impl Into<Vec3>) -> Self {
+        let from = from.into();
+        Self {
+            t_max: 1.0,
+            ..Self::new(from, to.into() - from)
+        }
+    }
+}
+
+/// Points or vectors, x, y and z each, in either precision.
+#[derive(Clone, Copy, Debug)]
+pub enum Points<'a> {
+    /// In single precision.
+    F32(&'a [[f32; 3]]),
+    /// In double precision.
+    F64(&'a [[f64; 3]]),
+}
+
+impl Points<'_> {
+    /// Returns how many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F32(points) => points.len(),
+            Self::F64(points) => points.len(),
+        }
+    }
+
+    /// Returns whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Returns point `i`.
+    ///
+    /// # Panics
+    /// If there is no such point.
+    #[inline(always)]
+    #[must_use]
+    pub fn get(&self, i: usize) -> DVec3 {
+        match self {
+            Self::F32(points) => Vec3::from_array(points[i]).as_dvec3(),
+            Self::F64(points) => DVec3::from_array(points[i]),
+        }
+    }
+
+    /// Eight of them from `i` on as columns, the last one repeated.
+    #[inline(always)]
+    fn eight(&self, i: usize, columns: &mut [[f64; LANES]; 3]) {
+        let last = self.len() - 1;
+        for lane in 0..LANES {
+            let point = self.get((i + lane).min(last));
+            columns[0][lane] = point.x;
+            columns[1][lane] = point.y;
+            columns[2][lane] = point.z;
+        }
+    }
+}
+
+macro_rules! points {
+    ($($number:ty, $kind:ident, $vector:ty;)*) => {$(
+        impl<'a> From<&'a [[$number; 3]]> for Points<'a> {
+            fn from(points: &'a [[$number; 3]]) -> Self {
+                Self::$kind(points)
+            }
+        }
+        impl<'a> From<&'a Vec<[$number; 3]>> for Points<'a> {
+            fn from(points: &'a Vec<[$number; 3]>) -> Self {
+                Self::$kind(points)
+            }
+        }
+        impl<'a, const N: usize> From<&'a [[$number; 3]; N]> for Points<'a> {
+            fn from(points: &'a [[$number; 3]; N]) -> Self {
+                Self::$kind(points)
+            }
+        }
+        impl<'a> From<&'a [$vector]> for Points<'a> {
+            fn from(points: &'a [$vector]) -> Self {
+                Self::$kind(bytemuck::must_cast_slice(points))
+            }
+        }
+        impl<'a> From<&'a Vec<$vector>> for Points<'a> {
+            fn from(points: &'a Vec<$vector>) -> Self {
+                points.as_slice().into()
+            }
+        }
+    )*};
+}
+points! { f32, F32, Vec3; f64, F64, DVec3; }
+
+/// One end for all rays, or one each.
+#[derive(Clone, Copy, Debug)]
+pub enum Ends<'a> {
+    /// The same for all.
+    All(f32),
+    /// One for each ray.
+    Each(&'a [f32]),
+}
+
+impl Ends<'_> {
+    #[inline(always)]
+    fn eight(&self, i: usize) -> [f32; LANES] {
+        match self {
+            Self::All(end) => [*end; LANES],
+            Self::Each(ends) => {
+                let mut eight = [0.0; LANES];
+                for (lane, end) in eight.iter_mut().enumerate() {
+                    *end = ends[(i + lane).min(ends.len() - 1)];
+                }
+                eight
+            }
+        }
+    }
+}
+
+impl From<f32> for Ends<'_> {
+    fn from(end: f32) -> Self {
+        Self::All(end)
+    }
+}
+
+impl<'a> From<&'a [f32]> for Ends<'a> {
+    fn from(ends: &'a [f32]) -> Self {
+        Self::Each(ends)
+    }
+}
+
+/// Many rays: a slice of [`Ray`]s, or arrays of origins and directions. Neighbours should be neighbours in space, as
+/// the pixels of a picture are: those are traced together.
+#[derive(Clone, Copy, Debug)]
+pub struct Rays<'a> {
+    source: Source<'a>,
+    /// The first of these rays.
+    start: usize,
+    len: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Source<'a> {
+    Each(&'a [Ray]),
+    Arrays {
+        origins: Points<'a>,
+        directions: Points<'a>,
+        t_min: Ends<'a>,
+        t_max: Ends<'a>,
+    },
+}
+
+/// Eight rays as columns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EightRays {
+    pub origin: [[f64; LANES]; 3],
+    pub direction: [[f64; LANES]; 3],
+    pub t_min: [f32; LANES],
+    pub t_max: [f32; LANES],
+}
+
+impl EightRays {
+    pub(super) const ZERO: Self = Self {
+        origin: [[0.0; LANES]; 3],
+        direction: [[0.0; LANES]; 3],
+        t_min: [0.0; LANES],
+        t_max: [0.0; LANES],
+    };
+}
+
+impl<'a> Rays<'a> {
+    /// Makes rays from arrays, without ends. One origin may serve for all.
+    ///
+    /// # Errors
+    /// [`QueryError::Length`] if there is neither one origin nor one for each direction.
+    pub fn from_arrays(
+        origins: impl Into<Points<'a>>,
+        directions: impl Into<Points<'a>>,
+    ) -> Result<Self, QueryError> {
+        let (origins, directions) = (origins.into(), directions.into());
+        let len = directions.len();
+        if origins.len() != len && origins.len() != 1 {
+            return Err(QueryError::Length {
+                what: "origins",
+                found: origins.len(),
+                expected: len,
+            });
+        }
+        let source = Source::Arrays {
+            origins,
+            directions,
+            t_min: Ends::All(0.0),
+            t_max: Ends::All(f32::INFINITY),
+        };
+        Ok(Self {
+            source,
+            start: 0,
+            len,
+        })
+    }
+
+    /// Sets the ends of rays from arrays, in units of their directions' lengths; rays of a slice keep their own.
+    ///
+    /// # Errors
+    /// [`QueryError::Length`] if ends and rays differ in number.
+    pub fn within(
+        mut self,
+        t_min: impl Into<Ends<'a>>,
+        t_max: impl Into<Ends<'a>>,
+    ) -> Result<Self, QueryError> {
+        let (from, to) = (t_min.into(), t_max.into());
+        for (what, ends) in [("values of t_min", from), ("values of t_max", to)] {
+            if let Ends::Each(ends) = ends
+                && ends.len() != self.len
+            {
+                return Err(QueryError::Length {
+                    what,
+                    found: ends.len(),
+                    expected: self.len,
+                });
+            }
+        }
+        if let Source::Arrays { t_min, t_max, .. } = &mut self.source {
+            (*t_min, *t_max) = (from, to);
+        }
+        Ok(self)
+    }
+
+    /// Returns how many rays there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Returns whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// A part of them.
+    pub(super) fn part(self, range: std::ops::Range<usize>) -> Self {
+        debug_assert!(range.end <= self.len);
+        Self {
+            source: self.source,
+            start: self.start + range.start,
+            len: range.len(),
+        }
+    }
+
+    /// Whether all have one origin: then they are traced faster.
+    pub(super) fn share_origin(&self) -> bool {
+        let range = self.start..self.start + self.len;
+        match self.source {
+            _ if range.is_empty() => false,
+            Source::Each(rays) => rays[range].windows(2).all(|two| two[0].origin == two[1].origin),
+            Source::Arrays { origins, .. } => match origins {
+                _ if origins.len() == 1 => true,
+                Points::F32(points) => points[range].windows(2).all(|two| two[0] == two[1]),
+                Points::F64(points) => points[range].windows(2).all(|two| two[0] == two[1]),
+            },
+        }
+    }
+
+    /// Writes eight rays from `i` on; behind the last ray comes the last again.
+    #[inline(always)]
+    pub(super) fn eight(&self, i: usize, to: &mut EightRays) {
+        let i = self.start + i;
+        match &self.source {
+            Source::Each(rays) => {
+                let last = self.start + self.len - 1;
+                for lane in 0..LANES {
+                    let ray = &rays[(i + lane).min(last)];
+                    for axis in 0..3 {
+                        to.origin[axis][lane] = f64::from(ray.origin[axis]);
+                        to.direction[axis][lane] = f64::from(ray.direction[axis]);
+                    }
+                    to.t_min[lane] = ray.t_min;
+                    to.t_max[lane] = ray.t_max;
+                }
+            }
+            Source::Arrays {
+                origins,
+                directions,
+                t_min,
+                t_max,
+            } => {
+                origins.eight(if origins.len() == 1 { 0 } else { i }, &mut to.origin);
+                directions.eight(i, &mut to.direction);
+                to.t_min = t_min.eight(i);
+                to.t_max = t_max.eight(i);
+            }
+        }
+    }
+}
+
+impl<'a> From<&'a [Ray]> for Rays<'a> {
+    fn from(rays: &'a [Ray]) -> Self {
+        Self {
+            source: Source::Each(rays),
+            start: 0,
+            len: rays.len(),
+        }
+    }
+}
+
+impl<'a> From<&'a Vec<Ray>> for Rays<'a> {
+    fn from(rays: &'a Vec<Ray>) -> Self {
+        rays.as_slice().into()
+    }
+}
+
+impl<'a, const N: usize> From<&'a [Ray; N]> for Rays<'a> {
+    fn from(rays: &'a [Ray; N]) -> Self {
+        rays.as_slice().into()
+    }
+}

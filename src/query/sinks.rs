@@ -1,0 +1,284 @@
+//! What the visit of one ray keeps: the closest hit, whether there is one, all of them, or crossings.
+
+use super::{
+    crossings::{self, Crossing},
+    unit::{UnitRay, reported},
+};
+use crate::{
+    math,
+    ray::{Hit, PrimitiveId},
+    trace::{Found, HitSink, Near},
+};
+use std::{cmp::Ordering, collections::BinaryHeap};
+
+/// A hit as it is reported; the twin of [`RayPackets`](crate::ray::RayPackets)' hits.
+fn hit_of(found: &Found, length: f64) -> Hit {
+    let [u, v, w] = found.weights;
+    let (u, v, w) = (math::max(u, 0.0), math::max(v, 0.0), math::max(w, 0.0));
+    let sum = math::max(u + v + w, f32::MIN_POSITIVE);
+    Hit {
+        t: reported(found.t, length),
+        u: u / sum,
+        v: v / sum,
+        primitive: found.primitive,
+    }
+}
+
+/// The closest hit behind the beginning; of equally near ones, the one with the lowest id.
+pub(super) struct Closest {
+    best: Found,
+    start: f32,
+    length: f64,
+}
+
+impl Closest {
+    pub(super) fn new(ray: &UnitRay) -> Self {
+        Self {
+            best: Found {
+                t: ray.ray.t_max,
+                primitive: PrimitiveId::NONE,
+                weights: [0.0; 3],
+            },
+            start: ray.start,
+            length: ray.length,
+        }
+    }
+
+    pub(super) fn hit(&self) -> Option<Hit> {
+        let is_hit = self.best.primitive != PrimitiveId::NONE;
+        let hit = is_hit.then(|| hit_of(&self.best, self.length));
+        hit.filter(|hit| hit.t < f32::INFINITY)
+    }
+}
+
+impl HitSink for Closest {
+    const WANTS_NEAR: bool = false;
+
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.best.t
+    }
+    #[inline(always)]
+    fn take(&mut self, found: Found, _: Option<Near>) {
+        let best = Hit {
+            primitive: self.best.primitive,
+            ..Hit::miss(self.best.t)
+        };
+        if found.t > self.start && best.loses_to(found.t, found.primitive) {
+            self.best = found;
+        }
+    }
+}
+
+/// Whether there is a hit.
+pub(super) struct Any {
+    start: f32,
+    end: f32,
+    pub is_hit: bool,
+}
+
+impl Any {
+    pub(super) fn new(ray: &UnitRay) -> Self {
+        Self {
+            start: ray.start,
+            end: ray.ray.t_max,
+            is_hit: false,
+        }
+    }
+}
+
+impl HitSink for Any {
+    const WANTS_NEAR: bool = false;
+
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        // Entries are never negative.
+        if self.is_hit { -1.0 } else { self.end }
+    }
+    #[inline(always)]
+    fn take(&mut self, found: Found, _: Option<Near>) {
+        self.is_hit |= found.t > self.start && found.t < self.end;
+    }
+}
+
+/// A hit in order of t, then id.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Ordered {
+    hit: Hit,
+    distance: f32,
+}
+
+impl Eq for Ordered {}
+
+impl Ord for Ordered {
+    fn cmp(&self, other: &Self) -> Ordering {
+        in_order(&self.hit, &other.hit)
+    }
+}
+
+impl PartialOrd for Ordered {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// The order in which hits are told: by t, then id.
+pub(super) fn in_order(a: &Hit, b: &Hit) -> Ordering {
+    a.t.total_cmp(&b.t).then(a.primitive.cmp(&b.primitive))
+}
+
+/// All hits, or so many of the nearest.
+pub(super) struct All<'a> {
+    ray: UnitRay,
+    limit: usize,
+    /// Primitives that the hierarchy left out, since they equal an earlier one, after it: in order.
+    repeats: &'a [[PrimitiveId; 2]],
+    /// Those without a limit.
+    hits: Vec<Hit>,
+    /// The nearest ones, the farthest on top.
+    nearest: BinaryHeap<Ordered>,
+    end: f32,
+}
+
+impl<'a> All<'a> {
+    pub(super) fn new(
+        ray: UnitRay,
+        limit: Option<usize>,
+        repeats: &'a [[PrimitiveId; 2]],
+        hits: Vec<Hit>,
+    ) -> Self {
+        Self {
+            ray,
+            limit: limit.unwrap_or(usize::MAX),
+            repeats,
+            hits,
+            nearest: BinaryHeap::new(),
+            end: if limit == Some(0) { -1.0 } else { ray.ray.t_max },
+        }
+    }
+
+    /// The hits from `first` on are those of this ray, in order.
+    pub(super) fn into_hits(mut self, first: usize) -> Vec<Hit> {
+        self.hits.extend(self.nearest.iter().map(|ordered| ordered.hit));
+        self.hits[first..].sort_unstable_by(in_order);
+        self.hits
+    }
+
+    fn keep(&mut self, found: Found) {
+        let hit = hit_of(&found, self.ray.length);
+        if hit.t == f32::INFINITY {
+            return;
+        }
+        if self.limit == usize::MAX {
+            self.hits.push(hit);
+            return;
+        }
+        let new = Ordered {
+            hit,
+            distance: found.t,
+        };
+        if self.nearest.len() < self.limit {
+            self.nearest.push(new);
+        } else if let Some(mut farthest) = self.nearest.peek_mut()
+            && new < *farthest
+        {
+            *farthest = new;
+        }
+        if self.nearest.len() == self.limit
+            && let Some(farthest) = self.nearest.peek()
+        {
+            // Distances within a few roundings may be reported as the same t, where the id decides.
+            self.end = self
+                .ray
+                .ray
+                .t_max
+                .min(farthest.distance * (1.0 + 1e-6) + f32::MIN_POSITIVE);
+        }
+    }
+}
+
+/// The primitives that equal `id`, besides itself.
+pub(super) fn repeats_of(repeats: &[[PrimitiveId; 2]], id: PrimitiveId) -> &[[PrimitiveId; 2]] {
+    let start = repeats.partition_point(|two| two[0] < id);
+    let count = repeats[start..].partition_point(|two| two[0] == id);
+    &repeats[start..start + count]
+}
+
+impl HitSink for All<'_> {
+    const WANTS_NEAR: bool = false;
+
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.end
+    }
+    #[inline(always)]
+    fn take(&mut self, found: Found, _: Option<Near>) {
+        if found.t <= self.ray.start || found.t >= self.ray.ray.t_max {
+            return;
+        }
+        self.keep(found);
+        if !self.repeats.is_empty() {
+            for &[_, primitive] in repeats_of(self.repeats, found.primitive) {
+                self.keep(Found { primitive, ..found });
+            }
+        }
+    }
+}
+
+/// Crossings: of the triangles that meet at an edge or vertex only those through which the line passes.
+pub(super) struct Crossings<'a> {
+    ray: UnitRay,
+    repeats: &'a [[PrimitiveId; 2]],
+    hits: Vec<Hit>,
+    /// Where an edge is nearer than rounding.
+    unsure: Vec<(Hit, Crossing)>,
+}
+
+impl<'a> Crossings<'a> {
+    pub(super) fn new(ray: UnitRay, repeats: &'a [[PrimitiveId; 2]]) -> Self {
+        Self {
+            ray,
+            repeats,
+            hits: Vec::new(),
+            unsure: Vec::new(),
+        }
+    }
+
+    /// Returns the crossings in order.
+    pub(super) fn into_hits(mut self) -> Vec<Hit> {
+        let triangles: Vec<Crossing> = self.unsure.iter().map(|&(_, triangle)| triangle).collect();
+        let passes = crossings::decide(&self.ray.ray, &triangles);
+        for (&(hit, _), passes) in self.unsure.iter().zip(passes) {
+            if passes {
+                self.hits.push(hit);
+            }
+        }
+        self.hits.sort_unstable_by(in_order);
+        self.hits
+    }
+}
+
+impl HitSink for Crossings<'_> {
+    const WANTS_NEAR: bool = true;
+
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.ray.ray.t_max
+    }
+    #[inline(always)]
+    fn take(&mut self, found: Found, near: Option<Near>) {
+        if found.t <= self.ray.start || found.t >= self.ray.ray.t_max {
+            return;
+        }
+        let hit = hit_of(&found, self.ray.length);
+        let same = repeats_of(self.repeats, found.primitive);
+        let ids = std::iter::once(found.primitive).chain(same.iter().map(|two| two[1]));
+        for primitive in ids {
+            let hit = Hit { primitive, ..hit };
+            match near {
+                Some(near) if !near.is_sure => self.unsure.push((hit, Crossing(near.corners))),
+                _ => self.hits.push(hit),
+            }
+        }
+    }
+}
