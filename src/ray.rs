@@ -4,7 +4,8 @@ use crate::lanes::{F32x8, LANES, Vec3x8};
 use glam::Vec3;
 
 /// The id of a primitive: triangles from 0, then spheres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
 pub struct PrimitiveId(pub u32);
 
 impl PrimitiveId {
@@ -63,11 +64,12 @@ impl Ray {
     };
 }
 
-/// The closest hit of a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A hit of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Hit {
-    /// Distance along the ray, scene units; the ray's `t_max` for a miss, 0 for the miss of an
-    /// [invalid](Ray::is_valid) one.
+    /// Distance along the ray, in lengths of its direction. Of a miss: infinite through [`Geometry`](crate::Geometry);
+    /// through [`Tracer`](crate::trace::Tracer) the ray's `t_max`, or 0 if it is [invalid](Ray::is_valid).
     pub t: f32,
     /// Barycentric weight of a triangle's second corner; 0 on spheres.
     pub u: f32,

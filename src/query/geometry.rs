@@ -13,11 +13,11 @@ use crate::{
     accel::{BuildQuality, Bvh, Child},
     lanes::LANES,
     ray::Hit,
-    scene::{MAX_COORDINATE, MaterialId, Scene, SceneBuilder, TriangleMesh},
-    simd::Level,
+    scene::{MAX_COORDINATE, MaterialId, Scene, SceneBuilder, Shape, TriangleMesh},
+    simd::{Level, at_level},
     trace::visit,
 };
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -59,6 +59,15 @@ pub struct Geometry {
     /// Coordinates are relative to this point, to which the scene's own origin is still to be added.
     offset: DVec3,
     is_closed: OnceLock<Result<(), QueryError>>,
+}
+
+/// Where a ray hits, world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// The point that is hit.
+    pub position: DVec3,
+    /// The geometric unit normal: of a triangle by its winding, of a sphere outwards.
+    pub normal: DVec3,
 }
 
 /// All hits of many rays.
@@ -280,6 +289,37 @@ impl Geometry {
         crossings.into_hits()
     }
 
+    /// Returns position and normal of a hit of the ray from `origin` along `direction`, in `f64`: where that line meets
+    /// the plane of the triangle, within the triangle's box.
+    ///
+    /// # Panics
+    /// If the geometry has no such primitive.
+    #[must_use]
+    pub fn surface(&self, origin: impl Into<DVec3>, direction: impl Into<DVec3>, hit: &Hit) -> SurfacePoint {
+        let middle = self.middle();
+        let (origin, direction) = (origin.into() - middle, direction.into());
+        let ahead = origin + direction * f64::from(hit.t);
+        let (position, normal) = match self.scene.shape(hit.primitive) {
+            Shape::Sphere(center, _) => (ahead, ahead - center.as_dvec3()),
+            Shape::Triangle(corners) => {
+                let [a, b, c] = corners.map(Vec3::as_dvec3);
+                let normal = (b - a).cross(c - a);
+                let t = normal.dot(a - origin) / normal.dot(direction);
+                let on_plane = if t.is_finite() {
+                    origin + direction * t
+                } else {
+                    ahead
+                };
+                let (lower, upper) = (a.min(b).min(c), a.max(b).max(c));
+                (on_plane.max(lower).min(upper), normal)
+            }
+        };
+        SurfacePoint {
+            position: position + middle,
+            normal: normal.normalize(),
+        }
+    }
+
     /// Makes a worker for many rays, which traces on the thread that calls.
     #[must_use]
     pub fn worker(&self) -> Worker<'_> {
@@ -294,13 +334,12 @@ impl Geometry {
     pub fn closest_hits<'r>(&self, rays: impl Into<Rays<'r>>, hits: &mut [Hit]) {
         let rays = rays.into();
         assert_eq!(rays.len(), hits.len(), "a hit for each ray");
-        let is_shared = rays.share_origin();
         let pieces = hits.par_chunks_mut(PIECE).enumerate();
         pieces.for_each_init(
             || self.worker(),
             |worker, (piece, hits)| {
                 let start = piece * PIECE;
-                worker.closest_of_piece(rays.part(start..start + hits.len()), is_shared, hits);
+                worker.closest_of_piece(rays.part(start..start + hits.len()), hits);
             },
         );
     }
@@ -312,13 +351,12 @@ impl Geometry {
     pub fn occluded_each<'r>(&self, rays: impl Into<Rays<'r>>, occluded: &mut [bool]) {
         let rays = rays.into();
         assert_eq!(rays.len(), occluded.len(), "an answer for each ray");
-        let is_shared = rays.share_origin();
         let pieces = occluded.par_chunks_mut(PIECE).enumerate();
         pieces.for_each_init(
             || self.worker(),
             |worker, (piece, occluded)| {
                 let start = piece * PIECE;
-                worker.occluded_of_piece(rays.part(start..start + occluded.len()), is_shared, occluded);
+                worker.occluded_of_piece(rays.part(start..start + occluded.len()), occluded);
             },
         );
     }
@@ -338,6 +376,13 @@ impl Geometry {
         })
     }
 
+    /// Eight rays from `i` on.
+    fn units(&self, rays: Rays<'_>, i: usize) -> UnitPacket {
+        let mut eight = EightRays::ZERO;
+        at_level!(self.level, |simd| rays.eight(simd, i, &mut eight));
+        UnitPacket::new(&eight, self.middle())
+    }
+
     /// Calls `append` for each ray, with the hits of those before.
     fn each_of(&self, rays: Rays<'_>, append: impl Fn(UnitRay, Vec<Hit>) -> Vec<Hit> + Sync) -> AllHits {
         let pieces: Vec<usize> = (0..rays.len()).step_by(PIECE / 4).collect();
@@ -346,10 +391,8 @@ impl Geometry {
             .map(|start| {
                 let end = rays.len().min(start + PIECE / 4);
                 let (mut hits, mut ends) = (Vec::new(), Vec::with_capacity(end - start));
-                let mut eight = EightRays::ZERO;
                 for i in (start..end).step_by(LANES) {
-                    rays.eight(i, &mut eight);
-                    let units = UnitPacket::new(&eight, self.middle());
+                    let units = self.units(rays, i);
                     for lane in 0..LANES.min(end - i) {
                         hits = append(units.ray(lane), hits);
                         ends.push(hits.len());

@@ -23,7 +23,7 @@ mod unit;
 mod worker;
 
 pub use error::QueryError;
-pub use geometry::{AllHits, Geometry, Sphere};
+pub use geometry::{AllHits, Geometry, Sphere, SurfacePoint};
 pub use nearest::ClosestPoint;
 pub use rays::{Ends, Points, Ray, Rays};
 pub use worker::Worker;

@@ -1,13 +1,17 @@
 //! Rays, points and hits as callers have them: world space, directions of any length, `f32` or `f64`.
 
 use super::QueryError;
-use crate::lanes::LANES;
+use crate::{
+    lanes::{F32x8, LANES},
+    simd::{EightLanes, Simd},
+};
 use glam::{DVec3, Vec3};
 
 /// A ray in world space: the points `origin + t * direction` for `t_min < t < t_max`.
 ///
 /// A ray with a NaN or infinite origin or direction, without a direction, or with a NaN end hits nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct Ray {
     /// The point at t = 0.
     pub origin: Vec3,
@@ -296,20 +300,23 @@ impl<'a> Rays<'a> {
 
     /// Writes eight rays from `i` on; behind the last ray comes the last again.
     #[inline(always)]
-    pub(super) fn eight(&self, i: usize, to: &mut EightRays) {
+    pub(super) fn eight<S: Simd>(&self, simd: S, i: usize, to: &mut EightRays) {
         let i = self.start + i;
         match &self.source {
             Source::Each(rays) => {
                 let last = self.start + self.len - 1;
-                for lane in 0..LANES {
-                    let ray = &rays[(i + lane).min(last)];
-                    for axis in 0..3 {
-                        to.origin[axis][lane] = f64::from(ray.origin[axis]);
-                        to.direction[axis][lane] = f64::from(ray.direction[axis]);
-                    }
-                    to.t_min[lane] = ray.t_min;
-                    to.t_max[lane] = ray.t_max;
+                let mut rows = [simd.splat(0.0); LANES];
+                for (lane, row) in rows.iter_mut().enumerate() {
+                    let ray: [f32; LANES] = bytemuck::must_cast(rays[(i + lane).min(last)]);
+                    *row = simd.load(&F32x8::new(ray));
                 }
+                let columns = S::V8::transposed(rows);
+                for axis in 0..3 {
+                    to.origin[axis] = doubled(columns[axis].to8());
+                    to.direction[axis] = doubled(columns[axis + 3].to8());
+                }
+                to.t_min = columns[6].to8().to_array();
+                to.t_max = columns[7].to8().to_array();
             }
             Source::Arrays {
                 origins,
@@ -324,6 +331,15 @@ impl<'a> Rays<'a> {
             }
         }
     }
+}
+
+#[inline(always)]
+fn doubled(from: F32x8) -> [f64; LANES] {
+    let mut to = [0.0; LANES];
+    for (to, from) in to.iter_mut().zip(from.to_array()) {
+        *to = f64::from(from);
+    }
+    to
 }
 
 impl<'a> From<&'a [Ray]> for Rays<'a> {

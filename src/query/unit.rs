@@ -125,7 +125,7 @@ impl UnitRay {
         Self {
             ray: ray::Ray {
                 origin: origin.as_vec3(),
-                direction: (direction / length).as_vec3(),
+                direction: (direction * (1.0 / length)).as_vec3(),
                 t_max,
             },
             start,
@@ -156,11 +156,14 @@ impl UnitPacket {
                 length[lane] = length_of(direction, squared(x[lane], y[lane], z[lane]));
             }
         }
-        let middle = middle.to_array();
+        let (middle, mut inverse) = (middle.to_array(), [0.0; LANES]);
+        for lane in 0..LANES {
+            inverse[lane] = 1.0 / length[lane];
+        }
         let (mut direction, mut origin) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
         for axis in 0..3 {
             for lane in 0..LANES {
-                direction[axis][lane] = (from.direction[axis][lane] / length[lane]) as f32;
+                direction[axis][lane] = (from.direction[axis][lane] * inverse[lane]) as f32;
                 origin[axis][lane] = (from.origin[axis][lane] - middle[axis]) as f32;
             }
         }

@@ -4,14 +4,15 @@ use super::{
     Geometry, Rays,
     rays::EightRays,
     sinks::{Any, Closest},
-    unit::{UnitPacket, reported},
+    unit::{UnitPacket, UnitRay, reported},
 };
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
-    ray::{Hit, HitPacket, Origins, RayPacket},
-    simd::at_level,
+    ray::{Hit, HitPacket, Origins, PrimitiveId, RayPacket},
+    simd::{EightLanes, LaneMask, Lanes, Simd, at_level},
     trace::{Tracer, visit},
 };
+use glam::Vec3;
 
 /// Packets that are prepared, traced and told at a time: they stay in the second-level cache.
 const PACKETS: usize = 512;
@@ -27,7 +28,11 @@ pub struct Worker<'a> {
     tracer: Tracer<'a>,
     packets: Vec<RayPacket>,
     origins: Vec<Vec3x8>,
-    units: Vec<UnitPacket>,
+    /// Where rays begin, up to the last packet with one that does not begin at its origin.
+    starts: Vec<[f32; LANES]>,
+    lengths: Vec<[f64; LANES]>,
+    /// The origin, if `origins` is empty.
+    shared: Vec3,
     hits: Vec<HitPacket>,
     occluded: Vec<u8>,
 }
@@ -39,7 +44,9 @@ impl<'a> Worker<'a> {
             tracer: Tracer::new(geometry.bvh()).at_level(geometry.level()),
             packets: Vec::new(),
             origins: Vec::new(),
-            units: Vec::new(),
+            starts: Vec::new(),
+            lengths: Vec::new(),
+            shared: Vec3::ZERO,
             hits: Vec::new(),
             occluded: Vec::new(),
         }
@@ -52,10 +59,9 @@ impl<'a> Worker<'a> {
     pub fn closest_hits<'r>(&mut self, rays: impl Into<Rays<'r>>, hits: &mut [Hit]) {
         let rays = rays.into();
         assert_eq!(rays.len(), hits.len(), "a hit for each ray");
-        let is_shared = rays.share_origin();
         for (piece, hits) in hits.chunks_mut(PIECE).enumerate() {
             let start = piece * PIECE;
-            self.closest_of_piece(rays.part(start..start + hits.len()), is_shared, hits);
+            self.closest_of_piece(rays.part(start..start + hits.len()), hits);
         }
     }
 
@@ -66,112 +72,141 @@ impl<'a> Worker<'a> {
     pub fn occluded_each<'r>(&mut self, rays: impl Into<Rays<'r>>, occluded: &mut [bool]) {
         let rays = rays.into();
         assert_eq!(rays.len(), occluded.len(), "an answer for each ray");
-        let is_shared = rays.share_origin();
         for (piece, occluded) in occluded.chunks_mut(PIECE).enumerate() {
             let start = piece * PIECE;
-            self.occluded_of_piece(rays.part(start..start + occluded.len()), is_shared, occluded);
+            self.occluded_of_piece(rays.part(start..start + occluded.len()), occluded);
         }
     }
 
-    /// Makes packets of up to [`PIECE`] rays.
-    fn prepare(&mut self, rays: Rays<'_>, is_shared: bool) {
+    /// Makes packets of up to [`PIECE`] rays; of one origin, if all have the same.
+    fn prepare(&mut self, rays: Rays<'_>) {
         self.packets.clear();
         self.origins.clear();
-        self.units.clear();
-        let middle = self.geometry.middle();
-        at_level!(self.tracer.level(), |_simd| {
+        self.starts.clear();
+        self.lengths.clear();
+        let (middle, is_shared) = (self.geometry.middle(), rays.share_origin());
+        at_level!(self.tracer.level(), |simd| {
             let mut eight = EightRays::ZERO;
             for i in (0..rays.len()).step_by(LANES) {
-                rays.eight(i, &mut eight);
-                let unit = UnitPacket::new(&eight, middle);
-                let mut packet = unit.rays;
+                rays.eight(simd, i, &mut eight);
+                let mut unit = UnitPacket::new(&eight, middle);
                 for lane in rays.len().saturating_sub(i)..LANES {
-                    packet.t_max.as_mut_array()[lane] = 0.0;
+                    unit.rays.t_max.as_mut_array()[lane] = 0.0;
                 }
-                self.packets.push(packet);
+                self.packets.push(unit.rays);
+                self.lengths.push(unit.length);
+                if i == 0 {
+                    self.shared = unit.origin.lane(0);
+                }
                 if !is_shared {
                     self.origins.push(unit.origin);
                 }
-                self.units.push(unit);
+                if unit.start != [0.0; LANES] {
+                    // Those before begin at 0.
+                    self.starts.resize(i / LANES, [0.0; LANES]);
+                    self.starts.push(unit.start);
+                }
             }
         });
     }
 
-    fn origins<'o>(origins: &'o [Vec3x8], units: &[UnitPacket]) -> Origins<'o> {
-        match units.first() {
-            Some(unit) if origins.is_empty() => Origins::Shared(unit.origin.lane(0)),
-            _ => Origins::Separate(origins),
-        }
-    }
-
-    pub(super) fn closest_of_piece(&mut self, rays: Rays<'_>, is_shared: bool, hits: &mut [Hit]) {
-        self.prepare(rays, is_shared);
-        let Self {
-            geometry,
-            tracer,
-            packets,
-            origins,
-            units,
-            hits: found,
-            ..
-        } = self;
-        found.resize(packets.len(), HitPacket::miss(F32x8::ZERO));
-        tracer.closest_hit(Self::origins(origins, units), packets, found);
-        at_level!(tracer.level(), |_simd| {
-            for ((hits, found), unit) in hits.chunks_mut(LANES).zip(&*found).zip(&*units) {
-                let mut t = [0.0; LANES];
-                for lane in 0..LANES {
-                    t[lane] = reported(found.t.as_array()[lane], unit.length[lane]);
-                }
-                for (lane, hit) in hits.iter_mut().enumerate() {
-                    *hit = Hit {
-                        t: t[lane],
-                        ..found.hit(lane)
-                    };
-                    if !hit.is_hit() || hit.t == f32::INFINITY {
-                        *hit = Hit::miss(f32::INFINITY);
-                    }
-                }
+    pub(super) fn closest_of_piece(&mut self, rays: Rays<'_>, hits: &mut [Hit]) {
+        self.prepare(rays);
+        self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
+        let origins = origins(&self.origins, self.shared);
+        self.tracer.closest_hit(origins, &self.packets, &mut self.hits);
+        at_level!(self.tracer.level(), |simd| {
+            for (i, hits) in hits.chunks_mut(LANES).enumerate() {
+                put(simd, &self.hits[i], &self.lengths[i], hits);
             }
         });
-        for ((hits, found), unit) in hits.chunks_mut(LANES).zip(&*found).zip(&*units) {
-            if unit.start == [0.0; LANES] {
-                continue;
-            }
-            for (lane, hit) in hits.iter_mut().enumerate() {
-                if hit.is_hit() && found.t.as_array()[lane] <= unit.start[lane] {
-                    let ray = unit.ray(lane);
+        for (i, start) in self.starts.iter().enumerate() {
+            for lane in 0..LANES {
+                if start[lane] > 0.0
+                    && let Some(hit) = hits.get_mut(i * LANES + lane)
+                    && hit.is_hit()
+                    && self.hits[i].t.as_array()[lane] <= start[lane]
+                {
+                    let ray = self.ray(i, lane);
                     let mut closest = Closest::new(&ray);
-                    visit(geometry.level(), geometry.bvh(), &ray.ray, &mut closest);
+                    visit(self.geometry.level(), self.geometry.bvh(), &ray.ray, &mut closest);
                     *hit = closest.hit().unwrap_or(Hit::miss(f32::INFINITY));
                 }
             }
         }
     }
 
-    pub(super) fn occluded_of_piece(&mut self, rays: Rays<'_>, is_shared: bool, answers: &mut [bool]) {
-        self.prepare(rays, is_shared);
-        let Self {
-            geometry,
-            tracer,
-            packets,
-            origins,
-            units,
-            occluded,
-            ..
-        } = self;
-        occluded.resize(packets.len(), 0);
-        tracer.occluded(Self::origins(origins, units), packets, occluded);
-        for ((answers, bits), unit) in answers.chunks_mut(LANES).zip(&*occluded).zip(&*units) {
-            for (lane, answer) in answers.iter_mut().enumerate() {
-                *answer = bits >> lane & 1 != 0;
-                if *answer && unit.start[lane] > 0.0 {
-                    let ray = unit.ray(lane);
+    /// A ray that begins behind its origin.
+    fn ray(&self, i: usize, lane: usize) -> UnitRay {
+        let origin = match self.origins.get(i) {
+            Some(origins) => origins.lane(lane),
+            None => self.shared,
+        };
+        UnitRay {
+            ray: self.packets[i].ray(lane, origin),
+            start: self.starts[i][lane],
+            length: self.lengths[i][lane],
+        }
+    }
+
+    pub(super) fn occluded_of_piece(&mut self, rays: Rays<'_>, answers: &mut [bool]) {
+        self.prepare(rays);
+        self.occluded.resize(self.packets.len(), 0);
+        let origins = origins(&self.origins, self.shared);
+        self.tracer.occluded(origins, &self.packets, &mut self.occluded);
+        for (i, answer) in answers.iter_mut().enumerate() {
+            *answer = self.occluded[i / LANES] >> (i % LANES) & 1 != 0;
+        }
+        for (i, start) in self.starts.iter().enumerate() {
+            for lane in 0..LANES {
+                if start[lane] > 0.0
+                    && let Some(answer) = answers.get_mut(i * LANES + lane)
+                    && *answer
+                {
+                    let ray = self.ray(i, lane);
                     let mut any = Any::new(&ray);
-                    visit(geometry.level(), geometry.bvh(), &ray.ray, &mut any);
+                    visit(self.geometry.level(), self.geometry.bvh(), &ray.ray, &mut any);
                     *answer = any.is_hit;
                 }
             }
+        }
+    }
+}
+
+fn origins(separate: &[Vec3x8], shared: Vec3) -> Origins<'_> {
+    if separate.is_empty() {
+        Origins::Shared(shared)
+    } else {
+        Origins::Separate(separate)
+    }
+}
+
+/// Writes up to eight hits, as they are reported.
+#[inline(always)]
+fn put<S: Simd>(simd: S, found: &HitPacket, lengths: &[f64; LANES], hits: &mut [Hit]) {
+    let mut t = [0.0; LANES];
+    for lane in 0..LANES {
+        t[lane] = reported(found.t.as_array()[lane], lengths[lane]);
+    }
+    let infinite = simd.splat(f32::INFINITY);
+    let missed = S::V8::equal_lanes(simd, &found.primitive, PrimitiveId::NONE.0);
+    let t = S::V8::select(simd.mask(missed), infinite, simd.load(&F32x8::new(t)));
+    let overflow = t.eq(infinite).bits() & !missed;
+    let (u, v) = (simd.load(&found.u), simd.load(&found.v));
+    let id = simd.load(&F32x8::new(bytemuck::must_cast(found.primitive)));
+    let rows = S::V8::transposed([t, u, v, id, t, u, v, id]);
+    for (hit, row) in hits.iter_mut().zip(rows) {
+        let [t, u, v, id, ..] = row.to8().to_array();
+        *hit = Hit {
+            t,
+            u,
+            v,
+            primitive: PrimitiveId(id.to_bits()),
+        };
+    }
+    for (lane, hit) in hits.iter_mut().enumerate() {
+        if overflow >> lane & 1 != 0 {
+            *hit = Hit::miss(f32::INFINITY);
         }
     }
 }

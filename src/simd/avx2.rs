@@ -322,11 +322,11 @@ impl<T: HasAvx2> TriangleLanes for V8<T> {
     }
     #[inline(always)]
     fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
-        least_of_rows(rows, transposed, Self::min)
+        least_of_rows(rows, Self::min)
     }
     #[inline(always)]
     fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
-        least_of_rows(rows, transposed, Self::max)
+        least_of_rows(rows, Self::max)
     }
 }
 
@@ -346,24 +346,22 @@ fn transposed4<T: HasAvx2>(a: V8<T>, b: V8<T>, c: V8<T>, d: V8<T>) -> [__m256; 4
     }
 }
 
-/// Rows become columns.
-#[inline(always)]
-fn transposed<T: HasAvx2>([a, b, c, d, e, f, g, h]: [V8<T>; LANES]) -> [V8<T>; LANES] {
-    let token = a.1;
-    let ([a, b, c, d], [e, f, g, h]) = (transposed4(a, b, c, d), transposed4(e, f, g, h));
-    [
-        avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(a, e)),
-        avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(b, f)),
-        avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(c, g)),
-        avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(d, h)),
-        avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(a, e)),
-        avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(b, f)),
-        avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(c, g)),
-        avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(d, h)),
-    ]
-}
-
 impl<T: HasAvx2> EightLanes for V8<T> {
+    #[inline(always)]
+    fn transposed([a, b, c, d, e, f, g, h]: [Self; LANES]) -> [Self; LANES] {
+        let token = a.1;
+        let ([a, b, c, d], [e, f, g, h]) = (transposed4(a, b, c, d), transposed4(e, f, g, h));
+        [
+            avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(a, e)),
+            avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(b, f)),
+            avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(c, g)),
+            avx2!(V8, token, _mm256_permute2f128_ps::<0x20>(d, h)),
+            avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(a, e)),
+            avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(b, f)),
+            avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(c, g)),
+            avx2!(V8, token, _mm256_permute2f128_ps::<0x31>(d, h)),
+        ]
+    }
     #[inline(always)]
     fn load8(simd: T, from: &F32x8) -> Self {
         const { assert!(align_of::<F32x8>() == 32 && size_of::<F32x8>() == 32) }

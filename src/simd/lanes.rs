@@ -141,6 +141,9 @@ pub trait EightLanes: TriangleLanes<Packets = Pair<Self>> + super::pair::Half<Wh
     fn load8(simd: Self::Simd, from: &F32x8) -> Self;
     #[must_use]
     fn to8(self) -> F32x8;
+    /// Returns columns as rows: lane i of result j is lane j of row i.
+    #[must_use]
+    fn transposed(rows: [Self; LANES]) -> [Self; LANES];
     /// Returns in lane i the place of `from` that bits 4 i to 4 i + 3 of `places` name.
     #[must_use]
     fn picked8(simd: Self::Simd, from: &Column, places: u32) -> Self;

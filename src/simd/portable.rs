@@ -255,22 +255,21 @@ impl TriangleLanes for V8 {
     }
     #[inline(always)]
     fn least_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
-        least_of_rows(rows, transposed, Self::min)
+        least_of_rows(rows, Self::min)
     }
     #[inline(always)]
     fn largest_of_each(rows: &[Self; REGISTER_LANES]) -> Pair<Self> {
-        least_of_rows(rows, transposed, Self::max)
+        least_of_rows(rows, Self::max)
     }
 }
 
-#[inline(always)]
-fn transposed(rows: [V8; LANES]) -> [V8; LANES] {
-    let [a, b, c, d, e, f, g, h] = rows;
-    let [a, b, c, d, e, f, g, h] = f32x8::transpose([a.0, b.0, c.0, d.0, e.0, f.0, g.0, h.0]);
-    [V8(a), V8(b), V8(c), V8(d), V8(e), V8(f), V8(g), V8(h)]
-}
-
 impl EightLanes for V8 {
+    #[inline(always)]
+    fn transposed(rows: [Self; LANES]) -> [Self; LANES] {
+        let [a, b, c, d, e, f, g, h] = rows;
+        let [a, b, c, d, e, f, g, h] = f32x8::transpose([a.0, b.0, c.0, d.0, e.0, f.0, g.0, h.0]);
+        [V8(a), V8(b), V8(c), V8(d), V8(e), V8(f), V8(g), V8(h)]
+    }
     #[inline(always)]
     fn load8(_: Portable, from: &F32x8) -> Self {
         Self(bytemuck::must_cast(*from))

@@ -1,0 +1,67 @@
+//! Arrays of numpy, which are contiguous here.
+
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use octray::query::{Ends, Points};
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+/// Points or vectors, one a row.
+#[derive(FromPyObject)]
+pub enum Vectors<'py> {
+    Single(PyReadonlyArray2<'py, f32>),
+    Double(PyReadonlyArray2<'py, f64>),
+}
+
+impl Vectors<'_> {
+    /// Returns them as rows of three.
+    ///
+    /// # Errors
+    /// `ValueError` if the array is not contiguous.
+    pub fn rows(&self) -> PyResult<Points<'_>> {
+        let contiguous = |_| PyValueError::new_err("the array is not contiguous");
+        Ok(match self {
+            Self::Single(array) => Points::F32(array.as_slice().map_err(contiguous)?.as_chunks().0),
+            Self::Double(array) => Points::F64(array.as_slice().map_err(contiguous)?.as_chunks().0),
+        })
+    }
+}
+
+/// Ends of rays: one, or one each.
+#[derive(FromPyObject)]
+pub enum RayEnds<'py> {
+    All(f32),
+    Each(PyReadonlyArray1<'py, f32>),
+}
+
+impl RayEnds<'_> {
+    /// Returns them as the library takes them.
+    ///
+    /// # Errors
+    /// `ValueError` if the array is not contiguous.
+    pub fn ends(&self) -> PyResult<Ends<'_>> {
+        Ok(match self {
+            Self::All(end) => Ends::All(*end),
+            Self::Each(array) => Ends::Each(
+                array
+                    .as_slice()
+                    .map_err(|_| PyValueError::new_err("the array is not contiguous"))?,
+            ),
+        })
+    }
+}
+
+/// A part of points; all of one point, which serves for all rays.
+pub fn part<'a>(points: Points<'a>, range: &std::ops::Range<usize>) -> Points<'a> {
+    match points {
+        _ if points.len() == 1 => points,
+        Points::F32(points) => Points::F32(&points[range.clone()]),
+        Points::F64(points) => Points::F64(&points[range.clone()]),
+    }
+}
+
+/// A part of ends.
+pub fn part_of_ends<'a>(ends: Ends<'a>, range: &std::ops::Range<usize>) -> Ends<'a> {
+    match ends {
+        Ends::All(_) => ends,
+        Ends::Each(ends) => Ends::Each(&ends[range.clone()]),
+    }
+}

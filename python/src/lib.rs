@@ -1,0 +1,29 @@
+//! The Python module `octray._octray`: what `octray` (in `octray/`) checks and documents, on arrays that are contiguous
+//! and of the right types.
+
+mod arrays;
+mod mesh;
+mod threads;
+
+use pyo3::prelude::*;
+use std::ffi::OsString;
+
+/// Runs the program `octray` with arguments, the program's name first; returns its exit code.
+#[pyfunction]
+fn program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| octray::cli::run(arguments, |_| {}))
+}
+
+/// Names the instruction set in use.
+#[pyfunction]
+fn isa() -> String {
+    octray::isa().to_string()
+}
+
+#[pymodule]
+fn _octray(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<mesh::Mesh>()?;
+    module.add_function(wrap_pyfunction!(program, module)?)?;
+    module.add_function(wrap_pyfunction!(isa, module)?)
+}

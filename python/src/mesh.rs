@@ -1,0 +1,479 @@
+//! `octray._octray.Mesh`: a geometry and its threads.
+
+use crate::{
+    arrays::{RayEnds, Vectors, part, part_of_ends},
+    threads::{Threads, interruptible},
+};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+};
+use octray::{
+    Geometry, Hit, QueryError,
+    glam::DVec3,
+    query::{AllHits, ClosestPoint, Ends, Points, Rays},
+    ray::PrimitiveId,
+};
+use pyo3::{
+    exceptions::{PyMemoryError, PyValueError},
+    prelude::*,
+};
+use rayon::prelude::*;
+use std::{
+    ops::Range,
+    sync::{
+        Arc, RwLock,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+/// Rays or points between two looks at whether the call was cancelled: some milliseconds of work.
+const BATCH: usize = 1 << 17;
+/// Calls with fewer rays or points end before anybody could press Ctrl-C.
+const FEW: usize = 1 << 14;
+
+/// The error for Python.
+fn raised(error: QueryError) -> PyErr {
+    match error {
+        QueryError::NoMemory { .. } => PyMemoryError::new_err(error.to_string()),
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}
+
+/// A triangle mesh that answers queries; see `octray.Mesh`.
+#[pyclass(frozen, module = "octray._octray")]
+pub struct Mesh {
+    geometry: RwLock<Arc<Geometry>>,
+    triangles: Arc<[[u32; 3]]>,
+    threads: Threads,
+}
+
+/// Rays and their ends.
+struct AskedRays<'a> {
+    origins: Points<'a>,
+    directions: Points<'a>,
+    t_min: Ends<'a>,
+    t_max: Ends<'a>,
+}
+
+impl AskedRays<'_> {
+    fn part(&self, range: &Range<usize>) -> Result<Rays<'_>, QueryError> {
+        Rays::from_arrays(part(self.origins, range), part_of_all(self.directions, range))?.within(
+            part_of_ends(self.t_min, range),
+            part_of_ends(self.t_max, range),
+        )
+    }
+}
+
+/// A part of directions, of which one is one.
+fn part_of_all<'a>(points: Points<'a>, range: &Range<usize>) -> Points<'a> {
+    match points {
+        Points::F32(points) => Points::F32(&points[range.clone()]),
+        Points::F64(points) => Points::F64(&points[range.clone()]),
+    }
+}
+
+/// Calls `ask` for one batch after the other, until the call is cancelled.
+fn in_batches(count: usize, cancelled: &AtomicBool, mut ask: impl FnMut(Range<usize>)) {
+    for start in (0..count).step_by(BATCH) {
+        if cancelled.load(Ordering::Relaxed) {
+            return;
+        }
+        ask(start..count.min(start + BATCH));
+    }
+}
+
+impl Mesh {
+    fn geometry(&self) -> Arc<Geometry> {
+        let geometry = self.geometry.read().unwrap_or_else(|poisoned| poisoned.into_inner());
+        Arc::clone(&geometry)
+    }
+
+    /// Runs `work` on the mesh's threads without the interpreter's lock.
+    fn run<T: Send>(
+        &self,
+        py: Python<'_>,
+        count: usize,
+        work: impl FnOnce(&Geometry, &AtomicBool) -> T + Send,
+    ) -> PyResult<T> {
+        let (geometry, pool) = (self.geometry(), self.threads.pool()?);
+        if count <= FEW {
+            return Ok(py.detach(|| pool.install(|| work(&geometry, &AtomicBool::new(false)))));
+        }
+        interruptible(py, &pool, |cancelled| work(&geometry, cancelled))
+    }
+
+    fn all(
+        &self,
+        py: Python<'_>,
+        rays: &AskedRays<'_>,
+        ask: impl Fn(&Geometry, Rays<'_>) -> AllHits + Sync,
+    ) -> PyResult<AllHits> {
+        let count = rays.directions.len();
+        let found = self.run(py, count, |geometry, cancelled| {
+            let mut all = AllHits {
+                hits: Vec::new(),
+                starts: vec![0],
+            };
+            let mut failed = None;
+            in_batches(count, cancelled, |range| match rays.part(&range) {
+                Ok(part) => {
+                    let found = ask(geometry, part);
+                    let before = all.hits.len();
+                    all.hits.extend(found.hits);
+                    all.starts.extend(found.starts[1..].iter().map(|start| before + start));
+                }
+                Err(error) => failed = Some(error),
+            });
+            failed.map_or(Ok(all), Err)
+        })?;
+        found.map_err(raised)
+    }
+}
+
+/// The rays of a call.
+fn asked<'a>(
+    origins: &'a Vectors<'_>,
+    directions: &'a Vectors<'_>,
+    t_min: &'a RayEnds<'_>,
+    t_max: &'a RayEnds<'_>,
+) -> PyResult<AskedRays<'a>> {
+    let rays = AskedRays {
+        origins: origins.rows()?,
+        directions: directions.rows()?,
+        t_min: t_min.ends()?,
+        t_max: t_max.ends()?,
+    };
+    // All lengths fit, or the error says which does not.
+    let (origins, directions) = (rays.origins, rays.directions);
+    Rays::from_arrays(origins, directions)
+        .and_then(|all| all.within(rays.t_min, rays.t_max))
+        .map_err(raised)?;
+    Ok(rays)
+}
+
+/// A flat array of rows of `N` numbers.
+fn rows<'py, T: numpy::Element + Copy, const N: usize>(
+    py: Python<'py>,
+    rows: Vec<[T; N]>,
+) -> PyResult<Bound<'py, PyArray2<T>>> {
+    let count = rows.len();
+    rows.into_flattened().into_pyarray(py).reshape([count, N])
+}
+
+fn id_of(primitive: PrimitiveId) -> i64 {
+    if primitive == PrimitiveId::NONE { -1 } else { i64::from(primitive.0) }
+}
+
+type HitArrays<'py> = (
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<i64>>,
+    Bound<'py, PyArray2<f32>>,
+    Bound<'py, PyArray1<bool>>,
+);
+
+#[pymethods]
+impl Mesh {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        vertices: Vectors<'_>,
+        faces: PyReadonlyArray2<'_, i64>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let threads = Threads::new(threads)?;
+        let positions = vertices.rows()?;
+        let faces = faces.as_slice().map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let mut triangles = Vec::with_capacity(faces.len() / 3);
+        for (i, face) in faces.as_chunks::<3>().0.iter().enumerate() {
+            for &index in face {
+                if index < 0 || index >= positions.len() as i64 {
+                    return Err(PyValueError::new_err(format!(
+                        "face {i} has vertex index {index}, but there are only {} vertices",
+                        positions.len()
+                    )));
+                }
+            }
+            triangles.push(face.map(|index| index as u32));
+        }
+        let pool = threads.pool()?;
+        let built = interruptible(py, &pool, |_| Geometry::from_triangles(positions, &triangles))?;
+        Ok(Self {
+            geometry: RwLock::new(Arc::new(built.map_err(raised)?)),
+            triangles: triangles.into(),
+            threads,
+        })
+    }
+
+    #[getter]
+    fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+        self.geometry().bounds().map(|bounds| bounds.map(|corner| corner.to_array()))
+    }
+
+    #[getter]
+    fn counts(&self) -> (usize, usize) {
+        let geometry = self.geometry();
+        (geometry.vertex_count(), geometry.triangle_count())
+    }
+
+    fn closest_hit<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Vectors<'_>,
+        directions: Vectors<'_>,
+        t_min: RayEnds<'_>,
+        t_max: RayEnds<'_>,
+    ) -> PyResult<HitArrays<'py>> {
+        let rays = asked(&origins, &directions, &t_min, &t_max)?;
+        let count = rays.directions.len();
+        let found = self.run(py, count, |geometry, cancelled| {
+            let mut hits = vec![Hit::miss(f32::INFINITY); count];
+            let mut failed = None;
+            in_batches(count, cancelled, |range| match rays.part(&range) {
+                Ok(part) => geometry.closest_hits(part, &mut hits[range]),
+                Err(error) => failed = Some(error),
+            });
+            if let Some(error) = failed {
+                return Err(error);
+            }
+            let t: Vec<f32> = hits.par_iter().map(|hit| hit.t).collect();
+            let triangle: Vec<i64> = hits.par_iter().map(|hit| id_of(hit.primitive)).collect();
+            let uv: Vec<[f32; 2]> = hits.par_iter().map(|hit| [hit.u, hit.v]).collect();
+            let hit: Vec<bool> = hits.par_iter().map(Hit::is_hit).collect();
+            Ok((t, triangle, uv, hit))
+        })?;
+        let (t, triangle, uv, hit) = found.map_err(raised)?;
+        Ok((
+            t.into_pyarray(py),
+            triangle.into_pyarray(py),
+            rows(py, uv)?,
+            hit.into_pyarray(py),
+        ))
+    }
+
+    /// The triangles alone, -1 where missed.
+    fn first<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Vectors<'_>,
+        directions: Vectors<'_>,
+    ) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        let rays = asked(&origins, &directions, &RayEnds::All(0.0), &RayEnds::All(f32::INFINITY))?;
+        let count = rays.directions.len();
+        let found = self.run(py, count, |geometry, cancelled| {
+            let mut triangles = vec![-1; count];
+            let mut hits = vec![Hit::miss(f32::INFINITY); count.min(BATCH)];
+            let mut failed = None;
+            in_batches(count, cancelled, |range| match rays.part(&range) {
+                Ok(part) => {
+                    let hits = &mut hits[..range.len()];
+                    geometry.closest_hits(part, hits);
+                    let to = triangles[range].par_iter_mut().with_min_len(4096);
+                    to.zip(hits).for_each(|(to, hit)| *to = id_of(hit.primitive));
+                }
+                Err(error) => failed = Some(error),
+            });
+            failed.map_or(Ok(triangles), Err)
+        })?;
+        Ok(found.map_err(raised)?.into_pyarray(py))
+    }
+
+    fn occluded<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Vectors<'_>,
+        directions: Vectors<'_>,
+        t_min: RayEnds<'_>,
+        t_max: RayEnds<'_>,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let rays = asked(&origins, &directions, &t_min, &t_max)?;
+        let count = rays.directions.len();
+        let found = self.run(py, count, |geometry, cancelled| {
+            let mut occluded = vec![false; count];
+            let mut failed = None;
+            in_batches(count, cancelled, |range| match rays.part(&range) {
+                Ok(part) => geometry.occluded_each(part, &mut occluded[range]),
+                Err(error) => failed = Some(error),
+            });
+            failed.map_or(Ok(occluded), Err)
+        })?;
+        Ok(found.map_err(raised)?.into_pyarray(py))
+    }
+
+    #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
+    #[expect(clippy::too_many_arguments, reason = "those of the Python method")]
+    fn all_hits<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Vectors<'_>,
+        directions: Vectors<'_>,
+        t_min: RayEnds<'_>,
+        t_max: RayEnds<'_>,
+        max_hits: Option<usize>,
+        crossings: bool,
+    ) -> PyResult<(
+        Bound<'py, PyArray1<i64>>,
+        Bound<'py, PyArray1<i64>>,
+        Bound<'py, PyArray1<f32>>,
+    )> {
+        let rays = asked(&origins, &directions, &t_min, &t_max)?;
+        let all = self.all(py, &rays, |geometry, rays| {
+            if crossings {
+                geometry.crossings_each(rays)
+            } else {
+                geometry.all_hits_each(rays, max_hits)
+            }
+        })?;
+        let limit = max_hits.unwrap_or(usize::MAX);
+        let (mut ray, mut hits) = (Vec::new(), Vec::new());
+        for i in 0..all.starts.len() - 1 {
+            for &hit in all.of_ray(i).iter().take(limit) {
+                ray.push(i as i64);
+                hits.push(hit);
+            }
+        }
+        let triangle: Vec<i64> = hits.iter().map(|hit| id_of(hit.primitive)).collect();
+        let t: Vec<f32> = hits.iter().map(|hit| hit.t).collect();
+        Ok((ray.into_pyarray(py), triangle.into_pyarray(py), t.into_pyarray(py)))
+    }
+
+    /// Positions and normals of hits: one triangle, -1 for none, and t for each ray.
+    #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
+    fn surface<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Vectors<'_>,
+        directions: Vectors<'_>,
+        triangle: PyReadonlyArray1<'_, i64>,
+        t: PyReadonlyArray1<'_, f32>,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+        let (origins, directions) = (origins.rows()?, directions.rows()?);
+        let wrong = |_| PyValueError::new_err("the array is not contiguous");
+        let (triangle, t) = (triangle.as_slice().map_err(wrong)?, t.as_slice().map_err(wrong)?);
+        let count = directions.len();
+        let fits = triangle.len() == count && t.len() == count && (origins.len() == count || origins.len() == 1);
+        if !fits {
+            return Err(PyValueError::new_err("the arrays differ in length"));
+        }
+        let (positions, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = self.run(py, count, |geometry, _| {
+            (0..count)
+                .into_par_iter()
+                .with_min_len(1024)
+                .map(|i| {
+                    let id = triangle[i];
+                    if id < 0 || id as usize >= geometry.triangle_count() {
+                        return ([f64::NAN; 3], [f64::NAN; 3]);
+                    }
+                    let hit = Hit {
+                        primitive: PrimitiveId(id as u32),
+                        ..Hit::miss(t[i])
+                    };
+                    let origin = origins.get(if origins.len() == 1 { 0 } else { i });
+                    let found = geometry.surface(origin, directions.get(i), &hit);
+                    (found.position.to_array(), found.normal.to_array())
+                })
+                .unzip()
+        })?;
+        Ok((rows(py, positions)?, rows(py, normals)?))
+    }
+
+    #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
+    fn closest_point<'py>(
+        &self,
+        py: Python<'py>,
+        points: Vectors<'_>,
+    ) -> PyResult<(
+        Bound<'py, PyArray2<f64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<i64>>,
+    )> {
+        let points = points.rows()?;
+        let count = points.len();
+        let found = self.run(py, count, |geometry, cancelled| {
+            let mut closest = vec![None; count];
+            in_batches(count.div_ceil(16), cancelled, |range| {
+                let range = range.start * 16..count.min(range.end * 16);
+                geometry.closest_points(part_of_all(points, &range), &mut closest[range]);
+            });
+            closest
+        })?;
+        let nothing = ClosestPoint {
+            point: DVec3::NAN,
+            distance: f64::NAN,
+            primitive: PrimitiveId::NONE,
+        };
+        let found: Vec<ClosestPoint> = found.into_iter().map(|found| found.unwrap_or(nothing)).collect();
+        let distance: Vec<f64> = found.iter().map(|found| found.distance).collect();
+        let triangle: Vec<i64> = found.iter().map(|found| id_of(found.primitive)).collect();
+        let point = rows(py, found.iter().map(|found| found.point.to_array()).collect())?;
+        Ok((point, distance.into_pyarray(py), triangle.into_pyarray(py)))
+    }
+
+    fn signed_distance<'py>(
+        &self,
+        py: Python<'py>,
+        points: Vectors<'_>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let points = points.rows()?;
+        let found = self.run(py, points.len(), |geometry, cancelled| {
+            let mut distances = vec![0.0; points.len()];
+            geometry.check_closed()?;
+            in_batches(points.len(), cancelled, |range| {
+                // The mesh is closed.
+                let _ = geometry.signed_distances(part_of_all(points, &range), &mut distances[range]);
+            });
+            Ok(distances)
+        })?;
+        Ok(found.map_err(raised)?.into_pyarray(py))
+    }
+
+    fn contains<'py>(
+        &self,
+        py: Python<'py>,
+        points: Vectors<'_>,
+        checked: bool,
+    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let points = points.rows()?;
+        let found = self.run(py, points.len(), |geometry, cancelled| {
+            let mut inside = vec![false; points.len()];
+            if checked {
+                geometry.check_closed()?;
+            }
+            in_batches(points.len(), cancelled, |range| {
+                let part = part_of_all(points, &range);
+                // The mesh is closed, or the caller takes parity alone.
+                if checked {
+                    let _ = geometry.contains_each(part, &mut inside[range]);
+                } else {
+                    geometry.parity_each(part, &mut inside[range]);
+                }
+            });
+            Ok(inside)
+        })?;
+        Ok(found.map_err(raised)?.into_pyarray(py))
+    }
+
+    fn refit(&self, py: Python<'_>, vertices: Vectors<'_>) -> PyResult<()> {
+        let positions = vertices.rows()?;
+        let pool = self.threads.pool()?;
+        let moved = interruptible(py, &pool, |_| {
+            let mut place = self.geometry.write().unwrap_or_else(|poisoned| poisoned.into_inner());
+            match Arc::get_mut(&mut place) {
+                Some(geometry) => geometry.refit(positions),
+                None => {
+                    // Other calls still ask the old one.
+                    let expected = place.vertex_count();
+                    if positions.len() != expected {
+                        return Err(QueryError::Length {
+                            what: "positions",
+                            found: positions.len(),
+                            expected,
+                        });
+                    }
+                    *place = Arc::new(Geometry::from_triangles(positions, &self.triangles)?);
+                    Ok(())
+                }
+            }
+        })?;
+        moved.map_err(raised)
+    }
+}

@@ -1,0 +1,117 @@
+//! Threads of octray's own, and calls that Ctrl-C ends.
+
+use pyo3::{exceptions::PyValueError, prelude::*};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::{
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::Duration,
+};
+
+/// How often a long call looks whether Ctrl-C was pressed.
+const POLL: Duration = Duration::from_millis(20);
+
+/// The threads that meshes share which name no number. A forked process has none of its parent's threads, so that it
+/// starts its own.
+static SHARED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+fn start(threads: usize) -> PyResult<Arc<ThreadPool>> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map(Arc::new)
+        .map_err(|error| PyValueError::new_err(format!("{threads} threads cannot be started: {error}")))
+}
+
+/// The number of threads that `OCTRAY_THREADS` names; 0 for one a core.
+fn named_number() -> PyResult<usize> {
+    match std::env::var("OCTRAY_THREADS") {
+        Err(_) => Ok(0),
+        Ok(text) => match text.parse::<usize>() {
+            Ok(threads) if (1..=MOST_THREADS).contains(&threads) => Ok(threads),
+            _ => Err(PyValueError::new_err(format!(
+                "OCTRAY_THREADS is {text:?}, expected a number from 1 to {MOST_THREADS}"
+            ))),
+        },
+    }
+}
+
+/// More threads than any machine has cores.
+pub const MOST_THREADS: usize = 4096;
+
+/// The threads of a mesh, in whichever process it is used.
+pub struct Threads {
+    /// `None` for the shared ones.
+    own: Option<usize>,
+    started: Mutex<Option<(u32, Arc<ThreadPool>)>>,
+}
+
+impl Threads {
+    pub fn new(own: Option<usize>) -> PyResult<Self> {
+        let threads = Self {
+            own,
+            started: Mutex::new(None),
+        };
+        threads.pool().map(|_| threads)
+    }
+
+    /// Returns the threads of this process.
+    pub fn pool(&self) -> PyResult<Arc<ThreadPool>> {
+        let place = if self.own.is_some() { &self.started } else { &SHARED };
+        let mut place = place.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let process = std::process::id();
+        if let Some((owner, pool)) = &*place
+            && *owner == process
+        {
+            return Ok(Arc::clone(pool));
+        }
+        let pool = start(match self.own {
+            Some(threads) => threads,
+            None => named_number()?,
+        })?;
+        if let Some(parents) = place.replace((process, Arc::clone(&pool))) {
+            // Its threads are those of another process: there is nobody to tell that they are not needed any more.
+            std::mem::forget(parents);
+        }
+        Ok(pool)
+    }
+}
+
+/// Runs `work` on a pool without the interpreter's lock, on a thread that Ctrl-C does not wait for: `work` looks at the
+/// flag from time to time.
+///
+/// # Errors
+/// `KeyboardInterrupt`, or what another signal handler raises.
+pub fn interruptible<T: Send>(
+    py: Python<'_>,
+    pool: &ThreadPool,
+    work: impl FnOnce(&AtomicBool) -> T + Send,
+) -> PyResult<T> {
+    let cancelled = AtomicBool::new(false);
+    let mut interrupted = Ok(());
+    let done = py.detach(|| {
+        thread::scope(|scope| {
+            let waiting = thread::current();
+            let cancelled = &cancelled;
+            let worker = scope.spawn(move || {
+                let done = pool.install(|| work(cancelled));
+                waiting.unpark();
+                done
+            });
+            while !worker.is_finished() {
+                thread::park_timeout(POLL);
+                if interrupted.is_ok() && !worker.is_finished() {
+                    interrupted = Python::attach(|py| py.check_signals());
+                    cancelled.store(interrupted.is_err(), Ordering::Relaxed);
+                }
+            }
+            worker.join()
+        })
+    });
+    interrupted?;
+    match done {
+        Ok(done) => Ok(done),
+        Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
