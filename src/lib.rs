@@ -1,8 +1,23 @@
 //! octray ray-traces triangle meshes and spheres on the CPU, with SIMD, on all cores. The same scene gives the same
 //! bytes on any number of threads, whether SIMD or scalar code traces it.
 //!
-//! It renders direct light, shadows, matte and Blinn-Phong surfaces and mirrors (Whitted 1980). [`render::render`] makes
-//! one frame, [`render::Renderer`] many.
+//! [`Geometry`] answers where rays hit, how far points are and what is inside. [`render::render`] makes pictures with direct
+//! light, shadows, matte and Blinn-Phong surfaces and mirrors (Whitted 1980).
+//!
+//! # Where rays hit
+//! ```
+//! use octray::{Geometry, Hit, Ray};
+//! # fn main() -> Result<(), octray::QueryError> {
+//! let positions = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+//! let geometry = Geometry::from_triangles(&positions, &[[0, 1, 2]])?;
+//! let rays = [Ray::new([0.25, 0.25, 3.0], [0.0, 0.0, -2.0]), Ray::new([0.25, 0.25, 3.0], [1.0, 0.0, 0.0])];
+//! let mut hits = [Hit::miss(0.0); 2];
+//! geometry.closest_hits(&rays, &mut hits);
+//! assert_eq!(hits[0].t, 1.5); // in units of the direction's length
+//! assert!(!hits[1].is_hit());
+//! # Ok(())
+//! # }
+//! ```
 //!
 //! # A scene from code
 //! ```
@@ -41,19 +56,18 @@
 //! # Modules
 //! | module | contents |
 //! |---|---|
+//! | [`query`] | geometry, rays and points, and what can be asked |
 //! | [`scene`], [`mod@format`], [`generate`] | scenes built by code, read from files, or made from a seed |
-//! | [`accel`], [`trace`] | the BVH; closest hits and occlusion |
-//! | [`render`] | frames, settings, film |
-//! | [`shade`], [`geometry`], [`ray`], [`lanes`], [`math`], [`classic`] | shading passes, primitive tests, and what they are made of |
+//! | [`accel`], [`render`] | the hierarchy of a scene; frames, settings, film |
 //! | [`Level`] | the instruction set, chosen when the program runs |
-//! | [`mod@reference`], [`verify`], [`mod@bench`] | the scalar reference, equivalence checks against it, the benchmark |
 //! | [`error`] | errors with file, line and column |
 //!
 //! # Features
 //! | feature | adds | default |
 //! |---|---|---|
 //! | `png` | [`render::Film`]'s `save_png` | yes |
-//! | `cli` | the program `octray`; implies `png` | yes |
+//! | `gltf` | glTF files | yes |
+//! | `cli` | the program `octray`; implies `png` and `gltf` | yes |
 //! | `viewer` | its live window; implies `cli` | yes |
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
 
@@ -63,7 +77,9 @@ pub use ray::Hit;
 pub use simd::{Level, LevelError, isa};
 
 pub mod accel;
+#[doc(hidden)]
 pub mod bench;
+#[doc(hidden)]
 pub mod classic;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
@@ -71,19 +87,27 @@ pub mod cli;
 pub mod error;
 pub mod format;
 pub mod generate;
+#[doc(hidden)]
 pub mod geometry;
 #[cfg(feature = "cli")]
 mod heat;
+#[doc(hidden)]
 pub mod lanes;
+#[doc(hidden)]
 pub mod math;
 pub mod query;
+#[doc(hidden)]
 pub mod ray;
+#[doc(hidden)]
 pub mod reference;
 pub mod render;
 pub mod scene;
+#[doc(hidden)]
 pub mod shade;
 pub(crate) mod simd;
+#[doc(hidden)]
 pub mod trace;
+#[doc(hidden)]
 pub mod verify;
 #[cfg(feature = "viewer")]
 #[doc(hidden)]

@@ -71,6 +71,15 @@ fn run(suite_scene: &SuiteScene) -> Result<(), Box<dyn Error>> {
         .collect();
     let bvh = Bvh::build(&scene);
     rays_a_second(name, "camera", &geometry, &scene, &bvh, &camera_rays);
+    let rows: Vec<Ray> = (0..SIDE * SIDE)
+        .map(|i| {
+            Ray::new(
+                camera.eye(),
+                rays.direction((i % SIDE) as u32, (i / SIDE) as u32, [0; 2]),
+            )
+        })
+        .collect();
+    rays_a_second(name, "rows", &geometry, &scene, &bvh, &rows);
     rays_a_second(name, "random", &geometry, &scene, &bvh, &random_rays);
     let points: Vec<[f64; 3]> = (0..20_000).map(|_| point().to_array()).collect();
     single(name, &geometry, &camera_rays, &random_rays, &points);

@@ -4,9 +4,7 @@ use crate::{
     arrays::{RayEnds, Vectors, part, part_of_ends},
     threads::{Threads, interruptible},
 };
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
     Geometry, Hit, QueryError,
     glam::DVec3,
@@ -26,8 +24,10 @@ use std::{
     },
 };
 
-/// Rays or points between two looks at whether the call was cancelled: some milliseconds of work.
+/// Rays between two looks at whether the call was cancelled: some milliseconds of work.
 const BATCH: usize = 1 << 17;
+/// The same for points, and for rays of which all hits are found.
+const SMALL_BATCH: usize = 1 << 13;
 /// Calls with fewer rays or points end before anybody could press Ctrl-C.
 const FEW: usize = 1 << 14;
 
@@ -57,10 +57,8 @@ struct AskedRays<'a> {
 
 impl AskedRays<'_> {
     fn part(&self, range: &Range<usize>) -> Result<Rays<'_>, QueryError> {
-        Rays::from_arrays(part(self.origins, range), part_of_all(self.directions, range))?.within(
-            part_of_ends(self.t_min, range),
-            part_of_ends(self.t_max, range),
-        )
+        Rays::from_arrays(part(self.origins, range), part_of_all(self.directions, range))?
+            .within(part_of_ends(self.t_min, range), part_of_ends(self.t_max, range))
     }
 }
 
@@ -73,18 +71,21 @@ fn part_of_all<'a>(points: Points<'a>, range: &Range<usize>) -> Points<'a> {
 }
 
 /// Calls `ask` for one batch after the other, until the call is cancelled.
-fn in_batches(count: usize, cancelled: &AtomicBool, mut ask: impl FnMut(Range<usize>)) {
-    for start in (0..count).step_by(BATCH) {
+fn in_batches(count: usize, batch: usize, cancelled: &AtomicBool, mut ask: impl FnMut(Range<usize>)) {
+    for start in (0..count).step_by(batch) {
         if cancelled.load(Ordering::Relaxed) {
             return;
         }
-        ask(start..count.min(start + BATCH));
+        ask(start..count.min(start + batch));
     }
 }
 
 impl Mesh {
     fn geometry(&self) -> Arc<Geometry> {
-        let geometry = self.geometry.read().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let geometry = self
+            .geometry
+            .read()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
         Arc::clone(&geometry)
     }
 
@@ -115,12 +116,13 @@ impl Mesh {
                 starts: vec![0],
             };
             let mut failed = None;
-            in_batches(count, cancelled, |range| match rays.part(&range) {
+            in_batches(count, SMALL_BATCH, cancelled, |range| match rays.part(&range) {
                 Ok(part) => {
                     let found = ask(geometry, part);
                     let before = all.hits.len();
                     all.hits.extend(found.hits);
-                    all.starts.extend(found.starts[1..].iter().map(|start| before + start));
+                    all.starts
+                        .extend(found.starts[1..].iter().map(|start| before + start));
                 }
                 Err(error) => failed = Some(error),
             });
@@ -161,7 +163,11 @@ fn rows<'py, T: numpy::Element + Copy, const N: usize>(
 }
 
 fn id_of(primitive: PrimitiveId) -> i64 {
-    if primitive == PrimitiveId::NONE { -1 } else { i64::from(primitive.0) }
+    if primitive == PrimitiveId::NONE {
+        -1
+    } else {
+        i64::from(primitive.0)
+    }
 }
 
 type HitArrays<'py> = (
@@ -182,7 +188,9 @@ impl Mesh {
     ) -> PyResult<Self> {
         let threads = Threads::new(threads)?;
         let positions = vertices.rows()?;
-        let faces = faces.as_slice().map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let faces = faces
+            .as_slice()
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
         let mut triangles = Vec::with_capacity(faces.len() / 3);
         for (i, face) in faces.as_chunks::<3>().0.iter().enumerate() {
             for &index in face {
@@ -206,7 +214,9 @@ impl Mesh {
 
     #[getter]
     fn bounds(&self) -> Option<[[f64; 3]; 2]> {
-        self.geometry().bounds().map(|bounds| bounds.map(|corner| corner.to_array()))
+        self.geometry()
+            .bounds()
+            .map(|bounds| bounds.map(|corner| corner.to_array()))
     }
 
     #[getter]
@@ -228,7 +238,7 @@ impl Mesh {
         let found = self.run(py, count, |geometry, cancelled| {
             let mut hits = vec![Hit::miss(f32::INFINITY); count];
             let mut failed = None;
-            in_batches(count, cancelled, |range| match rays.part(&range) {
+            in_batches(count, BATCH, cancelled, |range| match rays.part(&range) {
                 Ok(part) => geometry.closest_hits(part, &mut hits[range]),
                 Err(error) => failed = Some(error),
             });
@@ -257,13 +267,18 @@ impl Mesh {
         origins: Vectors<'_>,
         directions: Vectors<'_>,
     ) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        let rays = asked(&origins, &directions, &RayEnds::All(0.0), &RayEnds::All(f32::INFINITY))?;
+        let rays = asked(
+            &origins,
+            &directions,
+            &RayEnds::All(0.0),
+            &RayEnds::All(f32::INFINITY),
+        )?;
         let count = rays.directions.len();
         let found = self.run(py, count, |geometry, cancelled| {
             let mut triangles = vec![-1; count];
             let mut hits = vec![Hit::miss(f32::INFINITY); count.min(BATCH)];
             let mut failed = None;
-            in_batches(count, cancelled, |range| match rays.part(&range) {
+            in_batches(count, BATCH, cancelled, |range| match rays.part(&range) {
                 Ok(part) => {
                     let hits = &mut hits[..range.len()];
                     geometry.closest_hits(part, hits);
@@ -290,7 +305,7 @@ impl Mesh {
         let found = self.run(py, count, |geometry, cancelled| {
             let mut occluded = vec![false; count];
             let mut failed = None;
-            in_batches(count, cancelled, |range| match rays.part(&range) {
+            in_batches(count, BATCH, cancelled, |range| match rays.part(&range) {
                 Ok(part) => geometry.occluded_each(part, &mut occluded[range]),
                 Err(error) => failed = Some(error),
             });
@@ -333,7 +348,11 @@ impl Mesh {
         }
         let triangle: Vec<i64> = hits.iter().map(|hit| id_of(hit.primitive)).collect();
         let t: Vec<f32> = hits.iter().map(|hit| hit.t).collect();
-        Ok((ray.into_pyarray(py), triangle.into_pyarray(py), t.into_pyarray(py)))
+        Ok((
+            ray.into_pyarray(py),
+            triangle.into_pyarray(py),
+            t.into_pyarray(py),
+        ))
     }
 
     /// Positions and normals of hits: one triangle, -1 for none, and t for each ray.
@@ -350,7 +369,8 @@ impl Mesh {
         let wrong = |_| PyValueError::new_err("the array is not contiguous");
         let (triangle, t) = (triangle.as_slice().map_err(wrong)?, t.as_slice().map_err(wrong)?);
         let count = directions.len();
-        let fits = triangle.len() == count && t.len() == count && (origins.len() == count || origins.len() == 1);
+        let fits =
+            triangle.len() == count && t.len() == count && (origins.len() == count || origins.len() == 1);
         if !fits {
             return Err(PyValueError::new_err("the arrays differ in length"));
         }
@@ -390,8 +410,7 @@ impl Mesh {
         let count = points.len();
         let found = self.run(py, count, |geometry, cancelled| {
             let mut closest = vec![None; count];
-            in_batches(count.div_ceil(16), cancelled, |range| {
-                let range = range.start * 16..count.min(range.end * 16);
+            in_batches(count, SMALL_BATCH, cancelled, |range| {
                 geometry.closest_points(part_of_all(points, &range), &mut closest[range]);
             });
             closest
@@ -417,7 +436,7 @@ impl Mesh {
         let found = self.run(py, points.len(), |geometry, cancelled| {
             let mut distances = vec![0.0; points.len()];
             geometry.check_closed()?;
-            in_batches(points.len(), cancelled, |range| {
+            in_batches(points.len(), SMALL_BATCH, cancelled, |range| {
                 // The mesh is closed.
                 let _ = geometry.signed_distances(part_of_all(points, &range), &mut distances[range]);
             });
@@ -426,26 +445,14 @@ impl Mesh {
         Ok(found.map_err(raised)?.into_pyarray(py))
     }
 
-    fn contains<'py>(
-        &self,
-        py: Python<'py>,
-        points: Vectors<'_>,
-        checked: bool,
-    ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+    fn contains<'py>(&self, py: Python<'py>, points: Vectors<'_>) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let points = points.rows()?;
         let found = self.run(py, points.len(), |geometry, cancelled| {
             let mut inside = vec![false; points.len()];
-            if checked {
-                geometry.check_closed()?;
-            }
-            in_batches(points.len(), cancelled, |range| {
-                let part = part_of_all(points, &range);
-                // The mesh is closed, or the caller takes parity alone.
-                if checked {
-                    let _ = geometry.contains_each(part, &mut inside[range]);
-                } else {
-                    geometry.parity_each(part, &mut inside[range]);
-                }
+            geometry.check_closed()?;
+            in_batches(points.len(), SMALL_BATCH, cancelled, |range| {
+                // The mesh is closed.
+                let _ = geometry.contains_each(part_of_all(points, &range), &mut inside[range]);
             });
             Ok(inside)
         })?;
@@ -456,7 +463,10 @@ impl Mesh {
         let positions = vertices.rows()?;
         let pool = self.threads.pool()?;
         let moved = interruptible(py, &pool, |_| {
-            let mut place = self.geometry.write().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let mut place = self
+                .geometry
+                .write()
+                .unwrap_or_else(|poisoned| poisoned.into_inner());
             match Arc::get_mut(&mut place) {
                 Some(geometry) => geometry.refit(positions),
                 None => {

@@ -58,7 +58,11 @@ impl Threads {
 
     /// Returns the threads of this process.
     pub fn pool(&self) -> PyResult<Arc<ThreadPool>> {
-        let place = if self.own.is_some() { &self.started } else { &SHARED };
+        let place = if self.own.is_some() {
+            &self.started
+        } else {
+            &SHARED
+        };
         let mut place = place.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let process = std::process::id();
         if let Some((owner, pool)) = &*place

@@ -23,15 +23,21 @@ pub use commands::definition;
 pub use error::CliError;
 pub use process::{MemoryRefusal, out_of_memory};
 
-use std::{process::ExitCode, time::Instant};
+use std::{ffi::OsString, process::ExitCode, time::Instant};
 
 /// Runs the program with the process's arguments. `limit_memory` takes the most bytes that the allocator may give out: what
 /// estimates miss ends there.
 #[must_use]
 pub fn main(limit_memory: impl Fn(u64)) -> ExitCode {
+    ExitCode::from(run(std::env::args_os().collect(), limit_memory))
+}
+
+/// Runs the program with arguments, the program's name first, as [`main`] does; returns the exit code.
+#[must_use]
+pub fn run(arguments: Vec<OsString>, limit_memory: impl Fn(u64)) -> u8 {
     let start = Instant::now();
     let done = process::hold_level()
-        .and_then(|()| args::plan(std::env::args_os().collect()))
+        .and_then(|()| args::plan(arguments))
         .and_then(|plan| match plan {
             Some(plan) => {
                 limit_memory(load::memory::cap(plan.memory()));
@@ -40,12 +46,12 @@ pub fn main(limit_memory: impl Fn(u64)) -> ExitCode {
             None => Ok(()),
         });
     match done {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             if let Some(text) = error.text() {
                 report::error(&text);
             }
-            ExitCode::from(error.exit_code())
+            error.exit_code()
         }
     }
 }

@@ -8,6 +8,7 @@ mod alike;
 mod budget;
 mod detect;
 mod files;
+#[cfg(feature = "gltf")]
 mod gltf;
 mod left_out;
 pub mod mesh;

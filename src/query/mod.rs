@@ -15,6 +15,7 @@ mod error;
 mod geometry;
 mod inside;
 mod nearest;
+mod order;
 mod rays;
 mod sinks;
 #[cfg(test)]

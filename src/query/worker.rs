@@ -2,6 +2,7 @@
 
 use super::{
     Geometry, Rays,
+    order::Order,
     rays::EightRays,
     sinks::{Any, Closest},
     unit::{UnitPacket, UnitRay, reported},
@@ -15,7 +16,7 @@ use crate::{
 use glam::Vec3;
 
 /// Packets that are prepared, traced and told at a time: they stay in the second-level cache.
-const PACKETS: usize = 512;
+const PACKETS: usize = 2048;
 
 /// Rays that are given to one thread at a time.
 pub(super) const PIECE: usize = PACKETS * LANES;
@@ -35,6 +36,7 @@ pub struct Worker<'a> {
     shared: Vec3,
     hits: Vec<HitPacket>,
     occluded: Vec<u8>,
+    order: Order,
 }
 
 impl<'a> Worker<'a> {
@@ -49,6 +51,7 @@ impl<'a> Worker<'a> {
             shared: Vec3::ZERO,
             hits: Vec::new(),
             occluded: Vec::new(),
+            order: Order::default(),
         }
     }
 
@@ -114,7 +117,13 @@ impl<'a> Worker<'a> {
         self.prepare(rays);
         self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
         let origins = origins(&self.origins, self.shared);
-        self.tracer.closest_hit(origins, &self.packets, &mut self.hits);
+        if matches!(origins, Origins::Shared(_)) && self.order.sort(&self.packets) {
+            let order = &mut self.order;
+            self.tracer.closest_hit(origins, &order.packets, &mut order.hits);
+            order.put_back(&mut self.hits);
+        } else {
+            self.tracer.closest_hit(origins, &self.packets, &mut self.hits);
+        }
         at_level!(self.tracer.level(), |simd| {
             for (i, hits) in hits.chunks_mut(LANES).enumerate() {
                 put(simd, &self.hits[i], &self.lengths[i], hits);

@@ -7,7 +7,9 @@ mod up;
 
 pub use up::{UpAxis, UpSource};
 
-use super::{OpenMesh, budget::Budget, files, gltf, obj, ply, source::Opened, stl};
+#[cfg(feature = "gltf")]
+use super::gltf;
+use super::{OpenMesh, budget::Budget, files, obj, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError, clip_path},
     scene::{MAX_TEXTURES, Material, MaterialId, SceneBuilder, TriangleMesh, View},
@@ -45,6 +47,7 @@ pub(super) const MAX_CAMERAS: usize = 1 << 10;
 /// The longest name of a camera, in bytes.
 pub(super) const MAX_CAMERA_NAME: usize = 64;
 
+#[cfg(feature = "gltf")]
 /// The name of a mesh's camera, cut if it is too long.
 pub(super) fn camera_name(name: &str) -> String {
     let end = name.floor_char_boundary(MAX_CAMERA_NAME);
@@ -317,6 +320,12 @@ pub(super) fn parse_as(
         MeshFormat::Ply => ply::parse_mesh(bytes, path, budget),
         MeshFormat::Obj => obj::parse(bytes, path, open, budget),
         MeshFormat::Stl => stl::parse(bytes, path, budget),
+        #[cfg(feature = "gltf")]
         MeshFormat::Gltf => gltf::parse(bytes, path, open, budget),
+        #[cfg(not(feature = "gltf"))]
+        MeshFormat::Gltf => Err(LoadError::whole_file(
+            path,
+            "glTF is not read: octray was built without its feature `gltf`",
+        )),
     }
 }

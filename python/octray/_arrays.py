@@ -1,0 +1,94 @@
+"""Checks of arguments: each is made a contiguous array of the right type, or refused in a sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def _numbers(name: str, value, what: str) -> np.ndarray:
+    """Return an array of real numbers."""
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{name}: expected {what}, found rows of different lengths") from error
+    if array.size == 0 and array.dtype.kind == "f":
+        return array
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"{name}: expected {what}, found an array of {array.dtype}")
+    return array
+
+
+def vectors(name: str, value, *, one: bool = False) -> np.ndarray:
+    """Return vectors, one a row, as contiguous ``float32`` or ``float64``."""
+    what = "an array of numbers of shape (n, 3)"
+    array = _numbers(name, value, what)
+    if array.ndim == 1 and array.shape == (3,) and one:
+        array = array.reshape(1, 3)
+    if array.size == 0 and array.ndim == 1:
+        array = array.reshape(0, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
+    if array.dtype == np.float32:
+        return np.ascontiguousarray(array)
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def faces(value) -> np.ndarray:
+    """Return triangles, three vertex indices a row, as contiguous ``int64``."""
+    what = "an array of integers of shape (m, 3)"
+    array = _numbers("faces", value, what)
+    if array.size == 0 and array.ndim <= 2:
+        return np.zeros((0, 3), dtype=np.int64)
+    if array.dtype.kind not in "iu":
+        raise ValueError(f"faces: expected {what}, found an array of {array.dtype}")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"faces: expected {what}, found shape {array.shape}")
+    if array.dtype == np.uint64 and array.size and array.max() > np.iinfo(np.int64).max:
+        raise ValueError("faces: a vertex index is above 2^63")
+    return np.ascontiguousarray(array, dtype=np.int64)
+
+
+def rays(origins, directions) -> tuple[np.ndarray, np.ndarray]:
+    """Return origins and directions: one of either serves for all of the other."""
+    origins = vectors("origins", origins, one=True)
+    directions = vectors("directions", directions, one=True)
+    if len(directions) == 1 and len(origins) != 1:
+        directions = np.ascontiguousarray(np.broadcast_to(directions, origins.shape))
+    if len(origins) not in (1, len(directions)):
+        raise ValueError(
+            f"origins and directions: expected as many of each, or one, "
+            f"found {len(origins)} and {len(directions)}"
+        )
+    return origins, directions
+
+
+def ends(name: str, value, count: int) -> float | np.ndarray:
+    """Return the ends of rays: a number, or a contiguous ``float32`` array of one each."""
+    what = f"a number or an array of shape ({count},)"
+    array = _numbers(name, value, what)
+    if array.ndim == 0:
+        if np.isnan(array):
+            raise ValueError(f"{name}: expected a number, found nan")
+        end = float(array)
+    elif array.shape == (count,):
+        with np.errstate(over="ignore"):
+            end = np.ascontiguousarray(array, dtype=np.float32)
+    else:
+        raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
+    if name == "t_min" and np.any(np.less(end, 0)):
+        raise ValueError("t_min: expected numbers of at least 0")
+    return end
+
+
+def count(name: str, value, *, least: int) -> int | None:
+    """Return a count, or None for no limit."""
+    if value is None:
+        return None
+    try:
+        number = int(value)
+        is_whole = number == value
+    except (TypeError, ValueError, OverflowError):
+        is_whole = False
+    if isinstance(value, bool) or not is_whole or number < least:
+        raise ValueError(f"{name}: expected a whole number of at least {least}, found {value!r}")
+    return number

@@ -1,0 +1,186 @@
+"""Meshes and hits."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _arrays, _octray
+
+_MOST_THREADS = 4096
+
+
+class Hits:
+    """The closest hits of k rays.
+
+    ``t`` is how far each ray goes to its hit, in lengths of its direction (``inf`` where it misses); ``triangle`` the
+    triangle that it hits (-1 where it misses); ``uv`` the barycentric weights of that triangle's second and third
+    corner; ``hit`` whether it hits.
+    """
+
+    t: NDArray[np.float32]
+    triangle: NDArray[np.int64]
+    uv: NDArray[np.float32]
+    hit: NDArray[np.bool_]
+
+    def __init__(self, mesh, origins, directions, arrays):
+        self._ray = (mesh, origins, directions)
+        self.t, self.triangle, self.uv, self.hit = arrays
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        return f"<octray.Hits: {int(self.hit.sum())} of {len(self)} rays hit>"
+
+    @cached_property
+    def _surface(self):
+        mesh, origins, directions = self._ray
+        return mesh.surface(origins, directions, self.triangle, self.t)
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """The points that are hit, shape (k, 3), ``float64``; NaN where a ray misses.
+
+        Computed when it is first asked for, from the arrays that were given and the mesh as it is then.
+        """
+        return self._surface[0]
+
+    @property
+    def normal(self) -> NDArray[np.float64]:
+        """Unit normals of the triangles that are hit, by their winding, shape (k, 3), ``float64``; NaN where a ray misses.
+
+        Computed as ``position`` is.
+        """
+        return self._surface[1]
+
+
+class Mesh:
+    """A triangle mesh that answers queries, from any number of threads at once.
+
+    Parameters
+    ----------
+    vertices
+        Positions, shape (n, 3), ``float32`` or ``float64``. They are kept in ``float32``, relative to their middle on
+        an axis on which they are far from 0.
+    faces
+        Three vertex indices each, shape (m, 3), integers.
+    threads
+        How many threads to use; by default ``OCTRAY_THREADS``, or as many as there are cores.
+
+    Raises
+    ------
+    ValueError
+        If an array has the wrong shape or type, a coordinate is not finite, or an index has no vertex.
+    """
+
+    def __init__(self, vertices: ArrayLike, faces: ArrayLike, *, threads: int | None = None):
+        threads = _arrays.count("threads", threads, least=1)
+        if threads is not None and threads > _MOST_THREADS:
+            raise ValueError(f"threads: expected at most {_MOST_THREADS}, found {threads}")
+        self._mesh = _octray.Mesh(_arrays.vectors("vertices", vertices), _arrays.faces(faces), threads)
+
+    def __repr__(self) -> str:
+        vertices, triangles = self._mesh.counts
+        return f"<octray.Mesh: {vertices} vertices, {triangles} triangles>"
+
+    @property
+    def bounds(self) -> NDArray[np.float64] | None:
+        """The lower and the upper corner of the box around the mesh, shape (2, 3); None if it is empty."""
+        bounds = self._mesh.bounds
+        return None if bounds is None else np.array(bounds)
+
+    def closest_hit(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = np.inf,
+    ) -> Hits:
+        """Find the closest hit of each ray with ``t_min < t < t_max``.
+
+        Of equally near triangles the one with the lowest index is told. A ray with a NaN or without a direction misses.
+
+        Parameters
+        ----------
+        origins, directions
+            Shape (k, 3), or one for all: rays from one origin are traced fastest. Directions may have any length but 0.
+        t_min, t_max
+            A number, or one for each ray.
+        """
+        arguments = self._rays(origins, directions, t_min, t_max)
+        return Hits(self._mesh, *arguments[:2], self._mesh.closest_hit(*arguments))
+
+    def occluded(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = np.inf,
+    ) -> NDArray[np.bool_]:
+        """Return whether each ray hits anything with ``t_min < t < t_max``: shape (k,), ``bool``."""
+        return self._mesh.occluded(*self._rays(origins, directions, t_min, t_max))
+
+    def all_hits(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        *,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = np.inf,
+        max_hits: int | None = None,
+        crossings: bool = False,
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
+        """Find all hits of each ray with ``t_min < t < t_max``.
+
+        Returns ``ray``, ``triangle`` (``int64``) and ``t`` (``float32``): flat arrays, ordered by ray, then t, then
+        triangle. Where a ray meets an edge or a vertex, all triangles there are told; with ``crossings`` only those
+        through which it passes, so that their number is even for a ray from outside a closed mesh. ``max_hits`` keeps the
+        nearest hits of each ray.
+        """
+        limit = _arrays.count("max_hits", max_hits, least=0)
+        arguments = self._rays(origins, directions, t_min, t_max)
+        return self._mesh.all_hits(*arguments, limit, bool(crossings))
+
+    def closest_point(
+        self, points: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+        """Find the closest point of the mesh to each of k points.
+
+        Returns ``point`` (shape (k, 3), ``float64``), ``distance`` (``float64``) and ``triangle`` (``int64``; of equally
+        near triangles the lowest). A point with a NaN gets NaN, NaN and -1.
+        """
+        return self._mesh.closest_point(_arrays.vectors("points", points, one=True))
+
+    def signed_distance(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return the distance of each point from the mesh: positive inside, negative outside.
+
+        Raises
+        ------
+        ValueError
+            If the mesh is not closed.
+        """
+        return self._mesh.signed_distance(_arrays.vectors("points", points, one=True))
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Return whether each point is inside the mesh: whether each way out crosses it an odd number of times.
+
+        Raises
+        ------
+        ValueError
+            If the mesh is not closed: if an edge belongs to an odd number of triangles.
+        """
+        return self._mesh.contains(_arrays.vectors("points", points, one=True))
+
+    def refit(self, vertices: ArrayLike) -> None:
+        """Move the vertices, as many as there were, without building anew. The answers are those of a new mesh."""
+        self._mesh.refit(_arrays.vectors("vertices", vertices))
+
+    def _rays(self, origins, directions, t_min, t_max):
+        origins, directions = _arrays.rays(origins, directions)
+        count = len(directions)
+        return origins, directions, _arrays.ends("t_min", t_min, count), _arrays.ends("t_max", t_max, count)

@@ -1,0 +1,48 @@
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+def isa() -> str: ...
+def program(arguments: Sequence[str]) -> int: ...
+
+_Vectors = NDArray[np.float32] | NDArray[np.float64]
+_Ends = float | NDArray[np.float32]
+
+class Mesh:
+    def __new__(cls, vertices: _Vectors, faces: NDArray[np.int64], threads: int | None) -> Mesh: ...
+    @property
+    def bounds(self) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None: ...
+    @property
+    def counts(self) -> tuple[int, int]: ...
+    def closest_hit(
+        self, origins: _Vectors, directions: _Vectors, t_min: _Ends, t_max: _Ends
+    ) -> tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32], NDArray[np.bool_]]: ...
+    def first(self, origins: _Vectors, directions: _Vectors) -> NDArray[np.int64]: ...
+    def occluded(
+        self, origins: _Vectors, directions: _Vectors, t_min: _Ends, t_max: _Ends
+    ) -> NDArray[np.bool_]: ...
+    def all_hits(
+        self,
+        origins: _Vectors,
+        directions: _Vectors,
+        t_min: _Ends,
+        t_max: _Ends,
+        max_hits: int | None,
+        crossings: bool,
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]: ...
+    def surface(
+        self,
+        origins: _Vectors,
+        directions: _Vectors,
+        triangle: NDArray[np.int64],
+        t: NDArray[np.float32],
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def closest_point(
+        self, points: _Vectors
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]: ...
+    def signed_distance(self, points: _Vectors) -> NDArray[np.float64]: ...
+    def contains(self, points: _Vectors) -> NDArray[np.bool_]: ...
+    def refit(self, vertices: _Vectors) -> None: ...

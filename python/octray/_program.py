@@ -1,0 +1,13 @@
+"""The program ``octray``, as the package installs it."""
+
+import signal
+import sys
+
+
+def main() -> None:
+    """Run the program with the arguments of this process."""
+    from ._octray import program
+
+    # The program listens to Ctrl-C itself.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    sys.exit(program(["octray", *sys.argv[1:]]))

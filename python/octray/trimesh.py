@@ -1,0 +1,96 @@
+"""octray as the engine of trimesh's ray queries.
+
+>>> import octray.trimesh
+>>> mesh.ray = octray.trimesh.RayMeshIntersector(mesh)  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ._mesh import Mesh
+
+
+class RayMeshIntersector:
+    """The methods of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, with the same shapes and types.
+
+    At an edge or a vertex every triangle there is told. ``scale_to_box`` has no effect: coordinates are never scaled.
+    """
+
+    def __init__(self, geometry, scale_to_box: bool = True):
+        self.mesh = geometry
+        self._scale_to_box = scale_to_box
+        self._built = None
+
+    @property
+    def _scene(self) -> Mesh:
+        """The mesh as it is now."""
+        key = hash(self.mesh)
+        if self._built is None or self._built[0] != key:
+            mesh = Mesh(self.mesh.vertices.view(np.ndarray), self.mesh.faces.view(np.ndarray))
+            self._built = (key, mesh)
+        return self._built[1]
+
+    def intersects_location(self, ray_origins, ray_directions, multiple_hits: bool = True):
+        """Return where rays hit: ``locations`` (m, 3), ``index_ray`` (m,), ``index_tri`` (m,)."""
+        index_tri, index_ray, locations = self.intersects_id(
+            ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True
+        )
+        return locations, index_ray, index_tri
+
+    def intersects_id(
+        self,
+        ray_origins,
+        ray_directions,
+        multiple_hits: bool = True,
+        max_hits: int = 100,
+        return_locations: bool = False,
+    ):
+        """Return the triangles that rays hit: ``index_tri`` (m,), ``index_ray`` (m,), and ``locations`` (m, 3) if
+        they are asked for."""
+        origins, directions = _checked(ray_origins, ray_directions)
+        scene = self._scene
+        limit = max_hits if multiple_hits else 1
+        index_ray, index_tri, t = scene.all_hits(origins, directions, max_hits=limit)
+        if not return_locations:
+            return index_tri, index_ray
+        locations, _ = scene._mesh.surface(origins[index_ray], directions[index_ray], index_tri, t)
+        return index_tri, index_ray, locations
+
+    def intersects_first(self, ray_origins, ray_directions):
+        """Return the first triangle that each ray hits, -1 for none: (n,)."""
+        return self._scene._mesh.first(*_checked(ray_origins, ray_directions))
+
+    def intersects_any(self, ray_origins, ray_directions):
+        """Return whether each ray hits anything: (n,)."""
+        return self._scene.occluded(*_checked(ray_origins, ray_directions))
+
+    def contains_points(self, points):
+        """Return whether each point is inside: (n,). A mesh that is not closed is asked as trimesh does."""
+        points = np.asarray(points, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise ValueError(f"points: expected shape (n, 3), found {points.shape}")
+        if self.mesh.is_watertight:
+            return self._scene.contains(points)
+        from trimesh.ray.ray_util import contains_points
+
+        return contains_points(self, points)
+
+    def __getstate__(self):
+        return {"mesh": self.mesh, "_scale_to_box": self._scale_to_box, "_built": None}
+
+    def __deepcopy__(self, *_):
+        return self.__copy__()
+
+    def __copy__(self, *_):
+        return RayMeshIntersector(self.mesh, self._scale_to_box)
+
+
+def _checked(ray_origins, ray_directions):
+    origins = np.ascontiguousarray(ray_origins, dtype=np.float64)
+    directions = np.ascontiguousarray(ray_directions, dtype=np.float64)
+    if origins.shape != directions.shape:
+        raise ValueError("Ray origin and direction don't match!")
+    if origins.ndim != 2 or origins.shape[1] != 3:
+        raise ValueError(f"rays: expected shape (n, 3), found {origins.shape}")
+    return origins, directions

@@ -1,0 +1,322 @@
+"""Queries from Python: against one triangle after the other, and wrong arguments."""
+
+import os
+import pathlib
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import octray
+
+
+def sphere(rings=24, segments=36):
+    """A closed mesh: a ball of radius 1."""
+    theta = np.linspace(0, np.pi, rings + 1)[1:-1]
+    phi = np.linspace(0, 2 * np.pi, segments, endpoint=False)
+    ring = [[np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), np.cos(a)] for a in theta for b in phi]
+    vertices = np.array([[0, 0, 1], *ring, [0, 0, -1]])
+    last, faces = len(vertices) - 1, []
+
+    def at(i, j):
+        return 1 + i * segments + j % segments
+
+    for j in range(segments):
+        faces += [[0, at(0, j), at(0, j + 1)], [last, at(rings - 2, j + 1), at(rings - 2, j)]]
+        for i in range(rings - 2):
+            faces += [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+    return vertices, np.array(faces)
+
+
+def brute(vertices, faces, origin, direction):
+    """All t at which a ray meets the mesh, in float64."""
+    a, b, c = (vertices[faces[:, i]] - origin for i in range(3))
+    normal = np.cross(b - a, c - a)
+    with np.errstate(all="ignore"):
+        t = np.sum(normal * a, axis=1) / (normal @ direction)
+        sides = [np.cross(p, q) @ direction for p, q in ((a, b), (b, c), (c, a))]
+    inside = np.all(np.array(sides) > 0, axis=0) | np.all(np.array(sides) < 0, axis=0)
+    found = inside & (t > 0)
+    order = np.argsort(t[found])
+    return t[found][order], np.flatnonzero(found)[order]
+
+
+@pytest.fixture(scope="module")
+def ball():
+    vertices, faces = sphere()
+    return octray.Mesh(vertices, faces), vertices, faces
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_hits_are_those_of_all_triangles(ball, dtype):
+    mesh, vertices, faces = ball
+    random = np.random.default_rng(1)
+    origins = random.uniform(-2, 2, (400, 3)).astype(dtype)
+    directions = random.normal(size=(400, 3)).astype(dtype) * 3
+    hits = mesh.closest_hit(origins, directions)
+    ray, triangle, t = mesh.all_hits(origins, directions)
+    blocked = mesh.occluded(origins, directions)
+    assert (hits.t.dtype, hits.triangle.dtype, hits.uv.shape) == (np.float32, np.int64, (400, 2))
+    assert (ray.dtype, triangle.dtype, t.dtype) == (np.int64, np.int64, np.float32)
+    for i in range(400):
+        expected_t, expected = brute(vertices, faces, origins[i].astype(float), directions[i].astype(float))
+        assert np.array_equal(triangle[ray == i], expected)
+        assert np.allclose(t[ray == i], expected_t, rtol=1e-4)
+        assert blocked[i] == hits.hit[i] == bool(len(expected))
+        if len(expected):
+            assert hits.triangle[i] == expected[0]
+    where = hits.hit
+    assert np.all(hits.t[~where] == np.inf) and np.all(hits.triangle[~where] == -1)
+    assert np.allclose(hits.position[where], (origins + hits.t[:, None] * directions)[where], atol=1e-5)
+    assert np.all(np.isnan(hits.position[~where])) and np.all(np.isnan(hits.normal[~where]))
+    assert np.allclose(np.linalg.norm(hits.normal[where], axis=1), 1)
+    corners = vertices[faces[hits.triangle[where]]]
+    u, v = hits.uv[where].T[:, :, None]
+    assert np.allclose(corners[:, 0] * (1 - u - v) + corners[:, 1] * u + corners[:, 2] * v, hits.position[where], atol=1e-5)
+
+
+def test_one_origin_serves_for_all(ball):
+    mesh = ball[0]
+    directions = np.random.default_rng(2).normal(size=(1000, 3))
+    one = mesh.closest_hit([0.0, 0.1, 0.2], directions)
+    each = mesh.closest_hit(np.tile([0.0, 0.1, 0.2], (1000, 1)), directions)
+    assert np.array_equal(one.t, each.t) and one.hit.all()
+    assert np.array_equal(one.position, each.position)
+    up = mesh.occluded(np.random.default_rng(3).uniform(-1, 1, (50, 3)) * 0.5, [0, 0, 1])
+    assert up.shape == (50,) and up.all()
+
+
+def test_ends_and_limits(ball):
+    mesh = ball[0]
+    origin, direction = [[-3.0, 0.01, 0.02]], [[2.0, 0.0, 0.0]]
+    _, _, t = mesh.all_hits(origin, direction)
+    assert len(t) == 2 and np.allclose(t, [1, 2], atol=0.02)
+    assert mesh.closest_hit(origin, direction, t_min=1.5).t == t[1]
+    assert mesh.closest_hit(origin, direction, t_min=t[0]).t == t[1]
+    assert not mesh.occluded(origin, direction, t_min=t[0], t_max=t[1])
+    assert mesh.occluded(origin, direction, t_min=[0.5], t_max=np.nextafter(t[:1], np.float32(9)))
+    assert len(mesh.all_hits(origin, direction, max_hits=1)[0]) == 1
+    assert len(mesh.all_hits(origin, direction, max_hits=0)[0]) == 0
+
+
+def test_rays_that_are_none_miss(ball):
+    mesh = ball[0]
+    origins = np.zeros((5, 3))
+    directions = np.array([[1, 0, 0], [np.nan, 0, 0], [0, 0, 0], [np.inf, 0, 0], [0, 1, 0]], dtype=float)
+    assert mesh.closest_hit(origins, directions).hit.tolist() == [True, False, False, False, True]
+    origins[0, 1] = np.nan
+    assert mesh.occluded(origins, directions).tolist() == [False, False, False, False, True]
+
+
+def test_crossings_of_a_closed_mesh_are_even(ball):
+    mesh, vertices, _ = ball
+    origins = np.full((len(vertices), 3), 4.0)
+    ray, _, _ = mesh.all_hits(origins, vertices - origins, crossings=True)
+    assert np.all(np.bincount(ray, minlength=len(vertices)) % 2 == 0)
+
+
+def test_points(ball):
+    mesh, vertices, faces = ball
+    points = np.random.default_rng(4).uniform(-1.5, 1.5, (3000, 3))
+    inside = mesh.contains(points)
+    radius = np.linalg.norm(points, axis=1)
+    assert np.all(inside[radius < 0.98]) and not np.any(inside[radius > 1])
+    point, distance, triangle = mesh.closest_point(points)
+    assert np.allclose(np.linalg.norm(points - point, axis=1), distance)
+    assert np.all(distance <= np.abs(radius - 1) + 0.02) and triangle.min() >= 0
+    signed = mesh.signed_distance(points)
+    assert np.array_equal(signed > 0, inside) and np.array_equal(np.abs(signed), distance)
+    nothing = mesh.closest_point([[np.nan, 0, 0]])
+    assert np.isnan(nothing[0]).all() and np.isnan(nothing[1]).all() and nothing[2][0] == -1
+
+
+def test_an_open_mesh_has_no_inside():
+    vertices, faces = sphere()
+    with pytest.raises(ValueError, match="not closed"):
+        octray.Mesh(vertices, faces[1:]).contains([[0, 0, 0]])
+
+
+def test_map_coordinates_with_millimetres():
+    vertices, faces = sphere()
+    middle = np.array([4e5, 5.6e6, 120.0])
+    mesh = octray.Mesh(vertices * 1e-3 + middle, faces)
+    hits = mesh.closest_hit(middle, vertices)
+    assert hits.hit.all()
+    assert np.abs(hits.position - middle - vertices * 1e-3).max() < 1e-6
+    assert np.allclose(mesh.bounds, [middle - 1e-3, middle + 1e-3], atol=1e-5)
+
+
+def test_refit(ball):
+    vertices, faces = sphere()
+    mesh = octray.Mesh(vertices, faces)
+    mesh.refit(vertices * [1, 1, 3])
+    assert np.allclose(mesh.closest_hit([[0, 0, 0]], [[0.001, 0.002, 1]]).t, 3, atol=0.01)
+    with pytest.raises(ValueError, match="expected"):
+        mesh.refit(vertices[1:])
+
+
+def test_arrays_that_are_not_contiguous(ball):
+    vertices, faces = sphere()
+    wide = np.zeros((len(vertices), 6))
+    wide[:, ::2] = vertices
+    mesh = octray.Mesh(wide[:, ::2], np.asfortranarray(faces.astype(np.uint8 if len(vertices) < 256 else np.uint16)))
+    directions = np.random.default_rng(5).normal(size=(100, 3))
+    expected = ball[0].closest_hit(np.zeros((100, 3)), directions).t
+    assert np.array_equal(mesh.closest_hit(np.zeros((200, 3))[::2], directions[::-1][::-1]).t, expected)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        ([[0, 0]], [[0, 0, 0]], r"shape \(1, 2\)"),
+        ([[0, 0, 0]], [[0, 0, 1]], "vertex index 1, but there are only 1"),
+        ([[0, 0, 0]], [[0, 0, -1]], "vertex index -1"),
+        ([[0, 0, 0]], [[0.0, 0.0, 0.0]], "integers"),
+        ([[0, 0, np.nan]], [], "vertex 0 has the coordinate NaN"),
+        ([["a", "b", "c"]], [], "numbers"),
+        ([[0, 0, 1j]], [], "numbers"),
+        ([[0, 0, 0], [1, 2]], [], "different lengths"),
+        (None, [], "numbers"),
+        ([[1e300, 0, 0], [0, 0, 0]], [], "1e9"),
+    ],
+)
+def test_wrong_meshes(vertices, faces, message):
+    with pytest.raises(ValueError, match=message):
+        octray.Mesh(vertices, faces)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([[0, 0, 0]] * 2, [[1, 0, 0]] * 3), "as many of each"),
+        (([0, 0], [[1, 0, 0]]), "shape"),
+        (([[0, 0, 0]], [[[1, 0, 0]]]), "shape"),
+        (([[0, 0, 0]], [["x", "y", "z"]]), "numbers"),
+    ],
+)
+def test_wrong_rays(ball, arguments, message):
+    for query in (ball[0].closest_hit, ball[0].occluded, ball[0].all_hits):
+        with pytest.raises(ValueError, match=message):
+            query(*arguments)
+
+
+def test_wrong_options(ball):
+    mesh, ray = ball[0], ([[0, 0, 0]], [[1, 0, 0]])
+    for options in ({"t_min": -1}, {"t_min": np.nan}, {"t_max": [1, 2]}, {"t_max": "far"}):
+        with pytest.raises(ValueError, match="t_m"):
+            mesh.closest_hit(*ray, **options)
+    for limit in (-1, 1.5, "all"):
+        with pytest.raises(ValueError, match="max_hits"):
+            mesh.all_hits(*ray, max_hits=limit)
+    for threads in (0, -3, 10**9, 2.5):
+        with pytest.raises(ValueError, match="threads"):
+            octray.Mesh(*sphere(), threads=threads)
+
+
+def test_nothing():
+    mesh = octray.Mesh([], [])
+    assert not mesh.closest_hit([[0, 0, 0]], [[1, 0, 0]]).hit.any() and mesh.bounds is None
+    ball = octray.Mesh(*sphere())
+    assert len(ball.closest_hit(np.zeros((0, 3)), np.zeros((0, 3)))) == 0
+    assert [len(part) for part in ball.all_hits([], [])] == [0, 0, 0]
+    assert ball.contains([]).shape == (0,)
+
+
+def test_threads_ask_at_once(ball):
+    mesh, vertices, faces = ball
+    directions = np.random.default_rng(6).normal(size=(50_000, 3))
+    expected = mesh.closest_hit([0, 0, 0], directions).t
+    moving, failures = octray.Mesh(vertices, faces, threads=2), []
+
+    def ask():
+        for _ in range(5):
+            t = moving.closest_hit([0, 0, 0], directions).t
+            doubled = np.allclose(t, expected * 2, rtol=1e-5)
+            if not np.array_equal(t, expected) and not doubled:
+                failures.append(t)
+
+    threads = [threading.Thread(target=ask) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for factor in (2, 1, 2, 1):
+        moving.refit(vertices * factor)
+    for thread in threads:
+        thread.join()
+    assert not failures
+
+
+def test_a_forked_process_has_threads_of_its_own(ball):
+    if not hasattr(os, "fork"):
+        pytest.skip("this system does not fork")
+    mesh = ball[0]
+    directions = np.random.default_rng(7).normal(size=(30_000, 3))
+    mesh.closest_hit([0, 0, 0], directions)
+    child = os.fork()
+    if child == 0:
+        os._exit(0 if mesh.closest_hit([0, 0, 0], directions).hit.all() else 1)
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            assert status == 0
+            return
+        time.sleep(0.01)
+    os.kill(child, signal.SIGKILL)
+    pytest.fail("the child hangs")
+
+
+def test_ctrl_c_ends_long_calls():
+    code = (
+        "import numpy as np, octray, os, signal, threading, time\n"
+        "n = np.random.default_rng(0).uniform(-1, 1, (300_000, 3))\n"
+        "mesh = octray.Mesh(n, np.arange(300_000).reshape(-1, 3), threads=1)\n"
+        "d = np.random.default_rng(1).normal(size=(400_000, 3))\n"
+        "threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
+        "start = time.monotonic()\n"
+        "try:\n"
+        "    while True: mesh.all_hits(d * 0.1, d)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('ended')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout == "ended\n", done
+
+
+def test_the_program_is_installed():
+    program = pathlib.Path(sys.executable).with_name("octray")
+    done = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and done.stdout.startswith("octray ")
+    done = subprocess.run([program, "no-such-file.ply"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1 and done.stderr.startswith("error: ")
+
+
+def test_names():
+    assert octray.isa()
+    assert "triangles" in repr(octray.Mesh(*sphere())) and octray.__version__
+
+
+def test_trimesh():
+    trimesh = pytest.importorskip("trimesh")
+    import octray.trimesh
+
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    rays = octray.trimesh.RayMeshIntersector(mesh)
+    origins = np.random.default_rng(8).uniform(-2, 2, (200, 3))
+    directions = np.random.default_rng(9).normal(size=(200, 3))
+    locations, index_ray, index_tri = rays.intersects_location(origins, directions)
+    assert locations.shape == (len(index_ray), 3) and index_tri.dtype == np.int64
+    planes = np.einsum("ij,ij->i", locations - mesh.triangles[index_tri][:, 0], mesh.face_normals[index_tri])
+    assert np.abs(planes).max() < 1e-6
+    first = rays.intersects_first(origins, directions)
+    assert np.array_equal(first != -1, rays.intersects_any(origins, directions))
+    radius = np.linalg.norm(origins, axis=1)
+    inside = rays.contains_points(origins)
+    assert inside[radius < 0.98].all() and not inside[radius > 1].any()
+    assert pickle.loads(pickle.dumps(rays)).intersects_first(origins, directions).tolist() == first.tolist()
+    mesh.apply_scale(2)
+    assert np.allclose(np.abs(rays.intersects_location([[0, 0, 0]], [[0, 0, 1]])[0]).max(), 2, atol=0.05)
