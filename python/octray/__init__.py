@@ -12,5 +12,6 @@ array([ 0, -1])
 
 from ._mesh import Hits, Mesh
 from ._octray import __version__, isa
+from ._render import render
 
-__all__ = ["Hits", "Mesh", "__version__", "isa"]
+__all__ = ["Hits", "Mesh", "__version__", "isa", "render"]

@@ -1,4 +1,5 @@
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,3 +47,14 @@ class Mesh:
     def signed_distance(self, points: _Vectors) -> NDArray[np.float64]: ...
     def contains(self, points: _Vectors) -> NDArray[np.bool_]: ...
     def refit(self, vertices: _Vectors) -> None: ...
+
+def render(
+    source: Mesh | str,
+    size: tuple[int, int],
+    camera: int | str | Sequence[float] | None,
+    target: Sequence[float] | None,
+    up: Sequence[float] | None,
+    fov: float | None,
+    samples: int,
+    with_aovs: bool,
+) -> tuple[dict[str, NDArray[Any]], list[str]]: ...

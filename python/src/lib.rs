@@ -3,6 +3,7 @@
 
 mod arrays;
 mod mesh;
+mod picture;
 mod threads;
 
 use pyo3::prelude::*;
@@ -24,6 +25,7 @@ fn isa() -> String {
 fn _octray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<mesh::Mesh>()?;
+    module.add_function(wrap_pyfunction!(picture::render, module)?)?;
     module.add_function(wrap_pyfunction!(program, module)?)?;
     module.add_function(wrap_pyfunction!(isa, module)?)
 }

@@ -81,7 +81,13 @@ fn in_batches(count: usize, batch: usize, cancelled: &AtomicBool, mut ask: impl 
 }
 
 impl Mesh {
-    fn geometry(&self) -> Arc<Geometry> {
+    /// The triangles, three vertices each.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The geometry as it is now.
+    pub fn geometry(&self) -> Arc<Geometry> {
         let geometry = self
             .geometry
             .read()

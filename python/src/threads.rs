@@ -82,6 +82,11 @@ impl Threads {
     }
 }
 
+/// Returns the shared threads of this process.
+pub fn shared() -> PyResult<Arc<ThreadPool>> {
+    Threads::new(None)?.pool()
+}
+
 /// Runs `work` on a pool without the interpreter's lock, on a thread that Ctrl-C does not wait for: `work` looks at the
 /// flag from time to time.
 ///

@@ -4,6 +4,7 @@
 //! args     command line and config file (clap)
 //!   plan     every input, picture, reference and limit, checked
 //!     load     scenes, cameras, lights
+//!     picture    a picture in memory, for the Python package
 //!     commands   render, view, info, bench, verify, generate, ...
 //!       write      pictures, AOVs, comparisons, JSON
 //!       report     messages, progress, figures
@@ -13,6 +14,8 @@ mod args;
 mod commands;
 mod error;
 mod load;
+#[doc(hidden)]
+pub mod picture;
 mod plan;
 mod process;
 mod report;

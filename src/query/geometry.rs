@@ -210,6 +210,15 @@ impl Geometry {
         (!bounds.is_empty()).then(|| [lower + self.offset, upper + self.offset])
     }
 
+    /// Returns the vertices relative to a point, and that point, world space: as they are kept.
+    #[must_use]
+    pub fn vertices(&self) -> (Vec<[f32; 3]>, DVec3) {
+        let vertices = self.scene.vertices();
+        let count = vertices.x.len() as u32;
+        let positions = (0..count).map(|i| vertices.position(i).to_array());
+        (positions.collect(), self.middle())
+    }
+
     /// Returns the corners of a triangle as they are kept, world space.
     ///
     /// # Panics

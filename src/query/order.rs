@@ -5,6 +5,7 @@ use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, RayPacket},
 };
+use glam::Vec3;
 
 /// Packets that are traced together at most: their rays should be neighbours.
 const BUNDLE: usize = 32;
@@ -12,9 +13,12 @@ const BUNDLE: usize = 32;
 /// Fewer packets are not worth it.
 const LEAST: usize = 4 * BUNDLE;
 
-/// Rays are sorted if the boxes of bundles have so many times the extent of squares that share the whole area.
+/// Rays are sorted if bundles extend so many times as far as squares of as many rays would.
 // Tuned: see docs/lab-notes.md#order-of-query-rays
-const TOLERATED: f32 = 2.0;
+const TOLERATED: f32 = 3.0;
+
+/// Rays are sorted if neighbours are farther apart than this fraction of the extent of all.
+const UNORDERED: f32 = 0.125;
 
 /// Steps of a sorting key along an axis: a power of two, finer than the pixels of large pictures.
 const STEPS: f32 = 32768.0;
@@ -61,49 +65,30 @@ fn key(direction: [f32; 3]) -> u32 {
     spread(step(x)) | spread(step(y)) << 1
 }
 
-/// A box of directions, by one lane of each packet.
-#[derive(Clone, Copy)]
-struct Extent {
-    lower: [f32; 2],
-    upper: [f32; 2],
+/// The extent of directions, by two lanes of each packet; and the mean distance of neighbours.
+fn extent(packets: &[RayPacket]) -> (f32, f32) {
+    let (mut lower, mut upper) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut steps = 0.0;
+    for (i, packet) in packets.iter().enumerate() {
+        let lane = i % (LANES - 1);
+        let (a, b) = (packet.direction.lane(lane), packet.direction.lane(lane + 1));
+        (lower, upper) = (lower.min(a).min(b), upper.max(a).max(b));
+        steps += (b - a).length();
+    }
+    ((upper - lower).length(), steps / packets.len() as f32)
 }
 
-impl Extent {
-    const NONE: Self = Self {
-        lower: [f32::INFINITY; 2],
-        upper: [f32::NEG_INFINITY; 2],
-    };
-
-    fn add(&mut self, [x, y]: [f32; 2]) {
-        self.lower = [self.lower[0].min(x), self.lower[1].min(y)];
-        self.upper = [self.upper[0].max(x), self.upper[1].max(y)];
-    }
-
-    fn size(&self) -> [f32; 2] {
-        [self.upper[0] - self.lower[0], self.upper[1] - self.lower[1]]
-    }
-}
-
-/// Whether bundles are longer or wider than they need be.
+/// Whether neighbours in the array are none in space, or bundles are much longer than wide.
 fn is_scattered(packets: &[RayPacket]) -> bool {
     if packets.len() < LEAST {
         return false;
     }
-    let (mut all, mut sum, mut bundles) = (Extent::NONE, 0.0, 0.0);
-    for bundle in packets.chunks_exact(BUNDLE) {
-        let mut extent = Extent::NONE;
-        for (i, packet) in bundle.iter().enumerate() {
-            let at = unfolded(direction(packet, i % LANES));
-            extent.add(at);
-            all.add(at);
-        }
-        let [width, height] = extent.size();
-        sum += width + height;
-        bundles += 1.0;
-    }
-    let [width, height] = all.size();
-    let square = (width * height / bundles).sqrt();
-    sum / bundles > 2.0 * TOLERATED * square
+    let (whole, step) = extent(packets);
+    let bundles = packets.chunks_exact(BUNDLE);
+    let count = bundles.len() as f32;
+    let mean = bundles.map(|bundle| extent(bundle).0).sum::<f32>() / count;
+    let diagonal = ((2 * BUNDLE * LANES) as f32).sqrt() * step;
+    mean > TOLERATED * diagonal || step > UNORDERED * whole
 }
 
 impl Order {
@@ -151,4 +136,45 @@ impl Order {
 fn place(keyed: u64) -> (usize, usize) {
     let i = keyed as u32 as usize;
     (i / LANES, i % LANES)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::Vec3x8;
+
+    /// Pixels in an order, as packets.
+    fn packets(pixel: impl Fn(usize) -> [usize; 2]) -> Vec<RayPacket> {
+        let direction = |i: usize| {
+            let [x, y] = pixel(i);
+            Vec3::new(x as f32 * 0.001 - 0.5, 1.0, y as f32 * 0.001 - 0.5).normalize()
+        };
+        (0..16_000 / LANES)
+            .map(|i| RayPacket {
+                direction: Vec3x8::from_lanes(std::array::from_fn(|lane| direction(i * LANES + lane))),
+                t_max: F32x8::new(std::array::from_fn(|lane| (i * LANES + lane) as f32)),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn rows_and_random_rays_are_sorted_and_put_back() {
+        let rows = packets(|i| [i % 1000, i / 1000]);
+        let random = packets(|i| [i * 7919 % 1000, i * 104_729 % 1009]);
+        let tiles = packets(|i| [i / 256 * 16 + i % 16, i / 16 % 16]);
+        let mut order = Order::default();
+        assert!(!order.sort(&tiles) && !order.sort(&rows[..LEAST - 1]));
+        for packets in [rows, random] {
+            assert!(order.sort(&packets));
+            assert!(!Order::default().sort(&order.packets));
+            for (hits, packet) in order.hits.iter_mut().zip(&order.packets) {
+                *hits = HitPacket::miss(packet.t_max);
+            }
+            let mut hits = vec![HitPacket::miss(F32x8::ZERO); packets.len()];
+            order.put_back(&mut hits);
+            for (hits, packet) in hits.iter().zip(&packets) {
+                assert_eq!(hits.t.to_array(), packet.t_max.to_array());
+            }
+        }
+    }
 }

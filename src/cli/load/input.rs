@@ -73,7 +73,11 @@ fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
     })
 }
 
-fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Result<Input, CliError> {
+/// Makes a scene of a mesh and sets up the camera.
+///
+/// # Errors
+/// [`CliError`].
+pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Result<Input, CliError> {
     let mesh = &plan.mesh;
     let path = plan.name();
     refuse_nothing(path, &loaded)?;

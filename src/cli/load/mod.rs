@@ -6,4 +6,4 @@ mod input;
 pub mod memory;
 mod stage;
 
-pub use input::{Input, load_and_list, load_bare};
+pub use input::{Input, load_and_list, load_bare, show_mesh};

@@ -77,6 +77,17 @@ impl InputPlan {
         name(&self.path)
     }
 
+    /// A mesh that is in memory.
+    pub fn of_mesh(camera: CameraOptions, aspect: f64) -> Self {
+        Self {
+            path: PathBuf::from("mesh"),
+            kind: InputKind::Mesh,
+            camera,
+            mesh: MeshOptions::default(),
+            aspect,
+        }
+    }
+
     /// Checks what can be known without loading: the file exists, its type is supported, and the options suit it.
     ///
     /// # Errors

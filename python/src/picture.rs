@@ -1,0 +1,140 @@
+//! Pictures in memory.
+
+use crate::{mesh::Mesh, threads};
+use numpy::{IntoPyArray, PyArrayMethods};
+use octray::{
+    cli::{
+        CliError,
+        picture::{self, Picture, Start, Subject, View},
+    },
+    glam::DVec3,
+    scene::TriangleMesh,
+};
+use pyo3::{
+    exceptions::{PyMemoryError, PyOSError, PyValueError},
+    prelude::*,
+    types::PyDict,
+};
+use std::{
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+    sync::atomic::Ordering,
+};
+
+/// A file, or a mesh.
+#[derive(FromPyObject)]
+pub enum Source<'py> {
+    Mesh(PyRef<'py, Mesh>),
+    File(PathBuf),
+}
+
+/// A camera: a classic viewpoint, one of the file by name, or an eye.
+#[derive(FromPyObject)]
+pub enum Camera {
+    Number(u32),
+    Name(String),
+    Eye([f64; 3]),
+}
+
+fn raised(error: &CliError) -> PyErr {
+    let text = error.text().unwrap_or_else(|| "interrupted".to_owned());
+    match error {
+        CliError::Failed(text) if text.contains("memory") => PyMemoryError::new_err(text.clone()),
+        CliError::Load(_) if text.contains("No such file") => PyOSError::new_err(text),
+        _ => PyValueError::new_err(text),
+    }
+}
+
+/// A copy of the mesh relative to the point that is returned, too.
+fn copied(mesh: &Mesh) -> (TriangleMesh, DVec3) {
+    let (positions, middle) = mesh.geometry().vertices();
+    let axis = |axis: usize| positions.iter().map(|position| position[axis]).collect();
+    let mesh = TriangleMesh {
+        x: axis(0),
+        y: axis(1),
+        z: axis(2),
+        normals: Vec::new(),
+        triangles: mesh.triangles().to_vec(),
+    };
+    (mesh, middle)
+}
+
+/// Renders a scene, a mesh file or a mesh; returns the arrays that are asked for, by name, and warnings.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "those of the Python function")]
+pub fn render<'py>(
+    py: Python<'py>,
+    source: Source<'_>,
+    size: [u32; 2],
+    camera: Option<Camera>,
+    target: Option<[f64; 3]>,
+    up: Option<[f64; 3]>,
+    fov: Option<f64>,
+    samples: u32,
+    with_aovs: bool,
+) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
+    let (mesh, middle) = match &source {
+        Source::Mesh(mesh) => {
+            let (mesh, middle) = copied(mesh);
+            (Some(mesh), middle)
+        }
+        Source::File(_) => (None, DVec3::ZERO),
+    };
+    let view = View {
+        start: match camera {
+            None => Start::Default,
+            Some(Camera::Number(number)) => Start::Classic(number),
+            Some(Camera::Name(name)) => Start::Named(name),
+            Some(Camera::Eye(eye)) => Start::Eye(DVec3::from(eye) - middle),
+        },
+        target: target.map(|target| DVec3::from(target) - middle),
+        up: up.map(DVec3::from),
+        fov_degrees: fov,
+    };
+    let path = match &source {
+        Source::File(path) => path.clone(),
+        Source::Mesh(_) => PathBuf::new(),
+    };
+    let pool = threads::shared()?;
+    let done = threads::interruptible(py, &pool, |cancelled| {
+        let subject = match mesh {
+            Some(mesh) => Subject::Mesh(mesh),
+            None => Subject::File(Path::new(&path)),
+        };
+        picture::picture(subject, view, size, samples, with_aovs, &|_| {
+            if cancelled.load(Ordering::Relaxed) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        })
+    })?;
+    let picture = done.map_err(|error| raised(&error))?;
+    arrays(py, picture, size)
+}
+
+/// The arrays of a picture.
+fn arrays<'py>(
+    py: Python<'py>,
+    picture: Picture,
+    [width, height]: [u32; 2],
+) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
+    let (width, height) = (width as usize, height as usize);
+    let arrays = PyDict::new(py);
+    arrays.set_item(
+        "color",
+        picture.color.into_pyarray(py).reshape([height, width, 3])?,
+    )?;
+    if let Some(aovs) = picture.aovs {
+        let pixels = &aovs.pixels;
+        let depth: Vec<f32> = pixels.iter().map(|pixel| pixel.depth).collect();
+        let normal: Vec<f32> = pixels.iter().flat_map(|pixel| pixel.normal).collect();
+        let albedo: Vec<f32> = pixels.iter().flat_map(|pixel| pixel.albedo).collect();
+        let id: Vec<u32> = pixels.iter().map(|pixel| pixel.primitive.0).collect();
+        arrays.set_item("depth", depth.into_pyarray(py).reshape([height, width])?)?;
+        arrays.set_item("normal", normal.into_pyarray(py).reshape([height, width, 3])?)?;
+        arrays.set_item("albedo", albedo.into_pyarray(py).reshape([height, width, 3])?)?;
+        arrays.set_item("id", id.into_pyarray(py).reshape([height, width])?)?;
+    }
+    Ok((arrays, picture.notes))
+}

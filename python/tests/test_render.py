@@ -1,0 +1,79 @@
+"""Pictures from Python: those of the program, and wrong arguments."""
+
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import octray
+
+SCENES = pathlib.Path(__file__).parents[2] / "scenes"
+
+
+def test_a_scene_has_the_bytes_of_the_program(tmp_path):
+    scene = SCENES / "reflections.scn"
+    picture = octray.render(scene, size=(64, 48), samples=4, aov=("depth", "id"))
+    assert list(picture) == ["color", "depth", "id"]
+    assert picture["color"].shape == (48, 64, 3) and picture["color"].dtype == np.uint8
+    assert picture["depth"].shape == picture["id"].shape == (48, 64)
+    assert np.array_equal(np.isinf(picture["depth"]), picture["id"] == 2**32 - 1)
+    program = pathlib.Path(sys.executable).with_name("octray")
+    file = tmp_path / "picture.ppm"
+    subprocess.run([program, scene, "-s", "64x48", "--samples", "4", "-o", file], check=True)
+    assert file.read_bytes().endswith(picture["color"].tobytes())
+
+
+def test_a_mesh_is_framed():
+    mesh = octray.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    picture = octray.render(mesh, size=(40, 30), aov=["normal", "albedo", "depth"])
+    seen = np.isfinite(picture["depth"])
+    assert 0.1 < seen.mean() < 0.9
+    assert np.allclose(np.linalg.norm(picture["normal"][seen], axis=1), 1, atol=1e-5)
+    middle = np.array([4e5, 5e6, 0])
+    moved = octray.Mesh(np.eye(3) + middle, [[0, 1, 2]])
+    camera = {"eye": middle + 3, "target": middle, "up": (0, 0, 1), "fov": 30}
+    assert np.isfinite(octray.render(moved, (32, 32), camera, aov="depth")["depth"]).any()
+
+
+def test_cameras():
+    scene = SCENES / "reflections.scn"
+    first = octray.render(scene, (32, 32))["color"]
+    assert np.array_equal(first, octray.render(scene, (32, 32), camera=1)["color"])
+    assert not np.array_equal(first, octray.render(scene, (32, 32), camera=2)["color"])
+    across = octray.render(SCENES / "evening.scn", (32, 32), camera="across the water")["color"]
+    assert across.std() > 0
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"size": (0, 3)}, "size"),
+        ({"size": 3}, "size"),
+        ({"size": (10**6, 1)}, "size"),
+        ({"samples": 0}, "samples"),
+        ({"samples": 10**12}, "samples"),
+        ({"aov": ["heat"]}, "aov"),
+        ({"camera": 7}, "viewpoint"),
+        ({"camera": "nobody"}, "no camera"),
+        ({"camera": {"eye": (0, 0)}}, "three numbers"),
+        ({"camera": {"eyes": (0, 0, 0)}}, "keys"),
+        ({"camera": {"eye": (1, 0, 0), "target": (1, 0, 0)}}, "camera|target|view"),
+        ({"camera": 1.5}, "camera"),
+    ],
+)
+def test_wrong_options(options, message):
+    with pytest.raises(ValueError, match=message):
+        octray.render(SCENES / "reflections.scn", **options)
+
+
+def test_wrong_files(tmp_path):
+    with pytest.raises((ValueError, OSError), match="missing"):
+        octray.render(tmp_path / "missing.scn")
+    faulty = tmp_path / "faulty.scn"
+    faulty.write_text("sphere 0 0 0\n")
+    with pytest.raises(ValueError, match="faulty.scn:1"):
+        octray.render(faulty)
+    empty = octray.Mesh([], [])
+    assert octray.render(empty, (8, 8), {"eye": (1, 2, 3)})["color"].shape == (8, 8, 3)

@@ -1,0 +1,132 @@
+//! A picture in memory, with the program's defaults: for the Python package.
+
+use super::{
+    CliError, load,
+    plan::{CameraOptions, InputPlan, MeshOptions, StartView},
+};
+use crate::{
+    accel::{BuildQuality, Bvh},
+    format::mesh::{LoadedMesh, UpAxis, UpSource},
+    render::{Aovs, Film, OnProgress, Pattern, Renderer, Settings, Transfer},
+    scene::TriangleMesh,
+};
+use glam::DVec3;
+use std::path::Path;
+
+/// What is shown.
+#[derive(Debug)]
+pub enum Subject<'a> {
+    /// A scene or a mesh.
+    File(&'a Path),
+    /// A mesh whose z axis points up.
+    Mesh(TriangleMesh),
+}
+
+/// Which camera looks, before target, up and field of view are changed.
+#[derive(Clone, Debug, Default)]
+pub enum Start {
+    /// The scene's first camera, or one that frames the mesh.
+    #[default]
+    Default,
+    /// One of the file, by name or number.
+    Named(String),
+    /// A classic viewpoint, from 1 to 6.
+    Classic(u32),
+    /// From this point.
+    Eye(DVec3),
+}
+
+/// How it is shown.
+#[derive(Clone, Debug, Default)]
+pub struct View {
+    /// Which camera looks.
+    pub start: Start,
+    /// The point that it looks at.
+    pub target: Option<DVec3>,
+    /// The direction that points up in the picture.
+    pub up: Option<DVec3>,
+    /// The vertical field of view, degrees.
+    pub fov_degrees: Option<f64>,
+}
+
+/// A picture in memory.
+#[derive(Debug)]
+pub struct Picture {
+    /// Red, green and blue of each pixel, row by row, the top row first: the bytes that `octray render` writes.
+    pub color: Vec<u8>,
+    /// Its output variables, if they were asked for.
+    pub aovs: Option<Aovs>,
+    /// Warnings.
+    pub notes: Vec<String>,
+}
+
+/// Renders a picture of `size` (width and height, pixels) with `samples` for each pixel.
+///
+/// # Errors
+/// [`CliError`].
+pub fn picture(
+    subject: Subject<'_>,
+    view: View,
+    [width, height]: [u32; 2],
+    samples: u32,
+    with_aovs: bool,
+    on_progress: OnProgress<'_>,
+) -> Result<Picture, CliError> {
+    let is_square = samples.isqrt() * samples.isqrt() == samples;
+    let settings = Settings {
+        width,
+        height,
+        samples,
+        pattern: if is_square { Pattern::Grid } else { Pattern::Sobol },
+        ..Settings::default()
+    };
+    settings.validate()?;
+    let camera = CameraOptions {
+        start: match view.start {
+            Start::Default => StartView::Default,
+            Start::Named(name) => StartView::Named(name),
+            Start::Classic(number) => StartView::Classic(number),
+            Start::Eye(eye) => StartView::Eye(eye),
+        },
+        target: view.target,
+        up: view.up,
+        fov_degrees: view.fov_degrees,
+    };
+    let aspect = f64::from(width) / f64::from(height);
+    let memory = load::memory::limit(None);
+    let input = match subject {
+        Subject::File(path) => {
+            let plan = InputPlan::new(path, camera, MeshOptions::default(), aspect)?;
+            load::load_and_list(&plan, memory, &mut Vec::new())?
+        }
+        Subject::Mesh(columns) => {
+            camera.check()?;
+            let plan = InputPlan::of_mesh(camera, aspect);
+            load::show_mesh(
+                &plan,
+                LoadedMesh {
+                    columns,
+                    up: UpAxis::Z,
+                    up_source: UpSource::Stated,
+                    ..LoadedMesh::default()
+                },
+                memory,
+            )?
+        }
+    };
+    load::memory::check_build(&input.scene, BuildQuality::Best)?;
+    let bvh = Bvh::build(&input.scene);
+    let mut renderer = Renderer::new(&input.scene, &bvh);
+    let mut film = <Film>::new(1, 1);
+    renderer.render(&input.camera, &settings, &mut film, on_progress)?;
+    let aovs = if with_aovs {
+        Some(renderer.aovs(&input.camera, &settings, false, on_progress)?)
+    } else {
+        None
+    };
+    Ok(Picture {
+        color: film.to_bytes(Transfer::Linear),
+        aovs,
+        notes: input.notes,
+    })
+}
