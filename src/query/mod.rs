@@ -16,6 +16,7 @@ mod geometry;
 mod inside;
 mod nearest;
 mod order;
+mod points;
 mod rays;
 mod sinks;
 #[cfg(test)]

@@ -32,21 +32,63 @@ pub(super) struct Order {
     pub hits: Vec<HitPacket>,
 }
 
-/// A direction on the unfolded octahedron, from -1 to 1 (Meyer, Süßmuth, Sußner, Stamminger and Greiner, *On
-/// Floating-Point Normal Vectors*, 2010).
-fn unfolded([x, y, z]: [f32; 3]) -> [f32; 2] {
-    let sum = x.abs() + y.abs() + z.abs();
-    let (x, y) = (x / sum, y / sum);
-    if z >= 0.0 {
-        [x, y]
-    } else {
-        [(1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y)]
-    }
+/// A plane that directions are projected to, with its first axis along them: rows stay rows, whichever way they lie.
+struct Plane {
+    forward: Vec3,
+    axes: [Vec3; 2],
+    lower: [f32; 2],
+    /// The same along both axes.
+    scale: f32,
 }
 
-fn direction(packet: &RayPacket, lane: usize) -> [f32; 3] {
-    let d = &packet.direction;
-    [d.x.as_array()[lane], d.y.as_array()[lane], d.z.as_array()[lane]]
+impl Plane {
+    fn of(packets: &[RayPacket]) -> Self {
+        let samples = || packets.iter().map(|packet| packet.direction.lane(0));
+        let farthest = |from: Vec3| {
+            samples().fold(from, |far, d| {
+                if d.distance_squared(from) > far.distance_squared(from) {
+                    d
+                } else {
+                    far
+                }
+            })
+        };
+        let first = farthest(packets[0].direction.lane(0));
+        let along = (farthest(first) - first).normalize_or(Vec3::X);
+        let middle: Vec3 = samples().sum();
+        let forward = middle
+            .reject_from(along)
+            .normalize_or(along.any_orthonormal_vector());
+        let mut plane = Self {
+            forward,
+            axes: [along, forward.cross(along)],
+            lower: [f32::INFINITY; 2],
+            scale: 0.0,
+        };
+        let mut upper = [f32::NEG_INFINITY; 2];
+        for d in samples() {
+            for (axis, at) in plane.projected(d).into_iter().enumerate() {
+                plane.lower[axis] = plane.lower[axis].min(at);
+                upper[axis] = upper[axis].max(at);
+            }
+        }
+        let size = (upper[0] - plane.lower[0]).max(upper[1] - plane.lower[1]);
+        plane.scale = (STEPS - 1.0) / size.max(f32::MIN_POSITIVE);
+        plane
+    }
+
+    fn projected(&self, d: Vec3) -> [f32; 2] {
+        self.axes.map(|axis| axis.dot(d))
+    }
+
+    /// The place of a direction along a Z-order curve, first those ahead.
+    fn key(&self, d: Vec3) -> u32 {
+        let [x, y] = self.projected(d);
+        // NaN becomes 0, what is beyond the samples the nearest step.
+        let step = |at: f32, lower: f32| ((at - lower) * self.scale).min(STEPS - 1.0) as u32;
+        let ahead = u32::from(self.forward.dot(d) < 0.0) << 31;
+        ahead | spread(step(x, self.lower[0])) | spread(step(y, self.lower[1])) << 1
+    }
 }
 
 /// The bits of a number below 2^16, one apart.
@@ -55,14 +97,6 @@ fn spread(bits: u32) -> u32 {
     let bits = (bits | bits << 4) & 0x0f0f_0f0f;
     let bits = (bits | bits << 2) & 0x3333_3333;
     (bits | bits << 1) & 0x5555_5555
-}
-
-/// The place of a direction along a Z-order curve.
-fn key(direction: [f32; 3]) -> u32 {
-    let [x, y] = unfolded(direction);
-    // NaN becomes 0.
-    let step = |part: f32| ((part + 1.0) * (STEPS - 1.0) * 0.5) as u32;
-    spread(step(x)) | spread(step(y)) << 1
 }
 
 /// The extent of directions, by two lanes of each packet; and the mean distance of neighbours.
@@ -97,10 +131,11 @@ impl Order {
         if !is_scattered(packets) {
             return false;
         }
+        let plane = Plane::of(packets);
         self.keyed.clear();
         for (i, packet) in packets.iter().enumerate() {
             for lane in 0..LANES {
-                let key = key(direction(packet, lane));
+                let key = plane.key(packet.direction.lane(lane));
                 self.keyed.push(u64::from(key) << 32 | (i * LANES + lane) as u64);
             }
         }
@@ -110,7 +145,7 @@ impl Order {
         for (to, eight) in self.packets.iter_mut().zip(self.keyed.as_chunks::<LANES>().0) {
             for (lane, &keyed) in eight.iter().enumerate() {
                 let (from, from_lane) = place(keyed);
-                let [x, y, z] = direction(&packets[from], from_lane);
+                let [x, y, z] = packets[from].direction.lane(from_lane).to_array();
                 to.direction.x.as_mut_array()[lane] = x;
                 to.direction.y.as_mut_array()[lane] = y;
                 to.direction.z.as_mut_array()[lane] = z;

@@ -1,0 +1,122 @@
+//! Questions about points: the closest point, inside or outside, signed distances.
+
+use super::{ClosestPoint, Geometry, Points, QueryError, inside, nearest};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Points that are given to one thread at a time.
+const POINTS: usize = 256;
+
+impl Geometry {
+    /// Finds the closest point of the geometry; of equally near primitives, the one with the lowest id. `None` if there
+    /// is nothing, or the point is not finite.
+    #[must_use]
+    pub fn closest_point(&self, point: impl Into<DVec3>) -> Option<ClosestPoint> {
+        let middle = self.middle();
+        let found = nearest::closest(self.level(), self.bvh(), point.into() - middle)?;
+        Some(ClosestPoint {
+            point: found.point + middle,
+            ..found
+        })
+    }
+
+    /// Finds the closest points to many points, on the threads of the current rayon pool.
+    ///
+    /// # Panics
+    /// If points and answers differ in number.
+    pub fn closest_points<'p>(&self, points: impl Into<Points<'p>>, closest: &mut [Option<ClosestPoint>]) {
+        for_points(points.into(), closest, |point| self.closest_point(point));
+    }
+
+    /// Checks that the triangles enclose a space: that every edge belongs to an even number of them, vertices at one
+    /// position counting as one. The answer is kept.
+    ///
+    /// # Errors
+    /// [`QueryError::NotClosed`] with an open edge, or [`QueryError::HasSpheres`].
+    pub fn check_closed(&self) -> Result<(), QueryError> {
+        if let Some(known) = self.is_closed.get() {
+            return known.clone();
+        }
+        // Not while the lock is held: the check may run a task of the same pool that waits for this lock.
+        let found = inside::check_closed(&self.scene);
+        self.is_closed.get_or_init(|| found).clone()
+    }
+
+    /// Returns whether a point is inside the closed mesh: whether each way out of it crosses the mesh an odd number of
+    /// times. Of a point on the surface either may be told.
+    ///
+    /// # Errors
+    /// As [`Geometry::check_closed`].
+    pub fn contains(&self, point: impl Into<DVec3>) -> Result<bool, QueryError> {
+        self.check_closed()?;
+        Ok(self.is_inside(point.into()))
+    }
+
+    fn is_inside(&self, point: DVec3) -> bool {
+        inside::contains(self.level(), self.bvh(), point - self.middle())
+    }
+
+    /// Returns of many points whether they are inside, on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// As [`Geometry::check_closed`].
+    ///
+    /// # Panics
+    /// If points and answers differ in number.
+    pub fn contains_each<'p>(
+        &self,
+        points: impl Into<Points<'p>>,
+        inside: &mut [bool],
+    ) -> Result<(), QueryError> {
+        self.check_closed()?;
+        for_points(points.into(), inside, |point| self.is_inside(point));
+        Ok(())
+    }
+
+    /// Returns the distance of a point from the closed mesh, positive inside, negative outside; infinite with a minus if
+    /// there is nothing, NaN if the point is not finite.
+    ///
+    /// # Errors
+    /// As [`Geometry::check_closed`].
+    pub fn signed_distance(&self, point: impl Into<DVec3>) -> Result<f64, QueryError> {
+        self.check_closed()?;
+        Ok(self.signed(point.into()))
+    }
+
+    fn signed(&self, point: DVec3) -> f64 {
+        match self.closest_point(point) {
+            Some(closest) if closest.distance == 0.0 || self.is_inside(point) => closest.distance,
+            Some(closest) => -closest.distance,
+            None if point.is_finite() => f64::NEG_INFINITY,
+            None => f64::NAN,
+        }
+    }
+
+    /// Returns the signed distances of many points, on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// As [`Geometry::check_closed`].
+    ///
+    /// # Panics
+    /// If points and answers differ in number.
+    pub fn signed_distances<'p>(
+        &self,
+        points: impl Into<Points<'p>>,
+        distances: &mut [f64],
+    ) -> Result<(), QueryError> {
+        self.check_closed()?;
+        for_points(points.into(), distances, |point| self.signed(point));
+        Ok(())
+    }
+}
+
+/// Calls `answer` for each point.
+fn for_points<T: Send>(points: Points<'_>, answers: &mut [T], answer: impl Fn(DVec3) -> T + Sync) {
+    assert_eq!(points.len(), answers.len(), "an answer for each point");
+    let pieces = answers.par_chunks_mut(POINTS).enumerate();
+    pieces.for_each(|(piece, answers)| {
+        for (i, to) in answers.iter_mut().enumerate() {
+            *to = answer(points.get(piece * POINTS + i));
+        }
+    });
+}
