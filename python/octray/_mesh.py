@@ -177,7 +177,9 @@ class Mesh:
         return self._mesh.contains(_arrays.vectors("points", points, one=True))
 
     def refit(self, vertices: ArrayLike) -> None:
-        """Move the vertices, as many as there were, without building anew. The answers are those of a new mesh."""
+        """Move the vertices without building the mesh again; it must have the same number of them.
+
+        The answers are those of a new mesh."""
         self._mesh.refit(_arrays.vectors("vertices", vertices))
 
     def _rays(self, origins, directions, t_min, t_max):

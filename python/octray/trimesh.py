@@ -74,7 +74,7 @@ class RayMeshIntersector:
             return self._scene.contains(points)
         from trimesh.ray.ray_util import contains_points
 
-        return contains_points(self, points)
+        return contains_points(_Crossings(self.mesh, self._scene), points)
 
     def __getstate__(self):
         return {"mesh": self.mesh, "_scale_to_box": self._scale_to_box, "_built": None}
@@ -84,6 +84,18 @@ class RayMeshIntersector:
 
     def __copy__(self, *_):
         return RayMeshIntersector(self.mesh, self._scale_to_box)
+
+
+class _Crossings:
+    """What trimesh asks of an open mesh: which rays cross it, and how often."""
+
+    def __init__(self, mesh, scene):
+        self.mesh = mesh
+        self._scene = scene
+
+    def intersects_location(self, ray_origins, ray_directions, multiple_hits: bool = True):
+        ray, triangle, t = self._scene.all_hits(ray_origins, ray_directions, crossings=True)
+        return t, ray, triangle
 
 
 def _checked(ray_origins, ray_directions):

@@ -7,6 +7,9 @@ use glam::DVec3;
 /// Returns on each axis on which `f64` coordinates are farther from 0 than they extend their middle, else 0. Coordinates
 /// in `f32` need none: the scene does the same without rounding.
 pub(super) fn offset_of(positions: Points<'_>, spheres: &[Sphere]) -> DVec3 {
+    if positions.is_empty() && spheres.is_empty() {
+        return DVec3::ZERO;
+    }
     let (mut lower, mut upper) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     if let Points::F64(positions) = positions {
         for &position in positions {

@@ -29,6 +29,9 @@ pub struct Sphere {
     pub radius: f32,
 }
 
+/// Rays of which all hits are found that are given to one thread at a time.
+const RAYS: usize = 256;
+
 /// Triangles and spheres, ready to be asked. All methods may be called from many threads at once.
 ///
 /// Primitive ids count the triangles in their order, then the spheres. Coordinates are kept in `f32`, on an axis on
@@ -390,11 +393,11 @@ impl Geometry {
 
     /// Calls `append` for each ray, with the hits of those before.
     fn each_of(&self, rays: Rays<'_>, append: impl Fn(UnitRay, Vec<Hit>) -> Vec<Hit> + Sync) -> AllHits {
-        let pieces: Vec<usize> = (0..rays.len()).step_by(PIECE / 4).collect();
+        let pieces: Vec<usize> = (0..rays.len()).step_by(RAYS).collect();
         let found: Vec<(Vec<Hit>, Vec<usize>)> = pieces
             .into_par_iter()
             .map(|start| {
-                let end = rays.len().min(start + PIECE / 4);
+                let end = rays.len().min(start + RAYS);
                 let (mut hits, mut ends) = (Vec::new(), Vec::with_capacity(end - start));
                 for i in (start..end).step_by(LANES) {
                     let units = self.units(rays, i);

@@ -13,21 +13,32 @@ const BUNDLE: usize = 32;
 /// Fewer packets are not worth it.
 const LEAST: usize = 4 * BUNDLE;
 
-/// Rays are sorted if bundles extend so many times as far as squares of as many rays would.
+/// Rays are sorted if bundles are longer than squares of as many rays by this factor.
 // Tuned: see docs/lab-notes.md#order-of-query-rays
 const TOLERATED: f32 = 3.0;
 
 /// Rays are sorted if neighbours are farther apart than this fraction of the extent of all.
 const UNORDERED: f32 = 0.125;
 
-/// Steps of a sorting key along an axis: a power of two, finer than the pixels of large pictures.
-const STEPS: f32 = 32768.0;
+/// Bits of a sorting key for each of two axes. Rays of one cell keep their order.
+const BITS: u32 = 6;
+
+/// Cells along an axis.
+const STEPS: f32 = (1 << BITS) as f32;
+
+/// Keys: cells ahead, then those behind.
+const KEYS: usize = 2 << (2 * BITS);
+
+/// One of this many packets is looked at for the axes.
+const STRIDE: usize = 4;
 
 /// Rays in another order, and where they belong.
 #[derive(Debug, Default)]
 pub(super) struct Order {
-    /// Key, then place, of each ray.
-    keyed: Vec<u64>,
+    /// The key of each ray.
+    keys: Vec<u16>,
+    /// The place of each ray that was sorted.
+    places: Vec<u32>,
     pub packets: Vec<RayPacket>,
     pub hits: Vec<HitPacket>,
 }
@@ -43,7 +54,12 @@ struct Plane {
 
 impl Plane {
     fn of(packets: &[RayPacket]) -> Self {
-        let samples = || packets.iter().map(|packet| packet.direction.lane(0));
+        let samples = || {
+            packets
+                .iter()
+                .step_by(STRIDE)
+                .map(|packet| packet.direction.lane(0))
+        };
         let farthest = |from: Vec3| {
             samples().fold(from, |far, d| {
                 if d.distance_squared(from) > far.distance_squared(from) {
@@ -82,21 +98,20 @@ impl Plane {
     }
 
     /// The place of a direction along a Z-order curve, first those ahead.
-    fn key(&self, d: Vec3) -> u32 {
+    fn key(&self, d: Vec3) -> u16 {
         let [x, y] = self.projected(d);
         // NaN becomes 0, what is beyond the samples the nearest step.
-        let step = |at: f32, lower: f32| ((at - lower) * self.scale).min(STEPS - 1.0) as u32;
-        let ahead = u32::from(self.forward.dot(d) < 0.0) << 31;
+        let step = |at: f32, lower: f32| ((at - lower) * self.scale).min(STEPS - 1.0) as u16;
+        let ahead = u16::from(self.forward.dot(d) < 0.0) << (2 * BITS);
         ahead | spread(step(x, self.lower[0])) | spread(step(y, self.lower[1])) << 1
     }
 }
 
-/// The bits of a number below 2^16, one apart.
-fn spread(bits: u32) -> u32 {
-    let bits = (bits | bits << 8) & 0x00ff_00ff;
-    let bits = (bits | bits << 4) & 0x0f0f_0f0f;
-    let bits = (bits | bits << 2) & 0x3333_3333;
-    (bits | bits << 1) & 0x5555_5555
+/// The bits of a number below 2^8, one apart.
+fn spread(bits: u16) -> u16 {
+    let bits = (bits | bits << 4) & 0x0f0f;
+    let bits = (bits | bits << 2) & 0x3333;
+    (bits | bits << 1) & 0x5555
 }
 
 /// The extent of directions, by two lanes of each packet; and the mean distance of neighbours.
@@ -112,7 +127,7 @@ fn extent(packets: &[RayPacket]) -> (f32, f32) {
     ((upper - lower).length(), steps / packets.len() as f32)
 }
 
-/// Whether neighbours in the array are none in space, or bundles are much longer than wide.
+/// Whether neighbours in the array are far apart in space, or bundles are much longer than wide.
 fn is_scattered(packets: &[RayPacket]) -> bool {
     if packets.len() < LEAST {
         return false;
@@ -132,19 +147,30 @@ impl Order {
             return false;
         }
         let plane = Plane::of(packets);
-        self.keyed.clear();
-        for (i, packet) in packets.iter().enumerate() {
+        self.keys.clear();
+        let mut counts = [0_u32; KEYS];
+        for packet in packets {
             for lane in 0..LANES {
                 let key = plane.key(packet.direction.lane(lane));
-                self.keyed.push(u64::from(key) << 32 | (i * LANES + lane) as u64);
+                counts[usize::from(key) % KEYS] += 1;
+                self.keys.push(key);
             }
         }
-        self.keyed.sort_unstable();
+        let mut sum = 0;
+        for count in &mut counts {
+            (*count, sum) = (sum, sum + *count);
+        }
+        self.places.resize(self.keys.len(), 0);
+        for (i, &key) in self.keys.iter().enumerate() {
+            let to = &mut counts[usize::from(key) % KEYS];
+            self.places[*to as usize] = i as u32;
+            *to += 1;
+        }
         self.packets.clear();
         self.packets.extend_from_slice(packets);
-        for (to, eight) in self.packets.iter_mut().zip(self.keyed.as_chunks::<LANES>().0) {
-            for (lane, &keyed) in eight.iter().enumerate() {
-                let (from, from_lane) = place(keyed);
+        for (to, eight) in self.packets.iter_mut().zip(self.places.as_chunks::<LANES>().0) {
+            for (lane, &place) in eight.iter().enumerate() {
+                let (from, from_lane) = (place as usize / LANES, place as usize % LANES);
                 let [x, y, z] = packets[from].direction.lane(from_lane).to_array();
                 to.direction.x.as_mut_array()[lane] = x;
                 to.direction.y.as_mut_array()[lane] = y;
@@ -158,19 +184,12 @@ impl Order {
 
     /// Puts the hits of its packets where the rays were.
     pub(super) fn put_back(&self, hits: &mut [HitPacket]) {
-        for (from, eight) in self.hits.iter().zip(self.keyed.as_chunks::<LANES>().0) {
-            for (lane, &keyed) in eight.iter().enumerate() {
-                let (to, to_lane) = place(keyed);
-                hits[to].set_hit(to_lane, &from.hit(lane));
+        for (from, eight) in self.hits.iter().zip(self.places.as_chunks::<LANES>().0) {
+            for (lane, &place) in eight.iter().enumerate() {
+                hits[place as usize / LANES].set_hit(place as usize % LANES, &from.hit(lane));
             }
         }
     }
-}
-
-/// Packet and lane of a ray.
-fn place(keyed: u64) -> (usize, usize) {
-    let i = keyed as u32 as usize;
-    (i / LANES, i % LANES)
 }
 
 #[cfg(test)]

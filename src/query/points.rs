@@ -43,7 +43,7 @@ impl Geometry {
     }
 
     /// Returns whether a point is inside the closed mesh: whether each way out of it crosses the mesh an odd number of
-    /// times. Of a point on the surface either may be told.
+    /// times. For a point on the surface it may be either.
     ///
     /// # Errors
     /// As [`Geometry::check_closed`].

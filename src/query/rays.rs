@@ -65,7 +65,7 @@ impl Points<'_> {
         }
     }
 
-    /// Returns whether there are none.
+    /// Returns whether it is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -87,12 +87,27 @@ impl Points<'_> {
     /// Eight of them from `i` on as columns, the last one repeated.
     #[inline(always)]
     fn eight(&self, i: usize, columns: &mut [[f64; LANES]; 3]) {
-        let last = self.len() - 1;
+        match self {
+            Self::F32(points) => eight_of(points, i, columns),
+            Self::F64(points) => eight_of(points, i, columns),
+        }
+    }
+}
+
+#[inline(always)]
+fn eight_of<T: Copy + Into<f64>>(points: &[[T; 3]], i: usize, columns: &mut [[f64; LANES]; 3]) {
+    if let Some((eight, _)) = points[i..].split_first_chunk::<LANES>() {
         for lane in 0..LANES {
-            let point = self.get((i + lane).min(last));
-            columns[0][lane] = point.x;
-            columns[1][lane] = point.y;
-            columns[2][lane] = point.z;
+            for axis in 0..3 {
+                columns[axis][lane] = eight[lane][axis].into();
+            }
+        }
+        return;
+    }
+    for lane in 0..LANES {
+        let point = points[(i + lane).min(points.len() - 1)];
+        for axis in 0..3 {
+            columns[axis][lane] = point[axis].into();
         }
     }
 }
@@ -268,7 +283,7 @@ impl<'a> Rays<'a> {
         self.len
     }
 
-    /// Returns whether there are none.
+    /// Returns whether it is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0

@@ -127,7 +127,7 @@ pub(super) fn in_order(a: &Hit, b: &Hit) -> Ordering {
     a.t.total_cmp(&b.t).then(a.primitive.cmp(&b.primitive))
 }
 
-/// All hits, or so many of the nearest.
+/// All hits, or the nearest ones up to a limit.
 pub(super) struct All<'a> {
     ray: UnitRay,
     limit: usize,

@@ -58,7 +58,7 @@ fn cube(side: usize, shape: impl Fn(Vec3) -> Vec3) -> Mesh {
     (positions, triangles)
 }
 
-/// Rays at random, at vertices and edges, along the axes, from outside and inside, of any length, and some that are none.
+/// Rays at random, at vertices and edges, along the axes, from outside and inside, of any length, and some that are invalid.
 fn rays(random: &mut Random, positions: &[[f32; 3]], count: usize) -> Vec<Ray> {
     (0..count)
         .map(|i| {
@@ -269,6 +269,8 @@ fn what_is_not_closed_has_no_inside() {
     assert_eq!(geometry.signed_distance(DVec3::ZERO), Err(QueryError::HasSpheres));
     let nothing = Geometry::from_triangles(Points::F32(&[]), &[]).unwrap();
     assert_eq!(nothing.contains(DVec3::ZERO), Ok(false));
+    let also = Geometry::from_triangles(Points::F64(&[]), &[]).unwrap();
+    assert_eq!(also.vertices().1, DVec3::ZERO);
     assert!(nothing.bounds().is_none() && nothing.closest_point(DVec3::ZERO).is_none());
     assert!(nothing.closest_hit(&Ray::new(Vec3::ZERO, Vec3::X)).is_none());
 }
