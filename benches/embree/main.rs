@@ -20,6 +20,7 @@ mod inputs;
 mod rays;
 mod report;
 mod run;
+mod single;
 mod spheres;
 mod truth;
 #[path = "../common/view.rs"]
@@ -78,6 +79,10 @@ struct Arguments {
     #[arg(long)]
     all_modes: bool,
 
+    /// Also one ray a call, through octray's queries
+    #[arg(long)]
+    one_by_one: bool,
+
     /// Skip the builds, which take long for large scenes
     #[arg(long)]
     no_builds: bool,
@@ -123,6 +128,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         robust: arguments.robust,
         avx2: arguments.avx2,
         all_modes: arguments.all_modes,
+        one_by_one: arguments.one_by_one,
         cpu: arguments.cpu.map(|cpu| cpu as usize),
     };
     println!("{}", report::heading(plan));

@@ -5,6 +5,7 @@ use crate::{
     ffi::Api,
     inputs::Input,
     rays::{Differences, Disputes, Prepared},
+    single::Single,
     truth::{self, Right},
 };
 use octray::{
@@ -173,6 +174,8 @@ pub struct Plan {
     pub avx2: bool,
     /// Print each mode's speed in the first trial, and what it finds.
     pub all_modes: bool,
+    /// Also one ray a call, through octray's queries.
+    pub one_by_one: bool,
     /// The CPU to stay on; the last one by default.
     pub cpu: Option<usize>,
 }
@@ -288,6 +291,9 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
         }
     }
     looked_at.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if plan.one_by_one {
+        one_by_one(input, set, &mut embree, &looked_at, plan);
+    }
     let worth = looked_at[0].0 * WORTH_MEASURING;
     let modes: Vec<Mode> = looked_at
         .iter()
@@ -332,6 +338,30 @@ fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan:
         right_distance: truth::decide_distances(&input.scene, &disputes.distance),
         exact,
     }
+}
+
+/// Prints nanoseconds a ray, one ray a call: octray's queries, and Embree's best mode of that width.
+fn one_by_one(input: &Input, set: &RaySet, embree: &mut Embree<'_>, looked_at: &[(f64, Mode)], plan: Plan) {
+    let best = looked_at.iter().find(|(_, mode)| mode.width == 1);
+    let (Some((_, mode)), Some(single)) = (best, Single::new(&input.scene, set, plan.level())) else {
+        return;
+    };
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    for _ in 0..plan.repeat {
+        ours.push(single.time());
+        theirs.push(embree.time(mode));
+    }
+    let [ours, theirs] = [ours, theirs].map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2] / set.count as f64 * 1e9
+    });
+    println!(
+        "{:<10} {:<8} one ray a call: octray {ours:.0} ns, Embree {theirs:.0} ns ({:.2}x its time; {})",
+        input.name,
+        set.kind.name(),
+        ours / theirs,
+        mode.name()
+    );
 }
 
 /// Keeps the calling thread on one CPU, so that both programs share its caches and its clock.

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use std::{
     ops::Range,
     sync::{
-        Arc, RwLock,
+        Arc, PoisonError, RwLock,
         atomic::{AtomicBool, Ordering},
     },
 };
@@ -86,13 +86,12 @@ impl Mesh {
         &self.triangles
     }
 
-    /// The geometry as it is now.
-    pub fn geometry(&self) -> Arc<Geometry> {
-        let geometry = self
-            .geometry
-            .read()
-            .unwrap_or_else(|poisoned| poisoned.into_inner());
-        Arc::clone(&geometry)
+    /// The geometry as it is now. Others may go on while a refit is waited for.
+    pub fn geometry(&self, py: Python<'_>) -> Arc<Geometry> {
+        py.detach(|| {
+            let geometry = self.geometry.read();
+            Arc::clone(&geometry.unwrap_or_else(PoisonError::into_inner))
+        })
     }
 
     /// Runs `work` on the mesh's threads without the interpreter's lock.
@@ -102,7 +101,7 @@ impl Mesh {
         count: usize,
         work: impl FnOnce(&Geometry, &AtomicBool) -> T + Send,
     ) -> PyResult<T> {
-        let (geometry, pool) = (self.geometry(), self.threads.pool()?);
+        let (geometry, pool) = (self.geometry(py), self.threads.pool()?);
         if count <= FEW {
             return Ok(py.detach(|| pool.install(|| work(&geometry, &AtomicBool::new(false)))));
         }
@@ -219,15 +218,15 @@ impl Mesh {
     }
 
     #[getter]
-    fn bounds(&self) -> Option<[[f64; 3]; 2]> {
-        self.geometry()
+    fn bounds(&self, py: Python<'_>) -> Option<[[f64; 3]; 2]> {
+        self.geometry(py)
             .bounds()
             .map(|bounds| bounds.map(|corner| corner.to_array()))
     }
 
     #[getter]
-    fn counts(&self) -> (usize, usize) {
-        let geometry = self.geometry();
+    fn counts(&self, py: Python<'_>) -> (usize, usize) {
+        let geometry = self.geometry(py);
         (geometry.vertex_count(), geometry.triangle_count())
     }
 

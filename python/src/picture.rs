@@ -46,8 +46,8 @@ fn raised(error: &CliError) -> PyErr {
 }
 
 /// A copy of the mesh relative to the point that is returned, too.
-fn copied(mesh: &Mesh) -> (TriangleMesh, DVec3) {
-    let (positions, middle) = mesh.geometry().vertices();
+fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
+    let (positions, middle) = mesh.geometry(py).vertices();
     let axis = |axis: usize| positions.iter().map(|position| position[axis]).collect();
     let mesh = TriangleMesh {
         x: axis(0),
@@ -75,7 +75,7 @@ pub fn render<'py>(
 ) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
     let (mesh, middle) = match &source {
         Source::Mesh(mesh) => {
-            let (mesh, middle) = copied(mesh);
+            let (mesh, middle) = copied(py, mesh);
             (Some(mesh), middle)
         }
         Source::File(_) => (None, DVec3::ZERO),
