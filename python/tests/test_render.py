@@ -75,5 +75,5 @@ def test_wrong_files(tmp_path):
     faulty.write_text("sphere 0 0 0\n")
     with pytest.raises(ValueError, match="faulty.scn:1"):
         octray.render(faulty)
-    empty = octray.Mesh([], [])
-    assert octray.render(empty, (8, 8), {"eye": (1, 2, 3)})["color"].shape == (8, 8, 3)
+    with pytest.raises(ValueError, match="no triangles"):
+        octray.render(octray.Mesh([], []), (8, 8))
