@@ -25,7 +25,7 @@ use std::{
 };
 
 /// Rays between two looks at whether the call was cancelled: some milliseconds of work.
-const BATCH: usize = 1 << 17;
+const BATCH: usize = 1 << 18;
 /// The same for points, and for rays of which all hits are found.
 const SMALL_BATCH: usize = 1 << 14;
 /// Calls with fewer rays or points end before anybody could press Ctrl-C.

@@ -14,6 +14,7 @@ use crate::{
     trace::{Tracer, visit},
 };
 use glam::Vec3;
+use std::cell::Cell;
 
 /// Packets that are prepared, traced and told at a time: they stay in the second-level cache.
 const PACKETS: usize = 2048;
@@ -21,12 +22,9 @@ const PACKETS: usize = 2048;
 /// Rays that are given to one thread at a time.
 pub(super) const PIECE: usize = PACKETS * LANES;
 
-/// Traces many rays on the thread that calls, with memory that is kept from call to call. [`Geometry::closest_hits`] and
-/// [`Geometry::occluded_each`] use all threads of rayon's pool instead.
-#[derive(Debug)]
-pub struct Worker<'a> {
-    geometry: &'a Geometry,
-    tracer: Tracer<'a>,
+/// The memory of a worker. A thread keeps it from call to call: getting new memory costs as much as tracing.
+#[derive(Debug, Default)]
+struct Buffers {
     packets: Vec<RayPacket>,
     origins: Vec<Vec3x8>,
     /// Where rays begin, up to the last packet with one that does not begin at its origin.
@@ -39,19 +37,33 @@ pub struct Worker<'a> {
     order: Order,
 }
 
+thread_local! {
+    static BUFFERS: Cell<Option<Box<Buffers>>> = const { Cell::new(None) };
+}
+
+/// Traces many rays on the thread that calls, with memory that is kept from call to call. [`Geometry::closest_hits`] and
+/// [`Geometry::occluded_each`] use all threads of rayon's pool instead.
+#[derive(Debug)]
+pub struct Worker<'a> {
+    geometry: &'a Geometry,
+    tracer: Tracer<'a>,
+    buffers: Box<Buffers>,
+}
+
+impl Drop for Worker<'_> {
+    fn drop(&mut self) {
+        let buffers = std::mem::take(&mut self.buffers);
+        // A thread that ends has no place for them any more.
+        let _ = BUFFERS.try_with(|kept| kept.set(Some(buffers)));
+    }
+}
+
 impl<'a> Worker<'a> {
     pub(super) fn new(geometry: &'a Geometry) -> Self {
         Self {
             geometry,
             tracer: Tracer::new(geometry.bvh()).at_level(geometry.level()),
-            packets: Vec::new(),
-            origins: Vec::new(),
-            starts: Vec::new(),
-            lengths: Vec::new(),
-            shared: Vec3::ZERO,
-            hits: Vec::new(),
-            occluded: Vec::new(),
-            order: Order::default(),
+            buffers: BUFFERS.take().unwrap_or_default(),
         }
     }
 
@@ -83,10 +95,10 @@ impl<'a> Worker<'a> {
 
     /// Makes packets of up to [`PIECE`] rays; of one origin, if all have the same.
     fn prepare(&mut self, rays: Rays<'_>) {
-        self.packets.clear();
-        self.origins.clear();
-        self.starts.clear();
-        self.lengths.clear();
+        self.buffers.packets.clear();
+        self.buffers.origins.clear();
+        self.buffers.starts.clear();
+        self.buffers.lengths.clear();
         let (middle, is_shared) = (self.geometry.middle(), rays.share_origin());
         at_level!(self.tracer.level(), |simd| {
             let mut eight = EightRays::ZERO;
@@ -96,18 +108,18 @@ impl<'a> Worker<'a> {
                 for lane in rays.len().saturating_sub(i)..LANES {
                     unit.rays.t_max.as_mut_array()[lane] = 0.0;
                 }
-                self.packets.push(unit.rays);
-                self.lengths.push(unit.length);
+                self.buffers.packets.push(unit.rays);
+                self.buffers.lengths.push(unit.length);
                 if i == 0 {
-                    self.shared = unit.origin.lane(0);
+                    self.buffers.shared = unit.origin.lane(0);
                 }
                 if !is_shared {
-                    self.origins.push(unit.origin);
+                    self.buffers.origins.push(unit.origin);
                 }
                 if unit.start != [0.0; LANES] {
                     // Those before begin at 0.
-                    self.starts.resize(i / LANES, [0.0; LANES]);
-                    self.starts.push(unit.start);
+                    self.buffers.starts.resize(i / LANES, [0.0; LANES]);
+                    self.buffers.starts.push(unit.start);
                 }
             }
         });
@@ -115,26 +127,29 @@ impl<'a> Worker<'a> {
 
     pub(super) fn closest_of_piece(&mut self, rays: Rays<'_>, hits: &mut [Hit]) {
         self.prepare(rays);
-        self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
-        let origins = origins(&self.origins, self.shared);
-        if matches!(origins, Origins::Shared(_)) && self.order.sort(&self.packets) {
-            let order = &mut self.order;
+        self.buffers
+            .hits
+            .resize(self.buffers.packets.len(), HitPacket::miss(F32x8::ZERO));
+        let origins = origins(&self.buffers.origins, self.buffers.shared);
+        if matches!(origins, Origins::Shared(_)) && self.buffers.order.sort(&self.buffers.packets) {
+            let order = &mut self.buffers.order;
             self.tracer.closest_hit(origins, &order.packets, &mut order.hits);
-            order.put_back(&mut self.hits);
+            order.put_back(&mut self.buffers.hits);
         } else {
-            self.tracer.closest_hit(origins, &self.packets, &mut self.hits);
+            self.tracer
+                .closest_hit(origins, &self.buffers.packets, &mut self.buffers.hits);
         }
         at_level!(self.tracer.level(), |simd| {
             for (i, hits) in hits.chunks_mut(LANES).enumerate() {
-                put(simd, &self.hits[i], &self.lengths[i], hits);
+                put(simd, &self.buffers.hits[i], &self.buffers.lengths[i], hits);
             }
         });
-        for (i, start) in self.starts.iter().enumerate() {
+        for (i, start) in self.buffers.starts.iter().enumerate() {
             for lane in 0..LANES {
                 if start[lane] > 0.0
                     && let Some(hit) = hits.get_mut(i * LANES + lane)
                     && hit.is_hit()
-                    && self.hits[i].t.as_array()[lane] <= start[lane]
+                    && self.buffers.hits[i].t.as_array()[lane] <= start[lane]
                 {
                     let ray = self.ray(i, lane);
                     let mut closest = Closest::new(&ray);
@@ -147,26 +162,27 @@ impl<'a> Worker<'a> {
 
     /// A ray that begins behind its origin.
     fn ray(&self, i: usize, lane: usize) -> UnitRay {
-        let origin = match self.origins.get(i) {
+        let origin = match self.buffers.origins.get(i) {
             Some(origins) => origins.lane(lane),
-            None => self.shared,
+            None => self.buffers.shared,
         };
         UnitRay {
-            ray: self.packets[i].ray(lane, origin),
-            start: self.starts[i][lane],
-            length: self.lengths[i][lane],
+            ray: self.buffers.packets[i].ray(lane, origin),
+            start: self.buffers.starts[i][lane],
+            length: self.buffers.lengths[i][lane],
         }
     }
 
     pub(super) fn occluded_of_piece(&mut self, rays: Rays<'_>, answers: &mut [bool]) {
         self.prepare(rays);
-        self.occluded.resize(self.packets.len(), 0);
-        let origins = origins(&self.origins, self.shared);
-        self.tracer.occluded(origins, &self.packets, &mut self.occluded);
+        self.buffers.occluded.resize(self.buffers.packets.len(), 0);
+        let origins = origins(&self.buffers.origins, self.buffers.shared);
+        self.tracer
+            .occluded(origins, &self.buffers.packets, &mut self.buffers.occluded);
         for (i, answer) in answers.iter_mut().enumerate() {
-            *answer = self.occluded[i / LANES] >> (i % LANES) & 1 != 0;
+            *answer = self.buffers.occluded[i / LANES] >> (i % LANES) & 1 != 0;
         }
-        for (i, start) in self.starts.iter().enumerate() {
+        for (i, start) in self.buffers.starts.iter().enumerate() {
             for lane in 0..LANES {
                 if start[lane] > 0.0
                     && let Some(answer) = answers.get_mut(i * LANES + lane)
