@@ -169,7 +169,7 @@ fn origins_at_the_end_of_all_numbers() {
     let scene = builder.finish();
     let bvh = Bvh::build(&scene);
     let mut hits_found = 0;
-    for round in 0..48 {
+    for round in 0..32 {
         let way = if round % 3 == 0 {
             Vec3::new(0.577, 0.578, 0.577)
         } else {
@@ -181,7 +181,7 @@ fn origins_at_the_end_of_all_numbers() {
         let shared = round % 2 == 0;
         let mut rays = RayPackets::default();
         rays.restart(Some(origin).filter(|_| shared));
-        for packet in 0..24 {
+        for packet in 0..16 {
             rays.push_rays(&std::array::from_fn(|lane| {
                 if (packet + lane) % 3 == 0 {
                     return Ray::new(origin, direction);
@@ -213,5 +213,5 @@ fn origins_at_the_end_of_all_numbers() {
             }
         }
     }
-    assert!(hits_found > 100, "{hits_found}");
+    assert!(hits_found > 60, "{hits_found}");
 }
