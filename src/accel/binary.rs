@@ -42,7 +42,7 @@ impl BinaryNode {
 }
 
 /// A binary bounding volume hierarchy over one scene.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct BinaryBvh {
     /// Nodes; the root is node 0. Empty for a scene of nothing.
     pub nodes: Vec<BinaryNode>,

@@ -54,7 +54,7 @@ impl Layout {
 }
 
 /// The leaf blocks of triangles, numbered as [`Child::index`](super::Child::index) has it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum TriangleBlocks {
     /// See [`Layout::Whole`].
     Whole(Vec<TriangleBlock>),

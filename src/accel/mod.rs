@@ -46,7 +46,7 @@ use std::{
 };
 
 /// A wide bounding volume hierarchy over one scene.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Bvh {
     nodes: Vec<Node8>,
     triangle_blocks: TriangleBlocks,

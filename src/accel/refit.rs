@@ -3,7 +3,7 @@
 
 use super::{Bvh, Child, Node8, TriangleBlocks, boxes};
 use crate::{
-    geometry::{TriangleBlock, padded},
+    geometry::{SphereBlock, TriangleBlock, padded},
     math::Aabb,
     ray::PrimitiveId,
     scene::Scene,
@@ -26,6 +26,9 @@ impl Bvh {
         if !have_areas.reduce(|| true, |a, b| a & b) {
             return false;
         }
+        self.sphere_blocks
+            .par_iter_mut()
+            .for_each(|block| move_spheres(block, scene));
         // A child comes after its parent.
         for i in (0..self.nodes.len()).rev() {
             let node = &self.nodes[i];
@@ -66,6 +69,23 @@ impl Bvh {
             }
         }
     }
+}
+
+/// Takes the spheres of a block from the scene: its origin may have moved.
+fn move_spheres(block: &mut SphereBlock, scene: &Scene) {
+    let first = scene.triangles().corners.len();
+    let ids = block.id.iter().take_while(|&&id| id != PrimitiveId::NONE.0);
+    let spheres: Vec<_> = ids
+        .map(|&id| {
+            let i = id as usize - first;
+            (
+                PrimitiveId(id),
+                scene.spheres().center(i),
+                scene.spheres().radius[i],
+            )
+        })
+        .collect();
+    *block = SphereBlock::new(&spheres);
 }
 
 /// Takes the corners of a block's triangles from the scene; returns whether all have an area.

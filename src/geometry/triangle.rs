@@ -249,10 +249,9 @@ impl<V: Lanes> EdgeFunctions<V> {
 pub(crate) struct TriangleHits<V: Lanes> {
     /// Lanes that hit, a bit each.
     pub hit: u32,
-    /// Candidates at a distance above 0, hit or not.
-    pub ahead: u32,
-    /// Lanes in which `f32` tells whether the ray passes inside all edges.
-    pub sure: u32,
+    /// Candidates, hit or not, that the line passes within a padded box, and an edge nearer than `f32` can tell. The plane
+    /// of some is known so badly that they may seem to be behind the ray.
+    pub unsure: u32,
     /// Distances.
     pub t: V,
     /// Weights of second corner, third and first, not yet divided by their sum. Negative means 0.
@@ -292,17 +291,17 @@ impl<V: EightLanes> EdgeFunctions<V> {
         let (near, far) = slabs.interval(lower, upper);
         let determinant = direction.dot(self.normal);
         let t = (self.plane / determinant).max(near).min(far);
-        let ahead = (near.le(far) & t.gt(t.all(0.0))).bits() & candidates;
+        let within = near.le(far);
+        let mut hit = (within & t.gt(t.all(0.0))).bits() & candidates;
         let sure = u.min(v).min(w).gt(self.tolerance).bits();
-        let (unsure, mut hit) = (ahead & !sure, ahead);
+        let unsure = hit & !sure;
         if unsure != 0 {
             let (origin, direction) = (slabs.origin.to8().lane(0), direction.to8().lane(0));
             hit &= !unsure | passing(unsure, origin, direction, block, [u.to8(), v.to8(), w.to8()]);
         }
         TriangleHits {
             hit,
-            ahead,
-            sure,
+            unsure: within.bits() & candidates & !sure,
             t,
             weights,
         }

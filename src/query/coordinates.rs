@@ -1,12 +1,45 @@
 //! Coordinates as they are kept: in `f32`, relative to the middle of what is far from 0, checked.
 
 use super::{Points, QueryError, geometry::Sphere};
-use crate::scene::MAX_COORDINATE;
+use crate::scene::{MAX_COORDINATE, MaterialId, Scene, SceneBuilder, TriangleMesh};
 use glam::DVec3;
+
+/// Returns a scene of triangles and spheres, and the point that its coordinates are relative to before its own origin.
+pub(super) fn scene_of(
+    positions: Points<'_>,
+    triangles: &[[u32; 3]],
+    spheres: &[Sphere],
+) -> Result<(Scene, DVec3), QueryError> {
+    let offset = offset_of(positions, spheres);
+    let [x, y, z] = columns(positions, offset)?;
+    let mut builder = SceneBuilder::new();
+    let mesh = TriangleMesh {
+        x,
+        y,
+        z,
+        normals: Vec::new(),
+        triangles: copied(triangles)?,
+    };
+    builder.add_mesh(mesh, MaterialId(0))?;
+    for (i, sphere) in spheres.iter().enumerate() {
+        let center = DVec3::from(sphere.center);
+        for (relative, value) in (center - offset).to_array().into_iter().zip(sphere.center) {
+            check_coordinate("sphere", i, relative, value)?;
+        }
+        if !(sphere.radius > 0.0 && sphere.radius <= MAX_COORDINATE) {
+            return Err(QueryError::Radius {
+                sphere: i,
+                radius: sphere.radius,
+            });
+        }
+        builder.add_sphere((center - offset).as_vec3(), sphere.radius, MaterialId(0))?;
+    }
+    Ok((builder.finish(), offset))
+}
 
 /// Returns on each axis on which `f64` coordinates are farther from 0 than they extend their middle, else 0. Coordinates
 /// in `f32` need none: the scene does the same without rounding.
-pub(super) fn offset_of(positions: Points<'_>, spheres: &[Sphere]) -> DVec3 {
+fn offset_of(positions: Points<'_>, spheres: &[Sphere]) -> DVec3 {
     if positions.is_empty() && spheres.is_empty() {
         return DVec3::ZERO;
     }
@@ -33,12 +66,7 @@ pub(super) fn offset_of(positions: Points<'_>, spheres: &[Sphere]) -> DVec3 {
 }
 
 /// Checks a coordinate relative to the middle; `value` is the one that was given.
-pub(super) fn check_coordinate(
-    what: &'static str,
-    index: usize,
-    relative: f64,
-    value: f64,
-) -> Result<(), QueryError> {
+fn check_coordinate(what: &'static str, index: usize, relative: f64, value: f64) -> Result<(), QueryError> {
     if relative.abs() <= f64::from(MAX_COORDINATE) {
         Ok(())
     } else {
@@ -47,7 +75,7 @@ pub(super) fn check_coordinate(
 }
 
 /// Returns the coordinates relative to a point, in `f32`, checked.
-pub(super) fn columns(positions: Points<'_>, middle: DVec3) -> Result<[Vec<f32>; 3], QueryError> {
+fn columns(positions: Points<'_>, middle: DVec3) -> Result<[Vec<f32>; 3], QueryError> {
     let mut columns = [Vec::new(), Vec::new(), Vec::new()];
     for column in &mut columns {
         reserve(column, positions.len(), "the vertices")?;
@@ -68,7 +96,7 @@ fn reserve<T>(to: &mut Vec<T>, count: usize, what: &'static str) -> Result<(), Q
         .map_err(|_| QueryError::NoMemory { what })
 }
 
-pub(super) fn copied(triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>, QueryError> {
+fn copied(triangles: &[[u32; 3]]) -> Result<Vec<[u32; 3]>, QueryError> {
     let mut copied = Vec::new();
     reserve(&mut copied, triangles.len(), "the triangles")?;
     copied.extend_from_slice(triangles);

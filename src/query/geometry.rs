@@ -2,17 +2,17 @@
 
 use super::{
     Points, QueryError, Ray, Rays, Worker,
-    coordinates::{check_coordinate, columns, copied, offset_of},
+    coordinates::scene_of,
     rays::EightRays,
     sinks::{All, Any, Closest, Crossings},
     unit::{UnitPacket, UnitRay},
     worker::PIECE,
 };
 use crate::{
-    accel::{BuildQuality, Bvh, Child},
+    accel::{Bvh, Child},
     lanes::LANES,
     ray::Hit,
-    scene::{MAX_COORDINATE, MaterialId, Scene, SceneBuilder, Shape, TriangleMesh},
+    scene::{Scene, Shape},
     simd::{Level, at_level},
     trace::visit,
 };
@@ -52,9 +52,10 @@ const RAYS: usize = 256;
 #[derive(Debug)]
 pub struct Geometry {
     pub(super) scene: Scene,
+    /// As they were given.
+    spheres: Vec<Sphere>,
     bvh: Bvh,
     level: Level,
-    quality: BuildQuality,
     /// Coordinates are relative to this point, to which the scene's own origin is still to be added.
     offset: DVec3,
     pub(super) is_closed: OnceLock<Result<(), QueryError>>,
@@ -110,35 +111,7 @@ impl Geometry {
         triangles: &[[u32; 3]],
         spheres: &[Sphere],
     ) -> Result<Self, QueryError> {
-        let positions = positions.into();
-        let offset = offset_of(positions, spheres);
-        let [x, y, z] = columns(positions, offset)?;
-        let mut builder = SceneBuilder::new();
-        let mesh = TriangleMesh {
-            x,
-            y,
-            z,
-            normals: Vec::new(),
-            triangles: copied(triangles)?,
-        };
-        builder.add_mesh(mesh, MaterialId(0))?;
-        for (i, sphere) in spheres.iter().enumerate() {
-            let center = DVec3::from(sphere.center) - offset;
-            for value in center.to_array() {
-                check_coordinate("sphere", i, value, value)?;
-            }
-            if !(sphere.radius > 0.0 && sphere.radius <= MAX_COORDINATE) {
-                return Err(QueryError::Radius {
-                    sphere: i,
-                    radius: sphere.radius,
-                });
-            }
-            builder.add_sphere(center.as_vec3(), sphere.radius, MaterialId(0))?;
-        }
-        Self::of_scene(builder.finish(), offset, BuildQuality::Best)
-    }
-
-    fn of_scene(scene: Scene, offset: DVec3, quality: BuildQuality) -> Result<Self, QueryError> {
+        let (scene, offset) = scene_of(positions.into(), triangles, spheres)?;
         let limit = Child::MAX_BLOCKS;
         if scene.primitive_count() > limit {
             return Err(QueryError::TooMany {
@@ -147,10 +120,10 @@ impl Geometry {
             });
         }
         Ok(Self {
-            bvh: Bvh::build_with(&scene, quality),
+            bvh: Bvh::build(&scene),
             scene,
+            spheres: spheres.to_vec(),
             level: Level::current(),
-            quality,
             offset,
             is_closed: OnceLock::new(),
         })
@@ -165,13 +138,43 @@ impl Geometry {
     }
 
     /// Moves the vertices: boxes are fitted to them again, in far less time than a new hierarchy takes. What moves apart
-    /// is then traced more slowly than a new geometry would be; answers are the same.
+    /// is then traced more slowly than a new geometry would be; answers are the same, to the bit.
     ///
     /// # Errors
     /// [`QueryError::Length`] if there are not as many positions as vertices, [`QueryError::Coordinate`] or
     /// [`QueryError::NoMemory`]; nothing is changed then.
     pub fn refit<'a>(&mut self, positions: impl Into<Points<'a>>) -> Result<(), QueryError> {
-        let positions = positions.into();
+        let (scene, offset) = self.moved(positions.into())?;
+        if !self.bvh.refit(&scene) {
+            self.bvh = Bvh::build(&scene);
+        }
+        (self.scene, self.offset) = (scene, offset);
+        self.is_closed = OnceLock::new();
+        Ok(())
+    }
+
+    /// Returns a copy with moved vertices, while others go on to ask this one.
+    ///
+    /// # Errors
+    /// As [`Geometry::refit`].
+    pub fn refitted<'a>(&self, positions: impl Into<Points<'a>>) -> Result<Self, QueryError> {
+        let (scene, offset) = self.moved(positions.into())?;
+        let mut bvh = self.bvh.clone();
+        if !bvh.refit(&scene) {
+            bvh = Bvh::build(&scene);
+        }
+        Ok(Self {
+            scene,
+            spheres: self.spheres.clone(),
+            bvh,
+            level: self.level,
+            offset,
+            is_closed: OnceLock::new(),
+        })
+    }
+
+    /// The scene with its vertices at other positions.
+    fn moved(&self, positions: Points<'_>) -> Result<(Scene, DVec3), QueryError> {
         let expected = self.vertex_count();
         if positions.len() != expected {
             return Err(QueryError::Length {
@@ -180,13 +183,7 @@ impl Geometry {
                 expected,
             });
         }
-        let columns = columns(positions, self.middle())?;
-        self.scene.move_vertices(columns);
-        if !self.bvh.refit(&self.scene) {
-            self.bvh = Bvh::build_with(&self.scene, self.quality);
-        }
-        self.is_closed = OnceLock::new();
-        Ok(())
+        scene_of(positions, &self.scene.triangles().corners, &self.spheres)
     }
 
     /// Returns the number of triangles.
@@ -201,7 +198,7 @@ impl Geometry {
         self.scene.vertices().x.len()
     }
 
-    /// Returns the lower and upper corner of the box around everything, world space; `None` if there is nothing to hit.
+    /// Returns the lower and upper corner of the box around everything, world space; `None` if there is nothing.
     #[must_use]
     pub fn bounds(&self) -> Option<[DVec3; 2]> {
         let bounds = self.scene.bounds();
@@ -267,8 +264,8 @@ impl Geometry {
     }
 
     /// Finds all hits of a ray, in order of t, then id: each triangle at most once, with all triangles that meet at an
-    /// edge or vertex which the ray meets. A sphere is hit where the ray enters it, or leaves it if it starts inside.
-    /// With a limit, the nearest ones.
+    /// edge or vertex which the ray meets. A sphere is hit where the ray enters it and where it leaves it. With a limit,
+    /// the nearest ones.
     #[must_use]
     pub fn all_hits(&self, ray: &Ray, limit: Option<usize>) -> Vec<Hit> {
         self.all_into(UnitRay::new(ray, self.middle()), limit, Vec::new())
@@ -284,8 +281,8 @@ impl Geometry {
     /// Finds the hits of a ray through which its line passes: of the triangles that meet at an edge or vertex, one on
     /// each sheet. So a ray from outside a closed mesh has an even number of them.
     ///
-    /// Where rounding cannot tell, the line is turned by less than rounding, the same way for all triangles, and signs
-    /// are exact; so parity holds whatever the mesh, unless the ray starts on it.
+    /// Where rounding cannot tell, exact signs do, for a line that is moved by infinitesimal amounts, the same for all
+    /// triangles. So parity holds whatever the mesh, unless the ray starts on it but for rounding.
     #[must_use]
     pub fn crossings(&self, ray: &Ray) -> Vec<Hit> {
         self.crossings_of(UnitRay::new(ray, self.middle()))

@@ -1,18 +1,12 @@
 //! Inside or outside of a closed mesh: by the parity of exact crossings on the way to the nearest side of the box
 //! around it.
 
-use super::{
-    QueryError,
-    crossings::{self, Crossing},
-    sinks::repeats_of,
-    unit::UnitRay,
-};
+use super::{QueryError, sinks::Crossings, unit::UnitRay};
 use crate::{
     accel::Bvh,
-    ray::PrimitiveId,
     scene::{Scene, weld},
     simd::Level,
-    trace::{Found, HitSink, Near, visit},
+    trace::visit,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -45,34 +39,6 @@ pub(super) fn check_closed(scene: &Scene) -> Result<(), QueryError> {
     }
 }
 
-/// Counts crossings.
-struct Parity<'a> {
-    repeats: &'a [[PrimitiveId; 2]],
-    is_odd: bool,
-    unsure: Vec<Crossing>,
-    end: f32,
-}
-
-impl HitSink for Parity<'_> {
-    const WANTS_NEAR: bool = true;
-
-    #[inline(always)]
-    fn end(&self) -> f32 {
-        self.end
-    }
-    #[inline(always)]
-    fn take(&mut self, found: Found, near: Option<Near>) {
-        // An even number of equal triangles changes nothing.
-        if !self.repeats.is_empty() && !repeats_of(self.repeats, found.primitive).len().is_multiple_of(2) {
-            return;
-        }
-        match near {
-            Some(near) if !near.is_sure => self.unsure.push(Crossing(near.corners)),
-            _ => self.is_odd = !self.is_odd,
-        }
-    }
-}
-
 /// The directions to the six sides, aslant by irrational parts: along the axes many models have edges.
 const ASIDE: [f64; 2] = [0.013_579_1, 0.007_313_7];
 
@@ -97,15 +63,7 @@ pub(super) fn contains(level: Level, bvh: &Bvh, point: DVec3) -> bool {
     direction[(axis + 1) % 3] = ASIDE[0];
     direction[(axis + 2) % 3] = ASIDE[1];
     let unit = UnitRay::of(point, direction, [0.0, f32::INFINITY]);
-    let mut parity = Parity {
-        repeats: bvh.repeats(),
-        is_odd: false,
-        unsure: Vec::new(),
-        end: unit.ray.t_max,
-    };
-    visit(level, bvh, &unit.ray, &mut parity);
-    let passed = crossings::decide(&unit.ray, &parity.unsure);
-    passed
-        .into_iter()
-        .fold(parity.is_odd, |is_odd, passes| is_odd ^ passes)
+    let mut crossings = Crossings::new(unit, bvh.repeats());
+    visit(level, bvh, &unit.ray, &mut crossings);
+    !crossings.into_hits().len().is_multiple_of(2)
 }

@@ -9,7 +9,7 @@ const POINTS: usize = 256;
 
 impl Geometry {
     /// Finds the closest point of the geometry; of equally near primitives, the one with the lowest id. `None` if there
-    /// is nothing, or the point is not finite.
+    /// is nothing, or the point is not finite in `f32`.
     #[must_use]
     pub fn closest_point(&self, point: impl Into<DVec3>) -> Option<ClosestPoint> {
         let middle = self.middle();
@@ -74,7 +74,7 @@ impl Geometry {
     }
 
     /// Returns the distance of a point from the closed mesh, positive inside, negative outside; infinite with a minus if
-    /// there is nothing, NaN if the point is not finite.
+    /// there is nothing, NaN if the point is not finite in `f32`.
     ///
     /// # Errors
     /// As [`Geometry::check_closed`].
@@ -87,7 +87,7 @@ impl Geometry {
         match self.closest_point(point) {
             Some(closest) if closest.distance == 0.0 || self.is_inside(point) => closest.distance,
             Some(closest) => -closest.distance,
-            None if point.is_finite() => f64::NEG_INFINITY,
+            None if self.bounds().is_none() && !point.is_nan() => f64::NEG_INFINITY,
             None => f64::NAN,
         }
     }

@@ -2,13 +2,14 @@
 
 use super::{
     crossings::{self, Crossing},
-    unit::{UnitRay, reported},
+    unit::{UnitRay, last_reported_as, reported},
 };
 use crate::{
     math,
     ray::{Hit, PrimitiveId},
-    trace::{Found, HitSink, Near},
+    trace::{Found, HitSink},
 };
+use glam::Vec3;
 use std::{cmp::Ordering, collections::BinaryHeap};
 
 /// A hit as it is reported; the twin of [`RayPackets`](crate::ray::RayPackets)' hits.
@@ -52,14 +53,12 @@ impl Closest {
 }
 
 impl HitSink for Closest {
-    const WANTS_NEAR: bool = false;
-
     #[inline(always)]
     fn end(&self) -> f32 {
         self.best.t
     }
     #[inline(always)]
-    fn take(&mut self, found: Found, _: Option<Near>) {
+    fn take(&mut self, found: Found) {
         let best = Hit {
             primitive: self.best.primitive,
             ..Hit::miss(self.best.t)
@@ -88,31 +87,26 @@ impl Any {
 }
 
 impl HitSink for Any {
-    const WANTS_NEAR: bool = false;
-
     #[inline(always)]
     fn end(&self) -> f32 {
         // Entries are never negative.
         if self.is_hit { -1.0 } else { self.end }
     }
     #[inline(always)]
-    fn take(&mut self, found: Found, _: Option<Near>) {
+    fn take(&mut self, found: Found) {
         self.is_hit |= found.t > self.start && found.t < self.end;
     }
 }
 
 /// A hit in order of t, then id.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Ordered {
-    hit: Hit,
-    distance: f32,
-}
+struct Ordered(Hit);
 
 impl Eq for Ordered {}
 
 impl Ord for Ordered {
     fn cmp(&self, other: &Self) -> Ordering {
-        in_order(&self.hit, &other.hit)
+        in_order(&self.0, &other.0)
     }
 }
 
@@ -135,7 +129,7 @@ pub(super) struct All<'a> {
     repeats: &'a [[PrimitiveId; 2]],
     /// Those without a limit.
     hits: Vec<Hit>,
-    /// The nearest ones, the farthest on top.
+    /// With a limit, the nearest ones, the farthest on top.
     nearest: BinaryHeap<Ordered>,
     end: f32,
 }
@@ -159,7 +153,7 @@ impl<'a> All<'a> {
 
     /// The hits from `first` on are those of this ray, in order.
     pub(super) fn into_hits(mut self, first: usize) -> Vec<Hit> {
-        self.hits.extend(self.nearest.iter().map(|ordered| ordered.hit));
+        self.hits.extend(self.nearest.iter().map(|ordered| ordered.0));
         self.hits[first..].sort_unstable_by(in_order);
         self.hits
     }
@@ -173,26 +167,18 @@ impl<'a> All<'a> {
             self.hits.push(hit);
             return;
         }
-        let new = Ordered {
-            hit,
-            distance: found.t,
-        };
         if self.nearest.len() < self.limit {
-            self.nearest.push(new);
+            self.nearest.push(Ordered(hit));
         } else if let Some(mut farthest) = self.nearest.peek_mut()
-            && new < *farthest
+            && Ordered(hit) < *farthest
         {
-            *farthest = new;
+            *farthest = Ordered(hit);
         }
         if self.nearest.len() == self.limit
-            && let Some(farthest) = self.nearest.peek()
+            && let Some(Ordered(farthest)) = self.nearest.peek()
         {
-            // Distances within a few roundings may be reported as the same t, where the id decides.
-            self.end = self
-                .ray
-                .ray
-                .t_max
-                .min(farthest.distance * (1.0 + 1e-6) + f32::MIN_POSITIVE);
+            // Of those at the same t, the id decides.
+            self.end = self.end.min(last_reported_as(farthest.t, self.ray.length));
         }
     }
 }
@@ -205,14 +191,12 @@ pub(super) fn repeats_of(repeats: &[[PrimitiveId; 2]], id: PrimitiveId) -> &[[Pr
 }
 
 impl HitSink for All<'_> {
-    const WANTS_NEAR: bool = false;
-
     #[inline(always)]
     fn end(&self) -> f32 {
         self.end
     }
     #[inline(always)]
-    fn take(&mut self, found: Found, _: Option<Near>) {
+    fn take(&mut self, found: Found) {
         if found.t <= self.ray.start || found.t >= self.ray.ray.t_max {
             return;
         }
@@ -258,27 +242,36 @@ impl<'a> Crossings<'a> {
     }
 }
 
+/// Calls `add` with a hit on a triangle, and on each of those that equal it.
+fn with_repeats(repeats: &[[PrimitiveId; 2]], hit: Hit, mut add: impl FnMut(Hit)) {
+    add(hit);
+    for &[_, primitive] in repeats_of(repeats, hit.primitive) {
+        add(Hit { primitive, ..hit });
+    }
+}
+
 impl HitSink for Crossings<'_> {
-    const WANTS_NEAR: bool = true;
+    const WANTS_UNSURE: bool = true;
 
     #[inline(always)]
     fn end(&self) -> f32 {
         self.ray.ray.t_max
     }
     #[inline(always)]
-    fn take(&mut self, found: Found, near: Option<Near>) {
-        if found.t <= self.ray.start || found.t >= self.ray.ray.t_max {
-            return;
+    fn take(&mut self, found: Found) {
+        if found.t > self.ray.start && found.t < self.ray.ray.t_max {
+            let hit = hit_of(&found, self.ray.length);
+            with_repeats(self.repeats, hit, |hit| self.hits.push(hit));
         }
-        let hit = hit_of(&found, self.ray.length);
-        let same = repeats_of(self.repeats, found.primitive);
-        let ids = std::iter::once(found.primitive).chain(same.iter().map(|two| two[1]));
-        for primitive in ids {
-            let hit = Hit { primitive, ..hit };
-            match near {
-                Some(near) if !near.is_sure => self.unsure.push((hit, Crossing(near.corners))),
-                _ => self.hits.push(hit),
-            }
+    }
+    fn take_unsure(&mut self, mut found: Found, corners: [Vec3; 3]) {
+        // If it is ahead at all, which is decided exactly, it is not at 0.
+        found.t = found.t.max(f32::MIN_POSITIVE);
+        if found.t > self.ray.start && found.t < self.ray.ray.t_max {
+            let hit = hit_of(&found, self.ray.length);
+            with_repeats(self.repeats, hit, |hit| {
+                self.unsure.push((hit, Crossing(corners)))
+            });
         }
     }
 }

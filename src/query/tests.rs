@@ -213,6 +213,123 @@ fn crossings_of_closed_meshes_are_even() {
     }
 }
 
+/// Edges on the ray's own line, two solids one behind the other.
+#[test]
+fn crossings_along_edges_are_even() {
+    let positions = [
+        [5.0_f32, 0.0, -1.0],
+        [5.0, 0.0, 1.0],
+        [6.0, -1.0, 0.5],
+        [6.0, 1.0, 0.5],
+        [2.0, 0.0, 0.0],
+        [3.0, 0.0, 0.0],
+        [2.5, 1.0, 0.0],
+        [2.5, 0.0, 1.0],
+    ];
+    let solid = |i: u32| {
+        [
+            [i, i + 1, i + 2],
+            [i, i + 3, i + 1],
+            [i, i + 2, i + 3],
+            [i + 1, i + 3, i + 2],
+        ]
+    };
+    let triangles = [solid(0), solid(4)].concat();
+    let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
+    let along = Ray::new([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
+    assert_eq!(geometry.crossings(&along).len() % 2, 0);
+    assert_eq!(
+        geometry
+            .crossings(&Ray::new([5.5, 0.0, 0.0], [1.0, 0.0, 0.0]))
+            .len(),
+        1
+    );
+}
+
+/// From so far that the smallest turn of the line would leave boxes near 0.
+#[test]
+fn crossings_from_far_away_are_even() {
+    let at = 1e-6_f32;
+    let (low, high) = ([-1.0_f32, -1.0, 0.0], [1.0_f32, 1.0, 1.0]);
+    let positions = [
+        low,
+        [at, -1.0, 0.0],
+        [1.0, -1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [at, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+        [-1.0, -1.0, 1.0],
+        [1.0, -1.0, 1.0],
+        high,
+        [-1.0, 1.0, 1.0],
+    ];
+    let triangles = [
+        [0, 4, 1],
+        [0, 5, 4],
+        [1, 3, 2],
+        [1, 4, 3],
+        [6, 7, 8],
+        [6, 8, 9],
+        [0, 1, 6],
+        [1, 2, 7],
+        [1, 7, 6],
+        [3, 4, 8],
+        [4, 5, 9],
+        [4, 9, 8],
+        [2, 3, 8],
+        [2, 8, 7],
+        [5, 0, 6],
+        [5, 6, 9],
+    ];
+    let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
+    geometry.check_closed().unwrap();
+    for distance in [1.0, 1e3, 1e5, 1e7] {
+        for x in [0.0, at, -at, 1e-7] {
+            let ray = Ray::new([x, 0.3, -distance], [0.0, 0.0, 1.0]);
+            assert_eq!(geometry.crossings(&ray).len(), 2, "{distance} {x}");
+        }
+    }
+}
+
+/// Closed solids with slivers along diagonals, and rays that start in the slivers' boxes.
+#[test]
+fn slivers_do_not_change_parity() {
+    let mut random = Random::new(77);
+    for round in 0..300 {
+        let mut thin = || random.vector() * 1e-7;
+        let (a, b) = (Vec3::ZERO + thin(), Vec3::ONE + thin());
+        let middle = Vec3::splat(0.5) + thin();
+        let (left, right) = (Vec3::new(1.0, 0.0, 0.4), Vec3::new(0.0, 1.0, 0.6));
+        let positions = [a, b, middle, left, right].map(|corner| corner.to_array());
+        // Both sides of the sliver a, b, middle.
+        let triangles = [
+            [0, 1, 3],
+            [0, 4, 1],
+            [0, 3, 2],
+            [3, 1, 2],
+            [0, 2, 4],
+            [2, 1, 4],
+            [0, 1, 2],
+            [0, 2, 1],
+        ];
+        let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
+        if geometry.check_closed().is_err() || (0..8).any(|i| !geometry.scene().has_area(i)) {
+            continue;
+        }
+        let far = random.vector().normalize() * 3.0;
+        let to = a.lerp(b, 0.2 + 0.001 * round as f32);
+        let crossings = geometry.crossings(&Ray::new(far, to - far)).len();
+        assert_eq!(crossings % 2, 0, "{round}");
+        // Near the sliver, and away from it: both see the outside behind them.
+        let near = to - (to - far).normalize() * 0.05;
+        assert_eq!(
+            geometry.crossings(&Ray::new(near, far - near)).len() % 2,
+            0,
+            "{round}"
+        );
+    }
+}
+
 #[test]
 fn inside_is_told_of_any_point() {
     let mut random = Random::new(21);
@@ -271,6 +388,10 @@ fn what_is_not_closed_has_no_inside() {
     assert_eq!(nothing.contains(DVec3::ZERO), Ok(false));
     let also = Geometry::from_triangles(Points::F64(&[]), &[]).unwrap();
     assert_eq!(also.vertices().1, DVec3::ZERO);
+    assert_eq!(nothing.signed_distance(DVec3::ZERO), Ok(f64::NEG_INFINITY));
+    let (positions, triangles) = cube(1, |at| at);
+    let far = Geometry::from_triangles(&positions, &triangles).unwrap();
+    assert!(far.signed_distance(DVec3::splat(1e39)).unwrap().is_nan());
     assert!(nothing.bounds().is_none() && nothing.closest_point(DVec3::ZERO).is_none());
     assert!(nothing.closest_hit(&Ray::new(Vec3::ZERO, Vec3::X)).is_none());
 }
@@ -361,6 +482,65 @@ fn moved_vertices_are_hit_where_they_are() {
         geometry.refit(&bad),
         Err(QueryError::Coordinate { index: 7, .. })
     ));
+}
+
+#[test]
+fn a_geometry_that_is_moved_away_is_kept_as_a_new_one() {
+    let (positions, triangles) = cube(3, |at| at);
+    let ball = Sphere {
+        center: [1e6, 1e6, 1e6],
+        radius: 0.01,
+    };
+    for spheres in [&[][..], &[ball][..]] {
+        let mut geometry = Geometry::new(&positions, &triangles, spheres).unwrap();
+        for (scale, offset) in [(0.01, 1e6), (1.0, 1e10), (1.0, 0.3), (1.0, -3.0)] {
+            let moved: Vec<[f64; 3]> = positions
+                .iter()
+                .map(|&at| (Vec3::from(at).as_dvec3() * scale + offset).to_array())
+                .collect();
+            let new = Geometry::new(&moved, &triangles, spheres);
+            let copy = geometry.refitted(&moved);
+            let Ok(new) = new else {
+                assert!(copy.is_err() && geometry.refit(&moved).is_err());
+                continue;
+            };
+            geometry.refit(&moved).unwrap();
+            for geometry in [&geometry, &copy.unwrap()] {
+                assert_eq!(geometry.vertices(), new.vertices());
+                assert_eq!(geometry.bounds(), new.bounds());
+                for (from, to) in [(moved[3], moved[40]), (ball.center, moved[7])] {
+                    let ray = Ray::new(DVec3::from(from).as_vec3() - 5.0, DVec3::from(to).as_vec3());
+                    assert_eq!(geometry.closest_hit(&ray), new.closest_hit(&ray));
+                }
+                assert_eq!(
+                    geometry.closest_point(ball.center),
+                    new.closest_point(ball.center)
+                );
+            }
+        }
+    }
+}
+
+/// Directions so long that t underflows: hits at 0 do not count, and a limit keeps the order.
+#[test]
+fn limits_keep_the_order_where_t_is_rounded() {
+    let corners = |z: f32| [[-1.0_f32, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]];
+    let positions = [corners(1.0), corners(1.000_000_1)].concat();
+    let geometry = Geometry::from_triangles(&positions, &[[3, 4, 5], [0, 1, 2]]).unwrap();
+    for length in [1e46, 3e44, 0.1, 1e-30] {
+        let directions = [[0.0, 0.0, length]];
+        let origins = [[0.0, 0.0, -1.0]];
+        let rays = Rays::from_arrays(&origins, &directions).unwrap();
+        let all = geometry.all_hits_each(rays, None);
+        for limit in 1..3 {
+            let some = geometry.all_hits_each(rays, Some(limit));
+            assert_eq!(some.hits, all.hits[..limit.min(all.hits.len())], "{length}");
+        }
+        assert!(all.hits.iter().all(|hit| hit.t > 0.0));
+        let mut occluded = [false];
+        geometry.occluded_each(rays, &mut occluded);
+        assert_eq!(occluded[0], !all.hits.is_empty());
+    }
 }
 
 #[test]

@@ -90,11 +90,20 @@ fn searched_end(t: f32, length: f64) -> f32 {
     f32::from_bits(above)
 }
 
+/// Returns the largest distance that is not reported as more than `t`, which is at least 0.
+#[inline(always)]
+pub(super) fn last_reported_as(t: f32, length: f64) -> f32 {
+    end_of(t.next_up(), length).next_down()
+}
+
+/// Directions up to this length make no t of 0 from any distance that matters: those above 1e-25.
+const LONG: f64 = 1e20;
+
 /// Returns the largest distance that is not reported as more than `t`.
 #[inline(always)]
 fn start_of(t: f32, length: f64) -> f32 {
-    if t > 0.0 {
-        end_of(t.next_up(), length).next_down()
+    if t > 0.0 || length > LONG {
+        last_reported_as(t.max(0.0), length)
     } else {
         0.0
     }
@@ -169,7 +178,9 @@ impl UnitPacket {
         }
         let (mut start, mut t_max, mut is_open) = ([0.0; LANES], [T_MAX; LANES], true);
         for lane in 0..LANES {
-            is_open &= from.t_min[lane] == 0.0 && from.t_max[lane] == f32::INFINITY && length[lane] >= 0.5;
+            is_open &= from.t_min[lane] == 0.0
+                && from.t_max[lane] == f32::INFINITY
+                && (0.5..LONG).contains(&length[lane]);
         }
         if !is_open {
             for lane in 0..LANES {

@@ -404,21 +404,6 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Replaces the positions of all vertices, as many as there are, relative to the scene's origin, which stays.
-    pub(crate) fn move_vertices(&mut self, [x, y, z]: [Vec<f32>; 3]) {
-        (self.vertices.x, self.vertices.y, self.vertices.z) = (x, y, z);
-        let (bounds, degenerate) = self.triangle_extent();
-        (self.bounds, self.degenerate) = (bounds, degenerate);
-        for i in 0..self.spheres.radius.len() {
-            self.bounds = self.bounds.union(self.sphere_bounds(i));
-        }
-        self.id = SceneId::next();
-        self.bounds = Aabb {
-            lower: self.bounds.lower + self.origin,
-            upper: self.bounds.upper + self.origin,
-        };
-    }
-
     /// Returns the bounding box of all triangles and the number of those without area.
     fn triangle_extent(&self) -> (Aabb, usize) {
         let pieces = self.triangles.corners.par_chunks(MIN_PIECE);

@@ -43,7 +43,7 @@ use rays::Packet;
 use room::{RayLanes, Rooms};
 use sheared::ShearedSpace;
 use sink::ResultSink;
-pub(crate) use visit::{Found, HitSink, Near, visit};
+pub(crate) use visit::{Found, HitSink, visit};
 
 /// Packets of a bundle at most: the lanes of the widest register.
 // Tuned: see docs/lab-notes.md#bundle-packets

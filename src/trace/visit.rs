@@ -23,22 +23,17 @@ pub(crate) struct Found {
     pub weights: [f32; 3],
 }
 
-/// A triangle that a ray's line meets, or misses by less than rounding, for a [`HitSink`].
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Near {
-    /// Whether that is certain in `f32`, or an edge passes nearer than rounding.
-    pub is_sure: bool,
-    pub corners: [Vec3; 3],
-}
-
 /// Says which hits count.
 pub(crate) trait HitSink {
-    /// Whether triangles near the line are wanted that the canonical test denies.
-    const WANTS_NEAR: bool;
+    /// Whether the sink decides itself where an edge passes nearer than `f32` can tell.
+    const WANTS_UNSURE: bool = false;
     /// The ray's end: hits beyond it are not wanted.
     fn end(&self) -> f32;
-    /// Takes a hit; `near` where the sink wants it and it is a triangle.
-    fn take(&mut self, found: Found, near: Option<Near>);
+    /// Takes a hit.
+    fn take(&mut self, found: Found);
+    /// Takes a triangle, hit or not, that the line passes within a padded box and an edge nearer than `f32` can tell. It
+    /// may seem to be at 0 where its plane is known badly.
+    fn take_unsure(&mut self, _: Found, _: [Vec3; 3]) {}
 }
 
 /// What is yet to visit: a lower bound on where the ray enters it, and a node or leaf.
@@ -103,10 +98,10 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
                     primitive: PrimitiveId(block.id[lane]),
                     weights: [0.0, 0.0, 1.0],
                 };
-                sink.take(found, None);
+                sink.take(found);
                 let t = leaves.lane(lane);
                 if t > found.t {
-                    sink.take(Found { t, ..found }, None);
+                    sink.take(Found { t, ..found });
                 }
             }
         }
@@ -131,23 +126,23 @@ fn triangles<S: Simd, B: TriangleLeaf, K: HitSink>(
     let mut room = None;
     let block = leaf.whole(simd, &mut room);
     let found = triangle_block(simd, ray, block, child);
-    let (hit, sure) = (found.hit, found.sure);
-    let wanted = if K::WANTS_NEAR { found.ahead } else { hit };
+    let unsure = if K::WANTS_UNSURE { found.unsure } else { 0 };
+    let wanted = found.hit | unsure;
     if wanted == 0 {
         return;
     }
     let (t, [u, v, w]) = (found.t.to8(), found.weights);
     let (u, v, w) = (u.to8(), v.to8(), w.to8());
     for lane in bits(wanted) {
-        let near = K::WANTS_NEAR.then(|| Near {
-            is_sure: sure >> lane & 1 != 0,
-            corners: block.triangle(lane),
-        });
         let found = Found {
             t: t.as_array()[lane],
             primitive: PrimitiveId(block.id[lane]),
             weights: [u.as_array()[lane], v.as_array()[lane], w.as_array()[lane]],
         };
-        sink.take(found, near);
+        if unsure >> lane & 1 == 0 {
+            sink.take(found);
+        } else {
+            sink.take_unsure(found, block.triangle(lane));
+        }
     }
 }
