@@ -28,8 +28,8 @@ impl Vectors<'_> {
 /// Ends of rays: one, or one each.
 #[derive(FromPyObject)]
 pub enum RayEnds<'py> {
-    All(f32),
     Each(PyReadonlyArray1<'py, f32>),
+    All(f32),
 }
 
 impl RayEnds<'_> {

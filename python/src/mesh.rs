@@ -8,7 +8,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, P
 use octray::{
     Geometry, Hit, QueryError,
     glam::DVec3,
-    query::{AllHits, ClosestPoint, Ends, Points, Rays},
+    query::{ClosestPoint, Ends, Points, Rays},
     ray::PrimitiveId,
 };
 use pyo3::{
@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use std::{
     ops::Range,
     sync::{
-        Arc, PoisonError, RwLock,
+        Arc, Mutex, PoisonError, RwLock,
         atomic::{AtomicBool, Ordering},
     },
 };
@@ -43,7 +43,8 @@ fn raised(error: QueryError) -> PyErr {
 #[pyclass(frozen, module = "octray._octray")]
 pub struct Mesh {
     geometry: RwLock<Arc<Geometry>>,
-    triangles: Arc<[[u32; 3]]>,
+    /// Held while the vertices are moved.
+    refits: Mutex<()>,
     threads: Threads,
 }
 
@@ -56,6 +57,10 @@ struct AskedRays<'a> {
 }
 
 impl AskedRays<'_> {
+    fn len(&self) -> usize {
+        self.directions.len()
+    }
+
     fn part(&self, range: &Range<usize>) -> Result<Rays<'_>, QueryError> {
         Rays::from_arrays(part(self.origins, range), part_of_all(self.directions, range))?
             .within(part_of_ends(self.t_min, range), part_of_ends(self.t_max, range))
@@ -71,21 +76,22 @@ fn part_of_all<'a>(points: Points<'a>, range: &Range<usize>) -> Points<'a> {
 }
 
 /// Calls `ask` for one batch after the other, until the call is cancelled.
-fn in_batches(count: usize, batch: usize, cancelled: &AtomicBool, mut ask: impl FnMut(Range<usize>)) {
+fn in_batches(
+    count: usize,
+    batch: usize,
+    cancelled: &AtomicBool,
+    mut ask: impl FnMut(Range<usize>) -> Result<(), QueryError>,
+) -> Result<(), QueryError> {
     for start in (0..count).step_by(batch) {
         if cancelled.load(Ordering::Relaxed) {
-            return;
+            break;
         }
-        ask(start..count.min(start + batch));
+        ask(start..count.min(start + batch))?;
     }
+    Ok(())
 }
 
 impl Mesh {
-    /// The triangles, three vertices each.
-    pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.triangles
-    }
-
     /// The geometry as it is now. Others may go on while a refit is waited for.
     pub fn geometry(&self, py: Python<'_>) -> Arc<Geometry> {
         py.detach(|| {
@@ -105,33 +111,46 @@ impl Mesh {
         if count <= FEW {
             return Ok(py.detach(|| pool.install(|| work(&geometry, &AtomicBool::new(false)))));
         }
-        interruptible(py, &pool, |cancelled| work(&geometry, cancelled))
+        interruptible(py, |cancelled| pool.install(|| work(&geometry, cancelled)))
     }
 
-    fn all(
+    /// Calls `ask` with one batch of rays after the other, their places, and what it makes.
+    fn of_rays<T: Send>(
         &self,
         py: Python<'_>,
         rays: &AskedRays<'_>,
-        ask: impl Fn(&Geometry, Rays<'_>) -> AllHits + Sync,
-    ) -> PyResult<AllHits> {
-        let count = rays.directions.len();
+        batch: usize,
+        mut answers: T,
+        mut ask: impl FnMut(&Geometry, Rays<'_>, Range<usize>, &mut T) + Send,
+    ) -> PyResult<T> {
+        let found = self.run(py, rays.len(), |geometry, cancelled| {
+            in_batches(rays.len(), batch, cancelled, |range| {
+                ask(geometry, rays.part(&range)?, range, &mut answers);
+                Ok(())
+            })
+            .map(|()| answers)
+        })?;
+        found.map_err(raised)
+    }
+
+    /// Answers for points: one each.
+    fn of_points<T: Clone + Send>(
+        &self,
+        py: Python<'_>,
+        points: &Vectors<'_>,
+        nothing: T,
+        ask: impl Fn(&Geometry, Points<'_>, &mut [T]) -> Result<(), QueryError> + Sync + Send,
+    ) -> PyResult<Vec<T>> {
+        let points = points.rows()?;
+        let count = points.len();
         let found = self.run(py, count, |geometry, cancelled| {
-            let mut all = AllHits {
-                hits: Vec::new(),
-                starts: vec![0],
-            };
-            let mut failed = None;
-            in_batches(count, SMALL_BATCH, cancelled, |range| match rays.part(&range) {
-                Ok(part) => {
-                    let found = ask(geometry, part);
-                    let before = all.hits.len();
-                    all.hits.extend(found.hits);
-                    all.starts
-                        .extend(found.starts[1..].iter().map(|start| before + start));
-                }
-                Err(error) => failed = Some(error),
-            });
-            failed.map_or(Ok(all), Err)
+            let mut answers = vec![nothing; count];
+            // An empty part too, so that a mesh that cannot be asked is refused.
+            ask(geometry, part_of_all(points, &(0..0)), &mut [])?;
+            in_batches(count, SMALL_BATCH, cancelled, |range| {
+                ask(geometry, part_of_all(points, &range), &mut answers[range])
+            })?;
+            Ok(answers)
         })?;
         found.map_err(raised)
     }
@@ -209,10 +228,12 @@ impl Mesh {
             triangles.push(face.map(|index| index as u32));
         }
         let pool = threads.pool()?;
-        let built = interruptible(py, &pool, |_| Geometry::from_triangles(positions, &triangles))?;
+        let built = interruptible(py, |_| {
+            pool.install(|| Geometry::from_triangles(positions, &triangles))
+        })?;
         Ok(Self {
             geometry: RwLock::new(Arc::new(built.map_err(raised)?)),
-            triangles: triangles.into(),
+            refits: Mutex::new(()),
             threads,
         })
     }
@@ -239,24 +260,20 @@ impl Mesh {
         t_max: RayEnds<'_>,
     ) -> PyResult<HitArrays<'py>> {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
-        let count = rays.directions.len();
-        let found = self.run(py, count, |geometry, cancelled| {
-            let mut hits = vec![Hit::miss(f32::INFINITY); count];
-            let mut failed = None;
-            in_batches(count, BATCH, cancelled, |range| match rays.part(&range) {
-                Ok(part) => geometry.closest_hits(part, &mut hits[range]),
-                Err(error) => failed = Some(error),
-            });
-            if let Some(error) = failed {
-                return Err(error);
-            }
-            let t: Vec<f32> = hits.par_iter().map(|hit| hit.t).collect();
-            let triangle: Vec<i64> = hits.par_iter().map(|hit| id_of(hit.primitive)).collect();
-            let uv: Vec<[f32; 2]> = hits.par_iter().map(|hit| [hit.u, hit.v]).collect();
-            let hit: Vec<bool> = hits.par_iter().map(Hit::is_hit).collect();
-            Ok((t, triangle, uv, hit))
-        })?;
-        let (t, triangle, uv, hit) = found.map_err(raised)?;
+        let miss = Hit::miss(f32::INFINITY);
+        let hits = self.of_rays(
+            py,
+            &rays,
+            BATCH,
+            vec![miss; rays.len()],
+            |geometry, rays, range, hits| {
+                geometry.closest_hits(rays, &mut hits[range]);
+            },
+        )?;
+        let (t, triangle): (Vec<f32>, Vec<i64>) =
+            hits.par_iter().map(|hit| (hit.t, id_of(hit.primitive))).unzip();
+        let (uv, hit): (Vec<[f32; 2]>, Vec<bool>) =
+            hits.par_iter().map(|hit| ([hit.u, hit.v], hit.is_hit())).unzip();
         Ok((
             t.into_pyarray(py),
             triangle.into_pyarray(py),
@@ -272,29 +289,22 @@ impl Mesh {
         origins: Vectors<'_>,
         directions: Vectors<'_>,
     ) -> PyResult<Bound<'py, PyArray1<i64>>> {
-        let rays = asked(
-            &origins,
-            &directions,
-            &RayEnds::All(0.0),
-            &RayEnds::All(f32::INFINITY),
+        let (t_min, t_max) = (RayEnds::All(0.0), RayEnds::All(f32::INFINITY));
+        let rays = asked(&origins, &directions, &t_min, &t_max)?;
+        let mut hits = vec![Hit::miss(f32::INFINITY); rays.len().min(BATCH)];
+        let found = self.of_rays(
+            py,
+            &rays,
+            BATCH,
+            vec![-1; rays.len()],
+            |geometry, rays, range, to| {
+                let hits = &mut hits[..range.len()];
+                geometry.closest_hits(rays, hits);
+                let to = to[range].par_iter_mut().with_min_len(4096);
+                to.zip(hits).for_each(|(to, hit)| *to = id_of(hit.primitive));
+            },
         )?;
-        let count = rays.directions.len();
-        let found = self.run(py, count, |geometry, cancelled| {
-            let mut triangles = vec![-1; count];
-            let mut hits = vec![Hit::miss(f32::INFINITY); count.min(BATCH)];
-            let mut failed = None;
-            in_batches(count, BATCH, cancelled, |range| match rays.part(&range) {
-                Ok(part) => {
-                    let hits = &mut hits[..range.len()];
-                    geometry.closest_hits(part, hits);
-                    let to = triangles[range].par_iter_mut().with_min_len(4096);
-                    to.zip(hits).for_each(|(to, hit)| *to = id_of(hit.primitive));
-                }
-                Err(error) => failed = Some(error),
-            });
-            failed.map_or(Ok(triangles), Err)
-        })?;
-        Ok(found.map_err(raised)?.into_pyarray(py))
+        Ok(found.into_pyarray(py))
     }
 
     fn occluded<'py>(
@@ -306,17 +316,16 @@ impl Mesh {
         t_max: RayEnds<'_>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
-        let count = rays.directions.len();
-        let found = self.run(py, count, |geometry, cancelled| {
-            let mut occluded = vec![false; count];
-            let mut failed = None;
-            in_batches(count, BATCH, cancelled, |range| match rays.part(&range) {
-                Ok(part) => geometry.occluded_each(part, &mut occluded[range]),
-                Err(error) => failed = Some(error),
-            });
-            failed.map_or(Ok(occluded), Err)
-        })?;
-        Ok(found.map_err(raised)?.into_pyarray(py))
+        let found = self.of_rays(
+            py,
+            &rays,
+            BATCH,
+            vec![false; rays.len()],
+            |geometry, rays, range, to| {
+                geometry.occluded_each(rays, &mut to[range]);
+            },
+        )?;
+        Ok(found.into_pyarray(py))
     }
 
     #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
@@ -336,23 +345,23 @@ impl Mesh {
         Bound<'py, PyArray1<f32>>,
     )> {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
-        let all = self.all(py, &rays, |geometry, rays| {
-            if crossings {
+        let limit = max_hits.unwrap_or(usize::MAX);
+        let nothing = (Vec::new(), Vec::new(), Vec::new());
+        let found = self.of_rays(py, &rays, SMALL_BATCH, nothing, |geometry, rays, range, to| {
+            let all = if crossings {
                 geometry.crossings_each(rays)
             } else {
                 geometry.all_hits_each(rays, max_hits)
+            };
+            for (i, ray) in range.enumerate() {
+                for hit in all.of_ray(i).iter().take(limit) {
+                    to.0.push(ray as i64);
+                    to.1.push(id_of(hit.primitive));
+                    to.2.push(hit.t);
+                }
             }
         })?;
-        let limit = max_hits.unwrap_or(usize::MAX);
-        let (mut ray, mut hits) = (Vec::new(), Vec::new());
-        for i in 0..all.starts.len() - 1 {
-            for &hit in all.of_ray(i).iter().take(limit) {
-                ray.push(i as i64);
-                hits.push(hit);
-            }
-        }
-        let triangle: Vec<i64> = hits.iter().map(|hit| id_of(hit.primitive)).collect();
-        let t: Vec<f32> = hits.iter().map(|hit| hit.t).collect();
+        let (ray, triangle, t) = found;
         Ok((
             ray.into_pyarray(py),
             triangle.into_pyarray(py),
@@ -379,25 +388,29 @@ impl Mesh {
         if !fits {
             return Err(PyValueError::new_err("the arrays differ in length"));
         }
-        let (positions, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = self.run(py, count, |geometry, _| {
-            (0..count)
-                .into_par_iter()
-                .with_min_len(1024)
-                .map(|i| {
-                    let id = triangle[i];
-                    if id < 0 || id as usize >= geometry.triangle_count() {
-                        return ([f64::NAN; 3], [f64::NAN; 3]);
-                    }
-                    let hit = Hit {
-                        primitive: PrimitiveId(id as u32),
-                        ..Hit::miss(t[i])
-                    };
-                    let origin = origins.get(if origins.len() == 1 { 0 } else { i });
-                    let found = geometry.surface(origin, directions.get(i), &hit);
-                    (found.position.to_array(), found.normal.to_array())
-                })
-                .unzip()
+        let surface = |geometry: &Geometry, i: usize| {
+            let id = triangle[i];
+            if id < 0 || id as usize >= geometry.triangle_count() {
+                return ([f64::NAN; 3], [f64::NAN; 3]);
+            }
+            let hit = Hit {
+                primitive: PrimitiveId(id as u32),
+                ..Hit::miss(t[i])
+            };
+            let origin = origins.get(if origins.len() == 1 { 0 } else { i });
+            let found = geometry.surface(origin, directions.get(i), &hit);
+            (found.position.to_array(), found.normal.to_array())
+        };
+        let found = self.run(py, count, |geometry, cancelled| {
+            let mut found = (Vec::new(), Vec::new());
+            in_batches(count, BATCH, cancelled, |range| {
+                let part = range.into_par_iter().with_min_len(1024);
+                found.par_extend(part.map(|i| surface(geometry, i)));
+                Ok(())
+            })
+            .map(|()| found)
         })?;
+        let (positions, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = found.map_err(raised)?;
         Ok((rows(py, positions)?, rows(py, normals)?))
     }
 
@@ -411,14 +424,9 @@ impl Mesh {
         Bound<'py, PyArray1<f64>>,
         Bound<'py, PyArray1<i64>>,
     )> {
-        let points = points.rows()?;
-        let count = points.len();
-        let found = self.run(py, count, |geometry, cancelled| {
-            let mut closest = vec![None; count];
-            in_batches(count, SMALL_BATCH, cancelled, |range| {
-                geometry.closest_points(part_of_all(points, &range), &mut closest[range]);
-            });
-            closest
+        let found = self.of_points(py, &points, None, |geometry, points, closest| {
+            geometry.closest_points(points, closest);
+            Ok(())
         })?;
         let nothing = ClosestPoint {
             point: DVec3::NAN,
@@ -437,57 +445,36 @@ impl Mesh {
         py: Python<'py>,
         points: Vectors<'_>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let points = points.rows()?;
-        let found = self.run(py, points.len(), |geometry, cancelled| {
-            let mut distances = vec![0.0; points.len()];
-            geometry.check_closed()?;
-            in_batches(points.len(), SMALL_BATCH, cancelled, |range| {
-                // The mesh is closed.
-                let _ = geometry.signed_distances(part_of_all(points, &range), &mut distances[range]);
-            });
-            Ok(distances)
+        let found = self.of_points(py, &points, 0.0, |geometry, points, distances| {
+            geometry.signed_distances(points, distances)
         })?;
-        Ok(found.map_err(raised)?.into_pyarray(py))
+        Ok(found.into_pyarray(py))
     }
 
     fn contains<'py>(&self, py: Python<'py>, points: Vectors<'_>) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let points = points.rows()?;
-        let found = self.run(py, points.len(), |geometry, cancelled| {
-            let mut inside = vec![false; points.len()];
-            geometry.check_closed()?;
-            in_batches(points.len(), SMALL_BATCH, cancelled, |range| {
-                // The mesh is closed.
-                let _ = geometry.contains_each(part_of_all(points, &range), &mut inside[range]);
-            });
-            Ok(inside)
+        let found = self.of_points(py, &points, false, |geometry, points, inside| {
+            geometry.contains_each(points, inside)
         })?;
-        Ok(found.map_err(raised)?.into_pyarray(py))
+        Ok(found.into_pyarray(py))
     }
 
+    /// Others go on to ask the geometry as it was until the new one is there.
     fn refit(&self, py: Python<'_>, vertices: Vectors<'_>) -> PyResult<()> {
         let positions = vertices.rows()?;
         let pool = self.threads.pool()?;
-        let moved = interruptible(py, &pool, |_| {
-            let mut place = self
+        let moved = interruptible(py, |cancelled| {
+            // One after the other, and never a lock while the pool works: it may take up another call meanwhile.
+            let _turn = self.refits.lock().unwrap_or_else(PoisonError::into_inner);
+            let old = self
                 .geometry
-                .write()
-                .unwrap_or_else(|poisoned| poisoned.into_inner());
-            match Arc::get_mut(&mut place) {
-                Some(geometry) => geometry.refit(positions),
-                None => {
-                    // Other calls still ask the old one.
-                    let expected = place.vertex_count();
-                    if positions.len() != expected {
-                        return Err(QueryError::Length {
-                            what: "positions",
-                            found: positions.len(),
-                            expected,
-                        });
-                    }
-                    *place = Arc::new(Geometry::from_triangles(positions, &self.triangles)?);
-                    Ok(())
-                }
+                .read()
+                .unwrap_or_else(PoisonError::into_inner)
+                .clone();
+            let new = Arc::new(pool.install(|| old.refitted(positions))?);
+            if !cancelled.load(Ordering::Relaxed) {
+                *self.geometry.write().unwrap_or_else(PoisonError::into_inner) = new;
             }
+            Ok(())
         })?;
         moved.map_err(raised)
     }

@@ -5,7 +5,7 @@ use numpy::{IntoPyArray, PyArrayMethods};
 use octray::{
     cli::{
         CliError,
-        picture::{self, Picture, Start, Subject, View},
+        picture::{self, CameraOptions, Picture, StartView, Subject},
     },
     glam::DVec3,
     scene::TriangleMesh,
@@ -47,14 +47,15 @@ fn raised(error: &CliError) -> PyErr {
 
 /// A copy of the mesh relative to the point that is returned, too.
 fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
-    let (positions, middle) = mesh.geometry(py).vertices();
+    let geometry = mesh.geometry(py);
+    let (positions, middle) = geometry.vertices();
     let axis = |axis: usize| positions.iter().map(|position| position[axis]).collect();
     let mesh = TriangleMesh {
         x: axis(0),
         y: axis(1),
         z: axis(2),
         normals: Vec::new(),
-        triangles: mesh.triangles().to_vec(),
+        triangles: geometry.triangles().to_vec(),
     };
     (mesh, middle)
 }
@@ -80,12 +81,12 @@ pub fn render<'py>(
         }
         Source::File(_) => (None, DVec3::ZERO),
     };
-    let view = View {
+    let view = CameraOptions {
         start: match camera {
-            None => Start::Default,
-            Some(Camera::Number(number)) => Start::Classic(number),
-            Some(Camera::Name(name)) => Start::Named(name),
-            Some(Camera::Eye(eye)) => Start::Eye(DVec3::from(eye) - middle),
+            None => StartView::Default,
+            Some(Camera::Number(number)) => StartView::Classic(number),
+            Some(Camera::Name(name)) => StartView::Named(name),
+            Some(Camera::Eye(eye)) => StartView::Eye(DVec3::from(eye) - middle),
         },
         target: target.map(|target| DVec3::from(target) - middle),
         up: up.map(DVec3::from),
@@ -96,17 +97,19 @@ pub fn render<'py>(
         Source::Mesh(_) => PathBuf::new(),
     };
     let pool = threads::shared()?;
-    let done = threads::interruptible(py, &pool, |cancelled| {
+    let done = threads::interruptible(py, |cancelled| {
         let subject = match mesh {
             Some(mesh) => Subject::Mesh(mesh),
             None => Subject::File(Path::new(&path)),
         };
-        picture::picture(subject, view, size, samples, with_aovs, &|_| {
-            if cancelled.load(Ordering::Relaxed) {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
+        pool.install(|| {
+            picture::picture(subject, view, size, samples, with_aovs, &|_| {
+                if cancelled.load(Ordering::Relaxed) {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            })
         })
     })?;
     let picture = done.map_err(|error| raised(&error))?;

@@ -4,7 +4,7 @@ use pyo3::{exceptions::PyValueError, prelude::*};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::{
     sync::{
-        Arc, Mutex,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -14,7 +14,7 @@ use std::{
 /// How often a long call looks whether Ctrl-C was pressed.
 const POLL: Duration = Duration::from_millis(20);
 
-/// The threads that meshes share which name no number. A forked process has none of its parent's threads, so that it
+/// The threads of all meshes without a number of their own. A forked process has none of its parent's threads, so that it
 /// starts its own.
 static SHARED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
@@ -63,7 +63,7 @@ impl Threads {
         } else {
             &SHARED
         };
-        let mut place = place.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
         let process = std::process::id();
         if let Some((owner, pool)) = &*place
             && *owner == process
@@ -87,16 +87,12 @@ pub fn shared() -> PyResult<Arc<ThreadPool>> {
     Threads::new(None)?.pool()
 }
 
-/// Runs `work` on a pool without the interpreter's lock, on a thread that Ctrl-C does not wait for: `work` looks at the
-/// flag from time to time.
+/// Runs `work` without the interpreter's lock, on a thread of its own, while this one looks for Ctrl-C: `work` looks at the
+/// flag from time to time and ends early.
 ///
 /// # Errors
 /// `KeyboardInterrupt`, or what another signal handler raises.
-pub fn interruptible<T: Send>(
-    py: Python<'_>,
-    pool: &ThreadPool,
-    work: impl FnOnce(&AtomicBool) -> T + Send,
-) -> PyResult<T> {
+pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> T + Send) -> PyResult<T> {
     let cancelled = AtomicBool::new(false);
     let mut interrupted = Ok(());
     let done = py.detach(|| {
@@ -104,7 +100,7 @@ pub fn interruptible<T: Send>(
             let waiting = thread::current();
             let cancelled = &cancelled;
             let worker = scope.spawn(move || {
-                let done = pool.install(|| work(cancelled));
+                let done = work(cancelled);
                 waiting.unpark();
                 done
             });

@@ -1,8 +1,9 @@
 //! A picture in memory, with the program's defaults: for the Python package.
 
+pub use super::plan::{CameraOptions, StartView};
 use super::{
     CliError, load,
-    plan::{CameraOptions, InputPlan, MeshOptions, StartView},
+    plan::{InputPlan, MeshOptions},
 };
 use crate::{
     accel::{BuildQuality, Bvh},
@@ -10,7 +11,6 @@ use crate::{
     render::{Aovs, Film, OnProgress, Pattern, Renderer, Settings, Transfer},
     scene::TriangleMesh,
 };
-use glam::DVec3;
 use std::path::Path;
 
 /// What is shown.
@@ -20,33 +20,6 @@ pub enum Subject<'a> {
     File(&'a Path),
     /// A mesh whose z axis points up.
     Mesh(TriangleMesh),
-}
-
-/// Which camera looks, before target, up and field of view are changed.
-#[derive(Clone, Debug, Default)]
-pub enum Start {
-    /// The scene's first camera, or one that frames the mesh.
-    #[default]
-    Default,
-    /// One of the file, by name or number.
-    Named(String),
-    /// A classic viewpoint, from 1 to 6.
-    Classic(u32),
-    /// From this point.
-    Eye(DVec3),
-}
-
-/// How it is shown.
-#[derive(Clone, Debug, Default)]
-pub struct View {
-    /// Which camera looks.
-    pub start: Start,
-    /// The point that it looks at.
-    pub target: Option<DVec3>,
-    /// The direction that points up in the picture.
-    pub up: Option<DVec3>,
-    /// The vertical field of view, degrees.
-    pub fov_degrees: Option<f64>,
 }
 
 /// A picture in memory.
@@ -66,7 +39,7 @@ pub struct Picture {
 /// [`CliError`].
 pub fn picture(
     subject: Subject<'_>,
-    view: View,
+    camera: CameraOptions,
     [width, height]: [u32; 2],
     samples: u32,
     with_aovs: bool,
@@ -81,17 +54,6 @@ pub fn picture(
         ..Settings::default()
     };
     settings.validate()?;
-    let camera = CameraOptions {
-        start: match view.start {
-            Start::Default => StartView::Default,
-            Start::Named(name) => StartView::Named(name),
-            Start::Classic(number) => StartView::Classic(number),
-            Start::Eye(eye) => StartView::Eye(eye),
-        },
-        target: view.target,
-        up: view.up,
-        fov_degrees: view.fov_degrees,
-    };
     let aspect = f64::from(width) / f64::from(height);
     let memory = load::memory::limit(None);
     let input = match subject {

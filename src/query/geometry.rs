@@ -192,6 +192,12 @@ impl Geometry {
         self.scene.triangles().corners.len()
     }
 
+    /// Returns the triangles: three vertices each.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.scene.triangles().corners
+    }
+
     /// Returns the number of vertices.
     #[must_use]
     pub fn vertex_count(&self) -> usize {
