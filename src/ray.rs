@@ -68,8 +68,8 @@ impl Ray {
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Hit {
-    /// Distance along the ray, in lengths of its direction. Of a miss: infinite through [`Geometry`](crate::Geometry);
-    /// through [`Tracer`](crate::trace::Tracer) the ray's `t_max`, or 0 if it is [invalid](Ray::is_valid).
+    /// Distance along the ray, in lengths of its direction. A miss has infinity from [`Geometry`](crate::Geometry), and
+    /// from [`Tracer`](crate::trace::Tracer) the ray's `t_max`, or 0 if it is [invalid](Ray::is_valid).
     pub t: f32,
     /// Barycentric weight of a triangle's second corner; 0 on spheres.
     pub u: f32,

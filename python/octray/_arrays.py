@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import operator
+import sys
+
 import numpy as np
 
 
@@ -18,6 +21,11 @@ def _numbers(name: str, value, what: str) -> np.ndarray:
     return array
 
 
+def _require(array: np.ndarray, dtype) -> np.ndarray:
+    """Return an array as the native code takes it: contiguous, aligned and in the machine's byte order."""
+    return np.require(array, dtype, ["C", "A"])
+
+
 def vectors(name: str, value, *, one: bool = False) -> np.ndarray:
     """Return vectors, one a row, as contiguous ``float32`` or ``float64``."""
     what = "an array of numbers of shape (n, 3)"
@@ -29,8 +37,8 @@ def vectors(name: str, value, *, one: bool = False) -> np.ndarray:
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
     if array.dtype == np.float32:
-        return np.ascontiguousarray(array)
-    return np.ascontiguousarray(array, dtype=np.float64)
+        return _require(array, np.float32)
+    return _require(array, np.float64)
 
 
 def faces(value) -> np.ndarray:
@@ -45,7 +53,7 @@ def faces(value) -> np.ndarray:
         raise ValueError(f"faces: expected {what}, found shape {array.shape}")
     if array.dtype == np.uint64 and array.size and array.max() > np.iinfo(np.int64).max:
         raise ValueError("faces: a vertex index is above 2^63")
-    return np.ascontiguousarray(array, dtype=np.int64)
+    return _require(array, np.int64)
 
 
 def rays(origins, directions) -> tuple[np.ndarray, np.ndarray]:
@@ -63,32 +71,35 @@ def rays(origins, directions) -> tuple[np.ndarray, np.ndarray]:
 
 
 def ends(name: str, value, count: int) -> float | np.ndarray:
-    """Return the ends of rays: a number, or a contiguous ``float32`` array of one each."""
+    """Return the ends of rays: a number, or a contiguous ``float32`` array of one each.
+
+    They are rounded outwards: ``t``, which is ``float32``, compares with the result as with the value.
+    """
     what = f"a number or an array of shape ({count},)"
     array = _numbers(name, value, what)
-    if array.ndim == 0:
-        if np.isnan(array):
-            raise ValueError(f"{name}: expected a number, found nan")
-        end = float(array)
-    elif array.shape == (count,):
-        with np.errstate(over="ignore"):
-            end = np.ascontiguousarray(array, dtype=np.float32)
-    else:
+    if array.ndim != 0 and array.shape != (count,):
         raise ValueError(f"{name}: expected {what}, found shape {array.shape}")
-    if name == "t_min" and np.any(np.less(end, 0)):
+    if array.ndim == 0 and np.isnan(array):
+        raise ValueError(f"{name}: expected a number, found nan")
+    if name == "t_min" and np.any(array < 0):
         raise ValueError("t_min: expected numbers of at least 0")
-    return end
+    if array.dtype != np.float32:
+        exact = array.astype(np.float64)
+        with np.errstate(over="ignore"):
+            array = exact.astype(np.float32)
+        if name == "t_min":
+            array = np.where(array > exact, np.nextafter(array, np.float32(-np.inf)), array)
+        else:
+            array = np.where(array < exact, np.nextafter(array, np.float32(np.inf)), array)
+    return float(array) if array.ndim == 0 else _require(array, np.float32)
 
 
-def count(name: str, value, *, least: int) -> int | None:
-    """Return a count, or None for no limit."""
-    if value is None:
-        return None
+def count(name: str, value, *, least: int, most: int = sys.maxsize) -> int:
+    """Return a count; one above the largest is the largest."""
     try:
-        number = int(value)
-        is_whole = number == value
-    except (TypeError, ValueError, OverflowError):
-        is_whole = False
-    if isinstance(value, bool) or not is_whole or number < least:
+        number = operator.index(value)
+    except TypeError:
+        number = int(value) if isinstance(value, float) and value.is_integer() else least - 1
+    if isinstance(value, bool) or number < least:
         raise ValueError(f"{name}: expected a whole number of at least {least}, found {value!r}")
-    return number
+    return min(number, most)

@@ -77,9 +77,11 @@ class Mesh:
     """
 
     def __init__(self, vertices: ArrayLike, faces: ArrayLike, *, threads: int | None = None):
-        threads = _arrays.count("threads", threads, least=1)
-        if threads is not None and threads > _MOST_THREADS:
-            raise ValueError(f"threads: expected at most {_MOST_THREADS}, found {threads}")
+        if threads is not None:
+            number = _arrays.count("threads", threads, least=1)
+            if number > _MOST_THREADS:
+                raise ValueError(f"threads: expected at most {_MOST_THREADS}, found {threads}")
+            threads = number
         self._mesh = _octray.Mesh(_arrays.vectors("vertices", vertices), _arrays.faces(faces), threads)
 
     def __repr__(self) -> str:
@@ -142,7 +144,7 @@ class Mesh:
         through which it passes, so that their number is even for a ray from outside a closed mesh. ``max_hits`` keeps the
         nearest hits of each ray.
         """
-        limit = _arrays.count("max_hits", max_hits, least=0)
+        limit = None if max_hits is None else _arrays.count("max_hits", max_hits, least=0)
         arguments = self._rays(origins, directions, t_min, t_max)
         return self._mesh.all_hits(*arguments, limit, bool(crossings))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,11 @@ from ._mesh import Mesh
 _AOVS = ("depth", "normal", "albedo", "id")
 _CAMERA = ("eye", "target", "up", "fov")
 _LARGEST = 65_535
+_MOST_SAMPLES = 1 << 20
 
 
 def render(
-    source: str | os.PathLike[str] | Mesh,
+    source: str | bytes | os.PathLike[str] | Mesh,
     size: tuple[int, int] = (512, 512),
     camera: str | int | Mapping[str, Any] | None = None,
     samples: int = 1,
@@ -55,43 +56,62 @@ def render(
     ValueError
         If an argument is wrong, or the file is faulty: with its line and column.
     """
-    if isinstance(aov, str):
-        aov = (aov,)
-    for name in aov:
-        if name not in _AOVS:
-            raise ValueError(f"aov: expected names among {', '.join(_AOVS)}, found {name!r}")
-    try:
-        width, height = (_arrays.count("size", part, least=1) for part in size)
-    except TypeError as error:
-        raise ValueError(f"size: expected a width and a height, found {size!r}") from error
+    aov = (aov,) if isinstance(aov, str) else aov
+    aov = tuple(aov) if isinstance(aov, Iterable) else (aov,)
+    if any(name not in _AOVS for name in aov):
+        raise ValueError(f"aov: expected names among {', '.join(_AOVS)}, found {aov!r}")
+    if not isinstance(size, Iterable) or len(sides := tuple(size)) != 2:
+        raise ValueError(f"size: expected a width and a height, found {size!r}")
+    width, height = (_arrays.count("size", side, least=1) for side in sides)
     if max(width, height) > _LARGEST:
         raise ValueError(f"size: expected at most {_LARGEST} pixels a side, found {width} and {height}")
     samples = _arrays.count("samples", samples, least=1)
-    if samples > 1 << 20:
-        raise ValueError(f"samples: expected at most {1 << 20}, found {samples}")
-    start, target, up, fov = camera, None, None, None
-    if isinstance(camera, Mapping):
-        for name in camera:
-            if name not in _CAMERA:
-                raise ValueError(f"camera: expected keys among {', '.join(_CAMERA)}, found {name!r}")
-        start, target, up = (_vector(name, camera.get(name)) for name in _CAMERA[:3])
-        fov = camera.get("fov")
-        fov = None if fov is None else float(fov)
-    elif camera is not None and not isinstance(camera, (str, int)):
-        raise ValueError(f"camera: expected a name, a number or a dictionary, found {camera!r}")
-    if isinstance(camera, int) and not 1 <= camera <= 6:
-        raise ValueError(f"camera: expected a viewpoint from 1 to 6, found {camera}")
-    source = source._mesh if isinstance(source, Mesh) else os.fspath(source)
+    if samples > _MOST_SAMPLES:
+        raise ValueError(f"samples: expected at most {_MOST_SAMPLES}, found {samples}")
+    start, target, up, fov = _camera(camera)
+    if isinstance(source, Mesh):
+        source = source._mesh
+    elif isinstance(source, (str, bytes, os.PathLike)):
+        source = os.fsdecode(source)
+    else:
+        raise ValueError(f"source: expected a path or a Mesh, found {source!r}")
     arrays, notes = _octray.render(source, (width, height), start, target, up, fov, samples, bool(aov))
     for note in notes:
         warnings.warn(note, stacklevel=2)
     return {name: arrays[name] for name in ("color", *aov)}
 
 
-def _vector(name, value):
+def _camera(camera):
+    """Return where the camera starts, its target, up and field of view."""
+    if camera is None or isinstance(camera, str):
+        return camera, None, None, None
+    if isinstance(camera, Mapping):
+        for name in camera:
+            if name not in _CAMERA:
+                raise ValueError(f"camera: expected keys among {', '.join(_CAMERA)}, found {name!r}")
+        eye, target, up = (_vector(name, camera.get(name), 3) for name in _CAMERA[:3])
+        fov = _vector("fov", camera.get("fov"), 1)
+        return eye, target, up, None if fov is None else fov[0]
+    try:
+        number = _arrays.count("camera", camera, least=1)
+    except ValueError:
+        number = 0
+    if not 1 <= number <= 6:
+        raise ValueError(
+            f"camera: expected a name, a viewpoint from 1 to 6 or a dictionary, found {camera!r}"
+        )
+    return number, None, None, None
+
+
+def _vector(name, value, count):
+    """Return ``count`` finite numbers."""
     if value is None:
         return None
-    vector = np.asarray(value)
-    if vector.shape != (3,) or vector.dtype.kind not in "fiu" or not np.all(np.isfinite(vector)):
-        raise ValueError(f"camera: {name} is {value!r}, expected three numbers")
-    return [float(part) for part in vector]
+    try:
+        vector = np.asarray(value, dtype=np.float64).ravel()
+    except (TypeError, ValueError, OverflowError):
+        vector = np.zeros(0)
+    if np.ndim(value) != (count != 1) or vector.shape != (count,) or not np.all(np.isfinite(vector)):
+        what = "three numbers" if count == 3 else "a number"
+        raise ValueError(f"camera: {name} is {value!r}, expected {what}")
+    return vector.tolist()

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -210,12 +211,64 @@ def test_wrong_options(ball):
     for options in ({"t_min": -1}, {"t_min": np.nan}, {"t_max": [1, 2]}, {"t_max": "far"}):
         with pytest.raises(ValueError, match="t_m"):
             mesh.closest_hit(*ray, **options)
-    for limit in (-1, 1.5, "all"):
+    for limit in (-1, 1.5, "all", True):
         with pytest.raises(ValueError, match="max_hits"):
             mesh.all_hits(*ray, max_hits=limit)
     for threads in (0, -3, 10**9, 2.5):
         with pytest.raises(ValueError, match="threads"):
             octray.Mesh(*sphere(), threads=threads)
+
+
+def test_ends_are_those_of_exact_numbers():
+    mesh = octray.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    ray = ([[0.25, 0.25, 3.0]], [[0, 0, -2]])
+    assert mesh.closest_hit(*ray).t == 1.5
+    for nearer, farther in ((1.5 - 1e-9, 1.5 + 1e-9), ([1.5 - 1e-9], np.array([1.5 + 1e-9]))):
+        assert mesh.occluded(*ray, t_min=nearer) and mesh.occluded(*ray, t_max=farther)
+        assert not mesh.occluded(*ray, t_min=farther) and not mesh.occluded(*ray, t_max=nearer)
+    assert not mesh.occluded(*ray, t_min=1.5) and not mesh.occluded(*ray, t_max=1.5)
+    assert mesh.occluded(*ray, t_max=1e300) and not mesh.occluded(*ray, t_min=1e300)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert mesh.occluded(*ray, t_max=np.array([5.0]))
+
+
+def test_limits_above_all_numbers(ball):
+    mesh = ball[0]
+    origins, directions = np.full((3, 3), 3.0), -np.ones((3, 3))
+    for limit in (2**64, 10**30, np.int64(7), 7.0):
+        assert len(mesh.all_hits(origins, directions, max_hits=limit)[0]) >= 3
+
+
+def test_arrays_that_are_not_aligned():
+    points = np.arange(30, dtype=np.float32).reshape(-1, 3) % 7
+    askew = np.frombuffer(b"\0" + points.tobytes(), "f4", offset=1).reshape(-1, 3)
+    swapped = points.astype(">f8")
+    mesh = octray.Mesh(askew, [[0, 1, 5]])
+    expected = mesh.closest_point(points)[1]
+    for array in (askew, swapped):
+        assert np.array_equal(mesh.closest_point(array)[1], expected)
+    assert np.array_equal(octray.Mesh(swapped, np.array([[0, 1, 5]], dtype=">i2")).bounds, mesh.bounds)
+
+
+def test_meshes_are_moved_one_after_the_other():
+    vertices = np.random.default_rng(10).uniform(-1, 1, (150_000, 3))
+    mesh = octray.Mesh(vertices, np.arange(150_000).reshape(-1, 3), threads=2)
+    threads = [threading.Thread(target=lambda: [mesh.refit(vertices) for _ in range(4)], daemon=True) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=60)
+        assert not thread.is_alive(), "two moves wait for each other"
+
+
+def test_a_mesh_that_is_moved_away_is_a_new_one():
+    vertices, faces = sphere()
+    mesh = octray.Mesh(vertices, faces)
+    for moved in (vertices * 0.01 + 1e6, vertices + 1e10):
+        mesh.refit(moved)
+        assert np.array_equal(mesh.bounds, octray.Mesh(moved, faces).bounds)
+        assert mesh.contains(moved.mean(axis=0)).all()
 
 
 def test_nothing():

@@ -41,7 +41,7 @@ def test_cameras():
     scene = SCENES / "reflections.scn"
     first = octray.render(scene, (32, 32))["color"]
     assert np.array_equal(first, octray.render(scene, (32, 32), camera=1)["color"])
-    assert not np.array_equal(first, octray.render(scene, (32, 32), camera=2)["color"])
+    assert not np.array_equal(first, octray.render(str(scene).encode(), (32, 32), camera=np.int64(2))["color"])
     across = octray.render(SCENES / "evening.scn", (32, 32), camera="across the water")["color"]
     assert across.std() > 0
 
@@ -54,6 +54,15 @@ def test_cameras():
         ({"size": (10**6, 1)}, "size"),
         ({"samples": 0}, "samples"),
         ({"samples": 10**12}, "samples"),
+        ({"samples": None}, "samples"),
+        ({"size": (None, 5)}, "size"),
+        ({"size": (1, 2, 3)}, "size"),
+        ({"aov": None}, "aov"),
+        ({"aov": [[]]}, "aov"),
+        ({"camera": True}, "viewpoint"),
+        ({"camera": {"fov": [30]}}, "a number"),
+        ({"camera": {"fov": 10**400}}, "a number"),
+        ({"camera": {"fov": "wide"}}, "a number"),
         ({"aov": ["heat"]}, "aov"),
         ({"camera": 7}, "viewpoint"),
         ({"camera": "nobody"}, "no camera"),
@@ -71,6 +80,8 @@ def test_wrong_options(options, message):
 def test_wrong_files(tmp_path):
     with pytest.raises((ValueError, OSError), match="missing"):
         octray.render(tmp_path / "missing.scn")
+    with pytest.raises(ValueError, match="source"):
+        octray.render(5)
     faulty = tmp_path / "faulty.scn"
     faulty.write_text("sphere 0 0 0\n")
     with pytest.raises(ValueError, match="faulty.scn:1"):
