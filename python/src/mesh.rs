@@ -270,10 +270,14 @@ impl Mesh {
                 geometry.closest_hits(rays, &mut hits[range]);
             },
         )?;
-        let (t, triangle): (Vec<f32>, Vec<i64>) =
-            hits.par_iter().map(|hit| (hit.t, id_of(hit.primitive))).unzip();
-        let (uv, hit): (Vec<[f32; 2]>, Vec<bool>) =
-            hits.par_iter().map(|hit| ([hit.u, hit.v], hit.is_hit())).unzip();
+        // On the mesh's threads as well: rayon's own would be missing in a forked process.
+        let ((t, triangle), (uv, hit)) = self.run(py, hits.len(), |_, _| {
+            let parts = hits.par_iter();
+            let distances: (Vec<f32>, Vec<i64>) =
+                parts.clone().map(|hit| (hit.t, id_of(hit.primitive))).unzip();
+            let rest: (Vec<[f32; 2]>, Vec<bool>) = parts.map(|hit| ([hit.u, hit.v], hit.is_hit())).unzip();
+            (distances, rest)
+        })?;
         Ok((
             t.into_pyarray(py),
             triangle.into_pyarray(py),
