@@ -377,20 +377,9 @@ fn pop_all<S: Simd, B: TriangleLeaf>(
 /// Whether a ray may hit something in its block of triangles: the candidate filter.
 #[inline(always)]
 fn may_hit_block<S: Simd, B: TriangleLeaf>(simd: S, slot: &Slot, blocks: &[B]) -> bool {
+    let (ray, leaf) = (&slot.ray, slot.child);
     let mut room = None;
-    let block = blocks[slot.child.index()].whole(simd, &mut room);
-    may_hit_triangles(simd, &slot.ray, block, slot.child)
-}
-
-/// The candidate filter of a block of triangles.
-#[inline(always)]
-pub(super) fn may_hit_triangles<S: Simd>(
-    simd: S,
-    ray: &SingleRay,
-    block: &TriangleBlock,
-    leaf: Child,
-) -> bool {
-    let corners = block.load(simd);
+    let corners = blocks[leaf.index()].whole(simd, &mut room).load(simd);
     let candidates = may_hit(&corners, simd.splat3(ray.origin), simd.splat3(ray.direction));
     candidates & leaf.count_bits() != 0
 }

@@ -3,7 +3,7 @@
 
 use super::{
     bits::bits,
-    single::{SingleRay, may_hit_triangles, sphere_block, triangle_block},
+    single::{SingleRay, sphere_block, triangle_block},
 };
 use crate::{
     accel::{Bvh, Child, LeafBlocks, TriangleBlocks},
@@ -125,9 +125,6 @@ fn triangles<S: Simd, B: TriangleLeaf, K: HitSink>(
 ) {
     let mut room = None;
     let block = leaf.whole(simd, &mut room);
-    if !may_hit_triangles(simd, ray, block, child) {
-        return;
-    }
     let found = triangle_block(simd, ray, block, child);
     let unsure = if K::WANTS_UNSURE { found.unsure } else { 0 };
     let wanted = found.hit | unsure;
