@@ -462,7 +462,7 @@ impl Mesh {
         Ok(found.into_pyarray(py))
     }
 
-    /// Others go on to ask the geometry as it was until the new one is there.
+    /// Calls that run meanwhile ask the geometry as it was.
     fn refit(&self, py: Python<'_>, vertices: Vectors<'_>) -> PyResult<()> {
         let positions = vertices.rows()?;
         let pool = self.threads.pool()?;

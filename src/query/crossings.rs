@@ -58,7 +58,7 @@ struct Line {
 impl Line {
     /// The side of the line on which an edge passes: a number with that sign.
     fn side(&self, a: Row, b: Row) -> f64 {
-        self.first_term(&MOVES, |[d, o]| sign([o, d, a, b]))
+        self.first_term(|[d, o]| sign([o, d, a, b]))
     }
 
     /// Whether the line passes through a triangle ahead of its origin.
@@ -71,17 +71,17 @@ impl Line {
             return false;
         }
         // Origin and direction are on different sides of the plane.
-        let origin = self.first_term(&MOVES, |[_, o]| sign([a, b, c, o]));
-        let along = self.first_term(&MOVES, |[d, _]| sign([a, b, c, d]));
+        let origin = self.first_term(|[_, o]| sign([a, b, c, o]));
+        let along = self.first_term(|[d, _]| sign([a, b, c, d]));
         origin * along < 0.0
     }
 
     /// The first of the terms that is not 0, of direction and origin or what they are moved along.
-    fn first_term(&self, moves: &[[Option<usize>; 2]], term: impl Fn([Row; 2]) -> f64) -> f64 {
-        let terms = moves
+    fn first_term(&self, term: impl Fn([Row; 2]) -> f64) -> f64 {
+        let mut terms = MOVES
             .iter()
             .map(|&[d, o]| term([d.map_or(self.direction, axis), o.map_or(self.origin, axis)]));
-        terms.into_iter().find(|&sign| sign != 0.0).unwrap_or(0.0)
+        terms.find(|&sign| sign != 0.0).unwrap_or(0.0)
     }
 }
 
@@ -127,17 +127,15 @@ fn sign(rows: [Row; 4]) -> f64 {
     for_each_product(&rows, |x, y| {
         let product = x * y;
         exact.add(product);
-        // The rounding of a product is a number.
+        // What rounding took from the product is itself a number.
         exact.add(x.mul_add(y, -product));
     });
     exact.sign()
 }
 
-/// Calls `add` with two factors of each of the 24 products; the first is exact, since it is of two `f32` numbers or of one
-/// and 1 or 0.
+/// Calls `add` with two factors of each of the 24 products. The first factor is exact: a product of two `f32` numbers.
 fn for_each_product(rows: &[Row; 4], mut add: impl FnMut(f64, f64)) {
     for [i, j, k, l] in EVEN {
-        // A column of ones and zeros is one of the four.
         let factors = [rows[0][i], rows[1][j], rows[2][k], rows[3][l]];
         let (x, y) = halves(factors, [i, j, k, l]);
         add(x, y);
@@ -147,7 +145,7 @@ fn for_each_product(rows: &[Row; 4], mut add: impl FnMut(f64, f64)) {
     }
 }
 
-/// Four factors as two: the one of the last column, which is 1 or 0, goes with two others.
+/// Four factors as two. That of the last column is 1 or 0, and goes with two others.
 fn halves(factors: [f64; 4], columns: [usize; 4]) -> (f64, f64) {
     let last = columns.iter().position(|&column| column == 3).unwrap_or(3);
     let [a, b, c] = match last {

@@ -39,7 +39,7 @@ pub(super) fn check_closed(scene: &Scene) -> Result<(), QueryError> {
     }
 }
 
-/// The directions to the six sides, aslant by irrational parts: along the axes many models have edges.
+/// How far the directions to the six sides are aslant: many models have edges along the axes.
 const ASIDE: [f64; 2] = [0.013_579_1, 0.007_313_7];
 
 /// Returns whether a point, relative to the scene's origin, is inside. The mesh is closed.
