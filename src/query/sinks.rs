@@ -270,7 +270,7 @@ impl HitSink for Crossings<'_> {
         if found.t > self.ray.start && found.t < self.ray.ray.t_max {
             let hit = hit_of(&found, self.ray.length);
             with_repeats(self.repeats, hit, |hit| {
-                self.unsure.push((hit, Crossing(corners)))
+                self.unsure.push((hit, Crossing(corners)));
             });
         }
     }
