@@ -14,21 +14,18 @@ use super::{
     directions::Directions,
     dominant::{DominantAxis, LEAST_ALONG_K},
     largest_axis,
+    origins::RayOrigins,
     rays::Packet,
+    slopes::{HALF_ERROR, Range, SLACK, Seen, Slopes, outside, slopes_by_packet, slopes_of_all},
 };
 use crate::{
     accel::Node8,
     geometry::EdgeFunctions,
     lanes::F32x8,
     ray::RayPacket,
-    simd::{
-        Column, Eight, EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, Simd, TriangleLanes, Vec3Lanes,
-    },
+    simd::{Column, Eight, EightLanes, LaneMask, Lanes, Memory, Simd, Vec3Lanes},
 };
 use glam::Vec3;
-
-/// Slopes are widened by this times (1 + |slope|), and distances along k by this fraction.
-const SLACK: f32 = 2e-6;
 
 /// Rays from farther away have no frustum: products with their origins might overflow, and 0 times infinity is NaN.
 const FARTHEST_ORIGIN: f32 = 1e18;
@@ -52,22 +49,6 @@ pub(super) struct Frame {
     pub sign: f32,
     origin_lower: [f32; 3],
     origin_upper: [f32; 3],
-}
-
-/// Rectangles of slopes, [a0, a1] x [b0, b1], as the box test reads them; a rectangle a lane, or the same in all.
-#[derive(Clone, Copy, Debug)]
-struct Slopes<V> {
-    a: Range<V>,
-    b: Range<V>,
-}
-
-/// From `low` to `high`, in the form in which they are added up.
-#[derive(Clone, Copy, Debug)]
-struct Range<V> {
-    low: V,
-    minus_abs_low: V,
-    minus_high: V,
-    minus_abs_high: V,
 }
 
 /// A frustum around many rays.
@@ -97,88 +78,15 @@ struct PacketFrusta<P, V8> {
     all_directions: Directions<V8>,
 }
 
-/// Boxes relative to the origins: distances along k, and offsets along i and j. Eight boxes, or one in all lanes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Seen<V> {
-    /// Nearest distance along k, at least 0: a lower bound on q for anything in the box.
-    pub q_near: V,
-    /// Midpoint of nearest and farthest distance along k.
-    q_middle: V,
-    /// Half of their difference, padded for rounding.
-    q_half: V,
-    i_lower: V,
-    i_upper: V,
-    j_lower: V,
-    j_upper: V,
-}
-
-/// Rounding of `q_middle`, `q_half` and the test made of them, as a fraction of the farthest distance.
-const HALF_ERROR: f32 = 8.0 / (1 << 24) as f32;
-
-impl<V: Lanes> Range<V> {
-    #[inline(always)]
-    fn new(low: V, high: V) -> Self {
-        Self {
-            low,
-            minus_abs_low: -low.abs(),
-            minus_high: -high,
-            minus_abs_high: -high.abs(),
-        }
-    }
-
-    /// The widened slopes of directions from `low` to `high` that go from `least` to `most` along k.
-    #[inline(always)]
-    fn within(simd: V::Simd, low: f32, high: f32, [least, most]: [f32; 2]) -> Self {
-        let lowest = low / if low < 0.0 { least } else { most };
-        let highest = high / if high > 0.0 { least } else { most };
-        Self::new(
-            widen_down(V::splat(simd, lowest)),
-            widen_up(V::splat(simd, highest)),
-        )
-    }
-
-    /// Positive where [lower, upper] is outside q times the range, for all q. The maximum of q times `high` is at the
-    /// near or far end by its sign, so it is `high * q_middle + |high| * q_half`.
-    #[inline(always)]
-    fn outside(&self, seen: &Seen<V>, lower: V, upper: V) -> V {
-        let (middle, half) = (seen.q_middle, seen.q_half);
-        let above = self
-            .minus_high
-            .mul_add_about(middle, self.minus_abs_high.mul_add_about(half, lower));
-        let below = self
-            .low
-            .mul_add_about(middle, self.minus_abs_low.mul_sub_about(half, upper));
-        above.max(below)
-    }
-}
-
-/// Positive where a box lies outside the slopes.
-#[inline(always)]
-fn outside<V: Lanes>(seen: &Seen<V>, slopes: &Slopes<V>) -> V {
-    let a = slopes.a.outside(seen, seen.i_lower, seen.i_upper);
-    let b = slopes.b.outside(seen, seen.j_lower, seen.j_upper);
-    a.max(b)
-}
-
-#[inline(always)]
-fn widen_down<V: Lanes>(slope: V) -> V {
-    slope - (slope.all(1.0) + slope.abs()) * SLACK
-}
-
-#[inline(always)]
-fn widen_up<V: Lanes>(slope: V) -> V {
-    slope + (slope.all(1.0) + slope.abs()) * SLACK
-}
-
 /// The box of the packets' origins: lower and upper corner.
 #[inline(always)]
-pub(super) fn origins<V: Lanes, const SHARED: bool>(
+pub(super) fn origins<V: Lanes, O: RayOrigins>(
     simd: V::Simd,
     packets: &[Packet<V::Memory>],
     members: u32,
 ) -> ([f32; 3], [f32; 3]) {
     let first = &packets[members.trailing_zeros() as usize % packets.len()];
-    if SHARED {
+    if O::ARE_SHARED {
         let [x, y, z] = &first.origin;
         let origin = [x.place(0), y.place(0), z.place(0)];
         return (origin, origin);
@@ -198,95 +106,12 @@ pub(super) fn origins<V: Lanes, const SHARED: bool>(
     (origin_lower, origin_upper)
 }
 
-/// The widened slopes of packets, a lane a packet: least and largest a, least and largest b; and how far their rays
-/// go along k at most. `None` if not all of them have that dominant axis.
-#[inline(always)]
-fn slopes_by_packet<V: Lanes>(
-    simd: V::Simd,
-    packets: &[Packet<V::Memory>; PACKETS],
-    members: u32,
-    frame: &Frame,
-) -> Option<([Column; 4], Column)> {
-    let first = members.trailing_zeros() as usize % PACKETS;
-    let (i, j, k) = (frame.i, frame.j, frame.k);
-    let sign = V::splat(simd, frame.sign);
-    let mut least = V::splat(simd, 1.0);
-    let is_folded = V::COUNT > REGISTER_LANES;
-    // Folded row by row: two vectors of 32 lanes would spill.
-    let [mut a0, mut a1, mut b0, mut b1, mut along] = [[V::Triangles::splat(simd, 0.0); REGISTER_LANES]; 5];
-    for row in 0..PACKETS {
-        // Rows beyond the packets repeat the first one.
-        let p = if members >> row & 1 == 0 { first } else { row };
-        let packet = &packets[p % PACKETS];
-        let along_k = V::load(simd, &packet.direction[k]) * sign;
-        least = least.min(along_k);
-        along[row] = along_k.fold_max_to_16();
-        let inv = V::load(simd, &packet.inv_direction[k]) * sign;
-        let a = V::load(simd, &packet.direction[i]) * inv;
-        let b = V::load(simd, &packet.direction[j]) * inv;
-        (a0[row], b0[row]) = (a.fold_min_to_16(), b.fold_min_to_16());
-        if is_folded {
-            (a1[row], b1[row]) = (a.fold_max_to_16(), b.fold_max_to_16());
-        }
-    }
-    if least.lt(V::splat(simd, LEAST_ALONG_K)).bits() != 0 {
-        return None;
-    }
-    let mut columns = [Column::splat(0.0); 5];
-    // Else both are the same rows.
-    let (a1, b1) = if is_folded { (&a1, &b1) } else { (&a0, &b0) };
-    let [least_a, most_a, least_b, most_b, most_along_k] = &mut columns;
-    widen_down(V::Triangles::least_of_each(&a0)).store(least_a);
-    widen_up(V::Triangles::largest_of_each(a1)).store(most_a);
-    widen_down(V::Triangles::least_of_each(&b0)).store(least_b);
-    widen_up(V::Triangles::largest_of_each(b1)).store(most_b);
-    V::Triangles::largest_of_each(&along).store(most_along_k);
-    let [a0, a1, b0, b1, most_along_k] = columns;
-    Some(([a0, a1, b0, b1], most_along_k))
-}
-
-/// Like [`slopes_by_packet`], but for all rays together: with separate origins a packet's frustum holds nearly as
-/// much as the bundle's.
-// Tuned: see docs/lab-notes.md#frustum-separate-origins
-#[inline(always)]
-fn slopes_of_all<V: Lanes>(
-    simd: V::Simd,
-    packets: &[Packet<V::Memory>; PACKETS],
-    members: u32,
-    frame: &Frame,
-) -> Option<([Eight<V>; 4], f32)> {
-    let sign = V::splat(simd, frame.sign);
-    let (mut least, mut most) = (V::splat(simd, 1.0), V::splat(simd, 0.0));
-    let [mut a_low, mut b_low] = [V::splat(simd, f32::MAX); 2];
-    let [mut a_high, mut b_high] = [V::splat(simd, -f32::MAX); 2];
-    for p in bits(members) {
-        let packet = &packets[p % PACKETS];
-        let along_k = V::load(simd, &packet.direction[frame.k]) * sign;
-        (least, most) = (least.min(along_k), most.max(along_k));
-        let inv = V::load(simd, &packet.inv_direction[frame.k]).abs();
-        let a = V::load(simd, &packet.direction[frame.i]) * inv;
-        let b = V::load(simd, &packet.direction[frame.j]) * inv;
-        (a_low, a_high) = (a_low.min(a), a_high.max(a));
-        (b_low, b_high) = (b_low.min(b), b_high.max(b));
-    }
-    if least.lt(V::splat(simd, LEAST_ALONG_K)).bits() != 0 {
-        return None;
-    }
-    let slopes = [
-        widen_down(simd.splat(a_low.fold_min().min_lane())),
-        widen_up(simd.splat(a_high.fold_max().max_lane())),
-        widen_down(simd.splat(b_low.fold_min().min_lane())),
-        widen_up(simd.splat(b_high.fold_max().max_lane())),
-    ];
-    Some((slopes, most.fold_max().max_lane()))
-}
-
 impl<V: Lanes> BundleFrustum<V> {
     /// The frusta of `members` (a bit each) of the packets, or one for all of them with separate origins; `None` if
     /// not all rays share the dominant axis. Directions are numbers. Lanes without a ray count too: they hold a
     /// neighbour's direction.
     #[inline(always)]
-    pub fn new<const SHARED: bool>(
+    pub fn new<O: RayOrigins>(
         simd: V::Simd,
         packets: &[Packet<V::Memory>; PACKETS],
         members: u32,
@@ -294,7 +119,7 @@ impl<V: Lanes> BundleFrustum<V> {
     ) -> Option<Self> {
         let DominantAxis { axis: k, sign } = dominant;
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        let (origin_lower, origin_upper) = origins::<V, SHARED>(simd, packets, members);
+        let (origin_lower, origin_upper) = origins::<V, O>(simd, packets, members);
         let frame = Frame {
             k,
             i,
@@ -304,7 +129,7 @@ impl<V: Lanes> BundleFrustum<V> {
             origin_upper,
         };
 
-        if !SHARED {
+        if !O::ARE_SHARED {
             let (slopes, most_along_k) = slopes_of_all::<V>(simd, packets, members, &frame)?;
             return Some(Self {
                 all: Frustum::new(frame, slopes),

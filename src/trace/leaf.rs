@@ -8,7 +8,12 @@
 //! Triangles are culled by the maximum of their edge functions over a frustum, as in Dmitriev, Havran and Seidel 2004
 //! (*SIMD Shaft Culling*) and Benthin and Wald 2009. Differs: a lane is a triangle, a frustum a box of directions.
 
-use super::{PACKETS, bits, bits64, bundle::Culling, rays::Packet};
+use super::{
+    PACKETS, bits, bits64,
+    bundle::Culling,
+    origins::{RayOrigins, Shared},
+    rays::Packet,
+};
 use crate::{
     accel::{Child, LeafBlocks},
     geometry::{
@@ -164,7 +169,7 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let Leaves { child, packets } = leaves;
     if !child[0].is_triangles() {
         let block = &blocks.spheres[child[0].index()];
-        return spheres::<V, ANY, true>(simd, block, child[0].count_bits(), culling, packets[0], states);
+        return spheres::<V, Shared, ANY>(simd, block, child[0].count_bits(), culling, packets[0], states);
     }
     let blocks = [
         &blocks.triangles[child[0].index()],
@@ -389,7 +394,7 @@ fn passing<M: Memory>(state: &Packet<M>, lanes: u32, weights: [&M; 3], corners: 
 /// origins, the bundle's).
 // Tuned: see docs/lab-notes.md#sphere-boxes
 #[inline(always)]
-pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
+pub(super) fn spheres<V: Lanes, O: RayOrigins, const ANY: bool>(
     simd: V::Simd,
     block: &SphereBlock,
     mut all: u32,
@@ -405,7 +410,11 @@ pub(super) fn spheres<V: Lanes, const ANY: bool, const SHARED: bool>(
         let (met, seen) = frustum.boxes(&planes);
         all &= met;
         for p in bits(packets) {
-            let own = if SHARED { frustum.boxes_of(p, &seen) } else { all };
+            let own = if O::ARE_SHARED {
+                frustum.boxes_of(p, &seen)
+            } else {
+                all
+            };
             put(&mut pairs, p, 8, all & own);
         }
     } else {

@@ -30,38 +30,6 @@ const ASKED: usize = 8;
 /// Cells along either side of the square in which rays with a shared origin are sorted.
 const CELLS: usize = 32;
 
-/// A single ray through a subtree costs about as much as this many packets at a leaf.
-const ALONE: usize = 8;
-
-/// Sorting may pay above this many tenths of a packet at a leaf per ray.
-// Tuned: see docs/lab-notes.md#sorted-shadow-rays
-const HIGH_X10: usize = 5;
-
-/// The cost of bundles with a shared origin.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Effort {
-    rays: usize,
-    /// Packets at leaves, summed over the leaves.
-    packets: usize,
-    /// Single rays, summed over the subtrees they went through.
-    alone: usize,
-}
-
-impl Effort {
-    /// Adds a bundle.
-    #[inline(always)]
-    pub fn add(&mut self, rays: usize, packets: usize, alone: usize) {
-        self.rays += rays;
-        self.packets += packets;
-        self.alone += alone;
-    }
-
-    /// Whether the cost is so high that sorting the next rays may lower it.
-    pub fn is_high(&self) -> bool {
-        10 * (self.packets + ALONE * self.alone) > HIGH_X10 * self.rays
-    }
-}
-
 /// A packet is spread if the square around its rays' targets is larger than this many times its share of the square
 /// around all. (At most about twice its share on a smooth surface.)
 const SPREAD: f32 = 2.5;
@@ -425,21 +393,6 @@ mod tests {
         for (p, q) in before.into_iter().zip(behind) {
             assert!((p - q).abs() < 1e-3, "{before:?} {behind:?}");
         }
-    }
-
-    #[test]
-    fn effort_counts_for_each_ray() {
-        let high = |rays: usize, packets, alone| {
-            let mut effort = Effort::default();
-            effort.add(rays / 2, packets, 0);
-            effort.add(rays / 2, 0, alone);
-            effort.is_high()
-        };
-        assert!(!Effort::default().is_high());
-        assert!(!high(1000, 500, 0));
-        assert!(high(1000, 501, 0));
-        assert!(!high(1000, 20, 60));
-        assert!(high(1000, 20, 61));
     }
 
     #[test]

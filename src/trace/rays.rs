@@ -3,7 +3,7 @@
 //! Each field is a vector in memory, a lane a ray; `set` fills it from [`RayPacket`]s and `gather` from sorted rays.
 //! (Packets: Wald, Slusallek, Benthin and Wagner, *Interactive Rendering with Coherent Ray Tracing*, 2001.)
 
-use super::{bits, bundle::corners};
+use super::{bits, origins::RayOrigins};
 use crate::{
     geometry::{ENTRY_SCALE, EXIT_SCALE, interval},
     lanes::{F32x8, LANES, Vec3x8},
@@ -29,20 +29,6 @@ pub(super) struct Packet<M> {
 
 /// The t of a blocked ray in occlusion.
 pub(super) const BLOCKED: f32 = -1.0;
-
-/// Bound on the rounding of `plane * inv - origin * inv` beyond that of its result, as a fraction of `origin * inv`:
-/// a half-ulp for that product, one for the sum with this bound, one for the other product without fused
-/// multiply-add, and one to spare.
-pub(super) const OFFSET_ERROR: f32 = 4.0 / (1 << 24) as f32;
-
-/// Where multiply-adds replace the canonical interval, entry distances shrink and exit distances grow by this
-/// fraction: its own margin of 4 half-ulps, 3 roundings, and the multiply-add's. (Packets apply all of it to the
-/// entry: see [`Slabs::enter`]. With a shared origin there are no multiply-adds, and one pad on the entry is enough:
-/// twice that margin and 3 roundings are 11 half-ulps.)
-pub(super) const NODE_PAD: f32 = 12.0 / (1 << 24) as f32;
-
-/// Origins times `1 / direction` above this might overflow.
-pub(super) const MOST_OFFSET: f32 = 1e37;
 
 #[inline(always)]
 fn id_bits(id: u32) -> f32 {
@@ -85,7 +71,7 @@ impl<M: Memory> Packet<M> {
     /// Sets single rays, with no hits: `members` are packets times eight plus lane. Lanes beyond them repeat the last
     /// one, with an end of 0. A shared origin stays as it was.
     #[inline(always)]
-    pub fn gather<V: Lanes<Memory = M>, const SHARED: bool>(
+    pub fn gather<V: Lanes<Memory = M>, O: RayOrigins>(
         &mut self,
         simd: V::Simd,
         rays: &[RayPacket],
@@ -98,7 +84,7 @@ impl<M: Memory> Packet<M> {
             let (packet, lane) = (member / LANES, member % LANES);
             let from = &rays[packet];
             let d = &from.direction;
-            if !SHARED {
+            if !O::ARE_SHARED {
                 let o = &origins[packet];
                 for (column, values) in self.origin.iter_mut().zip([&o.x, &o.y, &o.z]) {
                     *column.place_mut(i) = values.as_array()[lane];
@@ -255,96 +241,6 @@ impl<M: Memory> Packet<M> {
     }
 }
 
-/// What a packet with separate origins needs to be tested against a node's boxes with one multiply-add a plane.
-// Tuned: see docs/lab-notes.md#node-slabs
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PacketSlabs<M> {
-    /// Added to each of a node's [planes](crate::accel::Node8::planes) times `1 / direction`, in the order that
-    /// [`set`](Self::set) was given: minus the origin times that, moved outwards by its error.
-    offset: [M; 6],
-}
-
-impl<M: Memory> PacketSlabs<M> {
-    pub const EMPTY: Self = Self { offset: [M::ZERO; 6] };
-
-    /// `is_one_octant`: all rays are in one direction octant, and planes come in that order.
-    #[inline(always)]
-    pub fn set<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, packet: &Packet<M>, is_one_octant: bool) {
-        for axis in 0..3 {
-            let inv = V::load(simd, &packet.inv_direction[axis]);
-            let offset = V::load(simd, &packet.origin[axis]) * inv;
-            // What overflows is not culled.
-            let is_tame = offset.abs().lt(V::splat(simd, MOST_OFFSET));
-            let error = V::select(
-                is_tame,
-                offset.abs() * OFFSET_ERROR,
-                V::splat(simd, f32::INFINITY),
-            );
-            let offset = V::select(is_tame, -offset, V::splat(simd, 0.0));
-            let (before, behind) = (offset - error, offset + error);
-            if is_one_octant {
-                before.store(&mut self.offset[axis]);
-                behind.store(&mut self.offset[axis + 3]);
-            } else {
-                let down = inv.lt(V::splat(simd, 0.0));
-                V::select(down, behind, before).store(&mut self.offset[axis]);
-                V::select(down, before, behind).store(&mut self.offset[axis + 3]);
-            }
-        }
-    }
-
-    /// In registers.
-    #[inline(always)]
-    pub fn load<V: Lanes<Memory = M>>(&self, simd: V::Simd, packet: &Packet<M>) -> Slabs<V> {
-        let [x0, y0, z0, x1, y1, z1] = &self.offset;
-        Slabs {
-            inv: Vec3Lanes::load(simd, &packet.inv_direction),
-            offset: [
-                V::load(simd, x0),
-                V::load(simd, y0),
-                V::load(simd, z0),
-                V::load(simd, x1),
-                V::load(simd, y1),
-                V::load(simd, z1),
-            ],
-            t: V::load(simd, &packet.t),
-        }
-    }
-}
-
-/// [`PacketSlabs`] in registers.
-#[derive(Clone, Copy)]
-pub(super) struct Slabs<V> {
-    inv: Vec3Lanes<V>,
-    offset: [V; 6],
-    t: V,
-}
-
-impl<V: Lanes> Slabs<V> {
-    /// A lower bound on where the rays enter child `c`, and the rays that do; `planes` are a node's, in the order
-    /// that [`PacketSlabs::set`] was given.
-    #[inline(always)]
-    pub fn enter<const ONE_OCTANT: bool>(&self, planes: &[F32x8; 6], c: usize) -> (V, V::Mask) {
-        let Self { inv, offset, t } = self;
-        let (lower, upper) = corners::<V>(t.simd(), planes, c);
-        let [x0, y0, z0, x1, y1, z1] = *offset;
-        let (x0, x1) = (lower.x.mul_add_about(inv.x, x0), upper.x.mul_add_about(inv.x, x1));
-        let (y0, y1) = (lower.y.mul_add_about(inv.y, y0), upper.y.mul_add_about(inv.y, y1));
-        let (z0, z1) = (lower.z.mul_add_about(inv.z, z0), upper.z.mul_add_about(inv.z, z1));
-        let zero = t.all(0.0);
-        let (near, far) = if ONE_OCTANT {
-            (x0.max(y0).max(z0.max(zero)), x1.min(y1).min(z1.min(*t)))
-        } else {
-            let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1).max(zero));
-            (near, x0.max(x1).min(y0.max(y1)).min(z0.max(z1).min(*t)))
-        };
-        // One product less: n (1 - p) <= f (1 + p) follows from n (1 - 2p) <= f, as f is not negative where there is
-        // a hit, and one p is far more than the product's rounding.
-        let near = near * (1.0 - 3.0 * NODE_PAD);
-        (near, near.le(far))
-    }
-}
-
 /// `1 / d`, finite.
 // Tuned: see docs/lab-notes.md#reciprocals
 #[inline(always)]
@@ -357,170 +253,4 @@ fn reciprocal<V: Lanes>(d: V) -> V {
 #[inline(always)]
 pub(super) fn live<S: Simd>(simd: S, rays: &RayPacket) -> bool {
     simd.load(&rays.t_max).gt(simd.splat(0.0)).any()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::simd::{Portable, Simd};
-    type V8 = <Portable as Simd>::V8;
-    use crate::{
-        accel::{Child, Node8},
-        math::Aabb,
-        trace::{
-            bundle::{corners, enter, in_order},
-            single::SingleRay,
-        },
-    };
-    use glam::Vec3;
-
-    /// Directions, one of them along an axis or in a plane of two; half of the time all in one direction octant, see
-    /// [`BundleFrustum::octant`](super::super::frustum::BundleFrustum::octant).
-    fn directions(
-        round: usize,
-        vector: &mut impl FnMut(f32) -> Vec3,
-        ways: &mut fastrand::Rng,
-    ) -> ([Vec3; LANES], Option<[u8; 3]>) {
-        let mut directions = [(); LANES].map(|()| vector(1.0).normalize());
-        directions[0] = [Vec3::X, Vec3::NEG_Y, Vec3::new(-0.0, 0.6, 0.8)][round % 3];
-        let octant = ways.bool().then(|| [(); 3].map(|()| ways.u8(..2)));
-        if let Some(octant) = octant {
-            let signs = Vec3::from(octant.map(|down| 1.0 - 2.0 * f32::from(down)));
-            directions = directions.map(|d| (d.abs() + 1e-5) * signs);
-        }
-        (directions, octant)
-    }
-
-    /// Boxes around points on rays, of all sizes and near and far from where rays start, some of these along an axis;
-    /// half of the rays are in one direction octant.
-    #[test]
-    fn slabs_hold_what_the_canonical_interval_holds() {
-        let mut random = fastrand::Rng::with_seed(3);
-        let mut ways = random.fork();
-        let mut unit = move || random.f32() * 2.0 - 1.0;
-        let mut vector = |size: f32| Vec3::new(unit(), unit(), unit()) * size;
-        let mut met = 0;
-        for round in 0..20_000 {
-            let size = [1e-6, 1.0, 1e6, 1e9][round % 4];
-            let far = [1.0, 1e3, 1e12, 1e30][round / 4 % 4];
-            let origins = [(); LANES].map(|()| vector(size * far));
-            let (directions, octant) = directions(round, &mut vector, &mut ways);
-            let ray = round % LANES;
-            let at = (origins[ray] + directions[ray] * size).clamp(Vec3::splat(-2e9), Vec3::splat(2e9));
-            let half = vector(size).abs() * [0.0, 1e-6, 1.0][round / 16 % 3];
-            let bounds = Aabb {
-                lower: at - half,
-                upper: at + half,
-            };
-            let rays = RayPacket {
-                direction: Vec3x8::from_lanes(directions),
-                t_max: F32x8::splat(f32::MAX),
-            };
-            let mut packet = Packet::EMPTY;
-            packet.set::<V8>(Portable, [&rays; 4], [&rays.t_max; 4]);
-            let origin8 = Vec3x8::from_lanes(origins);
-            packet.start_at::<V8>(Portable, [&origin8; 4]);
-            let mut slabs = PacketSlabs::EMPTY;
-            slabs.set::<V8>(Portable, &packet, octant.is_some());
-            let node = Node8::new(&[(Child::inner(0), bounds)]);
-            let planes = in_order(&node, octant);
-            let rays = slabs.load::<V8>(Portable, &packet);
-            let (near, entering) = if octant.is_some() {
-                rays.enter::<true>(&planes, 0)
-            } else {
-                rays.enter::<false>(&planes, 0)
-            };
-            let o = Vec3Lanes::<V8>::load(Portable, &packet.origin);
-            let (lower, upper) = (
-                Vec3Lanes::splat(Portable, bounds.lower),
-                Vec3Lanes::splat(Portable, bounds.upper),
-            );
-            let (canonical_near, canonical_far) = packet.interval(lower - o, upper - o);
-            if octant.is_some() {
-                let (first, last) = corners(Portable, &planes, 0);
-                let same = packet.interval_in_octant(first - o, last - o);
-                let bits = |t: V8| t.to8().to_array().map(f32::to_bits);
-                assert_eq!(bits(same.0), bits(canonical_near), "{round}");
-                assert_eq!(bits(same.1), bits(canonical_far), "{round}");
-            }
-            for i in 0..LANES {
-                let near = near.lane(i);
-                let [least, most] = [canonical_near, canonical_far].map(|t| t.lane(i));
-                if least <= most {
-                    met += 1;
-                    let (enters, near8) = SingleRay::new(&packet, 0, i).enter(Portable, &node, f32::MAX);
-                    let near8 = near8.to8();
-                    assert!(
-                        enters && near8.as_array()[0] <= least.min(f32::MAX),
-                        "{round}: alone"
-                    );
-                    let empty = (1..LANES).all(|c| near8.as_array()[c] == f32::INFINITY);
-                    assert!(empty, "{round}: {near8:?}");
-                    let enters = entering.bits() >> i & 1 != 0;
-                    assert!(enters && near <= least, "{round}: {enters} {near} {least}");
-                }
-            }
-        }
-        assert!(met > 5_000, "{met}");
-    }
-
-    /// The same where rays share their origin, for rays that end at the box as well; the origin is sometimes in it.
-    #[test]
-    fn planes_as_seen_from_one_origin_hold_what_the_canonical_interval_holds() {
-        let mut random = fastrand::Rng::with_seed(4);
-        let mut ways = random.fork();
-        let mut unit = move || random.f32() * 2.0 - 1.0;
-        let mut vector = |size: f32| Vec3::new(unit(), unit(), unit()) * size;
-        let mut met = 0;
-        for round in 0..50_000 {
-            let size = [1e-6, 1.0, 1e6, 1e9][round % 4];
-            let origin =
-                vector(size * [0.0, 1.0, 1e3][round / 4 % 3]).clamp(Vec3::splat(-2e9), Vec3::splat(2e9));
-            let (directions, octant) = directions(round, &mut vector, &mut ways);
-            let at = origin + directions[round % LANES] * size;
-            let half = vector(size).abs() * [0.0, 1e-6, 1.0, 3.0][round / 16 % 4];
-            let bounds = Aabb {
-                lower: at - half,
-                upper: at + half,
-            };
-            let rays = RayPacket {
-                direction: Vec3x8::from_lanes(directions),
-                t_max: F32x8::splat(f32::MAX),
-            };
-            let mut packet = Packet::EMPTY;
-            packet.set::<V8>(Portable, [&rays; 4], [&rays.t_max; 4]);
-            let origin8 = Vec3x8::splat(origin);
-            packet.start_at::<V8>(Portable, [&origin8; 4]);
-            let o = Vec3Lanes::<V8>::load(Portable, &packet.origin);
-            let (lower, upper) = (
-                Vec3Lanes::splat(Portable, bounds.lower),
-                Vec3Lanes::splat(Portable, bounds.upper),
-            );
-            let (canonical_near, canonical_far) = packet.interval(lower - o, upper - o);
-            if ways.bool() {
-                // As soon as they are in the box.
-                canonical_near
-                    .max(Portable.splat(f32::MIN_POSITIVE))
-                    .store(&mut packet.t);
-            }
-            let mut planes = in_order(&Node8::new(&[(Child::inner(0), bounds)]), octant);
-            for (i, plane) in planes.iter_mut().enumerate() {
-                *plane = (Portable.load(plane) - Portable.splat(origin[i % 3])).to8();
-            }
-            let (near, entering) = if octant.is_some() {
-                enter::<V8, true>(Portable, &planes, 0, &packet)
-            } else {
-                enter::<V8, false>(Portable, &planes, 0, &packet)
-            };
-            for i in 0..LANES {
-                let [least, most] = [canonical_near, canonical_far].map(|t| t.lane(i));
-                if least <= most && most > 0.0 {
-                    met += 1;
-                    let (enters, near) = (entering.bits() >> i & 1 != 0, near.lane(i));
-                    assert!(enters && near <= least, "{round}: {enters} {near} {least}");
-                }
-            }
-        }
-        assert!(met > 20_000, "{met}");
-    }
 }

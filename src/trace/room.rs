@@ -1,10 +1,6 @@
 //! The memory of a bundle: sixteen packets of up to sixteen rays, or sixteen of thirty-two.
 
-use super::{
-    PACKETS,
-    rays::{Packet, PacketSlabs},
-    sheared::ShearedPacket,
-};
+use super::{PACKETS, bits, bundle::Culling, rays::Packet, sheared::ShearedPacket, slabs::PacketSlabs};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{Avx2, Avx512};
 use crate::simd::{Column, Lanes, Memory, Pair, Portable, Simd, Vec3Lanes, WideColumn};
@@ -45,6 +41,16 @@ impl<M: Memory> Room<M> {
                 Vec3Lanes::<V>::splat(simd, origin).store(&mut packet.origin);
             }
             self.shared = now;
+        }
+    }
+
+    /// Sets what only rays with separate origins need.
+    #[inline(always)]
+    pub fn see_apart<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, packets: u32, culling: &Culling<'_, V>) {
+        for p in bits(packets) {
+            let packet = &self.packets[p % PACKETS];
+            self.slabs[p % PACKETS].set::<V>(simd, packet, culling.octant.is_some());
+            self.sheared[p % PACKETS].set::<V>(simd, packet, &culling.space);
         }
     }
 

@@ -1,7 +1,10 @@
 //! Picks the kernel (lanes, leaf layout) and the groups for a call's rays.
 
 use super::{
-    ENTRY_PACKETS, Group, Method, SKIPPED_SORTS, Tracer, order, prefetch_rays,
+    Tracer,
+    group::{Group, prefetch_rays},
+    origins::RayOrigins,
+    policy::{ENTRY_PACKETS, RayKind},
     room::{RayLanes, Widths},
     sink::{AHEAD, ResultSink},
 };
@@ -46,7 +49,7 @@ fn without_invalid(
 
 impl Tracer<'_> {
     /// [`dispatch`](Self::dispatch) for one block layout.
-    pub(super) fn dispatch_to<B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
+    pub(super) fn dispatch_to<B: TriangleLeaf, A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         rays: &[RayPacket],
@@ -59,7 +62,7 @@ impl Tracer<'_> {
             results,
             next: 0,
         };
-        let work = self.trace_valid::<B, A, ANY, SHARED>(blocks, work);
+        let work = self.trace_valid::<B, A, O, ANY>(blocks, work);
         if work.next == rays.len() {
             return;
         }
@@ -69,38 +72,38 @@ impl Tracer<'_> {
             origins: &origins,
             ..work
         };
-        self.trace_valid::<B, A, ANY, SHARED>(blocks, work);
+        self.trace_valid::<B, A, O, ANY>(blocks, work);
     }
 
     /// Traces up to the first group that holds an invalid ray.
-    fn trace_valid<'w, B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
+    fn trace_valid<'w, B: TriangleLeaf, A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
         blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
     ) -> Work<'w, A> {
         at_level!(self.level, |simd| self
-            .trace_at::<_, B, A, ANY, SHARED>(simd, blocks, work))
+            .trace_at::<_, B, A, O, ANY>(simd, blocks, work))
     }
 
     /// [`run`](Self::run) with the lanes that fit the rays.
     #[inline(always)]
-    fn trace_at<'w, S: Widths, B: TriangleLeaf, A: ResultSink, const ANY: bool, const SHARED: bool>(
+    fn trace_at<'w, S: Widths, B: TriangleLeaf, A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
         simd: S,
         blocks: LeafBlocks<'_, B>,
         work: Work<'w, A>,
     ) -> Work<'w, A> {
-        match (SHARED, ANY) {
-            (true, true) => self.run::<B, S::SharedAny, A, ANY, SHARED>(simd, blocks, work),
-            (true, false) => self.run::<B, S::Shared, A, ANY, SHARED>(simd, blocks, work),
-            (false, _) => self.run::<B, S::Separate, A, ANY, SHARED>(simd, blocks, work),
+        match O::kind(ANY) {
+            RayKind::Shadow => self.run::<B, S::SharedAny, A, O, ANY>(simd, blocks, work),
+            RayKind::Camera => self.run::<B, S::Shared, A, O, ANY>(simd, blocks, work),
+            RayKind::Separate => self.run::<B, S::Separate, A, O, ANY>(simd, blocks, work),
         }
     }
 
     /// Traces as the packets come, or sorted by direction. Returns early if there is an invalid ray among the next
     /// ones.
     #[inline(always)]
-    fn run<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, const ANY: bool, const SHARED: bool>(
+    fn run<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
         simd: V::Simd,
         blocks: LeafBlocks<'_, B>,
@@ -112,29 +115,25 @@ impl Tracer<'_> {
             mut results,
             mut next,
         } = work;
-        if SHARED {
+        if O::ARE_SHARED {
             let origin = self.origin;
             self.rooms.of_mut::<V>().start_at::<V>(simd, origin);
         } else {
             self.rooms.of_mut::<V>().start_apart();
         }
-        let is_adaptive = self.method == Method::Adaptive;
-        let at_a_time = match (SHARED, ANY) {
-            (true, false) if is_adaptive => ENTRY_PACKETS,
-            _ if is_adaptive => order::PACKETS,
-            _ => rays.len().max(1),
-        };
+        let kind = O::kind(ANY);
         let mut sorted = std::mem::take(&mut self.sorted);
+        let at_a_time = self.policy.group(kind, rays.len());
         for start in (next..rays.len()).step_by(at_a_time) {
             let end = rays.len().min(start + at_a_time);
-            let origins_of_group = if SHARED { &[] } else { &origins[start..end] };
+            let origins_of_group = if O::ARE_SHARED { &[] } else { &origins[start..end] };
             if !self.are_valid(simd, &rays[start..end], origins_of_group) {
                 break;
             }
             next = end;
             let of_group = &rays[start..end];
-            let (mut entry, mut order) = (None, None);
-            if SHARED && !ANY && is_adaptive {
+            let mut entry = None;
+            if self.policy.shares_entry(kind) {
                 entry = simd.call(
                     #[inline(always)]
                     || self.entry(simd, of_group),
@@ -147,37 +146,28 @@ impl Tracer<'_> {
                     }
                     continue;
                 }
-            } else if SHARED && ANY {
-                let effort = std::mem::take(&mut self.effort);
-                if is_adaptive
-                    && effort.is_high()
-                    && simd.call(
-                        #[inline(always)]
-                        || sorted.by_place(simd, of_group),
-                    )
-                {
-                    order = Some(sorted.rays());
-                }
-            } else if !SHARED && is_adaptive {
-                if self.skipped_sorts == 0
-                    && simd.call(
-                        #[inline(always)]
-                        || sorted.by_direction(simd, of_group),
-                    )
-                {
-                    order = Some(sorted.rays());
-                }
-                self.skipped_sorts = self.skipped_sorts.saturating_sub(1);
             }
+            let is_sorted = kind != RayKind::Camera
+                && self.policy.wants_sorting(kind)
+                && simd.call(
+                    #[inline(always)]
+                    || {
+                        if O::ARE_SHARED {
+                            sorted.by_place(simd, of_group)
+                        } else {
+                            sorted.by_direction(simd, of_group)
+                        }
+                    },
+                );
             let group = Group {
                 start,
                 end,
                 entry: entry.as_ref(),
-                order,
+                order: is_sorted.then(|| sorted.rays()),
             };
-            self.trace_group::<B, V, A, ANY, SHARED>(simd, blocks, rays, origins, &group, &mut results);
-            if !SHARED && order.is_some() && self.separate_backoff.is_on() {
-                self.skipped_sorts = SKIPPED_SORTS;
+            self.trace_group::<B, V, A, O, ANY>(simd, blocks, rays, origins, &group, &mut results);
+            if is_sorted {
+                self.policy.traced_sorted(kind);
             }
         }
         self.sorted = sorted;

@@ -14,6 +14,7 @@ use super::{
     bundle::Culling,
     frustum::BundleFrustum,
     leaf::{hit, in_order, interval, spheres, vector},
+    origins::Separate,
     rays::Packet,
 };
 use crate::{
@@ -86,7 +87,7 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     debug_assert!(V::COUNT <= 16, "a `Candidate` has no room for more lanes");
     if !leaf.is_triangles() {
         let block = &blocks.spheres[leaf.index()];
-        return spheres::<V, ANY, false>(simd, block, leaf.count_bits(), culling, packets, states);
+        return spheres::<V, Separate, ANY>(simd, block, leaf.count_bits(), culling, packets, states);
     }
     let mut room = None;
     let stored = &blocks.triangles[leaf.index()];
@@ -369,7 +370,7 @@ mod tests {
         let frustum = (0..3).find_map(|turn| {
             let axis = (round + turn) % 3;
             let sign = direction[axis].signum();
-            BundleFrustum::<V8>::new::<false>(Portable, &packets, 1, DominantAxis { axis, sign })
+            BundleFrustum::<V8>::new::<Separate>(Portable, &packets, 1, DominantAxis { axis, sign })
         });
         let space = ShearedSpace::new(frustum.as_ref(), point, extent);
         assert!(space.slack.is_finite(), "one axis is along {direction}");

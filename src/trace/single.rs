@@ -10,8 +10,9 @@
 
 use super::{
     Tracer, bits,
-    rays::{MOST_OFFSET, NODE_PAD, OFFSET_ERROR, Packet},
+    rays::Packet,
     room::RayLanes,
+    slabs::{MOST_OFFSET, NODE_PAD, OFFSET_ERROR},
 };
 use crate::{
     accel::{Bvh, Child, LeafBlocks, Node8, Places},
@@ -117,9 +118,9 @@ impl SingleRay {
         (lower.min(upper), lower.max(upper))
     }
 
-    /// Whether the ray enters any child within `t_max`, and where: infinite for children that it misses.
+    /// The children that the ray enters within `t_max`, a bit each, and where: infinite for those that it misses.
     #[inline(always)]
-    pub(super) fn enter<S: Simd>(&self, simd: S, node: &Node8, t_max: f32) -> (bool, S::V8) {
+    pub(super) fn enter<S: Simd>(&self, simd: S, node: &Node8, t_max: f32) -> (u32, S::V8) {
         let (near_x, far_x) = self.planes(simd, node, 0);
         let (near_y, far_y) = self.planes(simd, node, 1);
         let (near_z, far_z) = self.planes(simd, node, 2);
@@ -130,7 +131,7 @@ impl SingleRay {
         // Empty lanes hold inverted boxes, which the comparison has turned right side out.
         let entered = entered & node.valid_bits();
         let (at, missed) = (near.min(simd.splat(f32::MAX)), simd.splat(f32::INFINITY));
-        (entered != 0, S::V8::select(simd.mask(entered), at, missed))
+        (entered, S::V8::select(simd.mask(entered), at, missed))
     }
 }
 
@@ -354,7 +355,7 @@ fn enter_children<S: Simd>(simd: S, slot: &mut Slot, bvh: &Bvh) {
     let (entered, near) = slot.ray.enter(simd, node, slot.t);
     next.near8 = near.to8();
     next.child = node.child;
-    slot.len += usize::from(entered);
+    slot.len += usize::from(entered != 0);
 }
 
 /// Takes the next children of `which` slots.

@@ -6,10 +6,11 @@ use super::{
     single::{SingleRay, sphere_block, triangle_block},
 };
 use crate::{
-    accel::{Bvh, Child, LeafBlocks, TriangleBlocks},
-    geometry::TriangleLeaf,
+    accel::{Bvh, Child, LeafBlocks, Node8, TriangleBlocks},
+    geometry::{SphereBlock, TriangleLeaf},
+    lanes::LANES,
     ray::{PrimitiveId, Ray},
-    simd::{EightLanes, LaneMask, Lanes, Level, Simd, at_level, unpack},
+    simd::{EightLanes, Level, Simd, at_level, unpack},
 };
 use glam::Vec3;
 use std::cell::Cell;
@@ -80,37 +81,73 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
     loop {
         if child.is_inner() {
             let node = &bvh.nodes()[child.index()];
-            let (_, near) = single.enter(simd, node, sink.end());
-            let entered = near.lt(simd.splat(f32::INFINITY));
-            let (entries, count) = near.nearest_last(entered.bits());
-            for &entry in entries.iter().take(count) {
-                let (near, lane) = unpack(entry);
-                stack.push((near, node.child[lane]));
+            if let Some(nearest) = enter_nearest(simd, &single, node, sink.end(), stack) {
+                child = nearest;
+                continue;
             }
         } else if child.is_triangles() {
             triangles::<_, B, K>(simd, &single, &blocks.triangles[child.index()], child, sink);
         } else {
-            let block = &blocks.spheres[child.index()];
-            let (hit, enters, leaves) = sphere_block(simd, &single, block, child);
-            for lane in bits(hit) {
-                let found = Found {
-                    t: enters.lane(lane),
-                    primitive: PrimitiveId(block.id[lane]),
-                    weights: [0.0, 0.0, 1.0],
-                };
-                sink.take(found);
-                let t = leaves.lane(lane);
-                if t > found.t {
-                    sink.take(Found { t, ..found });
-                }
-            }
+            spheres(simd, &single, &blocks.spheres[child.index()], child, sink);
         }
-        loop {
+        child = loop {
             let Some((near, next)) = stack.pop() else { return };
             if near <= sink.end() {
-                child = next;
-                break;
+                break next;
             }
+        };
+    }
+}
+
+/// Returns the nearest child that the ray enters; the others go on the stack, the nearest last. Mostly there are one or
+/// two, for which sorting eight is too much.
+#[inline(always)]
+fn enter_nearest<S: Simd>(
+    simd: S,
+    ray: &SingleRay,
+    node: &Node8,
+    end: f32,
+    stack: &mut Stack,
+) -> Option<Child> {
+    let (entered, near) = ray.enter(simd, node, end);
+    let first = entered.trailing_zeros() as usize % LANES;
+    let others = entered & entered.wrapping_sub(1);
+    if others == 0 {
+        return (entered != 0).then(|| node.child[first]);
+    }
+    if others & others.wrapping_sub(1) == 0 {
+        let second = others.trailing_zeros() as usize % LANES;
+        let near = near.to8().to_array();
+        let (nearer, farther) = if near[first] <= near[second] {
+            (first, second)
+        } else {
+            (second, first)
+        };
+        stack.push((near[farther], node.child[farther]));
+        return Some(node.child[nearer]);
+    }
+    let (entries, count) = near.nearest_last(entered);
+    for &entry in entries.iter().take(count - 1) {
+        let (near, lane) = unpack(entry);
+        stack.push((near, node.child[lane]));
+    }
+    Some(node.child[unpack(entries[count - 1]).1])
+}
+
+/// Hands the hits in a block of spheres to the sink, where the ray enters and where it leaves.
+#[inline(always)]
+fn spheres<S: Simd, K: HitSink>(simd: S, ray: &SingleRay, block: &SphereBlock, child: Child, sink: &mut K) {
+    let (hit, enters, leaves) = sphere_block(simd, ray, block, child);
+    for lane in bits(hit) {
+        let found = Found {
+            t: enters.lane(lane),
+            primitive: PrimitiveId(block.id[lane]),
+            weights: [0.0, 0.0, 1.0],
+        };
+        sink.take(found);
+        let t = leaves.lane(lane);
+        if t > found.t {
+            sink.take(Found { t, ..found });
         }
     }
 }

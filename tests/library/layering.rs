@@ -94,15 +94,6 @@ const SAFE: [&str; 6] = ["format", "scene", "shade", "verify", "viewer", "cli"];
 /// Of the command line, the places that may name clap: the arguments, and what is printed from their definition.
 const NAMES_CLAP: [&str; 2] = ["cli/args/", "cli/commands/shell.rs"];
 
-const MOST_LINES: usize = 500;
-/// Longer files, until the tracer is taken apart.
-const LONG: [&str; 4] = [
-    "trace/bundle.rs",
-    "trace/frustum.rs",
-    "trace/mod.rs",
-    "trace/rays.rs",
-];
-
 fn module(path: &str) -> &str {
     path.trim_end_matches(".rs").split('/').next().unwrap_or(path)
 }
@@ -113,7 +104,7 @@ fn complaints(path: &str, source: &str) -> Vec<String> {
     let module = module(path);
     let mut found = Vec::new();
     let lines = source.lines().count();
-    if lines > MOST_LINES && !LONG.contains(&path) {
+    if lines > MOST_LINES {
         found.push(format!("{path}: {lines} lines, at most {MOST_LINES} are allowed"));
     }
     for (name, place) in ONLY_IN {

@@ -1,0 +1,217 @@
+//! Rays that share their origin, and rays that have origins of their own: what is done differently.
+
+use super::{
+    Tracer,
+    bundle::Culling,
+    entering::{Entering, entering, entering_by_packet},
+    leaf::{self, Leaves},
+    pairs::Pairs,
+    policy::{ENTRY_PACKETS, RayKind},
+    room::{RayLanes, Room},
+    sheared,
+    slabs::enter,
+    stack::{DeferredLeaves, Entry, Limits},
+};
+use crate::{
+    accel::LeafBlocks,
+    geometry::TriangleLeaf,
+    lanes::{F32x8, LANES},
+    simd::{EightLanes, Lanes, REGISTER_LANES, Simd},
+};
+use glam::Vec3;
+
+/// Whether rays share their origin.
+pub(super) trait RayOrigins {
+    const ARE_SHARED: bool;
+
+    /// What rays of these have in common.
+    #[inline(always)]
+    fn kind(is_any: bool) -> RayKind {
+        RayKind::of(Self::ARE_SHARED, is_any)
+    }
+
+    /// How many packets ahead rays are prefetched, in packets of `lanes`.
+    fn prefetch_ahead(kind: RayKind, lanes: usize) -> usize;
+
+    /// A node's planes as packets are tested against them.
+    fn seen_planes<S: Simd>(simd: S, planes: [F32x8; 6], origin: Vec3) -> [F32x8; 6];
+
+    /// The children that packets enter, ray by ray: those of `pairs`, or of all `packets` with all `candidates`.
+    fn entering<V: RayLanes, const ONE_OCTANT: bool>(
+        simd: V::Simd,
+        planes: &[F32x8; 6],
+        pairs: &Pairs,
+        candidates: u32,
+        packets: u32,
+        room: &Room<V::Memory>,
+    ) -> Entering;
+
+    /// A lower bound on where the rays of packet `p` enter child `c`, and the rays that do.
+    fn enter<V: RayLanes, const ONE_OCTANT: bool>(
+        simd: V::Simd,
+        planes: &[F32x8; 6],
+        c: usize,
+        p: usize,
+        room: &Room<V::Memory>,
+    ) -> (V, V::Mask);
+
+    /// Tests a leaf, perhaps with another one that waits. Returns the packets whose ends came nearer; in occlusion,
+    /// those that are done.
+    fn visit_leaf<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
+        tracer: &mut Tracer<'_>,
+        simd: V::Simd,
+        blocks: LeafBlocks<'_, B>,
+        leaf: Entry,
+        others: &mut DeferredLeaves,
+        culling: &Culling<'_, V>,
+        limits: Limits<V>,
+    ) -> u32;
+}
+
+/// All rays start at one point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shared;
+
+impl RayOrigins for Shared {
+    const ARE_SHARED: bool = true;
+
+    #[inline(always)]
+    fn prefetch_ahead(kind: RayKind, lanes: usize) -> usize {
+        match kind {
+            RayKind::Camera => ENTRY_PACKETS,
+            _ if lanes > REGISTER_LANES => super::BUNDLE,
+            _ => super::BUNDLE_OF_16,
+        }
+    }
+
+    /// Relative to the origin.
+    #[inline(always)]
+    fn seen_planes<S: Simd>(simd: S, mut planes: [F32x8; 6], origin: Vec3) -> [F32x8; 6] {
+        for (i, plane) in planes.iter_mut().enumerate() {
+            *plane = (simd.load(plane) - simd.splat(origin[i % 3])).to8();
+        }
+        planes
+    }
+
+    #[inline(always)]
+    fn entering<V: RayLanes, const ONE_OCTANT: bool>(
+        simd: V::Simd,
+        planes: &[F32x8; 6],
+        pairs: &Pairs,
+        _: u32,
+        _: u32,
+        room: &Room<V::Memory>,
+    ) -> Entering {
+        entering::<V, ONE_OCTANT>(simd, planes, pairs, &room.packets)
+    }
+
+    #[inline(always)]
+    fn enter<V: RayLanes, const ONE_OCTANT: bool>(
+        simd: V::Simd,
+        planes: &[F32x8; 6],
+        c: usize,
+        p: usize,
+        room: &Room<V::Memory>,
+    ) -> (V, V::Mask) {
+        enter::<V, ONE_OCTANT>(simd, planes, c, &room.packets[p % super::PACKETS])
+    }
+
+    #[inline(always)]
+    fn visit_leaf<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
+        tracer: &mut Tracer<'_>,
+        simd: V::Simd,
+        blocks: LeafBlocks<'_, B>,
+        leaf: Entry,
+        others: &mut DeferredLeaves,
+        culling: &Culling<'_, V>,
+        limits: Limits<V>,
+    ) -> u32 {
+        let mut second = (leaf.child, 0);
+        if V::Triangles::COUNT > LANES
+            && leaf.child.is_triangles()
+            && let Some(next) = others.oldest()
+            && next.child.is_triangles()
+        {
+            others.pop();
+            let packets = limits.reached(next);
+            if packets != 0 {
+                second = (next.child, packets);
+            }
+        }
+        let leaves = Leaves {
+            child: [leaf.child, second.0],
+            packets: [leaf.packets, second.1],
+        };
+        let count = 1 + usize::from(second.1 != 0);
+        let met = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
+        tracer.policy.visited(count, met);
+        let packets = &mut tracer.rooms.of_mut::<V>().packets;
+        simd.call(
+            #[inline(always)]
+            || leaf::shared_origin::<B, V, ANY>(simd, blocks, leaves, culling, packets),
+        )
+    }
+}
+
+/// Each ray has its own.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Separate;
+
+impl RayOrigins for Separate {
+    const ARE_SHARED: bool = false;
+
+    #[inline(always)]
+    fn prefetch_ahead(_: RayKind, _: usize) -> usize {
+        super::order::PACKETS
+    }
+
+    #[inline(always)]
+    fn seen_planes<S: Simd>(_: S, planes: [F32x8; 6], _: Vec3) -> [F32x8; 6] {
+        planes
+    }
+
+    #[inline(always)]
+    fn entering<V: RayLanes, const ONE_OCTANT: bool>(
+        simd: V::Simd,
+        planes: &[F32x8; 6],
+        _: &Pairs,
+        candidates: u32,
+        packets: u32,
+        room: &Room<V::Memory>,
+    ) -> Entering {
+        entering_by_packet::<V, ONE_OCTANT>(simd, planes, candidates, packets, &room.packets, &room.slabs)
+    }
+
+    #[inline(always)]
+    fn enter<V: RayLanes, const ONE_OCTANT: bool>(
+        simd: V::Simd,
+        planes: &[F32x8; 6],
+        c: usize,
+        p: usize,
+        room: &Room<V::Memory>,
+    ) -> (V, V::Mask) {
+        let p = p % super::PACKETS;
+        room.slabs[p]
+            .load::<V>(simd, &room.packets[p])
+            .enter::<ONE_OCTANT>(planes, c)
+    }
+
+    #[inline(always)]
+    fn visit_leaf<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
+        tracer: &mut Tracer<'_>,
+        simd: V::Simd,
+        blocks: LeafBlocks<'_, B>,
+        leaf: Entry,
+        _: &mut DeferredLeaves,
+        culling: &Culling<'_, V>,
+        _: Limits<V>,
+    ) -> u32 {
+        let (room, candidates) = (tracer.rooms.of_mut::<V>(), &mut tracer.candidates);
+        let (lines, states) = (&room.sheared, &mut room.packets);
+        let leaf = (leaf.child, leaf.packets);
+        simd.call(
+            #[inline(always)]
+            || sheared::separate_origins::<B, V, ANY>(simd, blocks, leaf, culling, lines, candidates, states),
+        )
+    }
+}

@@ -1,0 +1,329 @@
+//! Decides how the next rays are grouped, by how coherent the last ones were.
+//!
+//! ```text
+//! kind of rays, cost of the last groups -> how many at a time; as they come or sorted; bundles or one by one
+//! ```
+//! Every heuristic of tracing that looks back is here. Hits never depend on it, only time does.
+
+/// Selects a traversal method; all give the same hits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Whichever fits the rays: bundles, packets or single rays.
+    #[default]
+    Adaptive,
+    /// Packets on their own, never bundles or single rays.
+    Packet,
+    /// One ray against eight boxes, eight primitives at a time.
+    Single,
+}
+
+/// What rays have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RayKind {
+    /// One origin, closest hits: camera rays.
+    Camera,
+    /// One origin, any hit: shadow rays, from the light.
+    Shadow,
+    /// Origins of their own: mirror rays and the like.
+    Separate,
+}
+
+impl RayKind {
+    #[inline(always)]
+    pub const fn of(is_shared: bool, is_any: bool) -> Self {
+        match (is_shared, is_any) {
+            (true, false) => Self::Camera,
+            (true, true) => Self::Shadow,
+            (false, _) => Self::Separate,
+        }
+    }
+}
+
+/// [`RayPacket`](crate::ray::RayPacket)s with a shared origin that share one [`entry`](super::entry): four bundles of
+/// 256 rays, or eight of 128.
+pub(super) const ENTRY_PACKETS: usize = 128;
+
+/// How many groups skip sorting after it did not help.
+const SKIPPED_SORTS: u32 = 8;
+
+/// A single ray through a subtree costs about as much as this many packets at a leaf.
+const ALONE: usize = 8;
+
+/// Sorting may pay above this many tenths of a packet at a leaf per ray.
+// Tuned: see docs/lab-notes.md#sorted-shadow-rays
+const HIGH_X10: usize = 5;
+
+/// After an incoherent bundle this many go ray by ray before another is tried; the count doubles up to the maximum
+/// each time that one is incoherent again.
+const SKIPPED_BUNDLES: std::ops::RangeInclusive<u32> = 3..=48;
+
+/// How rays are grouped.
+#[derive(Debug)]
+pub(super) struct CoherencePolicy {
+    method: Method,
+    /// Of each [`RayKind`].
+    backoff: [Backoff; 3],
+    /// How many groups still skip sorting.
+    skipped_sorts: u32,
+    /// Of the last group of shadow rays, whichever light it came from.
+    effort: Effort,
+    /// Of the current bundle.
+    visits: Visits,
+}
+
+impl CoherencePolicy {
+    pub fn new(method: Method) -> Self {
+        Self {
+            method,
+            backoff: <[Backoff; 3]>::default(),
+            skipped_sorts: 0,
+            effort: Effort::default(),
+            visits: Visits::default(),
+        }
+    }
+
+    /// Returns how many packets, of at most `len`, make a group: those that share an entry or are sorted together.
+    pub fn group(&self, kind: RayKind, len: usize) -> usize {
+        match kind {
+            _ if self.method != Method::Adaptive => len.max(1),
+            RayKind::Camera => ENTRY_PACKETS,
+            RayKind::Shadow | RayKind::Separate => super::order::PACKETS,
+        }
+    }
+
+    /// Returns whether a group of camera rays starts at a node of its own.
+    #[inline(always)]
+    pub fn shares_entry(&self, kind: RayKind) -> bool {
+        kind == RayKind::Camera && self.method == Method::Adaptive
+    }
+
+    /// Returns whether the next group should be sorted, if its rays are mixed.
+    #[inline(always)]
+    pub fn wants_sorting(&mut self, kind: RayKind) -> bool {
+        let pays = match kind {
+            RayKind::Camera => false,
+            RayKind::Shadow => std::mem::take(&mut self.effort).is_high(),
+            RayKind::Separate => {
+                let is_skipped = self.skipped_sorts > 0;
+                self.skipped_sorts = self.skipped_sorts.saturating_sub(1);
+                !is_skipped
+            }
+        };
+        pays && self.method == Method::Adaptive
+    }
+
+    /// Notes that a sorted group was traced: where bundles were incoherent even so, sorting was in vain.
+    #[inline(always)]
+    pub fn traced_sorted(&mut self, kind: RayKind) {
+        if kind == RayKind::Separate && self.backoff[kind as usize].is_on() {
+            self.skipped_sorts = SKIPPED_SORTS;
+        }
+    }
+
+    /// Returns whether packets form bundles, which few remaining rays leave to go on alone.
+    #[inline(always)]
+    pub fn is_bundled(&self) -> bool {
+        self.method != Method::Packet
+    }
+
+    /// Begins a bundle. Returns whether its rays go one by one from the root on.
+    #[inline(always)]
+    pub fn begin_bundle(&mut self, kind: RayKind) -> bool {
+        self.visits = Visits::default();
+        self.method == Method::Single || self.is_bundled() && self.backoff[kind as usize].is_on()
+    }
+
+    /// Counts one or two leaves, visited by `packets`, with a shared origin.
+    #[inline(always)]
+    pub fn visited(&mut self, leaves: usize, packets: usize) {
+        self.visits.leaves += leaves;
+        self.visits.packets += packets;
+    }
+
+    /// Ends a bundle of `rays`, of which `alone` went on alone, some of them more than once. `is_small`: less than half
+    /// of a bundle, as at a picture's edge, which says nothing about others.
+    #[inline(always)]
+    pub fn end_bundle(&mut self, kind: RayKind, rays: usize, alone: usize, was_single: bool, is_small: bool) {
+        let backoff = &mut self.backoff[kind as usize];
+        if was_single {
+            backoff.one_less();
+        } else if kind == RayKind::Separate {
+            backoff.tried(alone > rays);
+        } else if !is_small {
+            backoff.tried(self.visits.are_incoherent(kind, rays));
+        }
+        if kind == RayKind::Shadow {
+            self.effort.add(rays, self.visits.packets, alone);
+        }
+    }
+}
+
+/// Counts the leaves that bundles visited.
+#[derive(Clone, Copy, Debug, Default)]
+struct Visits {
+    leaves: usize,
+    /// Packets that visited them, summed over the leaves.
+    packets: usize,
+}
+
+impl Visits {
+    /// Whether a bundle of `rays` from one origin was incoherent: more than two leaves per ray, and fewer than two
+    /// packets per leaf (one and a half for occlusion). Triangles are then far smaller than the gaps between its rays.
+    // Tuned: see docs/lab-notes.md#incoherent-bundles
+    fn are_incoherent(self, kind: RayKind, rays: usize) -> bool {
+        let least_x2 = if kind == RayKind::Shadow { 3 } else { 4 };
+        self.leaves > 2 * rays && 2 * self.packets < least_x2 * self.leaves
+    }
+}
+
+/// The cost of bundles with a shared origin.
+#[derive(Clone, Copy, Debug, Default)]
+struct Effort {
+    rays: usize,
+    /// Packets at leaves, summed over the leaves.
+    packets: usize,
+    /// Single rays, summed over the subtrees they went through.
+    alone: usize,
+}
+
+impl Effort {
+    /// Adds a bundle.
+    #[inline(always)]
+    fn add(&mut self, rays: usize, packets: usize, alone: usize) {
+        self.rays += rays;
+        self.packets += packets;
+        self.alone += alone;
+    }
+
+    /// Whether the cost is so high that sorting the next rays may lower it.
+    fn is_high(&self) -> bool {
+        10 * (self.packets + ALONE * self.alone) > HIGH_X10 * self.rays
+    }
+}
+
+/// Counts the bundles that still go ray by ray.
+#[derive(Debug, Default)]
+struct Backoff {
+    left: u32,
+    /// The count of the last time; 0 if the last bundle was coherent.
+    before: u32,
+}
+
+impl Backoff {
+    fn is_on(&self) -> bool {
+        self.left > 0
+    }
+
+    /// Notes that a bundle went ray by ray.
+    fn one_less(&mut self) {
+        self.left = self.left.saturating_sub(1);
+    }
+
+    /// Notes that a bundle was tried.
+    fn tried(&mut self, was_incoherent: bool) {
+        if was_incoherent {
+            let (least, most) = (*SKIPPED_BUNDLES.start(), *SKIPPED_BUNDLES.end());
+            self.before = (2 * self.before).clamp(least, most);
+            self.left = self.before;
+        } else {
+            self.before = 0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many bundles go ray by ray until one is tried.
+    fn until_tried(policy: &mut CoherencePolicy, kind: RayKind) -> usize {
+        let mut count = 0;
+        while policy.begin_bundle(kind) {
+            policy.end_bundle(kind, 256, 256, true, false);
+            count += 1;
+        }
+        count
+    }
+
+    #[test]
+    fn rays_go_one_by_one_for_longer_each_time_that_a_bundle_was_incoherent() {
+        let mut policy = CoherencePolicy::new(Method::Adaptive);
+        let kind = RayKind::Separate;
+        let mut counts = Vec::new();
+        for _ in 0..6 {
+            assert!(!policy.begin_bundle(kind));
+            policy.end_bundle(kind, 256, 257, false, false);
+            counts.push(until_tried(&mut policy, kind));
+        }
+        assert_eq!(counts, [3, 6, 12, 24, 48, 48]);
+        assert!(!policy.begin_bundle(RayKind::Camera), "kinds do not mix");
+        policy.end_bundle(kind, 256, 10, false, false);
+        policy.end_bundle(kind, 256, 257, false, false);
+        assert_eq!(until_tried(&mut policy, kind), 3, "a coherent bundle forgets");
+    }
+
+    #[test]
+    fn bundles_are_given_up_where_triangles_are_smaller_than_what_is_between_rays() {
+        let given_up = |kind, rays, leaves, packets, is_small| {
+            let mut policy = CoherencePolicy::new(Method::Adaptive);
+            policy.begin_bundle(kind);
+            policy.visited(leaves, packets);
+            policy.end_bundle(kind, rays, 0, false, is_small);
+            policy.begin_bundle(kind)
+        };
+        // About as measured: pipes, twenty million triangles in blobs, and most other scenes.
+        let camera = RayKind::Camera;
+        assert!(!given_up(camera, 512, 2000, 18_000, false));
+        assert!(given_up(camera, 256, 700, 850, false));
+        assert!(!given_up(camera, 256, 60, 70, false));
+        assert!(!given_up(camera, 256, 700, 850, true), "a picture's edge");
+        // Small triangles anywhere, and hair.
+        assert!(given_up(RayKind::Shadow, 512, 2300, 3200, false));
+        assert!(!given_up(RayKind::Shadow, 512, 3700, 6500, false));
+    }
+
+    #[test]
+    fn shadow_rays_are_sorted_after_an_expensive_group() {
+        let mut policy = CoherencePolicy::new(Method::Adaptive);
+        let kind = RayKind::Shadow;
+        let mut after = |rays, packets, alone| {
+            policy.begin_bundle(kind);
+            policy.visited(1, packets);
+            policy.end_bundle(kind, rays, alone, false, false);
+            policy.wants_sorting(kind)
+        };
+        assert!(!after(0, 0, 0), "nothing was traced yet");
+        assert!(!after(256, 128, 0));
+        assert!(after(256, 129, 0));
+        assert!(after(256, 0, 17), "a ray alone counts as {ALONE} packets");
+        assert!(!after(512, 129, 0), "the last group alone counts, ray by ray");
+    }
+
+    #[test]
+    fn sorting_in_vain_is_not_tried_again_at_once() {
+        let mut policy = CoherencePolicy::new(Method::Adaptive);
+        let kind = RayKind::Separate;
+        assert!(policy.wants_sorting(kind));
+        policy.traced_sorted(kind);
+        assert!(policy.wants_sorting(kind), "bundles were coherent");
+        policy.end_bundle(kind, 256, 257, false, false);
+        policy.traced_sorted(kind);
+        let skipped = (0..20).take_while(|_| !policy.wants_sorting(kind)).count();
+        assert_eq!(skipped, SKIPPED_SORTS as usize);
+    }
+
+    #[test]
+    fn a_method_that_is_asked_for_is_kept_to() {
+        for kind in [RayKind::Camera, RayKind::Shadow, RayKind::Separate] {
+            let mut packets = CoherencePolicy::new(Method::Packet);
+            packets.end_bundle(kind, 256, 1000, false, false);
+            assert!(!packets.begin_bundle(kind) && !packets.is_bundled());
+            let mut single = CoherencePolicy::new(Method::Single);
+            assert!(single.begin_bundle(kind));
+            for mut policy in [packets, single] {
+                assert!(!policy.wants_sorting(kind) && !policy.shares_entry(kind));
+                assert_eq!(policy.group(kind, 1000), 1000);
+            }
+        }
+    }
+}
