@@ -427,6 +427,54 @@ fn closest_points_are_those_of_all_triangles() {
     }
 }
 
+/// Needles of all widths, down to those whose areas are rounding, from the side and along their axis: never farther than
+/// the nearest of their edges, and at each level the same.
+#[test]
+fn closest_points_of_needles_are_on_them() {
+    let mut random = Random::new(31);
+    for round in 0..4000 {
+        let width = 10.0_f32.powi(-3 - round % 18);
+        let (tip, noise) = (random.vector(), random.vector() * 1e-7);
+        let corners = match round % 3 {
+            0 => [random.vector() * width, tip, tip * 0.5],
+            1 => [tip, tip + random.vector() * width, tip + random.vector() * width],
+            _ => [
+                Vec3::X,
+                Vec3::X * (1.0 - 1e-7) + noise * width,
+                Vec3::X + random.vector() * width,
+            ],
+        };
+        let positions = corners.map(|corner| corner.to_array());
+        let geometry = Geometry::from_triangles(&positions, &[[0, 1, 2]]).unwrap();
+        let far = random.vector() * 10.0_f32.powi(round % 5 - 2);
+        for point in [DVec3::ZERO, far.as_dvec3(), far.as_dvec3() + 2.0 * tip.as_dvec3()] {
+            let Some(found) = geometry.closest_point(point) else {
+                continue;
+            };
+            let mut edges = f64::INFINITY;
+            for [a, b] in [[0, 1], [1, 2], [2, 0]].map(|edge| edge.map(|i| corners[i].as_dvec3())) {
+                let part = (point - a).dot(b - a) / (b - a).length_squared();
+                let part = if part.is_finite() {
+                    part.clamp(0.0, 1.0)
+                } else {
+                    0.0
+                };
+                edges = edges.min((a + (b - a) * part - point).length());
+            }
+            assert!(
+                found.distance <= edges * (1.0 + 1e-12) + 1e-15,
+                "{corners:?} {point} {found:?} {edges}"
+            );
+            for level in Level::all() {
+                let geometry = Geometry::from_triangles(&positions, &[[0, 1, 2]])
+                    .unwrap()
+                    .at_level(level);
+                assert_eq!(geometry.closest_point(point), Some(found));
+            }
+        }
+    }
+}
+
 #[test]
 fn moved_vertices_are_hit_where_they_are() {
     let mut random = Random::new(55);
