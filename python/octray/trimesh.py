@@ -14,7 +14,7 @@ from ._mesh import Mesh
 class RayMeshIntersector:
     """The methods of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, with the same shapes and types.
 
-    At an edge or a vertex every triangle there is told. ``scale_to_box`` has no effect: coordinates are never scaled.
+    At an edge or a vertex every triangle there is told. Hits come ray by ray, the nearest first. ``scale_to_box`` has no effect: coordinates are never scaled.
     """
 
     def __init__(self, geometry, scale_to_box: bool = True):
@@ -50,7 +50,7 @@ class RayMeshIntersector:
         they are asked for."""
         origins, directions = _checked(ray_origins, ray_directions)
         scene = self._scene
-        limit = max_hits if multiple_hits else 1
+        limit = max_hits if multiple_hits else min(max_hits, 1)
         index_ray, index_tri, t = scene.all_hits(origins, directions, max_hits=limit)
         if not return_locations:
             return index_tri, index_ray

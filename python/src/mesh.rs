@@ -2,7 +2,7 @@
 
 use crate::{
     arrays::{RayEnds, Vectors, part, part_of_ends},
-    threads::{Threads, interruptible},
+    threads::{Threads, Turns, interruptible},
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use std::{
     ops::Range,
     sync::{
-        Arc, Mutex, PoisonError, RwLock,
+        Arc, PoisonError, RwLock,
         atomic::{AtomicBool, Ordering},
     },
 };
@@ -42,9 +42,9 @@ fn raised(error: QueryError) -> PyErr {
 /// A triangle mesh that answers queries; see `octray.Mesh`.
 #[pyclass(frozen, module = "octray._octray")]
 pub struct Mesh {
+    /// Locked only with the interpreter's lock, which whoever forks holds: so no forked process finds it locked.
     geometry: RwLock<Arc<Geometry>>,
-    /// Held while the vertices are moved.
-    refits: Mutex<()>,
+    refits: Turns,
     threads: Threads,
 }
 
@@ -92,12 +92,9 @@ fn in_batches(
 }
 
 impl Mesh {
-    /// The geometry as it is now. Others may go on while a refit is waited for.
-    pub fn geometry(&self, py: Python<'_>) -> Arc<Geometry> {
-        py.detach(|| {
-            let geometry = self.geometry.read();
-            Arc::clone(&geometry.unwrap_or_else(PoisonError::into_inner))
-        })
+    /// The geometry as it is now.
+    pub fn geometry(&self, _: Python<'_>) -> Arc<Geometry> {
+        Arc::clone(&self.geometry.read().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Runs `work` on the mesh's threads without the interpreter's lock.
@@ -233,7 +230,7 @@ impl Mesh {
         })?;
         Ok(Self {
             geometry: RwLock::new(Arc::new(built.map_err(raised)?)),
-            refits: Mutex::new(()),
+            refits: Turns::default(),
             threads,
         })
     }
@@ -286,13 +283,13 @@ impl Mesh {
         ))
     }
 
-    /// The triangles alone, -1 where missed.
+    /// The triangles alone, -1 where missed; in 32 bits, as trimesh has them.
     fn first<'py>(
         &self,
         py: Python<'py>,
         origins: Vectors<'_>,
         directions: Vectors<'_>,
-    ) -> PyResult<Bound<'py, PyArray1<i64>>> {
+    ) -> PyResult<Bound<'py, PyArray1<i32>>> {
         let (t_min, t_max) = (RayEnds::All(0.0), RayEnds::All(f32::INFINITY));
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
         let mut hits = vec![Hit::miss(f32::INFINITY); rays.len().min(BATCH)];
@@ -305,7 +302,7 @@ impl Mesh {
                 let hits = &mut hits[..range.len()];
                 geometry.closest_hits(rays, hits);
                 let to = to[range].par_iter_mut().with_min_len(4096);
-                to.zip(hits).for_each(|(to, hit)| *to = id_of(hit.primitive));
+                to.zip(hits).for_each(|(to, hit)| *to = id_of(hit.primitive) as i32);
             },
         )?;
         Ok(found.into_pyarray(py))
@@ -465,21 +462,12 @@ impl Mesh {
     /// Calls that run meanwhile ask the geometry as it was.
     fn refit(&self, py: Python<'_>, vertices: Vectors<'_>) -> PyResult<()> {
         let positions = vertices.rows()?;
-        let pool = self.threads.pool()?;
-        let moved = interruptible(py, |cancelled| {
-            // One after the other, and never a lock while the pool works: it may take up another call meanwhile.
-            let _turn = self.refits.lock().unwrap_or_else(PoisonError::into_inner);
-            let old = self
-                .geometry
-                .read()
-                .unwrap_or_else(PoisonError::into_inner)
-                .clone();
-            let new = Arc::new(pool.install(|| old.refitted(positions))?);
-            if !cancelled.load(Ordering::Relaxed) {
-                *self.geometry.write().unwrap_or_else(PoisonError::into_inner) = new;
-            }
-            Ok(())
-        })?;
-        moved.map_err(raised)
+        // One after the other, and no lock while the pool works: it may take up another call meanwhile.
+        let _turn = self.refits.take(py)?;
+        let (old, pool) = (self.geometry(py), self.threads.pool()?);
+        let moved = interruptible(py, |_| pool.install(|| old.refitted(positions)))?;
+        let moved = Arc::new(moved.map_err(raised)?);
+        *self.geometry.write().unwrap_or_else(PoisonError::into_inner) = moved;
+        Ok(())
     }
 }

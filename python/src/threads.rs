@@ -5,7 +5,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::{
     sync::{
         Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicU32, Ordering},
     },
     thread,
     time::Duration,
@@ -13,6 +13,9 @@ use std::{
 
 /// How often a long call looks whether Ctrl-C was pressed.
 const POLL: Duration = Duration::from_millis(20);
+
+/// How often a call that waits for its turn looks whether it has come.
+const TURN: Duration = Duration::from_millis(1);
 
 /// The threads of all meshes without a number of their own. A forked process has none of its parent's threads, so that it
 /// starts its own.
@@ -79,6 +82,44 @@ impl Threads {
             std::mem::forget(parents);
         }
         Ok(pool)
+    }
+}
+
+/// Lets one call after the other do something. A forked process finds it free, whatever its parent did.
+#[derive(Default)]
+pub struct Turns {
+    /// The process whose turn it is; 0 if nobody's.
+    process: AtomicU32,
+}
+
+/// A turn, until it is dropped.
+pub struct Turn<'a>(&'a AtomicU32);
+
+impl Turns {
+    /// Waits for a turn.
+    ///
+    /// # Errors
+    /// `KeyboardInterrupt`, or what another signal handler raises.
+    pub fn take(&self, py: Python<'_>) -> PyResult<Turn<'_>> {
+        let own = std::process::id();
+        loop {
+            let holder = self.process.load(Ordering::Relaxed);
+            let change = |holder| {
+                self.process
+                    .compare_exchange(holder, own, Ordering::Acquire, Ordering::Relaxed)
+            };
+            if holder != own && change(holder).is_ok() {
+                return Ok(Turn(&self.process));
+            }
+            py.detach(|| thread::sleep(TURN));
+            py.check_signals()?;
+        }
+    }
+}
+
+impl Drop for Turn<'_> {
+    fn drop(&mut self) {
+        self.0.store(0, Ordering::Release);
     }
 }
 

@@ -12,16 +12,24 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 impl Bvh {
+    /// Whether it may be fitted to the positions that the vertices of its scene have now: not if triangles have lost or
+    /// gained an area, several are equal, or blocks share vertices.
+    pub(crate) fn may_refit(&self, scene: &Scene) -> bool {
+        matches!(self.triangle_blocks, TriangleBlocks::Whole(_))
+            && self.repeats.is_empty()
+            && self.degenerate == scene.degenerate_triangles()
+    }
+
     /// Fits to the positions that the vertices of its scene have now. Returns false, with the hierarchy in pieces, if a
-    /// new one must be built: triangles have lost or gained an area, several are equal, or blocks share vertices.
+    /// new one must be built.
     #[must_use]
     pub(crate) fn refit(&mut self, scene: &Scene) -> bool {
+        if !self.may_refit(scene) {
+            return false;
+        }
         let TriangleBlocks::Whole(blocks) = &mut self.triangle_blocks else {
             return false;
         };
-        if !self.repeats.is_empty() || self.degenerate != scene.degenerate_triangles() {
-            return false;
-        }
         let have_areas = blocks.par_iter_mut().map(|block| move_block(block, scene));
         if !have_areas.reduce(|| true, |a, b| a & b) {
             return false;

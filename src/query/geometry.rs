@@ -137,8 +137,9 @@ impl Geometry {
         self
     }
 
-    /// Moves the vertices: boxes are fitted to them again, in far less time than a new hierarchy takes. What moves apart
-    /// is then traced more slowly than a new geometry would be; answers are the same, to the bit.
+    /// Moves the vertices: boxes are fitted to them again, which mostly takes far less time than a new hierarchy. What
+    /// moves apart is then traced more slowly than a new geometry would be; answers are the same, to the bit. The
+    /// hierarchy is built anew where triangles equal each other or gain or lose their area, and from four million on.
     ///
     /// # Errors
     /// [`QueryError::Length`] if there are not as many positions as vertices, [`QueryError::Coordinate`] or
@@ -159,14 +160,12 @@ impl Geometry {
     /// As [`Geometry::refit`].
     pub fn refitted<'a>(&self, positions: impl Into<Points<'a>>) -> Result<Self, QueryError> {
         let (scene, offset) = self.moved(positions.into())?;
-        let mut bvh = self.bvh.clone();
-        if !bvh.refit(&scene) {
-            bvh = Bvh::build(&scene);
-        }
+        let kept = self.bvh.may_refit(&scene).then(|| self.bvh.clone());
+        let kept = kept.and_then(|mut bvh| bvh.refit(&scene).then_some(bvh));
         Ok(Self {
+            bvh: kept.unwrap_or_else(|| Bvh::build(&scene)),
             scene,
             spheres: self.spheres.clone(),
-            bvh,
             level: self.level,
             offset,
             is_closed: OnceLock::new(),
