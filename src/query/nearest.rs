@@ -7,7 +7,6 @@
 use crate::{
     accel::{Bvh, Child, Node8, TriangleBlocks},
     geometry::{TriangleBlock, TriangleLeaf},
-    lanes::LANES,
     ray::PrimitiveId,
     simd::{EightLanes, LaneMask, Lanes, Level, Simd, Vec3Lanes, at_level, unpack},
 };
@@ -28,15 +27,9 @@ pub struct ClosestPoint {
 /// More than the rounding of a distance in `f32`, as a fraction of it.
 const SLACK: f64 = 1e-6;
 
-/// More than the rounding of [`least_distances`]: 16 roundings of what is at most 2 times the square root of 3.
-const BOUND_ERROR: f32 = 4e-6;
-
 /// The square of twice a triangle's area, as a fraction of the products that it is the sum of, below which it may be
 /// mostly their rounding.
 const LEAST_AREA: f64 = 1e-8;
-
-/// Squares up to this may have lost bits to underflow; what is that near, relative to its corners, is not left out.
-const NEAR: f32 = 1e-12;
 
 type Stack = Vec<(f32, Child)>;
 
@@ -52,8 +45,6 @@ struct Search {
     squared: f64,
     /// How far the point in `f32` is from the point.
     rounding: f64,
-    /// What is farther from the point in `f32` holds nothing nearer.
-    reach: f32,
     /// Boxes whose squared scaled distance is above this hold nothing nearer.
     limit: f32,
     /// Keeps squares of large distances finite.
@@ -72,7 +63,6 @@ impl Search {
             },
             squared: f64::INFINITY,
             rounding: (point - rounded.as_dvec3()).length(),
-            reach: f32::INFINITY,
             limit: f32::INFINITY,
             scale: if rounded.abs().max_element() > 1e15 {
                 1.0 / (1_u64 << 63) as f32
@@ -94,10 +84,8 @@ impl Search {
             distance,
             primitive,
         };
-        let reach = (distance + self.rounding) * (1.0 + SLACK);
-        self.reach = (reach as f32).next_up();
-        let scaled = reach * f64::from(self.scale);
-        self.limit = ((scaled * scaled) as f32).next_up();
+        let reach = (distance + self.rounding) * (1.0 + SLACK) * f64::from(self.scale);
+        self.limit = ((reach * reach) as f32).next_up();
     }
 }
 
@@ -195,72 +183,17 @@ fn triangles<S: Simd>(
     point: Vec3Lanes<S::V8>,
     search: &mut Search,
 ) {
-    let corners = block.load(simd);
-    let [a, b, c] = corners;
+    let [a, b, c] = block.load(simd);
     let squared = squared_distances(point, a.min(b).min(c), a.max(b).max(c), search.scale);
-    let mut left = squared.le(simd.splat(search.limit)).bits() & child.count_bits();
-    if left == 0 {
-        return;
-    }
-    let (least, scale) = least_distances(corners.map(|corner| corner - point));
-    loop {
-        left &= !least.gt(scale * search.reach).bits();
-        if left == 0 {
-            return;
+    let near = squared.le(simd.splat(search.limit)).bits() & child.count_bits();
+    let (entries, count) = squared.min(simd.splat(f32::MAX)).nearest_last(near);
+    for &entry in entries.iter().take(count).rev() {
+        let (squared, lane) = unpack(entry);
+        if squared <= search.limit {
+            let at = on_triangle(search.point, block.triangle(lane));
+            search.offer(at, PrimitiveId(block.id[lane]));
         }
-        let bound = S::V8::select(simd.mask(left), least, simd.splat(f32::INFINITY));
-        let nearest = bound.eq(bound.min_everywhere()).bits() & left;
-        let lane = nearest.trailing_zeros() as usize % LANES;
-        left &= !(1 << lane);
-        let at = on_triangle(search.point, block.triangle(lane));
-        search.offer(at, PrimitiveId(block.id[lane]));
     }
-}
-
-/// Returns lower bounds on the distances of triangles from 0, scaled, and the scales.
-///
-/// All of a triangle lies at least as far along a direction as its nearest corner does. The direction is that of the
-/// closest point as `f32` tells it: the bound holds wherever that is, and is close if it is right.
-#[inline(always)]
-fn least_distances<V: EightLanes>(corners: [Vec3Lanes<V>; 3]) -> (V, V) {
-    let [a, b, c] = corners;
-    let largest = a.max_abs().max(b.max_abs()).max(c.max_abs());
-    let scale = largest.scale_to_one();
-    let [a, b, c] = corners.map(|corner| corner * scale);
-    let normal = (b - a).cross_about(c - a);
-    let side = |from: Vec3Lanes<V>, to| normal.dot_about(from.cross_about(to));
-    let zero = scale.all(0.0);
-    let above = side(a, b).min(side(b, c)).min(side(c, a)).ge(zero);
-    let on_plane = normal * (normal.dot_about(a) / normal.dot_about(normal));
-    let on_edges = nearer(
-        nearest_of_edge(a, b),
-        nearer(nearest_of_edge(b, c), nearest_of_edge(c, a)),
-    );
-    let nearest = Vec3Lanes::select(above, on_plane, on_edges);
-    let along = nearest
-        .dot_about(a)
-        .min(nearest.dot_about(b))
-        .min(nearest.dot_about(c));
-    let squared = nearest.dot_about(nearest);
-    let bound = along / squared.sqrt() - zero.all(BOUND_ERROR);
-    // What overflows or is not a number bounds nothing.
-    let is_bound = squared.gt(scale.all(NEAR)) & bound.lt(scale.all(f32::MAX));
-    (V::select(is_bound, bound, zero), scale)
-}
-
-/// The point of an edge that is nearest to 0.
-#[inline(always)]
-fn nearest_of_edge<V: Lanes>(from: Vec3Lanes<V>, to: Vec3Lanes<V>) -> Vec3Lanes<V> {
-    let edge = to - from;
-    let part = -(from.dot_about(edge) / edge.dot_about(edge));
-    let (zero, one) = (part.all(0.0), part.all(1.0));
-    edge * part.max(zero).min(one) + from
-}
-
-/// The one of two points that is nearer to 0.
-#[inline(always)]
-fn nearer<V: Lanes>(a: Vec3Lanes<V>, b: Vec3Lanes<V>) -> Vec3Lanes<V> {
-    Vec3Lanes::select(b.dot_about(b).lt(a.dot_about(a)), b, a)
 }
 
 fn on_sphere(point: DVec3, center: DVec3, radius: f64) -> DVec3 {

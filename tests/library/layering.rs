@@ -94,6 +94,8 @@ const SAFE: [&str; 6] = ["format", "scene", "shade", "verify", "viewer", "cli"];
 /// Of the command line, the places that may name clap: the arguments, and what is printed from their definition.
 const NAMES_CLAP: [&str; 2] = ["cli/args/", "cli/commands/shell.rs"];
 
+const MOST_LINES: usize = 500;
+
 fn module(path: &str) -> &str {
     path.trim_end_matches(".rs").split('/').next().unwrap_or(path)
 }
