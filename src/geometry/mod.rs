@@ -8,16 +8,18 @@
 //! box of the tree above it, whatever the tree, and no rounding puts a sliver's hit far from the sliver.
 
 mod bounds;
+mod doubt;
 mod indexed;
 mod sphere;
 mod triangle;
 
 pub use bounds::padded;
 pub(crate) use bounds::{ENTRY_SCALE, EXIT_SCALE, Slabs, interval};
+pub(crate) use doubt::meets;
 pub use indexed::IndexedBlock;
 pub use sphere::SphereBlock;
 pub(crate) use sphere::{chord, padded_sphere_boxes, sphere_exit, sphere_hits};
 pub use triangle::TriangleBlock;
 pub(crate) use triangle::{
-    CANDIDATE_SLACK, EdgeFunctions, Edges, TriangleHits, TriangleLeaf, may_hit, padded_boxes, passes_through,
+    CANDIDATE_SLACK, EdgeFunctions, Edges, TriangleHits, TriangleLeaf, may_hit, padded_boxes,
 };

@@ -6,25 +6,22 @@
 //!     else                       -> f64, where differences are exact; a filter as in Shewchuk 1997
 //!     two within the f64 bound   -> inside if between two corners (near a vertex all could say "outside")
 //!
-//! So no ray passes between triangles with equal corners, and triangles are no wider than they are. Left to `f32`:
-//! the side of the plane on which a ray starts, and t; a ray that starts in the plane but for rounding may miss.
+//!   the side of the plane on which a ray starts is a sign too: within its error bound `f64` takes over, for t as well
+//!
+//! So no ray passes between triangles with equal corners, and triangles are no wider than they are. t is left to `f32`
+//! where that knows the plane; a ray that starts in the plane itself may miss.
 // Tried: see docs/lab-notes.md#edge-functions-in-f64
 
-use super::bounds::{Slabs, pad};
+use super::{
+    bounds::{Slabs, pad},
+    doubt::meets,
+};
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::PrimitiveId,
     simd::{EightLanes, LaneMask, Lanes, Simd, TriangleLanes, Vec3Eight, Vec3Lanes},
 };
 use glam::Vec3;
-
-/// Bound on the rounding error of an edge function, as a fraction of |C - A| (|C| + |A|): one half-ulp each for the
-/// two vectors, two for corners that the sum sees rounded and the difference does not, 3.5 for the cross product, 3
-/// for the dot product, and one to spare.
-const EDGE_ERROR: f64 = 11.5 / (1 << 24) as f64;
-
-/// [`EDGE_ERROR`] of edge functions in `f64`.
-const EDGE_ERROR_64: f64 = 11.5 / (1_u64 << 53) as f64;
 
 /// Slack of the candidate filter at an edge, as a fraction of [`Edges::size`]: the bound on the rounding error of an
 /// edge function, 11.5 half-ulps, and the rounding of everything it is made of.
@@ -33,14 +30,15 @@ pub(crate) const CANDIDATE_SLACK: f32 = 20.0 / (1 << 24) as f32;
 /// Slack of [`may_hit`], whose edge functions are half of those of [`EdgeFunctions`]: half-ulps, as
 /// fractions of 2 E (E + |A|), with E the longer of the edges from the first corner and A that corner relative to the
 /// origin. The rounding of an edge function there is 8.5 (two vectors, a cross product, a dot product), 10.5 for the
-/// one that the others leave of the determinant. [`passes_through`] accepts down to -11.5, itself wrong by up to
+/// one that the others leave of the determinant. [`meets`] accepts down to -11.5, itself wrong by up to
 /// 11.5: 23, halved since these functions are half as large, and doubled since it goes by the longest edge, which may
 /// have 2 E. Together 33.5.
 const MAY_HIT: f32 = 40.0 / (1 << 24) as f32;
 
-/// More than the rounding error of a product of two corners' offsets from a ray in `f64`, as a fraction of their
-/// distances from its origin: four half-ulps an offset, three for the product, and as many to spare.
-const ASIDE_ERROR_64: f64 = 22.0 / (1_u64 << 53) as f64;
+/// Where kernels leave the side on which a ray starts to [`meets`], as a fraction of [`Edges::permanent`] times the first
+/// corner: the 9 half-ulps up to which that decides it anew, as much again for the rounding here, and two.
+// Tuned: see docs/lab-notes.md#side-of-the-plane
+const PLANE_SLACK: f32 = 20.0 / (1 << 24) as f32;
 
 /// Up to eight triangles, a column a coordinate. Lanes past the last triangle repeat a point: they have no area and
 /// are never hit.
@@ -137,7 +135,9 @@ pub(crate) fn may_hit<V: EightLanes>(
     let (e1, e2, a) = (*v1 - *v0, *v2 - *v0, *v0 - origin);
     // To the last bit those of `EdgeFunctions`, so that the same triangles are flipped.
     let normal = e1.cross(e2);
-    let flip = normal.dot(a).sign();
+    let plane = normal.dot(a);
+    let unknown = Edges::unknown_side(e1.permanent(e2), plane, a);
+    let flip = plane.sign();
     let u = a.dot_about(direction.cross_about(e2));
     let v = direction.dot_about(a.cross_about(e1));
     let w = direction.dot_about(normal) - u - v;
@@ -147,7 +147,7 @@ pub(crate) fn may_hit<V: EightLanes>(
     let both_squared = longest_squared + a.dot_about(a);
     let size = (longest_squared * 8.0 * both_squared).max(least).sqrt();
     let smallest = u.turn(flip).min(v.turn(flip)).min(w.turn(flip));
-    !smallest.lt(size * -MAY_HIT).bits() & 0xff
+    (unknown.bits() | !smallest.lt(size * -MAY_HIT).bits()) & 0xff
 }
 
 /// Returns the padded boxes of triangles, to which hits are held: lower and upper corners.
@@ -172,6 +172,8 @@ pub(crate) struct Edges<V> {
     pub w: Vec3Lanes<V>,
     /// Normals, twice the area long.
     pub normal: Vec3Lanes<V>,
+    /// The same with all products taken as positive: what rounding is a fraction of.
+    pub permanent: Vec3Lanes<V>,
 }
 
 impl<V: Lanes> Edges<V> {
@@ -179,12 +181,22 @@ impl<V: Lanes> Edges<V> {
     #[inline(always)]
     #[must_use]
     pub fn new([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> Self {
+        let (e1, e2) = (*v1 - *v0, *v2 - *v0);
         Self {
-            u: *v2 - *v0,
+            u: e2,
             v: *v0 - *v1,
             w: *v1 - *v2,
-            normal: (*v1 - *v0).cross(*v2 - *v0),
+            normal: e1.cross(e2),
+            permanent: e1.permanent(e2),
         }
+    }
+
+    /// Returns the lanes in which `plane`, the normal times `a`, the first corner relative to an origin, may have the
+    /// wrong sign.
+    #[inline(always)]
+    #[must_use]
+    pub fn unknown_side(permanent: Vec3Lanes<V>, plane: V, a: Vec3Lanes<V>) -> V::Mask {
+        !plane.abs().gt(permanent.dot_about(a.abs()) * PLANE_SLACK)
     }
 
     /// Returns at least |C - A| (|C| + |A|) of every edge, corners relative to an origin whose squared distance from
@@ -219,7 +231,8 @@ pub(crate) struct EdgeFunctions<V> {
     pub normal: Vec3Lanes<V>,
     /// normal.(v0 - origin), at least 0: t times the determinant.
     pub plane: V,
-    /// How far below 0 a candidate's edge function may be: more than its rounding error.
+    /// How far below 0 a candidate's edge function may be: more than its rounding error. Infinite if the side on which
+    /// the ray starts is [unknown](Edges::unknown_side).
     pub tolerance: V,
 }
 
@@ -233,13 +246,15 @@ impl<V: Lanes> EdgeFunctions<V> {
         let (a, b, c) = (*v0 - origin, *v1 - origin, *v2 - origin);
         let plane = edges.normal.dot(a);
         let flip = plane.sign();
+        let unknown = Edges::unknown_side(edges.permanent, plane, a);
+        let tolerance = edges.size(a.dot_about(a)) * CANDIDATE_SLACK;
         Self {
             u: edges.u.cross(c + a).turn(flip),
             v: edges.v.cross(a + b).turn(flip),
             w: edges.w.cross(b + c).turn(flip),
             normal: edges.normal.turn(flip),
             plane: plane.turn(flip),
-            tolerance: edges.size(a.dot_about(a)) * CANDIDATE_SLACK,
+            tolerance: V::select(unknown, plane.all(f32::INFINITY), tolerance),
         }
     }
 }
@@ -292,82 +307,47 @@ impl<V: EightLanes> EdgeFunctions<V> {
         let determinant = direction.dot(self.normal);
         let t = (self.plane / determinant).max(near).min(far);
         let within = near.le(far);
-        let mut hit = (within & t.gt(t.all(0.0))).bits() & candidates;
+        let unknown = self.tolerance.eq(t.all(f32::INFINITY));
+        let mut hit = (within & (t.gt(t.all(0.0)) | unknown)).bits() & candidates;
         let sure = u.min(v).min(w).gt(self.tolerance).bits();
-        let unsure = hit & !sure;
-        if unsure != 0 {
-            let (origin, direction) = (slabs.origin.to8().lane(0), direction.to8().lane(0));
-            hit &= !unsure | passing(unsure, origin, direction, block, [u.to8(), v.to8(), w.to8()]);
+        let unsure = within.bits() & candidates & !sure;
+        let (mut t, mut weights) = (t, weights);
+        if hit & unsure != 0 {
+            let ray = [slabs.origin.to8().lane(0), direction.to8().lane(0)];
+            let columns = [u, v, w, t, near, far].map(EightLanes::to8);
+            let (passing, columns) = passing(hit & unsure, ray, block, columns);
+            hit &= !unsure | passing;
+            let [u, v, w, found, ..] = columns.map(|column8| V::load8(t.simd(), &column8));
+            (t, weights) = (found, [u, v, w]);
         }
         TriangleHits {
             hit,
-            unsure: within.bits() & candidates & !sure,
+            unsure,
             t,
             weights,
         }
     }
 }
 
-/// Returns those of `lanes` whose triangles a ray [passes through](passes_through).
+/// Returns those of `lanes` whose triangles a ray (origin, direction) [meets](meets), and their columns: weights, t, and
+/// the interval of the box.
 #[cold]
-fn passing(lanes: u32, origin: Vec3, direction: Vec3, block: &TriangleBlock, weights: [F32x8; 3]) -> u32 {
-    let passes = |i: &usize| {
-        let weights = weights.map(|weight8| weight8.as_array()[*i]);
-        passes_through(origin, direction, block.triangle(*i), weights)
-    };
-    (0..LANES)
-        .filter(|i| lanes >> i & 1 != 0)
-        .filter(passes)
-        .fold(0, |passing, i| passing | 1 << i)
-}
-
-/// Returns whether the line of a ray passes through a triangle, edges included, where `f32` cannot tell: in `f64`.
-///
-/// `direction` is of unit length, and `weights` are the edge functions in `f32`, flipped towards the ray. They may be
-/// flipped the wrong way if the origin is in the triangle's plane but for rounding, and a needle's plane is known
-/// badly. So whatever is negative beyond the error of the largest is taken for a triangle behind the ray.
-#[cold]
-#[inline(never)]
-#[must_use]
-pub(crate) fn passes_through(
-    origin: Vec3,
-    direction: Vec3,
-    [v0, v1, v2]: [Vec3; 3],
-    weights: [f32; 3],
-) -> bool {
-    let (d, origin) = (direction.as_dvec3(), origin.as_dvec3());
-    let (v0, v1, v2) = (v0.as_dvec3(), v1.as_dvec3(), v2.as_dvec3());
-    let (a, b, c) = (v0 - origin, v1 - origin, v2 - origin);
-    let lengths = [a.length(), b.length(), c.length()];
-    let edges = [(v2 - v0, c + a), (v0 - v1, a + b), (v1 - v2, b + c)];
-    let (mut sizes, mut largest) = ([0.0; 3], 0.0_f64);
-    for (i, (edge, _)) in edges.iter().enumerate() {
-        sizes[i] = edge.length() * (lengths[(i + 2) % 3] + lengths[i]);
-        largest = largest.max(sizes[i]);
+fn passing(
+    lanes: u32,
+    [origin, direction]: [Vec3; 2],
+    block: &TriangleBlock,
+    mut columns: [F32x8; 6],
+) -> (u32, [F32x8; 6]) {
+    let mut passing = 0;
+    for i in (0..LANES).filter(|i| lanes >> i & 1 != 0) {
+        let [u, v, w, t, near, far] = columns.map(|column8| column8.as_array()[i]);
+        let (is_met, found) = meets(origin, direction, block.triangle(i), [u, v, w, t], [near, far]);
+        passing |= u32::from(is_met) << i;
+        for (column8, value) in columns.iter_mut().zip(found) {
+            column8.as_mut_array()[i] = value;
+        }
     }
-    let (mut left, mut right, mut small) = (true, true, 0);
-    let mut is_behind = false;
-    for (i, (edge, sum)) in edges.iter().enumerate() {
-        is_behind |= f64::from(weights[i]) < -EDGE_ERROR * largest;
-        let weight = d.dot(edge.cross(*sum));
-        left &= weight >= 0.0;
-        right &= weight <= 0.0;
-        small += u32::from(weight.abs() <= EDGE_ERROR_64 * sizes[i]);
-    }
-    if is_behind {
-        return false;
-    }
-    if small < 2 {
-        return left || right;
-    }
-    // At a vertex, or a triangle that is a line for the ray: between two corners?
-    let length_squared = d.length_squared();
-    let aside_a = a - d * (a.dot(d) / length_squared);
-    let aside_b = b - d * (b.dot(d) / length_squared);
-    let aside_c = c - d * (c.dot(d) / length_squared);
-    aside_a.dot(aside_b) <= lengths[0] * lengths[1] * ASIDE_ERROR_64
-        || aside_b.dot(aside_c) <= lengths[1] * lengths[2] * ASIDE_ERROR_64
-        || aside_c.dot(aside_a) <= lengths[2] * lengths[0] * ASIDE_ERROR_64
+    (passing, columns)
 }
 
 #[cfg(test)]
@@ -416,16 +396,18 @@ mod tests {
             let (origin8, direction8) = (Portable.splat3(origin), Portable.splat3(direction));
             let edges = EdgeFunctions::new(&block, origin8);
             let weights = edges.weights(direction8);
-            let first = weights.map(|weight| weight.to8().as_array()[0]);
+            let [u, v, w] = weights.map(|weight| weight.to8().as_array()[0]);
+            let columns = [u, v, w, 1.0];
             let may_hit = may_hit(&block, origin8, direction8) & 1 != 0;
-            let passes =
-                edges.candidates(weights) & 1 != 0 && passes_through(origin, direction, corners, first);
+            let passes = edges.candidates(weights) & 1 != 0
+                && meets(origin, direction, corners, columns, [0.0, f32::INFINITY]).0;
             assert!(
                 may_hit || !passes,
                 "round {round}: {corners:?} {origin} {direction}"
             );
             passing += u32::from(passes);
-            if aim == 2 && (1e-20..1e10).contains(&size) {
+            let is_known = edges.tolerance.to8().as_array()[0] < f32::INFINITY;
+            if aim == 2 && is_known && (1e-20..1e10).contains(&size) {
                 elsewhere += 1;
                 in_vain += u32::from(may_hit && !passes);
             }

@@ -31,6 +31,7 @@ const SLACK: f64 = 1e-6;
 /// mostly their rounding.
 const LEAST_AREA: f64 = 1e-8;
 
+// Tuned: see docs/lab-notes.md#closest-points
 type Stack = Vec<(f32, Child)>;
 
 thread_local! {

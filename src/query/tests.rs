@@ -324,6 +324,49 @@ fn slivers_do_not_change_parity() {
     }
 }
 
+/// Pyramids with a needle in their base, whose plane `f32` does not know, and rays through it from near it: whichever side
+/// they start on, an odd number of crossings from inside, and a hit where there is a crossing.
+#[test]
+fn needles_are_met_from_either_side() {
+    let mut random = Random::new(47);
+    let (mut inside, mut met) = (0, 0);
+    for round in 0..3000 {
+        let [i, j] = [random.vector(), random.vector()].map(Vec3::normalize);
+        if i.dot(j).abs() > 0.5 {
+            continue;
+        }
+        let k = i.cross(j).normalize();
+        let place = |x: f32, y: f32, z: f32| i * x + j * y + k * z;
+        let width = 10.0_f32.powf(-4.0 - 2.5 * random.0.f32());
+        let (a, b) = (place(-1.0, -1.0, 0.0), place(1.0, 1.0, 0.0));
+        let c = a.lerp(b, 0.3 + 0.4 * random.0.f32()) + (j - i) * width;
+        let (p, q, apex) = (place(1.0, -1.0, 0.0), place(-1.0, 1.0, 0.0), place(0.0, 0.0, 1.0));
+        let positions = [a, b, c, p, q, apex].map(|corner| corner.to_array());
+        let base = [[0, 3, 1], [0, 1, 2], [0, 2, 4], [2, 1, 4]];
+        let sides = [[3, 0, 5], [1, 3, 5], [4, 1, 5], [0, 4, 5]];
+        let geometry = Geometry::from_triangles(&positions, &[base, sides].concat()).unwrap();
+        for _ in 0..8 {
+            let [u, v] = [0.2 + random.0.f32() * 0.3, random.0.f32() * 0.3];
+            let at = a + (b - a) * u + (c - a) * v;
+            let toward = k * if random.0.bool() { 1.0 } else { -1.0 } + random.vector() * 0.2;
+            let origin = at - toward * 10.0_f32.powf(-3.0 + 2.0 * random.0.f32());
+            let ray = Ray::new(origin, at - origin);
+            let crossings = geometry.crossings(&ray).len();
+            let is_inside = geometry.contains(origin.as_dvec3()).unwrap();
+            let is_odd = crossings % 2 == 1;
+            let case = || format!("{round}: {positions:?} {ray:?} {crossings}");
+            assert_eq!(is_odd, origin.dot(k) > 0.0, "{}", case());
+            assert_eq!(is_odd, is_inside, "{}", case());
+            let hit = geometry.closest_hit(&ray);
+            assert!(crossings == 0 || hit.is_some(), "{}", case());
+            assert_eq!(geometry.occluded(&ray), hit.is_some(), "{}", case());
+            inside += usize::from(is_inside);
+            met += usize::from(hit.is_some());
+        }
+    }
+    assert!(inside > 5000 && met > 10_000, "{inside} {met}");
+}
+
 #[test]
 fn inside_is_told_of_any_point() {
     let mut random = Random::new(21);

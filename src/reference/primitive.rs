@@ -13,7 +13,11 @@ const GEOMETRIC_PAD: f32 = 1.0 / 4_194_304.0;
 const INTERVAL_PAD: f32 = 4.0 / 16_777_216.0;
 /// Bound on the rounding error of an edge function, relative to the longest edge times twice the farthest corner.
 const FILTER: f32 = 20.0 / 16_777_216.0;
+/// Bound on the rounding error of the plane's distance, relative to the products that it is the sum of.
+const PLANE_FILTER: f32 = 20.0 / 16_777_216.0;
 const EDGE_ERROR: f64 = 11.5 / 16_777_216.0;
+const PLANE_ERROR: f64 = 9.0 / 16_777_216.0;
+const PLANE_ERROR_64: f64 = 9.0 / 9_007_199_254_740_992.0;
 const EDGE_ERROR_64: f64 = 11.5 / 9_007_199_254_740_992.0;
 const ASIDE_ERROR_64: f64 = 22.0 / 9_007_199_254_740_992.0;
 
@@ -102,15 +106,28 @@ fn triangle<S: Simd>(
     let farthest = max(max(one_norm(a), one_norm(b)), one_norm(c));
     let tolerance = FILTER * longest * 2.0 * farthest;
     let smallest = min(min(weights[0], weights[1]), weights[2]);
-    let inside = smallest > tolerance || smallest >= -tolerance && passes_through(ray, [v0, v1, v2], weights);
-    if !inside {
+    let (p, q, at) = ((v1 - v0).abs(), (v2 - v0).abs(), a.abs());
+    let products =
+        (p.y * q.z + p.z * q.y) * at.x + (p.z * q.x + p.x * q.z) * at.y + (p.x * q.y + p.y * q.x) * at.z;
+    let knows_side = plane.abs() > PLANE_FILTER * products;
+    if knows_side && smallest < -tolerance {
         return None;
     }
     let (near, far) = slabs.primitive_interval(Aabb {
         lower: v0.min(v1).min(v2),
         upper: v0.max(v1).max(v2),
     });
-    let t = min(max(plane * side / simd.dot(d, normal * side), near), far);
+    let mut t = min(max(plane * side / simd.dot(d, normal * side), near), far);
+    if !(knows_side && smallest > tolerance) {
+        let found = exactly(ray, [v0, v1, v2]);
+        if !found.is_side_known_in_f32 {
+            weights = found.weights;
+            t = found.t.max(near).min(far);
+        }
+        if !found.passes(weights) {
+            return None;
+        }
+    }
     let [u, v, w] = [max(weights[0], 0.0), max(weights[1], 0.0), max(weights[2], 0.0)];
     let sum = max(u + v + w, f32::MIN_POSITIVE);
     (near <= far && t > 0.0).then_some((t, u / sum, v / sum))
@@ -122,39 +139,86 @@ fn one_norm(v: Vec3) -> f32 {
     v.x.abs() + v.y.abs() + v.z.abs()
 }
 
-/// Decides in `f64` where `f32` cannot: whether the ray's line passes through the triangle or, if two edge functions are
-/// within the error of `f64`, between two corners. False if an edge function is clearly negative in `f32`: then the
-/// triangle is behind the ray.
+/// A triangle before a ray, in `f64`.
+struct InF64 {
+    /// Whether `f32` is sure on which side of the plane the ray starts.
+    is_side_known_in_f32: bool,
+    /// The same for `f64`.
+    is_side_known: bool,
+    /// Second corner, third, first; positive where the triangle is ahead.
+    weights: [f32; 3],
+    weights_64: [f64; 3],
+    t: f32,
+    sizes: [f64; 3],
+    /// Whether the line passes through the triangle or, if two weights are within the error of `f64`, between two corners.
+    is_passed: bool,
+}
+
+/// Decides in `f64` where `f32` cannot.
 #[cold]
 #[inline(never)]
-fn passes_through(ray: &Ray, corners: [Vec3; 3], weights: [f32; 3]) -> bool {
+fn exactly(ray: &Ray, corners: [Vec3; 3]) -> InF64 {
     let [v0, v1, v2] = corners.map(Vec3::as_dvec3);
     let (origin, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let [a, b, c] = [v0, v1, v2].map(|v| v - origin);
+    let (e1, e2) = (v1 - v0, v2 - v0);
+    let plane = e1.cross(e2).dot(a);
+    let (p, q) = (e1.abs(), e2.abs());
+    let products = DVec3::new(
+        p.y * q.z + p.z * q.y,
+        p.z * q.x + p.x * q.z,
+        p.x * q.y + p.y * q.x,
+    )
+    .dot(a.abs());
+    let is_side_known = plane.abs() > products * PLANE_ERROR_64;
+
     let edges = [(c, a, v2 - v0), (a, b, v0 - v1), (b, c, v1 - v2)];
     let sizes = edges.map(|(p, q, edge)| edge.length() * (p.length() + q.length()));
-    let largest = sizes[0].max(sizes[1]).max(sizes[2]);
-    if weights
-        .iter()
-        .any(|&weight| f64::from(weight) < -largest * EDGE_ERROR)
-    {
-        return false;
-    }
-    let (mut left, mut right, mut within) = (0, 0, 0);
-    for ((p, q, edge), size) in edges.into_iter().zip(sizes) {
-        let weight = d.dot(edge.cross(p + q));
-        left += i32::from(weight >= 0.0);
-        right += i32::from(weight <= 0.0);
-        within += i32::from(weight.abs() <= size * EDGE_ERROR_64);
-    }
-    if within < 2 {
-        return left == 3 || right == 3;
-    }
+    let weights_64 = edges.map(|(p, q, edge)| d.dot(edge.cross(p + q)));
+    let left = weights_64.iter().all(|&weight| weight >= 0.0);
+    let right = weights_64.iter().all(|&weight| weight <= 0.0);
+    let within = weights_64.iter().zip(sizes);
+    let within = within.filter(|(weight, size)| weight.abs() <= size * EDGE_ERROR_64);
     let perpendicular = |v: DVec3| v - d * (v.dot(d) / d.length_squared());
     let is_between = |p: DVec3, q: DVec3| {
         perpendicular(p).dot(perpendicular(q)) <= p.length() * q.length() * ASIDE_ERROR_64
     };
-    is_between(a, b) || is_between(b, c) || is_between(c, a)
+    let is_passed = if within.count() < 2 {
+        left || right
+    } else {
+        is_between(a, b) || is_between(b, c) || is_between(c, a)
+    };
+    let side = if is_side_known {
+        plane
+    } else {
+        weights_64.iter().sum()
+    };
+    let weights_64 = weights_64.map(|weight| weight * 1.0_f64.copysign(side));
+    InF64 {
+        is_side_known_in_f32: plane.abs() > products * PLANE_ERROR,
+        is_side_known,
+        weights: weights_64.map(|weight| weight as f32),
+        weights_64,
+        t: (plane / e1.cross(e2).dot(d)) as f32,
+        sizes,
+        is_passed,
+    }
+}
+
+impl InF64 {
+    /// Whether the ray meets the triangle: not if a weight is clearly negative, for then that is behind it. `weights` are
+    /// those of `f32`, which count if that knows the side.
+    fn passes(&self, weights: [f32; 3]) -> bool {
+        let largest = self.sizes[0].max(self.sizes[1]).max(self.sizes[2]);
+        let is_behind = |i: usize| {
+            if self.is_side_known_in_f32 {
+                f64::from(weights[i]) < -largest * EDGE_ERROR
+            } else {
+                self.is_side_known && self.weights_64[i] < -largest * EDGE_ERROR_64
+            }
+        };
+        self.is_passed && !(0..3).any(is_behind)
+    }
 }
 
 #[inline(always)]

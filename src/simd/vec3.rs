@@ -131,6 +131,25 @@ impl<V: Lanes> Vec3Lanes<V> {
         }
     }
 
+    /// Returns the sums of the absolute products that [`cross`](Self::cross) takes the differences of.
+    #[inline(always)]
+    #[must_use]
+    pub fn permanent(self, b: Self) -> Self {
+        let (a, b) = (self.abs(), b.abs());
+        Self {
+            x: a.y.mul_add_about(b.z, a.z * b.y),
+            y: a.z.mul_add_about(b.x, a.x * b.z),
+            z: a.x.mul_add_about(b.y, a.y * b.x),
+        }
+    }
+
+    /// Returns the absolute values of all components.
+    #[inline(always)]
+    #[must_use]
+    pub fn abs(self) -> Self {
+        Self::new(self.x.abs(), self.y.abs(), self.z.abs())
+    }
+
     /// Returns `self * s + a`; twin of [`Simd::mul_add3`].
     #[inline(always)]
     #[must_use]

@@ -17,7 +17,7 @@ use super::{
 use crate::{
     accel::{Child, LeafBlocks},
     geometry::{
-        EdgeFunctions, SphereBlock, TriangleLeaf, chord, padded_boxes, padded_sphere_boxes, passes_through,
+        EdgeFunctions, SphereBlock, TriangleLeaf, chord, meets, padded_boxes, padded_sphere_boxes,
         sphere_hits,
     },
     lanes::LANES,
@@ -330,13 +330,15 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     let best = V::load(simd, &state.t);
     // Tuned: see docs/lab-notes.md#nearer-first
     let nearer = if ANY { t.lt(best) } else { t.le(best) };
-    let ahead = near.le(far) & t.gt(V::splat(simd, 0.0)) & nearer;
+    let unknown = tolerance[1].eq(V::splat(simd, f32::INFINITY));
+    let ahead = near.le(far) & ((t.gt(V::splat(simd, 0.0)) & nearer) | unknown);
     let smallest = smallest(weights);
     let candidates = (ahead & smallest.ge(tolerance[0])).bits();
     let hit = ahead & smallest.gt(tolerance[1]);
     if hit.bits() != candidates {
-        let mut columns = [V::Memory::ZERO; 4];
-        for (column, value) in columns.iter_mut().zip([weights[0], weights[1], weights[2], t]) {
+        let mut columns = [V::Memory::ZERO; 6];
+        let [u, v, w] = weights;
+        for (column, value) in columns.iter_mut().zip([u, v, w, t, near, far]) {
             value.store(column);
         }
         let taken = unsure::<B, V::Memory, ANY>(state, block, i, hit.bits(), candidates, &columns);
@@ -355,7 +357,8 @@ pub(super) fn hit<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     candidates != 0
 }
 
-/// The rest of [`hit`], ray by ray, where some candidates are not certain. `columns`: their weights and distances.
+/// The rest of [`hit`], ray by ray, where some candidates are not certain. `columns`: their weights,
+/// distances, and the interval of the triangle's box.
 /// Not returning from here into the loop keeps the rays' hits in registers.
 #[cold]
 #[inline(never)]
@@ -365,29 +368,27 @@ fn unsure<B: TriangleLeaf, M: Memory, const ANY: bool>(
     i: usize,
     sure: u32,
     candidates: u32,
-    [u, v, w, t]: &[M; 4],
+    columns: &[M; 6],
 ) -> bool {
-    let hit = sure | passing(state, candidates & !sure, [u, v, w], block.triangle(i));
-    for ray in bits(hit) {
-        let weights = [u, v, w].map(|weights| weights.place(ray));
-        state.offer_lane::<ANY>(ray, t.place(ray), block.id(i), weights);
+    let mut taken = sure != 0;
+    for ray in bits(candidates) {
+        let vector = |columns: [&M; 3]| Vec3::from(columns.map(|column| column.place(ray)));
+        let [mut u, mut v, mut w, mut t, near, far] = columns.each_ref().map(|column| column.place(ray));
+        if sure >> ray & 1 == 0 {
+            let (origin, direction) = (
+                vector(state.origin.each_ref()),
+                vector(state.direction.each_ref()),
+            );
+            let found = meets(origin, direction, block.triangle(i), [u, v, w, t], [near, far]);
+            if !found.0 {
+                continue;
+            }
+            [u, v, w, t] = found.1;
+        }
+        state.offer_lane::<ANY>(ray, t, block.id(i), [u, v, w]);
+        taken = true;
     }
-    hit != 0
-}
-
-/// Those of `lanes` whose rays [pass through](passes_through) triangle `i`.
-fn passing<M: Memory>(state: &Packet<M>, lanes: u32, weights: [&M; 3], corners: [Vec3; 3]) -> u32 {
-    let passes = |&ray: &usize| {
-        let vector = |columns: [&M; 3]| columns.map(|column| column.place(ray));
-        let (origin, direction) = (
-            vector(state.origin.each_ref()),
-            vector(state.direction.each_ref()),
-        );
-        passes_through(origin.into(), direction.into(), corners, vector(weights))
-    };
-    bits(lanes)
-        .filter(passes)
-        .fold(0, |passing, ray| passing | 1 << ray)
+    taken
 }
 
 /// Tests a block of spheres (`all`: a bit each). Skips spheres whose boxes miss the packet's frustum (with separate

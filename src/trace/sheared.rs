@@ -125,7 +125,10 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         let a = Vec3Lanes::<V>::splat(simd, block.v0.lane(i)) - o;
         let normal = vector::<V, _>(&edges.normal, i);
         let plane = normal.dot(a);
-        if candidate.ahead(plane.sign_bits()) == 0 {
+        // Whichever side it is, where that is not known.
+        let unknown = Edges::unknown_side(vector(&edges.permanent, i), plane, a);
+        let both = u32::from(candidate.above | candidate.below) & unknown.bits();
+        if candidate.ahead(plane.sign_bits()) | both == 0 {
             continue;
         }
         let b = Vec3Lanes::<V>::splat(simd, block.v1.lane(i)) - o;
@@ -136,9 +139,10 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
             d.dot(vector::<V, _>(&edges.v, i).cross(a + b)).turn(flip),
             d.dot(vector::<V, _>(&edges.w, i).cross(b + c)).turn(flip),
         ];
+        let infinite = V::splat(simd, f32::INFINITY);
         let tolerance = [
-            V::splat(simd, lowest.lane(i)),
-            V::splat(simd, seen.tolerance.lane(i)),
+            V::select(unknown, -infinite, V::splat(simd, lowest.lane(i))),
+            V::select(unknown, infinite, V::splat(simd, seen.tolerance.lane(i))),
         ];
         let bounds = interval::<V>(state, vector(&first, i) - o, vector(&last, i) - o, culling);
         // Flipped before the product, as elsewhere: the sign of a determinant of 0 depends on it.
@@ -341,7 +345,7 @@ fn column<E: EightLanes>(v: &Vec3Lanes<E>, axis: usize) -> E {
 mod tests {
     use super::{super::leaf, *};
     use crate::{
-        geometry::{EdgeFunctions, TriangleBlock, passes_through},
+        geometry::{EdgeFunctions, TriangleBlock, meets},
         lanes::{F32x8, Vec3x8},
         ray::{PrimitiveId, RayPacket},
         simd::{Portable, Simd, Vec3Eight},
@@ -378,15 +382,16 @@ mod tests {
         lines.set::<V8>(Portable, &packets[0], &space);
         let seen = SeenTriangles::new(block, edges, &space);
         let v0 = leaf::vector::<V8, V8>(&block[0], 0);
-        let plane =
-            leaf::vector::<V8, V8>(&edges.normal, 0).dot(v0 - Vec3Lanes::load(Portable, &packets[0].origin));
+        let a = v0 - Vec3Lanes::load(Portable, &packets[0].origin);
+        let plane = leaf::vector::<V8, V8>(&edges.normal, 0).dot(a);
+        let unknown = Edges::unknown_side(leaf::vector::<V8, V8>(&edges.permanent, 0), plane, a);
         let [above, below] = lines.load::<V8>(Portable).sides(&seen, 0, Portable.mask(0xff));
         let candidate = Candidate {
             above: above.bits() as u16,
             below: below.bits() as u16,
             pair: 0,
         };
-        candidate.ahead(plane.sign_bits())
+        candidate.ahead(plane.sign_bits()) | u32::from(candidate.above | candidate.below) & unknown.bits()
     }
 
     /// Rays at corners, at edges and past them, of triangles of all shapes, near and far from their origins.
@@ -421,7 +426,8 @@ mod tests {
                 let edges = EdgeFunctions::new(&block, Portable.splat3(origin));
                 let weights = edges.weights(Portable.splat3(direction));
                 let candidate = edges.candidates(weights) & 1;
-                let passes = passes_through(origin, direction, corners, weights.map(EightLanes::first));
+                let [u, v, w] = weights.map(EightLanes::first);
+                let (passes, _) = meets(origin, direction, corners, [u, v, w, 1.0], [0.0, f32::INFINITY]);
                 passing += u32::from(passes);
                 assert!(
                     !passes || candidate != 0 && ahead >> lane & 1 != 0,
