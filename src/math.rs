@@ -3,6 +3,7 @@
 //! What decides a hit or a colour uses these functions, because glam does not specify the order and rounding of its
 //! own. The twins in `simd` do the same operations in the same order.
 
+pub(crate) mod expansion;
 pub(crate) mod fused;
 
 use glam::Vec3;

@@ -6,7 +6,7 @@
 //! Differs: only the ray is moved, not the vertices, of which several may lie at one position. Signs are exact, by sums
 //! without rounding (Shewchuk, *Adaptive Precision Floating-Point Arithmetic*, 1997).
 
-use crate::ray::Ray;
+use crate::{math::expansion::Expansion, ray::Ray};
 use glam::Vec3;
 
 /// The corners of a triangle that the line of a ray may pass.
@@ -155,32 +155,6 @@ fn halves(factors: [f64; 4], columns: [usize; 4]) -> (f64, f64) {
         _ => [factors[0], factors[1], factors[2]],
     };
     (a * b * factors[last], c)
-}
-
-/// A sum without rounding: numbers that do not overlap, the smallest first.
-#[derive(Default)]
-struct Expansion(Vec<f64>);
-
-impl Expansion {
-    fn add(&mut self, number: f64) {
-        let mut rest = number;
-        self.0.retain_mut(|part| {
-            // Knuth's sum of two.
-            let sum = rest + *part;
-            let of_part = sum - rest;
-            *part = (rest - (sum - of_part)) + (*part - of_part);
-            rest = sum;
-            *part != 0.0
-        });
-        if rest != 0.0 {
-            self.0.push(rest);
-        }
-    }
-
-    /// The largest part has the sign of the sum.
-    fn sign(&self) -> f64 {
-        self.0.last().copied().unwrap_or(0.0)
-    }
 }
 
 #[cfg(test)]

@@ -406,6 +406,37 @@ fn inside_is_told_of_any_point() {
     }
 }
 
+/// Needles whose area is lost to rounding even in `f64`: they count where exact signs do.
+#[test]
+fn areas_that_rounding_takes_are_areas() {
+    let (p, q) = (2.0_f32.powi(-40), 2.0_f32.powi(-40) * (1.0 + f32::EPSILON));
+    for a in [[p, q, 0.0], [q, p, 0.0]] {
+        let rest = [
+            [1.0, 1.0, 0.0],
+            [0.5, 0.5, 0.0],
+            [1.0, -1.0, 0.0],
+            [-1.0, 1.0, 0.0],
+            [0.0, 0.0, -3.0],
+        ];
+        let positions = [&[a][..], &rest].concat();
+        let top = [[0, 3, 1], [0, 1, 2], [0, 2, 4], [2, 1, 4]];
+        let sides = [[3, 0, 5], [1, 3, 5], [4, 1, 5], [0, 4, 5]];
+        let geometry = Geometry::from_triangles(&positions, &[top, sides].concat()).unwrap();
+        assert!((0..8).all(|i| geometry.scene().has_area(i)));
+        for i in 0..9 {
+            let aside = Vec3::new(i as f32 % 3.0 - 1.0, (i / 3) as f32 - 1.0, 0.0) * 0.5;
+            let origin = Vec3::new(0.5, 0.5, 1.0) + aside;
+            let ray = Ray::new(origin, Vec3::new(0.0, 0.0, -1.0) - aside);
+            let crossings = geometry.crossings(&ray);
+            assert_eq!(crossings.len() % 2, 0, "{a:?} {ray:?} {crossings:?}");
+        }
+        assert!(geometry.contains([0.3, 0.2, -0.5]).unwrap());
+    }
+    let collinear = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [0.25, 0.25, 0.25]];
+    let geometry = Geometry::from_triangles(&collinear, &[[0, 1, 2]]).unwrap();
+    assert!(!geometry.scene().has_area(0));
+}
+
 #[test]
 fn what_is_not_closed_has_no_inside() {
     let (positions, mut triangles) = cube(2, |at| at);

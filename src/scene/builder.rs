@@ -10,7 +10,11 @@ use super::{
     Vertices, is_usable,
     material::{check_color, check_share},
 };
-use crate::{classic, error::SceneError, math::Aabb};
+use crate::{
+    classic,
+    error::SceneError,
+    math::{Aabb, expansion::Expansion},
+};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::{collections::HashMap, path::PathBuf};
@@ -118,7 +122,22 @@ fn usable_point(p: Vec3) -> Result<(), SceneError> {
 pub(super) fn has_area([v0, v1, v2]: [Vec3; 3]) -> bool {
     // Not `map` of the array: it is not inlined here.
     let (v0, v1, v2) = (v0.as_dvec3(), v1.as_dvec3(), v2.as_dvec3());
-    (v1 - v0).cross(v2 - v0) != DVec3::ZERO
+    (v1 - v0).cross(v2 - v0) != DVec3::ZERO || has_exact_area([v0, v1, v2])
+}
+
+/// [`has_area`] where rounding may have taken all of it: corners whose coordinates are of very different sizes.
+#[cold]
+fn has_exact_area(corners: [DVec3; 3]) -> bool {
+    [[0, 1], [1, 2], [2, 0]].into_iter().any(|[i, j]| {
+        let mut area = Expansion::default();
+        for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+            let (from, to) = (corners[from], corners[to]);
+            // Products of two `f32` numbers are exact.
+            area.add(from[i] * to[j]);
+            area.add(-(from[j] * to[i]));
+        }
+        area.sign() != 0.0
+    })
 }
 
 impl SceneBuilder {
