@@ -69,7 +69,11 @@ impl Tracer<'_> {
         self.bundle_stack.clear();
         match culling.entry {
             Some(entry) if O::ARE_SHARED && !ANY => {
-                self.push_children::<B, V, O>(simd, blocks, entry, culling, packets, limits);
+                // A call of its own, as in `trace`.
+                simd.call(
+                    #[inline(always)]
+                    || self.push_children::<B, V, O>(simd, blocks, entry, culling, packets, limits),
+                );
             }
             _ => self.bundle_stack.push(Entry {
                 child: self.bvh.root(),
@@ -241,7 +245,12 @@ impl Tracer<'_> {
             return 0;
         }
         let few = pairs.children() & !entering.more;
-        self.go_on_alone::<V, O, ONE_OCTANT>(simd, node, &planes, few, pairs);
+        if few != 0 {
+            simd.call(
+                #[inline(always)]
+                || self.go_on_alone::<V, O, ONE_OCTANT>(simd, node, &planes, few, pairs),
+            );
+        }
         few
     }
 

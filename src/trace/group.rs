@@ -156,7 +156,10 @@ impl Tracer<'_> {
                     next += 1;
                 }
                 let ahead = O::prefetch_ahead(kind, V::COUNT);
-                fill::<V, O>(simd, packets, rays, origins, &members[..count], ahead);
+                simd.call(
+                    #[inline(always)]
+                    || fill::<V, O>(simd, packets, rays, origins, &members[..count], ahead),
+                );
             }
             let filled = bundle.len().div_ceil(V::COUNT) + count.div_ceil(eights);
             if filled == 0 {
@@ -195,7 +198,12 @@ impl Tracer<'_> {
             let (packets, frustum) = if is_single || !is_near {
                 (left, None)
             } else {
-                self.next_group::<V, O>(simd, left)
+                // Calls of their own: without optimisation all that is inlined into one function takes megabytes of its
+                // stack.
+                simd.call(
+                    #[inline(always)]
+                    || self.next_group::<V, O>(simd, left),
+                )
             };
             left &= !packets;
             if frustum.is_none() && regroup {
@@ -211,14 +219,17 @@ impl Tracer<'_> {
                 octant: frustum.as_ref().and_then(BundleFrustum::octant),
             };
             if !O::ARE_SHARED {
-                self.rooms.of_mut::<V>().see_apart(simd, packets, &culling);
+                let room = self.rooms.of_mut::<V>();
+                simd.call(
+                    #[inline(always)]
+                    || room.see_apart(simd, packets, &culling),
+                );
             }
             self.traverse_bundle::<B, V, O, ANY>(simd, blocks, packets, &culling);
         }
         let is_small = count < PACKETS / 2;
         self.policy
             .end_bundle(kind, count * V::COUNT, self.tasks.len(), is_single, is_small);
-        // A call of its own: without optimisation all that is inlined into one function takes megabytes of its stack.
         simd.call(
             #[inline(always)]
             || self.trace_tasks::<B, V, ANY>(simd, blocks),
