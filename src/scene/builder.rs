@@ -128,6 +128,20 @@ pub(super) fn has_area([v0, v1, v2]: [Vec3; 3]) -> bool {
 /// [`has_area`] where rounding may have taken all of it: corners whose coordinates are of very different sizes.
 #[cold]
 fn has_exact_area(corners: [DVec3; 3]) -> bool {
+    let [v0, v1, v2] = corners;
+    if v0 == v1 || v1 == v2 || v2 == v0 {
+        return false;
+    }
+    // Edges without rounding (Knuth's difference of two) that fit an `f32` have exact products.
+    let is_exact = |to: DVec3| {
+        let edge = to - v0;
+        let back = to - edge;
+        let rounding = (to - (edge + back)) + (back - v0);
+        rounding == DVec3::ZERO && edge.as_vec3().as_dvec3() == edge
+    };
+    if is_exact(v1) && is_exact(v2) {
+        return false;
+    }
     [[0, 1], [1, 2], [2, 0]].into_iter().any(|[i, j]| {
         let mut area = Expansion::default();
         for (from, to) in [(0, 1), (1, 2), (2, 0)] {
