@@ -302,7 +302,8 @@ impl Mesh {
                 let hits = &mut hits[..range.len()];
                 geometry.closest_hits(rays, hits);
                 let to = to[range].par_iter_mut().with_min_len(4096);
-                to.zip(hits).for_each(|(to, hit)| *to = id_of(hit.primitive) as i32);
+                to.zip(hits)
+                    .for_each(|(to, hit)| *to = id_of(hit.primitive) as i32);
             },
         )?;
         Ok(found.into_pyarray(py))
