@@ -68,7 +68,7 @@ struct Width<const N: usize> {
     /// Which lane of the set each lane is; `u32::MAX` for none.
     sources: Vec<[u32; N]>,
     hits: Lines<Hits<N>>,
-    /// Shadow rays: minus infinity where blocked.
+    /// Rays that any hit stops: minus infinity where blocked.
     t_far: Lines<[f32; N]>,
 }
 
@@ -114,7 +114,7 @@ impl Prepared {
     /// Traces the set, `width` rays a call. This is what is timed.
     pub fn trace(&mut self, scene: &EmbreeScene<'_>, width: usize, coherent: bool) {
         let arguments = &Arguments::new(coherent);
-        if self.kind == Kind::Shadow {
+        if self.kind.is_any_hit() {
             match width {
                 1 => self.one.occluded(|_, rays| scene.occluded1(rays, arguments)),
                 8 => self
@@ -271,7 +271,7 @@ impl<const N: usize> Width<N> {
                 }
                 differences.rays += 1;
                 let (i, our_lane) = (source as usize / 8, source as usize % 8);
-                if set.kind == Kind::Shadow {
+                if set.kind.is_any_hit() {
                     let blocked = ours.blocked[i] >> our_lane & 1 == 1;
                     if blocked != (self.t_far[packet_i][lane] < 0.0) {
                         dispute(source, packet_i, lane, blocked);

@@ -50,7 +50,7 @@ impl Single {
     /// Seconds for the set.
     pub fn time(&self) -> f64 {
         let start = Instant::now();
-        let found = if self.kind == Kind::Shadow {
+        let found = if self.kind.is_any_hit() {
             self.rays.iter().filter(|ray| self.geometry.occluded(ray)).count()
         } else {
             let hits = self.rays.iter().filter_map(|ray| self.geometry.closest_hit(ray));

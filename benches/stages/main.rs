@@ -96,6 +96,8 @@ trace_benches! {
     camera: Kind::Camera,
     shadow: Kind::Shadow,
     mirror: Kind::Mirror,
+    diffuse: Kind::Diffuse,
+    ao: Kind::Ao,
 }
 
 /// 512x512 with shadows and three levels, without encoding.

@@ -329,6 +329,8 @@ def test_ctrl_c_ends_long_calls():
         "n = np.random.default_rng(0).uniform(-1, 1, (300_000, 3))\n"
         "mesh = octray.Mesh(n, np.arange(300_000).reshape(-1, 3), threads=1)\n"
         "d = np.random.default_rng(1).normal(size=(400_000, 3))\n"
+        # Where SIGINT is ignored, as behind a shell's &, Python does not catch it by itself.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()\n"
         "start = time.monotonic()\n"
         "try:\n"

@@ -49,9 +49,9 @@ pub struct Measurement {
     pub method: Method,
     /// Number of rays.
     pub rays: u64,
-    /// Number of hits, or of occluded shadow rays.
+    /// Number of hits, or of occluded rays.
     pub hits: u64,
-    /// Sum of t over all hits; 0 for shadow rays.
+    /// Sum of t over all hits; 0 for rays that any hit stops.
     pub t_sum: f64,
     /// Millions of rays per second, median of the repetitions.
     pub mrays_per_s: f64,
@@ -64,9 +64,9 @@ pub struct Measurement {
 /// The results of one method, packets in the order of the set.
 #[derive(Debug, Default)]
 pub struct Results {
-    /// Closest hits of camera and mirror rays.
+    /// Closest hits of camera, mirror and diffuse rays.
     pub hits: Vec<HitPacket>,
-    /// Occlusion of shadow rays, a bit per lane.
+    /// Occlusion of shadow and ambient occlusion rays, a bit per lane.
     pub blocked: Vec<u8>,
 }
 
@@ -140,7 +140,7 @@ fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
                 }
                 None => group.ray(packet_i, lane),
             });
-            if set.kind == Kind::Shadow {
+            if set.kind.is_any_hit() {
                 let blocked =
                     |lane: &usize| rays[*lane].t_max > 0.0 && bvh::occluded(binary, &mut stack, &rays[*lane]);
                 results
@@ -161,7 +161,7 @@ fn run_scalar(binary: &BinaryBvh, set: &RaySet, results: &mut Results) {
 /// everything that the tracer needs in between.
 pub fn trace_set(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
     let packets = set.groups.iter().map(|(_, rays)| rays.packets().len()).sum();
-    let (hits, blocked) = if set.kind == Kind::Shadow {
+    let (hits, blocked) = if set.kind.is_any_hit() {
         (0, packets)
     } else {
         (packets, 0)
@@ -175,7 +175,11 @@ pub fn trace_set(tracer: &mut Tracer<'_>, set: &RaySet, results: &mut Results) {
         let group = start..start + packets.len();
         start = group.end;
         let Some(light) = light else {
-            tracer.closest_hit(rays.origins(), packets, &mut results.hits[group]);
+            if set.kind.is_any_hit() {
+                tracer.occluded(rays.origins(), packets, &mut results.blocked[group]);
+            } else {
+                tracer.closest_hit(rays.origins(), packets, &mut results.hits[group]);
+            }
             continue;
         };
         let blocked = results.blocked[group].chunks_mut(BATCH);

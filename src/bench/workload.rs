@@ -1,18 +1,24 @@
-//! The benchmark workload: camera, shadow and mirror rays of a view, prepared before anything is timed.
+//! The benchmark workload: camera, shadow, mirror, diffuse and ambient occlusion rays of a view, prepared before anything
+//! is timed.
 
 use crate::{
     accel::Bvh,
     lanes::{F32x8, LANES},
     math::{max_abs, scale_to_one},
     ray::{Hit, HitPacket, Ray, RayPacket, RayPackets, T_MAX},
+    render::{hash, unit},
     scene::{Camera, Primitive, Scene, for_each_packet},
     simd::{Portable, Simd},
     trace::Tracer,
 };
 use glam::Vec3;
+use std::f32::consts::TAU;
 
-/// Offset of shadow and mirror rays off the surface, as a share of the scene's diagonal. (The renderer's is finer.)
+/// Offset of secondary rays off the surface, as a share of the scene's diagonal. (The renderer's is finer.)
 const OFFSET: f32 = 1e-4;
+
+/// Length of ambient occlusion rays, as a share of the scene's diagonal.
+const REACH: f32 = 0.15;
 
 /// The kind of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,20 +29,32 @@ pub enum Kind {
     Shadow,
     /// Mirrored at camera hits: closest hit.
     Mirror,
+    /// From camera hits, a direction distributed by the cosine to the normal: closest hit.
+    Diffuse,
+    /// Ambient occlusion, the directions of [`Self::Diffuse`]: any hit within 0.15 of the scene's diagonal.
+    Ao,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Camera, Self::Shadow, Self::Mirror];
+    pub const ALL: [Self; 5] = [Self::Camera, Self::Shadow, Self::Mirror, Self::Diffuse, Self::Ao];
 
-    /// Returns "camera", "shadow" or "mirror".
+    /// Returns "camera", "shadow", "mirror", "diffuse" or "ao".
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
             Self::Shadow => "shadow",
             Self::Mirror => "mirror",
+            Self::Diffuse => "diffuse",
+            Self::Ao => "ao",
         }
+    }
+
+    /// Returns whether any hit will do, instead of the closest.
+    #[must_use]
+    pub fn is_any_hit(self) -> bool {
+        matches!(self, Self::Shadow | Self::Ao)
     }
 }
 
@@ -68,7 +86,7 @@ impl RaySet {
 #[derive(Debug)]
 pub struct Workload {
     /// One set per kind, in the order of [`Kind::ALL`].
-    pub sets: [RaySet; 3],
+    pub sets: [RaySet; 5],
 }
 
 impl Workload {
@@ -78,38 +96,72 @@ impl Workload {
         let camera_rays = camera_packets(scene, camera, width, height);
         let mut hits = vec![HitPacket::miss(F32x8::ZERO); camera_rays.packets().len()];
         Tracer::new(bvh).closest_hit(camera_rays.origins(), camera_rays.packets(), &mut hits);
-        let offset = scene.bounds().diagonal() * OFFSET;
-
+        let diagonal = scene.bounds().diagonal();
+        let secondary = |ray_from: &dyn Fn(&Surface) -> Option<Ray>| {
+            secondary(scene, &camera_rays, &hits, diagonal * OFFSET, ray_from)
+        };
         let lights = (0..scene.lights().intensity.len()).map(|i| scene.lights().position(i));
         let shadow = lights
-            .map(|light| {
-                let ray = |_: &Ray, point: Vec3, normal: Vec3| {
-                    let to_light = light - point;
-                    let distance = Portable.dot(to_light, to_light).sqrt();
-                    let faces = Portable.dot(normal, to_light) > 0.0;
-                    faces.then(|| Ray {
-                        origin: point,
-                        direction: to_light / distance,
-                        t_max: distance,
-                    })
-                };
-                (Some(light), secondary(scene, &camera_rays, &hits, offset, ray))
-            })
+            .map(|light| (Some(light), secondary(&|surface| surface.towards(light))))
             .collect();
-        let mirrored = |ray: &Ray, point: Vec3, normal: Vec3| {
-            let along = Portable.dot(ray.direction, normal);
-            Some(Ray::new(
-                point,
-                Portable.normalize(Portable.mul_add3(normal, -2.0 * along, ray.direction)),
-            ))
-        };
-        let mirror = vec![(None, secondary(scene, &camera_rays, &hits, offset, mirrored))];
+        let [mirror, diffuse, ao] = [
+            secondary(&|surface| Some(surface.mirrored())),
+            secondary(&|surface| Some(surface.scattered(T_MAX))),
+            secondary(&|surface| Some(surface.scattered(diagonal * REACH))),
+        ];
         Self {
             sets: [
                 RaySet::new(Kind::Camera, vec![(None, camera_rays)]),
                 RaySet::new(Kind::Shadow, shadow),
-                RaySet::new(Kind::Mirror, mirror),
+                RaySet::new(Kind::Mirror, vec![(None, mirror)]),
+                RaySet::new(Kind::Diffuse, vec![(None, diffuse)]),
+                RaySet::new(Kind::Ao, vec![(None, ao)]),
             ],
+        }
+    }
+}
+
+/// What a camera ray has hit.
+struct Surface {
+    /// The camera ray's direction.
+    direction: Vec3,
+    /// The hit point, moved off the surface.
+    point: Vec3,
+    /// The geometric normal on the viewer's side.
+    normal: Vec3,
+    /// The camera ray's number in the picture.
+    pixel: u32,
+}
+
+impl Surface {
+    /// Returns the shadow ray to a light, if the surface faces it.
+    fn towards(&self, light: Vec3) -> Option<Ray> {
+        let to_light = light - self.point;
+        let distance = Portable.dot(to_light, to_light).sqrt();
+        let faces = Portable.dot(self.normal, to_light) > 0.0;
+        faces.then(|| Ray {
+            origin: self.point,
+            direction: to_light / distance,
+            t_max: distance,
+        })
+    }
+
+    fn mirrored(&self) -> Ray {
+        let along = Portable.dot(self.direction, self.normal);
+        let direction = Portable.mul_add3(self.normal, -2.0 * along, self.direction);
+        Ray::new(self.point, Portable.normalize(direction))
+    }
+
+    /// Returns a ray whose direction is drawn by a hash of the pixel, distributed by the cosine to the normal.
+    fn scattered(&self, t_max: f32) -> Ray {
+        let across = unit(hash(self.pixel));
+        let around = unit(hash(self.pixel ^ 0x5bd1_e995));
+        let (sin, cos) = libm::sincosf(TAU * around);
+        let (u, v) = self.normal.any_orthonormal_pair();
+        let direction = (u * cos + v * sin) * across.sqrt() + self.normal * (1.0 - across).sqrt();
+        Ray {
+            t_max,
+            ..Ray::new(self.point, Portable.normalize(direction))
         }
     }
 }
@@ -131,14 +183,14 @@ pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -
     packets
 }
 
-/// Makes a packet for each camera packet, of the rays that `ray_from` makes of the camera ray, the offset hit point and
-/// the geometric normal on the viewer's side. Lanes without a ray get a neighbour's direction.
+/// Makes a packet for each camera packet, of the rays that `ray_from` makes of the surfaces hit. Lanes without a ray get
+/// a neighbour's direction.
 fn secondary(
     scene: &Scene,
     camera_rays: &RayPackets,
     hits: &[HitPacket],
     offset: f32,
-    ray_from: impl Fn(&Ray, Vec3, Vec3) -> Option<Ray>,
+    ray_from: &dyn Fn(&Surface) -> Option<Ray>,
 ) -> RayPackets {
     let mut neighbour = Ray {
         origin: Vec3::ZERO,
@@ -153,8 +205,12 @@ fn secondary(
                 return None;
             }
             let normal = geometric_normal(scene, &ray, &hit);
-            let point = Portable.mul_add3(ray.direction, hit.t, ray.origin) + normal * offset;
-            ray_from(&ray, point, normal)
+            ray_from(&Surface {
+                direction: ray.direction,
+                point: Portable.mul_add3(ray.direction, hit.t, ray.origin) + normal * offset,
+                normal,
+                pixel: (packet_i * LANES + lane) as u32,
+            })
         });
         if let Some(ray) = rays.iter().flatten().next() {
             neighbour = Ray { t_max: 0.0, ..*ray };

@@ -21,6 +21,7 @@ pub use frame::render;
 pub use png::{SOFTWARE, write_png};
 pub use renderer::Renderer;
 pub use sampling::{Filter, Pattern};
+pub(crate) use sampling::{hash, unit};
 pub use transfer::Transfer;
 
 use crate::{classic, simd::Level};

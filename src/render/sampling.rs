@@ -187,7 +187,7 @@ impl SampleOffsets {
 
 /// Hashes 32 bits bijectively, by two rounds of multiply and xorshift.
 #[inline(always)]
-fn hash(mut bits: u32) -> u32 {
+pub(crate) fn hash(mut bits: u32) -> u32 {
     bits = (bits ^ bits >> 16).wrapping_mul(0x7feb_352d);
     bits = (bits ^ bits >> 15).wrapping_mul(0x846c_a68b);
     bits ^ bits >> 16
@@ -195,7 +195,7 @@ fn hash(mut bits: u32) -> u32 {
 
 /// Maps 32 bits to [0, 1).
 #[inline(always)]
-fn unit(bits: u32) -> f32 {
+pub(crate) fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 / (1 << 24) as f32
 }
 

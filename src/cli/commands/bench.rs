@@ -89,8 +89,8 @@ impl Bench<'_> {
         let rays = f64::from(width) * f64::from(height) * (1.0 + lights) * f64::from(plan.repeat);
         let quality = plan.build.quality(rays, scene.primitive_count());
         if !plan.frames_only {
-            // Camera rays, mirror rays, and one to each light.
-            let kept = f64::from(width) * f64::from(height) * (2.0 + lights);
+            // Camera, mirror, diffuse and ambient occlusion rays, and one to each light.
+            let kept = f64::from(width) * f64::from(height) * (4.0 + lights);
             check_room("the rays", (kept * RAY_BYTES) as u64, plan.memory)?;
         }
         let bvh = Bvh::build_with(scene, quality);
