@@ -145,6 +145,16 @@ struct Siblings {
     child: [Child; LANES],
 }
 
+/// Children of one node that a ray has yet to visit, in the node's order: for any hit, where the nearest is not worth
+/// finding.
+// Tuned: see docs/lab-notes.md#single-rays
+#[derive(Clone, Copy, Debug, Default)]
+struct Unvisited {
+    node: u32,
+    /// A bit each.
+    children: u32,
+}
+
 /// One of the rays in flight.
 #[derive(Debug)]
 pub(super) struct Slot {
@@ -152,8 +162,10 @@ pub(super) struct Slot {
     child: Child,
     /// The ray's end as found here: another task of the same ray may have found a nearer one since.
     t: f32,
-    /// What is yet to visit, above a [`Child::NONE`] that ends the ray; `len` entries.
+    /// Closest hit: what is yet to visit, above a [`Child::NONE`] that ends the ray; `len` entries.
     stack: Vec<Siblings>,
+    /// Any hit: the same, above nothing.
+    unvisited: Vec<Unvisited>,
     len: usize,
 }
 
@@ -168,14 +180,38 @@ pub(super) fn slots(depth: usize) -> [Slot; SLOTS] {
         child: Child::NONE,
         t: 0.0,
         stack: vec![end; depth + 3],
+        unvisited: vec![Unvisited::default(); depth + 3],
         len: 1,
     })
 }
 
 impl Slot {
+    /// Goes on with the next child.
+    #[inline(always)]
+    fn pop<S: Simd, B: TriangleLeaf, const ANY: bool>(&mut self, simd: S, bvh: &Bvh, places: &Places<B>) {
+        if ANY {
+            self.pop_any(bvh);
+        } else {
+            self.pop_nearest(simd);
+        }
+        places.prefetch(self.child);
+    }
+
+    #[inline(always)]
+    fn pop_any(&mut self, bvh: &Bvh) {
+        let Unvisited { node, children } = self.unvisited[self.len - 1];
+        let child = bvh.nodes().get(node as usize).map_or(Child::NONE, |node| {
+            node.child[children.trailing_zeros() as usize % LANES]
+        });
+        self.child = if children == 0 { Child::NONE } else { child };
+        let left = children & children.wrapping_sub(1);
+        self.unvisited[self.len - 1].children = left;
+        self.len -= usize::from(left == 0);
+    }
+
     /// Goes on with the nearest of the last siblings.
     #[inline(always)]
-    fn pop<S: Simd, B: TriangleLeaf>(&mut self, simd: S, places: &Places<B>) {
+    fn pop_nearest<S: Simd>(&mut self, simd: S) {
         let siblings = &mut self.stack[self.len - 1];
         let (near, none) = (simd.load(&siblings.near8), simd.splat(f32::INFINITY));
         let nearest = near.eq(near.min_everywhere()).bits();
@@ -185,7 +221,6 @@ impl Slot {
         siblings.near8 = S::V8::select(visited, none, near).to8();
         let left = near.lt(none).bits();
         self.len -= usize::from(left & left.wrapping_sub(1) == 0);
-        places.prefetch(self.child);
     }
 
     /// The ray now ends at `t`: drops what begins beyond, in occlusion everything.
@@ -284,9 +319,9 @@ impl Tracer<'_> {
             loop {
                 let nodes = turns.of(Child::INNER);
                 for i in bits(nodes) {
-                    enter_children(simd, &mut slots[i % SLOTS], bvh);
+                    enter_children::<_, ANY>(simd, &mut slots[i % SLOTS], bvh);
                 }
-                pop_all(simd, &mut turns, nodes, slots, &places);
+                pop_all::<_, _, ANY>(simd, &mut turns, nodes, slots, bvh, &places);
                 if turns.of(Child::INNER).count_ones() <= FEW {
                     break;
                 }
@@ -299,12 +334,12 @@ impl Tracer<'_> {
             for i in bits(candidates) {
                 triangles::<_, B, V::Memory, ANY>(simd, &mut slots[i % SLOTS], blocks.triangles, packets);
             }
-            pop_all(simd, &mut turns, leaves, slots, &places);
+            pop_all::<_, _, ANY>(simd, &mut turns, leaves, slots, bvh, &places);
             let leaves = turns.of(Child::SPHERES);
             for i in bits(leaves) {
                 spheres::<_, V::Memory, ANY>(simd, &mut slots[i % SLOTS], blocks.spheres, packets);
             }
-            pop_all(simd, &mut turns, leaves, slots, &places);
+            pop_all::<_, _, ANY>(simd, &mut turns, leaves, slots, bvh, &places);
             if left.len() == 0 {
                 continue;
             }
@@ -348,8 +383,17 @@ fn start<B: TriangleLeaf, M: Memory>(
 
 /// Visits a node.
 #[inline(always)]
-fn enter_children<S: Simd>(simd: S, slot: &mut Slot, bvh: &Bvh) {
+fn enter_children<S: Simd, const ANY: bool>(simd: S, slot: &mut Slot, bvh: &Bvh) {
     let node = &bvh.nodes()[slot.child.index()];
+    if ANY {
+        let (children, _) = slot.ray.enter(simd, node, slot.t);
+        slot.unvisited[slot.len] = Unvisited {
+            node: slot.child.index() as u32,
+            children,
+        };
+        slot.len += usize::from(children != 0);
+        return;
+    }
     // Before the test: loads of the ray before a bounds check are not fused into broadcasts.
     let next = &mut slot.stack[slot.len];
     let (entered, near) = slot.ray.enter(simd, node, slot.t);
@@ -360,17 +404,18 @@ fn enter_children<S: Simd>(simd: S, slot: &mut Slot, bvh: &Bvh) {
 
 /// Takes the next children of `which` slots.
 #[inline(always)]
-fn pop_all<S: Simd, B: TriangleLeaf>(
+fn pop_all<S: Simd, B: TriangleLeaf, const ANY: bool>(
     simd: S,
     turns: &mut Turns,
     which: u32,
     slots: &mut [Slot; SLOTS],
+    bvh: &Bvh,
     places: &Places<B>,
 ) {
     turns.clear(which);
     for i in bits(which) {
         let slot = &mut slots[i % SLOTS];
-        slot.pop(simd, places);
+        slot.pop::<_, _, ANY>(simd, bvh, places);
         turns.put(i, slot.child);
     }
 }
