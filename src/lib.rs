@@ -105,6 +105,7 @@ pub mod scene;
 #[doc(hidden)]
 pub mod shade;
 pub(crate) mod simd;
+mod sobol;
 #[doc(hidden)]
 pub mod trace;
 #[doc(hidden)]

@@ -6,9 +6,9 @@ use crate::{
     lanes::{F32x8, LANES},
     math::{max_abs, scale_to_one},
     ray::{Hit, HitPacket, Ray, RayPacket, RayPackets, T_MAX},
-    render::{hash, unit},
     scene::{Camera, Primitive, Scene, for_each_packet},
     simd::{Portable, Simd},
+    sobol::{hash, unit},
     trace::Tracer,
 };
 use glam::Vec3;

@@ -6,6 +6,7 @@
 pub mod brute;
 pub mod bvh;
 pub mod cost;
+mod draw;
 mod primitive;
 pub mod shade;
 

@@ -1,10 +1,12 @@
 //! The scalar twin of the `shade` module: Whitted's algorithm as a loop, with the same operations in the same order.
 
+use super::draw::{cone, scattered};
 use crate::{
     math::{max, max_abs, min, powi, scale_to_one},
-    ray::{Hit, Ray},
+    ray::{Hit, Ray, T_MAX},
     scene::{Material, Primitive, Scene},
     simd::{Level, Simd, at_level},
+    sobol,
 };
 use glam::Vec3;
 
@@ -33,8 +35,27 @@ struct Surface {
 pub struct SecondaryRays {
     /// Shadow rays.
     pub shadow: u64,
+    /// Ambient occlusion rays.
+    pub ambient: u64,
     /// Reflection rays.
     pub reflection: u64,
+}
+
+/// A camera ray's place in the picture, which decides on its random directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PixelSample {
+    /// Absolute column and row.
+    pub pixel: [u32; 2],
+    /// The number of the sample in its pixel.
+    pub number: u32,
+}
+
+impl PixelSample {
+    /// Returns a point of the unit square from the sequence `pair`.
+    #[inline(always)]
+    fn point(self, pair: usize) -> [f32; 2] {
+        sobol::point(sobol::seed_of(self.pixel), pair as u32, self.number)
+    }
 }
 
 /// Returns the colour of a camera ray, linear RGB, and adds the secondary rays to `rays`.
@@ -42,13 +63,19 @@ pub fn radiance(
     scene: &Scene,
     intersect: &mut impl Intersect,
     camera_ray: Ray,
+    sample: PixelSample,
     max_depth: u32,
     shadows: bool,
     rays: &mut SecondaryRays,
 ) -> [f32; 3] {
     let limits = Limits { max_depth, shadows };
     at_level!(Level::current(), |simd| radiance_at(
-        simd, scene, intersect, camera_ray, limits, rays
+        simd,
+        scene,
+        intersect,
+        (camera_ray, sample),
+        limits,
+        rays
     ))
 }
 
@@ -65,7 +92,7 @@ pub(crate) fn radiance_at<S: Simd>(
     simd: S,
     scene: &Scene,
     intersect: &mut impl Intersect,
-    camera_ray: Ray,
+    (camera_ray, sample): (Ray, PixelSample),
     limits: Limits,
     rays: &mut SecondaryRays,
 ) -> [f32; 3] {
@@ -91,10 +118,21 @@ pub(crate) fn radiance_at<S: Simd>(
             break;
         }
         let surface = surface(simd, scene, &ray, &hit);
-        let light = gather_light(simd, scene, intersect, (&surface, material), limits.shadows, rays);
+        let draw = Draw {
+            sample,
+            first_pair: level as usize * (scene.lights().intensity.len() + 1),
+        };
+        let light = gather_light(
+            simd,
+            scene,
+            intersect,
+            (&surface, material),
+            (draw, limits.shadows),
+            rays,
+        );
         match *material {
             Material::Silhouette { .. } => {}
-            Material::Matte { color: own } => add(simd, &mut color, weight, matte(scene, own, &light)),
+            Material::Matte { color: own } => add(simd, &mut color, weight, matte(own, &light)),
             Material::BlinnPhong {
                 diffuse,
                 specular,
@@ -104,7 +142,7 @@ pub(crate) fn radiance_at<S: Simd>(
             } => {
                 let mut own = [0.0; 3];
                 for i in 0..3 {
-                    let body = simd.mul_add(k_d, light.diffuse[i], scene.ambient());
+                    let body = simd.mul_add(k_d, light.diffuse[i], light.ambient);
                     let gloss = k_s * light.specular[i];
                     let sum = simd.mul_add(diffuse[i], body, specular[i] * gloss);
                     own[i] = min(max(sum, 0.0), 1.0);
@@ -119,7 +157,7 @@ pub(crate) fn radiance_at<S: Simd>(
                     simd,
                     &mut color,
                     weight * (1.0 - mirror_share),
-                    matte(scene, own, &light),
+                    matte(own, &light),
                 );
                 weight *= mirror_share;
                 ray = mirrored(simd, &surface);
@@ -139,24 +177,31 @@ fn add<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, more: [f32; 3]) {
 }
 
 #[inline(always)]
-fn matte(scene: &Scene, color: [f32; 3], light: &Light) -> [f32; 3] {
-    std::array::from_fn(|i| color[i] * min(scene.ambient() + light.diffuse[i], 1.0))
+fn matte(color: [f32; 3], light: &Light) -> [f32; 3] {
+    std::array::from_fn(|i| color[i] * min(light.ambient + light.diffuse[i], 1.0))
 }
 
 #[inline(always)]
 fn mirrored<S: Simd>(simd: S, s: &Surface) -> Ray {
     let along = simd.dot(s.direction, s.normal);
     let direction = simd.normalize(simd.mul_add3(s.normal, -2.0 * along, s.direction));
-    Ray::new(
-        simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
-        direction,
-    )
+    leaving(simd, s, direction, T_MAX)
 }
 
 /// The incident light at a point, summed over the lights that reach it, by channel.
 struct Light {
+    /// I_a, or 0 where it is blocked.
+    ambient: f32,
     diffuse: [f32; 3],
     specular: [f32; 3],
+}
+
+/// The random points of one depth.
+#[derive(Clone, Copy)]
+struct Draw {
+    sample: PixelSample,
+    /// That of ambient light; those of the lights follow.
+    first_pair: usize,
 }
 
 #[inline(always)]
@@ -165,24 +210,50 @@ fn gather_light<S: Simd>(
     scene: &Scene,
     intersect: &mut impl Intersect,
     (s, material): (&Surface, &Material),
-    shadows: bool,
+    (draw, shadows): (Draw, bool),
     rays: &mut SecondaryRays,
 ) -> Light {
     let lights = scene.lights();
     let mut sum = Light {
+        ambient: scene.ambient(),
         diffuse: [0.0; 3],
         specular: [0.0; 3],
     };
+    if let Some(reach) = scene.ambient_reach()
+        && shadows
+    {
+        let point = draw.sample.point(draw.first_pair);
+        let direction = scattered(simd, s.normal, s.geometric_normal, point);
+        rays.ambient += 1;
+        if intersect.occluded(&leaving(simd, s, direction, reach)) {
+            sum.ambient = 0.0;
+        }
+    }
     for i in 0..lights.intensity.len() {
-        let (position, power) = (lights.position(i), lights.power(i));
-        let to_light = simd.normalize(position - s.point);
+        let (power, to_center) = (lights.power(i), lights.position(i) - s.point);
+        let radius = lights.radius[i];
+        let (to_light, distance) = if radius > 0.0 {
+            cone(
+                simd,
+                to_center,
+                radius,
+                draw.sample.point(draw.first_pair + 1 + i),
+            )
+        } else {
+            (simd.normalize(to_center), 1.0)
+        };
         let n_dot_l = simd.dot(s.normal, to_light);
         if n_dot_l <= 0.0 || n_dot_l.is_nan() {
             continue;
         }
-        if shadows {
+        if shadows && distance > 0.0 {
             rays.shadow += 1;
-            if intersect.occluded(&shadow_ray(simd, position, s)) {
+            let ray = if radius > 0.0 {
+                leaving(simd, s, to_light, distance)
+            } else {
+                shadow_ray(simd, lights.position(i), s)
+            };
+            if intersect.occluded(&ray) {
                 continue;
             }
         }
@@ -194,6 +265,18 @@ fn gather_light<S: Simd>(
         }
     }
     sum
+}
+
+/// Returns the ray from just off the surface.
+#[inline(always)]
+fn leaving<S: Simd>(simd: S, s: &Surface, direction: Vec3, t_max: f32) -> Ray {
+    Ray {
+        t_max,
+        ..Ray::new(
+            simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
+            direction,
+        )
+    }
 }
 
 /// Returns the ray from the light to the point, offset from the surface.

@@ -4,7 +4,7 @@ use super::{
     brute,
     bvh::{self, Stack},
     cost,
-    shade::{Intersect, Limits, SecondaryRays, radiance_at},
+    shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
 };
 use crate::{
     accel::{BinaryBvh, Bvh},
@@ -101,6 +101,9 @@ fn all_materials(random: &mut Random) -> Scene {
     let mut builder = SceneBuilder::new();
     builder.add_light(Vec3::new(0.5, -2.0, 3.0), 0.7).unwrap();
     builder.add_light(Vec3::new(3.0, 0.25, 0.0), 0.4).unwrap();
+    let above = Vec3::new(-0.5, 0.0, 2.0);
+    builder.add_sphere_light(above, 0.75, 0.3, [1.0; 3]).unwrap();
+    builder.set_ambient_reach(Some(1.0)).unwrap();
     for i in 0..4 {
         let material = builder.classic_material(i).unwrap();
         for _ in 0..3 {
@@ -150,13 +153,22 @@ fn every_level_computes_the_same_colours() {
         let scene = all_materials(&mut random);
         let bvh = Bvh::build(&scene);
         let mut all = all(&scene, &bvh);
-        for _ in 0..200 {
+        for i in 0..200 {
             let ray = rays::ray(&mut random, &scene);
+            let sample = PixelSample {
+                pixel: [seed as u32, 7],
+                number: i,
+            };
             let mut expected = None;
             for one in &mut all {
                 let mut rays = SecondaryRays::default();
                 let color = at_level!(one.level, |simd| radiance_at(
-                    simd, &scene, one, ray, limits, &mut rays
+                    simd,
+                    &scene,
+                    one,
+                    (ray, sample),
+                    limits,
+                    &mut rays
                 ));
                 let found = (color.map(f32::to_bits), rays);
                 assert!(color.iter().all(|c| c.is_finite()), "{ray:?}: {color:?}");
@@ -164,9 +176,11 @@ fn every_level_computes_the_same_colours() {
             }
             if let Some((_, rays)) = expected {
                 traced.shadow += rays.shadow;
+                traced.ambient += rays.ambient;
                 traced.reflection += rays.reflection;
             }
         }
     }
-    assert!(traced.shadow > 200 && traced.reflection > 200, "{traced:?}");
+    let least = traced.shadow.min(traced.ambient).min(traced.reflection);
+    assert!(least > 200, "{traced:?}");
 }

@@ -21,7 +21,6 @@ pub use frame::render;
 pub use png::{SOFTWARE, write_png};
 pub use renderer::Renderer;
 pub use sampling::{Filter, Pattern};
-pub(crate) use sampling::{hash, unit};
 pub use transfer::Transfer;
 
 use crate::{classic, simd::Level};
@@ -95,6 +94,8 @@ pub struct RayCounts {
     pub camera: u64,
     /// Shadow rays.
     pub shadow: u64,
+    /// Ambient occlusion rays.
+    pub ambient: u64,
     /// Reflection rays.
     pub reflection: u64,
 }
@@ -103,7 +104,7 @@ impl RayCounts {
     /// Returns the sum of all kinds.
     #[must_use]
     pub fn total(self) -> u64 {
-        self.camera + self.shadow + self.reflection
+        self.camera + self.shadow + self.ambient + self.reflection
     }
 }
 
@@ -113,6 +114,7 @@ impl std::ops::Add for RayCounts {
         Self {
             camera: self.camera + other.camera,
             shadow: self.shadow + other.shadow,
+            ambient: self.ambient + other.ambient,
             reflection: self.reflection + other.reflection,
         }
     }

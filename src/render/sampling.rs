@@ -10,6 +10,7 @@ use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     scene::{Camera, PixelRays, Scene},
     simd::Simd,
+    sobol::{self, hash, scrambled, seed_of, unit},
 };
 use glam::Vec3;
 use std::{f64::consts::TAU, sync::OnceLock};
@@ -101,6 +102,11 @@ impl CameraRays {
         (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]))
     }
 
+    /// Returns the number of a sample in its pixel.
+    pub fn index(&self, [column, row]: [u32; 2]) -> u32 {
+        row * self.samples[0] + column
+    }
+
     /// See [`PixelRays::corners`].
     pub fn corners(&self, first: [u32; 2], size: [u32; 2]) -> [Vec3; 4] {
         self.pixel_rays.corners(first, size)
@@ -149,7 +155,7 @@ impl SampleOffsets {
     fn point(&self, [x, y]: [u32; 2], [column, row]: [u32; 2]) -> [f32; 2] {
         let n = self.samples_per_axis;
         let sample_i = row * n + column;
-        let pixel = hash(x.wrapping_add(hash(y.wrapping_add(0x9e37_79b9))));
+        let pixel = seed_of([x, y]);
         let in_cell = |cell: u32, within: f32| (cell as f32 + within) / n as f32;
         match self.pattern {
             Pattern::Grid => [in_cell(column, 0.5), in_cell(row, 0.5)],
@@ -162,7 +168,7 @@ impl SampleOffsets {
                 let second = hash(pixel ^ 0x5bd1_e995);
                 [
                     unit(scrambled(sample_i, pixel)),
-                    unit(scrambled(sobol_second(sample_i), second)),
+                    unit(scrambled(sobol::second(sample_i), second)),
                 ]
             }
         }
@@ -183,44 +189,6 @@ impl SampleOffsets {
             }
         }
     }
-}
-
-/// Hashes 32 bits bijectively, by two rounds of multiply and xorshift.
-#[inline(always)]
-pub(crate) fn hash(mut bits: u32) -> u32 {
-    bits = (bits ^ bits >> 16).wrapping_mul(0x7feb_352d);
-    bits = (bits ^ bits >> 15).wrapping_mul(0x846c_a68b);
-    bits ^ bits >> 16
-}
-
-/// Maps 32 bits to [0, 1).
-#[inline(always)]
-pub(crate) fn unit(bits: u32) -> f32 {
-    (bits >> 8) as f32 / (1 << 24) as f32
-}
-
-/// Returns the second dimension of the Sobol' sequence, bit-reversed. (The first is the index itself.)
-#[inline(always)]
-fn sobol_second(index: u32) -> u32 {
-    // Column i of the generator matrix is row i of Pascal's triangle modulo 2: 1, 11, 101, 1111, ...
-    let (mut left, mut column, mut point) = (index, 1_u32, 0);
-    while left != 0 {
-        point ^= column & (left & 1).wrapping_neg();
-        left >>= 1;
-        column ^= column << 1;
-    }
-    point
-}
-
-/// Owen-scrambles a bit-reversed point: a hash of the preceding bits flips each bit (Laine and Karras 2011, constants by
-/// Burley 2020).
-#[inline(always)]
-fn scrambled(mut reversed: u32, seed: u32) -> u32 {
-    reversed = reversed.wrapping_add(seed);
-    for factor in [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6] {
-        reversed ^= reversed.wrapping_mul(factor);
-    }
-    reversed.reverse_bits()
 }
 
 /// Returns the inverse distribution of the Blackman-Harris filter in equal steps, half pixels from the centre.

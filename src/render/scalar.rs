@@ -9,7 +9,7 @@ use crate::{
     ray::{Hit, Ray},
     reference::{
         bvh::{self, Stack},
-        shade::{Intersect, Limits, SecondaryRays, radiance_at},
+        shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
     },
     simd::{Level, Simd, at_level},
 };
@@ -76,7 +76,12 @@ fn pixels<S: Simd, P: Pixel>(
                     continue;
                 }
                 covered += 1;
-                let color = radiance_at(simd, scene, &mut intersect, ray, limits, &mut rays);
+                let number = camera_rays.index(sample);
+                let sample = PixelSample {
+                    pixel: [x, y],
+                    number,
+                };
+                let color = radiance_at(simd, scene, &mut intersect, (ray, sample), limits, &mut rays);
                 for (sum, c) in sum.iter_mut().zip(color) {
                     *sum += c;
                 }
@@ -88,6 +93,7 @@ fn pixels<S: Simd, P: Pixel>(
     RayCounts {
         camera: u64::from(rect.width) * u64::from(rect.height) * u64::from(settings.samples),
         shadow: rays.shadow,
+        ambient: rays.ambient,
         reflection: rays.reflection,
     }
 }

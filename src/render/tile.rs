@@ -77,6 +77,7 @@ impl<'a> TileScratch<'a> {
         let counts = RayCounts {
             camera: u64::from(rect.width * rect.height) * u64::from(settings.samples),
             shadow: self.shader.shadow_rays,
+            ambient: self.shader.ambient_rays,
             reflection: self.shader.reflection_rays,
         };
         (counts, times)
@@ -99,11 +100,9 @@ impl<'a> TileScratch<'a> {
         times: &mut TileTimes,
     ) {
         let &FrameContext { scene, settings, .. } = context;
-        let shade = ShadeSettings {
-            max_depth: settings.max_depth,
-            shadows: settings.shadows,
-            transparent: P::HAS_ALPHA,
-        };
+        if scene.is_sampled() && may_hit {
+            self.set_pixels(context, rect);
+        }
         let row_length = context.window.width() as usize;
         let tile_start = Instant::now();
         for sample in context.camera_rays.samples() {
@@ -111,6 +110,12 @@ impl<'a> TileScratch<'a> {
                 let start = Instant::now();
                 generate_rays(context, rect, sample, &mut self.rays);
                 times.ray_generation += start.elapsed();
+                let shade = ShadeSettings {
+                    max_depth: settings.max_depth,
+                    shadows: settings.shadows,
+                    sample: context.camera_rays.index(sample),
+                    transparent: P::HAS_ALPHA,
+                };
                 self.shader
                     .shade(scene, &mut self.tracer, shade, &mut self.rays, &mut self.sample);
             } else {
@@ -138,6 +143,19 @@ impl<'a> TileScratch<'a> {
             .elapsed()
             .saturating_sub(times.ray_generation + self.shader.tracing + times.film);
         times.tracing += self.shader.tracing;
+    }
+
+    /// Tells the shader which pixels these are.
+    fn set_pixels(&mut self, context: &FrameContext<'_>, rect: TileRect) {
+        let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
+        let mut packets = Vec::with_capacity(self.sum.packets.len());
+        for_each_packet(rect.width, rect.height, |[x, y]| {
+            packets.push(std::array::from_fn(|lane| {
+                let (column, row) = (lane % ROW, lane / ROW);
+                [left + x + column as u32, top + y + row as u32]
+            }));
+        });
+        self.shader.set_pixels(packets.into_iter());
     }
 
     /// Averages the samples and writes the packets to the rows of `band`.

@@ -1,14 +1,14 @@
 //! The scene builder: refuses what cannot be rendered, so that no later layer meets a NaN, an index out of range or a
 //! radius of 0.
 
+mod lights;
 mod mesh;
 
 pub use mesh::TriangleMesh;
 
 use super::{
     Background, Lights, Material, MaterialId, NamedCamera, Scene, SceneId, Sources, Spheres, Triangles,
-    Vertices, is_usable,
-    material::{check_color, check_share},
+    Vertices, is_usable, material::check_color,
 };
 use crate::{
     classic,
@@ -70,6 +70,7 @@ pub struct SceneBuilder {
     /// The id of each material, by its bits.
     material_ids: HashMap<[u32; 10], MaterialId>,
     ambient: f32,
+    ambient_reach: Option<f32>,
     background: Background,
     cameras: Vec<NamedCamera>,
     mesh_cameras: Vec<NamedCamera>,
@@ -170,6 +171,7 @@ impl SceneBuilder {
                 .map(|(id, material)| (material.bits(), id))
                 .collect(),
             ambient: classic::AMBIENT,
+            ambient_reach: None,
             background: Background::constant(classic::BACKGROUND),
             cameras: Vec::new(),
             mesh_cameras: Vec::new(),
@@ -229,16 +231,6 @@ impl SceneBuilder {
         self.materials.push(material);
         self.material_ids.insert(bits, id);
         Ok(id)
-    }
-
-    /// Sets the ambient light I_a, the same in all channels.
-    ///
-    /// # Errors
-    /// [`SceneError::OutOfRange`] if it is not from 0 to 1.
-    pub fn set_ambient(&mut self, ambient: f32) -> Result<(), SceneError> {
-        check_share("ambient", ambient)?;
-        self.ambient = ambient;
-        Ok(())
     }
 
     /// Sets the background.
@@ -314,44 +306,6 @@ impl SceneBuilder {
         check_memory([triangles, spheres, vectors], self.memory)
     }
 
-    /// Adds a white point light.
-    ///
-    /// # Errors
-    /// [`SceneError::NotUsable`], [`SceneError::IntensityNegative`], or [`SceneError::TooMany`] above [`MAX_LIGHTS`].
-    pub fn add_light(&mut self, position: Vec3, intensity: f32) -> Result<(), SceneError> {
-        self.add_colored_light(position, intensity, [1.0; 3])
-    }
-
-    /// Adds a coloured point light, linear RGB.
-    ///
-    /// # Errors
-    /// As [`SceneBuilder::add_light`], or [`SceneError::OutOfRange`] if a channel is not from 0 to 1.
-    pub fn add_colored_light(
-        &mut self,
-        position: Vec3,
-        intensity: f32,
-        color: [f32; 3],
-    ) -> Result<(), SceneError> {
-        usable_point(position)?;
-        usable("intensity", intensity)?;
-        if intensity < 0.0 {
-            return Err(SceneError::IntensityNegative { intensity });
-        }
-        check_color(color)?;
-        if self.lights.x.len() >= MAX_LIGHTS {
-            return Err(SceneError::TooMany {
-                what: "lights",
-                limit: MAX_LIGHTS,
-            });
-        }
-        self.lights.x.push(position.x);
-        self.lights.y.push(position.y);
-        self.lights.z.push(position.z);
-        self.lights.intensity.push(intensity);
-        self.lights.color.push(color);
-        Ok(())
-    }
-
     /// Adds a sphere.
     ///
     /// # Errors
@@ -405,6 +359,7 @@ impl SceneBuilder {
             materials,
             material_ids: _,
             ambient,
+            ambient_reach,
             background,
             cameras,
             mesh_cameras,
@@ -418,6 +373,7 @@ impl SceneBuilder {
             lights,
             materials,
             ambient,
+            ambient_reach,
             background,
             cameras,
             mesh_cameras,

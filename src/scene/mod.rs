@@ -100,7 +100,7 @@ impl Spheres {
     }
 }
 
-/// The point lights: arrays of equal length.
+/// The lights, points and spheres: arrays of equal length.
 #[derive(Debug, Default)]
 pub struct Lights {
     /// Position, relative to [`Scene::origin`], scene units.
@@ -113,6 +113,9 @@ pub struct Lights {
     pub intensity: Vec<f32>,
     /// Colour, linear RGB from 0 to 1.
     pub color: Vec<[f32; 3]>,
+    /// Radius, scene units: 0 for a point. A sphere lights each point evenly from all directions in which it is seen,
+    /// with the same intensity in all; it is not itself seen.
+    pub radius: Vec<f32>,
 }
 
 impl Lights {
@@ -154,6 +157,7 @@ pub struct Scene {
     lights: Lights,
     materials: Vec<Material>,
     ambient: f32,
+    ambient_reach: Option<f32>,
     background: Background,
     cameras: Vec<NamedCamera>,
     mesh_cameras: Vec<NamedCamera>,
@@ -214,6 +218,18 @@ impl Scene {
     #[must_use]
     pub fn ambient(&self) -> f32 {
         self.ambient
+    }
+
+    /// Returns how far ambient light is blocked by what is near, scene units; `None` if it reaches every surface.
+    #[must_use]
+    pub fn ambient_reach(&self) -> Option<f32> {
+        self.ambient_reach
+    }
+
+    /// Returns whether colours are means over random directions: of soft lights, or of ambient occlusion.
+    #[must_use]
+    pub fn is_sampled(&self) -> bool {
+        self.ambient_reach.is_some() || self.lights.radius.iter().any(|&radius| radius > 0.0)
     }
 
     /// Returns the background.
@@ -348,6 +364,7 @@ impl Scene {
             &l.y,
             &l.z,
             &l.intensity,
+            &l.radius,
         ]
         .iter()
         .map(|c| bytes(&c[..]))

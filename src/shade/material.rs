@@ -36,6 +36,23 @@ pub struct IncidentLight<'a> {
     pub to_light: &'a [Vec3x8],
 }
 
+/// The points on one material, and the light there.
+#[derive(Clone, Copy)]
+pub(super) struct Points<'a> {
+    pub surfaces: &'a [SurfacePacket],
+    pub light: &'a [Light8],
+    /// The ambient light; empty if it is the scene's everywhere.
+    pub ambient: &'a [F32x8],
+}
+
+impl Points<'_> {
+    /// Returns the ambient light at packet `i`, that of the scene by default.
+    #[inline(always)]
+    fn ambient<S: Simd>(&self, simd: S, i: usize, scene: S::V8) -> S::V8 {
+        self.ambient.get(i).map_or(scene, |ambient| simd.load(ambient))
+    }
+}
+
 /// Adds one more light to a sum.
 #[inline(always)]
 fn add_power<S: Simd>(simd: S, sums: &mut [F32x8; 3], power: [S::V8; 3], share: S::V8) {
@@ -98,14 +115,14 @@ pub(super) fn color<S: Simd>(
     simd: S,
     scene: &Scene,
     material: &Material,
-    (surfaces, light): (&[SurfacePacket], &[Light8]),
+    points: Points<'_>,
     colors: &mut TileColors,
     next: &mut RayQueue,
 ) {
     let ambient = simd.splat(scene.ambient());
     match material {
-        Material::Silhouette { color } => silhouette(simd, *color, surfaces, colors),
-        Material::Matte { color } => matte(simd, (*color, 1.0), ambient, (surfaces, light), colors),
+        Material::Silhouette { color } => silhouette(simd, *color, points.surfaces, colors),
+        Material::Matte { color } => matte(simd, (*color, 1.0), ambient, points, colors),
         Material::BlinnPhong {
             diffuse,
             specular,
@@ -114,12 +131,12 @@ pub(super) fn color<S: Simd>(
             ..
         } => {
             let lobes = [(*diffuse, *k_d), (*specular, *k_s)];
-            blinn_phong(simd, lobes, ambient, (surfaces, light), colors);
+            blinn_phong(simd, lobes, ambient, points, colors);
         }
         Material::Reflection { color, mirror_share } => {
             let body = (*color, 1.0 - mirror_share);
-            matte(simd, body, ambient, (surfaces, light), colors);
-            mirror(simd, *mirror_share, surfaces, next);
+            matte(simd, body, ambient, points, colors);
+            mirror(simd, *mirror_share, points.surfaces, next);
         }
     }
 }
@@ -137,11 +154,12 @@ fn matte<S: Simd>(
     simd: S,
     (color, share): ([f32; 3], f32),
     ambient: S::V8,
-    (surfaces, light): (&[SurfacePacket], &[Light8]),
+    points: Points<'_>,
     colors: &mut TileColors,
 ) {
-    for (i, s) in surfaces.iter().enumerate() {
-        let light = &light[i];
+    for (i, s) in points.surfaces.iter().enumerate() {
+        let light = &points.light[i];
+        let ambient = points.ambient(simd, i, ambient);
         let mut channels = [ambient; 3];
         for (i, channel) in channels.iter_mut().enumerate() {
             let arriving = (ambient + simd.load(&light.diffuse[i])).min(simd.splat(1.0));
@@ -156,11 +174,12 @@ fn blinn_phong<S: Simd>(
     simd: S,
     [(diffuse, k_d), (specular, k_s)]: [([f32; 3], f32); 2],
     ambient: S::V8,
-    (surfaces, light): (&[SurfacePacket], &[Light8]),
+    points: Points<'_>,
     colors: &mut TileColors,
 ) {
-    for (i, s) in surfaces.iter().enumerate() {
-        let light = &light[i];
+    for (i, s) in points.surfaces.iter().enumerate() {
+        let light = &points.light[i];
+        let ambient = points.ambient(simd, i, ambient);
         let mut channels = [ambient; 3];
         for (i, channel) in channels.iter_mut().enumerate() {
             let body = simd.splat(k_d).mul_add(simd.load(&light.diffuse[i]), ambient);

@@ -9,9 +9,11 @@
 //!
 //! The scalar twin, with the same operations in the same order, is [`reference::shade`](crate::reference::shade).
 
+mod draw;
 pub mod material;
 pub mod queue;
 pub mod shadow;
+mod soft;
 pub mod surface;
 
 use crate::{
@@ -19,9 +21,11 @@ use crate::{
     ray::{HitPacket, PrimitiveId},
     scene::Scene,
     simd::{EightLanes, Lanes, Simd, at_level},
+    sobol,
     trace::Tracer,
 };
-use material::{IncidentLight, Light8};
+use draw::Draws;
+use material::{IncidentLight, Light8, Points};
 use queue::{HitQueue, RayQueue};
 use std::time::{Duration, Instant};
 use surface::SurfacePacket;
@@ -41,8 +45,10 @@ pub const LIGHT_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 pub struct ShadeSettings {
     /// Maximum ray depth; 1 disables reflections. Rays beyond it return the background.
     pub max_depth: u32,
-    /// Whether to trace shadow rays.
+    /// Whether to trace shadow and ambient occlusion rays.
     pub shadows: bool,
+    /// The number of the sample in its pixel, which decides on random directions.
+    pub sample: u32,
     /// Whether camera rays that hit nothing stay black, and [`TileColors::alpha`] is filled.
     pub transparent: bool,
 }
@@ -54,9 +60,15 @@ pub struct Shader {
     by_material: HitQueue,
     surfaces: Vec<SurfacePacket>,
     light: Vec<Light8>,
+    /// The ambient light at each surface; empty if nothing blocks it.
+    ambient: Vec<F32x8>,
     arriving: shadow::Arriving,
     shadow: shadow::Scratch,
     next: RayQueue,
+    /// Seeds of the tile's pixels, by packet.
+    seeds: Vec<[u32; LANES]>,
+    /// Ambient occlusion rays traced since [`Shader::reset_counts`].
+    pub ambient_rays: u64,
     /// Shadow rays traced since [`Shader::reset_counts`].
     pub shadow_rays: u64,
     /// Reflection rays traced since [`Shader::reset_counts`].
@@ -177,7 +189,15 @@ impl Shader {
 
     /// Resets the counts of rays and the time to 0.
     pub fn reset_counts(&mut self) {
-        (self.shadow_rays, self.reflection_rays, self.tracing) = (0, 0, Duration::ZERO);
+        (self.ambient_rays, self.shadow_rays, self.reflection_rays) = (0, 0, 0);
+        self.tracing = Duration::ZERO;
+    }
+
+    /// Sets the absolute pixels of the next tile, for scenes that [are sampled](Scene::is_sampled): columns and rows of
+    /// each camera packet.
+    pub fn set_pixels(&mut self, pixels: impl Iterator<Item = [[u32; 2]; LANES]>) {
+        self.seeds.clear();
+        self.seeds.extend(pixels.map(|packet| packet.map(sobol::seed_of)));
     }
 
     /// Traces and shades the camera rays in `rays` and their secondary rays, and writes `colors`. Leaves `rays` empty.
@@ -224,17 +244,21 @@ impl Shader {
             if self.surfaces.is_empty() {
                 break;
             }
-            self.add_lights(scene, tracer, settings.shadows);
+            self.add_lights(scene, tracer, settings, depth - 1);
 
             self.next.restart(None);
             for (material, range) in self.by_material.ranges() {
                 let material = &scene.materials()[material.0 as usize];
-                let (surfaces, light) = (&self.surfaces[range.clone()], &self.light[range]);
+                let points = Points {
+                    surfaces: &self.surfaces[range.clone()],
+                    light: &self.light[range.clone()],
+                    ambient: self.ambient.get(range).unwrap_or_default(),
+                };
                 at_level!(level, |simd| material::color(
                     simd,
                     scene,
                     material,
-                    (surfaces, light),
+                    points,
                     colors,
                     &mut self.next
                 ));
@@ -254,7 +278,7 @@ impl Shader {
         rays.restart(None);
     }
 
-    fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, shadows: bool) {
+    fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, settings: ShadeSettings, depth: u32) {
         let (lights, level) = (scene.lights(), tracer.level());
         if lights.intensity.is_empty() {
             self.light.clear();
@@ -262,12 +286,32 @@ impl Shader {
         // The first light overwrites the previous contents.
         self.light.resize(self.surfaces.len(), Light8::NONE);
         let lit = self.by_material.lit_surfaces(scene, &self.surfaces);
-        for light_i in 0..lights.intensity.len() {
-            let (position, power) = (lights.position(light_i), lights.power(light_i));
-            let (rays, time) = shadow::pass(
-                position,
+        let draws = |pair: usize| Draws {
+            seeds: &self.seeds,
+            sample: settings.sample,
+            pair: (depth as usize * (lights.intensity.len() + 1) + pair) as u32,
+        };
+        self.ambient.clear();
+        if let Some(reach) = scene.ambient_reach()
+            && settings.shadows
+        {
+            let (rays, time) = soft::ambient_pass(
+                (scene.ambient(), reach),
+                draws(0),
                 tracer,
-                shadows,
+                lit,
+                &mut self.ambient,
+                &mut self.shadow,
+            );
+            self.ambient_rays += rays;
+            self.tracing += time;
+        }
+        for light_i in 0..lights.intensity.len() {
+            let power = lights.power(light_i);
+            let (rays, time) = shadow::pass(
+                (lights.position(light_i), lights.radius[light_i]),
+                (draws(1 + light_i), settings.shadows),
+                tracer,
                 lit,
                 &mut self.arriving,
                 &mut self.shadow,

@@ -1,6 +1,6 @@
 //! The shadow pass: finds the points that one light reaches.
 
-use super::{LIGHT_OFFSET, SURFACE_OFFSET, surface::SurfacePacket};
+use super::{LIGHT_OFFSET, SURFACE_OFFSET, draw::Draws, soft, surface::SurfacePacket};
 use crate::{
     lanes::{F32x8, Vec3x8},
     ray::{Origins, RayPacket},
@@ -10,13 +10,16 @@ use crate::{
 use glam::Vec3;
 use std::time::{Duration, Instant};
 
-/// The scratch memory of a pass.
+/// The scratch memory of a pass: occlusion rays.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    rays: Vec<RayPacket>,
-    /// The index of the surface packet at the end of each packet of rays.
-    surface: Vec<u32>,
-    blocked: Vec<u8>,
+    pub(super) rays: Vec<RayPacket>,
+    /// Empty for rays that share their origin.
+    pub(super) origins: Vec<Vec3x8>,
+    /// The index of the surface packet of each packet of rays.
+    pub(super) surface: Vec<u32>,
+    /// Rays that hit something, a bit each.
+    pub(super) blocked: Vec<u8>,
 }
 
 impl Scratch {
@@ -25,6 +28,25 @@ impl Scratch {
         self.rays.reserve(packets);
         self.surface.reserve(packets);
         self.blocked.reserve(packets);
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.rays.clear();
+        self.origins.clear();
+        self.surface.clear();
+        self.blocked.clear();
+    }
+
+    /// Traces the rays, from `origin` if they share it. Returns the time.
+    pub(super) fn trace(&mut self, tracer: &mut Tracer<'_>, origin: Option<Vec3>) -> Duration {
+        if self.rays.is_empty() {
+            return Duration::ZERO;
+        }
+        self.blocked.resize(self.rays.len(), 0);
+        let start = Instant::now();
+        let origins = origin.map_or(Origins::Separate(&self.origins), Origins::Shared);
+        tracer.occluded(origins, &self.rays, &mut self.blocked);
+        start.elapsed()
     }
 }
 
@@ -45,30 +67,40 @@ impl Arriving {
     }
 }
 
-/// Computes what arrives from the light at `light`. Returns the number of shadow rays and the time spent tracing them.
+/// Computes what arrives from the light at `position`, a point if its radius is 0. Returns the number of shadow rays and
+/// the time spent tracing them.
 ///
-/// Shadow rays run from the light to the point, offset to the viewer's side, so they share their origin. Packets
-/// without a point that faces the light are left out.
+/// Shadow rays of points run from the light to the surface, offset to the viewer's side, so they share their origin; those
+/// of spheres run from the surface. Packets without a point that faces the light are left out.
 pub(super) fn pass(
-    light: Vec3,
+    (position, radius): (Vec3, f32),
+    (draws, shadows): (Draws<'_>, bool),
     tracer: &mut Tracer<'_>,
-    shadows: bool,
     surfaces: &[SurfacePacket],
     arriving: &mut Arriving,
     scratch: &mut Scratch,
 ) -> (u64, Duration) {
     let level = tracer.level();
-    let count = at_level!(level, |simd| facing(
-        simd, light, shadows, surfaces, arriving, scratch
-    ));
-    if scratch.rays.is_empty() {
-        return (0, Duration::ZERO);
-    }
-    scratch.blocked.clear();
-    scratch.blocked.resize(scratch.rays.len(), 0);
-    let start = Instant::now();
-    tracer.occluded(Origins::Shared(light), &scratch.rays, &mut scratch.blocked);
-    let time = start.elapsed();
+    let is_point = radius == 0.0;
+    arriving.n_dot_l.clear();
+    arriving.to_light.clear();
+    scratch.clear();
+    let count = if is_point {
+        at_level!(level, |simd| facing(
+            simd, position, shadows, surfaces, arriving, scratch
+        ))
+    } else {
+        let light = (position, radius);
+        at_level!(level, |simd| soft::facing(
+            simd,
+            light,
+            (draws, shadows),
+            surfaces,
+            arriving,
+            scratch
+        ))
+    };
+    let time = scratch.trace(tracer, is_point.then_some(position));
     at_level!(level, |simd| take_blocked(simd, arriving, scratch));
     (count, time)
 }
@@ -84,10 +116,6 @@ fn facing<S: Simd>(
     scratch: &mut Scratch,
 ) -> u64 {
     let light = simd.splat3(light);
-    arriving.n_dot_l.clear();
-    arriving.to_light.clear();
-    scratch.rays.clear();
-    scratch.surface.clear();
     let mut count = 0;
     for (surface_i, s) in surfaces.iter().enumerate() {
         let offset = light - simd.load3(&s.point);

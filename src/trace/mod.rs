@@ -29,6 +29,7 @@ mod single;
 mod sink;
 mod slabs;
 mod slopes;
+mod slots;
 mod stack;
 mod visit;
 
@@ -76,7 +77,7 @@ pub struct Tracer<'a> {
     bundle_stack: Vec<stack::Entry>,
     tasks: Vec<single::SingleRayTask>,
     sorted: order::Sorted,
-    slots: Box<[single::Slot; single::SLOTS]>,
+    slots: Box<[slots::Slot; slots::SLOTS]>,
 }
 
 impl<'a> Tracer<'a> {
@@ -100,7 +101,7 @@ impl<'a> Tracer<'a> {
             bundle_stack: Vec::with_capacity(size),
             tasks: Vec::with_capacity(BUFFERED_TASKS),
             sorted: order::Sorted::new(),
-            slots: Box::new(single::slots(bvh.stats().depth)),
+            slots: Box::new(slots::slots(bvh.stats().depth)),
         }
     }
 

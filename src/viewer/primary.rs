@@ -12,7 +12,7 @@ use crate::{
     reference::{
         brute, bvh,
         cost::{self, Stack},
-        shade::{Intersect, SecondaryRays, radiance, shading_normal},
+        shade::{Intersect, PixelSample, SecondaryRays, radiance, shading_normal},
     },
     render::{
         ByteFilm, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, TileTimes,
@@ -161,7 +161,11 @@ impl<'a> Scratch<'a> {
                     };
                     let ray = frame.ray(i, y, sample);
                     let (depth, shadows) = (settings.max_depth, settings.shadows);
-                    let color = radiance(scene, &mut intersect, ray, depth, shadows, &mut rays);
+                    let sample = PixelSample {
+                        pixel: [i as u32, y],
+                        number: sample[1] * n + sample[0],
+                    };
+                    let color = radiance(scene, &mut intersect, ray, sample, depth, shadows, &mut rays);
                     add(&mut self.sums[i], color);
                 }
             } else if brute && look == Look::Cost {

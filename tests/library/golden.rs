@@ -70,6 +70,17 @@ fn hall_of_mirrors() {
 }
 
 #[test]
+fn soft_light() {
+    let scene = shipped_scene("soft");
+    let settings = Settings {
+        samples: 16,
+        ..settings(160, 120)
+    };
+    let actual = picture(&scene, &scene.cameras()[0].camera, &settings);
+    assert_all([compare_golden("soft", &actual, SHARE)]);
+}
+
+#[test]
 fn evening_from_its_cameras() {
     let scene = shipped_scene("evening");
     assert_all(

@@ -12,7 +12,7 @@ use std::{
 };
 
 /// What each module may use, besides itself. `None`: everything.
-const MODULES: [(&str, Option<&str>); 25] = [
+const MODULES: [(&str, Option<&str>); 26] = [
     ("error", Some("")),
     ("math", Some("")),
     // Files that appear whole or not at all.
@@ -25,6 +25,8 @@ const MODULES: [(&str, Option<&str>); 25] = [
     ("geometry", Some("ray simd lanes math")),
     // Costs as colours.
     ("heat", Some("")),
+    // Sample points.
+    ("sobol", Some("")),
     ("scene", Some("classic ray math simd lanes error")),
     ("format", Some("scene error")),
     ("generate", Some("scene format math classic error")),
@@ -35,20 +37,22 @@ const MODULES: [(&str, Option<&str>); 25] = [
     ),
     (
         "shade",
-        Some("trace accel scene geometry classic ray simd lanes math error"),
+        Some("trace accel scene geometry classic ray simd sobol lanes math error"),
     ),
     (
         "query",
         Some("trace accel scene geometry classic ray simd lanes math error"),
     ),
-    ("reference", Some("scene classic ray simd math")),
+    ("reference", Some("scene classic ray simd sobol math")),
     (
         "render",
-        Some("shade reference trace accel scene geometry classic ray simd lanes math error"),
+        Some("shade reference trace accel scene geometry classic ray simd sobol lanes math error"),
     ),
     (
         "bench",
-        Some("render generate shade reference trace accel scene geometry classic ray simd lanes math error"),
+        Some(
+            "render generate shade reference trace accel scene geometry classic ray simd sobol lanes math error",
+        ),
     ),
     (
         "verify",

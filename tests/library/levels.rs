@@ -10,14 +10,22 @@ use octray::{
 };
 use std::ops::ControlFlow;
 
-/// All classic materials on spheres and triangles, with and without vertex normals, under two lights.
-fn all_materials() -> Scene {
+/// All classic materials on spheres and triangles, with and without vertex normals, under two lights; if `is_soft`, also
+/// under a third one that is a sphere, and with ambient occlusion.
+fn all_materials(is_soft: bool) -> Scene {
     let mut random = fastrand::Rng::with_seed(21);
     let mut unit = move || random.f32() * 2.0 - 1.0;
     let mut vector = move || Vec3::new(unit(), unit(), unit());
     let mut builder = SceneBuilder::new();
     builder.add_light(Vec3::new(3.0, -4.0, 6.0), 0.7).unwrap();
     builder.add_light(Vec3::new(-5.0, 1.0, 4.0), 0.4).unwrap();
+    if is_soft {
+        let above = Vec3::new(0.0, 0.0, 5.0);
+        builder
+            .add_sphere_light(above, 1.5, 0.5, [1.0, 0.8, 0.6])
+            .unwrap();
+        builder.set_ambient_reach(Some(0.7)).unwrap();
+    }
     for i in 0..200 {
         let material = builder.classic_material(i % 4).unwrap();
         let at = vector() * 2.0;
@@ -64,8 +72,13 @@ fn check<P: Pixel + PartialEq>(scene: &Scene, bvh: &Bvh, camera: &Camera, settin
 
 #[test]
 fn every_level_makes_the_same_pictures_in_both_modes() {
-    let scene = all_materials();
-    let bvh = Bvh::build(&scene);
+    for is_soft in [false, true] {
+        check_all(&all_materials(is_soft));
+    }
+}
+
+fn check_all(scene: &Scene) {
+    let bvh = Bvh::build(scene);
     let camera = Camera::look_at(DVec3::new(4.0, 3.0, 2.0), DVec3::ZERO, DVec3::Z, 50.0).unwrap();
     let settings = Settings {
         width: 91,
@@ -73,10 +86,10 @@ fn every_level_makes_the_same_pictures_in_both_modes() {
         max_depth: 5,
         ..Settings::default()
     };
-    check::<[f32; 3]>(&scene, &bvh, &camera, settings);
-    check::<[u8; 3]>(&scene, &bvh, &camera, settings);
+    check::<[f32; 3]>(scene, &bvh, &camera, settings);
+    check::<[u8; 3]>(scene, &bvh, &camera, settings);
     check::<[f32; 4]>(
-        &scene,
+        scene,
         &bvh,
         &camera,
         Settings {
@@ -96,7 +109,7 @@ fn every_level_builds_the_same_trees() {
         generate(kind, options).unwrap().into_scene().unwrap()
     };
     let scenes = [
-        all_materials(),
+        all_materials(false),
         generated(Kind::Flake, 3000),
         generated(Kind::Blobs, 80_000),
     ];

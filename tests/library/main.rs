@@ -23,6 +23,7 @@ mod replay;
 mod same_hits;
 mod sameness;
 mod scene_language;
+mod soft_light;
 mod strangers_mesh;
 mod strangers_scene;
 mod watertight;

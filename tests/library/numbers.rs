@@ -76,8 +76,9 @@ fn placed(scene: &Scene, scale: f32, shift: Vec3) -> Scene {
     let lights = scene.lights();
     for i in 0..lights.intensity.len() {
         let position = place(scene.origin() + lights.position(i));
+        let radius = lights.radius[i] * scale;
         builder
-            .add_colored_light(position, lights.intensity[i], lights.color[i])
+            .add_sphere_light(position, radius, lights.intensity[i], lights.color[i])
             .unwrap();
     }
     builder.finish()

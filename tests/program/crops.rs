@@ -15,8 +15,8 @@ const SCENE: &str = "\
 camera eye 3 -3 1.5 target 0 0 0.4 fov 40
 camera near eye 2 -1 1 target 0 0 0.4
 background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
-ambient 0.1
-light 3 -2 5 0.7 color 1 0.8 0.6
+ambient 0.1 reach 0.5
+light 3 -2 5 0.7 color 1 0.8 0.6 radius 1
 light -4 -6 3 0.4
 material matte cd 0.9 0.9 0.7
 triangle -5 -5 0  5 -5 0  0 5 0

@@ -52,6 +52,7 @@ struct Primitives {
 struct Rays {
     camera: u64,
     shadow: u64,
+    ambient: u64,
     reflection: u64,
     total: u64,
 }
@@ -121,6 +122,7 @@ impl RenderReport {
             rays: Rays {
                 camera: rays.camera,
                 shadow: rays.shadow,
+                ambient: rays.ambient,
                 reflection: rays.reflection,
                 total: rays.total(),
             },
@@ -186,10 +188,11 @@ impl RenderReport {
             (
                 "rays",
                 format!(
-                    "{}: {} camera, {} shadow, {} reflection",
+                    "{}: {} camera, {} shadow, {} ambient, {} reflection",
                     grouped(rays.total),
                     grouped(rays.camera),
                     grouped(rays.shadow),
+                    grouped(rays.ambient),
                     grouped(rays.reflection)
                 ),
             ),

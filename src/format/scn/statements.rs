@@ -61,16 +61,30 @@ impl Reader<'_> {
         let position = arguments.numbers3([x, y, z], ["x", "y", "z"])?;
         let strength = arguments.number(intensity, "intensity")?;
         let mut color = [1.0; 3];
-        while let Some((key, _)) = arguments.key_once(&["color"])? {
-            let words = arguments.take(key, "color r g b")?;
+        let (mut size, mut radius) = (0.0, intensity);
+        while let Some((word, key)) = arguments.key_once(&["color", "radius"])? {
+            if key == "radius" {
+                [radius] = arguments.take(word, "radius number")?;
+                size = arguments.number(radius, key)?;
+                continue;
+            }
+            let words = arguments.take(word, "color r g b")?;
             color = arguments.color(words)?;
         }
         self.has_lights = true;
-        self.builder
-            .add_colored_light(Vec3::from_array(position), strength, color)
-            .map_err(|error| {
-                arguments.refused(&error, &[("x", x), ("y", y), ("z", z), ("intensity", intensity)])
-            })
+        let added = self
+            .builder
+            .add_sphere_light(Vec3::from_array(position), size, strength, color);
+        added.map_err(|error| {
+            let named = [
+                ("x", x),
+                ("y", y),
+                ("z", z),
+                ("radius", radius),
+                ("intensity", intensity),
+            ];
+            arguments.refused(&error, &named)
+        })
     }
 
     fn sphere(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
@@ -255,11 +269,20 @@ impl Reader<'_> {
 
     fn ambient(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [word] = arguments.leading()?;
-        arguments.end()?;
         let ambient = arguments.share(word, "ambient")?;
+        let mut reach = None;
+        while let Some((key, _)) = arguments.key_once(&["reach"])? {
+            let [word] = arguments.take(key, "reach number")?;
+            reach = Some((arguments.number(word, "reach")?, word));
+        }
         Said::once(&mut self.said.ambient, &arguments, "`ambient`")?;
         let set = self.builder.set_ambient(ambient);
-        set.map_err(|error| arguments.refused(&error, &[("ambient", word)]))
+        set.map_err(|error| arguments.refused(&error, &[("ambient", word)]))?;
+        let Some((reach, word)) = reach else {
+            return Ok(());
+        };
+        let set = self.builder.set_ambient_reach(Some(reach));
+        set.map_err(|error| arguments.refused(&error, &[("reach", word)]))
     }
 }
 

@@ -8,7 +8,7 @@ use octray::{
     ray::{Hit, Ray},
     reference::{
         brute,
-        shade::{Intersect, SecondaryRays, radiance},
+        shade::{Intersect, PixelSample, SecondaryRays, radiance},
     },
     render::{Film, Filter, Mode, Pattern, Settings, render},
     scene::{Background, Camera, Material, Scene, SceneBuilder, TriangleMesh},
@@ -73,8 +73,12 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
             break;
         }
         match u.int_in_range(0..=9)? {
-            0 | 1 => {
+            0 => {
                 let _ = builder.add_colored_light(point(u)?, share(u)? * 2.0, color(u)?);
+            }
+            1 => {
+                let (at, radius) = (point(u)?, coordinate(u)?.abs());
+                let _ = builder.add_sphere_light(at, radius, share(u)? * 2.0, color(u)?);
             }
             2 => {
                 current = builder
@@ -158,6 +162,9 @@ pub fn picture(bytes: &[u8]) {
             .expect("shares");
         builder.set_ambient(ambient).expect("a share");
     }
+    if let (Ok(true), Ok(reach)) = (u.ratio(1, 4), coordinate(&mut u)) {
+        let _ = builder.set_ambient_reach(Some(reach));
+    }
     // The bytes may end at any point of this.
     let _ = fill(&mut u, &mut builder);
     let scene = builder.finish();
@@ -187,7 +194,12 @@ fn brute_force(scene: &Scene, camera: &Camera, settings: &Settings) -> Film {
         let ray = Ray::new(rays.eye(), rays.direction(i % SIDE, i / SIDE, [0, 0]));
         let mut counts = SecondaryRays::default();
         let all = &mut EveryPrimitive(scene);
-        *pixel = radiance(scene, all, ray, settings.max_depth, settings.shadows, &mut counts);
+        let sample = PixelSample {
+            pixel: [i % SIDE, i / SIDE],
+            number: 0,
+        };
+        let (depth, shadows) = (settings.max_depth, settings.shadows);
+        *pixel = radiance(scene, all, ray, sample, depth, shadows, &mut counts);
     }
     film
 }

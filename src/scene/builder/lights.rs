@@ -1,0 +1,91 @@
+//! Light of a scene.
+
+use super::{MAX_LIGHTS, SceneBuilder, usable, usable_point};
+use crate::{
+    error::SceneError,
+    scene::{
+        MAX_COORDINATE,
+        material::{check_color, check_range, check_share},
+    },
+};
+use glam::Vec3;
+
+impl SceneBuilder {
+    /// Sets the ambient light I_a, the same in all channels.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`] if it is not from 0 to 1.
+    pub fn set_ambient(&mut self, ambient: f32) -> Result<(), SceneError> {
+        check_share("ambient", ambient)?;
+        self.ambient = ambient;
+        Ok(())
+    }
+
+    /// Lets what is within `reach` of a surface block its ambient light: ambient occlusion. Scene units, above 0; `None`
+    /// for ambient light that reaches every surface.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`].
+    pub fn set_ambient_reach(&mut self, reach: Option<f32>) -> Result<(), SceneError> {
+        if let Some(reach) = reach {
+            check_range("reach", reach, (f32::MIN_POSITIVE, MAX_COORDINATE))?;
+        }
+        self.ambient_reach = reach;
+        Ok(())
+    }
+
+    /// Adds a white point light.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::IntensityNegative`], or [`SceneError::TooMany`] above [`MAX_LIGHTS`].
+    pub fn add_light(&mut self, position: Vec3, intensity: f32) -> Result<(), SceneError> {
+        self.add_colored_light(position, intensity, [1.0; 3])
+    }
+
+    /// Adds a coloured point light, linear RGB.
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::add_light`], or [`SceneError::OutOfRange`] if a channel is not from 0 to 1.
+    pub fn add_colored_light(
+        &mut self,
+        position: Vec3,
+        intensity: f32,
+        color: [f32; 3],
+    ) -> Result<(), SceneError> {
+        self.add_sphere_light(position, 0.0, intensity, color)
+    }
+
+    /// Adds a spherical light, which makes soft shadows; a point light if the radius is 0. Its colour is linear RGB.
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::add_colored_light`], or [`SceneError::OutOfRange`] if the radius is negative or above
+    /// [`MAX_COORDINATE`].
+    pub fn add_sphere_light(
+        &mut self,
+        position: Vec3,
+        radius: f32,
+        intensity: f32,
+        color: [f32; 3],
+    ) -> Result<(), SceneError> {
+        usable_point(position)?;
+        check_range("radius", radius, (0.0, MAX_COORDINATE))?;
+        usable("intensity", intensity)?;
+        if intensity < 0.0 {
+            return Err(SceneError::IntensityNegative { intensity });
+        }
+        check_color(color)?;
+        if self.lights.x.len() >= MAX_LIGHTS {
+            return Err(SceneError::TooMany {
+                what: "lights",
+                limit: MAX_LIGHTS,
+            });
+        }
+        self.lights.x.push(position.x);
+        self.lights.y.push(position.y);
+        self.lights.z.push(position.z);
+        self.lights.intensity.push(intensity);
+        self.lights.color.push(color);
+        self.lights.radius.push(radius);
+        Ok(())
+    }
+}
