@@ -1,8 +1,11 @@
 //! Points of the two-dimensional Sobol' sequence, scrambled by hashes: Burley, *Practical Hash-based Owen Scrambling*,
 //! JCGT 2020.
 //!
-//! Every pair of dimensions (the place in the pixel, the point on a light, a direction) has a sequence of its own, padded
-//! as there: the first points of any of them fill the square evenly, and those of different pairs are independent.
+//! Every pair of dimensions (a point on a light, a direction) has a sequence of its own, padded as there: points of
+//! different pairs are independent. A pixel takes its points one after another from where it lies on a Z-order curve
+//! through the picture (Ahmed and Wonka, *Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical
+//! Ordering of Pixels*, 2020). So those of a pixel fill the square evenly, and so do those of a block of pixels together:
+//! what one has too much, its neighbours lack, and grain is fine.
 
 /// Hashes 32 bits bijectively, by two rounds of multiply and xorshift.
 #[inline(always)]
@@ -49,12 +52,27 @@ pub(crate) fn scrambled(mut reversed: u32, seed: u32) -> u32 {
     reversed.reverse_bits()
 }
 
-/// Returns point `index`, in the unit square, of a pixel's sequence number `pair`.
+/// Returns the number of a pixel's first point, by its absolute column and row and the points that each pixel has.
 #[inline(always)]
-pub(crate) fn point(pixel: u32, pair: u32, index: u32) -> [f32; 2] {
-    let seed = hash(pixel ^ hash(pair));
+pub(crate) fn first_point([x, y]: [u32; 2], count: u32) -> u32 {
+    (spread(x) | spread(y) << 1).wrapping_mul(count)
+}
+
+/// Spreads the lower sixteen bits, with a 0 between them.
+#[inline(always)]
+fn spread(bits: u32) -> u32 {
+    let bits = (bits | bits << 8) & 0x00ff_00ff;
+    let bits = (bits | bits << 4) & 0x0f0f_0f0f;
+    let bits = (bits | bits << 2) & 0x3333_3333;
+    (bits | bits << 1) & 0x5555_5555
+}
+
+/// Returns a point of the sequence of a pair of dimensions, in the unit square.
+#[inline(always)]
+pub(crate) fn point(pair: u32, index: u32) -> [f32; 2] {
+    let seed = hash(pair ^ 0x9e37_79b9);
     let index = scrambled(index.reverse_bits(), seed);
-    let (first, other) = (hash(seed ^ 0x5bd1_e995), hash(seed ^ 0x9e37_79b9));
+    let (first, other) = (hash(seed ^ 0x5bd1_e995), hash(seed ^ 0x85eb_ca6b));
     [
         unit(scrambled(index, first)),
         unit(scrambled(second(index), other)),
@@ -80,26 +98,44 @@ mod tests {
     }
 
     #[test]
-    fn the_first_points_of_each_pair_fill_the_square() {
-        for (pixel, pair) in [(0, 0), (0, 1), (77, 5), (u32::MAX, 3)] {
-            let points: Vec<_> = (0..64).map(|i| point(pixel, pair, i)).collect();
-            for (columns, rows) in [(64, 1), (16, 4), (8, 8), (2, 32), (1, 64)] {
-                let cell = |p: &[f32; 2]| ((p[0] * columns as f32) as u32, (p[1] * rows as f32) as u32);
-                let cells: BTreeSet<_> = points.iter().map(cell).collect();
-                assert_eq!(cells.len(), 64, "{columns} x {rows}");
+    fn blocks_of_pixels_fill_the_square() {
+        for pair in [0, 1, 77, u32::MAX] {
+            for [x, y] in [[0, 0], [4, 8], [1020, 512]] {
+                for side in [1, 2, 4] {
+                    let pixels = (y..y + side).flat_map(|y| (x..x + side).map(move |x| [x, y]));
+                    let points = pixels.flat_map(|pixel| {
+                        let first = first_point(pixel, 4);
+                        (0..4).map(move |i| point(pair, first + i))
+                    });
+                    let points: Vec<_> = points.collect();
+                    let count = 4 * side * side;
+                    for columns in [1, 2, count / 2, count] {
+                        let rows = count / columns;
+                        let cell =
+                            |[x, y]: &[f32; 2]| ((x * columns as f32) as u32, (y * rows as f32) as u32);
+                        let cells: BTreeSet<_> = points.iter().map(cell).collect();
+                        assert_eq!(cells.len(), count as usize, "{columns} x {rows}");
+                    }
+                }
             }
         }
     }
 
     #[test]
+    fn pixels_have_points_of_their_own() {
+        let pixels = (0..64).flat_map(|y| (0..64).map(move |x| [x, y]));
+        let mut firsts: Vec<u32> = pixels.map(|pixel| first_point(pixel, 5)).collect();
+        firsts.sort_unstable();
+        assert!(firsts.into_iter().eq((0..64 * 64).map(|i| i * 5)));
+    }
+
+    #[test]
     fn pairs_are_independent() {
-        // The mean of the products of coordinates of two pairs, over pixels: that of independent ones is 1/4.
-        let products = (0..20_000).map(|pixel| {
-            let [a, _] = point(hash(pixel), 1, 0);
-            let [b, _] = point(hash(pixel), 2, 0);
-            f64::from(a * b)
-        });
-        let mean = products.sum::<f64>() / 20_000.0;
-        assert!((mean - 0.25).abs() < 0.006, "{mean}");
+        // The mean of the products of coordinates of two pairs: that of independent ones is 1/4.
+        for [a, b] in [[0, 1], [1, 2], [3, 7]] {
+            let products = (0..20_000).map(|i| f64::from(point(a, i)[0] * point(b, i)[0]));
+            let mean = products.sum::<f64>() / 20_000.0;
+            assert!((mean - 0.25).abs() < 0.006, "{mean}");
+        }
     }
 }

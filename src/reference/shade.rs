@@ -48,13 +48,16 @@ pub struct PixelSample {
     pub pixel: [u32; 2],
     /// The number of the sample in its pixel.
     pub number: u32,
+    /// How many samples each pixel has.
+    pub count: u32,
 }
 
 impl PixelSample {
     /// Returns a point of the unit square from the sequence `pair`.
     #[inline(always)]
     fn point(self, pair: usize) -> [f32; 2] {
-        sobol::point(sobol::seed_of(self.pixel), pair as u32, self.number)
+        let first = sobol::first_point(self.pixel, self.count);
+        sobol::point(pair as u32, first.wrapping_add(self.number))
     }
 }
 

@@ -158,6 +158,7 @@ fn every_level_computes_the_same_colours() {
             let sample = PixelSample {
                 pixel: [seed as u32, 7],
                 number: i,
+                count: 200,
             };
             let mut expected = None;
             for one in &mut all {

@@ -80,6 +80,7 @@ fn pixels<S: Simd, P: Pixel>(
                 let sample = PixelSample {
                     pixel: [x, y],
                     number,
+                    count: settings.samples,
                 };
                 let color = radiance_at(simd, scene, &mut intersect, (ray, sample), limits, &mut rays);
                 for (sum, c) in sum.iter_mut().zip(color) {

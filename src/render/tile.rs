@@ -155,7 +155,8 @@ impl<'a> TileScratch<'a> {
                 [left + x + column as u32, top + y + row as u32]
             }));
         });
-        self.shader.set_pixels(packets.into_iter());
+        let samples = context.settings.samples;
+        self.shader.set_pixels(packets.into_iter(), samples);
     }
 
     /// Averages the samples and writes the packets to the rows of `band`.

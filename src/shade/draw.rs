@@ -9,8 +9,9 @@ use crate::{
 /// Which points are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Draws<'a> {
-    /// The seeds of the tile's pixels, by packet; see [`SurfacePacket::pixel`](super::surface::SurfacePacket::pixel).
-    pub seeds: &'a [[u32; LANES]],
+    /// The first points of the tile's pixels, by packet; see
+    /// [`SurfacePacket::pixel`](super::surface::SurfacePacket::pixel).
+    pub first: &'a [[u32; LANES]],
     /// The number of the sample in its pixel.
     pub sample: u32,
     /// The number of the pair of dimensions: at each depth one for ambient light and one for each light.
@@ -21,15 +22,16 @@ impl Draws<'_> {
     /// Returns a point for each pixel.
     #[inline(always)]
     pub fn points<S: Simd>(&self, simd: S, pixel: &[u32; LANES]) -> [S::V8; 2] {
-        let mut seeds = [0; LANES];
-        for (seed, &pixel) in seeds.iter_mut().zip(pixel) {
-            *seed = self.seeds[pixel as usize / LANES][pixel as usize % LANES];
+        let mut index = [0; LANES];
+        for (index, &pixel) in index.iter_mut().zip(pixel) {
+            let first = self.first[pixel as usize / LANES][pixel as usize % LANES];
+            *index = first.wrapping_add(self.sample);
         }
-        let (mut first, mut second) = ([0.0; LANES], [0.0; LANES]);
+        let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
-            [first[lane], second[lane]] = sobol::point(seeds[lane], self.pair, self.sample);
+            [u[lane], v[lane]] = sobol::point(self.pair, index[lane]);
         }
-        [simd.load(&F32x8::new(first)), simd.load(&F32x8::new(second))]
+        [simd.load(&F32x8::new(u)), simd.load(&F32x8::new(v))]
     }
 }
 
@@ -136,7 +138,7 @@ mod tests {
     /// The draws of the first points of a sequence, eight at a time.
     fn draws(count: u32) -> impl Iterator<Item = [<Portable as Simd>::V8; 2]> {
         (0..count / LANES as u32).map(|packet| {
-            let points = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| sobol::point(1, 2, packet * 8 + lane));
+            let points = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| sobol::point(2, packet * 8 + lane));
             [0, 1].map(|i| Portable.load(&F32x8::new(points.map(|point| point[i]))))
         })
     }

@@ -65,8 +65,8 @@ pub struct Shader {
     arriving: shadow::Arriving,
     shadow: shadow::Scratch,
     next: RayQueue,
-    /// Seeds of the tile's pixels, by packet.
-    seeds: Vec<[u32; LANES]>,
+    /// The numbers of the first random points of the tile's pixels, by packet.
+    first_points: Vec<[u32; LANES]>,
     /// Ambient occlusion rays traced since [`Shader::reset_counts`].
     pub ambient_rays: u64,
     /// Shadow rays traced since [`Shader::reset_counts`].
@@ -194,10 +194,11 @@ impl Shader {
     }
 
     /// Sets the absolute pixels of the next tile, for scenes that [are sampled](Scene::is_sampled): columns and rows of
-    /// each camera packet.
-    pub fn set_pixels(&mut self, pixels: impl Iterator<Item = [[u32; 2]; LANES]>) {
-        self.seeds.clear();
-        self.seeds.extend(pixels.map(|packet| packet.map(sobol::seed_of)));
+    /// each camera packet, and the samples that each pixel will have.
+    pub fn set_pixels(&mut self, pixels: impl Iterator<Item = [[u32; 2]; LANES]>, samples: u32) {
+        self.first_points.clear();
+        let first = |pixel| sobol::first_point(pixel, samples);
+        self.first_points.extend(pixels.map(|packet| packet.map(first)));
     }
 
     /// Traces and shades the camera rays in `rays` and their secondary rays, and writes `colors`. Leaves `rays` empty.
@@ -287,7 +288,7 @@ impl Shader {
         self.light.resize(self.surfaces.len(), Light8::NONE);
         let lit = self.by_material.lit_surfaces(scene, &self.surfaces);
         let draws = |pair: usize| Draws {
-            seeds: &self.seeds,
+            first: &self.first_points,
             sample: settings.sample,
             pair: (depth as usize * (lights.intensity.len() + 1) + pair) as u32,
         };

@@ -164,6 +164,7 @@ impl<'a> Scratch<'a> {
                     let sample = PixelSample {
                         pixel: [i as u32, y],
                         number: sample[1] * n + sample[0],
+                        count: n * n,
                     };
                     let color = radiance(scene, &mut intersect, ray, sample, depth, shadows, &mut rays);
                     add(&mut self.sums[i], color);

@@ -197,6 +197,7 @@ fn brute_force(scene: &Scene, camera: &Camera, settings: &Settings) -> Film {
         let sample = PixelSample {
             pixel: [i % SIDE, i / SIDE],
             number: 0,
+            count: settings.samples,
         };
         let (depth, shadows) = (settings.max_depth, settings.shadows);
         *pixel = radiance(scene, all, ray, sample, depth, shadows, &mut counts);
