@@ -3,6 +3,7 @@
 //! ```text
 //! ray queue -> trace -> queue::sort      hits by material; misses take the background
 //!    ^                  surface::gather  hits -> surface packets
+//!    |                  tint::gather     their colours, if the scene has any
 //!    |                  shadow::pass     one run of occlusion rays per light
 //!    +---- mirrored --- material::color  light -> colours of the tile
 //! ```
@@ -13,6 +14,7 @@ pub mod material;
 pub mod queue;
 pub mod shadow;
 pub mod surface;
+pub mod tint;
 
 use crate::{
     lanes::{F32x8, LANES},
@@ -21,10 +23,11 @@ use crate::{
     simd::{EightLanes, Lanes, Simd, at_level},
     trace::Tracer,
 };
-use material::{IncidentLight, Light8};
+use material::{IncidentLight, Light8, Points};
 use queue::{HitQueue, RayQueue};
 use std::time::{Duration, Instant};
 use surface::SurfacePacket;
+use tint::Tint8;
 
 /// Offset of secondary rays off the surface, as a share of the primitive's largest absolute coordinate: 32 half-ulps,
 /// three times the rounding error of a point on it. After Wächter and Binder, *Ray Tracing Gems* ch. 6, 2019, who scale
@@ -53,6 +56,8 @@ pub struct Shader {
     hits: Vec<HitPacket>,
     by_material: HitQueue,
     surfaces: Vec<SurfacePacket>,
+    /// As many as `surfaces`, or none.
+    tints: Vec<Tint8>,
     light: Vec<Light8>,
     arriving: shadow::Arriving,
     shadow: shadow::Scratch,
@@ -169,6 +174,9 @@ impl Shader {
         self.next.reserve(packets);
         self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
         self.surfaces.reserve(packets);
+        if scene.has_colors() {
+            self.tints.reserve(packets);
+        }
         self.light.reserve(packets);
         self.arriving.reserve(packets);
         self.shadow.reserve(packets);
@@ -221,6 +229,16 @@ impl Shader {
                 );
                 surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
             });
+            self.tints.clear();
+            if scene.has_colors() {
+                at_level!(level, |simd| tint::gather(
+                    simd,
+                    scene,
+                    hits,
+                    &self.by_material,
+                    &mut self.tints
+                ));
+            }
             if self.surfaces.is_empty() {
                 break;
             }
@@ -229,12 +247,16 @@ impl Shader {
             self.next.restart(None);
             for (material, range) in self.by_material.ranges() {
                 let material = &scene.materials()[material.0 as usize];
-                let (surfaces, light) = (&self.surfaces[range.clone()], &self.light[range]);
+                let points = Points {
+                    surfaces: &self.surfaces[range.clone()],
+                    light: &self.light[range.clone()],
+                    tints: self.tints.get(range).unwrap_or_default(),
+                };
                 at_level!(level, |simd| material::color(
                     simd,
                     scene,
                     material,
-                    (surfaces, light),
+                    points,
                     colors,
                     &mut self.next
                 ));

@@ -155,6 +155,7 @@ impl Meshes {
             y: copied(&mesh.columns.y, budget)?,
             z: copied(&mesh.columns.z, budget)?,
             normals: copied(&mesh.columns.normals, budget)?,
+            colors: Vec::new(),
             triangles: copied(&mesh.columns.triangles, budget)?,
         };
         transform.apply(&mut columns);
