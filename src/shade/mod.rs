@@ -20,7 +20,7 @@ use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId},
     scene::Scene,
-    simd::{EightLanes, Lanes, Simd, at_level},
+    simd::{EightLanes, Lanes, Level, Simd, at_level},
     trace::Tracer,
 };
 use material::{IncidentLight, Light8, Points};
@@ -229,16 +229,7 @@ impl Shader {
                 );
                 surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
             });
-            self.tints.clear();
-            if scene.has_colors() {
-                at_level!(level, |simd| tint::gather(
-                    simd,
-                    scene,
-                    hits,
-                    &self.by_material,
-                    &mut self.tints
-                ));
-            }
+            self.gather_tints(scene, level, packets);
             if self.surfaces.is_empty() {
                 break;
             }
@@ -247,16 +238,17 @@ impl Shader {
             self.next.restart(None);
             for (material, range) in self.by_material.ranges() {
                 let material = &scene.materials()[material.0 as usize];
-                let points = Points {
-                    surfaces: &self.surfaces[range.clone()],
-                    light: &self.light[range.clone()],
-                    tints: self.tints.get(range).unwrap_or_default(),
-                };
+                let tints = self.tints.get(range.clone()).unwrap_or_default();
+                let (surfaces, light) = (&self.surfaces[range.clone()], &self.light[range]);
                 at_level!(level, |simd| material::color(
                     simd,
                     scene,
                     material,
-                    points,
+                    Points {
+                        surfaces,
+                        light,
+                        tints
+                    },
                     colors,
                     &mut self.next
                 ));
@@ -274,6 +266,21 @@ impl Shader {
             }
         }
         rays.restart(None);
+    }
+
+    /// Fills the tints of all surfaces if the scene has colours beside those of materials.
+    fn gather_tints(&mut self, scene: &Scene, level: Level, packets: usize) {
+        self.tints.clear();
+        if scene.has_colors() {
+            let hits = &self.hits[..packets];
+            at_level!(level, |simd| tint::gather(
+                simd,
+                scene,
+                hits,
+                &self.by_material,
+                &mut self.tints
+            ));
+        }
     }
 
     fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, shadows: bool) {

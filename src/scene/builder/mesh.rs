@@ -149,7 +149,7 @@ pub(super) fn check_colors(colors: &[[f32; 3]], count: usize) -> Result<(), Scen
         return Ok(());
     }
     expect_length("colours", colors.len(), count)?;
-    let is_share = |channel: f32| (channel >= 0.0) & (channel <= 1.0);
+    let is_share = |channel: f32| (0.0..=1.0).contains(&channel);
     let wrong = first_where(colors, |&[r, g, b]| !(is_share(r) & is_share(g) & is_share(b)));
     wrong.map_or(Ok(()), |i| check_color(colors[i]))
 }
