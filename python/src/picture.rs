@@ -55,6 +55,7 @@ fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
         y: axis(1),
         z: axis(2),
         normals: Vec::new(),
+        colors: Vec::new(),
         triangles: geometry.triangles().to_vec(),
     };
     (mesh, middle)

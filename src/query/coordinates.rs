@@ -18,6 +18,7 @@ pub(super) fn scene_of(
         y,
         z,
         normals: Vec::new(),
+        colors: Vec::new(),
         triangles: copied(triangles)?,
     };
     builder.add_mesh(mesh, MaterialId(0))?;

@@ -115,7 +115,7 @@ pub(crate) fn radiance_at<S: Simd>(
             add(simd, &mut color, weight, background);
             break;
         }
-        let material = &scene.materials()[scene.material_of(hit.primitive).0 as usize];
+        let material = &tinted(simd, scene, &hit);
         if let Material::Silhouette { color: own } = material {
             add(simd, &mut color, weight, *own);
             break;
@@ -294,6 +294,50 @@ fn shadow_ray<S: Simd>(simd: S, light: Vec3, s: &Surface) -> Ray {
         origin: light,
         direction: from_light * (1.0 / length),
         t_max: length,
+    }
+}
+
+/// Returns the material at a hit: its base colour times that of the vertices or the sphere.
+#[inline(always)]
+fn tinted<S: Simd>(simd: S, scene: &Scene, hit: &Hit) -> Material {
+    let mut material = scene.materials()[scene.material_of(hit.primitive).0 as usize];
+    if scene.has_colors() {
+        let tint = tint(simd, scene, hit);
+        match &mut material {
+            Material::Silhouette { .. } => {}
+            Material::Matte { color }
+            | Material::Reflection { color, .. }
+            | Material::BlinnPhong { diffuse: color, .. } => {
+                *color = std::array::from_fn(|i| color[i] * tint[i]);
+            }
+        }
+    }
+    material
+}
+
+/// Returns the colour that the vertices or the sphere give to a hit; white without one.
+#[inline(always)]
+fn tint<S: Simd>(simd: S, scene: &Scene, hit: &Hit) -> [f32; 3] {
+    let color = |colors: &[[f32; 3]], i: usize| colors.get(i).map_or(Vec3::ONE, |&c| Vec3::from_array(c));
+    let own = match scene.primitive(hit.primitive) {
+        Primitive::Triangle(i) => {
+            let corners = scene.triangles().corners[i];
+            let colors = corners.map(|vertex| color(&scene.vertices().colors, vertex as usize));
+            interpolate(simd, colors, hit)
+        }
+        Primitive::Sphere(i) => color(&scene.spheres().color, i),
+    };
+    own.to_array().map(|channel| min(max(channel, 0.0), 1.0))
+}
+
+/// Returns the base colour of the surface at a hit (c_d of Blinn-Phong), with the colours of vertices and spheres.
+#[must_use]
+pub fn albedo(scene: &Scene, hit: &Hit) -> [f32; 3] {
+    match at_level!(Level::current(), |simd| tinted(simd, scene, hit)) {
+        Material::Silhouette { color } | Material::Matte { color } | Material::Reflection { color, .. } => {
+            color
+        }
+        Material::BlinnPhong { diffuse, .. } => diffuse,
     }
 }
 

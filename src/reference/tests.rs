@@ -9,7 +9,7 @@ use super::{
 use crate::{
     accel::{BinaryBvh, Bvh},
     ray::{Hit, Ray},
-    scene::{Scene, SceneBuilder, TriangleMesh},
+    scene::{Scene, SceneBuilder, SphereCloud, TriangleMesh},
     simd::{Level, at_level},
     verify::{Group, Random, rays, scenes},
 };
@@ -96,8 +96,8 @@ fn every_level_finds_the_same_hits_at_the_same_cost() {
 }
 
 /// All classic materials on spheres and on a grid of triangles that share edges and lie along axes, half of them with
-/// vertex normals. One light is in the plane of the grid.
-fn all_materials(random: &mut Random) -> Scene {
+/// vertex normals. One light is in the plane of the grid. If `colored`, spheres and triangles have colours of their own.
+fn all_materials(random: &mut Random, colored: bool) -> Scene {
     let mut builder = SceneBuilder::new();
     builder.add_light(Vec3::new(0.5, -2.0, 3.0), 0.7).unwrap();
     builder.add_light(Vec3::new(3.0, 0.25, 0.0), 0.4).unwrap();
@@ -108,7 +108,15 @@ fn all_materials(random: &mut Random) -> Scene {
         let material = builder.classic_material(i).unwrap();
         for _ in 0..3 {
             let radius = 0.05 + 0.2 * random.unit();
-            builder.add_sphere(random.in_cube(), radius, material).unwrap();
+            let center = random.in_cube();
+            let spheres = SphereCloud {
+                x: vec![center.x],
+                y: vec![center.y],
+                z: vec![center.z],
+                radius: vec![radius],
+                colors: colors(random, usize::from(colored)),
+            };
+            builder.add_spheres(spheres, material).unwrap();
         }
         // A strip of the plane z = 0, and one that stands on it.
         for upright in [false, true] {
@@ -131,6 +139,7 @@ fn all_materials(random: &mut Random) -> Scene {
                 } else {
                     Vec::new()
                 },
+                colors: colors(random, if colored { corners.len() } else { 0 }),
                 triangles: (0..4)
                     .flat_map(|s| [[2 * s, 2 * s + 1, 2 * s + 3], [2 * s, 2 * s + 3, 2 * s + 2]])
                     .collect(),
@@ -139,6 +148,10 @@ fn all_materials(random: &mut Random) -> Scene {
         }
     }
     builder.finish()
+}
+
+fn colors(random: &mut Random, count: usize) -> Vec<[f32; 3]> {
+    (0..count).map(|_| [(); 3].map(|()| random.unit())).collect()
 }
 
 #[test]
@@ -150,7 +163,7 @@ fn every_level_computes_the_same_colours() {
     let mut traced = SecondaryRays::default();
     for seed in 0..10 {
         let mut random = Random::new(seed, 1);
-        let scene = all_materials(&mut random);
+        let scene = all_materials(&mut random, seed % 2 == 1);
         let bvh = Bvh::build(&scene);
         let mut all = all(&scene, &bvh);
         for i in 0..200 {

@@ -17,9 +17,9 @@ use crate::{
     ray::{Hit, HitPacket, PrimitiveId, Ray},
     reference::{
         cost::{self, Cost, Stack},
-        shade::shading_normal,
+        shade::{albedo, shading_normal},
     },
-    scene::{Camera, Material, Scene, for_each_packet},
+    scene::{Camera, Scene, for_each_packet},
     shade::queue::RayQueue,
     simd::Level,
     trace::Tracer,
@@ -38,7 +38,8 @@ pub struct Aov {
     pub depth: f32,
     /// Unit shading normal on the viewer's side, in world space; 0 for a miss.
     pub normal: [f32; 3],
-    /// The unlit colour of the material, linear RGB (c_d of Blinn-Phong); 0 for a miss.
+    /// The unlit colour of the surface, linear RGB (c_d of Blinn-Phong), with the colours of vertices and spheres; 0 for
+    /// a miss.
     pub albedo: [f32; 3],
     /// The primitive; [`PrimitiveId::NONE`] for a miss.
     pub primitive: PrimitiveId,
@@ -211,16 +212,10 @@ impl Aov {
         if !hit.is_hit() {
             return Self { cost, ..Self::MISS };
         }
-        let material = &scene.materials()[scene.material_of(hit.primitive).0 as usize];
         Self {
             depth: hit.t,
             normal: shading_normal(scene, ray, hit).to_array(),
-            albedo: match *material {
-                Material::Silhouette { color }
-                | Material::Matte { color }
-                | Material::Reflection { color, .. } => color,
-                Material::BlinnPhong { diffuse, .. } => diffuse,
-            },
+            albedo: albedo(scene, hit),
             primitive: hit.primitive,
             cost,
         }

@@ -3,8 +3,10 @@
 
 mod lights;
 mod mesh;
+mod spheres;
 
 pub use mesh::TriangleMesh;
+pub use spheres::SphereCloud;
 
 use super::{
     Background, Lights, Material, MaterialId, NamedCamera, Scene, SceneId, Sources, Spheres, Triangles,
@@ -38,8 +40,11 @@ const TRIANGLE_BYTES: u64 = 16;
 const SPHERE_BYTES: u64 = 20;
 /// A material and its entry among the ids, both in arrays that have room for twice as many.
 const MATERIAL_BYTES: u64 = 200;
-/// Three coordinates of a position or a normal.
+/// Three numbers of a position, a normal or a colour.
 const VECTOR_BYTES: u64 = 12;
+
+/// The colour of a vertex or sphere without one.
+const WHITE: [f32; 3] = [1.0; 3];
 
 /// The fewest elements that are worth another thread.
 pub(super) const MIN_PIECE: usize = 1 << 14;
@@ -85,7 +90,7 @@ impl Default for SceneBuilder {
     }
 }
 
-/// Checks that `[triangles, spheres, positions + normals]` and the build of their BVH fit into `limit` bytes. Counts fit
+/// Checks that `[triangles, spheres, positions + normals + colours]` and the build of their BVH fit into `limit` bytes. Counts fit
 /// into 32 bits each, so no sum overflows.
 ///
 /// # Errors
@@ -284,8 +289,13 @@ impl SceneBuilder {
         }
     }
 
-    /// Checks the limits of counts and memory before adding this many more.
-    fn check_limits(&self, triangles: usize, spheres: usize, vertices: usize) -> Result<(), SceneError> {
+    /// Checks the limits of counts and memory before adding this many more. `vectors` are all normals and colours that
+    /// the scene will have then.
+    fn check_limits(
+        &self,
+        [triangles, spheres, vertices]: [usize; 3],
+        vectors: usize,
+    ) -> Result<(), SceneError> {
         let [triangles, spheres, vertices] = [
             self.triangles.corners.len().saturating_add(triangles),
             self.spheres.radius.len().saturating_add(spheres),
@@ -302,29 +312,12 @@ impl SceneBuilder {
                 });
             }
         }
-        let vectors = vertices + self.vertices.normals.len();
-        check_memory([triangles, spheres, vectors], self.memory)
+        check_memory([triangles, spheres, vertices + vectors], self.memory)
     }
 
-    /// Adds a sphere.
-    ///
-    /// # Errors
-    /// [`SceneError::NotUsable`], [`SceneError::RadiusNotPositive`], [`SceneError::UnknownMaterial`] or
-    /// [`SceneError::TooMany`].
-    pub fn add_sphere(&mut self, center: Vec3, radius: f32, material: MaterialId) -> Result<(), SceneError> {
-        usable_point(center)?;
-        usable("radius", radius)?;
-        if radius <= 0.0 {
-            return Err(SceneError::RadiusNotPositive { radius });
-        }
-        self.check_material(material)?;
-        self.check_limits(0, 1, 0)?;
-        self.spheres.center_x.push(center.x);
-        self.spheres.center_y.push(center.y);
-        self.spheres.center_z.push(center.z);
-        self.spheres.radius.push(radius);
-        self.spheres.material.push(material);
-        Ok(())
+    /// The number of normals and colours so far.
+    fn vectors(&self) -> usize {
+        self.vertices.normals.len() + self.vertices.colors.len() + self.spheres.color.len()
     }
 
     /// Adds a triangle. One without area keeps its id but is never hit.
@@ -334,7 +327,7 @@ impl SceneBuilder {
     pub fn add_triangle(&mut self, corners: [Vec3; 3], material: MaterialId) -> Result<(), SceneError> {
         corners.into_iter().try_for_each(usable_point)?;
         self.check_material(material)?;
-        self.check_limits(1, 0, 3)?;
+        self.check_limits([1, 0, 3], self.vectors())?;
         let base = self.vertices.x.len() as u32;
         let all = &mut self.vertices;
         all.x.extend(corners.map(|corner| corner.x));
@@ -342,6 +335,9 @@ impl SceneBuilder {
         all.z.extend(corners.map(|corner| corner.z));
         if !all.normals.is_empty() {
             all.normals.resize(all.x.len(), Vec3::ZERO);
+        }
+        if !all.colors.is_empty() {
+            all.colors.resize(all.x.len(), WHITE);
         }
         self.triangles.corners.push([base, base + 1, base + 2]);
         self.triangles.material.push(material);

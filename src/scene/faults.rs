@@ -177,6 +177,7 @@ mod tests {
             y: grid(|i| i / 4),
             z: vec![0.0; 17],
             normals: Vec::new(),
+            colors: Vec::new(),
             triangles: triangles.to_vec(),
         };
         let mut builder = SceneBuilder::new();

@@ -39,6 +39,14 @@ impl FitView {
     /// # Errors
     /// [`CameraError`] if these directions do not define a view.
     pub fn fit(&self, mesh: &TriangleMesh) -> Result<Fit, CameraError> {
+        self.fit_around(mesh, 0.0)
+    }
+
+    /// As [`FitView::fit`], with a sphere of radius `reach` (scene units) around every vertex.
+    ///
+    /// # Errors
+    /// As [`FitView::fit`].
+    pub fn fit_around(&self, mesh: &TriangleMesh, reach: f64) -> Result<Fit, CameraError> {
         if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {
             return Err(CameraError::FieldOfView(self.fov_degrees));
         }
@@ -61,12 +69,16 @@ impl FitView {
             -forward,
             forward,
         ];
-        let Some([r, l, u, d, near, far]) = extents(mesh, &outward) else {
+        let Some(mut extents) = extents(mesh, &outward) else {
             return Ok(Fit {
                 eye: -forward,
                 target: DVec3::ZERO,
             });
         };
+        for (extent, outward) in extents.iter_mut().zip(outward) {
+            *extent += reach * outward.length();
+        }
+        let [r, l, u, d, near, far] = extents;
         // In the frame (right, up, forward), the eye must be behind both planes of each pair.
         let depth = (-(r + l) / (2.0 * half_width)).min(-(u + d) / (2.0 * half_height));
         // A flat mesh or a single point needs some distance too.
@@ -86,9 +98,17 @@ impl FitView {
     /// # Errors
     /// [`CameraError`] if these directions do not define a view.
     pub fn fit_turning(&self, mesh: &TriangleMesh) -> Result<Fit, CameraError> {
+        self.fit_turning_around(mesh, 0.0)
+    }
+
+    /// As [`FitView::fit_turning`], with a sphere of radius `reach` (scene units) around every vertex.
+    ///
+    /// # Errors
+    /// As [`FitView::fit`].
+    pub fn fit_turning_around(&self, mesh: &TriangleMesh, reach: f64) -> Result<Fit, CameraError> {
         let axis = self.up.try_normalize().ok_or(CameraError::UpParallel)?;
         let (middle, rings) = swept_rings(axis, mesh);
-        let fit = self.fit(&rings)?;
+        let fit = self.fit_around(&rings, reach)?;
         // The target is where the line of sight meets the axis.
         let forward = (fit.target - fit.eye).normalize();
         let (slope, arm) = (axis.dot(forward), fit.eye - middle);

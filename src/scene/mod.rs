@@ -12,7 +12,7 @@ mod transform;
 mod weld;
 
 pub use background::Background;
-pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, TriangleMesh};
+pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, SphereCloud, TriangleMesh};
 pub(crate) use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
 pub use camera::{Camera, CameraError, MAX_SIDE_SAMPLES, NamedCamera, PixelRays, View, for_each_packet};
 pub use faults::MeshFaults;
@@ -55,6 +55,9 @@ pub struct Vertices {
     pub z: Vec<f32>,
     /// Vertex normals of any length, zero where a vertex has none. Empty if no vertex has one.
     pub normals: Vec<Vec3>,
+    /// Base colours, display values from 0 to 1, which multiply those of materials; white where a vertex has none. Empty
+    /// if no vertex has one.
+    pub colors: Vec<[f32; 3]>,
 }
 
 impl Vertices {
@@ -89,6 +92,8 @@ pub struct Spheres {
     pub radius: Vec<f32>,
     /// Material of each sphere.
     pub material: Vec<MaterialId>,
+    /// Base colours, as [`Vertices::colors`]. Empty if no sphere has one.
+    pub color: Vec<[f32; 3]>,
 }
 
 impl Spheres {
@@ -283,6 +288,13 @@ impl Scene {
         self.degenerate
     }
 
+    /// Returns whether vertices or spheres have colours of their own.
+    #[inline]
+    #[must_use]
+    pub fn has_colors(&self) -> bool {
+        !self.vertices.colors.is_empty() || !self.spheres.color.is_empty()
+    }
+
     /// Returns the number of triangles and spheres.
     #[must_use]
     pub fn primitive_count(&self) -> usize {
@@ -371,6 +383,8 @@ impl Scene {
         .sum::<usize>()
             + bytes(&t.corners[..])
             + bytes(&v.normals[..])
+            + bytes(&v.colors[..])
+            + bytes(&s.color[..])
             + bytes(&l.color[..])
             + bytes(&t.material[..])
             + bytes(&s.material[..])

@@ -11,14 +11,14 @@ use std::collections::HashMap;
 const MAX_FACES: usize = 512;
 
 /// Peak memory, bytes per vertex and per triangle, if each corner gets a vertex of its own.
-const BYTES: [usize; 2] = [24, 120];
+const BYTES: [usize; 2] = [36, 156];
 
 impl TriangleMesh {
     /// Gives a mesh without normals smooth ones; a mesh that has normals stays as it is.
     ///
     /// The normal at a corner is the mean of the face normals around the vertex that are within `crease_degrees` of its
     /// own face's, weighted by angle (Thürmer and Wüthrich, *Computing Vertex Normals from Polygonal Facets*, 1998).
-    /// Vertices at the same position are welded first, and split where the normals differ. The result does not depend
+    /// Vertices at the same position are welded first, and split where normals or colours differ. The result does not depend
     /// on the machine or the number of threads.
     ///
     /// # Errors
@@ -35,9 +35,11 @@ impl TriangleMesh {
         let first = (0..normals.len() as u32).into_par_iter().map(|corner| {
             let normal = normals[corner as usize];
             let others = adjacency.corners(welded[self.corner(corner) as usize]);
+            let color = |corner: u32| self.colors.get(self.corner(corner) as usize);
             let mut compared = others.iter().take(MAX_FACES);
             // An extra vertex costs less than a long search.
-            let equal = compared.find(|&&other| normals[other as usize] == normal);
+            let equal =
+                compared.find(|&&other| normals[other as usize] == normal && color(other) == color(corner));
             equal.copied().unwrap_or(corner)
         });
         let first: Vec<u32> = first.collect();
@@ -112,26 +114,29 @@ impl TriangleMesh {
     }
 
     /// Replaces the vertices by one for each corner that is its own `first`: the first corner at its position with its
-    /// normal.
+    /// normal and colour.
     fn split(&mut self, normals: &[Vec3], first: &[u32], welded: &[u32]) {
         let is_new = |corner: usize| first[corner] as usize == corner;
         let count = (0..first.len()).filter(|&corner| is_new(corner)).count();
         let [mut x, mut y, mut z] = [(); 3].map(|()| Vec::with_capacity(count));
+        let mut colors = Vec::with_capacity(if self.colors.is_empty() { 0 } else { count });
         self.normals.reserve_exact(count);
         let corners = self.triangles.as_flattened_mut();
         for corner in 0..first.len() {
-            let at = welded[corners[corner] as usize] as usize;
+            let vertex = corners[corner] as usize;
+            let at = welded[vertex] as usize;
             corners[corner] = if is_new(corner) {
                 x.push(self.x[at]);
                 y.push(self.y[at]);
                 z.push(self.z[at]);
                 self.normals.push(normals[corner]);
+                colors.extend(self.colors.get(vertex));
                 x.len() as u32 - 1
             } else {
                 corners[first[corner] as usize]
             };
         }
-        (self.x, self.y, self.z) = (x, y, z);
+        (self.x, self.y, self.z, self.colors) = (x, y, z, colors);
     }
 }
 
@@ -181,6 +186,7 @@ mod tests {
             y: vec![0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0],
             z: vec![0.0, 0.0, 0.0, 0.0, 0.0, s, s, 0.0],
             normals: Vec::new(),
+            colors: Vec::new(),
             triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
         }
     }
@@ -203,6 +209,24 @@ mod tests {
         sharp.smooth_normals(30.0).expect("little memory");
         assert_eq!(sharp.x.len(), 8);
         assert_eq!(sharp.normals[sharp.triangles[0][1] as usize], Vec3::Z);
+    }
+
+    #[test]
+    fn colours_split_vertices() {
+        let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+        let mut mesh = roof(20.0);
+        mesh.colors = [[red; 4], [blue; 4]].concat();
+        mesh.smooth_normals(30.0).expect("little memory");
+        assert_eq!((mesh.x.len(), mesh.colors.len()), (8, 8));
+        for (triangles, color) in [(&mesh.triangles[..2], red), (&mesh.triangles[2..], blue)] {
+            for &vertex in triangles.as_flattened() {
+                assert_eq!(mesh.colors[vertex as usize], color);
+            }
+        }
+        let mut mesh = roof(20.0);
+        mesh.colors = vec![red; 8];
+        mesh.smooth_normals(30.0).expect("little memory");
+        assert_eq!(mesh.colors, [red; 6]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Material passes: one for each kind of material, from light to colour and to mirrored rays.
 
-use super::{SURFACE_OFFSET, TileColors, queue::RayQueue, surface::SurfacePacket};
+use super::{SURFACE_OFFSET, TileColors, queue::RayQueue, surface::SurfacePacket, tint::Tint8};
 use crate::{
     lanes::{F32x8, Vec3x8},
     ray::{RayPacket, T_MAX},
@@ -37,10 +37,12 @@ pub struct IncidentLight<'a> {
 }
 
 /// The points on one material, and the light there.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Points<'a> {
     pub surfaces: &'a [SurfacePacket],
     pub light: &'a [Light8],
+    /// The factors of the base colour; empty if the scene has no colours beside those of materials.
+    pub tints: &'a [Tint8],
     /// The ambient light; empty if it is the scene's everywhere.
     pub ambient: &'a [F32x8],
 }
@@ -119,25 +121,36 @@ pub(super) fn color<S: Simd>(
     colors: &mut TileColors,
     next: &mut RayQueue,
 ) {
-    let ambient = simd.splat(scene.ambient());
-    match material {
-        Material::Silhouette { color } => silhouette(simd, *color, points.surfaces, colors),
-        Material::Matte { color } => matte(simd, (*color, 1.0), ambient, points, colors),
-        Material::BlinnPhong {
-            diffuse,
-            specular,
-            k_d,
-            k_s,
-            ..
-        } => {
-            let lobes = [(*diffuse, *k_d), (*specular, *k_s)];
-            blinn_phong(simd, lobes, ambient, points, colors);
-        }
-        Material::Reflection { color, mirror_share } => {
-            let body = (*color, 1.0 - mirror_share);
-            matte(simd, body, ambient, points, colors);
-            mirror(simd, *mirror_share, points.surfaces, next);
-        }
+    let Points { surfaces, tints, .. } = points;
+    let base = match *material {
+        Material::Silhouette { color } => return silhouette(simd, color, surfaces, colors),
+        Material::Matte { color } | Material::Reflection { color, .. } => color,
+        Material::BlinnPhong { diffuse, .. } => diffuse,
+    };
+    // Two copies, so that scenes without tints pay nothing for them.
+    if tints.is_empty() {
+        body(
+            simd,
+            scene,
+            material,
+            #[inline(always)]
+            |_, channel| simd.splat(base[channel]),
+            points,
+            colors,
+        );
+    } else {
+        body(
+            simd,
+            scene,
+            material,
+            #[inline(always)]
+            |i: usize, channel: usize| simd.splat(base[channel]) * simd.load(&tints[i][channel]),
+            points,
+            colors,
+        );
+    }
+    if let Material::Reflection { mirror_share, .. } = material {
+        mirror(simd, *mirror_share, surfaces, next);
     }
 }
 
@@ -149,10 +162,36 @@ fn silhouette<S: Simd>(simd: S, [r, g, b]: [f32; 3], surfaces: &[SurfacePacket],
     }
 }
 
+/// Adds the light that a material scatters; `base` gives a channel of its colour at the points of a packet.
+#[inline(always)]
+fn body<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    material: &Material,
+    base: impl Fn(usize, usize) -> S::V8,
+    points: Points<'_>,
+    colors: &mut TileColors,
+) {
+    let ambient = simd.splat(scene.ambient());
+    match *material {
+        Material::Silhouette { .. } => {}
+        Material::Matte { .. } => matte(simd, base, 1.0, ambient, points, colors),
+        Material::Reflection { mirror_share, .. } => {
+            matte(simd, base, 1.0 - mirror_share, ambient, points, colors);
+        }
+        Material::BlinnPhong {
+            specular, k_d, k_s, ..
+        } => {
+            blinn_phong(simd, (base, k_d), (specular, k_s), ambient, points, colors);
+        }
+    }
+}
+
 #[inline(always)]
 fn matte<S: Simd>(
     simd: S,
-    (color, share): ([f32; 3], f32),
+    base: impl Fn(usize, usize) -> S::V8,
+    share: f32,
     ambient: S::V8,
     points: Points<'_>,
     colors: &mut TileColors,
@@ -161,9 +200,9 @@ fn matte<S: Simd>(
         let light = &points.light[i];
         let ambient = points.ambient(simd, i, ambient);
         let mut channels = [ambient; 3];
-        for (i, channel) in channels.iter_mut().enumerate() {
-            let arriving = (ambient + simd.load(&light.diffuse[i])).min(simd.splat(1.0));
-            *channel = simd.splat(color[i]) * arriving;
+        for (c, channel) in channels.iter_mut().enumerate() {
+            let arriving = (ambient + simd.load(&light.diffuse[c])).min(simd.splat(1.0));
+            *channel = base(i, c) * arriving;
         }
         colors.add(simd, s.active, &s.pixel, simd.load(&s.weight) * share, channels);
     }
@@ -172,7 +211,8 @@ fn matte<S: Simd>(
 #[inline(always)]
 fn blinn_phong<S: Simd>(
     simd: S,
-    [(diffuse, k_d), (specular, k_s)]: [([f32; 3], f32); 2],
+    (diffuse, k_d): (impl Fn(usize, usize) -> S::V8, f32),
+    (specular, k_s): ([f32; 3], f32),
     ambient: S::V8,
     points: Points<'_>,
     colors: &mut TileColors,
@@ -181,12 +221,10 @@ fn blinn_phong<S: Simd>(
         let light = &points.light[i];
         let ambient = points.ambient(simd, i, ambient);
         let mut channels = [ambient; 3];
-        for (i, channel) in channels.iter_mut().enumerate() {
-            let body = simd.splat(k_d).mul_add(simd.load(&light.diffuse[i]), ambient);
-            let gloss = simd.splat(k_s) * simd.load(&light.specular[i]);
-            let sum = simd
-                .splat(diffuse[i])
-                .mul_add(body, simd.splat(specular[i]) * gloss);
+        for (c, channel) in channels.iter_mut().enumerate() {
+            let body = simd.splat(k_d).mul_add(simd.load(&light.diffuse[c]), ambient);
+            let gloss = simd.splat(k_s) * simd.load(&light.specular[c]);
+            let sum = diffuse(i, c).mul_add(body, simd.splat(specular[c]) * gloss);
             *channel = sum.max(simd.splat(0.0)).min(simd.splat(1.0));
         }
         colors.add(simd, s.active, &s.pixel, simd.load(&s.weight), channels);

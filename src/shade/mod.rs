@@ -3,6 +3,7 @@
 //! ```text
 //! ray queue -> trace -> queue::sort      hits by material; misses take the background
 //!    ^                  surface::gather  hits -> surface packets
+//!    |                  tint::gather     their colours, if the scene has any
 //!    |                  shadow::pass     one run of occlusion rays per light
 //!    +---- mirrored --- material::color  light -> colours of the tile
 //! ```
@@ -15,12 +16,13 @@ pub mod queue;
 pub mod shadow;
 mod soft;
 pub mod surface;
+pub mod tint;
 
 use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId},
     scene::Scene,
-    simd::{EightLanes, Lanes, Simd, at_level},
+    simd::{EightLanes, Lanes, Level, Simd, at_level},
     sobol,
     trace::Tracer,
 };
@@ -29,6 +31,7 @@ use material::{IncidentLight, Light8, Points};
 use queue::{HitQueue, RayQueue};
 use std::time::{Duration, Instant};
 use surface::SurfacePacket;
+use tint::Tint8;
 
 /// Offset of secondary rays off the surface, as a share of the primitive's largest absolute coordinate: 32 half-ulps,
 /// three times the rounding error of a point on it. After Wächter and Binder, *Ray Tracing Gems* ch. 6, 2019, who scale
@@ -59,6 +62,8 @@ pub struct Shader {
     hits: Vec<HitPacket>,
     by_material: HitQueue,
     surfaces: Vec<SurfacePacket>,
+    /// As many as `surfaces`, or none.
+    tints: Vec<Tint8>,
     light: Vec<Light8>,
     /// The ambient light at each surface; empty if nothing blocks it.
     ambient: Vec<F32x8>,
@@ -181,6 +186,9 @@ impl Shader {
         self.next.reserve(packets);
         self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
         self.surfaces.reserve(packets);
+        if scene.has_colors() {
+            self.tints.reserve(packets);
+        }
         self.light.reserve(packets);
         self.arriving.reserve(packets);
         self.shadow.reserve(packets);
@@ -242,6 +250,7 @@ impl Shader {
                 );
                 surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
             });
+            self.gather_tints(scene, level, packets);
             if self.surfaces.is_empty() {
                 break;
             }
@@ -253,6 +262,7 @@ impl Shader {
                 let points = Points {
                     surfaces: &self.surfaces[range.clone()],
                     light: &self.light[range.clone()],
+                    tints: self.tints.get(range.clone()).unwrap_or_default(),
                     ambient: self.ambient.get(range).unwrap_or_default(),
                 };
                 at_level!(level, |simd| material::color(
@@ -277,6 +287,21 @@ impl Shader {
             }
         }
         rays.restart(None);
+    }
+
+    /// Fills the tints of all surfaces if the scene has colours beside those of materials.
+    fn gather_tints(&mut self, scene: &Scene, level: Level, packets: usize) {
+        self.tints.clear();
+        if scene.has_colors() {
+            let hits = &self.hits[..packets];
+            at_level!(level, |simd| tint::gather(
+                simd,
+                scene,
+                hits,
+                &self.by_material,
+                &mut self.tints
+            ));
+        }
     }
 
     fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, settings: ShadeSettings, depth: u32) {

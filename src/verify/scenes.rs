@@ -1,11 +1,11 @@
 //! Scenes of the kinds that break ray tracers: triangles that are slivers, huge, tiny, coplanar, duplicated or
-//! axis-aligned, and surfaces of shared edges; also very small, very large or far from the origin.
+//! axis-aligned, and surfaces of shared edges; also very small, very large or far from the origin, with and without colours.
 
 use super::Random;
 use crate::{
     error::SceneError,
     generate::{Kind, Options, generate},
-    scene::{MaterialId, Scene, SceneBuilder, TriangleMesh},
+    scene::{MaterialId, Scene, SceneBuilder, SphereCloud, TriangleMesh},
 };
 use glam::{Mat3, Vec3};
 
@@ -105,22 +105,32 @@ fn mesh(corners: &[Vec3], triangles: Vec<[u32; 3]>) -> TriangleMesh {
         y: coordinates(1),
         z: coordinates(2),
         normals: Vec::new(),
+        colors: Vec::new(),
         triangles,
     }
+}
+
+/// Gives every fourth scene a colour for each of `count` vertices or spheres; others none.
+fn colors(random: &mut Random, count: usize) -> Vec<[f32; 3]> {
+    if !random.one_in(4) {
+        return Vec::new();
+    }
+    let mut color = || [(); 3].map(|()| random.pick(&[0.0, 0.2, 0.8, 1.0]));
+    (0..count).map(|_| color()).collect()
 }
 
 /// Makes unconnected triangles and spheres, about a quarter of them spheres; `size` as for [`corners`].
 fn soup(random: &mut Random, placement: &Placement, count: usize, size: f32) -> Result<Scene, SceneError> {
     let mut builder = SceneBuilder::new();
-    let mut triangles: Vec<[Vec3; 3]> = Vec::new();
+    let (mut triangles, mut spheres) = (Vec::<[Vec3; 3]>::new(), SphereCloud::default());
     for _ in 0..count {
         if random.one_in(4) {
             let radius = random.pick(&[size, 0.3 * size, 1e-4, 1e3]) * (random.unit() + 1e-3);
-            builder.add_sphere(
-                placement.apply(point(random)),
-                radius * placement.scale,
-                MaterialId(0),
-            )?;
+            let center = placement.apply(point(random));
+            spheres.x.push(center.x);
+            spheres.y.push(center.y);
+            spheres.z.push(center.z);
+            spheres.radius.push(radius * placement.scale);
         } else {
             triangles.push(corners(random, &triangles, size));
         }
@@ -131,7 +141,11 @@ fn soup(random: &mut Random, placement: &Placement, count: usize, size: f32) -> 
         .map(|&c| placement.apply(c))
         .collect();
     let indices = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
-    builder.add_mesh(mesh(&corners, indices.collect()), MaterialId(0))?;
+    let mut mesh = mesh(&corners, indices.collect());
+    mesh.colors = colors(random, corners.len());
+    builder.add_mesh(mesh, MaterialId(0))?;
+    spheres.colors = colors(random, spheres.radius.len());
+    builder.add_spheres(spheres, MaterialId(0))?;
     Ok(builder.finish())
 }
 
@@ -169,7 +183,9 @@ fn surface(random: &mut Random, placement: &Placement, count: usize) -> Result<S
         }
     }
     let mut builder = SceneBuilder::new();
-    builder.add_mesh(mesh(&corners, triangles), MaterialId(0))?;
+    let mut mesh = mesh(&corners, triangles);
+    mesh.colors = colors(random, corners.len());
+    builder.add_mesh(mesh, MaterialId(0))?;
     Ok(builder.finish())
 }
 

@@ -3,7 +3,7 @@
 
 use crate::{
     ray::{Hit, PrimitiveId, Ray},
-    reference::shade::shading_normal,
+    reference::shade::{albedo, shading_normal},
     scene::{Material, Scene},
 };
 use glam::Vec3;
@@ -28,10 +28,11 @@ pub fn material(scene: &Scene, primitive: PrimitiveId) -> &Material {
 /// Returns the colour of the preview: a light at the eye and the scene's lights, without shadows.
 #[must_use]
 pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit) -> [f32; 3] {
+    let albedo = albedo(scene, hit);
     let own = match *material(scene, hit.primitive) {
-        Material::Silhouette { color } => return color,
-        Material::Matte { color } | Material::Reflection { color, .. } => color,
-        Material::BlinnPhong { diffuse, k_d, .. } => diffuse.map(|c| c * k_d),
+        Material::Silhouette { .. } => return albedo,
+        Material::Matte { .. } | Material::Reflection { .. } => albedo,
+        Material::BlinnPhong { k_d, .. } => albedo.map(|c| c * k_d),
     };
     let (normal, point) = (shading_normal(scene, ray, hit), point(ray, hit));
     let lights = scene.lights();

@@ -6,20 +6,20 @@ use octray::{
     accel::{BuildQuality, Bvh, Layout},
     generate::{Kind, Options, generate},
     render::{Film, Mode, Pixel, Renderer, Settings},
-    scene::{Camera, Scene, SceneBuilder, TriangleMesh},
+    scene::{Camera, MaterialId, Scene, SceneBuilder, SphereCloud, TriangleMesh},
 };
 use std::ops::ControlFlow;
 
-/// All classic materials on spheres and triangles, with and without vertex normals, under two lights; if `is_soft`, also
-/// under a third one that is a sphere, and with ambient occlusion.
-fn all_materials(is_soft: bool) -> Scene {
+/// All classic materials on spheres and triangles, with and without vertex normals, under two lights. If `colored`, half
+/// of the spheres and a mesh of every material have colours, a third light is a sphere, and ambient light is occluded.
+fn all_materials(colored: bool) -> Scene {
     let mut random = fastrand::Rng::with_seed(21);
     let mut unit = move || random.f32() * 2.0 - 1.0;
     let mut vector = move || Vec3::new(unit(), unit(), unit());
     let mut builder = SceneBuilder::new();
     builder.add_light(Vec3::new(3.0, -4.0, 6.0), 0.7).unwrap();
     builder.add_light(Vec3::new(-5.0, 1.0, 4.0), 0.4).unwrap();
-    if is_soft {
+    if colored {
         let above = Vec3::new(0.0, 0.0, 5.0);
         builder
             .add_sphere_light(above, 1.5, 0.5, [1.0, 0.8, 0.6])
@@ -41,10 +41,36 @@ fn all_materials(is_soft: bool) -> Scene {
         y: positions.iter().map(|p| p.y).collect(),
         z: positions.iter().map(|p| p.z).collect(),
         normals: positions.iter().map(|_| vector().normalize()).collect(),
+        colors: Vec::new(),
         triangles: (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
     };
     let mirror = builder.classic_material(3).unwrap();
     builder.add_mesh(mesh, mirror).unwrap();
+    if colored {
+        let mut color = || vector().abs().to_array();
+        let materials: Vec<MaterialId> = (0..100).map(|i| MaterialId(i % 4)).collect();
+        let mesh = TriangleMesh {
+            x: positions.iter().map(|p| p.y).collect(),
+            y: positions.iter().map(|p| p.z).collect(),
+            z: positions.iter().map(|p| p.x).collect(),
+            normals: Vec::new(),
+            colors: positions.iter().map(|_| color()).collect(),
+            triangles: (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        };
+        builder.add_mesh_with_materials(mesh, materials).unwrap();
+        for i in 0..4 {
+            let material = builder.classic_material(i).unwrap();
+            let centers = positions.iter().skip(i as usize).step_by(6);
+            let spheres = SphereCloud {
+                x: centers.clone().map(|p| p.z).collect(),
+                y: centers.clone().map(|p| p.x).collect(),
+                z: centers.clone().map(|p| p.y).collect(),
+                radius: centers.clone().map(|p| 0.05 + 0.05 * p.x.abs()).collect(),
+                colors: centers.map(|_| color()).collect(),
+            };
+            builder.add_spheres(spheres, material).unwrap();
+        }
+    }
     builder.finish()
 }
 
@@ -72,12 +98,15 @@ fn check<P: Pixel + PartialEq>(scene: &Scene, bvh: &Bvh, camera: &Camera, settin
 
 #[test]
 fn every_level_makes_the_same_pictures_in_both_modes() {
-    for is_soft in [false, true] {
-        check_all(&all_materials(is_soft));
+    let plain = all_materials(false);
+    let colored = all_materials(true);
+    assert!(!plain.has_colors() && colored.has_colors());
+    for scene in [plain, colored] {
+        check_pictures(&scene);
     }
 }
 
-fn check_all(scene: &Scene) {
+fn check_pictures(scene: &Scene) {
     let bvh = Bvh::build(scene);
     let camera = Camera::look_at(DVec3::new(4.0, 3.0, 2.0), DVec3::ZERO, DVec3::Z, 50.0).unwrap();
     let settings = Settings {
@@ -109,7 +138,7 @@ fn every_level_builds_the_same_trees() {
         generate(kind, options).unwrap().into_scene().unwrap()
     };
     let scenes = [
-        all_materials(false),
+        all_materials(true),
         generated(Kind::Flake, 3000),
         generated(Kind::Blobs, 80_000),
     ];

@@ -58,6 +58,7 @@ fn placed(scene: &Scene, scale: f32, shift: Vec3) -> Scene {
         y: column(1),
         z: column(2),
         normals: vertices.normals.clone(),
+        colors: vertices.colors.clone(),
         triangles: triangles.corners.clone(),
     };
     let materials: Vec<MaterialId> = triangles.material.iter().map(|id| ids[id.0 as usize]).collect();

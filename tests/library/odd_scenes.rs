@@ -30,6 +30,7 @@ fn scene(scale: f32, spheres: &[(Vec3, f32)], triangles: &[[Vec3; 3]], lights: &
         y: corners().map(|corner| corner.y).collect(),
         z: corners().map(|corner| corner.z).collect(),
         normals: Vec::new(),
+        colors: Vec::new(),
         triangles: (0..triangles.len() as u32)
             .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
             .collect(),

@@ -1,11 +1,12 @@
 //! One scene, one picture: packets or scalar code, any BVH, one thread or two give the same linear colours, bit for bit.
 
 use crate::shipped_scene;
+use glam::Vec3;
 use octray::{
     accel::{BuildQuality, Bvh, Layout},
     generate::{Kind, Options, generate},
-    render::{Film, Mode, Settings, render},
-    scene::{Camera, Scene},
+    render::{Film, Mode, Renderer, Settings, render},
+    scene::{Camera, Material, Scene, SceneBuilder, SphereCloud, TriangleMesh},
 };
 use std::ops::ControlFlow;
 
@@ -121,6 +122,95 @@ fn without_shadows_and_with_deep_reflections() {
         };
         check("hall_of_mirrors", &scene, &camera, &settings);
     }
+}
+
+/// A floor and a wall with a colour at each corner, one of them a mirror, and coloured spheres of two materials, beside
+/// triangles and spheres without colours.
+fn colored_scene() -> Scene {
+    let mut random = fastrand::Rng::with_seed(35);
+    let mut color = move || [(); 3].map(|()| random.f32());
+    let mut builder = SceneBuilder::new();
+    builder.add_light(Vec3::new(3.0, -4.0, 6.0), 0.7).unwrap();
+    let matte = builder
+        .add_material(Material::Matte {
+            color: [0.9, 0.8, 0.7],
+        })
+        .unwrap();
+    let mirror = builder.classic_material(3).unwrap();
+    let shiny = builder.classic_material(2).unwrap();
+    for (upright, material) in [(false, matte), (true, mirror)] {
+        let at = |i: u32| ((i % 9) as f32 * 0.5 - 2.0, (i / 9) as f32 * 0.5 - 2.0);
+        let mesh = TriangleMesh {
+            x: (0..81).map(|i| at(i).0).collect(),
+            y: (0..81).map(|i| if upright { 2.0 } else { at(i).1 }).collect(),
+            z: (0..81)
+                .map(|i| if upright { at(i).1 + 2.0 } else { 0.0 })
+                .collect(),
+            normals: Vec::new(),
+            colors: (0..81).map(|_| color()).collect(),
+            triangles: (0..71)
+                .filter(|i| i % 9 < 8)
+                .flat_map(|i| [[i, i + 1, i + 10], [i, i + 10, i + 9]])
+                .collect(),
+        };
+        builder.add_mesh(mesh, material).unwrap();
+    }
+    for material in [shiny, mirror, matte] {
+        let at = |i: u32| (i % 5) as f32 * 0.4 - 1.0 + 0.1 * material.0 as f32;
+        builder
+            .add_spheres(
+                SphereCloud {
+                    x: (0..20).map(at).collect(),
+                    y: (0..20).map(|i| (i / 5) as f32 * 0.5 - 1.0).collect(),
+                    z: (0..20).map(|i| 0.2 + 0.05 * i as f32).collect(),
+                    radius: vec![0.12; 20],
+                    colors: if material == matte {
+                        Vec::new()
+                    } else {
+                        (0..20).map(|_| color()).collect()
+                    },
+                },
+                material,
+            )
+            .unwrap();
+    }
+    let corners = [
+        Vec3::new(-1.0, -1.0, 0.5),
+        Vec3::new(1.0, -1.0, 0.5),
+        Vec3::new(0.0, 0.0, 2.0),
+    ];
+    builder.add_triangle(corners, shiny).unwrap();
+    builder.finish()
+}
+
+#[test]
+fn colored_scenes() {
+    let scene = colored_scene();
+    for (i, (width, height, samples)) in SIZES.into_iter().enumerate() {
+        let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");
+        check("colours", &scene, &camera, &sized(width, height, samples));
+    }
+    // The albedo has the colours, too, the same in both modes.
+    let bvh = Bvh::build(&scene);
+    let camera = Camera::classic_view(1).expect("views are 1 to 6");
+    let albedo = |mode| {
+        let settings = Settings {
+            mode,
+            ..sized(64, 48, 1)
+        };
+        let aovs =
+            Renderer::new(&scene, &bvh).aovs(&camera, &settings, false, &|_| ControlFlow::Continue(()));
+        aovs.expect("AOVs").pixels
+    };
+    let pixels = albedo(Mode::Packet);
+    assert_eq!(pixels, albedo(Mode::Scalar));
+    let mut different: Vec<[u32; 3]> = pixels
+        .iter()
+        .map(|pixel| pixel.albedo.map(f32::to_bits))
+        .collect();
+    different.sort_unstable();
+    different.dedup();
+    assert!(different.len() > 200, "{}", different.len());
 }
 
 #[test]

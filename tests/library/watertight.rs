@@ -113,6 +113,7 @@ fn scene(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> Scene {
         y: column(1),
         z: column(2),
         normals: Vec::new(),
+        colors: Vec::new(),
         triangles,
     };
     builder.add_mesh(mesh, material).unwrap();

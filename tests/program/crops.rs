@@ -29,7 +29,7 @@ sphere 0.8 -0.4 0.3 0.3
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 18] = [
+const CASES: [(&str, &str, &str); 22] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -100,7 +100,43 @@ const CASES: [(&str, &str, &str); 18] = [
         "png",
         "--target 0.2,0,0 --up 0,0.2,1 --aov normal",
     ),
+    ("colors.obj", "png", "--samples 4 --aov albedo,depth"),
+    (
+        "colors.obj",
+        "exr",
+        "--mode scalar --ground --smooth-angle 30 --aov albedo",
+    ),
+    ("points.obj", "png", "--ground --samples 4 --aov albedo,normal"),
+    ("points.obj", "png", "--point-size 0.3 --mode scalar --aov id"),
 ];
+
+/// A pyramid with a colour at each corner.
+const COLORS: &str = "\
+v 0 0 0 1 0 0
+v 1 0 0 0 1 0
+v 1 0 1 0 0 1
+v 0 0 1 1 1 0
+v 0.5 1 0.5 1 1 1
+f 1 2 3 4
+f 1 5 2
+f 2 5 3
+f 3 5 4
+f 4 5 1
+";
+
+/// A screw of coloured points.
+fn points() -> String {
+    let point = |i: i32| {
+        let (turn, height) = (f64::from(i) * 0.3, f64::from(i) / 80.0);
+        format!(
+            "v {} {height} {} {height} {} 0.5\n",
+            turn.cos(),
+            turn.sin(),
+            1.0 - height
+        )
+    };
+    (0..80).map(point).collect()
+}
 
 /// Every channel of a picture: its name, and the bits of its values row by row.
 type Channels = BTreeMap<String, Vec<u32>>;
@@ -132,7 +168,9 @@ fn channels(path: &Path) -> Channels {
 fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<String, Channels> {
     let folder = Folder::new();
     folder.write("b.scn", SCENE);
-    let input = if Path::new(input).extension() == Some("scn".as_ref()) {
+    folder.write("colors.obj", COLORS);
+    folder.write("points.obj", &points());
+    let input = if folder.path(input).exists() {
         input.to_owned()
     } else {
         shipped_mesh(input)

@@ -27,5 +27,6 @@ mod options;
 mod overwriting;
 mod package;
 mod picture_files;
+mod points;
 #[cfg(target_os = "linux")]
 mod strangers;

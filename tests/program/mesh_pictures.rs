@@ -32,6 +32,7 @@ fn golden_pictures_of_every_format() {
             ("stl-binary", "gear.stl", &["--ground"]),
             ("stl-ascii", "house.stl", &["--ground"]),
             ("ply", "tetrahedron.ply", &[]),
+            ("points", "helix.ply", &["--ground", "--point-size", "0.1"]),
             ("gltf", "mobile.gltf", &["--ground"]),
             ("gltf-camera", "mobile.gltf", &["--camera", "front"]),
             ("up-axis", "house.stl", &["--up-axis", "y"]),

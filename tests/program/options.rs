@@ -120,10 +120,10 @@ fn meshes_from_standard_input() {
     for (text, options, code, words) in [
         ("sphere 0 0 0 1\n", "--ground", 2, "and standard input is a scene"),
         (
-            "v 0 0 0\n",
+            "vn 0 0 1\n",
             "",
             1,
-            "standard input: no triangles to render (1 vertex",
+            "standard input: no triangles to render (0 vertices",
         ),
     ] {
         folder.write("input", text);
@@ -199,6 +199,19 @@ fn values_are_explained() {
         ("--eye 0,0,5", "such as --up 0,1,0 for a view straight down"),
         ("--stats=json", "--json FILE writes JSON"),
         ("--samples 0", "expected a whole number, 1 or more"),
+        (
+            "--point-size 0",
+            "expected a diameter in scene units, above 0 and at most 1e9",
+        ),
+        (
+            "--point-size -0.5",
+            "expected a diameter in scene units, above 0 and at most 1e9",
+        ),
+        (
+            "--point-size nan",
+            "expected a diameter in scene units, above 0 and at most 1e9",
+        ),
+        ("--point-size 1", "--point-size applies to meshes only"),
     ] {
         let arguments: Vec<&str> = std::iter::once("a.scn").chain(line.split(' ')).collect();
         folder.fails(&arguments, 2, words);

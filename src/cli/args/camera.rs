@@ -54,6 +54,10 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DEG", value_parser = values::angle)]
     pub smooth_angle: Option<f64>,
 
+    /// Diameter of the points of a file without faces, scene units [default: 1.3 times their distance from each other]
+    #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
+    pub point_size: Option<f32>,
+
     /// Light the mesh as for a viewer in this direction [default: the direction of the eye]
     #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
     pub lit_from: Option<DVec3>,
@@ -84,6 +88,7 @@ impl MeshArgs {
             up_axis: self.up_axis,
             ground: self.ground,
             smooth_degrees: self.smooth_angle,
+            point_size: self.point_size,
             lit_from: self.lit_from,
             turning,
         }

@@ -117,6 +117,16 @@ fn seconds_up_to(most: u32, text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("expected a number of seconds, more than 0 and at most {most}"))
 }
 
+/// The diameter of points, scene units.
+pub fn diameter(text: &str) -> Result<f32, String> {
+    let largest = f64::from(MAX_COORDINATE);
+    let diameter = text.parse().ok().filter(|diameter: &f64| *diameter <= largest);
+    let diameter = diameter.map(|diameter| diameter as f32);
+    // Half of it is above 0, too.
+    let diameter = diameter.filter(|diameter| diameter * 0.5 > 0.0);
+    diameter.ok_or_else(|| "expected a diameter in scene units, above 0 and at most 1e9".into())
+}
+
 /// An angle between faces, degrees.
 pub fn angle(text: &str) -> Result<f64, String> {
     let angle = text.parse().ok().filter(|angle| (0.0..=180.0).contains(angle));
@@ -260,6 +270,14 @@ mod tests {
             assert!(levels(text).is_err() && share(text).is_err(), "{text}");
         }
         assert!(share("1.5").is_err());
+    }
+
+    #[test]
+    fn diameters() {
+        assert_eq!((diameter("0.5"), diameter("1e9")), (Ok(0.5), Ok(1e9)));
+        for text in ["", "0", "-0", "-1", "nan", "inf", "1e10", "1e-60", "1e-45", "x"] {
+            assert!(diameter(text).is_err(), "{text}");
+        }
     }
 
     #[test]

@@ -142,6 +142,9 @@ impl Program {
         if let Some(degrees) = mesh.smooth_degrees {
             options += &format!(" --smooth-angle={degrees}");
         }
+        if let Some(diameter) = mesh.point_size {
+            options += &format!(" --point-size={diameter}");
+        }
         if let Some(DVec3 { x, y, z }) = *self.lit_from() {
             options += &format!(" --lit-from={x},{y},{z}");
         }

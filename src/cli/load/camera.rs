@@ -109,10 +109,11 @@ impl CameraOptions {
             fov_degrees: self.fov_degrees.unwrap_or(View::FOV_DEGREES),
             aspect,
         };
+        let reach = mesh.cloud.map_or(0.0, |cloud| cloud.radius(&mesh.columns).into());
         let fit = if turning {
-            framed.fit_turning(&mesh.columns)?
+            framed.fit_turning_around(&mesh.columns, reach)?
         } else {
-            framed.fit(&mesh.columns)?
+            framed.fit_around(&mesh.columns, reach)?
         };
         let target = self.target.unwrap_or(fit.target);
         self.applied_to(View {

@@ -8,7 +8,10 @@ use crate::{
         process,
     },
     error::{LoadError, SceneError, clip_path},
-    format::{self, Loaded, mesh::LoadedMesh},
+    format::{
+        self, Loaded,
+        mesh::{Cloud, LoadedMesh},
+    },
     scene::{Camera, NamedCamera, Scene, SceneBuilder, check_memory},
 };
 use glam::DVec3;
@@ -81,6 +84,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
     let mesh = &plan.mesh;
     let path = plan.name();
     refuse_nothing(path, &loaded)?;
+    set_point_radius(&mut loaded, mesh.point_size, path);
     if let Some(degrees) = mesh.smooth_degrees {
         if !loaded.columns.normals.is_empty() {
             let note = "the mesh has normals of its own, so --smooth-angle has no effect";
@@ -88,7 +92,8 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         }
         // Smoothing takes about as much memory as the scene. Each vertex gets a normal.
         let (triangles, vertices) = (loaded.columns.triangles.len(), loaded.columns.x.len());
-        let fits = check_memory([triangles, 0, 2 * vertices], memory);
+        let vectors = 2 * vertices + loaded.columns.colors.len();
+        let fits = check_memory([triangles, 0, vectors], memory);
         fits.map_err(|error| failed(path, &error))?;
         let smoothed = loaded.columns.smooth_normals(degrees);
         smoothed.map_err(|error| failed(path, &error))?;
@@ -141,6 +146,13 @@ pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<S
             });
         }
     }
+    set_point_radius(&mut loaded, None, path);
+    if let Some(Cloud { radius: Some(radius) }) = loaded.cloud {
+        builder.add_note(format!(
+            "{}: no faces: its points become spheres of radius {radius}",
+            clip_path(path)
+        ));
+    }
     loaded
         .add_to(&mut builder, None)
         .map_err(|error| failed(path, &error))?;
@@ -151,9 +163,20 @@ fn failed(path: &Path, error: &SceneError) -> CliError {
     LoadError::whole_file(path, error.to_string()).into()
 }
 
+/// Sets the radius of a cloud's points: half the diameter if there is one, else by their spacing.
+fn set_point_radius(loaded: &mut LoadedMesh, diameter: Option<f32>, path: &Path) {
+    if let Some(cloud) = &mut loaded.cloud {
+        cloud.radius = diameter.map(|diameter| 0.5 * diameter);
+        cloud.radius = Some(cloud.radius(&loaded.columns));
+    } else if diameter.is_some() {
+        let note = "the mesh has faces, so --point-size has no effect";
+        loaded.notes.push(format!("{}: {note}", clip_path(path)));
+    }
+}
+
 /// An empty picture would look like a bug.
 fn refuse_nothing(path: &Path, loaded: &LoadedMesh) -> Result<(), CliError> {
-    if !loaded.columns.triangles.is_empty() {
+    if loaded.cloud.is_some() || !loaded.columns.triangles.is_empty() {
         return Ok(());
     }
     let vertices = match loaded.columns.x.len() {
@@ -167,6 +190,6 @@ fn refuse_nothing(path: &Path, loaded: &LoadedMesh) -> Result<(), CliError> {
         .take(MOST_NOTES)
         .map(|note| format!("; {note}"))
         .collect();
-    let message = format!("no triangles to render ({vertices}; points and lines are not rendered){left_out}");
+    let message = format!("no triangles to render ({vertices}; lines are not rendered){left_out}");
     Err(LoadError::whole_file(path, message).into())
 }

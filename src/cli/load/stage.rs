@@ -73,7 +73,13 @@ const GROUND_GAP: f64 = 1e-3;
 /// # Errors
 /// [`SceneError`].
 pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Rig), SceneError> {
-    let bounds = bounds(&loaded.columns);
+    let mut bounds = bounds(&loaded.columns);
+    if let Some(cloud) = loaded.cloud
+        && !bounds.is_empty()
+    {
+        let reach = Vec3::splat(cloud.radius(&loaded.columns));
+        (bounds.lower, bounds.upper) = (bounds.lower - reach, bounds.upper + reach);
+    }
     let center = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) * 0.5;
     let radius = ((bounds.upper.as_dvec3() - bounds.lower.as_dvec3()).length() * 0.5).max(1e-6);
     let (center, radius) = if bounds.is_empty() {
@@ -124,6 +130,7 @@ fn ground(up: DVec3, bounds: &Aabb, center: DVec3, radius: f64) -> TriangleMesh 
         y: corners.map(|p| p.y as f32).to_vec(),
         z: corners.map(|p| p.z as f32).to_vec(),
         normals: Vec::new(),
+        colors: Vec::new(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
     }
 }

@@ -62,6 +62,8 @@ pub struct MeshOptions {
     pub up_axis: Option<UpAxis>,
     pub ground: bool,
     pub smooth_degrees: Option<f64>,
+    /// Diameter of points; by their spacing if `None`.
+    pub point_size: Option<f32>,
     /// The direction of the viewer for whom the mesh is lit; by default that of the eye.
     pub lit_from: Option<DVec3>,
     /// The camera goes around the mesh, which stays whole in the picture.
@@ -175,6 +177,7 @@ impl MeshOptions {
             ("--ground", self.ground),
             ("--up-axis", self.up_axis.is_some()),
             ("--smooth-angle", self.smooth_degrees.is_some()),
+            ("--point-size", self.point_size.is_some()),
             ("--lit-from", self.lit_from.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {

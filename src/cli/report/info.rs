@@ -181,9 +181,9 @@ impl Info {
             Some(self.inverted_triangles),
         );
         line("scene", clip(&self.scene));
-        line("vertices", count(self.vertices));
+        line("vertices", self.colored(self.vertices, "vertex color"));
         line("triangles", format!("{} ({faults})", count(self.triangles)));
-        line("spheres", count(self.spheres));
+        line("spheres", self.colored(self.spheres, "sphere color"));
         line("lights", count(self.lights));
         some(&mut lines, "", &self.light_list, LightInfo::text);
         some(&mut lines, "material", &self.materials, MaterialUse::text);
@@ -203,6 +203,13 @@ impl Info {
         }
         line("load time", format!("{:.1} ms", self.load_s * 1e3));
         lines
+    }
+
+    /// A number of things, which have colours if there is such an array.
+    fn colored(&self, number: usize, array: &str) -> String {
+        let has_colors = self.columns.iter().any(|column| column.name == array);
+        let colors = if has_colors { " (with colours)" } else { "" };
+        count(number) + colors
     }
 
     fn memory_lines(&self) -> Vec<(String, String)> {
@@ -408,6 +415,7 @@ fn columns(scene: &Scene) -> Vec<Column> {
         column("vertex y", &v.y),
         column("vertex z", &v.z),
         column("vertex normal", &v.normals),
+        column("vertex color", &v.colors),
         column("triangle corners", &t.corners),
         column("triangle material", &t.material),
         column("sphere x", &s.center_x),
@@ -415,6 +423,7 @@ fn columns(scene: &Scene) -> Vec<Column> {
         column("sphere z", &s.center_z),
         column("sphere radius", &s.radius),
         column("sphere material", &s.material),
+        column("sphere color", &s.color),
         column("light x", &l.x),
         column("light y", &l.y),
         column("light z", &l.z),

@@ -164,6 +164,19 @@ impl<'a> Buffers<'a> {
         self.elements(accessor)
     }
 
+    /// The elements of an accessor of colours: red, green and blue, perhaps alpha.
+    pub(super) fn colors(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        let is_color = matches!(accessor.dimensions(), Dimensions::Vec3 | Dimensions::Vec4)
+            && matches!(accessor.data_type(), DataType::U8 | DataType::U16 | DataType::F32);
+        if !is_color {
+            let index = accessor.index();
+            return Err(self.refused(format!(
+                "accessors[{index}] holds other elements, expected colours (3 or 4 bytes, unsigned shorts or floats)"
+            )));
+        }
+        self.elements(accessor)
+    }
+
     /// The elements of an accessor of indices.
     pub(super) fn indices(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
         let kind = accessor.data_type();
@@ -339,6 +352,16 @@ impl Elements<'_> {
             };
         }
         vector
+    }
+
+    /// Colour `i`, linear. Integers are always normalised: some programs forget to say so.
+    pub(super) fn color(&self, i: usize) -> [f32; 3] {
+        let color = self.vector(i);
+        match (self.kind, self.scale) {
+            (DataType::U8, None) => color.map(|channel| channel / f32::from(u8::MAX)),
+            (DataType::U16, None) => color.map(|channel| channel / f32::from(u16::MAX)),
+            _ => color,
+        }
     }
 
     /// Index `i`.

@@ -54,8 +54,8 @@ pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
     if primitives().any(|p| p.targets.as_ref().is_some_and(|targets| !targets.is_empty())) {
         left_out.add("morph targets");
     }
-    if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(_)))) {
-        left_out.add("vertex colours");
+    if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(1..)))) {
+        left_out.add("more vertex colours");
     }
     if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::TexCoords(_)))) {
         left_out.add("texture coordinates");

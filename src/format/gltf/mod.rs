@@ -1,7 +1,7 @@
 //! glTF 2.0: JSON with its buffers beside or inside it, or one binary file (.glb).
 //!
-//! Reads the triangles, strips and fans of all nodes of the default scene with their transforms, base colours and
-//! roughness, and perspective cameras. [`extras`] lists what it does not read.
+//! Reads the triangles, strips and fans of all nodes of the default scene with their transforms, vertex colours, base
+//! colours and roughness, and perspective cameras. [`extras`] lists what it does not read.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
 //! crate's own readers trust offsets and counts.
@@ -76,7 +76,7 @@ pub(super) fn parse(
     let mut reading = nodes::Reading::default();
     reading.scene(&document, &mut buffers)?;
     left_out.count(reading.cameras_left_out, "camera", "cameras");
-    let mut mesh = reading.finish(&document);
+    let mut mesh = reading.finish(&document, path);
     mesh.notes.extend(left_out.note(path));
     mesh.textures = textures;
     Ok(mesh)
@@ -220,7 +220,7 @@ fn shortened(text: &str) -> String {
     text.chars().take(120).collect()
 }
 
-/// A material as octray shows it. Base colours are linear; surfaces hold display values.
+/// A material as octray shows it. Base colours and those of vertices are linear; surfaces and meshes hold display values.
 fn surface(material: &gltf::Material<'_>) -> Surface {
     let pbr = material.pbr_metallic_roughness();
     let (base, texture, roughness, metallic) = match material.pbr_specular_glossiness() {

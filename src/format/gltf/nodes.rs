@@ -6,16 +6,18 @@
 use super::{
     Surface,
     buffers::Buffers,
+    display_value,
     shapes::{Shape, shapes_of},
     surface,
 };
 use crate::{
     error::{LoadError, SceneError},
-    format::mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, UpAxis, UpSource, camera_name},
+    format::mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, UpAxis, UpSource, camera_name, clamped_note},
     scene::{TriangleMesh, check_memory, is_usable},
 };
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use gltf::{Document, camera::Projection};
+use std::path::Path;
 
 /// The most triangles of a file.
 const MAX_TRIANGLES: usize = 1 << 26;
@@ -28,6 +30,9 @@ const MAX_PER_BYTE: usize = 8;
 
 /// A triangle without a material of its own.
 const NO_SURFACE: u32 = u32::MAX;
+
+/// A triangle without a material of its own whose vertices have colours.
+const COLORED: u32 = u32::MAX - 1;
 
 /// A node with a mesh or a camera, and where it stands.
 struct Placement {
@@ -49,6 +54,9 @@ pub(super) struct Reading {
     /// The index of each triangle's material in the file.
     material_of: Vec<u32>,
     has_normals: bool,
+    has_colors: bool,
+    /// How many colours were not from 0 to 1.
+    clamped: usize,
     cameras: Vec<MeshCamera>,
     /// How many cameras there are beyond the limit.
     pub(super) cameras_left_out: usize,
@@ -100,12 +108,13 @@ impl Reading {
 
     /// Refuses too many triangles, and makes room for all others.
     fn make_room(&mut self, meshes: &[Option<Shapes<'_>>], buffers: &Buffers<'_>) -> Result<(), LoadError> {
-        let (mut triangles, mut vertices, mut has_normals) = (0_usize, 0_usize, false);
+        let (mut triangles, mut vertices, mut has_normals, mut has_colors) = (0_usize, 0_usize, false, false);
         for Shapes { shapes, placements } in meshes.iter().flatten() {
             for shape in shapes {
                 triangles = triangles.saturating_add(placements.saturating_mul(shape.triangle_count()));
                 vertices = vertices.saturating_add(placements.saturating_mul(shape.vertices_at_least()));
                 has_normals |= shape.normals.is_some();
+                has_colors |= shape.colors.is_some();
             }
         }
         let most =
@@ -117,7 +126,8 @@ impl Reading {
                 buffers.size()
             )));
         }
-        let vectors = if has_normals { 2 * vertices } else { vertices };
+        let [normals, colors] = [has_normals, has_colors].map(|has| if has { vertices } else { 0 });
+        let vectors = vertices.saturating_add(normals).saturating_add(colors);
         let budget = buffers.budget();
         // The scene would refuse it later.
         check_memory([triangles, 0, vectors], budget.limit())
@@ -126,7 +136,8 @@ impl Reading {
         [&mut columns.x, &mut columns.y, &mut columns.z]
             .into_iter()
             .try_for_each(|column| budget.reserve(column, vertices))
-            .and_then(|()| budget.reserve(&mut columns.normals, vectors - vertices))
+            .and_then(|()| budget.reserve(&mut columns.normals, normals))
+            .and_then(|()| budget.reserve(&mut columns.colors, colors))
             .and_then(|()| budget.reserve(&mut columns.triangles, triangles))
             .and_then(|()| budget.reserve(&mut self.material_of, triangles))
             .map_err(|error| buffers.no_room(error))
@@ -157,15 +168,15 @@ impl Reading {
         let (base, more) = (self.columns.x.len(), shape.used_count());
         let (budget, columns) = (buffers.budget(), &mut self.columns);
         self.has_normals |= shape.normals.is_some();
-        let missing = if self.has_normals {
-            base + more - columns.normals.len()
-        } else {
-            0
-        };
+        self.has_colors |= shape.colors.is_some();
+        let missing = |has: bool, length: usize| if has { base + more - length } else { 0 };
+        let missing_normals = missing(self.has_normals, columns.normals.len());
+        let missing_colors = missing(self.has_colors, columns.colors.len());
         [&mut columns.x, &mut columns.y, &mut columns.z]
             .into_iter()
             .try_for_each(|column| budget.reserve(column, more))
-            .and_then(|()| budget.reserve(&mut columns.normals, missing))
+            .and_then(|()| budget.reserve(&mut columns.normals, missing_normals))
+            .and_then(|()| budget.reserve(&mut columns.colors, missing_colors))
             .map_err(|error| buffers.no_room(error))?;
         self.positions(shape, world).map_err(|(i, error)| {
             buffers.refused(format!(
@@ -176,9 +187,15 @@ impl Reading {
             ))
         })?;
         self.normals(shape, base, world);
+        self.colors(shape, base, buffers)?;
         let triangles = &mut self.columns.triangles;
         shape.add_triangles(triangles, base as u32);
-        let material = shape.material.map_or(NO_SURFACE, |i| i as u32);
+        let none = if shape.colors.is_some() {
+            COLORED
+        } else {
+            NO_SURFACE
+        };
+        let material = shape.material.map_or(none, |i| i as u32);
         self.material_of.resize(triangles.len(), material);
         Ok(())
     }
@@ -228,17 +245,46 @@ impl Reading {
         }
     }
 
-    /// The mesh, with the materials that it uses.
-    pub(super) fn finish(mut self, document: &Document) -> LoadedMesh {
+    /// Adds the colours of the vertices from `base` on, as display values. Missing ones are white.
+    fn colors(&mut self, shape: &Shape<'_>, base: usize, buffers: &Buffers<'_>) -> Result<(), LoadError> {
+        const WHITE: [f32; 3] = [1.0; 3];
+        let columns = &mut self.columns;
+        if let Some(colors) = &shape.colors {
+            columns.colors.resize(base, WHITE);
+            for i in shape.used() {
+                let linear = colors.color(i);
+                for (what, value) in ["red", "green", "blue"].into_iter().zip(linear) {
+                    if !value.is_finite() {
+                        let error = SceneError::NotUsable { what, value };
+                        let (accessor, count) = (colors.accessor, colors.count);
+                        let message = format!("accessors[{accessor}]: colour {} of {count}: {error}", i + 1);
+                        return Err(buffers.refused(message));
+                    }
+                }
+                self.clamped += usize::from(linear.iter().any(|channel| !(0.0..=1.0).contains(channel)));
+                columns.colors.push(linear.map(display_value));
+            }
+        } else if self.has_colors {
+            columns.colors.resize(columns.x.len(), WHITE);
+        }
+        Ok(())
+    }
+
+    /// The mesh, with the materials that it uses; `path` is the file's.
+    pub(super) fn finish(mut self, document: &Document, path: &Path) -> LoadedMesh {
         let mut surfaces: Vec<Surface> = document.materials().map(|m| surface(&m)).collect();
-        if self.material_of.iter().all(|&material| material == NO_SURFACE) {
+        let none = if self.has_colors { COLORED } else { NO_SURFACE };
+        if self.material_of.iter().all(|&material| material == none) {
             surfaces.clear();
             self.material_of.clear();
-        } else if self.material_of.contains(&NO_SURFACE) {
-            let neutral = surfaces.len() as u32;
-            surfaces.push(Surface::NEUTRAL);
-            for material in self.material_of.iter_mut().filter(|m| **m == NO_SURFACE) {
-                *material = neutral;
+        }
+        for (none, surface) in [(NO_SURFACE, Surface::NEUTRAL), (COLORED, Surface::WHITE)] {
+            if self.material_of.contains(&none) {
+                let index = surfaces.len() as u32;
+                surfaces.push(surface);
+                for material in self.material_of.iter_mut().filter(|m| **m == none) {
+                    *material = index;
+                }
             }
         }
         LoadedMesh {
@@ -249,8 +295,8 @@ impl Reading {
             // By the specification.
             up: UpAxis::Y,
             up_source: UpSource::Stated,
-            notes: Vec::new(),
-            textures: Vec::new(),
+            notes: clamped_note(self.clamped, path).into_iter().collect(),
+            ..LoadedMesh::default()
         }
     }
 }

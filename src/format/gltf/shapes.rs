@@ -1,7 +1,10 @@
 //! Primitives: which vertices they use and which triangles they are.
 
 use super::buffers::{Buffers, Elements};
-use crate::{error::LoadError, format::budget::Budget};
+use crate::{
+    error::LoadError,
+    format::{budget::Budget, left_out::counted},
+};
 use gltf::{Mesh, Primitive, Semantic, mesh::Mode};
 use std::rc::Rc;
 
@@ -13,6 +16,8 @@ pub(super) struct Shape<'a> {
     pub(super) positions: Rc<Elements<'a>>,
     /// As many as positions.
     pub(super) normals: Option<Rc<Elements<'a>>>,
+    /// As many as positions.
+    pub(super) colors: Option<Rc<Elements<'a>>>,
     /// `None` if each vertex is a corner.
     indices: Option<Rc<Elements<'a>>>,
     /// From [`Shape::prepare`] until [`Shape::release`].
@@ -58,10 +63,23 @@ impl<'a> Shape<'a> {
             Some(normals) => Some(buffers.vectors(&normals)?),
             None => None,
         };
+        let colors = match primitive.get(&Semantic::Colors(0)) {
+            Some(colors) => Some(buffers.colors(&colors)?),
+            None => None,
+        };
+        if let Some(colors) = colors.as_ref().filter(|colors| colors.count != positions.count) {
+            return Err(buffers.refused(format!(
+                "accessors[{}] has {}, but the primitive has {}",
+                colors.accessor,
+                counted(colors.count, "colour", "colours"),
+                counted(positions.count, "vertex", "vertices")
+            )));
+        }
         Ok(Some(Self {
             mode: primitive.mode(),
             material: primitive.material().index(),
             normals: normals.filter(|normals| normals.count == positions.count),
+            colors,
             positions,
             indices,
             corners: None,

@@ -131,7 +131,10 @@ fn what_is_not_read_is_said() {
     )
     .expect("harmless");
     let colors = changed(r#""NORMAL":1"#, r#""COLOR_0":1"#).expect("harmless");
-    assert_eq!(colors.notes, ["folder/a.gltf: left out: vertex colours"]);
+    assert!(colors.notes.is_empty());
+    assert_eq!(colors.columns.colors, [[0.0, 0.0, 1.0]; 6]);
+    let more = changed(r#""NORMAL":1"#, r#""COLOR_1":1"#).expect("harmless");
+    assert_eq!(more.notes, ["folder/a.gltf: left out: more vertex colours"]);
     let without = changed(r#""POSITION":0,"NORMAL":1"#, r#""NORMAL":1"#).expect("nothing");
     assert!(without.columns.triangles.is_empty());
     assert_eq!(
@@ -170,7 +173,7 @@ fn one_note_lists_all_that_is_left_out() {
         load(&json).expect("a mesh").notes,
         [
             "folder/a.gltf: left out: 2 lights, 1 animation, 1 skin, 1 texture, transparency of 2 materials, emission of \
-             1 material, 1 set of points, 1 set of lines, morph targets, vertex colours, texture coordinates, \
+             1 material, 1 set of points, 1 set of lines, morph targets, texture coordinates, \
              1 orthographic camera, 1 other scene, extensions `KHR_materials_unlit`"
         ]
     );

@@ -3,29 +3,35 @@
 //! [`load`] reads a file; [`parse`] reads bytes and asks for the files that the mesh names. [`MeshFormat::of`] decides
 //! on the format: by the first bytes if they are unmistakable, else by the file's extension.
 
+mod cloud;
 mod up;
 
+pub use cloud::Cloud;
 pub use up::{UpAxis, UpSource};
 
 #[cfg(feature = "gltf")]
 use super::gltf;
-use super::{OpenMesh, budget::Budget, files, obj, ply, source::Opened, stl};
+use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError, clip_path},
     scene::{MAX_TEXTURES, Material, MaterialId, SceneBuilder, TriangleMesh, View},
 };
 use glam::DVec3;
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// A mesh and what its file says about how to show it.
 #[derive(Debug, Default)]
 pub struct LoadedMesh {
-    /// Positions, normals and triangles in the file's own coordinates: nothing is turned or scaled.
+    /// Positions, normals, colours and triangles in the file's own coordinates: nothing is turned or scaled. Colours are
+    /// display values from 0 to 1, as those of [`Surface`].
     pub columns: TriangleMesh,
     /// The surfaces that the file describes; may be empty.
     pub surfaces: Vec<Surface>,
     /// An index into `surfaces` for each triangle; empty if `surfaces` is.
     pub surface_of: Vec<u32>,
+    /// What becomes of the vertices if the file has no faces; `None` if it has any.
+    pub cloud: Option<Cloud>,
     /// The file's perspective cameras, in its own coordinates.
     pub cameras: Vec<MeshCamera>,
     /// The axis that points up.
@@ -79,6 +85,18 @@ impl Surface {
         specular: [0.12; 3],
         alpha: 24,
     };
+
+    /// The surface of what has colours of its own and no material: white, so that the colours are true.
+    pub const WHITE: Self = Self {
+        diffuse: [1.0; 3],
+        specular: [0.06; 3],
+        alpha: 24,
+    };
+
+    /// The surface of what has no material.
+    pub(super) fn without_material(has_colors: bool) -> Self {
+        if has_colors { Self::WHITE } else { Self::NEUTRAL }
+    }
 
     /// The surface as Blinn-Phong.
     #[must_use]
@@ -192,10 +210,11 @@ impl LoadedMesh {
         ))
     }
 
-    /// Adds the mesh to a scene: with `material` if given, else with its own surfaces, else with [`Surface::NEUTRAL`].
+    /// Adds the mesh or the spheres of its points to a scene: with `material` alone if given, else with its own surfaces
+    /// and colours. What has no surface is [`Surface::WHITE`] if there are colours, else [`Surface::NEUTRAL`].
     ///
     /// # Errors
-    /// [`SceneError`], as for [`SceneBuilder::add_mesh`].
+    /// [`SceneError`], as for [`SceneBuilder::add_mesh`] and [`SceneBuilder::add_spheres`].
     pub fn add_to(
         mut self,
         builder: &mut SceneBuilder,
@@ -203,16 +222,17 @@ impl LoadedMesh {
     ) -> Result<(), SceneError> {
         builder.add_textures(std::mem::take(&mut self.textures));
         if let Some(material) = material {
-            return builder.add_mesh(self.columns, material);
+            self.columns.colors = Vec::new();
+            return add_columns(builder, self.columns, self.cloud, &[material], &[]);
         }
         let ids = self.add_surfaces(builder)?;
-        add_with_surfaces(builder, self.columns, &ids, &self.surface_of)
+        add_columns(builder, self.columns, self.cloud, &ids, &self.surface_of)
     }
 
-    /// Adds the materials of the surfaces to a scene, or that of [`Surface::NEUTRAL`] to a mesh without surfaces.
+    /// Adds the materials of the surfaces to a scene, or that of a mesh without surfaces.
     pub(super) fn add_surfaces(&self, builder: &mut SceneBuilder) -> Result<Vec<MaterialId>, SceneError> {
         let surfaces = match &self.surfaces[..] {
-            [] => &[Surface::NEUTRAL],
+            [] => &[Surface::without_material(!self.columns.colors.is_empty())],
             surfaces => surfaces,
         };
         let materials = surfaces.iter().map(Surface::material);
@@ -220,20 +240,41 @@ impl LoadedMesh {
     }
 }
 
-/// Adds a mesh with the materials of its surfaces. `surface_of` has an index into `materials` for each triangle; it is
-/// empty if there is only one.
-pub(super) fn add_with_surfaces(
+/// Adds a mesh, or a cloud, with the materials of its surfaces and the colours of its vertices. `surface_of` has an index
+/// into `materials` for each triangle; it is empty if there is only one.
+pub(super) fn add_columns(
     builder: &mut SceneBuilder,
     columns: TriangleMesh,
+    cloud: Option<Cloud>,
     materials: &[MaterialId],
     surface_of: &[u32],
 ) -> Result<(), SceneError> {
+    if let Some(cloud) = cloud {
+        let material = materials.first().copied().unwrap_or(MaterialId(u32::MAX));
+        return builder.add_spheres(cloud.spheres(columns)?, material);
+    }
     if let ([material], []) = (materials, surface_of) {
         return builder.add_mesh(columns, *material);
     }
     // An index beyond the surfaces becomes a material that the builder refuses.
     let material = |&i: &u32| materials.get(i as usize).copied().unwrap_or(MaterialId(u32::MAX));
     builder.add_mesh_with_materials(columns, surface_of.iter().map(material).collect())
+}
+
+/// Puts the channels of colours into 0 to 1 and returns how many colours were not. They are finite.
+pub(super) fn clamp_colors(colors: &mut [[f32; 3]]) -> usize {
+    let clamp = |color: &mut [f32; 3]| {
+        let before = *color;
+        *color = before.map(|channel| channel.clamp(0.0, 1.0));
+        usize::from(*color != before)
+    };
+    colors.par_iter_mut().with_min_len(1 << 14).map(clamp).sum()
+}
+
+/// The note about them.
+pub(super) fn clamped_note(clamped: usize, path: &Path) -> Option<String> {
+    let colors = counted(clamped, "vertex colour is", "vertex colours are");
+    (clamped > 0).then(|| format!("{}: {colors} not from 0 to 1: clamped", clip_path(path)))
 }
 
 /// Loads a mesh file and the files that it names.
@@ -329,3 +370,6 @@ pub(super) fn parse_as(
         )),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -206,6 +206,10 @@ impl Corners {
                         budget.reserve(column, 1)?;
                         column.push(column[position as usize]);
                     }
+                    if !mesh.colors.is_empty() {
+                        budget.reserve(&mut mesh.colors, 1)?;
+                        mesh.colors.push(mesh.colors[position as usize]);
+                    }
                 }
                 *corner = vertex;
             }

@@ -1,4 +1,5 @@
-//! Wavefront OBJ: `v`, `vn`, `f`, `usemtl` and `mtllib`. A note lists whatever else the file holds.
+//! Wavefront OBJ: `v`, also with a colour, `vn`, `f`, `usemtl` and `mtllib`. A file without faces is a cloud of points. A
+//! note lists whatever else the file holds.
 //!
 //! Polygons become fans; concave ones become triangles that fill them.
 //!
@@ -8,6 +9,7 @@
 //!
 //! Format: *Wavefront Object Files*, appendix B1 of the Advanced Visualizer manual, 1995.
 
+mod colors;
 mod corners;
 mod mtl;
 
@@ -16,13 +18,14 @@ use super::{
     budget::{Budget, BudgetError},
     files,
     left_out::{LeftOut, name_list},
-    mesh::{LoadedMesh, MAX_NAME, MeshFormat, Surface, UpAxis, UpSource},
+    mesh::{Cloud, LoadedMesh, MAX_NAME, MeshFormat, Surface, UpAxis, UpSource, clamp_colors, clamped_note},
     place::{TextFault, Words, after_mark, refuse_binary},
 };
 use crate::{
     error::{LoadError, SceneError, SourcePos, clip_path, in_bytes, quote},
     scene::{MAX_MATERIALS, TriangleMesh, is_usable},
 };
+use colors::Colors;
 use corners::{Corner, Corners};
 use std::{
     borrow::Cow,
@@ -83,7 +86,7 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>, budget: &Budget) -> Resul
         obj.lines(text, path, open, Some(limits))?;
     }
     obj.note_left_out(text, path);
-    Ok(obj.finish()?)
+    Ok(obj.finish(path)?)
 }
 
 /// The mesh so far.
@@ -93,6 +96,7 @@ struct Obj<'b> {
     y: Vec<f32>,
     z: Vec<f32>,
     normals: Vec<[f32; 3]>,
+    colors: Colors,
     corners: Corners,
     surfaces: Vec<Surface>,
     surface_of: Vec<u32>,
@@ -103,7 +107,6 @@ struct Obj<'b> {
     library_bytes: usize,
     /// Names of materials that no library has.
     missing_materials: Vec<Vec<u8>>,
-    has_colors: bool,
     has_texture_coordinates: bool,
     has_smoothing_groups: bool,
     /// How many `l` and `p` lines there are.
@@ -124,6 +127,7 @@ impl<'b> Obj<'b> {
             y: Vec::new(),
             z: Vec::new(),
             normals: Vec::new(),
+            colors: Colors::default(),
             corners: Corners::default(),
             surfaces: Vec::new(),
             surface_of: Vec::new(),
@@ -132,7 +136,6 @@ impl<'b> Obj<'b> {
             libraries: HashSet::new(),
             library_bytes: 0,
             missing_materials: Vec::new(),
-            has_colors: false,
             has_texture_coordinates: false,
             has_smoothing_groups: false,
             line_elements: 0,
@@ -180,9 +183,7 @@ impl<'b> Obj<'b> {
                 self.x.push(x);
                 self.y.push(y);
                 self.z.push(z);
-                // One more number is a weight; many programs write a colour as three more.
-                let is_number = |(word, _): &(&[u8], _)| fast_float2::parse::<f32, _>(word).is_ok();
-                self.has_colors |= words.take(3).filter(is_number).count() == 3;
+                self.colors.read(&mut words, self.x.len() - 1, self.budget)?;
             }
             b"vn" => {
                 let normal = vector(&mut words, &place, ["nx", "ny", "nz"])?;
@@ -322,9 +323,8 @@ impl<'b> Obj<'b> {
         }
         let mut left_out = LeftOut::default();
         left_out.count(self.line_elements, "line element", "line elements");
-        left_out.count(self.point_elements, "point element", "point elements");
-        if self.has_colors {
-            left_out.add("vertex colours");
+        if !self.corners.is_empty() {
+            left_out.count(self.point_elements, "point element", "point elements");
         }
         if self.has_texture_coordinates {
             left_out.add("texture coordinates");
@@ -344,13 +344,16 @@ impl<'b> Obj<'b> {
         self.notes.extend(left_out.note(path));
     }
 
-    fn finish(mut self) -> Result<LoadedMesh, BudgetError> {
+    fn finish(mut self, path: &Path) -> Result<LoadedMesh, BudgetError> {
+        let mut colors = self.colors.finish(self.x.len(), self.budget)?;
+        self.notes.extend(clamped_note(clamp_colors(&mut colors), path));
+        let is_cloud = self.corners.is_empty() && !self.x.is_empty();
         if self.surfaces.is_empty() {
             self.surface_of = Vec::new();
         } else if self.surface_of.contains(&NO_SURFACE) {
             let neutral = self.surfaces.len() as u32;
             self.budget.reserve(&mut self.surfaces, 1)?;
-            self.surfaces.push(Surface::NEUTRAL);
+            self.surfaces.push(Surface::without_material(!colors.is_empty()));
             for surface in self.surface_of.iter_mut().filter(|s| **s == NO_SURFACE) {
                 *surface = neutral;
             }
@@ -359,6 +362,7 @@ impl<'b> Obj<'b> {
             x: self.x,
             y: self.y,
             z: self.z,
+            colors,
             ..TriangleMesh::default()
         };
         self.corners.cut_concave(&columns);
@@ -368,6 +372,7 @@ impl<'b> Obj<'b> {
             columns,
             surfaces: self.surfaces,
             surface_of: self.surface_of,
+            cloud: is_cloud.then(Cloud::default),
             up: UpAxis::Y,
             up_source: UpSource::Assumed(MeshFormat::Obj),
             notes: self.notes,

@@ -199,7 +199,8 @@ fn what_other_programs_write() {
     // Line ends of old Macs, colours after coordinates.
     let mac = mesh("# one\rv 0 0 0 1 0 0\rv 1 0 0 1 0 0\rv 0 1 0 1 0 0\rf 1 2 3\r");
     assert_eq!(mac.columns.triangles, [[0, 1, 2]]);
-    assert_eq!(mac.notes, ["folder/a.obj: left out: vertex colours"]);
+    assert!(mac.notes.is_empty());
+    assert_eq!(mac.columns.colors, [[1.0, 0.0, 0.0]; 3]);
     let weights = mesh("v 0 0 0 1\nv 1 0 0 1.0\nv 0 1 0 # not a colour\nf 1 2 3\n");
     assert!(weights.notes.is_empty());
     for bytes in [&b"\xff\xfev\0 \0"[..], b"\xfe\xff\0v\0 "] {

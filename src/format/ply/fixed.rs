@@ -3,7 +3,7 @@
 
 use super::{
     faces::Faces,
-    header::{Element, Header, Role, Step},
+    header::{COLOR_SLOT, Element, Header, Role, SLOTS, Step, color_scale},
     rows::{Fault, reserve, zeroed},
 };
 use crate::{
@@ -62,6 +62,46 @@ fn end_of(element: &Element, at: usize) -> Option<usize> {
 /// The offset of a number in its record, and its type.
 type Part = (usize, ScalarType);
 
+/// Where the numbers of a vertex are.
+struct VertexLayout {
+    stride: usize,
+    position: [Part; 3],
+    normal: Option<[Part; 3]>,
+    color: Option<[Part; 3]>,
+}
+
+impl VertexLayout {
+    /// `None` if the records differ in size.
+    fn of(element: &Element) -> Option<Self> {
+        let mut parts: [Option<Part>; SLOTS] = [None; SLOTS];
+        let mut offset = 0;
+        for step in &element.steps {
+            if let Step::Keep { slot, scalar } = *step
+                && let Some(part) = parts.get_mut(slot)
+            {
+                *part = Some((offset, scalar));
+            }
+            offset += step.size()?;
+        }
+        let three = |first: usize| match parts.get(first..first + 3) {
+            Some(&[Some(x), Some(y), Some(z)]) => Some([x, y, z]),
+            _ => None,
+        };
+        Some(Self {
+            stride: offset,
+            position: three(0)?,
+            normal: three(3),
+            color: three(COLOR_SLOT),
+        })
+    }
+}
+
+/// One part of an array for each piece of `count` records; the parts are empty if the array is.
+fn parts<T>(array: &mut [T], count: usize) -> Vec<&mut [T]> {
+    let parts = array.chunks_mut(PIECE).chain(repeat_with(Default::default));
+    parts.take(count.div_ceil(PIECE)).collect()
+}
+
 /// Reads the vertices that start at `at` and returns where they end. `None`, with `mesh` unchanged, if the slow path has
 /// to read them.
 pub(super) fn vertices<const BIG_ENDIAN: bool>(
@@ -71,27 +111,15 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
     mesh: &mut TriangleMesh,
     budget: &Budget,
 ) -> Result<Option<usize>, Fault> {
-    let (Some(end), Some(stride)) = (end_of(element, at), element.stride()) else {
+    let (Some(end), Some(layout)) = (end_of(element, at), VertexLayout::of(element)) else {
         return Ok(None);
     };
-    let mut parts: [Option<Part>; 6] = [None; 6];
-    let mut offset = 0;
-    for step in &element.steps {
-        if let Step::Keep { slot, scalar } = *step
-            && let Some(part) = parts.get_mut(slot)
-        {
-            *part = Some((offset, scalar));
-        }
-        offset += step.size().unwrap_or_default();
-    }
-    let [Some(x), Some(y), Some(z), normal @ ..] = parts else {
-        return Ok(None);
-    };
-    let position = [x, y, z];
-    let normal = match normal {
-        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-        _ => None,
-    };
+    let VertexLayout {
+        stride,
+        position,
+        normal,
+        color,
+    } = layout;
     if end > source.length() {
         return Ok(None);
     }
@@ -107,39 +135,75 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
         reserve(&mut normals, count, element, budget)?;
         normals.par_extend(repeat_n(Vec3::ZERO, count));
     }
-    let normal_pieces = normals.chunks_mut(PIECE).chain(repeat_with(Default::default));
-    let normal_pieces: Vec<&mut [Vec3]> = normal_pieces.take(count.div_ceil(PIECE)).collect();
+    let mut colors = zeroed(if color.is_some() { count } else { 0 }, element, budget)?;
     let pieces = (
         x.par_chunks_mut(PIECE),
         y.par_chunks_mut(PIECE),
         z.par_chunks_mut(PIECE),
-        normal_pieces,
+        parts(&mut normals, count),
+        parts(&mut colors, count),
     );
-    let read =
-        pieces
-            .into_par_iter()
-            .enumerate()
-            .try_for_each_init(Vec::new, |buffer, (i, (x, y, z, normals))| {
-                let records = source.piece(at + i * PIECE * stride, x.len() * stride, buffer)?;
-                let to_columns = triples::<BIG_ENDIAN>(records, stride, position, |i, [px, py, pz]| {
-                    if let (Some(x), Some(y), Some(z)) = (x.get_mut(i), y.get_mut(i), z.get_mut(i)) {
-                        (*x, *y, *z) = (px, py, pz);
-                    }
-                });
-                let normals_too = normal.is_none_or(|normal| {
-                    triples::<BIG_ENDIAN>(records, stride, normal, |i, normal| {
-                        if let Some(to) = normals.get_mut(i) {
-                            *to = Vec3::from_array(normal);
-                        }
-                    })
-                });
-                (to_columns && normals_too).then_some(())
+    let read = pieces.into_par_iter().enumerate().try_for_each_init(
+        Vec::new,
+        |buffer, (i, (x, y, z, normals, colors))| {
+            let records = source.piece(at + i * PIECE * stride, x.len() * stride, buffer)?;
+            let to_columns = triples::<BIG_ENDIAN>(records, stride, position, |i, [px, py, pz]| {
+                if let (Some(x), Some(y), Some(z)) = (x.get_mut(i), y.get_mut(i), z.get_mut(i)) {
+                    (*x, *y, *z) = (px, py, pz);
+                }
             });
+            let normals_too = normal.is_none_or(|normal| {
+                triples::<BIG_ENDIAN>(records, stride, normal, |i, normal| {
+                    if let Some(to) = normals.get_mut(i) {
+                        *to = Vec3::from_array(normal);
+                    }
+                })
+            });
+            let colors_too =
+                color.is_none_or(|color| read_colors::<BIG_ENDIAN>(records, stride, color, colors));
+            (to_columns && normals_too && colors_too).then_some(())
+        },
+    );
     if read.is_none() {
         return Ok(None);
     }
-    (mesh.x, mesh.y, mesh.z, mesh.normals) = (x, y, z, normals);
+    (mesh.x, mesh.y, mesh.z, mesh.normals, mesh.colors) = (x, y, z, normals, colors);
     Ok(Some(end))
+}
+
+/// Reads a colour of each record. Returns whether all are finite.
+fn read_colors<const BIG_ENDIAN: bool>(
+    records: &[u8],
+    stride: usize,
+    parts: [Part; 3],
+    colors: &mut [[f32; 3]],
+) -> bool {
+    let records = records.chunks_exact(stride).zip(colors);
+    // Nearly always: three bytes side by side.
+    let [(first, _), ..] = parts;
+    if parts == [first, first + 1, first + 2].map(|offset| (offset, ScalarType::U8)) {
+        let full = color_scale(ScalarType::U8);
+        for (record, color) in records {
+            let Some(&[red, green, blue]) = record.get(first..first + 3) else {
+                return false;
+            };
+            *color = [
+                f32::from(red) / full,
+                f32::from(green) / full,
+                f32::from(blue) / full,
+            ];
+        }
+        return true;
+    }
+    let mut finite = true;
+    for (record, color) in records {
+        for (channel, part) in color.iter_mut().zip(parts) {
+            let value = number::<BIG_ENDIAN>(record, part);
+            finite &= value.is_finite();
+            *channel = value / color_scale(part.1);
+        }
+    }
+    finite
 }
 
 /// Passes three numbers of each record to `put`. Returns whether all are usable. (No `map` of arrays in the loops: it is

@@ -27,6 +27,8 @@ pub(super) struct Header {
     pub(super) vertices: usize,
     /// Whether the vertices have normals.
     pub(super) has_normals: bool,
+    /// Whether the vertices have colours.
+    pub(super) has_colors: bool,
     /// The up axis, if a `comment up` line names one.
     pub(super) up: Option<UpAxis>,
     /// The word of a `comment up` line that names no axis, quoted.
@@ -38,7 +40,7 @@ pub(super) struct Header {
 /// What an element's records become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Positions and normals.
+    /// Positions, normals and colours.
     Vertex,
     /// Triangles.
     Face,
@@ -62,7 +64,7 @@ pub(super) struct Element {
 /// How to read one property of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Keep a number: slots 0 to 2 are the position, 3 to 5 the normal.
+    /// Keep a number: slots 0 to 2 are the position, 3 to 5 the normal, 6 to 8 the colour.
     Keep { slot: usize, scalar: ScalarType },
     /// Make triangles of a list of vertex indices.
     Indices { count: ScalarType, item: ScalarType },
@@ -82,7 +84,17 @@ impl Step {
     }
 }
 
-const VERTEX_SLOTS: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+/// How many numbers of a vertex are kept.
+pub(super) const SLOTS: usize = 9;
+/// The slot of red; green and blue follow.
+pub(super) const COLOR_SLOT: usize = 6;
+const VERTEX_SLOTS: [&str; COLOR_SLOT] = ["x", "y", "z", "nx", "ny", "nz"];
+/// What programs call the channels of a colour. A file's first complete set counts.
+const COLOR_NAMES: [[&str; 3]; 3] = [
+    ["red", "green", "blue"],
+    ["diffuse_red", "diffuse_green", "diffuse_blue"],
+    ["r", "g", "b"],
+];
 const INDEX_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// Bytes of a scalar in a binary file.
@@ -92,6 +104,16 @@ pub(super) fn scalar_size(scalar: ScalarType) -> usize {
         ScalarType::I16 | ScalarType::U16 => 2,
         ScalarType::I32 | ScalarType::U32 | ScalarType::F32 => 4,
         ScalarType::F64 => 8,
+    }
+}
+
+/// What a number of a colour is divided by: full brightness is 1 for floats, and the largest value of `uchar` and
+/// `ushort`. Other integers are bytes in larger types.
+pub(super) fn color_scale(scalar: ScalarType) -> f32 {
+    match scalar {
+        ScalarType::F32 | ScalarType::F64 => 1.0,
+        ScalarType::U16 => f32::from(u16::MAX),
+        _ => f32::from(u8::MAX),
     }
 }
 
@@ -121,6 +143,7 @@ impl Header {
             body,
             vertices: 0,
             has_normals: false,
+            has_colors: false,
             up: None,
             odd_up: None,
             has_texture: false,
@@ -136,6 +159,7 @@ impl Header {
             if element.role == Role::Vertex {
                 header.vertices = element.count;
                 header.has_normals = element.keeps(3);
+                header.has_colors = element.keeps(COLOR_SLOT);
             }
             header.elements.push(element);
         }
@@ -181,8 +205,12 @@ impl Header {
             let mut others = Vec::new();
             for (_, name) in names.filter(|(step, _)| is_left_out(step)) {
                 match name.as_str() {
+                    "alpha" | "a" if element.keeps(COLOR_SLOT) => left_out.add("vertex alpha"),
                     "red" | "green" | "blue" | "alpha" | "diffuse_red" | "diffuse_green" | "diffuse_blue"
-                    | "r" | "g" | "b" | "a" => left_out.add(&format!("{noun} colours")),
+                    | "r" | "g" | "b" | "a" => {
+                        let more = if element.keeps(COLOR_SLOT) { "more " } else { "" };
+                        left_out.add(&format!("{more}{noun} colours"));
+                    }
                     "s" | "t" | "u" | "v" | "texture_u" | "texture_v" | "texcoord" | "texnumber" => {
                         left_out.add("texture coordinates");
                     }
@@ -198,6 +226,13 @@ impl Header {
             left_out.add("textures");
         }
         left_out
+    }
+
+    /// Whether the vertices are points of a cloud: nothing connects them.
+    pub(super) fn is_cloud(&self) -> bool {
+        let has_faces =
+            |element: &Element| matches!(element.role, Role::Face | Role::Strips) && element.count > 0;
+        self.vertices > 0 && !self.elements.iter().any(has_faces)
     }
 
     /// The elements up to the last one that a mesh needs. Records without properties are skipped: any count of them fits.
@@ -251,11 +286,14 @@ impl Element {
             property_names: definition.properties.iter().map(|p| p.name.clone()).collect(),
         };
         let all_normals = VERTEX_SLOTS[3..].iter().all(|name| definition.has_property(name));
+        let colors = color_names(definition);
         for property in &definition.properties {
-            let slot = VERTEX_SLOTS
+            let kept = VERTEX_SLOTS
                 .iter()
-                .position(|name| role == Role::Vertex && *name == property.name)
+                .position(|name| *name == property.name)
                 .filter(|&slot| slot < 3 || all_normals);
+            let channel = || Some(COLOR_SLOT + colors?.iter().position(|name| *name == property.name)?);
+            let slot = kept.or_else(channel).filter(|_| role == Role::Vertex);
             let is_indices =
                 matches!(role, Role::Face | Role::Strips) && INDEX_NAMES.contains(&property.name.as_str());
             element.steps.push(match (&property.property_type, slot) {
@@ -354,6 +392,18 @@ impl Element {
     pub(super) fn stride(&self) -> Option<usize> {
         self.steps.iter().map(Step::size).sum()
     }
+}
+
+/// The names of the channels, if each is one number of every record.
+fn color_names(definition: &serde_ply::ElementDef) -> Option<&'static [&'static str; 3]> {
+    let is_single_number = |name: &&str| {
+        let mut named = definition.properties.iter().filter(|p| p.name == **name);
+        let first = named.next().map(|property| &property.property_type);
+        matches!(first, Some(PropertyType::Scalar(_))) && named.next().is_none()
+    };
+    COLOR_NAMES
+        .iter()
+        .find(|names| names.iter().all(is_single_number))
 }
 
 /// Where the line after `end_header` starts, in bytes.

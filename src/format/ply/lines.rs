@@ -4,7 +4,7 @@
 use super::{
     ascii::Text,
     faces::Faces,
-    header::{Element, Step},
+    header::{COLOR_SLOT, Element, SLOTS, Step, color_scale},
     rows::{Fault, reserve, zeroed},
 };
 use crate::{
@@ -30,6 +30,16 @@ pub(super) fn vertices(
         _ => SKIPPED,
     };
     let slots: Vec<usize> = element.steps.iter().map(slot).collect();
+    let mut scales = [1.0; 3];
+    for step in &element.steps {
+        if let Step::Keep { slot, scalar } = *step
+            && let Some(scale) = slot
+                .checked_sub(COLOR_SLOT)
+                .and_then(|channel| scales.get_mut(channel))
+        {
+            *scale = color_scale(scalar);
+        }
+    }
     let (Some(blocks), Some(_)) = (first_lines(text.rest(), count), element.stride()) else {
         return Ok(false);
     };
@@ -43,39 +53,47 @@ pub(super) fn vertices(
         reserve(&mut normals, count, element, budget)?;
         normals.resize(count, Vec3::ZERO);
     }
+    let has_colors = slots.contains(&COLOR_SLOT);
+    let mut colors = zeroed(if has_colors { count } else { 0 }, element, budget)?;
     let [mut x, mut y, mut z] = columns.each_mut().map(Vec::as_mut_slice);
-    let mut n = normals.as_mut_slice();
+    let (mut n, mut c) = (normals.as_mut_slice(), colors.as_mut_slice());
     let parts: Vec<_> = blocks
         .iter()
         .map(|block| {
             let ends = ..block.lines.min(x.len());
             let normals = ..block.lines.min(n.len());
+            let colors = ..block.lines.min(c.len());
             (
                 block.text,
                 x.split_off_mut(ends).unwrap_or_default(),
                 y.split_off_mut(ends).unwrap_or_default(),
                 z.split_off_mut(ends).unwrap_or_default(),
                 n.split_off_mut(normals).unwrap_or_default(),
+                c.split_off_mut(colors).unwrap_or_default(),
             )
         })
         .collect();
-    let read = parts
-        .into_par_iter()
-        .try_for_each(|(mut rest, x, y, z, normals)| {
+    let read = parts.into_par_iter().try_for_each(
+        |(mut rest, x, y, z, normals, colors): (_, _, _, _, _, &mut [[f32; 3]])| {
             for (i, ((x, y), z)) in x.iter_mut().zip(y).zip(z).enumerate() {
-                let [px, py, pz, nx, ny, nz, _] = vertex(&mut rest, &slots)?;
+                let [px, py, pz, nx, ny, nz, red, green, blue, _] = vertex(&mut rest, &slots)?;
                 (*x, *y, *z) = (px, py, pz);
                 if let Some(normal) = normals.get_mut(i) {
                     *normal = Vec3::new(nx, ny, nz);
                 }
+                if let Some(color) = colors.get_mut(i) {
+                    let [of_red, of_green, of_blue] = scales;
+                    *color = [red / of_red, green / of_green, blue / of_blue];
+                }
             }
             Some(())
-        });
+        },
+    );
     if read.is_none() {
         return Ok(false);
     }
     [mesh.x, mesh.y, mesh.z] = columns;
-    mesh.normals = normals;
+    (mesh.normals, mesh.colors) = (normals, colors);
     text.pass(length(&blocks));
     Ok(true)
 }
@@ -200,7 +218,7 @@ fn polygons<'a>(
 }
 
 /// The slot of numbers that are not kept.
-const SKIPPED: usize = 6;
+const SKIPPED: usize = SLOTS;
 
 /// Reads a line that holds one vertex and nothing else; returns its numbers by slot.
 #[inline]
@@ -208,7 +226,7 @@ fn vertex(rest: &mut &[u8], slots: &[usize]) -> Option<[f32; SKIPPED + 1]> {
     let mut kept = [0.0; SKIPPED + 1];
     for &slot in slots {
         let value = real(rest)?;
-        if slot != SKIPPED && !is_usable(value) {
+        if slot < COLOR_SLOT && !is_usable(value) || slot < SLOTS && !value.is_finite() {
             return None;
         }
         *kept.get_mut(slot)? = value;

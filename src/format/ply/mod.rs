@@ -1,7 +1,7 @@
 //! PLY meshes: text, and binary of both byte orders; any scalar types; elements and properties in any order.
 //!
 //! Polygons become triangles, also concave ones (`format/polygon.rs`). Faces of fewer than three corners are skipped.
-//! Triangle strips (`tristrips`, of Cyberware's and Stanford's programs) are read. A header line `comment up z` names the
+//! Vertices have positions, normals and colours. A file without faces is a cloud of points. Triangle strips (`tristrips`, of Cyberware's and Stanford's programs) are read. A header line `comment up z` names the
 //! up axis; y is up without one.
 //!
 //! serde-ply parses the header. Our own loops read the values: they know the place of every error, write straight into
@@ -20,7 +20,7 @@ mod rows;
 use super::{
     budget::Budget,
     files,
-    mesh::{LoadedMesh, MeshFormat, UpAxis, UpSource},
+    mesh::{Cloud, LoadedMesh, MeshFormat, UpAxis, UpSource, clamp_colors, clamped_note},
     source::{OpenFile, Opened, Pieces},
 };
 use crate::{
@@ -112,15 +112,18 @@ fn read_pieces(file: &OpenFile, name: &Path, budget: &Budget) -> Result<Option<L
 }
 
 /// The mesh with what its header says. PLY has no field for the up axis, and y is what most programs write.
-fn loaded(columns: TriangleMesh, header: &Header, name: &Path) -> LoadedMesh {
+fn loaded(mut columns: TriangleMesh, header: &Header, name: &Path) -> LoadedMesh {
+    let clamped = clamp_colors(&mut columns.colors);
+    let notes = [clamped_note(clamped, name), header.left_out().note(name)];
     LoadedMesh {
         columns,
+        cloud: header.is_cloud().then(Cloud::default),
         up: header.up.unwrap_or(UpAxis::Y),
         up_source: match header.up {
             Some(_) => UpSource::Stated,
             None => UpSource::Assumed(MeshFormat::Ply),
         },
-        notes: header.left_out().note(name).into_iter().collect(),
+        notes: notes.into_iter().flatten().collect(),
         ..LoadedMesh::default()
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     faces::Faces,
-    header::{Element, Header, Role, Step},
+    header::{COLOR_SLOT, Element, Header, Role, SLOTS, Step, color_scale},
 };
 use crate::{
     error::{SceneError, quote},
@@ -151,9 +151,12 @@ fn read_vertices<V: Values>(
     if header.has_normals {
         reserve(&mut mesh.normals, element.count, element, budget)?;
     }
+    if header.has_colors {
+        reserve(&mut mesh.colors, element.count, element, budget)?;
+    }
     for record in 1..=element.count {
         let start = values.begin_record();
-        let mut kept = [0.0; 6];
+        let mut kept = [0.0; SLOTS];
         for (step_i, step) in element.steps.iter().enumerate() {
             let at = At {
                 element,
@@ -163,9 +166,13 @@ fn read_vertices<V: Values>(
             };
             match *step {
                 Step::Keep { slot, scalar } => {
-                    let value = values.real(scalar).map_err(|wrong| at.wrong(values, wrong))?;
-                    if !is_usable(value) {
-                        return Err(at.unusable(values, value));
+                    let mut value = values.real(scalar).map_err(|wrong| at.wrong(values, wrong))?;
+                    let is_color = slot >= COLOR_SLOT;
+                    if !value.is_finite() || !(is_color || is_usable(value)) {
+                        return Err(at.unusable(values, slot, value));
+                    }
+                    if is_color {
+                        value /= color_scale(scalar);
                     }
                     if let Some(kept) = kept.get_mut(slot) {
                         *kept = value;
@@ -183,12 +190,15 @@ fn read_vertices<V: Values>(
             },
             values,
         )?;
-        let [x, y, z, nx, ny, nz] = kept;
+        let [x, y, z, nx, ny, nz, red, green, blue] = kept;
         mesh.x.push(x);
         mesh.y.push(y);
         mesh.z.push(z);
         if header.has_normals {
             mesh.normals.push(Vec3::new(nx, ny, nz));
+        }
+        if header.has_colors {
+            mesh.colors.push([red, green, blue]);
         }
     }
     Ok(())
@@ -438,16 +448,9 @@ impl At<'_> {
     }
 
     #[cold]
-    pub(super) fn unusable<V: Values>(&self, values: &V, value: f32) -> Fault {
-        let name = self.element.property_names.get(self.step_i);
-        let what = match name.map_or("", String::as_str) {
-            "x" => "x",
-            "y" => "y",
-            "z" => "z",
-            "nx" => "nx",
-            "ny" => "ny",
-            _ => "nz",
-        };
+    fn unusable<V: Values>(&self, values: &V, slot: usize, value: f32) -> Fault {
+        const NAMES: [&str; SLOTS] = ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"];
+        let what = NAMES.get(slot).copied().unwrap_or_default();
         let reason = SceneError::NotUsable { what, value };
         self.fault(values, format!("{}: {reason}", self.record()))
     }

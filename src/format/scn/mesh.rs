@@ -20,8 +20,23 @@ const MAX_MESHES: usize = 1 << 16;
 /// How many notes about its meshes a scene keeps.
 const MAX_NOTES: usize = 1000;
 
-/// Equal for equal meshes: the number of the file, and the bits of the transform.
-pub(super) type Placed = (usize, [u64; 12]);
+/// Equal for equal meshes: the number of the file, and the bits of the transform and of the radius of points.
+pub(super) type Placed = (usize, [u64; 12], u32);
+
+/// How a mesh is placed.
+#[derive(Clone, Copy)]
+struct Placement {
+    transform: Transform,
+    /// Radius of the points of a file without faces, scene units; by their spacing if `None`.
+    point_radius: Option<f32>,
+}
+
+impl Placement {
+    const AS_IT_IS: Self = Self {
+        transform: Transform::IDENTITY,
+        point_radius: None,
+    };
+}
 
 impl Reader<'_> {
     /// `ply_file PATH`: a PLY mesh, not moved, with the current material.
@@ -30,16 +45,16 @@ impl Reader<'_> {
         arguments.hint = QUOTES_HINT;
         arguments.end()?;
         let material = self.shape_material();
-        self.add_mesh(&arguments, path, Transform::IDENTITY, Some(material), Kind::Ply)
+        self.add_mesh(&arguments, path, Placement::AS_IT_IS, Some(material), Kind::Ply)
     }
 
     /// `mesh PATH ...`: a mesh of any format, placed, with the current material or its own.
     pub(super) fn mesh(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [path] = arguments.leading()?;
         arguments.hint = QUOTES_HINT;
-        let transform = read_transform(&mut arguments)?;
+        let placement = read_placement(&mut arguments)?;
         self.needs_light |= self.material.is_none() || !self.is_silhouette;
-        self.add_mesh(&arguments, path, transform, self.material, Kind::Any)
+        self.add_mesh(&arguments, path, placement, self.material, Kind::Any)
     }
 
     /// Adds a mesh, unless the same one stands there already: at equal t the lowest id wins, so the copy would be
@@ -48,7 +63,7 @@ impl Reader<'_> {
         &mut self,
         arguments: &Arguments<'_, '_>,
         word: Word<'_>,
-        transform: Transform,
+        placement: Placement,
         material: Option<MaterialId>,
         kind: Kind,
     ) -> Result<(), LoadError> {
@@ -63,7 +78,8 @@ impl Reader<'_> {
                 .caused_by(cause)
         };
         let number = self.meshes.number(self.files.identity(&path));
-        let placed = (number, transform.bits());
+        let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
+        let placed = (number, placement.transform.bits(), radius_bits);
         if self.placed.contains(&placed) {
             return Ok(());
         }
@@ -79,9 +95,9 @@ impl Reader<'_> {
             }
             cannot_load(cause)
         })?;
-        let added = self.place(number, loaded, &transform, material);
+        let added = self.place(number, loaded, &placement, material);
         added.map_err(|message| {
-            if transform == Transform::IDENTITY {
+            if placement.transform == Transform::IDENTITY {
                 cannot_load(LoadError::whole_file(&path, message))
             } else {
                 // The fault may lie in the placement, not in the file.
@@ -97,9 +113,13 @@ impl Reader<'_> {
         &mut self,
         number: usize,
         loaded: Option<LoadedMesh>,
-        transform: &Transform,
+        placement: &Placement,
         material: Option<MaterialId>,
     ) -> Result<(), String> {
+        let Placement {
+            transform,
+            point_radius,
+        } = placement;
         // Arrays that grow take up to twice their size; the first ones are moved.
         if !self.placed.is_empty() {
             let size = loaded.as_ref().map(size_of_columns);
@@ -111,7 +131,7 @@ impl Reader<'_> {
             add_cameras(builder, count, self.meshes.cameras(number), transform);
             return self
                 .meshes
-                .place(number, transform, material, builder, self.budget);
+                .place(number, (transform, *point_radius), material, builder, self.budget);
         };
         let notes = std::mem::take(&mut mesh.notes).into_iter();
         for note in notes.take(MAX_NOTES.saturating_sub(self.mesh_notes)) {
@@ -120,6 +140,9 @@ impl Reader<'_> {
         }
         add_cameras(builder, count, &mesh.cameras, transform);
         transform.apply(&mut mesh.columns);
+        if let Some(cloud) = &mut mesh.cloud {
+            cloud.radius = *point_radius;
+        }
         mesh.add_to(builder, material).map_err(|error| error.to_string())
     }
 
@@ -155,11 +178,18 @@ fn add_cameras(builder: &mut SceneBuilder, count: &mut usize, cameras: &[MeshCam
     }
 }
 
-/// The steps that place a mesh, in the order in which they apply.
-fn read_transform(arguments: &mut Arguments<'_, '_>) -> Result<Transform, LoadError> {
-    let mut transform = Transform::IDENTITY;
-    while let Some((word, key)) = arguments.key(&["scale", "rotate", "translate"])? {
+/// The steps that place a mesh, in the order in which they apply, and the size of points.
+fn read_placement(arguments: &mut Arguments<'_, '_>) -> Result<Placement, LoadError> {
+    let Placement {
+        mut transform,
+        mut point_radius,
+    } = Placement::AS_IT_IS;
+    while let Some((word, key)) = arguments.key(&["scale", "rotate", "translate", "point_size"])? {
         transform = match key {
+            "point_size" => {
+                point_radius = Some(read_radius(arguments, word)?);
+                continue;
+            }
             "scale" => transform.then_scale(read_scale(arguments, word)?),
             "rotate" => {
                 let [x, y, z, degrees] = arguments.take(word, "rotate x y z DEG")?;
@@ -177,7 +207,21 @@ fn read_transform(arguments: &mut Arguments<'_, '_>) -> Result<Transform, LoadEr
             }
         };
     }
-    Ok(transform)
+    Ok(Placement {
+        transform,
+        point_radius,
+    })
+}
+
+/// The radius of points, given as their diameter.
+fn read_radius(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<f32, LoadError> {
+    let [word] = arguments.take(key, "point_size DIAMETER")?;
+    let radius = (0.5 * arguments.precise(word, "point_size")?) as f32;
+    if radius > 0.0 {
+        return Ok(radius);
+    }
+    let message = format!("point_size is {}, expected a diameter above 0", quote(word.text));
+    Err(arguments.line.error_at(&word, message))
 }
 
 /// One number for all axes, or three.

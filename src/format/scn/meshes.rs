@@ -6,7 +6,7 @@ use crate::{
     format::{
         budget::Budget,
         files::{Files, load_error},
-        mesh::{self, LoadedMesh, MeshCamera},
+        mesh::{self, Cloud, LoadedMesh, MeshCamera},
         ply,
     },
     scene::{MaterialId, SceneBuilder, Transform, TriangleMesh},
@@ -102,6 +102,10 @@ impl Meshes {
             Kind::Ply => ply::read(opened, path, budget)?,
             Kind::Any => mesh::read(opened, path, &mut open, budget)?,
         };
+        if kind == Kind::Ply {
+            // Classic scenes know no points.
+            mesh.cloud = None;
+        }
         // To a mesh a missing material library is no fault.
         count(copied, 0).map_err(|message| LoadError::whole_file(path, message))?;
         budget.give_back_to(before);
@@ -141,7 +145,7 @@ impl Meshes {
     pub(super) fn place(
         &mut self,
         number: usize,
-        transform: &Transform,
+        (transform, point_radius): (&Transform, Option<f32>),
         material: Option<MaterialId>,
         builder: &mut SceneBuilder,
         budget: &Budget,
@@ -155,17 +159,24 @@ impl Meshes {
             y: copied(&mesh.columns.y, budget)?,
             z: copied(&mesh.columns.z, budget)?,
             normals: copied(&mesh.columns.normals, budget)?,
+            colors: match material {
+                Some(_) => Vec::new(),
+                None => copied(&mesh.columns.colors, budget)?,
+            },
             triangles: copied(&mesh.columns.triangles, budget)?,
         };
         transform.apply(&mut columns);
+        let cloud = mesh.cloud.map(|cloud| Cloud {
+            radius: point_radius.or(cloud.radius),
+        });
         let added = if let Some(material) = material {
-            builder.add_mesh(columns, material)
+            mesh::add_columns(builder, columns, cloud, &[material], &[])
         } else {
             let ids = match own {
                 Some(ids) => ids,
                 None => own.insert(mesh.add_surfaces(builder).map_err(|error| error.to_string())?),
             };
-            mesh::add_with_surfaces(builder, columns, ids, &mesh.surface_of)
+            mesh::add_columns(builder, columns, cloud, ids, &mesh.surface_of)
         };
         added.map_err(|error| error.to_string())
     }
@@ -203,6 +214,7 @@ pub(super) fn size_of_columns(mesh: &LoadedMesh) -> usize {
         + size_of_val(&columns.y[..])
         + size_of_val(&columns.z[..])
         + size_of_val(&columns.normals[..])
+        + size_of_val(&columns.colors[..])
         + size_of_val(&columns.triangles[..])
         + size_of_val(&mesh.surface_of[..])
 }

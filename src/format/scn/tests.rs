@@ -22,6 +22,18 @@ fn load(text: &[u8]) -> Result<Scene, LoadError> {
             Ok(b"material matte cd 0 0 1\nsphere 0 0 0 1\ninclude deep/leaf.scn\n".to_vec())
         }
         Some("dir/deep/leaf.scn") => Ok(b"ply_file ../t.ply\ncamera leaf eye 1 2 3 target 0 0 0\n".to_vec()),
+        Some("dir/points.obj") => Ok(b"v 0 0 0 1 0 0\nv 2 0 0 0 0 1\np 1 2\n".to_vec()),
+        Some("dir/points.ply") => Ok(TRIANGLE
+            .replace("face 1", "face 0")
+            .replace("3 0 1 2\n", "")
+            .into()),
+        Some("dir/colors.ply") => Ok(TRIANGLE
+            .replace(
+                "element face",
+                "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face",
+            )
+            .replace(" 0\n", " 0 0 255 51\n")
+            .into()),
         Some("dir/bad.ply") => Ok(TRIANGLE.replace("3 0 1 2", "3 0 1 9").into()),
         _ => Err(io::ErrorKind::NotFound.into()),
     })
@@ -327,6 +339,64 @@ fn placed_meshes() {
     // Before the first `material` a mesh has its own look, and the same as the others.
     let materials: Vec<u32> = scene.triangles().material.iter().map(|id| id.0).collect();
     assert_eq!(materials, [4, 4, 4, 1]);
+}
+
+#[test]
+fn clouds_and_colours() {
+    let spheres = |text: &str| {
+        let scene = scene(text);
+        let spheres = scene.spheres();
+        (
+            spheres.radius.clone(),
+            spheres.color.clone(),
+            scene.triangles().corners.len(),
+        )
+    };
+    let colors = vec![[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    assert_eq!(spheres("mesh points.obj"), (vec![1.3; 2], colors.clone(), 0));
+    // The radius follows the placement, unless a size is given.
+    assert_eq!(spheres("mesh points.obj scale 0.5").0, [0.65; 2]);
+    assert_eq!(
+        spheres("mesh points.obj point_size 0.5 scale 0.5"),
+        (vec![0.25; 2], colors.clone(), 0)
+    );
+    assert_eq!(
+        spheres("material 1\nmesh points.obj"),
+        (vec![1.3; 2], Vec::new(), 0)
+    );
+    // A file that is placed again is copied.
+    let placed = "mesh points.obj\nmesh points.obj\nmesh points.obj translate 0 0 9\nmesh points.obj point_size 1 translate 0 0 5";
+    let all = spheres(placed);
+    assert_eq!(
+        (all.0, all.1),
+        (vec![1.3, 1.3, 1.3, 1.3, 0.5, 0.5], colors.repeat(3))
+    );
+    let triangle = scene("mesh colors.ply\nmesh colors.ply translate 0 0 1\nply_file t.ply");
+    assert_eq!(triangle.vertices().colors[..6], [[0.0, 1.0, 0.2]; 6]);
+    assert_eq!(triangle.vertices().colors[6..], [[1.0; 3]; 3]);
+    // Classic scenes know neither.
+    let classic = scene("ply_file colors.ply\nply_file points.ply");
+    assert!(!classic.has_colors());
+    assert_eq!(
+        (classic.primitive_count(), classic.spheres().radius.len()),
+        (1, 0)
+    );
+    for (size, words) in [
+        ("0", "point_size is `0`, expected a diameter above 0"),
+        ("-1", "point_size is `-1`, expected a diameter above 0"),
+        ("1e-60", "point_size is `1e-60`, expected a diameter above 0"),
+        ("nan", "point_size is `nan`, expected a finite number"),
+        (
+            "2e9",
+            "point_size is 2e9, but numbers above 1e9 are not supported",
+        ),
+        ("x", "point_size is `x`, expected a number"),
+    ] {
+        assert_eq!(
+            fault(format!("mesh points.obj point_size {size}")),
+            format!("1:28: {words}")
+        );
+    }
 }
 
 /// An included file's lines are read as if they stood in the scene; only its paths are its own.

@@ -1,10 +1,10 @@
 //! Adding meshes: checks their arrays and appends them to the scene's, moved instead of copied where possible.
 
-use super::{MIN_PIECE, SceneBuilder, usable};
+use super::{MIN_PIECE, SceneBuilder, WHITE, usable};
 use crate::{
     error::SceneError,
     math::max_abs,
-    scene::{MaterialId, is_usable},
+    scene::{MaterialId, is_usable, material::check_color},
 };
 use glam::Vec3;
 use rayon::{iter::repeat_n, prelude::*};
@@ -20,6 +20,8 @@ pub struct TriangleMesh {
     pub z: Vec<f32>,
     /// One normal per vertex, of any length (zero: none), or empty.
     pub normals: Vec<Vec3>,
+    /// One base colour per vertex, as [`Vertices::colors`](crate::scene::Vertices::colors), or empty.
+    pub colors: Vec<[f32; 3]>,
     /// Vertex indices of each triangle, 0-based.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -28,12 +30,12 @@ impl SceneBuilder {
     /// Adds a mesh. Triangles without area keep their ids but are never hit.
     ///
     /// # Errors
-    /// [`SceneError::NotUsable`], [`SceneError::ArrayLength`], [`SceneError::VertexIndex`],
-    /// [`SceneError::UnknownMaterial`], [`SceneError::TooMany`], [`SceneError::OverLimit`] or
-    /// [`SceneError::NoMemory`]; the scene is unchanged then.
+    /// [`SceneError::NotUsable`], [`SceneError::OutOfRange`] if a channel of a colour is not from 0 to 1,
+    /// [`SceneError::ArrayLength`], [`SceneError::VertexIndex`], [`SceneError::UnknownMaterial`],
+    /// [`SceneError::TooMany`], [`SceneError::OverLimit`] or [`SceneError::NoMemory`]; the scene is unchanged then.
     pub fn add_mesh(&mut self, mesh: TriangleMesh, material: MaterialId) -> Result<(), SceneError> {
         self.check_material(material)?;
-        reserve(&mut self.triangles.material, mesh.triangles.len())?;
+        reserve(&mut self.triangles.material, mesh.triangles.len(), TRIANGLES)?;
         self.add_triangles(mesh)?;
         let materials = repeat_n(
             material,
@@ -55,7 +57,7 @@ impl SceneBuilder {
     ) -> Result<(), SceneError> {
         expect_length("materials", materials.len(), mesh.triangles.len())?;
         materials.iter().try_for_each(|&id| self.check_material(id))?;
-        reserve_for_append(&mut self.triangles.material, &materials)?;
+        reserve_for_append(&mut self.triangles.material, &materials, TRIANGLES)?;
         self.add_triangles(mesh)?;
         append(&mut self.triangles.material, materials);
         Ok(())
@@ -69,23 +71,33 @@ impl SceneBuilder {
             y,
             z,
             normals,
+            colors,
             mut triangles,
         } = mesh;
-        let base = self.vertices.x.len();
-        self.check_limits(triangles.len(), 0, x.len())?;
+        let (base, end) = (self.vertices.x.len(), self.vertices.x.len() + x.len());
+        let has_normals = !normals.is_empty() || !self.vertices.normals.is_empty();
+        let has_colors = !colors.is_empty() || !self.vertices.colors.is_empty();
+        let vectors = (usize::from(has_normals) + usize::from(has_colors)) * end;
+        self.check_limits([triangles.len(), 0, x.len()], vectors + self.spheres.color.len())?;
         let all = &mut self.vertices;
         for (coordinates, more) in [(&mut all.x, &x), (&mut all.y, &y), (&mut all.z, &z)] {
-            reserve_for_append(coordinates, more)?;
+            reserve_for_append(coordinates, more, TRIANGLES)?;
         }
-        reserve_for_append(&mut self.triangles.corners, &triangles)?;
-        if !normals.is_empty() || !all.normals.is_empty() {
-            let missing = base + x.len() - all.normals.len();
-            if base > 0 {
-                reserve(&mut all.normals, missing)?;
-                all.normals.resize(base, Vec3::ZERO);
-            }
-            append(&mut all.normals, normals);
-            all.normals.resize(base + x.len(), Vec3::ZERO);
+        reserve_for_append(&mut self.triangles.corners, &triangles, TRIANGLES)?;
+        // A first mesh is moved.
+        if has_normals && base > 0 {
+            let missing = end - all.normals.len();
+            reserve(&mut all.normals, missing, TRIANGLES)?;
+        }
+        if has_colors && base > 0 {
+            let missing = end - all.colors.len();
+            reserve(&mut all.colors, missing, TRIANGLES)?;
+        }
+        if has_normals {
+            append_padded(&mut all.normals, normals, [base, end], Vec3::ZERO);
+        }
+        if has_colors {
+            append_padded(&mut all.colors, colors, [base, end], WHITE);
         }
         append(&mut all.x, x);
         append(&mut all.y, y);
@@ -114,6 +126,7 @@ impl SceneBuilder {
             !(is_usable(n.x) & is_usable(n.y) & is_usable(n.z))
         });
         unusable.map_or(Ok(()), |i| usable("normal", max_abs_or_nan(mesh.normals[i])))?;
+        check_colors(&mesh.colors, vertices)?;
         let is_beyond = |&[a, b, c]: &[u32; 3]| a.max(b).max(c) as usize >= vertices;
         match first_where(&mesh.triangles, is_beyond) {
             Some(triangle) => {
@@ -130,7 +143,18 @@ impl SceneBuilder {
     }
 }
 
-fn expect_length(what: &'static str, found: usize, expected: usize) -> Result<(), SceneError> {
+/// Refuses channels outside [0, 1], and colours that are neither none nor `count`.
+pub(super) fn check_colors(colors: &[[f32; 3]], count: usize) -> Result<(), SceneError> {
+    if colors.is_empty() {
+        return Ok(());
+    }
+    expect_length("colours", colors.len(), count)?;
+    let is_share = |channel: f32| (0.0..=1.0).contains(&channel);
+    let wrong = first_where(colors, |&[r, g, b]| !(is_share(r) & is_share(g) & is_share(b)));
+    wrong.map_or(Ok(()), |i| check_color(colors[i]))
+}
+
+pub(super) fn expect_length(what: &'static str, found: usize, expected: usize) -> Result<(), SceneError> {
     if found == expected {
         Ok(())
     } else {
@@ -143,7 +167,7 @@ fn expect_length(what: &'static str, found: usize, expected: usize) -> Result<()
 }
 
 /// Returns the index of the first element for which `is_wrong` returns true.
-fn first_where<T: Sync>(array: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+pub(super) fn first_where<T: Sync>(array: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> Option<usize> {
     let wrong_piece = array
         .par_chunks(MIN_PIECE)
         // No early exit, so that the loop vectorises.
@@ -153,21 +177,36 @@ fn first_where<T: Sync>(array: &[T], is_wrong: impl Fn(&T) -> bool + Sync) -> Op
     Some(start + i)
 }
 
-fn reserve<T>(array: &mut Vec<T>, more: usize) -> Result<(), SceneError> {
+/// What an error of memory names.
+const TRIANGLES: &str = "triangles";
+
+pub(super) fn reserve<T>(array: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), SceneError> {
     let reserved = array.try_reserve(more);
-    reserved.map_err(|_| SceneError::NoMemory { what: "triangles" })
+    reserved.map_err(|_| SceneError::NoMemory { what })
 }
 
 /// Reserves the memory that [`append`] needs: none if it moves.
-fn reserve_for_append<T>(array: &mut Vec<T>, more: &[T]) -> Result<(), SceneError> {
+pub(super) fn reserve_for_append<T>(
+    array: &mut Vec<T>,
+    more: &[T],
+    what: &'static str,
+) -> Result<(), SceneError> {
     if array.is_empty() {
         return Ok(());
     }
-    reserve(array, more.len())
+    reserve(array, more.len(), what)
+}
+
+/// Appends what the elements from `base` to `end` have, `from` or nothing; `to` is as long as both need then, `missing`
+/// where there was nothing.
+pub(super) fn append_padded<T: Copy>(to: &mut Vec<T>, from: Vec<T>, [base, end]: [usize; 2], missing: T) {
+    to.resize(base, missing);
+    append(to, from);
+    to.resize(end, missing);
 }
 
 /// Appends `from` to `to`, without a copy if `to` is empty.
-fn append<T>(to: &mut Vec<T>, mut from: Vec<T>) {
+pub(super) fn append<T>(to: &mut Vec<T>, mut from: Vec<T>) {
     if to.is_empty() {
         *to = from;
     } else {

@@ -96,6 +96,14 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
                     y: corners.map(|c| c.y).to_vec(),
                     z: corners.map(|c| c.z).to_vec(),
                     normals: vec![point(u)?, point(u)?, point(u)?, Vec3::ZERO],
+                    // Without bytes of their own, so that old inputs keep their meaning.
+                    colors: if corners[0].x > 0.0 {
+                        corners
+                            .map(|c| c.to_array().map(|channel| channel.abs().min(1.0)))
+                            .to_vec()
+                    } else {
+                        Vec::new()
+                    },
                     triangles: vec![[0, 1, 2], [0, 2, 3], [3, 2, 0]],
                 };
                 let _ = builder.add_mesh(mesh, current);

@@ -1,0 +1,216 @@
+//! Point clouds: the vertices of a file without faces become spheres.
+
+use crate::{
+    error::SceneError,
+    scene::{SphereCloud, TriangleMesh},
+};
+use glam::Vec3;
+use rayon::prelude::*;
+
+/// Of how many points the neighbours are searched: each is compared with all points.
+// Tuned: see docs/lab-notes.md#point-spacing
+const SAMPLES: usize = 128;
+
+/// Which neighbour's distance counts. In a grid the third is as near as the first; among random points the first is often
+/// much nearer than most others.
+const NEIGHBOUR: usize = 3;
+
+/// Radius of the spheres in distances of that neighbour: those of a square grid overlap, with little between them.
+const RADIUS: f32 = 0.65;
+
+/// Radius of points without neighbours, scene units.
+const ALONE: f32 = 0.5;
+
+/// How many points a thread compares with all samples: they stay in its cache.
+const PIECE: usize = 1 << 12;
+
+/// How many distances are computed before their least is looked at.
+const BLOCK: usize = 64;
+
+/// A mesh without faces: each vertex is a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cloud {
+    /// Radius of the points, scene units; `None` leaves it to their spacing.
+    pub radius: Option<f32>,
+}
+
+impl Cloud {
+    /// Returns the radius of the points: the one that is set, or 0.65 times the median distance to the third nearest
+    /// neighbour (the nearest, if there are fewer) over 128 of them. Points at the same position are no neighbours. It does
+    /// not depend on the machine or the number of threads. Points that are all at one position get 0.5, or 1/1000 of their
+    /// largest coordinate.
+    #[must_use]
+    pub fn radius(self, points: &TriangleMesh) -> f32 {
+        self.radius
+            .unwrap_or_else(|| spacing(points).map_or_else(|| alone(points), |distance| RADIUS * distance))
+    }
+
+    /// Makes spheres of the vertices, which are moved, and drops what spheres do not have.
+    pub(super) fn spheres(self, points: TriangleMesh) -> Result<SphereCloud, SceneError> {
+        let each = self.radius(&points);
+        let TriangleMesh { x, y, z, colors, .. } = points;
+        let mut radius = Vec::new();
+        let reserved = radius.try_reserve_exact(x.len());
+        reserved.map_err(|_| SceneError::NoMemory { what: "spheres" })?;
+        radius.resize(x.len(), each);
+        Ok(SphereCloud {
+            x,
+            y,
+            z,
+            radius,
+            colors,
+        })
+    }
+}
+
+/// The radius of points without neighbours: large enough that rounding leaves a sphere.
+fn alone(points: &TriangleMesh) -> f32 {
+    let position = |i: usize| Some(Vec3::new(*points.x.get(i)?, *points.y.get(i)?, *points.z.get(i)?));
+    ALONE.max(position(0).map_or(0.0, |p| p.abs().max_element()) / 1000.0)
+}
+
+/// The median distance to the neighbours of evenly chosen points; `None` if none has a neighbour.
+fn spacing(points: &TriangleMesh) -> Option<f32> {
+    let count = points.x.len().min(points.y.len()).min(points.z.len());
+    let samples: Vec<[f32; 3]> = (0..count.min(SAMPLES))
+        .map(|i| (i as u64 * count as u64 / count.min(SAMPLES) as u64) as usize)
+        .map(|i| [points.x[i], points.y[i], points.z[i]])
+        .collect();
+    let columns = (
+        points.x.par_chunks(PIECE),
+        points.y.par_chunks(PIECE),
+        points.z.par_chunks(PIECE),
+    );
+    // The least of all distances do not depend on their order.
+    let none = || vec![Nearest::NONE; samples.len()];
+    let nearest = columns
+        .into_par_iter()
+        .fold(none, |mut nearest, (x, y, z)| {
+            for (nearest, &sample) in nearest.iter_mut().zip(&samples) {
+                nearest.add_points(sample, x, y, z);
+            }
+            nearest
+        })
+        .reduce(none, |mut a, b| {
+            for (nearest, other) in a.iter_mut().zip(b) {
+                other.0.into_iter().for_each(|squared| nearest.add(squared));
+            }
+            a
+        });
+    let mut distances: Vec<f32> = nearest.iter().filter_map(Nearest::squared).collect();
+    if distances.is_empty() {
+        return None;
+    }
+    let middle = distances.len() / 2;
+    let (_, median, _) = distances.select_nth_unstable_by(middle, f32::total_cmp);
+    Some(median.sqrt())
+}
+
+/// The squares of the least distances so far, ascending; infinite where there is none.
+#[derive(Clone, Copy)]
+struct Nearest([f32; NEIGHBOUR]);
+
+impl Nearest {
+    const NONE: Self = Self([f32::INFINITY; NEIGHBOUR]);
+
+    /// The square of the distance that counts.
+    fn squared(&self) -> Option<f32> {
+        let [first, .., last] = self.0;
+        [last, first].into_iter().find(|squared| squared.is_finite())
+    }
+
+    fn add(&mut self, mut squared: f32) {
+        for least in &mut self.0 {
+            if squared < *least {
+                std::mem::swap(least, &mut squared);
+            }
+        }
+    }
+
+    /// Adds the distances from a position to all points that are not at it.
+    fn add_points(&mut self, [px, py, pz]: [f32; 3], x: &[f32], y: &[f32], z: &[f32]) {
+        let blocks = x.chunks(BLOCK).zip(y.chunks(BLOCK)).zip(z.chunks(BLOCK));
+        for ((x, y), z) in blocks {
+            let mut squared = [f32::INFINITY; BLOCK];
+            for (((squared, x), y), z) in squared.iter_mut().zip(x).zip(y).zip(z) {
+                let (dx, dy, dz) = (x - px, y - py, z - pz);
+                let distance = dx * dx + dy * dy + dz * dz;
+                *squared = if distance > 0.0 { distance } else { f32::INFINITY };
+            }
+            let [.., last] = self.0;
+            // A minimum, not `any`, so that the loop vectorises.
+            let least = squared.iter().fold(
+                f32::INFINITY,
+                |least, &next| if next < least { next } else { least },
+            );
+            if least < last {
+                for squared in squared {
+                    self.add(squared);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(positions: impl IntoIterator<Item = [f32; 3]>) -> TriangleMesh {
+        let mut points = TriangleMesh::default();
+        for [x, y, z] in positions {
+            points.x.push(x);
+            points.y.push(y);
+            points.z.push(z);
+        }
+        points
+    }
+
+    fn radius(positions: impl IntoIterator<Item = [f32; 3]>) -> f32 {
+        Cloud::default().radius(&points(positions))
+    }
+
+    #[test]
+    fn the_radius_follows_the_spacing() {
+        let grid = |copies: u32| {
+            (0..10_000 * copies).map(move |i| {
+                [
+                    (i / copies % 100) as f32 * 0.25,
+                    (i / copies / 100) as f32 * 0.25,
+                    3.0,
+                ]
+            })
+        };
+        assert_eq!(radius(grid(1)), 0.65 * 0.25);
+        // Neither copies nor a few points far away change it.
+        assert_eq!(radius(grid(3)), 0.65 * 0.25);
+        let outliers = (0..50).map(|i| [1e6 + 1e3 * i as f32, 0.0, 0.0]);
+        assert_eq!(radius(grid(1).chain(outliers)), 0.65 * 0.25);
+        assert_eq!(radius([[0.0; 3], [0.0, 2.0, 0.0]]), 1.3);
+        let set = Cloud { radius: Some(0.125) };
+        assert_eq!(set.radius(&points(grid(1))), 0.125);
+    }
+
+    #[test]
+    fn points_at_one_position_have_a_radius() {
+        assert_eq!(radius([[1.0, 2.0, 3.0]]), 0.5);
+        assert_eq!(radius(vec![[1.0, 2.0, 3.0]; 5000]), 0.5);
+        assert_eq!(radius([[0.0, -1e9, 0.0]]), 1e6);
+        assert_eq!(radius([]), 0.5);
+        // So close that the square is 0.
+        assert_eq!(radius([[0.0; 3], [1e-30, 0.0, 0.0]]), 0.5);
+    }
+
+    #[test]
+    fn spheres_keep_the_colours() {
+        let mut cloud = points([[0.0; 3], [1.0, 0.0, 0.0]]);
+        cloud.colors = vec![[1.0, 0.0, 0.0], [0.0, 0.5, 0.0]];
+        cloud.normals = vec![Vec3::Z; 2];
+        let spheres = Cloud::default().spheres(cloud).expect("little memory");
+        assert_eq!(
+            (&spheres.x[..], &spheres.radius[..]),
+            (&[0.0, 1.0][..], &[0.65; 2][..])
+        );
+        assert_eq!(spheres.colors, [[1.0, 0.0, 0.0], [0.0, 0.5, 0.0]]);
+    }
+}

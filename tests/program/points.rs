@@ -1,0 +1,69 @@
+//! Files without faces on the command line: clouds of spheres.
+
+use crate::program::Folder;
+
+#[test]
+fn clouds_of_points() {
+    let folder = Folder::new();
+    folder.write("points.obj", "v 0 0 0 1 0 0\nv 1 0 0 0 0 1\np 1 2\n");
+    let run = folder.run_line("points.obj -s 64x64");
+    assert_eq!(
+        (run.succeeded().stderr.contains("warning"), run.code),
+        (false, Some(0))
+    );
+    let picture = image::open(folder.path("points.png")).unwrap().into_rgb8();
+    for (name, is_color) in [
+        (
+            "red",
+            (|[r, g, b]: [u8; 3]| r > 128 && g < 60 && b < 60) as fn([u8; 3]) -> bool,
+        ),
+        ("blue", |[r, g, b]| b > 128 && r < 60 && g < 60),
+    ] {
+        let shown = picture.pixels().filter(|pixel| is_color(pixel.0)).count();
+        assert!(shown > 100, "{name}: {shown}");
+    }
+    let info = folder.run_line("info points.obj");
+    for words in [
+        "spheres            2 (with colours)",
+        "points.obj: no faces: its points become spheres of radius 0.65",
+        "sphere color",
+    ] {
+        assert!(info.succeeded().text().contains(words), "{info:?}");
+    }
+    folder.write("same.obj", "v 1 2 3\nv 1 2 3\nv 1 2 3\n");
+    folder.write("one.obj", "v 1e6 2 3\n");
+    for (line, radius) in [("same.obj", "0.5"), ("one.obj", "1000")] {
+        let info = folder.run_line(&format!("info {line}"));
+        assert!(
+            info.text().contains(&format!("spheres of radius {radius}\n")),
+            "{info:?}"
+        );
+        folder.run_line(&format!("{line} -s 16x16 --ground")).succeeded();
+        let picture = image::open(folder.path(&line.replace("obj", "png")))
+            .unwrap()
+            .into_rgb8();
+        assert!(
+            picture.pixels().any(|pixel| pixel != picture.get_pixel(0, 0)),
+            "{line}"
+        );
+    }
+    // A point reaches as far as its radius: the picture shows all of it.
+    folder.run_line("same.obj -s 64x64 --point-size 50").succeeded();
+    let picture = image::open(folder.path("same.png")).unwrap().into_rgb8();
+    let background = *picture.get_pixel(0, 0);
+    assert_ne!(*picture.get_pixel(32, 32), background);
+    for i in 0..64 {
+        for (x, y) in [(i, 0), (i, 63), (0, i), (63, i)] {
+            assert_eq!(*picture.get_pixel(x, y), background);
+        }
+    }
+    folder.write("a.obj", "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nf 1 2 3\n");
+    let run = folder.run_line("a.obj -s 8x8 --point-size 1");
+    let words = "warning: a.obj: the mesh has faces, so --point-size has no effect\n";
+    assert_eq!((run.code, &run.stderr[..]), (Some(0), words));
+    let info = folder.run_line("info a.obj");
+    assert!(
+        info.text().contains("vertices           3 (with colours)"),
+        "{info:?}"
+    );
+}
