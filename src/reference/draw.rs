@@ -7,7 +7,7 @@ use crate::{
 use glam::Vec3;
 
 const SIN: [f32; 5] = [
-    0.785_398_2,
+    std::f32::consts::FRAC_PI_4,
     -0.080_745_51,
     0.002_490_394_6,
     -3.657_620_4e-5,

@@ -37,7 +37,7 @@ impl Draws<'_> {
 
 /// Coefficients of sin(pi/4 x) / x and of cos(pi/4 x) in powers of x^2, Taylor's: from -1 to 1 within 4e-8.
 const SIN: [f32; 5] = [
-    0.785_398_2,
+    std::f32::consts::FRAC_PI_4,
     -0.080_745_51,
     0.002_490_394_6,
     -3.657_620_4e-5,
