@@ -1,6 +1,7 @@
 //! Transfer functions from linear channels to bytes.
 
 use super::quantize;
+use crate::math::srgb::decode;
 use std::sync::OnceLock;
 
 /// The transfer function from linear light to bytes.
@@ -35,19 +36,10 @@ fn srgb_steps() -> &'static [f32; 255] {
     STEPS.get_or_init(|| {
         let mut steps = [0.0; 255];
         for (i, step) in steps.iter_mut().enumerate() {
-            *step = to_linear((i as f64 + 0.5) / 255.0) as f32;
+            *step = decode((i as f64 + 0.5) / 255.0) as f32;
         }
         steps
     })
-}
-
-/// Decodes an sRGB channel from 0 to 1.
-fn to_linear(channel: f64) -> f64 {
-    if channel <= 0.04045 {
-        channel / 12.92
-    } else {
-        libm::pow((channel + 0.055) / 1.055, 2.4)
-    }
 }
 
 #[cfg(test)]
@@ -69,7 +61,7 @@ mod tests {
             assert_eq!(encode(linear), byte, "{linear}");
         }
         for byte in 0..=255 {
-            assert_eq!(encode(to_linear(f64::from(byte) / 255.0) as f32), byte);
+            assert_eq!(encode(decode(f64::from(byte) / 255.0) as f32), byte);
         }
         assert_eq!(Transfer::Linear.encode([0.5; 3]), [127; 3]);
     }

@@ -28,7 +28,7 @@ const MODULES: [(&str, Option<&str>); 26] = [
     // Sample points.
     ("sobol", Some("")),
     ("scene", Some("classic ray math simd lanes error")),
-    ("format", Some("scene error")),
+    ("format", Some("scene math error")),
     ("generate", Some("scene format math classic error")),
     ("accel", Some("scene geometry classic ray simd lanes math error")),
     (

@@ -29,7 +29,7 @@ sphere 0.8 -0.4 0.3 0.3
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 22] = [
+const CASES: [(&str, &str, &str); 23] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -95,6 +95,7 @@ const CASES: [(&str, &str, &str); 22] = [
         "--eye 5,4,3 --samples 4 --background transparent --build best",
     ),
     ("mobile.gltf", "png", "--camera front --ground --srgb --samples 4"),
+    ("mobile.gltf", "png", "--style studio --ground --samples 5"),
     (
         "tetrahedron.ply",
         "png",

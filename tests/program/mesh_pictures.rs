@@ -36,12 +36,36 @@ fn golden_pictures_of_every_format() {
             ("gltf", "mobile.gltf", &["--ground"]),
             ("gltf-camera", "mobile.gltf", &["--camera", "front"]),
             ("up-axis", "house.stl", &["--up-axis", "y"]),
+            ("studio", "helix.ply", &["--ground", "--style", "studio"]),
+            ("clay", "mobile.gltf", &["--style", "clay"]),
         ]
         .map(|(name, mesh, options)| {
             let actual = picture(&folder, mesh, &[&size[..], options].concat());
             compare_golden(&format!("mesh-{name}"), &actual, SHARE)
         }),
     );
+}
+
+/// A style is no more than what its options say: the sRGB curve, the filter, and how many samples there are.
+#[test]
+fn styles_give_way_to_options() {
+    let folder = Folder::new();
+    let studio = |options: &str| {
+        let words: Vec<&str> = options.split_whitespace().collect();
+        let style = ["--style", "studio", "--size", "60x40"];
+        picture(&folder, "vase.obj", &[&style[..], &words].concat())
+    };
+    let whole = studio("");
+    assert!(whole == studio("--samples 16 --filter tent --srgb"));
+    for option in ["--samples 4", "--filter box", "--linear"] {
+        assert!(whole != studio(option), "{option}");
+    }
+    assert!(whole == studio("--threads 1 --mode scalar"));
+    let plain = ["--size", "60x40", "--style", "plain"];
+    assert!(picture(&folder, "vase.obj", &plain) == picture(&folder, "vase.obj", &plain[..2]));
+    folder.write("a.scn", "light 1 2 3 1\nmaterial 1\nsphere 0 0 0 1\n");
+    let words = "--style applies to meshes only";
+    folder.fails(&["a.scn", "--style", "clay"], 2, words);
 }
 
 #[test]

@@ -91,6 +91,7 @@ impl MeshArgs {
             point_size: self.point_size,
             lit_from: self.lit_from,
             turning,
+            ..MeshOptions::default()
         }
     }
 }

@@ -3,7 +3,10 @@
 use crate::{
     accel::BuildQuality,
     bench::Method,
-    cli::{plan::Build, write::AovKind},
+    cli::{
+        plan::{Build, Style},
+        write::AovKind,
+    },
     render::{Filter, Mode, Pattern},
 };
 use clap::{ValueEnum, builder::PossibleValue};
@@ -32,6 +35,12 @@ choices! { AovKind:
     Self::Albedo => "albedo", "The material's own colour";
     Self::Id => "id", "Which triangle or sphere";
     Self::Heat => "heat", "How many nodes and primitives the ray visited";
+}
+
+choices! { Style:
+    Self::Plain => "plain", "Two point lights with hard shadows; one sample per pixel, no gamma";
+    Self::Studio => "studio", "A large soft light and ambient occlusion; 16 samples per pixel, tent filter, sRGB";
+    Self::Clay => "clay", "As studio, and all of the mesh has one colour";
 }
 
 choices! { Pattern:

@@ -25,7 +25,7 @@ pub struct PictureArgs {
     #[arg(long, conflicts_with = "linear")]
     pub srgb: bool,
 
-    /// Write linear values, without gamma (the default)
+    /// Write linear values, without gamma (the default, except with --style studio or clay)
     #[arg(long)]
     pub linear: bool,
 
@@ -34,21 +34,24 @@ pub struct PictureArgs {
     pub background: BackgroundArg,
 }
 
+/// Samples of the soft styles: grain is hardly seen.
+const SOFT_SAMPLES: u32 = 16;
+
 /// Where the samples of a pixel lie.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Samples")]
 pub struct SampleArgs {
-    /// Samples per pixel
-    #[arg(long, value_name = "N", value_parser = values::whole::<{ u32::MAX }>, default_value_t = 1)]
-    pub samples: u32,
+    /// Samples per pixel [default: 1; 16 with --style studio or clay]
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ u32::MAX }>)]
+    pub samples: Option<u32>,
 
     /// How the samples of a pixel are placed [default: grid for a square number of samples (1, 4, 9, 16, ...), else sobol]
     #[arg(long, value_enum)]
     pub pattern: Option<Pattern>,
 
-    /// How samples are weighted by their distance from the pixel's centre
-    #[arg(long, value_enum, default_value_t = Filter::Box)]
-    pub filter: Filter,
+    /// How samples are weighted by their distance from the pixel's centre [default: box; tent with --style studio or clay]
+    #[arg(long, value_enum)]
+    pub filter: Option<Filter>,
 }
 
 /// What camera rays that hit nothing return.
@@ -61,10 +64,10 @@ pub enum BackgroundArg {
 }
 
 impl PictureArgs {
-    /// As plain values.
-    pub fn options(&self) -> PictureOptions {
+    /// As plain values. `is_soft`: of a mesh in one of the soft styles, sRGB unless it is said.
+    pub fn options(&self, is_soft: bool) -> PictureOptions {
         PictureOptions {
-            transfer: if self.srgb {
+            transfer: if self.srgb || is_soft && !self.linear {
                 Transfer::Srgb
             } else {
                 Transfer::Linear
@@ -91,12 +94,12 @@ impl PictureArgs {
 }
 
 impl SampleArgs {
-    /// Puts the samples into the settings.
+    /// Puts the samples into the settings; `is_soft` as for [`PictureArgs::options`].
     ///
     /// # Errors
     /// [`CliError::Usage`] if the number does not suit the pattern that was asked for.
-    pub fn apply(&self, settings: &mut Settings) -> Result<(), CliError> {
-        let samples = self.samples;
+    pub fn apply(&self, settings: &mut Settings, is_soft: bool) -> Result<(), CliError> {
+        let samples = self.samples.unwrap_or(if is_soft { SOFT_SAMPLES } else { 1 });
         let side = samples.isqrt();
         let is_square = side * side == samples;
         if let Some(pattern @ (Pattern::Grid | Pattern::Stratified)) = self.pattern
@@ -114,7 +117,8 @@ impl SampleArgs {
         settings.pattern = self
             .pattern
             .unwrap_or(if is_square { Pattern::Grid } else { Pattern::Sobol });
-        settings.filter = self.filter;
+        let filter = if is_soft { Filter::Tent } else { Filter::Box };
+        settings.filter = self.filter.unwrap_or(filter);
         Ok(())
     }
 }

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     cli::{
         CliError, load,
-        plan::{Job, JsonTarget, Pictures, RenderPlan, check_inputs, is_standard_input},
+        plan::{Job, JsonTarget, MeshOptions, Pictures, RenderPlan, Style, check_inputs, is_standard_input},
         process::useful_threads,
         write::is_foreign,
     },
@@ -53,6 +53,10 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub mesh: MeshArgs,
+
+    /// How a mesh is lit, and how its picture is made unless other options say so
+    #[arg(long, value_enum, default_value_t = Style::Plain, help_heading = "Meshes")]
+    pub style: Style,
 
     #[command(flatten)]
     pub trace: TraceArgs,
@@ -99,9 +103,9 @@ impl RenderArgs {
     pub fn plan(&self) -> Result<RenderPlan, CliError> {
         let mut settings = self.trace.settings(self.size)?;
         self.picture.apply(&mut settings)?;
-        self.sampling.apply(&mut settings)?;
+        self.sampling.apply(&mut settings, self.style.is_soft())?;
         settings.validate()?;
-        let picture = self.picture.options();
+        let picture = self.picture.options(self.style.is_soft());
         let turntable = self.series.turntable();
         let pictures = Pictures {
             settings: &settings,
@@ -113,7 +117,11 @@ impl RenderArgs {
             force: self.force,
             comparison: self.comparison.options(!self.is_default("difference")),
         };
-        let (camera, mesh) = (self.camera.options(), self.mesh.options(turntable.is_some()));
+        let camera = self.camera.options();
+        let mesh = MeshOptions {
+            style: self.style,
+            ..self.mesh.options(turntable.is_some())
+        };
         let memory = self.memory.limit();
         let jobs = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
         let inputs = check_inputs(&jobs, self.config.path().as_deref())?;

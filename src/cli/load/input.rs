@@ -110,6 +110,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         towards_viewer: lit_from,
         up: up.vector(),
         ground: mesh.ground,
+        style: mesh.style,
     };
     let (scene, rig) = stage::build(loaded, &stage, memory).map_err(|error| failed(path, &error))?;
     Ok(Input {

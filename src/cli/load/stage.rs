@@ -1,8 +1,9 @@
 //! The scene around a mesh without one: lights, a background, optionally a ground.
 
 use crate::{
+    cli::plan::Style,
     error::SceneError,
-    format::mesh::LoadedMesh,
+    format::mesh::{LoadedMesh, Surface},
     math::Aabb,
     scene::{Background, Material, Scene, SceneBuilder, TriangleMesh},
 };
@@ -16,6 +17,7 @@ pub struct Stage {
     /// A unit vector.
     pub up: DVec3,
     pub ground: bool,
+    pub style: Style,
 }
 
 /// Places the lights of a mesh by the direction of the viewer.
@@ -24,6 +26,7 @@ pub struct Rig {
     center: DVec3,
     radius: f64,
     up: DVec3,
+    style: Style,
 }
 
 impl Rig {
@@ -44,10 +47,16 @@ impl Rig {
             .cross(towards_viewer)
             .normalize_or(self.up.any_orthonormal_vector());
         let up = towards_viewer.cross(right);
-        for ([to_right, upwards, forwards], intensity) in LIGHTS {
+        let lights = if self.style.is_soft() {
+            &[SOFT_LIGHT][..]
+        } else {
+            &LIGHTS
+        };
+        for &([to_right, upwards, forwards], intensity, size) in lights {
             let direction = right * to_right + up * upwards + towards_viewer * forwards;
             let position = self.center + direction.normalize() * (self.radius * LIGHT_DISTANCE);
-            builder.add_light(position.as_vec3(), intensity)?;
+            let radius = (self.radius * size) as f32;
+            builder.add_sphere_light(position.as_vec3(), radius, intensity, [1.0; 3])?;
         }
         Ok(())
     }
@@ -57,9 +66,17 @@ const BACKGROUND: [f32; 3] = [0.93, 0.94, 0.96];
 const AMBIENT: f32 = 0.2;
 const GROUND: [f32; 3] = [0.95, 0.95, 0.94];
 
-/// Key light and fill light: direction as seen by the viewer (right, up, towards the viewer) and intensity. Together with
-/// the ambient light they reach at most 1, so that a white mesh is not overexposed.
-const LIGHTS: [([f64; 3], f32); 2] = [([-0.6, 0.8, 1.0], 0.6), ([0.5, 0.1, 1.0], 0.3)];
+/// Key light and fill light: direction as seen by the viewer (right, up, towards the viewer), intensity, and radius in
+/// radii of the mesh. Together with the ambient light they reach at most 1, so that a white mesh is not overexposed.
+const LIGHTS: [([f64; 3], f32, f64); 2] = [([-0.6, 0.8, 1.0], 0.6, 0.0), ([0.5, 0.1, 1.0], 0.3, 0.0)];
+
+/// The light of the soft styles: 23 degrees wide, as a large window across a room.
+const SOFT_LIGHT: ([f64; 3], f32, f64) = ([-0.8, 0.9, 0.8], 0.73, 20.0);
+/// Their ambient light, and how far it is occluded in radii of the mesh.
+const SOFT_AMBIENT: (f32, f64) = (0.27, 1.2);
+/// Linear, as their other colours.
+const SOFT_BACKGROUND: [f32; 3] = [0.83, 0.84, 0.86];
+const SOFT_GROUND: [f32; 3] = [0.78, 0.78, 0.78];
 
 /// Distance of the lights, in radii of the mesh: far enough to light the ground evenly.
 const LIGHT_DISTANCE: f64 = 100.0;
@@ -72,7 +89,7 @@ const GROUND_GAP: f64 = 1e-3;
 ///
 /// # Errors
 /// [`SceneError`].
-pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Rig), SceneError> {
+pub fn build(mut loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Rig), SceneError> {
     let mut bounds = bounds(&loaded.columns);
     if let Some(cloud) = loaded.cloud
         && !bounds.is_empty()
@@ -89,17 +106,31 @@ pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, R
     };
 
     let mut builder = SceneBuilder::within(memory);
-    builder.set_ambient(AMBIENT)?;
-    builder.set_background(Background::constant(BACKGROUND))?;
+    let mut ground_color = GROUND;
+    if stage.style.is_soft() {
+        let (ambient, reach) = SOFT_AMBIENT;
+        builder.set_ambient(ambient)?;
+        builder.set_ambient_reach(Some((reach * radius) as f32))?;
+        builder.set_background(Background::constant(SOFT_BACKGROUND))?;
+        ground_color = SOFT_GROUND;
+        if stage.style == Style::Clay {
+            loaded.paint(Surface::CLAY);
+        }
+        loaded.linearize();
+    } else {
+        builder.set_ambient(AMBIENT)?;
+        builder.set_background(Background::constant(BACKGROUND))?;
+    }
     let rig = Rig {
         center,
         radius,
         up: stage.up,
+        style: stage.style,
     };
     rig.add_lights(stage.towards_viewer, &mut builder)?;
     loaded.add_to(&mut builder, None)?;
     if stage.ground {
-        let material = builder.add_material(Material::Matte { color: GROUND })?;
+        let material = builder.add_material(Material::Matte { color: ground_color })?;
         builder.add_mesh(ground(stage.up, &bounds, center, radius), material)?;
     }
     Ok((builder.finish(), rig))

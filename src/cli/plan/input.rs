@@ -56,9 +56,29 @@ pub enum StartView {
     Eye(DVec3),
 }
 
+/// How a mesh is lit, and how its picture is made unless other options say so.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Style {
+    /// Two point lights; one sample a pixel, display values.
+    #[default]
+    Plain,
+    /// A large light and ambient occlusion; many samples, linear light, sRGB.
+    Studio,
+    /// As [`Self::Studio`], all of one colour.
+    Clay,
+}
+
+impl Style {
+    /// Whether colours are linear light, and shadows soft.
+    pub fn is_soft(self) -> bool {
+        self != Self::Plain
+    }
+}
+
 /// How a mesh without a scene is shown.
 #[derive(Clone, Debug, Default)]
 pub struct MeshOptions {
+    pub style: Style,
     pub up_axis: Option<UpAxis>,
     pub ground: bool,
     pub smooth_degrees: Option<f64>,
@@ -174,6 +194,7 @@ impl MeshOptions {
     /// [`CliError::Usage`].
     pub fn refuse_for_scene(&self, scene: &Path) -> Result<(), CliError> {
         let given = [
+            ("--style", self.style != Style::Plain),
             ("--ground", self.ground),
             ("--up-axis", self.up_axis.is_some()),
             ("--smooth-angle", self.smooth_degrees.is_some()),

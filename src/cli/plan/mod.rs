@@ -12,7 +12,7 @@ mod turntable;
 pub use choice::ViewPlan;
 pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, VerifyPlan};
 pub use input::{
-    CameraOptions, InputKind, InputPlan, MeshOptions, StartView, is_standard_input, kind_of, name,
+    CameraOptions, InputKind, InputPlan, MeshOptions, StartView, Style, is_standard_input, kind_of, name,
 };
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
 pub use render::{CompareOptions, Frame, Job, PictureOptions, Pictures, RenderPlan, check_inputs, objection};

@@ -27,6 +27,8 @@ pub struct Info {
     light_list: Vec<LightInfo>,
     materials: Vec<MaterialUse>,
     ambient: f32,
+    /// Scene units; null without ambient occlusion.
+    ambient_reach: Option<f32>,
     background: BackgroundInfo,
     cameras: Vec<CameraInfo>,
     /// Included scene files.
@@ -55,6 +57,8 @@ struct LightInfo {
     position: [f32; 3],
     intensity: f32,
     color: [f32; 3],
+    /// 0 for a point.
+    radius: f32,
 }
 
 /// Bottom and top are equal for a constant background.
@@ -121,6 +125,7 @@ impl Info {
             light_list: lights(scene),
             materials: materials_used(scene),
             ambient: scene.ambient(),
+            ambient_reach: scene.ambient_reach(),
             background: BackgroundInfo {
                 bottom: scene.background().bottom,
                 top: scene.background().top,
@@ -188,7 +193,13 @@ impl Info {
         some(&mut lines, "", &self.light_list, LightInfo::text);
         some(&mut lines, "material", &self.materials, MaterialUse::text);
         let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));
-        line("ambient", self.ambient.to_string());
+        line(
+            "ambient",
+            match self.ambient_reach {
+                Some(reach) => format!("{} reach {reach}", self.ambient),
+                None => self.ambient.to_string(),
+            },
+        );
         line("background", self.background.text());
         some(&mut lines, "camera", &self.cameras, CameraInfo::text);
         some(&mut lines, "includes", &self.includes, |path| clip(path));
@@ -275,6 +286,9 @@ impl LightInfo {
         if self.color != [1.0; 3] {
             text += &format!(" color {}", list(self.color));
         }
+        if self.radius > 0.0 {
+            text += &format!(" radius {}", self.radius);
+        }
         text
     }
 }
@@ -354,6 +368,7 @@ fn lights(scene: &Scene) -> Vec<LightInfo> {
         position: (scene.origin() + lights.position(i)).to_array(),
         intensity: lights.intensity[i],
         color: lights.color[i],
+        radius: lights.radius[i],
     };
     (0..lights.intensity.len()).map(one).collect()
 }
@@ -429,6 +444,7 @@ fn columns(scene: &Scene) -> Vec<Column> {
         column("light z", &l.z),
         column("light intensity", &l.intensity),
         column("light color", &l.color),
+        column("light radius", &l.radius),
         column("material", scene.materials()),
     ];
     columns.retain(|column| column.length > 0);

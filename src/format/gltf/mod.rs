@@ -20,7 +20,10 @@ use super::{
     budget::Budget,
     mesh::{LoadedMesh, Surface, add_texture},
 };
-use crate::error::{LoadError, SourcePos};
+use crate::{
+    error::{LoadError, SourcePos},
+    math::srgb,
+};
 use buffers::Buffers;
 use gltf::{
     Document, Glb,
@@ -258,15 +261,8 @@ fn surface(material: &gltf::Material<'_>) -> Surface {
     }
 }
 
-/// sRGB's transfer function (IEC 61966-2-1).
 fn display_value(linear: f32) -> f32 {
-    let linear = f64::from(linear.clamp(0.0, 1.0));
-    let display = if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055
-    };
-    display as f32
+    srgb::encode(linear.clamp(0.0, 1.0).into()) as f32
 }
 
 #[cfg(test)]

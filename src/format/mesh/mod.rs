@@ -14,6 +14,7 @@ use super::gltf;
 use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError, clip_path},
+    math::srgb,
     scene::{MAX_TEXTURES, Material, MaterialId, SceneBuilder, TriangleMesh, View},
 };
 use glam::DVec3;
@@ -67,7 +68,8 @@ pub(super) fn add_texture(textures: &mut Vec<PathBuf>, path: &Path, name: &str) 
     }
 }
 
-/// How a surface looks. Colours are display values from 0 to 1, as seen under full light.
+/// How a surface looks. Colours are display values from 0 to 1, as seen under full light, until
+/// [`LoadedMesh::linearize`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// Diffuse colour.
@@ -91,6 +93,13 @@ impl Surface {
         diffuse: [1.0; 3],
         specular: [0.06; 3],
         alpha: 24,
+    };
+
+    /// Unglazed clay, for [`LoadedMesh::paint`].
+    pub const CLAY: Self = Self {
+        diffuse: [0.82, 0.76, 0.7],
+        specular: [0.1; 3],
+        alpha: 8,
     };
 
     /// The surface of what has no material.
@@ -208,6 +217,30 @@ impl LoadedMesh {
             self.up,
             format.name()
         ))
+    }
+
+    /// Gives all of the mesh one surface, and no other colours.
+    pub fn paint(&mut self, surface: Surface) {
+        self.surfaces = vec![surface];
+        self.surface_of = Vec::new();
+        self.columns.colors = Vec::new();
+    }
+
+    /// Makes linear light of the display values of all colours, for pictures that are written with the sRGB curve.
+    pub fn linearize(&mut self) {
+        let linear = |color: &mut [f32; 3]| {
+            for channel in color {
+                *channel = srgb::decode(f64::from(*channel)) as f32;
+            }
+        };
+        if self.surfaces.is_empty() {
+            self.surfaces = vec![Surface::without_material(!self.columns.colors.is_empty())];
+        }
+        for surface in &mut self.surfaces {
+            linear(&mut surface.diffuse);
+            linear(&mut surface.specular);
+        }
+        self.columns.colors.par_iter_mut().for_each(linear);
     }
 
     /// Adds the mesh or the spheres of its points to a scene: with `material` alone if given, else with its own surfaces
