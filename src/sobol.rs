@@ -58,9 +58,10 @@ pub(crate) fn first_point([x, y]: [u32; 2], count: u32) -> u32 {
     (spread(x) | spread(y) << 1).wrapping_mul(count)
 }
 
-/// Spreads the lower sixteen bits, with a 0 between them.
+/// Spreads the lower sixteen bits, with a 0 between them. (Further columns and rows repeat the grain of the first.)
 #[inline(always)]
 fn spread(bits: u32) -> u32 {
+    let bits = bits & 0xffff;
     let bits = (bits | bits << 8) & 0x00ff_00ff;
     let bits = (bits | bits << 4) & 0x0f0f_0f0f;
     let bits = (bits | bits << 2) & 0x3333_3333;

@@ -80,7 +80,13 @@ const LOCK_ALLOCATIONS: usize = if cfg!(target_vendor = "apple") { FRAMES } else
 
 /// After the first frame a renderer's threads have their buffers.
 fn frames_allocate_nothing() {
-    for (name, threads) in [("reflections", 1), ("reflections", 2), ("hall_of_mirrors", 2)] {
+    let scenes = [
+        ("reflections", 1),
+        ("reflections", 2),
+        ("hall_of_mirrors", 2),
+        ("soft", 2),
+    ];
+    for (name, threads) in scenes {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.scn"));
         let scene = format::load(&path).unwrap_or_else(|error| panic!("{error}"));
         let bvh = Bvh::build(&scene);

@@ -148,15 +148,15 @@ impl<'a> TileScratch<'a> {
     /// Tells the shader which pixels these are.
     fn set_pixels(&mut self, context: &FrameContext<'_>, rect: TileRect) {
         let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
-        let mut packets = Vec::with_capacity(self.sum.packets.len());
+        let samples = context.settings.samples;
+        self.shader.clear_pixels();
         for_each_packet(rect.width, rect.height, |[x, y]| {
-            packets.push(std::array::from_fn(|lane| {
+            let pixels = std::array::from_fn(|lane| {
                 let (column, row) = (lane % ROW, lane / ROW);
                 [left + x + column as u32, top + y + row as u32]
-            }));
+            });
+            self.shader.push_pixels(pixels, samples);
         });
-        let samples = context.settings.samples;
-        self.shader.set_pixels(packets.into_iter(), samples);
     }
 
     /// Averages the samples and writes the packets to the rows of `band`.

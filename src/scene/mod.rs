@@ -55,8 +55,8 @@ pub struct Vertices {
     pub z: Vec<f32>,
     /// Vertex normals of any length, zero where a vertex has none. Empty if no vertex has one.
     pub normals: Vec<Vec3>,
-    /// Base colours, display values from 0 to 1, which multiply those of materials; white where a vertex has none. Empty
-    /// if no vertex has one.
+    /// Base colours from 0 to 1, as linear as those of materials, which they multiply, except that of silhouettes; white
+    /// where a vertex has none. Empty if no vertex has one.
     pub colors: Vec<[f32; 3]>,
 }
 

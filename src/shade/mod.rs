@@ -39,7 +39,7 @@ use tint::Tint8;
 // Tuned: see docs/lab-notes.md#surface-offset
 pub const SURFACE_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 
-/// Additional offset of shadow rays, as a share of the light's distance: 32 half-ulps, the rounding error of a plane
+/// Additional offset of the shadow rays of point lights, as a share of the light's distance: 32 half-ulps, the rounding error of a plane
 /// seen from the light, where shadow rays start.
 pub const LIGHT_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 
@@ -192,6 +192,11 @@ impl Shader {
         self.light.reserve(packets);
         self.arriving.reserve(packets);
         self.shadow.reserve(packets);
+        if scene.is_sampled() {
+            self.first_points.reserve(pixels.div_ceil(LANES));
+            self.ambient.reserve(packets);
+            self.shadow.origins.reserve(packets);
+        }
         self.by_material.reserve(scene.materials().len(), pixels);
     }
 
@@ -201,12 +206,16 @@ impl Shader {
         self.tracing = Duration::ZERO;
     }
 
-    /// Sets the absolute pixels of the next tile, for scenes that [are sampled](Scene::is_sampled): columns and rows of
-    /// each camera packet, and the samples that each pixel will have.
-    pub fn set_pixels(&mut self, pixels: impl Iterator<Item = [[u32; 2]; LANES]>, samples: u32) {
+    /// Forgets the last tile's pixels.
+    pub fn clear_pixels(&mut self) {
         self.first_points.clear();
-        let first = |pixel| sobol::first_point(pixel, samples);
-        self.first_points.extend(pixels.map(|packet| packet.map(first)));
+    }
+
+    /// Adds the absolute pixels of the next camera packet, column and row, for scenes that
+    /// [are sampled](Scene::is_sampled), and the samples that each pixel will have.
+    pub fn push_pixels(&mut self, pixels: [[u32; 2]; LANES], samples: u32) {
+        self.first_points
+            .push(pixels.map(|pixel| sobol::first_point(pixel, samples)));
     }
 
     /// Traces and shades the camera rays in `rays` and their secondary rays, and writes `colors`. Leaves `rays` empty.

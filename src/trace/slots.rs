@@ -42,7 +42,7 @@ pub(super) struct Slot {
     pub t: f32,
     /// Closest hit: what is yet to visit, above a [`Child::NONE`] that ends the ray; `len` entries.
     stack: Vec<Siblings>,
-    /// Any hit: the same, above nothing.
+    /// Any hit: the same, above an entry without children.
     unvisited: Vec<Unvisited>,
     len: usize,
 }

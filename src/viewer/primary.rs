@@ -104,6 +104,7 @@ pub fn render(
                 if !cancelled.load(Ordering::Relaxed) {
                     let traced = scratch.band(&frame, y, band);
                     counts.shadow = traced.shadow;
+                    counts.ambient = traced.ambient;
                     counts.reflection = traced.reflection;
                     report(band.len() as u64);
                 }
@@ -162,7 +163,7 @@ impl<'a> Scratch<'a> {
                     let ray = frame.ray(i, y, sample);
                     let (depth, shadows) = (settings.max_depth, settings.shadows);
                     let sample = PixelSample {
-                        pixel: [i as u32, y],
+                        pixel: frame.pixel(i, y),
                         number: sample[1] * n + sample[0],
                         count: n * n,
                     };
@@ -260,8 +261,13 @@ fn push_packets<S: Simd>(
 impl Frame<'_> {
     /// Returns the ray through a sample of pixel `i` of the band that begins at row `y`.
     fn ray(&self, i: usize, y: u32, sample: [u32; 2]) -> Ray {
-        let (x, row) = (i as u32 % self.width, i as u32 / self.width);
-        Ray::new(self.rays.eye(), self.rays.direction(x, y + row, sample))
+        let [x, y] = self.pixel(i, y);
+        Ray::new(self.rays.eye(), self.rays.direction(x, y, sample))
+    }
+
+    /// Returns the column and row of pixel `i` of that band.
+    fn pixel(&self, i: usize, y: u32) -> [u32; 2] {
+        [i as u32 % self.width, y + i as u32 / self.width]
     }
 }
 

@@ -63,6 +63,12 @@ fn styles_give_way_to_options() {
     assert!(whole == studio("--threads 1 --mode scalar"));
     let plain = ["--size", "60x40", "--style", "plain"];
     assert!(picture(&folder, "vase.obj", &plain) == picture(&folder, "vase.obj", &plain[..2]));
+    // Linear light is what an EXR holds.
+    let mesh = shipped_mesh("vase.obj");
+    let exr = [
+        "render", &mesh, "--style", "studio", "--size", "9x9", "-o", "a.exr",
+    ];
+    folder.run(&exr).succeeded();
     folder.write("a.scn", "light 1 2 3 1\nmaterial 1\nsphere 0 0 0 1\n");
     let words = "--style applies to meshes only";
     folder.fails(&["a.scn", "--style", "clay"], 2, words);

@@ -64,10 +64,10 @@ pub enum BackgroundArg {
 }
 
 impl PictureArgs {
-    /// As plain values. `is_soft`: of a mesh in one of the soft styles, sRGB unless it is said.
-    pub fn options(&self, is_soft: bool) -> PictureOptions {
+    /// As plain values. `is_srgb`: by itself, because of a soft style.
+    pub fn options(&self, is_srgb: bool) -> PictureOptions {
         PictureOptions {
-            transfer: if self.srgb || is_soft && !self.linear {
+            transfer: if self.srgb || is_srgb && !self.linear {
                 Transfer::Srgb
             } else {
                 Transfer::Linear
@@ -94,7 +94,7 @@ impl PictureArgs {
 }
 
 impl SampleArgs {
-    /// Puts the samples into the settings; `is_soft` as for [`PictureArgs::options`].
+    /// Puts the samples into the settings; `is_soft`: of a mesh in one of the soft styles.
     ///
     /// # Errors
     /// [`CliError::Usage`] if the number does not suit the pattern that was asked for.

@@ -19,7 +19,7 @@ use crate::{
     error::clip_path,
 };
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `octray render`.
 #[derive(Args, Debug)]
@@ -105,7 +105,9 @@ impl RenderArgs {
         self.picture.apply(&mut settings)?;
         self.sampling.apply(&mut settings, self.style.is_soft())?;
         settings.validate()?;
-        let picture = self.picture.options(self.style.is_soft());
+        let is_exr = self.output.as_deref().and_then(Path::extension);
+        let is_exr = is_exr.is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        let picture = self.picture.options(self.style.is_soft() && !is_exr);
         let turntable = self.series.turntable();
         let pictures = Pictures {
             settings: &settings,

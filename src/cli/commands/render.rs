@@ -256,7 +256,7 @@ impl Call<'_> {
         Ok(())
     }
 
-    /// Camera rays, and shadow rays as if each of them hit something. Reflections are not known beforehand.
+    /// Camera rays, and shadow and ambient occlusion rays as if each of them hit something. Reflections are not known beforehand.
     fn expected_rays(&self, scene: &Scene, frames: usize) -> f64 {
         let RenderPlan { settings, .. } = self.plan;
         // The cost of rays depends on the BVH, so with the heat AOV a part gets the BVH of the whole.
@@ -270,7 +270,7 @@ impl Call<'_> {
             (settings.window(), frames)
         };
         let lights = if settings.shadows {
-            scene.lights().x.len()
+            scene.lights().x.len() + usize::from(scene.ambient_reach().is_some())
         } else {
             0
         };

@@ -5,7 +5,7 @@ use crate::{
     error::SceneError,
     format::mesh::{LoadedMesh, Surface},
     math::Aabb,
-    scene::{Background, Material, Scene, SceneBuilder, TriangleMesh},
+    scene::{Background, MAX_COORDINATE, Material, Scene, SceneBuilder, TriangleMesh},
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -110,7 +110,7 @@ pub fn build(mut loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scen
     if stage.style.is_soft() {
         let (ambient, reach) = SOFT_AMBIENT;
         builder.set_ambient(ambient)?;
-        builder.set_ambient_reach(Some((reach * radius) as f32))?;
+        builder.set_ambient_reach(Some((reach * radius).min(f64::from(MAX_COORDINATE)) as f32))?;
         builder.set_background(Background::constant(SOFT_BACKGROUND))?;
         ground_color = SOFT_GROUND;
         if stage.style == Style::Clay {
@@ -149,7 +149,8 @@ fn bounds(mesh: &TriangleMesh) -> Aabb {
 
 /// A square just below the mesh.
 fn ground(up: DVec3, bounds: &Aabb, center: DVec3, radius: f64) -> TriangleMesh {
-    let lowest = bounds.lower.as_dvec3().dot(up);
+    let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| corner.as_dvec3().dot(up));
+    let lowest = lower.min(upper);
     let lowest = if lowest.is_finite() { lowest } else { 0.0 };
     let middle = center + up * (lowest - center.dot(up) - GROUND_GAP * radius);
     let (a, b) = up.any_orthonormal_pair();

@@ -20,8 +20,9 @@ const MAX_MESHES: usize = 1 << 16;
 /// How many notes about its meshes a scene keeps.
 const MAX_NOTES: usize = 1000;
 
-/// Equal for equal meshes: the number of the file, and the bits of the transform and of the radius of points.
-pub(super) type Placed = (usize, [u64; 12], u32);
+/// Equal for equal meshes: the number of the file, the bits of the transform and of the radius of points, and whether
+/// colours and points are shown.
+pub(super) type Placed = (usize, [u64; 12], u32, bool);
 
 /// How a mesh is placed.
 #[derive(Clone, Copy)]
@@ -79,7 +80,7 @@ impl Reader<'_> {
         };
         let number = self.meshes.number(self.files.identity(&path));
         let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
-        let placed = (number, placement.transform.bits(), radius_bits);
+        let placed = (number, placement.transform.bits(), radius_bits, kind == Kind::Any);
         if self.placed.contains(&placed) {
             return Ok(());
         }

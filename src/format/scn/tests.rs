@@ -381,6 +381,9 @@ fn clouds_and_colours() {
         (classic.primitive_count(), classic.spheres().radius.len()),
         (1, 0)
     );
+    // What `ply_file` does not show, `mesh` still does.
+    let both = scene("ply_file points.ply\nmesh points.ply");
+    assert_eq!(both.spheres().radius.len(), 3);
     for (size, words) in [
         ("0", "point_size is `0`, expected a diameter above 0"),
         ("-1", "point_size is `-1`, expected a diameter above 0"),
