@@ -73,6 +73,18 @@ pub fn powi(x: f32, exponent: u32) -> f32 {
     }
 }
 
+/// Coefficients of sin(pi/4 x) / x in powers of x^2, and of cos(pi/4 x) in [`COS`], Taylor's: from -1 to 1 within 4e-8.
+pub(crate) const SIN: [f32; 5] = [
+    std::f32::consts::FRAC_PI_4,
+    -0.080_745_51,
+    0.002_490_394_6,
+    -3.657_620_4e-5,
+    3.133_616_2e-7,
+];
+
+/// Those of cos(pi/4 x).
+pub(crate) const COS: [f32; 5] = [1.0, -0.308_425_14, 0.015_854_344, -3.259_919_8e-4, 3.590_860_4e-6];
+
 /// An axis-aligned box, closed on all sides. The empty box has `lower > upper`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {

@@ -1,5 +1,10 @@
 //! Queries against one primitive after the other, on meshes full of shared edges, equal triangles and needles.
 
+#[cfg(test)]
+mod crossings;
+#[cfg(test)]
+mod needles;
+
 use super::{
     Geometry, Points, QueryError, Ray, Rays, Sphere, nearest::on_triangle, sinks::in_order, unit::UnitRay,
 };
@@ -196,178 +201,6 @@ fn arrays_and_slices_shared_origins_and_levels_give_the_same_hits() {
 }
 
 #[test]
-fn crossings_of_closed_meshes_are_even() {
-    let mut random = Random::new(13);
-    for (positions, triangles) in meshes() {
-        let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
-        let rays = rays(&mut random, &positions, 4000);
-        let crossings = geometry.crossings_each(&rays);
-        for (i, ray) in rays.iter().enumerate() {
-            let starts_outside = ray.origin.abs().max_element() > 1.31;
-            let is_whole = ray.t_min == 0.0 && ray.t_max == f32::INFINITY;
-            if starts_outside && is_whole {
-                assert_eq!(crossings.of_ray(i).len() % 2, 0, "{ray:?}");
-            }
-            assert_eq!(crossings.of_ray(i), geometry.crossings(ray));
-        }
-    }
-}
-
-/// Edges on the ray's own line, two solids one behind the other.
-#[test]
-fn crossings_along_edges_are_even() {
-    let positions = [
-        [5.0_f32, 0.0, -1.0],
-        [5.0, 0.0, 1.0],
-        [6.0, -1.0, 0.5],
-        [6.0, 1.0, 0.5],
-        [2.0, 0.0, 0.0],
-        [3.0, 0.0, 0.0],
-        [2.5, 1.0, 0.0],
-        [2.5, 0.0, 1.0],
-    ];
-    let solid = |i: u32| {
-        [
-            [i, i + 1, i + 2],
-            [i, i + 3, i + 1],
-            [i, i + 2, i + 3],
-            [i + 1, i + 3, i + 2],
-        ]
-    };
-    let triangles = [solid(0), solid(4)].concat();
-    let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
-    let along = Ray::new([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
-    assert_eq!(geometry.crossings(&along).len() % 2, 0);
-    assert_eq!(
-        geometry
-            .crossings(&Ray::new([5.5, 0.0, 0.0], [1.0, 0.0, 0.0]))
-            .len(),
-        1
-    );
-}
-
-/// From so far that the smallest turn of the line would leave boxes near 0.
-#[test]
-fn crossings_from_far_away_are_even() {
-    let at = 1e-6_f32;
-    let (low, high) = ([-1.0_f32, -1.0, 0.0], [1.0_f32, 1.0, 1.0]);
-    let positions = [
-        low,
-        [at, -1.0, 0.0],
-        [1.0, -1.0, 0.0],
-        [1.0, 1.0, 0.0],
-        [at, 1.0, 0.0],
-        [-1.0, 1.0, 0.0],
-        [-1.0, -1.0, 1.0],
-        [1.0, -1.0, 1.0],
-        high,
-        [-1.0, 1.0, 1.0],
-    ];
-    let triangles = [
-        [0, 4, 1],
-        [0, 5, 4],
-        [1, 3, 2],
-        [1, 4, 3],
-        [6, 7, 8],
-        [6, 8, 9],
-        [0, 1, 6],
-        [1, 2, 7],
-        [1, 7, 6],
-        [3, 4, 8],
-        [4, 5, 9],
-        [4, 9, 8],
-        [2, 3, 8],
-        [2, 8, 7],
-        [5, 0, 6],
-        [5, 6, 9],
-    ];
-    let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
-    geometry.check_closed().unwrap();
-    for distance in [1.0, 1e3, 1e5, 1e7] {
-        for x in [0.0, at, -at, 1e-7] {
-            let ray = Ray::new([x, 0.3, -distance], [0.0, 0.0, 1.0]);
-            assert_eq!(geometry.crossings(&ray).len(), 2, "{distance} {x}");
-        }
-    }
-}
-
-/// Closed solids with slivers along diagonals, and rays that start in the slivers' boxes.
-#[test]
-fn slivers_do_not_change_parity() {
-    let mut random = Random::new(77);
-    for round in 0..300 {
-        let mut thin = || random.vector() * 1e-7;
-        let (a, b) = (Vec3::ZERO + thin(), Vec3::ONE + thin());
-        let middle = Vec3::splat(0.5) + thin();
-        let (left, right) = (Vec3::new(1.0, 0.0, 0.4), Vec3::new(0.0, 1.0, 0.6));
-        let positions = [a, b, middle, left, right].map(|corner| corner.to_array());
-        // Both sides of the sliver a, b, middle.
-        let triangles = [
-            [0, 1, 3],
-            [0, 4, 1],
-            [0, 3, 2],
-            [3, 1, 2],
-            [0, 2, 4],
-            [2, 1, 4],
-            [0, 1, 2],
-            [0, 2, 1],
-        ];
-        let geometry = Geometry::from_triangles(&positions, &triangles).unwrap();
-        if geometry.check_closed().is_err() || (0..8).any(|i| !geometry.scene().has_area(i)) {
-            continue;
-        }
-        // Forward and backward together, a whole line.
-        let from = (random.vector() + 1.0) * 0.5;
-        let to = a.lerp(b, 0.2 + 0.002 * round as f32);
-        let crossings = |way: Vec3| geometry.crossings(&Ray::new(from, way)).len();
-        assert_eq!((crossings(to - from) + crossings(from - to)) % 2, 0, "{round}");
-    }
-}
-
-/// Pyramids with a needle in their base, whose plane `f32` does not know, and rays through it from near it: whichever side
-/// they start on, an odd number of crossings from inside, and a hit where there is a crossing.
-#[test]
-fn needles_are_met_from_either_side() {
-    let mut random = Random::new(47);
-    let (mut inside, mut met) = (0, 0);
-    for round in 0..3000 {
-        let [i, j] = [random.vector(), random.vector()].map(Vec3::normalize);
-        if i.dot(j).abs() > 0.5 {
-            continue;
-        }
-        let k = i.cross(j).normalize();
-        let place = |x: f32, y: f32, z: f32| i * x + j * y + k * z;
-        let width = 10.0_f32.powf(-4.0 - 2.5 * random.0.f32());
-        let (a, b) = (place(-1.0, -1.0, 0.0), place(1.0, 1.0, 0.0));
-        let c = a.lerp(b, 0.3 + 0.4 * random.0.f32()) + (j - i) * width;
-        let (p, q, apex) = (place(1.0, -1.0, 0.0), place(-1.0, 1.0, 0.0), place(0.0, 0.0, 1.0));
-        let positions = [a, b, c, p, q, apex].map(|corner| corner.to_array());
-        let base = [[0, 3, 1], [0, 1, 2], [0, 2, 4], [2, 1, 4]];
-        let sides = [[3, 0, 5], [1, 3, 5], [4, 1, 5], [0, 4, 5]];
-        let geometry = Geometry::from_triangles(&positions, &[base, sides].concat()).unwrap();
-        for _ in 0..8 {
-            let [u, v] = [0.2 + random.0.f32() * 0.3, random.0.f32() * 0.3];
-            let at = a + (b - a) * u + (c - a) * v;
-            let toward = k * if random.0.bool() { 1.0 } else { -1.0 } + random.vector() * 0.2;
-            let origin = at - toward * 10.0_f32.powf(-3.0 + 2.0 * random.0.f32());
-            let ray = Ray::new(origin, at - origin);
-            let crossings = geometry.crossings(&ray).len();
-            let is_inside = geometry.contains(origin.as_dvec3()).unwrap();
-            let is_odd = crossings % 2 == 1;
-            let case = || format!("{round}: {positions:?} {ray:?} {crossings}");
-            assert_eq!(is_odd, origin.dot(k) > 0.0, "{}", case());
-            assert_eq!(is_odd, is_inside, "{}", case());
-            let hit = geometry.closest_hit(&ray);
-            assert!(crossings == 0 || hit.is_some(), "{}", case());
-            assert_eq!(geometry.occluded(&ray), hit.is_some(), "{}", case());
-            inside += usize::from(is_inside);
-            met += usize::from(hit.is_some());
-        }
-    }
-    assert!(inside > 5000 && met > 10_000, "{inside} {met}");
-}
-
-#[test]
 fn inside_is_told_of_any_point() {
     let mut random = Random::new(21);
     for (scale, offset) in [(1.0, DVec3::ZERO), (1e-3, DVec3::new(4e5, 5e6, 100.0))] {
@@ -404,37 +237,6 @@ fn inside_is_told_of_any_point() {
             }
         }
     }
-}
-
-/// Needles whose area is lost to rounding even in `f64`: they count where exact signs do.
-#[test]
-fn areas_that_rounding_takes_are_areas() {
-    let (p, q) = (2.0_f32.powi(-40), 2.0_f32.powi(-40) * (1.0 + f32::EPSILON));
-    for a in [[p, q, 0.0], [q, p, 0.0]] {
-        let rest = [
-            [1.0, 1.0, 0.0],
-            [0.5, 0.5, 0.0],
-            [1.0, -1.0, 0.0],
-            [-1.0, 1.0, 0.0],
-            [0.0, 0.0, -3.0],
-        ];
-        let positions = [&[a][..], &rest].concat();
-        let top = [[0, 3, 1], [0, 1, 2], [0, 2, 4], [2, 1, 4]];
-        let sides = [[3, 0, 5], [1, 3, 5], [4, 1, 5], [0, 4, 5]];
-        let geometry = Geometry::from_triangles(&positions, &[top, sides].concat()).unwrap();
-        assert!((0..8).all(|i| geometry.scene().has_area(i)));
-        for i in 0..9 {
-            let aside = Vec3::new(i as f32 % 3.0 - 1.0, (i / 3) as f32 - 1.0, 0.0) * 0.5;
-            let origin = Vec3::new(0.5, 0.5, 1.0) + aside;
-            let ray = Ray::new(origin, Vec3::new(0.0, 0.0, -1.0) - aside);
-            let crossings = geometry.crossings(&ray);
-            assert_eq!(crossings.len() % 2, 0, "{a:?} {ray:?} {crossings:?}");
-        }
-        assert!(geometry.contains([0.3, 0.2, -0.5]).unwrap());
-    }
-    let collinear = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [0.25, 0.25, 0.25]];
-    let geometry = Geometry::from_triangles(&collinear, &[[0, 1, 2]]).unwrap();
-    assert!(!geometry.scene().has_area(0));
 }
 
 #[test]
@@ -498,54 +300,6 @@ fn closest_points_are_those_of_all_triangles() {
             assert!(((closest.point - point).length() - closest.distance).abs() <= 1e-12 * closest.distance);
         }
         assert!(geometry.closest_point(DVec3::NAN).is_none());
-    }
-}
-
-/// Needles of all widths, down to those whose areas are rounding, from the side and along their axis: never farther than
-/// the nearest of their edges, and at each level the same.
-#[test]
-fn closest_points_of_needles_are_on_them() {
-    let mut random = Random::new(31);
-    for round in 0..4000 {
-        let width = 10.0_f32.powi(-3 - round % 18);
-        let (tip, noise) = (random.vector(), random.vector() * 1e-7);
-        let corners = match round % 3 {
-            0 => [random.vector() * width, tip, tip * 0.5],
-            1 => [tip, tip + random.vector() * width, tip + random.vector() * width],
-            _ => [
-                Vec3::X,
-                Vec3::X * (1.0 - 1e-7) + noise * width,
-                Vec3::X + random.vector() * width,
-            ],
-        };
-        let positions = corners.map(|corner| corner.to_array());
-        let geometry = Geometry::from_triangles(&positions, &[[0, 1, 2]]).unwrap();
-        let far = random.vector() * 10.0_f32.powi(round % 5 - 2);
-        for point in [DVec3::ZERO, far.as_dvec3(), far.as_dvec3() + 2.0 * tip.as_dvec3()] {
-            let Some(found) = geometry.closest_point(point) else {
-                continue;
-            };
-            let mut edges = f64::INFINITY;
-            for [a, b] in [[0, 1], [1, 2], [2, 0]].map(|edge| edge.map(|i| corners[i].as_dvec3())) {
-                let part = (point - a).dot(b - a) / (b - a).length_squared();
-                let part = if part.is_finite() {
-                    part.clamp(0.0, 1.0)
-                } else {
-                    0.0
-                };
-                edges = edges.min((a + (b - a) * part - point).length());
-            }
-            assert!(
-                found.distance <= edges * (1.0 + 1e-12) + 1e-15,
-                "{corners:?} {point} {found:?} {edges}"
-            );
-            for level in Level::all() {
-                let geometry = Geometry::from_triangles(&positions, &[[0, 1, 2]])
-                    .unwrap()
-                    .at_level(level);
-                assert_eq!(geometry.closest_point(point), Some(found));
-            }
-        }
     }
 }
 

@@ -1,19 +1,10 @@
 //! The scalar twins of `shade::draw`: random directions, with the same operations in the same order.
 
 use crate::{
-    math::{max, min},
+    math::{COS, SIN, max, min},
     simd::Simd,
 };
 use glam::Vec3;
-
-const SIN: [f32; 5] = [
-    std::f32::consts::FRAC_PI_4,
-    -0.080_745_51,
-    0.002_490_394_6,
-    -3.657_620_4e-5,
-    3.133_616_2e-7,
-];
-const COS: [f32; 5] = [1.0, -0.308_425_14, 0.015_854_344, -3.259_919_8e-4, 3.590_860_4e-6];
 
 /// Returns the point of the unit disc for one of the unit square.
 #[inline(always)]

@@ -225,7 +225,8 @@ impl Scene {
         self.ambient
     }
 
-    /// Returns how far ambient light is blocked by what is near, scene units; `None` if it reaches every surface.
+    /// Returns the distance within which other surfaces block ambient light, scene units; `None` if it reaches every
+    /// surface.
     #[must_use]
     pub fn ambient_reach(&self) -> Option<f32> {
         self.ambient_reach

@@ -2,6 +2,7 @@
 
 use crate::{
     lanes::{F32x8, LANES},
+    math::{COS, SIN},
     simd::{Lanes, Simd, Vec3Eight, Vec3Lanes},
     sobol,
 };
@@ -34,16 +35,6 @@ impl Draws<'_> {
         [simd.load(&F32x8::new(u)), simd.load(&F32x8::new(v))]
     }
 }
-
-/// Coefficients of sin(pi/4 x) / x and of cos(pi/4 x) in powers of x^2, Taylor's: from -1 to 1 within 4e-8.
-const SIN: [f32; 5] = [
-    std::f32::consts::FRAC_PI_4,
-    -0.080_745_51,
-    0.002_490_394_6,
-    -3.657_620_4e-5,
-    3.133_616_2e-7,
-];
-const COS: [f32; 5] = [1.0, -0.308_425_14, 0.015_854_344, -3.259_919_8e-4, 3.590_860_4e-6];
 
 /// Maps the unit square to the unit disc, areas to equal areas: Shirley and Chiu, *A Low Distortion Map Between Disk and
 /// Square*, 1997.

@@ -6,6 +6,7 @@ use crate::{
     format::{
         budget::Budget,
         files::{Files, load_error},
+        left_out::LeftOut,
         mesh::{self, Cloud, LoadedMesh, MeshCamera},
         ply,
     },
@@ -103,8 +104,7 @@ impl Meshes {
             Kind::Any => mesh::read(opened, path, &mut open, budget)?,
         };
         if kind == Kind::Ply {
-            // Classic scenes know no points.
-            mesh.cloud = None;
+            leave_out(&mut mesh, path);
         }
         // To a mesh a missing material library is no fault.
         count(copied, 0).map_err(|message| LoadError::whole_file(path, message))?;
@@ -200,6 +200,18 @@ fn copied<T: Copy>(from: &[T], budget: &Budget) -> Result<Vec<T>, String> {
         .map_err(|error| error.to_string())?;
     copy.extend_from_slice(from);
     Ok(copy)
+}
+
+/// Leaves out what classic scenes do not know, and says so.
+fn leave_out(mesh: &mut LoadedMesh, path: &Path) {
+    let mut left_out = LeftOut::default();
+    if mesh.cloud.take().is_some() {
+        left_out.add("points");
+    }
+    if !std::mem::take(&mut mesh.columns.colors).is_empty() {
+        left_out.add("vertex colours");
+    }
+    mesh.notes.extend(left_out.note(path));
 }
 
 /// How many bytes a mesh takes.

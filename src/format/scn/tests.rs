@@ -377,6 +377,12 @@ fn clouds_and_colours() {
     // Classic scenes know neither.
     let classic = scene("ply_file colors.ply\nply_file points.ply");
     assert!(!classic.has_colors());
+    let notes = &classic.sources().notes;
+    assert!(
+        notes[0].ends_with("colors.ply: left out: vertex colours"),
+        "{notes:?}"
+    );
+    assert!(notes[1].ends_with("points.ply: left out: points"), "{notes:?}");
     assert_eq!(
         (classic.primitive_count(), classic.spheres().radius.len()),
         (1, 0)
