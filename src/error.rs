@@ -95,15 +95,19 @@ pub enum SceneError {
         /// Its value.
         value: f32,
     },
-    /// A radius is zero or negative.
-    RadiusNotPositive {
-        /// The radius found.
-        radius: f32,
+    /// A length is zero or negative.
+    NotPositive {
+        /// What it is of.
+        what: &'static str,
+        /// The value found.
+        value: f32,
     },
-    /// A light's intensity is negative.
-    IntensityNegative {
-        /// The intensity found.
-        intensity: f32,
+    /// An intensity or a light's radius is negative.
+    Negative {
+        /// What it is.
+        what: &'static str,
+        /// The value found.
+        value: f32,
     },
     /// A number is NaN or outside its range.
     OutOfRange {
@@ -167,12 +171,8 @@ impl fmt::Display for SceneError {
                 write!(f, "{what} is {value:e}, but numbers above 1e9 are not supported")
             }
             Self::NotUsable { what, value } => write!(f, "{what} is {value}, expected a finite number"),
-            Self::RadiusNotPositive { radius } => {
-                write!(f, "radius is {radius}, expected a number above 0")
-            }
-            Self::IntensityNegative { intensity } => {
-                write!(f, "intensity is {intensity}, expected 0 or more")
-            }
+            Self::NotPositive { what, value } => write!(f, "{what} is {value}, expected a number above 0"),
+            Self::Negative { what, value } => write!(f, "{what} is {value}, expected 0 or more"),
             Self::OutOfRange { what, value, range } => {
                 write!(
                     f,

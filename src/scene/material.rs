@@ -124,15 +124,14 @@ impl Material {
 
 /// Refuses a value outside [0, 1].
 pub(super) fn check_share(what: &'static str, value: f32) -> Result<(), SceneError> {
-    check_range(what, value, (0.0, 1.0))
-}
-
-/// Refuses a value outside a range, ends included.
-pub(super) fn check_range(what: &'static str, value: f32, range: (f32, f32)) -> Result<(), SceneError> {
-    if (range.0..=range.1).contains(&value) {
+    if (0.0..=1.0).contains(&value) {
         Ok(())
     } else {
-        Err(SceneError::OutOfRange { what, value, range })
+        Err(SceneError::OutOfRange {
+            what,
+            value,
+            range: (0.0, 1.0),
+        })
     }
 }
 

@@ -247,7 +247,10 @@ impl<'l, 'a> Arguments<'l, 'a> {
     pub(super) fn refused(&self, error: &SceneError, words: &[(&str, Word<'_>)]) -> LoadError {
         let last = words.last().map_or(self.keyword, |&(_, word)| word);
         let word = match error {
-            SceneError::NotUsable { what, value } | SceneError::OutOfRange { what, value, .. } => words
+            SceneError::NotUsable { what, value }
+            | SceneError::NotPositive { what, value }
+            | SceneError::Negative { what, value }
+            | SceneError::OutOfRange { what, value, .. } => words
                 .iter()
                 .find(|(name, word)| name == what && self.number(*word, what).is_ok_and(|v| v == *value))
                 .map_or(last, |&(_, word)| word),

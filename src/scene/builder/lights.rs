@@ -3,10 +3,7 @@
 use super::{MAX_LIGHTS, SceneBuilder, usable, usable_point};
 use crate::{
     error::SceneError,
-    scene::{
-        MAX_COORDINATE,
-        material::{check_color, check_range, check_share},
-    },
+    scene::material::{check_color, check_share},
 };
 use glam::Vec3;
 
@@ -25,10 +22,16 @@ impl SceneBuilder {
     /// for ambient light that reaches every surface.
     ///
     /// # Errors
-    /// [`SceneError::OutOfRange`].
+    /// [`SceneError::NotUsable`] or [`SceneError::NotPositive`].
     pub fn set_ambient_reach(&mut self, reach: Option<f32>) -> Result<(), SceneError> {
         if let Some(reach) = reach {
-            check_range("reach", reach, (f32::MIN_POSITIVE, MAX_COORDINATE))?;
+            usable("reach", reach)?;
+            if reach <= 0.0 {
+                return Err(SceneError::NotPositive {
+                    what: "reach",
+                    value: reach,
+                });
+            }
         }
         self.ambient_reach = reach;
         Ok(())
@@ -37,7 +40,7 @@ impl SceneBuilder {
     /// Adds a white point light.
     ///
     /// # Errors
-    /// [`SceneError::NotUsable`], [`SceneError::IntensityNegative`], or [`SceneError::TooMany`] above [`MAX_LIGHTS`].
+    /// [`SceneError::NotUsable`], [`SceneError::Negative`], or [`SceneError::TooMany`] above [`MAX_LIGHTS`].
     pub fn add_light(&mut self, position: Vec3, intensity: f32) -> Result<(), SceneError> {
         self.add_colored_light(position, intensity, [1.0; 3])
     }
@@ -58,8 +61,7 @@ impl SceneBuilder {
     /// Adds a spherical light, which makes soft shadows; a point light if the radius is 0. Its colour is linear RGB.
     ///
     /// # Errors
-    /// As [`SceneBuilder::add_colored_light`], or [`SceneError::OutOfRange`] if the radius is negative or above
-    /// [`MAX_COORDINATE`].
+    /// As [`SceneBuilder::add_colored_light`]; the radius may not be negative either.
     pub fn add_sphere_light(
         &mut self,
         position: Vec3,
@@ -68,10 +70,12 @@ impl SceneBuilder {
         color: [f32; 3],
     ) -> Result<(), SceneError> {
         usable_point(position)?;
-        check_range("radius", radius, (0.0, MAX_COORDINATE))?;
+        usable("radius", radius)?;
         usable("intensity", intensity)?;
-        if intensity < 0.0 {
-            return Err(SceneError::IntensityNegative { intensity });
+        for (what, value) in [("radius", radius), ("intensity", intensity)] {
+            if value < 0.0 {
+                return Err(SceneError::Negative { what, value });
+            }
         }
         check_color(color)?;
         if self.lights.x.len() >= MAX_LIGHTS {

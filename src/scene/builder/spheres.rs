@@ -31,7 +31,7 @@ impl SceneBuilder {
     /// Adds a sphere.
     ///
     /// # Errors
-    /// [`SceneError::NotUsable`], [`SceneError::RadiusNotPositive`], [`SceneError::UnknownMaterial`] or
+    /// [`SceneError::NotUsable`], [`SceneError::NotPositive`], [`SceneError::UnknownMaterial`] or
     /// [`SceneError::TooMany`].
     pub fn add_sphere(&mut self, center: Vec3, radius: f32, material: MaterialId) -> Result<(), SceneError> {
         usable_point(center)?;
@@ -101,7 +101,10 @@ impl SceneBuilder {
 fn check_radius(radius: f32) -> Result<(), SceneError> {
     usable("radius", radius)?;
     if radius <= 0.0 {
-        return Err(SceneError::RadiusNotPositive { radius });
+        return Err(SceneError::NotPositive {
+            what: "radius",
+            value: radius,
+        });
     }
     Ok(())
 }
@@ -175,7 +178,13 @@ mod tests {
             let mut spheres = cloud(Vec::new());
             spheres.radius[1] = radius;
             let added = SceneBuilder::new().add_spheres(spheres, MaterialId(0));
-            assert_eq!(added, Err(SceneError::RadiusNotPositive { radius }));
+            assert_eq!(
+                added,
+                Err(SceneError::NotPositive {
+                    what: "radius",
+                    value: radius
+                })
+            );
         }
         let what = |change| match add(change) {
             Err(SceneError::NotUsable { what, .. } | SceneError::OutOfRange { what, .. }) => what,
