@@ -162,6 +162,20 @@ pub enum SceneError {
         /// "triangles".
         what: &'static str,
     },
+    /// An image has no pixels, or a side longer than [`MAX_IMAGE_SIDE`](crate::scene::MAX_IMAGE_SIDE).
+    ImageSize {
+        /// Pixels.
+        width: u32,
+        /// Pixels.
+        height: u32,
+    },
+    /// A texture names an image that the scene does not have.
+    UnknownImage {
+        /// The index found.
+        index: u32,
+        /// How many images the scene has.
+        images: usize,
+    },
 }
 
 impl fmt::Display for SceneError {
@@ -207,6 +221,13 @@ impl fmt::Display for SceneError {
                 in_bytes(*limit)
             ),
             Self::NoMemory { what } => write!(f, "the {what} do not fit into memory"),
+            Self::ImageSize { width, height } => write!(
+                f,
+                "an image of {width}x{height} pixels, expected sides from 1 to 16384"
+            ),
+            Self::UnknownImage { index, images } => {
+                write!(f, "image {index}, but the scene has only {images} images")
+            }
             Self::TooMany { what, limit } => write!(f, "more than {limit} {what}"),
         }
     }

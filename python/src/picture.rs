@@ -56,6 +56,7 @@ fn copied(py: Python<'_>, mesh: &Mesh) -> (TriangleMesh, DVec3) {
         z: axis(2),
         normals: Vec::new(),
         colors: Vec::new(),
+        uvs: Vec::new(),
         triangles: geometry.triangles().to_vec(),
     };
     (mesh, middle)

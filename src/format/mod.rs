@@ -19,6 +19,7 @@ mod polygon;
 mod scn;
 mod source;
 mod stl;
+mod textures;
 
 #[cfg(feature = "cli")]
 pub(crate) use source::open_file;

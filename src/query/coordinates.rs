@@ -19,6 +19,7 @@ pub(super) fn scene_of(
         z,
         normals: Vec::new(),
         colors: Vec::new(),
+        uvs: Vec::new(),
         triangles: copied(triangles)?,
     };
     builder.add_mesh(mesh, MaterialId(0))?;

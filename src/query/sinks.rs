@@ -5,23 +5,17 @@ use super::{
     unit::{UnitRay, last_reported_as, reported},
 };
 use crate::{
-    math,
     ray::{Hit, PrimitiveId},
     trace::{Found, HitSink},
 };
 use glam::Vec3;
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-/// A hit as it is reported; the twin of [`RayPackets`](crate::ray::RayPackets)' hits.
+/// A hit as it is reported.
 fn hit_of(found: &Found, length: f64) -> Hit {
-    let [u, v, w] = found.weights;
-    let (u, v, w) = (math::max(u, 0.0), math::max(v, 0.0), math::max(w, 0.0));
-    let sum = math::max(u + v + w, f32::MIN_POSITIVE);
     Hit {
         t: reported(found.t, length),
-        u: u / sum,
-        v: v / sum,
-        primitive: found.primitive,
+        ..found.hit()
     }
 }
 

@@ -1,6 +1,6 @@
-//! Brute force, the test oracle: tests every primitive.
+//! Brute force, the test oracle: tests every primitive. Rays pass where surfaces are cut out.
 
-use super::{RaySlabs, intersect_shape};
+use super::{RaySlabs, counts, intersect_shape};
 use crate::{
     ray::{Hit, PrimitiveId, Ray},
     scene::{Primitive, Scene, Shape},
@@ -23,6 +23,7 @@ pub(super) fn nearest<S: Simd>(
     simd: S,
     targets: impl Iterator<Item = (PrimitiveId, Shape)>,
     ray: &Ray,
+    cut_outs: Option<&Scene>,
 ) -> Hit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
@@ -30,6 +31,7 @@ pub(super) fn nearest<S: Simd>(
     for (id, shape) in targets {
         if let Some(hit) = intersect_shape(simd, id, &shape, ray, &slabs)
             && best.loses_to(hit.t, id)
+            && counts(cut_outs, &hit)
         {
             best = hit;
         }
@@ -40,7 +42,12 @@ pub(super) fn nearest<S: Simd>(
 /// Returns the closest hit; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(scene: &Scene, ray: &Ray) -> Hit {
-    at_level!(Level::current(), |simd| nearest(simd, targets(scene), ray))
+    at_level!(Level::current(), |simd| nearest(
+        simd,
+        targets(scene),
+        ray,
+        Some(scene)
+    ))
 }
 
 /// Returns whether anything is hit before the ray's end.
@@ -55,7 +62,7 @@ pub(super) fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     let slabs = RaySlabs::new(ray);
     for (id, shape) in targets(scene) {
         let hit = intersect_shape(simd, id, &shape, ray, &slabs);
-        if hit.is_some_and(|hit| hit.t < ray.t_max) {
+        if hit.is_some_and(|hit| hit.t < ray.t_max && counts(Some(scene), &hit)) {
             return true;
         }
     }
@@ -76,6 +83,7 @@ fn all<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> Vec<Hit> {
     for (id, shape) in targets(scene) {
         if let Some(hit) = intersect_shape(simd, id, &shape, ray, &slabs)
             && hit.t < ray.t_max
+            && counts(Some(scene), &hit)
         {
             hits.push(hit);
         }
@@ -94,13 +102,14 @@ impl Shapes {
         Self(targets(scene).collect())
     }
 
-    /// Returns what [`closest_hit`] returns.
+    /// Returns what [`closest_hit`] returns if surfaces are whole.
     #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> Hit {
         at_level!(Level::current(), |simd| nearest(
             simd,
             self.0.iter().copied(),
-            ray
+            ray,
+            None
         ))
     }
 }

@@ -1,9 +1,10 @@
 //! The scalar baseline: traces one ray through the binary BVH, nearer child first.
 
-use super::{RaySlabs, intersect_shape};
+use super::{RaySlabs, counts, intersect_shape};
 use crate::{
     accel::BinaryBvh,
     ray::{Hit, Ray},
+    scene::Scene,
     simd::{Level, Simd, at_level},
 };
 
@@ -75,19 +76,25 @@ fn traverse(
     }
 }
 
-/// Returns the closest hit; at equal t the one with the lowest id.
+/// Returns the closest hit of whole surfaces; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
-    closest_hit_at(Level::current(), bvh, stack, ray)
+    closest_hit_at(Level::current(), bvh, stack, ray, None)
 }
 
-/// Does [`closest_hit`] at a level.
-pub(crate) fn closest_hit_at(level: Level, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
-    at_level!(level, |simd| closest(simd, bvh, stack, ray))
+/// Does [`closest_hit`] at a level. Rays pass where surfaces of the scene `cut_outs` are cut out.
+pub(crate) fn closest_hit_at(
+    level: Level,
+    bvh: &BinaryBvh,
+    stack: &mut Stack,
+    ray: &Ray,
+    cut_outs: Option<&Scene>,
+) -> Hit {
+    at_level!(level, |simd| closest(simd, bvh, stack, ray, cut_outs))
 }
 
 #[inline(always)]
-fn closest<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
+fn closest<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray, cut_outs: Option<&Scene>) -> Hit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
@@ -101,6 +108,7 @@ fn closest<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> H
             for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
                 if let Some(hit) = intersect_shape(simd, id, shape, ray, &slabs)
                     && best.loses_to(hit.t, id)
+                    && counts(cut_outs, &hit)
                 {
                     best = hit;
                 }
@@ -111,19 +119,25 @@ fn closest<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> H
     best
 }
 
-/// Returns whether anything is hit before the ray's end.
+/// Returns whether any surface, taken as whole, is hit before the ray's end.
 #[must_use]
 pub fn occluded(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
-    occluded_at(Level::current(), bvh, stack, ray)
+    occluded_at(Level::current(), bvh, stack, ray, None)
 }
 
-/// Does [`occluded`] at a level.
-pub(crate) fn occluded_at(level: Level, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
-    at_level!(level, |simd| any(simd, bvh, stack, ray))
+/// Does [`occluded`] at a level, with cut-outs as [`closest_hit_at`].
+pub(crate) fn occluded_at(
+    level: Level,
+    bvh: &BinaryBvh,
+    stack: &mut Stack,
+    ray: &Ray,
+    cut_outs: Option<&Scene>,
+) -> bool {
+    at_level!(level, |simd| any(simd, bvh, stack, ray, cut_outs))
 }
 
 #[inline(always)]
-fn any<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
+fn any<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray, cut_outs: Option<&Scene>) -> bool {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut found = false;
@@ -136,7 +150,7 @@ fn any<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool 
         |range| {
             for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
                 let hit = intersect_shape(simd, id, shape, ray, &slabs);
-                if hit.is_some_and(|hit| hit.t < ray.t_max) {
+                if hit.is_some_and(|hit| hit.t < ray.t_max && counts(cut_outs, &hit)) {
                     found = true;
                     return None;
                 }

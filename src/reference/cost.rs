@@ -1,6 +1,6 @@
 //! Traces one ray through the wide BVH and counts its cost.
 
-use super::{RaySlabs, intersect_shape};
+use super::{RaySlabs, counts, intersect_shape};
 use crate::{
     accel::{Bvh, Child},
     math::Aabb,
@@ -74,6 +74,7 @@ pub(super) fn counted<S: Simd>(
                 cost.primitives += 1;
                 if let Some(hit) = intersect_shape(simd, id, &scene.shape(id), ray, &slabs)
                     && best.loses_to(hit.t, id)
+                    && counts(Some(scene), &hit)
                 {
                     best = hit;
                 }

@@ -10,7 +10,14 @@ mod draw;
 mod primitive;
 pub mod shade;
 
+use crate::{ray::Hit, scene::Scene};
 use primitive::{RaySlabs, intersect_shape};
+
+/// Whether a hit counts; `cut_outs` is the scene if rays pass where its surfaces are cut out.
+#[inline(always)]
+fn counts(cut_outs: Option<&Scene>, hit: &Hit) -> bool {
+    cut_outs.is_none_or(|scene| !scene.is_cut_out(hit.primitive, [hit.u, hit.v]))
+}
 
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,7 @@ use super::draw::{cone, scattered};
 use crate::{
     math::{max, max_abs, min, powi, scale_to_one},
     ray::{Hit, Ray, T_MAX},
-    scene::{Material, Primitive, Scene},
+    scene::{Material, Primitive, Scene, TexturePoint},
     simd::{Level, Simd, at_level},
     sobol,
 };
@@ -42,7 +42,7 @@ pub struct SecondaryRays {
 }
 
 /// A camera ray's place in the picture, which decides on its random directions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelSample {
     /// Absolute column and row.
     pub pixel: [u32; 2],
@@ -50,6 +50,8 @@ pub struct PixelSample {
     pub number: u32,
     /// How many samples each pixel has.
     pub count: u32,
+    /// Width of the ray's cone at distance 1, which decides on mipmaps.
+    pub width: f32,
 }
 
 impl PixelSample {
@@ -102,6 +104,7 @@ pub(crate) fn radiance_at<S: Simd>(
     let mut color = [0.0; 3];
     let mut ray = camera_ray;
     let mut weight = 1.0;
+    let mut travelled = 0.0;
     for level in 0.. {
         if level == limits.max_depth {
             let background = scene.background().color_at(simd, ray.direction);
@@ -115,9 +118,11 @@ pub(crate) fn radiance_at<S: Simd>(
             add(simd, &mut color, weight, background);
             break;
         }
-        let material = &tinted(simd, scene, &hit);
+        let distance = travelled + hit.t;
+        let (material, emitted) = &tinted(simd, scene, &ray, &hit, distance * sample.width);
         if let Material::Silhouette { color: own } = material {
             add(simd, &mut color, weight, *own);
+            emit(simd, &mut color, weight, *emitted);
             break;
         }
         let surface = surface(simd, scene, &ray, &hit);
@@ -162,14 +167,25 @@ pub(crate) fn radiance_at<S: Simd>(
                     weight * (1.0 - mirror_share),
                     matte(own, &light),
                 );
+                emit(simd, &mut color, weight, *emitted);
                 weight *= mirror_share;
+                travelled = distance;
                 ray = mirrored(simd, &surface);
                 continue;
             }
         }
+        emit(simd, &mut color, weight, *emitted);
         break;
     }
     color
+}
+
+/// Adds the light that a surface emits, if it does.
+#[inline(always)]
+fn emit<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, emitted: Option<[f32; 3]>) {
+    if let Some(emitted) = emitted {
+        add(simd, color, weight, emitted);
+    }
 }
 
 #[inline(always)]
@@ -297,12 +313,27 @@ fn shadow_ray<S: Simd>(simd: S, light: Vec3, s: &Surface) -> Ray {
     }
 }
 
-/// Returns the material at a hit: its base colour times that of the vertices or the sphere.
+/// Returns the material at a hit, with its base colour times that of the vertices or the sphere and that of the texture,
+/// and the light that it emits; `width` is that of the ray's cone.
 #[inline(always)]
-fn tinted<S: Simd>(simd: S, scene: &Scene, hit: &Hit) -> Material {
+fn tinted<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> (Material, Option<[f32; 3]>) {
     let mut material = scene.materials()[scene.material_of(hit.primitive).0 as usize];
-    if scene.has_colors() {
-        let tint = tint(simd, scene, hit);
+    let mut emitted = None;
+    if scene.has_colors() || scene.has_textures() {
+        let mut tint = if scene.has_colors() {
+            tint(simd, scene, hit)
+        } else {
+            [1.0; 3]
+        };
+        if let Some(textures) = scene.textures_of(hit.primitive) {
+            let (factor, emission) = scene.textured(&TexturePoint {
+                hit: *hit,
+                direction: ray.direction,
+                width,
+            });
+            tint = std::array::from_fn(|i| tint[i] * factor[i]);
+            emitted = textures.emits().then_some(emission);
+        }
         match &mut material {
             Material::Silhouette { .. } => {}
             Material::Matte { color }
@@ -312,7 +343,7 @@ fn tinted<S: Simd>(simd: S, scene: &Scene, hit: &Hit) -> Material {
             }
         }
     }
-    material
+    (material, emitted)
 }
 
 /// Returns the colour that the vertices or the sphere give to a hit; white without one.
@@ -330,10 +361,11 @@ fn tint<S: Simd>(simd: S, scene: &Scene, hit: &Hit) -> [f32; 3] {
     own.to_array().map(|channel| min(max(channel, 0.0), 1.0))
 }
 
-/// Returns the base colour of the surface at a hit (c_d of Blinn-Phong), with the colours of vertices and spheres.
+/// Returns the base colour of the surface at a hit (c_d of Blinn-Phong), with the colours of vertices, spheres and
+/// textures. `width` is that of the ray's cone at the hit.
 #[must_use]
-pub fn albedo(scene: &Scene, hit: &Hit) -> [f32; 3] {
-    match at_level!(Level::current(), |simd| tinted(simd, scene, hit)) {
+pub fn albedo(scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> [f32; 3] {
+    match at_level!(Level::current(), |simd| tinted(simd, scene, ray, hit, width)).0 {
         Material::Silhouette { color } | Material::Matte { color } | Material::Reflection { color, .. } => {
             color
         }

@@ -31,18 +31,19 @@ struct At<'a> {
 impl Intersect for At<'_> {
     fn closest_hit(&mut self, ray: &Ray) -> Hit {
         match self.bvh {
-            Some(bvh) => bvh::closest_hit_at(self.level, bvh, &mut self.stack, ray),
+            Some(bvh) => bvh::closest_hit_at(self.level, bvh, &mut self.stack, ray, None),
             None => at_level!(self.level, |simd| brute::nearest(
                 simd,
                 brute::targets(self.scene),
-                ray
+                ray,
+                None
             )),
         }
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {
         match self.bvh {
-            Some(bvh) => bvh::occluded_at(self.level, bvh, &mut self.stack, ray),
+            Some(bvh) => bvh::occluded_at(self.level, bvh, &mut self.stack, ray, None),
             None => at_level!(self.level, |simd| brute::any(simd, self.scene, ray)),
         }
     }

@@ -12,7 +12,6 @@ use super::{
     tile::generate_rays,
 };
 use crate::{
-    accel::Bvh,
     lanes::{F32x8, LANES},
     ray::{Hit, HitPacket, PrimitiveId, Ray},
     reference::{
@@ -21,7 +20,6 @@ use crate::{
     },
     scene::{Camera, Scene, for_each_packet},
     shade::queue::RayQueue,
-    simd::Level,
     trace::Tracer,
 };
 use rayon::prelude::*;
@@ -120,9 +118,10 @@ struct AovScratch<'a> {
 }
 
 impl<'a> AovScratch<'a> {
-    fn new(bvh: &'a Bvh, level: Level) -> Self {
+    fn new(context: &FrameContext<'a>) -> Self {
+        let tracer = Tracer::new(context.bvh).at_level(context.settings.level);
         Self {
-            tracer: Tracer::new(bvh).at_level(level),
+            tracer: tracer.through_cut_outs(context.scene),
             rays: RayQueue::default(),
             hits: Vec::new(),
             stack: Stack::default(),
@@ -161,7 +160,7 @@ impl<'a> AovScratch<'a> {
                     (hits.hit(lane), Cost::default())
                 };
                 let pixel = y as usize * context.window.width() as usize + (rect.x + x) as usize;
-                band[pixel] = Aov::new(context.scene, &ray, &hit, cost);
+                band[pixel] = Aov::new(context.scene, &ray, &hit, cost, context.camera_rays.pixel_width());
             }
         });
     }
@@ -189,7 +188,7 @@ fn render_band<'a>(
             height: TILE[1].min(height - y),
         };
         scratch
-            .get_or(|| RefCell::new(AovScratch::new(context.bvh, context.settings.level)))
+            .get_or(|| RefCell::new(AovScratch::new(context)))
             .borrow_mut()
             .render_tile(context, rect, band, costs);
         watch.done(u64::from(rect.width) * u64::from(rect.height));
@@ -208,14 +207,14 @@ impl Aov {
         },
     };
 
-    fn new(scene: &Scene, ray: &Ray, hit: &Hit, cost: Cost) -> Self {
+    fn new(scene: &Scene, ray: &Ray, hit: &Hit, cost: Cost, pixel_width: f32) -> Self {
         if !hit.is_hit() {
             return Self { cost, ..Self::MISS };
         }
         Self {
             depth: hit.t,
             normal: shading_normal(scene, ray, hit).to_array(),
-            albedo: albedo(scene, hit),
+            albedo: albedo(scene, ray, hit, hit.t * pixel_width),
             primitive: hit.primitive,
             cost,
         }

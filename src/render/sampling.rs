@@ -96,6 +96,15 @@ impl CameraRays {
         self.pixel_rays.eye()
     }
 
+    /// Returns the width of a sample's share of its pixel at distance 1.
+    pub fn pixel_width(&self) -> f32 {
+        let width = self.pixel_rays.pixel_width();
+        match &self.offsets {
+            None => width,
+            Some(_) => width / (self.samples[0] as f32 * self.samples[1] as f32).sqrt(),
+        }
+    }
+
     /// Returns every sample of a pixel, as column and row.
     pub fn samples(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
         let [columns, rows] = self.samples;

@@ -11,6 +11,7 @@ use crate::{
         bvh::{self, Stack},
         shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
     },
+    scene::Scene,
     simd::{Level, Simd, at_level},
 };
 
@@ -18,15 +19,17 @@ struct OverBvh<'a> {
     bvh: &'a BinaryBvh,
     stack: Stack,
     level: Level,
+    /// The scene, if parts of its surfaces are cut out.
+    cut_outs: Option<&'a Scene>,
 }
 
 impl Intersect for OverBvh<'_> {
     fn closest_hit(&mut self, ray: &Ray) -> Hit {
-        bvh::closest_hit_at(self.level, self.bvh, &mut self.stack, ray)
+        bvh::closest_hit_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs)
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {
-        bvh::occluded_at(self.level, self.bvh, &mut self.stack, ray)
+        bvh::occluded_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs)
     }
 }
 
@@ -53,6 +56,7 @@ fn pixels<S: Simd, P: Pixel>(
         bvh: bvh.binary(scene),
         stack: Stack::default(),
         level: settings.level,
+        cut_outs: scene.has_cut_outs().then_some(scene),
     };
     let limits = Limits {
         max_depth: settings.max_depth,
@@ -81,6 +85,7 @@ fn pixels<S: Simd, P: Pixel>(
                     pixel: [x, y],
                     number,
                     count: settings.samples,
+                    width: camera_rays.pixel_width(),
                 };
                 let color = radiance_at(simd, scene, &mut intersect, (ray, sample), limits, &mut rays);
                 for (sum, c) in sum.iter_mut().zip(color) {

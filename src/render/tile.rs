@@ -32,10 +32,10 @@ pub(super) struct TileScratch<'a> {
 
 impl<'a> TileScratch<'a> {
     /// Reserves memory for tiles of `width` x `height` pixels.
-    pub fn new(scene: &Scene, bvh: &'a Bvh, [width, height]: [u32; 2]) -> Self {
+    pub fn new(scene: &'a Scene, bvh: &'a Bvh, [width, height]: [u32; 2]) -> Self {
         let pixels = (width * height) as usize;
         let mut scratch = Self {
-            tracer: Tracer::new(bvh),
+            tracer: Tracer::new(bvh).through_cut_outs(scene),
             shader: Shader::default(),
             rays: RayQueue::default(),
             sample: TileColors::default(),
@@ -114,6 +114,7 @@ impl<'a> TileScratch<'a> {
                     max_depth: settings.max_depth,
                     shadows: settings.shadows,
                     sample: context.camera_rays.index(sample),
+                    pixel_width: context.camera_rays.pixel_width(),
                     transparent: P::HAS_ALPHA,
                 };
                 self.shader

@@ -4,13 +4,15 @@
 mod lights;
 mod mesh;
 mod spheres;
+mod textures;
 
 pub use mesh::TriangleMesh;
+pub(super) use mesh::expect_length;
 pub use spheres::SphereCloud;
 
 use super::{
-    Background, Lights, Material, MaterialId, NamedCamera, Scene, SceneId, Sources, Spheres, Triangles,
-    Vertices, is_usable, material::check_color,
+    Background, Image, Lights, Material, MaterialId, NamedCamera, Scene, SceneId, Sources, Spheres,
+    SurfaceTextures, Triangles, Vertices, is_usable, material::check_color,
 };
 use crate::{
     classic,
@@ -40,7 +42,7 @@ const TRIANGLE_BYTES: u64 = 16;
 const SPHERE_BYTES: u64 = 20;
 /// A material and its entry among the ids, both in arrays that have room for twice as many.
 const MATERIAL_BYTES: u64 = 200;
-/// Three numbers of a position, a normal or a colour.
+/// Three numbers of a position, a normal or a colour; texture coordinates take less.
 const VECTOR_BYTES: u64 = 12;
 
 /// The colour of a vertex or sphere without one.
@@ -74,6 +76,9 @@ pub struct SceneBuilder {
     materials: Vec<Material>,
     /// The id of each material, by its bits.
     material_ids: HashMap<[u32; 10], MaterialId>,
+    /// By material; those of the last ones are missing if they have none.
+    textures: Vec<Option<SurfaceTextures>>,
+    images: Vec<Image>,
     ambient: f32,
     ambient_reach: Option<f32>,
     background: Background,
@@ -90,7 +95,7 @@ impl Default for SceneBuilder {
     }
 }
 
-/// Checks that `[triangles, spheres, positions + normals + colours]` and the build of their BVH fit into `limit` bytes. Counts fit
+/// Checks that `[triangles, spheres, positions + normals + colours + texture coordinates]` and the build of their BVH fit into `limit` bytes. Counts fit
 /// into 32 bits each, so no sum overflows.
 ///
 /// # Errors
@@ -175,6 +180,8 @@ impl SceneBuilder {
                 .zip(Material::CLASSIC)
                 .map(|(id, material)| (material.bits(), id))
                 .collect(),
+            textures: Vec::new(),
+            images: Vec::new(),
             ambient: classic::AMBIENT,
             ambient_reach: None,
             background: Background::constant(classic::BACKGROUND),
@@ -221,6 +228,13 @@ impl SceneBuilder {
         if let Some(&id) = self.material_ids.get(&bits) {
             return Ok(id);
         }
+        let id = self.push_material(material)?;
+        self.material_ids.insert(bits, id);
+        Ok(id)
+    }
+
+    /// Adds a material that is like no other.
+    fn push_material(&mut self, material: Material) -> Result<MaterialId, SceneError> {
         if self.materials.len() >= MAX_MATERIALS {
             return Err(SceneError::TooMany {
                 what: "materials",
@@ -234,7 +248,6 @@ impl SceneBuilder {
             return Err(SceneError::OverLimit { needed, limit });
         }
         self.materials.push(material);
-        self.material_ids.insert(bits, id);
         Ok(id)
     }
 
@@ -264,8 +277,8 @@ impl SceneBuilder {
         self.sources.includes.push(path);
     }
 
-    /// Records files of textures, which octray does not read.
-    pub fn add_textures(&mut self, paths: Vec<PathBuf>) {
+    /// Records files of textures.
+    pub fn add_texture_files(&mut self, paths: Vec<PathBuf>) {
         for path in paths {
             if self.sources.textures.len() < MAX_TEXTURES {
                 self.sources.textures.insert(path);
@@ -312,12 +325,16 @@ impl SceneBuilder {
                 });
             }
         }
-        check_memory([triangles, spheres, vertices + vectors], self.memory)
+        check_memory(
+            [triangles, spheres, vertices + vectors],
+            self.memory.saturating_sub(self.image_bytes()),
+        )
     }
 
-    /// The number of normals and colours so far.
+    /// The number of normals, colours and texture coordinates so far.
     fn vectors(&self) -> usize {
-        self.vertices.normals.len() + self.vertices.colors.len() + self.spheres.color.len()
+        let vertices = &self.vertices;
+        vertices.normals.len() + vertices.colors.len() + vertices.uvs.len() + self.spheres.color.len()
     }
 
     /// Adds a triangle. One without area keeps its id but is never hit.
@@ -339,6 +356,9 @@ impl SceneBuilder {
         if !all.colors.is_empty() {
             all.colors.resize(all.x.len(), WHITE);
         }
+        if !all.uvs.is_empty() {
+            all.uvs.resize(all.x.len(), [0.0; 2]);
+        }
         self.triangles.corners.push([base, base + 1, base + 2]);
         self.triangles.material.push(material);
         Ok(())
@@ -354,6 +374,8 @@ impl SceneBuilder {
             lights,
             materials,
             material_ids: _,
+            textures,
+            images,
             ambient,
             ambient_reach,
             background,
@@ -368,6 +390,12 @@ impl SceneBuilder {
             spheres,
             lights,
             materials,
+            has_cut_outs: textures
+                .iter()
+                .flatten()
+                .any(|textures| textures.cut_out.is_some()),
+            textures,
+            images,
             ambient,
             ambient_reach,
             background,

@@ -216,6 +216,12 @@ impl PixelRays {
         self.samples_per_axis as u32
     }
 
+    /// Returns the width of a sample's share of its pixel in the picture's middle at distance 1.
+    #[must_use]
+    pub fn pixel_width(&self) -> f32 {
+        2.0 * self.step
+    }
+
     /// Returns the offset of a sample from the picture's centre, right and up, in half samples: an integer, exact up to
     /// 2^24.
     #[inline(always)]

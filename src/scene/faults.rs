@@ -178,6 +178,7 @@ mod tests {
             z: vec![0.0; 17],
             normals: Vec::new(),
             colors: Vec::new(),
+            uvs: Vec::new(),
             triangles: triangles.to_vec(),
         };
         let mut builder = SceneBuilder::new();

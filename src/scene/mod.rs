@@ -5,9 +5,11 @@ mod builder;
 mod camera;
 mod faults;
 mod fit;
+mod image;
 mod material;
 mod origin;
 mod smooth;
+mod texture;
 mod transform;
 mod weld;
 
@@ -17,7 +19,9 @@ pub(crate) use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
 pub use camera::{Camera, CameraError, MAX_SIDE_SAMPLES, NamedCamera, PixelRays, View, for_each_packet};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
+pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
 pub use material::{MAX_ALPHA, Material};
+pub use texture::{CutOut, SurfaceTextures, TexturePoint};
 pub use transform::Transform;
 pub(crate) use weld::weld;
 
@@ -58,6 +62,9 @@ pub struct Vertices {
     /// Base colours from 0 to 1, as linear as those of materials, which they multiply, except that of silhouettes; white
     /// where a vertex has none. Empty if no vertex has one.
     pub colors: Vec<[f32; 3]>,
+    /// Texture coordinates: 0, 0 is the upper left corner of an image, 1, 1 the lower right one; 0, 0 where a vertex has
+    /// none. Empty if no vertex has any.
+    pub uvs: Vec<[f32; 2]>,
 }
 
 impl Vertices {
@@ -145,7 +152,7 @@ impl Lights {
 pub struct Sources {
     /// Included scene files in the order of reading, one entry for each inclusion.
     pub includes: Vec<PathBuf>,
-    /// Files of textures that the meshes name; octray does not read them.
+    /// Files of textures that the meshes name, read or not.
     pub textures: BTreeSet<PathBuf>,
     /// What was ignored or missing without being an error, a sentence each.
     pub notes: Vec<String>,
@@ -161,6 +168,10 @@ pub struct Scene {
     spheres: Spheres,
     lights: Lights,
     materials: Vec<Material>,
+    /// By material; empty if none has any.
+    textures: Vec<Option<SurfaceTextures>>,
+    images: Vec<Image>,
+    has_cut_outs: bool,
     ambient: f32,
     ambient_reach: Option<f32>,
     background: Background,
@@ -385,6 +396,13 @@ impl Scene {
             + bytes(&t.corners[..])
             + bytes(&v.normals[..])
             + bytes(&v.colors[..])
+            + bytes(&v.uvs[..])
+            + self
+                .images
+                .iter()
+                .map(|image| Image::bytes(image.size()))
+                .sum::<usize>()
+            + bytes(&self.textures[..])
             + bytes(&s.color[..])
             + bytes(&l.color[..])
             + bytes(&t.material[..])

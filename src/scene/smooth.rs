@@ -11,14 +11,15 @@ use std::collections::HashMap;
 const MAX_FACES: usize = 512;
 
 /// Peak memory, bytes per vertex and per triangle, if each corner gets a vertex of its own.
-const BYTES: [usize; 2] = [36, 156];
+const BYTES: [usize; 2] = [44, 164];
 
 impl TriangleMesh {
     /// Gives a mesh without normals smooth ones; a mesh that has normals stays as it is.
     ///
     /// The normal at a corner is the mean of the face normals around the vertex that are within `crease_degrees` of its
     /// own face's, weighted by angle (Thürmer and Wüthrich, *Computing Vertex Normals from Polygonal Facets*, 1998).
-    /// Vertices at the same position are welded first, and split where normals or colours differ. The result does not depend
+    /// Vertices at the same position are welded first, and split where normals, colours or texture
+    /// coordinates differ. The result does not depend
     /// on the machine or the number of threads.
     ///
     /// # Errors
@@ -35,11 +36,14 @@ impl TriangleMesh {
         let first = (0..normals.len() as u32).into_par_iter().map(|corner| {
             let normal = normals[corner as usize];
             let others = adjacency.corners(welded[self.corner(corner) as usize]);
-            let color = |corner: u32| self.colors.get(self.corner(corner) as usize);
+            let own = |corner: u32| {
+                let vertex = self.corner(corner) as usize;
+                (self.colors.get(vertex), self.uvs.get(vertex))
+            };
             let mut compared = others.iter().take(MAX_FACES);
             // An extra vertex costs less than a long search.
             let equal =
-                compared.find(|&&other| normals[other as usize] == normal && color(other) == color(corner));
+                compared.find(|&&other| normals[other as usize] == normal && own(other) == own(corner));
             equal.copied().unwrap_or(corner)
         });
         let first: Vec<u32> = first.collect();
@@ -114,12 +118,13 @@ impl TriangleMesh {
     }
 
     /// Replaces the vertices by one for each corner that is its own `first`: the first corner at its position with its
-    /// normal and colour.
+    /// normal, colour and texture coordinates.
     fn split(&mut self, normals: &[Vec3], first: &[u32], welded: &[u32]) {
         let is_new = |corner: usize| first[corner] as usize == corner;
         let count = (0..first.len()).filter(|&corner| is_new(corner)).count();
         let [mut x, mut y, mut z] = [(); 3].map(|()| Vec::with_capacity(count));
         let mut colors = Vec::with_capacity(if self.colors.is_empty() { 0 } else { count });
+        let mut uvs = Vec::with_capacity(if self.uvs.is_empty() { 0 } else { count });
         self.normals.reserve_exact(count);
         let corners = self.triangles.as_flattened_mut();
         for corner in 0..first.len() {
@@ -131,12 +136,13 @@ impl TriangleMesh {
                 z.push(self.z[at]);
                 self.normals.push(normals[corner]);
                 colors.extend(self.colors.get(vertex));
+                uvs.extend(self.uvs.get(vertex));
                 x.len() as u32 - 1
             } else {
                 corners[first[corner] as usize]
             };
         }
-        (self.x, self.y, self.z, self.colors) = (x, y, z, colors);
+        (self.x, self.y, self.z, self.colors, self.uvs) = (x, y, z, colors, uvs);
     }
 }
 
@@ -187,6 +193,7 @@ mod tests {
             z: vec![0.0, 0.0, 0.0, 0.0, 0.0, s, s, 0.0],
             normals: Vec::new(),
             colors: Vec::new(),
+            uvs: Vec::new(),
             triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
         }
     }

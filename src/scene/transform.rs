@@ -135,6 +135,7 @@ mod tests {
             z: vec![0.0, 0.0, 3.0],
             normals: vec![Vec3::new(6.0, 3.0, 2.0); 3],
             colors: Vec::new(),
+            uvs: Vec::new(),
             triangles: vec![[0, 1, 2]],
         }
     }

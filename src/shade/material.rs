@@ -45,6 +45,8 @@ pub(super) struct Points<'a> {
     pub tints: &'a [Tint8],
     /// The ambient light; empty if it is the scene's everywhere.
     pub ambient: &'a [F32x8],
+    /// The lengths of the paths from the camera; empty in scenes without textures.
+    pub distance: &'a [F32x8],
 }
 
 impl Points<'_> {
@@ -151,6 +153,23 @@ pub(super) fn color<S: Simd>(
     }
     if let Material::Reflection { mirror_share, .. } = material {
         mirror(simd, *mirror_share, surfaces, next);
+        for &distance in points.distance {
+            next.push_travelled(distance);
+        }
+    }
+}
+
+/// Adds the light that surfaces emit.
+#[inline(always)]
+pub(super) fn emission<S: Simd>(
+    simd: S,
+    surfaces: &[SurfacePacket],
+    light: &[Tint8],
+    colors: &mut TileColors,
+) {
+    for (s, light) in surfaces.iter().zip(light) {
+        let light = [simd.load(&light[0]), simd.load(&light[1]), simd.load(&light[2])];
+        colors.add(simd, s.active, &s.pixel, simd.load(&s.weight), light);
     }
 }
 

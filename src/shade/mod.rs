@@ -4,6 +4,7 @@
 //! ray queue -> trace -> queue::sort      hits by material; misses take the background
 //!    ^                  surface::gather  hits -> surface packets
 //!    |                  tint::gather     their colours, if the scene has any
+//!    |                  texture::pass    and textures
 //!    |                  shadow::pass     one run of occlusion rays per light
 //!    +---- mirrored --- material::color  light -> colours of the tile
 //! ```
@@ -16,12 +17,13 @@ pub mod queue;
 pub mod shadow;
 mod soft;
 pub mod surface;
+mod texture;
 pub mod tint;
 
 use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId},
-    scene::Scene,
+    scene::{Scene, SurfaceTextures},
     simd::{EightLanes, Lanes, Level, Simd, at_level},
     sobol,
     trace::Tracer,
@@ -52,6 +54,8 @@ pub struct ShadeSettings {
     pub shadows: bool,
     /// The number of the sample in its pixel, which decides on random directions.
     pub sample: u32,
+    /// Width of a camera ray's cone at distance 1, which decides on mipmaps.
+    pub pixel_width: f32,
     /// Whether camera rays that hit nothing stay black, and [`TileColors::alpha`] is filled.
     pub transparent: bool,
 }
@@ -64,6 +68,7 @@ pub struct Shader {
     surfaces: Vec<SurfacePacket>,
     /// As many as `surfaces`, or none.
     tints: Vec<Tint8>,
+    textured: texture::Textured,
     light: Vec<Light8>,
     /// The ambient light at each surface; empty if nothing blocks it.
     ambient: Vec<F32x8>,
@@ -186,8 +191,11 @@ impl Shader {
         self.next.reserve(packets);
         self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
         self.surfaces.reserve(packets);
-        if scene.has_colors() {
+        if scene.has_colors() || scene.has_textures() {
             self.tints.reserve(packets);
+        }
+        if scene.has_textures() {
+            self.textured.reserve(packets);
         }
         self.light.reserve(packets);
         self.arriving.reserve(packets);
@@ -259,7 +267,7 @@ impl Shader {
                 );
                 surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
             });
-            self.gather_tints(scene, level, packets);
+            self.gather_tints(scene, level, rays, settings.pixel_width);
             if self.surfaces.is_empty() {
                 break;
             }
@@ -267,12 +275,14 @@ impl Shader {
 
             self.next.restart(None);
             for (material, range) in self.by_material.ranges() {
+                let emits = scene.textures(material).is_some_and(SurfaceTextures::emits);
                 let material = &scene.materials()[material.0 as usize];
                 let points = Points {
                     surfaces: &self.surfaces[range.clone()],
                     light: &self.light[range.clone()],
                     tints: self.tints.get(range.clone()).unwrap_or_default(),
-                    ambient: self.ambient.get(range).unwrap_or_default(),
+                    ambient: self.ambient.get(range.clone()).unwrap_or_default(),
+                    distance: self.textured.distance.get(range.clone()).unwrap_or_default(),
                 };
                 at_level!(level, |simd| material::color(
                     simd,
@@ -282,6 +292,10 @@ impl Shader {
                     colors,
                     &mut self.next
                 ));
+                if emits {
+                    let (surfaces, light) = (points.surfaces, &self.textured.emitted[range]);
+                    at_level!(level, |simd| material::emission(simd, surfaces, light, colors));
+                }
             }
             if depth == settings.max_depth {
                 at_level!(level, |simd| material::background_pass(
@@ -299,10 +313,10 @@ impl Shader {
     }
 
     /// Fills the tints of all surfaces if the scene has colours beside those of materials.
-    fn gather_tints(&mut self, scene: &Scene, level: Level, packets: usize) {
+    fn gather_tints(&mut self, scene: &Scene, level: Level, rays: &RayQueue, pixel_width: f32) {
         self.tints.clear();
+        let hits = &self.hits[..rays.rays.packets().len()];
         if scene.has_colors() {
-            let hits = &self.hits[..packets];
             at_level!(level, |simd| tint::gather(
                 simd,
                 scene,
@@ -310,6 +324,11 @@ impl Shader {
                 &self.by_material,
                 &mut self.tints
             ));
+        }
+        if scene.has_textures() {
+            let sorted = (&self.by_material, &self.surfaces[..]);
+            let (tints, textured) = (&mut self.tints, &mut self.textured);
+            texture::pass(scene, (rays, hits), sorted, pixel_width, tints, textured);
         }
     }
 

@@ -19,6 +19,8 @@ pub struct RayQueue {
     pixel: Vec<[u32; LANES]>,
     /// See [`Self::weight`]; empty for camera rays.
     weight: Vec<F32x8>,
+    /// See [`Self::travelled`]; empty for camera rays, and in scenes without textures.
+    travelled: Vec<F32x8>,
 }
 
 impl RayQueue {
@@ -34,6 +36,7 @@ impl RayQueue {
         self.rays.restart(origin);
         self.pixel.clear();
         self.weight.clear();
+        self.travelled.clear();
     }
 
     /// Adds the camera rays of the next eight pixels.
@@ -48,6 +51,12 @@ impl RayQueue {
         self.rays.push_from(origin, rays);
         self.pixel.push(pixel);
         self.weight.push(weight);
+    }
+
+    /// Adds what [`Self::travelled`] returns of the packet pushed last.
+    #[inline(always)]
+    pub fn push_travelled(&mut self, travelled: F32x8) {
+        self.travelled.push(travelled);
     }
 
     /// Returns whether these are camera rays.
@@ -81,6 +90,14 @@ impl RayQueue {
         } else {
             self.weight[p]
         }
+    }
+
+    /// Returns the lengths of the paths from the camera to the origins of packet `p`, scene units; 0 in scenes without
+    /// textures.
+    #[inline(always)]
+    #[must_use]
+    pub fn travelled(&self, p: usize) -> F32x8 {
+        self.travelled.get(p).copied().unwrap_or(F32x8::ZERO)
     }
 
     /// Returns the number of lanes that hold a ray.
@@ -205,6 +222,24 @@ impl HitQueue {
             start = range.end;
             (material, range)
         })
+    }
+
+    /// Visits the rays of each surface packet, in the order of [`gather`](super::surface::gather); lanes without one repeat
+    /// another.
+    #[inline(always)]
+    pub fn for_each_packet(&self, mut visit: impl FnMut(&[RayIndex; LANES])) {
+        for (_, bucket) in self.buckets() {
+            for &PacketLanes { packet, bits } in &bucket.in_place {
+                let (base, first) = (packet * LANES as u32, bits.trailing_zeros());
+                visit(&std::array::from_fn(|lane| {
+                    let is_active = bits >> lane & 1 == 1;
+                    base + if is_active { lane as u32 } else { first }
+                }));
+            }
+            for chunk in bucket.compacted.chunks(LANES) {
+                visit(&std::array::from_fn(|lane| chunk[lane.min(chunk.len() - 1)]));
+            }
+        }
     }
 
     /// Returns the surface packets whose colour depends on light: the first ones.

@@ -1,7 +1,7 @@
 //! Tints: the colours that vertices and spheres give to hits, a packet of them beside each surface packet. Only scenes
 //! that have such colours run this pass.
 
-use super::queue::{HitQueue, PacketLanes, RayIndex};
+use super::queue::{HitQueue, RayIndex};
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, PrimitiveId},
@@ -21,43 +21,20 @@ struct Hits8 {
 }
 
 impl Hits8 {
-    /// Copies the lanes `bits` of a packet; the others repeat the first of these.
     #[inline(always)]
-    fn in_place(hits: &HitPacket, bits: u32) -> Self {
-        let mut copied = Self {
-            primitive: hits.primitive,
-            u: hits.u,
-            v: hits.v,
-        };
-        let first = bits.trailing_zeros() as usize % LANES;
-        for lane in 0..LANES {
-            if bits >> lane & 1 == 0 {
-                copied.set(lane, hits, first);
-            }
-        }
-        copied
-    }
-
-    /// Gathers up to eight hits of any packets; the last one is repeated.
-    #[inline(always)]
-    fn gather(hits: &[HitPacket], ray_i: &[RayIndex]) -> Self {
+    fn gather(hits: &[HitPacket], rays: &[RayIndex; LANES]) -> Self {
         let mut gathered = Self {
             primitive: [0; LANES],
             u: F32x8::ZERO,
             v: F32x8::ZERO,
         };
-        for lane in 0..LANES {
-            let i = ray_i[lane.min(ray_i.len() - 1)] as usize;
-            gathered.set(lane, &hits[i / LANES], i % LANES);
+        for (lane, &ray_i) in rays.iter().enumerate() {
+            let (hits, from) = (&hits[ray_i as usize / LANES], ray_i as usize % LANES);
+            gathered.primitive[lane] = hits.primitive[from];
+            gathered.u.as_mut_array()[lane] = hits.u.as_array()[from];
+            gathered.v.as_mut_array()[lane] = hits.v.as_array()[from];
         }
         gathered
-    }
-
-    #[inline(always)]
-    fn set(&mut self, lane: usize, hits: &HitPacket, from: usize) {
-        self.primitive[lane] = hits.primitive[from];
-        self.u.as_mut_array()[lane] = hits.u.as_array()[from];
-        self.v.as_mut_array()[lane] = hits.v.as_array()[from];
     }
 }
 
@@ -71,15 +48,10 @@ pub(super) fn gather<S: Simd>(
     tints: &mut Vec<Tint8>,
 ) {
     tints.clear();
-    for (_, bucket) in by_material.buckets() {
-        for &PacketLanes { packet, bits } in &bucket.in_place {
-            let hits8 = Hits8::in_place(&hits[packet as usize], bits);
-            tints.push(tint(simd, scene, &hits8));
-        }
-        for chunk in bucket.compacted.chunks(LANES) {
-            tints.push(tint(simd, scene, &Hits8::gather(hits, chunk)));
-        }
-    }
+    by_material.for_each_packet(
+        #[inline(always)]
+        |rays| tints.push(tint(simd, scene, &Hits8::gather(hits, rays))),
+    );
 }
 
 // Not inlined, for it is called twice, so it enters the level by itself.

@@ -10,6 +10,7 @@
 
 mod bits;
 mod bundle;
+mod cut_outs;
 mod directions;
 mod dominant;
 mod entering;
@@ -37,6 +38,7 @@ use crate::{
     accel::{Bvh, LeafBlocks, Node8, TriangleBlocks},
     lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, Origins, RayPacket},
+    scene::Scene,
     simd::{Level, REGISTER_LANES, Simd, at_level},
 };
 use bits::{bits, bits64, largest_axis, part};
@@ -67,6 +69,8 @@ const BUFFERED_TASKS: usize = 4096;
 #[derive(Debug)]
 pub struct Tracer<'a> {
     bvh: &'a Bvh,
+    /// The scene, if parts of its surfaces are cut out.
+    cut_outs: Option<&'a Scene>,
     policy: CoherencePolicy,
     level: Level,
     rooms: Rooms,
@@ -93,6 +97,7 @@ impl<'a> Tracer<'a> {
         let size = bvh.stack_size();
         Self {
             bvh,
+            cut_outs: None,
             policy: CoherencePolicy::new(method),
             level: Level::current(),
             rooms: Rooms::new(),
@@ -131,8 +136,11 @@ impl<'a> Tracer<'a> {
     pub fn closest_hit(&mut self, origins: Origins<'_>, rays: &[RayPacket], hits: &mut [HitPacket]) {
         assert_eq!(rays.len(), hits.len(), "a hit packet for each ray packet");
         match self.start_at(origins, rays) {
-            None => self.dispatch::<_, Shared, false>(rays, &[], hits),
-            Some(origins) => self.dispatch::<_, Separate, false>(rays, origins, hits),
+            None => self.dispatch::<_, Shared, false>(rays, &[], &mut *hits),
+            Some(origins) => self.dispatch::<_, Separate, false>(rays, origins, &mut *hits),
+        }
+        if let Some(scene) = self.cut_outs {
+            self.pass_closest(scene, origins, rays, hits);
         }
     }
 
@@ -143,8 +151,11 @@ impl<'a> Tracer<'a> {
     pub fn occluded(&mut self, origins: Origins<'_>, rays: &[RayPacket], occluded: &mut [u8]) {
         assert_eq!(rays.len(), occluded.len(), "eight bits for each ray packet");
         match self.start_at(origins, rays) {
-            None => self.dispatch::<_, Shared, true>(rays, &[], occluded),
-            Some(origins) => self.dispatch::<_, Separate, true>(rays, origins, occluded),
+            None => self.dispatch::<_, Shared, true>(rays, &[], &mut *occluded),
+            Some(origins) => self.dispatch::<_, Separate, true>(rays, origins, &mut *occluded),
+        }
+        if let Some(scene) = self.cut_outs {
+            self.pass_occluded(scene, origins, rays, occluded);
         }
     }
 

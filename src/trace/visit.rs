@@ -9,7 +9,8 @@ use crate::{
     accel::{Bvh, Child, LeafBlocks, Node8, TriangleBlocks},
     geometry::{SphereBlock, TriangleLeaf},
     lanes::LANES,
-    ray::{PrimitiveId, Ray},
+    math::max,
+    ray::{Hit, PrimitiveId, Ray},
     simd::{EightLanes, Level, Simd, at_level, unpack},
 };
 use glam::Vec3;
@@ -22,6 +23,21 @@ pub(crate) struct Found {
     pub primitive: PrimitiveId,
     /// Edge functions of a triangle's second, third and first corner, not yet divided by their sum; negative means 0.
     pub weights: [f32; 3],
+}
+
+impl Found {
+    /// The hit as packets report it.
+    #[inline(always)]
+    pub fn hit(&self) -> Hit {
+        let [u, v, w] = self.weights.map(|weight| max(weight, 0.0));
+        let sum = max(u + v + w, f32::MIN_POSITIVE);
+        Hit {
+            t: self.t,
+            u: u / sum,
+            v: v / sum,
+            primitive: self.primitive,
+        }
+    }
 }
 
 /// Says which hits count.

@@ -106,6 +106,7 @@ fn mesh(corners: &[Vec3], triangles: Vec<[u32; 3]>) -> TriangleMesh {
         z: coordinates(2),
         normals: Vec::new(),
         colors: Vec::new(),
+        uvs: Vec::new(),
         triangles,
     }
 }

@@ -128,7 +128,9 @@ pub fn render(
 impl<'a> Scratch<'a> {
     fn new(model: &'a Model, level: Level) -> Self {
         Self {
-            tracer: Tracer::new(&model.bvh).at_level(level),
+            tracer: Tracer::new(&model.bvh)
+                .at_level(level)
+                .through_cut_outs(&model.scene),
             packets: Vec::new(),
             hits: Vec::new(),
             sums: Vec::new(),
@@ -166,6 +168,7 @@ impl<'a> Scratch<'a> {
                         pixel: frame.pixel(i, y),
                         number: sample[1] * n + sample[0],
                         count: n * n,
+                        width: frame.rays.pixel_width(),
                     };
                     let color = radiance(scene, &mut intersect, ray, sample, depth, shadows, &mut rays);
                     add(&mut self.sums[i], color);
@@ -181,20 +184,28 @@ impl<'a> Scratch<'a> {
                     }
                     let ray = frame.ray(i, y, sample);
                     let hit = brute::closest_hit(scene, &ray);
-                    add(&mut self.sums[i], color(scene, look, &ray, &hit, 0));
+                    add(
+                        &mut self.sums[i],
+                        color((scene, look), &ray, &hit, 0, frame.rays.pixel_width()),
+                    );
                 }
             } else if look == Look::Cost {
                 for (i, sum) in self.sums.iter_mut().enumerate() {
                     let ray = frame.ray(i, y, sample);
                     let (hit, cost) = cost::closest_hit(scene, &frame.model.bvh, &mut self.todo, &ray);
-                    add(sum, color(scene, look, &ray, &hit, cost.total()));
+                    add(
+                        sum,
+                        color((scene, look), &ray, &hit, cost.total(), frame.rays.pixel_width()),
+                    );
                 }
             } else if settings.mode == Mode::Scalar {
                 let binary: &BinaryBvh = frame.model.bvh.binary(scene);
                 for (i, sum) in self.sums.iter_mut().enumerate() {
                     let ray = frame.ray(i, y, sample);
-                    let hit = bvh::closest_hit(binary, &mut self.bvh_stack, &ray);
-                    add(sum, color(scene, look, &ray, &hit, 0));
+                    let cut_outs = scene.has_cut_outs().then_some(scene);
+                    let hit =
+                        bvh::closest_hit_at(settings.level, binary, &mut self.bvh_stack, &ray, cut_outs);
+                    add(sum, color((scene, look), &ray, &hit, 0, frame.rays.pixel_width()));
                 }
             } else {
                 self.packets(frame, y, sample);
@@ -226,7 +237,13 @@ impl<'a> Scratch<'a> {
                 if row < rows && column < width {
                     let hit = hits.hit(lane);
                     let ray = rays.ray(lane, eye);
-                    let color = color(&frame.model.scene, frame.style.look, &ray, &hit, 0);
+                    let color = color(
+                        (&frame.model.scene, frame.style.look),
+                        &ray,
+                        &hit,
+                        0,
+                        frame.rays.pixel_width(),
+                    );
                     add(&mut self.sums[row * width + column], color);
                 }
             }
@@ -282,13 +299,13 @@ fn heat_color(tests: u32) -> [f32; 3] {
     heat(tests).map(|byte| (f32::from(byte) + 0.5) / 255.0)
 }
 
-fn color(scene: &Scene, look: Look, ray: &Ray, hit: &Hit, tests: u32) -> [f32; 3] {
+fn color((scene, look): (&Scene, Look), ray: &Ray, hit: &Hit, tests: u32, pixel_width: f32) -> [f32; 3] {
     match look {
         Look::Cost => heat_color(tests),
         Look::Normals if !hit.is_hit() => [0.0; 3],
         Look::Normals => (shading_normal(scene, ray, hit) * 0.5 + 0.5).to_array(),
         _ if !hit.is_hit() => scene.background().color(ray.direction),
-        Look::Preview | Look::Full => surface::preview(scene, ray, hit),
+        Look::Preview | Look::Full => surface::preview(scene, ray, hit, pixel_width),
     }
 }
 

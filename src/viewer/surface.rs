@@ -25,10 +25,11 @@ pub fn material(scene: &Scene, primitive: PrimitiveId) -> &Material {
     &scene.materials()[scene.material_of(primitive).0 as usize]
 }
 
-/// Returns the colour of the preview: a light at the eye and the scene's lights, without shadows.
+/// Returns the colour of the preview: a light at the eye and the scene's lights, without shadows. `pixel_width` is the
+/// width of a pixel at distance 1.
 #[must_use]
-pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit) -> [f32; 3] {
-    let albedo = albedo(scene, hit);
+pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit, pixel_width: f32) -> [f32; 3] {
+    let albedo = albedo(scene, ray, hit, hit.t * pixel_width);
     let own = match *material(scene, hit.primitive) {
         Material::Silhouette { .. } => return albedo,
         Material::Matte { .. } | Material::Reflection { .. } => albedo,

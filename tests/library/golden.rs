@@ -81,6 +81,17 @@ fn soft_light() {
 }
 
 #[test]
+fn textures() {
+    let scene = shipped_scene("garden");
+    let settings = Settings {
+        samples: 4,
+        ..settings(192, 144)
+    };
+    let actual = picture(&scene, &scene.cameras()[0].camera, &settings);
+    assert_all([compare_golden("garden", &actual, SHARE)]);
+}
+
+#[test]
 fn evening_from_its_cameras() {
     let scene = shipped_scene("evening");
     assert_all(

@@ -42,6 +42,7 @@ fn all_materials(colored: bool) -> Scene {
         z: positions.iter().map(|p| p.z).collect(),
         normals: positions.iter().map(|_| vector().normalize()).collect(),
         colors: Vec::new(),
+        uvs: Vec::new(),
         triangles: (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
     };
     let mirror = builder.classic_material(3).unwrap();
@@ -55,6 +56,7 @@ fn all_materials(colored: bool) -> Scene {
             z: positions.iter().map(|p| p.x).collect(),
             normals: Vec::new(),
             colors: positions.iter().map(|_| color()).collect(),
+            uvs: Vec::new(),
             triangles: (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         };
         builder.add_mesh_with_materials(mesh, materials).unwrap();
@@ -104,6 +106,9 @@ fn every_level_makes_the_same_pictures_in_both_modes() {
     for scene in [plain, colored] {
         check_pictures(&scene);
     }
+    let textured = crate::shipped_scene("garden");
+    assert!(textured.has_textures() && textured.has_cut_outs());
+    check_pictures(&textured);
 }
 
 fn check_pictures(scene: &Scene) {

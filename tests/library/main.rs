@@ -26,6 +26,7 @@ mod scene_language;
 mod soft_light;
 mod strangers_mesh;
 mod strangers_scene;
+mod textures;
 mod watertight;
 
 /// Loads `scenes/NAME.scn`.

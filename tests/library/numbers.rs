@@ -59,6 +59,7 @@ fn placed(scene: &Scene, scale: f32, shift: Vec3) -> Scene {
         z: column(2),
         normals: vertices.normals.clone(),
         colors: vertices.colors.clone(),
+        uvs: Vec::new(),
         triangles: triangles.corners.clone(),
     };
     let materials: Vec<MaterialId> = triangles.material.iter().map(|id| ids[id.0 as usize]).collect();

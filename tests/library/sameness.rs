@@ -10,13 +10,14 @@ use octray::{
 };
 use std::ops::ControlFlow;
 
-const SHIPPED: [&str; 6] = [
+const SHIPPED: [&str; 7] = [
     "silhouette",
     "matte",
     "blinn_phong",
     "reflections",
     "hall_of_mirrors",
     "evening",
+    "garden",
 ];
 
 /// Width, height and samples per pixel: no multiple of a packet or tile, a single pixel, very wide, several samples.
@@ -148,6 +149,7 @@ fn colored_scene() -> Scene {
                 .collect(),
             normals: Vec::new(),
             colors: (0..81).map(|_| color()).collect(),
+            uvs: Vec::new(),
             triangles: (0..71)
                 .filter(|i| i % 9 < 8)
                 .flat_map(|i| [[i, i + 1, i + 10], [i, i + 10, i + 9]])

@@ -114,6 +114,7 @@ fn scene(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> Scene {
         z: column(2),
         normals: Vec::new(),
         colors: Vec::new(),
+        uvs: Vec::new(),
         triangles,
     };
     builder.add_mesh(mesh, material).unwrap();

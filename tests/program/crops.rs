@@ -29,7 +29,7 @@ sphere 0.8 -0.4 0.3 0.3
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 23] = [
+const CASES: [(&str, &str, &str); 25] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -100,6 +100,12 @@ const CASES: [(&str, &str, &str); 23] = [
         "tetrahedron.ply",
         "png",
         "--target 0.2,0,0 --up 0,0.2,1 --aov normal",
+    ),
+    ("garden.obj", "png", "--samples 4 --aov albedo,id,depth"),
+    (
+        "garden.obj",
+        "png",
+        "--style studio --samples 5 --mode scalar --aov albedo",
     ),
     ("colors.obj", "png", "--samples 4 --aov albedo,depth"),
     (

@@ -163,6 +163,7 @@ fn ground(up: DVec3, bounds: &Aabb, center: DVec3, radius: f64) -> TriangleMesh 
         z: corners.map(|p| p.z as f32).to_vec(),
         normals: Vec::new(),
         colors: Vec::new(),
+        uvs: Vec::new(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
     }
 }

@@ -20,12 +20,13 @@ use percent_encoding::percent_decode_str;
 use std::{
     borrow::Cow,
     collections::HashMap,
+    ops::Range,
     path::{Component, Path, PathBuf},
     rc::Rc,
 };
 
 /// The bytes of a buffer.
-type Bytes<'a> = Rc<Cow<'a, [u8]>>;
+pub(super) type Bytes<'a> = Rc<Cow<'a, [u8]>>;
 
 /// A file's buffers and accessors; each is read once, and so is each file, however many buffers name it.
 pub(super) struct Buffers<'a> {
@@ -100,10 +101,7 @@ impl<'a> Buffers<'a> {
                     )));
                 }
             },
-            Source::Uri(uri) => match uri.strip_prefix("data:") {
-                Some(data) => Rc::new(Cow::Owned(self.data(index, data)?)),
-                None => self.beside(index, uri)?,
-            },
+            Source::Uri(uri) => self.uri(&format!("buffers[{index}]"), uri)?,
         };
         if bytes.len() < buffer.length() {
             return Err(self.refused(format!(
@@ -116,35 +114,55 @@ impl<'a> Buffers<'a> {
         Ok(bytes)
     }
 
+    /// The path of the file.
+    pub(super) fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    /// What a URI holds or names; `name` is what errors call it.
+    pub(super) fn uri(&mut self, name: &str, uri: &str) -> Result<Bytes<'a>, LoadError> {
+        match uri.strip_prefix("data:") {
+            Some(data) => Ok(Rc::new(Cow::Owned(self.data(name, data)?))),
+            None => self.beside(name, uri),
+        }
+    }
+
+    /// The buffer of a view, and which part of it the view is.
+    pub(super) fn view(&mut self, view: &View<'_>) -> Result<(Bytes<'a>, Range<usize>), LoadError> {
+        let bytes = self.bytes(&view.buffer())?;
+        let end = view.offset().saturating_add(view.length());
+        Ok((bytes, view.offset()..end))
+    }
+
     /// A data URI (RFC 2397) without its scheme.
-    fn data(&self, index: usize, data: &str) -> Result<Vec<u8>, LoadError> {
+    fn data(&self, name: &str, data: &str) -> Result<Vec<u8>, LoadError> {
         let Some((_, base64)) = data.split_once(";base64,") else {
-            return Err(self.refused(format!("buffers[{index}] is a data URI without `;base64,`")));
+            return Err(self.refused(format!("{name} is a data URI without `;base64,`")));
         };
         let room = base64::decoded_len_estimate(base64.len());
         self.budget.take(room).map_err(|error| self.no_room(error))?;
         BASE64_STANDARD
             .decode(base64)
-            .map_err(|error| self.refused(format!("buffers[{index}] is not valid Base64: {error}")))
+            .map_err(|error| self.refused(format!("{name} is not valid Base64: {error}")))
     }
 
     /// Reads a file beside this one.
-    fn beside(&mut self, index: usize, uri: &str) -> Result<Bytes<'a>, LoadError> {
-        let name = percent_decode_str(uri).decode_utf8_lossy();
-        if uri.contains("://") || name.len() > 4096 {
+    fn beside(&mut self, name: &str, uri: &str) -> Result<Bytes<'a>, LoadError> {
+        let file = percent_decode_str(uri).decode_utf8_lossy();
+        if uri.contains("://") || file.len() > 4096 {
             let found = quote(uri.as_bytes());
             return Err(self.refused(format!(
-                "buffers[{index}] is {found}, expected the name of a file beside this one"
+                "{name} is {found}, expected the name of a file beside this one"
             )));
         }
-        let path = self.path.parent().unwrap_or(Path::new("")).join(name.as_ref());
+        let path = self.path.parent().unwrap_or(Path::new("")).join(file.as_ref());
         let same = path.components().filter(|part| *part != Component::CurDir);
         let same: PathBuf = same.collect();
         if let Some(bytes) = self.files.get(&same) {
             return Ok(Rc::clone(bytes));
         }
         let bytes = (self.open)(&path).map_err(|error| {
-            self.refused(format!("cannot load buffers[{index}]"))
+            self.refused(format!("cannot load {name}"))
                 .caused_by(files::load_error(&path, &error))
         })?;
         self.size = self.size.saturating_add(bytes.len());
@@ -159,6 +177,17 @@ impl<'a> Buffers<'a> {
             let index = accessor.index();
             return Err(self.refused(format!(
                 "accessors[{index}] holds other elements, expected vectors of 3 numbers"
+            )));
+        }
+        self.elements(accessor)
+    }
+
+    /// The elements of an accessor of texture coordinates.
+    pub(super) fn pairs(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        if !matches!(accessor.dimensions(), Dimensions::Vec2) {
+            let index = accessor.index();
+            return Err(self.refused(format!(
+                "accessors[{index}] holds other elements, expected texture coordinates (vectors of 2 numbers)"
             )));
         }
         self.elements(accessor)

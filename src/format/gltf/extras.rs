@@ -29,18 +29,33 @@ pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
     left_out.count(light_count(text), "light", "lights");
     left_out.count(root.animations.len(), "animation", "animations");
     left_out.count(root.skins.len(), "skin", "skins");
-    left_out.count(root.textures.len(), "texture", "textures");
     if root.textures.is_empty() {
         left_out.count(root.images.len(), "image", "images");
     }
     let materials = |is: fn(&&Material) -> bool| root.materials.iter().filter(is).count();
-    for (what, count) in [
-        ("transparency", materials(is_transparent)),
-        ("emission", materials(is_emissive)),
+    for (count, one, many) in [
+        (
+            materials(|m| m.normal_texture.is_some()),
+            "normal map",
+            "normal maps",
+        ),
+        (
+            materials(|m| m.pbr_metallic_roughness.metallic_roughness_texture.is_some()),
+            "roughness map",
+            "roughness maps",
+        ),
+        (
+            materials(|m| m.occlusion_texture.is_some()),
+            "occlusion map",
+            "occlusion maps",
+        ),
     ] {
-        if count > 0 {
-            left_out.add(&format!("{what} of {}", counted(count, "material", "materials")));
-        }
+        left_out.count(count, one, many);
+    }
+    let transparent = materials(|m| m.alpha_mode == Checked::Valid(AlphaMode::Blend));
+    if transparent > 0 {
+        let materials = counted(transparent, "material", "materials");
+        left_out.add(&format!("transparency of {materials}"));
     }
     let primitives = || root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let count = |is: fn(&&Primitive) -> bool| primitives().filter(is).count();
@@ -57,9 +72,6 @@ pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
     if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(1..)))) {
         left_out.add("more vertex colours");
     }
-    if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::TexCoords(_)))) {
-        left_out.add("texture coordinates");
-    }
     let orthographic = root
         .cameras
         .iter()
@@ -74,17 +86,6 @@ pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
     let used = root.extensions_used.iter().map(String::as_str);
     left_out.names("extensions", used.filter(is_listed));
     left_out
-}
-
-fn is_transparent(material: &&Material) -> bool {
-    matches!(
-        material.alpha_mode,
-        Checked::Valid(AlphaMode::Blend | AlphaMode::Mask)
-    )
-}
-
-fn is_emissive(material: &&Material) -> bool {
-    material.emissive_texture.is_some() || material.emissive_factor.0 != [0.0; 3]
 }
 
 fn is_points(primitive: &Primitive) -> bool {

@@ -1,7 +1,7 @@
 //! glTF 2.0: JSON with its buffers beside or inside it, or one binary file (.glb).
 //!
 //! Reads the triangles, strips and fans of all nodes of the default scene with their transforms, vertex colours, base
-//! colours and roughness, and perspective cameras. [`extras`] lists what it does not read.
+//! colours, roughness, emission and textures of these, and perspective cameras. [`extras`] lists what it does not read.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
 //! crate's own readers trust offsets and counts.
@@ -11,6 +11,8 @@
 mod buffers;
 mod estimate;
 mod extras;
+mod images;
+mod materials;
 mod nodes;
 mod shapes;
 
@@ -18,12 +20,9 @@ use super::place::BYTE_ORDER_MARK;
 use super::{
     OpenMesh,
     budget::Budget,
-    mesh::{LoadedMesh, Surface, add_texture},
+    mesh::{LoadedMesh, Surface, add_texture_file},
 };
-use crate::{
-    error::{LoadError, SourcePos},
-    math::srgb,
-};
+use crate::error::{LoadError, SourcePos};
 use buffers::Buffers;
 use gltf::{
     Document, Glb,
@@ -68,20 +67,40 @@ pub(super) fn parse(
     budget.take(parsed).map_err(|error| error.into_error(path))?;
     let root = root(json, path)?;
     let mut left_out = extras::left_out(&root, json);
-    let mut textures = Vec::new();
+    let mut texture_files = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
         if !uri.starts_with("data:") {
-            add_texture(&mut textures, path, &percent_decode_str(uri).decode_utf8_lossy());
+            let file = percent_decode_str(uri).decode_utf8_lossy();
+            add_texture_file(&mut texture_files, path, &file);
         }
     }
+    let sources = images::sources(&root);
+    let webp = materials::webp_images(&root, json);
     let document = document(root, path)?;
+    let materials = materials::materials(&document, &webp);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, budget);
     let mut reading = nodes::Reading::default();
-    reading.scene(&document, &mut buffers)?;
+    reading.scene(&document, &materials, &mut buffers)?;
     left_out.count(reading.cameras_left_out, "camera", "cameras");
-    let mut mesh = reading.finish(&document, path);
+    let emissions = materials.iter().filter(|shown| shown.emission_left_out).count();
+    left_out.count(
+        emissions,
+        "emission texture with a place of its own",
+        "emission textures with places of their own",
+    );
+    left_out.count(
+        reading.odd_uvs,
+        "texture coordinate that is not a number",
+        "texture coordinates that are not numbers",
+    );
+    let mut mesh = reading.finish(materials, path);
     mesh.notes.extend(left_out.note(path));
-    mesh.textures = textures;
+    mesh.texture_files = texture_files;
+    let surfaces = (&mut mesh.surfaces[..], &mesh.surface_of[..]);
+    mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);
+    if mesh.images.is_empty() {
+        mesh.columns.uvs = Vec::new();
+    }
     Ok(mesh)
 }
 
@@ -221,48 +240,6 @@ struct VersionedAsset {
 /// Cuts text of the file, which may have any length.
 fn shortened(text: &str) -> String {
     text.chars().take(120).collect()
-}
-
-/// A material as octray shows it. Base colours and those of vertices are linear; surfaces and meshes hold display values.
-fn surface(material: &gltf::Material<'_>) -> Surface {
-    let pbr = material.pbr_metallic_roughness();
-    let (base, texture, roughness, metallic) = match material.pbr_specular_glossiness() {
-        Some(old) => (
-            old.diffuse_factor(),
-            old.diffuse_texture().is_some(),
-            1.0 - old.glossiness_factor(),
-            0.0,
-        ),
-        None => (
-            pbr.base_color_factor(),
-            pbr.base_color_texture().is_some(),
-            pbr.roughness_factor(),
-            pbr.metallic_factor(),
-        ),
-    };
-    let [red, green, blue, _] = base;
-    let mut diffuse = [red, green, blue].map(display_value);
-    if texture {
-        // The factor is usually 1, but textures are rarely white.
-        for (channel, neutral) in diffuse.iter_mut().zip(Surface::NEUTRAL.diffuse) {
-            *channel *= neutral;
-        }
-    }
-    let roughness = roughness.clamp(0.1, 1.0);
-    let shine = 1.0 - roughness;
-    // A metal's highlight has its own colour.
-    let metallic = metallic.clamp(0.0, 1.0);
-    let tint = diffuse.map(|channel| 1.0 + metallic * (channel - 1.0));
-    Surface {
-        diffuse,
-        specular: tint.map(|channel| 0.6 * shine * channel),
-        // Blinn-Phong's exponent for the width of a microfacet lobe: Walter et al., EGSR 2007.
-        alpha: ((2.0 / roughness.powi(4) - 2.0) as u32).clamp(4, 2000),
-    }
-}
-
-fn display_value(linear: f32) -> f32 {
-    srgb::encode(linear.clamp(0.0, 1.0).into()) as f32
 }
 
 #[cfg(test)]

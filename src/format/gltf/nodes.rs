@@ -6,9 +6,8 @@
 use super::{
     Surface,
     buffers::Buffers,
-    display_value,
+    materials::{Shown, display_value},
     shapes::{Shape, shapes_of},
-    surface,
 };
 use crate::{
     error::{LoadError, SceneError},
@@ -55,6 +54,9 @@ pub(super) struct Reading {
     material_of: Vec<u32>,
     has_normals: bool,
     has_colors: bool,
+    has_uvs: bool,
+    /// How many texture coordinates are not finite.
+    pub(super) odd_uvs: usize,
     /// How many colours were not from 0 to 1.
     clamped: usize,
     cameras: Vec<MeshCamera>,
@@ -64,7 +66,12 @@ pub(super) struct Reading {
 
 impl Reading {
     /// Reads the default scene, else the first one, else all root nodes.
-    pub(super) fn scene(&mut self, document: &Document, buffers: &mut Buffers<'_>) -> Result<(), LoadError> {
+    pub(super) fn scene(
+        &mut self,
+        document: &Document,
+        materials: &[Shown],
+        buffers: &mut Buffers<'_>,
+    ) -> Result<(), LoadError> {
         let placements = placements(document, buffers)?;
         let mut meshes: Vec<Option<Shapes<'_>>> = document.meshes().map(|_| None).collect();
         let node_of = |placement: &Placement| document.nodes().nth(placement.node);
@@ -75,7 +82,7 @@ impl Reading {
             let shapes = &mut meshes[mesh.index()];
             if shapes.is_none() {
                 *shapes = Some(Shapes {
-                    shapes: shapes_of(&mesh, buffers)?,
+                    shapes: shapes_of(&mesh, materials, buffers)?,
                     placements: 0,
                 });
             }
@@ -108,13 +115,15 @@ impl Reading {
 
     /// Refuses too many triangles, and makes room for all others.
     fn make_room(&mut self, meshes: &[Option<Shapes<'_>>], buffers: &Buffers<'_>) -> Result<(), LoadError> {
-        let (mut triangles, mut vertices, mut has_normals, mut has_colors) = (0_usize, 0_usize, false, false);
+        let (mut triangles, mut vertices) = (0_usize, 0_usize);
+        let (mut has_normals, mut has_colors, mut has_uvs) = (false, false, false);
         for Shapes { shapes, placements } in meshes.iter().flatten() {
             for shape in shapes {
                 triangles = triangles.saturating_add(placements.saturating_mul(shape.triangle_count()));
                 vertices = vertices.saturating_add(placements.saturating_mul(shape.vertices_at_least()));
                 has_normals |= shape.normals.is_some();
                 has_colors |= shape.colors.is_some();
+                has_uvs |= shape.uvs.is_some();
             }
         }
         let most =
@@ -126,8 +135,11 @@ impl Reading {
                 buffers.size()
             )));
         }
-        let [normals, colors] = [has_normals, has_colors].map(|has| if has { vertices } else { 0 });
-        let vectors = vertices.saturating_add(normals).saturating_add(colors);
+        let [normals, colors, uvs] =
+            [has_normals, has_colors, has_uvs].map(|has| if has { vertices } else { 0 });
+        let vectors = [normals, colors, uvs]
+            .into_iter()
+            .fold(vertices, usize::saturating_add);
         let budget = buffers.budget();
         // The scene would refuse it later.
         check_memory([triangles, 0, vectors], budget.limit())
@@ -138,6 +150,7 @@ impl Reading {
             .try_for_each(|column| budget.reserve(column, vertices))
             .and_then(|()| budget.reserve(&mut columns.normals, normals))
             .and_then(|()| budget.reserve(&mut columns.colors, colors))
+            .and_then(|()| budget.reserve(&mut columns.uvs, uvs))
             .and_then(|()| budget.reserve(&mut columns.triangles, triangles))
             .and_then(|()| budget.reserve(&mut self.material_of, triangles))
             .map_err(|error| buffers.no_room(error))
@@ -169,14 +182,17 @@ impl Reading {
         let (budget, columns) = (buffers.budget(), &mut self.columns);
         self.has_normals |= shape.normals.is_some();
         self.has_colors |= shape.colors.is_some();
+        self.has_uvs |= shape.uvs.is_some();
         let missing = |has: bool, length: usize| if has { base + more - length } else { 0 };
         let missing_normals = missing(self.has_normals, columns.normals.len());
         let missing_colors = missing(self.has_colors, columns.colors.len());
+        let missing_uvs = missing(self.has_uvs, columns.uvs.len());
         [&mut columns.x, &mut columns.y, &mut columns.z]
             .into_iter()
             .try_for_each(|column| budget.reserve(column, more))
             .and_then(|()| budget.reserve(&mut columns.normals, missing_normals))
             .and_then(|()| budget.reserve(&mut columns.colors, missing_colors))
+            .and_then(|()| budget.reserve(&mut columns.uvs, missing_uvs))
             .map_err(|error| buffers.no_room(error))?;
         self.positions(shape, world).map_err(|(i, error)| {
             buffers.refused(format!(
@@ -188,6 +204,7 @@ impl Reading {
         })?;
         self.normals(shape, base, world);
         self.colors(shape, base, buffers)?;
+        self.uvs(shape, base);
         let triangles = &mut self.columns.triangles;
         shape.add_triangles(triangles, base as u32);
         let none = if shape.colors.is_some() {
@@ -270,9 +287,26 @@ impl Reading {
         Ok(())
     }
 
+    /// Adds the texture coordinates of the vertices from `base` on.
+    fn uvs(&mut self, shape: &Shape<'_>, base: usize) {
+        let columns = &mut self.columns;
+        if let Some((uvs, placement)) = &shape.uvs {
+            columns.uvs.resize(base, [0.0; 2]);
+            for i in shape.used() {
+                let [u, v, _] = uvs.vector(i);
+                let uv = placement.apply([u, v]);
+                let is_odd = !uv.into_iter().all(is_usable);
+                self.odd_uvs += usize::from(is_odd);
+                columns.uvs.push(if is_odd { [0.0; 2] } else { uv });
+            }
+        } else if self.has_uvs {
+            columns.uvs.resize(columns.x.len(), [0.0; 2]);
+        }
+    }
+
     /// The mesh, with the materials that it uses; `path` is the file's.
-    pub(super) fn finish(mut self, document: &Document, path: &Path) -> LoadedMesh {
-        let mut surfaces: Vec<Surface> = document.materials().map(|m| surface(&m)).collect();
+    pub(super) fn finish(mut self, materials: Vec<Shown>, path: &Path) -> LoadedMesh {
+        let mut surfaces: Vec<Surface> = materials.into_iter().map(|shown| shown.surface).collect();
         let none = if self.has_colors { COLORED } else { NO_SURFACE };
         if self.material_of.iter().all(|&material| material == none) {
             surfaces.clear();

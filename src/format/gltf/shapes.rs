@@ -1,6 +1,9 @@
 //! Primitives: which vertices they use and which triangles they are.
 
-use super::buffers::{Buffers, Elements};
+use super::{
+    buffers::{Buffers, Elements},
+    materials::{Placement, Shown},
+};
 use crate::{
     error::LoadError,
     format::{budget::Budget, left_out::counted},
@@ -18,6 +21,8 @@ pub(super) struct Shape<'a> {
     pub(super) normals: Option<Rc<Elements<'a>>>,
     /// As many as positions.
     pub(super) colors: Option<Rc<Elements<'a>>>,
+    /// Texture coordinates, as many as positions, and how they are moved; `None` if the material shows no texture.
+    pub(super) uvs: Option<(Rc<Elements<'a>>, Placement)>,
     /// `None` if each vertex is a corner.
     indices: Option<Rc<Elements<'a>>>,
     /// From [`Shape::prepare`] until [`Shape::release`].
@@ -33,10 +38,14 @@ struct Corners {
 }
 
 /// The shapes of a mesh that have triangles.
-pub(super) fn shapes_of<'a>(mesh: &Mesh<'_>, buffers: &mut Buffers<'a>) -> Result<Vec<Shape<'a>>, LoadError> {
+pub(super) fn shapes_of<'a>(
+    mesh: &Mesh<'_>,
+    materials: &[Shown],
+    buffers: &mut Buffers<'a>,
+) -> Result<Vec<Shape<'a>>, LoadError> {
     let mut shapes = Vec::new();
     for primitive in mesh.primitives() {
-        let shape = Shape::new(&primitive, buffers)?;
+        let shape = Shape::new(&primitive, materials, buffers)?;
         shapes.extend(shape.filter(|shape| shape.triangle_count() > 0));
     }
     Ok(shapes)
@@ -44,7 +53,11 @@ pub(super) fn shapes_of<'a>(mesh: &Mesh<'_>, buffers: &mut Buffers<'a>) -> Resul
 
 impl<'a> Shape<'a> {
     /// `None` for points, lines and primitives without positions.
-    fn new(primitive: &Primitive<'_>, buffers: &mut Buffers<'a>) -> Result<Option<Self>, LoadError> {
+    fn new(
+        primitive: &Primitive<'_>,
+        materials: &[Shown],
+        buffers: &mut Buffers<'a>,
+    ) -> Result<Option<Self>, LoadError> {
         if matches!(
             primitive.mode(),
             Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
@@ -67,6 +80,16 @@ impl<'a> Shape<'a> {
             Some(colors) => Some(buffers.colors(&colors)?),
             None => None,
         };
+        let material = primitive.material().index();
+        let placement = material.and_then(|i| materials.get(i)?.placement);
+        let uvs = placement.and_then(|placement| {
+            let accessor = primitive.get(&Semantic::TexCoords(placement.set))?;
+            Some((accessor, placement))
+        });
+        let uvs = match uvs {
+            Some((accessor, placement)) => Some((buffers.pairs(&accessor)?, placement)),
+            None => None,
+        };
         if let Some(colors) = colors.as_ref().filter(|colors| colors.count != positions.count) {
             return Err(buffers.refused(format!(
                 "accessors[{}] has {}, but the primitive has {}",
@@ -77,7 +100,8 @@ impl<'a> Shape<'a> {
         }
         Ok(Some(Self {
             mode: primitive.mode(),
-            material: primitive.material().index(),
+            material,
+            uvs: uvs.filter(|(uvs, _)| uvs.count == positions.count),
             normals: normals.filter(|normals| normals.count == positions.count),
             colors,
             positions,

@@ -15,7 +15,9 @@ use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, ply, source
 use crate::{
     error::{LoadError, SceneError, clip_path},
     math::srgb,
-    scene::{MAX_TEXTURES, Material, MaterialId, SceneBuilder, TriangleMesh, View},
+    scene::{
+        Curve, Image, MAX_TEXTURES, Material, MaterialId, SceneBuilder, SurfaceTextures, TriangleMesh, View,
+    },
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -31,6 +33,8 @@ pub struct LoadedMesh {
     pub surfaces: Vec<Surface>,
     /// An index into `surfaces` for each triangle; empty if `surfaces` is.
     pub surface_of: Vec<u32>,
+    /// The images that the textures of `surfaces` show.
+    pub images: Vec<Image>,
     /// What becomes of the vertices if the file has no faces; `None` if it has any.
     pub cloud: Option<Cloud>,
     /// The file's perspective cameras, in its own coordinates.
@@ -41,8 +45,8 @@ pub struct LoadedMesh {
     pub up_source: UpSource,
     /// Warnings: what is missing, and what the file holds but octray does not read. Each begins with a file's path.
     pub notes: Vec<String>,
-    /// The files of textures, which octray does not read.
-    pub textures: Vec<PathBuf>,
+    /// The files of textures that the mesh names, read or not.
+    pub texture_files: Vec<PathBuf>,
 }
 
 /// Longer names are no files.
@@ -62,9 +66,9 @@ pub(super) fn camera_name(name: &str) -> String {
 }
 
 /// Lists a texture that the file at `path` names.
-pub(super) fn add_texture(textures: &mut Vec<PathBuf>, path: &Path, name: &str) {
-    if textures.len() < MAX_TEXTURES && name.len() <= MAX_NAME {
-        textures.push(path.parent().unwrap_or(Path::new("")).join(name));
+pub(super) fn add_texture_file(files: &mut Vec<PathBuf>, path: &Path, name: &str) {
+    if files.len() < MAX_TEXTURES && name.len() <= MAX_NAME {
+        files.push(path.parent().unwrap_or(Path::new("")).join(name));
     }
 }
 
@@ -78,6 +82,8 @@ pub struct Surface {
     pub specular: [f32; 3],
     /// Exponent of the highlight.
     pub alpha: u32,
+    /// Textures, with indices into [`LoadedMesh::images`], and emission, a display value as the other colours.
+    pub textures: SurfaceTextures,
 }
 
 impl Surface {
@@ -86,6 +92,7 @@ impl Surface {
         diffuse: [0.86, 0.86, 0.84],
         specular: [0.12; 3],
         alpha: 24,
+        textures: SurfaceTextures::NONE,
     };
 
     /// The surface of what has colours of its own and no material: white, so that the colours are true.
@@ -93,6 +100,7 @@ impl Surface {
         diffuse: [1.0; 3],
         specular: [0.06; 3],
         alpha: 24,
+        textures: SurfaceTextures::NONE,
     };
 
     /// Unglazed clay, for [`LoadedMesh::paint`].
@@ -100,6 +108,7 @@ impl Surface {
         diffuse: [0.82, 0.76, 0.7],
         specular: [0.1; 3],
         alpha: 8,
+        textures: SurfaceTextures::NONE,
     };
 
     /// The surface of what has no material.
@@ -224,9 +233,10 @@ impl LoadedMesh {
         self.surfaces = vec![surface];
         self.surface_of = Vec::new();
         self.columns.colors = Vec::new();
+        self.images = Vec::new();
     }
 
-    /// Makes linear light of the display values of all colours, for pictures that are written with the sRGB curve.
+    /// Makes linear light of the display values of all colours and images, for pictures that are written with the sRGB curve.
     pub fn linearize(&mut self) {
         let linear = |color: &mut [f32; 3]| {
             for channel in color {
@@ -239,6 +249,10 @@ impl LoadedMesh {
         for surface in &mut self.surfaces {
             linear(&mut surface.diffuse);
             linear(&mut surface.specular);
+            linear(&mut surface.textures.emission);
+        }
+        for image in &mut self.images {
+            image.set_curve(Curve::Srgb);
         }
         self.columns.colors.par_iter_mut().for_each(linear);
     }
@@ -253,23 +267,31 @@ impl LoadedMesh {
         builder: &mut SceneBuilder,
         material: Option<MaterialId>,
     ) -> Result<(), SceneError> {
-        builder.add_textures(std::mem::take(&mut self.textures));
+        builder.add_texture_files(std::mem::take(&mut self.texture_files));
         if let Some(material) = material {
-            self.columns.colors = Vec::new();
+            (self.columns.colors, self.columns.uvs) = (Vec::new(), Vec::new());
             return add_columns(builder, self.columns, self.cloud, &[material], &[]);
         }
         let ids = self.add_surfaces(builder)?;
         add_columns(builder, self.columns, self.cloud, &ids, &self.surface_of)
     }
 
-    /// Adds the materials of the surfaces to a scene, or that of a mesh without surfaces.
-    pub(super) fn add_surfaces(&self, builder: &mut SceneBuilder) -> Result<Vec<MaterialId>, SceneError> {
+    /// Adds the materials and images of the surfaces to a scene, or the material of a mesh without surfaces. The images
+    /// are moved.
+    pub(super) fn add_surfaces(&mut self, builder: &mut SceneBuilder) -> Result<Vec<MaterialId>, SceneError> {
+        let images = std::mem::take(&mut self.images).into_iter();
+        let images: Vec<u32> = images
+            .map(|image| builder.add_image(image))
+            .collect::<Result<_, _>>()?;
         let surfaces = match &self.surfaces[..] {
             [] => &[Surface::without_material(!self.columns.colors.is_empty())],
             surfaces => surfaces,
         };
-        let materials = surfaces.iter().map(Surface::material);
-        materials.map(|material| builder.add_material(material)).collect()
+        let add = |surface: &Surface| {
+            let textures = surface.textures.with_images(&images);
+            builder.add_textured_material(surface.material(), textures)
+        };
+        surfaces.iter().map(add).collect()
     }
 }
 

@@ -1,4 +1,5 @@
-//! The corners of faces. OBJ indexes positions and normals separately; here they become vertices that have both.
+//! The corners of faces. OBJ indexes positions, normals and texture coordinates separately; here they become vertices
+//! that have all.
 
 use super::{
     super::{
@@ -17,10 +18,11 @@ use std::{collections::HashMap, ops::Range};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Corner {
     pub(super) position: i64,
+    pub(super) texture: Option<i64>,
     pub(super) normal: Option<i64>,
 }
 
-/// A corner without a normal.
+/// A corner without a normal, or without texture coordinates.
 const NONE: u32 = u32::MAX;
 
 /// How many vertices at one position are searched in turn.
@@ -32,16 +34,23 @@ pub(super) struct Corners {
     positions: Vec<[u32; 3]>,
     /// Empty until a corner has a normal, then as long as `positions`.
     normals: Vec<[u32; 3]>,
+    /// Texture coordinates, likewise; empty unless they are wanted.
+    uvs: Vec<[u32; 3]>,
     polygons: Fans,
     /// The largest indices.
     largest: [u32; 2],
     /// The current face.
-    face: Vec<[u32; 2]>,
+    face: Vec<[u32; 3]>,
 }
 
 impl Corners {
     pub(super) fn is_empty(&self) -> bool {
         self.positions.is_empty()
+    }
+
+    /// Forgets texture coordinates.
+    pub(super) fn drop_uvs(&mut self) {
+        self.uvs = Vec::new();
     }
 
     /// Whether an index reaches its limit; `limits` are the numbers of positions and normals.
@@ -51,12 +60,14 @@ impl Corners {
         any && (position >= limits[0] || (!self.normals.is_empty() && normal >= limits[1]))
     }
 
-    /// Adds a face and returns its number of triangles. `sizes` are the numbers of positions and normals so far.
+    /// Adds a face and returns its number of triangles. `sizes` are the numbers of positions and normals so far; `uvs` is
+    /// that of texture coordinates if they are wanted.
     pub(super) fn face(
         &mut self,
         words: Words<'_>,
         keyword: &Range<usize>,
         sizes: [usize; 2],
+        uvs: Option<usize>,
         limits: Option<[usize; 2]>,
         budget: &Budget,
     ) -> Result<usize, TextFault> {
@@ -113,7 +124,12 @@ impl Corners {
                 self.largest[1] = self.largest[1].max(normal);
             }
             budget.reserve(&mut self.face, 1)?;
-            self.face.push([position, normal]);
+            // An index without coordinates is no fault: many files have such.
+            let texture = uvs.zip(corner.texture).map_or(NONE, |(size, index)| {
+                let resolved = if index < 0 { index + size as i64 } else { index - 1 };
+                u32::try_from(resolved).unwrap_or(NONE)
+            });
+            self.face.push([position, normal, texture]);
         }
         if self.face.len() < 3 {
             let message = format!(
@@ -129,18 +145,20 @@ impl Corners {
     fn add_fan(&mut self, budget: &Budget) -> Result<usize, BudgetError> {
         let (first, others) = (self.face[0], &self.face[1..]);
         let (start, count) = (self.positions.len(), others.len() - 1);
-        let has_normals = self.face.iter().any(|corner| corner[1] != NONE);
-        if has_normals {
-            let missing = start + count - self.normals.len();
-            budget.reserve(&mut self.normals, missing)?;
-            self.normals.resize(start, [NONE; 3]);
-        }
         budget.reserve(&mut self.positions, count)?;
         self.polygons.add(start, count, 1, budget)?;
-        for pair in others.windows(2) {
-            self.positions.push([first[0], pair[0][0], pair[1][0]]);
-            if has_normals {
-                self.normals.push([first[1], pair[0][1], pair[1][1]]);
+        let fan = |kind: usize| {
+            others
+                .windows(2)
+                .map(move |pair| [first[kind], pair[0][kind], pair[1][kind]])
+        };
+        self.positions.extend(fan(0));
+        for (kind, all) in [(1, &mut self.normals), (2, &mut self.uvs)] {
+            if self.face.iter().any(|corner| corner[kind] != NONE) {
+                let missing = start + count - all.len();
+                budget.reserve(all, missing)?;
+                all.resize(start, [NONE; 3]);
+                all.extend(fan(kind));
             }
         }
         Ok(count)
@@ -151,15 +169,15 @@ impl Corners {
         let mut cutter = Cutter::default();
         let (mut ring, mut points) = (Vec::new(), Vec::new());
         for triangles in self.polygons.polygons() {
-            let has_normals = self.normals.len() >= triangles.end;
             ring.clear();
             for i in triangles.clone() {
-                let positions = self.positions[i];
-                let normals = if has_normals { self.normals[i] } else { [NONE; 3] };
                 let new = if ring.is_empty() { 0 } else { 2 };
-                ring.extend((new..3).map(|corner| [positions[corner], normals[corner]]));
+                ring.extend((new..3).map(|corner| {
+                    let of = |all: &[[u32; 3]]| all.get(i).map_or(NONE, |corners| corners[corner]);
+                    [of(&self.positions), of(&self.normals), of(&self.uvs)]
+                }));
             }
-            let point = |&[position, _]: &[u32; 2]| {
+            let point = |&[position, _, _]: &[u32; 3]| {
                 let column = |column: &[f32]| column.get(position as usize).map_or(0.0, |&x| x.into());
                 DVec3::new(column(&mesh.x), column(&mesh.y), column(&mesh.z))
             };
@@ -169,38 +187,41 @@ impl Corners {
                 continue;
             };
             for (i, corners) in triangles.zip(cut) {
-                self.positions[i] = corners.map(|corner| ring[corner as usize][0]);
-                if has_normals {
-                    self.normals[i] = corners.map(|corner| ring[corner as usize][1]);
+                for (kind, all) in [&mut self.positions, &mut self.normals, &mut self.uvs]
+                    .into_iter()
+                    .enumerate()
+                {
+                    if let Some(of) = all.get_mut(i) {
+                        *of = corners.map(|corner| ring[corner as usize][kind]);
+                    }
                 }
             }
         }
     }
 
-    /// Moves the corners into a mesh that holds the positions. A position with several normals becomes several vertices.
+    /// Moves the corners into a mesh that holds the positions. A position with several normals or texture coordinates
+    /// becomes several vertices.
     pub(super) fn into_columns(
         self,
         normals: &[[f32; 3]],
+        uvs: &[[f32; 2]],
         mesh: &mut TriangleMesh,
         budget: &Budget,
     ) -> Result<(), BudgetError> {
-        let Self {
-            mut positions,
-            normals: mut normal_corners,
-            ..
-        } = self;
-        if normal_corners.is_empty() {
+        let mut positions = self.positions;
+        let (normal_corners, uv_corners) = (self.normals, self.uvs);
+        let (has_normals, has_uvs) = (!normal_corners.is_empty(), !uv_corners.is_empty());
+        if !has_normals && !has_uvs {
             mesh.triangles = positions;
             return Ok(());
         }
-        let missing = positions.len() - normal_corners.len();
-        budget.reserve(&mut normal_corners, missing)?;
-        normal_corners.resize(positions.len(), [NONE; 3]);
         let mut vertices = Vertices::new(mesh.x.len(), budget)?;
-        for (corners, normals) in positions.iter_mut().zip(&normal_corners) {
-            for (corner, &normal) in corners.iter_mut().zip(normals) {
+        for (i, corners) in positions.iter_mut().enumerate() {
+            let of = |all: &[[u32; 3]]| all.get(i).copied().unwrap_or([NONE; 3]);
+            let (normals, textures) = (of(&normal_corners), of(&uv_corners));
+            for (k, corner) in corners.iter_mut().enumerate() {
                 let position = *corner;
-                let vertex = vertices.vertex(position, normal)?;
+                let vertex = vertices.vertex(position, [normals[k], textures[k]])?;
                 if vertex as usize == mesh.x.len() {
                     for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
                         budget.reserve(column, 1)?;
@@ -214,85 +235,93 @@ impl Corners {
                 *corner = vertex;
             }
         }
-        drop(normal_corners);
-        let normal = |index: &Option<u32>| {
-            let normal = index.and_then(|index| normals.get(index as usize));
-            normal.map_or(Vec3::ZERO, |&normal| Vec3::from_array(normal))
-        };
-        let count = vertices.normals.len();
-        budget.reserve(&mut mesh.normals, count)?;
-        mesh.normals.extend(vertices.normals.iter().map(normal));
+        drop((normal_corners, uv_corners));
         mesh.triangles = positions;
+        let all = vertices.attributes;
+        if has_normals {
+            let normal = |of: &Option<[u32; 2]>| of.and_then(|[normal, _]| normals.get(normal as usize));
+            budget.reserve(&mut mesh.normals, all.len())?;
+            let normals = all
+                .iter()
+                .map(|of| normal(of).map_or(Vec3::ZERO, |&normal| Vec3::from_array(normal)));
+            mesh.normals.extend(normals);
+        }
+        if has_uvs {
+            let uv = |of: &Option<[u32; 2]>| of.and_then(|[_, texture]| uvs.get(texture as usize)).copied();
+            budget.reserve(&mut mesh.uvs, all.len())?;
+            mesh.uvs.extend(all.iter().map(|of| uv(of).unwrap_or_default()));
+        }
         Ok(())
     }
 }
 
-/// The vertices: one for each position, and more for its further normals.
+/// The vertices: one for each position, and more for its further normals and texture coordinates.
 struct Vertices<'a> {
     budget: &'a Budget,
-    /// Each vertex's normal, once a corner sets it.
-    normals: Vec<Option<u32>>,
+    /// Each vertex's normal and texture coordinates, once a corner sets them.
+    attributes: Vec<Option<[u32; 2]>>,
     /// The next vertex at the same position.
     next: Vec<u32>,
-    /// The vertex by position and normal, beyond [`MOST_STEPS`] at a position.
-    others: HashMap<[u32; 2], u32>,
+    /// The vertex by position and attributes, beyond [`MOST_STEPS`] at a position.
+    others: HashMap<[u32; 3], u32>,
 }
 
 /// Memory of an entry of [`Vertices::others`], bytes: it may be half empty, and moves as it grows.
-const ENTRY_BYTES: usize = 48;
+const ENTRY_BYTES: usize = 64;
 
 impl<'a> Vertices<'a> {
     fn new(positions: usize, budget: &'a Budget) -> Result<Self, BudgetError> {
-        let (mut normals, mut next) = (Vec::new(), Vec::new());
-        budget.reserve(&mut normals, positions)?;
+        let (mut attributes, mut next) = (Vec::new(), Vec::new());
+        budget.reserve(&mut attributes, positions)?;
         budget.reserve(&mut next, positions)?;
-        normals.resize(positions, None);
+        attributes.resize(positions, None);
         next.resize(positions, NONE);
         Ok(Self {
             budget,
-            normals,
+            attributes,
             next,
             others: HashMap::new(),
         })
     }
 
-    /// The vertex with this position and normal.
-    fn vertex(&mut self, position: u32, normal: u32) -> Result<u32, BudgetError> {
+    /// The vertex with this position, normal and texture coordinates.
+    fn vertex(&mut self, position: u32, own: [u32; 2]) -> Result<u32, BudgetError> {
         let (mut vertex, mut steps) = (position, 0);
         loop {
             let at = vertex as usize;
-            match self.normals[at] {
+            match self.attributes[at] {
                 None => {
-                    self.normals[at] = Some(normal);
+                    self.attributes[at] = Some(own);
                     return Ok(vertex);
                 }
-                Some(other) if other == normal => return Ok(vertex),
+                Some(other) if other == own => return Ok(vertex),
                 Some(_) if steps == MOST_STEPS => break,
                 Some(_) if self.next[at] == NONE => {
-                    self.next[at] = self.add(normal)?;
+                    self.next[at] = self.add(own)?;
                     return Ok(self.next[at]);
                 }
                 Some(_) => vertex = self.next[at],
             }
             steps += 1;
         }
-        if let Some(&vertex) = self.others.get(&[position, normal]) {
+        let key = [position, own[0], own[1]];
+        if let Some(&vertex) = self.others.get(&key) {
             return Ok(vertex);
         }
         self.budget.take(ENTRY_BYTES)?;
         let reserved = self.others.try_reserve(1);
         reserved.map_err(|_| BudgetError::NoMemory)?;
-        let copy = self.add(normal)?;
-        self.others.insert([position, normal], copy);
+        let copy = self.add(own)?;
+        self.others.insert(key, copy);
         Ok(copy)
     }
 
     /// Adds a vertex.
-    fn add(&mut self, normal: u32) -> Result<u32, BudgetError> {
-        self.budget.reserve(&mut self.normals, 1)?;
+    fn add(&mut self, own: [u32; 2]) -> Result<u32, BudgetError> {
+        self.budget.reserve(&mut self.attributes, 1)?;
         self.budget.reserve(&mut self.next, 1)?;
-        self.normals.push(Some(normal));
+        self.attributes.push(Some(own));
         self.next.push(NONE);
-        Ok(self.normals.len() as u32 - 1)
+        Ok(self.attributes.len() as u32 - 1)
     }
 }

@@ -20,13 +20,15 @@ use super::{
     left_out::{LeftOut, name_list},
     mesh::{Cloud, LoadedMesh, MAX_NAME, MeshFormat, Surface, UpAxis, UpSource, clamp_colors, clamped_note},
     place::{TextFault, Words, after_mark, refuse_binary},
+    textures::{self, Encoded},
 };
 use crate::{
     error::{LoadError, SceneError, SourcePos, clip_path, in_bytes, quote},
-    scene::{MAX_MATERIALS, TriangleMesh, is_usable},
+    scene::{Image, MAX_MATERIALS, TriangleMesh, is_usable},
 };
 use colors::Colors;
 use corners::{Corner, Corners};
+use mtl::Images;
 use std::{
     borrow::Cow,
     collections::{HashMap, HashSet},
@@ -78,15 +80,24 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>, budget: &Budget) -> Resul
             ),
         ));
     }
+    if obj.uvs_are_late {
+        // Read again to keep the texture coordinates before the library.
+        obj = Obj::new(budget);
+        budget.give_back_to(before);
+        obj.keeps_uvs = true;
+        obj.lines(text, path, open, None)?;
+    }
+    let keeps_uvs = obj.keeps_uvs;
     let limits = [obj.x.len(), obj.normals.len()];
     if obj.corners.are_beyond(limits) {
         // Read again to find the line.
         obj = Obj::new(budget);
         budget.give_back_to(before);
+        obj.keeps_uvs = keeps_uvs;
         obj.lines(text, path, open, Some(limits))?;
     }
     obj.note_left_out(text, path);
-    Ok(obj.finish(path)?)
+    Ok(obj.finish(path, open)?)
 }
 
 /// The mesh so far.
@@ -107,7 +118,16 @@ struct Obj<'b> {
     library_bytes: usize,
     /// Names of materials that no library has.
     missing_materials: Vec<Vec<u8>>,
-    has_texture_coordinates: bool,
+    /// How many `vt` lines there are.
+    texture_coordinates: usize,
+    /// Empty unless `keeps_uvs`.
+    uvs: Vec<[f32; 2]>,
+    /// How many of them are not finite.
+    odd_uvs: usize,
+    /// Whether a material shows an image.
+    keeps_uvs: bool,
+    /// Whether it did so only after texture coordinates or faces.
+    uvs_are_late: bool,
     has_smoothing_groups: bool,
     /// How many `l` and `p` lines there are.
     line_elements: usize,
@@ -116,7 +136,9 @@ struct Obj<'b> {
     unknown_lines: usize,
     unknown: Option<Range<usize>>,
     notes: Vec<String>,
-    textures: Vec<PathBuf>,
+    texture_files: Vec<PathBuf>,
+    /// The images that `surfaces` number.
+    images: Images,
 }
 
 impl<'b> Obj<'b> {
@@ -136,14 +158,19 @@ impl<'b> Obj<'b> {
             libraries: HashSet::new(),
             library_bytes: 0,
             missing_materials: Vec::new(),
-            has_texture_coordinates: false,
+            texture_coordinates: 0,
+            uvs: Vec::new(),
+            odd_uvs: 0,
+            keeps_uvs: false,
+            uvs_are_late: false,
             has_smoothing_groups: false,
             line_elements: 0,
             point_elements: 0,
             unknown_lines: 0,
             unknown: None,
             notes: Vec::new(),
-            textures: Vec::new(),
+            texture_files: Vec::new(),
+            images: Images::default(),
         }
     }
 
@@ -192,7 +219,10 @@ impl<'b> Obj<'b> {
             }
             b"f" => {
                 let sizes = [self.x.len(), self.normals.len()];
-                let triangles = self.corners.face(words, &place, sizes, limits, self.budget)?;
+                let uvs = self.keeps_uvs.then_some(self.uvs.len());
+                let triangles = self
+                    .corners
+                    .face(words, &place, sizes, uvs, limits, self.budget)?;
                 let surface = self.current.unwrap_or(NO_SURFACE);
                 self.budget.reserve(&mut self.surface_of, triangles)?;
                 self.surface_of.resize(self.surface_of.len() + triangles, surface);
@@ -210,7 +240,14 @@ impl<'b> Obj<'b> {
                 let read = self.library(name(&words), path, open);
                 read.map_err(|message| TextFault::new(place.start..words.end_of_words(), message))?;
             }
-            b"vt" => self.has_texture_coordinates = true,
+            b"vt" => {
+                self.texture_coordinates += 1;
+                if self.keeps_uvs {
+                    self.budget.reserve(&mut self.uvs, 1)?;
+                    let uv = self.uv(words);
+                    self.uvs.push(uv);
+                }
+            }
             b"l" => self.line_elements += 1,
             b"p" => self.point_elements += 1,
             b"s" => {
@@ -224,6 +261,22 @@ impl<'b> Obj<'b> {
             }
         }
         Ok(())
+    }
+
+    /// Texture coordinates with their origin at the upper left corner; the file's is the lower left one. Some programs write
+    /// numbers that are none where there is no texture.
+    fn uv(&mut self, mut words: Words<'_>) -> [f32; 2] {
+        let mut number = || {
+            let (word, _) = words.next()?;
+            fast_float2::parse::<f32, _>(word).ok()
+        };
+        let [u, v] = [number(), number()].map(|number| number.unwrap_or_default());
+        if is_usable(u) && is_usable(v) {
+            [u, 1.0 - v]
+        } else {
+            self.odd_uvs += 1;
+            [0.0, 0.0]
+        }
     }
 
     /// Reads the materials of a library. The name may contain spaces, or be several names.
@@ -298,7 +351,11 @@ impl<'b> Obj<'b> {
     /// Adds the materials of a library.
     fn add_library(&mut self, text: &[u8], path: &Path) -> Result<(), String> {
         let most = MAX_MATERIALS - self.surfaces.len();
-        let materials = mtl::parse(text, path, &mut self.notes, &mut self.textures, self.budget, most)?;
+        let files = (&mut self.texture_files, &mut self.images);
+        let materials = mtl::parse(text, path, &mut self.notes, files, self.budget, most)?;
+        if !self.images.is_empty() && !std::mem::replace(&mut self.keeps_uvs, true) {
+            self.uvs_are_late = self.texture_coordinates > 0 || !self.corners.is_empty();
+        }
         let room = self.budget.reserve(&mut self.surfaces, materials.len());
         room.map_err(|error| error.to_string())?;
         let reserved = self.surface_by_name.try_reserve(materials.len());
@@ -326,9 +383,14 @@ impl<'b> Obj<'b> {
         if !self.corners.is_empty() {
             left_out.count(self.point_elements, "point element", "point elements");
         }
-        if self.has_texture_coordinates {
+        if !self.keeps_uvs && self.texture_coordinates > 0 {
             left_out.add("texture coordinates");
         }
+        left_out.count(
+            self.odd_uvs,
+            "texture coordinate that is not a number",
+            "texture coordinates that are not numbers",
+        );
         // With normals, smoothing groups change nothing.
         if self.has_smoothing_groups && self.normals.is_empty() {
             left_out.add("smoothing groups");
@@ -344,7 +406,11 @@ impl<'b> Obj<'b> {
         self.notes.extend(left_out.note(path));
     }
 
-    fn finish(mut self, path: &Path) -> Result<LoadedMesh, BudgetError> {
+    fn finish(mut self, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, BudgetError> {
+        let images = self.read_images(path, open);
+        if images.is_empty() {
+            self.corners.drop_uvs();
+        }
         let mut colors = self.colors.finish(self.x.len(), self.budget)?;
         self.notes.extend(clamped_note(clamp_colors(&mut colors), path));
         let is_cloud = self.corners.is_empty() && !self.x.is_empty();
@@ -367,7 +433,7 @@ impl<'b> Obj<'b> {
         };
         self.corners.cut_concave(&columns);
         self.corners
-            .into_columns(&self.normals, &mut columns, self.budget)?;
+            .into_columns(&self.normals, &self.uvs, &mut columns, self.budget)?;
         Ok(LoadedMesh {
             columns,
             surfaces: self.surfaces,
@@ -376,9 +442,37 @@ impl<'b> Obj<'b> {
             up: UpAxis::Y,
             up_source: UpSource::Assumed(MeshFormat::Obj),
             notes: self.notes,
-            textures: self.textures,
+            images,
+            texture_files: self.texture_files,
             ..LoadedMesh::default()
         })
+    }
+}
+
+impl Obj<'_> {
+    /// Reads and decodes the images of the surfaces that triangles have.
+    fn read_images(&mut self, path: &Path, open: OpenMesh<'_>) -> Vec<Image> {
+        let used = textures::used_surfaces(self.surfaces.len(), &self.surface_of);
+        let surfaces = self.surfaces.iter().zip(used);
+        let surfaces = surfaces.filter_map(|(surface, is_used)| is_used.then_some(surface));
+        let files = self.images.paths();
+        let used = textures::used_images(files.len(), surfaces);
+        let read = |(file, is_used): (&PathBuf, bool)| {
+            is_used.then(|| (open)(file).map_err(|error| textures::reason(&files::load_error(file, &error))))
+        };
+        let read: Vec<Option<Result<Vec<u8>, String>>> = files.iter().zip(used).map(read).collect();
+        let mut encoded = Vec::new();
+        for (file, read) in files.iter().zip(&read) {
+            encoded.push(read.as_ref().map(|read| Encoded {
+                name: file.to_string_lossy().into_owned(),
+                bytes: read.as_deref().map_err(Clone::clone),
+            }));
+        }
+        let images = textures::decode(&encoded, &mut self.surfaces, path, self.budget, &mut self.notes);
+        for bytes in read.iter().flatten().flatten() {
+            self.budget.give_back(bytes.capacity());
+        }
+        images
     }
 }
 
@@ -456,7 +550,12 @@ fn corner(word: &[u8]) -> Option<Corner> {
         None | Some([]) => None,
         Some(word) => Some(whole(word)?),
     };
-    Some(Corner { position, normal })
+    let texture = texture.and_then(whole);
+    Some(Corner {
+        position,
+        texture,
+        normal,
+    })
 }
 
 #[inline]

@@ -1,17 +1,57 @@
-//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ns`, `illum`. Faults and whatever else a library holds become notes; the
+//! Material libraries: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `illum`, `map_Kd`, `map_Ke`, `map_d`. Faults and whatever else a library holds become notes; the
 //! mesh is shown all the same.
 
 use super::super::{
     budget::Budget,
     left_out::{LeftOut, counted},
-    mesh::{Surface, add_texture},
+    mesh::{MAX_NAME, Surface, add_texture_file},
     place::{TextFault, Words, after_mark},
 };
-use crate::{error::quote, scene::MAX_MATERIALS};
-use std::path::{Path, PathBuf};
+use crate::{
+    error::quote,
+    scene::{CutOut, MAX_MATERIALS, MAX_TEXTURES, SurfaceTextures, Texture, Wrap},
+};
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+};
 
 /// Memory of a material's name beside its letters, bytes: its allocation, and its entry in a map.
 const NAME_BYTES: usize = 80;
+
+/// Opacity below this is cut out.
+const CUT_OUT_LIMIT: f32 = 0.5;
+
+/// The image files that materials name, each once.
+#[derive(Default)]
+pub(super) struct Images {
+    paths: Vec<PathBuf>,
+    numbers: HashMap<PathBuf, u32>,
+}
+
+impl Images {
+    pub(super) fn is_empty(&self) -> bool {
+        self.paths.is_empty()
+    }
+
+    pub(super) fn paths(&self) -> &[PathBuf] {
+        &self.paths
+    }
+
+    /// The number of the image that a library names; `None` if there are too many, or the name is too long.
+    fn number(&mut self, library: &Path, name: &str) -> Option<u32> {
+        if self.paths.len() >= MAX_TEXTURES || name.len() > MAX_NAME || name.is_empty() {
+            return None;
+        }
+        let path = library.parent().unwrap_or(Path::new("")).join(name);
+        let next = self.paths.len() as u32;
+        let number = *self.numbers.entry(path.clone()).or_insert(next);
+        if number == next {
+            self.paths.push(path);
+        }
+        Some(number)
+    }
+}
 
 /// The surfaces by name, at most `most`. If a name comes twice, the last one counts.
 ///
@@ -21,12 +61,12 @@ pub(super) fn parse(
     text: &[u8],
     path: &Path,
     notes: &mut Vec<String>,
-    texture_files: &mut Vec<PathBuf>,
+    (texture_files, images): (&mut Vec<PathBuf>, &mut Images),
     budget: &Budget,
     most: usize,
 ) -> Result<Vec<(Vec<u8>, Surface)>, String> {
     let mut materials: Vec<Reading> = Vec::new();
-    let (mut start, mut textures, mut has_faults) = (after_mark(text), 0, false);
+    let (mut start, mut textures, mut moved, mut has_faults) = (after_mark(text), 0, 0, false);
     for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
         let mut words = Words::new(text, start..start + line.len());
         start += line.len();
@@ -55,20 +95,32 @@ pub(super) fn parse(
                 material.has_highlight = model >= 2.0;
                 material.is_traced = (3.0..=9.0).contains(&model);
             }),
-            b"Ke" => color(words).map(|color| material.is_emissive = color != [0.0; 3]),
+            b"Ke" => color(words).map(|color| material.emission = color),
             b"d" => opacity(words).map(|opacity| material.is_transparent |= opacity < 1.0),
             b"Tr" => number(&mut words).map(|share| material.is_transparent |= share > 0.0),
             b"disp" | b"decal" | b"bump" | b"refl" | b"norm" => {
                 textures += 1;
-                add_texture(texture_files, path, &texture_file(words));
+                add_texture_file(texture_files, path, &texture_file(words).name);
                 Some(())
             }
             _ if keyword.starts_with(b"map_") => {
-                textures += 1;
-                add_texture(texture_files, path, &texture_file(words));
-                material.has_texture |= keyword == b"map_Kd";
-                material.is_transparent |= keyword == b"map_d";
-                material.is_emissive |= keyword == b"map_Ke";
+                let file = texture_file(words);
+                add_texture_file(texture_files, path, &file.name);
+                let map = match keyword {
+                    b"map_Kd" => Some(&mut material.base),
+                    b"map_Ke" => Some(&mut material.emission_map),
+                    b"map_d" => Some(&mut material.opacity),
+                    _ => None,
+                };
+                textures += usize::from(map.is_none());
+                if let Some(map) = map {
+                    moved += usize::from(file.is_moved);
+                    *map = images.number(path, &file.name).map(|image| Texture {
+                        image,
+                        wrap: [file.wrap; 2],
+                        nearest: false,
+                    });
+                }
                 Some(())
             }
             _ => Some(()),
@@ -79,19 +131,23 @@ pub(super) fn parse(
             notes.push(TextFault::new(place, message).into_error(text, path).to_string());
         }
     }
-    notes.extend(left_out(&materials, textures).note(path));
+    notes.extend(left_out(&materials, textures, moved).note(path));
     let surfaces = materials.into_iter().map(Reading::finish);
     Ok(surfaces.collect())
 }
 
 /// What the library holds and is not read.
-fn left_out(materials: &[Reading], textures: usize) -> LeftOut {
+fn left_out(materials: &[Reading], textures: usize, moved: usize) -> LeftOut {
     let mut left_out = LeftOut::default();
     left_out.count(textures, "texture", "textures");
+    left_out.count(
+        moved,
+        "offset or scale of a texture",
+        "offsets or scales of textures",
+    );
     let count = |is: fn(&&Reading) -> bool| materials.iter().filter(is).count();
     for (what, count) in [
         ("transparency", count(|material| material.is_transparent)),
-        ("emission", count(|material| material.is_emissive)),
         ("reflection or refraction", count(|material| material.is_traced)),
     ] {
         if count > 0 {
@@ -108,9 +164,11 @@ struct Reading {
     specular: Option<[f32; 3]>,
     exponent: f32,
     has_highlight: bool,
-    has_texture: bool,
+    base: Option<Texture>,
+    opacity: Option<Texture>,
+    emission: [f32; 3],
+    emission_map: Option<Texture>,
     is_transparent: bool,
-    is_emissive: bool,
     /// By its illumination model.
     is_traced: bool,
 }
@@ -123,19 +181,27 @@ impl Reading {
             specular: None,
             exponent: 0.0,
             has_highlight: true,
-            has_texture: false,
+            base: None,
+            opacity: None,
+            emission: [0.0; 3],
+            emission_map: None,
             is_transparent: false,
-            is_emissive: false,
             is_traced: false,
         }
     }
 
     fn finish(self) -> (Vec<u8>, Surface) {
-        let neutral = Surface::NEUTRAL;
+        // Black under a texture is a placeholder.
+        let shows = |map: Option<Texture>, color: [f32; 3]| map.is_some() && color == [0.0; 3];
         let diffuse = match self.diffuse {
-            // Black under a texture is a placeholder.
-            Some(color) if !(self.has_texture && color == [0.0; 3]) => color,
-            _ => neutral.diffuse,
+            Some(color) if !shows(self.base, color) => color,
+            _ if self.base.is_some() => [1.0; 3],
+            _ => Surface::NEUTRAL.diffuse,
+        };
+        let emission = if shows(self.emission_map, self.emission) {
+            [1.0; 3]
+        } else {
+            self.emission
         };
         // An exponent near 0 would light up the whole surface.
         let shiny = self.has_highlight && self.exponent >= 1.0;
@@ -143,21 +209,47 @@ impl Reading {
             diffuse,
             specular: self.specular.filter(|_| shiny).unwrap_or_default(),
             alpha: (self.exponent as u32).clamp(1, 10_000),
+            textures: SurfaceTextures {
+                base: self.base,
+                // In an image without alpha, its red is the opacity.
+                cut_out: self.opacity.map(|texture| CutOut {
+                    texture,
+                    channel: 0,
+                    limit: CUT_OUT_LIMIT,
+                }),
+                emission,
+                emission_map: self.emission_map,
+            },
         };
         (self.name, surface)
     }
 }
 
-/// The file that a texture statement names behind its options.
-fn texture_file(mut words: Words<'_>) -> String {
+/// What a texture statement says.
+struct TextureFile {
+    name: String,
+    wrap: Wrap,
+    /// Whether the texture is offset or scaled.
+    is_moved: bool,
+}
+
+/// Reads a texture statement: options, and the file's name.
+fn texture_file(mut words: Words<'_>) -> TextureFile {
     let mut name = words.rest();
+    let (mut wrap, mut is_moved) = (Wrap::Repeat, false);
     while let Some((option @ [b'-', ..], _)) = words.next() {
         match option {
             b"-mm" => _ = words.nth(1),
             b"-o" | b"-s" | b"-t" => {
-                let mut numbers = words.clone();
-                while number(&mut numbers).is_some() {
+                let (mut numbers, still) = (words.clone(), if option == b"-s" { 1.0 } else { 0.0 });
+                while let Some(number) = number(&mut numbers) {
+                    is_moved |= number != still;
                     words = numbers.clone();
+                }
+            }
+            b"-clamp" => {
+                if words.next().is_some_and(|(word, _)| word == b"on") {
+                    wrap = Wrap::Clamp;
                 }
             }
             _ => _ = words.next(),
@@ -166,8 +258,12 @@ fn texture_file(mut words: Words<'_>) -> String {
     }
     let name = words.text(name).trim_ascii_start();
     let unquoted = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\""));
-    // As Windows writes it.
-    String::from_utf8_lossy(unquoted.unwrap_or(name)).replace('\\', "/")
+    TextureFile {
+        // As Windows writes it.
+        name: String::from_utf8_lossy(unquoted.unwrap_or(name)).replace('\\', "/"),
+        wrap,
+        is_moved,
+    }
 }
 
 /// One number for all channels, or three; clamped to 0 to 1.

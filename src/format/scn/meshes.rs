@@ -10,7 +10,7 @@ use crate::{
         mesh::{self, Cloud, LoadedMesh, MeshCamera},
         ply,
     },
-    scene::{MaterialId, SceneBuilder, Transform, TriangleMesh},
+    scene::{Image, MaterialId, SceneBuilder, Transform, TriangleMesh},
 };
 use std::{
     collections::{HashMap, HashSet},
@@ -115,7 +115,7 @@ impl Meshes {
             return Ok(Some(mesh));
         }
         mesh.notes.clear();
-        mesh.textures.clear();
+        mesh.texture_files.clear();
         let all = self.kept.saturating_add(size as u64);
         if all > budget.limit() / KEPT_SHARE {
             return Ok(Some(mesh));
@@ -162,6 +162,10 @@ impl Meshes {
             colors: match material {
                 Some(_) => Vec::new(),
                 None => copied(&mesh.columns.colors, budget)?,
+            },
+            uvs: match material {
+                Some(_) => Vec::new(),
+                None => copied(&mesh.columns.uvs, budget)?,
             },
             triangles: copied(&mesh.columns.triangles, budget)?,
         };
@@ -216,7 +220,9 @@ fn leave_out(mesh: &mut LoadedMesh, path: &Path) {
 
 /// How many bytes a mesh takes.
 fn size_of_mesh(mesh: &LoadedMesh) -> usize {
-    size_of_columns(mesh) + size_of_val(&mesh.surfaces[..]) + size_of_val(&mesh.cameras[..])
+    let images = mesh.images.iter().map(|image| Image::bytes(image.size()));
+    let images: usize = images.sum();
+    size_of_columns(mesh) + images + size_of_val(&mesh.surfaces[..]) + size_of_val(&mesh.cameras[..])
 }
 
 /// How many bytes the arrays of its vertices and triangles take.
@@ -227,6 +233,7 @@ pub(super) fn size_of_columns(mesh: &LoadedMesh) -> usize {
         + size_of_val(&columns.z[..])
         + size_of_val(&columns.normals[..])
         + size_of_val(&columns.colors[..])
+        + size_of_val(&columns.uvs[..])
         + size_of_val(&columns.triangles[..])
         + size_of_val(&mesh.surface_of[..])
 }

@@ -22,6 +22,8 @@ pub struct TriangleMesh {
     pub normals: Vec<Vec3>,
     /// One base colour per vertex, as [`Vertices::colors`](crate::scene::Vertices::colors), or empty.
     pub colors: Vec<[f32; 3]>,
+    /// Texture coordinates of each vertex, as [`Vertices::uvs`](crate::scene::Vertices::uvs), or empty.
+    pub uvs: Vec<[f32; 2]>,
     /// Vertex indices of each triangle, 0-based.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -72,12 +74,18 @@ impl SceneBuilder {
             z,
             normals,
             colors,
+            uvs,
             mut triangles,
         } = mesh;
         let (base, end) = (self.vertices.x.len(), self.vertices.x.len() + x.len());
         let has_normals = !normals.is_empty() || !self.vertices.normals.is_empty();
         let has_colors = !colors.is_empty() || !self.vertices.colors.is_empty();
-        let vectors = (usize::from(has_normals) + usize::from(has_colors)) * end;
+        let has_uvs = !uvs.is_empty() || !self.vertices.uvs.is_empty();
+        let vectors = [has_normals, has_colors, has_uvs]
+            .map(usize::from)
+            .iter()
+            .sum::<usize>()
+            * end;
         self.check_limits([triangles.len(), 0, x.len()], vectors + self.spheres.color.len())?;
         let all = &mut self.vertices;
         for (coordinates, more) in [(&mut all.x, &x), (&mut all.y, &y), (&mut all.z, &z)] {
@@ -93,11 +101,18 @@ impl SceneBuilder {
             let missing = end - all.colors.len();
             reserve(&mut all.colors, missing, TRIANGLES)?;
         }
+        if has_uvs && base > 0 {
+            let missing = end - all.uvs.len();
+            reserve(&mut all.uvs, missing, TRIANGLES)?;
+        }
         if has_normals {
             append_padded(&mut all.normals, normals, [base, end], Vec3::ZERO);
         }
         if has_colors {
             append_padded(&mut all.colors, colors, [base, end], WHITE);
+        }
+        if has_uvs {
+            append_padded(&mut all.uvs, uvs, [base, end], [0.0; 2]);
         }
         append(&mut all.x, x);
         append(&mut all.y, y);
@@ -127,6 +142,15 @@ impl SceneBuilder {
         });
         unusable.map_or(Ok(()), |i| usable("normal", max_abs_or_nan(mesh.normals[i])))?;
         check_colors(&mesh.colors, vertices)?;
+        if !mesh.uvs.is_empty() {
+            expect_length("texture coordinates", mesh.uvs.len(), vertices)?;
+        }
+        let unusable = first_where(&mesh.uvs, |&[u, v]| !(is_usable(u) & is_usable(v)));
+        unusable.map_or(Ok(()), |i| {
+            mesh.uvs[i]
+                .into_iter()
+                .try_for_each(|value| usable("texture coordinate", value))
+        })?;
         let is_beyond = |&[a, b, c]: &[u32; 3]| a.max(b).max(c) as usize >= vertices;
         match first_where(&mesh.triangles, is_beyond) {
             Some(triangle) => {
@@ -154,7 +178,11 @@ pub(super) fn check_colors(colors: &[[f32; 3]], count: usize) -> Result<(), Scen
     wrong.map_or(Ok(()), |i| check_color(colors[i]))
 }
 
-pub(super) fn expect_length(what: &'static str, found: usize, expected: usize) -> Result<(), SceneError> {
+pub(in crate::scene) fn expect_length(
+    what: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), SceneError> {
     if found == expected {
         Ok(())
     } else {

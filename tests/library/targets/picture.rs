@@ -104,6 +104,7 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
                     } else {
                         Vec::new()
                     },
+                    uvs: Vec::new(),
                     triangles: vec![[0, 1, 2], [0, 2, 3], [3, 2, 0]],
                 };
                 let _ = builder.add_mesh(mesh, current);
@@ -206,6 +207,7 @@ fn brute_force(scene: &Scene, camera: &Camera, settings: &Settings) -> Film {
             pixel: [i % SIDE, i / SIDE],
             number: 0,
             count: settings.samples,
+            width: rays.pixel_width(),
         };
         let (depth, shadows) = (settings.max_depth, settings.shadows);
         *pixel = radiance(scene, all, ray, sample, depth, shadows, &mut counts);

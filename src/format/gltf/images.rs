@@ -1,0 +1,90 @@
+//! Images of textures: in a buffer, in a data URI, or in a file beside.
+
+use super::buffers::{Buffers, Bytes};
+use crate::{
+    format::{
+        mesh::Surface,
+        textures::{self, Encoded},
+    },
+    scene::Image,
+};
+use gltf::{Document, json::Root};
+use std::ops::Range;
+
+/// Where an image's bytes are.
+pub(super) enum Source {
+    View(usize),
+    Uri(String),
+}
+
+/// The images of a file, by their index.
+pub(super) fn sources(root: &Root) -> Vec<Source> {
+    let source = |image: &gltf::json::Image| match (&image.uri, &image.buffer_view) {
+        (Some(uri), _) => Source::Uri(uri.clone()),
+        (None, Some(view)) => Source::View(view.value()),
+        (None, None) => Source::View(usize::MAX),
+    };
+    root.images.iter().map(source).collect()
+}
+
+/// Reads and decodes the images of the surfaces that triangles have, which name them by their index in the file.
+pub(super) fn read(
+    sources: &[Source],
+    document: &Document,
+    buffers: &mut Buffers<'_>,
+    (surfaces, surface_of): (&mut [Surface], &[u32]),
+    notes: &mut Vec<String>,
+) -> Vec<Image> {
+    let used = textures::used_surfaces(surfaces.len(), surface_of);
+    let shown = surfaces.iter().zip(used);
+    let shown = shown.filter_map(|(surface, is_used)| is_used.then_some(surface));
+    let used = textures::used_images(sources.len(), shown);
+    let before = buffers.budget().taken();
+    let mut read = Vec::new();
+    for (i, (source, is_used)) in sources.iter().zip(used).enumerate() {
+        read.push(is_used.then(|| bytes(i, source, document, buffers)));
+    }
+    let mut encoded = Vec::new();
+    for (i, (source, read)) in sources.iter().zip(&read).enumerate() {
+        encoded.push(read.as_ref().map(|read| {
+            Encoded {
+                name: match source {
+                    Source::Uri(uri) if !uri.starts_with("data:") => uri.clone(),
+                    _ => format!("images[{i}]"),
+                },
+                bytes: match read {
+                    Ok((bytes, range)) => bytes
+                        .get(range.clone())
+                        .ok_or_else(|| "its file is cut short".to_owned()),
+                    Err(reason) => Err(reason.clone()),
+                },
+            }
+        }));
+    }
+    let taken = buffers.budget().taken() - before;
+    let images = textures::decode(&encoded, surfaces, buffers.path(), buffers.budget(), notes);
+    // Buffers stay until the mesh is read; what was read for images alone goes now.
+    buffers.budget().give_back(taken as usize);
+    images
+}
+
+/// The bytes of an image; the error is a sentence.
+fn bytes<'a>(
+    i: usize,
+    source: &Source,
+    document: &Document,
+    buffers: &mut Buffers<'a>,
+) -> Result<(Bytes<'a>, Range<usize>), String> {
+    let name = format!("images[{i}]");
+    let read = match source {
+        Source::Uri(uri) => buffers.uri(&name, uri).map(|bytes| {
+            let all = 0..bytes.len();
+            (bytes, all)
+        }),
+        Source::View(view) => match document.views().nth(*view) {
+            Some(view) => buffers.view(&view),
+            None => return Err("it has neither `uri` nor `bufferView`".to_owned()),
+        },
+    };
+    read.map_err(|error| textures::reason(&error))
+}

@@ -1,0 +1,214 @@
+//! Materials as octray shows them: base colour, highlight, emission, textures and where these are on the mesh.
+
+use crate::{
+    format::mesh::Surface,
+    math::srgb,
+    scene::{CutOut, SurfaceTextures, Texture, Wrap},
+};
+use gltf::{
+    json::{self, Root},
+    material::AlphaMode,
+    texture::{Info, MagFilter, WrappingMode},
+};
+use serde::Deserialize;
+
+/// What is less opaque than this is cut out where the file asks for blending.
+const BLEND_LIMIT: f32 = 0.5;
+
+/// What a roughness map is taken for, since it is not read: the middle.
+const ROUGHNESS_MAP: f32 = 0.5;
+
+const WEBP: &str = "EXT_texture_webp";
+
+/// Where the textures of a material take their coordinates from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Placement {
+    /// Which set of texture coordinates.
+    pub(super) set: u32,
+    offset: [f32; 2],
+    rotation: f32,
+    scale: [f32; 2],
+}
+
+impl Placement {
+    fn of(info: &Info<'_>) -> Self {
+        let plain = Self {
+            set: info.tex_coord(),
+            offset: [0.0; 2],
+            rotation: 0.0,
+            scale: [1.0; 2],
+        };
+        info.texture_transform().map_or(plain, |transform| Self {
+            set: transform.tex_coord().unwrap_or(plain.set),
+            offset: transform.offset(),
+            rotation: transform.rotation(),
+            scale: transform.scale(),
+        })
+    }
+
+    /// Moves texture coordinates as KHR_texture_transform says.
+    pub(super) fn apply(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        if self.rotation == 0.0 && self.scale == [1.0; 2] {
+            return [u + self.offset[0], v + self.offset[1]];
+        }
+        let (sin, cos) = libm::sincos(f64::from(self.rotation));
+        let [u, v] = [u * self.scale[0], v * self.scale[1]].map(f64::from);
+        let turned = [cos * u + sin * v, cos * v - sin * u];
+        [
+            turned[0] as f32 + self.offset[0],
+            turned[1] as f32 + self.offset[1],
+        ]
+    }
+}
+
+/// A material.
+pub(super) struct Shown {
+    pub(super) surface: Surface,
+    /// `None` if it shows no texture.
+    pub(super) placement: Option<Placement>,
+    /// Whether its emission has coordinates of its own, so that its texture is not shown.
+    pub(super) emission_left_out: bool,
+}
+
+/// The materials of a file; textures have the numbers of the file's images.
+pub(super) fn materials(document: &gltf::Document, webp: &[Option<u32>]) -> Vec<Shown> {
+    document
+        .materials()
+        .map(|material| shown(&material, webp))
+        .collect()
+}
+
+/// The images of WebP textures by texture, which the gltf crate skips; `text` is the JSON.
+pub(super) fn webp_images(root: &Root, text: &[u8]) -> Vec<Option<u32>> {
+    if !text.windows(WEBP.len()).any(|found| found == WEBP.as_bytes()) {
+        return Vec::new();
+    }
+    let file: WebpFile = json::deserialize::from_slice(text).unwrap_or_default();
+    let images = file
+        .textures
+        .into_iter()
+        .map(|texture| texture.extensions.webp.source);
+    images
+        .map(|image| image.filter(|&image| (image as usize) < root.images.len()))
+        .collect()
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct WebpFile {
+    textures: Vec<WebpTexture>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct WebpTexture {
+    extensions: WebpExtensions,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct WebpExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    webp: WebpSource,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct WebpSource {
+    source: Option<u32>,
+}
+
+/// A texture with the number of its image; `None` if its image is of a kind that octray does not read.
+fn texture(info: &Info<'_>, webp: &[Option<u32>]) -> Option<Texture> {
+    let texture = info.texture();
+    let preferred = webp.get(texture.index()).copied().flatten();
+    let image = preferred.or_else(|| Some(texture.source()?.index() as u32))?;
+    let sampler = texture.sampler();
+    let wrap = |mode| match mode {
+        WrappingMode::ClampToEdge => Wrap::Clamp,
+        WrappingMode::MirroredRepeat => Wrap::Mirror,
+        WrappingMode::Repeat => Wrap::Repeat,
+    };
+    Some(Texture {
+        image,
+        wrap: [wrap(sampler.wrap_s()), wrap(sampler.wrap_t())],
+        nearest: sampler.mag_filter() == Some(MagFilter::Nearest),
+    })
+}
+
+/// A material as octray shows it. Base colours and those of vertices are linear; surfaces and meshes hold display values.
+fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
+    let pbr = material.pbr_metallic_roughness();
+    let (base, info, roughness, metallic) = match material.pbr_specular_glossiness() {
+        Some(old) => (
+            old.diffuse_factor(),
+            old.diffuse_texture(),
+            1.0 - old.glossiness_factor(),
+            0.0,
+        ),
+        None => (
+            pbr.base_color_factor(),
+            pbr.base_color_texture(),
+            pbr.roughness_factor(),
+            pbr.metallic_factor(),
+        ),
+    };
+    let emissive = material.emissive_texture();
+    let base_texture = info.as_ref().and_then(|info| texture(info, webp));
+    let emission_map = emissive.as_ref().and_then(|info| texture(info, webp));
+    let placement = info
+        .as_ref()
+        .filter(|_| base_texture.is_some())
+        .map(Placement::of);
+    let own = emissive
+        .as_ref()
+        .filter(|_| emission_map.is_some())
+        .map(Placement::of);
+    let emission_left_out = placement.is_some() && own.is_some() && placement != own;
+    let emission = if emission_left_out {
+        [0.0; 3]
+    } else {
+        material.emissive_factor().map(display_value)
+    };
+    let [red, green, blue, alpha] = base;
+    let limit = match material.alpha_mode() {
+        AlphaMode::Opaque => None,
+        // The factor multiplies the texture's alpha.
+        AlphaMode::Mask => Some(material.alpha_cutoff().unwrap_or(0.5) / alpha.max(f32::MIN_POSITIVE)),
+        AlphaMode::Blend => Some(BLEND_LIMIT),
+    };
+    let cut_out = base_texture.zip(limit).map(|(texture, limit)| CutOut {
+        texture,
+        channel: 3,
+        limit: limit.clamp(0.0, 1.0),
+    });
+    let diffuse = [red, green, blue].map(display_value);
+    // A map multiplies the factor, which is mostly 1 then.
+    let map = pbr.metallic_roughness_texture().map_or(1.0, |_| ROUGHNESS_MAP);
+    let roughness = (roughness * map).clamp(0.1, 1.0);
+    let shine = 1.0 - roughness;
+    // A metal's highlight has its own colour.
+    let metallic = metallic.clamp(0.0, 1.0);
+    let tint = diffuse.map(|channel| 1.0 + metallic * (channel - 1.0));
+    let surface = Surface {
+        diffuse,
+        specular: tint.map(|channel| 0.6 * shine * channel),
+        // Blinn-Phong's exponent for the width of a microfacet lobe: Walter et al., EGSR 2007.
+        alpha: ((2.0 / roughness.powi(4) - 2.0) as u32).clamp(4, 2000),
+        textures: SurfaceTextures {
+            base: base_texture,
+            cut_out,
+            emission,
+            emission_map: emission_map.filter(|_| !emission_left_out && emission != [0.0; 3]),
+        },
+    };
+    Shown {
+        surface,
+        placement: placement.or(own),
+        emission_left_out,
+    }
+}
+
+pub(super) fn display_value(linear: f32) -> f32 {
+    srgb::encode(linear.clamp(0.0, 1.0).into()) as f32
+}

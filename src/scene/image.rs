@@ -1,0 +1,256 @@
+//! Images on surfaces: bytes with mipmaps, and how they are looked up.
+
+use crate::{error::SceneError, math::srgb};
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// The largest width and height of an image, pixels.
+pub const MAX_IMAGE_SIDE: u32 = 1 << 14;
+
+/// The least number of texels of a level that threads share.
+const WORTH_THREADS: usize = 1 << 16;
+
+/// What the bytes of an image stand for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Curve {
+    /// Display values, used as they are: a byte divided by 255.
+    #[default]
+    Display,
+    /// Light by the sRGB curve.
+    Srgb,
+}
+
+/// An RGBA image with mipmaps: each level has half the width and height of the one before, down to one texel.
+#[derive(Clone, Debug)]
+pub struct Image {
+    levels: Vec<Level>,
+    curve: Curve,
+    has_alpha: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Level {
+    width: usize,
+    height: usize,
+    /// Rows from the top.
+    texels: Vec<[u8; 4]>,
+}
+
+/// What lies beyond an image's edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// The image again, every other one mirrored.
+    Mirror,
+    /// The texels of the edge.
+    Clamp,
+}
+
+/// An image as a surface shows it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Texture {
+    /// Index into [`Scene::images`](crate::scene::Scene::images).
+    pub image: u32,
+    /// Beyond the left and right edges, and beyond the upper and lower ones.
+    pub wrap: [Wrap; 2],
+    /// Whether texels seen from near are squares instead of being interpolated.
+    pub nearest: bool,
+}
+
+impl Image {
+    /// Makes an image of its pixels, rows from the top, and computes the mipmaps: means of the light that 2x2 texels
+    /// stand for, weighted by alpha.
+    ///
+    /// # Errors
+    /// [`SceneError::ImageSize`] if a side is 0 or above [`MAX_IMAGE_SIDE`], [`SceneError::ArrayLength`] or
+    /// [`SceneError::NoMemory`].
+    pub fn new([width, height]: [u32; 2], pixels: Vec<[u8; 4]>) -> Result<Self, SceneError> {
+        if ![width, height]
+            .iter()
+            .all(|side| (1..=MAX_IMAGE_SIDE).contains(side))
+        {
+            return Err(SceneError::ImageSize { width, height });
+        }
+        let (width, height) = (width as usize, height as usize);
+        super::builder::expect_length("pixels", pixels.len(), width * height)?;
+        let has_alpha = pixels.iter().any(|texel| texel[3] != u8::MAX);
+        let mut levels = vec![Level {
+            width,
+            height,
+            texels: pixels,
+        }];
+        while let Some(last) = levels.last().filter(|level| level.width * level.height > 1) {
+            levels.push(last.half()?);
+        }
+        Ok(Self {
+            levels,
+            curve: Curve::Display,
+            has_alpha,
+        })
+    }
+
+    /// Returns width and height, pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        let level = &self.levels[0];
+        [level.width as u32, level.height as u32]
+    }
+
+    /// Returns whether any pixel is not opaque.
+    #[must_use]
+    pub fn has_alpha(&self) -> bool {
+        self.has_alpha
+    }
+
+    /// Returns the memory of an image of this size with its mipmaps, bytes.
+    #[must_use]
+    pub fn bytes([width, height]: [u32; 2]) -> usize {
+        (width as usize * height as usize).saturating_mul(16) / 3 + 64
+    }
+
+    /// Sets what the bytes stand for.
+    pub fn set_curve(&mut self, curve: Curve) {
+        self.curve = curve;
+    }
+
+    /// Returns red, green, blue and alpha at texture coordinates, interpolated between the four nearest texels of the two
+    /// levels nearest to `lod`, the binary logarithm of the size of what is averaged in texels of the first level.
+    #[must_use]
+    pub(super) fn color(&self, texture: Texture, uv: [f32; 2], lod: f32) -> [f32; 4] {
+        let last = self.levels.len() - 1;
+        // A NaN becomes 0.
+        let lod = lod.max(0.0).min(last as f32);
+        let (below, share) = (lod as usize, lod - lod.floor());
+        if texture.nearest && lod == 0.0 {
+            return self.nearest(texture, uv);
+        }
+        let first = self.bilinear(texture, uv, below);
+        if share == 0.0 {
+            return first;
+        }
+        let second = self.bilinear(texture, uv, below + 1);
+        std::array::from_fn(|i| first[i] + (second[i] - first[i]) * share)
+    }
+
+    fn nearest(&self, texture: Texture, uv: [f32; 2]) -> [f32; 4] {
+        let level = &self.levels[0];
+        let [x, _] = position(uv[0], level.width, texture.wrap[0]);
+        let [y, _] = position(uv[1], level.height, texture.wrap[1]);
+        let column = wrapped((x + 0.5).floor(), level.width, texture.wrap[0]);
+        let row = wrapped((y + 0.5).floor(), level.height, texture.wrap[1]);
+        self.texel(level, column, row)
+    }
+
+    fn bilinear(&self, texture: Texture, uv: [f32; 2], level: usize) -> [f32; 4] {
+        let level = &self.levels[level.min(self.levels.len() - 1)];
+        let [x, across] = position(uv[0], level.width, texture.wrap[0]);
+        let [y, down] = position(uv[1], level.height, texture.wrap[1]);
+        let columns = [0.0, 1.0].map(|step| wrapped(x.floor() + step, level.width, texture.wrap[0]));
+        let rows = [0.0, 1.0].map(|step| wrapped(y.floor() + step, level.height, texture.wrap[1]));
+        let [upper, lower] = rows.map(|row| {
+            let [left, right] = columns.map(|column| self.texel(level, column, row));
+            std::array::from_fn::<f32, 4, _>(|i| left[i] + (right[i] - left[i]) * across)
+        });
+        std::array::from_fn(|i| upper[i] + (lower[i] - upper[i]) * down)
+    }
+
+    fn texel(&self, level: &Level, column: usize, row: usize) -> [f32; 4] {
+        let [r, g, b, a] = level.texels[row * level.width + column];
+        let color = |byte: u8| match self.curve {
+            Curve::Display => f32::from(byte) / 255.0,
+            Curve::Srgb => light()[usize::from(byte)],
+        };
+        [color(r), color(g), color(b), f32::from(a) / 255.0]
+    }
+}
+
+/// Returns the position of a texture coordinate among the centres of `count` texels, and its fraction.
+fn position(coordinate: f32, count: usize, wrap: Wrap) -> [f32; 2] {
+    let within = match wrap {
+        Wrap::Repeat => coordinate - coordinate.floor(),
+        Wrap::Mirror => {
+            let pair = coordinate * 0.5;
+            let pair = (pair - pair.floor()) * 2.0;
+            if pair > 1.0 { 2.0 - pair } else { pair }
+        }
+        Wrap::Clamp => coordinate.clamp(0.0, 1.0),
+    };
+    let at = within * count as f32 - 0.5;
+    [at, at - at.floor()]
+}
+
+/// Returns a texel's index, which may be one beyond either edge.
+fn wrapped(index: f32, count: usize, wrap: Wrap) -> usize {
+    let (index, count) = (index as isize, count as isize);
+    let within = match wrap {
+        Wrap::Repeat => index.rem_euclid(count),
+        Wrap::Mirror | Wrap::Clamp => index.clamp(0, count - 1),
+    };
+    within as usize
+}
+
+/// The light of each byte by the sRGB curve.
+fn light() -> &'static [f32; 256] {
+    static LIGHT: OnceLock<[f32; 256]> = OnceLock::new();
+    LIGHT.get_or_init(|| std::array::from_fn(|byte| srgb::decode(byte as f64 / 255.0) as f32))
+}
+
+/// The byte of light from 0 to 1, in steps that are finer than those of dark bytes.
+fn display(light: f32) -> u8 {
+    const STEPS: usize = 1 << 13;
+    static DISPLAY: OnceLock<Vec<u8>> = OnceLock::new();
+    let table = DISPLAY.get_or_init(|| {
+        let byte = |step: usize| (srgb::encode(step as f64 / STEPS as f64) * 255.0 + 0.5) as u8;
+        (0..=STEPS).map(byte).collect()
+    });
+    table[((light * STEPS as f32 + 0.5) as usize).min(STEPS)]
+}
+
+impl Level {
+    /// The next level: each texel is the mean of 2x2. The last column or row of an odd number is left out.
+    fn half(&self) -> Result<Self, SceneError> {
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let mut texels = Vec::new();
+        let reserved = texels.try_reserve_exact(width * height);
+        reserved.map_err(|_| SceneError::NoMemory { what: "an image" })?;
+        texels.resize(width * height, [0; 4]);
+        let fill = |(row, to): (usize, &mut [[u8; 4]])| {
+            for (column, texel) in to.iter_mut().enumerate() {
+                *texel = self.mean(2 * column, 2 * row);
+            }
+        };
+        if texels.len() < WORTH_THREADS {
+            texels.chunks_exact_mut(width).enumerate().for_each(fill);
+        } else {
+            texels.par_chunks_exact_mut(width).enumerate().for_each(fill);
+        }
+        Ok(Self {
+            width,
+            height,
+            texels,
+        })
+    }
+
+    /// The mean of the 2x2 texels from here on.
+    fn mean(&self, column: usize, row: usize) -> [u8; 4] {
+        let rows = [row, (row + 1).min(self.height - 1)];
+        let columns = [column, (column + 1).min(self.width - 1)];
+        let four = [0, 1, 2, 3].map(|i| self.texels[rows[i / 2] * self.width + columns[i % 2]]);
+        let alpha: u32 = four.iter().map(|texel| u32::from(texel[3])).sum();
+        let mut mean = [0, 0, 0, ((alpha + 2) / 4) as u8];
+        for (channel, mean) in mean[..3].iter_mut().enumerate() {
+            let weight = |texel: &[u8; 4]| if alpha == 0 { 1.0 } else { f32::from(texel[3]) };
+            let sum: f32 = four
+                .iter()
+                .map(|texel| weight(texel) * light()[usize::from(texel[channel])])
+                .sum();
+            *mean = display(sum / if alpha == 0 { 4.0 } else { alpha as f32 });
+        }
+        mean
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,223 @@
+//! What textures give to the points of triangles: base colour, emission, and where there is no surface at all.
+
+use super::{Image, MaterialId, Primitive, Scene, Texture, material::check_color};
+use crate::{
+    error::SceneError,
+    ray::{Hit, PrimitiveId},
+};
+use glam::{DVec3, Vec3};
+
+/// The textures of a material, and the light that it emits.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceTextures {
+    /// Multiplies the base colour, except that of silhouettes.
+    pub base: Option<Texture>,
+    /// Where there is no surface.
+    pub cut_out: Option<CutOut>,
+    /// Light that the surface adds to what it reflects, linear RGB from 0 to 1. It lights nothing else.
+    pub emission: [f32; 3],
+    /// Multiplies the emission.
+    pub emission_map: Option<Texture>,
+}
+
+/// Cuts out the parts of a surface where a channel of an image is below a limit: no ray hits them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutOut {
+    /// The image; mipmaps are not used.
+    pub texture: Texture,
+    /// Which of its channels, 0 for red to 3 for alpha.
+    pub channel: u8,
+    /// From 0 to 1.
+    pub limit: f32,
+}
+
+/// Where a ray hits a triangle, and how much of its surface the ray stands for.
+#[derive(Clone, Copy, Debug)]
+pub struct TexturePoint {
+    /// What is hit, and the weights of its corners.
+    pub hit: Hit,
+    /// Unit direction of the ray.
+    pub direction: Vec3,
+    /// Width of the ray's cone at the hit, scene units; 0 for the largest level.
+    ///
+    /// A camera ray's cone is as wide as its pixel (Akenine-Möller et al., *Texture Level of Detail Strategies for
+    /// Real-Time Ray Tracing*, Ray Tracing Gems ch. 20, 2019). Mirrors do not change its angle.
+    pub width: f32,
+}
+
+/// The least cosine between ray and normal that counts, lest what is seen from the side is one colour.
+const LEAST_COSINE: f64 = 1.0 / 16.0;
+
+impl SurfaceTextures {
+    /// No textures and no emission.
+    pub const NONE: Self = Self {
+        base: None,
+        cut_out: None,
+        emission: [0.0; 3],
+        emission_map: None,
+    };
+
+    /// The same textures of other images: image `i` becomes `images[i]`. One that has none becomes an image that no scene
+    /// has.
+    pub(crate) fn with_images(&self, images: &[u32]) -> Self {
+        let other = |texture: Texture| Texture {
+            image: images.get(texture.image as usize).copied().unwrap_or(u32::MAX),
+            ..texture
+        };
+        Self {
+            base: self.base.map(other),
+            cut_out: self.cut_out.map(|cut_out| CutOut {
+                texture: other(cut_out.texture),
+                ..cut_out
+            }),
+            emission: self.emission,
+            emission_map: self.emission_map.map(other),
+        }
+    }
+
+    /// Refuses constants out of range and images that are not there.
+    pub(super) fn check(&self, images: usize) -> Result<(), SceneError> {
+        check_color(self.emission)?;
+        let cut_out = self.cut_out.map(|cut_out| cut_out.texture);
+        for texture in [self.base, cut_out, self.emission_map].into_iter().flatten() {
+            if texture.image as usize >= images {
+                let index = texture.image;
+                return Err(SceneError::UnknownImage { index, images });
+            }
+        }
+        match self.cut_out {
+            Some(CutOut { channel, .. }) if channel > 3 => Err(SceneError::OutOfRange {
+                what: "channel",
+                value: f32::from(channel),
+                range: (0.0, 3.0),
+            }),
+            Some(CutOut { limit, .. }) => super::material::check_share("cut-out limit", limit),
+            None => Ok(()),
+        }
+    }
+
+    /// Returns whether the surface emits light.
+    #[inline]
+    #[must_use]
+    pub fn emits(&self) -> bool {
+        self.emission != [0.0; 3]
+    }
+}
+
+impl Scene {
+    /// Returns the images that [`Texture`]s index.
+    #[must_use]
+    pub fn images(&self) -> &[Image] {
+        &self.images
+    }
+
+    /// Returns the textures of a primitive's material; `None` if it has none.
+    #[inline]
+    #[must_use]
+    pub fn textures_of(&self, id: PrimitiveId) -> Option<&SurfaceTextures> {
+        if self.textures.is_empty() {
+            return None;
+        }
+        self.textures(self.material_of(id))
+    }
+
+    /// Returns the textures of a material; `None` if it has none.
+    #[inline]
+    #[must_use]
+    pub fn textures(&self, material: MaterialId) -> Option<&SurfaceTextures> {
+        self.textures.get(material.0 as usize)?.as_ref()
+    }
+
+    /// Returns whether any material has textures or emits light.
+    #[inline]
+    #[must_use]
+    pub fn has_textures(&self) -> bool {
+        !self.textures.is_empty()
+    }
+
+    /// Returns whether parts of surfaces may be cut out.
+    #[inline]
+    #[must_use]
+    pub fn has_cut_outs(&self) -> bool {
+        self.has_cut_outs
+    }
+
+    /// Returns whether there is no surface at the point of a triangle with these weights of its second and third corner.
+    #[must_use]
+    pub fn is_cut_out(&self, id: PrimitiveId, [u, v]: [f32; 2]) -> bool {
+        let (Some(textures), Primitive::Triangle(i)) = (self.textures_of(id), self.primitive(id)) else {
+            return false;
+        };
+        textures.cut_out.is_some_and(|cut_out| {
+            let color = self.images[cut_out.texture.image as usize].color(
+                cut_out.texture,
+                self.texture_coordinates(i, [u, v]),
+                0.0,
+            );
+            color[usize::from(cut_out.channel)] < cut_out.limit
+        })
+    }
+
+    /// Returns the factors that textures give to the base colour at a hit, and the light emitted there.
+    #[must_use]
+    pub fn textured(&self, point: &TexturePoint) -> ([f32; 3], [f32; 3]) {
+        let Some(textures) = self.textures_of(point.hit.primitive) else {
+            return ([1.0; 3], [0.0; 3]);
+        };
+        let Primitive::Triangle(i) = self.primitive(point.hit.primitive) else {
+            return ([1.0; 3], textures.emission);
+        };
+        if textures.base.is_none() && textures.emission_map.is_none() {
+            return ([1.0; 3], textures.emission);
+        }
+        let at = self.texture_coordinates(i, [point.hit.u, point.hit.v]);
+        let footprint = self.footprint(i, point);
+        let color = |texture: Option<Texture>| {
+            let Some(texture) = texture else { return [1.0; 3] };
+            let image = &self.images[texture.image as usize];
+            let [width, height] = image.size().map(f64::from);
+            // Half of the logarithm, for it is of an area.
+            let lod = 0.5 * libm::log2f((footprint * width * height) as f32);
+            let [red, green, blue, _] = image.color(texture, at, lod);
+            [red, green, blue]
+        };
+        let emitted = color(textures.emission_map);
+        (
+            color(textures.base),
+            std::array::from_fn(|channel| textures.emission[channel] * emitted[channel]),
+        )
+    }
+
+    /// Returns the area of the image that the ray's cone covers, as a share of all of it: of an ellipse as long as the
+    /// surface is seen from the side, the area.
+    fn footprint(&self, i: usize, point: &TexturePoint) -> f64 {
+        let [p0, p1, p2] = self.triangle(i).map(Vec3::as_dvec3);
+        let [a, b, c] = self.triangles.corners[i].map(|vertex| self.uv(vertex).map(f64::from));
+        let normal = (p1 - p0).cross(p2 - p0);
+        let image = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        let length = dot(normal, normal).sqrt();
+        let cosine = dot(normal, point.direction.as_dvec3()).abs() / length;
+        let width = f64::from(point.width);
+        image.abs() / length * width * width / cosine.max(LEAST_COSINE)
+    }
+
+    /// Returns the texture coordinates at weights of the second and third corner.
+    fn texture_coordinates(&self, i: usize, [u, v]: [f32; 2]) -> [f32; 2] {
+        let [a, b, c] = self.triangles.corners[i].map(|vertex| self.uv(vertex));
+        let w = 1.0 - u - v;
+        std::array::from_fn(|axis| a[axis] * w + b[axis] * u + c[axis] * v)
+    }
+
+    fn uv(&self, vertex: u32) -> [f32; 2] {
+        self.vertices
+            .uvs
+            .get(vertex as usize)
+            .copied()
+            .unwrap_or_default()
+    }
+}
+
+/// Sums in one order, whatever the library does.
+fn dot(a: DVec3, b: DVec3) -> f64 {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}

@@ -1,0 +1,76 @@
+//! Textures: factors of base colours, and emitted light, by one lookup for each point. Only scenes with textures run this
+//! pass.
+
+use super::{
+    queue::{HitQueue, RayQueue},
+    surface::SurfacePacket,
+    tint::Tint8,
+};
+use crate::{
+    lanes::{F32x8, LANES},
+    ray::HitPacket,
+    scene::{Scene, TexturePoint},
+};
+
+/// What beside the tint depends on textures, at each surface packet.
+#[derive(Debug, Default)]
+pub(super) struct Textured {
+    /// Emitted light; 0 where there is none.
+    pub emitted: Vec<Tint8>,
+    /// Lengths of the paths from the camera, scene units.
+    pub distance: Vec<F32x8>,
+}
+
+impl Textured {
+    /// Reserves memory for this many surface packets.
+    pub fn reserve(&mut self, packets: usize) {
+        self.emitted.reserve(packets);
+        self.distance.reserve(packets);
+    }
+
+    pub fn clear(&mut self) {
+        self.emitted.clear();
+        self.distance.clear();
+    }
+}
+
+/// Multiplies the tints, white if there are none yet, and fills `textured`. `pixel_width` is the width of the rays' cones
+/// at distance 1.
+pub(super) fn pass(
+    scene: &Scene,
+    (rays, hits): (&RayQueue, &[HitPacket]),
+    (by_material, surfaces): (&HitQueue, &[SurfacePacket]),
+    pixel_width: f32,
+    tints: &mut Vec<Tint8>,
+    textured: &mut Textured,
+) {
+    textured.clear();
+    tints.resize(surfaces.len(), [F32x8::splat(1.0); 3]);
+    let mut packets = surfaces.iter().zip(tints);
+    by_material.for_each_packet(|ray_i| {
+        let Some((surface, tint)) = packets.next() else {
+            return;
+        };
+        let (mut emitted, mut distance) = ([F32x8::ZERO; 3], F32x8::ZERO);
+        for (lane, &i) in ray_i.iter().enumerate() {
+            let (p, from) = (i as usize / LANES, i as usize % LANES);
+            let hit = hits[p].hit(from);
+            let travelled = rays.travelled(p).as_array()[from] + hit.t;
+            distance.as_mut_array()[lane] = travelled;
+            if surface.active >> lane & 1 == 0 {
+                continue;
+            }
+            let (factor, light) = scene.textured(&TexturePoint {
+                hit,
+                direction: surface.direction.lane(lane),
+                width: travelled * pixel_width,
+            });
+            for channel in 0..3 {
+                tint[channel].as_mut_array()[lane] *= factor[channel];
+                emitted[channel].as_mut_array()[lane] = light[channel];
+            }
+        }
+        textured.emitted.push(emitted);
+        textured.distance.push(distance);
+    });
+}

@@ -1,0 +1,118 @@
+//! Surfaces that are cut out in parts: what bundles find there does not count, and is looked for again, ray by ray.
+
+use super::{Found, HitSink, Tracer, bits, visit};
+use crate::{
+    lanes::LANES,
+    ray::{Hit, HitPacket, Origins, Ray, RayPacket},
+    scene::Scene,
+};
+
+impl<'a> Tracer<'a> {
+    /// Lets rays pass where surfaces of `scene`, which the BVH was built from, are cut out. Else all surfaces are whole.
+    #[must_use]
+    pub fn through_cut_outs(mut self, scene: &'a Scene) -> Self {
+        self.cut_outs = scene.has_cut_outs().then_some(scene);
+        self
+    }
+
+    /// Replaces the hits that do not count.
+    pub(super) fn pass_closest(
+        &self,
+        scene: &Scene,
+        origins: Origins<'_>,
+        rays: &[RayPacket],
+        hits: &mut [HitPacket],
+    ) {
+        for (p, hits) in hits.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                let hit = hits.hit(lane);
+                if hit.is_hit() && !counts(scene, &hit) {
+                    let ray = ray(origins, rays, p, lane);
+                    let mut closest = Closest {
+                        scene,
+                        best: Hit::miss(ray.t_max),
+                    };
+                    visit(self.level, self.bvh, &ray, &mut closest);
+                    hits.set_hit(lane, &closest.best);
+                }
+            }
+        }
+    }
+
+    /// Frees the rays that only hit what does not count.
+    pub(super) fn pass_occluded(
+        &self,
+        scene: &Scene,
+        origins: Origins<'_>,
+        rays: &[RayPacket],
+        occluded: &mut [u8],
+    ) {
+        for (p, occluded) in occluded.iter_mut().enumerate() {
+            for lane in bits(u32::from(*occluded)) {
+                let ray = ray(origins, rays, p, lane);
+                let mut any = Any {
+                    scene,
+                    end: ray.t_max,
+                    is_hit: false,
+                };
+                visit(self.level, self.bvh, &ray, &mut any);
+                *occluded &= !(u8::from(!any.is_hit) << lane);
+            }
+        }
+    }
+}
+
+fn counts(scene: &Scene, hit: &Hit) -> bool {
+    !scene.is_cut_out(hit.primitive, [hit.u, hit.v])
+}
+
+fn ray(origins: Origins<'_>, rays: &[RayPacket], p: usize, lane: usize) -> Ray {
+    let origin = match origins {
+        Origins::Shared(origin) => origin,
+        Origins::Separate(origins) => origins[p].lane(lane),
+    };
+    rays[p].ray(lane, origin)
+}
+
+/// The closest hit that counts; of equally near ones, the one with the lowest id.
+struct Closest<'a> {
+    scene: &'a Scene,
+    best: Hit,
+}
+
+impl HitSink for Closest<'_> {
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.best.t
+    }
+
+    #[inline(always)]
+    fn take(&mut self, found: Found) {
+        if self.best.loses_to(found.t, found.primitive) {
+            let hit = found.hit();
+            if counts(self.scene, &hit) {
+                self.best = hit;
+            }
+        }
+    }
+}
+
+/// Whether anything that counts is hit.
+struct Any<'a> {
+    scene: &'a Scene,
+    end: f32,
+    is_hit: bool,
+}
+
+impl HitSink for Any<'_> {
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        // Entries are never negative.
+        if self.is_hit { -1.0 } else { self.end }
+    }
+
+    #[inline(always)]
+    fn take(&mut self, found: Found) {
+        self.is_hit = self.is_hit || found.t < self.end && counts(self.scene, &found.hit());
+    }
+}
