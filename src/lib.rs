@@ -67,7 +67,8 @@
 //! |---|---|---|
 //! | `png` | [`render::Film`]'s `save_png` | yes |
 //! | `gltf` | glTF files | yes |
-//! | `cli` | the program `octray`; implies `png` and `gltf` | yes |
+//! | `textures` | images of materials: PNG, JPEG, WebP, BMP, TGA | yes |
+//! | `cli` | the program `octray`; implies `png`, `gltf` and `textures` | yes |
 //! | `viewer` | its live window; implies `cli` | yes |
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
 

@@ -141,6 +141,7 @@ fn all_materials(random: &mut Random, colored: bool) -> Scene {
                     Vec::new()
                 },
                 colors: colors(random, if colored { corners.len() } else { 0 }),
+                uvs: Vec::new(),
                 triangles: (0..4)
                     .flat_map(|s| [[2 * s, 2 * s + 1, 2 * s + 3], [2 * s, 2 * s + 3, 2 * s + 2]])
                     .collect(),
@@ -173,6 +174,7 @@ fn every_level_computes_the_same_colours() {
                 pixel: [seed as u32, 7],
                 number: i,
                 count: 200,
+                ..PixelSample::default()
             };
             let mut expected = None;
             for one in &mut all {

@@ -1,10 +1,10 @@
 //! What `octray info` shows: the contents of a scene and of its BVH.
 
-use super::{SCHEMA, faults_text, grouped};
+use super::{SCHEMA, faults_text, grouped, textures::textures};
 use crate::{
     accel::BvhStats,
     error::{clip, in_bytes},
-    scene::{Material, MeshFaults, NamedCamera, Scene},
+    scene::{Image, Material, MeshFaults, NamedCamera, Scene},
 };
 use serde::Serialize;
 use std::{fmt::Write, time::Duration};
@@ -49,6 +49,8 @@ struct MaterialUse {
     kind: &'static str,
     /// As a statement of a scene file.
     statement: String,
+    /// Its textures and emission, if it has any.
+    textures: Option<String>,
     primitives: usize,
 }
 
@@ -275,7 +277,13 @@ fn count(number: usize) -> String {
 
 impl MaterialUse {
     fn text(&self) -> String {
-        format!("{}, {} primitives", self.statement, count(self.primitives))
+        let textures = self.textures.iter().map(|textures| format!(", {textures}"));
+        let textures: String = textures.collect();
+        format!(
+            "{}{textures}, {} primitives",
+            self.statement,
+            count(self.primitives)
+        )
     }
 }
 
@@ -405,6 +413,7 @@ fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
             index,
             kind: kind(material),
             statement: statement(material),
+            textures: textures(scene, index),
             primitives,
         })
         .collect()
@@ -431,6 +440,7 @@ fn columns(scene: &Scene) -> Vec<Column> {
         column("vertex z", &v.z),
         column("vertex normal", &v.normals),
         column("vertex color", &v.colors),
+        column("vertex uv", &v.uvs),
         column("triangle corners", &t.corners),
         column("triangle material", &t.material),
         column("sphere x", &s.center_x),
@@ -447,6 +457,12 @@ fn columns(scene: &Scene) -> Vec<Column> {
         column("light radius", &l.radius),
         column("material", scene.materials()),
     ];
+    let sizes = || scene.images().iter().map(Image::size);
+    columns.push(Column {
+        name: "image",
+        length: scene.images().len(),
+        bytes: sizes().map(Image::bytes).sum(),
+    });
     columns.retain(|column| column.length > 0);
     columns
 }

@@ -7,6 +7,7 @@ mod message;
 mod progress;
 mod stats;
 mod text;
+mod textures;
 mod verdicts;
 pub mod verify;
 pub mod version;

@@ -68,6 +68,8 @@ pub(super) struct Shown {
     pub(super) placement: Option<Placement>,
     /// Whether its emission has coordinates of its own, so that its texture is not shown.
     pub(super) emission_left_out: bool,
+    /// Whether the image of its base colour is of a kind that octray does not read.
+    pub(super) is_of_another_kind: bool,
 }
 
 /// The materials of a file; textures have the numbers of the file's images.
@@ -156,6 +158,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
     let emissive = material.emissive_texture();
     let base_texture = info.as_ref().and_then(|info| texture(info, webp));
     let emission_map = emissive.as_ref().and_then(|info| texture(info, webp));
+    let is_of_another_kind = info.is_some() && base_texture.is_none();
     let placement = info
         .as_ref()
         .filter(|_| base_texture.is_some())
@@ -182,7 +185,10 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         channel: 3,
         limit: limit.clamp(0.0, 1.0),
     });
-    let diffuse = [red, green, blue].map(display_value);
+    let mut diffuse = [red, green, blue].map(display_value);
+    if is_of_another_kind {
+        diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
+    }
     // A map multiplies the factor, which is mostly 1 then.
     let map = pbr.metallic_roughness_texture().map_or(1.0, |_| ROUGHNESS_MAP);
     let roughness = (roughness * map).clamp(0.1, 1.0);
@@ -206,7 +212,13 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         surface,
         placement: placement.or(own),
         emission_left_out,
+        is_of_another_kind,
     }
+}
+
+/// A colour under a texture that is not shown: textures are rarely white.
+fn tinted(color: [f32; 3], by: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|channel| color[channel] * by[channel])
 }
 
 pub(super) fn display_value(linear: f32) -> f32 {

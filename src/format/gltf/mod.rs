@@ -28,6 +28,7 @@ use gltf::{
     Document, Glb,
     json::{self, validation::Validate},
 };
+use materials::Shown;
 use percent_encoding::percent_decode_str;
 use std::{path::Path, sync::Arc};
 
@@ -82,9 +83,14 @@ pub(super) fn parse(
     let mut reading = nodes::Reading::default();
     reading.scene(&document, &materials, &mut buffers)?;
     left_out.count(reading.cameras_left_out, "camera", "cameras");
-    let emissions = materials.iter().filter(|shown| shown.emission_left_out).count();
+    let count = |is: fn(&Shown) -> bool| materials.iter().filter(|shown| is(shown)).count();
     left_out.count(
-        emissions,
+        count(|shown| shown.is_of_another_kind),
+        "texture of another kind",
+        "textures of another kind",
+    );
+    left_out.count(
+        count(|shown| shown.emission_left_out),
         "emission texture with a place of its own",
         "emission textures with places of their own",
     );

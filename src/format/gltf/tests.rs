@@ -1,5 +1,7 @@
 use super::*;
 use crate::format::mesh::UpAxis;
+#[cfg(feature = "textures")]
+use crate::scene::{SurfaceTextures, Texture, Wrap};
 use glam::DVec3;
 use std::io;
 
@@ -172,11 +174,93 @@ fn one_note_lists_all_that_is_left_out() {
     assert_eq!(
         load(&json).expect("a mesh").notes,
         [
-            "folder/a.gltf: left out: 2 lights, 1 animation, 1 skin, 1 texture, transparency of 2 materials, emission of \
-             1 material, 1 set of points, 1 set of lines, morph targets, texture coordinates, \
-             1 orthographic camera, 1 other scene, extensions `KHR_materials_unlit`"
+            "folder/a.gltf: left out: 2 lights, 1 animation, 1 skin, transparency of 1 material, 1 set of points, 1 set of \
+             lines, morph targets, 1 orthographic camera, 1 other scene, extensions `KHR_materials_unlit`"
         ]
     );
+}
+
+/// The triangle with texture coordinates from its positions, and a material that shows an image of 3x2 pixels.
+#[cfg(feature = "textures")]
+fn textured(material: &str, textures: &str) -> Result<LoadedMesh, String> {
+    let mut png = io::Cursor::new(Vec::new());
+    let image = image::RgbaImage::from_pixel(3, 2, image::Rgba([255, 0, 0, 100]));
+    image
+        .write_to(&mut png, image::ImageFormat::Png)
+        .expect("it is written");
+    let uri = format!("data:image/png;base64,{}", base64(png.get_ref()));
+    // Pairs: 0 0, 0 1, 0 0.
+    let accessor = r#""accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC2"},"#;
+    let json = SCENE
+        .replacen(r#""accessors":["#, accessor, 1)
+        .replacen(
+            r#"{"POSITION":0,"NORMAL":1},"indices":2"#,
+            r#"{"POSITION":1,"NORMAL":2,"TEXCOORD_1":0},"indices":3"#,
+            1,
+        )
+        .replacen(
+            r#""materials":[{"pbrMetallicRoughness":{"baseColorFactor":[1,0.5,0,1]}}]"#,
+            material,
+            1,
+        );
+    let images = format!(r#""images":[{{"uri":"no.png"}},{{"uri":"{uri}"}}],"textures":{textures},"asset""#);
+    load(&json.replacen(r#""asset""#, &images, 1))
+}
+
+#[cfg(feature = "textures")]
+#[test]
+fn textures_with_sets_transforms_samplers_and_cut_outs() {
+    let material = r#""materials":[{"alphaMode":"MASK","alphaCutoff":0.25,"emissiveFactor":[0,0,1],
+        "emissiveTexture":{"index":0,"texCoord":1,"extensions":{"KHR_texture_transform":{"offset":[0.5,0]}}},
+        "pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.5],"baseColorTexture":{"index":0,"extensions":
+        {"KHR_texture_transform":{"texCoord":1,"offset":[0.5,0],"scale":[2,3],"rotation":1.5707963}}}}}],
+        "samplers":[{"wrapS":33071,"wrapT":33648,"magFilter":9728}]"#;
+    let mesh = textured(material, r#"[{"source":1,"sampler":0}]"#).expect("a mesh");
+    let textures = mesh.surfaces[0].textures;
+    let expected = Texture {
+        image: 0,
+        wrap: [Wrap::Clamp, Wrap::Mirror],
+        nearest: true,
+    };
+    assert_eq!(textures.base, Some(expected));
+    // 0.25 of what the factor leaves.
+    let cut_out = textures.cut_out.expect("a cut-out");
+    assert_eq!(
+        (cut_out.limit, cut_out.channel, cut_out.texture),
+        (0.5, 3, expected)
+    );
+    // Its place is another one.
+    assert_eq!((textures.emission, textures.emission_map), ([0.0; 3], None));
+    assert_eq!(
+        mesh.notes,
+        ["folder/a.gltf: left out: 1 emission texture with a place of its own"]
+    );
+    assert_eq!(mesh.images[0].size(), [3, 2]);
+    // A quarter turn takes v to u.
+    let uvs = mesh.columns.uvs[..3]
+        .iter()
+        .map(|uv| uv.map(|x| (x * 1e4).round() / 1e4));
+    assert_eq!(uvs.collect::<Vec<_>>(), [[0.5, 0.0], [3.5, 0.0], [0.5, 0.0]]);
+}
+
+#[cfg(feature = "textures")]
+#[test]
+fn an_image_that_is_missing_leaves_the_colour() {
+    let material = r#""materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}]"#;
+    let mesh = textured(material, r#"[{"source":0}]"#).expect("a mesh");
+    assert_eq!(
+        mesh.notes,
+        ["folder/a.gltf: texture no.png is missing: file not found"]
+    );
+    assert_eq!(mesh.surfaces[0].textures, SurfaceTextures::NONE);
+    assert_eq!(mesh.surfaces[0].diffuse, Surface::NEUTRAL.diffuse);
+    assert!(mesh.columns.uvs.is_empty() && mesh.images.is_empty());
+    // WebP comes first where there is a choice, and an image of another kind is none.
+    let webp = r#"[{"source":0,"extensions":{"EXT_texture_webp":{"source":1}}}]"#;
+    assert_eq!(textured(material, webp).expect("a mesh").images.len(), 1);
+    let basis = r#"[{"extensions":{"KHR_texture_basisu":{"source":0}}}]"#;
+    let mesh = textured(material, basis).expect("a mesh");
+    assert_eq!(mesh.notes, ["folder/a.gltf: left out: 1 texture of another kind"]);
 }
 
 #[test]
