@@ -335,8 +335,8 @@ fn tinted<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> 
             emitted = textures.emits().then_some(emission);
         }
         match &mut material {
-            Material::Silhouette { .. } => {}
-            Material::Matte { color }
+            Material::Silhouette { color }
+            | Material::Matte { color }
             | Material::Reflection { color, .. }
             | Material::BlinnPhong { diffuse: color, .. } => {
                 *color = std::array::from_fn(|i| color[i] * tint[i]);

@@ -197,15 +197,26 @@ fn light() -> &'static [f32; 256] {
     LIGHT.get_or_init(|| std::array::from_fn(|byte| srgb::decode(byte as f64 / 255.0) as f32))
 }
 
-/// The byte of light from 0 to 1, in steps that are finer than those of dark bytes.
-fn display(light: f32) -> u8 {
-    const STEPS: usize = 1 << 13;
+/// The light of each byte in 65535ths.
+fn whole_light() -> &'static [u32; 256] {
+    static LIGHT: OnceLock<[u32; 256]> = OnceLock::new();
+    LIGHT.get_or_init(|| std::array::from_fn(|byte| (light()[byte] * 65535.0 + 0.5) as u32))
+}
+
+/// Of how many 65535ths of light the bytes are tabulated together: less than half the step between dark bytes.
+const STEP: u32 = 8;
+
+/// The byte of light in 65535ths.
+fn display(light: u32) -> u8 {
     static DISPLAY: OnceLock<Vec<u8>> = OnceLock::new();
     let table = DISPLAY.get_or_init(|| {
-        let byte = |step: usize| (srgb::encode(step as f64 / STEPS as f64) * 255.0 + 0.5) as u8;
-        (0..=STEPS).map(byte).collect()
+        let byte = |step: u32| {
+            let middle = f64::from(step * STEP + STEP / 2) / 65535.0;
+            (srgb::encode(middle.min(1.0)) * 255.0 + 0.5) as u8
+        };
+        (0..=65535 / STEP).map(byte).collect()
     });
-    table[((light * STEPS as f32 + 0.5) as usize).min(STEPS)]
+    table[(light / STEP).min(65535 / STEP) as usize]
 }
 
 impl Level {
@@ -238,15 +249,17 @@ impl Level {
         let rows = [row, (row + 1).min(self.height - 1)];
         let columns = [column, (column + 1).min(self.width - 1)];
         let four = [0, 1, 2, 3].map(|i| self.texels[rows[i / 2] * self.width + columns[i % 2]]);
+        if four == [four[0]; 4] {
+            return four[0];
+        }
+        let light = whole_light();
         let alpha: u32 = four.iter().map(|texel| u32::from(texel[3])).sum();
         let mut mean = [0, 0, 0, ((alpha + 2) / 4) as u8];
         for (channel, mean) in mean[..3].iter_mut().enumerate() {
-            let weight = |texel: &[u8; 4]| if alpha == 0 { 1.0 } else { f32::from(texel[3]) };
-            let sum: f32 = four
-                .iter()
-                .map(|texel| weight(texel) * light()[usize::from(texel[channel])])
-                .sum();
-            *mean = display(sum / if alpha == 0 { 4.0 } else { alpha as f32 });
+            let weight = |texel: &[u8; 4]| if alpha == 0 { 1 } else { u32::from(texel[3]) };
+            let weighted = |texel: &[u8; 4]| weight(texel) * light[usize::from(texel[channel])];
+            let all = if alpha == 0 { 4 } else { alpha };
+            *mean = display((four.iter().map(weighted).sum::<u32>() + all / 2) / all);
         }
         mean
     }

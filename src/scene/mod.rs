@@ -59,7 +59,7 @@ pub struct Vertices {
     pub z: Vec<f32>,
     /// Vertex normals of any length, zero where a vertex has none. Empty if no vertex has one.
     pub normals: Vec<Vec3>,
-    /// Base colours from 0 to 1, as linear as those of materials, which they multiply, except that of silhouettes; white
+    /// Base colours from 0 to 1, as linear as those of materials, which they multiply; white
     /// where a vertex has none. Empty if no vertex has one.
     pub colors: Vec<[f32; 3]>,
     /// Texture coordinates: 0, 0 is the upper left corner of an image, 1, 1 the lower right one; 0, 0 where a vertex has

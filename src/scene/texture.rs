@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 /// The textures of a material, and the light that it emits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceTextures {
-    /// Multiplies the base colour, except that of silhouettes.
+    /// Multiplies the base colour.
     pub base: Option<Texture>,
     /// Where there is no surface.
     pub cut_out: Option<CutOut>,

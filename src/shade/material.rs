@@ -125,8 +125,9 @@ pub(super) fn color<S: Simd>(
 ) {
     let Points { surfaces, tints, .. } = points;
     let base = match *material {
-        Material::Silhouette { color } => return silhouette(simd, color, surfaces, colors),
-        Material::Matte { color } | Material::Reflection { color, .. } => color,
+        Material::Silhouette { color } | Material::Matte { color } | Material::Reflection { color, .. } => {
+            color
+        }
         Material::BlinnPhong { diffuse, .. } => diffuse,
     };
     // Two copies, so that scenes without tints pay nothing for them.
@@ -174,9 +175,14 @@ pub(super) fn emission<S: Simd>(
 }
 
 #[inline(always)]
-fn silhouette<S: Simd>(simd: S, [r, g, b]: [f32; 3], surfaces: &[SurfacePacket], colors: &mut TileColors) {
-    let color = [simd.splat(r), simd.splat(g), simd.splat(b)];
-    for s in surfaces {
+fn silhouette<S: Simd>(
+    simd: S,
+    base: impl Fn(usize, usize) -> S::V8,
+    surfaces: &[SurfacePacket],
+    colors: &mut TileColors,
+) {
+    for (i, s) in surfaces.iter().enumerate() {
+        let color = [base(i, 0), base(i, 1), base(i, 2)];
         colors.add(simd, s.active, &s.pixel, simd.load(&s.weight), color);
     }
 }
@@ -193,7 +199,7 @@ fn body<S: Simd>(
 ) {
     let ambient = simd.splat(scene.ambient());
     match *material {
-        Material::Silhouette { .. } => {}
+        Material::Silhouette { .. } => silhouette(simd, base, points.surfaces, colors),
         Material::Matte { .. } => matte(simd, base, 1.0, ambient, points, colors),
         Material::Reflection { mirror_share, .. } => {
             matte(simd, base, 1.0 - mirror_share, ambient, points, colors);

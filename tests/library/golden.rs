@@ -80,6 +80,7 @@ fn soft_light() {
     assert_all([compare_golden("soft", &actual, SHARE)]);
 }
 
+#[cfg(feature = "textures")]
 #[test]
 fn textures() {
     let scene = shipped_scene("garden");

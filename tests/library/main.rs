@@ -26,6 +26,7 @@ mod scene_language;
 mod soft_light;
 mod strangers_mesh;
 mod strangers_scene;
+#[cfg(feature = "textures")]
 mod textures;
 mod watertight;
 

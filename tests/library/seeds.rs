@@ -12,6 +12,7 @@ pub fn all() -> Vec<Seed> {
     objs(&mut seeds);
     stls(&mut seeds);
     gltfs(&mut seeds);
+    textures(&mut seeds);
     arguments(&mut seeds);
     choices(&mut seeds);
     seeds
@@ -171,6 +172,30 @@ fn gltfs(seeds: &mut Vec<Seed>) {
         glb.extend(chunk);
     }
     add(seeds, "gltf", "binary.glb", glb);
+}
+
+/// A small image of each format.
+fn textures(seeds: &mut Vec<Seed>) {
+    let image = image::RgbaImage::from_fn(5, 3, |x, y| {
+        image::Rgba([50 * x as u8, 80 * y as u8, 99, 60 * x as u8])
+    });
+    let rgb = image::DynamicImage::ImageRgba8(image.clone()).into_rgb8();
+    for (name, format) in [
+        ("a.png", image::ImageFormat::Png),
+        ("a.bmp", image::ImageFormat::Bmp),
+        ("a.jpg", image::ImageFormat::Jpeg),
+    ] {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let written = match format {
+            image::ImageFormat::Jpeg => rgb.write_to(&mut bytes, format),
+            _ => image.write_to(&mut bytes, format),
+        };
+        written.expect("it is written");
+        add(seeds, "texture", name, bytes.into_inner());
+    }
+    // 1x1 pixels, lossless: RFC 9649.
+    let webp = b"RIFF\x1a\0\0\0WEBPVP8L\r\0\0\0\x2f\0\0\0\x10\x07\x10\x11\x11\x88\x88\xfe\x07\0";
+    add(seeds, "texture", "a.webp", &webp[..]);
 }
 
 /// A valid and an invalid value of each option, and name patterns.

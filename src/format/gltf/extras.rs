@@ -11,11 +11,12 @@ use serde::{Deserialize, de::IgnoredAny};
 const LIGHTS: &str = "KHR_lights_punctual";
 
 /// Extensions that octray reads, or that say nothing beyond what else is listed: textures, animations, lights.
-const NOT_LISTED: [&str; 9] = [
+const NOT_LISTED: [&str; 10] = [
     LIGHTS,
     "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_texture_",
     "KHR_xmp",

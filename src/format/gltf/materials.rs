@@ -201,6 +201,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         specular: tint.map(|channel| 0.6 * shine * channel),
         // Blinn-Phong's exponent for the width of a microfacet lobe: Walter et al., EGSR 2007.
         alpha: ((2.0 / roughness.powi(4) - 2.0) as u32).clamp(4, 2000),
+        is_unlit: material.unlit(),
         textures: SurfaceTextures {
             base: base_texture,
             cut_out,

@@ -1,7 +1,7 @@
 use super::*;
 use crate::format::mesh::UpAxis;
 #[cfg(feature = "textures")]
-use crate::scene::{SurfaceTextures, Texture, Wrap};
+use crate::scene::{Material, SurfaceTextures, Texture, Wrap};
 use glam::DVec3;
 use std::io;
 
@@ -148,7 +148,7 @@ fn what_is_not_read_is_said() {
 #[test]
 fn one_note_lists_all_that_is_left_out() {
     assert!(load(SCENE).expect("a mesh").notes.is_empty());
-    let asset = r#""asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual","KHR_materials_unlit"],
+    let asset = r#""asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual","KHR_materials_unlit","KHR_materials_sheen"],
         "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point"},{"type":"odd"}]}},
         "animations":[{"channels":[],"samplers":[]}],"skins":[{"joints":[0]}],
         "textures":[{"source":0}],"images":[{"uri":"a.png"}]"#;
@@ -175,7 +175,7 @@ fn one_note_lists_all_that_is_left_out() {
         load(&json).expect("a mesh").notes,
         [
             "folder/a.gltf: left out: 2 lights, 1 animation, 1 skin, transparency of 1 material, 1 set of points, 1 set of \
-             lines, morph targets, 1 orthographic camera, 1 other scene, extensions `KHR_materials_unlit`"
+             lines, morph targets, 1 orthographic camera, 1 other scene, extensions `KHR_materials_sheen`"
         ]
     );
 }
@@ -261,6 +261,15 @@ fn an_image_that_is_missing_leaves_the_colour() {
     let basis = r#"[{"extensions":{"KHR_texture_basisu":{"source":0}}}]"#;
     let mesh = textured(material, basis).expect("a mesh");
     assert_eq!(mesh.notes, ["folder/a.gltf: left out: 1 texture of another kind"]);
+    let unlit = r#""materials":[{"extensions":{"KHR_materials_unlit":{}},
+        "pbrMetallicRoughness":{"baseColorFactor":[0,1,0,1]}}]"#;
+    let unlit = textured(unlit, "[]").expect("a mesh").surfaces[0].material();
+    assert_eq!(
+        unlit,
+        Material::Silhouette {
+            color: [0.0, 1.0, 0.0]
+        }
+    );
 }
 
 #[test]

@@ -82,6 +82,8 @@ pub struct Surface {
     pub specular: [f32; 3],
     /// Exponent of the highlight.
     pub alpha: u32,
+    /// Whether it is shown as it is, without light.
+    pub is_unlit: bool,
     /// Textures, with indices into [`LoadedMesh::images`], and emission, a display value as the other colours.
     pub textures: SurfaceTextures,
 }
@@ -92,6 +94,7 @@ impl Surface {
         diffuse: [0.86, 0.86, 0.84],
         specular: [0.12; 3],
         alpha: 24,
+        is_unlit: false,
         textures: SurfaceTextures::NONE,
     };
 
@@ -100,6 +103,7 @@ impl Surface {
         diffuse: [1.0; 3],
         specular: [0.06; 3],
         alpha: 24,
+        is_unlit: false,
         textures: SurfaceTextures::NONE,
     };
 
@@ -108,6 +112,7 @@ impl Surface {
         diffuse: [0.82, 0.76, 0.7],
         specular: [0.1; 3],
         alpha: 8,
+        is_unlit: false,
         textures: SurfaceTextures::NONE,
     };
 
@@ -116,9 +121,12 @@ impl Surface {
         if has_colors { Self::WHITE } else { Self::NEUTRAL }
     }
 
-    /// The surface as Blinn-Phong.
+    /// The surface as Blinn-Phong, or as a silhouette if no light falls on it.
     #[must_use]
     pub fn material(&self) -> Material {
+        if self.is_unlit {
+            return Material::Silhouette { color: self.diffuse };
+        }
         Material::BlinnPhong {
             diffuse: self.diffuse,
             specular: self.specular,

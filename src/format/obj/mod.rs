@@ -11,20 +11,20 @@
 
 mod colors;
 mod corners;
+mod libraries;
 mod mtl;
+mod textures;
 
 use super::{
     OpenMesh,
     budget::{Budget, BudgetError},
-    files,
     left_out::{LeftOut, name_list},
-    mesh::{Cloud, LoadedMesh, MAX_NAME, MeshFormat, Surface, UpAxis, UpSource, clamp_colors, clamped_note},
+    mesh::{Cloud, LoadedMesh, MeshFormat, Surface, UpAxis, UpSource, clamp_colors, clamped_note},
     place::{TextFault, Words, after_mark, refuse_binary},
-    textures::{self, Encoded},
 };
 use crate::{
-    error::{LoadError, SceneError, SourcePos, clip_path, in_bytes, quote},
-    scene::{Image, MAX_MATERIALS, TriangleMesh, is_usable},
+    error::{LoadError, SceneError, SourcePos, clip_path, quote},
+    scene::{TriangleMesh, is_usable},
 };
 use colors::Colors;
 use corners::{Corner, Corners};
@@ -33,7 +33,7 @@ use std::{
     borrow::Cow,
     collections::{HashMap, HashSet},
     ops::Range,
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
 };
 
 /// A triangle without a known material.
@@ -263,110 +263,6 @@ impl<'b> Obj<'b> {
         Ok(())
     }
 
-    /// Texture coordinates with their origin at the upper left corner; the file's is the lower left one. Some programs write
-    /// numbers that are none where there is no texture.
-    fn uv(&mut self, mut words: Words<'_>) -> [f32; 2] {
-        let mut number = || {
-            let (word, _) = words.next()?;
-            fast_float2::parse::<f32, _>(word).ok()
-        };
-        let [u, v] = [number(), number()].map(|number| number.unwrap_or_default());
-        if is_usable(u) && is_usable(v) {
-            [u, 1.0 - v]
-        } else {
-            self.odd_uvs += 1;
-            [0.0, 0.0]
-        }
-    }
-
-    /// Reads the materials of a library. The name may contain spaces, or be several names.
-    fn library(&mut self, names: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<(), String> {
-        if self.notes.len() > MOST_NOTES {
-            return Ok(());
-        }
-        let Some(missing) = self.read_library(names, path, open)? else {
-            return Ok(());
-        };
-        let several = names.split(u8::is_ascii_whitespace);
-        let several = several.filter(|name| !name.is_empty() && name.len() < names.len());
-        let (before, mut any) = (self.notes.len(), false);
-        for name in several {
-            match self.read_library(name, path, open)? {
-                None => any = true,
-                Some(missing) if self.notes.len() <= before + MOST_NOTES => self.notes.push(missing),
-                Some(_) => {}
-            }
-        }
-        if !any {
-            self.notes.truncate(before);
-            self.notes.push(missing);
-        }
-        Ok(())
-    }
-
-    /// Reads a library, unless it has been read before; returns a note if it cannot be read.
-    fn read_library(
-        &mut self,
-        name: &[u8],
-        path: &Path,
-        open: OpenMesh<'_>,
-    ) -> Result<Option<String>, String> {
-        if name.len() > MAX_NAME {
-            let path = clip_path(path);
-            return Ok(Some(format!(
-                "{path}: the name of a material library is longer than {MAX_NAME} bytes; its materials are missing"
-            )));
-        }
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let name = folder.join(String::from_utf8_lossy(name).as_ref());
-        let is_named = |part: &Component<'_>| *part != Component::CurDir;
-        if !self
-            .libraries
-            .insert(name.components().filter(is_named).collect())
-        {
-            return Ok(None);
-        }
-        if self.libraries.len() > MOST_LIBRARIES {
-            return Err(format!("more than {MOST_LIBRARIES} material libraries"));
-        }
-        let bytes = match (open)(&name) {
-            Ok(bytes) => bytes,
-            Err(error) => {
-                let error = files::load_error(&name, &error);
-                return Ok(Some(format!("{error}; its materials are missing")));
-            }
-        };
-        self.library_bytes = self.library_bytes.saturating_add(bytes.len());
-        if self.library_bytes > MOST_LIBRARY_BYTES {
-            let most = in_bytes(MOST_LIBRARY_BYTES as u64);
-            return Err(format!("the material libraries have more than {most}"));
-        }
-        self.add_library(&bytes, &name)?;
-        let capacity = bytes.capacity();
-        drop(bytes);
-        self.budget.give_back(capacity);
-        Ok(None)
-    }
-
-    /// Adds the materials of a library.
-    fn add_library(&mut self, text: &[u8], path: &Path) -> Result<(), String> {
-        let most = MAX_MATERIALS - self.surfaces.len();
-        let files = (&mut self.texture_files, &mut self.images);
-        let materials = mtl::parse(text, path, &mut self.notes, files, self.budget, most)?;
-        if !self.images.is_empty() && !std::mem::replace(&mut self.keeps_uvs, true) {
-            self.uvs_are_late = self.texture_coordinates > 0 || !self.corners.is_empty();
-        }
-        let room = self.budget.reserve(&mut self.surfaces, materials.len());
-        room.map_err(|error| error.to_string())?;
-        let reserved = self.surface_by_name.try_reserve(materials.len());
-        reserved.map_err(|_| BudgetError::NoMemory.to_string())?;
-        for (name, surface) in materials {
-            self.surface_by_name.insert(name, self.surfaces.len() as u32);
-            self.surfaces.push(surface);
-        }
-        Ok(())
-    }
-
     /// Notes what is not read, and which materials are missing.
     fn note_left_out(&mut self, text: &[u8], path: &Path) {
         // A library that could not be read has a note already.
@@ -446,33 +342,6 @@ impl<'b> Obj<'b> {
             texture_files: self.texture_files,
             ..LoadedMesh::default()
         })
-    }
-}
-
-impl Obj<'_> {
-    /// Reads and decodes the images of the surfaces that triangles have.
-    fn read_images(&mut self, path: &Path, open: OpenMesh<'_>) -> Vec<Image> {
-        let used = textures::used_surfaces(self.surfaces.len(), &self.surface_of);
-        let surfaces = self.surfaces.iter().zip(used);
-        let surfaces = surfaces.filter_map(|(surface, is_used)| is_used.then_some(surface));
-        let files = self.images.paths();
-        let used = textures::used_images(files.len(), surfaces);
-        let read = |(file, is_used): (&PathBuf, bool)| {
-            is_used.then(|| (open)(file).map_err(|error| textures::reason(&files::load_error(file, &error))))
-        };
-        let read: Vec<Option<Result<Vec<u8>, String>>> = files.iter().zip(used).map(read).collect();
-        let mut encoded = Vec::new();
-        for (file, read) in files.iter().zip(&read) {
-            encoded.push(read.as_ref().map(|read| Encoded {
-                name: file.to_string_lossy().into_owned(),
-                bytes: read.as_deref().map_err(Clone::clone),
-            }));
-        }
-        let images = textures::decode(&encoded, &mut self.surfaces, path, self.budget, &mut self.notes);
-        for bytes in read.iter().flatten().flatten() {
-            self.budget.give_back(bytes.capacity());
-        }
-        images
     }
 }
 

@@ -209,6 +209,7 @@ impl Reading {
             diffuse,
             specular: self.specular.filter(|_| shiny).unwrap_or_default(),
             alpha: (self.exponent as u32).clamp(1, 10_000),
+            is_unlit: false,
             textures: SurfaceTextures {
                 base: self.base,
                 // In an image without alpha, its red is the opacity.

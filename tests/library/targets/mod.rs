@@ -11,8 +11,9 @@ use octray::{
     accel::Bvh,
     error::escape,
     format::{load_from_bytes, mesh as any_mesh, ply},
+    ray::{Hit, PrimitiveId},
     render::{Film, Mode, Settings, render as render_frame},
-    scene::{Camera, Scene, SceneBuilder, TriangleMesh},
+    scene::{Camera, Scene, SceneBuilder, TexturePoint, TriangleMesh},
 };
 use std::{
     io,
@@ -80,6 +81,8 @@ fn check(mesh: &TriangleMesh) {
     let vertices = mesh.x.len();
     assert!(mesh.y.len() == vertices && mesh.z.len() == vertices);
     assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
+    assert!(mesh.uvs.is_empty() || mesh.uvs.len() == vertices);
+    assert!(mesh.uvs.as_flattened().iter().all(|uv| uv.is_finite()));
     let numbers = mesh.x.iter().chain(&mesh.y).chain(&mesh.z);
     assert!(numbers.copied().all(f32::is_finite));
     let mut corners = mesh.triangles.iter().flatten();
@@ -129,6 +132,41 @@ fn any(bytes: &[u8], name: &str, named: &[u8]) {
             let _ = mesh.add_to(&mut builder, None);
         }
         Err(error) => show(&error),
+    }
+    assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
+}
+
+/// An image on a triangle, which it cuts out and lights up, too.
+pub fn texture(bytes: &[u8]) {
+    const MESH: &str =
+        "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 3 0\nvt 0 -2\nf 1/1 2/2 3/3\n";
+    const LIBRARY: &[u8] = b"newmtl a\nKd 1 1 1\nmap_Kd a\nmap_d a\nmap_Ke a\n";
+    let open = &mut |path: &Path| Ok(if path.ends_with("a.mtl") { LIBRARY } else { bytes }.to_vec());
+    let start = Instant::now();
+    let mesh = any_mesh::parse(MESH.into(), Path::new("a.obj"), open).expect("a mesh, whatever its image is");
+    assert_eq!(mesh.images.len() + mesh.notes.len(), 1, "{:?}", mesh.notes);
+    let mut builder = SceneBuilder::new();
+    mesh.add_to(&mut builder, None).expect("a scene");
+    let scene = builder.finish();
+    for [u, v] in [[0.2, 0.3], [0.0, 0.0], [1.0, 0.0]] {
+        let id = PrimitiveId(0);
+        let _ = scene.is_cut_out(id, [u, v]);
+        let point = TexturePoint {
+            hit: Hit {
+                t: 1.0,
+                u,
+                v,
+                primitive: id,
+            },
+            direction: glam::Vec3::Z,
+            width: u,
+        };
+        let (factor, emitted) = scene.textured(&point);
+        let is_share = |channel: &f32| (0.0..=1.0).contains(channel);
+        assert!(
+            factor.iter().chain(&emitted).all(is_share),
+            "{factor:?} {emitted:?}"
+        );
     }
     assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
 }
@@ -189,6 +227,7 @@ pub fn by_name(name: &str) -> Option<fn(&[u8])> {
         "obj" => Some(obj),
         "stl" => Some(stl),
         "gltf" => Some(gltf),
+        "texture" => Some(texture),
         "scn_grammar" => Some(scn_grammar),
         "ply_grammar" => Some(ply_grammar),
         "mesh_grammar" => Some(mesh_grammar),

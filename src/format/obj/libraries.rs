@@ -1,0 +1,99 @@
+//! The material libraries that an OBJ file names.
+
+use super::{MOST_LIBRARIES, MOST_LIBRARY_BYTES, MOST_NOTES, Obj, mtl};
+use crate::{
+    error::{clip_path, in_bytes},
+    format::{OpenMesh, budget::BudgetError, files, mesh::MAX_NAME},
+    scene::MAX_MATERIALS,
+};
+use std::path::{Component, Path};
+
+impl Obj<'_> {
+    /// Reads the materials of a library. The name may contain spaces, or be several names.
+    pub(super) fn library(&mut self, names: &[u8], path: &Path, open: OpenMesh<'_>) -> Result<(), String> {
+        if self.notes.len() > MOST_NOTES {
+            return Ok(());
+        }
+        let Some(missing) = self.read_library(names, path, open)? else {
+            return Ok(());
+        };
+        let several = names.split(u8::is_ascii_whitespace);
+        let several = several.filter(|name| !name.is_empty() && name.len() < names.len());
+        let (before, mut any) = (self.notes.len(), false);
+        for name in several {
+            match self.read_library(name, path, open)? {
+                None => any = true,
+                Some(missing) if self.notes.len() <= before + MOST_NOTES => self.notes.push(missing),
+                Some(_) => {}
+            }
+        }
+        if !any {
+            self.notes.truncate(before);
+            self.notes.push(missing);
+        }
+        Ok(())
+    }
+
+    /// Reads a library, unless it has been read before; returns a note if it cannot be read.
+    fn read_library(
+        &mut self,
+        name: &[u8],
+        path: &Path,
+        open: OpenMesh<'_>,
+    ) -> Result<Option<String>, String> {
+        if name.len() > MAX_NAME {
+            let path = clip_path(path);
+            return Ok(Some(format!(
+                "{path}: the name of a material library is longer than {MAX_NAME} bytes; its materials are missing"
+            )));
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let name = folder.join(String::from_utf8_lossy(name).as_ref());
+        let is_named = |part: &Component<'_>| *part != Component::CurDir;
+        if !self
+            .libraries
+            .insert(name.components().filter(is_named).collect())
+        {
+            return Ok(None);
+        }
+        if self.libraries.len() > MOST_LIBRARIES {
+            return Err(format!("more than {MOST_LIBRARIES} material libraries"));
+        }
+        let bytes = match (open)(&name) {
+            Ok(bytes) => bytes,
+            Err(error) => {
+                let error = files::load_error(&name, &error);
+                return Ok(Some(format!("{error}; its materials are missing")));
+            }
+        };
+        self.library_bytes = self.library_bytes.saturating_add(bytes.len());
+        if self.library_bytes > MOST_LIBRARY_BYTES {
+            let most = in_bytes(MOST_LIBRARY_BYTES as u64);
+            return Err(format!("the material libraries have more than {most}"));
+        }
+        self.add_library(&bytes, &name)?;
+        let capacity = bytes.capacity();
+        drop(bytes);
+        self.budget.give_back(capacity);
+        Ok(None)
+    }
+
+    /// Adds the materials of a library.
+    fn add_library(&mut self, text: &[u8], path: &Path) -> Result<(), String> {
+        let most = MAX_MATERIALS - self.surfaces.len();
+        let files = (&mut self.texture_files, &mut self.images);
+        let materials = mtl::parse(text, path, &mut self.notes, files, self.budget, most)?;
+        if !self.images.is_empty() && !std::mem::replace(&mut self.keeps_uvs, true) {
+            self.uvs_are_late = self.texture_coordinates > 0 || !self.corners.is_empty();
+        }
+        let room = self.budget.reserve(&mut self.surfaces, materials.len());
+        room.map_err(|error| error.to_string())?;
+        let reserved = self.surface_by_name.try_reserve(materials.len());
+        reserved.map_err(|_| BudgetError::NoMemory.to_string())?;
+        for (name, surface) in materials {
+            self.surface_by_name.insert(name, self.surfaces.len() as u32);
+            self.surfaces.push(surface);
+        }
+        Ok(())
+    }
+}
