@@ -6,7 +6,7 @@ use octray::{
     accel::{BuildQuality, Bvh},
     format::{self, mesh, ply},
     generate::{Kind, Options, Shape, generate, write_ply},
-    render::{ByteFilm, Renderer, Settings},
+    render::{ByteFilm, Pattern, Renderer, Settings},
     scene::{Camera, SceneBuilder},
 };
 use std::{
@@ -122,9 +122,14 @@ fn frames_allocate_nothing() {
 
         let before = ALLOCATIONS.load(Ordering::Relaxed);
         for frame_i in 0..FRAMES {
-            // Other views, with and without shadows, several samples, smaller pictures.
+            // Other views, with and without shadows, several samples, adaptive ones, smaller pictures.
             settings.shadows = frame_i % 4 != 1;
-            settings.samples = 1 + 3 * u32::from(frame_i % 8 == 2);
+            settings.adaptive = frame_i % 8 == 5;
+            (settings.pattern, settings.samples) = if settings.adaptive {
+                (Pattern::Sobol, 16)
+            } else {
+                (Pattern::Grid, 1 + 3 * u32::from(frame_i % 8 == 2))
+            };
             settings.height = 217 - frame_i as u32;
             let camera = &cameras[frame_i % cameras.len()];
             let frame = renderer.render(camera, &settings, &mut film, &|_| ControlFlow::Continue(()));

@@ -74,6 +74,7 @@ impl Renderer<'_> {
         let window = settings.window();
         let settings = Settings {
             samples: 1,
+            adaptive: false,
             pattern: Pattern::Grid,
             filter: Filter::Box,
             ..*settings

@@ -9,12 +9,34 @@ use crate::{
 };
 
 /// A tile's rectangle in the film, pixels.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TileRect {
     pub x: u32,
     pub y: u32,
     pub width: u32,
     pub height: u32,
+}
+
+impl TileRect {
+    /// Returns the rectangle in the picture of a tile of `window`.
+    pub fn absolute(self, window: Crop) -> Self {
+        Self {
+            x: window.x0 + self.x,
+            y: window.y0 + self.y,
+            ..self
+        }
+    }
+
+    /// Returns every pixel, row by row.
+    pub fn each_pixel(self) -> impl Iterator<Item = [u32; 2]> {
+        let rows = self.y..self.y + self.height;
+        rows.flat_map(move |y| (self.x..self.x + self.width).map(move |x| [x, y]))
+    }
+
+    /// Returns the number of pixels.
+    pub fn pixels(self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
 }
 
 /// The state that all tiles of a frame share.

@@ -1,5 +1,6 @@
 //! Rendering: a scene, its BVH and a camera become a picture. Knows neither terminal nor window.
 
+mod adaptive;
 mod aov;
 pub(crate) mod bands;
 mod crop;
@@ -52,6 +53,9 @@ pub struct Settings {
     pub crop: Option<Crop>,
     /// Samples per pixel: a square number, or any number for [`Pattern::Sobol`].
     pub samples: u32,
+    /// Whether pixels that look like their neighbours take fewer samples than [`Settings::samples`]; the others have the
+    /// values that they have without it. Needs [`Pattern::Sobol`], whose first points are spread evenly.
+    pub adaptive: bool,
     /// The positions of the samples in a pixel.
     pub pattern: Pattern,
     /// The pixel filter.
@@ -76,6 +80,7 @@ impl Default for Settings {
             height: classic::IMAGE_SIZE,
             crop: None,
             samples: 1,
+            adaptive: false,
             pattern: Pattern::Grid,
             filter: Filter::Box,
             max_depth: classic::MAX_DEPTH,
@@ -90,7 +95,8 @@ impl Default for Settings {
 /// The number of rays of a picture, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
-    /// Camera rays, one per sample, including those of tiles that are known to be empty.
+    /// Camera rays, one per sample, including those of tiles that are known to be empty. Adaptive tiles also trace the
+    /// pixels around them.
     pub camera: u64,
     /// Shadow rays.
     pub shadow: u64,
@@ -266,6 +272,9 @@ impl Settings {
             return limit(format!(
                 "{samples} samples for each pixel: expected a square number, or the pattern sobol"
             ));
+        }
+        if self.adaptive && self.pattern != Pattern::Sobol {
+            return limit("adaptive sampling: expected the pattern sobol".into());
         }
         if self.max_depth == 0 || self.threads == Some(0) {
             return limit("the depth and the number of threads must be at least 1".into());

@@ -111,6 +111,19 @@ impl CameraRays {
         (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]))
     }
 
+    /// Returns the directions of a sample of eight absolute pixels anywhere, for patterns other than the grid.
+    #[inline(always)]
+    pub fn directions_of<S: Simd>(&self, simd: S, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> Vec3x8 {
+        let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);
+        if let Some(offsets) = &self.offsets {
+            for (lane, &pixel) in pixels.iter().enumerate() {
+                [right[lane], up[lane]] = offsets.at(pixel, sample);
+            }
+        }
+        let offset = [F32x8::new(right), F32x8::new(up)];
+        self.pixel_rays.directions_of(simd, pixels, &offset)
+    }
+
     /// Returns the number of a sample in its pixel.
     pub fn index(&self, [column, row]: [u32; 2]) -> u32 {
         row * self.samples[0] + column

@@ -2,6 +2,7 @@
 
 use super::{
     Pixel, RayCounts,
+    adaptive::{Neighborhood, Samples},
     frame::{FrameContext, TileRect},
 };
 use crate::{
@@ -45,61 +46,124 @@ fn pixels<S: Simd, P: Pixel>(
     rect: TileRect,
     band: &mut [P],
 ) -> RayCounts {
-    let &FrameContext {
-        scene,
-        bvh,
-        camera_rays,
-        window,
-        settings,
-    } = context;
-    let mut intersect = OverBvh {
-        bvh: bvh.binary(scene),
-        stack: Stack::default(),
-        level: settings.level,
-        cut_outs: scene.has_cut_outs().then_some(scene),
+    let mut tile = ScalarTile {
+        context,
+        intersect: OverBvh {
+            bvh: context.bvh.binary(context.scene),
+            stack: Stack::default(),
+            level: context.settings.level,
+            cut_outs: context.scene.has_cut_outs().then_some(context.scene),
+        },
+        camera_rays: 0,
+        rays: SecondaryRays::default(),
     };
-    let limits = Limits {
-        max_depth: settings.max_depth,
-        shadows: settings.shadows,
-    };
-    let mut rays = SecondaryRays::default();
-    for (row, y) in band
-        .chunks_exact_mut(window.width() as usize)
-        .take(rect.height as usize)
-        .zip(window.y0 + rect.y..)
-    {
-        for (pixel, x) in row[rect.x as usize..][..rect.width as usize]
-            .iter_mut()
-            .zip(window.x0 + rect.x..)
-        {
-            let mut sum = [0.0; 3];
-            let mut covered = 0;
-            for sample in camera_rays.samples() {
-                let ray = Ray::new(camera_rays.eye(), camera_rays.direction(simd, [x, y], sample));
-                if P::HAS_ALPHA && !intersect.closest_hit(&ray).is_hit() {
-                    continue;
-                }
-                covered += 1;
-                let number = camera_rays.index(sample);
-                let sample = PixelSample {
-                    pixel: [x, y],
-                    number,
-                    count: settings.samples,
-                    width: camera_rays.pixel_width(),
-                };
-                let color = radiance_at(simd, scene, &mut intersect, (ray, sample), limits, &mut rays);
-                for (sum, c) in sum.iter_mut().zip(color) {
-                    *sum += c;
-                }
-            }
-            let samples = settings.samples as f32;
-            *pixel = P::from_linear(sum.map(|sum| sum / samples), covered as f32 / samples);
-        }
+    if context.settings.adaptive {
+        tile.render_adaptive(simd, rect, band);
+    } else {
+        tile.render(simd, rect, band);
     }
     RayCounts {
-        camera: u64::from(rect.width) * u64::from(rect.height) * u64::from(settings.samples),
-        shadow: rays.shadow,
-        ambient: rays.ambient,
-        reflection: rays.reflection,
+        camera: tile.camera_rays,
+        shadow: tile.rays.shadow,
+        ambient: tile.rays.ambient,
+        reflection: tile.rays.reflection,
+    }
+}
+
+struct ScalarTile<'a> {
+    context: &'a FrameContext<'a>,
+    intersect: OverBvh<'a>,
+    camera_rays: u64,
+    rays: SecondaryRays,
+}
+
+impl ScalarTile<'_> {
+    #[inline(always)]
+    fn render<S: Simd, P: Pixel>(&mut self, simd: S, rect: TileRect, band: &mut [P]) {
+        let window = self.context.window;
+        for (row, y) in band
+            .chunks_exact_mut(window.width() as usize)
+            .take(rect.height as usize)
+            .zip(window.y0 + rect.y..)
+        {
+            for (to, x) in row[rect.x as usize..][..rect.width as usize]
+                .iter_mut()
+                .zip(window.x0 + rect.x..)
+            {
+                let mut samples = Samples::default();
+                self.add_samples::<S, P>(simd, [x, y], self.context.settings.samples, &mut samples);
+                let [r, g, b, alpha] = samples.mean();
+                *to = P::from_linear([r, g, b], alpha);
+            }
+        }
+    }
+
+    /// The first samples of the tile and of the ring around it, then the others of pixels that differ.
+    #[inline(always)]
+    fn render_adaptive<S: Simd, P: Pixel>(&mut self, simd: S, rect: TileRect, band: &mut [P]) {
+        let &FrameContext { window, settings, .. } = self.context;
+        let tile = rect.absolute(window);
+        let mut neighborhood = Neighborhood::default();
+        let first_samples = self.context.first_samples();
+        for pixel in neighborhood.restart(tile, &settings).each_pixel() {
+            self.add_samples::<S, P>(simd, pixel, first_samples, neighborhood.at(pixel));
+        }
+        neighborhood.finish_first();
+        for pixel in tile.each_pixel() {
+            if neighborhood.differs(pixel) {
+                self.add_samples::<S, P>(simd, pixel, settings.samples, neighborhood.at(pixel));
+            }
+        }
+        neighborhood.store(tile, rect.x, window.width() as usize, band);
+    }
+
+    /// Adds the samples of an absolute pixel that it has not got, up to `count`.
+    #[inline(always)]
+    fn add_samples<S: Simd, P: Pixel>(
+        &mut self,
+        simd: S,
+        pixel: [u32; 2],
+        count: u32,
+        samples: &mut Samples,
+    ) {
+        let &FrameContext {
+            scene,
+            camera_rays,
+            settings,
+            ..
+        } = self.context;
+        let limits = Limits {
+            max_depth: settings.max_depth,
+            shadows: settings.shadows,
+        };
+        for sample in camera_rays
+            .samples()
+            .take(count as usize)
+            .skip(samples.count as usize)
+        {
+            self.camera_rays += 1;
+            samples.count += 1;
+            let ray = Ray::new(camera_rays.eye(), camera_rays.direction(simd, pixel, sample));
+            if P::HAS_ALPHA && !self.intersect.closest_hit(&ray).is_hit() {
+                continue;
+            }
+            let sample = PixelSample {
+                pixel,
+                number: camera_rays.index(sample),
+                count: settings.samples,
+                width: camera_rays.pixel_width(),
+            };
+            let color = radiance_at(
+                simd,
+                scene,
+                &mut self.intersect,
+                (ray, sample),
+                limits,
+                &mut self.rays,
+            );
+            for (sum, c) in samples.sum.iter_mut().zip(color.into_iter().chain([1.0])) {
+                *sum += c;
+            }
+        }
     }
 }

@@ -1,7 +1,10 @@
 //! Renders a tile: camera rays in packets of 4x2 pixels, traced and shaded sample by sample.
 
+mod refine;
+
 use super::{
     Pixel, RayCounts, TileTimes,
+    adaptive::Neighborhood,
     frame::{FrameContext, TileRect},
 };
 use crate::{
@@ -28,24 +31,37 @@ pub(super) struct TileScratch<'a> {
     rays: RayQueue,
     sample: TileColors,
     sum: TileColors,
+    /// Of adaptive pictures.
+    neighborhood: Neighborhood,
+    /// The absolute pixels that take more samples.
+    refined: Vec<[u32; 2]>,
+    /// Packets of camera rays for which there is memory.
+    packets: usize,
 }
 
 impl<'a> TileScratch<'a> {
     /// Reserves memory for tiles of `width` x `height` pixels.
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, [width, height]: [u32; 2]) -> Self {
-        let pixels = (width * height) as usize;
+        // Adaptive tiles have a ring around them, and packets do not divide it.
+        let mut packets = 0;
+        for_each_packet(width + 2, height + 2, |_| packets += 1);
+        let pixels = packets * LANES;
         let mut scratch = Self {
             tracer: Tracer::new(bvh).through_cut_outs(scene),
             shader: Shader::default(),
             rays: RayQueue::default(),
             sample: TileColors::default(),
             sum: TileColors::default(),
+            neighborhood: Neighborhood::default(),
+            refined: Vec::with_capacity((width * height) as usize),
+            packets,
         };
         scratch.shader.reserve(scene, pixels, &mut scratch.rays);
-        scratch.sample.resize(pixels / LANES);
-        scratch.sum.resize(pixels / LANES);
-        scratch.sample.alpha.reserve(pixels / LANES);
-        scratch.sum.alpha.reserve(pixels / LANES);
+        scratch.neighborhood.reserve([width, height]);
+        for colors in [&mut scratch.sample, &mut scratch.sum] {
+            colors.resize(packets);
+            colors.alpha.reserve(packets);
+        }
         scratch
     }
 
@@ -56,15 +72,11 @@ impl<'a> TileScratch<'a> {
         rect: TileRect,
         band: &mut [P],
     ) -> (RayCounts, TileTimes) {
+        if context.settings.adaptive {
+            return self.render_adaptive(context, rect, band);
+        }
         let &FrameContext { scene, settings, .. } = context;
-        let start = Instant::now();
-        self.tracer.hold_to(settings.level);
-        self.shader.reset_counts();
-        let may_hit = self.may_hit(context, rect);
-        let mut times = TileTimes {
-            tracing: start.elapsed(),
-            ..TileTimes::default()
-        };
+        let (may_hit, mut times) = self.begin(context, rect);
         let row_length = context.window.width() as usize;
         match constant_background::<P>(scene) {
             Some(color) if !may_hit => {
@@ -72,15 +84,53 @@ impl<'a> TileScratch<'a> {
                 fill(color, settings.samples, rect, row_length, band);
                 times.film = start.elapsed();
             }
-            _ => self.render_samples(context, rect, may_hit, band, &mut times),
+            _ => {
+                let tile_start = Instant::now();
+                self.sum_samples::<P>(context, rect, may_hit, &mut times);
+                let start = Instant::now();
+                at_level!(settings.level, |simd| self.store(
+                    simd,
+                    rect,
+                    settings.samples,
+                    row_length,
+                    band
+                ));
+                times.film = start.elapsed();
+                self.end(tile_start, &mut times);
+            }
         }
-        let counts = RayCounts {
-            camera: u64::from(rect.width * rect.height) * u64::from(settings.samples),
+        (self.counts(rect.pixels() * u64::from(settings.samples)), times)
+    }
+
+    /// Begins a tile: returns whether its camera rays may hit anything, and the time that took.
+    fn begin(&mut self, context: &FrameContext<'_>, rect: TileRect) -> (bool, TileTimes) {
+        let start = Instant::now();
+        self.tracer.hold_to(context.settings.level);
+        self.shader.reset_counts();
+        let may_hit = self.may_hit(context, rect);
+        let times = TileTimes {
+            tracing: start.elapsed(),
+            ..TileTimes::default()
+        };
+        (may_hit, times)
+    }
+
+    /// Takes the time since `start` that is not in `times` yet.
+    fn end(&self, start: Instant, times: &mut TileTimes) {
+        times.shading = start
+            .elapsed()
+            .saturating_sub(times.ray_generation + self.shader.tracing + times.film);
+        times.tracing += self.shader.tracing;
+    }
+
+    /// Returns the rays of the tile.
+    fn counts(&self, camera: u64) -> RayCounts {
+        RayCounts {
+            camera,
             shadow: self.shader.shadow_rays,
             ambient: self.shader.ambient_rays,
             reflection: self.shader.reflection_rays,
-        };
-        (counts, times)
+        }
     }
 
     /// Returns whether camera rays of the tile may hit anything.
@@ -91,34 +141,25 @@ impl<'a> TileScratch<'a> {
         self.tracer.may_hit(context.camera_rays.eye(), corners)
     }
 
-    fn render_samples<P: Pixel>(
+    /// Sums the samples that every pixel takes.
+    fn sum_samples<P: Pixel>(
         &mut self,
         context: &FrameContext<'_>,
         rect: TileRect,
         may_hit: bool,
-        band: &mut [P],
         times: &mut TileTimes,
     ) {
         let &FrameContext { scene, settings, .. } = context;
         if scene.is_sampled() && may_hit {
             self.set_pixels(context, rect);
         }
-        let row_length = context.window.width() as usize;
-        let tile_start = Instant::now();
-        for sample in context.camera_rays.samples() {
+        let first_samples = context.first_samples() as usize;
+        for sample in context.camera_rays.samples().take(first_samples) {
             if may_hit {
                 let start = Instant::now();
                 generate_rays(context, rect, sample, &mut self.rays);
                 times.ray_generation += start.elapsed();
-                let shade = ShadeSettings {
-                    max_depth: settings.max_depth,
-                    shadows: settings.shadows,
-                    sample: context.camera_rays.index(sample),
-                    pixel_width: context.camera_rays.pixel_width(),
-                    transparent: P::HAS_ALPHA,
-                };
-                self.shader
-                    .shade(scene, &mut self.tracer, shade, &mut self.rays, &mut self.sample);
+                self.shade::<P>(context, context.camera_rays.index(sample));
             } else {
                 let colors = &mut self.sample;
                 at_level!(settings.level, |simd| shade_background(
@@ -131,32 +172,28 @@ impl<'a> TileScratch<'a> {
                 at_level!(settings.level, |simd| self.sum.add_all(simd, &self.sample));
             }
         }
-        let start = Instant::now();
-        at_level!(settings.level, |simd| self.store(
-            simd,
-            rect,
-            settings.samples,
-            row_length,
-            band
-        ));
-        times.film = start.elapsed();
-        times.shading = tile_start
-            .elapsed()
-            .saturating_sub(times.ray_generation + self.shader.tracing + times.film);
-        times.tracing += self.shader.tracing;
+    }
+
+    /// Traces and shades the camera rays of the queue; `sample` is the number that the first points of pixels lack.
+    fn shade<P: Pixel>(&mut self, context: &FrameContext<'_>, sample: u32) {
+        let settings = ShadeSettings {
+            max_depth: context.settings.max_depth,
+            shadows: context.settings.shadows,
+            sample,
+            pixel_width: context.camera_rays.pixel_width(),
+            transparent: P::HAS_ALPHA,
+        };
+        let (tracer, rays, colors) = (&mut self.tracer, &mut self.rays, &mut self.sample);
+        self.shader.shade(context.scene, tracer, settings, rays, colors);
     }
 
     /// Tells the shader which pixels these are.
     fn set_pixels(&mut self, context: &FrameContext<'_>, rect: TileRect) {
-        let (left, top) = (context.window.x0 + rect.x, context.window.y0 + rect.y);
         let samples = context.settings.samples;
         self.shader.clear_pixels();
         for_each_packet(rect.width, rect.height, |[x, y]| {
-            let pixels = std::array::from_fn(|lane| {
-                let (column, row) = (lane % ROW, lane / ROW);
-                [left + x + column as u32, top + y + row as u32]
-            });
-            self.shader.push_pixels(pixels, samples);
+            let pixels = pixels_of(rect.absolute(context.window), x, y);
+            self.shader.push_pixels(pixels, samples, 0);
         });
     }
 
@@ -293,6 +330,14 @@ fn shade_background<S: Simd>(
             colors.packets.push([r.to8(), g.to8(), b.to8()]);
         },
     );
+}
+
+/// Returns the pixels of the packet at (`x`, `y`) of a tile.
+fn pixels_of(rect: TileRect, x: u32, y: u32) -> [[u32; 2]; LANES] {
+    std::array::from_fn(|lane| {
+        let (column, row) = (lane % ROW, lane / ROW);
+        [rect.x + x + column as u32, rect.y + y + row as u32]
+    })
 }
 
 /// Returns the lanes of a packet whose pixels are in the tile, a bit each.

@@ -3,7 +3,7 @@
 use super::Scene;
 use crate::{
     classic,
-    lanes::{F32x8, Vec3x8},
+    lanes::{F32x8, LANES, Vec3x8},
     simd::{Level, Portable, Simd, at_level},
 };
 use glam::{DVec3, Vec3};
@@ -298,6 +298,30 @@ impl PixelRays {
         let [offset_right, offset_up] = offset;
         let right = simd.splat(right) + simd.load(&COLUMN) * pitch + simd.load(offset_right);
         let up = simd.splat(up) - simd.load(&ROW) * pitch + simd.load(offset_up);
+        self.toward8(simd, right, up)
+    }
+
+    /// Returns what [`PixelRays::direction_offset`] returns for eight pixels anywhere. Only for one sample per pixel.
+    #[inline(always)]
+    pub(crate) fn directions_of<S: Simd>(
+        &self,
+        simd: S,
+        pixels: &[[u32; 2]; LANES],
+        offset: &[F32x8; 2],
+    ) -> Vec3x8 {
+        let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);
+        for (lane, &[x, y]) in pixels.iter().enumerate() {
+            (right[lane], up[lane]) = self.offsets(x, y, [0, 0]);
+        }
+        let [offset_right, offset_up] = offset;
+        let right = simd.load(&F32x8::new(right)) + simd.load(offset_right);
+        let up = simd.load(&F32x8::new(up)) + simd.load(offset_up);
+        self.toward8(simd, right, up)
+    }
+
+    /// Does [`Self::toward`] for eight points.
+    #[inline(always)]
+    fn toward8<S: Simd>(&self, simd: S, right: S::V8, up: S::V8) -> Vec3x8 {
         let forward = simd.splat3(self.forward);
         let along_right = simd.splat3(self.right).mul_add(right * self.step, forward);
         simd.splat3(self.up)

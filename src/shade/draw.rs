@@ -36,6 +36,14 @@ impl Draws<'_> {
     }
 }
 
+/// Sums a power series. Not a closure: that would not be inlined, and make a call of each operation.
+#[inline(always)]
+fn series<S: Simd>(simd: S, x: S::V8, [a, b, c, d, e]: [f32; 5]) -> S::V8 {
+    let sum = simd.splat(e) * x + simd.splat(d);
+    let sum = (sum * x + simd.splat(c)) * x + simd.splat(b);
+    sum * x + simd.splat(a)
+}
+
 /// Maps the unit square to the unit disc, areas to equal areas: Shirley and Chiu, *A Low Distortion Map Between Disk and
 /// Square*, 1997.
 #[inline(always)]
@@ -46,12 +54,9 @@ pub(super) fn disc<S: Simd>(simd: S, [u, v]: [S::V8; 2]) -> [S::V8; 2] {
     let (long, short) = (S::V8::select(is_steep, b, a), S::V8::select(is_steep, a, b));
     let slope = S::V8::select(long.eq(zero), zero, short / long);
     let square = slope * slope;
-    let series = |[a, b, c, d, e]: [f32; 5]| {
-        let sum = simd.splat(e) * square + simd.splat(d);
-        let sum = (sum * square + simd.splat(c)) * square + simd.splat(b);
-        sum * square + simd.splat(a)
-    };
-    let (along, across) = (long * series(COS), long * (slope * series(SIN)));
+    let cosine = series(simd, square, COS);
+    let sine = slope * series(simd, square, SIN);
+    let (along, across) = (long * cosine, long * sine);
     [
         S::V8::select(is_steep, across, along),
         S::V8::select(is_steep, along, across),

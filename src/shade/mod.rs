@@ -220,10 +220,10 @@ impl Shader {
     }
 
     /// Adds the absolute pixels of the next camera packet, column and row, for scenes that
-    /// [are sampled](Scene::is_sampled), and the samples that each pixel will have.
-    pub fn push_pixels(&mut self, pixels: [[u32; 2]; LANES], samples: u32) {
+    /// [are sampled](Scene::is_sampled), the samples that each pixel will have, and the number of the first of them here.
+    pub fn push_pixels(&mut self, pixels: [[u32; 2]; LANES], samples: u32, first: u32) {
         self.first_points
-            .push(pixels.map(|pixel| sobol::first_point(pixel, samples)));
+            .push(pixels.map(|pixel| sobol::first_point(pixel, samples).wrapping_add(first)));
     }
 
     /// Traces and shades the camera rays in `rays` and their secondary rays, and writes `colors`. Leaves `rays` empty.

@@ -5,7 +5,7 @@ use octray::{
     Level,
     accel::{BuildQuality, Bvh, Layout},
     generate::{Kind, Options, generate},
-    render::{Film, Mode, Pixel, Renderer, Settings},
+    render::{Film, Mode, Pattern, Pixel, Renderer, Settings},
     scene::{Camera, MaterialId, Scene, SceneBuilder, SphereCloud, TriangleMesh},
 };
 use std::ops::ControlFlow;
@@ -131,6 +131,14 @@ fn check_pictures(scene: &Scene) {
             ..settings
         },
     );
+    let adaptive = Settings {
+        samples: 9,
+        adaptive: true,
+        pattern: Pattern::Sobol,
+        ..settings
+    };
+    check::<[f32; 3]>(scene, &bvh, &camera, adaptive);
+    check::<[f32; 4]>(scene, &bvh, &camera, adaptive);
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod images;
 mod seeds;
 mod targets;
 
+mod adaptive;
 mod broken_inputs;
 mod build;
 mod classic_files;

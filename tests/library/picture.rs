@@ -123,6 +123,24 @@ fn crops_equal_the_picture_with_every_pattern_and_filter() {
 }
 
 #[test]
+fn crops_equal_the_adaptive_picture() {
+    for name in ["reflections", "soft", "evening"] {
+        let scene = shipped_scene(name);
+        let bvh = Bvh::build(&scene);
+        let settings = Settings {
+            samples: 9,
+            adaptive: true,
+            pattern: Pattern::Sobol,
+            filter: Filter::Tent,
+            ..settings()
+        };
+        check_crops::<[f32; 3]>(&scene, &bvh, &settings);
+        check_crops::<[f32; 4]>(&scene, &bvh, &settings);
+        check_crops::<[u8; 3]>(&scene, &bvh, &settings);
+    }
+}
+
+#[test]
 fn patterns_agree_at_many_samples() {
     let scene = shipped_scene("reflections");
     let bvh = Bvh::build(&scene);

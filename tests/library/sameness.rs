@@ -5,7 +5,7 @@ use glam::Vec3;
 use octray::{
     accel::{BuildQuality, Bvh, Layout},
     generate::{Kind, Options, generate},
-    render::{Film, Mode, Renderer, Settings, render},
+    render::{Film, Mode, Pattern, Renderer, Settings, render},
     scene::{Camera, Material, Scene, SceneBuilder, SphereCloud, TriangleMesh},
 };
 use std::ops::ControlFlow;
@@ -122,6 +122,24 @@ fn without_shadows_and_with_deep_reflections() {
             ..sized(97, 61, 1)
         };
         check("hall_of_mirrors", &scene, &camera, &settings);
+    }
+}
+
+#[test]
+fn adaptive_pictures() {
+    let mut scenes = Vec::from(SHIPPED.map(|name| (name, shipped_scene(name))));
+    scenes.push(("soft", shipped_scene("soft")));
+    scenes.push(("colours", colored_scene()));
+    for (i, (name, scene)) in scenes.iter().enumerate() {
+        let camera = Camera::classic_view(i as u32 % 6 + 1).expect("views are 1 to 6");
+        for (width, height, samples) in [(149, 67, 16), (1, 1, 5), (1023, 3, 4)] {
+            let settings = Settings {
+                adaptive: true,
+                pattern: Pattern::Sobol,
+                ..sized(width, height, samples)
+            };
+            check(name, scene, &camera, &settings);
+        }
     }
 }
 

@@ -29,7 +29,7 @@ sphere 0.8 -0.4 0.3 0.3
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 25] = [
+const CASES: [(&str, &str, &str); 28] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -96,6 +96,9 @@ const CASES: [(&str, &str, &str); 25] = [
     ),
     ("mobile.gltf", "png", "--camera front --ground --srgb --samples 4"),
     ("mobile.gltf", "png", "--style studio --ground --samples 5"),
+    ("mobile.gltf", "png", "--style clay --ground --aov id"),
+    ("b.scn", "png", "--samples auto --background transparent"),
+    ("b.scn", "exr", "--samples auto:7 --filter tent --mode scalar"),
     (
         "tetrahedron.ply",
         "png",

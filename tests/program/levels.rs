@@ -37,6 +37,7 @@ fn every_level_makes_the_same_bytes() {
         "render flake.scn -o scalar.exr -s 80x60 --mode scalar",
         "render terrain.scn -o terrain.png -s 160x120 --background transparent --filter blackman-harris",
         "render pipes.scn -o pipes.ppm -s 160x120 --samples 4",
+        "render flake.scn -o auto.png -s 160x120 --samples auto:9 --background transparent",
         "render a.scn -o a.png",
     ];
     let expected = made_at("portable", &lines);

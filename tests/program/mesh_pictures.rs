@@ -56,8 +56,16 @@ fn styles_give_way_to_options() {
         picture(&folder, "vase.obj", &[&style[..], &words].concat())
     };
     let whole = studio("");
-    assert!(whole == studio("--samples 16 --filter tent --srgb"));
-    for option in ["--samples 4", "--filter box", "--linear"] {
+    assert!(whole == studio("--samples auto --filter tent --srgb"));
+    assert!(whole == studio("--samples auto:16 --pattern sobol"));
+    assert!(studio("--pattern grid") == studio("--samples 16"));
+    for option in [
+        "--samples 4",
+        "--samples 16",
+        "--samples auto:9",
+        "--filter box",
+        "--linear",
+    ] {
         assert!(whole != studio(option), "{option}");
     }
     assert!(whole == studio("--threads 1 --mode scalar"));

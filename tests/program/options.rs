@@ -1,6 +1,6 @@
 //! Options as people type them: short ones, any number of samples, JSON, meshes from standard input.
 
-use crate::program::{Folder, Run, on_a_terminal, shipped_mesh};
+use crate::program::{Folder, Run, assert_contains, on_a_terminal, shipped_mesh};
 use serde_json::Value;
 use std::fs;
 
@@ -44,10 +44,50 @@ fn any_number_of_samples() {
             "--pattern grid needs a square number of samples: use --samples 4 or 9, or --pattern sobol for 5",
         ),
         ("--samples 3 --pattern stratified", "use --samples 1 or 4"),
+        (
+            "--samples auto --pattern grid",
+            "--pattern grid needs the same samples in every pixel: use a number with --samples, or --pattern sobol for auto",
+        ),
+        (
+            "--samples auto:5 --pattern stratified",
+            "--pattern stratified needs the same",
+        ),
+        ("--samples auto:0", "expected a whole number, 1 or more"),
+        ("--samples auto:", "expected a whole number, 1 or more"),
+        ("--samples auto5", "expected a whole number, auto or auto:N"),
+        ("--samples many", "expected a whole number, 1 or more, or auto"),
     ] {
         let arguments: Vec<&str> = std::iter::once("a.scn").chain(line.split(' ')).collect();
         folder.fails(&arguments, 2, words);
     }
+}
+
+/// `auto` is `auto:16`, and takes less than that.
+#[test]
+fn samples_by_need() {
+    let folder = Folder::new();
+    let auto = picture(&folder, "a.scn -s 40x30 --samples auto");
+    assert_eq!(
+        auto,
+        picture(&folder, "a.scn -s 40x30 --samples auto:16 --pattern sobol")
+    );
+    assert_eq!(
+        auto,
+        picture(&folder, "a.scn -s 40x30 --samples auto --mode scalar")
+    );
+    assert_ne!(
+        auto,
+        picture(&folder, "a.scn -s 40x30 --samples 16 --pattern sobol")
+    );
+    assert_eq!(
+        picture(&folder, "a.scn -s 40x30 --samples auto:1"),
+        picture(&folder, "a.scn -s 40x30 --samples 1 --pattern sobol")
+    );
+    folder.write("auto.toml", "samples = \"auto\"\n");
+    assert_eq!(auto, picture(&folder, "a.scn -s 40x30 --config auto.toml"));
+    let run = folder.run_line("a.scn -s 40x30 --samples auto:9 --stats --json -");
+    assert_contains(&run.stderr, &["40x30, up to 9 samples per pixel"]);
+    assert_contains(&run.stdout, &["\"samples\":9,\"adaptive\":true"]);
 }
 
 /// The JSON of every command goes to a file or to standard output, one line for each answer.

@@ -39,7 +39,7 @@ choices! { AovKind:
 
 choices! { Style:
     Self::Plain => "plain", "Two point lights with hard shadows; one sample per pixel, no gamma";
-    Self::Studio => "studio", "A large soft light and ambient occlusion; 16 samples per pixel, tent filter, sRGB (an EXR stays linear)";
+    Self::Studio => "studio", "A large soft light and ambient occlusion; up to 16 samples per pixel, tent filter, sRGB (an EXR stays linear)";
     Self::Clay => "clay", "As studio, and all of the mesh has one colour";
 }
 

@@ -34,18 +34,28 @@ pub struct PictureArgs {
     pub background: BackgroundArg,
 }
 
-/// Samples of the soft styles: grain is hardly seen.
-const SOFT_SAMPLES: u32 = 16;
+/// Samples of the soft styles, whose grain is hardly seen then, and the most of `auto`.
+const MANY_SAMPLES: u32 = 16;
+
+/// How many samples a pixel takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Samples {
+    Exactly(u32),
+    /// At most so many, and fewer where neighbours look alike.
+    Auto(u32),
+}
 
 /// Where the samples of a pixel lie.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Samples")]
 pub struct SampleArgs {
-    /// Samples per pixel [default: 1; 16 with --style studio or clay]
-    #[arg(long, value_name = "N", value_parser = values::whole::<{ u32::MAX }>)]
-    pub samples: Option<u32>,
+    /// Samples per pixel; auto takes up to 16, and auto:N up to N, fewer in pixels that look like their neighbours
+    /// [default: 1; auto with --style studio or clay]
+    #[arg(long, value_name = "N", value_parser = Samples::parse)]
+    pub samples: Option<Samples>,
 
-    /// How the samples of a pixel are placed [default: grid for a square number of samples (1, 4, 9, 16, ...), else sobol]
+    /// How the samples of a pixel are placed [default: grid for a square number of samples (1, 4, 9, 16, ...), sobol for
+    /// others and for auto]
     #[arg(long, value_enum)]
     pub pattern: Option<Pattern>,
 
@@ -93,32 +103,76 @@ impl PictureArgs {
     }
 }
 
+impl Samples {
+    /// A whole number, `auto` or `auto:N`.
+    fn parse(text: &str) -> Result<Self, String> {
+        let whole = values::whole::<{ u32::MAX }>;
+        match text.strip_prefix("auto") {
+            Some("") => Ok(Self::Auto(MANY_SAMPLES)),
+            Some(most) => match most.strip_prefix(':') {
+                Some(most) => whole(most).map(Self::Auto),
+                None => Err("expected a whole number, auto or auto:N".into()),
+            },
+            None => whole(text)
+                .map(Self::Exactly)
+                .map_err(|expected| format!("{expected}, or auto")),
+        }
+    }
+}
+
 impl SampleArgs {
     /// Puts the samples into the settings; `is_soft`: of a mesh in one of the soft styles.
     ///
     /// # Errors
     /// [`CliError::Usage`] if the number does not suit the pattern that was asked for.
     pub fn apply(&self, settings: &mut Settings, is_soft: bool) -> Result<(), CliError> {
-        let samples = self.samples.unwrap_or(if is_soft { SOFT_SAMPLES } else { 1 });
-        let side = samples.isqrt();
-        let is_square = side * side == samples;
-        if let Some(pattern @ (Pattern::Grid | Pattern::Stratified)) = self.pattern
-            && !is_square
-        {
-            let [below, above] = [side, side + 1].map(|side| u64::from(side) * u64::from(side));
-            let name = pattern.to_possible_value();
-            return Err(CliError::Usage(format!(
-                "--pattern {} needs a square number of samples: use --samples {below} or {above}, or --pattern sobol \
-                 for {samples}",
-                name.as_ref().map_or("", |name| name.get_name())
-            )));
-        }
-        settings.samples = samples;
-        settings.pattern = self
-            .pattern
-            .unwrap_or(if is_square { Pattern::Grid } else { Pattern::Sobol });
+        let regular = self.pattern.filter(|&pattern| pattern != Pattern::Sobol);
+        let samples = self.samples.unwrap_or(match (is_soft, regular) {
+            (false, _) => Samples::Exactly(1),
+            (true, None) => Samples::Auto(MANY_SAMPLES),
+            (true, Some(_)) => Samples::Exactly(MANY_SAMPLES),
+        });
+        (settings.samples, settings.pattern) = match samples {
+            Samples::Exactly(samples) => (samples, self.pattern_of(samples)?),
+            Samples::Auto(most) => {
+                if let Some(pattern) = regular {
+                    return Err(CliError::Usage(format!(
+                        "--pattern {} needs the same samples in every pixel: use a number with --samples, or --pattern sobol \
+                         for auto",
+                        name_of(pattern)
+                    )));
+                }
+                (most, Pattern::Sobol)
+            }
+        };
+        settings.adaptive = matches!(samples, Samples::Auto(_));
         let filter = if is_soft { Filter::Tent } else { Filter::Box };
         settings.filter = self.filter.unwrap_or(filter);
         Ok(())
     }
+
+    /// Returns the pattern of a number of samples.
+    fn pattern_of(&self, samples: u32) -> Result<Pattern, CliError> {
+        let side = samples.isqrt();
+        let is_square = side * side == samples;
+        match self.pattern {
+            Some(pattern @ (Pattern::Grid | Pattern::Stratified)) if !is_square => {
+                let [below, above] = [side, side + 1].map(|side| u64::from(side) * u64::from(side));
+                Err(CliError::Usage(format!(
+                    "--pattern {} needs a square number of samples: use --samples {below} or {above}, or --pattern sobol \
+                     for {samples}",
+                    name_of(pattern)
+                )))
+            }
+            Some(pattern) => Ok(pattern),
+            None if is_square => Ok(Pattern::Grid),
+            None => Ok(Pattern::Sobol),
+        }
+    }
+}
+
+/// Returns a pattern's name on the command line.
+fn name_of(pattern: Pattern) -> String {
+    let value = pattern.to_possible_value();
+    value.map_or(String::new(), |value| value.get_name().to_owned())
 }

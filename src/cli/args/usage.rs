@@ -11,7 +11,7 @@ const ELSEWHERE: [(&[&str], &str); 10] = [
     ),
     (
         &["--spp", "--aa", "--antialias", "--antialiasing"],
-        "--samples N, such as --samples 16",
+        "--samples N, such as --samples 16, or --samples auto",
     ),
     (&["--gamma"], "--srgb encodes for screens; the default is linear"),
     (&["--transparent", "--alpha"], "--background transparent"),

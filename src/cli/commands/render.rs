@@ -275,7 +275,7 @@ impl Call<'_> {
             0
         };
         let pixels = f64::from(window.width()) * f64::from(window.height());
-        pixels * frames as f64 * f64::from(settings.samples) * (1.0 + lights as f64)
+        pixels * frames as f64 * settings.expected_samples(scene) * (1.0 + lights as f64)
     }
 }
 

@@ -20,6 +20,8 @@ pub struct RenderReport {
     width: u32,
     height: u32,
     samples: u64,
+    /// Whether `samples` are the most that a pixel takes.
+    adaptive: bool,
     max_depth: u32,
     shadows: bool,
     mode: &'static str,
@@ -101,6 +103,7 @@ impl RenderReport {
             width: settings.window().width(),
             height: settings.window().height(),
             samples: u64::from(settings.samples),
+            adaptive: settings.adaptive,
             max_depth: settings.max_depth,
             shadows: settings.shadows,
             mode: match settings.mode {
@@ -225,10 +228,11 @@ impl RenderReport {
 
     fn picture_text(&self) -> String {
         format!(
-            "{}, {}x{}, {} {} per pixel, depth {}, shadows {}",
+            "{}, {}x{}, {}{} {} per pixel, depth {}, shadows {}",
             clip(&self.output),
             self.width,
             self.height,
+            if self.adaptive { "up to " } else { "" },
             self.samples,
             if self.samples == 1 { "sample" } else { "samples" },
             self.max_depth,

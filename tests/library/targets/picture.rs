@@ -134,7 +134,7 @@ fn view(u: &mut Unstructured<'_>) -> Result<Option<Camera>> {
 }
 
 fn settings(u: &mut Unstructured<'_>) -> Result<Settings> {
-    Ok(Settings {
+    let settings = Settings {
         width: SIDE,
         height: SIDE,
         samples: [1, 4][u.int_in_range(0..=1)?],
@@ -143,6 +143,11 @@ fn settings(u: &mut Unstructured<'_>) -> Result<Settings> {
         max_depth: u.int_in_range(1..=6)?,
         shadows: u.ratio(7, 8)?,
         ..Settings::default()
+    };
+    Ok(Settings {
+        // Without a byte of its own, so that old inputs keep their meaning.
+        adaptive: settings.pattern == Pattern::Sobol && settings.max_depth % 2 == 0,
+        ..settings
     })
 }
 

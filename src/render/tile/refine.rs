@@ -1,0 +1,183 @@
+//! Adaptive tiles: the first samples of all pixels, then the remaining ones of those that differ from a neighbour.
+
+use super::{TileScratch, constant_background, fill, inside, pixels_of};
+use crate::{
+    lanes::LANES,
+    ray::{RayPacket, T_MAX},
+    render::{
+        Pixel, RayCounts, TileTimes,
+        frame::{FrameContext, TileRect},
+    },
+    scene::for_each_packet,
+    shade::queue::RayQueue,
+    simd::{EightLanes, Lanes, Simd, at_level},
+};
+use std::{ops::Range, time::Instant};
+
+impl TileScratch<'_> {
+    /// Renders a tile of an adaptive picture into `band`, the rows of the film from `rect.y` on.
+    pub(super) fn render_adaptive<P: Pixel>(
+        &mut self,
+        context: &FrameContext<'_>,
+        rect: TileRect,
+        band: &mut [P],
+    ) -> (RayCounts, TileTimes) {
+        let row_length = context.window.width() as usize;
+        let (tile, whole) = (rect.absolute(context.window), context.whole());
+        let area = self.neighborhood.restart(tile, &context.settings);
+        let (may_hit, mut times) = self.begin(&whole, area);
+        let first_samples = context.first_samples();
+        let mut camera = area.pixels() * u64::from(first_samples);
+        match constant_background::<P>(context.scene) {
+            Some(color) if !may_hit => {
+                let start = Instant::now();
+                fill(color, first_samples, rect, row_length, band);
+                times.film = start.elapsed();
+            }
+            _ => {
+                let tile_start = Instant::now();
+                self.sum_samples::<P>(&whole, area, may_hit, &mut times);
+                let start = Instant::now();
+                self.spread(area, first_samples);
+                self.find_refined(tile, context.settings.samples - first_samples);
+                times.film = start.elapsed();
+                camera += self.refine::<P>(&whole, first_samples, &mut times);
+                let start = Instant::now();
+                self.neighborhood.store(tile, rect.x, row_length, band);
+                times.film += start.elapsed();
+                self.end(tile_start, &mut times);
+            }
+        }
+        (self.counts(camera), times)
+    }
+
+    /// Moves the sums of the first samples from packets to pixels.
+    fn spread(&mut self, area: TileRect, count: u32) {
+        let mut alphas = self.sum.alpha.iter();
+        let mut sums = self.sum.packets.iter();
+        for_each_packet(area.width, area.height, |[x, y]| {
+            let Some(sum) = sums.next() else { return };
+            let alpha = alphas.next();
+            let (is_inside, pixels) = (inside(area, x, y), pixels_of(area, x, y));
+            for lane in (0..LANES).filter(|lane| is_inside >> lane & 1 == 1) {
+                let [r, g, b] = sum.each_ref().map(|channel| channel.as_array()[lane]);
+                let alpha = alpha.map_or(count as f32, |alpha| alpha.as_array()[lane]);
+                let samples = self.neighborhood.at(pixels[lane]);
+                (samples.sum, samples.count) = ([r, g, b, alpha], count);
+            }
+        });
+        self.neighborhood.finish_first();
+    }
+
+    /// Lists the pixels that take `more` samples, in the order of packets.
+    fn find_refined(&mut self, tile: TileRect, more: u32) {
+        self.refined.clear();
+        if more == 0 {
+            return;
+        }
+        for_each_packet(tile.width, tile.height, |[x, y]| {
+            let (is_inside, pixels) = (inside(tile, x, y), pixels_of(tile, x, y));
+            let pixels = (0..LANES)
+                .filter(|lane| is_inside >> lane & 1 == 1)
+                .map(|lane| pixels[lane]);
+            let neighborhood = &self.neighborhood;
+            self.refined
+                .extend(pixels.filter(|&pixel| neighborhood.differs(pixel)));
+        });
+    }
+
+    /// Adds the samples from `first` on of the listed pixels, and returns how many.
+    fn refine<P: Pixel>(&mut self, context: &FrameContext<'_>, first: u32, times: &mut TileTimes) -> u64 {
+        let all = context.settings.samples;
+        let samples_at_once = (all - first).clamp(1, self.packets as u32);
+        let pixels_at_once = self.packets / samples_at_once as usize * LANES;
+        let refined = std::mem::take(&mut self.refined);
+        for pixels in refined.chunks(pixels_at_once) {
+            for sample in (first..all).step_by(samples_at_once as usize) {
+                let samples = sample..all.min(sample.saturating_add(samples_at_once));
+                self.add_samples::<P>(context, pixels, samples, times);
+            }
+        }
+        let count = refined.len() as u64 * u64::from(all - first);
+        self.refined = refined;
+        count
+    }
+
+    /// Adds some samples of some pixels: of every eight pixels one packet for each sample, so bundles are narrow.
+    fn add_samples<P: Pixel>(
+        &mut self,
+        context: &FrameContext<'_>,
+        pixels: &[[u32; 2]],
+        samples: Range<u32>,
+        times: &mut TileTimes,
+    ) {
+        let start = Instant::now();
+        self.rays.restart(Some(context.camera_rays.eye()));
+        at_level!(context.settings.level, |simd| push_rays(
+            simd,
+            context,
+            pixels,
+            samples.clone(),
+            &mut self.rays
+        ));
+        if context.scene.is_sampled() {
+            self.shader.clear_pixels();
+            for (pixels, _) in packets(pixels) {
+                for sample in samples.clone() {
+                    self.shader.push_pixels(pixels, context.settings.samples, sample);
+                }
+            }
+        }
+        times.ray_generation += start.elapsed();
+        self.shade::<P>(context, 0);
+        let per_packet = samples.len();
+        for (i, pixels) in pixels.chunks(LANES).enumerate() {
+            let colors = &self.sample.packets[i * per_packet..][..per_packet];
+            for (lane, &pixel) in pixels.iter().enumerate() {
+                let to = self.neighborhood.at(pixel);
+                to.count += per_packet as u32;
+                for color in colors {
+                    for (sum, channel) in to.sum.iter_mut().zip(color) {
+                        *sum += channel.as_array()[lane];
+                    }
+                }
+                match self.sample.alpha.get(i * per_packet..) {
+                    Some(alphas) if P::HAS_ALPHA => {
+                        for alpha in &alphas[..per_packet] {
+                            to.sum[3] += alpha.as_array()[lane];
+                        }
+                    }
+                    _ => to.sum[3] += per_packet as f32,
+                }
+            }
+        }
+    }
+}
+
+/// Returns pixels eight at a time, and how many each packet has; the lanes that are left have its first.
+fn packets(pixels: &[[u32; 2]]) -> impl Iterator<Item = ([[u32; 2]; LANES], usize)> {
+    pixels.chunks(LANES).map(|pixels| {
+        let packet = std::array::from_fn(|lane| *pixels.get(lane).unwrap_or(&pixels[0]));
+        (packet, pixels.len())
+    })
+}
+
+#[inline(always)]
+fn push_rays<S: Simd>(
+    simd: S,
+    context: &FrameContext<'_>,
+    pixels: &[[u32; 2]],
+    samples: Range<u32>,
+    rays: &mut RayQueue,
+) {
+    for (pixels, count) in packets(pixels) {
+        let is_used = simd.mask((1 << count) - 1);
+        let t_max = S::V8::select(is_used, simd.splat(T_MAX), simd.splat(0.0)).to8();
+        for sample in samples.clone() {
+            rays.push(RayPacket {
+                direction: context.camera_rays.directions_of(simd, &pixels, [sample, 0]),
+                t_max,
+            });
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Adaptive sampling: which pixels take all samples, and that these have the values of all samples.
+
+use crate::shipped_scene;
+use glam::{DVec3, Vec3};
+use octray::{
+    accel::Bvh,
+    render::{Film, Filter, Frame, Mode, Pattern, RenderError, Settings, render},
+    scene::{Camera, Material, Scene, SceneBuilder, TriangleMesh},
+};
+use std::ops::ControlFlow;
+
+fn settings(samples: u32, adaptive: bool) -> Settings {
+    Settings {
+        width: 70,
+        height: 37,
+        samples,
+        adaptive,
+        pattern: Pattern::Sobol,
+        ..Settings::default()
+    }
+}
+
+fn frame(scene: &Scene, camera: &Camera, settings: &Settings) -> Frame {
+    let bvh = Bvh::build(scene);
+    render(scene, &bvh, camera, settings, &|_| ControlFlow::Continue(())).expect("it renders")
+}
+
+fn above(height: f64) -> Camera {
+    Camera::look_at(DVec3::Z * height, DVec3::ZERO, DVec3::Y, 30.0).expect("a camera")
+}
+
+/// A square at z = 0 of 400x400 vertices, each with a colour of its own.
+fn carpet(color: impl FnMut(u32) -> [f32; 3]) -> Scene {
+    const SIDE: u32 = 400;
+    let at = |i: u32| i as f32 / (SIDE - 1) as f32 - 0.5;
+    let mesh = TriangleMesh {
+        x: (0..SIDE * SIDE).map(|i| at(i % SIDE)).collect(),
+        y: (0..SIDE * SIDE).map(|i| at(i / SIDE)).collect(),
+        z: vec![0.0; (SIDE * SIDE) as usize],
+        normals: Vec::new(),
+        colors: (0..SIDE * SIDE).map(color).collect(),
+        triangles: (0..SIDE * (SIDE - 1))
+            .filter(|i| i % SIDE < SIDE - 1)
+            .flat_map(|i| [[i, i + 1, i + SIDE + 1], [i, i + SIDE + 1, i + SIDE]])
+            .collect(),
+    };
+    let mut builder = SceneBuilder::new();
+    let material = builder
+        .add_material(Material::Silhouette { color: [1.0; 3] })
+        .unwrap();
+    builder.add_mesh(mesh, material).unwrap();
+    builder.finish()
+}
+
+#[test]
+fn a_flat_picture_takes_the_first_sample_only() {
+    let scene = carpet(|_| [0.4, 0.5, 0.6]);
+    let plain = frame(&scene, &above(1.0), &settings(1, false));
+    for mode in [Mode::Packet, Mode::Scalar] {
+        let settings = Settings {
+            width: 100,
+            height: 16,
+            mode,
+            ..settings(16, true)
+        };
+        let frame = frame(&scene, &above(1.0), &settings);
+        // One tile, around which there is nothing.
+        assert_eq!(frame.rays.camera, 1600);
+        assert!(
+            frame
+                .film
+                .pixels()
+                .iter()
+                .all(|pixel| *pixel == plain.film.pixels()[0])
+        );
+    }
+}
+
+#[test]
+fn where_everything_differs_it_is_every_sample() {
+    let mut random = fastrand::Rng::with_seed(1);
+    let scene = carpet(|_| [(); 3].map(|()| random.f32()));
+    for (samples, filter) in [(16, Filter::Box), (5, Filter::Tent), (300, Filter::Box)] {
+        let picture = |adaptive| {
+            let settings = Settings {
+                filter,
+                ..settings(samples, adaptive)
+            };
+            frame(&scene, &above(1.5), &settings).film
+        };
+        assert!(picture(true) == picture(false), "{samples} {filter:?}");
+    }
+}
+
+/// With point lights, a pixel has its first sample's value or that of all samples.
+#[test]
+fn pixels_have_one_sample_or_all() {
+    let camera = Camera::classic_view(1).expect("views are 1 to 6");
+    for name in ["reflections", "hall_of_mirrors", "evening"] {
+        let scene = shipped_scene(name);
+        let [first, all, adaptive] = [(1, false), (16, false), (16, true)]
+            .map(|(samples, adaptive)| frame(&scene, &camera, &settings(samples, adaptive)));
+        let (mut refined, mut left) = (0, 0);
+        let pixels = |film: &Film| film.pixels().to_vec();
+        for (adaptive, (first, all)) in pixels(&adaptive.film)
+            .into_iter()
+            .zip(pixels(&first.film).into_iter().zip(pixels(&all.film)))
+        {
+            assert!(adaptive == first || adaptive == all, "{name}");
+            refined += u32::from(adaptive != first);
+            left += u32::from(adaptive != all);
+        }
+        assert!(refined > 100 && left > 50, "{name}: {refined}, {left}");
+        assert!(adaptive.rays.camera < all.rays.camera / 2, "{name}");
+    }
+}
+
+/// Soft light takes four samples everywhere, so up to four are those of any picture.
+#[test]
+fn soft_light_has_four_first_samples() {
+    let scene = shipped_scene("soft");
+    let camera = Camera::classic_view(1).expect("views are 1 to 6");
+    for samples in [1, 3, 4] {
+        let [all, adaptive] =
+            [false, true].map(|adaptive| frame(&scene, &camera, &settings(samples, adaptive)));
+        assert!(all.film == adaptive.film, "{samples}");
+    }
+    let [all, adaptive] = [false, true].map(|adaptive| frame(&scene, &camera, &settings(16, adaptive)));
+    let same = all.film.pixels().iter().zip(adaptive.film.pixels());
+    let same = same.filter(|(all, adaptive)| all == adaptive).count();
+    assert!(same > 500 && same < 70 * 37 - 100, "{same}");
+    let worst = all.film.pixels().iter().zip(adaptive.film.pixels());
+    let worst = worst
+        .map(|(&all, &adaptive)| Vec3::from(all).distance(adaptive.into()))
+        .fold(0.0, f32::max);
+    assert!(worst < 0.1, "{worst}");
+}
+
+#[test]
+fn other_patterns_are_refused() {
+    let scene = shipped_scene("soft");
+    let bvh = Bvh::build(&scene);
+    for pattern in [Pattern::Grid, Pattern::Stratified] {
+        let settings = Settings {
+            pattern,
+            ..settings(16, true)
+        };
+        let error = render(&scene, &bvh, &above(1.0), &settings, &|_| {
+            ControlFlow::Continue(())
+        });
+        let expected = RenderError::Limit("adaptive sampling: expected the pattern sobol".into());
+        assert_eq!(error.err(), Some(expected));
+    }
+}
