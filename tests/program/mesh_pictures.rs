@@ -38,9 +38,15 @@ fn golden_pictures_of_every_format() {
             ("up-axis", "house.stl", &["--up-axis", "y"]),
             ("studio", "helix.ply", &["--ground", "--style", "studio"]),
             ("clay", "mobile.gltf", &["--style", "clay"]),
+            ("textures", "garden.obj", &["--style", "studio"]),
         ]
         .map(|(name, mesh, options)| {
-            let actual = picture(&folder, mesh, &[&size[..], options].concat());
+            let plain = if options.contains(&"--style") {
+                &[][..]
+            } else {
+                &["--style", "plain"]
+            };
+            let actual = picture(&folder, mesh, &[&size[..], plain, options].concat());
             compare_golden(&format!("mesh-{name}"), &actual, SHARE)
         }),
     );
@@ -69,8 +75,16 @@ fn styles_give_way_to_options() {
         assert!(whole != studio(option), "{option}");
     }
     assert!(whole == studio("--threads 1 --mode scalar"));
-    let plain = ["--size", "60x40", "--style", "plain"];
-    assert!(picture(&folder, "vase.obj", &plain) == picture(&folder, "vase.obj", &plain[..2]));
+    let size = ["--size", "60x40"];
+    assert!(whole == picture(&folder, "vase.obj", &size));
+    let plain = |options: &[&str]| {
+        picture(
+            &folder,
+            "vase.obj",
+            &[&size[..], &["--style", "plain"], options].concat(),
+        )
+    };
+    assert!(plain(&[]) == plain(&["--samples", "1", "--filter", "box", "--linear"]));
     // Linear light is what an EXR holds.
     let mesh = shipped_mesh("vase.obj");
     let exr = [
@@ -80,6 +94,13 @@ fn styles_give_way_to_options() {
     folder.write("a.scn", "light 1 2 3 1\nmaterial 1\nsphere 0 0 0 1\n");
     let words = "--style applies to meshes only";
     folder.fails(&["a.scn", "--style", "clay"], 2, words);
+    // A scene keeps its pixels, also beside a mesh.
+    folder.run(&["a.scn", "-s", "9x9", "-o", "alone.png"]).succeeded();
+    let both = ["render", "a.scn", &mesh, "-s", "9x9", "-o", "both-{stem}.png"];
+    folder.run(&both).succeeded();
+    let pixels = |name: &str| image::open(folder.path(name)).expect("a picture").into_rgb8();
+    assert!(pixels("alone.png") == pixels("both-a.png"));
+    assert!(picture(&folder, "vase.obj", &["-s", "9x9"]) == pixels("both-vase.png"));
 }
 
 #[test]

@@ -25,7 +25,7 @@ pub struct PictureArgs {
     #[arg(long, conflicts_with = "linear")]
     pub srgb: bool,
 
-    /// Write linear values, without gamma (the default, except with --style studio or clay)
+    /// Write linear values, without gamma (the default for scenes and plain meshes)
     #[arg(long)]
     pub linear: bool,
 
@@ -50,7 +50,7 @@ pub enum Samples {
 #[command(next_help_heading = "Samples")]
 pub struct SampleArgs {
     /// Samples per pixel; auto takes up to 16, and auto:N up to N, fewer in pixels that look like their neighbours
-    /// [default: 1; auto with --style studio or clay]
+    /// [default: 1; auto for meshes that are not plain]
     #[arg(long, value_name = "N", value_parser = Samples::parse)]
     pub samples: Option<Samples>,
 
@@ -59,7 +59,7 @@ pub struct SampleArgs {
     #[arg(long, value_enum)]
     pub pattern: Option<Pattern>,
 
-    /// How samples are weighted by their distance from the pixel's centre [default: box; tent with --style studio or clay]
+    /// How samples are weighted by their distance from the pixel's centre [default: box; tent for meshes that are not plain]
     #[arg(long, value_enum)]
     pub filter: Option<Filter>,
 }

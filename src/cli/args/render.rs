@@ -12,7 +12,10 @@ use super::{
 use crate::{
     cli::{
         CliError, load,
-        plan::{Job, JsonTarget, MeshOptions, Pictures, RenderPlan, Style, check_inputs, is_standard_input},
+        plan::{
+            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, RenderPlan, Style, check_inputs,
+            is_standard_input,
+        },
         process::useful_threads,
         write::is_foreign,
     },
@@ -54,9 +57,9 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub mesh: MeshArgs,
 
-    /// How a mesh is lit, and how its picture is made unless other options say so
-    #[arg(long, value_enum, default_value_t = Style::Plain, help_heading = "Meshes")]
-    pub style: Style,
+    /// How a mesh is lit, and how its picture is made unless other options say so [default: studio]
+    #[arg(long, value_enum, help_heading = "Meshes")]
+    pub style: Option<Style>,
 
     #[command(flatten)]
     pub trace: TraceArgs,
@@ -96,22 +99,31 @@ impl RenderArgs {
         self.defaults.iter().any(|id| id == option)
     }
 
+    /// How pictures are made: of scenes and plain meshes, or of meshes in a soft style.
+    fn look(&self, is_soft: bool) -> Result<Look, CliError> {
+        let mut settings = self.trace.settings(self.size)?;
+        self.picture.apply(&mut settings)?;
+        self.sampling.apply(&mut settings, is_soft)?;
+        settings.validate()?;
+        let is_exr = self.output.as_deref().and_then(Path::extension);
+        let is_exr = is_exr.is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        let picture = self.picture.options(is_soft && !is_exr);
+        Ok(Look { settings, picture })
+    }
+
     /// Checks the arguments, and names and checks every picture.
     ///
     /// # Errors
     /// [`CliError`].
     pub fn plan(&self) -> Result<RenderPlan, CliError> {
-        let mut settings = self.trace.settings(self.size)?;
-        self.picture.apply(&mut settings)?;
-        self.sampling.apply(&mut settings, self.style.is_soft())?;
-        settings.validate()?;
-        let is_exr = self.output.as_deref().and_then(Path::extension);
-        let is_exr = is_exr.is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-        let picture = self.picture.options(self.style.is_soft() && !is_exr);
+        let style = self.style.unwrap_or(Style::Studio);
+        let looks = Looks {
+            scene: self.look(false)?,
+            mesh: self.look(style.is_soft())?,
+        };
         let turntable = self.series.turntable();
         let pictures = Pictures {
-            settings: &settings,
-            picture: &picture,
+            look: &looks.mesh,
             output: self.output.as_deref(),
             is_typed: !self.is_default("output"),
             turntable,
@@ -121,7 +133,8 @@ impl RenderArgs {
         };
         let camera = self.camera.options();
         let mesh = MeshOptions {
-            style: self.style,
+            style,
+            is_style_given: self.style.is_some() && !self.is_default("style"),
             ..self.mesh.options(turntable.is_some())
         };
         let memory = self.memory.limit();
@@ -158,9 +171,8 @@ impl RenderArgs {
             return Err(CliError::Usage(why));
         }
         Ok(RenderPlan {
-            settings,
+            looks,
             build: self.trace.build,
-            picture,
             whole_turn: turntable.map_or(1, |turntable| turntable.count),
             jobs,
             memory,

@@ -9,7 +9,7 @@ use crate::{
             faults::{self, Faults},
             memory,
         },
-        plan::{Frame, Job, JsonTarget, RenderPlan, Turn, is_standard_input, objection, turned},
+        plan::{Frame, Job, JsonTarget, Look, RenderPlan, Turn, is_standard_input, objection, turned},
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
         write::{AovKind, Inputs, Output, json_line, write_json},
@@ -46,6 +46,7 @@ struct Loaded<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
     faults: &'a Faults,
+    look: &'a Look,
 }
 
 /// Time that loading and building took; zero after the scene's first picture.
@@ -130,18 +131,25 @@ impl Call<'_> {
         self.interrupt.check()?;
         let loaded = input.as_ref().ok().map(|input| &input.scene);
         self.inputs.add_scene(&job.input.path, &files, loaded);
+        let input = input?;
+        let looks = &self.plan.looks;
+        let look = if input.is_mesh() {
+            &looks.mesh
+        } else {
+            &looks.scene
+        };
         let Input {
             mut scene,
             camera,
             rig,
             notes,
             ..
-        } = input?;
+        } = input;
         self.check_inputs(left)?;
         let faults = faults::of(&scene);
         self.warn(job.input.name(), &scene, &faults, notes);
         let quality = self.plan.build.quality(
-            self.expected_rays(&scene, job.frames.len()),
+            self.expected_rays(&scene, look, job.frames.len()),
             scene.primitive_count(),
         );
         memory::check_build(&scene, quality)?;
@@ -164,6 +172,7 @@ impl Call<'_> {
                 scene: &scene,
                 bvh: &bvh,
                 faults: &faults,
+                look,
             };
             let mut renderer = Renderer::new(&scene, &bvh);
             for frame in frames {
@@ -173,7 +182,7 @@ impl Call<'_> {
         }
         let written = std::mem::take(&mut self.written);
         if self.verbose && !self.plan.stats {
-            let window = self.plan.settings.window();
+            let window = look.settings.window();
             report::note(&written.line((window.width(), window.height())));
         }
         Ok(())
@@ -198,11 +207,14 @@ impl Call<'_> {
         spent: &mut Spent,
     ) -> Result<(), CliError> {
         let (plan, interrupt) = (self.plan, self.interrupt);
-        let RenderPlan { settings, .. } = plan;
+        let Look {
+            settings,
+            picture: options,
+        } = loaded.look;
         let output = &frame.output;
         let bar = RenderBar::new(self.verbose, interrupt);
         let progress = &|progress| bar.report(progress);
-        let mut picture = output.new_picture(&plan.picture);
+        let mut picture = output.new_picture(options);
         let rendered = picture.render(renderer, camera, settings, progress);
         let rendered = rendered.and_then(|stats| {
             let aovs = frame
@@ -257,10 +269,10 @@ impl Call<'_> {
     }
 
     /// Camera rays, and shadow and ambient occlusion rays as if each of them hit something. Reflections are not known beforehand.
-    fn expected_rays(&self, scene: &Scene, frames: usize) -> f64 {
-        let RenderPlan { settings, .. } = self.plan;
+    fn expected_rays(&self, scene: &Scene, look: &Look, frames: usize) -> f64 {
+        let Look { settings, picture } = look;
         // The cost of rays depends on the BVH, so with the heat AOV a part gets the BVH of the whole.
-        let (window, frames) = if self.plan.picture.aovs.contains(&AovKind::Heat) {
+        let (window, frames) = if picture.aovs.contains(&AovKind::Heat) {
             let whole = Settings {
                 crop: None,
                 ..*settings

@@ -65,6 +65,13 @@ fn read(path: &Path, kind: InputKind, memory: u64, files: &mut Vec<PathBuf>) -> 
     })
 }
 
+impl Input {
+    /// Whether it is a mesh, and not a scene.
+    pub fn is_mesh(&self) -> bool {
+        self.lit_from.is_some()
+    }
+}
+
 fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
     plan.mesh.refuse_for_scene(plan.name())?;
     Ok(Input {

@@ -79,6 +79,8 @@ impl Style {
 #[derive(Clone, Debug, Default)]
 pub struct MeshOptions {
     pub style: Style,
+    /// Whether the command line names the style.
+    pub is_style_given: bool,
     pub up_axis: Option<UpAxis>,
     pub ground: bool,
     pub smooth_degrees: Option<f64>,
@@ -194,7 +196,7 @@ impl MeshOptions {
     /// [`CliError::Usage`].
     pub fn refuse_for_scene(&self, scene: &Path) -> Result<(), CliError> {
         let given = [
-            ("--style", self.style != Style::Plain),
+            ("--style", self.is_style_given),
             ("--ground", self.ground),
             ("--up-axis", self.up_axis.is_some()),
             ("--smooth-angle", self.smooth_degrees.is_some()),

@@ -15,7 +15,9 @@ pub use input::{
     CameraOptions, InputKind, InputPlan, MeshOptions, StartView, Style, is_standard_input, kind_of, name,
 };
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
-pub use render::{CompareOptions, Frame, Job, PictureOptions, Pictures, RenderPlan, check_inputs, objection};
+pub use render::{
+    CompareOptions, Frame, Job, Look, Looks, PictureOptions, Pictures, RenderPlan, check_inputs, objection,
+};
 pub use turntable::{FrameRange, Turn, Turntable, turned};
 
 use super::load::memory;

@@ -21,9 +21,8 @@ use std::{
 /// What `octray render` does.
 #[derive(Debug)]
 pub struct RenderPlan {
-    pub settings: Settings,
+    pub looks: Looks,
     pub build: Build,
-    pub picture: PictureOptions,
     /// Frames of the whole turntable, 1 without one.
     pub whole_turn: u32,
     pub jobs: Vec<Job>,
@@ -36,6 +35,21 @@ pub struct RenderPlan {
     /// Where the figures of all pictures go as JSON.
     pub json: Option<JsonTarget>,
     pub quiet: bool,
+}
+
+/// How pictures are made.
+#[derive(Debug)]
+pub struct Look {
+    pub settings: Settings,
+    pub picture: PictureOptions,
+}
+
+/// How pictures of scenes and of meshes are made. All have the same size, crop and AOVs, and those of meshes take no less
+/// memory.
+#[derive(Debug)]
+pub struct Looks {
+    pub scene: Look,
+    pub mesh: Look,
 }
 
 /// The pictures of one scene.
@@ -117,8 +131,8 @@ const MOST_PICTURES: u64 = 100_000;
 /// The pictures of a call before they have names.
 #[derive(Debug)]
 pub struct Pictures<'a> {
-    pub settings: &'a Settings,
-    pub picture: &'a PictureOptions,
+    /// That of meshes.
+    pub look: &'a Look,
     /// The pattern of `--output`.
     pub output: Option<&'a Path>,
     /// Whether it stands on the command line, and not in a config file.
@@ -182,7 +196,7 @@ impl Pictures<'_> {
                 named.push((scene, frames));
             }
         }
-        let aspect = f64::from(self.settings.width) / f64::from(self.settings.height);
+        let aspect = f64::from(self.look.settings.width) / f64::from(self.look.settings.height);
         let mut jobs = Vec::new();
         for (scene, frames) in named {
             jobs.push(Job {
@@ -215,9 +229,9 @@ impl Pictures<'_> {
     fn frame(&self, scene: &Path, turn: Option<Turn>, places: &mut Places) -> Result<Frame, CliError> {
         let path = names::picture(self.output, scene, turn).typed_if(self.is_typed);
         let output = Output::prepare(&path, self.size(), self.force)?;
-        output.check(self.picture)?;
+        output.check(&self.look.picture)?;
         places.claim(&output, scene, turn.is_some())?;
-        let aovs = AovFiles::prepare(self.picture, &output, &path, self.size(), self.force)?;
+        let aovs = AovFiles::prepare(&self.look.picture, &output, &path, self.size(), self.force)?;
         for file in aovs.files() {
             places.claim(file, scene, turn.is_some())?;
         }
@@ -253,22 +267,22 @@ impl Pictures<'_> {
 
     /// Width and height of the pictures.
     fn size(&self) -> (u32, u32) {
-        let window = self.settings.window();
+        let window = self.look.settings.window();
         (window.width(), window.height())
     }
 
     /// What a pixel of the largest picture takes.
     fn pixel_bytes(&self, frames: &[Frame]) -> PixelBytes {
         let exr = frames.iter().any(|frame| frame.output.is_exr());
-        let floats = exr || self.picture.transfer != Transfer::Linear;
+        let floats = exr || self.look.picture.transfer != Transfer::Linear;
         PixelBytes {
-            film: match (self.picture.transparent, floats) {
+            film: match (self.look.picture.transparent, floats) {
                 (true, _) => 16,
                 (false, true) => 12,
                 (false, false) => 3,
             },
             exr,
-            aovs: !self.picture.aovs.is_empty(),
+            aovs: !self.look.picture.aovs.is_empty(),
             compared: self.comparison.is_some(),
         }
     }
