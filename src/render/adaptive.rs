@@ -13,8 +13,13 @@
 use super::{
     Pixel, Settings,
     frame::{FrameContext, TileRect},
+    tile::{PACKET, ROW},
 };
-use crate::scene::Scene;
+use crate::{
+    lanes::{F32x8, LANES},
+    scene::Scene,
+    simd::{EightLanes, Simd},
+};
 
 /// First samples where light comes from points.
 const FIRST: u32 = 1;
@@ -69,49 +74,29 @@ impl Settings {
     }
 }
 
-/// The samples of the pixels of a tile and of the ring around it, as far as that is in the picture.
+/// The samples of the pixels of a tile and of the ring around it, as far as that is in the picture. Numbers of the same
+/// kind lie side by side, so that the loops over rows become vectors.
 #[derive(Debug, Default)]
 pub(super) struct Neighborhood {
     /// Absolute.
     area: TileRect,
-    /// Row by row.
-    pixels: Vec<Samples>,
-    /// The display values of the means of the first samples.
-    display: Vec<[f32; 4]>,
-    /// Their ranges over each pixel and its neighbours to the left and right.
-    rows: Vec<Range4>,
+    /// The distance of rows, whole packets.
+    stride: usize,
+    /// Linear red, green and blue, and coverage.
+    sums: [Vec<f32>; 4],
+    counts: Vec<u32>,
+    /// How much each pixel and its neighbours differ.
+    contrast: Vec<f32>,
+    scratch: Scratch,
 }
 
-/// The range of each of four channels.
-#[derive(Clone, Copy, Debug)]
-struct Range4 {
-    low: [f32; 4],
-    high: [f32; 4],
-}
-
-impl Range4 {
-    const EMPTY: Self = Self {
-        low: [f32::INFINITY; 4],
-        high: [f32::NEG_INFINITY; 4],
-    };
-
-    fn of(values: &[[f32; 4]]) -> Self {
-        let ranges = values.iter().map(|&value| Self {
-            low: value,
-            high: value,
-        });
-        ranges.fold(Self::EMPTY, Self::union)
-    }
-
-    // One instruction each; `f32::min` would take care of NaN.
-    fn union(self, other: Self) -> Self {
-        let less = |a: f32, b: f32| if a < b { a } else { b };
-        let more = |a: f32, b: f32| if a > b { a } else { b };
-        Self {
-            low: std::array::from_fn(|i| less(self.low[i], other.low[i])),
-            high: std::array::from_fn(|i| more(self.high[i], other.high[i])),
-        }
-    }
+#[derive(Debug, Default)]
+struct Scratch {
+    /// The display values of one channel.
+    display: Vec<f32>,
+    /// Extremes of a row and those above and below, and one more at each end.
+    low: Vec<f32>,
+    high: Vec<f32>,
 }
 
 /// The samples of a pixel.
@@ -122,17 +107,37 @@ pub(super) struct Samples {
     pub count: u32,
 }
 
+impl Samples {
+    /// Returns linear RGB and alpha.
+    pub fn mean(&self) -> [f32; 4] {
+        self.sum.map(|sum| sum / self.count as f32)
+    }
+}
+
 impl Neighborhood {
     /// Reserves memory for tiles of `width` x `height` pixels.
     pub fn reserve(&mut self, [width, height]: [u32; 2]) {
-        let pixels = (width + 2) as usize * (height + 2) as usize;
-        self.pixels.reserve(pixels);
-        self.display.reserve(pixels);
-        self.rows.reserve(pixels);
+        self.resize([width + 2, height + 2]);
     }
 
-    /// Forgets all samples. Returns the pixels around a tile, its own included; both are absolute.
-    pub fn restart(&mut self, tile: TileRect, settings: &Settings) -> TileRect {
+    fn resize(&mut self, [width, height]: [u32; 2]) {
+        self.stride = width.next_multiple_of(PACKET[0]) as usize;
+        // Eight more, because rows are read eight by eight.
+        let pixels = self.stride * height.next_multiple_of(PACKET[1]) as usize + LANES;
+        for plane in &mut self.sums {
+            plane.resize(pixels, 0.0);
+        }
+        self.counts.resize(pixels, 0);
+        self.contrast.resize(pixels, 0.0);
+        self.scratch.display.resize(pixels, 0.0);
+        for row in [&mut self.scratch.low, &mut self.scratch.high] {
+            row.resize(width as usize + 2, 0.0);
+        }
+    }
+
+    /// Begins with a tile whose pixels will have `count` first samples. Returns the pixels around it, its own included;
+    /// both are absolute.
+    pub fn restart(&mut self, tile: TileRect, settings: &Settings, count: u32) -> TileRect {
         let (x, y) = (tile.x.saturating_sub(1), tile.y.saturating_sub(1));
         self.area = TileRect {
             x,
@@ -140,68 +145,161 @@ impl Neighborhood {
             width: settings.width.min(tile.x + tile.width + 1) - x,
             height: settings.height.min(tile.y + tile.height + 1) - y,
         };
-        self.pixels.clear();
-        let pixels = self.area.width as usize * self.area.height as usize;
-        self.pixels.resize(pixels, Samples::default());
+        self.resize([self.area.width, self.area.height]);
+        self.counts.fill(count);
         self.area
     }
 
     fn index(&self, [x, y]: [u32; 2]) -> usize {
-        (y - self.area.y) as usize * self.area.width as usize + (x - self.area.x) as usize
+        (y - self.area.y) as usize * self.stride + (x - self.area.x) as usize
     }
 
-    /// Returns the samples of an absolute pixel of the area.
-    pub fn at(&mut self, pixel: [u32; 2]) -> &mut Samples {
-        let index = self.index(pixel);
-        &mut self.pixels[index]
-    }
-
-    /// Takes in that all pixels have their first samples.
-    pub fn finish_first(&mut self) {
-        self.display.clear();
-        self.display.extend(self.pixels.iter().map(Samples::display));
-        self.rows.clear();
-        let width = self.area.width as usize;
-        for row in self.display.chunks_exact(width) {
-            let near = |x: usize| &row[x.saturating_sub(1)..width.min(x + 2)];
-            self.rows.extend((0..width).map(|x| Range4::of(near(x))));
+    /// Returns the samples of an absolute pixel.
+    pub fn samples(&self, pixel: [u32; 2]) -> Samples {
+        let i = self.index(pixel);
+        Samples {
+            sum: self.sums.each_ref().map(|plane| plane[i]),
+            count: self.counts[i],
         }
     }
 
-    /// Returns whether an absolute pixel of the tile and its neighbours differ.
-    pub fn differs(&self, [x, y]: [u32; 2]) -> bool {
-        let bottom = self.area.y + self.area.height - 1;
-        let rows = self.area.y.max(y.saturating_sub(1))..=bottom.min(y + 1);
-        let rows = rows.map(|y| self.rows[self.index([x, y])]);
-        let Range4 { low, high } = rows.fold(Range4::EMPTY, Range4::union);
-        low.iter().zip(high).any(|(low, high)| high - low > MAX_CONTRAST)
+    /// Sets the samples of an absolute pixel.
+    pub fn set(&mut self, pixel: [u32; 2], samples: Samples) {
+        let i = self.index(pixel);
+        for (plane, sum) in self.sums.iter_mut().zip(samples.sum) {
+            plane[i] = sum;
+        }
+        self.counts[i] = samples.count;
+    }
+
+    /// Sets the sums of the packet at column `x` and row `y` of the area.
+    #[inline(always)]
+    pub fn set_packet(&mut self, [x, y]: [u32; 2], sums: [&F32x8; 4]) {
+        let start = y as usize * self.stride + x as usize;
+        for (plane, sums) in self.sums.iter_mut().zip(sums) {
+            let (rows, _) = sums.as_array().as_chunks::<ROW>();
+            for (row, start) in rows.iter().zip([start, start + self.stride]) {
+                plane[start..start + ROW].copy_from_slice(row);
+            }
+        }
+    }
+
+    /// Compares the means of the first samples.
+    #[inline(always)]
+    pub fn compare(&mut self) {
+        let count = self.counts[0] as f32;
+        let (width, height) = (self.area.width as usize, self.area.height as usize);
+        self.contrast.fill(0.0);
+        let Scratch { display, low, high } = &mut self.scratch;
+        for plane in &self.sums {
+            for (display, sum) in display.iter_mut().zip(plane) {
+                *display = display_value(sum / count);
+            }
+            for y in 0..height {
+                let row = |y: usize| &display[y * self.stride..][..width];
+                let (above, own, below) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(height - 1)));
+                let (inner_low, inner_high) = (&mut low[1..=width], &mut high[1..=width]);
+                for x in 0..width {
+                    inner_low[x] = less(less(above[x], own[x]), below[x]);
+                    inner_high[x] = more(more(above[x], own[x]), below[x]);
+                }
+                (low[0], high[0]) = (low[1], high[1]);
+                (low[width + 1], high[width + 1]) = (low[width], high[width]);
+                let (low, high) = (&low[..width + 2], &high[..width + 2]);
+                let contrast = &mut self.contrast[y * self.stride..][..width];
+                for x in 0..width {
+                    let low = less(less(low[x], low[x + 1]), low[x + 2]);
+                    let high = more(more(high[x], high[x + 1]), high[x + 2]);
+                    contrast[x] = more(high - low, contrast[x]);
+                }
+            }
+        }
+    }
+
+    /// Returns whether an absolute pixel of the tile takes all samples.
+    pub fn differs(&self, pixel: [u32; 2]) -> bool {
+        self.contrast[self.index(pixel)] > MAX_CONTRAST
+    }
+
+    /// Adds samples of up to eight absolute pixels: colours, and coverage if there is any.
+    #[inline(always)]
+    pub fn add<S: Simd>(&mut self, simd: S, pixels: &[[u32; 2]], colors: &[[F32x8; 3]], alpha: &[F32x8]) {
+        let mut indices = [0; LANES];
+        for (index, &pixel) in indices.iter_mut().zip(pixels) {
+            *index = self.index(pixel);
+            self.counts[*index] += colors.len() as u32;
+        }
+        let indices = &indices[..pixels.len()];
+        for (channel, plane) in self.sums.iter_mut().enumerate() {
+            let mut sums = F32x8::ZERO;
+            for (sum, &index) in sums.as_mut_array().iter_mut().zip(indices) {
+                *sum = plane[index];
+            }
+            let mut sum = simd.load(&sums);
+            if channel < 3 {
+                for color in colors {
+                    sum = sum + simd.load(&color[channel]);
+                }
+            } else {
+                for alpha in alpha {
+                    sum = sum + simd.load(alpha);
+                }
+            }
+            for (sum, &index) in sum.to8().as_array().iter().zip(indices) {
+                plane[index] = *sum;
+            }
+        }
     }
 
     /// Writes the means of a tile's samples to its columns of `band`, of rows of `row_length`.
-    pub fn store<P: Pixel>(&self, tile: TileRect, column: u32, row_length: usize, band: &mut [P]) {
+    #[inline(always)]
+    pub fn store<S: Simd, P: Pixel>(
+        &self,
+        simd: S,
+        tile: TileRect,
+        column: u32,
+        row_length: usize,
+        band: &mut [P],
+    ) {
         let rows = band.chunks_exact_mut(row_length).take(tile.height as usize);
         for (row, y) in rows.zip(tile.y..) {
             let start = self.index([tile.x, y]);
             let columns = &mut row[column as usize..][..tile.width as usize];
-            for (to, samples) in columns.iter_mut().zip(&self.pixels[start..]) {
-                let [r, g, b, alpha] = samples.mean();
-                *to = P::from_linear([r, g, b], alpha);
+            for (to, start) in columns.chunks_mut(LANES).zip((start..).step_by(LANES)) {
+                let mut counts = [0.0; LANES];
+                for (to, &count) in counts.iter_mut().zip(&self.counts[start..]) {
+                    *to = count as f32;
+                }
+                let counts = simd.load(&F32x8::new(counts));
+                let mut means = [simd.splat(0.0); 4];
+                for (mean, plane) in means.iter_mut().zip(&self.sums) {
+                    let mut sums = [0.0; LANES];
+                    sums.copy_from_slice(&plane[start..start + LANES]);
+                    *mean = simd.load(&F32x8::new(sums)) / counts;
+                }
+                let pixels = P::from_lanes(simd, means);
+                to.copy_from_slice(&pixels[..to.len()]);
             }
         }
     }
 }
 
-impl Samples {
-    /// Returns linear RGB and alpha.
-    pub fn mean(&self) -> [f32; 4] {
-        self.sum.map(|sum| sum / self.count as f32)
-    }
+/// Returns the square root, which is about what the sRGB curve makes of a channel. Where linear values are shown, it
+/// refines more than is needed in the dark, and up to half in the light.
+#[inline(always)]
+fn display_value(channel: f32) -> f32 {
+    less(more(channel, 0.0), 1.0).sqrt()
+}
 
-    /// Returns the mean's square root, which is about what the sRGB curve makes of it. Where linear values are shown, it
-    /// refines more than is needed in the dark, and up to half in the light.
-    fn display(&self) -> [f32; 4] {
-        self.mean().map(|c| c.clamp(0.0, 1.0).sqrt())
-    }
+// One instruction; `f32::min` would also take care of NaN.
+#[inline(always)]
+fn less(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn more(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 #[cfg(test)]
@@ -220,14 +318,11 @@ mod tests {
             ..Settings::default()
         };
         let mut neighborhood = Neighborhood::default();
-        for pixel in neighborhood.restart(tile, &settings).each_pixel() {
-            let sum = grey(pixel) * 4.0;
-            *neighborhood.at(pixel) = Samples {
-                sum: [0.0, sum, 0.0, 4.0],
-                count: 4,
-            };
+        for pixel in neighborhood.restart(tile, &settings, 4).each_pixel() {
+            let sum = [0.0, grey(pixel) * 4.0, 0.0, 4.0];
+            neighborhood.set(pixel, Samples { sum, count: 4 });
         }
-        neighborhood.finish_first();
+        neighborhood.compare();
         neighborhood
     }
 

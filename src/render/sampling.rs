@@ -114,13 +114,10 @@ impl CameraRays {
     /// Returns the directions of a sample of eight absolute pixels anywhere, for patterns other than the grid.
     #[inline(always)]
     pub fn directions_of<S: Simd>(&self, simd: S, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> Vec3x8 {
-        let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);
-        if let Some(offsets) = &self.offsets {
-            for (lane, &pixel) in pixels.iter().enumerate() {
-                [right[lane], up[lane]] = offsets.at(pixel, sample);
-            }
-        }
-        let offset = [F32x8::new(right), F32x8::new(up)];
+        let offset = match &self.offsets {
+            Some(offsets) => offsets.at8(pixels, sample),
+            None => [F32x8::ZERO; 2],
+        };
         self.pixel_rays.directions_of(simd, pixels, &offset)
     }
 
@@ -154,12 +151,11 @@ impl CameraRays {
                 .pixel_rays
                 .directions(simd, [x, y], sample, &[F32x8::ZERO; 2]);
         };
-        let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let pixel = [x + lane as u32 % 4, y + lane as u32 / 4];
-            [right[lane], up[lane]] = offsets.at(pixel, sample);
+        let mut pixels = [[x, y]; LANES];
+        for (lane, pixel) in (0..).zip(&mut pixels) {
+            *pixel = [x + lane % 4, y + lane / 4];
         }
-        let offset = [F32x8::new(right), F32x8::new(up)];
+        let offset = offsets.at8(&pixels, sample);
         self.pixel_rays.directions(simd, [x, y], [0, 0], &offset)
     }
 }
@@ -170,6 +166,43 @@ impl SampleOffsets {
     fn at(&self, pixel: [u32; 2], sample: [u32; 2]) -> [f32; 2] {
         let [right, down] = self.point(pixel, sample);
         [self.warp(right), -self.warp(down)]
+    }
+
+    /// Does [`Self::at`] for eight pixels. Nothing is decided in the loops over lanes, so that they become vectors.
+    #[inline(always)]
+    fn at8(&self, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> [F32x8; 2] {
+        let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);
+        if self.pattern == Pattern::Sobol {
+            let sample_i = sample[1] * self.samples_per_axis + sample[0];
+            for lane in 0..LANES {
+                [right[lane], up[lane]] = sobol_point(pixels[lane], sample_i);
+            }
+        } else {
+            for lane in 0..LANES {
+                [right[lane], up[lane]] = self.point(pixels[lane], sample);
+            }
+        }
+        match self.filter {
+            Filter::Box => {
+                for lane in 0..LANES {
+                    (right[lane], up[lane]) = (spread(right[lane]), spread(up[lane]));
+                }
+            }
+            Filter::Tent => {
+                for lane in 0..LANES {
+                    (right[lane], up[lane]) = (tent(right[lane]), tent(up[lane]));
+                }
+            }
+            Filter::BlackmanHarris => {
+                for lane in 0..LANES {
+                    (right[lane], up[lane]) = (self.warp(right[lane]), self.warp(up[lane]));
+                }
+            }
+        }
+        for up in &mut up {
+            *up = -*up;
+        }
+        [F32x8::new(right), F32x8::new(up)]
     }
 
     /// Returns the sample's point in the unit square, from the top left.
@@ -186,13 +219,7 @@ impl SampleOffsets {
                 let second = hash(first ^ 0x5bd1_e995);
                 [in_cell(column, unit(first)), in_cell(row, unit(second))]
             }
-            Pattern::Sobol => {
-                let second = hash(pixel ^ 0x5bd1_e995);
-                [
-                    unit(scrambled(sample_i, pixel)),
-                    unit(scrambled(sobol::second(sample_i), second)),
-                ]
-            }
+            Pattern::Sobol => sobol_point([x, y], sample_i),
         }
     }
 
@@ -200,9 +227,8 @@ impl SampleOffsets {
     #[inline(always)]
     fn warp(&self, u: f32) -> f32 {
         match self.filter {
-            Filter::Box => 2.0 * u - 1.0,
-            Filter::Tent if u < 0.5 => 2.0 * (2.0 * u).sqrt() - 2.0,
-            Filter::Tent => 2.0 - 2.0 * (2.0 * (1.0 - u)).sqrt(),
+            Filter::Box => spread(u),
+            Filter::Tent => tent(u),
             Filter::BlackmanHarris => {
                 let at = u * STEPS as f32;
                 let step = (at as usize).min(STEPS - 1);
@@ -210,6 +236,33 @@ impl SampleOffsets {
                 below + (above - below) * (at - step as f32)
             }
         }
+    }
+}
+
+/// Returns a point of a pixel's sequence.
+#[inline(always)]
+fn sobol_point(pixel: [u32; 2], sample_i: u32) -> [f32; 2] {
+    let first = seed_of(pixel);
+    let second = hash(first ^ 0x5bd1_e995);
+    [
+        unit(scrambled(sample_i, first)),
+        unit(scrambled(sobol::second(sample_i), second)),
+    ]
+}
+
+/// The inverse distribution of the box filter.
+#[inline(always)]
+fn spread(u: f32) -> f32 {
+    2.0 * u - 1.0
+}
+
+/// The inverse distribution of the tent filter, alike on both sides of the middle.
+#[inline(always)]
+fn tent(u: f32) -> f32 {
+    if u < 0.5 {
+        2.0 * (2.0 * u).sqrt() - 2.0
+    } else {
+        2.0 - 2.0 * (2.0 * (1.0 - u)).sqrt()
     }
 }
 

@@ -105,16 +105,21 @@ impl ScalarTile<'_> {
         let tile = rect.absolute(window);
         let mut neighborhood = Neighborhood::default();
         let first_samples = self.context.first_samples();
-        for pixel in neighborhood.restart(tile, &settings).each_pixel() {
-            self.add_samples::<S, P>(simd, pixel, first_samples, neighborhood.at(pixel));
+        let area = neighborhood.restart(tile, &settings, first_samples);
+        for pixel in area.each_pixel() {
+            let mut samples = Samples::default();
+            self.add_samples::<S, P>(simd, pixel, first_samples, &mut samples);
+            neighborhood.set(pixel, samples);
         }
-        neighborhood.finish_first();
+        neighborhood.compare();
         for pixel in tile.each_pixel() {
             if neighborhood.differs(pixel) {
-                self.add_samples::<S, P>(simd, pixel, settings.samples, neighborhood.at(pixel));
+                let mut samples = neighborhood.samples(pixel);
+                self.add_samples::<S, P>(simd, pixel, settings.samples, &mut samples);
+                neighborhood.set(pixel, samples);
             }
         }
-        neighborhood.store(tile, rect.x, window.width() as usize, band);
+        neighborhood.store(simd, tile, rect.x, window.width() as usize, band);
     }
 
     /// Adds the samples of an absolute pixel that it has not got, up to `count`.

@@ -19,9 +19,9 @@ use crate::{
 use std::time::Instant;
 
 /// Width and height of a packet, pixels.
-const PACKET: [u32; 2] = [4, 2];
+pub(super) const PACKET: [u32; 2] = [4, 2];
 /// Pixels of a packet's row.
-const ROW: usize = PACKET[0] as usize;
+pub(super) const ROW: usize = PACKET[0] as usize;
 
 /// The scratch memory of a thread.
 #[derive(Debug)]

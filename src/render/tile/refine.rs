@@ -6,10 +6,11 @@ use crate::{
     ray::{RayPacket, T_MAX},
     render::{
         Pixel, RayCounts, TileTimes,
+        adaptive::Neighborhood,
         frame::{FrameContext, TileRect},
     },
     scene::for_each_packet,
-    shade::queue::RayQueue,
+    shade::{TileColors, queue::RayQueue},
     simd::{EightLanes, Lanes, Simd, at_level},
 };
 use std::{ops::Range, time::Instant};
@@ -23,10 +24,10 @@ impl TileScratch<'_> {
         band: &mut [P],
     ) -> (RayCounts, TileTimes) {
         let row_length = context.window.width() as usize;
+        let (settings, first_samples) = (context.settings, context.first_samples());
         let (tile, whole) = (rect.absolute(context.window), context.whole());
-        let area = self.neighborhood.restart(tile, &context.settings);
+        let area = self.neighborhood.restart(tile, &settings, first_samples);
         let (may_hit, mut times) = self.begin(&whole, area);
-        let first_samples = context.first_samples();
         let mut camera = area.pixels() * u64::from(first_samples);
         match constant_background::<P>(context.scene) {
             Some(color) if !may_hit => {
@@ -38,12 +39,14 @@ impl TileScratch<'_> {
                 let tile_start = Instant::now();
                 self.sum_samples::<P>(&whole, area, may_hit, &mut times);
                 let start = Instant::now();
-                self.spread(area, first_samples);
-                self.find_refined(tile, context.settings.samples - first_samples);
+                at_level!(settings.level, |simd| self.spread(simd, area, first_samples));
+                self.find_refined(tile, settings.samples - first_samples);
                 times.film = start.elapsed();
                 camera += self.refine::<P>(&whole, first_samples, &mut times);
                 let start = Instant::now();
-                self.neighborhood.store(tile, rect.x, row_length, band);
+                let neighborhood = &self.neighborhood;
+                at_level!(settings.level, |simd| neighborhood
+                    .store(simd, tile, rect.x, row_length, band));
                 times.film += start.elapsed();
                 self.end(tile_start, &mut times);
             }
@@ -51,22 +54,23 @@ impl TileScratch<'_> {
         (self.counts(camera), times)
     }
 
-    /// Moves the sums of the first samples from packets to pixels.
-    fn spread(&mut self, area: TileRect, count: u32) {
+    /// Moves the sums of the first samples from packets to pixels, and compares them.
+    #[inline(always)]
+    fn spread<S: Simd>(&mut self, simd: S, area: TileRect, count: u32) {
+        let opaque = simd.splat(count as f32).to8();
         let mut alphas = self.sum.alpha.iter();
         let mut sums = self.sum.packets.iter();
-        for_each_packet(area.width, area.height, |[x, y]| {
-            let Some(sum) = sums.next() else { return };
-            let alpha = alphas.next();
-            let (is_inside, pixels) = (inside(area, x, y), pixels_of(area, x, y));
-            for lane in (0..LANES).filter(|lane| is_inside >> lane & 1 == 1) {
-                let [r, g, b] = sum.each_ref().map(|channel| channel.as_array()[lane]);
-                let alpha = alpha.map_or(count as f32, |alpha| alpha.as_array()[lane]);
-                let samples = self.neighborhood.at(pixels[lane]);
-                (samples.sum, samples.count) = ([r, g, b, alpha], count);
-            }
-        });
-        self.neighborhood.finish_first();
+        for_each_packet(
+            area.width,
+            area.height,
+            #[inline(always)]
+            |at| {
+                let Some([r, g, b]) = sums.next() else { return };
+                let alpha = alphas.next().unwrap_or(&opaque);
+                self.neighborhood.set_packet(at, [r, g, b, alpha]);
+            },
+        );
+        self.neighborhood.compare();
     }
 
     /// Lists the pixels that take `more` samples, in the order of packets.
@@ -130,27 +134,30 @@ impl TileScratch<'_> {
         }
         times.ray_generation += start.elapsed();
         self.shade::<P>(context, 0);
-        let per_packet = samples.len();
-        for (i, pixels) in pixels.chunks(LANES).enumerate() {
-            let colors = &self.sample.packets[i * per_packet..][..per_packet];
-            for (lane, &pixel) in pixels.iter().enumerate() {
-                let to = self.neighborhood.at(pixel);
-                to.count += per_packet as u32;
-                for color in colors {
-                    for (sum, channel) in to.sum.iter_mut().zip(color) {
-                        *sum += channel.as_array()[lane];
-                    }
-                }
-                match self.sample.alpha.get(i * per_packet..) {
-                    Some(alphas) if P::HAS_ALPHA => {
-                        for alpha in &alphas[..per_packet] {
-                            to.sum[3] += alpha.as_array()[lane];
-                        }
-                    }
-                    _ => to.sum[3] += per_packet as f32,
-                }
-            }
-        }
+        let (neighborhood, sample) = (&mut self.neighborhood, &self.sample);
+        at_level!(context.settings.level, |simd| add_colors(
+            simd,
+            neighborhood,
+            pixels,
+            sample,
+            samples.len()
+        ));
+    }
+}
+
+/// Adds colours, `per_packet` packets of them for every eight pixels.
+#[inline(always)]
+fn add_colors<S: Simd>(
+    simd: S,
+    neighborhood: &mut Neighborhood,
+    pixels: &[[u32; 2]],
+    colors: &TileColors,
+    per_packet: usize,
+) {
+    for (i, pixels) in pixels.chunks(LANES).enumerate() {
+        let at = i * per_packet..(i + 1) * per_packet;
+        let alpha = colors.alpha.get(at.clone()).unwrap_or_default();
+        neighborhood.add(simd, pixels, &colors.packets[at], alpha);
     }
 }
 
