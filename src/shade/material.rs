@@ -126,6 +126,8 @@ pub(super) fn color<S: Simd>(
     let Points { surfaces, tints, .. } = points;
     let base = match *material {
         Material::Silhouette { color } => return silhouette(simd, color, surfaces, colors),
+        // It has no colour of its own: see `glass::pass`.
+        Material::Glass { .. } => return,
         Material::Matte { color } | Material::Reflection { color, .. } => color,
         Material::BlinnPhong { diffuse, .. } => diffuse,
     };
@@ -193,7 +195,7 @@ fn body<S: Simd>(
 ) {
     let ambient = simd.splat(scene.ambient());
     match *material {
-        Material::Silhouette { .. } => {}
+        Material::Silhouette { .. } | Material::Glass { .. } => {}
         Material::Matte { .. } => matte(simd, base, 1.0, ambient, points, colors),
         Material::Reflection { mirror_share, .. } => {
             matte(simd, base, 1.0 - mirror_share, ambient, points, colors);
