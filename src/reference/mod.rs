@@ -7,6 +7,7 @@ pub mod brute;
 pub mod bvh;
 pub mod cost;
 mod draw;
+mod glass;
 mod primitive;
 pub mod shade;
 

@@ -1,6 +1,9 @@
 //! The scalar twin of the `shade` module: Whitted's algorithm as a loop, with the same operations in the same order.
 
-use super::draw::{cone, scattered};
+use super::{
+    draw::{cone, scattered},
+    glass,
+};
 use crate::{
     math::{max, max_abs, min, powi, scale_to_one},
     ray::{Hit, Ray, T_MAX},
@@ -10,7 +13,7 @@ use crate::{
 };
 use glam::Vec3;
 
-const SURFACE_OFFSET: f32 = 32.0 / 16_777_216.0;
+pub(super) const SURFACE_OFFSET: f32 = 32.0 / 16_777_216.0;
 const LIGHT_OFFSET: f32 = 32.0 / 16_777_216.0;
 
 /// A way to trace rays: brute force or a BVH.
@@ -22,12 +25,14 @@ pub trait Intersect {
 }
 
 /// A point on a surface; the fields are those of `shade::surface::SurfacePacket`.
-struct Surface {
-    point: Vec3,
-    geometric_normal: Vec3,
-    normal: Vec3,
-    direction: Vec3,
-    magnitude: f32,
+pub(super) struct Surface {
+    pub point: Vec3,
+    pub geometric_normal: Vec3,
+    pub normal: Vec3,
+    pub direction: Vec3,
+    pub magnitude: f32,
+    /// Whether the ray comes from behind: the geometric normal was turned.
+    pub from_behind: bool,
 }
 
 /// The number of secondary rays traced.
@@ -37,7 +42,7 @@ pub struct SecondaryRays {
     pub shadow: u64,
     /// Ambient occlusion rays.
     pub ambient: u64,
-    /// Reflection rays.
+    /// Reflection and refraction rays.
     pub reflection: u64,
 }
 
@@ -101,6 +106,9 @@ pub(crate) fn radiance_at<S: Simd>(
     limits: Limits,
     rays: &mut SecondaryRays,
 ) -> [f32; 3] {
+    if scene.has_glass() {
+        return glass::radiance(simd, scene, intersect, (camera_ray, sample), limits, rays);
+    }
     let mut color = [0.0; 3];
     let mut ray = camera_ray;
     let mut weight = 1.0;
@@ -118,66 +126,74 @@ pub(crate) fn radiance_at<S: Simd>(
             add(simd, &mut color, weight, background);
             break;
         }
-        let distance = travelled + hit.t;
-        let (material, emitted) = &tinted(simd, scene, &ray, &hit, distance * sample.width);
-        if let Material::Silhouette { color: own } = material {
-            add(simd, &mut color, weight, *own);
-            emit(simd, &mut color, weight, *emitted);
+        travelled += hit.t;
+        let at = (&ray, &hit, travelled * sample.width);
+        let draw = (Draw::at(scene, sample, level), limits.shadows);
+        let Some((Material::Reflection { mirror_share, .. }, surface)) =
+            scatter(simd, scene, intersect, at, draw, (&mut color, weight), rays)
+        else {
             break;
-        }
-        let surface = surface(simd, scene, &ray, &hit);
-        let draw = Draw {
-            sample,
-            first_pair: level as usize * (scene.lights().intensity.len() + 1),
         };
-        let light = gather_light(
-            simd,
-            scene,
-            intersect,
-            (&surface, material),
-            (draw, limits.shadows),
-            rays,
-        );
-        match *material {
-            Material::Silhouette { .. } => {}
-            Material::Matte { color: own } => add(simd, &mut color, weight, matte(own, &light)),
-            Material::BlinnPhong {
-                diffuse,
-                specular,
-                k_d,
-                k_s,
-                ..
-            } => {
-                let mut own = [0.0; 3];
-                for i in 0..3 {
-                    let body = simd.mul_add(k_d, light.diffuse[i], light.ambient);
-                    let gloss = k_s * light.specular[i];
-                    let sum = simd.mul_add(diffuse[i], body, specular[i] * gloss);
-                    own[i] = min(max(sum, 0.0), 1.0);
-                }
-                add(simd, &mut color, weight, own);
-            }
-            Material::Reflection {
-                color: own,
-                mirror_share,
-            } => {
-                add(
-                    simd,
-                    &mut color,
-                    weight * (1.0 - mirror_share),
-                    matte(own, &light),
-                );
-                emit(simd, &mut color, weight, *emitted);
-                weight *= mirror_share;
-                travelled = distance;
-                ray = mirrored(simd, &surface);
-                continue;
-            }
-        }
-        emit(simd, &mut color, weight, *emitted);
-        break;
+        weight *= mirror_share;
+        ray = mirrored(simd, &surface);
     }
     color
+}
+
+/// Adds the light that a surface scatters and emits, weighted; `width` is that of the ray's cone. Returns the surface
+/// unless it is a silhouette.
+#[inline(always)]
+pub(super) fn scatter<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut impl Intersect,
+    (ray, hit, width): (&Ray, &Hit, f32),
+    draw: (Draw, bool),
+    (color, weight): (&mut [f32; 3], f32),
+    rays: &mut SecondaryRays,
+) -> Option<(Material, Surface)> {
+    let (material, emitted) = tinted(simd, scene, ray, hit, width);
+    if let Material::Silhouette { color: own } = material {
+        add(simd, color, weight, own);
+        emit(simd, color, weight, emitted);
+        return None;
+    }
+    let surface = surface(simd, scene, ray, hit);
+    if !matches!(material, Material::Glass { .. }) {
+        let light = gather_light(simd, scene, intersect, (&surface, &material), draw, rays);
+        body(simd, color, weight, &material, &light);
+    }
+    emit(simd, color, weight, emitted);
+    Some((material, surface))
+}
+
+/// Adds the light that a material scatters.
+#[inline(always)]
+fn body<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, material: &Material, light: &Light) {
+    match *material {
+        Material::Silhouette { .. } | Material::Glass { .. } => {}
+        Material::Matte { color: own } => add(simd, color, weight, matte(own, light)),
+        Material::BlinnPhong {
+            diffuse,
+            specular,
+            k_d,
+            k_s,
+            ..
+        } => {
+            let mut own = [0.0; 3];
+            for i in 0..3 {
+                let body = simd.mul_add(k_d, light.diffuse[i], light.ambient);
+                let gloss = k_s * light.specular[i];
+                let sum = simd.mul_add(diffuse[i], body, specular[i] * gloss);
+                own[i] = min(max(sum, 0.0), 1.0);
+            }
+            add(simd, color, weight, own);
+        }
+        Material::Reflection {
+            color: own,
+            mirror_share,
+        } => add(simd, color, weight * (1.0 - mirror_share), matte(own, light)),
+    }
 }
 
 /// Adds the light that a surface emits, if it does.
@@ -189,7 +205,7 @@ fn emit<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, emitted: Option<[f3
 }
 
 #[inline(always)]
-fn add<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, more: [f32; 3]) {
+pub(super) fn add<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, more: [f32; 3]) {
     for (sum, c) in color.iter_mut().zip(more) {
         *sum = simd.mul_add(weight, c, *sum);
     }
@@ -201,7 +217,7 @@ fn matte(color: [f32; 3], light: &Light) -> [f32; 3] {
 }
 
 #[inline(always)]
-fn mirrored<S: Simd>(simd: S, s: &Surface) -> Ray {
+pub(super) fn mirrored<S: Simd>(simd: S, s: &Surface) -> Ray {
     let along = simd.dot(s.direction, s.normal);
     let direction = simd.normalize(simd.mul_add3(s.normal, -2.0 * along, s.direction));
     leaving(simd, s, direction, T_MAX)
@@ -217,10 +233,20 @@ struct Light {
 
 /// The random points of one depth.
 #[derive(Clone, Copy)]
-struct Draw {
+pub(super) struct Draw {
     sample: PixelSample,
     /// That of ambient light; those of the lights follow.
     first_pair: usize,
+}
+
+impl Draw {
+    #[inline(always)]
+    pub(super) fn at(scene: &Scene, sample: PixelSample, level: u32) -> Self {
+        Self {
+            sample,
+            first_pair: level as usize * (scene.lights().intensity.len() + 1),
+        }
+    }
 }
 
 #[inline(always)]
@@ -335,6 +361,7 @@ fn tinted<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> 
             emitted = textures.emits().then_some(emission);
         }
         match &mut material {
+            Material::Glass { .. } => {}
             Material::Silhouette { color }
             | Material::Matte { color }
             | Material::Reflection { color, .. }
@@ -370,6 +397,7 @@ pub fn albedo(scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> [f32; 3] {
             color
         }
         Material::BlinnPhong { diffuse, .. } => diffuse,
+        Material::Glass { .. } => [1.0; 3],
     }
 }
 
@@ -396,6 +424,7 @@ fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
     };
     let away = simd.dot(geometric, ray.direction) > 0.0;
     Surface {
+        from_behind: away,
         point,
         geometric_normal: if away { -geometric } else { geometric },
         normal: if away { -normal } else { normal },

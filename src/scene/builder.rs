@@ -389,6 +389,7 @@ impl SceneBuilder {
             triangles,
             spheres,
             lights,
+            has_glass: materials.iter().any(|m| matches!(m, Material::Glass { .. })),
             materials,
             has_cut_outs: textures
                 .iter()

@@ -1,10 +1,14 @@
 //! Materials: the reflection models and the ranges of their constants.
 
+use super::is_usable;
 use crate::{classic, error::SceneError};
 
 /// The largest Blinn-Phong exponent. Unit vectors in `f32` may be slightly too long, and a larger power would amplify
 /// that.
 pub const MAX_ALPHA: u32 = 10_000;
+
+/// The range of refractive indices; below 1 for bubbles in a denser medium.
+pub const INDEX_RANGE: (f32, f32) = (0.3, 3.0);
 
 /// How a surface reflects light. I_a is the ambient light, I_i a light's intensity times its colour in a channel; the
 /// constants of classic scenes are in [`classic`].
@@ -40,6 +44,17 @@ pub enum Material {
         /// The weight of the mirrored ray, 0 to 1.
         mirror_share: f32,
     },
+    /// `F * (colour of the mirrored ray) + (1 - F) * (colour of the refracted ray)`, with F by Fresnel's equations for
+    /// unpolarised light. Light that travels a distance t inside is multiplied by `tint^(t / depth)` (Beer-Lambert).
+    /// Surfaces are closed, and outside is where spheres and counterclockwise triangles face.
+    Glass {
+        /// Refractive index of the inside relative to the outside, [`INDEX_RANGE`].
+        index: f32,
+        /// What is left of white light after `depth`, linear RGB.
+        tint: [f32; 3],
+        /// The distance that `tint` belongs to, scene units, above 0.
+        depth: f32,
+    },
 }
 
 impl Material {
@@ -61,6 +76,31 @@ impl Material {
             mirror_share: classic::MIRROR_SHARE,
         },
     ];
+
+    /// Clear glass, index 1.5.
+    pub const GLASS: Self = Self::Glass {
+        index: 1.5,
+        tint: [1.0; 3],
+        depth: 1.0,
+    };
+
+    /// Returns what is left of light, by channel, after this distance inside the material.
+    ///
+    /// Both modes call it: powers by `libm` are the same on every machine.
+    #[must_use]
+    pub fn transmittance(&self, distance: f32) -> [f32; 3] {
+        let Self::Glass { tint, depth, .. } = *self else {
+            return [1.0; 3];
+        };
+        let depths = f64::from(distance) / f64::from(depth);
+        tint.map(|share| {
+            if share == 1.0 {
+                1.0
+            } else {
+                libm::pow(f64::from(share), depths) as f32
+            }
+        })
+    }
 
     /// Refuses constants out of range.
     pub(super) fn check(&self) -> Result<(), SceneError> {
@@ -91,6 +131,18 @@ impl Material {
                 check_color(color)?;
                 check_share("mix", mirror_share)
             }
+            Self::Glass { index, tint, depth } => {
+                check_range("ior", index, INDEX_RANGE)?;
+                check_color(tint)?;
+                let (what, value) = ("depth", depth);
+                if !is_usable(depth) {
+                    Err(SceneError::NotUsable { what, value })
+                } else if depth <= 0.0 {
+                    Err(SceneError::NotPositive { what, value })
+                } else {
+                    Ok(())
+                }
+            }
         }
     }
 
@@ -117,6 +169,11 @@ impl Material {
                 color: [r, g, b],
                 mirror_share,
             } => write(3, &[r, g, b, mirror_share]),
+            Self::Glass {
+                index,
+                tint: [r, g, b],
+                depth,
+            } => write(4, &[index, r, g, b, depth]),
         }
         bits
     }
@@ -124,14 +181,14 @@ impl Material {
 
 /// Refuses a value outside [0, 1].
 pub(super) fn check_share(what: &'static str, value: f32) -> Result<(), SceneError> {
-    if (0.0..=1.0).contains(&value) {
+    check_range(what, value, (0.0, 1.0))
+}
+
+fn check_range(what: &'static str, value: f32, range: (f32, f32)) -> Result<(), SceneError> {
+    if (range.0..=range.1).contains(&value) {
         Ok(())
     } else {
-        Err(SceneError::OutOfRange {
-            what,
-            value,
-            range: (0.0, 1.0),
-        })
+        Err(SceneError::OutOfRange { what, value, range })
     }
 }
 

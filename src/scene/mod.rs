@@ -20,7 +20,7 @@ pub use camera::{Camera, CameraError, MAX_SIDE_SAMPLES, NamedCamera, PixelRays, 
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
-pub use material::{MAX_ALPHA, Material};
+pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use texture::{CutOut, SurfaceTextures, TexturePoint};
 pub use transform::Transform;
 pub(crate) use weld::weld;
@@ -172,6 +172,7 @@ pub struct Scene {
     textures: Vec<Option<SurfaceTextures>>,
     images: Vec<Image>,
     has_cut_outs: bool,
+    has_glass: bool,
     ambient: f32,
     ambient_reach: Option<f32>,
     background: Background,
@@ -228,6 +229,12 @@ impl Scene {
     #[must_use]
     pub fn materials(&self) -> &[Material] {
         &self.materials
+    }
+
+    /// Returns whether a material is glass.
+    #[must_use]
+    pub fn has_glass(&self) -> bool {
+        self.has_glass
     }
 
     /// Returns the ambient light I_a.

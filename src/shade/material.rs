@@ -128,6 +128,8 @@ pub(super) fn color<S: Simd>(
         Material::Silhouette { color } | Material::Matte { color } | Material::Reflection { color, .. } => {
             color
         }
+        // It has no colour of its own: see `glass::pass`.
+        Material::Glass { .. } => return,
         Material::BlinnPhong { diffuse, .. } => diffuse,
     };
     // Two copies, so that scenes without tints pay nothing for them.
@@ -200,6 +202,7 @@ fn body<S: Simd>(
     let ambient = simd.splat(scene.ambient());
     match *material {
         Material::Silhouette { .. } => silhouette(simd, base, points.surfaces, colors),
+        Material::Glass { .. } => {}
         Material::Matte { .. } => matte(simd, base, 1.0, ambient, points, colors),
         Material::Reflection { mirror_share, .. } => {
             matte(simd, base, 1.0 - mirror_share, ambient, points, colors);

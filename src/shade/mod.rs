@@ -7,11 +7,13 @@
 //!    |                  texture::pass    and textures
 //!    |                  shadow::pass     one run of occlusion rays per light
 //!    +---- mirrored --- material::color  light -> colours of the tile
+//!    +---- branches --- glass::pass      reflected and refracted rays
 //! ```
 //!
 //! The scalar twin, with the same operations in the same order, is [`reference::shade`](crate::reference::shade).
 
 mod draw;
+mod glass;
 pub mod material;
 pub mod queue;
 pub mod shadow;
@@ -23,7 +25,7 @@ pub mod tint;
 use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId},
-    scene::{Scene, SurfaceTextures},
+    scene::{Material, Scene, SurfaceTextures},
     simd::{EightLanes, Lanes, Level, Simd, at_level},
     sobol,
     trace::Tracer,
@@ -77,11 +79,13 @@ pub struct Shader {
     next: RayQueue,
     /// The numbers of the first random points of the tile's pixels, by packet.
     first_points: Vec<[u32; LANES]>,
+    /// The rays of each depth in scenes with glass.
+    branches: Vec<glass::Depth>,
     /// Ambient occlusion rays traced since [`Shader::reset_counts`].
     pub ambient_rays: u64,
     /// Shadow rays traced since [`Shader::reset_counts`].
     pub shadow_rays: u64,
-    /// Reflection rays traced since [`Shader::reset_counts`].
+    /// Reflection and refraction rays traced since [`Shader::reset_counts`].
     pub reflection_rays: u64,
     /// Time spent in the tracer since [`Shader::reset_counts`].
     pub tracing: Duration,
@@ -240,63 +244,16 @@ impl Shader {
             rays.are_camera_rays() && settings.max_depth > 0,
             "only camera rays set colours, all others add to them"
         );
+        if scene.has_glass() {
+            self.shade_branches(scene, tracer, settings, rays, colors);
+            rays.restart(None);
+            return;
+        }
         colors.resize(rays.rays.packets().len());
         let level = tracer.level();
         for depth in 1..=settings.max_depth {
-            let packets = rays.rays.packets().len();
-            if self.hits.len() < packets {
-                self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
-            }
-            let hits = &mut self.hits[..packets];
-            let start = Instant::now();
-            tracer.closest_hit(rays.rays.origins(), rays.rays.packets(), hits);
-            self.tracing += start.elapsed();
-            let transparent = settings.transparent && depth == 1;
-            at_level!(level, |simd| {
-                if transparent {
-                    coverage(simd, hits, &mut colors.alpha);
-                }
-                queue::sort(
-                    simd,
-                    scene,
-                    rays,
-                    hits,
-                    transparent,
-                    &mut self.by_material,
-                    colors,
-                );
-                surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
-            });
-            self.gather_tints(scene, level, rays, settings.pixel_width);
-            if self.surfaces.is_empty() {
-                break;
-            }
-            self.add_lights(scene, tracer, settings, depth - 1);
-
             self.next.restart(None);
-            for (material, range) in self.by_material.ranges() {
-                let emits = scene.textures(material).is_some_and(SurfaceTextures::emits);
-                let material = &scene.materials()[material.0 as usize];
-                let points = Points {
-                    surfaces: &self.surfaces[range.clone()],
-                    light: &self.light[range.clone()],
-                    tints: self.tints.get(range.clone()).unwrap_or_default(),
-                    ambient: self.ambient.get(range.clone()).unwrap_or_default(),
-                    distance: self.textured.distance.get(range.clone()).unwrap_or_default(),
-                };
-                at_level!(level, |simd| material::color(
-                    simd,
-                    scene,
-                    material,
-                    points,
-                    colors,
-                    &mut self.next
-                ));
-                if emits {
-                    let (surfaces, light) = (points.surfaces, &self.textured.emitted[range]);
-                    at_level!(level, |simd| material::emission(simd, surfaces, light, colors));
-                }
-            }
+            self.shade_depth(scene, tracer, (settings, depth), rays, colors);
             if depth == settings.max_depth {
                 at_level!(level, |simd| material::background_pass(
                     simd, scene, &self.next, colors
@@ -310,6 +267,138 @@ impl Shader {
             }
         }
         rays.restart(None);
+    }
+
+    /// Traces and shades the rays of one depth, and queues the next ones.
+    fn shade_depth(
+        &mut self,
+        scene: &Scene,
+        tracer: &mut Tracer<'_>,
+        (settings, depth): (ShadeSettings, u32),
+        rays: &mut RayQueue,
+        colors: &mut TileColors,
+    ) {
+        let level = tracer.level();
+        let packets = rays.rays.packets().len();
+        if self.hits.len() < packets {
+            self.hits.resize(packets, HitPacket::miss(F32x8::ZERO));
+        }
+        let hits = &mut self.hits[..packets];
+        let start = Instant::now();
+        tracer.closest_hit(rays.rays.origins(), rays.rays.packets(), hits);
+        self.tracing += start.elapsed();
+        if !rays.branches.is_empty() {
+            glass::absorb(scene, rays, hits);
+        }
+        let transparent = settings.transparent && depth == 1;
+        at_level!(level, |simd| {
+            if transparent {
+                coverage(simd, hits, &mut colors.alpha);
+            }
+            queue::sort(
+                simd,
+                scene,
+                rays,
+                hits,
+                transparent,
+                &mut self.by_material,
+                colors,
+            );
+            surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
+        });
+        self.gather_tints(scene, level, rays, settings.pixel_width);
+        if !self.surfaces.is_empty() {
+            self.add_lights(scene, tracer, settings, depth - 1);
+            self.color(scene, level, rays, colors);
+        }
+    }
+
+    /// Runs the passes of all materials.
+    fn color(&mut self, scene: &Scene, level: Level, rays: &RayQueue, colors: &mut TileColors) {
+        for (id, range) in self.by_material.ranges() {
+            let emits = scene.textures(id).is_some_and(SurfaceTextures::emits);
+            let material = &scene.materials()[id.0 as usize];
+            let points = Points {
+                surfaces: &self.surfaces[range.clone()],
+                light: &self.light[range.clone()],
+                tints: self.tints.get(range.clone()).unwrap_or_default(),
+                ambient: self.ambient.get(range.clone()).unwrap_or_default(),
+                distance: self.textured.distance.get(range.clone()).unwrap_or_default(),
+            };
+            at_level!(level, |simd| material::color(
+                simd,
+                scene,
+                material,
+                points,
+                colors,
+                &mut self.next
+            ));
+            if emits {
+                let (surfaces, light) = (points.surfaces, &self.textured.emitted[range]);
+                at_level!(level, |simd| material::emission(simd, surfaces, light, colors));
+            }
+            if let Material::Glass { index, .. } = *material {
+                at_level!(level, |simd| glass::pass(
+                    simd,
+                    scene,
+                    (id, index),
+                    points,
+                    rays,
+                    colors,
+                    &mut self.next
+                ));
+            } else if self.next.sets_colors() {
+                glass::branch_mirrored(rays, &mut self.next);
+            }
+        }
+    }
+
+    /// [`Self::shade`] for scenes with glass, whose rays branch.
+    ///
+    /// A pixel then has several rays at a depth, in an order that depends on its neighbours. So each ray has a colour of
+    /// its own, and from the last depth up the colours of branches are added to those that they leave: reflected after
+    /// refracted ones, whatever packets they are in.
+    fn shade_branches(
+        &mut self,
+        scene: &Scene,
+        tracer: &mut Tracer<'_>,
+        settings: ShadeSettings,
+        rays: &mut RayQueue,
+        colors: &mut TileColors,
+    ) {
+        let level = tracer.level();
+        let mut depths = std::mem::take(&mut self.branches);
+        depths.resize_with(depths.len().max(1), Default::default);
+        depths[0].swap(rays, colors, &mut self.first_points);
+        let mut last = 0;
+        for i in 0..settings.max_depth as usize {
+            depths.resize_with(depths.len().max(i + 2), Default::default);
+            let [own, next] = &mut depths[i..i + 2] else { break };
+            own.colors.resize(own.rays.rays.packets().len());
+            std::mem::swap(&mut self.first_points, &mut own.first_points);
+            self.next.restart_branches();
+            let depth = i as u32 + 1;
+            self.shade_depth(scene, tracer, (settings, depth), &mut own.rays, &mut own.colors);
+            std::mem::swap(&mut self.first_points, &mut own.first_points);
+            std::mem::swap(&mut self.next, &mut next.rays);
+            if next.rays.rays.packets().is_empty() {
+                break;
+            }
+            last = i + 1;
+            if depth == settings.max_depth {
+                at_level!(level, |simd| next.set_background(simd, scene));
+            } else {
+                self.reflection_rays += next.rays.active_rays();
+                next.take_first_points(&own.first_points);
+            }
+        }
+        for i in (1..=last).rev() {
+            if let [own, next] = &mut depths[i - 1..=i] {
+                at_level!(level, |simd| next.add_to(simd, &mut own.colors));
+            }
+        }
+        depths[0].swap(rays, colors, &mut self.first_points);
+        self.branches = depths;
     }
 
     /// Fills the tints of all surfaces if the scene has colours beside those of materials.

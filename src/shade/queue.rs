@@ -1,6 +1,6 @@
 //! The queues: rays to trace, and hits sorted by material.
 
-use super::{TileColors, material::background, surface::SurfacePacket};
+use super::{TileColors, glass::Branch8, material::background, surface::SurfacePacket};
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, Origins, PrimitiveId, RayPacket, RayPackets},
@@ -10,7 +10,7 @@ use crate::{
 use glam::Vec3;
 use std::ops::Range;
 
-/// The rays to trace: a tile's camera rays, which share their origin, or mirrored rays.
+/// The rays to trace: a tile's camera rays, which share their origin, or secondary rays.
 #[derive(Debug, Default)]
 pub struct RayQueue {
     /// The rays; lanes without one have `t_max` 0.
@@ -21,6 +21,10 @@ pub struct RayQueue {
     weight: Vec<F32x8>,
     /// See [`Self::travelled`]; empty for camera rays, and in scenes without textures.
     travelled: Vec<F32x8>,
+    /// See [`Self::sets_colors`].
+    sets_colors: bool,
+    /// See [`Branch8`]; as many as packets, or none.
+    pub(super) branches: Vec<Branch8>,
 }
 
 impl RayQueue {
@@ -37,6 +41,14 @@ impl RayQueue {
         self.pixel.clear();
         self.weight.clear();
         self.travelled.clear();
+        self.branches.clear();
+        self.sets_colors = origin.is_some();
+    }
+
+    /// Removes all rays. The next ones have separate origins, and a colour each.
+    pub fn restart_branches(&mut self) {
+        self.restart(None);
+        self.sets_colors = true;
     }
 
     /// Adds the camera rays of the next eight pixels.
@@ -66,11 +78,32 @@ impl RayQueue {
         matches!(self.rays.origins(), Origins::Shared(_))
     }
 
+    /// Returns whether each ray has a colour of its own, which it sets: a camera ray, and every ray of a scene with glass.
+    #[inline(always)]
+    #[must_use]
+    pub fn sets_colors(&self) -> bool {
+        self.sets_colors
+    }
+
+    /// Returns the indices in [`TileColors`] of the colours that the rays of packet `p` continue.
+    #[inline(always)]
+    #[must_use]
+    pub fn parent(&self, p: usize) -> [u32; LANES] {
+        self.pixel[p]
+    }
+
+    /// Returns the factors by which packet `p` was pushed.
+    #[inline(always)]
+    #[must_use]
+    pub fn share(&self, p: usize) -> F32x8 {
+        self.weight[p]
+    }
+
     /// Returns the indices in [`TileColors`] of the pixels of packet `p`.
     #[inline(always)]
     #[must_use]
     pub fn pixel(&self, p: usize) -> [u32; LANES] {
-        if self.are_camera_rays() {
+        if self.sets_colors {
             let mut pixels = [(p * LANES) as u32; LANES];
             for (pixel, lane) in pixels.iter_mut().zip(0..) {
                 *pixel += lane;
@@ -85,7 +118,7 @@ impl RayQueue {
     #[inline(always)]
     #[must_use]
     pub fn weight(&self, p: usize) -> F32x8 {
-        if self.are_camera_rays() {
+        if self.sets_colors {
             F32x8::splat(1.0)
         } else {
             self.weight[p]
@@ -167,7 +200,7 @@ pub struct HitQueue {
 }
 
 fn needs_light(material: &Material) -> bool {
-    !matches!(material, Material::Silhouette { .. })
+    !matches!(material, Material::Silhouette { .. } | Material::Glass { .. })
 }
 
 impl HitQueue {
@@ -255,8 +288,8 @@ impl HitQueue {
     }
 }
 
-/// Sorts the hits of `rays` by material. Misses take the background, or nothing if `transparent`: camera rays set the
-/// colours of the tile, others add to them.
+/// Sorts the hits of `rays` by material. Misses take the background, or nothing if `transparent`: rays that
+/// [set colours](RayQueue::sets_colors) set those of the tile, others add to them.
 #[inline(always)]
 pub(super) fn sort<S: Simd>(
     simd: S,
@@ -268,14 +301,14 @@ pub(super) fn sort<S: Simd>(
     colors: &mut TileColors,
 ) {
     by_material.reset(scene.materials().len());
-    let are_camera_rays = rays.are_camera_rays();
+    let sets_colors = rays.sets_colors();
     for (packet_i, packet) in rays.rays.packets().iter().enumerate() {
         let hits = &hits[packet_i];
         let active = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits();
         let none = S::V8::equal_lanes(simd, &hits.primitive, PrimitiveId::NONE.0);
         let missed = active & none;
         let visible = if transparent { 0 } else { missed };
-        if are_camera_rays {
+        if sets_colors {
             let background = background(simd, scene, &packet.direction);
             colors.set(simd, packet_i, visible, background);
         } else if visible != 0 {

@@ -5,7 +5,7 @@ use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, PrimitiveId},
     scene::{Primitive, Scene},
-    simd::{EightLanes, Lanes, Simd, Vec3Eight, Vec3Lanes},
+    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
 };
 
 /// Eight points on surfaces of one material.
@@ -13,6 +13,8 @@ use crate::{
 pub struct SurfacePacket {
     /// Lanes that hold a point; the others repeat one of these.
     pub active: u32,
+    /// Lanes whose ray comes from behind: the geometric normal was turned.
+    pub from_behind: u32,
     /// The points, scene units.
     pub point: Vec3x8,
     /// Unit geometric normals on the viewer's side.
@@ -176,6 +178,7 @@ fn push<S: Simd>(
                 .gt(simd.splat(0.0));
             surfaces.push(SurfacePacket {
                 active,
+                from_behind: away.bits(),
                 point: points.point.to8(),
                 geometric_normal: Vec3Lanes::select(away, -points.geometric, points.geometric).to8(),
                 normal: Vec3Lanes::select(away, -points.normal, points.normal).to8(),

@@ -38,6 +38,7 @@ pub fn describe(model: &Model, camera: &Camera, size: [u32; 2], [x, y]: [u32; 2]
             Material::Matte { .. } => "matte",
             Material::BlinnPhong { .. } => "Blinn-Phong",
             Material::Reflection { .. } => "reflection",
+            Material::Glass { .. } => "glass",
         };
         lines.push(format!("hit       {primitive}, {material}"));
         lines.push(format!("distance  {:.6}", hit.t));

@@ -32,7 +32,8 @@ pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit, pixel_width: f32) -> [f32; 3
     let albedo = albedo(scene, ray, hit, hit.t * pixel_width);
     let own = match *material(scene, hit.primitive) {
         Material::Silhouette { .. } => return albedo,
-        Material::Matte { .. } | Material::Reflection { .. } => albedo,
+        // A pale body: the preview follows no rays.
+        Material::Glass { .. } | Material::Matte { .. } | Material::Reflection { .. } => albedo,
         Material::BlinnPhong { k_d, .. } => albedo.map(|c| c * k_d),
     };
     let (normal, point) = (shading_normal(scene, ray, hit), point(ray, hit));

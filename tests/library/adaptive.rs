@@ -39,6 +39,7 @@ fn carpet(color: impl FnMut(u32) -> [f32; 3]) -> Scene {
         z: vec![0.0; (SIDE * SIDE) as usize],
         normals: Vec::new(),
         colors: (0..SIDE * SIDE).map(color).collect(),
+        uvs: Vec::new(),
         triangles: (0..SIDE * (SIDE - 1))
             .filter(|i| i % SIDE < SIDE - 1)
             .flat_map(|i| [[i, i + 1, i + SIDE + 1], [i, i + SIDE + 1, i + SIDE]])

@@ -93,6 +93,18 @@ fn textures() {
 }
 
 #[test]
+fn glass() {
+    let scene = shipped_scene("glass");
+    let settings = Settings {
+        samples: 4,
+        max_depth: 9,
+        ..settings(192, 144)
+    };
+    let actual = picture(&scene, &scene.cameras()[0].camera, &settings);
+    assert_all([compare_golden("glass", &actual, SHARE)]);
+}
+
+#[test]
 fn evening_from_its_cameras() {
     let scene = shipped_scene("evening");
     assert_all(

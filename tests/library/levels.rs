@@ -109,6 +109,7 @@ fn every_level_makes_the_same_pictures_in_both_modes() {
     let textured = crate::shipped_scene("garden");
     assert!(textured.has_textures() && textured.has_cut_outs());
     check_pictures(&textured);
+    check_pictures(&crate::shipped_scene("glass"));
 }
 
 fn check_pictures(scene: &Scene) {

@@ -13,6 +13,7 @@ mod classic_images;
 mod documents;
 mod errors;
 mod generated_files;
+mod glass;
 mod golden;
 mod layering;
 mod levels;

@@ -10,7 +10,7 @@ use octray::{
 };
 use std::ops::ControlFlow;
 
-const SHIPPED: [&str; 7] = [
+const SHIPPED: [&str; 8] = [
     "silhouette",
     "matte",
     "blinn_phong",
@@ -18,6 +18,7 @@ const SHIPPED: [&str; 7] = [
     "hall_of_mirrors",
     "evening",
     "garden",
+    "glass",
 ];
 
 /// Width, height and samples per pixel: no multiple of a packet or tile, a single pixel, very wide, several samples.
@@ -231,6 +232,62 @@ fn colored_scenes() {
     different.sort_unstable();
     different.dedup();
     assert!(different.len() > 200, "{}", different.len());
+}
+
+/// Glass of all kinds, tinted, in each other and across each other, around mirrors and things of other materials, in soft
+/// light: packets of branches are full of rays of one pixel.
+fn glass_scene() -> Scene {
+    let mut random = fastrand::Rng::with_seed(53);
+    let mut builder = SceneBuilder::new();
+    builder
+        .add_sphere_light(Vec3::new(3.0, -4.0, 6.0), 0.5, 0.7, [1.0, 0.9, 0.8])
+        .unwrap();
+    builder.set_ambient_reach(Some(1.0)).unwrap();
+    let mut materials: Vec<_> = (1..4)
+        .map(|number| builder.classic_material(number).unwrap())
+        .collect();
+    for index in [0.7, 1.0, 1.3, 1.5, 2.4] {
+        let glass = Material::Glass {
+            index,
+            tint: [random.f32(), if index == 1.5 { 0.0 } else { 1.0 }, 0.9],
+            depth: 0.5,
+        };
+        materials.push(builder.add_material(glass).unwrap());
+    }
+    for i in 0..60 {
+        let at = Vec3::new(random.f32(), random.f32(), random.f32()) * 2.4 - 1.2;
+        let material = materials[i % materials.len()];
+        builder
+            .add_sphere(at, 0.1 + 0.4 * random.f32(), material)
+            .unwrap();
+    }
+    for i in 0..40 {
+        let mut corner = || Vec3::new(random.f32(), random.f32(), random.f32()) * 3.0 - 1.5;
+        let corners = [corner(), corner(), corner()];
+        builder
+            .add_triangle(corners, materials[i % materials.len()])
+            .unwrap();
+    }
+    builder.finish()
+}
+
+#[test]
+fn scenes_of_glass() {
+    let scene = glass_scene();
+    for (i, (width, height, samples)) in [(97, 61, 1), (16, 9, 4)].into_iter().enumerate() {
+        for max_depth in [1, 2, 7] {
+            let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");
+            let settings = Settings {
+                max_depth,
+                ..sized(width, height, samples)
+            };
+            check("glass", &scene, &camera, &settings);
+        }
+    }
+    // From within.
+    let eye = glam::DVec3::new(0.1, 0.0, 0.2);
+    let camera = Camera::look_at(eye, glam::DVec3::ONE, glam::DVec3::Z, 80.0).expect("a view");
+    check("in glass", &scene, &camera, &sized(64, 48, 1));
 }
 
 #[test]

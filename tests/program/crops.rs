@@ -26,10 +26,25 @@ material blinn_phong cd 0.2 0.5 0.9
 sphere 0.8 -0.4 0.3 0.3
 ";
 
+const GLASS: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+camera inside eye 0.1 -0.2 0.6 target 0.8 -0.4 0.1
+background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
+light 3 -2 5 0.7 radius 1
+material matte cd 0.9 0.9 0.7
+triangle -5 -5 0  5 -5 0  0 5 0
+material glass tint 0.5 0.9 0.7
+sphere 0 0 0.5 0.5
+material glass ior 2.4
+sphere 0.8 -0.4 0.3 0.3
+material reflection mix 0.6
+sphere 0.1 0.1 0.6 0.2
+";
+
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 28] = [
+const CASES: [(&str, &str, &str); 30] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -46,6 +61,16 @@ const CASES: [(&str, &str, &str); 28] = [
         "b.scn",
         "png",
         "--samples 4 --pattern stratified --background transparent --srgb --aov id,heat,normal",
+    ),
+    (
+        "glass.scn",
+        "png",
+        "--samples 4 --max-depth 7 --aov albedo,normal",
+    ),
+    (
+        "glass.scn",
+        "exr",
+        "--mode scalar --camera inside --max-depth 5 --background transparent",
     ),
     ("b.scn", "png", "--samples 5 --filter tent --linear --threads 1"),
     (
@@ -178,6 +203,7 @@ fn channels(path: &Path) -> Channels {
 fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<String, Channels> {
     let folder = Folder::new();
     folder.write("b.scn", SCENE);
+    folder.write("glass.scn", GLASS);
     folder.write("colors.obj", COLORS);
     folder.write("points.obj", &points());
     let input = if folder.path(input).exists() {

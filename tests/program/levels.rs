@@ -4,9 +4,25 @@ use crate::program::{Folder, Run, assert_contains};
 use octray::Level;
 use std::{collections::BTreeMap, fs};
 
+/// A ball of tinted glass with a mirror in it, on another.
+const GLASS: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
+light 3 -2 5 0.7 radius 1
+material matte
+triangle -5 -5 0  5 -5 0  0 5 0
+material glass tint 0.5 0.9 0.7
+sphere 0 0 0.5 0.5
+material glass ior 2.4
+sphere 0.1 0 1.2 0.7
+material reflection mix 0.6
+sphere 0.1 0.1 0.6 0.2
+";
+
 /// Runs a line in a folder of its own at a level, and returns what it prints and the files that it leaves.
 fn made_at(level: &str, lines: &[&str]) -> (String, BTreeMap<String, Vec<u8>>) {
     let folder = Folder::new();
+    folder.write("glass.scn", GLASS);
     let mut printed = String::new();
     for line in lines {
         let arguments: Vec<&str> = line.split_whitespace().collect();
@@ -38,6 +54,8 @@ fn every_level_makes_the_same_bytes() {
         "render terrain.scn -o terrain.png -s 160x120 --background transparent --filter blackman-harris",
         "render pipes.scn -o pipes.ppm -s 160x120 --samples 4",
         "render flake.scn -o auto.png -s 160x120 --samples auto:9 --background transparent",
+        "render glass.scn -o glass.exr -s 97x61 --samples 4 --max-depth 7",
+        "render glass.scn -o glass-scalar.exr -s 97x61 --samples 4 --max-depth 7 --mode scalar",
         "render a.scn -o a.png",
     ];
     let expected = made_at("portable", &lines);

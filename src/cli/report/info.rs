@@ -367,6 +367,9 @@ fn statement(material: &Material) -> String {
         Material::Reflection { color, mirror_share } => {
             format!("reflection cd {} mix {mirror_share}", list(color))
         }
+        Material::Glass { index, tint, depth } => {
+            format!("glass ior {index} tint {} depth {depth}", list(tint))
+        }
     }
 }
 
@@ -402,6 +405,7 @@ fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
         Material::Matte { .. } => "matte",
         Material::BlinnPhong { .. } => "Blinn-Phong",
         Material::Reflection { .. } => "reflection",
+        Material::Glass { .. } => "glass",
     };
     scene
         .materials()

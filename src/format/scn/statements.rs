@@ -8,16 +8,19 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 
-/// The kinds of materials, in the order of their classic numbers.
-const KINDS: [&str; 4] = ["silhouette", "matte", "blinn_phong", "reflection"];
+/// The kinds of materials; the first four in the order of their classic numbers.
+const KINDS: [&str; 5] = ["silhouette", "matte", "blinn_phong", "reflection", "glass"];
 
 /// What other programs call them.
-const OTHER_NAMES: [(&str, &str); 5] = [
+const OTHER_NAMES: [(&str, &str); 8] = [
     ("phong", "blinn_phong"),
     ("blinn", "blinn_phong"),
     ("mirror", "reflection"),
     ("diffuse", "matte"),
     ("lambert", "matte"),
+    ("dielectric", "glass"),
+    ("refraction", "glass"),
+    ("transparent", "glass"),
 ];
 
 /// Gives meshes the look of their files again, as before the first `material`.
@@ -149,10 +152,11 @@ impl Reader<'_> {
             self.is_silhouette = classic == MaterialId::default();
             return Ok(());
         };
-        let material = read_material(kind, &mut arguments)?;
-        self.is_silhouette = matches!(material, Material::Silhouette { .. });
+        let (material, named) = read_material(kind, &mut arguments)?;
+        // Glass shows what is around it, so it needs no light either.
+        self.is_silhouette = matches!(material, Material::Silhouette { .. } | Material::Glass { .. });
         let added = self.builder.add_material(material);
-        self.material = Some(added.map_err(|error| arguments.refused(&error, &[]))?);
+        self.material = Some(added.map_err(|error| arguments.refused(&error, &named))?);
         Ok(())
     }
 
@@ -172,7 +176,7 @@ impl Reader<'_> {
                     Some(near) => format!("unknown material {found}, did you mean `{near}`?"),
                     None => format!(
                         "unknown material {found}, expected 0 (silhouette), 1 (matte), 2 (blinn_phong), 3 (reflection), \
-                         one of these names or `own`"
+                         one of these names, `glass` or `own`"
                     ),
                 };
                 arguments.line.error_at(&word, message)
@@ -286,18 +290,24 @@ impl Reader<'_> {
     }
 }
 
-/// A material of a kind: the classic constants, except those that keys change.
-fn read_material(kind: usize, arguments: &mut Arguments<'_, '_>) -> Result<Material, LoadError> {
-    let mut material = Material::CLASSIC[kind];
+/// A material of a kind: the defaults, except the constants that keys change. Also the numbers that only the builder
+/// checks, by their keys.
+fn read_material<'a>(
+    kind: usize,
+    arguments: &mut Arguments<'_, 'a>,
+) -> Result<(Material, Vec<(&'static str, Word<'a>)>), LoadError> {
+    let mut material = Material::CLASSIC.get(kind).copied().unwrap_or(Material::GLASS);
+    let mut named = Vec::new();
     let (name, keys): (_, &[&str]) = match material {
         Material::Silhouette { .. } => ("material silhouette", &["cd"]),
         Material::Matte { .. } => ("material matte", &["cd"]),
         Material::BlinnPhong { .. } => ("material blinn_phong", &["cd", "cs", "kd", "ks", "alpha"]),
         Material::Reflection { .. } => ("material reflection", &["cd", "mix"]),
+        Material::Glass { .. } => ("material glass", &["ior", "tint", "depth"]),
     };
     arguments.name = name;
     while let Some((word, key)) = arguments.key_once(keys)? {
-        if matches!(key, "cd" | "cs") {
+        if matches!(key, "cd" | "cs" | "tint") {
             let words = arguments.take(word, &format!("{key} r g b"))?;
             let given = arguments.color(words)?;
             match &mut material {
@@ -305,7 +315,8 @@ fn read_material(kind: usize, arguments: &mut Arguments<'_, '_>) -> Result<Mater
                 Material::Silhouette { color }
                 | Material::Matte { color }
                 | Material::Reflection { color, .. }
-                | Material::BlinnPhong { diffuse: color, .. } => *color = given,
+                | Material::BlinnPhong { diffuse: color, .. }
+                | Material::Glass { tint: color, .. } => *color = given,
             }
             continue;
         }
@@ -317,10 +328,14 @@ fn read_material(kind: usize, arguments: &mut Arguments<'_, '_>) -> Result<Mater
             Material::BlinnPhong { k_d, .. } if key == "kd" => *k_d = arguments.share(value, key)?,
             Material::BlinnPhong { k_s, .. } => *k_s = arguments.share(value, key)?,
             Material::Reflection { mirror_share, .. } => *mirror_share = arguments.share(value, key)?,
+            Material::Glass { index, depth, .. } => {
+                *(if key == "ior" { index } else { depth }) = arguments.number(value, key)?;
+                named.push((key, value));
+            }
             Material::Silhouette { .. } | Material::Matte { .. } => {}
         }
     }
-    Ok(material)
+    Ok((material, named))
 }
 
 /// The name of a camera, if the next word is one.

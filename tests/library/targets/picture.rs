@@ -60,6 +60,11 @@ fn material(u: &mut Unstructured<'_>) -> Result<Material> {
             color: color(u)?,
             mirror_share: share(u)?,
         },
+        4 => Material::Glass {
+            index: 0.3 + 2.7 * share(u)?,
+            tint: color(u)?,
+            depth: 0.01 + share(u)?,
+        },
         _ => Material::CLASSIC[u.int_in_range(0..=3)?],
     })
 }

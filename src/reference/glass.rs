@@ -1,0 +1,204 @@
+//! The scalar twin of `shade::glass`: branches in a list instead of queues, with the same operations in the same order.
+
+use super::shade::{
+    Draw, Intersect, Limits, PixelSample, SURFACE_OFFSET, SecondaryRays, Surface, add, mirrored, scatter,
+};
+use crate::{
+    math::{max, min},
+    ray::Ray,
+    scene::{Material, MaterialId, Scene},
+    simd::Simd,
+};
+use glam::Vec3;
+
+const MIN_WEIGHT: f32 = 1.0 / 512.0;
+const MIN_COSINE: f32 = 1e-6;
+
+/// A ray and its colour.
+#[derive(Clone, Copy)]
+struct Branch {
+    ray: Ray,
+    /// The place in the list of the branch that it leaves.
+    parent: usize,
+    /// The camera ray's is 0.
+    depth: u32,
+    /// The factor of its colour in that of its parent, by channel.
+    factor: [f32; 3],
+    /// The factor of its colour in the pixel, by channel.
+    weight: [f32; 3],
+    /// The tinted glass that it is in.
+    medium: Option<MaterialId>,
+    /// The length of the path from the camera to its origin.
+    travelled: f32,
+    color: [f32; 3],
+}
+
+/// Returns the colour of a camera ray in a scene with glass. Branches are shaded by depth, then added up from the last.
+#[inline(always)]
+pub(super) fn radiance<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut impl Intersect,
+    (camera_ray, sample): (Ray, PixelSample),
+    limits: Limits,
+    rays: &mut SecondaryRays,
+) -> [f32; 3] {
+    let mut branches = vec![Branch {
+        ray: camera_ray,
+        parent: 0,
+        depth: 0,
+        factor: [1.0; 3],
+        weight: [1.0; 3],
+        medium: None,
+        travelled: 0.0,
+        color: [0.0; 3],
+    }];
+    let mut i = 0;
+    while i < branches.len() {
+        shade(simd, scene, intersect, sample, limits, (&mut branches, i), rays);
+        i += 1;
+    }
+    for i in (1..branches.len()).rev() {
+        let Branch {
+            parent,
+            factor,
+            color,
+            ..
+        } = branches[i];
+        for (c, sum) in branches[parent].color.iter_mut().enumerate() {
+            *sum = simd.mul_add(factor[c], color[c], *sum);
+        }
+    }
+    branches[0].color
+}
+
+/// Traces and shades branch `i`, and appends those that leave it.
+#[inline(always)]
+fn shade<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut impl Intersect,
+    sample: PixelSample,
+    limits: Limits,
+    (branches, i): (&mut Vec<Branch>, usize),
+    rays: &mut SecondaryRays,
+) {
+    let own = &mut branches[i];
+    if own.depth == limits.max_depth {
+        own.color = scene.background().color_at(simd, own.ray.direction);
+        return;
+    }
+    rays.reflection += u64::from(own.depth > 0);
+    let hit = intersect.closest_hit(&own.ray);
+    if !hit.is_hit() {
+        own.color = scene.background().color_at(simd, own.ray.direction);
+        return;
+    }
+    if let Some(medium) = own.medium {
+        let passed = scene.materials()[medium.0 as usize].transmittance(hit.t);
+        for (c, passed) in passed.into_iter().enumerate() {
+            own.factor[c] *= passed;
+            own.weight[c] *= passed;
+        }
+    }
+    let mut parent = *own;
+    parent.travelled += hit.t;
+    let at = (&parent.ray, &hit, parent.travelled * sample.width);
+    let draw = (Draw::at(scene, sample, parent.depth), limits.shadows);
+    let scattered = scatter(simd, scene, intersect, at, draw, (&mut own.color, 1.0), rays);
+    match scattered {
+        Some((Material::Reflection { mirror_share, .. }, surface)) => branches.push(Branch {
+            ray: mirrored(simd, &surface),
+            factor: [mirror_share; 3],
+            weight: parent.weight.map(|weight| weight * mirror_share),
+            ..child(&parent, i)
+        }),
+        Some((Material::Glass { index, .. }, surface)) => {
+            let id = scene.material_of(hit.primitive);
+            split(simd, scene, (id, index), &surface, (&parent, i), branches);
+        }
+        _ => {}
+    }
+}
+
+/// A branch that leaves `parent`, branch `i`.
+#[inline(always)]
+fn child(parent: &Branch, i: usize) -> Branch {
+    Branch {
+        parent: i,
+        depth: parent.depth + 1,
+        color: [0.0; 3],
+        ..*parent
+    }
+}
+
+/// Appends the reflected and the refracted branch; those of little weight add the background.
+#[inline(always)]
+fn split<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    (id, index): (MaterialId, f32),
+    s: &Surface,
+    (parent, i): (&Branch, usize),
+    branches: &mut Vec<Branch>,
+) {
+    let glass = &scene.materials()[id.0 as usize];
+    let inside = (glass.transmittance(1.0) != [1.0; 3]).then_some(id);
+    let mut passed = [1.0; 3];
+    if parent.depth == 0 && s.from_behind {
+        let way = s.point - parent.ray.origin;
+        passed = glass.transmittance(simd.dot(way, way).sqrt());
+    }
+    let (reflected, refracted, share) = directions(simd, index, s);
+    let offset = s.magnitude * SURFACE_OFFSET;
+    let ways = [
+        (reflected, share, offset, false),
+        (refracted, 1.0 - share, -offset, true),
+    ];
+    for (direction, share, offset, crosses) in ways {
+        let factor = passed.map(|passed| share * passed);
+        let weight = std::array::from_fn(|c| factor[c] * parent.weight[c]);
+        if max(max(weight[0], weight[1]), weight[2]) < MIN_WEIGHT {
+            let background = scene.background().color_at(simd, direction);
+            let color = std::array::from_fn(|c| background[c] * factor[c]);
+            add(simd, &mut branches[i].color, 1.0, color);
+            continue;
+        }
+        let medium = if s.from_behind != crosses {
+            inside
+        } else if crosses {
+            None
+        } else {
+            parent.medium
+        };
+        branches.push(Branch {
+            ray: Ray::new(simd.mul_add3(s.geometric_normal, offset, s.point), direction),
+            factor,
+            weight,
+            medium,
+            ..child(parent, i)
+        });
+    }
+}
+
+/// Returns the reflected and the refracted direction, and the share of reflected light.
+#[inline(always)]
+fn directions<S: Simd>(simd: S, index: f32, s: &Surface) -> (Vec3, Vec3, f32) {
+    let d = s.direction;
+    let normal = if simd.dot(d, s.normal) < 0.0 {
+        s.normal
+    } else {
+        s.geometric_normal
+    };
+    let cosine = min(max(-simd.dot(d, normal), MIN_COSINE), 1.0);
+    let ratio = if s.from_behind { index } else { 1.0 / index };
+    let sine_squared = 1.0 - cosine * cosine;
+    let bent = max(1.0 - ratio * ratio * sine_squared, 0.0).sqrt();
+    let across = (ratio * cosine - bent) / (ratio * cosine + bent);
+    let along = (cosine - ratio * bent) / (cosine + ratio * bent);
+    (
+        simd.normalize(simd.mul_add3(normal, cosine + cosine, d)),
+        simd.normalize(simd.mul_add3(normal, ratio * cosine - bent, d * ratio)),
+        simd.mul_add(across, across, along * along) * 0.5,
+    )
+}

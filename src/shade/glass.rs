@@ -1,0 +1,285 @@
+//! Glass: each ray that meets it goes on as two, one reflected and one refracted.
+//!
+//! ```text
+//! depth d      rays, a colour each   -- pass -->   depth d + 1: branches, a colour each
+//!   ^                                                             |
+//!   +--------------- colour += factor x colour ------- add_to ----+
+//! ```
+//!
+//! Shares are Fresnel's for unpolarised light, absorption is Beer and Lambert's. Light branches weigh less and less, so
+//! those below [`MIN_WEIGHT`] take the background instead of being traced: a pixel has at most `3 / MIN_WEIGHT` rays at a
+//! depth, and in fact a few.
+
+use super::{SURFACE_OFFSET, TileColors, material::Points, material::background, queue::RayQueue};
+use crate::{
+    lanes::{F32x8, LANES},
+    ray::{HitPacket, PrimitiveId, RayPacket, T_MAX},
+    scene::{MaterialId, Scene},
+    shade::surface::SurfacePacket,
+    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
+};
+
+/// Branches of glass whose weight in the pixel is less in all channels are not traced.
+pub const MIN_WEIGHT: f32 = 1.0 / 512.0;
+
+/// The least cosine between a ray and a normal: shares of rays along a surface stay numbers.
+const MIN_COSINE: f32 = 1e-6;
+
+/// What eight rays of a queue continue.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Branch8 {
+    /// The factors of their colours in those of their parents, by channel.
+    factor: [F32x8; 3],
+    /// The factors of their colours in the pixels, by channel.
+    weight: [F32x8; 3],
+    /// The tinted glass that they are in.
+    medium: [Option<MaterialId>; LANES],
+}
+
+impl Branch8 {
+    /// Of camera rays.
+    const CAMERA: Self = Self {
+        factor: [F32x8::splat(1.0); 3],
+        weight: [F32x8::splat(1.0); 3],
+        medium: [None; LANES],
+    };
+
+    /// Gathers the branches of the rays with these indices.
+    #[inline(always)]
+    fn gather(rays: &RayQueue, ray_i: &[u32; LANES]) -> Self {
+        let mut gathered = Self::CAMERA;
+        if rays.branches.is_empty() {
+            return gathered;
+        }
+        for (to, &i) in ray_i.iter().enumerate() {
+            let (from, lane) = (&rays.branches[i as usize / LANES], i as usize % LANES);
+            for c in 0..3 {
+                gathered.weight[c].as_mut_array()[to] = from.weight[c].as_array()[lane];
+            }
+            gathered.medium[to] = from.medium[lane];
+        }
+        gathered
+    }
+}
+
+/// The rays of one depth and their colours.
+#[derive(Debug, Default)]
+pub(super) struct Depth {
+    pub rays: RayQueue,
+    pub colors: TileColors,
+    /// The numbers of the first random points of the pixels of `rays`, in scenes that are sampled.
+    pub first_points: Vec<[u32; LANES]>,
+}
+
+impl Depth {
+    pub fn swap(
+        &mut self,
+        rays: &mut RayQueue,
+        colors: &mut TileColors,
+        first_points: &mut Vec<[u32; LANES]>,
+    ) {
+        std::mem::swap(&mut self.rays, rays);
+        std::mem::swap(&mut self.colors, colors);
+        std::mem::swap(&mut self.first_points, first_points);
+    }
+
+    /// Gives the rays the random points of their parents.
+    pub fn take_first_points(&mut self, parents: &[[u32; LANES]]) {
+        self.first_points.clear();
+        if parents.is_empty() {
+            return;
+        }
+        for p in 0..self.rays.rays.packets().len() {
+            let first = |i: u32| parents[i as usize / LANES][i as usize % LANES];
+            self.first_points.push(self.rays.parent(p).map(first));
+        }
+    }
+
+    /// Sets the colours of all rays to the background: they are beyond the maximum depth.
+    #[inline(always)]
+    pub fn set_background<S: Simd>(&mut self, simd: S, scene: &Scene) {
+        self.colors.resize(self.rays.rays.packets().len());
+        for (p, packet) in self.rays.rays.packets().iter().enumerate() {
+            let color = background(simd, scene, &packet.direction);
+            self.colors.set(simd, p, u32::MAX >> (32 - LANES), color);
+        }
+    }
+
+    /// Adds the colours to those of the parents, the last ray first.
+    #[inline(always)]
+    pub fn add_to<S: Simd>(&self, simd: S, parents: &mut TileColors) {
+        for (p, packet) in self.rays.rays.packets().iter().enumerate().rev() {
+            let active = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits();
+            let (parent, factor, colors) = (
+                self.rays.parent(p),
+                &self.rays.branches[p].factor,
+                &self.colors.packets[p],
+            );
+            for (lane, &parent) in parent.iter().enumerate() {
+                if active >> lane & 1 == 0 {
+                    continue;
+                }
+                let sums = &mut parents.packets[parent as usize / LANES];
+                for (c, sums) in sums.iter_mut().enumerate() {
+                    let sum = &mut sums.as_mut_array()[parent as usize % LANES];
+                    *sum = simd.mul_add(factor[c].as_array()[lane], colors[c].as_array()[lane], *sum);
+                }
+            }
+        }
+    }
+}
+
+/// Tints the branches that reach a surface through glass, by the distance.
+pub(super) fn absorb(scene: &Scene, rays: &mut RayQueue, hits: &[HitPacket]) {
+    for (branch, hits) in rays.branches.iter_mut().zip(hits) {
+        for lane in 0..LANES {
+            let Some(medium) = branch.medium[lane] else {
+                continue;
+            };
+            if hits.primitive[lane] == PrimitiveId::NONE.0 {
+                continue;
+            }
+            let passed = scene.materials()[medium.0 as usize].transmittance(hits.t.as_array()[lane]);
+            for (c, passed) in passed.into_iter().enumerate() {
+                branch.factor[c].as_mut_array()[lane] *= passed;
+                branch.weight[c].as_mut_array()[lane] *= passed;
+            }
+        }
+    }
+}
+
+/// Makes branches of the rays that mirrors have queued since the last call.
+pub(super) fn branch_mirrored(rays: &RayQueue, next: &mut RayQueue) {
+    for p in next.branches.len()..next.rays.packets().len() {
+        let share = next.share(p);
+        let mut branch = Branch8::gather(rays, &next.parent(p));
+        branch.factor = [share; 3];
+        for weight in &mut branch.weight {
+            for (weight, share) in weight.as_mut_array().iter_mut().zip(share.as_array()) {
+                *weight *= share;
+            }
+        }
+        next.branches.push(branch);
+    }
+}
+
+/// The two ways on.
+struct Split<S: Simd> {
+    reflected: Vec3Eight<S>,
+    refracted: Vec3Eight<S>,
+    /// The share of reflected light: 1 in total internal reflection.
+    share: S::V8,
+}
+
+/// Refracts by Snell's law, with shares by Fresnel's equations.
+#[inline(always)]
+fn split<S: Simd>(simd: S, index: f32, s: &SurfacePacket) -> Split<S> {
+    let (one, d) = (simd.splat(1.0), simd.load3(&s.direction));
+    let (geometric, normal) = (simd.load3(&s.geometric_normal), simd.load3(&s.normal));
+    // Shading normals may face away from the viewer.
+    let is_facing = d.dot(normal).lt(simd.splat(0.0));
+    let normal = Vec3Lanes::select(is_facing, normal, geometric);
+    let cosine = (-d.dot(normal)).max(simd.splat(MIN_COSINE)).min(one);
+    let ratio = S::V8::select(
+        simd.mask(s.from_behind),
+        simd.splat(index),
+        simd.splat(1.0 / index),
+    );
+    let sine_squared = one - cosine * cosine;
+    let bent = (one - ratio * ratio * sine_squared).max(simd.splat(0.0)).sqrt();
+    let across = (ratio * cosine - bent) / (ratio * cosine + bent);
+    let along = (cosine - ratio * bent) / (cosine + ratio * bent);
+    Split {
+        reflected: normal.mul_add(cosine + cosine, d).normalize(),
+        refracted: normal.mul_add(ratio * cosine - bent, d * ratio).normalize(),
+        share: across.mul_add(across, along * along) * simd.splat(0.5),
+    }
+}
+
+/// Queues the reflected and the refracted rays of one material's points; those of little weight add the background.
+#[inline(always)]
+pub(super) fn pass<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    (id, index): (MaterialId, f32),
+    points: Points<'_>,
+    rays: &RayQueue,
+    colors: &mut TileColors,
+    next: &mut RayQueue,
+) {
+    let is_tinted = scene.materials()[id.0 as usize].transmittance(1.0) != [1.0; 3];
+    let inside = is_tinted.then_some(id);
+    for (i, s) in points.surfaces.iter().enumerate() {
+        let from = Branch8::gather(rays, &s.pixel);
+        let split = split(simd, index, s);
+        let offset = simd.load(&s.magnitude) * SURFACE_OFFSET;
+        let passed = passed(simd, scene, id, rays, s);
+        let distance = points.distance.get(i).copied();
+        let ways = [
+            (split.reflected, split.share, offset, 0),
+            (split.refracted, simd.splat(1.0) - split.share, -offset, !0),
+        ];
+        for (direction, share, offset, crossing) in ways {
+            let factor = passed.map(|passed| share * simd.load(&passed));
+            let mut weight = factor;
+            for (weight, from) in weight.iter_mut().zip(&from.weight) {
+                *weight = *weight * simd.load(from);
+            }
+            let largest = weight[0].max(weight[1]).max(weight[2]);
+            let traced = s.active & largest.ge(simd.splat(MIN_WEIGHT)).bits();
+            let direction = direction.to8();
+            if s.active & !traced != 0 {
+                let mut color = background(simd, scene, &direction);
+                for (color, factor) in color.iter_mut().zip(factor) {
+                    *color = *color * factor;
+                }
+                colors.add(simd, s.active & !traced, &s.pixel, simd.splat(1.0), color);
+            }
+            if traced == 0 {
+                continue;
+            }
+            let origin = simd
+                .load3(&s.geometric_normal)
+                .mul_add(offset, simd.load3(&s.point));
+            let t_max = S::V8::select(simd.mask(traced), simd.splat(T_MAX), simd.splat(0.0)).to8();
+            next.push_from(origin.to8(), RayPacket { direction, t_max }, s.pixel, share.to8());
+            if let Some(distance) = distance {
+                next.push_travelled(distance);
+            }
+            let mut medium = from.medium;
+            for (lane, medium) in medium.iter_mut().enumerate() {
+                // Behind the surface is inside.
+                if (s.from_behind ^ crossing) >> lane & 1 == 1 {
+                    *medium = inside;
+                } else if crossing != 0 {
+                    *medium = None;
+                }
+            }
+            next.branches.push(Branch8 {
+                factor: factor.map(|factor| factor.to8()),
+                weight: weight.map(|weight| weight.to8()),
+                medium,
+            });
+        }
+    }
+}
+
+/// What reaches a camera inside the glass: 1 for all other rays, which [`absorb`] tints.
+#[inline(always)]
+fn passed<S: Simd>(simd: S, scene: &Scene, id: MaterialId, rays: &RayQueue, s: &SurfacePacket) -> [F32x8; 3] {
+    let mut passed = [F32x8::splat(1.0); 3];
+    if !rays.are_camera_rays() || s.active & s.from_behind == 0 {
+        return passed;
+    }
+    let way = simd.load3(&s.point) - simd.load3(&rays.rays.origin(0));
+    let distance = way.dot(way).sqrt().to8();
+    for lane in 0..LANES {
+        if s.active & s.from_behind & 1 << lane != 0 {
+            let by_channel = scene.materials()[id.0 as usize].transmittance(distance.as_array()[lane]);
+            for (passed, one) in passed.iter_mut().zip(by_channel) {
+                passed.as_mut_array()[lane] = one;
+            }
+        }
+    }
+    passed
+}
