@@ -1,10 +1,13 @@
 //! What `octray info` shows: the contents of a scene and of its BVH.
 
-use super::{SCHEMA, faults_text, grouped, textures::textures};
+use super::{
+    SCHEMA, faults_text, grouped,
+    materials::{MaterialUse, materials_used},
+};
 use crate::{
     accel::BvhStats,
     error::{clip, in_bytes},
-    scene::{Image, Material, MeshFaults, NamedCamera, Scene},
+    scene::{Image, MeshFaults, NamedCamera, Scene},
 };
 use serde::Serialize;
 use std::{fmt::Write, time::Duration};
@@ -41,17 +44,6 @@ pub struct Info {
     scene_bytes: usize,
     load_s: f64,
     bvh: BvhInfo,
-}
-
-#[derive(Debug, Serialize)]
-struct MaterialUse {
-    index: usize,
-    kind: &'static str,
-    /// As a statement of a scene file.
-    statement: String,
-    /// Its textures and emission, if it has any.
-    textures: Option<String>,
-    primitives: usize,
 }
 
 #[derive(Debug, Serialize)]
@@ -271,20 +263,8 @@ fn by_size(counts: [usize; 8], parts: &str) -> String {
     format!("{} {parts}", listed.join(", "))
 }
 
-fn count(number: usize) -> String {
+pub(super) fn count(number: usize) -> String {
     grouped(number as u64)
-}
-
-impl MaterialUse {
-    fn text(&self) -> String {
-        let textures = self.textures.iter().map(|textures| format!(", {textures}"));
-        let textures: String = textures.collect();
-        format!(
-            "{}{textures}, {} primitives",
-            self.statement,
-            count(self.primitives)
-        )
-    }
 }
 
 impl LightInfo {
@@ -344,33 +324,8 @@ fn rounded(vector: [f64; 3]) -> [f32; 3] {
 }
 
 /// Three numbers as in a scene file.
-fn list<T: std::fmt::Display>([a, b, c]: [T; 3]) -> String {
+pub(super) fn list<T: std::fmt::Display>([a, b, c]: [T; 3]) -> String {
     format!("{a} {b} {c}")
-}
-
-/// A material as a statement of a scene file.
-fn statement(material: &Material) -> String {
-    match *material {
-        Material::Silhouette { color } => format!("silhouette cd {}", list(color)),
-        Material::Matte { color } => format!("matte cd {}", list(color)),
-        Material::BlinnPhong {
-            diffuse,
-            specular,
-            k_d,
-            k_s,
-            alpha,
-        } => format!(
-            "blinn_phong cd {} cs {} kd {k_d} ks {k_s} alpha {alpha}",
-            list(diffuse),
-            list(specular)
-        ),
-        Material::Reflection { color, mirror_share } => {
-            format!("reflection cd {} mix {mirror_share}", list(color))
-        }
-        Material::Glass { index, tint, depth } => {
-            format!("glass ior {index} tint {} depth {depth}", list(tint))
-        }
-    }
 }
 
 fn lights(scene: &Scene) -> Vec<LightInfo> {
@@ -390,37 +345,6 @@ fn bytes_each(column: &Column) -> String {
         in_bytes(column.bytes.checked_div(column.length).unwrap_or(0) as u64),
         in_bytes(column.bytes as u64)
     )
-}
-
-/// The materials of at least one primitive.
-fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
-    let mut primitives = vec![0; scene.materials().len()];
-    for id in scene.triangles().material.iter().chain(&scene.spheres().material) {
-        if let Some(count) = primitives.get_mut(id.0 as usize) {
-            *count += 1;
-        }
-    }
-    let kind = |material: &Material| match material {
-        Material::Silhouette { .. } => "silhouette",
-        Material::Matte { .. } => "matte",
-        Material::BlinnPhong { .. } => "Blinn-Phong",
-        Material::Reflection { .. } => "reflection",
-        Material::Glass { .. } => "glass",
-    };
-    scene
-        .materials()
-        .iter()
-        .zip(primitives)
-        .enumerate()
-        .filter(|&(_, (_, primitives))| primitives > 0)
-        .map(|(index, (material, primitives))| MaterialUse {
-            index,
-            kind: kind(material),
-            statement: statement(material),
-            textures: textures(scene, index),
-            primitives,
-        })
-        .collect()
 }
 
 /// All arrays of the scene that are not empty.

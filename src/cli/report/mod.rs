@@ -3,11 +3,11 @@
 mod aov;
 pub mod bench;
 pub mod info;
+mod materials;
 mod message;
 mod progress;
 mod stats;
 mod text;
-mod textures;
 mod verdicts;
 pub mod verify;
 pub mod version;

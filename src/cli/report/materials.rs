@@ -1,0 +1,111 @@
+//! The materials that `octray info` shows.
+
+use super::info::{count, list};
+use crate::scene::{Material, MaterialId, Scene};
+use serde::Serialize;
+
+#[derive(Debug, Serialize)]
+pub(super) struct MaterialUse {
+    index: usize,
+    kind: &'static str,
+    /// As a statement of a scene file.
+    statement: String,
+    /// Its textures and emission, if it has any.
+    textures: Option<String>,
+    primitives: usize,
+}
+
+impl MaterialUse {
+    pub(super) fn text(&self) -> String {
+        let textures = self.textures.iter().map(|textures| format!(", {textures}"));
+        let textures: String = textures.collect();
+        format!(
+            "{}{textures}, {} primitives",
+            self.statement,
+            count(self.primitives)
+        )
+    }
+}
+
+/// The materials of at least one primitive.
+pub(super) fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
+    let mut primitives = vec![0; scene.materials().len()];
+    for id in scene.triangles().material.iter().chain(&scene.spheres().material) {
+        if let Some(count) = primitives.get_mut(id.0 as usize) {
+            *count += 1;
+        }
+    }
+    let kind = |material: &Material| match material {
+        Material::Silhouette { .. } => "silhouette",
+        Material::Matte { .. } => "matte",
+        Material::BlinnPhong { .. } => "Blinn-Phong",
+        Material::Reflection { .. } => "reflection",
+        Material::Glass { .. } => "glass",
+    };
+    scene
+        .materials()
+        .iter()
+        .zip(primitives)
+        .enumerate()
+        .filter(|&(_, (_, primitives))| primitives > 0)
+        .map(|(index, (material, primitives))| MaterialUse {
+            index,
+            kind: kind(material),
+            statement: statement(material),
+            textures: textures(scene, index),
+            primitives,
+        })
+        .collect()
+}
+
+/// A material as a statement of a scene file.
+fn statement(material: &Material) -> String {
+    match *material {
+        Material::Silhouette { color } => format!("silhouette cd {}", list(color)),
+        Material::Matte { color } => format!("matte cd {}", list(color)),
+        Material::BlinnPhong {
+            diffuse,
+            specular,
+            k_d,
+            k_s,
+            alpha,
+        } => format!(
+            "blinn_phong cd {} cs {} kd {k_d} ks {k_s} alpha {alpha}",
+            list(diffuse),
+            list(specular)
+        ),
+        Material::Reflection { color, mirror_share } => {
+            format!("reflection cd {} mix {mirror_share}", list(color))
+        }
+        Material::Glass { index, tint, depth } => {
+            format!("glass ior {index} tint {} depth {depth}", list(tint))
+        }
+    }
+}
+
+/// The textures and the emission of a material; `None` if it has neither.
+fn textures(scene: &Scene, material: usize) -> Option<String> {
+    let all = scene.textures(MaterialId(material as u32))?;
+    let size = |image: u32| {
+        let [width, height] = scene
+            .images()
+            .get(image as usize)
+            .map_or([0; 2], |image| image.size());
+        format!("{width}x{height}")
+    };
+    let [red, green, blue] = all.emission;
+    let parts = [
+        all.base.map(|texture| format!("texture {}", size(texture.image))),
+        all.cut_out.map(|cut_out| {
+            format!(
+                "cut out below {} of {}",
+                cut_out.limit,
+                size(cut_out.texture.image)
+            )
+        }),
+        all.emits().then(|| format!("emission {red} {green} {blue}")),
+        all.emission_map
+            .map(|texture| format!("emission map {}", size(texture.image))),
+    ];
+    Some(parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
+}
