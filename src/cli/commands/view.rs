@@ -145,8 +145,9 @@ impl Program {
         if let Some(diameter) = mesh.point_size {
             options += &format!(" --point-size={diameter}");
         }
+        // Only meshes have such a light, and the window shows them plain.
         if let Some(DVec3 { x, y, z }) = *self.lit_from() {
-            options += &format!(" --lit-from={x},{y},{z}");
+            options += &format!(" --lit-from={x},{y},{z} --style=plain");
         }
         options
     }
