@@ -87,7 +87,7 @@ fn samples_by_need() {
     assert_eq!(auto, picture(&folder, "a.scn -s 40x30 --config auto.toml"));
     let run = folder.run_line("a.scn -s 40x30 --samples auto:9 --stats --json -");
     assert_contains(&run.stderr, &["40x30, up to 9 samples per pixel"]);
-    assert_contains(&run.stdout, &["\"samples\":9,\"adaptive\":true"]);
+    assert_contains(run.text(), &["\"samples\":9,\"adaptive\":true"]);
 }
 
 /// The JSON of every command goes to a file or to standard output, one line for each answer.
