@@ -223,10 +223,11 @@ impl fmt::Display for SceneError {
             Self::NoMemory { what } => write!(f, "the {what} do not fit into memory"),
             Self::ImageSize { width, height } => write!(
                 f,
-                "an image of {width}x{height} pixels, expected sides from 1 to 16384"
+                "an image of {width}x{height} pixels, expected sides from 1 to {}",
+                crate::scene::MAX_IMAGE_SIDE
             ),
             Self::UnknownImage { index, images } => {
-                write!(f, "image {index}, but the scene has only {images} images")
+                write!(f, "image {index}, expected less than {images}")
             }
             Self::TooMany { what, limit } => write!(f, "more than {limit} {what}"),
         }

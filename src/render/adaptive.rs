@@ -30,6 +30,7 @@ const FIRST_OF_SOFT: u32 = 4;
 
 /// The largest difference between neighbours that is not refined, in display values: less than one of four rays of ambient
 /// occlusion makes, more than the grain of soft light on a smooth surface.
+// Tuned: see docs/lab-notes.md#adaptive-samples
 const MAX_CONTRAST: f32 = 8.0 / 255.0;
 
 impl FrameContext<'_> {

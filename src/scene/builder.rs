@@ -79,6 +79,8 @@ pub struct SceneBuilder {
     /// By material; those of the last ones are missing if they have none.
     textures: Vec<Option<SurfaceTextures>>,
     images: Vec<Image>,
+    /// Memory of the images, bytes.
+    image_bytes: u64,
     ambient: f32,
     ambient_reach: Option<f32>,
     background: Background,
@@ -182,6 +184,7 @@ impl SceneBuilder {
                 .collect(),
             textures: Vec::new(),
             images: Vec::new(),
+            image_bytes: 0,
             ambient: classic::AMBIENT,
             ambient_reach: None,
             background: Background::constant(classic::BACKGROUND),
@@ -327,7 +330,7 @@ impl SceneBuilder {
         }
         check_memory(
             [triangles, spheres, vertices + vectors],
-            self.memory.saturating_sub(self.image_bytes()),
+            self.memory.saturating_sub(self.image_bytes),
         )
     }
 
@@ -376,6 +379,7 @@ impl SceneBuilder {
             material_ids: _,
             textures,
             images,
+            image_bytes: _,
             ambient,
             ambient_reach,
             background,

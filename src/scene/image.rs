@@ -225,7 +225,7 @@ impl Level {
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
         let mut texels = Vec::new();
         let reserved = texels.try_reserve_exact(width * height);
-        reserved.map_err(|_| SceneError::NoMemory { what: "an image" })?;
+        reserved.map_err(|_| SceneError::NoMemory { what: "texels" })?;
         texels.resize(width * height, [0; 4]);
         let fill = |(row, to): (usize, &mut [[u8; 4]])| {
             for (column, texel) in to.iter_mut().enumerate() {

@@ -27,7 +27,7 @@ pub struct CutOut {
     pub texture: Texture,
     /// Which of its channels, 0 for red to 3 for alpha.
     pub channel: u8,
-    /// From 0 to 1.
+    /// 0 or more; above 1 nothing is left of the surface.
     pub limit: f32,
 }
 
@@ -45,7 +45,7 @@ pub struct TexturePoint {
     pub width: f32,
 }
 
-/// The least cosine between ray and normal that counts, lest what is seen from the side is one colour.
+/// The least cosine between ray and normal that counts: a smaller one would blur surfaces seen edge-on to one colour.
 const LEAST_COSINE: f64 = 1.0 / 16.0;
 
 impl SurfaceTextures {
@@ -91,8 +91,12 @@ impl SurfaceTextures {
                 value: f32::from(channel),
                 range: (0.0, 3.0),
             }),
-            Some(CutOut { limit, .. }) => super::material::check_share("cut-out limit", limit),
-            None => Ok(()),
+            Some(CutOut { limit, .. }) if !(limit >= 0.0 && limit.is_finite()) => Err(SceneError::OutOfRange {
+                what: "cut-out limit",
+                value: limit,
+                range: (0.0, f32::MAX),
+            }),
+            _ => Ok(()),
         }
     }
 

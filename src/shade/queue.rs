@@ -33,6 +33,7 @@ impl RayQueue {
         self.rays.reserve(packets);
         self.pixel.reserve(packets);
         self.weight.reserve(packets);
+        self.travelled.reserve(packets);
     }
 
     /// Removes all rays. The next ones start at `origin`, or at separate origins if `None`.

@@ -41,7 +41,7 @@ pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
             "normal maps",
         ),
         (
-            materials(|m| m.pbr_metallic_roughness.metallic_roughness_texture.is_some()),
+            materials(|m| m.pbr_metallic_roughness.metallic_roughness_texture.is_some() || has_gloss_map(m)),
             "roughness map",
             "roughness maps",
         ),
@@ -53,7 +53,7 @@ pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
     ] {
         left_out.count(count, one, many);
     }
-    let transparent = materials(|m| m.alpha_mode == Checked::Valid(AlphaMode::Blend));
+    let transparent = materials(|m| is_transparent(m));
     if transparent > 0 {
         let materials = counted(transparent, "material", "materials");
         left_out.add(&format!("transparency of {materials}"));
@@ -87,6 +87,25 @@ pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
     let used = root.extensions_used.iter().map(String::as_str);
     left_out.names("extensions", used.filter(is_listed));
     left_out
+}
+
+/// Whether it is blended, or cut out by a factor alone.
+fn is_transparent(material: &Material) -> bool {
+    let pbr = &material.pbr_metallic_roughness;
+    match material.alpha_mode {
+        Checked::Valid(AlphaMode::Blend) => true,
+        Checked::Valid(AlphaMode::Mask) => {
+            let limit = material.alpha_cutoff.as_ref().map_or(0.5, |limit| limit.0);
+            pbr.base_color_texture.is_none() && pbr.base_color_factor.0[3] < limit
+        }
+        _ => false,
+    }
+}
+
+fn has_gloss_map(material: &Material) -> bool {
+    let extensions = material.extensions.as_ref();
+    let old = extensions.and_then(|extensions| extensions.pbr_specular_glossiness.as_ref());
+    old.is_some_and(|old| old.specular_glossiness_texture.is_some())
 }
 
 fn is_points(primitive: &Primitive) -> bool {

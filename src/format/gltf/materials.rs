@@ -68,7 +68,7 @@ pub(super) struct Shown {
     pub(super) placement: Option<Placement>,
     /// Whether its emission has coordinates of its own, so that its texture is not shown.
     pub(super) emission_left_out: bool,
-    /// Whether the image of its base colour is of a kind that octray does not read.
+    /// Whether the image of its base colour or emission is of a kind that octray does not read.
     pub(super) is_of_another_kind: bool,
 }
 
@@ -151,7 +151,8 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         None => (
             pbr.base_color_factor(),
             pbr.base_color_texture(),
-            pbr.roughness_factor(),
+            // A map multiplies the factor, which is mostly 1 then.
+            pbr.roughness_factor() * pbr.metallic_roughness_texture().map_or(1.0, |_| ROUGHNESS_MAP),
             pbr.metallic_factor(),
         ),
     };
@@ -168,7 +169,9 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         .filter(|_| emission_map.is_some())
         .map(Placement::of);
     let emission_left_out = placement.is_some() && own.is_some() && placement != own;
-    let emission = if emission_left_out {
+    let is_unreadable = emissive.is_some() && emission_map.is_none();
+    let is_of_another_kind = is_of_another_kind || is_unreadable;
+    let emission = if emission_left_out || is_unreadable || material.unlit() {
         [0.0; 3]
     } else {
         material.emissive_factor().map(display_value)
@@ -183,15 +186,13 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
     let cut_out = base_texture.zip(limit).map(|(texture, limit)| CutOut {
         texture,
         channel: 3,
-        limit: limit.clamp(0.0, 1.0),
+        limit: limit.clamp(0.0, f32::MAX),
     });
     let mut diffuse = [red, green, blue].map(display_value);
-    if is_of_another_kind {
+    if info.is_some() && base_texture.is_none() {
         diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
     }
-    // A map multiplies the factor, which is mostly 1 then.
-    let map = pbr.metallic_roughness_texture().map_or(1.0, |_| ROUGHNESS_MAP);
-    let roughness = (roughness * map).clamp(0.1, 1.0);
+    let roughness = roughness.clamp(0.1, 1.0);
     let shine = 1.0 - roughness;
     // A metal's highlight has its own colour.
     let metallic = metallic.clamp(0.0, 1.0);

@@ -64,6 +64,7 @@ pub(super) fn parse(
     } else {
         (bytes, None)
     };
+    let json = json.strip_prefix(BYTE_ORDER_MARK).unwrap_or(json);
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;
     let root = root(json, path)?;
@@ -96,8 +97,8 @@ pub(super) fn parse(
     );
     left_out.count(
         reading.odd_uvs,
-        "texture coordinate that is not a number",
-        "texture coordinates that are not numbers",
+        "texture coordinate that is no number or too large",
+        "texture coordinates that are no numbers or too large",
     );
     let mut mesh = reading.finish(materials, path);
     mesh.notes.extend(left_out.note(path));
@@ -149,7 +150,6 @@ fn other_version(version: &str) -> String {
 
 /// The JSON, not yet checked.
 fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
-    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
     let other_version = |version: &str| LoadError::whole_file(path, other_version(version));
     let root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
         // Version 1 has other types nearly everywhere: the first mismatch says little.

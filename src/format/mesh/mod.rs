@@ -240,7 +240,7 @@ impl LoadedMesh {
     pub fn paint(&mut self, surface: Surface) {
         self.surfaces = vec![surface];
         self.surface_of = Vec::new();
-        self.columns.colors = Vec::new();
+        (self.columns.colors, self.columns.uvs) = (Vec::new(), Vec::new());
         self.images = Vec::new();
     }
 

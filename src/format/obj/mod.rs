@@ -284,8 +284,8 @@ impl<'b> Obj<'b> {
         }
         left_out.count(
             self.odd_uvs,
-            "texture coordinate that is not a number",
-            "texture coordinates that are not numbers",
+            "texture coordinate that is no number or too large",
+            "texture coordinates that are no numbers or too large",
         );
         // With normals, smoothing groups change nothing.
         if self.has_smoothing_groups && self.normals.is_empty() {

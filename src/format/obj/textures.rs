@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 impl Obj<'_> {
     /// Texture coordinates with their origin at the upper left corner; the file's is the lower left one. Some programs write
-    /// numbers that are none where there is no texture.
+    /// NaN where there is no texture.
     pub(super) fn uv(&mut self, mut words: Words<'_>) -> [f32; 2] {
         let mut number = || {
             let (word, _) = words.next()?;

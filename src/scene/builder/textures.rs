@@ -12,11 +12,12 @@ impl SceneBuilder {
     /// # Errors
     /// [`SceneError::OverLimit`].
     pub fn add_image(&mut self, image: Image) -> Result<u32, SceneError> {
-        let needed = self.image_bytes() + Image::bytes(image.size()) as u64;
+        let needed = self.image_bytes + Image::bytes(image.size()) as u64;
         if needed > self.memory {
             let limit = self.memory;
             return Err(SceneError::OverLimit { needed, limit });
         }
+        self.image_bytes = needed;
         self.images.push(image);
         Ok(self.images.len() as u32 - 1)
     }
@@ -39,13 +40,5 @@ impl SceneBuilder {
         self.textures.resize(id.0 as usize, None);
         self.textures.push(Some(textures));
         Ok(id)
-    }
-
-    /// Memory of the images so far, bytes.
-    pub(super) fn image_bytes(&self) -> u64 {
-        self.images
-            .iter()
-            .map(|image| Image::bytes(image.size()) as u64)
-            .sum()
     }
 }
