@@ -7,7 +7,7 @@ use crate::error::{LoadError, in_bytes};
 use std::{
     fmt, io,
     path::Path,
-    sync::atomic::{AtomicU64, Ordering},
+    sync::atomic::{AtomicBool, AtomicU64, Ordering},
 };
 
 /// How many folders are searched for names like those of missing files.
@@ -20,6 +20,8 @@ pub(super) struct Budget {
     taken: AtomicU64,
     /// How many missing files suggestions were asked for.
     missing: AtomicU64,
+    /// Whether the images of the mesh that is read next are wanted.
+    wants_images: AtomicBool,
 }
 
 /// Why a load cannot have more memory.
@@ -43,6 +45,7 @@ impl Budget {
             limit,
             taken: AtomicU64::new(0),
             missing: AtomicU64::new(0),
+            wants_images: AtomicBool::new(true),
         }
     }
 
@@ -59,6 +62,16 @@ impl Budget {
     /// Whether a missing file is one of the first few: to suggest another, a whole folder is read.
     pub(super) fn may_suggest(&self) -> bool {
         self.missing.fetch_add(1, Ordering::Relaxed) < MAX_SUGGESTIONS
+    }
+
+    /// Says whether images of meshes are wanted from now on: a mesh that is placed again shows those that are there.
+    pub(super) fn set_wants_images(&self, wants: bool) {
+        self.wants_images.store(wants, Ordering::Relaxed);
+    }
+
+    /// Whether images of meshes are wanted.
+    pub(super) fn wants_images(&self) -> bool {
+        self.wants_images.load(Ordering::Relaxed)
     }
 
     /// What is left, in bytes.

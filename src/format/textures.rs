@@ -1,13 +1,14 @@
-//! The images of a mesh's textures: decoded once the mesh is known, on all threads.
+//! The images of a mesh's textures: decoded once the mesh is known, on all threads. An image that several materials name
+//! is decoded once.
 //!
 //! A texture that cannot be shown is a note, never an error: the shape is there all the same.
 
-use super::{budget::Budget, mesh::Surface};
+use super::{budget::Budget, left_out::counted, mesh::Surface};
 use crate::{
     error::{LoadError, clip, clip_path},
-    scene::{CutOut, Image, Texture},
+    scene::{CutOut, Image, SurfaceTextures, Texture},
 };
-use std::path::Path;
+use std::{collections::HashMap, path::Path};
 
 /// An image that surfaces name, and its file's bytes.
 pub(super) struct Encoded<'a> {
@@ -36,6 +37,71 @@ pub(super) fn used_images<'a>(count: usize, surfaces: impl Iterator<Item = &'a S
         }
     }
     used
+}
+
+/// Which images, the first of equal ones each, cut out parts of any of these surfaces; the alpha of others means nothing.
+fn cut_out_images(first: &[Option<usize>], surfaces: &[Surface]) -> Vec<bool> {
+    let mut used = vec![false; first.len()];
+    for cut_out in surfaces.iter().filter_map(|surface| surface.textures.cut_out) {
+        if let Some(&Some(first)) = first.get(cut_out.texture.image as usize) {
+            used[first] = true;
+        }
+    }
+    used
+}
+
+/// A surface without textures, for triangles without texture coordinates and images that are missing.
+pub(super) fn untextured(surface: &Surface) -> Surface {
+    let mut surface = *surface;
+    if surface.textures.base.is_some() {
+        // Textures are rarely white.
+        for (channel, neutral) in surface.diffuse.iter_mut().zip(Surface::NEUTRAL.diffuse) {
+            *channel *= neutral;
+        }
+    }
+    let emission = match surface.textures.emission_map {
+        Some(_) => [0.0; 3],
+        None => surface.textures.emission,
+    };
+    surface.textures = SurfaceTextures {
+        emission,
+        ..SurfaceTextures::NONE
+    };
+    surface
+}
+
+/// Gives triangles that lack texture coordinates surfaces without textures. Returns how many there are.
+pub(super) fn leave_untextured(
+    surfaces: &mut Vec<Surface>,
+    surface_of: &mut [u32],
+    mut lacks: impl FnMut(usize) -> bool,
+) -> usize {
+    let (mut copies, mut count) = (HashMap::new(), 0);
+    for (i, index) in surface_of.iter_mut().enumerate() {
+        let surface = surfaces.get(*index as usize).copied();
+        let Some(surface) =
+            surface.filter(|surface| textures(surface).iter().any(Option::is_some) && lacks(i))
+        else {
+            continue;
+        };
+        count += 1;
+        *index = *copies.entry(*index).or_insert_with(|| {
+            surfaces.push(untextured(&surface));
+            surfaces.len() as u32 - 1
+        });
+    }
+    count
+}
+
+/// The note about them.
+pub(super) fn untextured_note(count: usize, path: &Path) -> Option<String> {
+    let triangles = counted(count, "triangle has", "triangles have");
+    (count > 0).then(|| {
+        format!(
+            "{}: {triangles} no texture coordinates: shown without texture",
+            clip_path(path)
+        )
+    })
 }
 
 /// Which surfaces any triangle has.
@@ -67,20 +133,25 @@ pub(super) fn decode(
     budget: &Budget,
     notes: &mut Vec<String>,
 ) -> Vec<Image> {
-    let decoded = decoding::all(encoded, budget);
+    if !budget.wants_images() {
+        return Vec::new();
+    }
+    let first = first_of_equal(encoded);
+    let keeps_alpha = cut_out_images(&first, surfaces);
+    let decoded = decoding::all(encoded, &first, &keeps_alpha, budget);
     let mut images = Vec::new();
-    let mut numbers = vec![None; encoded.len()];
-    for ((encoded, decoded), number) in encoded.iter().zip(decoded).zip(&mut numbers) {
+    let mut numbers: Vec<Option<u32>> = vec![None; encoded.len()];
+    for (i, (encoded, decoded)) in encoded.iter().zip(decoded).enumerate() {
         match (encoded, decoded) {
             (Some(_), Some(Ok(image))) => {
-                *number = Some(images.len() as u32);
+                numbers[i] = Some(images.len() as u32);
                 images.push(image);
             }
             (Some(encoded), Some(Err(reason))) => {
                 let (path, name) = (clip_path(path), clip(&encoded.name));
-                notes.push(format!("{path}: texture {name} is missing: {}", clip(&reason)));
+                notes.push(format!("{path}: texture {name} is not shown: {}", clip(&reason)));
             }
-            _ => {}
+            _ => numbers[i] = first[i].and_then(|first| numbers[first]),
         }
     }
     for surface in surfaces {
@@ -89,19 +160,28 @@ pub(super) fn decode(
     images
 }
 
+/// For each image the first one with the same bytes, the same part of the same file.
+fn first_of_equal(encoded: &[Option<Encoded<'_>>]) -> Vec<Option<usize>> {
+    let mut known = HashMap::new();
+    let place = |bytes: &[u8]| (bytes.as_ptr() as usize, bytes.len());
+    let all = encoded.iter().enumerate();
+    all.map(|(i, encoded)| {
+        let bytes = encoded.as_ref()?.bytes.as_ref().ok()?;
+        Some(*known.entry(place(bytes)).or_insert(i))
+    })
+    .collect()
+}
+
 /// Gives a surface's textures the numbers of decoded images, and drops those that were not decoded.
 fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
     let number = |texture: Texture| {
         let image = numbers.get(texture.image as usize).copied().flatten()?;
         Some(Texture { image, ..texture })
     };
-    let all = &mut surface.textures;
-    if all.base.is_some() && all.base.and_then(number).is_none() {
-        // Textures are rarely white.
-        for (channel, neutral) in surface.diffuse.iter_mut().zip(Surface::NEUTRAL.diffuse) {
-            *channel *= neutral;
-        }
+    if surface.textures.base.is_some_and(|base| number(base).is_none()) {
+        surface.diffuse = untextured(surface).diffuse;
     }
+    let all = &mut surface.textures;
     all.base = all.base.and_then(number);
     if all.emission_map.is_some() && all.emission_map.and_then(number).is_none() {
         all.emission = [0.0; 3];
@@ -135,25 +215,38 @@ mod decoding {
     /// Memory of a decoder beside the pixels, bytes.
     const DECODER_BYTES: u64 = 1 << 20;
 
+    /// Memory for all that comes before the pixels, such as colour profiles, bytes.
+    const HEADER_BYTES: u64 = 8 << 20;
+
     /// An image whose header was read.
     struct Known<'a> {
         bytes: &'a [u8],
         format: ImageFormat,
+        keeps_alpha: bool,
+        /// What the image takes, bytes.
+        kept: usize,
         /// What decoding it takes until the image is made, bytes.
         needed: u64,
     }
 
+    /// Decodes each image that is the first of equal ones; alpha stays where `keeps_alpha`.
     pub(super) fn all(
         encoded: &[Option<Encoded<'_>>],
+        first: &[Option<usize>],
+        keeps_alpha: &[bool],
         budget: &Budget,
     ) -> Vec<Option<Result<Image, String>>> {
         // In order, so that it does not depend on threads which images fit.
         let known: Vec<Option<Result<Known<'_>, String>>> = encoded
             .iter()
-            .map(|encoded| {
+            .enumerate()
+            .map(|(i, encoded)| {
                 let encoded = encoded.as_ref()?;
+                if first[i].is_some_and(|first| first != i) {
+                    return None;
+                }
                 let bytes = encoded.bytes.clone();
-                Some(bytes.and_then(|bytes| known(bytes, &encoded.name, budget)))
+                Some(bytes.and_then(|bytes| known(bytes, &encoded.name, keeps_alpha[i], budget)))
             })
             .collect();
         let largest = known
@@ -166,7 +259,8 @@ mod decoding {
         let decode = |known: Option<Result<Known<'_>, String>>| {
             Some(known?.and_then(|known| {
                 let decoded = catch_unwind(AssertUnwindSafe(|| decode(&known)));
-                decoded.unwrap_or_else(|_| Err("its decoder failed".to_owned()))
+                let decoded = decoded.unwrap_or_else(|_| Err("its decoder failed".to_owned()));
+                decoded.inspect_err(|_| budget.give_back(known.kept))
             }))
         };
         let at_once = rayon::current_num_threads() as u64;
@@ -178,12 +272,20 @@ mod decoding {
     }
 
     /// Reads the header and takes the image from the budget.
-    fn known<'a>(bytes: &'a [u8], name: &str, budget: &Budget) -> Result<Known<'a>, String> {
+    fn known<'a>(
+        bytes: &'a [u8],
+        name: &str,
+        keeps_alpha: bool,
+        budget: &Budget,
+    ) -> Result<Known<'a>, String> {
+        use ImageFormat::{Bmp, Jpeg, Png, Tga, WebP};
         let by_name = || ImageFormat::from_path(Path::new(name)).ok();
         let format = image::guess_format(bytes).ok().or_else(by_name);
-        let format = format.filter(|format| format.reading_enabled());
+        let format = format.filter(|format| matches!(format, Png | Jpeg | WebP | Bmp | Tga));
         let format = format.ok_or("unknown kind of picture, expected PNG, JPEG, WebP, BMP or TGA")?;
-        let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder();
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        reader.limits(limits(HEADER_BYTES));
+        let decoder = reader.into_decoder();
         let decoder = decoder.map_err(|error| sentence(&error))?;
         let (width, height) = decoder.dimensions();
         if width.max(height) > MAX_IMAGE_SIDE || width.min(height) == 0 {
@@ -194,32 +296,41 @@ mod decoding {
         let pixels = u64::from(width) * u64::from(height);
         // Decoded, as RGBA, and what a decoder keeps beside: coefficients or planes.
         let needed = decoder.total_bytes().saturating_mul(2) + 4 * pixels + DECODER_BYTES;
-        let kept = Image::bytes([width, height]) as u64;
-        if needed + kept > budget.left() {
+        let kept = Image::bytes([width, height]);
+        if needed + kept as u64 > budget.left() {
             return Err(format!(
                 "it takes {}, above what is left of the memory limit",
-                in_bytes(needed + kept)
+                in_bytes(needed + kept as u64)
             ));
         }
-        budget.take(kept as usize).map_err(|error| error.to_string())?;
+        budget.take(kept).map_err(|error| error.to_string())?;
         Ok(Known {
             bytes,
             format,
+            keeps_alpha,
+            kept,
             needed,
         })
     }
 
     fn decode(known: &Known<'_>) -> Result<Image, String> {
         let mut reader = ImageReader::with_format(Cursor::new(known.bytes), known.format);
-        let mut limits = Limits::default();
-        limits.max_alloc = Some(known.needed);
-        reader.limits(limits);
+        reader.limits(limits(known.needed));
         let decoded: DynamicImage = reader.decode().map_err(|error| sentence(&error))?;
-        let image = decoded.into_rgba8();
+        let mut image = decoded.into_rgba8();
+        if !known.keeps_alpha {
+            image.pixels_mut().for_each(|pixel| pixel.0[3] = u8::MAX);
+        }
         let (width, height) = image.dimensions();
         let pixels = bytemuck::allocation::try_cast_vec(image.into_raw());
         let pixels = pixels.map_err(|_| "it does not fit into memory".to_owned())?;
         Image::new([width, height], pixels).map_err(|error| error.to_string())
+    }
+
+    fn limits(bytes: u64) -> Limits {
+        let mut limits = Limits::default();
+        limits.max_alloc = Some(bytes);
+        limits
     }
 
     fn sentence(error: &ImageError) -> String {
@@ -234,7 +345,12 @@ mod decoding {
 mod decoding {
     use super::{Budget, Encoded, Image};
 
-    pub(super) fn all(encoded: &[Option<Encoded<'_>>], _: &Budget) -> Vec<Option<Result<Image, String>>> {
+    pub(super) fn all(
+        encoded: &[Option<Encoded<'_>>],
+        _: &[Option<usize>],
+        _: &[bool],
+        _: &Budget,
+    ) -> Vec<Option<Result<Image, String>>> {
         let missing = || Err("octray was built without its feature `textures`".to_owned());
         encoded
             .iter()

@@ -91,11 +91,13 @@ impl SurfaceTextures {
                 value: f32::from(channel),
                 range: (0.0, 3.0),
             }),
-            Some(CutOut { limit, .. }) if !(limit >= 0.0 && limit.is_finite()) => Err(SceneError::OutOfRange {
-                what: "cut-out limit",
-                value: limit,
-                range: (0.0, f32::MAX),
-            }),
+            Some(CutOut { limit, .. }) if !(limit >= 0.0 && limit.is_finite()) => {
+                Err(SceneError::OutOfRange {
+                    what: "cut-out limit",
+                    value: limit,
+                    range: (0.0, f32::MAX),
+                })
+            }
             _ => Ok(()),
         }
     }

@@ -124,21 +124,22 @@ fn images_that_cannot_be_shown_are_notes() {
         let (scene, notes) = obj_scene("Kd 1 1 1\nmap_Kd a.png", image);
         assert_eq!(notes.len(), 1, "{notes:?}");
         assert!(
-            notes[0].starts_with("a.obj: texture a.png is missing: "),
+            notes[0].starts_with("a.obj: texture a.png is not shown: "),
             "{notes:?}"
         );
         assert!(notes[0].contains(reason), "{notes:?}");
         assert!(!scene.has_textures() && scene.vertices().uvs.is_empty());
     }
     let (_, notes) = obj_scene("map_Kd no.png", b"");
-    assert_eq!(notes, ["a.obj: texture no.png is missing: file not found"]);
+    assert_eq!(notes, ["a.obj: texture no.png is not shown: file not found"]);
     // A header that promises more than is there.
     let mut huge = png([1, 1], &[RED]);
     huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
     let crc = crc(&huge[12..29]);
     huge[29..33].copy_from_slice(&crc.to_be_bytes());
     let (_, notes) = obj_scene("map_Kd a.png", &huge);
-    let expected = "a.obj: texture a.png is missing: it has 65535x65535 pixels, expected at most 16384x16384";
+    let expected =
+        "a.obj: texture a.png is not shown: it has 65535x65535 pixels, expected at most 16384x16384";
     assert_eq!(notes, [expected]);
 }
 
@@ -340,6 +341,77 @@ fn brute_force_sees_the_same() {
             assert_eq!(pixel.map(f32::to_bits), expected.map(f32::to_bits), "{x} {y}");
         }
     }
+}
+
+#[test]
+fn triangles_without_texture_coordinates_have_the_base_colour() {
+    let text = "mtllib a.mtl\nusemtl a\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1 3 4\n\
+        f 1/9 3/1 4/1\n";
+    let material = "newmtl a\nKd 1 1 1\nmap_Kd a.png # red\nmap_d ./a.png\n";
+    let mut reads = 0;
+    let loaded = mesh::parse(text.into(), Path::new("a.obj"), &mut |path| {
+        reads += 1;
+        Ok(if path.ends_with("a.mtl") {
+            material.into()
+        } else {
+            png([1, 1], &[[255, 0, 0, 0]])
+        })
+    });
+    let loaded = loaded.expect("a mesh");
+    assert_eq!((reads, loaded.images.len()), (2, 1));
+    assert_eq!(
+        loaded.notes,
+        ["a.obj: 2 triangles have no texture coordinates: shown without texture"]
+    );
+    assert_eq!(loaded.surface_of, [0, 1, 1]);
+    assert_eq!(loaded.surfaces[1].textures, SurfaceTextures::NONE);
+    assert!(loaded.surfaces[0].textures.cut_out.is_some() && loaded.images[0].has_alpha());
+}
+
+#[test]
+fn alpha_of_what_is_not_cut_out_means_nothing() {
+    let (scene, _) = obj_scene(
+        "Kd 1 1 1\nmap_Kd a.png",
+        &png([2, 1], &[[255, 0, 0, 255], [0, 255, 0, 0]]),
+    );
+    assert!(!scene.images()[0].has_alpha());
+    let found = film(&scene, &above(), sized(1)).pixels()[0];
+    assert!((found[0] - found[1]).abs() < 0.01 && found[0] > 0.4, "{found:?}");
+}
+
+#[test]
+fn a_mesh_that_is_placed_again_shows_the_images_that_are_there() {
+    let quad = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
+    let load = |text: &str| {
+        let mut images = 0;
+        let scene = format::load_from_bytes(text.as_bytes(), Path::new("a.scn"), &mut |path| {
+            Ok(match path.extension().and_then(|extension| extension.to_str()) {
+                Some("obj") => quad.into(),
+                Some("mtl") => b"newmtl a\nKd 1 1 1\nmap_Kd a.png\n".to_vec(),
+                _ => {
+                    images += 1;
+                    png([1, 1], &[RED])
+                }
+            })
+        });
+        let scene = scene.unwrap_or_else(|error| panic!("{error}"));
+        assert!(scene.sources().notes.is_empty(), "{:?}", scene.sources().notes);
+        let textured = scene
+            .triangles()
+            .material
+            .iter()
+            .filter(|&&id| scene.textures(id).is_some());
+        (textured.count(), scene.images().len(), scene.vertices().uvs.len())
+    };
+    let again = "mesh a.obj translate 1 0 0\nmesh a.obj translate 2 0 0\n";
+    assert_eq!(load(&format!("light 1 2 3 1\nmesh a.obj\n{again}")), (3, 1, 9));
+    assert_eq!(
+        load(&format!("light 1 2 3 1\nmaterial 1\nmesh a.obj\n{again}")),
+        (0, 0, 0)
+    );
+    let late =
+        format!("light 1 2 3 1\nmaterial 1\nmesh a.obj\n{again}material own\nmesh a.obj translate 3 0 0\n");
+    assert_eq!(load(&format!("{late}mesh a.obj translate 4 0 0\n")), (2, 1, 15));
 }
 
 #[test]

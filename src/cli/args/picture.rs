@@ -41,7 +41,7 @@ const MANY_SAMPLES: u32 = 16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Samples {
     Exactly(u32),
-    /// At most so many, and fewer where neighbours look alike.
+    /// At most this many, fewer where neighbours look alike.
     Auto(u32),
 }
 

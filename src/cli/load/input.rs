@@ -12,7 +12,7 @@ use crate::{
         self, Loaded,
         mesh::{Cloud, LoadedMesh},
     },
-    scene::{Camera, NamedCamera, Scene, SceneBuilder, check_memory},
+    scene::{Camera, Image, NamedCamera, Scene, SceneBuilder, check_memory},
 };
 use glam::DVec3;
 use std::{
@@ -100,7 +100,10 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         // Smoothing takes about as much memory as the scene. Each vertex gets a normal.
         let (triangles, vertices) = (loaded.columns.triangles.len(), loaded.columns.x.len());
         let vectors = 2 * vertices + loaded.columns.colors.len() + loaded.columns.uvs.len();
-        let images = loaded.images.iter().map(|image| Image::bytes(image.size()) as u64);
+        let images = loaded
+            .images
+            .iter()
+            .map(|image| Image::bytes(image.size()) as u64);
         let fits = check_memory([triangles, 0, vectors], memory.saturating_sub(images.sum()));
         fits.map_err(|error| failed(path, &error))?;
         let smoothed = loaded.columns.smooth_normals(degrees);

@@ -2,11 +2,13 @@
 
 use super::buffers::{Buffers, Bytes};
 use crate::{
+    error::clip_path,
     format::{
+        left_out::counted,
         mesh::Surface,
         textures::{self, Encoded},
     },
-    scene::Image,
+    scene::{Image, MAX_TEXTURES},
 };
 use gltf::{Document, json::Root};
 use std::ops::Range;
@@ -38,7 +40,16 @@ pub(super) fn read(
     let used = textures::used_surfaces(surfaces.len(), surface_of);
     let shown = surfaces.iter().zip(used);
     let shown = shown.filter_map(|(surface, is_used)| is_used.then_some(surface));
-    let used = textures::used_images(sources.len(), shown);
+    let mut used = textures::used_images(sources.len(), shown);
+    let beyond = used.iter_mut().filter(|used| **used).skip(MAX_TEXTURES);
+    let beyond = beyond.map(|used| *used = false).count();
+    if beyond > 0 {
+        let images = counted(beyond, "image", "images");
+        notes.push(format!(
+            "{}: left out: {images} beyond {MAX_TEXTURES}",
+            clip_path(buffers.path())
+        ));
+    }
     let before = buffers.budget().taken();
     let mut read = Vec::new();
     for (i, (source, is_used)) in sources.iter().zip(used).enumerate() {

@@ -105,7 +105,7 @@ pub(super) fn parse(
     mesh.texture_files = texture_files;
     let surfaces = (&mut mesh.surfaces[..], &mesh.surface_of[..]);
     mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);
-    if mesh.images.is_empty() {
+    if mesh.images.is_empty() && budget.wants_images() {
         mesh.columns.uvs = Vec::new();
     }
     Ok(mesh)

@@ -11,12 +11,15 @@ use super::{
 };
 use crate::{
     error::{LoadError, SceneError},
-    format::mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, UpAxis, UpSource, camera_name, clamped_note},
+    format::{
+        mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, UpAxis, UpSource, camera_name, clamped_note},
+        textures,
+    },
     scene::{TriangleMesh, check_memory, is_usable},
 };
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use gltf::{Document, camera::Projection};
-use std::path::Path;
+use std::{ops::Range, path::Path};
 
 /// The most triangles of a file.
 const MAX_TRIANGLES: usize = 1 << 26;
@@ -55,6 +58,8 @@ pub(super) struct Reading {
     has_normals: bool,
     has_colors: bool,
     has_uvs: bool,
+    /// Triangles without texture coordinates whose material shows a texture.
+    untextured: Vec<Range<usize>>,
     /// How many texture coordinates are not finite.
     pub(super) odd_uvs: usize,
     /// How many colours were not from 0 to 1.
@@ -213,6 +218,9 @@ impl Reading {
             NO_SURFACE
         };
         let material = shape.material.map_or(none, |i| i as u32);
+        if shape.is_textured && shape.uvs.is_none() {
+            self.untextured.push(self.material_of.len()..triangles.len());
+        }
         self.material_of.resize(triangles.len(), material);
         Ok(())
     }
@@ -321,6 +329,14 @@ impl Reading {
                 }
             }
         }
+        // Ascending, as the triangles.
+        let mut ranges = self.untextured.iter().peekable();
+        let untextured = textures::leave_untextured(&mut surfaces, &mut self.material_of, |i| {
+            while ranges.next_if(|range| range.end <= i).is_some() {}
+            ranges.peek().is_some_and(|range| range.contains(&i))
+        });
+        let mut notes: Vec<String> = clamped_note(self.clamped, path).into_iter().collect();
+        notes.extend(textures::untextured_note(untextured, path));
         LoadedMesh {
             columns: self.columns,
             surfaces,
@@ -329,7 +345,7 @@ impl Reading {
             // By the specification.
             up: UpAxis::Y,
             up_source: UpSource::Stated,
-            notes: clamped_note(self.clamped, path).into_iter().collect(),
+            notes,
             ..LoadedMesh::default()
         }
     }

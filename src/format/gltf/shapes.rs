@@ -21,7 +21,10 @@ pub(super) struct Shape<'a> {
     pub(super) normals: Option<Rc<Elements<'a>>>,
     /// As many as positions.
     pub(super) colors: Option<Rc<Elements<'a>>>,
-    /// Texture coordinates, as many as positions, and how they are moved; `None` if the material shows no texture.
+    /// Whether the material shows a texture.
+    pub(super) is_textured: bool,
+    /// Texture coordinates, as many as positions, and how they are moved; `None` if the material shows no texture, or
+    /// there are none.
     pub(super) uvs: Option<(Rc<Elements<'a>>, Placement)>,
     /// `None` if each vertex is a corner.
     indices: Option<Rc<Elements<'a>>>,
@@ -101,6 +104,7 @@ impl<'a> Shape<'a> {
         Ok(Some(Self {
             mode: primitive.mode(),
             material,
+            is_textured: placement.is_some(),
             uvs: uvs.filter(|(uvs, _)| uvs.count == positions.count),
             normals: normals.filter(|normals| normals.count == positions.count),
             colors,

@@ -250,7 +250,7 @@ fn an_image_that_is_missing_leaves_the_colour() {
     let mesh = textured(material, r#"[{"source":0}]"#).expect("a mesh");
     assert_eq!(
         mesh.notes,
-        ["folder/a.gltf: texture no.png is missing: file not found"]
+        ["folder/a.gltf: texture no.png is not shown: file not found"]
     );
     assert_eq!(mesh.surfaces[0].textures, SurfaceTextures::NONE);
     assert_eq!(mesh.surfaces[0].diffuse, Surface::NEUTRAL.diffuse);
@@ -261,6 +261,21 @@ fn an_image_that_is_missing_leaves_the_colour() {
     let basis = r#"[{"extensions":{"KHR_texture_basisu":{"source":0}}}]"#;
     let mesh = textured(material, basis).expect("a mesh");
     assert_eq!(mesh.notes, ["folder/a.gltf: left out: 1 texture of another kind"]);
+    // The factor's alpha alone is below the limit: nothing is left.
+    let faint = r#""materials":[{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.3],
+        "baseColorTexture":{"index":0,"texCoord":1}}}]"#;
+    let faint = textured(faint, r#"[{"source":1}]"#).expect("a mesh");
+    assert!(faint.notes.is_empty(), "{:?}", faint.notes);
+    assert!(
+        faint.surfaces[0]
+            .textures
+            .cut_out
+            .is_some_and(|cut_out| cut_out.limit > 1.0)
+    );
+    let glow = r#""materials":[{"emissiveFactor":[1,1,1],"emissiveTexture":{"index":0}}]"#;
+    let glow = textured(glow, basis).expect("a mesh");
+    assert_eq!(glow.surfaces[0].textures, SurfaceTextures::NONE);
+    assert_eq!(glow.notes, ["folder/a.gltf: left out: 1 texture of another kind"]);
     let unlit = r#""materials":[{"extensions":{"KHR_materials_unlit":{}},
         "pbrMetallicRoughness":{"baseColorFactor":[0,1,0,1]}}]"#;
     let unlit = textured(unlit, "[]").expect("a mesh").surfaces[0].material();

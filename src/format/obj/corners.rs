@@ -48,6 +48,12 @@ impl Corners {
         self.positions.is_empty()
     }
 
+    /// Whether a corner of triangle `i` has none of `count` texture coordinates.
+    pub(super) fn lacks_uvs(&self, i: usize, count: usize) -> bool {
+        let of = self.uvs.get(i).copied().unwrap_or([NONE; 3]);
+        of.iter().any(|&index| index as usize >= count)
+    }
+
     /// Forgets texture coordinates.
     pub(super) fn drop_uvs(&mut self) {
         self.uvs = Vec::new();

@@ -303,8 +303,14 @@ impl<'b> Obj<'b> {
     }
 
     fn finish(mut self, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, BudgetError> {
+        let (corners, count) = (&self.corners, self.uvs.len());
+        let untextured = super::textures::leave_untextured(&mut self.surfaces, &mut self.surface_of, |i| {
+            corners.lacks_uvs(i, count)
+        });
+        self.notes
+            .extend(super::textures::untextured_note(untextured, path));
         let images = self.read_images(path, open);
-        if images.is_empty() {
+        if images.is_empty() && self.budget.wants_images() {
             self.corners.drop_uvs();
         }
         let mut colors = self.colors.finish(self.x.len(), self.budget)?;

@@ -13,7 +13,7 @@ use crate::{
 };
 use std::{
     collections::HashMap,
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
 };
 
 /// Memory of a material's name beside its letters, bytes: its allocation, and its entry in a map.
@@ -40,15 +40,21 @@ impl Images {
 
     /// The number of the image that a library names; `None` if there are too many, or the name is too long.
     fn number(&mut self, library: &Path, name: &str) -> Option<u32> {
-        if self.paths.len() >= MAX_TEXTURES || name.len() > MAX_NAME || name.is_empty() {
+        if name.len() > MAX_NAME || name.is_empty() {
             return None;
         }
         let path = library.parent().unwrap_or(Path::new("")).join(name);
-        let next = self.paths.len() as u32;
-        let number = *self.numbers.entry(path.clone()).or_insert(next);
-        if number == next {
-            self.paths.push(path);
+        let is_named = |part: &Component<'_>| *part != Component::CurDir;
+        let path: PathBuf = path.components().filter(is_named).collect();
+        if let Some(&number) = self.numbers.get(&path) {
+            return Some(number);
         }
+        if self.paths.len() >= MAX_TEXTURES {
+            return None;
+        }
+        let number = self.paths.len() as u32;
+        self.numbers.insert(path.clone(), number);
+        self.paths.push(path);
         Some(number)
     }
 }
@@ -112,7 +118,7 @@ pub(super) fn parse(
                     b"map_d" => Some(&mut material.opacity),
                     _ => None,
                 };
-                textures += usize::from(map.is_none());
+                let is_shown = map.is_some();
                 if let Some(map) = map {
                     moved += usize::from(file.is_moved);
                     *map = images.number(path, &file.name).map(|image| Texture {
@@ -120,7 +126,9 @@ pub(super) fn parse(
                         wrap: [file.wrap; 2],
                         nearest: false,
                     });
+                    textures += usize::from(map.is_none());
                 }
+                textures += usize::from(!is_shown);
                 Some(())
             }
             _ => Some(()),
@@ -258,6 +266,13 @@ fn texture_file(mut words: Words<'_>) -> TextureFile {
         name.start = words.position();
     }
     let name = words.text(name).trim_ascii_start();
+    let comment = name
+        .windows(2)
+        .position(|pair| pair[0].is_ascii_whitespace() && pair[1] == b'#');
+    let name = name
+        .get(..comment.unwrap_or(name.len()))
+        .unwrap_or_default()
+        .trim_ascii_end();
     let unquoted = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\""));
     TextureFile {
         // As Windows writes it.

@@ -87,7 +87,10 @@ impl Reader<'_> {
         if self.placed.len() >= MAX_MESHES {
             return Err(line.error_at(&word, format!("more than {MAX_MESHES} placed meshes")));
         }
-        let loaded = self.meshes.load(number, &path, kind, self.files, self.budget);
+        let is_own = material.is_none();
+        let loaded = self
+            .meshes
+            .load(number, &path, (kind, is_own), self.files, self.budget);
         let other_format = MeshFormat::of_path(&path).is_some_and(|format| format != MeshFormat::Ply);
         let loaded = loaded.map_err(|cause| {
             if kind == Kind::Ply && other_format {
@@ -144,7 +147,7 @@ impl Reader<'_> {
         if let Some(cloud) = &mut mesh.cloud {
             cloud.radius = *point_radius;
         }
-        mesh.add_to(builder, material).map_err(|error| error.to_string())
+        self.meshes.add(number, mesh, material, builder)
     }
 
     /// A path of the scene file, joined to its folder.

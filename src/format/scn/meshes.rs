@@ -51,14 +51,16 @@ pub(super) struct Meshes {
 struct MeshFile {
     was_read: bool,
     kept: Option<Kept>,
+    /// The materials of its own surfaces, once a placement uses them.
+    own: Option<Vec<MaterialId>>,
 }
 
 /// A mesh that is placed again.
 struct Kept {
     kind: Kind,
+    /// Whether its images were wanted when it was read.
+    has_images: bool,
     mesh: LoadedMesh,
-    /// The materials of its own surfaces, once a placement uses them.
-    own: Option<Vec<MaterialId>>,
 }
 
 impl Meshes {
@@ -72,21 +74,25 @@ impl Meshes {
         number
     }
 
-    /// Reads a file, unless its mesh is kept. `None` if it is kept, now or before.
+    /// Reads a file, unless its mesh is kept. `None` if it is kept, now or before. Images are read once, and only if the
+    /// mesh shows its `own` materials.
     pub(super) fn load(
         &mut self,
         number: usize,
         path: &Path,
-        kind: Kind,
+        (kind, own): (Kind, bool),
         files: &mut dyn Files,
         budget: &Budget,
     ) -> Result<Option<LoadedMesh>, LoadError> {
         let file = &mut self.files[number];
-        if file.kept.as_ref().is_some_and(|kept| kept.kind == kind) {
+        let needs_images = own && file.own.is_none();
+        let is_whole = |kept: &Kept| kept.kind == kind && (kept.has_images || !needs_images);
+        if file.kept.as_ref().is_some_and(is_whole) {
             return Ok(None);
         }
         let (copied, beside) = (&mut self.copied, &mut self.beside);
         let before = budget.taken();
+        budget.set_wants_images(needs_images);
         let opened = files.mesh(path, budget);
         let opened = opened.map_err(|error| load_error(path, &error))?;
         if file.was_read {
@@ -123,8 +129,8 @@ impl Meshes {
         self.kept = all;
         file.kept = Some(Kept {
             kind,
+            has_images: needs_images,
             mesh,
-            own: None,
         });
         Ok(None)
     }
@@ -141,6 +147,30 @@ impl Meshes {
         kept.map_or(&[], |kept| &kept.mesh.cameras)
     }
 
+    /// Adds a mesh that was read, as [`LoadedMesh::add_to`] does, but for materials and images that are there already. The
+    /// error is a sentence.
+    pub(super) fn add(
+        &mut self,
+        number: usize,
+        mut mesh: LoadedMesh,
+        material: Option<MaterialId>,
+        builder: &mut SceneBuilder,
+    ) -> Result<(), String> {
+        let own = &mut self.files[number].own;
+        let added = match (material, own) {
+            (Some(_), _) => mesh.add_to(builder, material),
+            (None, own) => {
+                let ids = match own {
+                    Some(ids) => ids,
+                    None => own.insert(mesh.add_surfaces(builder).map_err(|error| error.to_string())?),
+                };
+                builder.add_texture_files(mesh.texture_files);
+                mesh::add_columns(builder, mesh.columns, mesh.cloud, ids, &mesh.surface_of)
+            }
+        };
+        added.map_err(|error| error.to_string())
+    }
+
     /// Adds a copy of a kept mesh to a scene, as [`LoadedMesh::add_to`] does. The error is a sentence.
     pub(super) fn place(
         &mut self,
@@ -150,7 +180,8 @@ impl Meshes {
         builder: &mut SceneBuilder,
         budget: &Budget,
     ) -> Result<(), String> {
-        let Some(Kept { mesh, own, .. }) = &mut self.files[number].kept else {
+        let MeshFile { kept, own, .. } = &mut self.files[number];
+        let Some(Kept { mesh, .. }) = kept else {
             return Ok(());
         };
         count(&mut self.copied, size_of_columns(mesh))?;
