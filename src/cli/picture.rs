@@ -1,4 +1,4 @@
-//! A picture in memory, with the program's defaults: for the Python package.
+//! A picture in memory, plain and of one sample unless told otherwise: for the Python package.
 
 pub use super::plan::{CameraOptions, StartView};
 use super::{
@@ -25,7 +25,7 @@ pub enum Subject<'a> {
 /// A picture in memory.
 #[derive(Debug)]
 pub struct Picture {
-    /// Red, green and blue of each pixel, row by row, the top row first: the bytes that `octray render` writes.
+    /// Red, green and blue of each pixel, row by row, the top row first: the bytes that `octray render --style plain` writes.
     pub color: Vec<u8>,
     /// Its output variables, if they were asked for.
     pub aovs: Option<Aovs>,

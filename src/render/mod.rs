@@ -60,7 +60,7 @@ pub struct Settings {
     pub pattern: Pattern,
     /// The pixel filter.
     pub filter: Filter,
-    /// Maximum ray depth, at least 1: 1 disables reflections. Rays beyond it return the background.
+    /// Maximum ray depth, at least 1: 1 disables reflections and refraction. Rays beyond it return the background.
     pub max_depth: u32,
     /// Whether to trace shadow rays.
     pub shadows: bool,

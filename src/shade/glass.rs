@@ -196,72 +196,95 @@ fn split<S: Simd>(simd: S, index: f32, s: &SurfacePacket) -> Split<S> {
     }
 }
 
-/// Queues the reflected and the refracted rays of one material's points; those of little weight add the background.
+/// Queues the reflected and then the refracted rays of one material's points, which keeps packets of one kind together;
+/// those of little weight add the background.
 #[inline(always)]
 pub(super) fn pass<S: Simd>(
     simd: S,
     scene: &Scene,
-    (id, index): (MaterialId, f32),
+    glass: (MaterialId, f32),
     points: Points<'_>,
     rays: &RayQueue,
     colors: &mut TileColors,
     next: &mut RayQueue,
 ) {
-    let is_tinted = scene.materials()[id.0 as usize].transmittance(1.0) != [1.0; 3];
-    let inside = is_tinted.then_some(id);
-    for (i, s) in points.surfaces.iter().enumerate() {
-        let from = Branch8::gather(rays, &s.pixel);
-        let split = split(simd, index, s);
-        let offset = simd.load(&s.magnitude) * SURFACE_OFFSET;
-        let passed = passed(simd, scene, id, rays, s);
-        let distance = points.distance.get(i).copied();
-        let ways = [
-            (split.reflected, split.share, offset, 0),
-            (split.refracted, simd.splat(1.0) - split.share, -offset, !0),
-        ];
-        for (direction, share, offset, crossing) in ways {
-            let factor = passed.map(|passed| share * simd.load(&passed));
-            let mut weight = factor;
-            for (weight, from) in weight.iter_mut().zip(&from.weight) {
-                *weight = *weight * simd.load(from);
-            }
-            let largest = weight[0].max(weight[1]).max(weight[2]);
-            let traced = s.active & largest.ge(simd.splat(MIN_WEIGHT)).bits();
-            let direction = direction.to8();
-            if s.active & !traced != 0 {
-                let mut color = background(simd, scene, &direction);
-                for (color, factor) in color.iter_mut().zip(factor) {
-                    *color = *color * factor;
-                }
-                colors.add(simd, s.active & !traced, &s.pixel, simd.splat(1.0), color);
-            }
-            if traced == 0 {
-                continue;
-            }
-            let origin = simd
-                .load3(&s.geometric_normal)
-                .mul_add(offset, simd.load3(&s.point));
-            let t_max = S::V8::select(simd.mask(traced), simd.splat(T_MAX), simd.splat(0.0)).to8();
-            next.push_from(origin.to8(), RayPacket { direction, t_max }, s.pixel, share.to8());
-            if let Some(distance) = distance {
+    for crosses in [false, true] {
+        for (i, s) in points.surfaces.iter().enumerate() {
+            let queued = branch(simd, scene, glass, (s, crosses), rays, colors, next);
+            if let Some(&distance) = points.distance.get(i)
+                && queued
+            {
                 next.push_travelled(distance);
             }
-            let mut medium = from.medium;
-            for (lane, medium) in medium.iter_mut().enumerate() {
-                // Behind the surface is inside.
-                if (s.from_behind ^ crossing) >> lane & 1 == 1 {
-                    *medium = inside;
-                } else if crossing != 0 {
-                    *medium = None;
-                }
-            }
-            next.branches.push(Branch8 {
-                factor: factor.map(|factor| factor.to8()),
-                weight: weight.map(|weight| weight.to8()),
-                medium,
-            });
         }
     }
+}
+
+/// Queues the rays of eight points that cross the surface or not, and returns whether there are any.
+#[inline(always)]
+fn branch<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    (id, index): (MaterialId, f32),
+    (s, crosses): (&SurfacePacket, bool),
+    rays: &RayQueue,
+    colors: &mut TileColors,
+    next: &mut RayQueue,
+) -> bool {
+    let split = split(simd, index, s);
+    let offset = simd.load(&s.magnitude) * SURFACE_OFFSET;
+    let (direction, share, offset) = if crosses {
+        (split.refracted, simd.splat(1.0) - split.share, -offset)
+    } else {
+        (split.reflected, split.share, offset)
+    };
+    let (direction, from) = (direction.to8(), Branch8::gather(rays, &s.pixel));
+    let factor = passed(simd, scene, id, rays, s).map(|passed| share * simd.load(&passed));
+    let mut weight = factor;
+    for (weight, from) in weight.iter_mut().zip(&from.weight) {
+        *weight = *weight * simd.load(from);
+    }
+    let largest = weight[0].max(weight[1]).max(weight[2]);
+    let traced = s.active & largest.ge(simd.splat(MIN_WEIGHT)).bits();
+    if s.active & !traced != 0 {
+        let mut color = background(simd, scene, &direction);
+        for (color, factor) in color.iter_mut().zip(factor) {
+            *color = *color * factor;
+        }
+        colors.add(simd, s.active & !traced, &s.pixel, simd.splat(1.0), color);
+    }
+    if traced == 0 {
+        return false;
+    }
+    let origin = simd
+        .load3(&s.geometric_normal)
+        .mul_add(offset, simd.load3(&s.point));
+    let t_max = S::V8::select(simd.mask(traced), simd.splat(T_MAX), simd.splat(0.0)).to8();
+    next.push_from(origin.to8(), RayPacket { direction, t_max }, s.pixel, share.to8());
+    next.branches.push(Branch8 {
+        factor: factor.map(|factor| factor.to8()),
+        weight: weight.map(|weight| weight.to8()),
+        medium: media(scene, id, (s, crosses), from.medium),
+    });
+    true
+}
+
+/// What the rays are in behind the surface, or before it if they do not cross it.
+fn media(
+    scene: &Scene,
+    id: MaterialId,
+    (s, crosses): (&SurfacePacket, bool),
+    mut medium: [Option<MaterialId>; LANES],
+) -> [Option<MaterialId>; LANES] {
+    let is_tinted = scene.materials()[id.0 as usize].transmittance(1.0) != [1.0; 3];
+    for (lane, medium) in medium.iter_mut().enumerate() {
+        if (s.from_behind >> lane & 1 == 1) != crosses {
+            *medium = is_tinted.then_some(id);
+        } else if crosses {
+            *medium = None;
+        }
+    }
+    medium
 }
 
 /// What reaches a camera inside the glass: 1 for all other rays, which [`absorb`] tints.

@@ -50,7 +50,7 @@ pub const LIGHT_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 /// The settings of shading.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadeSettings {
-    /// Maximum ray depth; 1 disables reflections. Rays beyond it return the background.
+    /// Maximum ray depth; 1 disables reflections and refraction. Rays beyond it return the background.
     pub max_depth: u32,
     /// Whether to trace shadow and ambient occlusion rays.
     pub shadows: bool,

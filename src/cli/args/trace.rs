@@ -28,7 +28,7 @@ pub struct TraceArgs {
     #[arg(long)]
     pub no_shadows: bool,
 
-    /// Maximum ray depth; 1 disables reflections
+    /// Maximum ray depth; 1 disables reflections and refraction
     #[arg(long, value_name = "N", value_parser = values::whole::<1000>, default_value_t = classic::MAX_DEPTH)]
     pub max_depth: u32,
 }

@@ -171,9 +171,9 @@ fn numbers() {
         fault("light 0 0 0 -1"),
         "1:13: intensity is -1, expected 0 or more"
     );
-    for word in ["4", "-1", "1.0", "99999999999", "glass"] {
-        let expected = "expected 0 (silhouette), 1 (matte), 2 (blinn_phong), 3 (reflection), one of these names or \
-            `own`";
+    for word in ["4", "-1", "1.0", "99999999999", "velvet"] {
+        let expected = "expected 0 (silhouette), 1 (matte), 2 (blinn_phong), 3 (reflection), one of these names, \
+            `glass` or `own`";
         assert_eq!(
             fault(format!("material {word}")),
             format!("1:10: unknown material `{word}`, {expected}")
@@ -269,10 +269,30 @@ fn materials() {
 }
 
 #[test]
+fn glass() {
+    let scene =
+        scene("material glass\nsphere 0 0 0 1\nmaterial glass depth 2 tint 0.5 1 0 ior 1.33\nsphere 0 0 0 1");
+    assert_eq!(
+        &scene.materials()[4..],
+        [
+            Material::GLASS,
+            Material::Glass {
+                index: 1.33,
+                tint: [0.5, 1.0, 0.0],
+                depth: 2.0
+            }
+        ]
+    );
+    // It needs no light.
+    assert_eq!(scene.sources().notes, [""; 0]);
+}
+
+#[test]
 fn other_names_of_materials_are_suggested() {
     for (word, meant) in [
         ("phong", "blinn_phong"),
         ("mirror", "reflection"),
+        ("dielectric", "glass"),
         ("Matte", "matte"),
     ] {
         assert_eq!(
