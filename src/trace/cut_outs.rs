@@ -39,7 +39,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Frees the rays that only hit what does not count.
+    /// Frees the rays that only hit what does not count. Cost: docs/lab-notes.md#cut-outs
     pub(super) fn pass_occluded(
         &self,
         scene: &Scene,
