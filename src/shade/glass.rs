@@ -262,11 +262,16 @@ fn branch<S: Simd>(
     let t_max = S::V8::select(simd.mask(traced), simd.splat(T_MAX), simd.splat(0.0)).to8();
     next.push_from(origin.to8(), RayPacket { direction, t_max }, s.pixel, share.to8());
     next.branches.push(Branch8 {
-        factor: factor.map(|factor| factor.to8()),
-        weight: weight.map(|weight| weight.to8()),
+        factor: to8::<S>(factor),
+        weight: to8::<S>(weight),
         medium: media(scene, id, (s, crosses), from.medium),
     });
     true
+}
+
+#[inline(always)]
+fn to8<S: Simd>([r, g, b]: [S::V8; 3]) -> [F32x8; 3] {
+    [r.to8(), g.to8(), b.to8()]
 }
 
 /// What the rays are in behind the surface, or before it if they do not cross it.

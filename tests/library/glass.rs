@@ -177,9 +177,9 @@ fn a_white_furnace_stays_white() {
         }
     };
     for index in [0.667_f32, 1.0, 1.5, 2.4] {
-        for scale in 0..5 {
+        for bodies in 0..5 {
             let (mut builder, id) = under(white, glass(index));
-            match scale {
+            match bodies {
                 0 => builder.add_sphere(Vec3::ZERO, 1.0, id).unwrap(),
                 1 => {
                     // Spheres that touch in a point, and the same sphere twice.

@@ -290,14 +290,17 @@ impl Reader<'_> {
     }
 }
 
+/// Words by what they are.
+type Named<'a> = Vec<(&'static str, Word<'a>)>;
+
 /// A material of a kind: the defaults, except the constants that keys change. Also the numbers that only the builder
 /// checks, by their keys.
 fn read_material<'a>(
     kind: usize,
     arguments: &mut Arguments<'_, 'a>,
-) -> Result<(Material, Vec<(&'static str, Word<'a>)>), LoadError> {
+) -> Result<(Material, Named<'a>), LoadError> {
     let mut material = Material::CLASSIC.get(kind).copied().unwrap_or(Material::GLASS);
-    let mut named = Vec::new();
+    let mut named = Named::new();
     let (name, keys): (_, &[&str]) = match material {
         Material::Silhouette { .. } => ("material silhouette", &["cd"]),
         Material::Matte { .. } => ("material matte", &["cd"]),
