@@ -10,7 +10,6 @@ pub(crate) fn decode(display: f64) -> f64 {
 }
 
 /// Returns the display value of light.
-
 pub(crate) fn encode(linear: f64) -> f64 {
     if linear <= 0.003_130_8 {
         12.92 * linear

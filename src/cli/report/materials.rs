@@ -1,7 +1,7 @@
 //! The materials that `octray info` shows.
 
 use super::info::{count, list};
-use crate::scene::{Material, MaterialId, Scene};
+use crate::scene::{Image, Material, MaterialId, Scene};
 use serde::Serialize;
 
 #[derive(Debug, Serialize)]
@@ -90,7 +90,7 @@ fn textures(scene: &Scene, material: usize) -> Option<String> {
         let [width, height] = scene
             .images()
             .get(image as usize)
-            .map_or([0; 2], |image| image.size());
+            .map_or([0; 2], Image::size);
         format!("{width}x{height}")
     };
     let [red, green, blue] = all.emission;

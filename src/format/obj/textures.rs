@@ -19,7 +19,7 @@ impl Obj<'_> {
             let (word, _) = words.next()?;
             fast_float2::parse::<f32, _>(word).ok()
         };
-        let [u, v] = [number(), number()].map(|number| number.unwrap_or_default());
+        let [u, v] = [number(), number()].map(Option::unwrap_or_default);
         if is_usable(u) && is_usable(v) {
             [u, 1.0 - v]
         } else {

@@ -151,7 +151,7 @@ fn settings(u: &mut Unstructured<'_>) -> Result<Settings> {
     };
     Ok(Settings {
         // Without a byte of its own, so that old inputs keep their meaning.
-        adaptive: settings.pattern == Pattern::Sobol && settings.max_depth % 2 == 0,
+        adaptive: settings.pattern == Pattern::Sobol && settings.max_depth.is_multiple_of(2),
         ..settings
     })
 }
