@@ -322,7 +322,8 @@ fn fast_input_breaks_nothing(screen: &Screen) {
     viewer.drag(1, [60, 60], [90, 70]);
     viewer.keys(&["1", "u", "f", "5"]);
     viewer.key("Home");
-    viewer.wait_for_picture("a point", &viewer.render(&["--view=1"]), 2 * BELOW_MESSAGE);
+    let plain = viewer.render(&["--view=1", "--style=plain"]);
+    viewer.wait_for_picture("a point", &plain, 2 * BELOW_MESSAGE);
     viewer.quit("q");
 }
 

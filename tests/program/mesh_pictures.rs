@@ -38,7 +38,18 @@ fn golden_pictures_of_every_format() {
             ("up-axis", "house.stl", &["--up-axis", "y"]),
             ("studio", "helix.ply", &["--ground", "--style", "studio"]),
             ("clay", "mobile.gltf", &["--style", "clay"]),
-            ("textures", "garden.obj", &["--style", "studio"]),
+            (
+                "textures",
+                "garden.obj",
+                &[
+                    "--style",
+                    "studio",
+                    "--eye",
+                    "1.2,2.1,5.2",
+                    "--target",
+                    "0,0.75,0",
+                ],
+            ),
         ]
         .map(|(name, mesh, options)| {
             let plain = if options.contains(&"--style") {

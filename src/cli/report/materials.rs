@@ -87,10 +87,7 @@ fn statement(material: &Material) -> String {
 fn textures(scene: &Scene, material: usize) -> Option<String> {
     let all = scene.textures(MaterialId(material as u32))?;
     let size = |image: u32| {
-        let [width, height] = scene
-            .images()
-            .get(image as usize)
-            .map_or([0; 2], Image::size);
+        let [width, height] = scene.images().get(image as usize).map_or([0; 2], Image::size);
         format!("{width}x{height}")
     };
     let [red, green, blue] = all.emission;
