@@ -168,6 +168,8 @@ pub enum SceneError {
         width: u32,
         /// Pixels.
         height: u32,
+        /// The longest side allowed, pixels.
+        most: u32,
     },
     /// A texture names an image that the scene does not have.
     UnknownImage {
@@ -221,10 +223,9 @@ impl fmt::Display for SceneError {
                 in_bytes(*limit)
             ),
             Self::NoMemory { what } => write!(f, "the {what} do not fit into memory"),
-            Self::ImageSize { width, height } => write!(
+            Self::ImageSize { width, height, most } => write!(
                 f,
-                "an image of {width}x{height} pixels, expected sides from 1 to {}",
-                crate::scene::MAX_IMAGE_SIDE
+                "an image of {width}x{height} pixels, expected sides from 1 to {most}"
             ),
             Self::UnknownImage { index, images } => {
                 write!(f, "image {index}, expected less than {images}")

@@ -71,7 +71,8 @@ impl Image {
             .iter()
             .all(|side| (1..=MAX_IMAGE_SIDE).contains(side))
         {
-            return Err(SceneError::ImageSize { width, height });
+            let most = MAX_IMAGE_SIDE;
+            return Err(SceneError::ImageSize { width, height, most });
         }
         let (width, height) = (width as usize, height as usize);
         super::builder::expect_length("pixels", pixels.len(), width * height)?;
