@@ -199,7 +199,7 @@ fn lattice(is_cut_out: bool) -> Scene {
     let color = Material::Matte {
         color: [0.9, 0.6, 0.3],
     };
-    let is_there = |i: u32| (i % 8 + i / 8) % 2 == 0;
+    let is_there = |i: u32| (i % 8 + i / 8).is_multiple_of(2);
     if is_cut_out {
         let alpha = |i: u32| if is_there(i) { [0, 0, 0, 255] } else { [0; 4] };
         // Sixteen texels a square, so that edges are sharp.
