@@ -17,7 +17,6 @@ use super::{
 };
 use crate::{
     lanes::{F32x8, LANES},
-    scene::Scene,
     simd::{EightLanes, Simd},
 };
 
@@ -63,7 +62,7 @@ impl FrameContext<'_> {
 impl Settings {
     /// Returns the camera rays that a pixel of `scene` is expected to take; shares of refined pixels as measured.
     #[cfg(feature = "cli")]
-    pub(crate) fn expected_samples(&self, scene: &Scene) -> f64 {
+    pub(crate) fn expected_samples(&self, scene: &crate::scene::Scene) -> f64 {
         let (first, share) = if scene.is_sampled() {
             (FIRST_OF_SOFT, 0.6)
         } else {

@@ -25,10 +25,6 @@ pub struct Input {
     pub scene: Scene,
     pub camera: Camera,
     /// The direction of the viewer for whom a mesh is lit.
-    #[cfg_attr(
-        not(feature = "viewer"),
-        expect(dead_code, reason = "the window prints it as an option")
-    )]
     pub lit_from: Option<DVec3>,
     /// The lights of a mesh, if they turn with the camera of a turntable.
     pub rig: Option<Rig>,
