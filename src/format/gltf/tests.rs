@@ -246,7 +246,7 @@ fn textures_with_sets_transforms_samplers_and_cut_outs() {
 #[cfg(feature = "textures")]
 #[test]
 fn an_image_that_is_missing_leaves_the_colour() {
-    let material = r#""materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}]"#;
+    let material = r#""materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}}]"#;
     let mesh = textured(material, r#"[{"source":0}]"#).expect("a mesh");
     assert_eq!(
         mesh.notes,
