@@ -86,7 +86,6 @@ fn frames_allocate_nothing() {
         ("hall_of_mirrors", 2),
         ("soft", 2),
         ("garden", 2),
-        ("glass", 2),
     ];
     for (name, threads) in scenes {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.scn"));
