@@ -4,6 +4,7 @@ use super::{
     budget::Budget,
     files::{self, Disk},
     mesh::{self, LoadedMesh, MeshFormat},
+    off,
     place::BYTE_ORDER_MARK,
     scn, stl,
 };
@@ -36,6 +37,7 @@ pub enum Loaded {
 /// The first that applies, in this order:
 /// - PLY begins with a line `ply`.
 /// - glTF begins with `glTF` or `{`.
+/// - OFF begins with `OFF` and its prefixes, such as `COFF`.
 /// - STL has the size that its count of facets implies, or begins with `solid`.
 /// - A scene has a `.scn` statement, perhaps misspelt, before any keyword of OBJ, or nothing but `//` comments.
 /// - All else is OBJ.
@@ -53,6 +55,8 @@ pub fn detect(bytes: &[u8]) -> Detected {
         Detected::Mesh(MeshFormat::Ply)
     } else if bytes.starts_with(b"glTF") || text.trim_ascii_start().starts_with(b"{") {
         Detected::Mesh(MeshFormat::Gltf)
+    } else if off::is_off(text) {
+        Detected::Mesh(MeshFormat::Off)
     } else if stl::is_stl(bytes) {
         Detected::Mesh(MeshFormat::Stl)
     } else if scn::is_scene(text) {
@@ -127,6 +131,9 @@ mod tests {
         is(b"glTF\x02\0\0\0", gltf);
         is(b" \n{\"asset\": {}}", gltf);
         is(b"\xef\xbb\xbf{}", gltf);
+        is(b"OFF\n1 0 0\n0 0 0\n", Some(MeshFormat::Off));
+        is(b"# c\nCOFF 1 0 0\n", Some(MeshFormat::Off));
+        is(b"OFFICE\nv 0 0 0\n", obj);
         is(&binary_stl(0), stl);
         is(&binary_stl(3), stl);
         is(b"solid cube\nendsolid cube\n", stl);

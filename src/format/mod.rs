@@ -13,6 +13,7 @@ mod gltf;
 mod left_out;
 pub mod mesh;
 mod obj;
+mod off;
 mod place;
 pub mod ply;
 mod polygon;

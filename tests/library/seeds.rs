@@ -12,6 +12,7 @@ pub fn all() -> Vec<Seed> {
     objs(&mut seeds);
     stls(&mut seeds);
     gltfs(&mut seeds);
+    offs(&mut seeds);
     textures(&mut seeds);
     arguments(&mut seeds);
     choices(&mut seeds);
@@ -172,6 +173,30 @@ fn gltfs(seeds: &mut Vec<Seed>) {
         glb.extend(chunk);
     }
     add(seeds, "gltf", "binary.glb", glb);
+}
+
+/// Headers, and colours of vertices and faces.
+fn offs(seeds: &mut Vec<Seed>) {
+    let square = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    for (name, text) in [
+        ("plain", format!("OFF\n4 1 0\n{square}4 0 1 2 3\n")),
+        ("no_space", format!("OFF4 2 0 # c\n{square}3 0 1 2\n2 0 1\n")),
+        (
+            "faces",
+            format!("OFF\n4 3 5\n{square}3 0 1 2 255 0 0\n3 0 2 3 0.5 1 1 1\n3 1 2 3 7\n"),
+        ),
+        ("points", format!("4 0\n{square}")),
+        (
+            "vertices",
+            "CNOFF 2 0\n0 0 0 0 0 1 255 0 9 1\n1 0 0 0 0 1 1 1 1 1\n".to_owned(),
+        ),
+        (
+            "texture",
+            "STOFF\n3 1\n0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n".to_owned(),
+        ),
+    ] {
+        add(seeds, "off", &format!("{name}.off"), text);
+    }
 }
 
 /// A small image of each format.

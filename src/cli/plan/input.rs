@@ -168,7 +168,7 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
     let is_scene = !start.contains(&0) && format::detect(&start) == Detected::Scene;
     if !is_scene || OTHER_KINDS.iter().any(|&other| extension == other) {
         return Err(CliError::Failed(format!(
-            "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .stl, .gltf, .glb)",
+            "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb)",
             clip_path(path)
         )));
     }
@@ -205,7 +205,7 @@ impl MeshOptions {
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(CliError::Usage(format!(
-                "{option} applies to meshes only (.ply, .obj, .stl, .gltf, .glb), and {} is a scene",
+                "{option} applies to meshes only (.ply, .obj, .off, .stl, .gltf, .glb), and {} is a scene",
                 clip_path(scene)
             ))),
             None => Ok(()),

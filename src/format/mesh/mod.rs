@@ -11,7 +11,7 @@ pub use up::{UpAxis, UpSource};
 
 #[cfg(feature = "gltf")]
 use super::gltf;
-use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, ply, source::Opened, stl};
+use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError, clip_path},
     math::srgb,
@@ -172,6 +172,8 @@ pub enum MeshFormat {
     Ply,
     /// Wavefront OBJ.
     Obj,
+    /// Geomview's object file format, text.
+    Off,
     /// Stereolithography, text or binary.
     Stl,
     /// glTF 2.0, as JSON or as one binary file (.glb).
@@ -180,7 +182,7 @@ pub enum MeshFormat {
 
 impl MeshFormat {
     /// The end of an error about any other file.
-    pub const EXPECTED: &str = "expected a mesh: .ply, .obj, .stl, .gltf or .glb";
+    pub const EXPECTED: &str = "expected a mesh: .ply, .obj, .off, .stl, .gltf or .glb";
 
     /// The format by the file's extension, in either case.
     #[must_use]
@@ -189,6 +191,7 @@ impl MeshFormat {
         match extension.as_str() {
             "ply" => Some(Self::Ply),
             "obj" => Some(Self::Obj),
+            "off" => Some(Self::Off),
             "stl" => Some(Self::Stl),
             "gltf" | "glb" => Some(Self::Gltf),
             _ => None,
@@ -201,6 +204,7 @@ impl MeshFormat {
         match self {
             Self::Ply => "PLY",
             Self::Obj => "OBJ",
+            Self::Off => "OFF",
             Self::Stl => "STL",
             Self::Gltf => "glTF",
         }
@@ -423,6 +427,7 @@ pub(super) fn parse_as(
     match format {
         MeshFormat::Ply => ply::parse_mesh(bytes, path, budget),
         MeshFormat::Obj => obj::parse(bytes, path, open, budget),
+        MeshFormat::Off => off::parse(bytes, path, budget),
         MeshFormat::Stl => stl::parse(bytes, path, budget),
         #[cfg(feature = "gltf")]
         MeshFormat::Gltf => gltf::parse(bytes, path, open, budget),

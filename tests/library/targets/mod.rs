@@ -97,6 +97,11 @@ pub fn obj(bytes: &[u8]) {
     any(file, "fuzz.obj", library);
 }
 
+/// An OFF file.
+pub fn off(bytes: &[u8]) {
+    any(bytes, "fuzz.off", b"");
+}
+
 /// An STL file, text or binary.
 pub fn stl(bytes: &[u8]) {
     any(bytes, "fuzz.stl", b"");
@@ -225,6 +230,7 @@ pub fn by_name(name: &str) -> Option<fn(&[u8])> {
         "scn" => Some(scn),
         "ply" => Some(ply),
         "obj" => Some(obj),
+        "off" => Some(off),
         "stl" => Some(stl),
         "gltf" => Some(gltf),
         "texture" => Some(texture),
