@@ -1,7 +1,7 @@
 //! The images of a mesh's textures: decoded once the mesh is known, on all threads. An image that several materials name
 //! is decoded once.
 //!
-//! A texture that cannot be shown is a note, never an error: the shape is there all the same.
+//! A texture that cannot be shown is a note, not an error: the shape is still shown.
 
 use super::{budget::Budget, left_out::counted, mesh::Surface};
 use crate::{
@@ -14,7 +14,7 @@ use std::{collections::HashMap, path::Path};
 pub(super) struct Encoded<'a> {
     /// What notes call it.
     pub(super) name: String,
-    /// Its bytes, or why there are none.
+    /// Its bytes, or why they could not be read.
     pub(super) bytes: Result<&'a [u8], String>,
 }
 
