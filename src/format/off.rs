@@ -59,7 +59,7 @@ fn read(text: &[u8], path: &Path, budget: &Budget) -> Result<LoadedMesh, TextFau
         let line = lines.expect("face", header.faces)?;
         off.face(line)?;
     }
-    Ok(off.finish(path)?)
+    off.finish(path)
 }
 
 /// The lines of a text that are neither empty nor comments.
