@@ -23,7 +23,7 @@ pub struct RayQueue {
     travelled: Vec<F32x8>,
     /// See [`Self::sets_colors`].
     sets_colors: bool,
-    /// See [`Branch8`]; as many as packets, or none.
+    /// See [`Branch8`]; one for each packet, or empty.
     pub(super) branches: Vec<Branch8>,
 }
 

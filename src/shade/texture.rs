@@ -15,7 +15,7 @@ use crate::{
 /// What beside the tint depends on textures, at each surface packet.
 #[derive(Debug, Default)]
 pub(super) struct Textured {
-    /// Emitted light; 0 where there is none.
+    /// Emitted light, or 0.
     pub emitted: Vec<Tint8>,
     /// Lengths of the paths from the camera, scene units.
     pub distance: Vec<F32x8>,
@@ -34,7 +34,7 @@ impl Textured {
     }
 }
 
-/// Multiplies the tints, white if there are none yet, and fills `textured`. `pixel_width` is the width of the rays' cones
+/// Multiplies the tints (white by default) and fills `textured`. `pixel_width` is the width of the rays' cones
 /// at distance 1.
 pub(super) fn pass(
     scene: &Scene,

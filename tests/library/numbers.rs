@@ -42,27 +42,25 @@ fn placed(scene: &Scene, scale: f32, shift: Vec3) -> Scene {
     let mut builder = SceneBuilder::new();
     builder.set_ambient(scene.ambient()).unwrap();
     builder.set_background(scene.background()).unwrap();
-    let ids: Vec<MaterialId> = scene
-        .materials()
-        .iter()
-        .map(|&material| builder.add_material(material).unwrap())
-        .collect();
+    let materials = scene.materials().iter();
+    let ids = materials.map(|&material| builder.add_material(material).unwrap());
+    let ids: Vec<MaterialId> = ids.collect();
     let vertices = scene.vertices();
     let all: Vec<Vec3> = (0..vertices.x.len() as u32)
         .map(|i| place(scene.origin() + vertices.position(i)))
         .collect();
     let column = |axis: usize| all.iter().map(|p| p[axis]).collect();
-    let triangles = scene.triangles();
     let mesh = TriangleMesh {
         x: column(0),
         y: column(1),
         z: column(2),
         normals: vertices.normals.clone(),
         colors: vertices.colors.clone(),
-        uvs: Vec::new(),
-        triangles: triangles.corners.clone(),
+        uvs: vertices.uvs.clone(),
+        triangles: scene.triangles().corners.clone(),
     };
-    let materials: Vec<MaterialId> = triangles.material.iter().map(|id| ids[id.0 as usize]).collect();
+    let material_of = scene.triangles().material.iter();
+    let materials = material_of.map(|id| ids[id.0 as usize]).collect();
     builder.add_mesh_with_materials(mesh, materials).unwrap();
     let spheres = scene.spheres();
     for (i, radius) in spheres.radius.iter().enumerate() {

@@ -132,7 +132,7 @@ fn images_that_cannot_be_shown_are_notes() {
     }
     let (_, notes) = obj_scene("map_Kd no.png", b"");
     assert_eq!(notes, ["a.obj: texture no.png is not shown: file not found"]);
-    // A header that promises more than is there.
+    // A header that promises more bytes than follow.
     let mut huge = png([1, 1], &[RED]);
     huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
     let crc = crc(&huge[12..29]);

@@ -23,8 +23,8 @@ pub(super) struct Shape<'a> {
     pub(super) colors: Option<Rc<Elements<'a>>>,
     /// Whether the material shows a texture.
     pub(super) is_textured: bool,
-    /// Texture coordinates, as many as positions, and how they are moved; `None` if the material shows no texture, or
-    /// there are none.
+    /// Texture coordinates, one for each position, and how they are moved; `None` if the material shows no texture, or
+    /// the file has no coordinates for it.
     pub(super) uvs: Option<(Rc<Elements<'a>>, Placement)>,
     /// `None` if each vertex is a corner.
     indices: Option<Rc<Elements<'a>>>,

@@ -255,7 +255,7 @@ fn an_image_that_is_missing_leaves_the_colour() {
     assert_eq!(mesh.surfaces[0].textures, SurfaceTextures::NONE);
     assert_eq!(mesh.surfaces[0].diffuse, Surface::NEUTRAL.diffuse);
     assert!(mesh.columns.uvs.is_empty() && mesh.images.is_empty());
-    // WebP comes first where there is a choice, and an image of another kind is none.
+    // WebP is preferred; an image of another kind is left out.
     let webp = r#"[{"source":0,"extensions":{"EXT_texture_webp":{"source":1}}}]"#;
     assert_eq!(textured(material, webp).expect("a mesh").images.len(), 1);
     let basis = r#"[{"extensions":{"KHR_texture_basisu":{"source":0}}}]"#;

@@ -99,8 +99,7 @@ fn memory_that_nothing_counted_refused_by_the_allocator() {
 }
 
 /// Under any limit on the address space, every command and format ends with exit code 0 or 1 and at most one sentence.
-#[test]
-fn any_address_space_with_any_command() {
+fn in_any_address_space(commands: &[&str]) -> Folder {
     let folder = Folder::new();
     large(&folder, "large.obj");
     folder.write("mesh.scn", "light 1 2 3 1\nmesh large.obj\n");
@@ -110,22 +109,7 @@ fn any_address_space_with_any_command() {
     } else {
         vec![100_000, 180_000, 320_000, 600_000]
     };
-    for arguments in [
-        "large.obj --size 64x64 --quiet",
-        "mesh.scn --size 64x64 --quiet --stats",
-        "a.scn --size 2048x2048 --quiet -o a.exr",
-        "a.scn --size 2048x2048 --quiet -o a.exr --aov depth,normal",
-        "a.scn --size 2048x2048 --quiet -o a.png --aov depth",
-        "a.scn --size 2048x2048 --quiet -o a.tiff",
-        "a.scn --size 1024x1024 --quiet -o a.jpg",
-        "a.scn --size 64x64 --quiet --turntable 3 -o t#.png",
-        "info large.obj",
-        "info mesh.scn --json -",
-        "verify --rays 1000",
-        "bench a.scn --size 64x64 --repeat 1",
-        "generate flake -o made --force",
-        "man",
-    ] {
+    for arguments in commands {
         for kibibytes in &limits {
             let run = folder.shell(&format!("ulimit -v {kibibytes}; exec \"$0\" {arguments}"));
             let name = format!("{arguments}, {kibibytes} KiB: {:?} {}", run.code, run.stderr);
@@ -145,5 +129,33 @@ fn any_address_space_with_any_command() {
             assert_eq!(half, None, "{name}");
         }
     }
+    folder
+}
+
+// Two tests, so that two cores share them.
+#[test]
+fn any_address_space_with_any_command() {
+    in_any_address_space(&[
+        "large.obj --size 64x64 --quiet",
+        "mesh.scn --size 64x64 --quiet --stats",
+        "a.scn --size 64x64 --quiet --turntable 3 -o t#.png",
+        "info large.obj",
+        "info mesh.scn --json -",
+        "verify --rays 1000",
+        "bench a.scn --size 64x64 --repeat 1",
+        "generate flake -o made --force",
+        "man",
+    ]);
+}
+
+#[test]
+fn any_address_space_with_any_format() {
+    let folder = in_any_address_space(&[
+        "a.scn --size 2048x2048 --quiet -o a.exr",
+        "a.scn --size 2048x2048 --quiet -o a.exr --aov depth,normal",
+        "a.scn --size 2048x2048 --quiet -o a.png --aov depth",
+        "a.scn --size 2048x2048 --quiet -o a.tiff",
+        "a.scn --size 1024x1024 --quiet -o a.jpg",
+    ]);
     assert!(fs::metadata(folder.path("a.exr")).is_ok());
 }
