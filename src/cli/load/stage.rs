@@ -5,7 +5,7 @@ use crate::{
     error::SceneError,
     format::mesh::{LoadedMesh, Surface},
     math::Aabb,
-    scene::{Background, MAX_COORDINATE, Material, Scene, SceneBuilder, TriangleMesh},
+    scene::{Background, Light, MAX_COORDINATE, Material, Scene, SceneBuilder, TriangleMesh},
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -18,6 +18,8 @@ pub struct Stage {
     pub up: DVec3,
     pub ground: bool,
     pub style: Style,
+    /// Whether the mesh's own lights replace the style's.
+    pub own_lights: bool,
 }
 
 /// Places the lights of a mesh by the direction of the viewer.
@@ -85,11 +87,12 @@ const GROUND_REACH: f64 = 40.0;
 /// Gap between mesh and ground, in radii of the mesh.
 const GROUND_GAP: f64 = 1e-3;
 
-/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers.
+/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers, unless its lights are
+/// its own.
 ///
 /// # Errors
 /// [`SceneError`].
-pub fn build(mut loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Rig), SceneError> {
+pub fn build(mut loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Option<Rig>), SceneError> {
     let mut bounds = bounds(&loaded.columns);
     if let Some(cloud) = loaded.cloud
         && !bounds.is_empty()
@@ -127,13 +130,56 @@ pub fn build(mut loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scen
         up: stage.up,
         style: stage.style,
     };
-    rig.add_lights(stage.towards_viewer, &mut builder)?;
+    let own = if stage.own_lights && stage.style == Style::Studio {
+        exposed(&loaded.lights, center, radius)
+    } else {
+        Vec::new()
+    };
+    let is_own = !own.is_empty();
+    if is_own {
+        own.into_iter().try_for_each(|light| builder.add(light))?;
+    } else {
+        rig.add_lights(stage.towards_viewer, &mut builder)?;
+    }
     loaded.add_to(&mut builder, None)?;
     if stage.ground {
         let material = builder.add_material(Material::Matte { color: ground_color })?;
         builder.add_mesh(ground(stage.up, &bounds, center, radius), material)?;
     }
-    Ok((builder.finish(), rig))
+    Ok((builder.finish(), (!is_own).then_some(rig)))
+}
+
+/// The lights of a file, as bright together at the middle of the mesh as the light of the soft styles: files give physical
+/// units, and a camera would be exposed to them. Empty if they give no light.
+fn exposed(lights: &[Light], center: DVec3, radius: f64) -> Vec<Light> {
+    let arriving = |light: &Light| {
+        let [r, g, b] = light.color;
+        let intensity = f64::from(light.intensity) * f64::from(r.max(g).max(b));
+        let distance = light.shape.position().map(|position| {
+            // A light in the middle would leave the rest dark.
+            position.as_dvec3().distance(center).max(0.5 * radius)
+        });
+        (intensity / distance.map_or(1.0, |d| d * d), distance)
+    };
+    let sum: f64 = lights.iter().map(|light| arriving(light).0).sum();
+    if sum <= 0.0 {
+        return Vec::new();
+    }
+    let one = |light: &Light| {
+        let [r, g, b] = light.color;
+        let (intensity, distance) = arriving(light);
+        let scale = f64::from(SOFT_LIGHT.1) / (sum * f64::from(r.max(g).max(b)));
+        Light {
+            intensity: if intensity > 0.0 {
+                (intensity * scale) as f32
+            } else {
+                0.0
+            },
+            falloff: distance.map(|distance| distance.min(f64::from(MAX_COORDINATE)) as f32),
+            ..*light
+        }
+    };
+    lights.iter().map(one).collect()
 }
 
 fn bounds(mesh: &TriangleMesh) -> Aabb {
