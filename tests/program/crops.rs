@@ -267,7 +267,7 @@ fn crops_equal_the_picture_with_every_option() {
 /// Each option is in [`CASES`] or, if it changes no pixels, in this list.
 #[test]
 fn every_option_that_changes_pixels_has_a_case() {
-    const NO_PIXELS: [&str; 17] = [
+    const NO_PIXELS: [&str; 18] = [
         "--output",
         "--force",
         "--size",
@@ -276,6 +276,7 @@ fn every_option_that_changes_pixels_has_a_case() {
         "--json",
         "--quiet",
         "--skip-existing",
+        "--fps",
         "--compare",
         "--tolerance",
         "--allow-pixels",
