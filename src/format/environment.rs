@@ -37,18 +37,19 @@ mod decoding {
         let format = format.filter(|format| matches!(format, Hdr | OpenExr | Png | Jpeg | WebP | Bmp | Tga));
         let format =
             format.ok_or("unknown kind of picture, expected HDR, OpenEXR, PNG, JPEG, WebP, BMP or TGA")?;
+        let most_block = match format {
+            Hdr => within_header(bytes)?,
+            OpenExr => exr_block(bytes)?,
+            _ => 0,
+        };
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         reader.limits(limits(HEADER_BYTES));
         let decoder = reader.into_decoder().map_err(|error| sentence(&error))?;
         let size @ [width, height] = <[u32; 2]>::from(decoder.dimensions());
-        if width.max(height) > MAX_ENVIRONMENT_SIDE || width.min(height) == 0 {
-            return Err(format!(
-                "it has {width}x{height} pixels, expected at most {MAX_ENVIRONMENT_SIDE}x{MAX_ENVIRONMENT_SIDE}"
-            ));
-        }
+        check_size(width, height)?;
         let pixels = u64::from(width) * u64::from(height);
         // Decoded, as RGB floats, and what a decoder keeps beside.
-        let needed = decoder.total_bytes().saturating_mul(2) + 12 * pixels + DECODER_BYTES;
+        let needed = decoder.total_bytes().saturating_mul(2) + 12 * pixels + most_block + DECODER_BYTES;
         let kept = EnvironmentPicture::bytes(size);
         if needed + kept as u64 > budget.left() {
             return Err(format!(
@@ -64,6 +65,44 @@ mod decoding {
         let texels = bytemuck::allocation::try_cast_vec(floats);
         let texels = texels.map_err(|_| "it does not fit into memory".to_owned())?;
         Ok((size, texels))
+    }
+
+    fn check_size(width: u32, height: u32) -> Result<(), String> {
+        if (1..=MAX_ENVIRONMENT_SIDE).contains(&width) && (1..=MAX_ENVIRONMENT_SIDE).contains(&height) {
+            return Ok(());
+        }
+        Err(format!(
+            "it has {width}x{height} pixels, expected 1x1 to {MAX_ENVIRONMENT_SIDE}x{MAX_ENVIRONMENT_SIDE}"
+        ))
+    }
+
+    /// The decoder keeps every line of an HDR file's header, which ends with an empty one.
+    fn within_header(bytes: &[u8]) -> Result<u64, String> {
+        const MOST: usize = 1 << 16;
+        let head = bytes.get(..MOST).unwrap_or(bytes);
+        if head.windows(2).any(|pair| pair == b"\n\n") {
+            return Ok(0);
+        }
+        Err(format!("its header has no end within {MOST} bytes"))
+    }
+
+    /// What the parts of an EXR file take, which need not be as large as the picture: twice the bytes of their samples.
+    fn exr_block(bytes: &[u8]) -> Result<u64, String> {
+        let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
+        let meta = meta.map_err(|error| error.to_string())?;
+        let mut most = 0;
+        for header in &meta.headers {
+            let exr::math::Vec2(width, height) = header.layer_size;
+            let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
+            check_size(side(width), side(height))?;
+            if let exr::meta::BlockDescription::Tiles(tiles) = header.blocks {
+                let exr::math::Vec2(width, height) = tiles.tile_size;
+                check_size(side(width), side(height))?;
+            }
+            let pixel = header.channels.bytes_per_pixel as u64;
+            most = most.max(2 * width as u64 * height as u64 * pixel);
+        }
+        Ok(most)
     }
 }
 

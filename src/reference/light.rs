@@ -13,6 +13,7 @@ use glam::Vec3;
 pub(super) struct Seen {
     pub to_light: Vec3,
     pub distance: f32,
+    pub on_light: Option<Vec3>,
     squared: f32,
 }
 
@@ -27,6 +28,7 @@ pub(super) fn seen<S: Simd>(simd: S, shape: &LightShape, from: Vec3, point: impl
             Seen {
                 to_light,
                 distance,
+                on_light: None,
                 squared: simd.dot(to_center, to_center),
             }
         }
@@ -36,7 +38,11 @@ pub(super) fn seen<S: Simd>(simd: S, shape: &LightShape, from: Vec3, point: impl
         } => {
             let [u, v] = point();
             let along = simd.mul_add3(a, u - 0.5, center);
-            towards(simd, simd.mul_add3(b, v - 0.5, along) - from)
+            let point = simd.mul_add3(b, v - 0.5, along);
+            Seen {
+                on_light: Some(point),
+                ..towards(simd, point - from)
+            }
         }
         LightShape::Directional { to_light, sine } => Seen {
             to_light: if sine > 0.0 {
@@ -45,6 +51,7 @@ pub(super) fn seen<S: Simd>(simd: S, shape: &LightShape, from: Vec3, point: impl
                 to_light
             },
             distance: T_MAX,
+            on_light: None,
             squared: 1.0,
         },
     }
@@ -57,6 +64,7 @@ fn towards<S: Simd>(simd: S, offset: Vec3) -> Seen {
     Seen {
         to_light: offset * (1.0 / distance),
         distance,
+        on_light: None,
         squared,
     }
 }

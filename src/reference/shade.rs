@@ -293,8 +293,9 @@ fn gather_light<S: Simd>(
         if share.is_some_and(|share| share <= 0.0) {
             continue;
         }
-        let ray = match light.shape {
-            LightShape::Point { position } => Some(shadow_ray(simd, position, s)),
+        let ray = match (&light.shape, seen.on_light) {
+            (LightShape::Point { position }, _) => Some(shadow_ray(simd, *position, s)),
+            (_, Some(on_light)) => Some(ending_before(simd, s, on_light)),
             _ => (seen.distance > 0.0).then(|| leaving(simd, s, seen.to_light, seen.distance)),
         };
         if let Some(ray) = ray.filter(|_| shadows) {
@@ -347,6 +348,19 @@ fn leaving<S: Simd>(simd: S, s: &Surface, direction: Vec3, t_max: f32) -> Ray {
             simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
             direction,
         )
+    }
+}
+
+/// Returns the ray from just off the surface to just before a point of a light.
+#[inline(always)]
+fn ending_before<S: Simd>(simd: S, s: &Surface, on_light: Vec3) -> Ray {
+    let origin = simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point);
+    let offset = on_light - origin;
+    let length = simd.dot(offset, offset).sqrt();
+    let margin = simd.mul_add(length, LIGHT_OFFSET, max_abs(on_light) * SURFACE_OFFSET);
+    Ray {
+        t_max: length - margin,
+        ..Ray::new(origin, offset * (1.0 / length))
     }
 }
 

@@ -259,12 +259,18 @@ impl SceneBuilder {
     /// Lets the background light the surfaces, or a picture that takes its place.
     ///
     /// # Errors
-    /// [`SceneError::OutOfRange`] for a colour that is not from 0 to 1.
+    /// [`SceneError::OutOfRange`] for a colour that is not from 0 to 1, [`SceneError::OverLimit`].
     pub fn set_environment(&mut self, environment: Environment) -> Result<(), SceneError> {
         if let Environment::Background(background) = environment {
             self.set_background(background)?;
         }
-        self.image_bytes += environment.memory_bytes() as u64;
+        let former = self.environment.as_ref().map_or(0, Environment::memory_bytes);
+        let needed = self.image_bytes - former as u64 + environment.memory_bytes() as u64;
+        if needed > self.memory {
+            let limit = self.memory;
+            return Err(SceneError::OverLimit { needed, limit });
+        }
+        self.image_bytes = needed;
         self.environment = Some(environment);
         Ok(())
     }
@@ -277,6 +283,9 @@ impl SceneBuilder {
         check_color(background.bottom)?;
         check_color(background.top)?;
         self.background = background;
+        if let Some(Environment::Background(shown)) = &mut self.environment {
+            *shown = background;
+        }
         Ok(())
     }
 

@@ -38,11 +38,11 @@ pub struct EnvironmentPicture {
 
 impl EnvironmentPicture {
     /// Makes an environment of its pixels, rows from the top, linear RGB. `degrees` turns it about +z, counterclockwise seen
-    /// from above, and `intensity` multiplies it. Pixels that are not finite or below 0 become 0.
+    /// from above, and `intensity` multiplies it. Channels below 0 or NaN become 0, infinite ones 65504.
     ///
     /// # Errors
     /// [`SceneError::ImageSize`] if a side is 0 or above [`MAX_ENVIRONMENT_SIDE`], [`SceneError::ArrayLength`],
-    /// [`SceneError::NoMemory`].
+    /// [`SceneError::NoMemory`]; [`SceneError::NotUsable`] or [`SceneError::Negative`] for rotation and intensity.
     pub fn new(
         [width, height]: [u32; 2],
         mut texels: Vec<[f32; 3]>,
@@ -55,16 +55,32 @@ impl EnvironmentPicture {
         }
         let [width, height] = [width, height].map(|side| side as usize);
         super::builder::expect_length("pixels", texels.len(), width * height)?;
+        if !degrees.is_finite() {
+            let value = degrees as f32;
+            return Err(SceneError::NotUsable {
+                what: "rotation",
+                value,
+            });
+        }
+        super::builder::usable("intensity", intensity)?;
+        if intensity < 0.0 {
+            let (what, value) = ("intensity", intensity);
+            return Err(SceneError::Negative { what, value });
+        }
         for channel in texels.iter_mut().flatten() {
-            let light = *channel * intensity;
-            *channel = if light > 0.0 { light.min(MAX_LIGHT) } else { 0.0 };
+            let light = channel.min(if channel.is_finite() { MAX_LIGHT } else { MAX_HALF });
+            *channel = if light > 0.0 {
+                (light * intensity).min(MAX_LIGHT)
+            } else {
+                0.0
+            };
         }
         let (mut rows, mut columns) = (Vec::new(), Vec::new());
-        let no_room = |_| SceneError::NoMemory {
+        let no_memory = |_| SceneError::NoMemory {
             what: "the environment",
         };
-        rows.try_reserve_exact(height).map_err(no_room)?;
-        columns.try_reserve_exact(texels.len()).map_err(no_room)?;
+        rows.try_reserve_exact(height).map_err(no_memory)?;
+        columns.try_reserve_exact(texels.len()).map_err(no_memory)?;
         let mut picture = Self {
             width,
             height,
@@ -194,8 +210,11 @@ impl EnvironmentPicture {
     }
 }
 
-/// No texel is brighter: half floats end there.
-const MAX_LIGHT: f32 = 65504.0;
+/// No texel is brighter.
+const MAX_LIGHT: f32 = 1e9;
+
+/// The largest half float, which files give as infinite beyond.
+const MAX_HALF: f32 = 65504.0;
 
 /// The first entry of a table that is above `share`, and where `share` lies in all of the table, from 0 to 1.
 fn find(table: &[f32], share: f32) -> (usize, f32) {
@@ -244,7 +263,7 @@ impl Environment {
     }
 
     /// Returns the light that arrives from a unit vector, drawn by [`Self::sample`] or by its cosine `n_dot_l` with equal
-    /// chances, over its probability (Veach's balance heuristic, 1995) and over pi.
+    /// chances, over its probability (the balance heuristic; Veach and Guibas, *Optimally Combining Sampling Techniques*, 1995) and over pi.
     #[inline(never)]
     pub(crate) fn power(&self, direction: Vec3, n_dot_l: f32) -> [f32; 3] {
         let (color, density) = match self {

@@ -7,6 +7,9 @@ use glam::{DVec3, Vec3};
 /// Falloff makes no light stronger than this, however near.
 pub(crate) const MOST_FALLOFF: f32 = 1e9;
 
+/// The least difference of the cosines of a spot's angles, which makes its edge.
+const NARROWEST: f64 = 1e-6;
+
 /// A light. Lights are not seen themselves, and cast no shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
@@ -63,6 +66,7 @@ pub struct Spot {
     /// The share of full light is `(scale * cosine + offset)`, cut to 0 and 1, and squared.
     pub(crate) scale: f32,
     pub(crate) offset: f32,
+    degrees: [f32; 2],
 }
 
 impl Spot {
@@ -75,11 +79,12 @@ impl Spot {
         check_range("outer", outer_degrees, (0.0, 180.0))?;
         check_range("inner", inner_degrees, (0.0, outer_degrees))?;
         let [inner, outer] = [inner_degrees, outer_degrees].map(|a| libm::cos(f64::from(a).to_radians()));
-        let scale = 1.0 / (inner - outer).max(1e-3);
+        let scale = 1.0 / (inner - outer).max(NARROWEST);
         Ok(Self {
             direction: unit(direction)?,
             scale: scale as f32,
             offset: (-outer * scale) as f32,
+            degrees: [inner_degrees, outer_degrees],
         })
     }
 
@@ -91,10 +96,8 @@ impl Spot {
 
     /// Returns the half angles inner and outer, degrees.
     #[must_use]
-    pub fn degrees(&self) -> [f64; 2] {
-        let (scale, offset) = (f64::from(self.scale), f64::from(self.offset));
-        [(1.0 - offset) / scale, -offset / scale]
-            .map(|cosine| libm::acos(cosine.clamp(-1.0, 1.0)).to_degrees())
+    pub fn degrees(&self) -> [f32; 2] {
+        self.degrees
     }
 }
 
@@ -189,15 +192,15 @@ impl Light {
         unit(a.as_dvec3().cross(b.as_dvec3())).ok()
     }
 
-    /// Checks all numbers.
-    pub(super) fn check(&self) -> Result<(), SceneError> {
+    /// Checks all numbers, and makes directions unit vectors.
+    pub(super) fn checked(mut self) -> Result<Self, SceneError> {
         if let Some(position) = self.shape.position() {
             super::builder::usable_point(position)?;
         }
-        match self.shape {
+        match &mut self.shape {
             LightShape::Point { .. } => {}
-            LightShape::Sphere { radius, .. } => check_positive("radius", radius)?,
-            LightShape::Rectangle { edges, .. } => {
+            &mut LightShape::Sphere { radius, .. } => check_positive("radius", radius)?,
+            &mut LightShape::Rectangle { edges, .. } => {
                 for edge in edges {
                     super::builder::usable_point(edge)?;
                 }
@@ -209,8 +212,8 @@ impl Light {
                 }
             }
             LightShape::Directional { to_light, sine } => {
-                unit(to_light.as_dvec3())?;
-                check_range("angle", sine, (0.0, 1.0))?;
+                check_range("sine of half the angle", *sine, (0.0, 1.0))?;
+                *to_light = unit(to_light.as_dvec3())?;
             }
         }
         usable("intensity", self.intensity)?;
@@ -221,8 +224,10 @@ impl Light {
             });
         }
         check_color(self.color)?;
-        self.falloff
-            .map_or(Ok(()), |distance| check_positive("falloff", distance))
+        if let Some(distance) = self.falloff {
+            check_positive("falloff", distance)?;
+        }
+        Ok(self)
     }
 }
 

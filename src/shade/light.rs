@@ -19,6 +19,8 @@ pub(super) struct Seen<S: Simd> {
     pub to_light: Vec3Eight<S>,
     /// Distances to it that way; not above 0 for points inside a sphere.
     pub distance: S::V8,
+    /// The points that are seen of a rectangle.
+    pub on_light: Option<Vec3Eight<S>>,
     /// The squares of the distances by which intensities fall off.
     squared: S::V8,
 }
@@ -35,6 +37,7 @@ pub(super) fn seen<S: Simd>(simd: S, shape: &LightShape, s: &SurfacePacket, draw
             Seen {
                 to_light: cone.direction,
                 distance: cone.distance,
+                on_light: None,
                 squared: to_center.dot(to_center),
             }
         }
@@ -45,7 +48,11 @@ pub(super) fn seen<S: Simd>(simd: S, shape: &LightShape, s: &SurfacePacket, draw
             let [u, v] = draws.points(simd, &s.pixel);
             let half = simd.splat(0.5);
             let along = simd.splat3(a).mul_add(u - half, simd.splat3(center));
-            towards(simd, simd.splat3(b).mul_add(v - half, along) - from)
+            let point = simd.splat3(b).mul_add(v - half, along);
+            Seen {
+                on_light: Some(point),
+                ..towards(simd, point - from)
+            }
         }
         LightShape::Directional { to_light, sine } => {
             let axis = simd.splat3(to_light);
@@ -58,6 +65,7 @@ pub(super) fn seen<S: Simd>(simd: S, shape: &LightShape, s: &SurfacePacket, draw
             Seen {
                 to_light,
                 distance,
+                on_light: None,
                 squared,
             }
         }
@@ -71,6 +79,7 @@ fn towards<S: Simd>(simd: S, offset: Vec3Eight<S>) -> Seen<S> {
     Seen {
         to_light: offset * (simd.splat(1.0) / distance),
         distance,
+        on_light: None,
         squared,
     }
 }

@@ -152,6 +152,8 @@ fn facing<S: Simd>(
             if let Some(position) = position {
                 scratch.surface.push(surface_i as u32);
                 scratch.rays.push(ray(simd, position, s, seen.distance, active));
+            } else if let Some(on_light) = seen.on_light {
+                soft::push_to(simd, scratch, (surface_i, s), on_light, active);
             } else {
                 let ray = (seen.to_light, seen.distance);
                 soft::push(simd, scratch, (surface_i, s), ray, active);

@@ -1,7 +1,7 @@
 //! Rays that leave surfaces for light, and ambient occlusion, by one random direction for each point and sample.
 
 use super::{
-    SURFACE_OFFSET,
+    LIGHT_OFFSET, SURFACE_OFFSET,
     draw::{Draws, scattered},
     shadow::Scratch,
     surface::SurfacePacket,
@@ -31,6 +31,28 @@ pub(super) fn push<S: Simd>(
         // A light's centre itself has no direction.
         direction: Vec3Lanes::select(active, direction, geometric).to8(),
         t_max: S::V8::select(active, length, simd.splat(0.0)).to8(),
+    });
+}
+
+/// Queues rays from just off the surface to just before points of a light, which may lie in another surface.
+#[inline(always)]
+pub(super) fn push_to<S: Simd>(
+    simd: S,
+    scratch: &mut Scratch,
+    (surface_i, s): (usize, &SurfacePacket),
+    on_light: Vec3Eight<S>,
+    active: <S::V8 as Lanes>::Mask,
+) {
+    let geometric = simd.load3(&s.geometric_normal);
+    let origin = geometric.mul_add(simd.load(&s.magnitude) * SURFACE_OFFSET, simd.load3(&s.point));
+    let offset = on_light - origin;
+    let length = offset.dot(offset).sqrt();
+    let margin = length.mul_add(simd.splat(LIGHT_OFFSET), on_light.max_abs() * SURFACE_OFFSET);
+    scratch.surface.push(surface_i as u32);
+    scratch.origins.push(origin.to8());
+    scratch.rays.push(RayPacket {
+        direction: Vec3Lanes::select(active, offset * (simd.splat(1.0) / length), geometric).to8(),
+        t_max: S::V8::select(active, length - margin, simd.splat(0.0)).to8(),
     });
 }
 

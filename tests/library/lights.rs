@@ -44,10 +44,7 @@ fn spots_light_their_cone() {
         spot: Some(Spot::new(DVec3::NEG_Z * 3.0, 20.0, 40.0).expect("a spot")),
         ..Light::new(LightShape::Point { position: Vec3::Z })
     };
-    assert_eq!(
-        light.spot.map(|spot| spot.degrees().map(f64::round)),
-        Some([20.0, 40.0])
-    );
+    assert_eq!(light.spot.map(|spot| spot.degrees()), Some([20.0, 40.0]));
     let scene = lit(light, 1.0).finish();
     for (degrees, share) in [(0.0, 1.0), (19.0, 1.0), (30.0, 0.5), (41.0, 0.0), (70.0, 0.0)] {
         let cosine = f64::to_radians(degrees).cos();
@@ -153,6 +150,41 @@ fn rectangles_light_by_their_form_factor() {
         edges: [Vec3::X, Vec3::Y],
     });
     assert_eq!(brightness(&lit(light, 1.0).finish(), DVec3::ZERO, 1.0, 16), 0.0);
+}
+
+/// A panel in the ceiling, exactly in its plane.
+#[test]
+fn rectangles_may_lie_in_a_surface() {
+    for (scale, height) in [(1.0, 2.5_f32), (1.0, 0.7), (1e-3, 2.5), (1e4, 1.3)] {
+        let light = Light::new(LightShape::Rectangle {
+            center: Vec3::Z * (height * scale),
+            edges: [Vec3::Y * scale, Vec3::X * scale],
+        });
+        let bare = brightness(&lit(light, scale).finish(), DVec3::ZERO, scale, 256);
+        let mut builder = lit(light, scale);
+        let black = builder
+            .add_material(Material::Silhouette { color: [0.0; 3] })
+            .expect("a material");
+        let corner = |x: f32, y: f32| Vec3::new(x, y, height) * scale;
+        builder
+            .add_triangle([corner(-9.0, -9.0), corner(9.0, -9.0), corner(0.0, 20.0)], black)
+            .expect("a ceiling");
+        let found = brightness(&builder.finish(), DVec3::ZERO, scale, 256);
+        assert_close(found, bare, 1e-6, &format!("{scale} {height}"));
+    }
+}
+
+#[test]
+fn narrow_spots_are_bright() {
+    for (inner, outer) in [(1.0, 1.0), (0.0, 2.0), (0.1, 0.1), (1.5, 2.0)] {
+        let light = Light {
+            spot: Some(Spot::new(DVec3::NEG_Z, inner, outer).expect("a spot")),
+            ..Light::new(LightShape::Point { position: Vec3::Z })
+        };
+        assert_eq!(light.spot.map(|spot| spot.degrees()), Some([inner, outer]));
+        let found = brightness(&lit(light, 1.0).finish(), DVec3::ZERO, 1.0, 1);
+        assert!(found > 0.95, "{inner} {outer}: {found}");
+    }
 }
 
 /// However near a light is, nothing becomes infinite or dark.
@@ -352,6 +384,14 @@ fn odd_pictures() {
     assert!(found > 0.05 && found < 0.3, "{found}");
     let infinite = picture([1, 1], vec![[f32::INFINITY; 3]]);
     assert_eq!(infinite.color(Vec3::Z), [65504.0; 3]);
+    for (degrees, intensity) in [
+        (f64::NAN, 1.0),
+        (f64::INFINITY, 1.0),
+        (0.0, -1.0),
+        (0.0, f32::NAN),
+    ] {
+        assert!(EnvironmentPicture::new([1, 1], vec![[0.0; 3]], degrees, intensity).is_err());
+    }
     assert!(EnvironmentPicture::new([0, 1], Vec::new(), 0.0, 1.0).is_err());
     assert!(EnvironmentPicture::new([2, 1], vec![[0.0; 3]], 0.0, 1.0).is_err());
 }

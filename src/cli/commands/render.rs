@@ -320,7 +320,9 @@ impl Call<'_> {
             (settings.window(), frames)
         };
         let lights = if settings.shadows {
-            scene.lights().len() + usize::from(scene.ambient_reach().is_some())
+            scene.lights().len()
+                + usize::from(scene.ambient_reach().is_some())
+                + usize::from(scene.environment().is_some())
         } else {
             0
         };

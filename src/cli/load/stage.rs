@@ -5,7 +5,7 @@ use crate::{
     error::SceneError,
     format::mesh::{LoadedMesh, Surface},
     math::Aabb,
-    scene::{Background, Light, MAX_COORDINATE, Material, Scene, SceneBuilder, TriangleMesh},
+    scene::{Background, Light, MAX_COORDINATE, Material, Scene, SceneBuilder, Spot, TriangleMesh},
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -154,7 +154,10 @@ pub fn build(mut loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scen
 fn exposed(lights: &[Light], center: DVec3, radius: f64) -> Vec<Light> {
     let arriving = |light: &Light| {
         let [r, g, b] = light.color;
-        let intensity = f64::from(light.intensity) * f64::from(r.max(g).max(b));
+        let reaches = light
+            .spot
+            .is_none_or(|spot| reaches(light, &spot, center, radius));
+        let intensity = f64::from(light.intensity * f32::from(reaches)) * f64::from(r.max(g).max(b));
         let distance = light.shape.position().map(|position| {
             // A light in the middle would leave the rest dark.
             position.as_dvec3().distance(center).max(0.5 * radius)
@@ -180,6 +183,21 @@ fn exposed(lights: &[Light], center: DVec3, radius: f64) -> Vec<Light> {
         }
     };
     lights.iter().map(one).collect()
+}
+
+/// Whether any of a sphere is in the cone of a light.
+fn reaches(light: &Light, spot: &Spot, center: DVec3, radius: f64) -> bool {
+    let Some(position) = light.shape.position() else {
+        return true;
+    };
+    let to_center = center - position.as_dvec3();
+    let distance = to_center.length();
+    if distance <= radius {
+        return true;
+    }
+    let [_, outer] = spot.degrees().map(f64::from);
+    let off_axis = spot.direction().as_dvec3().angle_between(to_center);
+    off_axis - libm::asin(radius / distance) < outer.to_radians()
 }
 
 fn bounds(mesh: &TriangleMesh) -> Aabb {

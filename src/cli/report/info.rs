@@ -50,8 +50,9 @@ pub struct Info {
 /// Bottom and top are equal for a constant background.
 #[derive(Debug, Serialize)]
 struct BackgroundInfo {
-    bottom: [f32; 3],
-    top: [f32; 3],
+    /// `null` with a picture.
+    bottom: Option<[f32; 3]>,
+    top: Option<[f32; 3]>,
     /// Whether it lights the surfaces.
     is_environment: bool,
     /// Width and height of a picture that takes its place.
@@ -116,15 +117,7 @@ impl Info {
             materials: materials_used(scene),
             ambient: scene.ambient(),
             ambient_reach: scene.ambient_reach(),
-            background: BackgroundInfo {
-                bottom: scene.background().bottom,
-                top: scene.background().top,
-                is_environment: scene.environment().is_some(),
-                picture: match scene.environment() {
-                    Some(Environment::Picture(picture)) => Some(picture.size()),
-                    _ => None,
-                },
-            },
+            background: BackgroundInfo::of(scene),
             cameras: scene
                 .cameras()
                 .iter()
@@ -269,13 +262,27 @@ pub(super) fn count(number: usize) -> String {
 }
 
 impl BackgroundInfo {
+    fn of(scene: &Scene) -> Self {
+        let picture = match scene.environment() {
+            Some(Environment::Picture(picture)) => Some(picture.size()),
+            _ => None,
+        };
+        let shown = |color| picture.is_none().then_some(color);
+        Self {
+            bottom: shown(scene.background().bottom),
+            top: shown(scene.background().top),
+            is_environment: scene.environment().is_some(),
+            picture,
+        }
+    }
+
     fn text(&self) -> String {
-        let mut text = if let Some([width, height]) = self.picture {
-            format!("picture of {width}x{height} pixels")
-        } else if self.bottom == self.top {
-            list(self.top)
-        } else {
-            format!("bottom {} top {}", list(self.bottom), list(self.top))
+        let mut text = match (self.picture, self.bottom, self.top) {
+            (Some([width, height]), ..) => format!("picture of {width}x{height} pixels"),
+            (None, Some(bottom), Some(top)) if bottom != top => {
+                format!("bottom {} top {}", list(bottom), list(top))
+            }
+            (None, _, top) => top.map(list).unwrap_or_default(),
         };
         if self.is_environment {
             text += ", lights the scene";

@@ -6,25 +6,19 @@ use serde::Serialize;
 
 #[derive(Debug, Serialize)]
 pub(super) struct LightInfo {
-    /// None for directional lights.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// `null` for directional lights, as others below where they do not apply.
     position: Option<[f32; 3]>,
     intensity: f32,
     color: [f32; 3],
     /// 0 for all but spheres.
     radius: f32,
     /// Two edges of a rectangle.
-    #[serde(skip_serializing_if = "Option::is_none")]
     rectangle: Option<[[f32; 3]; 2]>,
     /// The unit vector to a directional light.
-    #[serde(skip_serializing_if = "Option::is_none")]
     direction: Option<[f32; 3]>,
     /// The angle that a directional light fills, degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
     angle: Option<f32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     falloff: Option<f32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     spot: Option<SpotInfo>,
 }
 
@@ -48,7 +42,7 @@ pub(super) fn lights(scene: &Scene) -> Vec<LightInfo> {
             falloff: light.falloff,
             spot: light.spot.map(|spot| SpotInfo {
                 direction: spot.direction().to_array(),
-                angles: spot.degrees().map(shortened),
+                angles: spot.degrees(),
             }),
         };
         match light.shape {

@@ -12,7 +12,7 @@ const EXTENSION: &str = "KHR_lights_punctual";
 /// The lights of a file, and the nodes that place them.
 #[derive(Default)]
 pub(super) struct PunctualLights {
-    lights: Vec<Punctual>,
+    lights: Vec<Lenient<Punctual>>,
     /// By node: an index into `lights`.
     of_node: Vec<Option<usize>>,
     /// How many lights cannot be read.
@@ -58,25 +58,33 @@ impl Default for Cone {
     }
 }
 
-/// The parts of the JSON that matter here.
+/// What cannot be read is no fault of the others.
 #[derive(Deserialize)]
-#[serde(default, bound(deserialize = "L: Deserialize<'de>, N: Deserialize<'de>"))]
-struct Lit<L, N> {
-    extensions: Extensions<Lights<L>>,
-    nodes: Vec<N>,
+#[serde(untagged)]
+enum Lenient<T> {
+    Read(T),
+    Odd(IgnoredAny),
 }
 
-#[derive(Deserialize)]
-#[serde(default, bound(deserialize = "T: Deserialize<'de> + Default"))]
+/// The parts of the JSON that matter here.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Lit {
+    extensions: Extensions<Lights>,
+    nodes: Vec<Lenient<LitNode>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, bound(deserialize = "T: Default + Deserialize<'de>"))]
 struct Extensions<T> {
     #[serde(rename = "KHR_lights_punctual")]
     punctual: T,
 }
 
-#[derive(Deserialize)]
-#[serde(default, bound(deserialize = "L: Deserialize<'de>"))]
-struct Lights<L> {
-    lights: Vec<L>,
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Lights {
+    lights: Vec<Lenient<Punctual>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -91,29 +99,6 @@ struct Placed {
     light: Option<usize>,
 }
 
-impl<L, N> Default for Lit<L, N> {
-    fn default() -> Self {
-        Self {
-            extensions: Extensions::default(),
-            nodes: Vec::new(),
-        }
-    }
-}
-
-impl<T: Default> Default for Extensions<T> {
-    fn default() -> Self {
-        Self {
-            punctual: T::default(),
-        }
-    }
-}
-
-impl<L> Default for Lights<L> {
-    fn default() -> Self {
-        Self { lights: Vec::new() }
-    }
-}
-
 impl PunctualLights {
     /// Reads the JSON once more, but only if the file uses the extension.
     pub fn of(text: &[u8]) -> Self {
@@ -124,23 +109,17 @@ impl PunctualLights {
         {
             return Self::default();
         }
-        // Counted first, which takes no memory: a scene has few lights.
-        let counted: Lit<IgnoredAny, IgnoredAny> = json::deserialize::from_slice(text).unwrap_or_default();
-        let count = counted.extensions.punctual.lights.len();
-        let read = json::deserialize::from_slice::<Lit<Punctual, LitNode>>(text);
-        match read.ok().filter(|_| count <= MAX_LIGHTS) {
-            Some(Lit { extensions, nodes }) => Self {
-                lights: extensions.punctual.lights,
-                of_node: nodes
-                    .into_iter()
-                    .map(|node| node.extensions.punctual.light)
-                    .collect(),
-                left_out: 0,
-            },
-            None => Self {
-                left_out: count,
-                ..Self::default()
-            },
+        let Ok(Lit { extensions, nodes }) = json::deserialize::from_slice::<Lit>(text) else {
+            return Self::default();
+        };
+        let of_node = nodes.into_iter().map(|node| match node {
+            Lenient::Read(node) => node.extensions.punctual.light,
+            Lenient::Odd(_) => None,
+        });
+        Self {
+            lights: extensions.punctual.lights,
+            of_node: of_node.collect(),
+            left_out: 0,
         }
     }
 
@@ -154,7 +133,10 @@ impl PunctualLights {
         let Some(&Some(index)) = self.of_node.get(node) else {
             return;
         };
-        let light = self.lights.get(index).and_then(|punctual| punctual.at(world));
+        let light = self.lights.get(index).and_then(|light| match light {
+            Lenient::Read(punctual) => punctual.at(world),
+            Lenient::Odd(_) => None,
+        });
         match light.filter(|_| lights.len() < MAX_LIGHTS) {
             Some(light) => lights.push(light),
             None => self.left_out += 1,

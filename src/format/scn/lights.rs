@@ -43,6 +43,7 @@ impl Reader<'_> {
                         center: position,
                         edges,
                     };
+                    named.extend(["x", "y", "z"].into_iter().cycle().zip(words));
                     named.push(("area", words[5]));
                 }
                 "falloff" => {

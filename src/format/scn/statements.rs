@@ -223,7 +223,11 @@ impl Reader<'_> {
             arguments.end()?;
             Background::constant(arguments.color(words)?)
         };
-        Said::once(&mut self.said.background, &arguments, "`background`")?;
+        Said::once(
+            &mut self.said.background,
+            &arguments,
+            "`background` or `environment`",
+        )?;
         let set = self.builder.set_background(background);
         set.map_err(|error| arguments.refused(&error, &[]))
     }

@@ -95,7 +95,7 @@ impl SceneBuilder {
     /// [`SceneError::NotUsable`], [`SceneError::Negative`], [`SceneError::NotPositive`] (a rectangle without area, too),
     /// [`SceneError::OutOfRange`] if a channel is not from 0 to 1, or [`SceneError::TooMany`] above [`MAX_LIGHTS`].
     pub fn add(&mut self, light: Light) -> Result<(), SceneError> {
-        light.check()?;
+        let light = light.checked()?;
         if self.lights.len() >= MAX_LIGHTS {
             return Err(SceneError::TooMany {
                 what: "lights",

@@ -107,11 +107,34 @@ fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
         ("alpha", 1),
         ("mix", 1),
     ];
-    match u.int_in_range(0..=13)? {
+    match u.int_in_range(0..=15)? {
+        14 => {
+            out.push_str("directional_light");
+            words(u, out, 4)?;
+            keys(u, out, &[("color", 3), ("angle", 1)])?;
+        }
+        15 => {
+            out.push_str("environment");
+            if u.arbitrary()? {
+                path(u, out)?;
+            }
+            keys(
+                u,
+                out,
+                &[("bottom", 3), ("top", 3), ("rotate", 1), ("intensity", 1)],
+            )?;
+        }
         0 | 1 => {
             out.push_str("light");
             words(u, out, 4)?;
-            keys(u, out, &[("color", 3)])?;
+            let all = [
+                ("color", 3),
+                ("radius", 1),
+                ("rectangle", 6),
+                ("falloff", 1),
+                ("spot", 5),
+            ];
+            keys(u, out, &all)?;
         }
         2 | 3 => {
             out.push_str("sphere");

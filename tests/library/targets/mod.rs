@@ -141,8 +141,27 @@ fn any(bytes: &[u8], name: &str, named: &[u8]) {
     assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
 }
 
-/// An image on a triangle, which it cuts out and lights up, too.
+/// An image all around a sphere.
+fn environment(bytes: &[u8]) {
+    let scene = b"environment a rotate 30\nmaterial matte\nsphere 0 0 0.5 0.5\n";
+    match load_from_bytes(scene, Path::new("fuzz.scn"), &mut |_: &Path| Ok(bytes.to_vec())) {
+        Ok(scene) => {
+            let environment = scene.environment().expect("an environment");
+            for direction in [glam::Vec3::X, glam::Vec3::NEG_Z, glam::Vec3::new(-0.6, 0.0, 0.8)] {
+                let color = environment.color(direction);
+                assert!(
+                    color.iter().all(|light| light.is_finite() && *light >= 0.0),
+                    "{color:?}"
+                );
+            }
+        }
+        Err(error) => show(&error),
+    }
+}
+
+/// An image all around, and on a triangle, which it cuts out and lights up, too.
 pub fn texture(bytes: &[u8]) {
+    environment(bytes);
     const MESH: &str =
         "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 3 0\nvt 0 -2\nf 1/1 2/2 3/3\n";
     const LIBRARY: &[u8] = b"newmtl a\nKd 1 1 1\nmap_Kd a\nmap_d a\nmap_Ke a\n";
