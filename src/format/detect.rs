@@ -37,6 +37,7 @@ pub enum Loaded {
 /// The first that applies, in this order:
 /// - PLY begins with a line `ply`.
 /// - glTF begins with `glTF` or `{`.
+/// - 3MF is a ZIP archive.
 /// - OFF begins with `OFF` and its prefixes, such as `COFF`.
 /// - STL has the size that its count of facets implies, or begins with `solid`.
 /// - A scene has a `.scn` statement, perhaps misspelt, before any keyword of OBJ, or nothing but `//` comments.
@@ -55,6 +56,8 @@ pub fn detect(bytes: &[u8]) -> Detected {
         Detected::Mesh(MeshFormat::Ply)
     } else if bytes.starts_with(b"glTF") || text.trim_ascii_start().starts_with(b"{") {
         Detected::Mesh(MeshFormat::Gltf)
+    } else if bytes.starts_with(mesh::ZIP) {
+        Detected::Mesh(MeshFormat::ThreeMf)
     } else if off::is_off(text) {
         Detected::Mesh(MeshFormat::Off)
     } else if stl::is_stl(bytes) {
@@ -131,6 +134,7 @@ mod tests {
         is(b"glTF\x02\0\0\0", gltf);
         is(b" \n{\"asset\": {}}", gltf);
         is(b"\xef\xbb\xbf{}", gltf);
+        is(b"PK\x03\x04\x14\0", Some(MeshFormat::ThreeMf));
         is(b"OFF\n1 0 0\n0 0 0\n", Some(MeshFormat::Off));
         is(b"# c\nCOFF 1 0 0\n", Some(MeshFormat::Off));
         is(b"OFFICE\nv 0 0 0\n", obj);

@@ -21,6 +21,9 @@ mod scn;
 mod source;
 mod stl;
 mod textures;
+#[cfg(feature = "threemf")]
+mod threemf;
+mod vertices;
 
 #[cfg(feature = "cli")]
 pub(crate) use source::open_file;

@@ -11,6 +11,8 @@ pub use up::{UpAxis, UpSource};
 
 #[cfg(feature = "gltf")]
 use super::gltf;
+#[cfg(feature = "threemf")]
+use super::threemf;
 use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError, clip_path},
@@ -49,8 +51,18 @@ pub struct LoadedMesh {
     pub texture_files: Vec<PathBuf>,
 }
 
+/// What a ZIP archive begins with, and so 3MF: no other format is one.
+pub(super) const ZIP: &[u8] = b"PK\x03\x04";
+
 /// Longer names are no files.
 pub(super) const MAX_NAME: usize = 4096;
+
+/// The most triangles of a file of `size` bytes, all files that it names included, which places shapes more than once:
+/// 2^22 and eight for each byte, 2^26 in all.
+#[cfg(any(feature = "gltf", feature = "threemf"))]
+pub(super) fn most_triangles(size: usize) -> usize {
+    size.saturating_mul(8).saturating_add(1 << 22).min(1 << 26)
+}
 
 /// The most cameras that a mesh has, and that a scene takes from its meshes.
 pub(super) const MAX_CAMERAS: usize = 1 << 10;
@@ -178,11 +190,13 @@ pub enum MeshFormat {
     Stl,
     /// glTF 2.0, as JSON or as one binary file (.glb).
     Gltf,
+    /// 3MF, the 3D Manufacturing Format.
+    ThreeMf,
 }
 
 impl MeshFormat {
     /// The end of an error about any other file.
-    pub const EXPECTED: &str = "expected a mesh: .ply, .obj, .off, .stl, .gltf or .glb";
+    pub const EXPECTED: &str = "expected a mesh: .ply, .obj, .off, .stl, .gltf, .glb or .3mf";
 
     /// The format by the file's extension, in either case.
     #[must_use]
@@ -194,6 +208,7 @@ impl MeshFormat {
             "off" => Some(Self::Off),
             "stl" => Some(Self::Stl),
             "gltf" | "glb" => Some(Self::Gltf),
+            "3mf" => Some(Self::ThreeMf),
             _ => None,
         }
     }
@@ -207,6 +222,7 @@ impl MeshFormat {
             Self::Off => "OFF",
             Self::Stl => "STL",
             Self::Gltf => "glTF",
+            Self::ThreeMf => "3MF",
         }
     }
 
@@ -217,6 +233,8 @@ impl MeshFormat {
             Some(Self::Ply)
         } else if bytes.starts_with(b"glTF") {
             Some(Self::Gltf)
+        } else if bytes.starts_with(ZIP) {
+            Some(Self::ThreeMf)
         } else {
             Self::of_path(path)
         }
@@ -435,6 +453,13 @@ pub(super) fn parse_as(
         MeshFormat::Gltf => Err(LoadError::whole_file(
             path,
             "glTF is not read: octray was built without its feature `gltf`",
+        )),
+        #[cfg(feature = "threemf")]
+        MeshFormat::ThreeMf => threemf::parse(bytes, path, budget),
+        #[cfg(not(feature = "threemf"))]
+        MeshFormat::ThreeMf => Err(LoadError::whole_file(
+            path,
+            "3MF is not read: octray was built without its feature `threemf`",
         )),
     }
 }
