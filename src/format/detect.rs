@@ -81,7 +81,19 @@ pub fn load_any(
     asked: &mut Vec<PathBuf>,
     memory: u64,
 ) -> Result<Loaded, LoadError> {
+    load_any_shown(reader, name, asked, memory, true)
+}
+
+/// As [`load_any`]; images of a mesh's textures are read only if it `shows_images`. Those of a scene's meshes are.
+pub(crate) fn load_any_shown(
+    reader: impl Read,
+    name: &Path,
+    asked: &mut Vec<PathBuf>,
+    memory: u64,
+    shows_images: bool,
+) -> Result<Loaded, LoadError> {
     let budget = Budget::new(memory);
+    budget.set_wants_images(shows_images);
     let bytes = files::read_all(reader, files::MAX_BYTES, &budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
     let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);

@@ -26,7 +26,7 @@ mod threemf;
 mod vertices;
 
 #[cfg(feature = "cli")]
-pub(crate) use source::open_file;
+pub(crate) use {detect::load_any_shown, source::open_file};
 
 pub use detect::{Detected, Loaded, detect, load_any};
 

@@ -376,8 +376,19 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
 /// # Errors
 /// [`LoadError`], as for [`load`].
 pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<LoadedMesh, LoadError> {
+    load_shown(path, asked, memory, true)
+}
+
+/// As [`load_within`]; images of textures are read only if the mesh `shows_images`.
+pub(crate) fn load_shown(
+    path: &Path,
+    asked: &mut Vec<PathBuf>,
+    memory: u64,
+    shows_images: bool,
+) -> Result<LoadedMesh, LoadError> {
     asked.push(path.to_path_buf());
     let budget = Budget::new(memory);
+    budget.set_wants_images(shows_images);
     let file = files::open(path, &budget).map_err(|error| files::load_error(path, &error))?;
     let open = &mut |path: &Path| {
         asked.push(path.to_path_buf());
@@ -400,7 +411,7 @@ pub(super) fn read(
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
     match MeshFormat::of(path, head) {
-        Some(MeshFormat::Ply) => return ply::read(opened, path, budget),
+        Some(MeshFormat::Ply) => return ply::read(opened, path, true, budget),
         Some(MeshFormat::Stl) => return stl::read(opened, path, budget),
         // Refused now: reading gigabytes first would take seconds.
         Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open, budget),
@@ -443,7 +454,7 @@ pub(super) fn parse_as(
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
     match format {
-        MeshFormat::Ply => ply::parse_mesh(bytes, path, budget),
+        MeshFormat::Ply => ply::parse_mesh(bytes, path, true, budget),
         MeshFormat::Obj => obj::parse(bytes, path, open, budget),
         MeshFormat::Off => off::parse(bytes, path, budget),
         MeshFormat::Stl => stl::parse(bytes, path, budget),

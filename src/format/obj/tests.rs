@@ -127,6 +127,14 @@ fn faults_have_places() {
     );
     assert_eq!(fault("v 0 x 0"), "1:5: `y` is `x`, expected a number");
     assert_eq!(fault("\n v 0 0 nan"), "2:8: z is NaN, expected a finite number");
+    assert_eq!(
+        fault("v 0 0 0 1 nan inf"),
+        "1:11: green is NaN, expected a finite number"
+    );
+    for weight in ["nan", "inf 1", "nan # 1 1"] {
+        let mesh = mesh(&format!("v 0 0 0 {weight}\n"));
+        assert!(mesh.columns.colors.is_empty(), "{weight}");
+    }
     assert_eq!(fault("vn inf 0 0"), "1:4: nx is inf, expected a finite number");
     let with = |line: &str| fault(&format!("{SQUARE}{line}\n"));
     assert_eq!(with("f 1 2"), "5:1: face with 2 corners, expected 3 or more");

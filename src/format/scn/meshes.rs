@@ -106,7 +106,7 @@ impl Meshes {
             opened.into_bytes(budget)
         };
         let mut mesh = match kind {
-            Kind::Ply => ply::read(opened, path, budget)?,
+            Kind::Ply => ply::read(opened, path, false, budget)?,
             Kind::Any => mesh::read(opened, path, &mut open, budget)?,
         };
         if kind == Kind::Ply {
@@ -242,9 +242,6 @@ fn leave_out(mesh: &mut LoadedMesh, path: &Path) {
     let mut left_out = LeftOut::default();
     if mesh.cloud.take().is_some() {
         left_out.add("points");
-    }
-    if !std::mem::take(&mut mesh.columns.colors).is_empty() {
-        left_out.add("vertex colours");
     }
     mesh.notes.extend(left_out.note(path));
 }

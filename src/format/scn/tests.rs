@@ -426,6 +426,10 @@ fn clouds_and_colours() {
             format!("1:28: {words}")
         );
     }
+    assert_eq!(
+        fault("mesh points.obj point_size 1 scale 2 point_size 1".to_owned()),
+        "1:38: second point_size, expected one"
+    );
 }
 
 /// An included file's lines are read as if they stood in the scene; only its paths are its own.
