@@ -36,9 +36,9 @@ fn model(resources: &str, build: &str) -> Vec<u8> {
     of_model(format!("<model><resources>{resources}</resources><build>{build}</build></model>").as_bytes())
 }
 
-/// A list of `count` elements; `#` is the number of each.
+/// A list of `count` elements; `%` is the number of each.
 fn list(element: &str, count: usize) -> String {
-    (0..count).map(|i| element.replace('#', &i.to_string())).collect()
+    (0..count).map(|i| element.replace('%', &i.to_string())).collect()
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn memory_is_counted_before_it_is_taken() {
     let triangle = format!("<object id='1'>{TRIANGLE}</object>");
     let item = "<item objectid='1'/>";
     let large = |resources: &str| model(&(resources.to_owned() + &triangle), item);
-    let vertices = list("<vertex x='#' y='0' z='0'/>", 200_000);
+    let vertices = list("<vertex x='%' y='0' z='0'/>", 200_000);
     let files = [
         model(
             &format!("<object id='1'><mesh><vertices>{vertices}</vertices></mesh></object>{triangle}"),
@@ -62,11 +62,11 @@ fn memory_is_counted_before_it_is_taken() {
             "<m:color color='#000000'/>".repeat(300_000)
         )),
         large(&list(
-            "<basematerials id='#'><base displaycolor='#123456'/></basematerials>",
+            "<basematerials id='%'><base displaycolor='#123456'/></basematerials>",
             100_000,
         )),
-        large(&list("<object id='1#'/>", 100_000)),
-        large(&list("<m:texture2d id='#' path='/#.png'/>", 100_000)),
+        large(&list("<object id='1%'/>", 100_000)),
+        large(&list("<m:texture2d id='%' path='/%.png'/>", 100_000)),
     ];
     for (i, file) in files.iter().enumerate() {
         let said = within(file, 1 << 30);
@@ -116,7 +116,7 @@ fn time_is_bounded() {
     // Deep and long XML, many attributes, long lists.
     let deep = within(&of_model(&b"<model>".repeat(200_000)), u64::MAX);
     assert!(deep.contains("nest more than 64 deep"), "{deep}");
-    let attributes = list(" a#='1'", 200_000);
+    let attributes = list(" a%='1'", 200_000);
     let wide = format!("<object id='1'{attributes}>{TRIANGLE}</object>");
     assert_eq!(within(&model(&wide, "<item objectid='1'/>"), u64::MAX), "1");
     let required = format!(
@@ -141,7 +141,7 @@ fn time_is_bounded() {
     let names: Vec<String> = (0..50_000).map(|i| format!("3D/{i}.model")).collect();
     let other = format!("<model><resources>{triangle}</resources></model>");
     let parts = names.iter().map(|name| (&name[..], other.as_bytes()));
-    let component = list("<component objectid='1' p:path='/3D/#.model'/>", 50_000);
+    let component = list("<component objectid='1' p:path='/3D/%.model'/>", 50_000);
     let root = format!(
         "<model><resources><object id='1'><components>{component}</components></object></resources>\
          <build><item objectid='1'/></build></model>"

@@ -228,20 +228,6 @@ impl Header {
         left_out
     }
 
-    /// Leaves colours out. They may be what a mesh could not have, such as NaN.
-    pub(super) fn skip_colors(&mut self) {
-        self.has_colors = false;
-        for step in self.elements.iter_mut().flat_map(|element| &mut element.steps) {
-            if let Step::Keep {
-                slot: COLOR_SLOT..,
-                scalar,
-            } = *step
-            {
-                *step = Step::Skip(scalar);
-            }
-        }
-    }
-
     /// Whether the vertices are points of a cloud: nothing connects them.
     pub(super) fn is_cloud(&self) -> bool {
         let has_faces =

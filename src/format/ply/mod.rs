@@ -29,7 +29,7 @@ use crate::{
 };
 use ascii::Text;
 use binary::Binary;
-use header::Header;
+use header::{COLOR_SLOT, Header, Step};
 use rows::{Fault, Place};
 use serde_ply::PlyFormat;
 use std::{
@@ -68,7 +68,7 @@ pub(super) fn parse_mesh(
     let error = |fault: Fault| fault_to_error(bytes, &Arc::new(name.to_path_buf()), &fault);
     let mut header = Header::parse(bytes, bytes.len()).map_err(error)?;
     if !keeps_colors {
-        header.skip_colors();
+        skip_colors(&mut header);
     }
     let mesh = match header.format {
         PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body), budget),
@@ -121,7 +121,7 @@ fn read_pieces(
     let error = |fault: Fault| fault_to_error(head, &Arc::new(name.to_path_buf()), &fault);
     let mut header = Header::parse(head, file.length()).map_err(error)?;
     if !keeps_colors {
-        header.skip_colors();
+        skip_colors(&mut header);
     }
     let mesh = match header.format {
         PlyFormat::Ascii => Ok(None),
@@ -130,6 +130,20 @@ fn read_pieces(
     };
     let columns = mesh.map_err(error)?;
     Ok(columns.map(|columns| loaded(columns, &header, name)))
+}
+
+/// Leaves colours out: what a mesh could not have, such as NaN, is no fault then.
+fn skip_colors(header: &mut Header) {
+    header.has_colors = false;
+    for step in header.elements.iter_mut().flat_map(|element| &mut element.steps) {
+        if let Step::Keep {
+            slot: COLOR_SLOT..,
+            scalar,
+        } = *step
+        {
+            *step = Step::Skip(scalar);
+        }
+    }
 }
 
 /// The mesh with what its header says. PLY has no field for the up axis, and y is what most programs write.

@@ -301,6 +301,7 @@ impl<'a> Building<'a> {
         let root = self.models.first();
         let items = root.map_or(0, |(_, model)| model.items_left_out);
         let left_out = &mut self.palette.left_out;
+        left_out.names("elements", self.palette.unknown.iter().map(String::as_str));
         left_out.count(
             items,
             "item that is not to be printed",

@@ -123,14 +123,19 @@ fn check_extensions(root: &Tag<'_>) -> Result<(), TextFault> {
         return Ok(());
     };
     let prefixes = Words::new(required.value, 0..required.value.len());
-    for (prefix, _) in prefixes.take(MOST_EXTENSIONS) {
-        let mut namespace = prefix;
-        for attribute in root.attributes() {
-            let attribute = attribute?;
-            if attribute.name.strip_prefix(b"xmlns:") == Some(prefix) {
-                namespace = attribute.value;
-            }
+    // With the namespaces that the prefixes stand for.
+    let mut all: Vec<(&[u8], &[u8])> = prefixes
+        .take(MOST_EXTENSIONS)
+        .map(|(prefix, _)| (prefix, prefix))
+        .collect();
+    for attribute in root.attributes() {
+        let attribute = attribute?;
+        if let Some(name) = attribute.name.strip_prefix(b"xmlns:") {
+            let named = all.iter_mut().filter(|(prefix, _)| *prefix == name);
+            named.for_each(|(_, namespace)| *namespace = attribute.value);
         }
+    }
+    for (_, namespace) in all {
         if READ.iter().any(|read| namespace.starts_with(read.as_bytes())) {
             continue;
         }

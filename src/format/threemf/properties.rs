@@ -28,6 +28,10 @@ pub(super) const COLORED: u32 = u32::MAX - 1;
 /// Memory of an entry of a map by number, bytes: it may be half empty, and moves as it grows.
 const ENTRY_BYTES: usize = 128;
 
+/// How many names of unknown elements are kept, and how many bytes of each.
+const MOST_UNKNOWN: usize = 8;
+const MOST_NAME: usize = 64;
+
 /// The properties of all model parts of a file.
 #[derive(Default)]
 pub(super) struct Palette {
@@ -47,6 +51,8 @@ pub(super) struct Palette {
     /// Indices of layered properties into the group of the uppermost layer.
     layers: Vec<u32>,
     pub(super) left_out: LeftOut,
+    /// Names of elements that octray does not know, the first few.
+    pub(super) unknown: Vec<String>,
 }
 
 /// The groups of properties of one model part, and its textures, by their ids.
@@ -432,7 +438,10 @@ impl Palette {
             // Names of sets of triangles.
             b"trianglesets" | b"metadatagroup" | b"metadata" => return,
             _ => {
-                self.left_out.add(&format!("elements {}", quote(name)));
+                let name = String::from_utf8_lossy(name.get(..MOST_NAME).unwrap_or(name));
+                if self.unknown.len() < MOST_UNKNOWN && !self.unknown.iter().any(|known| *known == name) {
+                    self.unknown.push(name.into_owned());
+                }
                 return;
             }
         };
