@@ -100,7 +100,7 @@ impl Workload {
         let secondary = |ray_from: &dyn Fn(&Surface) -> Option<Ray>| {
             secondary(scene, &camera_rays, &hits, diagonal * OFFSET, ray_from)
         };
-        let lights = (0..scene.lights().intensity.len()).map(|i| scene.lights().position(i));
+        let lights = scene.lights().iter().filter_map(|light| light.shape.position());
         let shadow = lights
             .map(|light| (Some(light), secondary(&|surface| surface.towards(light))))
             .collect();

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod include;
+mod lights;
 mod line;
 mod mesh;
 mod meshes;

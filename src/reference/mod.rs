@@ -8,6 +8,7 @@ pub mod bvh;
 pub mod cost;
 mod draw;
 mod glass;
+mod light;
 mod primitive;
 pub mod shade;
 

@@ -1,13 +1,10 @@
 //! The scalar twin of the `shade` module: Whitted's algorithm as a loop, with the same operations in the same order.
 
-use super::{
-    draw::{cone, scattered},
-    glass,
-};
+use super::{draw::scattered, glass, light};
 use crate::{
     math::{max, max_abs, min, powi, scale_to_one},
     ray::{Hit, Ray, T_MAX},
-    scene::{Material, Primitive, Scene, TexturePoint},
+    scene::{LightShape, Material, Primitive, Scene, TexturePoint},
     simd::{Level, Simd, at_level},
     sobol,
 };
@@ -244,7 +241,7 @@ impl Draw {
     pub(super) fn at(scene: &Scene, sample: PixelSample, level: u32) -> Self {
         Self {
             sample,
-            first_pair: level as usize * (scene.lights().intensity.len() + 1),
+            first_pair: level as usize * (scene.lights().len() + 1),
         }
     }
 }
@@ -274,37 +271,31 @@ fn gather_light<S: Simd>(
             sum.ambient = 0.0;
         }
     }
-    for i in 0..lights.intensity.len() {
-        let (power, to_center) = (lights.power(i), lights.position(i) - s.point);
-        let radius = lights.radius[i];
-        let (to_light, distance) = if radius > 0.0 {
-            cone(
-                simd,
-                to_center,
-                radius,
-                draw.sample.point(draw.first_pair + 1 + i),
-            )
-        } else {
-            (simd.normalize(to_center), 1.0)
-        };
-        let n_dot_l = simd.dot(s.normal, to_light);
+    for (i, light) in lights.iter().enumerate() {
+        let point = || draw.sample.point(draw.first_pair + 1 + i);
+        let seen = light::seen(simd, &light.shape, s.point, point);
+        let n_dot_l = simd.dot(s.normal, seen.to_light);
         if n_dot_l <= 0.0 || n_dot_l.is_nan() {
             continue;
         }
-        if shadows && distance > 0.0 {
+        let share = (!light.is_even()).then(|| light::share(simd, light, &seen));
+        if share.is_some_and(|share| share <= 0.0) {
+            continue;
+        }
+        let ray = match light.shape {
+            LightShape::Point { position } => Some(shadow_ray(simd, position, s)),
+            _ => (seen.distance > 0.0).then(|| leaving(simd, s, seen.to_light, seen.distance)),
+        };
+        if let Some(ray) = ray.filter(|_| shadows) {
             rays.shadow += 1;
-            let ray = if radius > 0.0 {
-                leaving(simd, s, to_light, distance)
-            } else {
-                shadow_ray(simd, lights.position(i), s)
-            };
             if intersect.occluded(&ray) {
                 continue;
             }
         }
+        let power = light.power().map(|c| share.map_or(c, |share| c * share));
         add(simd, &mut sum.diffuse, n_dot_l, power);
         if let Material::BlinnPhong { alpha, .. } = material {
-            let halfway = simd.normalize(to_light - s.direction);
+            let halfway = simd.normalize(seen.to_light - s.direction);
             let highlight = powi(max(simd.dot(s.normal, halfway), 0.0), *alpha);
             add(simd, &mut sum.specular, highlight, power);
         }

@@ -11,7 +11,7 @@ pub(super) use mesh::expect_length;
 pub use spheres::SphereCloud;
 
 use super::{
-    Background, Image, Lights, Material, MaterialId, NamedCamera, Scene, SceneId, Sources, Spheres,
+    Background, Image, Light, Material, MaterialId, NamedCamera, Scene, SceneId, Sources, Spheres,
     SurfaceTextures, Triangles, Vertices, is_usable, material::check_color,
 };
 use crate::{
@@ -72,7 +72,7 @@ pub struct SceneBuilder {
     vertices: Vertices,
     triangles: Triangles,
     spheres: Spheres,
-    lights: Lights,
+    lights: Vec<Light>,
     materials: Vec<Material>,
     /// The id of each material, by its bits.
     material_ids: HashMap<[u32; 10], MaterialId>,
@@ -114,7 +114,7 @@ pub(crate) fn check_memory(counts: [usize; 3], limit: u64) -> Result<(), SceneEr
     Ok(())
 }
 
-fn usable(what: &'static str, value: f32) -> Result<(), SceneError> {
+pub(super) fn usable(what: &'static str, value: f32) -> Result<(), SceneError> {
     if is_usable(value) {
         Ok(())
     } else {
@@ -122,7 +122,7 @@ fn usable(what: &'static str, value: f32) -> Result<(), SceneError> {
     }
 }
 
-fn usable_point(p: Vec3) -> Result<(), SceneError> {
+pub(super) fn usable_point(p: Vec3) -> Result<(), SceneError> {
     usable("x", p.x)?;
     usable("y", p.y)?;
     usable("z", p.z)
@@ -175,7 +175,7 @@ impl SceneBuilder {
             vertices: Vertices::default(),
             triangles: Triangles::default(),
             spheres: Spheres::default(),
-            lights: Lights::default(),
+            lights: Vec::new(),
             materials: Material::CLASSIC.to_vec(),
             material_ids: (0..)
                 .map(MaterialId)

@@ -6,6 +6,7 @@ mod camera;
 mod faults;
 mod fit;
 mod image;
+mod light;
 mod material;
 mod origin;
 mod smooth;
@@ -20,6 +21,8 @@ pub use camera::{Camera, CameraError, MAX_SIDE_SAMPLES, NamedCamera, PixelRays, 
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
+pub(crate) use light::MOST_FALLOFF;
+pub use light::{Light, LightShape, Spot};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use texture::{CutOut, SurfaceTextures, TexturePoint};
 pub use transform::Transform;
@@ -112,41 +115,6 @@ impl Spheres {
     }
 }
 
-/// The lights, points and spheres: arrays of equal length.
-#[derive(Debug, Default)]
-pub struct Lights {
-    /// Position, relative to [`Scene::origin`], scene units.
-    pub x: Vec<f32>,
-    /// Position, relative to [`Scene::origin`], scene units.
-    pub y: Vec<f32>,
-    /// Position, relative to [`Scene::origin`], scene units.
-    pub z: Vec<f32>,
-    /// Intensity I_i, without falloff.
-    pub intensity: Vec<f32>,
-    /// Colour, linear RGB from 0 to 1.
-    pub color: Vec<[f32; 3]>,
-    /// Radius, scene units: 0 for a point. A sphere lights each point evenly from all directions in which it is seen,
-    /// with the same intensity in all; it is not itself seen.
-    pub radius: Vec<f32>,
-}
-
-impl Lights {
-    /// Returns the position of light `i`.
-    #[inline]
-    #[must_use]
-    pub fn position(&self, i: usize) -> Vec3 {
-        Vec3::new(self.x[i], self.y[i], self.z[i])
-    }
-
-    /// Returns the intensity of light `i` times its colour.
-    #[inline]
-    #[must_use]
-    pub fn power(&self, i: usize) -> [f32; 3] {
-        let ([r, g, b], intensity) = (self.color[i], self.intensity[i]);
-        [intensity * r, intensity * g, intensity * b]
-    }
-}
-
 /// The files that a scene was read from, and notes about them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Sources {
@@ -166,7 +134,7 @@ pub struct Scene {
     vertices: Vertices,
     triangles: Triangles,
     spheres: Spheres,
-    lights: Lights,
+    lights: Vec<Light>,
     materials: Vec<Material>,
     /// By material; empty if none has any.
     textures: Vec<Option<SurfaceTextures>>,
@@ -221,7 +189,7 @@ impl Scene {
 
     /// Returns the lights, in the order of their addition.
     #[must_use]
-    pub fn lights(&self) -> &Lights {
+    pub fn lights(&self) -> &[Light] {
         &self.lights
     }
 
@@ -253,7 +221,7 @@ impl Scene {
     /// Returns whether colours are means over random directions: of soft lights, or of ambient occlusion.
     #[must_use]
     pub fn is_sampled(&self) -> bool {
-        self.ambient_reach.is_some() || self.lights.radius.iter().any(|&radius| radius > 0.0)
+        self.ambient_reach.is_some() || self.lights.iter().any(|light| light.shape.is_soft())
     }
 
     /// Returns the background.
@@ -265,7 +233,7 @@ impl Scene {
     /// Replaces the lights by those of another scene.
     pub fn take_lights(&mut self, other: Self) {
         self.lights = other.lights;
-        self.lights.translate(other.origin - self.origin);
+        self.translate_lights(other.origin - self.origin);
     }
 
     /// Returns the world position that the scene's arrays, rays and hits are relative to.
@@ -382,24 +350,11 @@ impl Scene {
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
         use std::mem::size_of_val as bytes;
-        let (v, t, s, l) = (&self.vertices, &self.triangles, &self.spheres, &self.lights);
-        [
-            &v.x,
-            &v.y,
-            &v.z,
-            &s.center_x,
-            &s.center_y,
-            &s.center_z,
-            &s.radius,
-            &l.x,
-            &l.y,
-            &l.z,
-            &l.intensity,
-            &l.radius,
-        ]
-        .iter()
-        .map(|c| bytes(&c[..]))
-        .sum::<usize>()
+        let (v, t, s) = (&self.vertices, &self.triangles, &self.spheres);
+        [&v.x, &v.y, &v.z, &s.center_x, &s.center_y, &s.center_z, &s.radius]
+            .iter()
+            .map(|c| bytes(&c[..]))
+            .sum::<usize>()
             + bytes(&t.corners[..])
             + bytes(&v.normals[..])
             + bytes(&v.colors[..])
@@ -411,7 +366,7 @@ impl Scene {
                 .sum::<usize>()
             + bytes(&self.textures[..])
             + bytes(&s.color[..])
-            + bytes(&l.color[..])
+            + bytes(&self.lights[..])
             + bytes(&t.material[..])
             + bytes(&s.material[..])
             + bytes(&self.materials[..])

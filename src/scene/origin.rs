@@ -1,7 +1,7 @@
 //! The scene's own origin: coordinates of a scene far from 0 are stored relative to its centre, so that rounding errors
 //! fit its size.
 
-use super::{Lights, Scene, builder::MIN_PIECE};
+use super::{Scene, builder::MIN_PIECE};
 use crate::math::Aabb;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -26,13 +26,13 @@ impl Scene {
         let (v, s) = (&mut self.vertices, &mut self.spheres);
         translate([&mut v.x, &mut v.y, &mut v.z], -origin);
         translate([&mut s.center_x, &mut s.center_y, &mut s.center_z], -origin);
-        self.lights.translate(-origin);
+        self.translate_lights(-origin);
     }
-}
 
-impl Lights {
-    pub(super) fn translate(&mut self, by: Vec3) {
-        translate([&mut self.x, &mut self.y, &mut self.z], by);
+    pub(super) fn translate_lights(&mut self, by: Vec3) {
+        for light in &mut self.lights {
+            light.shape.translate(by);
+        }
     }
 }
 
@@ -59,11 +59,12 @@ mod tests {
         builder.add_sphere(far - Vec3::Z, 1.1, matte).unwrap();
         builder.add_light(far * 1.5, 1.0).unwrap();
         let scene = builder.finish();
+        let position = |scene: &Scene| scene.lights()[0].shape.position().map(|p| p + scene.origin());
         assert_eq!(scene.origin().z, 0.0, "the scene contains z = 0");
         let again = scene.triangle(0).map(|corner| corner + scene.origin());
         assert_eq!(again, corners);
         assert_eq!(scene.spheres().center(0) + scene.origin(), far - Vec3::Z);
-        assert_eq!(scene.lights().position(0) + scene.origin(), far * 1.5);
+        assert_eq!(position(&scene), Some(far * 1.5));
         let Aabb { lower, upper } = scene.bounds();
         assert!(lower.cmple(far - Vec3::ONE).all() && upper.cmpge(far).all());
         assert!(scene.vertices().x.iter().all(|x| x.abs() < 5.0));
@@ -73,7 +74,7 @@ mod tests {
         lights.add_light(far, 1.0).unwrap();
         let mut scene = scene;
         scene.take_lights(lights.finish());
-        assert_eq!(scene.lights().position(0) + scene.origin(), far);
+        assert_eq!(position(&scene), Some(far));
     }
 
     #[test]

@@ -30,6 +30,8 @@ impl Light8 {
 pub struct IncidentLight<'a> {
     /// Intensity times colour.
     pub power: [f32; 3],
+    /// What arrives of it at each point; empty if that is the same everywhere.
+    pub powers: &'a [[F32x8; 3]],
     /// n.l at each point; 0 if the light is occluded or behind the surface.
     pub n_dot_l: &'a [F32x8],
     /// The unit direction l from each point.
@@ -91,24 +93,61 @@ pub(super) fn add_light<S: Simd>(
     light: &mut [Light8],
     is_first: bool,
 ) {
-    let [r, g, b] = incident.power;
-    let power = [simd.splat(r), simd.splat(g), simd.splat(b)];
     if is_first {
         for sum in &mut *light {
             *sum = Light8::NONE;
         }
     }
+    // Two copies, so that lights of the same power everywhere load none.
+    if incident.powers.is_empty() {
+        let [r, g, b] = incident.power;
+        let power = [simd.splat(r), simd.splat(g), simd.splat(b)];
+        add_powers(
+            simd,
+            material,
+            incident,
+            #[inline(always)]
+            |_| power,
+            surfaces,
+            light,
+        );
+    } else {
+        add_powers(
+            simd,
+            material,
+            incident,
+            #[inline(always)]
+            |i: usize| {
+                let [r, g, b] = &incident.powers[i];
+                [simd.load(r), simd.load(g), simd.load(b)]
+            },
+            surfaces,
+            light,
+        );
+    }
+}
+
+/// Adds a light to the sums `light`; `power` gives its power at a packet.
+#[inline(always)]
+fn add_powers<S: Simd>(
+    simd: S,
+    material: &Material,
+    incident: IncidentLight<'_>,
+    power: impl Fn(usize) -> [S::V8; 3],
+    surfaces: &[SurfacePacket],
+    light: &mut [Light8],
+) {
     if let Material::BlinnPhong { alpha, .. } = material {
         for (i, sum) in light.iter_mut().enumerate() {
             let n_dot_l = simd.load(&incident.n_dot_l[i]);
-            add_power(simd, &mut sum.diffuse, power, n_dot_l);
+            add_power(simd, &mut sum.diffuse, power(i), n_dot_l);
             let to_light = simd.load3(&incident.to_light[i]);
             let highlight = highlight(simd, n_dot_l, to_light, &surfaces[i], *alpha);
-            add_power(simd, &mut sum.specular, power, highlight);
+            add_power(simd, &mut sum.specular, power(i), highlight);
         }
     } else {
         for (i, sum) in light.iter_mut().enumerate() {
-            add_power(simd, &mut sum.diffuse, power, simd.load(&incident.n_dot_l[i]));
+            add_power(simd, &mut sum.diffuse, power(i), simd.load(&incident.n_dot_l[i]));
         }
     }
 }

@@ -14,6 +14,7 @@
 
 mod draw;
 mod glass;
+mod light;
 pub mod material;
 pub mod queue;
 pub mod shadow;
@@ -423,7 +424,7 @@ impl Shader {
 
     fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, settings: ShadeSettings, depth: u32) {
         let (lights, level) = (scene.lights(), tracer.level());
-        if lights.intensity.is_empty() {
+        if lights.is_empty() {
             self.light.clear();
         }
         // The first light overwrites the previous contents.
@@ -432,7 +433,7 @@ impl Shader {
         let draws = |pair: usize| Draws {
             first: &self.first_points,
             sample: settings.sample,
-            pair: (depth as usize * (lights.intensity.len() + 1) + pair) as u32,
+            pair: (depth as usize * (lights.len() + 1) + pair) as u32,
         };
         self.ambient.clear();
         if let Some(reach) = scene.ambient_reach()
@@ -449,10 +450,9 @@ impl Shader {
             self.ambient_rays += rays;
             self.tracing += time;
         }
-        for light_i in 0..lights.intensity.len() {
-            let power = lights.power(light_i);
+        for (light_i, light) in lights.iter().enumerate() {
             let (rays, time) = shadow::pass(
-                (lights.position(light_i), lights.radius[light_i]),
+                light,
                 (draws(1 + light_i), settings.shadows),
                 tracer,
                 lit,
@@ -463,7 +463,8 @@ impl Shader {
             self.tracing += time;
             for (material, range) in self.by_material.ranges().take_while(|(_, r)| r.end <= lit.len()) {
                 let incident = IncidentLight {
-                    power,
+                    power: light.power(),
+                    powers: self.arriving.power.get(range.clone()).unwrap_or_default(),
                     n_dot_l: &self.arriving.n_dot_l[range.clone()],
                     to_light: &self.arriving.to_light[range.clone()],
                 };

@@ -1,9 +1,16 @@
 //! The shadow pass: finds the points that one light reaches.
 
-use super::{LIGHT_OFFSET, SURFACE_OFFSET, draw::Draws, soft, surface::SurfacePacket};
+use super::{
+    LIGHT_OFFSET, SURFACE_OFFSET,
+    draw::Draws,
+    light::{self, Beam},
+    soft,
+    surface::SurfacePacket,
+};
 use crate::{
     lanes::{F32x8, Vec3x8},
     ray::{Origins, RayPacket},
+    scene::{Light, LightShape},
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes, at_level},
     trace::Tracer,
 };
@@ -57,6 +64,8 @@ pub struct Arriving {
     pub n_dot_l: Vec<F32x8>,
     /// The unit direction l to the light.
     pub to_light: Vec<Vec3x8>,
+    /// What arrives of its intensity times its colour; empty if that is the same at all points.
+    pub power: Vec<[F32x8; 3]>,
 }
 
 impl Arriving {
@@ -64,16 +73,22 @@ impl Arriving {
     pub fn reserve(&mut self, packets: usize) {
         self.n_dot_l.reserve(packets);
         self.to_light.reserve(packets);
+        self.power.reserve(packets);
+    }
+
+    fn clear(&mut self) {
+        self.n_dot_l.clear();
+        self.to_light.clear();
+        self.power.clear();
     }
 }
 
-/// Computes what arrives from the light at `position`, a point if its radius is 0. Returns the number of shadow rays and
-/// the time spent tracing them.
+/// Computes what arrives from a light. Returns the number of shadow rays and the time spent tracing them.
 ///
 /// Shadow rays of points run from the light to the surface, offset to the viewer's side, so they share their origin; those
-/// of spheres run from the surface. Packets without a point that faces the light are left out.
+/// of other lights run from the surface. Packets without a point that faces the light are left out.
 pub(super) fn pass(
-    (position, radius): (Vec3, f32),
+    light: &Light,
     (draws, shadows): (Draws<'_>, bool),
     tracer: &mut Tracer<'_>,
     surfaces: &[SurfacePacket],
@@ -81,26 +96,22 @@ pub(super) fn pass(
     scratch: &mut Scratch,
 ) -> (u64, Duration) {
     let level = tracer.level();
-    let is_point = radius == 0.0;
-    arriving.n_dot_l.clear();
-    arriving.to_light.clear();
+    arriving.clear();
     scratch.clear();
-    let count = if is_point {
-        at_level!(level, |simd| facing(
-            simd, position, shadows, surfaces, arriving, scratch
-        ))
-    } else {
-        let light = (position, radius);
-        at_level!(level, |simd| soft::facing(
-            simd,
-            light,
-            (draws, shadows),
-            surfaces,
-            arriving,
-            scratch
-        ))
+    let beam = Beam::of(light);
+    let count = at_level!(level, |simd| facing(
+        simd,
+        (&light.shape, beam.as_ref()),
+        (draws, shadows),
+        surfaces,
+        arriving,
+        scratch
+    ));
+    let origin = match light.shape {
+        LightShape::Point { position } => Some(position),
+        _ => None,
     };
-    let time = scratch.trace(tracer, is_point.then_some(position));
+    let time = scratch.trace(tracer, origin);
     at_level!(level, |simd| take_blocked(simd, arriving, scratch));
     (count, time)
 }
@@ -109,27 +120,42 @@ pub(super) fn pass(
 #[inline(always)]
 fn facing<S: Simd>(
     simd: S,
-    light: Vec3,
-    shadows: bool,
+    (shape, beam): (&LightShape, Option<&Beam>),
+    (draws, shadows): (Draws<'_>, bool),
     surfaces: &[SurfacePacket],
     arriving: &mut Arriving,
     scratch: &mut Scratch,
 ) -> u64 {
-    let light = simd.splat3(light);
+    let zero = simd.splat(0.0);
     let mut count = 0;
     for (surface_i, s) in surfaces.iter().enumerate() {
-        let offset = light - simd.load3(&s.point);
-        let distance = offset.dot(offset).sqrt();
-        let to_light = offset * (simd.splat(1.0) / distance);
-        let n_dot_l = simd.load3(&s.normal).dot(to_light).max(simd.splat(0.0));
+        let seen = light::seen(simd, shape, s, draws);
+        let n_dot_l = simd.load3(&s.normal).dot(seen.to_light).max(zero);
         arriving.n_dot_l.push(n_dot_l.to8());
-        arriving.to_light.push(to_light.to8());
-        let active = n_dot_l.gt(simd.splat(0.0)) & simd.mask(s.active);
+        arriving.to_light.push(seen.to_light.to8());
+        let mut active = n_dot_l.gt(zero) & simd.mask(s.active);
+        if let Some(beam) = beam {
+            let share = beam.share(simd, &seen);
+            arriving.power.push(beam.power(simd, share));
+            active = active & share.gt(zero);
+        }
+        let position = match *shape {
+            LightShape::Point { position } => Some(simd.splat3(position)),
+            _ => None,
+        };
+        if position.is_none() {
+            active = active & seen.distance.gt(zero);
+        }
         let bits = active.bits();
         if shadows && bits != 0 {
             count += u64::from(bits.count_ones());
-            scratch.surface.push(surface_i as u32);
-            scratch.rays.push(ray(simd, light, s, distance, active));
+            if let Some(position) = position {
+                scratch.surface.push(surface_i as u32);
+                scratch.rays.push(ray(simd, position, s, seen.distance, active));
+            } else {
+                let ray = (seen.to_light, seen.distance);
+                soft::push(simd, scratch, (surface_i, s), ray, active);
+            }
         }
     }
     count

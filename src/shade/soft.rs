@@ -1,23 +1,22 @@
-//! Light from many directions: spherical lights and ambient occlusion, by one random direction for each point and sample.
+//! Rays that leave surfaces for light, and ambient occlusion, by one random direction for each point and sample.
 
 use super::{
     SURFACE_OFFSET,
-    draw::{Draws, cone, scattered},
-    shadow::{Arriving, Scratch},
+    draw::{Draws, scattered},
+    shadow::Scratch,
     surface::SurfacePacket,
 };
 use crate::{
     lanes::F32x8,
     ray::RayPacket,
-    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes, at_level},
+    simd::{EightLanes, Lanes, Simd, Vec3Eight, Vec3Lanes, at_level},
     trace::Tracer,
 };
-use glam::Vec3;
 use std::time::Duration;
 
 /// Queues rays from just off the surface, `length` long and in the lanes `active`.
 #[inline(always)]
-fn push<S: Simd>(
+pub(super) fn push<S: Simd>(
     simd: S,
     scratch: &mut Scratch,
     (surface_i, s): (usize, &SurfacePacket),
@@ -33,36 +32,6 @@ fn push<S: Simd>(
         direction: Vec3Lanes::select(active, direction, geometric).to8(),
         t_max: S::V8::select(active, length, simd.splat(0.0)).to8(),
     });
-}
-
-/// Fills `arriving` with the light of a sphere as if nothing were occluded, and `scratch` with the shadow rays, which it
-/// counts.
-#[inline(always)]
-pub(super) fn facing<S: Simd>(
-    simd: S,
-    (center, radius): (Vec3, f32),
-    (draws, shadows): (Draws<'_>, bool),
-    surfaces: &[SurfacePacket],
-    arriving: &mut Arriving,
-    scratch: &mut Scratch,
-) -> u64 {
-    let (center, zero) = (simd.splat3(center), simd.splat(0.0));
-    let mut count = 0;
-    for (surface_i, s) in surfaces.iter().enumerate() {
-        let point = draws.points(simd, &s.pixel);
-        let cone = cone(simd, center - simd.load3(&s.point), radius, point);
-        let n_dot_l = simd.load3(&s.normal).dot(cone.direction).max(zero);
-        arriving.n_dot_l.push(n_dot_l.to8());
-        arriving.to_light.push(cone.direction.to8());
-        let active = n_dot_l.gt(zero) & cone.distance.gt(zero) & simd.mask(s.active);
-        let bits = active.bits();
-        if shadows && bits != 0 {
-            count += u64::from(bits.count_ones());
-            let ray = (cone.direction, cone.distance);
-            push(simd, scratch, (surface_i, s), ray, active);
-        }
-    }
-    count
 }
 
 /// Computes the ambient light at each point: `ambient`, or 0 where something is hit within `reach`. Returns the number of

@@ -37,13 +37,12 @@ pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit, pixel_width: f32) -> [f32; 3
         Material::BlinnPhong { k_d, .. } => albedo.map(|c| c * k_d),
     };
     let (normal, point) = (shading_normal(scene, ray, hit), point(ray, hit));
-    let lights = scene.lights();
     let from_eye = scene.ambient() + HEADLIGHT * normal.dot(-ray.direction).max(0.0);
     let mut light = [from_eye; 3];
-    for i in 0..lights.intensity.len() {
-        let to_light = (lights.position(i) - point).normalize_or_zero();
+    for from_scene in scene.lights() {
+        let to_light = from_scene.shape.direction_from(point);
         let facing = SCENE_LIGHTS * normal.dot(to_light).max(0.0);
-        for (sum, power) in light.iter_mut().zip(lights.power(i)) {
+        for (sum, power) in light.iter_mut().zip(from_scene.power()) {
             *sum += facing * power;
         }
     }

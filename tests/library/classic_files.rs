@@ -23,7 +23,7 @@ fn counts() {
     for (name, expected) in expected {
         let Some(scene) = scene(name) else { return };
         let found = [
-            scene.lights().x.len(),
+            scene.lights().len(),
             scene.spheres().radius.len(),
             scene.triangles().corners.len(),
             scene.vertices().x.len(),

@@ -17,6 +17,7 @@ mod glass;
 mod golden;
 mod layering;
 mod levels;
+mod lights;
 mod mesh_files;
 mod numbers;
 mod odd_scenes;

@@ -11,7 +11,9 @@ use image::RgbImage;
 use octray::{
     accel::Bvh,
     render::{Mode, Settings, render},
-    scene::{Background, Camera, Material, MaterialId, Scene, SceneBuilder, TriangleMesh, View},
+    scene::{
+        Background, Camera, Light, LightShape, Material, MaterialId, Scene, SceneBuilder, TriangleMesh, View,
+    },
 };
 use std::ops::ControlFlow;
 
@@ -73,15 +75,33 @@ fn placed(scene: &Scene, scale: f32, shift: Vec3) -> Scene {
             )
             .unwrap();
     }
-    let lights = scene.lights();
-    for i in 0..lights.intensity.len() {
-        let position = place(scene.origin() + lights.position(i));
-        let radius = lights.radius[i] * scale;
-        builder
-            .add_sphere_light(position, radius, lights.intensity[i], lights.color[i])
-            .unwrap();
+    for light in scene.lights() {
+        builder.add(placed_light(light, scene, scale, place)).unwrap();
     }
     builder.finish()
+}
+
+fn placed_light(light: &Light, scene: &Scene, scale: f32, place: impl Fn(Vec3) -> Vec3) -> Light {
+    let place = |p: Vec3| place(scene.origin() + p);
+    let shape = match light.shape {
+        LightShape::Point { position } => LightShape::Point {
+            position: place(position),
+        },
+        LightShape::Sphere { center, radius } => LightShape::Sphere {
+            center: place(center),
+            radius: radius * scale,
+        },
+        LightShape::Rectangle { center, edges } => LightShape::Rectangle {
+            center: place(center),
+            edges: edges.map(|edge| edge * scale),
+        },
+        directional @ LightShape::Directional { .. } => directional,
+    };
+    Light {
+        shape,
+        falloff: light.falloff.map(|distance| distance * scale),
+        ..*light
+    }
 }
 
 fn placed_view(view: &View, scale: f32, shift: Vec3) -> Camera {

@@ -1,12 +1,12 @@
 //! One scene, one picture: packets or scalar code, any BVH, one thread or two give the same linear colours, bit for bit.
 
 use crate::shipped_scene;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use octray::{
     accel::{BuildQuality, Bvh, Layout},
     generate::{Kind, Options, generate},
     render::{Film, Mode, Pattern, Renderer, Settings, render},
-    scene::{Camera, Material, Scene, SceneBuilder, SphereCloud, TriangleMesh},
+    scene::{Camera, Light, LightShape, Material, Scene, SceneBuilder, SphereCloud, Spot, TriangleMesh},
 };
 use std::ops::ControlFlow;
 
@@ -232,6 +232,67 @@ fn colored_scenes() {
     different.sort_unstable();
     different.dedup();
     assert!(different.len() > 200, "{}", different.len());
+}
+
+/// Lights of all kinds, one of them where a surface is, in a scene with mirrors.
+#[test]
+fn lights_of_all_kinds() {
+    let mut builder = SceneBuilder::new();
+    let point = LightShape::Point {
+        position: Vec3::new(1.0, -2.0, 2.5),
+    };
+    let rectangle = LightShape::Rectangle {
+        center: Vec3::new(-1.0, -1.0, 3.0),
+        edges: [Vec3::new(1.0, 0.0, 0.3), Vec3::new(0.0, -1.0, 0.2)],
+    };
+    let sphere = LightShape::Sphere {
+        center: Vec3::new(0.2, 0.1, 0.6),
+        radius: 0.3,
+    };
+    let sun = |degrees| LightShape::directional(DVec3::new(1.0, -2.0, 3.0), degrees).expect("a direction");
+    let spot = Spot::new(DVec3::new(-1.0, 2.0, -2.5), 10.0, 25.0).expect("a spot");
+    for (shape, falloff, spot) in [
+        (point, Some(1.5), None),
+        (point, None, Some(spot)),
+        (rectangle, Some(2.0), None),
+        (
+            rectangle,
+            None,
+            Some(Spot::new(DVec3::NEG_Z, 5.0, 60.0).expect("a spot")),
+        ),
+        (sphere, Some(0.3), None),
+        (sun(0.0), None, None),
+        (sun(9.0), None, None),
+        (LightShape::Point { position: Vec3::ZERO }, Some(0.7), None),
+    ] {
+        let light = Light {
+            intensity: 0.3,
+            color: [1.0, 0.8, 0.6],
+            falloff,
+            spot,
+            ..Light::new(shape)
+        };
+        builder.add(light).expect("a light");
+    }
+    let materials = [1, 2, 3].map(|number| builder.classic_material(number).expect("a material"));
+    let floor = [
+        Vec3::new(-3.0, -3.0, 0.0),
+        Vec3::new(3.0, -3.0, 0.0),
+        Vec3::new(0.0, 3.0, 0.0),
+    ];
+    builder.add_triangle(floor, materials[1]).expect("a floor");
+    for i in 0..12_u8 {
+        let turn = f32::from(i);
+        let at = Vec3::new((turn * 0.9).cos(), (turn * 1.7).sin(), 0.2 + turn * 0.08);
+        builder
+            .add_sphere(at, 0.25, materials[usize::from(i) % 3])
+            .expect("a sphere");
+    }
+    let scene = builder.finish();
+    for (i, (width, height, samples)) in SIZES.into_iter().enumerate() {
+        let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");
+        check("lights", &scene, &camera, &sized(width, height, samples));
+    }
 }
 
 /// Glass of all kinds, tinted, in each other and across each other, around mirrors and things of other materials, in soft

@@ -9,7 +9,7 @@ use octray::{
 use std::ops::ControlFlow;
 
 /// A white ground at z = 0 and nothing else, without light, `scale` times as large as it is said.
-fn ground(scale: f32) -> SceneBuilder {
+pub fn ground(scale: f32) -> SceneBuilder {
     let mut builder = SceneBuilder::new();
     builder.set_ambient(0.0).unwrap();
     builder.set_background(Background::constant([0.0; 3])).unwrap();
@@ -27,7 +27,7 @@ fn ground(scale: f32) -> SceneBuilder {
 }
 
 /// The mean of a picture of 4x4 pixels, `samples` each, of the ground around a point.
-fn brightness(scene: &Scene, at: DVec3, scale: f32, samples: u32) -> f64 {
+pub fn brightness(scene: &Scene, at: DVec3, scale: f32, samples: u32) -> f64 {
     let bvh = Bvh::build(scene);
     // From the side, below what is above.
     let eye = at + DVec3::new(0.9, 0.2, 0.05) * f64::from(scale);

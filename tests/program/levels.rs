@@ -8,7 +8,9 @@ use std::{collections::BTreeMap, fs};
 const GLASS: &str = "\
 camera eye 3 -3 1.5 target 0 0 0.4 fov 40
 background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
-light 3 -2 5 0.7 radius 1
+light 3 -2 5 0.4 radius 1
+directional_light 1 -1 2 0.2 angle 5
+light -1 -1 3 0.5 rectangle 1 0 0 0 -1 0 falloff 2 spot 0 0 -1 20 60
 material matte
 triangle -5 -5 0  5 -5 0  0 5 0
 material glass tint 0.5 0.9 0.7

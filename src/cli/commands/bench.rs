@@ -85,7 +85,7 @@ impl Bench<'_> {
         self.print(&format!("\n{}\n", clip(name)))?;
         let plan = self.plan;
         let Settings { width, height, .. } = plan.settings;
-        let lights = scene.lights().x.len() as f64;
+        let lights = scene.lights().len() as f64;
         let rays = f64::from(width) * f64::from(height) * (1.0 + lights) * f64::from(plan.repeat);
         let quality = plan.build.quality(rays, scene.primitive_count());
         if !plan.frames_only {

@@ -282,7 +282,7 @@ impl Call<'_> {
             (settings.window(), frames)
         };
         let lights = if settings.shadows {
-            scene.lights().x.len() + usize::from(scene.ambient_reach().is_some())
+            scene.lights().len() + usize::from(scene.ambient_reach().is_some())
         } else {
             0
         };

@@ -133,6 +133,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         up: up.vector(),
         ground: mesh.ground,
         style: mesh.style,
+        own_lights: mesh.lit_from.is_none(),
     };
     let built = stage::build(loaded, &stage, memory);
     let (scene, rig) = built.map_err(|message| LoadError::whole_file(path, message))?;
@@ -140,12 +141,12 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         scene,
         camera,
         lit_from: Some(lit_from),
-        rig: Some(rig).filter(|_| mesh.turning && mesh.lit_from.is_none()),
+        rig: rig.filter(|_| mesh.turning && mesh.lit_from.is_none()),
         notes,
     })
 }
 
-/// Loads a scene, or a mesh as it is: without lights, with its cameras and notes. It may take `memory` bytes. Adds every
+/// Loads a scene, or a mesh as it is, with its lights, cameras and notes. It may take `memory` bytes. Adds every
 /// file that was opened to `files`.
 ///
 /// # Errors
@@ -169,6 +170,9 @@ pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<S
                 camera: view,
             });
         }
+    }
+    for light in std::mem::take(&mut loaded.lights) {
+        builder.add(light).map_err(|error| failed(path, &error))?;
     }
     set_point_radius(&mut loaded, None, path);
     if let Some(Cloud { radius: Some(radius) }) = loaded.cloud {

@@ -5,7 +5,7 @@ use crate::{
     error::SceneError,
     format::mesh::{LoadedMesh, Surface},
     math::Aabb,
-    scene::{Background, MAX_COORDINATE, Material, Scene, SceneBuilder, TriangleMesh},
+    scene::{Background, Light, MAX_COORDINATE, Material, Scene, SceneBuilder, TriangleMesh},
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -18,6 +18,8 @@ pub struct Stage {
     pub up: DVec3,
     pub ground: bool,
     pub style: Style,
+    /// Whether the mesh's own lights replace the style's.
+    pub own_lights: bool,
 }
 
 /// Places the lights of a mesh by the direction of the viewer.
@@ -110,16 +112,27 @@ const GROUND_REACH: f64 = 40.0;
 /// Gap between mesh and ground, in radii of the mesh.
 const GROUND_GAP: f64 = 1e-3;
 
-/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers.
+/// A scene of the mesh, which may take `memory` bytes, and the rig that lights it for other viewers, unless its lights are
+/// its own.
 ///
 /// # Errors
 /// A sentence.
-pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Rig), String> {
+pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Option<Rig>), String> {
     let (rig, bounds) = Rig::of(&loaded, stage);
     let mut builder = SceneBuilder::within(memory);
-    let lit = rig.add_lights(stage.towards_viewer, &mut builder);
+    let own = if stage.own_lights && stage.style == Style::Studio {
+        exposed(&loaded.lights, rig.center, rig.radius)
+    } else {
+        Vec::new()
+    };
+    let is_own = !own.is_empty();
+    let lit = if is_own {
+        own.into_iter().try_for_each(|light| builder.add(light))
+    } else {
+        rig.add_lights(stage.towards_viewer, &mut builder)
+    };
     lit.map_err(|error| match error {
-        SceneError::NotUsable { .. } => {
+        SceneError::NotUsable { .. } if !is_own => {
             let reach = bounds.lower.abs().max(bounds.upper.abs()).max_element();
             format!(
                 "the mesh reaches {reach:.1e}, so that its lights, {LIGHT_DISTANCE} times as far away as it is large, \
@@ -129,9 +142,11 @@ pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, R
         error => error.to_string(),
     })?;
     let scene = furnished(loaded, stage, &rig, &bounds, builder);
-    Ok((scene.map_err(|error| error.to_string())?, rig))
+    let scene = scene.map_err(|error| error.to_string())?;
+    Ok((scene, (!is_own).then_some(rig)))
 }
 
+/// Adds the mesh and its surroundings to the lights.
 fn furnished(
     mut loaded: LoadedMesh,
     stage: &Stage,
@@ -160,6 +175,39 @@ fn furnished(
         builder.add_mesh(ground(stage.up, bounds, rig.center, rig.radius), material)?;
     }
     Ok(builder.finish())
+}
+
+/// The lights of a file, as bright together at the middle of the mesh as the light of the soft styles: files give physical
+/// units, and a camera would be exposed to them. Empty if they give no light.
+fn exposed(lights: &[Light], center: DVec3, radius: f64) -> Vec<Light> {
+    let arriving = |light: &Light| {
+        let [r, g, b] = light.color;
+        let intensity = f64::from(light.intensity) * f64::from(r.max(g).max(b));
+        let distance = light.shape.position().map(|position| {
+            // A light in the middle would leave the rest dark.
+            position.as_dvec3().distance(center).max(0.5 * radius)
+        });
+        (intensity / distance.map_or(1.0, |d| d * d), distance)
+    };
+    let sum: f64 = lights.iter().map(|light| arriving(light).0).sum();
+    if sum <= 0.0 {
+        return Vec::new();
+    }
+    let one = |light: &Light| {
+        let [r, g, b] = light.color;
+        let (intensity, distance) = arriving(light);
+        let scale = f64::from(SOFT_LIGHT.1) / (sum * f64::from(r.max(g).max(b)));
+        Light {
+            intensity: if intensity > 0.0 {
+                (intensity * scale) as f32
+            } else {
+                0.0
+            },
+            falloff: distance.map(|distance| distance.min(f64::from(MAX_COORDINATE)) as f32),
+            ..*light
+        }
+    };
+    lights.iter().map(one).collect()
 }
 
 fn bounds(mesh: &TriangleMesh) -> Aabb {

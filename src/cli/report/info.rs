@@ -2,6 +2,7 @@
 
 use super::{
     SCHEMA, faults_text, grouped,
+    lights::{LightInfo, lights},
     materials::{MaterialUse, materials_used},
 };
 use crate::{
@@ -44,15 +45,6 @@ pub struct Info {
     scene_bytes: usize,
     load_s: f64,
     bvh: BvhInfo,
-}
-
-#[derive(Debug, Serialize)]
-struct LightInfo {
-    position: [f32; 3],
-    intensity: f32,
-    color: [f32; 3],
-    /// 0 for a point.
-    radius: f32,
 }
 
 /// Bottom and top are equal for a constant background.
@@ -115,7 +107,7 @@ impl Info {
             duplicate_triangles: faults.duplicate,
             inverted_triangles: faults.inverted,
             spheres: scene.spheres().radius.len(),
-            lights: scene.lights().x.len(),
+            lights: scene.lights().len(),
             light_list: lights(scene),
             materials: materials_used(scene),
             ambient: scene.ambient(),
@@ -267,20 +259,6 @@ pub(super) fn count(number: usize) -> String {
     grouped(number as u64)
 }
 
-impl LightInfo {
-    fn text(&self) -> String {
-        let [x, y, z] = self.position;
-        let mut text = format!("light {x} {y} {z} {}", self.intensity);
-        if self.color != [1.0; 3] {
-            text += &format!(" color {}", list(self.color));
-        }
-        if self.radius > 0.0 {
-            text += &format!(" radius {}", self.radius);
-        }
-        text
-    }
-}
-
 impl BackgroundInfo {
     fn text(&self) -> String {
         if self.bottom == self.top {
@@ -328,17 +306,6 @@ pub(super) fn list<T: std::fmt::Display>([a, b, c]: [T; 3]) -> String {
     format!("{a} {b} {c}")
 }
 
-fn lights(scene: &Scene) -> Vec<LightInfo> {
-    let lights = scene.lights();
-    let one = |i| LightInfo {
-        position: (scene.origin() + lights.position(i)).to_array(),
-        intensity: lights.intensity[i],
-        color: lights.color[i],
-        radius: lights.radius[i],
-    };
-    (0..lights.intensity.len()).map(one).collect()
-}
-
 fn bytes_each(column: &Column) -> String {
     format!(
         "{} = {}",
@@ -356,12 +323,7 @@ fn columns(scene: &Scene) -> Vec<Column> {
             bytes: size_of_val(column),
         }
     }
-    let (v, t, s, l) = (
-        scene.vertices(),
-        scene.triangles(),
-        scene.spheres(),
-        scene.lights(),
-    );
+    let (v, t, s) = (scene.vertices(), scene.triangles(), scene.spheres());
     let mut columns = vec![
         column("vertex x", &v.x),
         column("vertex y", &v.y),
@@ -377,12 +339,7 @@ fn columns(scene: &Scene) -> Vec<Column> {
         column("sphere radius", &s.radius),
         column("sphere material", &s.material),
         column("sphere color", &s.color),
-        column("light x", &l.x),
-        column("light y", &l.y),
-        column("light z", &l.z),
-        column("light intensity", &l.intensity),
-        column("light color", &l.color),
-        column("light radius", &l.radius),
+        column("light", scene.lights()),
         column("material", scene.materials()),
     ];
     let sizes = || scene.images().iter().map(Image::size);

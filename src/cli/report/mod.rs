@@ -3,6 +3,7 @@
 mod aov;
 pub mod bench;
 pub mod info;
+mod lights;
 mod materials;
 mod message;
 mod progress;

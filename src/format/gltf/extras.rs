@@ -2,17 +2,14 @@
 
 use crate::format::left_out::{LeftOut, counted};
 use gltf::{
-    json::{self, Material, Root, camera::Type, mesh::Primitive, validation::Checked},
+    json::{Material, Root, camera::Type, mesh::Primitive, validation::Checked},
     material::AlphaMode,
     mesh::{Mode, Semantic},
 };
-use serde::{Deserialize, de::IgnoredAny};
-
-const LIGHTS: &str = "KHR_lights_punctual";
 
 /// Extensions that octray reads, or that say nothing beyond what else is listed: textures, animations, lights.
 const NOT_LISTED: [&str; 10] = [
-    LIGHTS,
+    "KHR_lights_punctual",
     "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_materials_pbrSpecularGlossiness",
@@ -24,10 +21,9 @@ const NOT_LISTED: [&str; 10] = [
     "EXT_texture_",
 ];
 
-/// Lists what octray does not read of a file; `text` is its JSON.
-pub(super) fn left_out(root: &Root, text: &[u8]) -> LeftOut {
+/// Lists what octray does not read of a file.
+pub(super) fn left_out(root: &Root) -> LeftOut {
     let mut left_out = LeftOut::default();
-    left_out.count(light_count(text), "light", "lights");
     left_out.count(root.animations.len(), "animation", "animations");
     left_out.count(root.skins.len(), "skin", "skins");
     if root.textures.is_empty() {
@@ -122,34 +118,4 @@ fn is_lines(primitive: &Primitive) -> bool {
 fn has(primitive: &Primitive, is: impl Fn(&Semantic) -> bool) -> bool {
     let mut semantics = primitive.attributes.keys();
     semantics.any(|semantic| matches!(semantic, Checked::Valid(semantic) if is(semantic)))
-}
-
-/// The lights of a file, which the gltf crate skips.
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Lit {
-    extensions: LitExtensions,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct LitExtensions {
-    #[serde(rename = "KHR_lights_punctual")]
-    punctual: Lights,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Lights {
-    lights: Vec<IgnoredAny>,
-}
-
-/// Reads the JSON once more, but only if the file uses the extension.
-fn light_count(text: &[u8]) -> usize {
-    // Some exporters forget `extensionsUsed`.
-    if !text.windows(LIGHTS.len()).any(|found| found == LIGHTS.as_bytes()) {
-        return 0;
-    }
-    let lit: Lit = json::deserialize::from_slice(text).unwrap_or_default();
-    lit.extensions.punctual.lights.len()
 }

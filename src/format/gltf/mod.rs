@@ -1,7 +1,7 @@
 //! glTF 2.0: JSON with its buffers beside or inside it, or one binary file (.glb).
 //!
 //! Reads the triangles, strips and fans of all nodes of the default scene with their transforms, vertex colours, base
-//! colours, roughness, emission and textures of these, and perspective cameras. [`extras`] lists what it does not read.
+//! colours, roughness, emission and textures of these, punctual lights, and perspective cameras. [`extras`] lists what it does not read.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
 //! crate's own readers trust offsets and counts.
@@ -12,6 +12,7 @@ mod buffers;
 mod estimate;
 mod extras;
 mod images;
+mod lights;
 mod materials;
 mod nodes;
 mod shapes;
@@ -68,7 +69,7 @@ pub(super) fn parse(
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;
     let mut root = root(json, path)?;
-    let mut left_out = extras::left_out(&root, json);
+    let mut left_out = extras::left_out(&root);
     let mut texture_files = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
         if !uri.starts_with("data:") {
@@ -78,11 +79,13 @@ pub(super) fn parse(
     }
     let sources = images::sources(&mut root);
     let webp = materials::webp_images(&root, json);
+    let lights = lights::PunctualLights::of(json);
     let document = document(root, path)?;
     let materials = materials::materials(&document, &webp);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, budget);
-    let mut reading = nodes::Reading::default();
+    let mut reading = nodes::Reading::with_lights(lights);
     reading.scene(&document, &materials, &mut buffers)?;
+    left_out.count(reading.punctual.left_out, "light", "lights");
     left_out.count(reading.cameras_left_out, "camera", "cameras");
     let count = |is: fn(&Shown) -> bool| materials.iter().filter(|shown| is(shown)).count();
     left_out.count(

@@ -1,4 +1,4 @@
-//! The node tree: transforms, meshes and cameras.
+//! The node tree: transforms, meshes, cameras and lights.
 //!
 //! All that the nodes place is counted before any of it is built, so that a file that places a mesh a million times is
 //! refused at once.
@@ -6,6 +6,7 @@
 use super::{
     Surface,
     buffers::Buffers,
+    lights::PunctualLights,
     materials::{Shown, display_value},
     shapes::{Shape, shapes_of},
 };
@@ -17,7 +18,7 @@ use crate::{
         },
         textures,
     },
-    scene::{TriangleMesh, check_memory, is_usable},
+    scene::{Light, TriangleMesh, check_memory, is_usable},
 };
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use gltf::{Document, camera::Projection};
@@ -29,7 +30,7 @@ const NO_SURFACE: u32 = u32::MAX;
 /// A triangle without a material of its own whose vertices have colours.
 const COLORED: u32 = u32::MAX - 1;
 
-/// A node with a mesh or a camera, and where it stands.
+/// A node with a mesh, a camera or a light, and where it stands.
 struct Placement {
     node: usize,
     world: DMat4,
@@ -58,11 +59,21 @@ pub(super) struct Reading {
     /// How many colours were not from 0 to 1.
     clamped: usize,
     cameras: Vec<MeshCamera>,
+    lights: Vec<Light>,
+    /// The lights of the file.
+    pub(super) punctual: PunctualLights,
     /// How many cameras there are beyond the limit.
     pub(super) cameras_left_out: usize,
 }
 
 impl Reading {
+    pub(super) fn with_lights(punctual: PunctualLights) -> Self {
+        Self {
+            punctual,
+            ..Self::default()
+        }
+    }
+
     /// Reads the default scene, else the first one, else all root nodes.
     pub(super) fn scene(
         &mut self,
@@ -70,7 +81,7 @@ impl Reading {
         materials: &[Shown],
         buffers: &mut Buffers<'_>,
     ) -> Result<(), LoadError> {
-        let placements = placements(document, buffers)?;
+        let placements = placements(document, &self.punctual, buffers)?;
         let mut meshes: Vec<Option<Shapes<'_>>> = document.meshes().map(|_| None).collect();
         let node_of = |placement: &Placement| document.nodes().nth(placement.node);
         for mesh in placements
@@ -103,6 +114,8 @@ impl Reading {
                     }
                 }
             }
+            self.punctual
+                .place(placement.node, &placement.world, &mut self.lights);
             if let Some(camera) = node.camera() {
                 let name = camera.name().or(node.name()).unwrap_or_default();
                 self.camera(name, camera.projection(), &placement.world);
@@ -334,6 +347,7 @@ impl Reading {
             surfaces,
             surface_of: self.material_of,
             cameras: self.cameras,
+            lights: self.lights,
             // By the specification.
             up: UpAxis::Y,
             up_source: UpSource::Stated,
@@ -344,7 +358,11 @@ impl Reading {
 }
 
 /// The nodes that place something, in the order of the tree.
-fn placements(document: &Document, buffers: &Buffers<'_>) -> Result<Vec<Placement>, LoadError> {
+fn placements(
+    document: &Document,
+    punctual: &PunctualLights,
+    buffers: &Buffers<'_>,
+) -> Result<Vec<Placement>, LoadError> {
     let count = document.nodes().len();
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let roots: Vec<usize> = if let Some(scene) = scene {
@@ -372,7 +390,7 @@ fn placements(document: &Document, buffers: &Buffers<'_>) -> Result<Vec<Placemen
         let columns = node.transform().matrix();
         let local = DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)));
         let world = parents[parent] * local;
-        if node.mesh().is_some() || node.camera().is_some() {
+        if node.mesh().is_some() || node.camera().is_some() || punctual.is_at(i) {
             placements.push(Placement { node: i, world });
         }
         let first = waiting.len();

@@ -18,7 +18,8 @@ use crate::{
     error::{LoadError, SceneError, clip_path},
     math::srgb,
     scene::{
-        Curve, Image, MAX_TEXTURES, Material, MaterialId, SceneBuilder, SurfaceTextures, TriangleMesh, View,
+        Curve, Image, Light, MAX_TEXTURES, Material, MaterialId, SceneBuilder, SurfaceTextures, TriangleMesh,
+        View,
     },
 };
 use glam::DVec3;
@@ -41,6 +42,9 @@ pub struct LoadedMesh {
     pub cloud: Option<Cloud>,
     /// The file's perspective cameras, in its own coordinates.
     pub cameras: Vec<MeshCamera>,
+    /// The file's lights, in its own coordinates. Their intensities are relative to each other; those that have a position
+    /// fall off.
+    pub lights: Vec<Light>,
     /// The axis that points up.
     pub up: UpAxis,
     /// Whether the file says so, or octray assumes it.

@@ -109,9 +109,7 @@ impl Meshes {
             Kind::Ply => ply::read(opened, path, false, budget)?,
             Kind::Any => mesh::read(opened, path, &mut open, budget)?,
         };
-        if kind == Kind::Ply {
-            leave_out(&mut mesh, path);
-        }
+        leave_out(&mut mesh, kind, path);
         // To a mesh a missing material library is no fault.
         count(copied, 0).map_err(|message| LoadError::whole_file(path, message))?;
         budget.give_back_to(before);
@@ -237,10 +235,11 @@ fn copied<T: Copy>(from: &[T], budget: &Budget) -> Result<Vec<T>, String> {
     Ok(copy)
 }
 
-/// Leaves out what classic scenes do not know, and says so.
-fn leave_out(mesh: &mut LoadedMesh, path: &Path) {
+/// Leaves out lights, for a scene has its own, and what classic scenes do not know, and says so.
+fn leave_out(mesh: &mut LoadedMesh, kind: Kind, path: &Path) {
     let mut left_out = LeftOut::default();
-    if mesh.cloud.take().is_some() {
+    left_out.count(std::mem::take(&mut mesh.lights).len(), "light", "lights");
+    if kind == Kind::Ply && mesh.cloud.take().is_some() {
         left_out.add("points");
     }
     mesh.notes.extend(left_out.note(path));

@@ -29,8 +29,9 @@ const OWN: &str = "own";
 const BACKGROUND_USAGE: &str = "background r g b";
 
 /// The statements and how they are written.
-pub(super) const STATEMENTS: [(&str, &str); 10] = [
+pub(super) const STATEMENTS: [(&str, &str); 11] = [
     ("light", "light x y z intensity"),
+    ("directional_light", "directional_light x y z intensity"),
     ("sphere", "sphere x y z radius"),
     ("triangle", "triangle x y z x y z x y z"),
     ("mesh", "mesh PATH"),
@@ -47,6 +48,7 @@ impl Reader<'_> {
     pub(super) fn statement(&mut self, arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         match arguments.name {
             "light" => self.light(arguments),
+            "directional_light" => self.directional_light(arguments),
             "sphere" => self.sphere(arguments),
             "triangle" => self.triangle(arguments),
             "mesh" => self.mesh(arguments),
@@ -57,37 +59,6 @@ impl Reader<'_> {
             "ambient" => self.ambient(arguments),
             _ => self.include(arguments),
         }
-    }
-
-    fn light(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
-        let [x, y, z, intensity] = arguments.leading()?;
-        let position = arguments.numbers3([x, y, z], ["x", "y", "z"])?;
-        let strength = arguments.number(intensity, "intensity")?;
-        let mut color = [1.0; 3];
-        let (mut size, mut radius) = (0.0, intensity);
-        while let Some((word, key)) = arguments.key_once(&["color", "radius"])? {
-            if key == "radius" {
-                [radius] = arguments.take(word, "radius number")?;
-                size = arguments.number(radius, key)?;
-                continue;
-            }
-            let words = arguments.take(word, "color r g b")?;
-            color = arguments.color(words)?;
-        }
-        self.has_lights = true;
-        let added = self
-            .builder
-            .add_sphere_light(Vec3::from_array(position), size, strength, color);
-        added.map_err(|error| {
-            let named = [
-                ("x", x),
-                ("y", y),
-                ("z", z),
-                ("radius", radius),
-                ("intensity", intensity),
-            ];
-            arguments.refused(&error, &named)
-        })
     }
 
     fn sphere(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {

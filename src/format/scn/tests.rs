@@ -54,7 +54,7 @@ fn statements() {
         "// a comment\n\n  light 9 -4.0 10.0  0.7 // trailing\n\tsphere 0 .5 1. 1e-1\r\nmaterial 3\n\
          sphere +0 0 0 1//close\nmaterial 1\nply_file t.ply\nply_file \"my mesh.ply\" // quoted\nmaterial 2",
     );
-    assert_eq!(scene.lights().intensity, [0.7]);
+    assert_eq!(scene.lights()[0].intensity, 0.7);
     assert_eq!(scene.spheres().center_y, [0.5, 0.0]);
     assert_eq!(scene.spheres().radius, [0.1, 1.0]);
     assert_eq!(scene.spheres().material, [MaterialId(0), MaterialId(3)]);
@@ -102,7 +102,7 @@ fn unknown_statements() {
         fault("materials 1"),
         "1:1: unknown statement `materials`, did you mean `material`?"
     );
-    let expected = "expected `light`, `sphere`, `triangle`, `mesh`, `ply_file`, `material`, `camera`, `background`, \
+    let expected = "expected `light`, `directional_light`, `sphere`, `triangle`, `mesh`, `ply_file`, `material`, `camera`, `background`, \
         `ambient` or `include`";
     assert_eq!(
         fault("cube"),
@@ -225,15 +225,15 @@ fn scene_wide_values() {
     let plain = scene("sphere 0 0 0 1");
     assert_eq!(plain.ambient(), 0.05);
     assert_eq!(plain.background(), Background::constant([1.0; 3]));
-    assert_eq!(plain.lights().color, [[1.0_f32; 3]; 0]);
+    assert!(plain.lights().is_empty());
     let scene = scene(
         "ambient 0.25\nbackground top 0 0 1 bottom 1 0.5 0\nlight 1 2 3 0.5 color 1 0.5 0\nlight 1 2 3 0.5",
     );
     assert_eq!(scene.ambient(), 0.25);
     assert_eq!(scene.background().top, [0.0, 0.0, 1.0]);
     assert_eq!(scene.background().bottom, [1.0, 0.5, 0.0]);
-    assert_eq!(scene.lights().power(0), [0.5, 0.25, 0.0]);
-    assert_eq!(scene.lights().power(1), [0.5; 3]);
+    assert_eq!(scene.lights()[0].power(), [0.5, 0.25, 0.0]);
+    assert_eq!(scene.lights()[1].power(), [0.5; 3]);
 }
 
 #[test]

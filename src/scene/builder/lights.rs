@@ -1,9 +1,9 @@
 //! Light of a scene.
 
-use super::{MAX_LIGHTS, SceneBuilder, usable, usable_point};
+use super::{MAX_LIGHTS, SceneBuilder, usable};
 use crate::{
     error::SceneError,
-    scene::material::{check_color, check_share},
+    scene::{Light, LightShape, material::check_share},
 };
 use glam::Vec3;
 
@@ -40,7 +40,7 @@ impl SceneBuilder {
     /// Adds a white point light.
     ///
     /// # Errors
-    /// [`SceneError::NotUsable`], [`SceneError::Negative`], or [`SceneError::TooMany`] above [`MAX_LIGHTS`].
+    /// As [`SceneBuilder::add`].
     pub fn add_light(&mut self, position: Vec3, intensity: f32) -> Result<(), SceneError> {
         self.add_colored_light(position, intensity, [1.0; 3])
     }
@@ -48,7 +48,7 @@ impl SceneBuilder {
     /// Adds a coloured point light, linear RGB.
     ///
     /// # Errors
-    /// As [`SceneBuilder::add_light`], or [`SceneError::OutOfRange`] if a channel is not from 0 to 1.
+    /// As [`SceneBuilder::add`].
     pub fn add_colored_light(
         &mut self,
         position: Vec3,
@@ -61,7 +61,7 @@ impl SceneBuilder {
     /// Adds a spherical light, which makes soft shadows; a point light if the radius is 0. Its colour is linear RGB.
     ///
     /// # Errors
-    /// As [`SceneBuilder::add_colored_light`]; the radius may not be negative either.
+    /// As [`SceneBuilder::add`]; [`SceneError::Negative`] for a radius below 0.
     pub fn add_sphere_light(
         &mut self,
         position: Vec3,
@@ -69,27 +69,40 @@ impl SceneBuilder {
         intensity: f32,
         color: [f32; 3],
     ) -> Result<(), SceneError> {
-        usable_point(position)?;
         usable("radius", radius)?;
-        usable("intensity", intensity)?;
-        for (what, value) in [("radius", radius), ("intensity", intensity)] {
-            if value < 0.0 {
-                return Err(SceneError::Negative { what, value });
-            }
+        if radius < 0.0 {
+            return Err(SceneError::Negative {
+                what: "radius",
+                value: radius,
+            });
         }
-        check_color(color)?;
-        if self.lights.x.len() >= MAX_LIGHTS {
+        let center = position;
+        let shape = if radius == 0.0 {
+            LightShape::Point { position }
+        } else {
+            LightShape::Sphere { center, radius }
+        };
+        self.add(Light {
+            intensity,
+            color,
+            ..Light::new(shape)
+        })
+    }
+
+    /// Adds a light.
+    ///
+    /// # Errors
+    /// [`SceneError::NotUsable`], [`SceneError::Negative`], [`SceneError::NotPositive`] (a rectangle without area, too),
+    /// [`SceneError::OutOfRange`] if a channel is not from 0 to 1, or [`SceneError::TooMany`] above [`MAX_LIGHTS`].
+    pub fn add(&mut self, light: Light) -> Result<(), SceneError> {
+        light.check()?;
+        if self.lights.len() >= MAX_LIGHTS {
             return Err(SceneError::TooMany {
                 what: "lights",
                 limit: MAX_LIGHTS,
             });
         }
-        self.lights.x.push(position.x);
-        self.lights.y.push(position.y);
-        self.lights.z.push(position.z);
-        self.lights.intensity.push(intensity);
-        self.lights.color.push(color);
-        self.lights.radius.push(radius);
+        self.lights.push(light);
         Ok(())
     }
 }

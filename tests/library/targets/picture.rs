@@ -11,7 +11,7 @@ use octray::{
         shade::{Intersect, PixelSample, SecondaryRays, radiance},
     },
     render::{Film, Filter, Mode, Pattern, Settings, render},
-    scene::{Background, Camera, Material, Scene, SceneBuilder, TriangleMesh},
+    scene::{Background, Camera, Light, LightShape, Material, Scene, SceneBuilder, Spot, TriangleMesh},
 };
 use std::ops::ControlFlow;
 
@@ -69,6 +69,33 @@ fn material(u: &mut Unstructured<'_>) -> Result<Material> {
     })
 }
 
+/// A light of any kind, which may be unusable.
+fn light(u: &mut Unstructured<'_>) -> Result<Light> {
+    let center = point(u)?;
+    let shape = match u.int_in_range(0..=3)? {
+        0 | 1 => LightShape::Point { position: center },
+        2 => LightShape::Rectangle {
+            center,
+            edges: [point(u)?, point(u)?],
+        },
+        _ => LightShape::directional(center.as_dvec3(), share(u)? * 20.0)
+            .unwrap_or(LightShape::Point { position: center }),
+    };
+    let spot = Spot::new(point(u)?.as_dvec3(), share(u)? * 40.0, 40.0);
+    let (has_spot, has_falloff) = (u.arbitrary()?, u.arbitrary()?);
+    Ok(Light {
+        intensity: share(u)? * 2.0,
+        color: color(u)?,
+        falloff: if has_falloff {
+            Some(coordinate(u)?.abs())
+        } else {
+            None
+        },
+        spot: spot.ok().filter(|_| has_spot),
+        ..Light::new(shape)
+    })
+}
+
 /// Adds lights, materials and primitives until the bytes end. The builder may refuse some.
 fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
     let mut current = builder.classic_material(1).expect("there are four");
@@ -79,7 +106,7 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
         }
         match u.int_in_range(0..=9)? {
             0 => {
-                let _ = builder.add_colored_light(point(u)?, share(u)? * 2.0, color(u)?);
+                let _ = builder.add(light(u)?);
             }
             1 => {
                 let (at, radius) = (point(u)?, coordinate(u)?.abs());

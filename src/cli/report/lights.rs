@@ -1,0 +1,101 @@
+//! The lights of a scene, as statements of the scene language and as JSON.
+
+use super::info::list;
+use crate::scene::{Light, LightShape, Scene};
+use serde::Serialize;
+
+#[derive(Debug, Serialize)]
+pub(super) struct LightInfo {
+    /// None for directional lights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position: Option<[f32; 3]>,
+    intensity: f32,
+    color: [f32; 3],
+    /// 0 for all but spheres.
+    radius: f32,
+    /// Two edges of a rectangle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rectangle: Option<[[f32; 3]; 2]>,
+    /// The unit vector to a directional light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    direction: Option<[f32; 3]>,
+    /// The angle that a directional light fills, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    angle: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    falloff: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spot: Option<SpotInfo>,
+}
+
+#[derive(Debug, Serialize)]
+struct SpotInfo {
+    direction: [f32; 3],
+    /// Half angles inner and outer, degrees.
+    angles: [f32; 2],
+}
+
+pub(super) fn lights(scene: &Scene) -> Vec<LightInfo> {
+    let one = |light: &Light| {
+        let mut info = LightInfo {
+            position: light.shape.position().map(|p| (p + scene.origin()).to_array()),
+            intensity: light.intensity,
+            color: light.color,
+            radius: 0.0,
+            rectangle: None,
+            direction: None,
+            angle: None,
+            falloff: light.falloff,
+            spot: light.spot.map(|spot| SpotInfo {
+                direction: spot.direction().to_array(),
+                angles: spot.degrees().map(shortened),
+            }),
+        };
+        match light.shape {
+            LightShape::Point { .. } => {}
+            LightShape::Sphere { radius, .. } => info.radius = radius,
+            LightShape::Rectangle { edges, .. } => info.rectangle = Some(edges.map(|edge| edge.to_array())),
+            LightShape::Directional { to_light, sine } => {
+                info.direction = Some(to_light.to_array());
+                info.angle = Some(shortened(libm::asin(f64::from(sine)).to_degrees() * 2.0));
+            }
+        }
+        info
+    };
+    scene.lights().iter().map(one).collect()
+}
+
+/// To a thousandth: angles are kept as cosines in `f32`.
+fn shortened(degrees: f64) -> f32 {
+    ((degrees * 1e3).round() * 1e-3) as f32
+}
+
+impl LightInfo {
+    pub(super) fn text(&self) -> String {
+        let mut text = match (self.position, self.direction) {
+            (Some(position), _) => format!("light {} {}", list(position), self.intensity),
+            (None, Some(direction)) => format!("directional_light {} {}", list(direction), self.intensity),
+            (None, None) => String::new(),
+        };
+        if self.color != [1.0; 3] {
+            text += &format!(" color {}", list(self.color));
+        }
+        if self.radius > 0.0 {
+            text += &format!(" radius {}", self.radius);
+        }
+        if let Some([a, b]) = self.rectangle {
+            text += &format!(" rectangle {} {}", list(a), list(b));
+        }
+        if let Some(angle) = self.angle.filter(|&angle| angle > 0.0) {
+            text += &format!(" angle {angle}");
+        }
+        if let Some(distance) = self.falloff {
+            text += &format!(" falloff {distance}");
+        }
+        if let Some(spot) = &self.spot {
+            let [inner, outer] = spot.angles;
+            text += &format!(" spot {} {inner} {outer}", list(spot.direction));
+        }
+        text
+    }
+}

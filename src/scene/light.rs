@@ -1,0 +1,250 @@
+//! Lights: where light comes from, and how much of it arrives.
+
+use super::{builder::usable, material::check_color};
+use crate::error::SceneError;
+use glam::{DVec3, Vec3};
+
+/// Falloff makes no light stronger than this, however near.
+pub(crate) const MOST_FALLOFF: f32 = 1e9;
+
+/// A light. Lights are not seen themselves, and cast no shadows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// What it is and where.
+    pub shape: LightShape,
+    /// Intensity I_i: what a white matte surface that faces the light reflects. 0 or more.
+    pub intensity: f32,
+    /// Colour, linear RGB from 0 to 1.
+    pub color: [f32; 3],
+    /// The distance at which the light has its intensity, if that falls off with the square of the distance. Scene units,
+    /// above 0.
+    pub falloff: Option<f32>,
+    /// The cone that the light shines into.
+    pub spot: Option<Spot>,
+}
+
+/// The shapes of lights. Positions are relative to [`Scene::origin`](super::Scene::origin) in a scene, and in world space
+/// before; lengths are in scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightShape {
+    /// A point, with hard shadows.
+    Point {
+        /// Its position.
+        position: Vec3,
+    },
+    /// A sphere. It lights each point evenly from all directions in which it is seen.
+    Sphere {
+        /// Its centre.
+        center: Vec3,
+        /// Its radius, above 0.
+        radius: f32,
+    },
+    /// A rectangle or parallelogram. It shines to the side of `edges[0] x edges[1]`, by the cosine (Lambert).
+    Rectangle {
+        /// Its centre.
+        center: Vec3,
+        /// Two of its edges.
+        edges: [Vec3; 2],
+    },
+    /// A light infinitely far away, such as the sun.
+    Directional {
+        /// The unit vector to the light.
+        to_light: Vec3,
+        /// Sine of half the angle that the light fills; 0 for hard shadows.
+        sine: f32,
+    },
+}
+
+/// A cone of light: full within the inner angle, none beyond the outer one, between them the square of a linear function
+/// of the angle's cosine, as `KHR_lights_punctual` of glTF recommends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spot {
+    direction: Vec3,
+    /// The share of full light is `(scale * cosine + offset)`, cut to 0 and 1, and squared.
+    pub(crate) scale: f32,
+    pub(crate) offset: f32,
+}
+
+impl Spot {
+    /// Makes a cone around `direction`, from the light, of any length; half angles in degrees.
+    ///
+    /// # Errors
+    /// [`SceneError::NotPositive`] for a direction of length 0; [`SceneError::OutOfRange`] unless
+    /// 0 <= inner <= outer <= 180.
+    pub fn new(direction: DVec3, inner_degrees: f32, outer_degrees: f32) -> Result<Self, SceneError> {
+        check_range("outer", outer_degrees, (0.0, 180.0))?;
+        check_range("inner", inner_degrees, (0.0, outer_degrees))?;
+        let [inner, outer] = [inner_degrees, outer_degrees].map(|a| libm::cos(f64::from(a).to_radians()));
+        let scale = 1.0 / (inner - outer).max(1e-3);
+        Ok(Self {
+            direction: unit(direction)?,
+            scale: scale as f32,
+            offset: (-outer * scale) as f32,
+        })
+    }
+
+    /// Returns the unit vector along the middle of the cone, away from the light.
+    #[must_use]
+    pub fn direction(&self) -> Vec3 {
+        self.direction
+    }
+
+    /// Returns the half angles inner and outer, degrees.
+    #[must_use]
+    pub fn degrees(&self) -> [f64; 2] {
+        let (scale, offset) = (f64::from(self.scale), f64::from(self.offset));
+        [(1.0 - offset) / scale, -offset / scale]
+            .map(|cosine| libm::acos(cosine.clamp(-1.0, 1.0)).to_degrees())
+    }
+}
+
+impl LightShape {
+    /// Makes a directional light; `to_light` has any length, and `degrees` is the angle that the light fills.
+    ///
+    /// # Errors
+    /// [`SceneError::NotPositive`] for a direction of length 0, [`SceneError::OutOfRange`] unless the angle is from 0 to
+    /// 180.
+    pub fn directional(to_light: DVec3, degrees: f32) -> Result<Self, SceneError> {
+        check_range("angle", degrees, (0.0, 180.0))?;
+        Ok(Self::Directional {
+            to_light: unit(to_light)?,
+            sine: libm::sin(f64::from(degrees).to_radians() * 0.5) as f32,
+        })
+    }
+
+    /// Returns the position or centre; `None` for directional lights.
+    #[must_use]
+    pub fn position(&self) -> Option<Vec3> {
+        match *self {
+            Self::Point { position } => Some(position),
+            Self::Sphere { center, .. } | Self::Rectangle { center, .. } => Some(center),
+            Self::Directional { .. } => None,
+        }
+    }
+
+    /// Returns the unit vector from `point` to the light's position or centre; 0 at it.
+    #[must_use]
+    pub fn direction_from(&self, point: Vec3) -> Vec3 {
+        match *self {
+            Self::Directional { to_light, .. } => to_light,
+            Self::Point { position: center }
+            | Self::Sphere { center, .. }
+            | Self::Rectangle { center, .. } => (center - point).normalize_or_zero(),
+        }
+    }
+
+    /// Returns whether shadows are soft: light comes from many directions.
+    #[must_use]
+    pub fn is_soft(&self) -> bool {
+        match *self {
+            Self::Point { .. } => false,
+            Self::Sphere { .. } | Self::Rectangle { .. } => true,
+            Self::Directional { sine, .. } => sine > 0.0,
+        }
+    }
+
+    /// Moves it.
+    pub(super) fn translate(&mut self, by: Vec3) {
+        match self {
+            Self::Point { position } => *position += by,
+            Self::Sphere { center, .. } | Self::Rectangle { center, .. } => *center += by,
+            Self::Directional { .. } => {}
+        }
+    }
+}
+
+impl Light {
+    /// Makes a white light of intensity 1 without falloff.
+    #[must_use]
+    pub fn new(shape: LightShape) -> Self {
+        Self {
+            shape,
+            intensity: 1.0,
+            color: [1.0; 3],
+            falloff: None,
+            spot: None,
+        }
+    }
+
+    /// Returns the intensity times the colour.
+    #[inline]
+    #[must_use]
+    pub fn power(&self) -> [f32; 3] {
+        self.color.map(|channel| self.intensity * channel)
+    }
+
+    /// Returns whether the same power arrives at every point that the light reaches.
+    #[inline]
+    #[must_use]
+    pub(crate) fn is_even(&self) -> bool {
+        self.falloff.is_none() && self.spot.is_none() && !matches!(self.shape, LightShape::Rectangle { .. })
+    }
+
+    /// Returns the direction to which a rectangle shines, a unit vector.
+    #[must_use]
+    pub(crate) fn front(&self) -> Option<Vec3> {
+        let LightShape::Rectangle { edges: [a, b], .. } = self.shape else {
+            return None;
+        };
+        unit(a.as_dvec3().cross(b.as_dvec3())).ok()
+    }
+
+    /// Checks all numbers.
+    pub(super) fn check(&self) -> Result<(), SceneError> {
+        if let Some(position) = self.shape.position() {
+            super::builder::usable_point(position)?;
+        }
+        match self.shape {
+            LightShape::Point { .. } => {}
+            LightShape::Sphere { radius, .. } => check_positive("radius", radius)?,
+            LightShape::Rectangle { edges, .. } => {
+                for edge in edges {
+                    super::builder::usable_point(edge)?;
+                }
+                if self.front().is_none() {
+                    return Err(SceneError::NotPositive {
+                        what: "area",
+                        value: 0.0,
+                    });
+                }
+            }
+            LightShape::Directional { to_light, sine } => {
+                unit(to_light.as_dvec3())?;
+                check_range("angle", sine, (0.0, 1.0))?;
+            }
+        }
+        usable("intensity", self.intensity)?;
+        if self.intensity < 0.0 {
+            return Err(SceneError::Negative {
+                what: "intensity",
+                value: self.intensity,
+            });
+        }
+        check_color(self.color)?;
+        self.falloff
+            .map_or(Ok(()), |distance| check_positive("falloff", distance))
+    }
+}
+
+fn unit(direction: DVec3) -> Result<Vec3, SceneError> {
+    let unit = direction.try_normalize().map(DVec3::as_vec3);
+    unit.ok_or(SceneError::NotPositive {
+        what: "length of the direction",
+        value: 0.0,
+    })
+}
+
+fn check_range(what: &'static str, value: f32, range: (f32, f32)) -> Result<(), SceneError> {
+    if (range.0..=range.1).contains(&value) {
+        return Ok(());
+    }
+    Err(SceneError::OutOfRange { what, value, range })
+}
+
+fn check_positive(what: &'static str, value: f32) -> Result<(), SceneError> {
+    usable(what, value)?;
+    if value > 0.0 {
+        return Ok(());
+    }
+    Err(SceneError::NotPositive { what, value })
+}

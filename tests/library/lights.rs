@@ -1,0 +1,221 @@
+//! Falloff, spots, rectangles and directional lights against closed forms.
+
+use super::soft_light::{brightness, ground};
+use glam::{DVec3, Vec3};
+use octray::{
+    error::SceneError,
+    scene::{Light, LightShape, Material, SceneBuilder, Spot},
+};
+use std::f64::consts::PI;
+
+fn lit(light: Light, scale: f32) -> SceneBuilder {
+    let mut builder = ground(scale);
+    builder.add(light).expect("a light");
+    builder
+}
+
+fn assert_close(found: f64, expected: f64, tolerance: f64, what: &str) {
+    assert!(
+        (found - expected).abs() < tolerance,
+        "{what}: {found}, {expected}"
+    );
+}
+
+#[test]
+fn falloff_is_by_the_square_of_the_distance() {
+    for scale in [1.0, 1e-3, 1e4] {
+        for height in [1.0_f32, 2.0, 5.0] {
+            let position = Vec3::Z * (height * scale);
+            let light = Light {
+                intensity: 0.6,
+                falloff: Some(0.5 * scale),
+                ..Light::new(LightShape::Point { position })
+            };
+            let found = brightness(&lit(light, scale).finish(), DVec3::ZERO, scale, 1);
+            let expected = 0.6 * f64::from(0.5 / height).powi(2);
+            assert_close(found, expected, 1e-5, &format!("{scale} {height}"));
+        }
+    }
+}
+
+#[test]
+fn spots_light_their_cone() {
+    let light = Light {
+        spot: Some(Spot::new(DVec3::NEG_Z * 3.0, 20.0, 40.0).expect("a spot")),
+        ..Light::new(LightShape::Point { position: Vec3::Z })
+    };
+    assert_eq!(
+        light.spot.map(|spot| spot.degrees().map(f64::round)),
+        Some([20.0, 40.0])
+    );
+    let scene = lit(light, 1.0).finish();
+    for (degrees, share) in [(0.0, 1.0), (19.0, 1.0), (30.0, 0.5), (41.0, 0.0), (70.0, 0.0)] {
+        let cosine = f64::to_radians(degrees).cos();
+        // Linear in the cosine, then squared.
+        let [inner, outer] = [20.0_f64, 40.0].map(|angle| angle.to_radians().cos());
+        let expected = if share == 0.5 {
+            cosine * ((cosine - outer) / (inner - outer)).powi(2)
+        } else {
+            cosine * share
+        };
+        let at = DVec3::X * f64::to_radians(degrees).tan();
+        assert_close(
+            brightness(&scene, at, 1.0, 1),
+            expected,
+            1e-3,
+            &format!("{degrees}"),
+        );
+    }
+}
+
+#[test]
+fn directional_lights_have_parallel_rays() {
+    let to_light = DVec3::new(3.0, 0.0, 4.0);
+    for scale in [1.0, 1e-3, 1e4] {
+        let shape = LightShape::directional(to_light, 0.0).expect("a direction");
+        let mut builder = lit(Light::new(shape), scale);
+        let black = builder
+            .add_material(Material::Silhouette { color: [0.0; 3] })
+            .unwrap();
+        // Its shadow is around (-1.5, 0).
+        builder
+            .add_sphere(Vec3::Z * (2.0 * scale), 0.3 * scale, black)
+            .unwrap();
+        let scene = builder.finish();
+        let at = |x: f64| brightness(&scene, DVec3::X * (x * f64::from(scale)), scale, 1);
+        for (x, expected) in [(-1.5, 0.0), (-1.2, 0.0), (-1.0, 0.8), (-2.0, 0.8), (50.0, 0.8)] {
+            assert_close(at(x), expected, 1e-6, &format!("{scale} {x}"));
+        }
+    }
+}
+
+/// A sun has half shadows as wide as its angle, and the mean cosine of a sphere that looks as large.
+#[test]
+fn suns_fill_an_angle() {
+    let shape = LightShape::directional(DVec3::Z, 60.0).expect("a direction");
+    let mut builder = lit(Light::new(shape), 1.0);
+    let bare = brightness(&builder.finish(), DVec3::ZERO, 1.0, 1024);
+    assert_close(bare, 0.5 + 0.5 * f64::to_radians(30.0).cos(), 2e-3, "bare");
+    builder = lit(Light::new(shape), 1.0);
+    let black = builder
+        .add_material(Material::Silhouette { color: [0.0; 3] })
+        .unwrap();
+    let roof = [
+        Vec3::new(0.0, -50.0, 1.0),
+        Vec3::new(0.0, 50.0, 1.0),
+        Vec3::new(-50.0, 0.0, 1.0),
+    ];
+    builder.add_triangle(roof, black).unwrap();
+    let scene = builder.finish();
+    let half = brightness(&scene, DVec3::ZERO, 1.0, 1024);
+    assert_close(half, 0.5 * bare, 4e-3, "half");
+    let tangent = f64::to_radians(30.0).tan();
+    assert_close(
+        brightness(&scene, DVec3::X * (tangent * 1.02), 1.0, 64),
+        bare,
+        1e-2,
+        "lit",
+    );
+    assert_close(
+        brightness(&scene, DVec3::X * (-tangent * 1.02), 1.0, 64),
+        0.0,
+        1e-6,
+        "dark",
+    );
+}
+
+/// With falloff, a rectangle is a Lambertian emitter: its form factor is known (Howell, *A Catalog of Radiation Heat
+/// Transfer Configuration Factors*, B-3).
+#[test]
+fn rectangles_light_by_their_form_factor() {
+    for scale in [1.0, 1e-3, 1e4] {
+        for (width, depth, height) in [(1.0_f32, 1.0_f32, 1.0_f32), (3.0, 0.5, 0.7)] {
+            let light = Light {
+                intensity: 0.4,
+                falloff: Some(0.8 * scale),
+                ..Light::new(LightShape::Rectangle {
+                    center: Vec3::Z * (height * scale),
+                    edges: [Vec3::Y * (depth * scale), Vec3::X * (width * scale)],
+                })
+            };
+            let found = brightness(&lit(light, scale).finish(), DVec3::ZERO, scale, 4096);
+            // Below the common corner of four rectangles of half the size.
+            let [a, b] = [width, depth].map(|side| f64::from(side / (2.0 * height)));
+            let part = |a: f64, b: f64| a / (1.0 + a * a).sqrt() * (b / (1.0 + a * a).sqrt()).atan();
+            let form_factor = 4.0 * (part(a, b) + part(b, a)) / (2.0 * PI);
+            let expected = 0.4 * 0.8 * 0.8 / f64::from(width * depth) * PI * form_factor;
+            assert_close(found, expected, 2e-3, &format!("{scale} {width} {height}"));
+        }
+    }
+    // Behind it is no light.
+    let light = Light::new(LightShape::Rectangle {
+        center: Vec3::Z,
+        edges: [Vec3::X, Vec3::Y],
+    });
+    assert_eq!(brightness(&lit(light, 1.0).finish(), DVec3::ZERO, 1.0, 16), 0.0);
+}
+
+/// However near a light is, nothing becomes infinite or dark.
+#[test]
+fn points_at_a_light_are_lit() {
+    for height in [0.0, 1e-30, 1e-12, 1e-3] {
+        let position = Vec3::Z * height;
+        let light = Light {
+            color: [1.0, 0.0, 1.0],
+            falloff: Some(1.0),
+            ..Light::new(LightShape::Point { position })
+        };
+        let found = brightness(&lit(light, 1.0).finish(), DVec3::ZERO, 1.0, 16);
+        assert!(
+            found.is_finite() && (height < 1e-9 || found > 0.9),
+            "{height}: {found}"
+        );
+    }
+}
+
+#[test]
+fn unusable_lights_are_refused() {
+    let error = |light: Light| SceneBuilder::new().add(light).expect_err("unusable");
+    let point = Light::new(LightShape::Point { position: Vec3::Z });
+    let rectangle = |edges| {
+        Light::new(LightShape::Rectangle {
+            center: Vec3::Z,
+            edges,
+        })
+    };
+    let light = |falloff, intensity| Light {
+        falloff,
+        intensity,
+        ..point
+    };
+    assert_eq!(
+        error(light(Some(0.0), 1.0)).to_string(),
+        "falloff is 0, expected a number above 0"
+    );
+    assert_eq!(
+        error(light(None, -1.0)).to_string(),
+        "intensity is -1, expected 0 or more"
+    );
+    assert!(matches!(
+        error(light(None, f32::NAN)),
+        SceneError::NotUsable { .. }
+    ));
+    let flat = error(rectangle([Vec3::X, Vec3::X * 2.0]));
+    assert_eq!(flat.to_string(), "area is 0, expected a number above 0");
+    for (inner, outer) in [
+        (30.0, 20.0),
+        (0.0, 181.0),
+        (-1.0, 3.0),
+        (f32::NAN, 3.0),
+        (1.0, f32::NAN),
+    ] {
+        let spot = Spot::new(DVec3::X, inner, outer);
+        assert!(
+            matches!(spot, Err(SceneError::OutOfRange { .. })),
+            "{inner} {outer}"
+        );
+    }
+    assert!(Spot::new(DVec3::ZERO, 1.0, 2.0).is_err());
+    assert!(LightShape::directional(DVec3::ZERO, 0.0).is_err());
+    assert!(LightShape::directional(DVec3::X, 181.0).is_err());
+}
