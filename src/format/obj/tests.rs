@@ -230,3 +230,28 @@ fn a_byte_order_mark_is_not_part_of_the_first_word() {
     assert_eq!(marked.columns.triangles, [[1, 2, 3]]);
     assert!(marked.notes.is_empty());
 }
+
+/// Each path is kept once, and counted.
+#[test]
+fn names_of_images_take_memory() {
+    let material = |i: usize| {
+        format!(
+            "newmtl m{i}\nmap_Kd {}{i}.png\nmap_Ke {0}{i}.png\n",
+            "x".repeat(1000)
+        )
+    };
+    let library: String = (0..2000).map(material).collect();
+    let read = |memory: u64| {
+        let open = &mut |_: &Path| Ok(library.clone().into_bytes());
+        parse(
+            b"mtllib a.mtl\nv 0 0 0\n",
+            Path::new("a.obj"),
+            open,
+            &Budget::new(memory),
+        )
+        .map(|_| ())
+    };
+    assert_eq!(read(4 << 20), Ok(()));
+    let error = read(2 << 20).expect_err("they take more").to_string();
+    assert!(error.starts_with("a.obj:1:1: loading takes"), "{error}");
+}

@@ -151,13 +151,13 @@ impl<'a> Building<'a> {
             reference.model = found;
         }
         let key = (found, id);
-        let too_deep = format!("components nest more than {MAX_DEPTH} deep");
+        let too_deep = || format!("components nest more than {MAX_DEPTH} deep");
         let total = match self.totals.get(&key) {
             Some(Some(total)) => *total,
             Some(None) => {
                 return Err(self.fault(model, place, format!("object {id} contains itself")));
             }
-            None if depth == MAX_DEPTH => return Err(self.fault(model, place, too_deep)),
+            None if depth == MAX_DEPTH => return Err(self.fault(model, place, too_deep())),
             None => {
                 let Some(object) = self.models[found].1.objects.get(&id) else {
                     return Err(self.fault(model, place, format!("there is no object {id}")));
@@ -170,7 +170,7 @@ impl<'a> Building<'a> {
             }
         };
         if total.depth > MAX_DEPTH {
-            return Err(self.fault(model, place, too_deep));
+            return Err(self.fault(model, place, too_deep()));
         }
         Ok(total)
     }

@@ -292,6 +292,9 @@ impl<'b> Reader<'_, 'b> {
         while let Some(tag) = self.xml.child()? {
             if tag.name() == b"triangle" {
                 let triangle = Triangle::of(&tag, vertices)?;
+                if triangle.is_painted {
+                    self.palette.left_out.add("colours painted in a slicer");
+                }
                 let own = triangle.group.as_ref().or(group);
                 let look = match (own, triangle.properties) {
                     (None, _) => Look::NONE,
@@ -317,11 +320,14 @@ struct Triangle {
     corners: [u32; 3],
     group: Option<(u32, Range<usize>)>,
     properties: [Option<u32>; 3],
+    /// Whether a slicer has painted it, in a way of its own.
+    is_painted: bool,
 }
 
 impl Triangle {
     fn of(tag: &Tag<'_>, vertices: usize) -> Result<Self, TextFault> {
         let (mut corners, mut properties, mut group) = ([None; 3], [None; 3], None);
+        let mut is_painted = false;
         for attribute in tag.attributes() {
             let attribute = attribute?;
             match attribute.name {
@@ -332,6 +338,7 @@ impl Triangle {
                 b"p2" => properties[1] = Some(attribute.index()?),
                 b"p3" => properties[2] = Some(attribute.index()?),
                 b"pid" => group = Some((attribute.index()?, attribute.place)),
+                b"paint_color" | b"slic3rpe:mmu_segmentation" => is_painted = true,
                 _ => {}
             }
         }
@@ -344,6 +351,7 @@ impl Triangle {
             ],
             group,
             properties,
+            is_painted,
         })
     }
 }

@@ -173,6 +173,11 @@ fn colors_are_of_corners() {
     // Colours alone need no surface.
     let all = loaded(&square(colors, r#"pid="1" pindex="1""#, TWO));
     assert!(all.surfaces.is_empty() && all.columns.colors == [blue; 4]);
+    let painted = TWO.replace("/>", " paint_color=\"4C\"/>");
+    assert_eq!(
+        loaded(&square("", "", &painted)).notes,
+        ["a.3mf: left out: colours painted in a slicer"]
+    );
 }
 
 #[test]
