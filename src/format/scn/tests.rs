@@ -427,7 +427,7 @@ fn clouds_and_colours() {
         );
     }
     assert_eq!(
-        fault("mesh points.obj point_size 1 scale 2 point_size 1".to_owned()),
+        fault(format!("mesh points.obj {0} scale 2 {0}", "point_size 1")),
         "1:38: second point_size, expected one"
     );
 }

@@ -165,8 +165,7 @@ impl<'a> Package<'a> {
                     .name()
                     .map_or_else(|| format!("method {}", other.as_u16()), str::to_owned);
                 return Err(io::Error::other(format!(
-                    "the part is compressed by {}, expected DEFLATE",
-                    method
+                    "the part is compressed by {method}, expected DEFLATE"
                 )));
             }
         };

@@ -342,15 +342,12 @@ impl Palette {
         let start = self.materials.len();
         while let Some(tag) = xml.child()? {
             if tag.name() == b"base" {
-                match tag.find("displaycolor")? {
-                    Some(color) => {
-                        let color = self.color(&color)?;
-                        self.add_material(color, &tag, budget)?;
-                    }
-                    None => {
-                        budget.reserve(&mut self.materials, 1)?;
-                        self.materials.push(NO_SURFACE);
-                    }
+                if let Some(color) = tag.find("displaycolor")? {
+                    let color = self.color(&color)?;
+                    self.add_material(color, &tag, budget)?;
+                } else {
+                    budget.reserve(&mut self.materials, 1)?;
+                    self.materials.push(NO_SURFACE);
                 }
             }
             xml.skip()?;
@@ -391,17 +388,16 @@ impl Palette {
 
     /// Adds a base material; those of one colour are one surface.
     fn add_material(&mut self, color: [u8; 3], tag: &Tag<'_>, budget: &Budget) -> Result<(), TextFault> {
-        let surface = match self.surface_by_color.get(&color) {
-            Some(&surface) => surface,
-            None => {
-                budget.take(ENTRY_BYTES)?;
-                let surface = Surface {
-                    diffuse: color.map(|channel| f32::from(channel) / 255.0),
-                    ..Surface::WHITE
-                };
-                let added = self.add_surface(surface, tag, budget)?;
-                *self.surface_by_color.entry(color).or_insert(added)
-            }
+        let surface = if let Some(&surface) = self.surface_by_color.get(&color) {
+            surface
+        } else {
+            budget.take(ENTRY_BYTES)?;
+            let surface = Surface {
+                diffuse: color.map(|channel| f32::from(channel) / 255.0),
+                ..Surface::WHITE
+            };
+            let added = self.add_surface(surface, tag, budget)?;
+            *self.surface_by_color.entry(color).or_insert(added)
         };
         budget.reserve(&mut self.materials, 1)?;
         self.materials.push(surface);
