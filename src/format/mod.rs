@@ -7,6 +7,7 @@
 mod alike;
 mod budget;
 mod detect;
+mod environment;
 mod files;
 #[cfg(feature = "gltf")]
 mod gltf;

@@ -1,6 +1,7 @@
 //! `.scn` text: lines become words, words statements, and statements go to the [`SceneBuilder`].
 
 mod arguments;
+mod environment;
 mod include;
 mod lights;
 mod line;
@@ -60,6 +61,7 @@ pub(super) fn parse(
         includes: Includes::default(),
         said: Said::default(),
         has_lights: false,
+        has_environment: false,
         is_silhouette: true,
         needs_light: false,
     };
@@ -70,6 +72,11 @@ pub(super) fn parse(
              `light 9 -4 10 0.7`",
             name.display()
         ));
+    }
+    if reader.has_environment && reader.said.ambient.is_none() {
+        // The environment is what ambient light stands for.
+        let set = reader.builder.set_ambient(0.0);
+        debug_assert!(set.is_ok(), "0 is a share");
     }
     Ok(reader.builder.finish())
 }
@@ -130,6 +137,7 @@ struct Reader<'a> {
     includes: Includes,
     said: Said,
     has_lights: bool,
+    has_environment: bool,
     /// Whether the current material ignores light.
     is_silhouette: bool,
     /// Whether a shape is not a silhouette.

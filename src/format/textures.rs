@@ -201,7 +201,7 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
 }
 
 #[cfg(feature = "textures")]
-mod decoding {
+pub(super) mod decoding {
     use super::{Budget, Encoded, Image};
     use crate::{error::in_bytes, scene::MAX_IMAGE_SIDE};
     use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
@@ -213,10 +213,10 @@ mod decoding {
     };
 
     /// Memory of a decoder beside the pixels, bytes.
-    const DECODER_BYTES: u64 = 1 << 20;
+    pub(in crate::format) const DECODER_BYTES: u64 = 1 << 20;
 
     /// Memory for all that comes before the pixels, such as colour profiles, bytes.
-    const HEADER_BYTES: u64 = 8 << 20;
+    pub(in crate::format) const HEADER_BYTES: u64 = 8 << 20;
 
     /// An image whose header was read.
     struct Known<'a> {
@@ -327,13 +327,13 @@ mod decoding {
         Image::new([width, height], pixels).map_err(|error| error.to_string())
     }
 
-    fn limits(bytes: u64) -> Limits {
+    pub(in crate::format) fn limits(bytes: u64) -> Limits {
         let mut limits = Limits::default();
         limits.max_alloc = Some(bytes);
         limits
     }
 
-    fn sentence(error: &ImageError) -> String {
+    pub(in crate::format) fn sentence(error: &ImageError) -> String {
         match error {
             ImageError::IoError(error) => error.to_string(),
             error => error.to_string().to_lowercase(),

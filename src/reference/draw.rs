@@ -34,12 +34,18 @@ fn around<S: Simd>(simd: S, axis: Vec3, [x, y, z]: [f32; 3]) -> Vec3 {
     simd.mul_add3(across, x, simd.mul_add3(other, y, axis * z))
 }
 
+/// Returns a direction, distributed by the cosine to `normal`.
+#[inline(always)]
+pub(super) fn by_cosine<S: Simd>(simd: S, normal: Vec3, point: [f32; 2]) -> Vec3 {
+    let [x, y] = disc(point);
+    let z = max(1.0 - (x * x + y * y), 0.0).sqrt();
+    around(simd, normal, [x, y, z])
+}
+
 /// Returns a direction, distributed by the cosine to `normal`, on the geometric normal's side.
 #[inline(always)]
 pub(super) fn scattered<S: Simd>(simd: S, normal: Vec3, geometric: Vec3, point: [f32; 2]) -> Vec3 {
-    let [x, y] = disc(point);
-    let z = max(1.0 - (x * x + y * y), 0.0).sqrt();
-    let direction = around(simd, normal, [x, y, z]);
+    let direction = by_cosine(simd, normal, point);
     let below = min(simd.dot(geometric, direction), 0.0);
     simd.mul_add3(geometric, -2.0 * below, direction)
 }

@@ -85,13 +85,13 @@ fn shade<S: Simd>(
 ) {
     let own = &mut branches[i];
     if own.depth == limits.max_depth {
-        own.color = scene.background().color_at(simd, own.ray.direction);
+        own.color = scene.background_color(simd, own.ray.direction);
         return;
     }
     rays.reflection += u64::from(own.depth > 0);
     let hit = intersect.closest_hit(&own.ray);
     if !hit.is_hit() {
-        own.color = scene.background().color_at(simd, own.ray.direction);
+        own.color = scene.background_color(simd, own.ray.direction);
         return;
     }
     if let Some(medium) = own.medium {
@@ -159,7 +159,7 @@ fn split<S: Simd>(
         let factor = passed.map(|passed| share * passed);
         let weight = std::array::from_fn(|c| factor[c] * parent.weight[c]);
         if max(max(weight[0], weight[1]), weight[2]) < MIN_WEIGHT {
-            let background = scene.background().color_at(simd, direction);
+            let background = scene.background_color(simd, direction);
             let color = std::array::from_fn(|c| background[c] * factor[c]);
             add(simd, &mut branches[i].color, 1.0, color);
             continue;

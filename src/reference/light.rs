@@ -1,10 +1,10 @@
 //! The scalar twin of `shade::light`, with the same operations in the same order.
 
-use super::draw::cone;
+use super::draw::{by_cosine, cone};
 use crate::{
     math::{max, min},
     ray::T_MAX,
-    scene::{Light, LightShape, MOST_FALLOFF},
+    scene::{Environment, Light, LightShape, MOST_FALLOFF},
     simd::Simd,
 };
 use glam::Vec3;
@@ -77,4 +77,22 @@ pub(super) fn share<S: Simd>(simd: S, light: &Light, seen: &Seen) -> f32 {
         share *= max(-simd.dot(front, seen.to_light), 0.0);
     }
     share
+}
+
+/// Returns a random direction of light from the environment, and its power there.
+#[inline(always)]
+pub(super) fn from_environment<S: Simd>(
+    simd: S,
+    environment: &Environment,
+    normal: Vec3,
+    [u, v]: [f32; 2],
+) -> (Vec3, [f32; 3]) {
+    let twice = u + u;
+    let direction = if twice >= 1.0 {
+        environment.sample([twice - 1.0, v])
+    } else {
+        by_cosine(simd, normal, [twice, v])
+    };
+    let n_dot_l = max(simd.dot(normal, direction), 0.0);
+    (direction, environment.power(direction, n_dot_l))
 }

@@ -112,14 +112,14 @@ pub(crate) fn radiance_at<S: Simd>(
     let mut travelled = 0.0;
     for level in 0.. {
         if level == limits.max_depth {
-            let background = scene.background().color_at(simd, ray.direction);
+            let background = scene.background_color(simd, ray.direction);
             add(simd, &mut color, weight, background);
             break;
         }
         rays.reflection += u64::from(level > 0);
         let hit = intersect.closest_hit(&ray);
         if !hit.is_hit() {
-            let background = scene.background().color_at(simd, ray.direction);
+            let background = scene.background_color(simd, ray.direction);
             add(simd, &mut color, weight, background);
             break;
         }
@@ -158,7 +158,7 @@ pub(super) fn scatter<S: Simd>(
     let surface = surface(simd, scene, ray, hit);
     if !matches!(material, Material::Glass { .. }) {
         let light = gather_light(simd, scene, intersect, (&surface, &material), draw, rays);
-        body(simd, color, weight, &material, &light);
+        body(simd, (color, weight), &material, &light, scene.most_light());
     }
     emit(simd, color, weight, emitted);
     Some((material, surface))
@@ -166,10 +166,16 @@ pub(super) fn scatter<S: Simd>(
 
 /// Adds the light that a material scatters.
 #[inline(always)]
-fn body<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, material: &Material, light: &Light) {
+fn body<S: Simd>(
+    simd: S,
+    (color, weight): (&mut [f32; 3], f32),
+    material: &Material,
+    light: &Light,
+    most: f32,
+) {
     match *material {
         Material::Silhouette { .. } | Material::Glass { .. } => {}
-        Material::Matte { color: own } => add(simd, color, weight, matte(own, light)),
+        Material::Matte { color: own } => add(simd, color, weight, matte(own, light, most)),
         Material::BlinnPhong {
             diffuse,
             specular,
@@ -182,14 +188,19 @@ fn body<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, material: &Material
                 let body = simd.mul_add(k_d, light.diffuse[i], light.ambient);
                 let gloss = k_s * light.specular[i];
                 let sum = simd.mul_add(diffuse[i], body, specular[i] * gloss);
-                own[i] = min(max(sum, 0.0), 1.0);
+                own[i] = min(max(sum, 0.0), most);
             }
             add(simd, color, weight, own);
         }
         Material::Reflection {
             color: own,
             mirror_share,
-        } => add(simd, color, weight * (1.0 - mirror_share), matte(own, light)),
+        } => add(
+            simd,
+            color,
+            weight * (1.0 - mirror_share),
+            matte(own, light, most),
+        ),
     }
 }
 
@@ -209,8 +220,8 @@ pub(super) fn add<S: Simd>(simd: S, color: &mut [f32; 3], weight: f32, more: [f3
 }
 
 #[inline(always)]
-fn matte(color: [f32; 3], light: &Light) -> [f32; 3] {
-    std::array::from_fn(|i| color[i] * min(light.ambient + light.diffuse[i], 1.0))
+fn matte(color: [f32; 3], light: &Light, most: f32) -> [f32; 3] {
+    std::array::from_fn(|i| color[i] * min(light.ambient + light.diffuse[i], most))
 }
 
 #[inline(always)]
@@ -241,7 +252,7 @@ impl Draw {
     pub(super) fn at(scene: &Scene, sample: PixelSample, level: u32) -> Self {
         Self {
             sample,
-            first_pair: level as usize * (scene.lights().len() + 1),
+            first_pair: level as usize * scene.draws_per_depth(),
         }
     }
 }
@@ -293,14 +304,38 @@ fn gather_light<S: Simd>(
             }
         }
         let power = light.power().map(|c| share.map_or(c, |share| c * share));
-        add(simd, &mut sum.diffuse, n_dot_l, power);
-        if let Material::BlinnPhong { alpha, .. } = material {
-            let halfway = simd.normalize(seen.to_light - s.direction);
-            let highlight = powi(max(simd.dot(s.normal, halfway), 0.0), *alpha);
-            add(simd, &mut sum.specular, highlight, power);
+        sum.add(simd, (s, material), (seen.to_light, n_dot_l), power);
+    }
+    if let Some(environment) = scene.environment() {
+        let point = draw.sample.point(draw.first_pair + 1 + lights.len());
+        let (to_light, power) = light::from_environment(simd, environment, s.normal, point);
+        let n_dot_l = simd.dot(s.normal, to_light);
+        rays.shadow += u64::from(shadows && n_dot_l > 0.0);
+        let ray = leaving(simd, s, to_light, T_MAX);
+        if n_dot_l > 0.0 && !(shadows && intersect.occluded(&ray)) {
+            sum.add(simd, (s, material), (to_light, n_dot_l), power);
         }
     }
     sum
+}
+
+impl Light {
+    /// Adds the light from one direction.
+    #[inline(always)]
+    fn add<S: Simd>(
+        &mut self,
+        simd: S,
+        (s, material): (&Surface, &Material),
+        (to_light, n_dot_l): (Vec3, f32),
+        power: [f32; 3],
+    ) {
+        add(simd, &mut self.diffuse, n_dot_l, power);
+        if let Material::BlinnPhong { alpha, .. } = material {
+            let halfway = simd.normalize(to_light - s.direction);
+            let highlight = powi(max(simd.dot(s.normal, halfway), 0.0), *alpha);
+            add(simd, &mut self.specular, highlight, power);
+        }
+    }
 }
 
 /// Returns the ray from just off the surface.

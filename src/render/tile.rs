@@ -291,7 +291,7 @@ fn constant_background<P: Pixel>(scene: &Scene) -> Option<[f32; 4]> {
     if P::HAS_ALPHA {
         return Some([0.0; 4]);
     }
-    if !scene.background().is_constant() {
+    if !scene.has_constant_background() {
         return None;
     }
     let [r, g, b] = background(Portable, scene, &Vec3x8::ZERO);

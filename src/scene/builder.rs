@@ -11,8 +11,8 @@ pub(super) use mesh::expect_length;
 pub use spheres::SphereCloud;
 
 use super::{
-    Background, Image, Light, Material, MaterialId, NamedCamera, Scene, SceneId, Sources, Spheres,
-    SurfaceTextures, Triangles, Vertices, is_usable, material::check_color,
+    Background, Environment, Image, Light, Material, MaterialId, NamedCamera, Scene, SceneId, Sources,
+    Spheres, SurfaceTextures, Triangles, Vertices, is_usable, material::check_color,
 };
 use crate::{
     classic,
@@ -84,6 +84,7 @@ pub struct SceneBuilder {
     ambient: f32,
     ambient_reach: Option<f32>,
     background: Background,
+    environment: Option<Environment>,
     cameras: Vec<NamedCamera>,
     mesh_cameras: Vec<NamedCamera>,
     sources: Sources,
@@ -188,6 +189,7 @@ impl SceneBuilder {
             ambient: classic::AMBIENT,
             ambient_reach: None,
             background: Background::constant(classic::BACKGROUND),
+            environment: None,
             cameras: Vec::new(),
             mesh_cameras: Vec::new(),
             sources: Sources::default(),
@@ -252,6 +254,19 @@ impl SceneBuilder {
         }
         self.materials.push(material);
         Ok(id)
+    }
+
+    /// Lets the background light the surfaces, or a picture that takes its place.
+    ///
+    /// # Errors
+    /// [`SceneError::OutOfRange`] for a colour that is not from 0 to 1.
+    pub fn set_environment(&mut self, environment: Environment) -> Result<(), SceneError> {
+        if let Environment::Background(background) = environment {
+            self.set_background(background)?;
+        }
+        self.image_bytes += environment.memory_bytes() as u64;
+        self.environment = Some(environment);
+        Ok(())
     }
 
     /// Sets the background.
@@ -383,6 +398,7 @@ impl SceneBuilder {
             ambient,
             ambient_reach,
             background,
+            environment,
             cameras,
             mesh_cameras,
             sources,
@@ -404,6 +420,7 @@ impl SceneBuilder {
             ambient,
             ambient_reach,
             background,
+            environment,
             cameras,
             mesh_cameras,
             sources,

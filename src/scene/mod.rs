@@ -3,6 +3,7 @@
 mod background;
 mod builder;
 mod camera;
+mod environment;
 mod faults;
 mod fit;
 mod image;
@@ -18,6 +19,7 @@ pub use background::Background;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, SphereCloud, TriangleMesh};
 pub(crate) use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
 pub use camera::{Camera, CameraError, MAX_SIDE_SAMPLES, NamedCamera, PixelRays, View, for_each_packet};
+pub use environment::{Environment, EnvironmentPicture, MAX_ENVIRONMENT_SIDE};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
@@ -28,7 +30,7 @@ pub use texture::{CutOut, SurfaceTextures, TexturePoint};
 pub use transform::Transform;
 pub(crate) use weld::weld;
 
-use crate::{math::Aabb, ray::PrimitiveId};
+use crate::{math::Aabb, ray::PrimitiveId, simd::Simd};
 use glam::Vec3;
 use std::{
     collections::BTreeSet,
@@ -144,6 +146,7 @@ pub struct Scene {
     ambient: f32,
     ambient_reach: Option<f32>,
     background: Background,
+    environment: Option<Environment>,
     cameras: Vec<NamedCamera>,
     mesh_cameras: Vec<NamedCamera>,
     sources: Sources,
@@ -218,16 +221,54 @@ impl Scene {
         self.ambient_reach
     }
 
-    /// Returns whether colours are means over random directions: of soft lights, or of ambient occlusion.
+    /// Returns whether colours are means over random directions: of soft lights, of the environment, or of ambient occlusion.
     #[must_use]
     pub fn is_sampled(&self) -> bool {
-        self.ambient_reach.is_some() || self.lights.iter().any(|light| light.shape.is_soft())
+        self.ambient_reach.is_some()
+            || self.environment.is_some()
+            || self.lights.iter().any(|light| light.shape.is_soft())
     }
 
     /// Returns the background.
     #[must_use]
     pub fn background(&self) -> Background {
         self.background
+    }
+
+    /// Returns what lights the surfaces from all around.
+    #[inline]
+    #[must_use]
+    pub fn environment(&self) -> Option<&Environment> {
+        self.environment.as_ref()
+    }
+
+    /// Returns the colour of a ray that leaves the scene along `direction`, a unit vector.
+    #[inline(always)]
+    pub(crate) fn background_color<S: Simd>(&self, simd: S, direction: Vec3) -> [f32; 3] {
+        match &self.environment {
+            Some(environment @ Environment::Picture(_)) => environment.color(direction),
+            _ => self.background.color_at(simd, direction),
+        }
+    }
+
+    /// Returns whether all rays that leave the scene have one colour.
+    #[must_use]
+    pub(crate) fn has_constant_background(&self) -> bool {
+        !matches!(self.environment, Some(Environment::Picture(_))) && self.background.is_constant()
+    }
+
+    /// Returns the most light that a surface scatters in one sample: no more than 1, but for the environment, whose samples
+    /// are right only in the mean.
+    #[inline]
+    pub(crate) fn most_light(&self) -> f32 {
+        if self.environment.is_some() { f32::MAX } else { 1.0 }
+    }
+
+    /// Returns how many random points each depth of a sample takes: for ambient light, for each light and for the
+    /// environment.
+    #[inline]
+    pub(crate) fn draws_per_depth(&self) -> usize {
+        1 + self.lights.len() + usize::from(self.environment.is_some())
     }
 
     /// Replaces the lights by those of another scene.
@@ -367,6 +408,7 @@ impl Scene {
             + bytes(&self.textures[..])
             + bytes(&s.color[..])
             + bytes(&self.lights[..])
+            + self.environment.as_ref().map_or(0, Environment::memory_bytes)
             + bytes(&t.material[..])
             + bytes(&s.material[..])
             + bytes(&self.materials[..])

@@ -76,6 +76,14 @@ pub(super) fn around<S: Simd>(simd: S, axis: Vec3Eight<S>, [x, y, z]: [S::V8; 3]
     across.mul_add(x, other.mul_add(y, axis * z))
 }
 
+/// Returns a direction, distributed by the cosine to `normal`.
+#[inline(always)]
+pub(super) fn by_cosine<S: Simd>(simd: S, normal: Vec3Eight<S>, point: [S::V8; 2]) -> Vec3Eight<S> {
+    let [x, y] = disc(simd, point);
+    let z = (simd.splat(1.0) - (x * x + y * y)).max(simd.splat(0.0)).sqrt();
+    around(simd, normal, [x, y, z])
+}
+
 /// Returns a direction, distributed by the cosine to `normal`, on the side of the surface whose geometric normal is
 /// `geometric`: below it, it is mirrored.
 #[inline(always)]
@@ -85,11 +93,8 @@ pub(super) fn scattered<S: Simd>(
     geometric: Vec3Eight<S>,
     point: [S::V8; 2],
 ) -> Vec3Eight<S> {
-    let zero = simd.splat(0.0);
-    let [x, y] = disc(simd, point);
-    let z = (simd.splat(1.0) - (x * x + y * y)).max(zero).sqrt();
-    let direction = around(simd, normal, [x, y, z]);
-    let below = geometric.dot(direction).min(zero);
+    let direction = by_cosine(simd, normal, point);
+    let below = geometric.dot(direction).min(simd.splat(0.0));
     geometric.mul_add(simd.splat(-2.0) * below, direction)
 }
 

@@ -2,9 +2,9 @@
 
 use super::{SURFACE_OFFSET, TileColors, queue::RayQueue, surface::SurfacePacket, tint::Tint8};
 use crate::{
-    lanes::{F32x8, Vec3x8},
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{RayPacket, T_MAX},
-    scene::{Material, Scene},
+    scene::{Environment, Material, Scene},
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight},
 };
 
@@ -239,17 +239,25 @@ fn body<S: Simd>(
     colors: &mut TileColors,
 ) {
     let ambient = simd.splat(scene.ambient());
+    let most = simd.splat(scene.most_light());
     match *material {
         Material::Silhouette { .. } => silhouette(simd, base, points.surfaces, colors),
         Material::Glass { .. } => {}
-        Material::Matte { .. } => matte(simd, base, 1.0, ambient, points, colors),
+        Material::Matte { .. } => matte(simd, base, 1.0, (ambient, most), points, colors),
         Material::Reflection { mirror_share, .. } => {
-            matte(simd, base, 1.0 - mirror_share, ambient, points, colors);
+            matte(simd, base, 1.0 - mirror_share, (ambient, most), points, colors);
         }
         Material::BlinnPhong {
             specular, k_d, k_s, ..
         } => {
-            blinn_phong(simd, (base, k_d), (specular, k_s), ambient, points, colors);
+            blinn_phong(
+                simd,
+                (base, k_d),
+                (specular, k_s),
+                (ambient, most),
+                points,
+                colors,
+            );
         }
     }
 }
@@ -259,7 +267,7 @@ fn matte<S: Simd>(
     simd: S,
     base: impl Fn(usize, usize) -> S::V8,
     share: f32,
-    ambient: S::V8,
+    (ambient, most): (S::V8, S::V8),
     points: Points<'_>,
     colors: &mut TileColors,
 ) {
@@ -268,7 +276,7 @@ fn matte<S: Simd>(
         let ambient = points.ambient(simd, i, ambient);
         let mut channels = [ambient; 3];
         for (c, channel) in channels.iter_mut().enumerate() {
-            let arriving = (ambient + simd.load(&light.diffuse[c])).min(simd.splat(1.0));
+            let arriving = (ambient + simd.load(&light.diffuse[c])).min(most);
             *channel = base(i, c) * arriving;
         }
         colors.add(simd, s.active, &s.pixel, simd.load(&s.weight) * share, channels);
@@ -280,7 +288,7 @@ fn blinn_phong<S: Simd>(
     simd: S,
     (diffuse, k_d): (impl Fn(usize, usize) -> S::V8, f32),
     (specular, k_s): ([f32; 3], f32),
-    ambient: S::V8,
+    (ambient, most): (S::V8, S::V8),
     points: Points<'_>,
     colors: &mut TileColors,
 ) {
@@ -292,7 +300,7 @@ fn blinn_phong<S: Simd>(
             let body = simd.splat(k_d).mul_add(simd.load(&light.diffuse[c]), ambient);
             let gloss = simd.splat(k_s) * simd.load(&light.specular[c]);
             let sum = diffuse(i, c).mul_add(body, simd.splat(specular[c]) * gloss);
-            *channel = sum.max(simd.splat(0.0)).min(simd.splat(1.0));
+            *channel = sum.max(simd.splat(0.0)).min(most);
         }
         colors.add(simd, s.active, &s.pixel, simd.load(&s.weight), channels);
     }
@@ -320,9 +328,15 @@ fn mirror<S: Simd>(simd: S, share: f32, surfaces: &[SurfacePacket], next: &mut R
     }
 }
 
-/// Returns the background along eight directions. Twin of [`Background::color`](crate::scene::Background::color).
+/// Returns the background along eight directions. Twin of [`Scene::background_color`].
 #[inline(always)]
 pub(crate) fn background<S: Simd>(simd: S, scene: &Scene, direction: &Vec3x8) -> [S::V8; 3] {
+    if let Some(environment @ Environment::Picture(_)) = scene.environment() {
+        return picture(environment, direction).map(
+            #[inline(always)]
+            |channel| simd.load(&channel),
+        );
+    }
     let background = scene.background();
     let half = simd.splat(0.5);
     let share = simd.load(&direction.z).mul_add(half, half);
@@ -334,6 +348,17 @@ pub(crate) fn background<S: Simd>(simd: S, scene: &Scene, direction: &Vec3x8) ->
         share.mul_add(simd.splat(g), simd.splat(bottom_g)),
         share.mul_add(simd.splat(b), simd.splat(bottom_b)),
     ]
+}
+
+#[inline(never)]
+fn picture(environment: &Environment, direction: &Vec3x8) -> [F32x8; 3] {
+    let mut colors = [F32x8::ZERO; 3];
+    for lane in 0..LANES {
+        for (channel, value) in colors.iter_mut().zip(environment.color(direction.lane(lane))) {
+            channel.as_mut_array()[lane] = value;
+        }
+    }
+    colors
 }
 
 /// Adds the background for all rays of a queue, those beyond the maximum depth.

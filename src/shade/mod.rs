@@ -5,7 +5,7 @@
 //!    ^                  surface::gather  hits -> surface packets
 //!    |                  tint::gather     their colours, if the scene has any
 //!    |                  texture::pass    and textures
-//!    |                  shadow::pass     one run of occlusion rays per light
+//!    |                  gather           one run of occlusion rays per light
 //!    +---- mirrored --- material::color  light -> colours of the tile
 //!    +---- branches --- glass::pass      reflected and refracted rays
 //! ```
@@ -13,6 +13,8 @@
 //! The scalar twin, with the same operations in the same order, is [`reference::shade`](crate::reference::shade).
 
 mod draw;
+mod environment;
+mod gather;
 mod glass;
 mod light;
 pub mod material;
@@ -31,8 +33,7 @@ use crate::{
     sobol,
     trace::Tracer,
 };
-use draw::Draws;
-use material::{IncidentLight, Light8, Points};
+use material::{Light8, Points};
 use queue::{HitQueue, RayQueue};
 use std::time::{Duration, Instant};
 use surface::SurfacePacket;
@@ -419,67 +420,6 @@ impl Shader {
             let sorted = (&self.by_material, &self.surfaces[..]);
             let (tints, textured) = (&mut self.tints, &mut self.textured);
             texture::pass(scene, (rays, hits), sorted, pixel_width, tints, textured);
-        }
-    }
-
-    fn add_lights(&mut self, scene: &Scene, tracer: &mut Tracer<'_>, settings: ShadeSettings, depth: u32) {
-        let (lights, level) = (scene.lights(), tracer.level());
-        if lights.is_empty() {
-            self.light.clear();
-        }
-        // The first light overwrites the previous contents.
-        self.light.resize(self.surfaces.len(), Light8::NONE);
-        let lit = self.by_material.lit_surfaces(scene, &self.surfaces);
-        let draws = |pair: usize| Draws {
-            first: &self.first_points,
-            sample: settings.sample,
-            pair: (depth as usize * (lights.len() + 1) + pair) as u32,
-        };
-        self.ambient.clear();
-        if let Some(reach) = scene.ambient_reach()
-            && settings.shadows
-        {
-            let (rays, time) = soft::ambient_pass(
-                (scene.ambient(), reach),
-                draws(0),
-                tracer,
-                lit,
-                &mut self.ambient,
-                &mut self.shadow,
-            );
-            self.ambient_rays += rays;
-            self.tracing += time;
-        }
-        for (light_i, light) in lights.iter().enumerate() {
-            let (rays, time) = shadow::pass(
-                light,
-                (draws(1 + light_i), settings.shadows),
-                tracer,
-                lit,
-                &mut self.arriving,
-                &mut self.shadow,
-            );
-            self.shadow_rays += rays;
-            self.tracing += time;
-            for (material, range) in self.by_material.ranges().take_while(|(_, r)| r.end <= lit.len()) {
-                let incident = IncidentLight {
-                    power: light.power(),
-                    powers: self.arriving.power.get(range.clone()).unwrap_or_default(),
-                    n_dot_l: &self.arriving.n_dot_l[range.clone()],
-                    to_light: &self.arriving.to_light[range.clone()],
-                };
-                let material = &scene.materials()[material.0 as usize];
-                let surfaces = &self.surfaces[range.clone()];
-                let light = &mut self.light[range];
-                at_level!(level, |simd| material::add_light(
-                    simd,
-                    material,
-                    incident,
-                    surfaces,
-                    light,
-                    light_i == 0
-                ));
-            }
         }
     }
 }

@@ -76,7 +76,7 @@ impl Arriving {
         self.power.reserve(packets);
     }
 
-    fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.n_dot_l.clear();
         self.to_light.clear();
         self.power.clear();
@@ -191,7 +191,7 @@ fn ray<S: Simd>(
 
 /// Nothing arrives where the ray is blocked.
 #[inline(always)]
-fn take_blocked<S: Simd>(simd: S, arriving: &mut Arriving, scratch: &Scratch) {
+pub(super) fn take_blocked<S: Simd>(simd: S, arriving: &mut Arriving, scratch: &Scratch) {
     for (i, &surface_i) in scratch.surface.iter().enumerate() {
         let blocked = scratch.blocked[i];
         if blocked != 0 {

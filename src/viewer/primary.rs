@@ -19,7 +19,7 @@ use crate::{
         bands::Bands,
     },
     scene::{Camera, PixelRays, Scene},
-    simd::{Level, Simd, at_level},
+    simd::{Level, Portable, Simd, at_level},
     trace::Tracer,
 };
 use rayon::prelude::*;
@@ -304,7 +304,7 @@ fn color((scene, look): (&Scene, Look), ray: &Ray, hit: &Hit, tests: u32, pixel_
         Look::Cost => heat_color(tests),
         Look::Normals if !hit.is_hit() => [0.0; 3],
         Look::Normals => (shading_normal(scene, ray, hit) * 0.5 + 0.5).to_array(),
-        _ if !hit.is_hit() => scene.background().color(ray.direction),
+        _ if !hit.is_hit() => scene.background_color(Portable, ray.direction),
         Look::Preview | Look::Full => surface::preview(scene, ray, hit, pixel_width),
     }
 }

@@ -12,7 +12,7 @@
 //! ...
 //! ```
 //! `\xNN` stands for a byte. Cases of `formats.txt` have no scene: the first file is a mesh, and files that it names
-//! follow. An empty 3MF file has the others as its parts.
+//! follow. If `a.3mf` is empty, the others are its parts.
 
 use crate::targets::archive;
 use octray::format::{load_from_bytes, mesh};
@@ -82,7 +82,7 @@ fn mesh_report(head: &str) -> String {
         })
         .collect();
     let (name, mut first) = files.first().expect("a mesh").clone();
-    if name.ends_with(".3mf") && first.is_empty() {
+    if name == "a.3mf" && first.is_empty() {
         // The others are its parts.
         first = archive::stored(files.iter().skip(1).map(|(name, part)| (*name, &part[..])));
     }

@@ -104,6 +104,18 @@ fn glass() {
     assert_all([compare_golden("glass", &actual, SHARE)]);
 }
 
+#[cfg(feature = "textures")]
+#[test]
+fn environment() {
+    let scene = shipped_scene("sky");
+    let settings = Settings {
+        samples: 16,
+        ..settings(192, 108)
+    };
+    let actual = picture(&scene, &scene.cameras()[0].camera, &settings);
+    assert_all([compare_golden("sky", &actual, SHARE)]);
+}
+
 #[test]
 fn evening_from_its_cameras() {
     let scene = shipped_scene("evening");

@@ -4,7 +4,7 @@ use super::soft_light::{brightness, ground};
 use glam::{DVec3, Vec3};
 use octray::{
     error::SceneError,
-    scene::{Light, LightShape, Material, SceneBuilder, Spot},
+    scene::{Background, Environment, EnvironmentPicture, Light, LightShape, Material, SceneBuilder, Spot},
 };
 use std::f64::consts::PI;
 
@@ -218,4 +218,140 @@ fn unusable_lights_are_refused() {
     assert!(Spot::new(DVec3::ZERO, 1.0, 2.0).is_err());
     assert!(LightShape::directional(DVec3::ZERO, 0.0).is_err());
     assert!(LightShape::directional(DVec3::X, 181.0).is_err());
+}
+
+fn in_environment(environment: Environment, scale: f32) -> SceneBuilder {
+    let mut builder = ground(scale);
+    builder.set_environment(environment).expect("an environment");
+    builder
+}
+
+fn picture(size: [u32; 2], texels: Vec<[f32; 3]>) -> Environment {
+    Environment::Picture(EnvironmentPicture::new(size, texels, 0.0, 1.0).expect("a picture"))
+}
+
+fn gradient(bottom: f32, top: f32) -> Environment {
+    Environment::Background(Background {
+        bottom: [bottom; 3],
+        top: [top; 3],
+    })
+}
+
+/// The white furnace: whatever its direction, a white matte surface is as bright as an even environment, and the share that
+/// a sphere above it hides is known.
+#[test]
+fn even_environments_light_evenly() {
+    for scale in [1.0, 1e-3, 1e4] {
+        for even in [|| gradient(0.5, 0.5), || picture([7, 5], vec![[0.5; 3]; 35])] {
+            let bare = brightness(&in_environment(even(), scale).finish(), DVec3::ZERO, scale, 1024);
+            assert_close(bare, 0.5, 2e-3, &format!("bare {scale}"));
+            let mut builder = in_environment(even(), scale);
+            let black = builder
+                .add_material(Material::Silhouette { color: [0.0; 3] })
+                .expect("a material");
+            builder
+                .add_sphere(Vec3::Z * (0.8 * scale), 0.45 * scale, black)
+                .expect("a sphere");
+            let found = brightness(&builder.finish(), DVec3::ZERO, scale, 1024);
+            assert_close(
+                found,
+                0.5 * (1.0 - f64::from(0.45_f32 / 0.8).powi(2)),
+                3e-3,
+                &format!("{scale}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn gradients_light_by_their_colours() {
+    let found = brightness(
+        &in_environment(gradient(0.0, 1.0), 1.0).finish(),
+        DVec3::ZERO,
+        1.0,
+        1024,
+    );
+    assert_close(found, 5.0 / 6.0, 3e-3, "top");
+    let found = brightness(
+        &in_environment(gradient(1.0, 0.0), 1.0).finish(),
+        DVec3::ZERO,
+        1.0,
+        1024,
+    );
+    assert_close(found, 1.0 / 6.0, 3e-3, "bottom");
+}
+
+/// The integral of a picture times the cosine over the upper half, by the midpoint rule.
+fn irradiance_over_pi(environment: &Environment) -> f64 {
+    let (rows, columns) = (1000, 2000);
+    let mut sum = 0.0;
+    for i in 0..rows / 2 {
+        let polar = (f64::from(i) + 0.5) / f64::from(rows) * PI;
+        for j in 0..columns {
+            let azimuth = (f64::from(j) + 0.5) / f64::from(columns) * 2.0 * PI;
+            let (sine, cosine) = polar.sin_cos();
+            let direction = DVec3::new(sine * azimuth.cos(), sine * azimuth.sin(), cosine);
+            sum += f64::from(environment.color(direction.as_vec3())[0]) * sine * cosine;
+        }
+    }
+    sum * PI / f64::from(rows) * 2.0 * PI / f64::from(columns) / PI
+}
+
+/// Pictures with a sun and with noise: the mean is right, and importance sampling finds a sun at once.
+#[test]
+fn pictures_light_as_their_integral() {
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut sun = vec![[0.01; 3]; 64 * 32];
+    sun[9 * 64 + 20] = [900.0; 3];
+    let noise: Vec<[f32; 3]> = (0..64 * 32).map(|_| [random.f32().powi(4); 3]).collect();
+    for (name, texels) in [("sun", sun), ("noise", noise)] {
+        let expected = irradiance_over_pi(&picture([64, 32], texels.clone()));
+        let scene = in_environment(picture([64, 32], texels), 1.0).finish();
+        let found = brightness(&scene, DVec3::ZERO, 1.0, 4096);
+        assert_close(found / expected, 1.0, 1e-2, name);
+        // 16 pixels of 64 samples.
+        let few = brightness(&scene, DVec3::ZERO, 1.0, 64);
+        assert_close(few / expected, 1.0, 5e-2, name);
+    }
+}
+
+/// The middle of a picture is at +x, its right half at -y, its upper edge at +z; a turn is counterclockwise.
+#[test]
+fn pictures_are_seen_the_right_way_round() {
+    let texels: Vec<[f32; 3]> = (0..32).map(|i| [(i % 8) as f32, (i / 8) as f32, 0.0]).collect();
+    let seen = |degrees, direction: Vec3| {
+        let picture = EnvironmentPicture::new([8, 4], texels.clone(), degrees, 2.0).expect("a picture");
+        Environment::Picture(picture).color(direction).map(|c| c / 2.0)
+    };
+    for degrees in [0.0, 90.0, 360.0, -270.0] {
+        let turn = glam::Mat3::from_rotation_z((degrees as f32).to_radians());
+        for (direction, expected) in [
+            (Vec3::X, [3.5, 1.5]),
+            (Vec3::NEG_Y, [5.5, 1.5]),
+            (Vec3::Y, [1.5, 1.5]),
+            // The middle of the first column.
+            (Vec3::new(-0.923_88, 0.382_68, 0.0), [0.0, 1.5]),
+        ] {
+            let [column, row, _] = seen(degrees, turn * direction.normalize());
+            assert_close(column.into(), expected[0], 0.1, &format!("{degrees} {direction}"));
+            assert_close(row.into(), expected[1], 1e-3, &format!("{degrees} {direction}"));
+        }
+        assert_close(seen(degrees, Vec3::Z)[1].into(), 0.0, 1e-3, "up");
+        assert_close(seen(degrees, Vec3::NEG_Z)[1].into(), 3.0, 1e-3, "down");
+    }
+}
+
+/// Odd pictures: one pixel, black, with values that are no light.
+#[test]
+fn odd_pictures() {
+    let found = |environment| brightness(&in_environment(environment, 1.0).finish(), DVec3::ZERO, 1.0, 256);
+    assert_close(found(picture([1, 1], vec![[0.25; 3]])), 0.25, 3e-3, "one pixel");
+    assert_eq!(found(picture([2, 2], vec![[0.0; 3]; 4])), 0.0);
+    let odd = [f32::NAN, -1.0, f32::NEG_INFINITY, 0.5].map(|c| [c; 3]);
+    let found = found(picture([4, 1], odd.to_vec()));
+    assert!(found > 0.05 && found < 0.3, "{found}");
+    let infinite = picture([1, 1], vec![[f32::INFINITY; 3]]);
+    assert_eq!(infinite.color(Vec3::Z), [65504.0; 3]);
+    assert!(EnvironmentPicture::new([0, 1], Vec::new(), 0.0, 1.0).is_err());
+    assert!(EnvironmentPicture::new([2, 1], vec![[0.0; 3]], 0.0, 1.0).is_err());
 }

@@ -6,11 +6,14 @@ use octray::{
     accel::{BuildQuality, Bvh, Layout},
     generate::{Kind, Options, generate},
     render::{Film, Mode, Pattern, Renderer, Settings, render},
-    scene::{Camera, Light, LightShape, Material, Scene, SceneBuilder, SphereCloud, Spot, TriangleMesh},
+    scene::{
+        Camera, Environment, EnvironmentPicture, Light, LightShape, Material, Scene, SceneBuilder,
+        SphereCloud, Spot, TriangleMesh,
+    },
 };
 use std::ops::ControlFlow;
 
-const SHIPPED: [&str; 8] = [
+const SHIPPED: [&str; 9] = [
     "silhouette",
     "matte",
     "blinn_phong",
@@ -19,6 +22,7 @@ const SHIPPED: [&str; 8] = [
     "evening",
     "garden",
     "glass",
+    "sky",
 ];
 
 /// Width, height and samples per pixel: no multiple of a packet or tile, a single pixel, very wide, several samples.
@@ -288,6 +292,14 @@ fn lights_of_all_kinds() {
             .add_sphere(at, 0.25, materials[usize::from(i) % 3])
             .expect("a sphere");
     }
+    let mut random = fastrand::Rng::with_seed(3);
+    let texels = (0..200)
+        .map(|_| [(); 3].map(|()| random.f32().powi(6) * 4.0))
+        .collect();
+    let picture = EnvironmentPicture::new([20, 10], texels, 40.0, 0.5).expect("a picture");
+    builder
+        .set_environment(Environment::Picture(picture))
+        .expect("an environment");
     let scene = builder.finish();
     for (i, (width, height, samples)) in SIZES.into_iter().enumerate() {
         let camera = Camera::classic_view(i as u32 + 1).expect("views are 1 to 6");

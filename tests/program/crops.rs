@@ -14,7 +14,6 @@ const ROWS: [usize; 3] = [0, 19, 43];
 const SCENE: &str = "\
 camera eye 3 -3 1.5 target 0 0 0.4 fov 40
 camera near eye 2 -1 1 target 0 0 0.4
-background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
 ambient 0.1 reach 0.5
 light 3 -2 5 0.7 color 1 0.8 0.6 radius 1
 light -4 -6 3 0.4
@@ -29,8 +28,10 @@ sphere 0.8 -0.4 0.3 0.3
 const GLASS: &str = "\
 camera eye 3 -3 1.5 target 0 0 0.4 fov 40
 camera inside eye 0.1 -0.2 0.6 target 0.8 -0.4 0.1
-background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
-light 3 -2 5 0.7 radius 1
+light 3 -2 5 0.3 radius 1
+directional_light 1 -1 2 0.2 angle 5
+light -1 -1 3 0.5 rectangle 1 0 0 0 -1 0 falloff 2 spot 0 0 -1 20 60
+environment bottom 0.3 0.25 0.2 top 0.1 0.3 0.7
 material matte cd 0.9 0.9 0.7
 triangle -5 -5 0  5 -5 0  0 5 0
 material glass tint 0.5 0.9 0.7

@@ -21,11 +21,23 @@ material reflection mix 0.6
 sphere 0.1 0.1 0.6 0.2
 ";
 
+/// Lit by a picture that is rendered before.
+const SKY: &str = "\
+environment interior.png rotate 70 intensity 1.5
+material matte
+triangle -5 -5 0  5 -5 0  0 5 0
+material blinn_phong
+sphere 0 0 0.5 0.5
+material reflection
+sphere 0.8 0.3 0.3 0.3
+";
+
 /// Runs a line in a folder of its own at a level, and returns what it prints and the files that it leaves.
 fn made_at(level: &str, lines: &[&str]) -> (String, BTreeMap<String, Vec<u8>>) {
     let folder = Folder::new();
     folder.write("glass.scn", GLASS);
     fs::copy(shipped_mesh("stairs.3mf"), folder.path("stairs.3mf")).unwrap();
+    folder.write("sky.scn", SKY);
     let mut printed = String::new();
     for line in lines {
         let arguments: Vec<&str> = line.split_whitespace().collect();
@@ -60,6 +72,8 @@ fn every_level_makes_the_same_bytes() {
         "render glass.scn -o glass.exr -s 97x61 --samples 4 --max-depth 7",
         "render glass.scn -o glass-scalar.exr -s 97x61 --samples 4 --max-depth 7 --mode scalar",
         "render stairs.3mf -o stairs.exr -s 97x61 --samples 4 --aov albedo",
+        "render sky.scn -o sky.exr -s 97x61 --samples 4",
+        "render sky.scn -o sky-scalar.exr -s 97x61 --samples 4 --mode scalar",
         "render a.scn -o a.png",
     ];
     let expected = made_at("portable", &lines);

@@ -19,6 +19,7 @@ mod cli_together;
 mod cli_verify;
 mod crops;
 mod faults;
+mod films;
 mod inputs_kept;
 mod levels;
 mod limits;

@@ -173,6 +173,7 @@ impl RenderArgs {
         Ok(RenderPlan {
             looks,
             build: self.trace.build,
+            fps: self.series.fps,
             whole_turn: turntable.map_or(1, |turntable| turntable.count),
             jobs,
             memory,

@@ -13,13 +13,18 @@ pub struct SeriesArgs {
     #[arg(long, conflicts_with = "compare")]
     pub skip_existing: bool,
 
-    /// Render N frames of a turn around the camera's target; a run of # in -o stands for the frame number, from 1 on
+    /// Render N frames of a turn around the camera's target: pictures, whose number is a run of # in -o, from 1 on; or a film
+    /// in one file, .gif, .apng or .y4m; - writes Y4M to standard output
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]
     pub turntable: Option<u32>,
 
     /// Render only frames A to B of the turntable, so that several machines can share the work
     #[arg(long, value_name = "A-B", value_parser = values::frames, requires = "turntable")]
     pub frames: Option<FrameRange>,
+
+    /// Frames of a film a second
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>, default_value = "25", requires = "turntable")]
+    pub fps: u32,
 }
 
 impl SeriesArgs {

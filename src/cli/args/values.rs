@@ -72,6 +72,9 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
 /// The most frames of a turntable.
 pub const MOST_FRAMES: u32 = 10_000;
 
+/// The most frames of a film a second; GIF shows each for a hundredth of a second at least.
+pub const MOST_FPS: u32 = 100;
+
 /// `A-B`, or `A` alone.
 pub fn frames(text: &str) -> Result<FrameRange, String> {
     let number = |digits: &str| {

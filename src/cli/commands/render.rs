@@ -12,7 +12,7 @@ use crate::{
         plan::{Frame, Job, JsonTarget, Look, RenderPlan, Turn, is_standard_input, objection, turned},
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
-        write::{AovKind, Inputs, Output, json_line, write_json},
+        write::{AovKind, Film, Inputs, Output, json_line, write_json},
     },
     error::clip_path,
     render::{Renderer, Settings},
@@ -160,6 +160,7 @@ impl Call<'_> {
             build: build_time,
         };
         // A renderer borrows its scene: if the lights turn with the camera, each frame needs its own renderer.
+        let mut film = self.film(job, look)?;
         let together = if rig.is_some() { 1 } else { job.frames.len().max(1) };
         for frames in job.frames.chunks(together) {
             if let (Some(rig), [frame]) = (&rig, frames) {
@@ -177,8 +178,17 @@ impl Call<'_> {
             let mut renderer = Renderer::new(&scene, &bvh);
             for frame in frames {
                 let camera = camera_of(frame.turn, &camera)?;
-                self.render_frame(&loaded, &mut renderer, frame, &camera, &mut spent)?;
+                self.render_frame(
+                    &loaded,
+                    (&mut renderer, &camera),
+                    frame,
+                    &mut spent,
+                    film.as_mut(),
+                )?;
             }
+        }
+        if let Some(film) = film {
+            film.finish()?;
         }
         let written = std::mem::take(&mut self.written);
         if self.verbose && !self.plan.stats {
@@ -186,6 +196,27 @@ impl Call<'_> {
             report::note(&written.line((window.width(), window.height())));
         }
         Ok(())
+    }
+
+    /// The film that all frames of a job go into, if there is one.
+    fn film<'a>(&self, job: &'a Job, look: &Look) -> Result<Option<Film<'a>>, CliError> {
+        let Some(output) = job
+            .frames
+            .first()
+            .map(|frame| &frame.output)
+            .filter(|output| output.is_film())
+        else {
+            return Ok(None);
+        };
+        let window = look.settings.window();
+        let frames = (job.frames.len() as u32, self.plan.fps);
+        let film = Film::begin(
+            output,
+            [window.width(), window.height()],
+            frames,
+            look.picture.transparent,
+        );
+        film.map(Some)
     }
 
     fn warn(&self, path: &Path, scene: &Scene, faults: &Faults, notes: Vec<String>) {
@@ -201,10 +232,10 @@ impl Call<'_> {
     fn render_frame(
         &mut self,
         loaded: &Loaded<'_>,
-        renderer: &mut Renderer<'_>,
+        (renderer, camera): (&mut Renderer<'_>, &Camera),
         frame: &Frame,
-        camera: &Camera,
         spent: &mut Spent,
+        film: Option<&mut Film<'_>>,
     ) -> Result<(), CliError> {
         let (plan, interrupt) = (self.plan, self.interrupt);
         let Look {
@@ -230,7 +261,10 @@ impl Call<'_> {
             if let Some(aovs) = &aovs {
                 frame.aovs.write(aovs, &mut picture)?;
             }
-            output.write(&mut picture)
+            match film {
+                Some(film) => film.add(&picture),
+                None => output.write(&mut picture),
+            }
         });
         written?;
 
@@ -256,7 +290,11 @@ impl Call<'_> {
             None => {}
         }
         let name = if output.place() == Path::new("-") {
-            "a PNG to standard output"
+            if output.is_film() {
+                "a film to standard output"
+            } else {
+                "a PNG to standard output"
+            }
         } else {
             output.name()
         };

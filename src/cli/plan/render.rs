@@ -16,6 +16,7 @@ use crate::{
 use std::{
     collections::{HashMap, hash_map::Entry},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 /// What `octray render` does.
@@ -25,6 +26,8 @@ pub struct RenderPlan {
     pub build: Build,
     /// Frames of the whole turntable, 1 without one.
     pub whole_turn: u32,
+    /// Frames of a film a second.
+    pub fps: u32,
     pub jobs: Vec<Job>,
     /// Memory that the call may take, bytes.
     pub memory: u64,
@@ -66,7 +69,7 @@ impl Job {
     pub fn outputs(&self) -> impl Iterator<Item = &Output> {
         self.frames.iter().flat_map(|frame| {
             let difference = frame.comparison.as_ref().map(|comparison| &comparison.output);
-            [&frame.output]
+            [&*frame.output]
                 .into_iter()
                 .chain(frame.aovs.files())
                 .chain(difference)
@@ -109,7 +112,8 @@ pub fn check_inputs(jobs: &[Job], config: Option<&Path>) -> Result<Inputs, CliEr
 /// One picture.
 #[derive(Debug)]
 pub struct Frame {
-    pub output: Output,
+    /// All frames of a film share it.
+    pub output: Arc<Output>,
     pub aovs: AovFiles,
     pub turn: Option<Turn>,
     pub comparison: Option<Comparison>,
@@ -216,11 +220,22 @@ impl Pictures<'_> {
             None => vec![None],
             Some(turntable) => turntable.turns()?.map(Some).collect(),
         };
-        let mut frames = Vec::new();
+        let mut frames: Vec<Frame> = Vec::new();
         for turn in turns {
-            let frame = self.frame(scene, turn, places)?;
+            let film = frames.first().filter(|frame| frame.output.is_film());
+            let frame = match film {
+                Some(first) => Frame {
+                    output: Arc::clone(&first.output),
+                    aovs: AovFiles::none(),
+                    turn,
+                    comparison: None,
+                },
+                None => self.frame(scene, turn, places)?,
+            };
             if !(self.skip_existing && frame.output.exists()) {
                 frames.push(frame);
+            } else if frame.output.is_film() {
+                break;
             }
         }
         Ok(frames)
@@ -228,9 +243,12 @@ impl Pictures<'_> {
 
     fn frame(&self, scene: &Path, turn: Option<Turn>, places: &mut Places) -> Result<Frame, CliError> {
         let path = names::picture(self.output, scene, turn).typed_if(self.is_typed);
-        let output = Output::prepare(&path, self.size(), self.force)?;
+        let output = Output::prepare(&path, self.size(), self.force)?.for_turntable(turn.is_some())?;
         output.check(&self.look.picture)?;
-        places.claim(&output, scene, turn.is_some())?;
+        if output.is_film() {
+            self.check_film(&output, scene)?;
+        }
+        places.claim(&output, scene, turn.is_some() && !output.is_film())?;
         let aovs = AovFiles::prepare(&self.look.picture, &output, &path, self.size(), self.force)?;
         for file in aovs.files() {
             places.claim(file, scene, turn.is_some())?;
@@ -240,11 +258,33 @@ impl Pictures<'_> {
             None => None,
         };
         Ok(Frame {
-            output,
+            output: Arc::new(output),
             aovs,
             turn,
             comparison,
         })
+    }
+
+    /// Refuses what films do not have.
+    fn check_film(&self, output: &Output, scene: &Path) -> Result<(), CliError> {
+        let name = output.name();
+        let expanded = |number| {
+            names::expand(
+                self.output.unwrap_or(Path::new("")),
+                names::stem(scene),
+                Some(number),
+            )
+        };
+        let why = if expanded(1) != expanded(2) {
+            "a film holds all frames; leave out the #, or name pictures such as a-##.png"
+        } else if !self.look.picture.aovs.is_empty() {
+            "a film has no AOVs; name pictures such as a-##.png"
+        } else if self.comparison.is_some() {
+            "films are not compared; name pictures such as a-##.png"
+        } else {
+            return Ok(());
+        };
+        Err(CliError::Usage(format!("{name}: {why}")))
     }
 
     fn comparison(

@@ -8,7 +8,7 @@ use super::{
 use crate::{
     accel::BvhStats,
     error::{clip, in_bytes},
-    scene::{Image, MeshFaults, NamedCamera, Scene},
+    scene::{Environment, Image, MeshFaults, NamedCamera, Scene},
 };
 use serde::Serialize;
 use std::{fmt::Write, time::Duration};
@@ -52,6 +52,10 @@ pub struct Info {
 struct BackgroundInfo {
     bottom: [f32; 3],
     top: [f32; 3],
+    /// Whether it lights the surfaces.
+    is_environment: bool,
+    /// Width and height of a picture that takes its place.
+    picture: Option<[u32; 2]>,
 }
 
 #[derive(Debug, Serialize)]
@@ -115,6 +119,11 @@ impl Info {
             background: BackgroundInfo {
                 bottom: scene.background().bottom,
                 top: scene.background().top,
+                is_environment: scene.environment().is_some(),
+                picture: match scene.environment() {
+                    Some(Environment::Picture(picture)) => Some(picture.size()),
+                    _ => None,
+                },
             },
             cameras: scene
                 .cameras()
@@ -261,11 +270,17 @@ pub(super) fn count(number: usize) -> String {
 
 impl BackgroundInfo {
     fn text(&self) -> String {
-        if self.bottom == self.top {
+        let mut text = if let Some([width, height]) = self.picture {
+            format!("picture of {width}x{height} pixels")
+        } else if self.bottom == self.top {
             list(self.top)
         } else {
             format!("bottom {} top {}", list(self.bottom), list(self.top))
+        };
+        if self.is_environment {
+            text += ", lights the scene";
         }
+        text
     }
 }
 

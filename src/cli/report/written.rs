@@ -17,8 +17,9 @@ impl Written {
         if self.count == 0 {
             name.clone_into(&mut self.first);
         }
+        // All frames of a film have one name.
+        self.count += usize::from(name != self.last);
         name.clone_into(&mut self.last);
-        self.count += 1;
         self.time += time;
     }
 

@@ -66,6 +66,15 @@ impl AovFiles {
         })
     }
 
+    /// No AOVs.
+    pub fn none() -> Self {
+        Self {
+            asked: Vec::new(),
+            files: Vec::new(),
+            transfer: Transfer::Linear,
+        }
+    }
+
     /// The files beside the picture.
     pub fn files(&self) -> &[Output] {
         &self.files

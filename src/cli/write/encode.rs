@@ -22,8 +22,8 @@ use std::{ffi::OsStr, io::Cursor};
 
 /// High enough to keep smooth shading free of visible blocks.
 const JPEG_QUALITY: u8 = 92;
-/// The format's own limit.
-const JPEG_MAX_SIDE: u32 = 65535;
+/// The limit of JPEG and GIF.
+const MAX_SIDE: u32 = 65535;
 
 /// A file format for pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +35,10 @@ pub enum Format {
     Bmp,
     Tiff,
     Exr,
+    /// A film, as those below.
+    Gif,
+    Apng,
+    Y4m,
 }
 
 impl Format {
@@ -51,18 +55,26 @@ impl Format {
             "bmp" => Self::Bmp,
             "tiff" | "tif" => Self::Tiff,
             "exr" => Self::Exr,
+            "gif" => Self::Gif,
+            "apng" => Self::Apng,
+            "y4m" => Self::Y4m,
             _ => return None,
         })
     }
 
     /// Whether a file can hold alpha.
     pub fn has_alpha(self) -> bool {
-        matches!(self, Self::Png | Self::Qoi | Self::Tiff | Self::Exr)
+        matches!(self, Self::Png | Self::Qoi | Self::Tiff | Self::Exr | Self::Apng)
     }
 
     /// Whether octray's files of this format say who wrote them.
     pub fn has_mark(self) -> bool {
-        matches!(self, Self::Png | Self::Exr)
+        matches!(self, Self::Png | Self::Exr | Self::Apng)
+    }
+
+    /// Whether a file holds all frames of a turntable.
+    pub fn is_film(self) -> bool {
+        matches!(self, Self::Gif | Self::Apng | Self::Y4m)
     }
 
     /// Whether a picture of this size can be written.
@@ -70,9 +82,14 @@ impl Format {
     /// # Errors
     /// [`CliError::Failed`] with the format's limit.
     pub fn check_size(self, width: u32, height: u32) -> Result<(), CliError> {
-        if self == Self::Jpeg && width.max(height) > JPEG_MAX_SIDE {
+        let name = match self {
+            Self::Jpeg => "JPEG",
+            Self::Gif => "GIF",
+            _ => return Ok(()),
+        };
+        if width.max(height) > MAX_SIDE {
             return Err(CliError::Failed(format!(
-                "a picture of {width}x{height} is too large for JPEG: a side has at most {JPEG_MAX_SIDE} pixels"
+                "a picture of {width}x{height} is too large for {name}: a side has at most {MAX_SIDE} pixels"
             )));
         }
         Ok(())
@@ -106,22 +123,11 @@ impl Format {
             Pixels::Transparent(film) if exr => {
                 exr_layers::write(film, ["R", "G", "B", "A"], layers, to).map_err(exr_error)
             }
-            Pixels::Bytes(film) => {
-                let bytes = film.pixels().as_flattened();
-                self.encode_bytes(bytes, [film.width(), film.height()], ExtendedColorType::Rgb8, to)
+            Pixels::Transparent(_) => {
+                self.encode_bytes(&picture.bytes(), picture.size(), ExtendedColorType::Rgba8, to)
             }
-            Pixels::Linear(film) => {
-                let bytes = film.to_bytes(picture.transfer);
-                self.encode_bytes(&bytes, [film.width(), film.height()], ExtendedColorType::Rgb8, to)
-            }
-            Pixels::Transparent(film) => {
-                let bytes = film.to_bytes(picture.transfer);
-                self.encode_bytes(
-                    &bytes,
-                    [film.width(), film.height()],
-                    ExtendedColorType::Rgba8,
-                    to,
-                )
+            Pixels::Bytes(_) | Pixels::Linear(_) => {
+                self.encode_bytes(&picture.bytes(), picture.size(), ExtendedColorType::Rgb8, to)
             }
         }
     }
@@ -153,8 +159,10 @@ impl Format {
             }
             Self::Bmp => BmpEncoder::new(to).write_image(bytes, width, height, color),
             Self::Tiff => TiffEncoder::new(to).write_image(bytes, width, height, color),
-            // An EXR file holds floats only; `Picture::new` makes sure that this is not asked for.
-            Self::Exr => OpenExrEncoder::new(to).write_image(bytes, width, height, color),
+            // An EXR file holds floats only, and films are written elsewhere: neither is asked for.
+            Self::Exr | Self::Gif | Self::Apng | Self::Y4m => {
+                OpenExrEncoder::new(to).write_image(bytes, width, height, color)
+            }
         }
     }
 }

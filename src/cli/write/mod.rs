@@ -5,6 +5,7 @@ mod aov_files;
 mod compare;
 mod encode;
 mod exr_layers;
+mod film;
 mod json;
 mod output;
 mod picture;
@@ -15,6 +16,7 @@ pub use aov_files::AovFiles;
 pub use compare::{Comparison, Verdict};
 #[cfg(feature = "viewer")]
 pub use encode::Format;
+pub use film::Film;
 pub use json::{json_line, write_json};
 pub use output::Output;
 #[cfg(feature = "viewer")]

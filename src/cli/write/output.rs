@@ -44,6 +44,14 @@ struct Old {
     is_foreign: bool,
 }
 
+/// An output that is being written.
+#[derive(Debug)]
+pub enum Opened {
+    Stdout,
+    Special(File),
+    File(Temporary),
+}
+
 /// A checked place for a picture.
 #[derive(Debug)]
 pub struct Output {
@@ -230,7 +238,7 @@ impl Output {
         let name = &self.name;
         if options.transparent && !self.format.has_alpha() {
             return Err(CliError::Usage(format!(
-                "{name}: this format has no alpha channel, expected .png, .qoi, .tiff, .tif or .exr"
+                "{name}: this format has no alpha channel, expected .png, .qoi, .tiff, .tif, .exr, or .apng for films"
             )));
         }
         if options.transfer == Transfer::Srgb && self.format == Format::Exr {
@@ -241,6 +249,71 @@ impl Output {
         Ok(())
     }
 
+    /// The format of the file.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Whether it will hold all frames of a turntable.
+    pub fn is_film(&self) -> bool {
+        self.format.is_film()
+    }
+
+    /// Whether a turntable's frames go there, or one picture. Standard output takes a film as Y4M.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] for a film without a turntable.
+    pub fn for_turntable(mut self, is_turning: bool) -> Result<Self, CliError> {
+        if is_turning && matches!(self.place, Place::Stdout(_)) {
+            self.format = Format::Y4m;
+        }
+        if self.is_film() && !is_turning {
+            return Err(CliError::Usage(format!(
+                "{}: a film of one frame; add --turntable N, or name a picture such as .png",
+                self.name
+            )));
+        }
+        Ok(self)
+    }
+
+    /// Begins to write: nothing is at a file's place until it is [closed](Self::close).
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn open(&self) -> Result<Opened, CliError> {
+        let opened = match &self.place {
+            Place::Stdout(_) => Ok(Opened::Stdout),
+            Place::Special(path) => OpenOptions::new().write(true).open(path).map(Opened::Special),
+            Place::File { path, old } => temporary(path, old.as_ref()).map(Opened::File),
+        };
+        opened.map_err(|error| CliError::writing(&self.name, &error))
+    }
+
+    /// Adds bytes.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn append(&self, opened: &mut Opened, bytes: &[u8]) -> Result<(), CliError> {
+        let written = match opened {
+            Opened::Stdout => return report::print_bytes(bytes),
+            Opened::Special(file) => file.write_all(bytes),
+            Opened::File(temporary) => temporary.write_all(bytes),
+        };
+        written.map_err(|error| CliError::writing(&self.name, &error))
+    }
+
+    /// Gives a file its name.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn close(&self, opened: Opened) -> Result<(), CliError> {
+        let closed = match (opened, &self.place) {
+            (Opened::File(temporary), Place::File { path, .. }) => self.persist(temporary, path),
+            _ => Ok(()),
+        };
+        closed.map_err(|error| CliError::writing(&self.name, &error))
+    }
+
     /// Encodes and writes the picture. On failure the place is as it was before (a device or a pipe may have
     /// got a part).
     ///
@@ -248,24 +321,12 @@ impl Output {
     /// [`CliError`].
     pub fn write(&self, picture: &mut Picture) -> Result<(), CliError> {
         let bytes = self.format.encode(picture)?;
-        let written = match &self.place {
-            Place::Stdout(_) => return report::print_bytes(&bytes),
-            Place::Special(path) => {
-                let file = OpenOptions::new().write(true).open(path);
-                file.and_then(|mut file| file.write_all(&bytes))
-            }
-            Place::File { path, old } => self.replace(path, old.as_ref(), &bytes),
-        };
-        written.map_err(|error| CliError::writing(&self.name, &error))
+        let mut opened = self.open()?;
+        self.append(&mut opened, &bytes)?;
+        self.close(opened)
     }
 
-    /// Writes a new file beside `path` and then gives it that name. The temporary file goes with every failure.
-    fn replace(&self, path: &Path, old: Option<&Old>, bytes: &[u8]) -> io::Result<()> {
-        let mut temporary = Temporary::beside(path)?;
-        if let Some(old) = old {
-            temporary.file().set_permissions(old.permissions.clone())?;
-        }
-        temporary.write_all(bytes)?;
+    fn persist(&self, temporary: Temporary, path: &Path) -> io::Result<()> {
         if self.is_careful && is_foreign(path) {
             return Err(io::Error::other(
                 "another program has made a file of this name meanwhile",
@@ -273,6 +334,15 @@ impl Output {
         }
         temporary.persist()
     }
+}
+
+/// A new file beside `path`, with the permissions of the old one. It goes with every failure.
+fn temporary(path: &Path, old: Option<&Old>) -> io::Result<Temporary> {
+    let mut temporary = Temporary::beside(path)?;
+    if let Some(old) = old {
+        temporary.file().set_permissions(old.permissions.clone())?;
+    }
+    Ok(temporary)
 }
 
 /// Whether the file may be replaced or made, found out without changing it.

@@ -6,6 +6,7 @@ use crate::{
     render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings, Transfer},
     scene::Camera,
 };
+use std::borrow::Cow;
 
 /// The picture's colours.
 pub enum Pixels {
@@ -56,6 +57,26 @@ impl Picture {
             Pixels::Bytes(film) => renderer.render(camera, settings, film, on_progress),
             Pixels::Linear(film) => renderer.render(camera, settings, film, on_progress),
             Pixels::Transparent(film) => renderer.render(camera, settings, film, on_progress),
+        }
+    }
+}
+
+impl Picture {
+    /// Width and height, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        match &self.pixels {
+            Pixels::Bytes(film) => [film.width(), film.height()],
+            Pixels::Linear(film) => [film.width(), film.height()],
+            Pixels::Transparent(film) => [film.width(), film.height()],
+        }
+    }
+
+    /// RGB, or RGBA with alpha, 8 bits each.
+    pub fn bytes(&self) -> Cow<'_, [u8]> {
+        match &self.pixels {
+            Pixels::Bytes(film) => Cow::Borrowed(film.pixels().as_flattened()),
+            Pixels::Linear(film) => Cow::Owned(film.to_bytes(self.transfer)),
+            Pixels::Transparent(film) => Cow::Owned(film.to_bytes(self.transfer)),
         }
     }
 }

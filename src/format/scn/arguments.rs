@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, SceneError, quote},
-    scene::MAX_COORDINATE,
+    scene::{Background, MAX_COORDINATE},
 };
 use glam::DVec3;
 
@@ -193,6 +193,26 @@ impl<'l, 'a> Arguments<'l, 'a> {
             self.share(g, "green")?,
             self.share(b, "blue")?,
         ])
+    }
+
+    /// Two colours, each after its key.
+    pub(super) fn gradient(&mut self, usage: &str) -> Result<Background, LoadError> {
+        let (mut bottom, mut top) = (None, None);
+        let mut end = self.keyword.end();
+        while let Some((word, key)) = self.key_once(&["bottom", "top"])? {
+            let words = self.take(word, &format!("{key} r g b"))?;
+            let color = self.color(words)?;
+            end = words[2].end();
+            *(if key == "top" { &mut top } else { &mut bottom }) = Some(color);
+        }
+        let missing = |key: &str| {
+            let message = format!("`{}` without `{key}`, expected `{usage}`", self.name);
+            self.line.error(end, 1, message)
+        };
+        Ok(Background {
+            bottom: bottom.ok_or_else(|| missing("bottom"))?,
+            top: top.ok_or_else(|| missing("top"))?,
+        })
     }
 
     /// A number from 0 to 1.

@@ -29,7 +29,7 @@ const OWN: &str = "own";
 const BACKGROUND_USAGE: &str = "background r g b";
 
 /// The statements and how they are written.
-pub(super) const STATEMENTS: [(&str, &str); 11] = [
+pub(super) const STATEMENTS: [(&str, &str); 12] = [
     ("light", "light x y z intensity"),
     ("directional_light", "directional_light x y z intensity"),
     ("sphere", "sphere x y z radius"),
@@ -39,6 +39,7 @@ pub(super) const STATEMENTS: [(&str, &str); 11] = [
     ("material", "material NAME"),
     ("camera", "camera eye x y z target x y z"),
     ("background", BACKGROUND_USAGE),
+    ("environment", "environment PATH"),
     ("ambient", "ambient intensity"),
     ("include", "include PATH"),
 ];
@@ -56,6 +57,7 @@ impl Reader<'_> {
             "material" => self.material(arguments),
             "camera" => self.camera(arguments),
             "background" => self.background(arguments),
+            "environment" => self.environment(arguments),
             "ambient" => self.ambient(arguments),
             _ => self.include(arguments),
         }
@@ -210,27 +212,11 @@ impl Reader<'_> {
     }
 
     fn background(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
-        const KEYS: [&str; 2] = ["bottom", "top"];
-        let background = if let Some(word) = arguments.peek()
-            && nearest(word.text, KEYS).is_some()
-        {
-            let (mut bottom, mut top) = (None, None);
-            let mut end = word.end();
-            while let Some((word, key)) = arguments.key_once(&KEYS)? {
-                let words = arguments.take(word, &format!("{key} r g b"))?;
-                let color = arguments.color(words)?;
-                end = words[2].end();
-                *(if key == "top" { &mut top } else { &mut bottom }) = Some(color);
-            }
-            let usage = "background bottom r g b top r g b";
-            let missing = |key: &str| {
-                let message = format!("`background` without `{key}`, expected `{usage}`");
-                arguments.line.error(end, 1, message)
-            };
-            Background {
-                bottom: bottom.ok_or_else(|| missing("bottom"))?,
-                top: top.ok_or_else(|| missing("top"))?,
-            }
+        let is_gradient = arguments
+            .peek()
+            .is_some_and(|word| nearest(word.text, ["bottom", "top"]).is_some());
+        let background = if is_gradient {
+            arguments.gradient("background bottom r g b top r g b")?
         } else {
             let words = arguments.leading()?;
             arguments.hint = " (two colours: `background bottom r g b top r g b`)";

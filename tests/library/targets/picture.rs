@@ -11,7 +11,9 @@ use octray::{
         shade::{Intersect, PixelSample, SecondaryRays, radiance},
     },
     render::{Film, Filter, Mode, Pattern, Settings, render},
-    scene::{Background, Camera, Light, LightShape, Material, Scene, SceneBuilder, Spot, TriangleMesh},
+    scene::{
+        Background, Camera, Environment, Light, LightShape, Material, Scene, SceneBuilder, Spot, TriangleMesh,
+    },
 };
 use std::ops::ControlFlow;
 
@@ -104,7 +106,11 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
         if u.is_empty() {
             break;
         }
-        match u.int_in_range(0..=9)? {
+        match u.int_in_range(0..=10)? {
+            10 => {
+                let [bottom, top] = [color(u)?, color(u)?];
+                let _ = builder.set_environment(Environment::Background(Background { bottom, top }));
+            }
             0 => {
                 let _ = builder.add(light(u)?);
             }

@@ -1,0 +1,73 @@
+//! Pictures of environments: Radiance HDR, OpenEXR, or any picture that textures may be.
+
+#[cfg(feature = "textures")]
+pub(super) use decoding::decode;
+
+/// Width, height and the pixels, rows from the top.
+pub(super) type Decoded = ([u32; 2], Vec<[f32; 3]>);
+
+#[cfg(feature = "textures")]
+mod decoding {
+    use super::Decoded;
+    use crate::{
+        error::in_bytes,
+        format::{
+            budget::Budget,
+            textures::decoding::{DECODER_BYTES, HEADER_BYTES, limits, sentence},
+        },
+        scene::{EnvironmentPicture, MAX_ENVIRONMENT_SIDE},
+    };
+    use image::{ImageDecoder, ImageFormat, ImageReader};
+    use std::{
+        io::Cursor,
+        panic::{AssertUnwindSafe, catch_unwind},
+        path::Path,
+    };
+
+    /// Decodes a picture. What it takes as an environment is taken from the budget. The error is a sentence.
+    pub(in crate::format) fn decode(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Decoded, String> {
+        let decoded = catch_unwind(AssertUnwindSafe(|| decode_within(bytes, path, budget)));
+        decoded.unwrap_or_else(|_| Err("its decoder failed".to_owned()))
+    }
+
+    fn decode_within(bytes: &[u8], path: &Path, budget: &Budget) -> Result<Decoded, String> {
+        use ImageFormat::{Bmp, Hdr, Jpeg, OpenExr, Png, Tga, WebP};
+        let by_name = || ImageFormat::from_path(path).ok();
+        let format = image::guess_format(bytes).ok().or_else(by_name);
+        let format = format.filter(|format| matches!(format, Hdr | OpenExr | Png | Jpeg | WebP | Bmp | Tga));
+        let format =
+            format.ok_or("unknown kind of picture, expected HDR, OpenEXR, PNG, JPEG, WebP, BMP or TGA")?;
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        reader.limits(limits(HEADER_BYTES));
+        let decoder = reader.into_decoder().map_err(|error| sentence(&error))?;
+        let size @ [width, height] = <[u32; 2]>::from(decoder.dimensions());
+        if width.max(height) > MAX_ENVIRONMENT_SIDE || width.min(height) == 0 {
+            return Err(format!(
+                "it has {width}x{height} pixels, expected at most {MAX_ENVIRONMENT_SIDE}x{MAX_ENVIRONMENT_SIDE}"
+            ));
+        }
+        let pixels = u64::from(width) * u64::from(height);
+        // Decoded, as RGB floats, and what a decoder keeps beside.
+        let needed = decoder.total_bytes().saturating_mul(2) + 12 * pixels + DECODER_BYTES;
+        let kept = EnvironmentPicture::bytes(size);
+        if needed + kept as u64 > budget.left() {
+            return Err(format!(
+                "it takes {}, above what is left of the memory limit",
+                in_bytes(needed + kept as u64)
+            ));
+        }
+        budget.take(kept).map_err(|error| error.to_string())?;
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        reader.limits(limits(needed));
+        let decoded = reader.decode().map_err(|error| sentence(&error))?;
+        let floats = decoded.into_rgb32f().into_raw();
+        let texels = bytemuck::allocation::try_cast_vec(floats);
+        let texels = texels.map_err(|_| "it does not fit into memory".to_owned())?;
+        Ok((size, texels))
+    }
+}
+
+#[cfg(not(feature = "textures"))]
+pub(super) fn decode(_: &[u8], _: &std::path::Path, _: &super::budget::Budget) -> Result<Decoded, String> {
+    Err("octray was built without its feature `textures`".to_owned())
+}

@@ -1,0 +1,73 @@
+//! The statement `environment`.
+
+use super::{QUOTES_HINT, Reader, Said, arguments::Arguments, nearest::nearest};
+use crate::{
+    error::LoadError,
+    format::{environment::decode, files::load_error},
+    scene::{Environment, EnvironmentPicture},
+};
+
+impl Reader<'_> {
+    /// `environment PATH [rotate DEG] [intensity k]` or `environment bottom r g b top r g b`
+    pub(super) fn environment(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let is_gradient = arguments
+            .peek()
+            .is_some_and(|word| nearest(word.text, ["bottom", "top"]).is_some());
+        let environment = if is_gradient {
+            Environment::Background(arguments.gradient("environment bottom r g b top r g b")?)
+        } else {
+            self.picture(&mut arguments)?
+        };
+        Said::once(
+            &mut self.said.background,
+            &arguments,
+            "`background` or `environment`",
+        )?;
+        self.has_lights = true;
+        self.has_environment = true;
+        let set = self.builder.set_environment(environment);
+        set.map_err(|error| arguments.refused(&error, &[]))
+    }
+
+    fn picture(&mut self, arguments: &mut Arguments<'_, '_>) -> Result<Environment, LoadError> {
+        let [word] = arguments.leading()?;
+        arguments.hint = QUOTES_HINT;
+        let (mut degrees, mut intensity) = (0.0, 1.0);
+        while let Some((key_word, key)) = arguments.key_once(&["rotate", "intensity"])? {
+            if key == "rotate" {
+                let [number] = arguments.take(key_word, "rotate DEG")?;
+                degrees = arguments.precise(number, "rotate")?;
+                continue;
+            }
+            let [number] = arguments.take(key_word, "intensity NUMBER")?;
+            intensity = arguments.number(number, key)?;
+            if intensity < 0.0 {
+                let message = format!("intensity is {intensity}, expected 0 or more");
+                return Err(arguments.line.error_at(&number, message));
+            }
+        }
+        let path = self.path(arguments, word, "picture")?;
+        let cannot_load = |cause: LoadError| {
+            let message = format!("cannot load {}", path.display());
+            arguments.line.error_at(&word, message).caused_by(cause)
+        };
+        let whole_file = |message: String| cannot_load(LoadError::whole_file(&path, message));
+        self.builder.add_texture_files(vec![path.clone()]);
+        let opened = self.files.mesh(&path, self.budget);
+        let bytes = opened.and_then(|opened| opened.into_bytes(self.budget));
+        let bytes = bytes.map_err(|error| cannot_load(load_error(&path, &error)))?;
+        let (size, texels) = decode(&bytes, &path, self.budget).map_err(whole_file)?;
+        self.budget.give_back(bytes.capacity());
+        let is_odd = |light: &&f32| light.is_nan() || **light < 0.0;
+        let odd = texels.iter().flatten().filter(is_odd).count();
+        if odd > 0 {
+            self.builder.add_note(format!(
+                "{}: {odd} channels of pixels are below 0 or no numbers: taken as 0",
+                path.display()
+            ));
+        }
+        let picture = EnvironmentPicture::new(size, texels, degrees, intensity);
+        let picture = picture.map_err(|error| whole_file(error.to_string()))?;
+        Ok(Environment::Picture(picture))
+    }
+}

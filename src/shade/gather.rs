@@ -1,0 +1,124 @@
+//! Gathers the light at all points of a tile: ambient light, each light in turn, and the environment.
+
+use super::{
+    ShadeSettings, Shader,
+    draw::Draws,
+    environment,
+    material::{self, IncidentLight, Light8},
+    shadow, soft,
+};
+use crate::{
+    lanes::LANES,
+    scene::Scene,
+    simd::{Level, at_level},
+    trace::Tracer,
+};
+
+impl Shader {
+    /// Sums up the light at each lit surface.
+    pub(super) fn add_lights(
+        &mut self,
+        scene: &Scene,
+        tracer: &mut Tracer<'_>,
+        settings: ShadeSettings,
+        depth: u32,
+    ) {
+        let lights = scene.lights();
+        if lights.is_empty() && scene.environment().is_none() {
+            self.light.clear();
+        }
+        // The first light overwrites the previous contents.
+        self.light.resize(self.surfaces.len(), Light8::NONE);
+        let lit = self.by_material.lit_surfaces(scene, &self.surfaces).len();
+        self.occlude_ambient(scene, tracer, settings, (depth, lit));
+        for (light_i, light) in lights.iter().enumerate() {
+            let (rays, time) = shadow::pass(
+                light,
+                (
+                    draws(&self.first_points, scene, settings, (depth, 1 + light_i)),
+                    settings.shadows,
+                ),
+                tracer,
+                &self.surfaces[..lit],
+                &mut self.arriving,
+                &mut self.shadow,
+            );
+            self.shadow_rays += rays;
+            self.tracing += time;
+            self.sum_up(scene, tracer.level(), lit, light.power(), light_i == 0);
+        }
+        if let Some(environment) = scene.environment() {
+            let pair = 1 + lights.len();
+            let (rays, time) = environment::pass(
+                environment,
+                (
+                    draws(&self.first_points, scene, settings, (depth, pair)),
+                    settings.shadows,
+                ),
+                tracer,
+                &self.surfaces[..lit],
+                &mut self.arriving,
+                &mut self.shadow,
+            );
+            self.shadow_rays += rays;
+            self.tracing += time;
+            self.sum_up(scene, tracer.level(), lit, [1.0; 3], lights.is_empty());
+        }
+    }
+
+    /// Finds the ambient light at each lit surface if anything can block it.
+    fn occlude_ambient(
+        &mut self,
+        scene: &Scene,
+        tracer: &mut Tracer<'_>,
+        settings: ShadeSettings,
+        (depth, lit): (u32, usize),
+    ) {
+        self.ambient.clear();
+        let Some(reach) = scene.ambient_reach().filter(|_| settings.shadows) else {
+            return;
+        };
+        let (rays, time) = soft::ambient_pass(
+            (scene.ambient(), reach),
+            draws(&self.first_points, scene, settings, (depth, 0)),
+            tracer,
+            &self.surfaces[..lit],
+            &mut self.ambient,
+            &mut self.shadow,
+        );
+        self.ambient_rays += rays;
+        self.tracing += time;
+    }
+
+    /// Adds the light that arrives to the sums of all lit surfaces.
+    fn sum_up(&mut self, scene: &Scene, level: Level, lit: usize, power: [f32; 3], is_first: bool) {
+        for (material, range) in self.by_material.ranges().take_while(|(_, r)| r.end <= lit) {
+            let incident = IncidentLight {
+                power,
+                powers: self.arriving.power.get(range.clone()).unwrap_or_default(),
+                n_dot_l: &self.arriving.n_dot_l[range.clone()],
+                to_light: &self.arriving.to_light[range.clone()],
+            };
+            let material = &scene.materials()[material.0 as usize];
+            let surfaces = &self.surfaces[range.clone()];
+            let light = &mut self.light[range];
+            at_level!(level, |simd| material::add_light(
+                simd, material, incident, surfaces, light, is_first
+            ));
+        }
+    }
+}
+
+/// The random points of a pair of dimensions at a depth.
+fn draws<'a>(
+    first: &'a [[u32; LANES]],
+    scene: &Scene,
+    settings: ShadeSettings,
+    (depth, pair): (u32, usize),
+) -> Draws<'a> {
+    Draws {
+        first,
+        sample: settings.sample,
+        pair: (depth as usize * scene.draws_per_depth() + pair) as u32,
+    }
+}
