@@ -37,6 +37,7 @@ pub enum Loaded {
 /// The first that applies, in this order:
 /// - PLY begins with a line `ply`.
 /// - glTF begins with `glTF` or `{`.
+/// - 3MF is a ZIP archive.
 /// - OFF begins with `OFF` and its prefixes, such as `COFF`.
 /// - STL has the size that its count of facets implies, or begins with `solid`.
 /// - A scene has a `.scn` statement, perhaps misspelt, before any keyword of OBJ, or nothing but `//` comments.
@@ -55,6 +56,8 @@ pub fn detect(bytes: &[u8]) -> Detected {
         Detected::Mesh(MeshFormat::Ply)
     } else if bytes.starts_with(b"glTF") || text.trim_ascii_start().starts_with(b"{") {
         Detected::Mesh(MeshFormat::Gltf)
+    } else if bytes.starts_with(mesh::ZIP) {
+        Detected::Mesh(MeshFormat::ThreeMf)
     } else if off::is_off(text) {
         Detected::Mesh(MeshFormat::Off)
     } else if stl::is_stl(bytes) {
@@ -78,7 +81,19 @@ pub fn load_any(
     asked: &mut Vec<PathBuf>,
     memory: u64,
 ) -> Result<Loaded, LoadError> {
+    load_any_shown(reader, name, asked, memory, true)
+}
+
+/// As [`load_any`]; images of a mesh's textures are read only if it `shows_images`. Those of a scene's meshes are.
+pub(crate) fn load_any_shown(
+    reader: impl Read,
+    name: &Path,
+    asked: &mut Vec<PathBuf>,
+    memory: u64,
+    shows_images: bool,
+) -> Result<Loaded, LoadError> {
     let budget = Budget::new(memory);
+    budget.set_wants_images(shows_images);
     let bytes = files::read_all(reader, files::MAX_BYTES, &budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
     let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);
@@ -131,6 +146,7 @@ mod tests {
         is(b"glTF\x02\0\0\0", gltf);
         is(b" \n{\"asset\": {}}", gltf);
         is(b"\xef\xbb\xbf{}", gltf);
+        is(b"PK\x03\x04\x14\0", Some(MeshFormat::ThreeMf));
         is(b"OFF\n1 0 0\n0 0 0\n", Some(MeshFormat::Off));
         is(b"# c\nCOFF 1 0 0\n", Some(MeshFormat::Off));
         is(b"OFFICE\nv 0 0 0\n", obj);

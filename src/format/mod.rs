@@ -22,9 +22,12 @@ mod scn;
 mod source;
 mod stl;
 mod textures;
+#[cfg(feature = "threemf")]
+mod threemf;
+mod vertices;
 
 #[cfg(feature = "cli")]
-pub(crate) use source::open_file;
+pub(crate) use {detect::load_any_shown, source::open_file};
 
 pub use detect::{Detected, Loaded, detect, load_any};
 

@@ -196,7 +196,14 @@ fn read_any(what: &str, name: &str, bytes: Vec<u8>) -> bool {
 #[test]
 fn broken_meshes_of_every_format() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/meshes");
-    for name in ["vase.obj", "house.stl", "gear.stl", "mobile.gltf", "helix.ply"] {
+    for name in [
+        "vase.obj",
+        "house.stl",
+        "gear.stl",
+        "mobile.gltf",
+        "helix.ply",
+        "stairs.3mf",
+    ] {
         let valid = fs::read(folder.join(name)).expect("a shipped mesh");
         assert!(read_any(name, name, valid.clone()));
         let mut random = Random(valid.len() as u64);

@@ -12,8 +12,9 @@
 //! ...
 //! ```
 //! `\xNN` stands for a byte. Cases of `formats.txt` have no scene: the first file is a mesh, and files that it names
-//! follow.
+//! follow. If `a.3mf` is empty, the others are its parts.
 
+use crate::targets::archive;
 use octray::format::{load_from_bytes, mesh};
 use std::{collections::HashMap, env, fs, io, path::Path};
 
@@ -80,7 +81,11 @@ fn mesh_report(head: &str) -> String {
             (name, bytes(text.trim_end()))
         })
         .collect();
-    let (name, first) = files.first().expect("a mesh").clone();
+    let (name, mut first) = files.first().expect("a mesh").clone();
+    if name == "a.3mf" && first.is_empty() {
+        // The others are its parts.
+        first = archive::stored(files.iter().skip(1).map(|(name, part)| (*name, &part[..])));
+    }
     let mut others: HashMap<&str, Vec<u8>> = files.into_iter().collect();
     let open = &mut |path: &Path| {
         let found = path.to_str().and_then(|name| others.remove(name));

@@ -31,6 +31,8 @@ mod strangers_mesh;
 mod strangers_scene;
 #[cfg(feature = "textures")]
 mod textures;
+#[cfg(feature = "threemf")]
+mod threemf;
 mod watertight;
 
 /// Loads `scenes/NAME.scn`.

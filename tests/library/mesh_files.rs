@@ -226,6 +226,34 @@ fn faults_in_large_files() {
     );
 }
 
+/// A 3MF file of the same triangles gives the same mesh.
+#[cfg(feature = "threemf")]
+#[test]
+fn threemf_of_triangles() {
+    for count in [3, 5000] {
+        let polygons = Polygons::new(count, [3, 0]);
+        let vertex = |[x, y, z]: &[f32; 3]| format!("<vertex x='{x}' y=\"{y}\" z=' {z} '/>");
+        let vertices: String = polygons.positions.iter().map(vertex).collect();
+        let triangle = |corners: &Vec<u32>| {
+            let [a, b, c] = corners[..] else {
+                unreachable!("three corners")
+            };
+            format!("<triangle v3=\"{c}\" v1=\"{a}\" v2=\"{b}\">\n</triangle>")
+        };
+        let triangles: String = polygons.faces.iter().map(triangle).collect();
+        let model = format!(
+            "<?xml version='1.0'?><model><resources><object id='4'><mesh><vertices>{vertices}</vertices>\
+             <triangles>{triangles}</triangles></mesh></object></resources><build><item objectid='4'/></build></model>"
+        );
+        let bytes = crate::targets::archive::of_model(model.as_bytes());
+        // The name does not matter: an archive is nothing else.
+        let (file, mesh) = (load(&bytes, "a.obj").expect("a mesh"), read(bytes, "a.3mf"));
+        assert_same(&file, &mesh);
+        let found = (0..mesh.x.len()).map(|i| [mesh.x[i], mesh.y[i], mesh.z[i]]);
+        assert!(found.eq(polygons.positions.iter().copied()) && mesh.triangles == polygons.triangles());
+    }
+}
+
 /// A file that is read in pieces gives the same mesh and the same errors as its bytes.
 #[test]
 fn a_file_is_what_its_bytes_are() {

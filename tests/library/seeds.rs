@@ -1,7 +1,8 @@
 //! The generated seeds of `fuzz/seeds`, whose names begin with `made-`: one file for each feature of a format. The other
 //! seeds are written by hand.
 
-use std::fmt::Write as _;
+use crate::targets::archive::{RELATIONSHIPS, stored};
+use std::{fmt::Write as _, io::Write as _};
 
 /// A seed: target, name, bytes.
 pub type Seed = (&'static str, String, Vec<u8>);
@@ -13,6 +14,7 @@ pub fn all() -> Vec<Seed> {
     stls(&mut seeds);
     gltfs(&mut seeds);
     offs(&mut seeds);
+    threemfs(&mut seeds);
     textures(&mut seeds);
     arguments(&mut seeds);
     choices(&mut seeds);
@@ -197,6 +199,91 @@ fn offs(seeds: &mut Vec<Seed>) {
     ] {
         add(seeds, "off", &format!("{name}.off"), text);
     }
+}
+
+/// Model parts of 3MF files, and whole archives.
+fn threemfs(seeds: &mut Vec<Seed>) {
+    const SQUARE: &str = r#"<vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="1" y="1" z="0"/>
+<vertex x="0" y="1" z="0"/></vertices>"#;
+    const TWO: &str =
+        r#"<triangles><triangle v1="0" v2="1" v3="2"/><triangle v1="0" v2="2" v3="3"/></triangles>"#;
+    let model = |resources: &str, attributes: &str, triangles: &str, build: &str| {
+        format!(
+            "<?xml version=\"1.0\"?>\n<model unit=\"inch\" xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\" \
+             requiredextensions=\"m\">\n<resources>{resources}<object id=\"9\" {attributes}><mesh>{SQUARE}{triangles}</mesh></object>\n\
+             {build}</model>\n"
+        )
+    };
+    let built = r#"</resources><build><item objectid="9"/></build>"#;
+    let plain = model("", "", TWO, built);
+    let components = model(
+        "",
+        "type=\"surface\"",
+        TWO,
+        r#"<object id="2"><components><component objectid="9" transform="0 1 0 -1 0 0 0 0 1 5 6 7"/><component objectid="9"/>
+</components></object></resources><build><item objectid="2" transform="2 0 0 0 2 0 0 0 2 0 0 0"/><item objectid="2"/></build>"#,
+    );
+    let colors = model(
+        r##"<basematerials id="1"><base name="a" displaycolor="#FF0000"/><base name="b" displaycolor="#00FF0080"/></basematerials>
+<m:colorgroup id="2"><m:color color="#0000FF"/><m:color color="#FFFF00"/></m:colorgroup>
+<m:compositematerials id="3" matid="1" matindices="0 1"><m:composite values="0.25 0.75"/></m:compositematerials>
+<m:multiproperties id="4" pids="1 2"><m:multi pindices="0 1"/></m:multiproperties>"##,
+        r#"pid="1" pindex="1""#,
+        r#"<triangles><triangle v1="0" v2="1" v3="2"/><triangle v1="0" v2="2" v3="3" p1="0"/>
+<triangle v1="0" v2="2" v3="3" pid="2" p1="0" p2="1" p3="0"/><triangle v1="0" v2="1" v3="3" pid="3" p1="0"/>
+<triangle v1="0" v2="1" v3="3" pid="4" p1="0"/></triangles>"#,
+        built,
+    );
+    let textures = model(
+        r#"<m:texture2d id="1" path="/a.png" contenttype="image/png" tilestyleu="mirror"/><m:texture2dgroup id="2" texid="1">
+<m:tex2coord u="0" v="0"/><m:tex2coord u="1" v="0"/><m:tex2coord u="0" v="1"/></m:texture2dgroup>"#,
+        "",
+        r#"<triangles><triangle v1="0" v2="1" v3="2" pid="2" p1="0" p2="1" p3="2"/></triangles>"#,
+        built,
+    );
+    for (name, model) in [
+        ("plain", &plain),
+        ("components", &components),
+        ("colors", &colors),
+    ] {
+        add(seeds, "threemf", &format!("{name}.model"), model.as_bytes());
+    }
+    let mut png = std::io::Cursor::new(Vec::new());
+    let image = image::RgbImage::from_fn(2, 2, |x, y| image::Rgb([200 * x as u8, 200 * y as u8, 50]));
+    image
+        .write_to(&mut png, image::ImageFormat::Png)
+        .expect("it is written");
+    let png = png.into_inner();
+    let parts = [("3D/a.model", textures.as_bytes()), ("a.png", &png)];
+    add(seeds, "threemf", "textures.3mf", stored(parts));
+    let other = r#"<model><resources><object id="1"><components><component p:path="/b.model" objectid="2"/></components></object>
+</resources><build><item objectid="1"/></build></model>"#;
+    let parts = [
+        ("_rels/.rels", RELATIONSHIPS.as_bytes()),
+        ("3D/3dmodel.model", other.as_bytes()),
+        ("b.model", components.as_bytes()),
+    ];
+    add(seeds, "threemf", "parts.3mf", stored(parts));
+    // As `zip` writes it: the model part is deflated.
+    let mut deflater = flate2::write::DeflateEncoder::new(Vec::new(), flate2::Compression::best());
+    deflater.write_all(plain.as_bytes()).expect("memory");
+    let deflated = deflater.finish().expect("memory");
+    let mut archive = stored([("a.model", &deflated[..])]);
+    let mut checksum = flate2::Crc::new();
+    checksum.update(plain.as_bytes());
+    for (magic, offset) in [(b"PK\x01\x02", 10), (b"PK\x03\x04", 8)] {
+        let at = archive
+            .windows(4)
+            .position(|window| window == magic)
+            .expect("a header")
+            + offset;
+        archive[at] = 8;
+        if offset == 10 {
+            archive[at + 6..at + 10].copy_from_slice(&checksum.sum().to_le_bytes());
+            archive[at + 14..at + 18].copy_from_slice(&(plain.len() as u32).to_le_bytes());
+        }
+    }
+    add(seeds, "threemf", "deflated.3mf", archive);
 }
 
 /// A small image of each format.

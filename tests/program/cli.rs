@@ -444,7 +444,7 @@ fn mesh_errors_suggest_a_remedy() {
     let folder = Folder::new();
     folder.write("square.obj", SQUARE);
     folder.write("letter.fbx", "Dear reader");
-    let kinds = "expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb)";
+    let kinds = "expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf)";
     folder.fails(&["letter.fbx"], 1, kinds);
     folder.fails(
         &["squre.obj"],

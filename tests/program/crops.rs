@@ -45,7 +45,7 @@ sphere 0.1 0.1 0.6 0.2
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 30] = [
+const CASES: [(&str, &str, &str); 31] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -122,6 +122,7 @@ const CASES: [(&str, &str, &str); 30] = [
     ),
     ("mobile.gltf", "png", "--camera front --ground --srgb --samples 4"),
     ("mobile.gltf", "png", "--style studio --ground --samples 5"),
+    ("stairs.3mf", "png", "--style studio --samples 5 --aov albedo"),
     ("mobile.gltf", "png", "--style clay --ground --aov id"),
     ("b.scn", "png", "--samples auto --background transparent"),
     ("b.scn", "exr", "--samples auto:7 --filter tent --mode scalar"),

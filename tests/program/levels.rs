@@ -1,6 +1,6 @@
 //! `OCTRAY_ISA`: every instruction set of this CPU makes the same bytes.
 
-use crate::program::{Folder, Run, assert_contains};
+use crate::program::{Folder, Run, assert_contains, shipped_mesh};
 use octray::Level;
 use std::{collections::BTreeMap, fs};
 
@@ -36,6 +36,7 @@ sphere 0.8 0.3 0.3 0.3
 fn made_at(level: &str, lines: &[&str]) -> (String, BTreeMap<String, Vec<u8>>) {
     let folder = Folder::new();
     folder.write("glass.scn", GLASS);
+    fs::copy(shipped_mesh("stairs.3mf"), folder.path("stairs.3mf")).unwrap();
     folder.write("sky.scn", SKY);
     let mut printed = String::new();
     for line in lines {
@@ -70,6 +71,7 @@ fn every_level_makes_the_same_bytes() {
         "render flake.scn -o auto.png -s 160x120 --samples auto:9 --background transparent",
         "render glass.scn -o glass.exr -s 97x61 --samples 4 --max-depth 7",
         "render glass.scn -o glass-scalar.exr -s 97x61 --samples 4 --max-depth 7 --mode scalar",
+        "render stairs.3mf -o stairs.exr -s 97x61 --samples 4 --aov albedo",
         "render sky.scn -o sky.exr -s 97x61 --samples 4",
         "render sky.scn -o sky-scalar.exr -s 97x61 --samples 4 --mode scalar",
         "render a.scn -o a.png",

@@ -38,6 +38,7 @@ fn golden_pictures_of_every_format() {
             ("up-axis", "house.stl", &["--up-axis", "y"]),
             ("studio", "helix.ply", &["--ground", "--style", "studio"]),
             ("clay", "mobile.gltf", &["--style", "clay"]),
+            ("3mf", "stairs.3mf", &[]),
             (
                 "textures",
                 "garden.obj",
@@ -165,4 +166,31 @@ fn modes_and_threads_make_the_same_picture() {
             assert!(actual == expected, "{mesh} {more:?}");
         }
     }
+}
+
+#[test]
+fn meshes_that_cannot_be_lit() {
+    let folder = Folder::new();
+    folder.write("far.obj", "v 0 0 0\nv 9e8 0 0\nv 0 9e8 0\nf 1 2 3\n");
+    let words = "error: far.obj: the mesh reaches 9.0e8, so that its lights, 100 times as far away as it is large, would \
+                 be beyond 1e9; scale it down";
+    folder.fails(&["far.obj", "-s", "8x8"], 1, words);
+    folder.fails(&["far.obj", "-s", "8x8", "--style", "plain"], 1, words);
+    folder.run(&["info", "far.obj"]).succeeded();
+}
+
+#[test]
+fn clay_reads_no_images() {
+    let folder = Folder::new();
+    folder.write("a.mtl", "newmtl a\nmap_Kd a.png\n");
+    folder.write("a.png", "no picture");
+    let text = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n";
+    folder.write("a.obj", text);
+    let said = |style: &str| {
+        let run = folder.run(&["a.obj", "-s", "8x8", "--style", style, "-o", "out.png"]);
+        assert_eq!(run.code, Some(0), "{run:?}");
+        run.stderr
+    };
+    assert!(said("studio").contains("texture a.png is not shown"));
+    assert!(!said("clay").contains("a.png is not shown"));
 }

@@ -145,7 +145,7 @@ fn json_of_the_pictures_before_a_failure() {
 fn meshes_from_standard_input() {
     let folder = Folder::new();
     fs::copy(shipped_mesh("vase.mtl"), folder.path("vase.mtl")).unwrap();
-    for mesh in ["vase.obj", "gear.stl", "cube.ply", "mobile.gltf"] {
+    for mesh in ["vase.obj", "gear.stl", "cube.ply", "mobile.gltf", "stairs.3mf"] {
         let mesh = shipped_mesh(mesh);
         let options = "-s 40x30 --ground";
         let expected = picture(&folder, &format!("{mesh} {options}"));

@@ -47,6 +47,13 @@ fn clouds_of_points() {
             "{line}"
         );
     }
+    let smooth = folder.run_line("same.obj -s 8x8 --smooth-angle 30");
+    assert!(
+        smooth
+            .stderr
+            .contains("same.obj: points are spheres, so --smooth-angle has no effect"),
+        "{smooth:?}"
+    );
     // A point reaches as far as its radius: the picture shows all of it.
     folder.run_line("same.obj -s 64x64 --point-size 50").succeeded();
     let picture = image::open(folder.path("same.png")).unwrap().into_rgb8();

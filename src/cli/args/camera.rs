@@ -42,7 +42,7 @@ pub struct CameraArgs {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Meshes")]
 pub struct MeshArgs {
-    /// Axis of the mesh that points up: x, y, z, -x, -y or -z [default: z for .stl and for .ply with a comment `up z`, else y]
+    /// Axis of the mesh that points up: x, y, z, -x, -y or -z [default: z for .stl, .3mf and for .ply with a comment `up z`, else y]
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     pub up_axis: Option<UpAxis>,
 

@@ -16,7 +16,7 @@ use std::{path::PathBuf, time::Duration};
 /// Arguments of `octray view`.
 #[derive(Args, Debug)]
 pub struct ViewArgs {
-    /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb); - reads one from standard input
+    /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf); - reads one from standard input
     pub scene: PathBuf,
 
     /// Width and height of the window, pixels

@@ -4,7 +4,7 @@ use super::stage::{self, Rig, Stage};
 use crate::{
     cli::{
         CliError,
-        plan::{InputKind, InputPlan, kind_of, name},
+        plan::{InputKind, InputPlan, Style, kind_of, name},
         process,
     },
     error::{LoadError, SceneError, clip_path},
@@ -38,17 +38,27 @@ pub struct Input {
 /// # Errors
 /// [`CliError`].
 pub fn load_and_list(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) -> Result<Input, CliError> {
-    match read(&plan.path, plan.kind, memory, files)? {
+    let shows_images = plan.mesh.style != Style::Clay;
+    match read(&plan.path, plan.kind, memory, files, shows_images)? {
         Loaded::Scene(scene) => show_scene(plan, *scene),
         Loaded::Mesh(mesh) => show_mesh(plan, *mesh, memory),
     }
 }
 
-fn read(path: &Path, kind: InputKind, memory: u64, files: &mut Vec<PathBuf>) -> Result<Loaded, CliError> {
+fn read(
+    path: &Path,
+    kind: InputKind,
+    memory: u64,
+    files: &mut Vec<PathBuf>,
+    shows_images: bool,
+) -> Result<Loaded, CliError> {
     process::at_work_on(name(path));
     Ok(match kind {
         InputKind::Scene => Loaded::Scene(Box::new(format::load_within(path, files, memory)?)),
-        InputKind::Mesh => Loaded::Mesh(Box::new(format::mesh::load_within(path, files, memory)?)),
+        InputKind::Mesh => {
+            let mesh = format::mesh::load_shown(path, files, memory, shows_images)?;
+            Loaded::Mesh(Box::new(mesh))
+        }
         InputKind::Any => {
             let stdin = io::stdin();
             if stdin.is_terminal() {
@@ -56,7 +66,7 @@ fn read(path: &Path, kind: InputKind, memory: u64, files: &mut Vec<PathBuf>) -> 
                     "standard input is a terminal: redirect a file with <, or a program's output with |";
                 return Err(CliError::Usage(why.into()));
             }
-            format::load_any(stdin.lock(), name(path), files, memory)?
+            format::load_any_shown(stdin.lock(), name(path), files, memory, shows_images)?
         }
     })
 }
@@ -89,8 +99,13 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
     refuse_nothing(path, &loaded)?;
     set_point_radius(&mut loaded, mesh.point_size, path);
     if let Some(degrees) = mesh.smooth_degrees {
-        if !loaded.columns.normals.is_empty() {
-            let note = "the mesh has normals of its own, so --smooth-angle has no effect";
+        let why = if loaded.cloud.is_some() {
+            "points are spheres"
+        } else {
+            "the mesh has normals of its own"
+        };
+        if loaded.cloud.is_some() || !loaded.columns.normals.is_empty() {
+            let note = format!("{why}, so --smooth-angle has no effect");
             loaded.notes.push(format!("{}: {note}", clip_path(path)));
         }
         // Smoothing takes about as much memory as the scene. Each vertex gets a normal.
@@ -120,7 +135,8 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         style: mesh.style,
         own_lights: mesh.lit_from.is_none(),
     };
-    let (scene, rig) = stage::build(loaded, &stage, memory).map_err(|error| failed(path, &error))?;
+    let built = stage::build(loaded, &stage, memory);
+    let (scene, rig) = built.map_err(|message| LoadError::whole_file(path, message))?;
     Ok(Input {
         scene,
         camera,
@@ -137,7 +153,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
 /// [`CliError`].
 pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<Scene, CliError> {
     let kind = kind_of(path)?;
-    let mut loaded = match read(path, kind, memory, files)? {
+    let mut loaded = match read(path, kind, memory, files, true)? {
         Loaded::Scene(scene) => return Ok(*scene),
         Loaded::Mesh(mesh) => *mesh,
     };

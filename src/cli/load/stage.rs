@@ -32,6 +32,31 @@ pub struct Rig {
 }
 
 impl Rig {
+    /// The rig of a mesh, and the mesh's bounds.
+    fn of(loaded: &LoadedMesh, stage: &Stage) -> (Self, Aabb) {
+        let mut bounds = bounds(&loaded.columns);
+        if let Some(cloud) = loaded.cloud
+            && !bounds.is_empty()
+        {
+            let reach = Vec3::splat(cloud.radius(&loaded.columns));
+            (bounds.lower, bounds.upper) = (bounds.lower - reach, bounds.upper + reach);
+        }
+        let center = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) * 0.5;
+        let radius = ((bounds.upper.as_dvec3() - bounds.lower.as_dvec3()).length() * 0.5).max(1e-6);
+        let (center, radius) = if bounds.is_empty() {
+            (DVec3::ZERO, 1.0)
+        } else {
+            (center, radius)
+        };
+        let rig = Self {
+            center,
+            radius,
+            up: stage.up,
+            style: stage.style,
+        };
+        (rig, bounds)
+    }
+
     /// A scene with the lights only.
     ///
     /// # Errors
@@ -91,29 +116,49 @@ const GROUND_GAP: f64 = 1e-3;
 /// its own.
 ///
 /// # Errors
-/// [`SceneError`].
-pub fn build(mut loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Option<Rig>), SceneError> {
-    let mut bounds = bounds(&loaded.columns);
-    if let Some(cloud) = loaded.cloud
-        && !bounds.is_empty()
-    {
-        let reach = Vec3::splat(cloud.radius(&loaded.columns));
-        (bounds.lower, bounds.upper) = (bounds.lower - reach, bounds.upper + reach);
-    }
-    let center = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) * 0.5;
-    let radius = ((bounds.upper.as_dvec3() - bounds.lower.as_dvec3()).length() * 0.5).max(1e-6);
-    let (center, radius) = if bounds.is_empty() {
-        (DVec3::ZERO, 1.0)
-    } else {
-        (center, radius)
-    };
-
+/// A sentence.
+pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, Option<Rig>), String> {
+    let (rig, bounds) = Rig::of(&loaded, stage);
     let mut builder = SceneBuilder::within(memory);
+    let own = if stage.own_lights && stage.style == Style::Studio {
+        exposed(&loaded.lights, rig.center, rig.radius)
+    } else {
+        Vec::new()
+    };
+    let is_own = !own.is_empty();
+    let lit = if is_own {
+        own.into_iter().try_for_each(|light| builder.add(light))
+    } else {
+        rig.add_lights(stage.towards_viewer, &mut builder)
+    };
+    lit.map_err(|error| match error {
+        SceneError::NotUsable { .. } if !is_own => {
+            let reach = bounds.lower.abs().max(bounds.upper.abs()).max_element();
+            format!(
+                "the mesh reaches {reach:.1e}, so that its lights, {LIGHT_DISTANCE} times as far away as it is large, \
+                 would be beyond {MAX_COORDINATE:e}; scale it down"
+            )
+        }
+        error => error.to_string(),
+    })?;
+    let scene = furnished(loaded, stage, &rig, &bounds, builder);
+    let scene = scene.map_err(|error| error.to_string())?;
+    Ok((scene, (!is_own).then_some(rig)))
+}
+
+/// Adds the mesh and its surroundings to the lights.
+fn furnished(
+    mut loaded: LoadedMesh,
+    stage: &Stage,
+    rig: &Rig,
+    bounds: &Aabb,
+    mut builder: SceneBuilder,
+) -> Result<Scene, SceneError> {
     let mut ground_color = GROUND;
     if stage.style.is_soft() {
         let (ambient, reach) = SOFT_AMBIENT;
         builder.set_ambient(ambient)?;
-        builder.set_ambient_reach(Some((reach * radius).min(f64::from(MAX_COORDINATE)) as f32))?;
+        builder.set_ambient_reach(Some((reach * rig.radius).min(f64::from(MAX_COORDINATE)) as f32))?;
         builder.set_background(Background::constant(SOFT_BACKGROUND))?;
         ground_color = SOFT_GROUND;
         if stage.style == Style::Clay {
@@ -124,29 +169,12 @@ pub fn build(mut loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scen
         builder.set_ambient(AMBIENT)?;
         builder.set_background(Background::constant(BACKGROUND))?;
     }
-    let rig = Rig {
-        center,
-        radius,
-        up: stage.up,
-        style: stage.style,
-    };
-    let own = if stage.own_lights && stage.style == Style::Studio {
-        exposed(&loaded.lights, center, radius)
-    } else {
-        Vec::new()
-    };
-    let is_own = !own.is_empty();
-    if is_own {
-        own.into_iter().try_for_each(|light| builder.add(light))?;
-    } else {
-        rig.add_lights(stage.towards_viewer, &mut builder)?;
-    }
     loaded.add_to(&mut builder, None)?;
     if stage.ground {
         let material = builder.add_material(Material::Matte { color: ground_color })?;
-        builder.add_mesh(ground(stage.up, &bounds, center, radius), material)?;
+        builder.add_mesh(ground(stage.up, bounds, rig.center, rig.radius), material)?;
     }
-    Ok((builder.finish(), (!is_own).then_some(rig)))
+    Ok(builder.finish())
 }
 
 /// The lights of a file, as bright together at the middle of the mesh as the light of the soft styles: files give physical

@@ -137,9 +137,9 @@ impl InputPlan {
 }
 
 /// Other kinds of files that people try. Some are text and would otherwise be read as faulty scenes.
-const OTHER_KINDS: [&str; 18] = [
-    "3ds", "3mf", "blend", "dae", "fbx", "iges", "igs", "jpg", "mtl", "off", "png", "step", "stp", "usd",
-    "usda", "vtk", "wrl", "x3d",
+const OTHER_KINDS: [&str; 16] = [
+    "3ds", "blend", "dae", "fbx", "iges", "igs", "jpg", "mtl", "png", "step", "stp", "usd", "usda", "vtk",
+    "wrl", "x3d",
 ];
 
 /// Tells a mesh from a scene by the file's extension, else by its first bytes.
@@ -168,7 +168,7 @@ pub fn kind_of(path: &Path) -> Result<InputKind, CliError> {
     let is_scene = !start.contains(&0) && format::detect(&start) == Detected::Scene;
     if !is_scene || OTHER_KINDS.iter().any(|&other| extension == other) {
         return Err(CliError::Failed(format!(
-            "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb)",
+            "{}: unknown file type, expected a scene (.scn) or a mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf)",
             clip_path(path)
         )));
     }
@@ -205,7 +205,7 @@ impl MeshOptions {
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(CliError::Usage(format!(
-                "{option} applies to meshes only (.ply, .obj, .off, .stl, .gltf, .glb), and {} is a scene",
+                "{option} applies to meshes only (.ply, .obj, .off, .stl, .gltf, .glb, .3mf), and {} is a scene",
                 clip_path(scene)
             ))),
             None => Ok(()),

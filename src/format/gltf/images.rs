@@ -19,14 +19,14 @@ pub(super) enum Source {
     Uri(String),
 }
 
-/// The images of a file, by their index.
-pub(super) fn sources(root: &Root) -> Vec<Source> {
-    let source = |image: &gltf::json::Image| match (&image.uri, &image.buffer_view) {
-        (Some(uri), _) => Source::Uri(uri.clone()),
+/// The images of a file, by their index. URIs are moved: one may hold an image.
+pub(super) fn sources(root: &mut Root) -> Vec<Source> {
+    let source = |image: &mut gltf::json::Image| match (image.uri.take(), image.buffer_view) {
+        (Some(uri), _) => Source::Uri(uri),
         (None, Some(view)) => Source::View(view.value()),
         (None, None) => Source::View(usize::MAX),
     };
-    root.images.iter().map(source).collect()
+    root.images.iter_mut().map(source).collect()
 }
 
 /// Reads and decodes the images of the surfaces that triangles have, which name them by their index in the file.
@@ -37,6 +37,9 @@ pub(super) fn read(
     (surfaces, surface_of): (&mut [Surface], &[u32]),
     notes: &mut Vec<String>,
 ) -> Vec<Image> {
+    if !buffers.budget().wants_images() {
+        return Vec::new();
+    }
     let used = textures::used_surfaces(surfaces.len(), surface_of);
     let shown = surfaces.iter().zip(used);
     let shown = shown.filter_map(|(surface, is_used)| is_used.then_some(surface));
@@ -98,4 +101,22 @@ fn bytes<'a>(
         },
     };
     read.map_err(|error| textures::reason(&error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn uris_are_moved() {
+        let text = br#"{"asset":{"version":"2.0"},"images":[{"uri":"data:;base64,AAAA"},{"bufferView":3,"mimeType":"a"},{}]}"#;
+        let mut root: Root = gltf::json::deserialize::from_slice(text).expect("it is JSON");
+        let held = root.images[0].uri.as_ref().map(|uri| uri.as_ptr());
+        let sources = sources(&mut root);
+        assert!(root.images.iter().all(|image| image.uri.is_none()));
+        let [Source::Uri(uri), Source::View(3), Source::View(usize::MAX)] = &sources[..] else {
+            panic!("other sources");
+        };
+        assert_eq!(Some(uri.as_ptr()), held);
+    }
 }

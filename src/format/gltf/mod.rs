@@ -68,7 +68,7 @@ pub(super) fn parse(
     let json = json.strip_prefix(BYTE_ORDER_MARK).unwrap_or(json);
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;
-    let root = root(json, path)?;
+    let mut root = root(json, path)?;
     let mut left_out = extras::left_out(&root);
     let mut texture_files = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
@@ -77,7 +77,7 @@ pub(super) fn parse(
             add_texture_file(&mut texture_files, path, &file);
         }
     }
-    let sources = images::sources(&root);
+    let sources = images::sources(&mut root);
     let webp = materials::webp_images(&root, json);
     let lights = lights::PunctualLights::of(json);
     let document = document(root, path)?;

@@ -13,7 +13,9 @@ use super::{
 use crate::{
     error::{LoadError, SceneError},
     format::{
-        mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, UpAxis, UpSource, camera_name, clamped_note},
+        mesh::{
+            LoadedMesh, MAX_CAMERAS, MeshCamera, UpAxis, UpSource, camera_name, clamped_note, most_triangles,
+        },
         textures,
     },
     scene::{Light, TriangleMesh, check_memory, is_usable},
@@ -21,15 +23,6 @@ use crate::{
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use gltf::{Document, camera::Projection};
 use std::{ops::Range, path::Path};
-
-/// The most triangles of a file.
-const MAX_TRIANGLES: usize = 1 << 26;
-
-/// The most triangles of a small file whose nodes place few meshes often.
-const MAX_REPEATED: usize = 1 << 22;
-
-/// How many more there may be for each byte of the file and its buffers.
-const MAX_PER_BYTE: usize = 8;
 
 /// A triangle without a material of its own.
 const NO_SURFACE: u32 = u32::MAX;
@@ -144,8 +137,7 @@ impl Reading {
                 has_uvs |= shape.uvs.is_some();
             }
         }
-        let most =
-            MAX_TRIANGLES.min(MAX_REPEATED.saturating_add(buffers.size().saturating_mul(MAX_PER_BYTE)));
+        let most = most_triangles(buffers.size());
         if triangles > most {
             return Err(buffers.refused(format!(
                 "{triangles} triangles, counted once for each node that places them, expected at most {most} from \

@@ -11,6 +11,8 @@ pub use up::{UpAxis, UpSource};
 
 #[cfg(feature = "gltf")]
 use super::gltf;
+#[cfg(feature = "threemf")]
+use super::threemf;
 use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError, clip_path},
@@ -53,8 +55,18 @@ pub struct LoadedMesh {
     pub texture_files: Vec<PathBuf>,
 }
 
+/// What a ZIP archive begins with, and so 3MF: no other format is one.
+pub(super) const ZIP: &[u8] = b"PK\x03\x04";
+
 /// Longer names are no files.
 pub(super) const MAX_NAME: usize = 4096;
+
+/// The most triangles of a file of `size` bytes, all files that it names included, which places shapes more than once:
+/// 2^22 and eight for each byte, 2^26 in all.
+#[cfg(any(feature = "gltf", feature = "threemf"))]
+pub(super) fn most_triangles(size: usize) -> usize {
+    size.saturating_mul(8).saturating_add(1 << 22).min(1 << 26)
+}
 
 /// The most cameras that a mesh has, and that a scene takes from its meshes.
 pub(super) const MAX_CAMERAS: usize = 1 << 10;
@@ -182,11 +194,13 @@ pub enum MeshFormat {
     Stl,
     /// glTF 2.0, as JSON or as one binary file (.glb).
     Gltf,
+    /// 3MF, the 3D Manufacturing Format.
+    ThreeMf,
 }
 
 impl MeshFormat {
     /// The end of an error about any other file.
-    pub const EXPECTED: &str = "expected a mesh: .ply, .obj, .off, .stl, .gltf or .glb";
+    pub const EXPECTED: &str = "expected a mesh: .ply, .obj, .off, .stl, .gltf, .glb or .3mf";
 
     /// The format by the file's extension, in either case.
     #[must_use]
@@ -198,6 +212,7 @@ impl MeshFormat {
             "off" => Some(Self::Off),
             "stl" => Some(Self::Stl),
             "gltf" | "glb" => Some(Self::Gltf),
+            "3mf" => Some(Self::ThreeMf),
             _ => None,
         }
     }
@@ -211,6 +226,7 @@ impl MeshFormat {
             Self::Off => "OFF",
             Self::Stl => "STL",
             Self::Gltf => "glTF",
+            Self::ThreeMf => "3MF",
         }
     }
 
@@ -221,6 +237,8 @@ impl MeshFormat {
             Some(Self::Ply)
         } else if bytes.starts_with(b"glTF") {
             Some(Self::Gltf)
+        } else if bytes.starts_with(ZIP) {
+            Some(Self::ThreeMf)
         } else {
             Self::of_path(path)
         }
@@ -362,8 +380,19 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
 /// # Errors
 /// [`LoadError`], as for [`load`].
 pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<LoadedMesh, LoadError> {
+    load_shown(path, asked, memory, true)
+}
+
+/// As [`load_within`]; images of textures are read only if the mesh `shows_images`.
+pub(crate) fn load_shown(
+    path: &Path,
+    asked: &mut Vec<PathBuf>,
+    memory: u64,
+    shows_images: bool,
+) -> Result<LoadedMesh, LoadError> {
     asked.push(path.to_path_buf());
     let budget = Budget::new(memory);
+    budget.set_wants_images(shows_images);
     let file = files::open(path, &budget).map_err(|error| files::load_error(path, &error))?;
     let open = &mut |path: &Path| {
         asked.push(path.to_path_buf());
@@ -386,7 +415,7 @@ pub(super) fn read(
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
     match MeshFormat::of(path, head) {
-        Some(MeshFormat::Ply) => return ply::read(opened, path, budget),
+        Some(MeshFormat::Ply) => return ply::read(opened, path, true, budget),
         Some(MeshFormat::Stl) => return stl::read(opened, path, budget),
         // Refused now: reading gigabytes first would take seconds.
         Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open, budget),
@@ -429,7 +458,7 @@ pub(super) fn parse_as(
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
     match format {
-        MeshFormat::Ply => ply::parse_mesh(bytes, path, budget),
+        MeshFormat::Ply => ply::parse_mesh(bytes, path, true, budget),
         MeshFormat::Obj => obj::parse(bytes, path, open, budget),
         MeshFormat::Off => off::parse(bytes, path, budget),
         MeshFormat::Stl => stl::parse(bytes, path, budget),
@@ -439,6 +468,13 @@ pub(super) fn parse_as(
         MeshFormat::Gltf => Err(LoadError::whole_file(
             path,
             "glTF is not read: octray was built without its feature `gltf`",
+        )),
+        #[cfg(feature = "threemf")]
+        MeshFormat::ThreeMf => threemf::parse(bytes, path, budget),
+        #[cfg(not(feature = "threemf"))]
+        MeshFormat::ThreeMf => Err(LoadError::whole_file(
+            path,
+            "3MF is not read: octray was built without its feature `threemf`",
         )),
     }
 }

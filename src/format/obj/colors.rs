@@ -23,7 +23,7 @@ impl Colors {
         index: usize,
         budget: &Budget,
     ) -> Result<(), TextFault> {
-        let mut color = [0.0; 3];
+        let (mut color, mut fault) = ([0.0; 3], None);
         for (channel, what) in color.iter_mut().zip(["red", "green", "blue"]) {
             let Some((word, place)) = words.next() else {
                 return Ok(());
@@ -32,10 +32,13 @@ impl Colors {
                 return Ok(());
             };
             if !value.is_finite() {
-                let error = SceneError::NotUsable { what, value };
-                return Err(TextFault::new(place, error.to_string()));
+                fault.get_or_insert((SceneError::NotUsable { what, value }, place));
             }
             *channel = value;
+        }
+        // Only three numbers are a colour.
+        if let Some((error, place)) = fault {
+            return Err(TextFault::new(place, error.to_string()));
         }
         self.resize(index, budget)?;
         budget.reserve(&mut self.channels, 1)?;

@@ -7,12 +7,13 @@ use super::{
         left_out::counted,
         place::{TextFault, Words},
         polygon::{Cutter, Fans},
+        vertices::{NONE, Vertices},
     },
     corner,
 };
 use crate::{error::quote, scene::TriangleMesh};
 use glam::{DVec3, Vec3};
-use std::{collections::HashMap, ops::Range};
+use std::ops::Range;
 
 /// A corner as written: 1-based, or negative and counted from the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,12 +22,6 @@ pub(super) struct Corner {
     pub(super) texture: Option<i64>,
     pub(super) normal: Option<i64>,
 }
-
-/// A corner without a normal, or without texture coordinates.
-const NONE: u32 = u32::MAX;
-
-/// How many vertices at one position are searched in turn.
-const MOST_STEPS: usize = 16;
 
 /// The corners of all triangles.
 #[derive(Default)]
@@ -243,7 +238,7 @@ impl Corners {
         }
         drop((normal_corners, uv_corners));
         mesh.triangles = positions;
-        let all = vertices.attributes;
+        let all = vertices.into_attributes();
         if has_normals {
             let normal = |of: &Option<[u32; 2]>| of.and_then(|[normal, _]| normals.get(normal as usize));
             budget.reserve(&mut mesh.normals, all.len())?;
@@ -258,76 +253,5 @@ impl Corners {
             mesh.uvs.extend(all.iter().map(|of| uv(of).unwrap_or_default()));
         }
         Ok(())
-    }
-}
-
-/// The vertices: one for each position, and more for its further normals and texture coordinates.
-struct Vertices<'a> {
-    budget: &'a Budget,
-    /// Each vertex's normal and texture coordinates, once a corner sets them.
-    attributes: Vec<Option<[u32; 2]>>,
-    /// The next vertex at the same position.
-    next: Vec<u32>,
-    /// The vertex by position and attributes, beyond [`MOST_STEPS`] at a position.
-    others: HashMap<[u32; 3], u32>,
-}
-
-/// Memory of an entry of [`Vertices::others`], bytes: it may be half empty, and moves as it grows.
-const ENTRY_BYTES: usize = 64;
-
-impl<'a> Vertices<'a> {
-    fn new(positions: usize, budget: &'a Budget) -> Result<Self, BudgetError> {
-        let (mut attributes, mut next) = (Vec::new(), Vec::new());
-        budget.reserve(&mut attributes, positions)?;
-        budget.reserve(&mut next, positions)?;
-        attributes.resize(positions, None);
-        next.resize(positions, NONE);
-        Ok(Self {
-            budget,
-            attributes,
-            next,
-            others: HashMap::new(),
-        })
-    }
-
-    /// The vertex with this position, normal and texture coordinates.
-    fn vertex(&mut self, position: u32, own: [u32; 2]) -> Result<u32, BudgetError> {
-        let (mut vertex, mut steps) = (position, 0);
-        loop {
-            let at = vertex as usize;
-            match self.attributes[at] {
-                None => {
-                    self.attributes[at] = Some(own);
-                    return Ok(vertex);
-                }
-                Some(other) if other == own => return Ok(vertex),
-                Some(_) if steps == MOST_STEPS => break,
-                Some(_) if self.next[at] == NONE => {
-                    self.next[at] = self.add(own)?;
-                    return Ok(self.next[at]);
-                }
-                Some(_) => vertex = self.next[at],
-            }
-            steps += 1;
-        }
-        let key = [position, own[0], own[1]];
-        if let Some(&vertex) = self.others.get(&key) {
-            return Ok(vertex);
-        }
-        self.budget.take(ENTRY_BYTES)?;
-        let reserved = self.others.try_reserve(1);
-        reserved.map_err(|_| BudgetError::NoMemory)?;
-        let copy = self.add(own)?;
-        self.others.insert(key, copy);
-        Ok(copy)
-    }
-
-    /// Adds a vertex.
-    fn add(&mut self, own: [u32; 2]) -> Result<u32, BudgetError> {
-        self.budget.reserve(&mut self.attributes, 1)?;
-        self.budget.reserve(&mut self.next, 1)?;
-        self.attributes.push(Some(own));
-        self.next.push(NONE);
-        Ok(self.attributes.len() as u32 - 1)
     }
 }

@@ -2,7 +2,7 @@
 //! mesh is shown all the same.
 
 use super::super::{
-    budget::Budget,
+    budget::{Budget, BudgetError},
     left_out::{LeftOut, counted},
     mesh::{MAX_NAME, Surface, add_texture_file},
     place::{TextFault, Words, after_mark},
@@ -14,6 +14,7 @@ use crate::{
 use std::{
     collections::HashMap,
     path::{Component, Path, PathBuf},
+    sync::Arc,
 };
 
 /// Memory of a material's name beside its letters, bytes: its allocation, and its entry in a map.
@@ -22,11 +23,14 @@ const NAME_BYTES: usize = 80;
 /// Opacity below this is cut out.
 const CUT_OUT_LIMIT: f32 = 0.5;
 
+/// Memory of an image's path beside its letters, bytes: its allocation, and its entries in a map and an array.
+const PATH_BYTES: usize = 160;
+
 /// The image files that materials name, each once.
 #[derive(Default)]
 pub(super) struct Images {
-    paths: Vec<PathBuf>,
-    numbers: HashMap<PathBuf, u32>,
+    paths: Vec<Arc<Path>>,
+    numbers: HashMap<Arc<Path>, u32>,
 }
 
 impl Images {
@@ -34,28 +38,29 @@ impl Images {
         self.paths.is_empty()
     }
 
-    pub(super) fn paths(&self) -> &[PathBuf] {
+    pub(super) fn paths(&self) -> &[Arc<Path>] {
         &self.paths
     }
 
     /// The number of the image that a library names; `None` if there are too many, or the name is too long.
-    fn number(&mut self, library: &Path, name: &str) -> Option<u32> {
+    fn number(&mut self, library: &Path, name: &str, budget: &Budget) -> Result<Option<u32>, BudgetError> {
         if name.len() > MAX_NAME || name.is_empty() {
-            return None;
+            return Ok(None);
         }
         let path = library.parent().unwrap_or(Path::new("")).join(name);
         let is_named = |part: &Component<'_>| *part != Component::CurDir;
         let path: PathBuf = path.components().filter(is_named).collect();
-        if let Some(&number) = self.numbers.get(&path) {
-            return Some(number);
+        if let Some(&number) = self.numbers.get(path.as_path()) {
+            return Ok(Some(number));
         }
         if self.paths.len() >= MAX_TEXTURES {
-            return None;
+            return Ok(None);
         }
-        let number = self.paths.len() as u32;
-        self.numbers.insert(path.clone(), number);
+        budget.take(path.as_os_str().len() + PATH_BYTES)?;
+        let (path, number): (Arc<Path>, u32) = (path.into(), self.paths.len() as u32);
+        self.numbers.insert(Arc::clone(&path), number);
         self.paths.push(path);
-        Some(number)
+        Ok(Some(number))
     }
 }
 
@@ -121,7 +126,8 @@ pub(super) fn parse(
                 let is_shown = map.is_some();
                 if let Some(map) = map {
                     moved += usize::from(file.is_moved);
-                    *map = images.number(path, &file.name).map(|image| Texture {
+                    let image = images.number(path, &file.name, budget);
+                    *map = image.map_err(|error| error.to_string())?.map(|image| Texture {
                         image,
                         wrap: [file.wrap; 2],
                         nearest: false,

@@ -127,6 +127,14 @@ fn faults_have_places() {
     );
     assert_eq!(fault("v 0 x 0"), "1:5: `y` is `x`, expected a number");
     assert_eq!(fault("\n v 0 0 nan"), "2:8: z is NaN, expected a finite number");
+    assert_eq!(
+        fault("v 0 0 0 1 nan inf"),
+        "1:11: green is NaN, expected a finite number"
+    );
+    for weight in ["nan", "inf 1", "nan # 1 1"] {
+        let mesh = mesh(&format!("v 0 0 0 {weight}\n"));
+        assert!(mesh.columns.colors.is_empty(), "{weight}");
+    }
     assert_eq!(fault("vn inf 0 0"), "1:4: nx is inf, expected a finite number");
     let with = |line: &str| fault(&format!("{SQUARE}{line}\n"));
     assert_eq!(with("f 1 2"), "5:1: face with 2 corners, expected 3 or more");
@@ -221,4 +229,29 @@ fn a_byte_order_mark_is_not_part_of_the_first_word() {
     assert_eq!(marked.columns.x, mesh(text).columns.x);
     assert_eq!(marked.columns.triangles, [[1, 2, 3]]);
     assert!(marked.notes.is_empty());
+}
+
+/// Each path is kept once, and counted.
+#[test]
+fn names_of_images_take_memory() {
+    let material = |i: usize| {
+        format!(
+            "newmtl m{i}\nmap_Kd {}{i}.png\nmap_Ke {0}{i}.png\n",
+            "x".repeat(1000)
+        )
+    };
+    let library: String = (0..2000).map(material).collect();
+    let read = |memory: u64| {
+        let open = &mut |_: &Path| Ok(library.clone().into_bytes());
+        parse(
+            b"mtllib a.mtl\nv 0 0 0\n",
+            Path::new("a.obj"),
+            open,
+            &Budget::new(memory),
+        )
+        .map(|_| ())
+    };
+    assert_eq!(read(4 << 20), Ok(()));
+    let error = read(2 << 20).expect_err("they take more").to_string();
+    assert!(error.starts_with("a.obj:1:1: loading takes"), "{error}");
 }

@@ -9,7 +9,7 @@ use crate::{
     },
     scene::{Image, is_usable},
 };
-use std::path::{Path, PathBuf};
+use std::{path::Path, sync::Arc};
 
 impl Obj<'_> {
     /// Texture coordinates with their origin at the upper left corner; the file's is the lower left one. Some programs write
@@ -30,12 +30,15 @@ impl Obj<'_> {
 
     /// Reads and decodes the images of the surfaces that triangles have.
     pub(super) fn read_images(&mut self, path: &Path, open: OpenMesh<'_>) -> Vec<Image> {
+        if !self.budget.wants_images() {
+            return Vec::new();
+        }
         let used = textures::used_surfaces(self.surfaces.len(), &self.surface_of);
         let surfaces = self.surfaces.iter().zip(used);
         let surfaces = surfaces.filter_map(|(surface, is_used)| is_used.then_some(surface));
         let files = self.images.paths();
         let used = textures::used_images(files.len(), surfaces);
-        let read = |(file, is_used): (&PathBuf, bool)| {
+        let read = |(file, is_used): (&Arc<Path>, bool)| {
             is_used.then(|| (open)(file).map_err(|error| textures::reason(&files::load_error(file, &error))))
         };
         let read: Vec<Option<Result<Vec<u8>, String>>> = files.iter().zip(used).map(read).collect();

@@ -29,7 +29,7 @@ use crate::{
 };
 use ascii::Text;
 use binary::Binary;
-use header::Header;
+use header::{COLOR_SLOT, Header, Step};
 use rows::{Fault, Place};
 use serde_ply::PlyFormat;
 use std::{
@@ -55,13 +55,21 @@ use std::{
 /// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is not a number,
 /// not finite or too large, a vertex index out of range, a file that is cut short.
 pub fn parse(bytes: &[u8], name: &Path) -> Result<TriangleMesh, LoadError> {
-    parse_mesh(bytes, name, &Budget::unlimited()).map(|mesh| mesh.columns)
+    parse_mesh(bytes, name, true, &Budget::unlimited()).map(|mesh| mesh.columns)
 }
 
-/// As [`parse`], with what the header says about the mesh.
-pub(super) fn parse_mesh(bytes: &[u8], name: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
+/// As [`parse`], with what the header says about the mesh; colours are left out unless it `keeps_colors`.
+pub(super) fn parse_mesh(
+    bytes: &[u8],
+    name: &Path,
+    keeps_colors: bool,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
     let error = |fault: Fault| fault_to_error(bytes, &Arc::new(name.to_path_buf()), &fault);
-    let header = Header::parse(bytes, bytes.len()).map_err(error)?;
+    let mut header = Header::parse(bytes, bytes.len()).map_err(error)?;
+    if !keeps_colors {
+        skip_colors(&mut header);
+    }
     let mesh = match header.format {
         PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body), budget),
         PlyFormat::BinaryLittleEndian => {
@@ -75,24 +83,34 @@ pub(super) fn parse_mesh(bytes: &[u8], name: &Path, budget: &Budget) -> Result<L
 }
 
 /// Reads a mesh piece by piece if its layout allows it, so that the file's bytes are not kept beside the mesh.
-pub(super) fn read(opened: Opened, name: &Path, budget: &Budget) -> Result<LoadedMesh, LoadError> {
+pub(super) fn read(
+    opened: Opened,
+    name: &Path,
+    keeps_colors: bool,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
     let before = budget.taken();
     if let Opened::File(file) = &opened
-        && let Some(mesh) = read_pieces(file, name, budget)?
+        && let Some(mesh) = read_pieces(file, name, keeps_colors, budget)?
     {
         return Ok(mesh);
     }
     budget.give_back_to(before);
     let bytes = opened.into_bytes(budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
-    parse_mesh(&bytes, name, budget)
+    parse_mesh(&bytes, name, keeps_colors, budget)
 }
 
 /// Files with longer headers, in bytes, are read whole.
 const HEAD: usize = 1 << 14;
 
 /// `None` if the whole file has to be read.
-fn read_pieces(file: &OpenFile, name: &Path, budget: &Budget) -> Result<Option<LoadedMesh>, LoadError> {
+fn read_pieces(
+    file: &OpenFile,
+    name: &Path,
+    keeps_colors: bool,
+    budget: &Budget,
+) -> Result<Option<LoadedMesh>, LoadError> {
     let mut head = Vec::new();
     let Some(head) = file.piece(0, file.length().min(HEAD), &mut head) else {
         return Ok(None);
@@ -101,7 +119,10 @@ fn read_pieces(file: &OpenFile, name: &Path, budget: &Budget) -> Result<Option<L
         return Ok(None);
     }
     let error = |fault: Fault| fault_to_error(head, &Arc::new(name.to_path_buf()), &fault);
-    let header = Header::parse(head, file.length()).map_err(error)?;
+    let mut header = Header::parse(head, file.length()).map_err(error)?;
+    if !keeps_colors {
+        skip_colors(&mut header);
+    }
     let mesh = match header.format {
         PlyFormat::Ascii => Ok(None),
         PlyFormat::BinaryLittleEndian => fixed::read_all::<false>(&header, file, budget),
@@ -109,6 +130,20 @@ fn read_pieces(file: &OpenFile, name: &Path, budget: &Budget) -> Result<Option<L
     };
     let columns = mesh.map_err(error)?;
     Ok(columns.map(|columns| loaded(columns, &header, name)))
+}
+
+/// Leaves colours out: what a mesh could not have, such as NaN, is no fault then.
+fn skip_colors(header: &mut Header) {
+    header.has_colors = false;
+    for step in header.elements.iter_mut().flat_map(|element| &mut element.steps) {
+        if let Step::Keep {
+            slot: COLOR_SLOT..,
+            scalar,
+        } = *step
+        {
+            *step = Step::Skip(scalar);
+        }
+    }
 }
 
 /// The mesh with what its header says. PLY has no field for the up axis, and y is what most programs write.

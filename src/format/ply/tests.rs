@@ -129,7 +129,7 @@ fn what_is_not_read_is_said() {
         property float confidence\nproperty float intensity\nelement face 1\nproperty list uchar int vertex_indices\n\
         property int flags\nelement edge 2\nproperty int a\nelement nothing 0\nproperty int a\nend_header\n\
         0 0 0 1 1 0 1 1\n0 7\n1\n1\n";
-    let notes = parse_mesh(text.as_bytes(), Path::new("m.ply"), &Budget::unlimited())
+    let notes = parse_mesh(text.as_bytes(), Path::new("m.ply"), true, &Budget::unlimited())
         .expect("a mesh")
         .notes;
     assert_eq!(
@@ -145,7 +145,8 @@ fn what_is_not_read_is_said() {
 fn the_header_may_name_the_up_axis() {
     let with = |comment: &str| {
         let text = ascii("0 0 0\n", 1, 0).replacen("element", &format!("{comment}\nelement"), 1);
-        let mesh = parse_mesh(text.as_bytes(), Path::new("m.ply"), &Budget::unlimited()).expect("a mesh");
+        let mesh =
+            parse_mesh(text.as_bytes(), Path::new("m.ply"), true, &Budget::unlimited()).expect("a mesh");
         (mesh.up, mesh.up_source)
     };
     for (comment, axis) in [
@@ -410,7 +411,7 @@ fn strips_of_triangles() {
     let expected = [[0, 1, 2], [2, 1, 3], [2, 3, 4]];
     assert_eq!(mesh(&text).triangles, expected);
     let notes = |text: &str| {
-        parse_mesh(text.as_bytes(), Path::new("m.ply"), &Budget::unlimited())
+        parse_mesh(text.as_bytes(), Path::new("m.ply"), true, &Budget::unlimited())
             .expect("a mesh")
             .notes
     };
@@ -495,4 +496,18 @@ fn strips_and_faces_in_one_file() {
     );
     let found = mesh(text + ARROW + "3 1 2 0\n3 2 3 0\n");
     assert_eq!(found.triangles, [[1, 2, 0], [2, 3, 0]]);
+}
+
+/// What is not wanted may be anything.
+#[test]
+fn colors_that_are_left_out() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        property float red\nproperty float green\nproperty float blue\nelement face 1\n\
+        property list uchar int vertex_indices\nend_header\n";
+    let text = format!("{header}0 0 0 1 1 nan\n1 0 0 1 inf 1\n0 1 0 1 1 1\n3 0 1 2\n");
+    let read = |keeps| parse_mesh(text.as_bytes(), Path::new("m.ply"), keeps, &Budget::unlimited());
+    assert!(read(true).is_err());
+    let mesh = read(false).expect("a mesh");
+    assert!(mesh.columns.colors.is_empty() && mesh.columns.triangles == [[0, 1, 2]]);
+    assert_eq!(mesh.notes, ["m.ply: left out: vertex colours"]);
 }

@@ -191,6 +191,9 @@ fn read_placement(arguments: &mut Arguments<'_, '_>) -> Result<Placement, LoadEr
     while let Some((word, key)) = arguments.key(&["scale", "rotate", "translate", "point_size"])? {
         transform = match key {
             "point_size" => {
+                if point_radius.is_some() {
+                    return Err(arguments.line.error_at(&word, "second point_size, expected one"));
+                }
                 point_radius = Some(read_radius(arguments, word)?);
                 continue;
             }

@@ -106,7 +106,7 @@ impl Meshes {
             opened.into_bytes(budget)
         };
         let mut mesh = match kind {
-            Kind::Ply => ply::read(opened, path, budget)?,
+            Kind::Ply => ply::read(opened, path, false, budget)?,
             Kind::Any => mesh::read(opened, path, &mut open, budget)?,
         };
         leave_out(&mut mesh, kind, path);
@@ -241,9 +241,6 @@ fn leave_out(mesh: &mut LoadedMesh, kind: Kind, path: &Path) {
     left_out.count(std::mem::take(&mut mesh.lights).len(), "light", "lights");
     if kind == Kind::Ply && mesh.cloud.take().is_some() {
         left_out.add("points");
-    }
-    if kind == Kind::Ply && !std::mem::take(&mut mesh.columns.colors).is_empty() {
-        left_out.add("vertex colours");
     }
     mesh.notes.extend(left_out.note(path));
 }

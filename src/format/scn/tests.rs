@@ -426,6 +426,10 @@ fn clouds_and_colours() {
             format!("1:28: {words}")
         );
     }
+    assert_eq!(
+        fault(format!("mesh points.obj {0} scale 2 {0}", "point_size 1")),
+        "1:38: second point_size, expected one"
+    );
 }
 
 /// An included file's lines are read as if they stood in the scene; only its paths are its own.

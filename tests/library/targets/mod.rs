@@ -1,6 +1,7 @@
 //! The fuzz targets. `fuzz/` calls these functions with bytes that a fuzzer makes up; `tests/library/replay.rs` calls
 //! them with the seeds and with every input that once failed.
 
+pub mod archive;
 #[cfg(feature = "cli")]
 pub mod arguments;
 mod grammar;
@@ -10,7 +11,7 @@ mod shapes;
 use octray::{
     accel::Bvh,
     error::escape,
-    format::{load_from_bytes, mesh as any_mesh, ply},
+    format::{Loaded, load_any, load_from_bytes, mesh as any_mesh, ply},
     ray::{Hit, PrimitiveId},
     render::{Film, Mode, Settings, render as render_frame},
     scene::{Camera, Scene, SceneBuilder, TexturePoint, TriangleMesh},
@@ -112,30 +113,37 @@ pub fn gltf(bytes: &[u8]) {
     any(bytes, "fuzz.gltf", &[0x3f; 64]);
 }
 
+/// What a 3MF file may take: a small one may hold much.
+const THREEMF_MEMORY: u64 = 256 << 20;
+
+/// A 3MF file, or the text of its model part.
+pub fn threemf(bytes: &[u8]) {
+    let of_model;
+    let archive = if bytes.starts_with(b"PK\x03\x04") {
+        bytes
+    } else {
+        of_model = archive::of_model(bytes);
+        &of_model
+    };
+    let start = Instant::now();
+    match load_any(archive, Path::new("fuzz.3mf"), &mut Vec::new(), THREEMF_MEMORY) {
+        Ok(Loaded::Mesh(mesh)) => {
+            // What parts inflate to counts, and components may place an object often.
+            let most = 3 * (8 * 1033 * archive.len() + (1 << 22));
+            use_mesh(*mesh, most, &mut SceneBuilder::within(THREEMF_MEMORY));
+        }
+        Ok(Loaded::Scene(_)) => panic!("an archive is no scene"),
+        Err(error) => show(&error),
+    }
+    assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
+}
+
 /// A mesh file; `named` is the content of each file that it names.
 fn any(bytes: &[u8], name: &str, named: &[u8]) {
     let open = &mut |_: &Path| Ok(named.to_vec());
     let start = Instant::now();
     match any_mesh::parse(bytes.to_vec(), Path::new(name), open) {
-        Ok(mut mesh) => {
-            check(&mesh.columns);
-            let corners = mesh.columns.triangles.len() * 3;
-            assert!(
-                corners <= 100 * (bytes.len() + 64),
-                "{corners} corners of {} bytes",
-                bytes.len()
-            );
-            if !mesh.surfaces.is_empty() {
-                assert_eq!(mesh.surface_of.len(), mesh.columns.triangles.len());
-            }
-            if mesh.columns.triangles.len() < 100_000 {
-                mesh.columns.smooth_normals(45.0).expect("little memory");
-                check(&mesh.columns);
-            }
-            // The builder may refuse a mesh that is too far away.
-            let mut builder = SceneBuilder::new();
-            let _ = mesh.add_to(&mut builder, None);
-        }
+        Ok(mesh) => use_mesh(mesh, 100 * (bytes.len() + 64), &mut SceneBuilder::new()),
         Err(error) => show(&error),
     }
     assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
@@ -157,6 +165,22 @@ fn environment(bytes: &[u8]) {
         }
         Err(error) => show(&error),
     }
+}
+
+/// Checks, smooths and adds a mesh that should have `most` corners at most.
+fn use_mesh(mut mesh: any_mesh::LoadedMesh, most: usize, builder: &mut SceneBuilder) {
+    check(&mesh.columns);
+    let corners = mesh.columns.triangles.len() * 3;
+    assert!(corners <= most, "{corners} corners, expected at most {most}");
+    if !mesh.surfaces.is_empty() {
+        assert_eq!(mesh.surface_of.len(), mesh.columns.triangles.len());
+    }
+    if mesh.columns.triangles.len() < 100_000 {
+        mesh.columns.smooth_normals(45.0).expect("little memory");
+        check(&mesh.columns);
+    }
+    // The builder may refuse a mesh that is too far away.
+    let _ = mesh.add_to(builder, None);
 }
 
 /// An image all around, and on a triangle, which it cuts out and lights up, too.
@@ -253,6 +277,7 @@ pub fn by_name(name: &str) -> Option<fn(&[u8])> {
         "stl" => Some(stl),
         "gltf" => Some(gltf),
         "texture" => Some(texture),
+        "threemf" => Some(threemf),
         "scn_grammar" => Some(scn_grammar),
         "ply_grammar" => Some(ply_grammar),
         "mesh_grammar" => Some(mesh_grammar),

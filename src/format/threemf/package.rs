@@ -1,0 +1,209 @@
+//! The parts of a 3MF file, which is a ZIP archive. Nothing is unpacked on the disk: a part that the archive does not have
+//! is missing, whatever its name.
+//!
+//! rawzip finds the entries without allocating; a part takes its bytes from the budget as it is inflated.
+//!
+//! Format: *Open Packaging Conventions*, ECMA-376 part 2.
+
+use crate::{
+    error::{LoadError, in_bytes},
+    format::{
+        budget::Budget,
+        files::{self, MAX_BYTES},
+        mesh::ZIP,
+        place::TextFault,
+        source::read_on,
+    },
+};
+use flate2::bufread::DeflateDecoder;
+use percent_encoding::percent_decode_str;
+use rawzip::{CompressionMethod, ZipArchive, ZipArchiveEntryWayfinder, ZipSliceArchive};
+use std::{
+    collections::HashMap,
+    io::{self, Read},
+    path::{Path, PathBuf},
+};
+
+/// Memory of an entry beside its name, bytes: the map may be half empty.
+const ENTRY_BYTES: usize = 192;
+
+/// How many bytes DEFLATE makes of one at most.
+const MAX_RATIO: u64 = 1032;
+
+/// An archive whose parts are read one by one.
+pub(super) struct Package<'a> {
+    path: &'a Path,
+    archive: ZipSliceArchive<&'a [u8]>,
+    budget: &'a Budget,
+    /// By their names, as [`key`] writes them.
+    entries: HashMap<String, Entry>,
+    /// How many bytes all parts together had.
+    read: u64,
+}
+
+struct Entry {
+    /// As the archive writes it.
+    name: Box<str>,
+    place: ZipArchiveEntryWayfinder,
+    method: CompressionMethod,
+    is_encrypted: bool,
+}
+
+impl<'a> Package<'a> {
+    /// Finds the parts of the archive at `path`.
+    pub(super) fn new(bytes: &'a [u8], path: &'a Path, budget: &'a Budget) -> Result<Self, LoadError> {
+        let refused = |message: String| LoadError::whole_file(path, message);
+        if bytes.is_empty() {
+            return Err(refused("the file is empty, expected a 3MF mesh".into()));
+        }
+        let archive = ZipArchive::from_slice(bytes).map_err(|_| {
+            refused(if bytes.starts_with(ZIP) {
+                "the ZIP archive has no end: the file is cut short or broken".into()
+            } else {
+                "this is no ZIP archive, expected a 3MF mesh".into()
+            })
+        })?;
+        let mut package = Self {
+            path,
+            archive,
+            budget,
+            entries: HashMap::new(),
+            read: 0,
+        };
+        package.find_entries()?;
+        Ok(package)
+    }
+
+    fn find_entries(&mut self) -> Result<(), LoadError> {
+        let broken = |error| {
+            LoadError::whole_file(
+                self.path,
+                format!("the directory of the ZIP archive is broken: {error}"),
+            )
+        };
+        let mut entries = self.archive.entries();
+        while let Some(entry) = entries.next_entry().map_err(broken)? {
+            let name = entry.file_path();
+            let taken = self.budget.take(ENTRY_BYTES + 2 * name.len());
+            taken.map_err(|error| error.into_error(self.path))?;
+            let name = String::from_utf8_lossy(name.as_bytes());
+            let place = Entry {
+                name: name.trim_start_matches(['/', '\\']).into(),
+                place: entry.wayfinder(),
+                method: entry.compression_method(),
+                is_encrypted: entry.flags().is_encrypted(),
+            };
+            self.entries.insert(key(&name), place);
+        }
+        Ok(())
+    }
+
+    /// What loading may take.
+    pub(super) fn budget(&self) -> &'a Budget {
+        self.budget
+    }
+
+    /// The path of the archive.
+    pub(super) fn path(&self) -> &'a Path {
+        self.path
+    }
+
+    /// How many bytes of parts were read.
+    pub(super) fn size(&self) -> usize {
+        self.read as usize
+    }
+
+    /// What errors call a part that [`Package::find`] has found.
+    pub(super) fn path_of(&self, part: &str) -> PathBuf {
+        let name = self.entries.get(part).map_or(part, |entry| &entry.name);
+        self.path.join(name)
+    }
+
+    /// The name of the part that a file calls `name`; `None` if there is none.
+    pub(super) fn find(&self, name: &str) -> Option<String> {
+        let decoded = || key(&percent_decode_str(name).decode_utf8_lossy());
+        let mut names = std::iter::once(key(name)).chain(std::iter::once_with(decoded));
+        names.find(|name| self.entries.contains_key(name))
+    }
+
+    /// The first name, by the alphabet, that ends like this.
+    pub(super) fn find_ending(&self, end: &str) -> Option<String> {
+        let names = self.entries.keys().filter(|name| name.ends_with(end));
+        names.min().cloned()
+    }
+
+    /// The bytes of a part that [`Package::find`] has found.
+    pub(super) fn read(&mut self, part: &str) -> Result<Vec<u8>, LoadError> {
+        let path = self.path_of(part);
+        let read = self.inflate(part);
+        read.map_err(|error| files::load_error(&path, &error))
+    }
+
+    fn inflate(&mut self, part: &str) -> io::Result<Vec<u8>> {
+        let entry = self.entries.get(part).ok_or(io::ErrorKind::NotFound)?;
+        if entry.is_encrypted {
+            return Err(io::Error::other(
+                "the part is encrypted, which octray does not read",
+            ));
+        }
+        let broken = |error| io::Error::other(format!("the part is broken: {error}"));
+        let stated = entry.place.uncompressed_size_hint();
+        let left = MAX_BYTES - self.read.min(MAX_BYTES);
+        if stated > left {
+            let most = in_bytes(MAX_BYTES);
+            return Err(io::Error::other(format!(
+                "the parts have more than {most} together"
+            )));
+        }
+        let found = self.archive.get_entry(entry.place).map_err(broken)?;
+        let data = found.data();
+        let part: &mut dyn Read = match entry.method {
+            CompressionMethod::STORE => &mut { data },
+            CompressionMethod::DEFLATE => &mut DeflateDecoder::new(data),
+            other => {
+                let method = other
+                    .name()
+                    .map_or_else(|| format!("method {}", other.as_u16()), str::to_owned);
+                return Err(io::Error::other(format!(
+                    "the part is compressed by {method}, expected DEFLATE"
+                )));
+            }
+        };
+        // What the archive states may be a lie.
+        if stated > (data.len() as u64).saturating_add(1).saturating_mul(MAX_RATIO) {
+            return Err(io::Error::other(format!(
+                "the part is broken: {} bytes do not inflate to {}",
+                data.len(),
+                in_bytes(stated)
+            )));
+        }
+        let mut bytes = Vec::new();
+        self.budget.reserve(&mut bytes, stated as usize)?;
+        let all = read_on(found.verifying_reader(part), &mut bytes, stated, self.budget);
+        self.read += bytes.len() as u64;
+        let error = match all {
+            Ok(true) => return Ok(bytes),
+            Ok(false) => format!(
+                "it has more than the {} that the archive states",
+                in_bytes(stated)
+            ),
+            Err(error) => error.to_string().to_lowercase(),
+        };
+        self.budget.give_back(bytes.capacity());
+        Err(io::Error::other(format!("the part is broken: {error}")))
+    }
+
+    /// The error about the text of a part, which is read again to show its line.
+    pub(super) fn fault(&mut self, part: &str, fault: TextFault) -> LoadError {
+        match self.read(part) {
+            Ok(text) => fault.into_error(&text, &self.path_of(part)),
+            Err(error) => error,
+        }
+    }
+}
+
+/// Names of parts differ in more than the case of letters.
+fn key(name: &str) -> String {
+    let name = name.trim_start_matches(['/', '\\']);
+    name.replace('\\', "/").to_ascii_lowercase()
+}

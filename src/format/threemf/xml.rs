@@ -1,0 +1,351 @@
+//! XML as a tree that is walked once, from the first element to the last, with the place of every word.
+//!
+//! quick-xml finds the tags. Nothing is copied: tags and attributes are parts of the text.
+
+use crate::{
+    error::{SceneError, quote},
+    format::place::{TextFault, after_mark, refuse_binary},
+    scene::is_usable,
+};
+use quick_xml::{
+    Error, Reader,
+    escape::unescape,
+    events::{BytesStart, Event},
+};
+use std::ops::Range;
+
+/// How deep elements nest. Those of a model do six levels deep.
+const MAX_DEPTH: usize = 64;
+
+/// A text of XML, read up to a tag.
+pub(super) struct Xml<'a> {
+    text: &'a [u8],
+    reader: Reader<&'a [u8]>,
+    /// Where the text begins after its byte order mark.
+    start: usize,
+    /// The names of the elements that have begun and not ended, the innermost last.
+    open: Vec<&'a [u8]>,
+    /// Whether the last tag was that of an empty element, which does not end with a tag of its own.
+    is_empty: bool,
+}
+
+impl<'a> Xml<'a> {
+    /// Begins to read. The text must be UTF-8.
+    pub(super) fn new(text: &'a [u8]) -> Result<Self, TextFault> {
+        refuse_binary(text, "XML")?;
+        let start = after_mark(text);
+        let mut reader = Reader::from_reader(text.get(start..).unwrap_or_default());
+        let config = reader.config_mut();
+        // Names are compared here, where they have a place.
+        config.check_end_names = false;
+        config.allow_unmatched_ends = true;
+        config.allow_dangling_amp = true;
+        Ok(Self {
+            text,
+            reader,
+            start,
+            open: Vec::new(),
+            is_empty: false,
+        })
+    }
+
+    fn position(&self) -> usize {
+        self.start + self.reader.buffer_position() as usize
+    }
+
+    /// The outermost element, whose name must be `name`.
+    pub(super) fn root(&mut self, name: &str) -> Result<Tag<'a>, TextFault> {
+        match self.child()? {
+            Some(tag) if tag.name() == name.as_bytes() => Ok(tag),
+            Some(tag) => {
+                let message = format!("found the element {}, expected `{name}`", quote(tag.name()));
+                Err(TextFault::new(tag.place, message))
+            }
+            None => {
+                let end = self.text.len();
+                let message = format!("found no XML element, expected `{name}`");
+                Err(TextFault::new(end..end, message))
+            }
+        }
+    }
+
+    /// The next element in the one whose tag was read last; `None` at the end of that. Each element must be read to its
+    /// end, or skipped.
+    pub(super) fn child(&mut self) -> Result<Option<Tag<'a>>, TextFault> {
+        if std::mem::take(&mut self.is_empty) {
+            return Ok(None);
+        }
+        loop {
+            let from = self.position();
+            let event = self.reader.read_event();
+            let place = from..self.position();
+            match event.map_err(|error| self.fault(&error))? {
+                Event::Start(start) => {
+                    let tag = Tag::new(self.text, start, place);
+                    self.open.push(tag.full_name());
+                    if self.open.len() > MAX_DEPTH {
+                        let message = format!("XML elements nest more than {MAX_DEPTH} deep");
+                        return Err(TextFault::new(tag.place, message));
+                    }
+                    return Ok(Some(tag));
+                }
+                Event::Empty(start) => {
+                    self.is_empty = true;
+                    return Ok(Some(Tag::new(self.text, start, place)));
+                }
+                Event::End(end) => {
+                    let expected = self.open.pop();
+                    if expected == Some(end.name().into_inner()) {
+                        return Ok(None);
+                    }
+                    let expected = expected.map_or_else(|| "no end of an element".to_owned(), end_tag);
+                    let message = format!("found {}, expected {expected}", end_tag(end.name().into_inner()));
+                    return Err(TextFault::new(place, message));
+                }
+                Event::DocType(_) => {
+                    let message = "found a document type definition, which 3MF does not allow";
+                    return Err(TextFault::new(place, message));
+                }
+                Event::Eof => {
+                    let Some(open) = self.open.last() else {
+                        return Ok(None);
+                    };
+                    let end = self.text.len();
+                    let message = format!("the XML ends before {}", end_tag(open));
+                    return Err(TextFault::new(end..end, message));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Passes over what is left of the element whose tag was read last.
+    pub(super) fn skip(&mut self) -> Result<(), TextFault> {
+        if std::mem::take(&mut self.is_empty) {
+            return Ok(());
+        }
+        let depth = self.open.len();
+        while self.open.len() >= depth {
+            self.child()?;
+        }
+        Ok(())
+    }
+
+    fn fault(&self, error: &Error) -> TextFault {
+        let at = self.start + self.reader.error_position() as usize;
+        TextFault::new(at..at + 1, format!("not valid XML: {error}"))
+    }
+}
+
+fn end_tag(name: &[u8]) -> String {
+    let name = quote(name);
+    format!("`</{}>`", name.trim_matches('`'))
+}
+
+/// The tag that begins an element.
+pub(super) struct Tag<'a> {
+    text: &'a [u8],
+    start: BytesStart<'a>,
+    /// Where it is.
+    pub(super) place: Range<usize>,
+}
+
+impl<'a> Tag<'a> {
+    fn new(text: &'a [u8], start: BytesStart<'a>, place: Range<usize>) -> Self {
+        Self { text, start, place }
+    }
+
+    /// Where a part of the text is.
+    fn place_of(&self, part: &[u8]) -> Range<usize> {
+        let start = (part.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
+        start..start + part.len()
+    }
+
+    fn full_name(&self) -> &'a [u8] {
+        let place = self.place_of(self.start.name().into_inner());
+        self.text.get(place).unwrap_or_default()
+    }
+
+    /// Its name without the prefix of a namespace.
+    pub(super) fn name(&self) -> &'a [u8] {
+        without_prefix(self.full_name())
+    }
+
+    /// Its attributes in turn. What is no attribute ends them with an error.
+    pub(super) fn attributes(&self) -> impl Iterator<Item = Result<Attribute<'a>, TextFault>> {
+        let mut all = self.start.attributes();
+        // This compares each with all others.
+        all.with_checks(false);
+        all.map(|attribute| match attribute {
+            Ok(attribute) => {
+                let part = |bytes: &[u8]| self.text.get(self.place_of(bytes)).unwrap_or_default();
+                Ok(Attribute {
+                    name: part(attribute.key.into_inner()),
+                    value: part(&attribute.value),
+                    place: self.place_of(&attribute.value),
+                })
+            }
+            Err(error) => {
+                let message = format!("not valid XML: {error}");
+                Err(TextFault::new(self.place.clone(), message))
+            }
+        })
+    }
+
+    /// The attribute of this name: without a prefix, else with any.
+    pub(super) fn find(&self, name: &str) -> Result<Option<Attribute<'a>>, TextFault> {
+        let mut prefixed = None;
+        for attribute in self.attributes() {
+            let attribute = attribute?;
+            if attribute.name == name.as_bytes() {
+                return Ok(Some(attribute));
+            }
+            if without_prefix(attribute.name) == name.as_bytes() {
+                prefixed = Some(attribute);
+            }
+        }
+        Ok(prefixed)
+    }
+
+    /// The attribute of this name, which must be there.
+    pub(super) fn get(&self, name: &str) -> Result<Attribute<'a>, TextFault> {
+        self.find(name)?.ok_or_else(|| self.lacks(name))
+    }
+
+    /// The error about an attribute that is missing.
+    pub(super) fn lacks(&self, name: &str) -> TextFault {
+        let message = format!("{} has no attribute `{name}`", quote(self.full_name()));
+        TextFault::new(self.place.clone(), message)
+    }
+}
+
+fn without_prefix(name: &[u8]) -> &[u8] {
+    let colon = name.iter().position(|&byte| byte == b':');
+    name.get(colon.map_or(0, |colon| colon + 1)..).unwrap_or_default()
+}
+
+/// An attribute.
+pub(super) struct Attribute<'a> {
+    /// Its name with the prefix.
+    pub(super) name: &'a [u8],
+    /// Its value as it is written.
+    pub(super) value: &'a [u8],
+    /// Where its value is.
+    pub(super) place: Range<usize>,
+}
+
+impl Attribute<'_> {
+    /// An error about the value.
+    pub(super) fn fault(&self, message: impl Into<String>) -> TextFault {
+        TextFault::new(self.place.clone(), message)
+    }
+
+    /// The value as text.
+    pub(super) fn text(&self) -> Result<String, TextFault> {
+        let text = std::str::from_utf8(self.value).map_err(|_| self.fault("this is not UTF-8"))?;
+        let text = unescape(text).map_err(|error| self.fault(format!("not valid XML: {error}")))?;
+        Ok(text.into_owned())
+    }
+
+    /// The value as a number from 0 on.
+    pub(super) fn index(&self) -> Result<u32, TextFault> {
+        let digits = std::str::from_utf8(self.value.trim_ascii());
+        let index = digits.ok().and_then(|digits| digits.parse::<u32>().ok());
+        index.ok_or_else(|| {
+            let (name, value) = (quote(self.name), quote(self.value));
+            self.fault(format!("{name} is {value}, expected a whole number"))
+        })
+    }
+
+    /// The value as a coordinate; `what` is what errors call it.
+    pub(super) fn coordinate(&self, what: &'static str) -> Result<f32, TextFault> {
+        let value: f32 = fast_float2::parse(self.value.trim_ascii())
+            .map_err(|_| self.fault(format!("`{what}` is {}, expected a number", quote(self.value))))?;
+        if is_usable(value) {
+            Ok(value)
+        } else {
+            Err(self.fault(SceneError::NotUsable { what, value }.to_string()))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The names of all elements, each with its depth.
+    fn tree(text: &str) -> Result<String, String> {
+        fn visit(xml: &mut Xml<'_>, depth: usize, found: &mut String) -> Result<(), TextFault> {
+            while let Some(tag) = xml.child()? {
+                *found += &format!("{depth}{} ", String::from_utf8_lossy(tag.name()));
+                if tag.name() == b"skip" {
+                    xml.skip()?;
+                } else {
+                    visit(xml, depth + 1, found)?;
+                }
+            }
+            Ok(())
+        }
+        let mut found = String::new();
+        let all = Xml::new(text.as_bytes()).and_then(|mut xml| visit(&mut xml, 0, &mut found));
+        let path = std::path::Path::new("a");
+        all.map_err(|fault| fault.into_error(text.as_bytes(), path).to_string())?;
+        Ok(found)
+    }
+
+    #[test]
+    fn elements_are_walked_in_order() {
+        let text =
+            "\u{feff}<?xml version='1.0'?>\n<!-- <no/> --><a><b x='>'/><m:c>text &amp; <d></d></m:c></a>\n";
+        assert_eq!(tree(text).as_deref(), Ok("0a 1b 1c 2d "));
+        let text = "<a><skip><b/><c><skip/></c></skip><skip/><d/></a>";
+        assert_eq!(tree(text).as_deref(), Ok("0a 1skip 1skip 1d "));
+        assert_eq!(tree("").as_deref(), Ok(""));
+    }
+
+    #[test]
+    fn broken_xml_has_a_place() {
+        let fault = |text: &str| tree(text).expect_err("it is broken");
+        assert_eq!(fault("<a>\n<b></a>"), "a:2:4: found `</a>`, expected `</b>`");
+        assert_eq!(fault("<a>\n<b>"), "a:2:4: the XML ends before `</b>`");
+        assert_eq!(
+            fault("</a>"),
+            "a:1:1: found `</a>`, expected no end of an element"
+        );
+        assert_eq!(
+            fault("<a>\n <b"),
+            "a:2:2: not valid XML: syntax error: tag not closed: `>` not found before end of input"
+        );
+        assert_eq!(
+            fault("<!DOCTYPE a [<!ENTITY b 'c'>]><a/>"),
+            "a:1:1: found a document type definition, which 3MF does not allow"
+        );
+        assert_eq!(
+            fault(&"<a>".repeat(100_000)),
+            "a:1:193: XML elements nest more than 64 deep"
+        );
+        assert_eq!(
+            fault("<\0a\0>\0"),
+            "a:1:2: found a NUL byte: this is binary data, expected XML"
+        );
+    }
+
+    #[test]
+    fn attributes_have_names_and_places() {
+        let text = b"<a x=\"1.5\" m:pid=' 7' path='a&amp;b'><b c='1' bad/>";
+        let mut xml = Xml::new(text).expect("it is text");
+        let tag = xml.root("a").expect("there is an element");
+        assert_eq!(tag.get("x").expect("it is there").place, 6..9);
+        let number = |name| tag.get(name).and_then(|attribute| attribute.index());
+        assert_eq!(number("pid").ok(), Some(7));
+        assert!(number("x").is_err() && number("y").is_err());
+        assert_eq!(
+            tag.get("path").and_then(|path| path.text()).ok(),
+            Some("a&b".to_owned())
+        );
+        assert!(tag.attributes().all(|attribute| attribute.is_ok()));
+        let broken = xml.child().ok().flatten().expect("there is another");
+        assert!(broken.get("c").is_ok() && broken.get("d").is_err());
+        assert!(broken.attributes().any(|attribute| attribute.is_err()));
+    }
+}
