@@ -170,15 +170,18 @@ impl Surface {
 #[must_use]
 pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -> RayPackets {
     let pixel_rays = camera.pixel_rays(scene, width, height, 1);
-    let mut packets = RayPackets::sharing(pixel_rays.eye());
+    let mut packets = RayPackets::default();
+    packets.restart(pixel_rays.shared_origin());
     packets.reserve((width.div_ceil(4) * height.div_ceil(2)) as usize);
     for_each_packet(width, height, |[x, y]| {
         let inside = |lane: usize| x + lane as u32 % 4 < width && y + lane as u32 / 4 < height;
-        let t_max: [f32; LANES] = std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 });
-        packets.push(RayPacket {
-            direction: pixel_rays.directions8(x, y, [0, 0]),
-            t_max: t_max.into(),
-        });
+        packets.push_rays(&std::array::from_fn(|lane| {
+            let (column, row) = (lane as u32 % 4, lane as u32 / 4);
+            Ray {
+                t_max: if inside(lane) { T_MAX } else { 0.0 },
+                ..pixel_rays.ray(x + column, y + row, [0, 0])
+            }
+        }));
     });
     packets
 }

@@ -4,7 +4,7 @@ use super::{draw::scattered, glass, light};
 use crate::{
     math::{max, max_abs, min, powi, scale_to_one},
     ray::{Hit, Ray, T_MAX},
-    scene::{LightShape, Material, Primitive, Scene, TexturePoint},
+    scene::{LightShape, Material, Primitive, RayCone, Scene, TexturePoint},
     simd::{Level, Simd, at_level},
     sobol,
 };
@@ -52,8 +52,8 @@ pub struct PixelSample {
     pub number: u32,
     /// How many samples each pixel has.
     pub count: u32,
-    /// Width of the ray's cone at distance 1, which decides on mipmaps.
-    pub width: f32,
+    /// How wide the ray is, which decides on mipmaps.
+    pub cone: RayCone,
 }
 
 impl PixelSample {
@@ -124,7 +124,7 @@ pub(crate) fn radiance_at<S: Simd>(
             break;
         }
         travelled += hit.t;
-        let at = (&ray, &hit, travelled * sample.width);
+        let at = (&ray, &hit, sample.cone.width(travelled));
         let draw = (Draw::at(scene, sample, level), limits.shadows);
         let Some((Material::Reflection { mirror_share, .. }, surface)) =
             scatter(simd, scene, intersect, at, draw, (&mut color, weight), rays)

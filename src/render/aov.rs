@@ -32,7 +32,7 @@ const TILE: [u32; 2] = [128, 16];
 /// The output variables of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aov {
-    /// Distance from the eye along the ray, scene units; infinite for a miss.
+    /// Distance along the ray from the eye, or from its plane if rays are parallel, scene units; infinite for a miss.
     pub depth: f32,
     /// Unit shading normal on the viewer's side, in world space; 0 for a miss.
     pub normal: [f32; 3],
@@ -141,11 +141,10 @@ impl<'a> AovScratch<'a> {
             self.tracer
                 .closest_hit(rays.origins(), rays.packets(), &mut self.hits);
         }
-        let eye = context.camera_rays.eye();
-        let mut packets = self.rays.rays.packets().iter().zip(&self.hits);
+        let mut packets = (0..).zip(&self.hits);
         let stack = &mut self.stack;
         for_each_packet(rect.width, rect.height, |[x, y]| {
-            let Some((rays, hits)) = packets.next() else {
+            let Some((packet, hits)) = packets.next() else {
                 return;
             };
             for lane in 0..LANES {
@@ -153,7 +152,7 @@ impl<'a> AovScratch<'a> {
                 if x >= rect.width || y >= rect.height {
                     continue;
                 }
-                let ray = rays.ray(lane, eye);
+                let ray = self.rays.rays.ray(packet, lane);
                 let (hit, cost) = if single_rays {
                     let (hit, cost) = cost::closest_hit(context.scene, context.bvh, stack, &ray);
                     (hit, if costs { cost } else { Cost::default() })
@@ -161,7 +160,8 @@ impl<'a> AovScratch<'a> {
                     (hits.hit(lane), Cost::default())
                 };
                 let pixel = y as usize * context.window.width() as usize + (rect.x + x) as usize;
-                band[pixel] = Aov::new(context.scene, &ray, &hit, cost, context.camera_rays.pixel_width());
+                let width = context.camera_rays.cone().width(hit.t);
+                band[pixel] = Aov::new(context.scene, &ray, &hit, cost, width);
             }
         });
     }
@@ -208,14 +208,14 @@ impl Aov {
         },
     };
 
-    fn new(scene: &Scene, ray: &Ray, hit: &Hit, cost: Cost, pixel_width: f32) -> Self {
+    fn new(scene: &Scene, ray: &Ray, hit: &Hit, cost: Cost, width: f32) -> Self {
         if !hit.is_hit() {
             return Self { cost, ..Self::MISS };
         }
         Self {
             depth: hit.t,
             normal: shading_normal(scene, ray, hit).to_array(),
-            albedo: albedo(scene, ray, hit, hit.t * pixel_width),
+            albedo: albedo(scene, ray, hit, width),
             primitive: hit.primitive,
             cost,
         }

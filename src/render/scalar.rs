@@ -148,7 +148,7 @@ impl ScalarTile<'_> {
         {
             self.camera_rays += 1;
             samples.count += 1;
-            let ray = Ray::new(camera_rays.eye(), camera_rays.direction(simd, pixel, sample));
+            let ray = camera_rays.ray(simd, pixel, sample);
             if P::HAS_ALPHA && !self.intersect.closest_hit(&ray).is_hit() {
                 continue;
             }
@@ -156,7 +156,7 @@ impl ScalarTile<'_> {
                 pixel,
                 number: camera_rays.index(sample),
                 count: settings.samples,
-                width: camera_rays.pixel_width(),
+                cone: camera_rays.cone(),
             };
             let color = radiance_at(
                 simd,

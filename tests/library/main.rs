@@ -8,6 +8,7 @@ mod targets;
 mod adaptive;
 mod broken_inputs;
 mod build;
+mod cameras;
 mod classic_files;
 mod classic_images;
 mod documents;

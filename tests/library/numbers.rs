@@ -12,7 +12,8 @@ use octray::{
     accel::Bvh,
     render::{Mode, Settings, render},
     scene::{
-        Background, Camera, Light, LightShape, Material, MaterialId, Scene, SceneBuilder, TriangleMesh, View,
+        Background, Camera, Light, LightShape, Material, MaterialId, Projection, Scene, SceneBuilder,
+        TriangleMesh, View,
     },
 };
 use std::ops::ControlFlow;
@@ -106,13 +107,8 @@ fn placed_light(light: &Light, scene: &Scene, scale: f32, place: impl Fn(Vec3) -
 
 fn placed_view(view: &View, scale: f32, shift: Vec3) -> Camera {
     let place = |p: DVec3| p * f64::from(scale) + shift.as_dvec3();
-    let View {
-        eye,
-        target,
-        up,
-        fov_degrees,
-    } = *view;
-    Camera::look_at(place(eye), place(target), up, fov_degrees).expect("a camera")
+    let (eye, target) = (place(view.eye), place(view.target));
+    Camera::new(&View { eye, target, ..*view }).expect("a camera")
 }
 
 /// The number of pixels that differ by more than the tolerance, and of speckles among them.
@@ -276,7 +272,7 @@ fn grazing_light_makes_no_acne() {
                     eye,
                     target,
                     up: DVec3::Z,
-                    fov_degrees: 20.0,
+                    projection: Projection::Perspective { fov_degrees: 20.0 },
                 };
                 let image = picture(&scene, &placed_view(&view, scale, shift));
                 let light = (light - shift).as_dvec3() / f64::from(scale);
@@ -315,7 +311,7 @@ fn spheres_do_not_shadow_themselves() {
             eye,
             target: DVec3::ZERO,
             up: DVec3::Z,
-            fov_degrees: 20.0,
+            projection: Projection::Perspective { fov_degrees: 20.0 },
         };
         let camera = placed_view(&view, scale, shift);
         let image = picture(&scene, &camera);
@@ -386,7 +382,7 @@ fn no_light_leaks_in_or_out() {
                 eye,
                 target,
                 up: DVec3::Z,
-                fov_degrees: 60.0,
+                projection: Projection::Perspective { fov_degrees: 60.0 },
             };
             let image = picture(&scene, &placed_view(&view, scale, shift));
             let lit = image
@@ -409,7 +405,7 @@ fn a_sphere_seen_from_inside_is_uniform() {
             eye: DVec3::new(0.3, 0.2, -0.1),
             target: DVec3::new(1.0, 0.1, 0.0),
             up: DVec3::Z,
-            fov_degrees: 90.0,
+            projection: Projection::Perspective { fov_degrees: 90.0 },
         };
         for (light, expected) in [
             // A light outside does not reach the inside; one in the centre meets every point head-on.
@@ -458,7 +454,7 @@ fn mirrors_that_face_each_other_sum_to_the_series() {
                     eye: DVec3::new(0.1, 0.2, 0.1),
                     target: DVec3::new(0.3, 0.1, 1.0),
                     up: DVec3::Y,
-                    fov_degrees: 30.0,
+                    projection: Projection::Perspective { fov_degrees: 30.0 },
                 };
                 // The ray after `depth` hits returns the background.
                 let hits = i32::try_from(depth).unwrap();
@@ -495,7 +491,7 @@ fn eyes_and_lights_on_surfaces() {
             eye: DVec3::new(-0.5, 0.25, 1.0),
             target: DVec3::new(0.2, 0.1, 0.0),
             up: DVec3::Z,
-            fov_degrees: 40.0,
+            projection: Projection::Perspective { fov_degrees: 40.0 },
         };
         let (least, most) = range(&picture(&scene, &placed_view(&view, scale, shift)));
         assert!(
@@ -508,7 +504,7 @@ fn eyes_and_lights_on_surfaces() {
             eye: DVec3::new(-0.5, 0.25, 0.0),
             target: DVec3::new(0.5, 0.1, 0.0),
             up: DVec3::Z,
-            fov_degrees: 40.0,
+            projection: Projection::Perspective { fov_degrees: 40.0 },
         };
         let image = picture(&scene, &placed_view(&view, scale, shift));
         assert!(

@@ -7,8 +7,8 @@ use octray::{
     generate::{Kind, Options, generate},
     render::{Film, Mode, Pattern, Renderer, Settings, render},
     scene::{
-        Camera, Environment, EnvironmentPicture, Light, LightShape, Material, Scene, SceneBuilder,
-        SphereCloud, Spot, TriangleMesh,
+        Camera, Environment, EnvironmentPicture, Light, LightShape, Material, Projection, Scene,
+        SceneBuilder, SphereCloud, Spot, TriangleMesh, View,
     },
 };
 use std::ops::ControlFlow;
@@ -361,6 +361,41 @@ fn scenes_of_glass() {
     let eye = glam::DVec3::new(0.1, 0.0, 0.2);
     let camera = Camera::look_at(eye, glam::DVec3::ONE, glam::DVec3::Z, 80.0).expect("a view");
     check("in glass", &scene, &camera, &sized(64, 48, 1));
+}
+
+/// The camera of a classic viewpoint with parallel rays.
+fn parallel(view: u32, height: f64) -> Camera {
+    let view = View {
+        projection: Projection::Orthographic { height },
+        ..View::classic(view).expect("views are 1 to 6")
+    };
+    Camera::new(&view).expect("a view")
+}
+
+#[test]
+fn orthographic_cameras() {
+    let mut scenes = Vec::from(SHIPPED.map(|name| (name, shipped_scene(name))));
+    scenes.push(("soft", shipped_scene("soft")));
+    scenes.push(("glass", glass_scene()));
+    for (i, (name, scene)) in scenes.iter().enumerate() {
+        let camera = parallel(i as u32 % 6 + 1, 2.0);
+        for (width, height, samples) in SIZES {
+            check(
+                name,
+                scene,
+                &camera,
+                &sized(width.min(1023), height.min(61), samples),
+            );
+        }
+        for adaptive in [false, true] {
+            let settings = Settings {
+                adaptive,
+                pattern: Pattern::Sobol,
+                ..sized(149, 67, 9)
+            };
+            check(name, scene, &camera, &settings);
+        }
+    }
 }
 
 #[test]

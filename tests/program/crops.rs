@@ -45,7 +45,7 @@ sphere 0.1 0.1 0.6 0.2
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 30] = [
+const CASES: [(&str, &str, &str); 32] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -143,6 +143,12 @@ const CASES: [(&str, &str, &str); 30] = [
         "--mode scalar --ground --smooth-angle 30 --aov albedo",
     ),
     ("points.obj", "png", "--ground --samples 4 --aov albedo,normal"),
+    ("b.scn", "exr", "--ortho 3 --samples auto:9 --aov depth,normal"),
+    (
+        "garden.obj",
+        "png",
+        "--ortho 4 --samples 4 --mode scalar --aov depth",
+    ),
     ("points.obj", "png", "--point-size 0.3 --mode scalar --aov id"),
 ];
 

@@ -69,6 +69,7 @@ fn every_level_makes_the_same_bytes() {
         "render pipes.scn -o pipes.ppm -s 160x120 --samples 4",
         "render flake.scn -o auto.png -s 160x120 --samples auto:9 --background transparent",
         "render glass.scn -o glass.exr -s 97x61 --samples 4 --max-depth 7",
+        "render glass.scn -o parallel.exr -s 97x61 --samples 4 --max-depth 5 --ortho 2.5",
         "render glass.scn -o glass-scalar.exr -s 97x61 --samples 4 --max-depth 7 --mode scalar",
         "render sky.scn -o sky.exr -s 97x61 --samples 4",
         "render sky.scn -o sky-scalar.exr -s 97x61 --samples 4 --mode scalar",

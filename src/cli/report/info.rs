@@ -8,7 +8,7 @@ use super::{
 use crate::{
     accel::BvhStats,
     error::{clip, in_bytes},
-    scene::{Environment, Image, MeshFaults, NamedCamera, Scene},
+    scene::{Environment, Image, MeshFaults, NamedCamera, Projection, Scene},
 };
 use serde::Serialize;
 use std::{fmt::Write, time::Duration};
@@ -64,7 +64,12 @@ struct CameraInfo {
     eye: [f64; 3],
     target: [f64; 3],
     up: [f64; 3],
-    fov: f64,
+    /// Vertical field of view of a perspective camera, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fov: Option<f64>,
+    /// Height of an orthographic view.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ortho: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -287,12 +292,17 @@ impl BackgroundInfo {
 impl CameraInfo {
     fn new(camera: &NamedCamera) -> Self {
         let view = camera.camera.view();
+        let (fov, ortho) = match view.projection {
+            Projection::Perspective { fov_degrees } => (Some(fov_degrees), None),
+            Projection::Orthographic { height } => (None, Some(height)),
+        };
         Self {
             name: camera.name.clone(),
             eye: view.eye.to_array(),
             target: view.target.to_array(),
             up: view.up.to_array(),
-            fov: view.fov_degrees,
+            fov,
+            ortho,
         }
     }
 
@@ -301,13 +311,18 @@ impl CameraInfo {
             .name
             .as_ref()
             .map_or_else(String::new, |name| format!("\"{}\" ", clip(name)));
-        format!(
-            "{name}eye {} target {} up {} fov {}",
+        let mut text = format!(
+            "{name}eye {} target {} up {}",
             list(rounded(self.eye)),
             list(rounded(self.target)),
             list(rounded(self.up)),
-            self.fov as f32
-        )
+        );
+        for (key, value) in [("fov", self.fov), ("ortho", self.ortho)] {
+            if let Some(value) = value {
+                text += &format!(" {key} {}", value as f32);
+            }
+        }
+        text
     }
 }
 

@@ -3,10 +3,9 @@
 use super::{Reader, Said, arguments::Arguments, nearest::nearest, words::Word};
 use crate::{
     error::{LoadError, SourcePos, quote},
-    format::mesh::{MAX_CAMERA_NAME, MAX_CAMERAS},
-    scene::{Background, Camera, CameraError, MAX_ALPHA, Material, MaterialId, NamedCamera, View},
+    scene::{Background, MAX_ALPHA, Material, MaterialId},
 };
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 /// The kinds of materials; the first four in the order of their classic numbers.
 const KINDS: [&str; 5] = ["silhouette", "matte", "blinn_phong", "reflection", "glass"];
@@ -156,61 +155,6 @@ impl Reader<'_> {
             })
     }
 
-    fn camera(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
-        let keys = ["eye", "target", "up", "fov"];
-        let name = camera_name(&mut arguments, &keys)?;
-        let mut end = name.unwrap_or(arguments.keyword).end();
-        let (mut eye, mut target) = (None, None);
-        let (mut up, mut fov) = (View::UP, View::FOV_DEGREES);
-        // Where to place an error about the view.
-        let (mut target_word, mut up_word, mut fov_word) = (None, None, None);
-        while let Some((word, key)) = arguments.key_once(&keys)? {
-            if key == "fov" {
-                let [degrees] = arguments.take(word, "fov DEG")?;
-                fov = arguments.precise(degrees, "fov")?;
-                fov_word = Some(degrees);
-                end = degrees.end();
-                continue;
-            }
-            let words = arguments.take(word, &format!("{key} x y z"))?;
-            let vector = arguments.vector(words)?;
-            end = words[2].end();
-            match key {
-                "eye" => eye = Some(vector),
-                "target" => (target, target_word) = (Some(vector), Some(word)),
-                _ => (up, up_word) = (vector, Some(word)),
-            }
-        }
-        let eye = eye.ok_or_else(|| arguments.missing("eye", end))?;
-        let target: DVec3 = target.ok_or_else(|| arguments.missing("target", end))?;
-        let camera = Camera::look_at(eye, target, up, fov).map_err(|error| {
-            let word = match error {
-                CameraError::FieldOfView(_) => fov_word,
-                CameraError::UpParallel => up_word.or(target_word),
-                CameraError::EyeOnTarget | CameraError::NotFinite => target_word,
-            };
-            arguments
-                .line
-                .error_at(&word.unwrap_or(arguments.keyword), error.to_string())
-        })?;
-        let name = name.map(|word| String::from_utf8_lossy(word.text).into_owned());
-        let at = arguments.line.at(arguments.keyword.start);
-        if let Some(first) = self.said.cameras.get(&name) {
-            let what = name.map_or_else(
-                || "camera without a name".to_owned(),
-                |name| format!("camera {}", quote(name.as_bytes())),
-            );
-            return Err(again(&arguments, &what, first));
-        }
-        if self.said.cameras.len() >= MAX_CAMERAS {
-            let message = format!("more than {MAX_CAMERAS} cameras in one scene");
-            return Err(arguments.line.error_at(&arguments.keyword, message));
-        }
-        self.said.cameras.insert(name.clone(), at);
-        self.builder.add_camera(NamedCamera { name, camera });
-        Ok(())
-    }
-
     fn background(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let is_gradient = arguments
             .peek()
@@ -296,38 +240,6 @@ fn read_material<'a>(
         }
     }
     Ok((material, named))
-}
-
-/// The name of a camera, if the next word is one.
-fn camera_name<'a>(
-    arguments: &mut Arguments<'_, 'a>,
-    keys: &[&'static str],
-) -> Result<Option<Word<'a>>, LoadError> {
-    let Some(word) = arguments.peek() else {
-        return Ok(None);
-    };
-    if !word.quoted && keys.iter().any(|key| key.as_bytes() == word.text) {
-        return Ok(None);
-    }
-    // Followed by a number, it is a misspelt key, not a name.
-    let number_follows = arguments
-        .peek_second()
-        .is_some_and(|next| arguments.precise(next, "").is_ok());
-    if !word.quoted && number_follows {
-        return arguments.key(keys).map(|_| None);
-    }
-    let faulty = |message: String| Err(arguments.line.error_at(&word, message));
-    match word.as_str() {
-        None => faulty(format!("name {} is not valid UTF-8", quote(word.text))),
-        Some(name) if name.trim().is_empty() => {
-            faulty("the name is empty; give the camera a name, or leave the name out".into())
-        }
-        Some(name) if name.len() > MAX_CAMERA_NAME => faulty(format!(
-            "name of {} bytes, expected at most {MAX_CAMERA_NAME}",
-            name.len()
-        )),
-        Some(_) => Ok(arguments.next()),
-    }
 }
 
 /// The error that a statement stands in the scene twice.
