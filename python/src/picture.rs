@@ -93,6 +93,8 @@ pub fn render<'py>(
         target: target.map(|target| DVec3::from(target) - middle),
         up: up.map(DVec3::from),
         projection: fov.map(|fov_degrees| Projection::Perspective { fov_degrees }),
+        aperture: None,
+        focus: None,
     };
     let path = match &source {
         Source::File(path) => path.clone(),

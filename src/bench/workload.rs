@@ -169,7 +169,7 @@ impl Surface {
 /// Returns the camera rays of a picture, in the order of [`for_each_packet`].
 #[must_use]
 pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -> RayPackets {
-    let pixel_rays = camera.pixel_rays(scene, width, height, 1);
+    let pixel_rays = camera.without_lens().pixel_rays(scene, width, height, 1);
     let mut packets = RayPackets::default();
     packets.restart(pixel_rays.shared_origin());
     packets.reserve((width.div_ceil(4) * height.div_ceil(2)) as usize);

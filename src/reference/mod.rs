@@ -13,6 +13,7 @@ mod primitive;
 pub mod shade;
 
 use crate::{ray::Hit, scene::Scene};
+pub(crate) use draw::disc;
 use primitive::{RaySlabs, intersect_shape};
 
 /// Whether a hit counts; `cut_outs` is the scene if rays pass where its surfaces are cut out.

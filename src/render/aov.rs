@@ -1,7 +1,7 @@
 //! Arbitrary output variables (AOVs): depth, normal, albedo, primitive id and traversal cost of each pixel.
 //!
-//! They are those of one ray through the pixel's centre, because averages of distances or ids would be meaningless. If
-//! costs are asked for, rays are traced one at a time over the wide BVH in every mode.
+//! They are those of one ray through the pixel's centre and that of the lens, because averages of distances or ids would
+//! be meaningless. If costs are asked for, rays are traced one at a time over the wide BVH in every mode.
 
 use super::{
     Filter, Mode, OnProgress, Pattern, RenderError, Renderer, Settings,
@@ -82,7 +82,7 @@ impl Renderer<'_> {
         let context = FrameContext {
             scene,
             bvh,
-            camera_rays: CameraRays::new(scene, camera, &settings),
+            camera_rays: CameraRays::new(scene, &camera.without_lens(), &settings),
             window,
             settings,
         };

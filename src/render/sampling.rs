@@ -9,7 +9,9 @@ use super::Settings;
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::Ray,
+    reference,
     scene::{Camera, PixelRays, RayCone, Scene},
+    shade,
     simd::Simd,
     sobol::{self, hash, scrambled, seed_of, unit},
 };
@@ -54,7 +56,12 @@ pub(super) struct CameraRays {
     samples: [u32; 2],
     /// `None` for the grid with the box filter, whose offsets are integers.
     offsets: Option<SampleOffsets>,
+    /// The samples of each pixel, if there is a lens.
+    lens_samples: Option<u32>,
 }
+
+/// The pair of dimensions of points of the lens. Those of shading count from 0.
+const LENS: u32 = u32::MAX;
 
 #[derive(Clone, Copy)]
 struct SampleOffsets {
@@ -89,7 +96,36 @@ impl CameraRays {
                 samples_per_axis,
                 blackman_harris: inverse_blackman_harris(),
             }),
+            lens_samples: camera.has_lens().then_some(samples),
         }
+    }
+
+    /// Returns whether each sample sees the scene from another point of a lens.
+    pub fn has_lens(&self) -> bool {
+        self.lens_samples.is_some()
+    }
+
+    /// Returns a sample's point of a lens of radius 1.
+    #[inline(always)]
+    fn lens_point(&self, pixel: [u32; 2], sample: [u32; 2]) -> [f32; 2] {
+        self.lens_samples.map_or([0.0; 2], |samples| {
+            let first = sobol::first_point(pixel, samples);
+            reference::disc(sobol::point(LENS, first.wrapping_add(self.index(sample))))
+        })
+    }
+
+    /// Does [`Self::lens_point`] for eight pixels.
+    #[inline(always)]
+    fn lens_points<S: Simd>(&self, simd: S, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> [S::V8; 2] {
+        let Some(samples) = self.lens_samples else {
+            return [simd.splat(0.0); 2];
+        };
+        let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let first = sobol::first_point(pixels[lane], samples);
+            [u[lane], v[lane]] = sobol::point(LENS, first.wrapping_add(self.index(sample)));
+        }
+        shade::disc(simd, [simd.load(&F32x8::new(u)), simd.load(&F32x8::new(v))])
     }
 
     /// Returns the shared origin of all rays, scene units; `None` if they have origins of their own.
@@ -128,7 +164,8 @@ impl CameraRays {
         sample: [u32; 2],
     ) -> (Vec3x8, Vec3x8) {
         let offset = self.offsets_of(pixels, sample);
-        self.pixel_rays.rays_of(simd, pixels, &offset)
+        let lens = self.lens_points(simd, pixels, sample);
+        self.pixel_rays.rays_of(simd, pixels, &offset, lens)
     }
 
     #[inline(always)]
@@ -152,11 +189,12 @@ impl CameraRays {
     /// Returns the ray of a sample of an absolute pixel.
     #[inline(always)]
     pub fn ray<S: Simd>(&self, simd: S, pixel: [u32; 2], sample: [u32; 2]) -> Ray {
+        let lens = self.lens_point(pixel, sample);
         let (sample, offset) = match &self.offsets {
             None => (sample, [0.0; 2]),
             Some(offsets) => ([0, 0], offsets.at(pixel, sample)),
         };
-        self.pixel_rays.ray_at(simd, pixel, sample, offset)
+        self.pixel_rays.ray_at(simd, pixel, sample, offset, lens)
     }
 
     /// Returns the directions of [`CameraRays::ray`] for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`. For a
@@ -170,8 +208,9 @@ impl CameraRays {
     /// Returns the origins and directions of [`CameraRays::ray`] for pixels as in [`CameraRays::directions8`].
     #[inline(always)]
     pub fn rays8<S: Simd>(&self, simd: S, pixel: [u32; 2], sample: [u32; 2]) -> (Vec3x8, Vec3x8) {
+        let lens = self.lens_points(simd, &packet(pixel), sample);
         let (sample, offset) = self.offsets8(pixel, sample);
-        self.pixel_rays.rays(simd, pixel, sample, &offset)
+        self.pixel_rays.rays(simd, pixel, sample, &offset, lens)
     }
 
     /// Returns the sample of the pixel's grid, and offsets from there.

@@ -1,6 +1,6 @@
 //! Cameras, and the order in which their pixels are traced.
 
-use super::{CameraError, PixelRays, Projection, Scene, View};
+use super::{CameraError, Lens, PixelRays, Projection, Scene, View, pixel_rays::ThinLens};
 use glam::{DVec3, Vec3};
 
 /// The most samples along a side of a picture: sample offsets are integers that must be exact in `f32`.
@@ -23,6 +23,8 @@ pub struct Camera {
     right: DVec3,
     up: DVec3,
     half_height: f64,
+    /// Distance in focus.
+    focus: f64,
 }
 
 impl Camera {
@@ -36,6 +38,7 @@ impl Camera {
             target,
             up,
             projection: Projection::Perspective { fov_degrees },
+            lens: Lens::PINHOLE,
         })
     }
 
@@ -56,13 +59,29 @@ impl Camera {
             return Err(CameraError::UpParallel);
         }
         let right = right.normalize();
+        let focus = view.lens.check(eye.distance(target))?;
         Ok(Self {
             view: *view,
             forward,
             right,
             up: right.cross(forward),
             half_height,
+            focus,
         })
+    }
+
+    /// Returns the camera with a pinhole instead of its lens.
+    #[must_use]
+    pub fn without_lens(&self) -> Self {
+        let mut camera = *self;
+        camera.view.lens = Lens::PINHOLE;
+        camera
+    }
+
+    /// Returns whether the camera has a lens, so that each sample sees the scene from another point of it.
+    #[must_use]
+    pub fn has_lens(&self) -> bool {
+        self.view.lens.aperture > 0.0
     }
 
     /// Returns the parameters of the camera.
@@ -113,6 +132,10 @@ impl Camera {
             up: self.up.as_vec3(),
             step,
             is_parallel: matches!(self.view.projection, Projection::Orthographic { .. }),
+            lens: self.has_lens().then(|| ThinLens {
+                radius: (0.5 * self.view.lens.aperture) as f32,
+                slope: (0.5 * self.view.lens.aperture / self.focus) as f32,
+            }),
             samples_per_axis: n as i32,
             width_samples: along(width),
             height_samples: along(height),

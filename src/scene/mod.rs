@@ -31,7 +31,7 @@ pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use pixel_rays::{PixelRays, RayCone};
 pub use texture::{CutOut, SurfaceTextures, TexturePoint};
 pub use transform::Transform;
-pub use view::{CameraError, Projection, View};
+pub use view::{CameraError, Lens, Projection, View};
 pub(crate) use weld::weld;
 
 use crate::{math::Aabb, ray::PrimitiveId, simd::Simd};

@@ -1,4 +1,14 @@
-//! The rays of a camera: from a pinhole, or parallel ones.
+//! The rays of a camera: from a pinhole, parallel ones, or from a thin lens (Cook, Porter and Carpenter, *Distributed Ray
+//! Tracing*, 1984).
+//!
+//! ```text
+//!   perspective                        orthographic
+//!   lens   plane in focus              lens          plane in focus
+//!    a --__     |                       o+a --__       |
+//!   eye ----->  o  through the point o  o  --------->  o
+//! ```
+//! With slopes relative to the view direction, a ray from the point `a` of the lens has the slope of that from its middle
+//! less `a / focus`.
 
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
@@ -35,6 +45,25 @@ impl RayCone {
     }
 }
 
+/// A lens in the rays' numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ThinLens {
+    /// Scene units.
+    pub radius: f32,
+    /// The radius over the distance in focus.
+    pub slope: f32,
+}
+
+/// Factors of points of the picture, in half samples, and of the lens, in radii.
+struct Steps {
+    /// Of a point of the picture, in the slope of its ray.
+    slope: f32,
+    /// Of a point of the picture, in the origin of its ray.
+    place: f32,
+    /// Of a point of the lens, in the slope and in the origin.
+    lens: [f32; 2],
+}
+
 /// The camera rays of one picture size. A ray depends on the absolute pixel alone, so a crop has the rays of the whole
 /// picture.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +76,8 @@ pub struct PixelRays {
     pub(super) step: f32,
     /// All rays have one direction, and origins of their own.
     pub(super) is_parallel: bool,
+    /// `None` for a pinhole.
+    pub(super) lens: Option<ThinLens>,
     pub(super) samples_per_axis: i32,
     pub(super) width_samples: i32,
     pub(super) height_samples: i32,
@@ -62,7 +93,7 @@ impl PixelRays {
     /// Returns the origin of all rays, scene units relative to [`Scene::origin`]; `None` if they have origins of their own.
     #[must_use]
     pub fn shared_origin(&self) -> Option<Vec3> {
-        (!self.is_parallel).then_some(self.eye)
+        (!self.is_parallel && self.lens.is_none()).then_some(self.eye)
     }
 
     /// Returns the number of samples along one side of a pixel.
@@ -98,14 +129,15 @@ impl PixelRays {
         (right as f32, -down as f32)
     }
 
-    /// Returns the ray through sample `sample` (column, row) of pixel (`x`, `y`); row 0 is the top.
+    /// Returns the ray through sample `sample` (column, row) of pixel (`x`, `y`); row 0 is the top. If there is a lens, the
+    /// ray passes through its middle.
     #[must_use]
     pub fn ray(&self, x: u32, y: u32, sample: [u32; 2]) -> Ray {
-        self.ray_at(Portable, [x, y], sample, [0.0; 2])
+        self.ray_at(Portable, [x, y], sample, [0.0; 2], [0.0; 2])
     }
 
     /// Returns the ray through the point that is `offset` half pixels right and up from the pixel's centre, for one sample
-    /// per pixel; or for an offset of 0 what [`Self::ray`] returns.
+    /// per pixel; or for an offset of 0 through the sample. It leaves the point `lens` of a lens of radius 1.
     #[inline(always)]
     pub(crate) fn ray_at<S: Simd>(
         &self,
@@ -113,16 +145,40 @@ impl PixelRays {
         [x, y]: [u32; 2],
         sample: [u32; 2],
         [right, up]: [f32; 2],
+        lens: [f32; 2],
     ) -> Ray {
         let (center_right, center_up) = self.offsets(x, y, sample);
         let (right, up) = (center_right + right, center_up + up);
-        if self.is_parallel {
-            let along_right = simd.mul_add3(self.right, right * self.step, self.eye);
-            let origin = simd.mul_add3(self.up, up * self.step, along_right);
-            Ray::new(origin, simd.normalize(self.forward))
-        } else {
-            Ray::new(self.eye, self.toward(simd, (right, up)))
+        if let Some(origin) = self.shared_origin() {
+            return Ray::new(origin, self.toward(simd, (right, up)));
         }
+        let Steps {
+            slope,
+            place,
+            lens: [lens_slope, radius],
+        } = self.steps();
+        let along = |from: Vec3, [right, up]: [f32; 2]| {
+            simd.mul_add3(self.up, up, simd.mul_add3(self.right, right, from))
+        };
+        let [a, b] = lens;
+        let origin = [right * place + a * radius, up * place + b * radius];
+        let slopes = [right * slope - a * lens_slope, up * slope - b * lens_slope];
+        Ray::new(
+            along(self.eye, origin),
+            simd.normalize(along(self.forward, slopes)),
+        )
+    }
+
+    /// Returns how points of the picture and of the lens move rays with separate origins.
+    #[inline(always)]
+    fn steps(&self) -> Steps {
+        let lens = self.lens.map_or([0.0; 2], |lens| [lens.slope, lens.radius]);
+        let (slope, place) = if self.is_parallel {
+            (0.0, self.step)
+        } else {
+            (self.step, 0.0)
+        };
+        Steps { slope, place, lens }
     }
 
     /// Returns the unit direction of [`Self::ray`] from a pinhole.
@@ -178,8 +234,9 @@ impl PixelRays {
         pixel: [u32; 2],
         sample: [u32; 2],
         offset: &[F32x8; 2],
+        lens: [S::V8; 2],
     ) -> (Vec3x8, Vec3x8) {
-        self.leaving8(simd, self.points(simd, pixel, sample, offset))
+        self.leaving8(simd, self.points(simd, pixel, sample, offset), lens)
     }
 
     /// Returns what [`PixelRays::direction_offset`] returns for eight pixels anywhere. Only for one sample per pixel.
@@ -200,8 +257,9 @@ impl PixelRays {
         simd: S,
         pixels: &[[u32; 2]; LANES],
         offset: &[F32x8; 2],
+        lens: [S::V8; 2],
     ) -> (Vec3x8, Vec3x8) {
-        self.leaving8(simd, self.points_of(simd, pixels, offset))
+        self.leaving8(simd, self.points_of(simd, pixels, offset), lens)
     }
 
     /// Returns the offsets from the picture's centre of points of 4x2 pixels, right and up, in half samples.
@@ -250,16 +308,20 @@ impl PixelRays {
             .to8()
     }
 
-    /// Returns the origins and directions of the rays through eight points.
+    /// Does [`Self::ray_at`] for eight points of the picture and of the lens; for separate origins.
     #[inline(always)]
-    fn leaving8<S: Simd>(&self, simd: S, [right, up]: [S::V8; 2]) -> (Vec3x8, Vec3x8) {
-        let eye = simd.splat3(self.eye);
-        if !self.is_parallel {
-            return (eye.to8(), self.toward8(simd, [right, up]));
-        }
-        let along_right = simd.splat3(self.right).mul_add(right * self.step, eye);
-        let origin = simd.splat3(self.up).mul_add(up * self.step, along_right);
-        (origin.to8(), simd.splat3(self.forward).normalize().to8())
+    fn leaving8<S: Simd>(&self, simd: S, [right, up]: [S::V8; 2], [a, b]: [S::V8; 2]) -> (Vec3x8, Vec3x8) {
+        let Steps {
+            slope,
+            place,
+            lens: [lens_slope, radius],
+        } = self.steps();
+        let (right_axis, up_axis) = (simd.splat3(self.right), simd.splat3(self.up));
+        let origin = right_axis.mul_add(right * place + a * radius, simd.splat3(self.eye));
+        let origin = up_axis.mul_add(up * place + b * radius, origin);
+        let direction = right_axis.mul_add(right * slope - a * lens_slope, simd.splat3(self.forward));
+        let direction = up_axis.mul_add(up * slope - b * lens_slope, direction);
+        (origin.to8(), direction.normalize().to8())
     }
 
     /// Returns four unit vectors whose convex cone contains all rays through `width` x `height` pixels.
@@ -297,7 +359,7 @@ const MAX_CORNER_SLOPE: f32 = 1e4;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Camera, Projection, SceneBuilder, View};
+    use crate::scene::{Camera, Lens, Projection, SceneBuilder, View};
     use glam::DVec3;
 
     /// Slopes of a direction: right and up per unit forward.
@@ -366,6 +428,7 @@ mod tests {
             target: DVec3::new(1.0, 7.0, 3.0),
             up: DVec3::Z,
             projection: Projection::Orthographic { height: 4.0 },
+            lens: Lens::PINHOLE,
         });
         let rays = camera.unwrap().pixel_rays(&scene, 6, 8, 1);
         assert_eq!(rays.shared_origin(), None);
@@ -379,14 +442,53 @@ mod tests {
             }
         }
         let offset = [F32x8::new([0.5; LANES]), F32x8::ZERO];
-        let (origin, direction) = rays.rays(Portable, [2, 4], [0, 0], &offset);
+        let middle = [Portable.splat(0.0); 2];
+        let (origin, direction) = rays.rays(Portable, [2, 4], [0, 0], &offset, middle);
         for lane in 0..LANES {
             let pixel = [2 + lane as u32 % 4, 4 + lane as u32 / 4];
-            let ray = rays.ray_at(Portable, pixel, [0, 0], [0.5, 0.0]);
+            let ray = rays.ray_at(Portable, pixel, [0, 0], [0.5, 0.0], [0.0; 2]);
             assert_eq!(
                 (origin.lane(lane), direction.lane(lane)),
                 (ray.origin, ray.direction)
             );
+        }
+    }
+
+    /// All rays of a pixel meet in the plane in focus, where that from the middle of the lens does.
+    #[test]
+    fn rays_through_a_lens_meet_in_focus() {
+        let scene = SceneBuilder::new().finish();
+        let mut random = fastrand::Rng::with_seed(8);
+        for projection in [Projection::DEFAULT, Projection::Orthographic { height: 4.0 }] {
+            for focus in [None, Some(3.0)] {
+                let lens = Lens { aperture: 0.5, focus };
+                let view = View {
+                    eye: DVec3::new(1.0, 2.0, 3.0),
+                    target: DVec3::new(1.0, 7.0, 3.0),
+                    up: DVec3::Z,
+                    projection,
+                    lens,
+                };
+                let rays = Camera::new(&view).unwrap().pixel_rays(&scene, 6, 8, 1);
+                assert_eq!(rays.shared_origin(), None);
+                let in_focus = |ray: Ray| {
+                    let distance = focus.unwrap_or(5.0) as f32 / ray.direction.y;
+                    ray.origin + ray.direction * distance
+                };
+                for _ in 0..200 {
+                    let pixel @ [x, y] = [random.u32(0..6), random.u32(0..8)];
+                    let middle = rays.ray(x, y, [0, 0]);
+                    let point = [(); 2].map(|()| random.f32() - 0.5);
+                    let ray = rays.ray_at(Portable, pixel, [0, 0], [0.0; 2], point);
+                    assert!(in_focus(ray).distance(in_focus(middle)) < 1e-5);
+                    let expected = middle.origin + Vec3::new(point[0], 0.0, point[1]) * 0.25;
+                    assert!(ray.origin.distance(expected) < 1e-6);
+                    let lens = point.map(|c| Portable.splat(c));
+                    let offset = [F32x8::ZERO; 2];
+                    let (origins, directions) = rays.rays_of(Portable, &[pixel; LANES], &offset, lens);
+                    assert_eq!((origins.lane(3), directions.lane(3)), (ray.origin, ray.direction));
+                }
+            }
         }
     }
 }

@@ -82,6 +82,7 @@ impl Transform {
             eye: self.linear * view.eye + self.offset,
             target: self.linear * view.target + self.offset,
             up,
+            lens: view.lens.scaled(scale),
             projection: match view.projection {
                 Projection::Orthographic { height } => Projection::Orthographic {
                     height: height * scale,

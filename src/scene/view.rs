@@ -17,6 +17,10 @@ pub enum CameraError {
     FieldOfView(f64),
     /// The height of an orthographic view is not a number above 0.
     ViewHeight(f64),
+    /// The diameter of the lens is negative, not finite, or too large for the distance in focus.
+    Aperture(f64),
+    /// The distance in focus is not a number above 0.
+    Focus(f64),
 }
 
 impl fmt::Display for CameraError {
@@ -39,6 +43,15 @@ impl fmt::Display for CameraError {
             Self::ViewHeight(height) => write!(
                 f,
                 "the height of the orthographic view is {height}, expected a number above 0"
+            ),
+            Self::Aperture(diameter) => write!(
+                f,
+                "the aperture is {diameter}, expected a diameter of 0 or more, and at most a million times the distance in \
+                 focus"
+            ),
+            Self::Focus(distance) => write!(
+                f,
+                "the distance in focus is {distance}, expected a number above 0"
             ),
         }
     }
@@ -80,6 +93,47 @@ impl Projection {
     }
 }
 
+/// A thin lens: what is at one distance is sharp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Diameter, scene units; 0 for a pinhole.
+    pub aperture: f64,
+    /// Distance along the view of the plane in focus, scene units; that of the target if `None`.
+    pub focus: Option<f64>,
+}
+
+impl Lens {
+    /// Everything is sharp.
+    pub const PINHOLE: Self = Self {
+        aperture: 0.0,
+        focus: None,
+    };
+
+    /// The largest diameter, in distances in focus: directions stay finite in `f32`.
+    const MAX_APERTURE: f64 = 1e6;
+
+    /// Returns the lens of a scene that is scaled.
+    #[must_use]
+    pub(super) fn scaled(self, scale: f64) -> Self {
+        Self {
+            aperture: self.aperture * scale,
+            focus: self.focus.map(|focus| focus * scale),
+        }
+    }
+
+    /// Checks the lens; `distance` is that of the target. Returns the distance in focus.
+    pub(super) fn check(self, distance: f64) -> Result<f64, CameraError> {
+        let focus = self.focus.unwrap_or(distance);
+        if !(focus > 0.0 && focus.is_finite()) {
+            return Err(CameraError::Focus(focus));
+        }
+        if !(self.aperture >= 0.0 && self.aperture <= focus * Self::MAX_APERTURE) {
+            return Err(CameraError::Aperture(self.aperture));
+        }
+        Ok(focus)
+    }
+}
+
 /// The parameters of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -91,6 +145,8 @@ pub struct View {
     pub up: DVec3,
     /// Perspective or orthographic.
     pub projection: Projection,
+    /// The lens, or a pinhole.
+    pub lens: Lens,
 }
 
 impl View {
@@ -107,6 +163,7 @@ impl View {
             target: classic::TARGET,
             up: Self::UP,
             projection: Projection::DEFAULT,
+            lens: Lens::PINHOLE,
         })
     }
 }

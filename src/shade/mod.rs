@@ -33,6 +33,7 @@ use crate::{
     sobol,
     trace::Tracer,
 };
+pub(crate) use draw::disc;
 use material::{Light8, Points};
 use queue::{HitQueue, RayQueue};
 use std::time::{Duration, Instant};

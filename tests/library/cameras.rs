@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 use octray::{
     accel::Bvh,
-    render::{Aovs, Film, Renderer, Settings, render},
-    scene::{Background, Camera, Material, Projection, Scene, SceneBuilder, View},
+    render::{Aovs, Film, Pattern, Renderer, Settings, render},
+    scene::{Background, Camera, Lens, Material, Projection, Scene, SceneBuilder, View},
 };
 use std::ops::ControlFlow;
 
@@ -48,6 +48,7 @@ fn along_y() -> View {
         target: DVec3::ZERO,
         up: DVec3::Z,
         projection: Projection::DEFAULT,
+        lens: Lens::PINHOLE,
     }
 }
 
@@ -74,4 +75,113 @@ fn distance_changes_no_size_in_an_orthographic_view() {
     // What is beside the view, or behind the eye, is not seen.
     let scene = spheres(&[(Vec3::new(3.1, 0.0, 0.0), 1.0), (Vec3::new(0.0, -12.0, 0.0), 1.0)]);
     assert_eq!(white(&picture(&scene, &camera, &settings(64, 1))), 0.0);
+}
+
+/// A camera with a lens of this diameter, of a view 4 high at the target.
+fn with_lens(aperture: f64, focus: Option<f64>, is_orthographic: bool) -> Camera {
+    let projection = if is_orthographic {
+        Projection::Orthographic { height: 4.0 }
+    } else {
+        Projection::Perspective {
+            fov_degrees: 2.0 * 0.2_f64.atan().to_degrees(),
+        }
+    };
+    Camera::new(&View {
+        projection,
+        lens: Lens { aperture, focus },
+        ..along_y()
+    })
+    .unwrap()
+}
+
+/// A point becomes a disc as wide as the lens is seen from it, in the plane in focus, and keeps its light.
+#[test]
+fn points_out_of_focus_become_discs() {
+    for is_orthographic in [false, true] {
+        for (y, focus) in [(0.0, 8.0), (0.0, 14.0), (2.0, 10.0), (-3.0, 10.0)] {
+            let distance = 10.0 + y;
+            let scene = spheres(&[(Vec3::new(0.0, y as f32, 0.0), 0.03)]);
+            let settings = Settings {
+                pattern: Pattern::Sobol,
+                ..settings(96, 256)
+            };
+            let film = picture(&scene, &with_lens(1.0, Some(focus), is_orthographic), &settings);
+            // Where the cone of rays through the point meets the plane in focus; the height of the view there.
+            let diameter = (focus - distance).abs() / distance;
+            let height = if is_orthographic { 4.0 } else { 0.4 * focus };
+            let sharp = if is_orthographic {
+                0.03
+            } else {
+                0.03 * focus / distance
+            };
+            let pixel = height / 96.0;
+            let mut light = 0.0;
+            for (i, value) in film.pixels().iter().enumerate() {
+                let [x, y] = [i % 96, i / 96].map(|i| (i as f64 - 47.5) * pixel);
+                let from_middle = x.hypot(y);
+                light += f64::from(value[0]);
+                assert!(
+                    value[0] == 0.0 || from_middle < 0.5 * diameter + 1.1 * sharp + pixel,
+                    "{is_orthographic} {y} {focus}: {from_middle}"
+                );
+            }
+            let expected = std::f64::consts::PI * (sharp / pixel).powi(2);
+            assert!(
+                (light / expected - 1.0).abs() < 0.03,
+                "{is_orthographic} {y} {focus}: {light} {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_target_is_sharp() {
+    let scene = spheres(&[(Vec3::new(0.3, 0.0, 0.2), 0.001), (Vec3::ZERO, 0.5)]);
+    for is_orthographic in [false, true] {
+        let [sharp, lens] = [0.0, 0.2].map(|aperture| {
+            picture(
+                &scene,
+                &with_lens(aperture, None, is_orthographic),
+                &settings(64, 64),
+            )
+        });
+        let difference = |(a, b): (&[f32; 3], &[f32; 3])| f64::from((a[0] - b[0]).abs());
+        let sum: f64 = sharp.pixels().iter().zip(lens.pixels()).map(difference).sum();
+        assert!(sum < 1.0, "{sum}");
+        // All rays of the output variables pass through the middle of the lens.
+        let [a, b] = [0.0, 0.2].map(|aperture| {
+            aovs(
+                &scene,
+                &with_lens(aperture, None, is_orthographic),
+                &settings(64, 1),
+            )
+        });
+        assert_eq!(a, b);
+    }
+}
+
+/// Where one sample sees nothing, others may: all pixels take four, and those of a blurred sphere take all.
+#[test]
+fn adaptive_pictures_find_what_is_blurred() {
+    let scene = spheres(&[(Vec3::new(0.0, -8.0, 0.0), 0.1)]);
+    let bvh = Bvh::build(&scene);
+    let adaptive = Settings {
+        adaptive: true,
+        pattern: Pattern::Sobol,
+        ..settings(64, 64)
+    };
+    let camera = with_lens(0.8, None, false);
+    let mut film = <Film>::new(1, 1);
+    let stats =
+        Renderer::new(&scene, &bvh).render(&camera, &adaptive, &mut film, &|_| ControlFlow::Continue(()));
+    let rays = stats.expect("a picture").rays.camera;
+    assert!(rays > 8 * 64 * 64, "{rays}");
+    let full = Settings {
+        adaptive: false,
+        ..adaptive
+    };
+    let full = picture(&scene, &camera, &full);
+    let far = |(a, b): &(&[f32; 3], &[f32; 3])| (a[0] - b[0]).abs() > 0.1;
+    let count = film.pixels().iter().zip(full.pixels()).filter(far).count();
+    assert!(count < 64, "{count}");
 }

@@ -7,7 +7,7 @@ use octray::{
     generate::{Kind, Options, generate},
     render::{Film, Mode, Pattern, Renderer, Settings, render},
     scene::{
-        Camera, Environment, EnvironmentPicture, Light, LightShape, Material, Projection, Scene,
+        Camera, Environment, EnvironmentPicture, Lens, Light, LightShape, Material, Projection, Scene,
         SceneBuilder, SphereCloud, Spot, TriangleMesh, View,
     },
 };
@@ -394,6 +394,41 @@ fn orthographic_cameras() {
                 ..sized(149, 67, 9)
             };
             check(name, scene, &camera, &settings);
+        }
+    }
+}
+
+#[test]
+fn cameras_with_lenses() {
+    let mut scenes = Vec::from(["evening", "garden", "soft"].map(|name| (name, shipped_scene(name))));
+    scenes.push(("glass", glass_scene()));
+    for (i, (name, scene)) in scenes.iter().enumerate() {
+        for parallel in [
+            parallel(2, 2.0),
+            Camera::classic_view(i as u32 + 1).expect("a view"),
+        ] {
+            let lens = Lens {
+                aperture: 0.2,
+                focus: Some(1.5),
+            };
+            let camera = Camera::new(&View {
+                lens,
+                ..parallel.view()
+            })
+            .expect("a view");
+            for (pattern, samples, adaptive) in [
+                (Pattern::Grid, 4, false),
+                (Pattern::Stratified, 4, false),
+                (Pattern::Sobol, 9, false),
+                (Pattern::Sobol, 16, true),
+            ] {
+                let settings = Settings {
+                    pattern,
+                    adaptive,
+                    ..sized(101, 37, samples)
+                };
+                check(name, scene, &camera, &settings);
+            }
         }
     }
 }

@@ -45,7 +45,7 @@ sphere 0.1 0.1 0.6 0.2
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 32] = [
+const CASES: [(&str, &str, &str); 34] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -149,6 +149,8 @@ const CASES: [(&str, &str, &str); 32] = [
         "png",
         "--ortho 4 --samples 4 --mode scalar --aov depth",
     ),
+    ("b.scn", "png", "--aperture 0.4 --focus 3 --samples 4 --aov depth"),
+    ("glass.scn", "exr", "--aperture 0.2 --samples auto:9"),
     ("points.obj", "png", "--point-size 0.3 --mode scalar --aov id"),
 ];
 

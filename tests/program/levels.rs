@@ -70,6 +70,7 @@ fn every_level_makes_the_same_bytes() {
         "render flake.scn -o auto.png -s 160x120 --samples auto:9 --background transparent",
         "render glass.scn -o glass.exr -s 97x61 --samples 4 --max-depth 7",
         "render glass.scn -o parallel.exr -s 97x61 --samples 4 --max-depth 5 --ortho 2.5",
+        "render glass.scn -o lens.exr -s 97x61 --samples 9 --pattern sobol --aperture 0.3 --focus 3.5",
         "render glass.scn -o glass-scalar.exr -s 97x61 --samples 4 --max-depth 7 --mode scalar",
         "render sky.scn -o sky.exr -s 97x61 --samples 4",
         "render sky.scn -o sky-scalar.exr -s 97x61 --samples 4 --mode scalar",

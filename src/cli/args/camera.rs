@@ -41,6 +41,15 @@ pub struct CameraArgs {
     /// Orthographic view of this height, scene units: parallel rays instead of a field of view
     #[arg(long, value_name = "HEIGHT", value_parser = values::length, allow_negative_numbers = true, conflicts_with = "fov")]
     pub ortho: Option<f64>,
+
+    /// Diameter of the lens, scene units: what is out of focus is blurred, with many --samples [default: the scene
+    /// camera's; else 0, all is sharp]
+    #[arg(long, value_name = "DIAMETER", value_parser = values::length, allow_negative_numbers = true)]
+    pub aperture: Option<f64>,
+
+    /// Distance along the view of the plane in focus, scene units [default: the scene camera's; else the target's]
+    #[arg(long, value_name = "DISTANCE", value_parser = values::length, allow_negative_numbers = true)]
+    pub focus: Option<f64>,
 }
 
 /// How a mesh without a scene is shown.
@@ -86,6 +95,8 @@ impl CameraArgs {
                 (Some(fov_degrees), None) => Some(Projection::Perspective { fov_degrees }),
                 (None, None) => None,
             },
+            aperture: self.aperture,
+            focus: self.focus,
         }
     }
 }

@@ -71,7 +71,11 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         target,
         up,
         projection,
+        lens: _,
     } = camera.view();
+    if camera.has_lens() {
+        report::warnings(["the window shows no depth of field".into()]);
+    }
     let Projection::Perspective { fov_degrees } = projection else {
         let why = "the window shows perspective cameras only, and this one is orthographic: give --fov, or render a picture";
         return Err(CliError::Failed(why.into()));

@@ -1,5 +1,5 @@
 //! The camera: a start view from the options, the file, the classic viewpoints or the framing of a mesh, then changed
-//! by `--target`, `--up`, `--fov` and `--ortho`.
+//! by `--target`, `--up`, `--fov`, `--ortho`, `--aperture` and `--focus`.
 
 use crate::{
     classic,
@@ -9,9 +9,12 @@ use crate::{
     },
     error::clip,
     format::mesh::{LoadedMesh, UpAxis},
-    scene::{Camera, FitView, Projection, Scene, View},
+    scene::{Camera, FitView, Lens, Projection, Scene, View},
 };
 use glam::DVec3;
+
+/// A distance in focus at which no usable aperture is too large.
+const FAR: f64 = 1e9;
 
 /// A mesh is shown from this far to the right of its front.
 const AZIMUTH_DEGREES: f64 = 35.0;
@@ -38,6 +41,10 @@ impl CameraOptions {
             target,
             up: self.up.unwrap_or(across),
             projection: self.projection.unwrap_or(Projection::DEFAULT),
+            lens: Lens {
+                aperture: self.aperture.unwrap_or(0.0),
+                focus: self.focus.or(Some(FAR)),
+            },
         })?;
         Ok(())
     }
@@ -53,6 +60,7 @@ impl CameraOptions {
                 target: classic::TARGET,
                 up: View::UP,
                 projection: Projection::DEFAULT,
+                lens: Lens::PINHOLE,
             },
             StartView::Classic(number) => viewpoint(number)?,
             StartView::Default | StartView::Named(_) => return Ok(None),
@@ -130,15 +138,25 @@ impl CameraOptions {
             target,
             up: framed.up,
             projection: Projection::DEFAULT,
+            lens: Lens::PINHOLE,
         })
     }
 
     fn applied_to(&self, view: View) -> Result<Camera, CliError> {
+        let lens = Lens {
+            aperture: self.aperture.unwrap_or(view.lens.aperture),
+            focus: self.focus.or(view.lens.focus),
+        };
+        if self.focus.is_some() && lens.aperture == 0.0 {
+            let why = "--focus needs a lens: give its diameter with --aperture";
+            return Err(CliError::Usage(why.into()));
+        }
         Ok(Camera::new(&View {
             eye: view.eye,
             target: self.target.unwrap_or(view.target),
             up: self.up.unwrap_or(view.up),
             projection: self.projection.unwrap_or(view.projection),
+            lens,
         })?)
     }
 }

@@ -42,9 +42,13 @@ pub struct CameraOptions {
     pub target: Option<DVec3>,
     pub up: Option<DVec3>,
     pub projection: Option<Projection>,
+    /// Diameter of the lens, scene units.
+    pub aperture: Option<f64>,
+    /// Distance in focus, scene units.
+    pub focus: Option<f64>,
 }
 
-/// Where the camera stands before target, up and projection are changed.
+/// Where the camera stands before target, up, projection and lens are changed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum StartView {
     /// The scene's first camera, else the first classic viewpoint; a mesh is framed.

@@ -70,6 +70,12 @@ struct CameraInfo {
     /// Height of an orthographic view.
     #[serde(skip_serializing_if = "Option::is_none")]
     ortho: Option<f64>,
+    /// Diameter of the lens, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    aperture: Option<f64>,
+    /// Distance in focus, if it is not the target's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    focus: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -303,6 +309,8 @@ impl CameraInfo {
             up: view.up.to_array(),
             fov,
             ortho,
+            aperture: Some(view.lens.aperture).filter(|diameter| *diameter > 0.0),
+            focus: view.lens.focus,
         }
     }
 
@@ -317,7 +325,12 @@ impl CameraInfo {
             list(rounded(self.target)),
             list(rounded(self.up)),
         );
-        for (key, value) in [("fov", self.fov), ("ortho", self.ortho)] {
+        for (key, value) in [
+            ("fov", self.fov),
+            ("ortho", self.ortho),
+            ("aperture", self.aperture),
+            ("focus", self.focus),
+        ] {
             if let Some(value) = value {
                 text += &format!(" {key} {}", value as f32);
             }

@@ -16,8 +16,8 @@ use crate::{
     error::{LoadError, SceneError, clip_path},
     math::srgb,
     scene::{
-        Curve, Image, Light, MAX_TEXTURES, Material, MaterialId, Projection, SceneBuilder, SurfaceTextures,
-        TriangleMesh, View,
+        Curve, Image, Lens, Light, MAX_TEXTURES, Material, MaterialId, Projection, SceneBuilder,
+        SurfaceTextures, TriangleMesh, View,
     },
 };
 use glam::DVec3;
@@ -165,6 +165,7 @@ impl MeshCamera {
             target: self.target,
             up: self.up,
             projection: self.projection,
+            lens: Lens::PINHOLE,
         }
     }
 }

@@ -4,11 +4,11 @@ use super::{Reader, arguments::Arguments, statements::again, words::Word};
 use crate::{
     error::{LoadError, quote},
     format::mesh::{MAX_CAMERA_NAME, MAX_CAMERAS},
-    scene::{Camera, CameraError, NamedCamera, Projection, View},
+    scene::{Camera, CameraError, Lens, NamedCamera, Projection, View},
 };
 use glam::DVec3;
 
-const KEYS: [&str; 5] = ["eye", "target", "up", "fov", "ortho"];
+const KEYS: [&str; 7] = ["eye", "target", "up", "fov", "ortho", "aperture", "focus"];
 
 /// Where to place errors about the view: the words that it was read from.
 #[derive(Default)]
@@ -16,6 +16,8 @@ struct Places<'a> {
     target: Option<Word<'a>>,
     up: Option<Word<'a>>,
     projection: Option<Word<'a>>,
+    aperture: Option<Word<'a>>,
+    focus: Option<Word<'a>>,
 }
 
 impl<'a> Places<'a> {
@@ -24,6 +26,8 @@ impl<'a> Places<'a> {
             CameraError::FieldOfView(_) | CameraError::ViewHeight(_) => self.projection,
             CameraError::UpParallel => self.up.or(self.target),
             CameraError::EyeOnTarget | CameraError::NotFinite => self.target,
+            CameraError::Aperture(_) => self.aperture,
+            CameraError::Focus(_) => self.focus,
         }
     }
 }
@@ -59,42 +63,53 @@ impl Reader<'_> {
 /// Reads the keys; `end` is where the words before them end.
 fn view<'a>(arguments: &mut Arguments<'_, 'a>, mut end: usize) -> Result<(View, Places<'a>), LoadError> {
     let (mut eye, mut target) = (None, None);
-    let (mut up, mut projection) = (View::UP, Projection::DEFAULT);
+    let (mut up, mut projection, mut lens) = (View::UP, Projection::DEFAULT, Lens::PINHOLE);
     let mut places = Places::default();
     while let Some((word, key)) = arguments.key_once(&KEYS)? {
-        if let "fov" | "ortho" = key {
-            if places.projection.is_some() {
-                let message = "both `fov` and `ortho` in this line, expected one of them";
-                return Err(arguments.line.error_at(&word, message.to_owned()));
+        if let "eye" | "target" | "up" = key {
+            let words = arguments.take(word, &format!("{key} x y z"))?;
+            let vector = arguments.vector(words)?;
+            end = words[2].end();
+            match key {
+                "eye" => eye = Some(vector),
+                "target" => (target, places.target) = (Some(vector), Some(word)),
+                _ => (up, places.up) = (vector, Some(word)),
             }
-            let usage = if key == "fov" { "fov DEG" } else { "ortho HEIGHT" };
-            let [value] = arguments.take(word, usage)?;
-            let number = arguments.precise(value, key)?;
-            projection = if key == "fov" {
-                Projection::Perspective { fov_degrees: number }
-            } else {
-                Projection::Orthographic { height: number }
-            };
-            places.projection = Some(value);
-            end = value.end();
             continue;
         }
-        let words = arguments.take(word, &format!("{key} x y z"))?;
-        let vector = arguments.vector(words)?;
-        end = words[2].end();
+        let usage = if key == "fov" { "DEG" } else { "number" };
+        let [value] = arguments.take(word, &format!("{key} {usage}"))?;
+        let number = arguments.precise(value, key)?;
+        end = value.end();
         match key {
-            "eye" => eye = Some(vector),
-            "target" => (target, places.target) = (Some(vector), Some(word)),
-            _ => (up, places.up) = (vector, Some(word)),
+            "aperture" => (lens.aperture, places.aperture) = (number, Some(value)),
+            "focus" => (lens.focus, places.focus) = (Some(number), Some(value)),
+            _ if places.projection.is_some() => {
+                let message = "both `fov` and `ortho` in this line, expected one of them";
+                return Err(arguments.line.error_at(&word, message));
+            }
+            _ => {
+                places.projection = Some(value);
+                projection = if key == "fov" {
+                    Projection::Perspective { fov_degrees: number }
+                } else {
+                    Projection::Orthographic { height: number }
+                };
+            }
         }
     }
     let eye = eye.ok_or_else(|| arguments.missing("eye", end))?;
     let target: DVec3 = target.ok_or_else(|| arguments.missing("target", end))?;
+    if let (Some(focus), None) = (places.focus, places.aperture) {
+        let message = "`focus` without `aperture`, the diameter of the lens";
+        return Err(arguments.line.error_at(&focus, message));
+    }
     let view = View {
         eye,
         target,
         up,
         projection,
+        lens,
     };
     Ok((view, places))
 }

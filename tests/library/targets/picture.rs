@@ -12,8 +12,8 @@ use octray::{
     },
     render::{Film, Filter, Mode, Pattern, Settings, render},
     scene::{
-        Background, Camera, Environment, Light, LightShape, Material, Projection, Scene, SceneBuilder, Spot,
-        TriangleMesh, View,
+        Background, Camera, Environment, Lens, Light, LightShape, Material, Projection, Scene, SceneBuilder,
+        Spot, TriangleMesh, View,
     },
 };
 use std::ops::ControlFlow;
@@ -180,6 +180,7 @@ fn view(u: &mut Unstructured<'_>) -> Result<Option<Camera>> {
         target,
         up,
         projection,
+        lens: Lens::PINHOLE,
     })
     .ok())
 }
