@@ -237,6 +237,7 @@ fn geometric_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
             let facet = Portable.cross(v1 - v0, v2 - v0);
             Portable.normalize(facet * scale_to_one(max_abs(facet)))
         }
+        Primitive::Plane(i) => scene.planes()[i].normal,
         Primitive::Sphere(i) => Portable
             .normalize(Portable.mul_add3(ray.direction, hit.t, ray.origin) - scene.spheres().center(i)),
     };

@@ -1,6 +1,6 @@
 //! The scalar twin of the `shade` module: Whitted's algorithm as a loop, with the same operations in the same order.
 
-use super::{draw::scattered, glass, light};
+use super::{draw::scattered, glass, light, planes};
 use crate::{
     math::{max, max_abs, min, powi, scale_to_one},
     ray::{Hit, Ray, T_MAX},
@@ -378,8 +378,15 @@ fn tinted<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> 
             [1.0; 3]
         };
         if let Some(textures) = scene.textures_of(hit.primitive) {
+            let (mut point, mut normal) = (Vec3::ZERO, Vec3::ZERO);
+            if textures.checker.is_some() {
+                let surface = surface(simd, scene, ray, hit);
+                (point, normal) = (surface.point, surface.geometric_normal);
+            }
             let (factor, emission) = scene.textured(&TexturePoint {
                 hit: *hit,
+                point,
+                normal,
                 direction: ray.direction,
                 width,
             });
@@ -410,6 +417,7 @@ fn tint<S: Simd>(simd: S, scene: &Scene, hit: &Hit) -> [f32; 3] {
             interpolate(simd, colors, hit)
         }
         Primitive::Sphere(i) => color(&scene.spheres().color, i),
+        Primitive::Plane(_) => Vec3::ONE,
     };
     own.to_array().map(|channel| min(max(channel, 0.0), 1.0))
 }
@@ -447,6 +455,7 @@ fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
                 max_abs(center) + radius,
             )
         }
+        Primitive::Plane(i) => planes::surface(simd, &scene.planes()[i], ray, hit),
     };
     let away = simd.dot(geometric, ray.direction) > 0.0;
     Surface {

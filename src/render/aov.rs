@@ -122,7 +122,7 @@ impl<'a> AovScratch<'a> {
     fn new(context: &FrameContext<'a>) -> Self {
         let tracer = Tracer::new(context.bvh).at_level(context.settings.level);
         Self {
-            tracer: tracer.through_cut_outs(context.scene),
+            tracer: tracer.through_cut_outs(context.scene).with_planes(context.scene),
             rays: RayQueue::default(),
             hits: Vec::new(),
             stack: Stack::default(),

@@ -3,6 +3,7 @@
 mod background;
 mod builder;
 mod camera;
+mod checker;
 mod environment;
 mod faults;
 mod fit;
@@ -11,6 +12,7 @@ mod light;
 mod material;
 mod origin;
 mod pixel_rays;
+mod plane;
 mod smooth;
 mod texture;
 mod transform;
@@ -21,6 +23,7 @@ pub use background::Background;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, SphereCloud, TriangleMesh};
 pub(crate) use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
 pub use camera::{Camera, MAX_SIDE_SAMPLES, NamedCamera, for_each_packet};
+pub use checker::Checker;
 pub use environment::{Environment, EnvironmentPicture, MAX_ENVIRONMENT_SIDE};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
@@ -29,6 +32,7 @@ pub(crate) use light::MOST_FALLOFF;
 pub use light::{Light, LightShape, Spot};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use pixel_rays::{PixelRays, RayCone};
+pub use plane::{MAX_PLANES, Plane};
 pub use texture::{CutOut, SurfaceTextures, TexturePoint};
 pub use transform::Transform;
 pub use view::{CameraError, Lens, Projection, View};
@@ -132,7 +136,7 @@ pub struct Sources {
     pub notes: Vec<String>,
 }
 
-/// A finished, immutable scene. Primitive ids count the triangles first, then the spheres.
+/// A finished, immutable scene. Primitive ids count the triangles first, then the spheres, then the planes.
 ///
 /// Positions in its arrays, and so rays and hits, are relative to [`Scene::origin`].
 #[derive(Debug)]
@@ -140,6 +144,7 @@ pub struct Scene {
     vertices: Vertices,
     triangles: Triangles,
     spheres: Spheres,
+    planes: Vec<Plane>,
     lights: Vec<Light>,
     materials: Vec<Material>,
     /// By material; empty if none has any.
@@ -308,7 +313,7 @@ impl Scene {
         &self.sources
     }
 
-    /// Returns the bounding box of all primitives in world space, not relative to [`Scene::origin`]; empty without any.
+    /// Returns the bounding box of all triangles and spheres in world space, not relative to [`Scene::origin`]; empty without any.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
@@ -349,17 +354,24 @@ impl Scene {
         let i = id.0 as usize;
         match i.checked_sub(self.triangles.corners.len()) {
             None => Primitive::Triangle(i),
-            Some(sphere_i) => Primitive::Sphere(sphere_i),
+            Some(sphere_i) => match sphere_i.checked_sub(self.spheres.radius.len()) {
+                None => Primitive::Sphere(sphere_i),
+                Some(plane_i) => Primitive::Plane(plane_i),
+            },
         }
     }
 
-    /// Returns the shape of a primitive.
+    /// Returns the shape of a triangle or sphere.
+    ///
+    /// # Panics
+    /// For the id of a plane.
     #[inline]
     #[must_use]
     pub fn shape(&self, id: PrimitiveId) -> Shape {
-        match self.primitive(id) {
-            Primitive::Triangle(i) => Shape::Triangle(self.triangle(i)),
-            Primitive::Sphere(i) => Shape::Sphere(self.spheres.center(i), self.spheres.radius[i]),
+        let i = id.0 as usize;
+        match i.checked_sub(self.triangles.corners.len()) {
+            None => Shape::Triangle(self.triangle(i)),
+            Some(i) => Shape::Sphere(self.spheres.center(i), self.spheres.radius[i]),
         }
     }
 
@@ -388,6 +400,7 @@ impl Scene {
         match self.primitive(id) {
             Primitive::Triangle(i) => self.triangles.material[i],
             Primitive::Sphere(i) => self.spheres.material[i],
+            Primitive::Plane(i) => self.planes[i].material,
         }
     }
 
@@ -448,4 +461,6 @@ pub enum Primitive {
     Triangle(usize),
     /// Index into [`Scene::spheres`].
     Sphere(usize),
+    /// Index into [`Scene::planes`].
+    Plane(usize),
 }

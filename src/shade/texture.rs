@@ -62,6 +62,8 @@ pub(super) fn pass(
             }
             let (factor, light) = scene.textured(&TexturePoint {
                 hit,
+                point: surface.point.lane(lane),
+                normal: surface.geometric_normal.lane(lane),
                 direction: surface.direction.lane(lane),
                 width: cone.width(travelled),
             });

@@ -130,7 +130,8 @@ impl<'a> Scratch<'a> {
         Self {
             tracer: Tracer::new(&model.bvh)
                 .at_level(level)
-                .through_cut_outs(&model.scene),
+                .through_cut_outs(&model.scene)
+                .with_planes(&model.scene),
             packets: Vec::new(),
             hits: Vec::new(),
             sums: Vec::new(),

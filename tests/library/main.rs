@@ -23,6 +23,7 @@ mod mesh_files;
 mod numbers;
 mod odd_scenes;
 mod picture;
+mod planes;
 mod replay;
 mod same_hits;
 mod sameness;

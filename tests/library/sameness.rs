@@ -7,13 +7,13 @@ use octray::{
     generate::{Kind, Options, generate},
     render::{Film, Mode, Pattern, Renderer, Settings, render},
     scene::{
-        Camera, Environment, EnvironmentPicture, Lens, Light, LightShape, Material, Projection, Scene,
-        SceneBuilder, SphereCloud, Spot, TriangleMesh, View,
+        Camera, Environment, EnvironmentPicture, Light, LightShape, Material, Scene, SceneBuilder,
+        SphereCloud, Spot, TriangleMesh,
     },
 };
 use std::ops::ControlFlow;
 
-const SHIPPED: [&str; 9] = [
+pub const SHIPPED: [&str; 9] = [
     "silhouette",
     "matte",
     "blinn_phong",
@@ -26,7 +26,7 @@ const SHIPPED: [&str; 9] = [
 ];
 
 /// Width, height and samples per pixel: no multiple of a packet or tile, a single pixel, very wide, several samples.
-const SIZES: [(u32, u32, u32); 4] = [(333, 217, 1), (1, 1, 1), (8191, 3, 1), (64, 48, 4)];
+pub const SIZES: [(u32, u32, u32); 4] = [(333, 217, 1), (1, 1, 1), (8191, 3, 1), (64, 48, 4)];
 
 /// The first pixel whose bits differ.
 fn first_difference(a: &Film, b: &Film) -> Option<String> {
@@ -41,7 +41,7 @@ fn first_difference(a: &Film, b: &Film) -> Option<String> {
     Some(format!("pixel ({x}, {y}): {pa:?} and {pb:?}"))
 }
 
-fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
+pub fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
     let bvh = Bvh::build(scene);
     let film = |mode, threads| {
         let settings = Settings {
@@ -86,7 +86,7 @@ fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
     }
 }
 
-fn sized(width: u32, height: u32, samples: u32) -> Settings {
+pub fn sized(width: u32, height: u32, samples: u32) -> Settings {
     Settings {
         width,
         height,
@@ -309,7 +309,7 @@ fn lights_of_all_kinds() {
 
 /// Glass of all kinds, tinted, in each other and across each other, around mirrors and things of other materials, in soft
 /// light: packets of branches are full of rays of one pixel.
-fn glass_scene() -> Scene {
+pub fn glass_scene() -> Scene {
     let mut random = fastrand::Rng::with_seed(53);
     let mut builder = SceneBuilder::new();
     builder
@@ -361,76 +361,6 @@ fn scenes_of_glass() {
     let eye = glam::DVec3::new(0.1, 0.0, 0.2);
     let camera = Camera::look_at(eye, glam::DVec3::ONE, glam::DVec3::Z, 80.0).expect("a view");
     check("in glass", &scene, &camera, &sized(64, 48, 1));
-}
-
-/// The camera of a classic viewpoint with parallel rays.
-fn parallel(view: u32, height: f64) -> Camera {
-    let view = View {
-        projection: Projection::Orthographic { height },
-        ..View::classic(view).expect("views are 1 to 6")
-    };
-    Camera::new(&view).expect("a view")
-}
-
-#[test]
-fn orthographic_cameras() {
-    let mut scenes = Vec::from(SHIPPED.map(|name| (name, shipped_scene(name))));
-    scenes.push(("soft", shipped_scene("soft")));
-    scenes.push(("glass", glass_scene()));
-    for (i, (name, scene)) in scenes.iter().enumerate() {
-        let camera = parallel(i as u32 % 6 + 1, 2.0);
-        for (width, height, samples) in SIZES {
-            check(
-                name,
-                scene,
-                &camera,
-                &sized(width.min(1023), height.min(61), samples),
-            );
-        }
-        for adaptive in [false, true] {
-            let settings = Settings {
-                adaptive,
-                pattern: Pattern::Sobol,
-                ..sized(149, 67, 9)
-            };
-            check(name, scene, &camera, &settings);
-        }
-    }
-}
-
-#[test]
-fn cameras_with_lenses() {
-    let mut scenes = Vec::from(["evening", "garden", "soft"].map(|name| (name, shipped_scene(name))));
-    scenes.push(("glass", glass_scene()));
-    for (i, (name, scene)) in scenes.iter().enumerate() {
-        for parallel in [
-            parallel(2, 2.0),
-            Camera::classic_view(i as u32 + 1).expect("a view"),
-        ] {
-            let lens = Lens {
-                aperture: 0.2,
-                focus: Some(1.5),
-            };
-            let camera = Camera::new(&View {
-                lens,
-                ..parallel.view()
-            })
-            .expect("a view");
-            for (pattern, samples, adaptive) in [
-                (Pattern::Grid, 4, false),
-                (Pattern::Stratified, 4, false),
-                (Pattern::Sobol, 9, false),
-                (Pattern::Sobol, 16, true),
-            ] {
-                let settings = Settings {
-                    pattern,
-                    adaptive,
-                    ..sized(101, 37, samples)
-                };
-                check(name, scene, &camera, &settings);
-            }
-        }
-    }
 }
 
 #[test]

@@ -223,7 +223,7 @@ impl Call<'_> {
         if self.plan.quiet {
             return;
         }
-        let empty = scene.primitive_count() == 0;
+        let empty = scene.primitive_count() == 0 && scene.planes().is_empty();
         let empty = empty.then(|| format!("{}: the scene is empty", clip_path(path)));
         report::warnings(faults.warning(path).into_iter().chain(empty).chain(notes));
     }

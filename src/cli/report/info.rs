@@ -27,6 +27,7 @@ pub struct Info {
     duplicate_triangles: usize,
     inverted_triangles: usize,
     spheres: usize,
+    planes: usize,
     lights: usize,
     light_list: Vec<LightInfo>,
     materials: Vec<MaterialUse>,
@@ -122,6 +123,7 @@ impl Info {
             duplicate_triangles: faults.duplicate,
             inverted_triangles: faults.inverted,
             spheres: scene.spheres().radius.len(),
+            planes: scene.planes().len(),
             lights: scene.lights().len(),
             light_list: lights(scene),
             materials: materials_used(scene),
@@ -195,6 +197,9 @@ impl Info {
         line("vertices", self.colored(self.vertices, "vertex color"));
         line("triangles", format!("{} ({faults})", count(self.triangles)));
         line("spheres", self.colored(self.spheres, "sphere color"));
+        if self.planes > 0 {
+            line("planes", count(self.planes));
+        }
         line("lights", count(self.lights));
         some(&mut lines, "", &self.light_list, LightInfo::text);
         some(&mut lines, "material", &self.materials, MaterialUse::text);

@@ -3,7 +3,7 @@
 use super::{Reader, Said, arguments::Arguments, nearest::nearest, words::Word};
 use crate::{
     error::{LoadError, SourcePos, quote},
-    scene::{Background, MAX_ALPHA, Material, MaterialId},
+    scene::{Background, Checker, MAX_ALPHA, Material, MaterialId, SurfaceTextures},
 };
 use glam::Vec3;
 
@@ -28,11 +28,12 @@ const OWN: &str = "own";
 const BACKGROUND_USAGE: &str = "background r g b";
 
 /// The statements and how they are written.
-pub(super) const STATEMENTS: [(&str, &str); 12] = [
+pub(super) const STATEMENTS: [(&str, &str); 13] = [
     ("light", "light x y z intensity"),
     ("directional_light", "directional_light x y z intensity"),
     ("sphere", "sphere x y z radius"),
     ("triangle", "triangle x y z x y z x y z"),
+    ("plane", "plane x y z normal x y z"),
     ("mesh", "mesh PATH"),
     ("ply_file", "ply_file PATH"),
     ("material", "material NAME"),
@@ -51,6 +52,7 @@ impl Reader<'_> {
             "directional_light" => self.directional_light(arguments),
             "sphere" => self.sphere(arguments),
             "triangle" => self.triangle(arguments),
+            "plane" => self.plane(arguments),
             "mesh" => self.mesh(arguments),
             "ply_file" => self.ply_file(arguments),
             "material" => self.material(arguments),
@@ -89,6 +91,27 @@ impl Reader<'_> {
             .map_err(|error| arguments.refused(&error, &named))
     }
 
+    fn plane(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let words: [Word<'_>; 3] = arguments.leading()?;
+        let names = ["x", "y", "z"];
+        let point = arguments.numbers3(words, names)?;
+        let Some((key, _)) = arguments.key_once(&["normal"])? else {
+            return Err(arguments.missing("normal", words[2].end()));
+        };
+        let across = arguments.take(key, "normal x y z")?;
+        let normal = arguments.numbers3(across, names)?;
+        arguments.end()?;
+        let named: Vec<_> = names
+            .into_iter()
+            .cycle()
+            .zip(words.into_iter().chain(across))
+            .collect();
+        let material = self.shape_material();
+        self.builder
+            .add_plane(Vec3::from_array(point), Vec3::from_array(normal), material)
+            .map_err(|error| arguments.refused(&error, &named))
+    }
+
     /// The material of the next shape that has none of its own.
     pub(super) fn shape_material(&mut self) -> MaterialId {
         self.needs_light |= !self.is_silhouette;
@@ -124,10 +147,14 @@ impl Reader<'_> {
             self.is_silhouette = classic == MaterialId::default();
             return Ok(());
         };
-        let (material, named) = read_material(kind, &mut arguments)?;
+        let (material, checker, named) = read_material(kind, &mut arguments)?;
         // Glass shows what is around it, so it needs no light either.
         self.is_silhouette = matches!(material, Material::Silhouette { .. } | Material::Glass { .. });
-        let added = self.builder.add_material(material);
+        let textures = SurfaceTextures {
+            checker,
+            ..SurfaceTextures::NONE
+        };
+        let added = self.builder.add_textured_material(material, textures);
         self.material = Some(added.map_err(|error| arguments.refused(&error, &named))?);
         Ok(())
     }
@@ -194,37 +221,46 @@ impl Reader<'_> {
 /// Words by what they are.
 type Named<'a> = Vec<(&'static str, Word<'a>)>;
 
-/// A material of a kind: the defaults, except the constants that keys change. Also the numbers that only the builder
-/// checks, by their keys.
+/// A material of a kind: the defaults, except the constants that keys change. Its colour is white if it has a
+/// checkerboard. Also the numbers that only the builder checks, by their keys.
 fn read_material<'a>(
     kind: usize,
     arguments: &mut Arguments<'_, 'a>,
-) -> Result<(Material, Named<'a>), LoadError> {
+) -> Result<(Material, Option<Checker>, Named<'a>), LoadError> {
     let mut material = Material::CLASSIC.get(kind).copied().unwrap_or(Material::GLASS);
     let mut named = Named::new();
+    let (mut other, mut size) = (None, None);
     let (name, keys): (_, &[&str]) = match material {
         Material::Silhouette { .. } => ("material silhouette", &["cd"]),
-        Material::Matte { .. } => ("material matte", &["cd"]),
-        Material::BlinnPhong { .. } => ("material blinn_phong", &["cd", "cs", "kd", "ks", "alpha"]),
-        Material::Reflection { .. } => ("material reflection", &["cd", "mix"]),
+        Material::Matte { .. } => ("material matte", &["cd", "checker", "size"]),
+        Material::BlinnPhong { .. } => (
+            "material blinn_phong",
+            &["cd", "cs", "kd", "ks", "alpha", "checker", "size"],
+        ),
+        Material::Reflection { .. } => ("material reflection", &["cd", "mix", "checker", "size"]),
         Material::Glass { .. } => ("material glass", &["ior", "tint", "depth"]),
     };
     arguments.name = name;
     while let Some((word, key)) = arguments.key_once(keys)? {
-        if matches!(key, "cd" | "cs" | "tint") {
+        if matches!(key, "cd" | "cs" | "tint" | "checker") {
             let words = arguments.take(word, &format!("{key} r g b"))?;
             let given = arguments.color(words)?;
+            if key == "checker" {
+                other = Some(given);
+                continue;
+            }
             match &mut material {
                 Material::BlinnPhong { specular, .. } if key == "cs" => *specular = given,
-                Material::Silhouette { color }
-                | Material::Matte { color }
-                | Material::Reflection { color, .. }
-                | Material::BlinnPhong { diffuse: color, .. }
-                | Material::Glass { tint: color, .. } => *color = given,
+                _ => *material.base_color_mut() = given,
             }
             continue;
         }
         let [value] = arguments.take(word, &format!("{key} number"))?;
+        if key == "size" {
+            size = Some((arguments.number(value, key)?, value));
+            named.push((key, value));
+            continue;
+        }
         match &mut material {
             Material::BlinnPhong { alpha, .. } if key == "alpha" => {
                 *alpha = arguments.whole(value, key, (1, MAX_ALPHA))?;
@@ -239,7 +275,28 @@ fn read_material<'a>(
             Material::Silhouette { .. } | Material::Matte { .. } => {}
         }
     }
-    Ok((material, named))
+    let checker = checker(arguments, &mut material, other, size)?;
+    Ok((material, checker, named))
+}
+
+/// The checkerboard of a material and `other`, which takes its colour.
+fn checker(
+    arguments: &Arguments<'_, '_>,
+    material: &mut Material,
+    other: Option<[f32; 3]>,
+    size: Option<(f32, Word<'_>)>,
+) -> Result<Option<Checker>, LoadError> {
+    match (other, size) {
+        (None, None) => Ok(None),
+        (None, Some((_, word))) => {
+            let message = "`size` without `checker r g b`, the colour of every second cell";
+            Err(arguments.line.error_at(&word, message))
+        }
+        (Some(other), size) => Ok(Some(Checker {
+            colors: [std::mem::replace(material.base_color_mut(), [1.0; 3]), other],
+            size: size.map_or(1.0, |(size, _)| size),
+        })),
+    }
 }
 
 /// The error that a statement stands in the scene twice.
