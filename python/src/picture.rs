@@ -8,7 +8,7 @@ use octray::{
         picture::{self, CameraOptions, Picture, StartView, Subject},
     },
     glam::DVec3,
-    scene::TriangleMesh,
+    scene::{Projection, TriangleMesh},
 };
 use pyo3::{
     exceptions::{PyMemoryError, PyOSError, PyValueError},
@@ -92,7 +92,9 @@ pub fn render<'py>(
         },
         target: target.map(|target| DVec3::from(target) - middle),
         up: up.map(DVec3::from),
-        fov_degrees: fov,
+        projection: fov.map(|fov_degrees| Projection::Perspective { fov_degrees }),
+        aperture: None,
+        focus: None,
     };
     let path = match &source {
         Source::File(path) => path.clone(),

@@ -149,15 +149,16 @@ pub(super) fn corners(scene: &Scene, i: usize) -> [Vec3; 3] {
 fn can_be_hit(scene: &Scene, id: PrimitiveId) -> bool {
     match scene.primitive(id) {
         Primitive::Triangle(i) => scene.has_area(i),
-        Primitive::Sphere(_) => true,
+        Primitive::Sphere(_) | Primitive::Plane(_) => true,
     }
 }
 
 #[inline(always)]
 fn primitive_box(scene: &Scene, id: PrimitiveId) -> Box8 {
-    match scene.primitive(id) {
-        Primitive::Triangle(i) => triangle_box(corners(scene, i), id),
-        Primitive::Sphere(i) => sphere_box(scene, i, id),
+    let i = id.0 as usize;
+    match i.checked_sub(scene.triangles().corners.len()) {
+        None => triangle_box(corners(scene, i), id),
+        Some(i) => sphere_box(scene, i, id),
     }
 }
 

@@ -169,16 +169,19 @@ impl Surface {
 /// Returns the camera rays of a picture, in the order of [`for_each_packet`].
 #[must_use]
 pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -> RayPackets {
-    let pixel_rays = camera.pixel_rays(scene, width, height, 1);
-    let mut packets = RayPackets::sharing(pixel_rays.eye());
+    let pixel_rays = camera.without_lens().pixel_rays(scene, width, height, 1);
+    let mut packets = RayPackets::default();
+    packets.restart(pixel_rays.shared_origin());
     packets.reserve((width.div_ceil(4) * height.div_ceil(2)) as usize);
     for_each_packet(width, height, |[x, y]| {
         let inside = |lane: usize| x + lane as u32 % 4 < width && y + lane as u32 / 4 < height;
-        let t_max: [f32; LANES] = std::array::from_fn(|lane| if inside(lane) { T_MAX } else { 0.0 });
-        packets.push(RayPacket {
-            direction: pixel_rays.directions8(x, y, [0, 0]),
-            t_max: t_max.into(),
-        });
+        packets.push_rays(&std::array::from_fn(|lane| {
+            let (column, row) = (lane as u32 % 4, lane as u32 / 4);
+            Ray {
+                t_max: if inside(lane) { T_MAX } else { 0.0 },
+                ..pixel_rays.ray(x + column, y + row, [0, 0])
+            }
+        }));
     });
     packets
 }
@@ -234,6 +237,7 @@ fn geometric_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
             let facet = Portable.cross(v1 - v0, v2 - v0);
             Portable.normalize(facet * scale_to_one(max_abs(facet)))
         }
+        Primitive::Plane(i) => scene.planes()[i].normal,
         Primitive::Sphere(i) => Portable
             .normalize(Portable.mul_add3(ray.direction, hit.t, ray.origin) - scene.spheres().center(i)),
     };

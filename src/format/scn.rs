@@ -1,6 +1,7 @@
 //! `.scn` text: lines become words, words statements, and statements go to the [`SceneBuilder`].
 
 mod arguments;
+mod camera;
 mod environment;
 mod include;
 mod lights;

@@ -10,6 +10,7 @@
 mod bounds;
 mod doubt;
 mod indexed;
+mod plane;
 mod sphere;
 mod triangle;
 
@@ -17,6 +18,7 @@ pub use bounds::padded;
 pub(crate) use bounds::{ENTRY_SCALE, EXIT_SCALE, Slabs, interval};
 pub(crate) use doubt::meets;
 pub use indexed::IndexedBlock;
+pub(crate) use plane::plane_hits;
 pub use sphere::SphereBlock;
 pub(crate) use sphere::{chord, padded_sphere_boxes, sphere_exit, sphere_hits};
 pub use triangle::TriangleBlock;

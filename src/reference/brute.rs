@@ -1,6 +1,6 @@
 //! Brute force, the test oracle: tests every primitive. Rays pass where surfaces are cut out.
 
-use super::{RaySlabs, counts, intersect_shape};
+use super::{RaySlabs, counts, intersect_shape, planes};
 use crate::{
     ray::{Hit, PrimitiveId, Ray},
     scene::{Primitive, Scene, Shape},
@@ -13,7 +13,7 @@ pub(super) fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape
         .map(PrimitiveId)
         .filter(|&id| match scene.primitive(id) {
             Primitive::Triangle(i) => scene.has_area(i),
-            Primitive::Sphere(_) => true,
+            Primitive::Sphere(_) | Primitive::Plane(_) => true,
         })
         .map(|id| (id, scene.shape(id)))
 }
@@ -42,12 +42,10 @@ pub(super) fn nearest<S: Simd>(
 /// Returns the closest hit; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(scene: &Scene, ray: &Ray) -> Hit {
-    at_level!(Level::current(), |simd| nearest(
-        simd,
-        targets(scene),
-        ray,
-        Some(scene)
-    ))
+    at_level!(Level::current(), |simd| {
+        let best = nearest(simd, targets(scene), ray, Some(scene));
+        planes::closest(simd, scene, ray, best)
+    })
 }
 
 /// Returns whether anything is hit before the ray's end.
@@ -66,10 +64,10 @@ pub(super) fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
             return true;
         }
     }
-    false
+    planes::block(simd, scene, ray)
 }
 
-/// Returns all hits before the ray's end, by id; a sphere's nearest alone.
+/// Returns all hits of triangles and spheres before the ray's end, by id; a sphere's nearest alone.
 #[must_use]
 pub fn all_hits(scene: &Scene, ray: &Ray) -> Vec<Hit> {
     at_level!(Level::current(), |simd| all(simd, scene, ray))

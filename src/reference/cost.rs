@@ -1,6 +1,6 @@
 //! Traces one ray through the wide BVH and counts its cost.
 
-use super::{RaySlabs, counts, intersect_shape};
+use super::{RaySlabs, counts, intersect_shape, planes};
 use crate::{
     accel::{Bvh, Child},
     math::Aabb,
@@ -30,7 +30,7 @@ impl Cost {
 #[derive(Debug, Default)]
 pub struct Stack(Vec<(f32, Child)>);
 
-/// Returns the closest hit and its cost. Nearer children come first; packets and bundles would share some of the cost.
+/// Returns the closest hit and its cost, of which planes are no part. Nearer children come first; packets and bundles would share some of the cost.
 #[must_use]
 pub fn closest_hit(scene: &Scene, bvh: &Bvh, stack: &mut Stack, ray: &Ray) -> (Hit, Cost) {
     at_level!(Level::current(), |simd| counted(simd, scene, bvh, stack, ray))
@@ -81,5 +81,5 @@ pub(super) fn counted<S: Simd>(
             }
         }
     }
-    (best, cost)
+    (planes::closest(simd, scene, ray, best), cost)
 }

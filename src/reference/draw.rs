@@ -8,7 +8,7 @@ use glam::Vec3;
 
 /// Returns the point of the unit disc for one of the unit square.
 #[inline(always)]
-fn disc([u, v]: [f32; 2]) -> [f32; 2] {
+pub(crate) fn disc([u, v]: [f32; 2]) -> [f32; 2] {
     let (a, b) = (u + u - 1.0, v + v - 1.0);
     let is_steep = b.abs() > a.abs();
     let (long, short) = if is_steep { (b, a) } else { (a, b) };

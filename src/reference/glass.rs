@@ -103,7 +103,7 @@ fn shade<S: Simd>(
     }
     let mut parent = *own;
     parent.travelled += hit.t;
-    let at = (&parent.ray, &hit, parent.travelled * sample.width);
+    let at = (&parent.ray, &hit, sample.cone.width(parent.travelled));
     let draw = (Draw::at(scene, sample, parent.depth), limits.shadows);
     let scattered = scatter(simd, scene, intersect, at, draw, (&mut own.color, 1.0), rays);
     match scattered {

@@ -9,10 +9,13 @@ pub mod cost;
 mod draw;
 mod glass;
 mod light;
+mod planes;
 mod primitive;
 pub mod shade;
 
 use crate::{ray::Hit, scene::Scene};
+pub(crate) use draw::disc;
+pub(crate) use planes::{block as planes_block, closest as closest_plane};
 use primitive::{RaySlabs, intersect_shape};
 
 /// Whether a hit counts; `cut_outs` is the scene if rays pass where its surfaces are cut out.

@@ -1,10 +1,10 @@
 //! The scalar twin of the `shade` module: Whitted's algorithm as a loop, with the same operations in the same order.
 
-use super::{draw::scattered, glass, light};
+use super::{draw::scattered, glass, light, planes};
 use crate::{
     math::{max, max_abs, min, powi, scale_to_one},
     ray::{Hit, Ray, T_MAX},
-    scene::{LightShape, Material, Primitive, Scene, TexturePoint},
+    scene::{LightShape, Material, Primitive, RayCone, Scene, TexturePoint},
     simd::{Level, Simd, at_level},
     sobol,
 };
@@ -52,8 +52,8 @@ pub struct PixelSample {
     pub number: u32,
     /// How many samples each pixel has.
     pub count: u32,
-    /// Width of the ray's cone at distance 1, which decides on mipmaps.
-    pub width: f32,
+    /// How wide the ray is, which decides on mipmaps.
+    pub cone: RayCone,
 }
 
 impl PixelSample {
@@ -124,7 +124,7 @@ pub(crate) fn radiance_at<S: Simd>(
             break;
         }
         travelled += hit.t;
-        let at = (&ray, &hit, travelled * sample.width);
+        let at = (&ray, &hit, sample.cone.width(travelled));
         let draw = (Draw::at(scene, sample, level), limits.shadows);
         let Some((Material::Reflection { mirror_share, .. }, surface)) =
             scatter(simd, scene, intersect, at, draw, (&mut color, weight), rays)
@@ -392,8 +392,15 @@ fn tinted<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> 
             [1.0; 3]
         };
         if let Some(textures) = scene.textures_of(hit.primitive) {
+            let (mut point, mut normal) = (Vec3::ZERO, Vec3::ZERO);
+            if textures.checker.is_some() {
+                let surface = surface(simd, scene, ray, hit);
+                (point, normal) = (surface.point, surface.geometric_normal);
+            }
             let (factor, emission) = scene.textured(&TexturePoint {
                 hit: *hit,
+                point,
+                normal,
                 direction: ray.direction,
                 width,
             });
@@ -424,6 +431,7 @@ fn tint<S: Simd>(simd: S, scene: &Scene, hit: &Hit) -> [f32; 3] {
             interpolate(simd, colors, hit)
         }
         Primitive::Sphere(i) => color(&scene.spheres().color, i),
+        Primitive::Plane(_) => Vec3::ONE,
     };
     own.to_array().map(|channel| min(max(channel, 0.0), 1.0))
 }
@@ -461,6 +469,7 @@ fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
                 max_abs(center) + radius,
             )
         }
+        Primitive::Plane(i) => planes::surface(simd, &scene.planes()[i], ray, hit),
     };
     let away = simd.dot(geometric, ray.direction) > 0.0;
     Surface {

@@ -23,8 +23,8 @@ use crate::{
 /// First samples where light comes from points.
 const FIRST: u32 = 1;
 
-/// First samples where light is sampled too: the first four points of a sequence, one in each quarter of the pixel and of
-/// the light. After one, grain would look like edges everywhere.
+/// First samples where light or the lens is sampled too: the first four points of a sequence, one in each quarter of the
+/// pixel and of the light. After one, grain would look like edges everywhere.
 const FIRST_OF_SOFT: u32 = 4;
 
 /// The largest difference between neighbours that is not refined, in display values: less than one of four rays of ambient
@@ -38,7 +38,7 @@ impl FrameContext<'_> {
         let Settings {
             samples, adaptive, ..
         } = self.settings;
-        match (adaptive, self.scene.is_sampled()) {
+        match (adaptive, self.scene.is_sampled() || self.camera_rays.has_lens()) {
             (false, _) => samples,
             (true, false) => samples.min(FIRST),
             (true, true) => samples.min(FIRST_OF_SOFT),
@@ -60,10 +60,11 @@ impl FrameContext<'_> {
 }
 
 impl Settings {
-    /// Returns the camera rays that a pixel of `scene` is expected to take; shares of refined pixels as measured.
+    /// Returns the camera rays that a pixel is expected to take, if light or the lens `is_sampled` or not; shares of refined
+    /// pixels as measured.
     #[cfg(feature = "cli")]
-    pub(crate) fn expected_samples(&self, scene: &crate::scene::Scene) -> f64 {
-        let (first, share) = if scene.is_sampled() {
+    pub(crate) fn expected_samples(&self, is_sampled: bool) -> f64 {
+        let (first, share) = if is_sampled {
             (FIRST_OF_SOFT, 0.6)
         } else {
             (FIRST, 0.1)

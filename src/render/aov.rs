@@ -1,7 +1,7 @@
 //! Arbitrary output variables (AOVs): depth, normal, albedo, primitive id and traversal cost of each pixel.
 //!
-//! They are those of one ray through the pixel's centre, because averages of distances or ids would be meaningless. If
-//! costs are asked for, rays are traced one at a time over the wide BVH in every mode.
+//! They are those of one ray through the pixel's centre and that of the lens, because averages of distances or ids would
+//! be meaningless. If costs are asked for, rays are traced one at a time over the wide BVH in every mode.
 
 use super::{
     Filter, Mode, OnProgress, Pattern, RenderError, Renderer, Settings,
@@ -32,7 +32,7 @@ const TILE: [u32; 2] = [128, 16];
 /// The output variables of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aov {
-    /// Distance from the eye along the ray, scene units; infinite for a miss.
+    /// Distance along the ray from the eye, or from its plane if rays are parallel, scene units; infinite for a miss.
     pub depth: f32,
     /// Unit shading normal on the viewer's side, in world space; 0 for a miss.
     pub normal: [f32; 3],
@@ -82,7 +82,7 @@ impl Renderer<'_> {
         let context = FrameContext {
             scene,
             bvh,
-            camera_rays: CameraRays::new(scene, camera, &settings),
+            camera_rays: CameraRays::new(scene, &camera.without_lens(), &settings),
             window,
             settings,
         };
@@ -122,7 +122,7 @@ impl<'a> AovScratch<'a> {
     fn new(context: &FrameContext<'a>) -> Self {
         let tracer = Tracer::new(context.bvh).at_level(context.settings.level);
         Self {
-            tracer: tracer.through_cut_outs(context.scene),
+            tracer: tracer.through_cut_outs(context.scene).with_planes(context.scene),
             rays: RayQueue::default(),
             hits: Vec::new(),
             stack: Stack::default(),
@@ -141,11 +141,10 @@ impl<'a> AovScratch<'a> {
             self.tracer
                 .closest_hit(rays.origins(), rays.packets(), &mut self.hits);
         }
-        let eye = context.camera_rays.eye();
-        let mut packets = self.rays.rays.packets().iter().zip(&self.hits);
+        let mut packets = (0..).zip(&self.hits);
         let stack = &mut self.stack;
         for_each_packet(rect.width, rect.height, |[x, y]| {
-            let Some((rays, hits)) = packets.next() else {
+            let Some((packet, hits)) = packets.next() else {
                 return;
             };
             for lane in 0..LANES {
@@ -153,7 +152,7 @@ impl<'a> AovScratch<'a> {
                 if x >= rect.width || y >= rect.height {
                     continue;
                 }
-                let ray = rays.ray(lane, eye);
+                let ray = self.rays.rays.ray(packet, lane);
                 let (hit, cost) = if single_rays {
                     let (hit, cost) = cost::closest_hit(context.scene, context.bvh, stack, &ray);
                     (hit, if costs { cost } else { Cost::default() })
@@ -161,7 +160,8 @@ impl<'a> AovScratch<'a> {
                     (hits.hit(lane), Cost::default())
                 };
                 let pixel = y as usize * context.window.width() as usize + (rect.x + x) as usize;
-                band[pixel] = Aov::new(context.scene, &ray, &hit, cost, context.camera_rays.pixel_width());
+                let width = context.camera_rays.cone().width(hit.t);
+                band[pixel] = Aov::new(context.scene, &ray, &hit, cost, width);
             }
         });
     }
@@ -208,14 +208,14 @@ impl Aov {
         },
     };
 
-    fn new(scene: &Scene, ray: &Ray, hit: &Hit, cost: Cost, pixel_width: f32) -> Self {
+    fn new(scene: &Scene, ray: &Ray, hit: &Hit, cost: Cost, width: f32) -> Self {
         if !hit.is_hit() {
             return Self { cost, ..Self::MISS };
         }
         Self {
             depth: hit.t,
             normal: shading_normal(scene, ray, hit).to_array(),
-            albedo: albedo(scene, ray, hit, hit.t * pixel_width),
+            albedo: albedo(scene, ray, hit, width),
             primitive: hit.primitive,
             cost,
         }

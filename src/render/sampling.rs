@@ -8,7 +8,10 @@
 use super::Settings;
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
-    scene::{Camera, PixelRays, Scene},
+    ray::Ray,
+    reference,
+    scene::{Camera, PixelRays, RayCone, Scene},
+    shade,
     simd::Simd,
     sobol::{self, hash, scrambled, seed_of, unit},
 };
@@ -53,7 +56,12 @@ pub(super) struct CameraRays {
     samples: [u32; 2],
     /// `None` for the grid with the box filter, whose offsets are integers.
     offsets: Option<SampleOffsets>,
+    /// The samples of each pixel, if there is a lens.
+    lens_samples: Option<u32>,
 }
+
+/// The pair of dimensions of points of the lens. Those of shading count from 0.
+const LENS: u32 = u32::MAX;
 
 #[derive(Clone, Copy)]
 struct SampleOffsets {
@@ -88,20 +96,49 @@ impl CameraRays {
                 samples_per_axis,
                 blackman_harris: inverse_blackman_harris(),
             }),
+            lens_samples: camera.has_lens().then_some(samples),
         }
     }
 
-    /// Returns the shared origin of all rays, scene units.
-    pub fn eye(&self) -> Vec3 {
-        self.pixel_rays.eye()
+    /// Returns whether each sample sees the scene from another point of a lens.
+    pub fn has_lens(&self) -> bool {
+        self.lens_samples.is_some()
     }
 
-    /// Returns the width of a sample's share of its pixel at distance 1.
-    pub fn pixel_width(&self) -> f32 {
-        let width = self.pixel_rays.pixel_width();
+    /// Returns a sample's point of a lens of radius 1.
+    #[inline(always)]
+    fn lens_point(&self, pixel: [u32; 2], sample: [u32; 2]) -> [f32; 2] {
+        self.lens_samples.map_or([0.0; 2], |samples| {
+            let first = sobol::first_point(pixel, samples);
+            reference::disc(sobol::point(LENS, first.wrapping_add(self.index(sample))))
+        })
+    }
+
+    /// Does [`Self::lens_point`] for eight pixels.
+    #[inline(always)]
+    fn lens_points<S: Simd>(&self, simd: S, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> [S::V8; 2] {
+        let Some(samples) = self.lens_samples else {
+            return [simd.splat(0.0); 2];
+        };
+        let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let first = sobol::first_point(pixels[lane], samples);
+            [u[lane], v[lane]] = sobol::point(LENS, first.wrapping_add(self.index(sample)));
+        }
+        shade::disc(simd, [simd.load(&F32x8::new(u)), simd.load(&F32x8::new(v))])
+    }
+
+    /// Returns the shared origin of all rays, scene units; `None` if they have origins of their own.
+    pub fn shared_origin(&self) -> Option<Vec3> {
+        self.pixel_rays.shared_origin()
+    }
+
+    /// Returns how wide a sample's share of its pixel is.
+    pub fn cone(&self) -> RayCone {
+        let cone = self.pixel_rays.cone();
         match &self.offsets {
-            None => width,
-            Some(_) => width / (self.samples[0] as f32 * self.samples[1] as f32).sqrt(),
+            None => cone,
+            Some(_) => cone.shared_by(self.samples[0] as f32 * self.samples[1] as f32),
         }
     }
 
@@ -114,11 +151,29 @@ impl CameraRays {
     /// Returns the directions of a sample of eight absolute pixels anywhere, for patterns other than the grid.
     #[inline(always)]
     pub fn directions_of<S: Simd>(&self, simd: S, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> Vec3x8 {
-        let offset = match &self.offsets {
+        let offset = self.offsets_of(pixels, sample);
+        self.pixel_rays.directions_of(simd, pixels, &offset)
+    }
+
+    /// Returns the origins and directions of what [`Self::directions_of`] is for.
+    #[inline(always)]
+    pub fn rays_of<S: Simd>(
+        &self,
+        simd: S,
+        pixels: &[[u32; 2]; LANES],
+        sample: [u32; 2],
+    ) -> (Vec3x8, Vec3x8) {
+        let offset = self.offsets_of(pixels, sample);
+        let lens = self.lens_points(simd, pixels, sample);
+        self.pixel_rays.rays_of(simd, pixels, &offset, lens)
+    }
+
+    #[inline(always)]
+    fn offsets_of(&self, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> [F32x8; 2] {
+        match &self.offsets {
             Some(offsets) => offsets.at8(pixels, sample),
             None => [F32x8::ZERO; 2],
-        };
-        self.pixel_rays.directions_of(simd, pixels, &offset)
+        }
     }
 
     /// Returns the number of a sample in its pixel.
@@ -131,33 +186,51 @@ impl CameraRays {
         self.pixel_rays.corners(first, size)
     }
 
-    /// Returns the unit direction of a sample of an absolute pixel.
+    /// Returns the ray of a sample of an absolute pixel.
     #[inline(always)]
-    pub fn direction<S: Simd>(&self, simd: S, pixel: [u32; 2], sample: [u32; 2]) -> Vec3 {
-        match &self.offsets {
-            None => self.pixel_rays.direction_at(simd, pixel, sample),
-            Some(offsets) => {
-                let offset = offsets.at(pixel, sample);
-                self.pixel_rays.direction_offset_at(simd, pixel, offset)
-            }
-        }
+    pub fn ray<S: Simd>(&self, simd: S, pixel: [u32; 2], sample: [u32; 2]) -> Ray {
+        let lens = self.lens_point(pixel, sample);
+        let (sample, offset) = match &self.offsets {
+            None => (sample, [0.0; 2]),
+            Some(offsets) => ([0, 0], offsets.at(pixel, sample)),
+        };
+        self.pixel_rays.ray_at(simd, pixel, sample, offset, lens)
     }
 
-    /// Returns what [`CameraRays::direction`] returns for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`.
+    /// Returns the directions of [`CameraRays::ray`] for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`. For a
+    /// shared origin.
     #[inline(always)]
-    pub fn directions8<S: Simd>(&self, simd: S, [x, y]: [u32; 2], sample: [u32; 2]) -> Vec3x8 {
-        let Some(offsets) = &self.offsets else {
-            return self
-                .pixel_rays
-                .directions(simd, [x, y], sample, &[F32x8::ZERO; 2]);
-        };
-        let mut pixels = [[x, y]; LANES];
-        for (lane, pixel) in (0..).zip(&mut pixels) {
-            *pixel = [x + lane % 4, y + lane / 4];
-        }
-        let offset = offsets.at8(&pixels, sample);
-        self.pixel_rays.directions(simd, [x, y], [0, 0], &offset)
+    pub fn directions8<S: Simd>(&self, simd: S, pixel: [u32; 2], sample: [u32; 2]) -> Vec3x8 {
+        let (sample, offset) = self.offsets8(pixel, sample);
+        self.pixel_rays.directions(simd, pixel, sample, &offset)
     }
+
+    /// Returns the origins and directions of [`CameraRays::ray`] for pixels as in [`CameraRays::directions8`].
+    #[inline(always)]
+    pub fn rays8<S: Simd>(&self, simd: S, pixel: [u32; 2], sample: [u32; 2]) -> (Vec3x8, Vec3x8) {
+        let lens = self.lens_points(simd, &packet(pixel), sample);
+        let (sample, offset) = self.offsets8(pixel, sample);
+        self.pixel_rays.rays(simd, pixel, sample, &offset, lens)
+    }
+
+    /// Returns the sample of the pixel's grid, and offsets from there.
+    #[inline(always)]
+    fn offsets8(&self, pixel: [u32; 2], sample: [u32; 2]) -> ([u32; 2], [F32x8; 2]) {
+        match &self.offsets {
+            None => (sample, [F32x8::ZERO; 2]),
+            Some(offsets) => ([0, 0], offsets.at8(&packet(pixel), sample)),
+        }
+    }
+}
+
+/// Returns the 4x2 pixels from (`x`, `y`).
+#[inline(always)]
+fn packet([x, y]: [u32; 2]) -> [[u32; 2]; LANES] {
+    let mut pixels = [[x, y]; LANES];
+    for (lane, pixel) in (0..).zip(&mut pixels) {
+        *pixel = [x + lane % 4, y + lane / 4];
+    }
+    pixels
 }
 
 impl SampleOffsets {

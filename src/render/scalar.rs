@@ -9,6 +9,7 @@ use crate::{
     accel::BinaryBvh,
     ray::{Hit, Ray},
     reference::{
+        self,
         bvh::{self, Stack},
         shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
     },
@@ -20,17 +21,26 @@ struct OverBvh<'a> {
     bvh: &'a BinaryBvh,
     stack: Stack,
     level: Level,
+    scene: &'a Scene,
     /// The scene, if parts of its surfaces are cut out.
     cut_outs: Option<&'a Scene>,
 }
 
 impl Intersect for OverBvh<'_> {
     fn closest_hit(&mut self, ray: &Ray) -> Hit {
-        bvh::closest_hit_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs)
+        let best = bvh::closest_hit_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs);
+        if self.scene.planes().is_empty() {
+            return best;
+        }
+        at_level!(self.level, |simd| reference::closest_plane(
+            simd, self.scene, ray, best
+        ))
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {
-        bvh::occluded_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs)
+        let scene = self.scene;
+        !scene.planes().is_empty() && at_level!(self.level, |simd| reference::planes_block(simd, scene, ray))
+            || bvh::occluded_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs)
     }
 }
 
@@ -52,6 +62,7 @@ fn pixels<S: Simd, P: Pixel>(
             bvh: context.bvh.binary(context.scene),
             stack: Stack::default(),
             level: context.settings.level,
+            scene: context.scene,
             cut_outs: context.scene.has_cut_outs().then_some(context.scene),
         },
         camera_rays: 0,
@@ -148,7 +159,7 @@ impl ScalarTile<'_> {
         {
             self.camera_rays += 1;
             samples.count += 1;
-            let ray = Ray::new(camera_rays.eye(), camera_rays.direction(simd, pixel, sample));
+            let ray = camera_rays.ray(simd, pixel, sample);
             if P::HAS_ALPHA && !self.intersect.closest_hit(&ray).is_hit() {
                 continue;
             }
@@ -156,7 +167,7 @@ impl ScalarTile<'_> {
                 pixel,
                 number: camera_rays.index(sample),
                 count: settings.samples,
-                width: camera_rays.pixel_width(),
+                cone: camera_rays.cone(),
             };
             let color = radiance_at(
                 simd,

@@ -47,7 +47,7 @@ impl<'a> TileScratch<'a> {
         for_each_packet(width + 2, height + 2, |_| packets += 1);
         let pixels = packets * LANES;
         let mut scratch = Self {
-            tracer: Tracer::new(bvh).through_cut_outs(scene),
+            tracer: Tracer::new(bvh).through_cut_outs(scene).with_planes(scene),
             shader: Shader::default(),
             rays: RayQueue::default(),
             sample: TileColors::default(),
@@ -137,8 +137,11 @@ impl<'a> TileScratch<'a> {
     // Tuned: see docs/lab-notes.md#empty-tiles
     fn may_hit(&self, context: &FrameContext<'_>, rect: TileRect) -> bool {
         let first = [context.window.x0 + rect.x, context.window.y0 + rect.y];
-        let corners = context.camera_rays.corners(first, [rect.width, rect.height]);
-        self.tracer.may_hit(context.camera_rays.eye(), corners)
+        // A cone of rays needs an apex.
+        context.camera_rays.shared_origin().is_none_or(|origin| {
+            let corners = context.camera_rays.corners(first, [rect.width, rect.height]);
+            self.tracer.may_hit(origin, corners)
+        })
     }
 
     /// Sums the samples that every pixel takes.
@@ -180,7 +183,7 @@ impl<'a> TileScratch<'a> {
             max_depth: context.settings.max_depth,
             shadows: context.settings.shadows,
             sample,
-            pixel_width: context.camera_rays.pixel_width(),
+            cone: context.camera_rays.cone(),
             transparent: P::HAS_ALPHA,
         };
         let (tracer, rays, colors) = (&mut self.tracer, &mut self.rays, &mut self.sample);
@@ -256,7 +259,7 @@ pub(super) fn generate_rays(
     sample: [u32; 2],
     rays: &mut RayQueue,
 ) {
-    rays.restart(Some(context.camera_rays.eye()));
+    rays.restart_camera(context.camera_rays.shared_origin());
     at_level!(context.settings.level, |simd| push_rays(
         simd, context, rect, sample, rays
     ));
@@ -277,11 +280,15 @@ fn push_rays<S: Simd>(
         #[inline(always)]
         |[x, y]| {
             let is_inside = simd.mask(inside(rect, x, y));
-            let t_max = S::V8::select(is_inside, simd.splat(T_MAX), simd.splat(0.0));
-            rays.push(RayPacket {
-                direction: context.camera_rays.directions8(simd, [left + x, top + y], sample),
-                t_max: t_max.to8(),
-            });
+            let t_max = S::V8::select(is_inside, simd.splat(T_MAX), simd.splat(0.0)).to8();
+            let pixel = [left + x, top + y];
+            if rays.share_origin() {
+                let direction = context.camera_rays.directions8(simd, pixel, sample);
+                rays.push(RayPacket { direction, t_max });
+            } else {
+                let (origin, direction) = context.camera_rays.rays8(simd, pixel, sample);
+                rays.push_apart(origin, RayPacket { direction, t_max });
+            }
         },
     );
 }

@@ -11,8 +11,8 @@ pub(super) use mesh::expect_length;
 pub use spheres::SphereCloud;
 
 use super::{
-    Background, Environment, Image, Light, Material, MaterialId, NamedCamera, Scene, SceneId, Sources,
-    Spheres, SurfaceTextures, Triangles, Vertices, is_usable, material::check_color,
+    Background, Environment, Image, Light, MAX_PLANES, Material, MaterialId, NamedCamera, Plane, Scene,
+    SceneId, Sources, Spheres, SurfaceTextures, Triangles, Vertices, is_usable, material::check_color,
 };
 use crate::{
     classic,
@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use std::{collections::HashMap, path::PathBuf};
 
 /// The most primitives and the most vertices of a scene: ids have 32 bits, and one value means "none".
-const MAX_COUNT: usize = u32::MAX as usize - 8;
+const MAX_COUNT: usize = u32::MAX as usize - 8 - MAX_PLANES;
 
 /// The most materials: each render thread keeps a queue for each.
 pub(crate) const MAX_MATERIALS: usize = 1 << 20;
@@ -72,6 +72,7 @@ pub struct SceneBuilder {
     vertices: Vertices,
     triangles: Triangles,
     spheres: Spheres,
+    pub(super) planes: Vec<Plane>,
     lights: Vec<Light>,
     materials: Vec<Material>,
     /// The id of each material, by its bits.
@@ -176,6 +177,7 @@ impl SceneBuilder {
             vertices: Vertices::default(),
             triangles: Triangles::default(),
             spheres: Spheres::default(),
+            planes: Vec::new(),
             lights: Vec::new(),
             materials: Material::CLASSIC.to_vec(),
             material_ids: (0..)
@@ -318,7 +320,7 @@ impl SceneBuilder {
         self.sources.notes.push(note);
     }
 
-    fn check_material(&self, material: MaterialId) -> Result<(), SceneError> {
+    pub(super) fn check_material(&self, material: MaterialId) -> Result<(), SceneError> {
         if (material.0 as usize) < self.materials.len() {
             Ok(())
         } else {
@@ -398,6 +400,7 @@ impl SceneBuilder {
             vertices,
             triangles,
             spheres,
+            planes,
             lights,
             materials,
             material_ids: _,
@@ -417,6 +420,7 @@ impl SceneBuilder {
             vertices,
             triangles,
             spheres,
+            planes,
             lights,
             has_glass: materials.iter().any(|m| matches!(m, Material::Glass { .. })),
             materials,

@@ -58,6 +58,17 @@ pub enum Material {
 }
 
 impl Material {
+    /// Returns the colour that textures multiply; the tint of glass.
+    pub(crate) fn base_color_mut(&mut self) -> &mut [f32; 3] {
+        match self {
+            Self::Silhouette { color }
+            | Self::Matte { color }
+            | Self::Reflection { color, .. }
+            | Self::BlinnPhong { diffuse: color, .. }
+            | Self::Glass { tint: color, .. } => color,
+        }
+    }
+
     /// The four materials of a classic `.scn`, by their number there.
     pub const CLASSIC: [Self; 4] = [
         Self::Silhouette {

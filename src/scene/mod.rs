@@ -3,6 +3,7 @@
 mod background;
 mod builder;
 mod camera;
+mod checker;
 mod environment;
 mod faults;
 mod fit;
@@ -10,15 +11,19 @@ mod image;
 mod light;
 mod material;
 mod origin;
+mod pixel_rays;
+mod plane;
 mod smooth;
 mod texture;
 mod transform;
+mod view;
 mod weld;
 
 pub use background::Background;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, SphereCloud, TriangleMesh};
 pub(crate) use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
-pub use camera::{Camera, CameraError, MAX_SIDE_SAMPLES, NamedCamera, PixelRays, View, for_each_packet};
+pub use camera::{Camera, MAX_SIDE_SAMPLES, NamedCamera, for_each_packet};
+pub use checker::Checker;
 pub use environment::{Environment, EnvironmentPicture, MAX_ENVIRONMENT_SIDE};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
@@ -26,8 +31,11 @@ pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
 pub(crate) use light::MOST_FALLOFF;
 pub use light::{Light, LightShape, Spot};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
+pub use pixel_rays::{PixelRays, RayCone};
+pub use plane::{MAX_PLANES, Plane};
 pub use texture::{CutOut, SurfaceTextures, TexturePoint};
 pub use transform::Transform;
+pub use view::{CameraError, Lens, Projection, View};
 pub(crate) use weld::weld;
 
 use crate::{math::Aabb, ray::PrimitiveId, simd::Simd};
@@ -128,7 +136,7 @@ pub struct Sources {
     pub notes: Vec<String>,
 }
 
-/// A finished, immutable scene. Primitive ids count the triangles first, then the spheres.
+/// A finished, immutable scene. Primitive ids count the triangles first, then the spheres, then the planes.
 ///
 /// Positions in its arrays, and so rays and hits, are relative to [`Scene::origin`].
 #[derive(Debug)]
@@ -136,6 +144,7 @@ pub struct Scene {
     vertices: Vertices,
     triangles: Triangles,
     spheres: Spheres,
+    planes: Vec<Plane>,
     lights: Vec<Light>,
     materials: Vec<Material>,
     /// By material; empty if none has any.
@@ -304,7 +313,7 @@ impl Scene {
         &self.sources
     }
 
-    /// Returns the bounding box of all primitives in world space, not relative to [`Scene::origin`]; empty without any.
+    /// Returns the bounding box of all triangles and spheres in world space, not relative to [`Scene::origin`]; empty without any.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
@@ -345,17 +354,24 @@ impl Scene {
         let i = id.0 as usize;
         match i.checked_sub(self.triangles.corners.len()) {
             None => Primitive::Triangle(i),
-            Some(sphere_i) => Primitive::Sphere(sphere_i),
+            Some(sphere_i) => match sphere_i.checked_sub(self.spheres.radius.len()) {
+                None => Primitive::Sphere(sphere_i),
+                Some(plane_i) => Primitive::Plane(plane_i),
+            },
         }
     }
 
-    /// Returns the shape of a primitive.
+    /// Returns the shape of a triangle or sphere.
+    ///
+    /// # Panics
+    /// For the id of a plane.
     #[inline]
     #[must_use]
     pub fn shape(&self, id: PrimitiveId) -> Shape {
-        match self.primitive(id) {
-            Primitive::Triangle(i) => Shape::Triangle(self.triangle(i)),
-            Primitive::Sphere(i) => Shape::Sphere(self.spheres.center(i), self.spheres.radius[i]),
+        let i = id.0 as usize;
+        match i.checked_sub(self.triangles.corners.len()) {
+            None => Shape::Triangle(self.triangle(i)),
+            Some(i) => Shape::Sphere(self.spheres.center(i), self.spheres.radius[i]),
         }
     }
 
@@ -384,6 +400,7 @@ impl Scene {
         match self.primitive(id) {
             Primitive::Triangle(i) => self.triangles.material[i],
             Primitive::Sphere(i) => self.spheres.material[i],
+            Primitive::Plane(i) => self.planes[i].material,
         }
     }
 
@@ -444,4 +461,6 @@ pub enum Primitive {
     Triangle(usize),
     /// Index into [`Scene::spheres`].
     Sphere(usize),
+    /// Index into [`Scene::planes`].
+    Plane(usize),
 }

@@ -27,6 +27,7 @@ impl Scene {
         translate([&mut v.x, &mut v.y, &mut v.z], -origin);
         translate([&mut s.center_x, &mut s.center_y, &mut s.center_z], -origin);
         self.translate_lights(-origin);
+        self.move_planes();
     }
 
     pub(super) fn translate_lights(&mut self, by: Vec3) {

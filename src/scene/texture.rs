@@ -1,6 +1,6 @@
 //! What textures give to the points of triangles: base colour, emission, and where there is no surface at all.
 
-use super::{Image, MaterialId, Primitive, Scene, Texture, material::check_color};
+use super::{Checker, Image, MaterialId, Primitive, Scene, Texture, material::check_color};
 use crate::{
     error::SceneError,
     ray::{Hit, PrimitiveId},
@@ -12,6 +12,8 @@ use glam::{DVec3, Vec3};
 pub struct SurfaceTextures {
     /// Multiplies the base colour.
     pub base: Option<Texture>,
+    /// Multiplies the base colour, too.
+    pub checker: Option<Checker>,
     /// Where there is no surface.
     pub cut_out: Option<CutOut>,
     /// Light that the surface adds to what it reflects, linear RGB from 0 to 1. It lights nothing else.
@@ -31,11 +33,15 @@ pub struct CutOut {
     pub limit: f32,
 }
 
-/// Where a ray hits a triangle, and how much of its surface the ray stands for.
+/// Where a ray hits a surface, and how much of its surface the ray stands for.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint {
     /// What is hit, and the weights of its corners.
     pub hit: Hit,
+    /// The point relative to [`Scene::origin`], scene units; only for [`SurfaceTextures::checker`].
+    pub point: Vec3,
+    /// Unit geometric normal on any side; only for [`SurfaceTextures::checker`].
+    pub normal: Vec3,
     /// Unit direction of the ray.
     pub direction: Vec3,
     /// Width of the ray's cone at the hit, scene units; 0 for the largest level.
@@ -52,6 +58,7 @@ impl SurfaceTextures {
     /// No textures and no emission.
     pub const NONE: Self = Self {
         base: None,
+        checker: None,
         cut_out: None,
         emission: [0.0; 3],
         emission_map: None,
@@ -66,6 +73,7 @@ impl SurfaceTextures {
         };
         Self {
             base: self.base.map(other),
+            checker: self.checker,
             cut_out: self.cut_out.map(|cut_out| CutOut {
                 texture: other(cut_out.texture),
                 ..cut_out
@@ -78,6 +86,9 @@ impl SurfaceTextures {
     /// Refuses constants out of range and images that are not there.
     pub(super) fn check(&self, images: usize) -> Result<(), SceneError> {
         check_color(self.emission)?;
+        if let Some(checker) = self.checker {
+            checker.check()?;
+        }
         let cut_out = self.cut_out.map(|cut_out| cut_out.texture);
         for texture in [self.base, cut_out, self.emission_map].into_iter().flatten() {
             if texture.image as usize >= images {
@@ -170,11 +181,15 @@ impl Scene {
         let Some(textures) = self.textures_of(point.hit.primitive) else {
             return ([1.0; 3], [0.0; 3]);
         };
+        let checker = textures.checker.map_or([1.0; 3], |checker| {
+            let at = point.point.as_dvec3() + self.origin.as_dvec3();
+            checker.color(at, point.normal, point.direction, point.width)
+        });
         let Primitive::Triangle(i) = self.primitive(point.hit.primitive) else {
-            return ([1.0; 3], textures.emission);
+            return (checker, textures.emission);
         };
         if textures.base.is_none() && textures.emission_map.is_none() {
-            return ([1.0; 3], textures.emission);
+            return (checker, textures.emission);
         }
         let at = self.texture_coordinates(i, [point.hit.u, point.hit.v]);
         let footprint = self.footprint(i, point);
@@ -187,9 +202,9 @@ impl Scene {
             let [red, green, blue, _] = image.color(texture, at, lod);
             [red, green, blue]
         };
-        let emitted = color(textures.emission_map);
+        let (base, emitted) = (color(textures.base), color(textures.emission_map));
         (
-            color(textures.base),
+            std::array::from_fn(|channel| base[channel] * checker[channel]),
             std::array::from_fn(|channel| textures.emission[channel] * emitted[channel]),
         )
     }

@@ -1,6 +1,6 @@
 //! Affine transforms of meshes, computed in f64 and rounded once.
 
-use super::{TriangleMesh, View};
+use super::{Projection, TriangleMesh, View};
 use glam::{DMat3, DVec3, Vec3};
 
 /// An affine transform `linear * p + offset`.
@@ -72,14 +72,23 @@ impl Transform {
         bits
     }
 
-    /// Returns the view of a camera that moves with the mesh; its field of view stays.
+    /// Returns the view of a camera that moves with the mesh: its field of view stays, and lengths are scaled as the up
+    /// vector is.
     #[must_use]
     pub fn view(&self, view: &View) -> View {
+        let up = self.linear * view.up;
+        let scale = up.length() / view.up.length();
         View {
             eye: self.linear * view.eye + self.offset,
             target: self.linear * view.target + self.offset,
-            up: self.linear * view.up,
-            ..*view
+            up,
+            lens: view.lens.scaled(scale),
+            projection: match view.projection {
+                Projection::Orthographic { height } => Projection::Orthographic {
+                    height: height * scale,
+                },
+                perspective @ Projection::Perspective { .. } => perspective,
+            },
         }
     }
 
@@ -216,6 +225,17 @@ mod tests {
         Transform::IDENTITY.apply(&mut mesh);
         assert!(mesh.x[0].is_sign_negative());
         assert_eq!(mesh.normals[0], Vec3::new(6.0, 3.0, 2.0));
+    }
+
+    #[test]
+    fn orthographic_views_are_scaled() {
+        let view = View {
+            projection: Projection::Orthographic { height: 3.0 },
+            up: DVec3::Z * 7.0,
+            ..View::classic(1).unwrap()
+        };
+        let scaled = Transform::IDENTITY.then_scale(DVec3::splat(-2.0)).view(&view);
+        assert_eq!(scaled.projection, Projection::Orthographic { height: 6.0 });
     }
 
     #[test]

@@ -47,7 +47,7 @@ fn series<S: Simd>(simd: S, x: S::V8, [a, b, c, d, e]: [f32; 5]) -> S::V8 {
 /// Maps the unit square to the unit disc, areas to equal areas: Shirley and Chiu, *A Low Distortion Map Between Disk and
 /// Square*, 1997.
 #[inline(always)]
-pub(super) fn disc<S: Simd>(simd: S, [u, v]: [S::V8; 2]) -> [S::V8; 2] {
+pub(crate) fn disc<S: Simd>(simd: S, [u, v]: [S::V8; 2]) -> [S::V8; 2] {
     let (zero, one) = (simd.splat(0.0), simd.splat(1.0));
     let (a, b) = (u + u - one, v + v - one);
     let is_steep = b.abs().gt(a.abs());

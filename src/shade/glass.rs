@@ -12,7 +12,7 @@
 
 use super::{SURFACE_OFFSET, TileColors, material::Points, material::background, queue::RayQueue};
 use crate::{
-    lanes::{F32x8, LANES},
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, PrimitiveId, RayPacket, T_MAX},
     scene::{MaterialId, Scene},
     shade::surface::SurfacePacket,
@@ -299,7 +299,11 @@ fn passed<S: Simd>(simd: S, scene: &Scene, id: MaterialId, rays: &RayQueue, s: &
     if !rays.are_camera_rays() || s.active & s.from_behind == 0 {
         return passed;
     }
-    let way = simd.load3(&s.point) - simd.load3(&rays.rays.origin(0));
+    // Camera rays set colours: the number of the pixel is that of the ray.
+    let origin = s
+        .pixel
+        .map(|ray| rays.rays.origin(ray as usize / LANES).lane(ray as usize % LANES));
+    let way = simd.load3(&s.point) - simd.load3(&Vec3x8::from_lanes(origin));
     let distance = way.dot(way).sqrt().to8();
     for lane in 0..LANES {
         if s.active & s.from_behind & 1 << lane != 0 {

@@ -28,11 +28,12 @@ pub mod tint;
 use crate::{
     lanes::{F32x8, LANES},
     ray::{HitPacket, PrimitiveId},
-    scene::{Material, Scene, SurfaceTextures},
+    scene::{Material, RayCone, Scene, SurfaceTextures},
     simd::{EightLanes, Lanes, Level, Simd, at_level},
     sobol,
     trace::Tracer,
 };
+pub(crate) use draw::disc;
 use material::{Light8, Points};
 use queue::{HitQueue, RayQueue};
 use std::time::{Duration, Instant};
@@ -58,8 +59,8 @@ pub struct ShadeSettings {
     pub shadows: bool,
     /// The number of the sample in its pixel, which decides on random directions.
     pub sample: u32,
-    /// Width of a camera ray's cone at distance 1, which decides on mipmaps.
-    pub pixel_width: f32,
+    /// How wide camera rays are, which decides on mipmaps.
+    pub cone: RayCone,
     /// Whether camera rays that hit nothing stay black, and [`TileColors::alpha`] is filled.
     pub transparent: bool,
 }
@@ -248,19 +249,19 @@ impl Shader {
         );
         if scene.has_glass() {
             self.shade_branches(scene, tracer, settings, rays, colors);
-            rays.restart(None);
+            rays.restart();
             return;
         }
         colors.resize(rays.rays.packets().len());
         let level = tracer.level();
         for depth in 1..=settings.max_depth {
-            self.next.restart(None);
+            self.next.restart();
             self.shade_depth(scene, tracer, (settings, depth), rays, colors);
             if depth == settings.max_depth {
                 at_level!(level, |simd| material::background_pass(
                     simd, scene, &self.next, colors
                 ));
-                self.next.restart(None);
+                self.next.restart();
             }
             std::mem::swap(rays, &mut self.next);
             self.reflection_rays += rays.active_rays();
@@ -268,7 +269,7 @@ impl Shader {
                 break;
             }
         }
-        rays.restart(None);
+        rays.restart();
     }
 
     /// Traces and shades the rays of one depth, and queues the next ones.
@@ -308,7 +309,7 @@ impl Shader {
             );
             surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
         });
-        self.gather_tints(scene, level, rays, settings.pixel_width);
+        self.gather_tints(scene, level, rays, settings.cone);
         if !self.surfaces.is_empty() {
             self.add_lights(scene, tracer, settings, depth - 1);
             self.color(scene, level, rays, colors);
@@ -404,7 +405,7 @@ impl Shader {
     }
 
     /// Fills the tints of all surfaces if the scene has colours beside those of materials.
-    fn gather_tints(&mut self, scene: &Scene, level: Level, rays: &RayQueue, pixel_width: f32) {
+    fn gather_tints(&mut self, scene: &Scene, level: Level, rays: &RayQueue, cone: RayCone) {
         self.tints.clear();
         let hits = &self.hits[..rays.rays.packets().len()];
         if scene.has_colors() {
@@ -419,7 +420,7 @@ impl Shader {
         if scene.has_textures() {
             let sorted = (&self.by_material, &self.surfaces[..]);
             let (tints, textured) = (&mut self.tints, &mut self.textured);
-            texture::pass(scene, (rays, hits), sorted, pixel_width, tints, textured);
+            texture::pass(scene, (rays, hits), sorted, cone, tints, textured);
         }
     }
 }

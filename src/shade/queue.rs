@@ -10,7 +10,7 @@ use crate::{
 use glam::Vec3;
 use std::ops::Range;
 
-/// The rays to trace: a tile's camera rays, which share their origin, or secondary rays.
+/// The rays to trace: a tile's camera rays, which share their origin unless they are parallel, or secondary rays.
 #[derive(Debug, Default)]
 pub struct RayQueue {
     /// The rays; lanes without one have `t_max` 0.
@@ -21,6 +21,8 @@ pub struct RayQueue {
     weight: Vec<F32x8>,
     /// See [`Self::travelled`]; empty for camera rays, and in scenes without textures.
     travelled: Vec<F32x8>,
+    /// See [`Self::are_camera_rays`].
+    are_camera_rays: bool,
     /// See [`Self::sets_colors`].
     sets_colors: bool,
     /// See [`Branch8`]; one for each packet, or empty.
@@ -36,29 +38,42 @@ impl RayQueue {
         self.travelled.reserve(packets);
     }
 
-    /// Removes all rays. The next ones start at `origin`, or at separate origins if `None`.
-    pub fn restart(&mut self, origin: Option<Vec3>) {
-        self.rays.restart(origin);
+    /// Removes all rays. The next ones are secondary, and have separate origins.
+    pub fn restart(&mut self) {
+        self.rays.restart(None);
         self.pixel.clear();
         self.weight.clear();
         self.travelled.clear();
         self.branches.clear();
-        self.sets_colors = origin.is_some();
+        (self.are_camera_rays, self.sets_colors) = (false, false);
+    }
+
+    /// Removes all rays. The next ones are camera rays that start at `origin`, or at separate origins if `None`.
+    pub fn restart_camera(&mut self, origin: Option<Vec3>) {
+        self.restart();
+        self.rays.restart(origin);
+        (self.are_camera_rays, self.sets_colors) = (true, true);
     }
 
     /// Removes all rays. The next ones have separate origins, and a colour each.
     pub fn restart_branches(&mut self) {
-        self.restart(None);
+        self.restart();
         self.sets_colors = true;
     }
 
-    /// Adds the camera rays of the next eight pixels.
+    /// Adds the camera rays of the next eight pixels, with a shared origin.
     #[inline(always)]
     pub fn push(&mut self, rays: RayPacket) {
         self.rays.push(rays);
     }
 
-    /// Adds eight rays with separate origins.
+    /// Adds the camera rays of the next eight pixels, with separate origins.
+    #[inline(always)]
+    pub fn push_apart(&mut self, origin: Vec3x8, rays: RayPacket) {
+        self.rays.push_from(origin, rays);
+    }
+
+    /// Adds eight secondary rays.
     #[inline(always)]
     pub fn push_from(&mut self, origin: Vec3x8, rays: RayPacket, pixel: [u32; LANES], weight: F32x8) {
         self.rays.push_from(origin, rays);
@@ -76,6 +91,13 @@ impl RayQueue {
     #[inline(always)]
     #[must_use]
     pub fn are_camera_rays(&self) -> bool {
+        self.are_camera_rays
+    }
+
+    /// Returns whether all rays start at one point.
+    #[inline(always)]
+    #[must_use]
+    pub fn share_origin(&self) -> bool {
         matches!(self.rays.origins(), Origins::Shared(_))
     }
 

@@ -1,10 +1,12 @@
 //! Surface packets: points, normals and offsets of eight hits on one material.
 
+mod planes;
+
 use super::queue::{HitQueue, PacketLanes, RayIndex, RayQueue};
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, PrimitiveId},
-    scene::{Primitive, Scene},
+    scene::{Plane, Primitive, Scene},
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
 };
 
@@ -214,27 +216,59 @@ fn points<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, cache: &mut Option<Cach
                     simd.splat(spheres.radius[i]),
                 )
             }
+            Primitive::Plane(i) => {
+                let Plane { point, normal, .. } = scene.planes()[i];
+                planes::plane(simd, hits, simd.splat3(point), simd.splat3(normal))
+            }
         };
     }
+    if scene.planes().is_empty() {
+        finite(simd, scene, hits, &hits.primitive)
+    } else {
+        planes::with_planes(simd, scene, hits)
+    }
+}
+
+/// Evaluates different triangles and spheres.
+#[inline(always)]
+fn finite<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, primitive: &[u32; LANES]) -> Points<S> {
     let triangle_count = scene.triangles().corners.len() as u32;
     let mut sphere_bits = 0;
-    for (lane, &id) in hits.primitive.iter().enumerate() {
+    for (lane, &id) in primitive.iter().enumerate() {
         sphere_bits |= u32::from(id >= triangle_count) << lane;
     }
     match sphere_bits {
-        0 => distinct_triangles(simd, scene, hits, &hits.primitive),
-        ALL_LANES => distinct_spheres(simd, scene, hits, &hits.primitive),
-        _ => mixed(simd, scene, hits, sphere_bits),
+        0 => distinct_triangles(simd, scene, hits, primitive),
+        ALL_LANES => distinct_spheres(simd, scene, hits, primitive),
+        _ => mixed(simd, scene, hits, primitive, sphere_bits),
+    }
+}
+
+/// Returns the points of `a` in the lanes of `bits`, and those of `b` in the others.
+#[inline(always)]
+fn select<S: Simd>(simd: S, bits: u32, a: &Points<S>, b: &Points<S>) -> Points<S> {
+    let mask = simd.mask(bits);
+    Points {
+        point: Vec3Lanes::select(mask, a.point, b.point),
+        geometric: Vec3Lanes::select(mask, a.geometric, b.geometric),
+        normal: Vec3Lanes::select(mask, a.normal, b.normal),
+        magnitude: S::V8::select(mask, a.magnitude, b.magnitude),
     }
 }
 
 /// Triangles and spheres, the latter in the lanes of `sphere_bits`.
 #[inline(always)]
-fn mixed<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, sphere_bits: u32) -> Points<S> {
+fn mixed<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    hits: &Hits8,
+    primitive: &[u32; LANES],
+    sphere_bits: u32,
+) -> Points<S> {
     // Lanes of the other kind compute on the first triangle or sphere.
-    let (mut triangle_ids, mut sphere_ids) = (hits.primitive, hits.primitive);
-    let first_triangle = hits.primitive[sphere_bits.trailing_ones() as usize];
-    let first_sphere = hits.primitive[sphere_bits.trailing_zeros() as usize];
+    let (mut triangle_ids, mut sphere_ids) = (*primitive, *primitive);
+    let first_triangle = primitive[sphere_bits.trailing_ones() as usize];
+    let first_sphere = primitive[sphere_bits.trailing_zeros() as usize];
     for lane in 0..LANES {
         if sphere_bits >> lane & 1 == 1 {
             triangle_ids[lane] = first_triangle;
@@ -244,13 +278,7 @@ fn mixed<S: Simd>(simd: S, scene: &Scene, hits: &Hits8, sphere_bits: u32) -> Poi
     }
     let triangles = distinct_triangles(simd, scene, hits, &triangle_ids);
     let spheres = distinct_spheres(simd, scene, hits, &sphere_ids);
-    let are_spheres = simd.mask(sphere_bits);
-    Points {
-        point: Vec3Lanes::select(are_spheres, spheres.point, triangles.point),
-        geometric: Vec3Lanes::select(are_spheres, spheres.geometric, triangles.geometric),
-        normal: Vec3Lanes::select(are_spheres, spheres.normal, triangles.normal),
-        magnitude: S::V8::select(are_spheres, spheres.magnitude, triangles.magnitude),
-    }
+    select(simd, sphere_bits, &spheres, &triangles)
 }
 
 /// The vertices of eight triangles.

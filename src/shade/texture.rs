@@ -9,7 +9,7 @@ use super::{
 use crate::{
     lanes::{F32x8, LANES},
     ray::HitPacket,
-    scene::{Scene, TexturePoint},
+    scene::{RayCone, Scene, TexturePoint},
 };
 
 /// What beside the tint depends on textures, at each surface packet.
@@ -34,13 +34,13 @@ impl Textured {
     }
 }
 
-/// Multiplies the tints (white by default) and fills `textured`. `pixel_width` is the width of the rays' cones
-/// at distance 1.
+/// Multiplies the tints (white by default) and fills `textured`. `cone` is that of the rays, along their
+/// paths from the camera.
 pub(super) fn pass(
     scene: &Scene,
     (rays, hits): (&RayQueue, &[HitPacket]),
     (by_material, surfaces): (&HitQueue, &[SurfacePacket]),
-    pixel_width: f32,
+    cone: RayCone,
     tints: &mut Vec<Tint8>,
     textured: &mut Textured,
 ) {
@@ -62,8 +62,10 @@ pub(super) fn pass(
             }
             let (factor, light) = scene.textured(&TexturePoint {
                 hit,
+                point: surface.point.lane(lane),
+                normal: surface.geometric_normal.lane(lane),
                 direction: surface.direction.lane(lane),
-                width: travelled * pixel_width,
+                width: cone.width(travelled),
             });
             for channel in 0..3 {
                 tint[channel].as_mut_array()[lane] *= factor[channel];

@@ -72,6 +72,7 @@ fn tint<S: Simd>(simd: S, scene: &Scene, hits: &Hits8) -> Tint8 {
                         sphere_bits |= 1 << lane;
                         [color_of(&spheres.color, i); 3]
                     }
+                    Primitive::Plane(_) => [Vec3::ONE; 3],
                 };
                 for (corner, color) in corners.iter_mut().zip(colors) {
                     corner.set(lane, color);

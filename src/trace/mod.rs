@@ -21,6 +21,7 @@ mod leaf;
 mod order;
 mod origins;
 mod pairs;
+mod planes;
 mod policy;
 mod rays;
 mod room;
@@ -37,8 +38,8 @@ mod visit;
 use crate::{
     accel::{Bvh, LeafBlocks, Node8, TriangleBlocks},
     lanes::{F32x8, LANES, Vec3x8},
-    ray::{HitPacket, Origins, RayPacket},
-    scene::Scene,
+    ray::{HitPacket, Origins, PrimitiveId, RayPacket},
+    scene::{Plane, Scene},
     simd::{Level, REGISTER_LANES, Simd, at_level},
 };
 use bits::{bits, bits64, largest_axis, part};
@@ -71,6 +72,9 @@ pub struct Tracer<'a> {
     bvh: &'a Bvh,
     /// The scene, if parts of its surfaces are cut out.
     cut_outs: Option<&'a Scene>,
+    /// Planes that rays hit beside what the BVH holds, and the id of the first.
+    planes: &'a [Plane],
+    first_plane: PrimitiveId,
     policy: CoherencePolicy,
     level: Level,
     rooms: Rooms,
@@ -98,6 +102,8 @@ impl<'a> Tracer<'a> {
         Self {
             bvh,
             cut_outs: None,
+            planes: &[],
+            first_plane: PrimitiveId::NONE,
             policy: CoherencePolicy::new(method),
             level: Level::current(),
             rooms: Rooms::new(),
@@ -142,6 +148,9 @@ impl<'a> Tracer<'a> {
         if let Some(scene) = self.cut_outs {
             self.pass_closest(scene, origins, rays, hits);
         }
+        if !self.planes.is_empty() {
+            at_level!(self.level, |simd| self.planes_closest(simd, origins, rays, hits));
+        }
     }
 
     /// Finds whether anything is hit before each ray's end: a bit a lane.
@@ -156,6 +165,10 @@ impl<'a> Tracer<'a> {
         }
         if let Some(scene) = self.cut_outs {
             self.pass_occluded(scene, origins, rays, occluded);
+        }
+        if !self.planes.is_empty() {
+            at_level!(self.level, |simd| self
+                .planes_occluded(simd, origins, rays, occluded));
         }
     }
 
@@ -200,7 +213,7 @@ impl<'a> Tracer<'a> {
     #[must_use]
     pub fn may_hit(&self, origin: Vec3, corners: [Vec3; 4]) -> bool {
         // Frusta drop NaN.
-        if !corners.iter().all(|corner| corner.is_finite()) {
+        if !corners.iter().all(|corner| corner.is_finite()) || self.may_hit_planes(origin, corners) {
             return true;
         }
         let packet = RayPacket {

@@ -157,6 +157,7 @@ fn along_a_face(random: &mut Random, scene: &Scene) -> (Vec3, Vec3) {
             let bounds = scene.sphere_bounds(i);
             (bounds.lower, bounds.upper)
         }
+        Primitive::Plane(i) => (scene.planes()[i].point, scene.planes()[i].point),
     };
     let axis = random.index(3);
     let plane = if random.one_in(2) { lower } else { upper };

@@ -76,9 +76,11 @@ impl Objects {
     #[must_use]
     pub fn bounds(&self, scene: &Scene, under: Option<PrimitiveId>, up: Axis) -> Aabb {
         let is_ground = self.ground(up);
-        let object = under.map(|id| match scene.primitive(id) {
-            Primitive::Triangle(i) => self.of_triangle[i] as usize,
-            Primitive::Sphere(i) => self.meshes + i,
+        let object = under.and_then(|id| match scene.primitive(id) {
+            Primitive::Triangle(i) => Some(self.of_triangle[i] as usize),
+            Primitive::Sphere(i) => Some(self.meshes + i),
+            // Planes have no ends.
+            Primitive::Plane(_) => None,
         });
         let bounds = match object.filter(|&object| !is_ground[object]) {
             Some(object) => self.boxes[object],

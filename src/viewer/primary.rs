@@ -130,7 +130,8 @@ impl<'a> Scratch<'a> {
         Self {
             tracer: Tracer::new(&model.bvh)
                 .at_level(level)
-                .through_cut_outs(&model.scene),
+                .through_cut_outs(&model.scene)
+                .with_planes(&model.scene),
             packets: Vec::new(),
             hits: Vec::new(),
             sums: Vec::new(),
@@ -168,7 +169,7 @@ impl<'a> Scratch<'a> {
                         pixel: frame.pixel(i, y),
                         number: sample[1] * n + sample[0],
                         count: n * n,
-                        width: frame.rays.pixel_width(),
+                        cone: frame.rays.cone(),
                     };
                     let color = radiance(scene, &mut intersect, ray, sample, depth, shadows, &mut rays);
                     add(&mut self.sums[i], color);
@@ -186,7 +187,7 @@ impl<'a> Scratch<'a> {
                     let hit = brute::closest_hit(scene, &ray);
                     add(
                         &mut self.sums[i],
-                        color((scene, look), &ray, &hit, 0, frame.rays.pixel_width()),
+                        color((scene, look), &ray, &hit, 0, frame.rays.cone().spread),
                     );
                 }
             } else if look == Look::Cost {
@@ -195,7 +196,7 @@ impl<'a> Scratch<'a> {
                     let (hit, cost) = cost::closest_hit(scene, &frame.model.bvh, &mut self.todo, &ray);
                     add(
                         sum,
-                        color((scene, look), &ray, &hit, cost.total(), frame.rays.pixel_width()),
+                        color((scene, look), &ray, &hit, cost.total(), frame.rays.cone().spread),
                     );
                 }
             } else if settings.mode == Mode::Scalar {
@@ -205,7 +206,7 @@ impl<'a> Scratch<'a> {
                     let cut_outs = scene.has_cut_outs().then_some(scene);
                     let hit =
                         bvh::closest_hit_at(settings.level, binary, &mut self.bvh_stack, &ray, cut_outs);
-                    add(sum, color((scene, look), &ray, &hit, 0, frame.rays.pixel_width()));
+                    add(sum, color((scene, look), &ray, &hit, 0, frame.rays.cone().spread));
                 }
             } else {
                 self.packets(frame, y, sample);
@@ -242,7 +243,7 @@ impl<'a> Scratch<'a> {
                         &ray,
                         &hit,
                         0,
-                        frame.rays.pixel_width(),
+                        frame.rays.cone().spread,
                     );
                     add(&mut self.sums[row * width + column], color);
                 }

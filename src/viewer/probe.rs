@@ -32,6 +32,7 @@ pub fn describe(model: &Model, camera: &Camera, size: [u32; 2], [x, y]: [u32; 2]
         let primitive = match scene.primitive(hit.primitive) {
             Primitive::Triangle(i) => format!("triangle {i}"),
             Primitive::Sphere(i) => format!("sphere {i}"),
+            Primitive::Plane(i) => format!("plane {i}"),
         };
         let material = match surface::material(scene, hit.primitive) {
             Material::Silhouette { .. } => "silhouette",

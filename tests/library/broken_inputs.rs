@@ -17,7 +17,9 @@ const SCENE: &[u8] = b"// a scene\nlight 9 -4 10 0.7\nmaterial 2\r\nsphere 0.65 
 const LANGUAGE: &[u8] = b"camera \"a b\" eye 3 2 1.5 target 0 0 0.5 up 0 0 1 fov 30\nbackground bottom 1 1 1 top 0 0 1\n\
     ambient 0.3\nlight 9 -4 10 0.7 color 1 0.8 0.6\nmaterial blinn_phong cd 0.5 0.2 1 cs 1 1 1 kd 0.5 ks 0.5 alpha 20\n\
     mesh \"b c.ply\" scale 1 -2 1 rotate 1 1 0 33 translate 0 0 1\nmaterial reflection mix 0.5\n\
-    triangle 0 0 0 1 0 0 0 1 1\ninclude part.scn\nmaterial own\nmesh a.ply scale 2";
+    triangle 0 0 0 1 0 0 0 1 1\ninclude part.scn\nmaterial own\nmesh a.ply scale 2\n\
+    camera c eye 1 0 0 target 0 0 0 ortho 2 aperture 0.1 focus 3\nmaterial matte checker 0 0 1 size 2\n\
+    plane 0 0 1 normal 0 1 1";
 
 fn header(format: &str, vertices: &str, faces: &str) -> String {
     format!(

@@ -50,6 +50,7 @@ fn check(scene: &Scene, bvh: &Bvh, node_i: usize, seen: &mut [u32]) -> Aabb {
                     around.union(padded(match scene.primitive(PrimitiveId(id)) {
                         Primitive::Triangle(i) => Aabb::around(scene.triangle(i)),
                         Primitive::Sphere(i) => scene.sphere_bounds(i),
+                        Primitive::Plane(_) => panic!("planes are in no BVH"),
                     }))
                 })
         };

@@ -12,7 +12,7 @@ use octray::{
     accel::Bvh,
     classic,
     generate::{Kind, Options, generate},
-    render::{Settings, render},
+    render::{Pattern, Settings, render},
     scene::{Camera, Scene},
 };
 use std::ops::ControlFlow;
@@ -114,6 +114,18 @@ fn environment() {
     };
     let actual = picture(&scene, &scene.cameras()[0].camera, &settings);
     assert_all([compare_golden("sky", &actual, SHARE)]);
+}
+
+#[test]
+fn depth_of_field_on_a_checkerboard() {
+    let scene = shipped_scene("focus");
+    let settings = Settings {
+        samples: 64,
+        pattern: Pattern::Sobol,
+        ..settings(192, 144)
+    };
+    let actual = picture(&scene, &scene.cameras()[0].camera, &settings);
+    assert_all([compare_golden("focus", &actual, SHARE)]);
 }
 
 #[test]

@@ -106,13 +106,12 @@ fn placed_light(light: &Light, scene: &Scene, scale: f32, place: impl Fn(Vec3) -
 
 fn placed_view(view: &View, scale: f32, shift: Vec3) -> Camera {
     let place = |p: DVec3| p * f64::from(scale) + shift.as_dvec3();
-    let View {
-        eye,
-        target,
-        up,
-        fov_degrees,
-    } = *view;
-    Camera::look_at(place(eye), place(target), up, fov_degrees).expect("a camera")
+    let (eye, target) = (place(view.eye), place(view.target));
+    Camera::new(&View { eye, target, ..*view }).expect("a camera")
+}
+
+fn looking(eye: DVec3, target: DVec3, up: DVec3, fov: f64) -> View {
+    Camera::look_at(eye, target, up, fov).expect("a view").view()
 }
 
 /// The number of pixels that differ by more than the tolerance, and of speckles among them.
@@ -272,12 +271,7 @@ fn grazing_light_makes_no_acne() {
             // Across the floor, and almost along it.
             for eye in [DVec3::new(0.5, -0.3, 2.0), DVec3::new(0.0, 0.0, 0.02)] {
                 let target = eye + DVec3::new(0.3, 0.1, -0.9 * eye.z);
-                let view = View {
-                    eye,
-                    target,
-                    up: DVec3::Z,
-                    fov_degrees: 20.0,
-                };
+                let view = looking(eye, target, DVec3::Z, 20.0);
                 let image = picture(&scene, &placed_view(&view, scale, shift));
                 let light = (light - shift).as_dvec3() / f64::from(scale);
                 for (x, y, pixel) in image.enumerate_pixels() {
@@ -311,12 +305,7 @@ fn spheres_do_not_shadow_themselves() {
         builder.add_light(light.as_vec3() * scale + shift, 0.8).unwrap();
         let scene = builder.finish();
         let eye = DVec3::new(2.0, -4.0, 0.5);
-        let view = View {
-            eye,
-            target: DVec3::ZERO,
-            up: DVec3::Z,
-            fov_degrees: 20.0,
-        };
+        let view = looking(eye, DVec3::ZERO, DVec3::Z, 20.0);
         let camera = placed_view(&view, scale, shift);
         let image = picture(&scene, &camera);
         let forward = -eye.normalize();
@@ -382,12 +371,7 @@ fn no_light_leaks_in_or_out() {
             } else {
                 (DVec3::new(-0.8, -0.7, 0.4), DVec3::new(0.3, 0.2, 1.0))
             };
-            let view = View {
-                eye,
-                target,
-                up: DVec3::Z,
-                fov_degrees: 60.0,
-            };
+            let view = looking(eye, target, DVec3::Z, 60.0);
             let image = picture(&scene, &placed_view(&view, scale, shift));
             let lit = image
                 .pixels()
@@ -405,12 +389,12 @@ fn no_light_leaks_in_or_out() {
 fn a_sphere_seen_from_inside_is_uniform() {
     for (scale, far) in PLACES {
         let shift = Vec3::new(far, -0.7 * far, 0.4 * far);
-        let view = View {
-            eye: DVec3::new(0.3, 0.2, -0.1),
-            target: DVec3::new(1.0, 0.1, 0.0),
-            up: DVec3::Z,
-            fov_degrees: 90.0,
-        };
+        let view = looking(
+            DVec3::new(0.3, 0.2, -0.1),
+            DVec3::new(1.0, 0.1, 0.0),
+            DVec3::Z,
+            90.0,
+        );
         for (light, expected) in [
             // A light outside does not reach the inside; one in the centre meets every point head-on.
             (Vec3::new(5.0, 1.0, 2.0), 0.05),
@@ -454,12 +438,12 @@ fn mirrors_that_face_each_other_sum_to_the_series() {
                         square(&mut builder, shift + Vec3::Z * z * scale, 1e3 * scale, mirror);
                     }
                 }
-                let view = View {
-                    eye: DVec3::new(0.1, 0.2, 0.1),
-                    target: DVec3::new(0.3, 0.1, 1.0),
-                    up: DVec3::Y,
-                    fov_degrees: 30.0,
-                };
+                let view = looking(
+                    DVec3::new(0.1, 0.2, 0.1),
+                    DVec3::new(0.3, 0.1, 1.0),
+                    DVec3::Y,
+                    30.0,
+                );
                 // The ray after `depth` hits returns the background.
                 let hits = i32::try_from(depth).unwrap();
                 let share = MIRROR.powi(hits);
@@ -491,12 +475,12 @@ fn eyes_and_lights_on_surfaces() {
             .add_light(Vec3::new(0.5, 0.25, 0.0) * scale + shift, 0.9)
             .unwrap();
         let scene = builder.finish();
-        let view = View {
-            eye: DVec3::new(-0.5, 0.25, 1.0),
-            target: DVec3::new(0.2, 0.1, 0.0),
-            up: DVec3::Z,
-            fov_degrees: 40.0,
-        };
+        let view = looking(
+            DVec3::new(-0.5, 0.25, 1.0),
+            DVec3::new(0.2, 0.1, 0.0),
+            DVec3::Z,
+            40.0,
+        );
         let (least, most) = range(&picture(&scene, &placed_view(&view, scale, shift)));
         assert!(
             least >= 12 && most <= 14,
@@ -504,12 +488,12 @@ fn eyes_and_lights_on_surfaces() {
         );
 
         // An eye in the plane of the floor sees background or floor.
-        let view = View {
-            eye: DVec3::new(-0.5, 0.25, 0.0),
-            target: DVec3::new(0.5, 0.1, 0.0),
-            up: DVec3::Z,
-            fov_degrees: 40.0,
-        };
+        let view = looking(
+            DVec3::new(-0.5, 0.25, 0.0),
+            DVec3::new(0.5, 0.1, 0.0),
+            DVec3::Z,
+            40.0,
+        );
         let image = picture(&scene, &placed_view(&view, scale, shift));
         assert!(
             image.pixels().all(|pixel| pixel[0] == 255 || pixel[0] <= 14),

@@ -13,7 +13,7 @@ use octray::{
 };
 use std::ops::ControlFlow;
 
-const SHIPPED: [&str; 9] = [
+pub const SHIPPED: [&str; 9] = [
     "silhouette",
     "matte",
     "blinn_phong",
@@ -26,7 +26,7 @@ const SHIPPED: [&str; 9] = [
 ];
 
 /// Width, height and samples per pixel: no multiple of a packet or tile, a single pixel, very wide, several samples.
-const SIZES: [(u32, u32, u32); 4] = [(333, 217, 1), (1, 1, 1), (8191, 3, 1), (64, 48, 4)];
+pub const SIZES: [(u32, u32, u32); 4] = [(333, 217, 1), (1, 1, 1), (8191, 3, 1), (64, 48, 4)];
 
 /// The first pixel whose bits differ.
 fn first_difference(a: &Film, b: &Film) -> Option<String> {
@@ -41,7 +41,7 @@ fn first_difference(a: &Film, b: &Film) -> Option<String> {
     Some(format!("pixel ({x}, {y}): {pa:?} and {pb:?}"))
 }
 
-fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
+pub fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
     let bvh = Bvh::build(scene);
     let film = |mode, threads| {
         let settings = Settings {
@@ -86,7 +86,7 @@ fn check(name: &str, scene: &Scene, camera: &Camera, settings: &Settings) {
     }
 }
 
-fn sized(width: u32, height: u32, samples: u32) -> Settings {
+pub fn sized(width: u32, height: u32, samples: u32) -> Settings {
     Settings {
         width,
         height,
@@ -309,7 +309,7 @@ fn lights_of_all_kinds() {
 
 /// Glass of all kinds, tinted, in each other and across each other, around mirrors and things of other materials, in soft
 /// light: packets of branches are full of rays of one pixel.
-fn glass_scene() -> Scene {
+pub fn glass_scene() -> Scene {
     let mut random = fastrand::Rng::with_seed(53);
     let mut builder = SceneBuilder::new();
     builder

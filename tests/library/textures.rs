@@ -324,7 +324,7 @@ fn brute_force_sees_the_same() {
                 pixel: [x, y],
                 number: 0,
                 count: 1,
-                width: rays.pixel_width(),
+                cone: rays.cone(),
             };
             let ray = Ray::new(rays.eye(), rays.direction(x, y, [0, 0]));
             let (depth, shadows) = (Settings::default().max_depth, true);

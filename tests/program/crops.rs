@@ -42,10 +42,27 @@ material reflection mix 0.6
 sphere 0.1 0.1 0.6 0.2
 ";
 
+/// A ball over an infinite checkerboard, in a mirror without end.
+const PLANE: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
+ambient 0.3 reach 0.5
+light 3 -2 5 0.5
+light 2 -4 3 0.3 radius 0.5
+material matte cd 0.9 0.9 0.8 checker 0.2 0.1 0.3 size 0.3
+plane 0 0 0 normal 0.02 0 1
+material glass
+sphere 0.5 -0.4 0.3 0.3
+material blinn_phong cd 0.8 0.2 0.2 checker 0.9 0.9 0.9 size 0.1
+sphere -0.3 0.2 0.5 0.5
+material reflection mix 0.6 checker 0.5 0.5 0.5 size 1
+plane -1 1 0 normal 1 -1 0.1
+";
+
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 31] = [
+const CASES: [(&str, &str, &str); 37] = [
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -144,6 +161,16 @@ const CASES: [(&str, &str, &str); 31] = [
         "--mode scalar --ground --smooth-angle 30 --aov albedo",
     ),
     ("points.obj", "png", "--ground --samples 4 --aov albedo,normal"),
+    ("b.scn", "exr", "--ortho 3 --samples auto:9 --aov depth,normal"),
+    (
+        "garden.obj",
+        "png",
+        "--ortho 4 --samples 4 --mode scalar --aov depth",
+    ),
+    ("b.scn", "png", "--aperture 0.4 --focus 3 --samples 4 --aov depth"),
+    ("glass.scn", "exr", "--aperture 0.2 --samples auto:9"),
+    ("plane.scn", "exr", ALL),
+    ("plane.scn", "png", "--samples auto:9 --filter tent"),
     ("points.obj", "png", "--point-size 0.3 --mode scalar --aov id"),
 ];
 
@@ -206,6 +233,7 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     let folder = Folder::new();
     folder.write("b.scn", SCENE);
     folder.write("glass.scn", GLASS);
+    folder.write("plane.scn", PLANE);
     folder.write("colors.obj", COLORS);
     folder.write("points.obj", &points());
     let input = if folder.path(input).exists() {

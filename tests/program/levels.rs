@@ -32,12 +32,30 @@ material reflection
 sphere 0.8 0.3 0.3 0.3
 ";
 
+/// A ball over an infinite checkerboard, in a mirror without end.
+const PLANE: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
+ambient 0.3 reach 0.5
+light 3 -2 5 0.5
+light 2 -4 3 0.3 radius 0.5
+material matte cd 0.9 0.9 0.8 checker 0.2 0.1 0.3 size 0.3
+plane 0 0 0 normal 0.02 0 1
+material glass
+sphere 0.5 -0.4 0.3 0.3
+material blinn_phong cd 0.8 0.2 0.2 checker 0.9 0.9 0.9 size 0.1
+sphere -0.3 0.2 0.5 0.5
+material reflection mix 0.6 checker 0.5 0.5 0.5 size 1
+plane -1 1 0 normal 1 -1 0.1
+";
+
 /// Runs a line in a folder of its own at a level, and returns what it prints and the files that it leaves.
 fn made_at(level: &str, lines: &[&str]) -> (String, BTreeMap<String, Vec<u8>>) {
     let folder = Folder::new();
     folder.write("glass.scn", GLASS);
     fs::copy(shipped_mesh("stairs.3mf"), folder.path("stairs.3mf")).unwrap();
     folder.write("sky.scn", SKY);
+    folder.write("plane.scn", PLANE);
     let mut printed = String::new();
     for line in lines {
         let arguments: Vec<&str> = line.split_whitespace().collect();
@@ -70,6 +88,11 @@ fn every_level_makes_the_same_bytes() {
         "render pipes.scn -o pipes.ppm -s 160x120 --samples 4",
         "render flake.scn -o auto.png -s 160x120 --samples auto:9 --background transparent",
         "render glass.scn -o glass.exr -s 97x61 --samples 4 --max-depth 7",
+        "render glass.scn -o parallel.exr -s 97x61 --samples 4 --max-depth 5 --ortho 2.5",
+        "render glass.scn -o lens.exr -s 97x61 --samples 9 --pattern sobol --aperture 0.3 --focus 3.5",
+        "render plane.scn -o plane.exr -s 97x61 --samples 4 --max-depth 5 --aov id",
+        "render plane.scn -o plane-auto.png -s 97x61 --samples auto:9 --aperture 0.2",
+        "render plane.scn -o plane-scalar.exr -s 97x61 --samples 4 --max-depth 5 --mode scalar",
         "render glass.scn -o glass-scalar.exr -s 97x61 --samples 4 --max-depth 7 --mode scalar",
         "render stairs.3mf -o stairs.exr -s 97x61 --samples 4 --aov albedo",
         "render sky.scn -o sky.exr -s 97x61 --samples 4",

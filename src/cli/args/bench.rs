@@ -25,7 +25,7 @@ pub struct BenchArgs {
     pub scene: Option<PathBuf>,
 
     /// Instead of a scene, a suite of generated ones, from a few thousand to ten million triangles
-    #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov", "up_axis", "ground", "smooth_angle"])]
+    #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov", "ortho", "aperture", "focus", "up_axis", "ground", "smooth_angle"])]
     pub all: bool,
 
     /// With --all, smaller scenes

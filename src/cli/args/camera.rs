@@ -4,6 +4,7 @@ use super::values;
 use crate::{
     cli::plan::{CameraOptions, MeshOptions, StartView},
     format::mesh::UpAxis,
+    scene::Projection,
 };
 use clap::Args;
 use glam::DVec3;
@@ -36,6 +37,19 @@ pub struct CameraArgs {
     /// Vertical field of view, degrees [default: the scene camera's; 45 with --eye or --view]
     #[arg(long, value_name = "DEG", value_parser = values::degrees, allow_negative_numbers = true)]
     pub fov: Option<f64>,
+
+    /// Orthographic view of this height, scene units: parallel rays instead of a field of view
+    #[arg(long, value_name = "HEIGHT", value_parser = values::length, allow_negative_numbers = true, conflicts_with = "fov")]
+    pub ortho: Option<f64>,
+
+    /// Diameter of the lens, scene units: what is out of focus is blurred, with many --samples [default: the scene
+    /// camera's; else 0, all is sharp]
+    #[arg(long, value_name = "DIAMETER", value_parser = values::length, allow_negative_numbers = true)]
+    pub aperture: Option<f64>,
+
+    /// Distance along the view of the plane in focus, scene units [default: the scene camera's; else the target's]
+    #[arg(long, value_name = "DISTANCE", value_parser = values::length, allow_negative_numbers = true)]
+    pub focus: Option<f64>,
 }
 
 /// How a mesh without a scene is shown.
@@ -76,7 +90,13 @@ impl CameraArgs {
             start,
             target: self.target,
             up: self.up,
-            fov_degrees: self.fov,
+            projection: match (self.fov, self.ortho) {
+                (_, Some(height)) => Some(Projection::Orthographic { height }),
+                (Some(fov_degrees), None) => Some(Projection::Perspective { fov_degrees }),
+                (None, None) => None,
+            },
+            aperture: self.aperture,
+            focus: self.focus,
         }
     }
 }

@@ -130,8 +130,8 @@ fn explain_conflict(error: &mut clap::Error) {
         && is_place(error.get(ContextKind::InvalidArg))
         && is_place(error.get(ContextKind::PriorArg))
     {
-        let tip = "--camera, --view and --eye each place the camera: use one of them, and --target, --up or --fov for \
-                   the rest";
+        let tip = "--camera, --view and --eye each place the camera: use one of them, and --target, --up, --fov or \
+                   --ortho for the rest";
         suggest(error, tip);
     }
 }

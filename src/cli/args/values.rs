@@ -51,6 +51,12 @@ pub fn degrees(text: &str) -> Result<f64, String> {
         .map_err(|_| "expected a number of degrees, such as 45".into())
 }
 
+/// A length of any size, scene units.
+pub fn length(text: &str) -> Result<f64, String> {
+    text.parse()
+        .map_err(|_| "expected a number of scene units, such as 2.5".into())
+}
+
 /// `x,y,z`.
 pub fn vector(text: &str) -> Result<DVec3, String> {
     let mut numbers = text.split(',').map(|number| number.trim().parse::<f64>().ok());

@@ -149,7 +149,7 @@ impl Call<'_> {
         let faults = faults::of(&scene);
         self.warn(job.input.name(), &scene, &faults, notes);
         let quality = self.plan.build.quality(
-            self.expected_rays(&scene, look, job.frames.len()),
+            self.expected_rays((&scene, &camera), look, job.frames.len()),
             scene.primitive_count(),
         );
         memory::check_build(&scene, quality)?;
@@ -223,7 +223,7 @@ impl Call<'_> {
         if self.plan.quiet {
             return;
         }
-        let empty = scene.primitive_count() == 0;
+        let empty = scene.primitive_count() == 0 && scene.planes().is_empty();
         let empty = empty.then(|| format!("{}: the scene is empty", clip_path(path)));
         report::warnings(faults.warning(path).into_iter().chain(empty).chain(notes));
     }
@@ -307,7 +307,7 @@ impl Call<'_> {
     }
 
     /// Camera rays, and shadow and ambient occlusion rays as if each of them hit something. Reflections are not known beforehand.
-    fn expected_rays(&self, scene: &Scene, look: &Look, frames: usize) -> f64 {
+    fn expected_rays(&self, (scene, camera): (&Scene, &Camera), look: &Look, frames: usize) -> f64 {
         let Look { settings, picture } = look;
         // The cost of rays depends on the BVH, so with the heat AOV a part gets the BVH of the whole.
         let (window, frames) = if picture.aovs.contains(&AovKind::Heat) {
@@ -327,7 +327,10 @@ impl Call<'_> {
             0
         };
         let pixels = f64::from(window.width()) * f64::from(window.height());
-        pixels * frames as f64 * settings.expected_samples(scene) * (1.0 + lights as f64)
+        pixels
+            * frames as f64
+            * settings.expected_samples(scene.is_sampled() || camera.has_lens())
+            * (1.0 + lights as f64)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::{
     },
     error::clip,
     render::ByteFilm,
-    scene::{Scene, View},
+    scene::{Projection, Scene, View},
     viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},
     whole_file,
 };
@@ -70,8 +70,16 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         eye,
         target,
         up,
-        fov_degrees,
+        projection,
+        lens: _,
     } = camera.view();
+    if camera.has_lens() {
+        report::warnings(["the window shows no depth of field".into()]);
+    }
+    let Projection::Perspective { fov_degrees } = projection else {
+        let why = "the window shows perspective cameras only, and this one is orthographic: give --fov, or render a picture";
+        return Err(CliError::Failed(why.into()));
+    };
     let pose = Pose {
         eye,
         target,

@@ -1,5 +1,5 @@
 //! The camera: a start view from the options, the file, the classic viewpoints or the framing of a mesh, then changed
-//! by `--target`, `--up` and `--fov`.
+//! by `--target`, `--up`, `--fov`, `--ortho`, `--aperture` and `--focus`.
 
 use crate::{
     classic,
@@ -9,9 +9,12 @@ use crate::{
     },
     error::clip,
     format::mesh::{LoadedMesh, UpAxis},
-    scene::{Camera, FitView, Scene, View},
+    scene::{Camera, FitView, Lens, Projection, Scene, View},
 };
 use glam::DVec3;
+
+/// A distance in focus at which no usable aperture is too large.
+const FAR: f64 = 1e9;
 
 /// A mesh is shown from this far to the right of its front.
 const AZIMUTH_DEGREES: f64 = 35.0;
@@ -33,8 +36,16 @@ impl CameraOptions {
         let across = (target - eye)
             .try_normalize()
             .map_or(DVec3::Z, DVec3::any_orthonormal_vector);
-        let fov = self.fov_degrees.unwrap_or(View::FOV_DEGREES);
-        Camera::look_at(eye, target, self.up.unwrap_or(across), fov)?;
+        Camera::new(&View {
+            eye,
+            target,
+            up: self.up.unwrap_or(across),
+            projection: self.projection.unwrap_or(Projection::DEFAULT),
+            lens: Lens {
+                aperture: self.aperture.unwrap_or(0.0),
+                focus: self.focus.or(Some(FAR)),
+            },
+        })?;
         Ok(())
     }
 
@@ -48,7 +59,8 @@ impl CameraOptions {
                 eye,
                 target: classic::TARGET,
                 up: View::UP,
-                fov_degrees: View::FOV_DEGREES,
+                projection: Projection::DEFAULT,
+                lens: Lens::PINHOLE,
             },
             StartView::Classic(number) => viewpoint(number)?,
             StartView::Default | StartView::Named(_) => return Ok(None),
@@ -82,7 +94,8 @@ impl CameraOptions {
     }
 
     /// The camera for a mesh whose `up` axis points up. By default it frames the mesh for a picture of that aspect
-    /// (width over height); if `turning`, from all sides around the up axis.
+    /// (width over height); if `turning`, from all sides around the up axis. An orthographic camera stands where a
+    /// perspective one would.
     ///
     /// # Errors
     /// [`CliError::Usage`]: no such camera, or the options make no view.
@@ -106,7 +119,10 @@ impl CameraOptions {
         let framed = FitView {
             towards_viewer: three_quarter(up),
             up: self.up.unwrap_or(up.vector()),
-            fov_degrees: self.fov_degrees.unwrap_or(View::FOV_DEGREES),
+            fov_degrees: match self.projection {
+                Some(Projection::Perspective { fov_degrees }) => fov_degrees,
+                _ => View::FOV_DEGREES,
+            },
             aspect,
         };
         let reach = mesh.cloud.map_or(0.0, |cloud| cloud.radius(&mesh.columns).into());
@@ -121,16 +137,26 @@ impl CameraOptions {
             eye: eye.unwrap_or(target + fit.eye - fit.target),
             target,
             up: framed.up,
-            fov_degrees: framed.fov_degrees,
+            projection: Projection::DEFAULT,
+            lens: Lens::PINHOLE,
         })
     }
 
     fn applied_to(&self, view: View) -> Result<Camera, CliError> {
+        let lens = Lens {
+            aperture: self.aperture.unwrap_or(view.lens.aperture),
+            focus: self.focus.or(view.lens.focus),
+        };
+        if self.focus.is_some() && lens.aperture == 0.0 {
+            let why = "--focus needs a lens: give its diameter with --aperture";
+            return Err(CliError::Usage(why.into()));
+        }
         Ok(Camera::new(&View {
             eye: view.eye,
             target: self.target.unwrap_or(view.target),
             up: self.up.unwrap_or(view.up),
-            fov_degrees: self.fov_degrees.unwrap_or(view.fov_degrees),
+            projection: self.projection.unwrap_or(view.projection),
+            lens,
         })?)
     }
 }

@@ -7,6 +7,7 @@ use crate::{
         self, Detected,
         mesh::{MeshFormat, UpAxis},
     },
+    scene::Projection,
 };
 use glam::DVec3;
 use std::{
@@ -40,10 +41,14 @@ pub struct CameraOptions {
     pub start: StartView,
     pub target: Option<DVec3>,
     pub up: Option<DVec3>,
-    pub fov_degrees: Option<f64>,
+    pub projection: Option<Projection>,
+    /// Diameter of the lens, scene units.
+    pub aperture: Option<f64>,
+    /// Distance in focus, scene units.
+    pub focus: Option<f64>,
 }
 
-/// Where the camera stands before target, up and field of view are changed.
+/// Where the camera stands before target, up, projection and lens are changed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum StartView {
     /// The scene's first camera, else the first classic viewpoint; a mesh is framed.

@@ -75,6 +75,7 @@ pub fn turned(view: &View, Turn { number, count }: Turn) -> View {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Lens, Projection};
     use glam::DVec3;
     use proptest::prelude::*;
 
@@ -84,7 +85,8 @@ mod tests {
             eye: DVec3::new(3.0, 0.0, 2.0),
             target: DVec3::new(1.0, 0.0, 0.0),
             up: DVec3::new(0.0, 0.0, 4.0),
-            fov_degrees: 45.0,
+            projection: Projection::DEFAULT,
+            lens: Lens::PINHOLE,
         };
         assert_eq!(turned(&view, Turn { number: 1, count: 4 }), view);
         let second = turned(&view, Turn { number: 2, count: 4 });
@@ -99,7 +101,7 @@ mod tests {
         #[test]
         fn the_distance_stays(x in -9.0..9.0, y in -9.0..9.0, z in 1.0..9.0, number in 1u32..=24) {
             let eye = DVec3::new(x, y, z);
-            let view = View { eye, target: DVec3::ZERO, up: DVec3::new(0.3, -0.2, 1.0), fov_degrees: 45.0 };
+            let view = View { eye, target: DVec3::ZERO, up: DVec3::new(0.3, -0.2, 1.0), projection: Projection::DEFAULT, lens: Lens::PINHOLE };
             let turned = turned(&view, Turn { number, count: 24 }).eye;
             prop_assert!((turned.length() - eye.length()).abs() < 1e-9);
             prop_assert!((turned.dot(view.up) - eye.dot(view.up)).abs() < 1e-9);

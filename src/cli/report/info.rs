@@ -8,7 +8,7 @@ use super::{
 use crate::{
     accel::BvhStats,
     error::{clip, in_bytes},
-    scene::{Environment, Image, MeshFaults, NamedCamera, Scene},
+    scene::{Environment, Image, MeshFaults, NamedCamera, Projection, Scene},
 };
 use serde::Serialize;
 use std::{fmt::Write, time::Duration};
@@ -27,6 +27,7 @@ pub struct Info {
     duplicate_triangles: usize,
     inverted_triangles: usize,
     spheres: usize,
+    planes: usize,
     lights: usize,
     light_list: Vec<LightInfo>,
     materials: Vec<MaterialUse>,
@@ -65,7 +66,18 @@ struct CameraInfo {
     eye: [f64; 3],
     target: [f64; 3],
     up: [f64; 3],
-    fov: f64,
+    /// Vertical field of view of a perspective camera, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fov: Option<f64>,
+    /// Height of an orthographic view.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ortho: Option<f64>,
+    /// Diameter of the lens, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    aperture: Option<f64>,
+    /// Distance in focus, if it is not the target's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    focus: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -112,6 +124,7 @@ impl Info {
             duplicate_triangles: faults.duplicate,
             inverted_triangles: faults.inverted,
             spheres: scene.spheres().radius.len(),
+            planes: scene.planes().len(),
             lights: scene.lights().len(),
             light_list: lights(scene),
             materials: materials_used(scene),
@@ -177,6 +190,9 @@ impl Info {
         line("vertices", self.colored(self.vertices, "vertex color"));
         line("triangles", format!("{} ({faults})", count(self.triangles)));
         line("spheres", self.colored(self.spheres, "sphere color"));
+        if self.planes > 0 {
+            line("planes", count(self.planes));
+        }
         line("lights", count(self.lights));
         some(&mut lines, "", &self.light_list, LightInfo::text);
         some(&mut lines, "material", &self.materials, MaterialUse::text);
@@ -294,12 +310,19 @@ impl BackgroundInfo {
 impl CameraInfo {
     fn new(camera: &NamedCamera) -> Self {
         let view = camera.camera.view();
+        let (fov, ortho) = match view.projection {
+            Projection::Perspective { fov_degrees } => (Some(fov_degrees), None),
+            Projection::Orthographic { height } => (None, Some(height)),
+        };
         Self {
             name: camera.name.clone(),
             eye: view.eye.to_array(),
             target: view.target.to_array(),
             up: view.up.to_array(),
-            fov: view.fov_degrees,
+            fov,
+            ortho,
+            aperture: Some(view.lens.aperture).filter(|diameter| *diameter > 0.0),
+            focus: view.lens.focus,
         }
     }
 
@@ -308,13 +331,23 @@ impl CameraInfo {
             .name
             .as_ref()
             .map_or_else(String::new, |name| format!("\"{}\" ", clip(name)));
-        format!(
-            "{name}eye {} target {} up {} fov {}",
+        let mut text = format!(
+            "{name}eye {} target {} up {}",
             list(rounded(self.eye)),
             list(rounded(self.target)),
             list(rounded(self.up)),
-            self.fov as f32
-        )
+        );
+        for (key, value) in [
+            ("fov", self.fov),
+            ("ortho", self.ortho),
+            ("aperture", self.aperture),
+            ("focus", self.focus),
+        ] {
+            if let Some(value) = value {
+                text += &format!(" {key} {}", value as f32);
+            }
+        }
+        text
     }
 }
 

@@ -30,7 +30,9 @@ impl MaterialUse {
 /// The materials of at least one primitive.
 pub(super) fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
     let mut primitives = vec![0; scene.materials().len()];
-    for id in scene.triangles().material.iter().chain(&scene.spheres().material) {
+    let of_planes = scene.planes().iter().map(|plane| &plane.material);
+    let finite = scene.triangles().material.iter().chain(&scene.spheres().material);
+    for id in finite.chain(of_planes) {
         if let Some(count) = primitives.get_mut(id.0 as usize) {
             *count += 1;
         }
@@ -93,6 +95,10 @@ fn textures(scene: &Scene, material: usize) -> Option<String> {
     let [red, green, blue] = all.emission;
     let parts = [
         all.base.map(|texture| format!("texture {}", size(texture.image))),
+        all.checker.map(|checker| {
+            let [own, other] = checker.colors.map(list);
+            format!("checker of {own} and {other}, size {}", checker.size)
+        }),
         all.cut_out.map(|cut_out| {
             format!(
                 "cut out below {} of {}",

@@ -8,6 +8,7 @@ use crate::{
     math::Aabb,
     ray::PrimitiveId,
     render::{Aov, Aovs, ByteFilm, Transfer, quantize},
+    scene::{Camera, Projection},
 };
 use glam::Vec3;
 use serde::Serialize;
@@ -40,7 +41,7 @@ impl AovKind {
     }
 }
 
-/// The distances that depth shows as white and as black: the nearest and farthest points of the scene's bounds. The
+/// The depths that are shown as white and as black: the nearest and farthest points of the scene's bounds. The
 /// scale between is logarithmic, so small things on a wide ground stay visible.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DepthRange {
@@ -49,8 +50,24 @@ pub struct DepthRange {
 }
 
 impl DepthRange {
-    /// As seen from `eye`.
-    pub fn new(bounds: Aabb, eye: Vec3) -> Self {
+    /// As seen by `camera`.
+    pub fn of(bounds: Aabb, camera: &Camera) -> Self {
+        match camera.view().projection {
+            Projection::Perspective { .. } => Self::from(bounds, camera.eye()),
+            Projection::Orthographic { .. } => Self::along(bounds, camera.eye(), camera.forward()),
+        }
+    }
+
+    fn along(bounds: Aabb, eye: Vec3, forward: Vec3) -> Self {
+        let [a, b] = [bounds.lower, bounds.upper].map(|corner| (corner - eye) * forward);
+        let black = a.max(b).element_sum().max(f32::MIN_POSITIVE);
+        Self {
+            white: a.min(b).element_sum().max(black * NEAREST),
+            black,
+        }
+    }
+
+    fn from(bounds: Aabb, eye: Vec3) -> Self {
         if bounds.lower.cmpgt(bounds.upper).any() {
             return Self {
                 white: 0.0,
@@ -140,13 +157,16 @@ mod tests {
             lower: Vec3::ZERO,
             upper: Vec3::splat(2.0),
         };
-        let range = DepthRange::new(bounds, Vec3::new(-3.0, 1.0, 1.0));
+        let range = DepthRange::from(bounds, Vec3::new(-3.0, 1.0, 1.0));
         assert_eq!(
             (range.white, range.gray(3.0), range.gray(range.black)),
             (3.0, 255, 0)
         );
-        let within = DepthRange::new(bounds, Vec3::ONE);
+        let within = DepthRange::from(bounds, Vec3::ONE);
         assert!(within.white > 0.0 && within.gray(0.0) == 255);
-        DepthRange::new(Aabb::EMPTY, Vec3::ONE);
+        DepthRange::from(Aabb::EMPTY, Vec3::ONE);
+        let parallel = DepthRange::along(bounds, Vec3::new(-3.0, 9.0, 1.0), Vec3::X);
+        assert_eq!((parallel.white, parallel.black), (3.0, 5.0));
+        assert!(DepthRange::along(Aabb::EMPTY, Vec3::ONE, Vec3::X).white > 0.0);
     }
 }

@@ -97,7 +97,7 @@ impl AovFiles {
         }
         let costs = self.asked.contains(&AovKind::Heat);
         let aovs = renderer.aovs(camera, settings, costs, on_progress)?;
-        let range = DepthRange::new(scene.bounds(), camera.eye());
+        let range = DepthRange::of(scene.bounds(), camera);
         Ok(Some(RenderedAovs { aovs, range }))
     }
 

@@ -2,7 +2,7 @@
 
 use crate::format::left_out::{LeftOut, counted};
 use gltf::{
-    json::{Material, Root, camera::Type, mesh::Primitive, validation::Checked},
+    json::{Material, Root, mesh::Primitive, validation::Checked},
     material::AlphaMode,
     mesh::{Mode, Semantic},
 };
@@ -69,15 +69,6 @@ pub(super) fn left_out(root: &Root) -> LeftOut {
     if primitives().any(|p| has(p, |semantic| matches!(semantic, Semantic::Colors(1..)))) {
         left_out.add("more vertex colours");
     }
-    let orthographic = root
-        .cameras
-        .iter()
-        .filter(|camera| camera.type_ == Checked::Valid(Type::Orthographic));
-    left_out.count(
-        orthographic.count(),
-        "orthographic camera",
-        "orthographic cameras",
-    );
     left_out.count(root.scenes.len().saturating_sub(1), "other scene", "other scenes");
     let is_listed = |name: &&str| !NOT_LISTED.iter().any(|known| name.starts_with(known));
     let used = root.extensions_used.iter().map(String::as_str);

@@ -205,6 +205,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         is_unlit: material.unlit(),
         textures: SurfaceTextures {
             base: base_texture,
+            checker: None,
             cut_out,
             emission,
             emission_map: emission_map.filter(|_| !emission_left_out && emission != [0.0; 3]),

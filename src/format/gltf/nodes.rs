@@ -18,10 +18,10 @@ use crate::{
         },
         textures,
     },
-    scene::{Light, TriangleMesh, check_memory, is_usable},
+    scene::{Light, Projection, TriangleMesh, check_memory, is_usable},
 };
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
-use gltf::{Document, camera::Projection};
+use gltf::Document;
 use std::{ops::Range, path::Path};
 
 /// A triangle without a material of its own.
@@ -166,10 +166,7 @@ impl Reading {
             .map_err(|error| buffers.no_room(error))
     }
 
-    fn camera(&mut self, name: &str, projection: Projection<'_>, world: &DMat4) {
-        let Projection::Perspective(perspective) = projection else {
-            return;
-        };
+    fn camera(&mut self, name: &str, projection: gltf::camera::Projection<'_>, world: &DMat4) {
         if self.cameras.len() >= MAX_CAMERAS {
             self.cameras_left_out += 1;
             return;
@@ -182,7 +179,14 @@ impl Reading {
             eye,
             target: eye + forward.normalize_or_zero(),
             up: up.normalize_or_zero(),
-            fov_degrees: f64::from(perspective.yfov()).to_degrees(),
+            projection: match projection {
+                gltf::camera::Projection::Perspective(perspective) => Projection::Perspective {
+                    fov_degrees: f64::from(perspective.yfov()).to_degrees(),
+                },
+                gltf::camera::Projection::Orthographic(orthographic) => Projection::Orthographic {
+                    height: 2.0 * f64::from(orthographic.ymag()),
+                },
+            },
         });
     }
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::format::mesh::UpAxis;
-use crate::scene::{Light, LightShape};
+use crate::scene::{Light, LightShape, Projection};
 #[cfg(feature = "textures")]
 use crate::scene::{Material, SurfaceTextures, Texture, Wrap};
 use glam::{DVec3, Vec3};
@@ -136,7 +136,10 @@ fn transforms_of_nodes_within_nodes() {
         ("eye", DVec3::new(10.0, 0.0, 5.0))
     );
     assert_eq!((camera.target, camera.up), (DVec3::new(10.0, 0.0, 4.0), DVec3::Y));
-    assert!((camera.fov_degrees - 0.5_f64.to_degrees()).abs() < 1e-5);
+    let Projection::Perspective { fov_degrees } = camera.projection else {
+        panic!("{camera:?}");
+    };
+    assert!((fov_degrees - 0.5_f64.to_degrees()).abs() < 1e-5);
     assert_eq!(mesh.up, UpAxis::Y);
 }
 
@@ -240,11 +243,16 @@ fn one_note_lists_all_that_is_left_out() {
             1,
         )
         .replacen(r#""scenes":["#, r#""scene":1,"scenes":[{"nodes":[0]},"#, 1);
+    let mesh = load(&json).expect("a mesh");
     assert_eq!(
-        load(&json).expect("a mesh").notes,
+        mesh.cameras[0].projection,
+        Projection::Orthographic { height: 2.0 }
+    );
+    assert_eq!(
+        mesh.notes,
         [
             "folder/a.gltf: left out: 1 animation, 1 skin, transparency of 1 material, 1 set of points, 1 set of \
-             lines, morph targets, 1 orthographic camera, 1 other scene, extensions `KHR_materials_sheen`"
+             lines, morph targets, 1 other scene, extensions `KHR_materials_sheen`"
         ]
     );
 }

@@ -18,8 +18,8 @@ use crate::{
     error::{LoadError, SceneError, clip_path},
     math::srgb,
     scene::{
-        Curve, Image, Light, MAX_TEXTURES, Material, MaterialId, SceneBuilder, SurfaceTextures, TriangleMesh,
-        View,
+        Curve, Image, Lens, Light, MAX_TEXTURES, Material, MaterialId, Projection, SceneBuilder,
+        SurfaceTextures, TriangleMesh, View,
     },
 };
 use glam::DVec3;
@@ -153,7 +153,7 @@ impl Surface {
     }
 }
 
-/// A perspective camera of a mesh file, in the mesh's coordinates.
+/// A camera of a mesh file, in the mesh's coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshCamera {
     /// Its name; empty if the file gives it none.
@@ -164,8 +164,8 @@ pub struct MeshCamera {
     pub target: DVec3,
     /// Which way is up in its picture.
     pub up: DVec3,
-    /// Vertical field of view, degrees.
-    pub fov_degrees: f64,
+    /// Perspective or orthographic.
+    pub projection: Projection,
 }
 
 impl MeshCamera {
@@ -176,7 +176,8 @@ impl MeshCamera {
             eye: self.eye,
             target: self.target,
             up: self.up,
-            fov_degrees: self.fov_degrees,
+            projection: self.projection,
+            lens: Lens::PINHOLE,
         }
     }
 }

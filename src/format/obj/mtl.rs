@@ -226,6 +226,7 @@ impl Reading {
             is_unlit: false,
             textures: SurfaceTextures {
                 base: self.base,
+                checker: None,
                 // In an image without alpha, its red is the opacity.
                 cut_out: self.opacity.map(|texture| CutOut {
                     texture,

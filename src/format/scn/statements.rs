@@ -3,10 +3,9 @@
 use super::{Reader, Said, arguments::Arguments, nearest::nearest, words::Word};
 use crate::{
     error::{LoadError, SourcePos, quote},
-    format::mesh::{MAX_CAMERA_NAME, MAX_CAMERAS},
-    scene::{Background, Camera, CameraError, MAX_ALPHA, Material, MaterialId, NamedCamera, View},
+    scene::{Background, Checker, MAX_ALPHA, Material, MaterialId, SurfaceTextures},
 };
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 /// The kinds of materials; the first four in the order of their classic numbers.
 const KINDS: [&str; 5] = ["silhouette", "matte", "blinn_phong", "reflection", "glass"];
@@ -29,11 +28,12 @@ const OWN: &str = "own";
 const BACKGROUND_USAGE: &str = "background r g b";
 
 /// The statements and how they are written.
-pub(super) const STATEMENTS: [(&str, &str); 12] = [
+pub(super) const STATEMENTS: [(&str, &str); 13] = [
     ("light", "light x y z intensity"),
     ("directional_light", "directional_light x y z intensity"),
     ("sphere", "sphere x y z radius"),
     ("triangle", "triangle x y z x y z x y z"),
+    ("plane", "plane x y z normal x y z"),
     ("mesh", "mesh PATH"),
     ("ply_file", "ply_file PATH"),
     ("material", "material NAME"),
@@ -52,6 +52,7 @@ impl Reader<'_> {
             "directional_light" => self.directional_light(arguments),
             "sphere" => self.sphere(arguments),
             "triangle" => self.triangle(arguments),
+            "plane" => self.plane(arguments),
             "mesh" => self.mesh(arguments),
             "ply_file" => self.ply_file(arguments),
             "material" => self.material(arguments),
@@ -90,6 +91,27 @@ impl Reader<'_> {
             .map_err(|error| arguments.refused(&error, &named))
     }
 
+    fn plane(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let words: [Word<'_>; 3] = arguments.leading()?;
+        let names = ["x", "y", "z"];
+        let point = arguments.numbers3(words, names)?;
+        let Some((key, _)) = arguments.key_once(&["normal"])? else {
+            return Err(arguments.missing("normal", words[2].end()));
+        };
+        let across = arguments.take(key, "normal x y z")?;
+        let normal = arguments.numbers3(across, names)?;
+        arguments.end()?;
+        let named: Vec<_> = names
+            .into_iter()
+            .cycle()
+            .zip(words.into_iter().chain(across))
+            .collect();
+        let material = self.shape_material();
+        self.builder
+            .add_plane(Vec3::from_array(point), Vec3::from_array(normal), material)
+            .map_err(|error| arguments.refused(&error, &named))
+    }
+
     /// The material of the next shape that has none of its own.
     pub(super) fn shape_material(&mut self) -> MaterialId {
         self.needs_light |= !self.is_silhouette;
@@ -125,10 +147,14 @@ impl Reader<'_> {
             self.is_silhouette = classic == MaterialId::default();
             return Ok(());
         };
-        let (material, named) = read_material(kind, &mut arguments)?;
+        let (material, checker, named) = read_material(kind, &mut arguments)?;
         // Glass shows what is around it, so it needs no light either.
         self.is_silhouette = matches!(material, Material::Silhouette { .. } | Material::Glass { .. });
-        let added = self.builder.add_material(material);
+        let textures = SurfaceTextures {
+            checker,
+            ..SurfaceTextures::NONE
+        };
+        let added = self.builder.add_textured_material(material, textures);
         self.material = Some(added.map_err(|error| arguments.refused(&error, &named))?);
         Ok(())
     }
@@ -154,61 +180,6 @@ impl Reader<'_> {
                 };
                 arguments.line.error_at(&word, message)
             })
-    }
-
-    fn camera(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
-        let keys = ["eye", "target", "up", "fov"];
-        let name = camera_name(&mut arguments, &keys)?;
-        let mut end = name.unwrap_or(arguments.keyword).end();
-        let (mut eye, mut target) = (None, None);
-        let (mut up, mut fov) = (View::UP, View::FOV_DEGREES);
-        // Where to place an error about the view.
-        let (mut target_word, mut up_word, mut fov_word) = (None, None, None);
-        while let Some((word, key)) = arguments.key_once(&keys)? {
-            if key == "fov" {
-                let [degrees] = arguments.take(word, "fov DEG")?;
-                fov = arguments.precise(degrees, "fov")?;
-                fov_word = Some(degrees);
-                end = degrees.end();
-                continue;
-            }
-            let words = arguments.take(word, &format!("{key} x y z"))?;
-            let vector = arguments.vector(words)?;
-            end = words[2].end();
-            match key {
-                "eye" => eye = Some(vector),
-                "target" => (target, target_word) = (Some(vector), Some(word)),
-                _ => (up, up_word) = (vector, Some(word)),
-            }
-        }
-        let eye = eye.ok_or_else(|| arguments.missing("eye", end))?;
-        let target: DVec3 = target.ok_or_else(|| arguments.missing("target", end))?;
-        let camera = Camera::look_at(eye, target, up, fov).map_err(|error| {
-            let word = match error {
-                CameraError::FieldOfView(_) => fov_word,
-                CameraError::UpParallel => up_word.or(target_word),
-                CameraError::EyeOnTarget | CameraError::NotFinite => target_word,
-            };
-            arguments
-                .line
-                .error_at(&word.unwrap_or(arguments.keyword), error.to_string())
-        })?;
-        let name = name.map(|word| String::from_utf8_lossy(word.text).into_owned());
-        let at = arguments.line.at(arguments.keyword.start);
-        if let Some(first) = self.said.cameras.get(&name) {
-            let what = name.map_or_else(
-                || "camera without a name".to_owned(),
-                |name| format!("camera {}", quote(name.as_bytes())),
-            );
-            return Err(again(&arguments, &what, first));
-        }
-        if self.said.cameras.len() >= MAX_CAMERAS {
-            let message = format!("more than {MAX_CAMERAS} cameras in one scene");
-            return Err(arguments.line.error_at(&arguments.keyword, message));
-        }
-        self.said.cameras.insert(name.clone(), at);
-        self.builder.add_camera(NamedCamera { name, camera });
-        Ok(())
     }
 
     fn background(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
@@ -254,37 +225,46 @@ impl Reader<'_> {
 /// Words by what they are.
 type Named<'a> = Vec<(&'static str, Word<'a>)>;
 
-/// A material of a kind: the defaults, except the constants that keys change. Also the numbers that only the builder
-/// checks, by their keys.
+/// A material of a kind: the defaults, except the constants that keys change. Its colour is white if it has a
+/// checkerboard. Also the numbers that only the builder checks, by their keys.
 fn read_material<'a>(
     kind: usize,
     arguments: &mut Arguments<'_, 'a>,
-) -> Result<(Material, Named<'a>), LoadError> {
+) -> Result<(Material, Option<Checker>, Named<'a>), LoadError> {
     let mut material = Material::CLASSIC.get(kind).copied().unwrap_or(Material::GLASS);
     let mut named = Named::new();
+    let (mut other, mut size) = (None, None);
     let (name, keys): (_, &[&str]) = match material {
         Material::Silhouette { .. } => ("material silhouette", &["cd"]),
-        Material::Matte { .. } => ("material matte", &["cd"]),
-        Material::BlinnPhong { .. } => ("material blinn_phong", &["cd", "cs", "kd", "ks", "alpha"]),
-        Material::Reflection { .. } => ("material reflection", &["cd", "mix"]),
+        Material::Matte { .. } => ("material matte", &["cd", "checker", "size"]),
+        Material::BlinnPhong { .. } => (
+            "material blinn_phong",
+            &["cd", "cs", "kd", "ks", "alpha", "checker", "size"],
+        ),
+        Material::Reflection { .. } => ("material reflection", &["cd", "mix", "checker", "size"]),
         Material::Glass { .. } => ("material glass", &["ior", "tint", "depth"]),
     };
     arguments.name = name;
     while let Some((word, key)) = arguments.key_once(keys)? {
-        if matches!(key, "cd" | "cs" | "tint") {
+        if matches!(key, "cd" | "cs" | "tint" | "checker") {
             let words = arguments.take(word, &format!("{key} r g b"))?;
             let given = arguments.color(words)?;
+            if key == "checker" {
+                other = Some(given);
+                continue;
+            }
             match &mut material {
                 Material::BlinnPhong { specular, .. } if key == "cs" => *specular = given,
-                Material::Silhouette { color }
-                | Material::Matte { color }
-                | Material::Reflection { color, .. }
-                | Material::BlinnPhong { diffuse: color, .. }
-                | Material::Glass { tint: color, .. } => *color = given,
+                _ => *material.base_color_mut() = given,
             }
             continue;
         }
         let [value] = arguments.take(word, &format!("{key} number"))?;
+        if key == "size" {
+            size = Some((arguments.number(value, key)?, value));
+            named.push((key, value));
+            continue;
+        }
         match &mut material {
             Material::BlinnPhong { alpha, .. } if key == "alpha" => {
                 *alpha = arguments.whole(value, key, (1, MAX_ALPHA))?;
@@ -299,38 +279,27 @@ fn read_material<'a>(
             Material::Silhouette { .. } | Material::Matte { .. } => {}
         }
     }
-    Ok((material, named))
+    let checker = checker(arguments, &mut material, other, size)?;
+    Ok((material, checker, named))
 }
 
-/// The name of a camera, if the next word is one.
-fn camera_name<'a>(
-    arguments: &mut Arguments<'_, 'a>,
-    keys: &[&'static str],
-) -> Result<Option<Word<'a>>, LoadError> {
-    let Some(word) = arguments.peek() else {
-        return Ok(None);
-    };
-    if !word.quoted && keys.iter().any(|key| key.as_bytes() == word.text) {
-        return Ok(None);
-    }
-    // Followed by a number, it is a misspelt key, not a name.
-    let number_follows = arguments
-        .peek_second()
-        .is_some_and(|next| arguments.precise(next, "").is_ok());
-    if !word.quoted && number_follows {
-        return arguments.key(keys).map(|_| None);
-    }
-    let faulty = |message: String| Err(arguments.line.error_at(&word, message));
-    match word.as_str() {
-        None => faulty(format!("name {} is not valid UTF-8", quote(word.text))),
-        Some(name) if name.trim().is_empty() => {
-            faulty("the name is empty; give the camera a name, or leave the name out".into())
+/// The checkerboard of a material and `other`, which takes its colour.
+fn checker(
+    arguments: &Arguments<'_, '_>,
+    material: &mut Material,
+    other: Option<[f32; 3]>,
+    size: Option<(f32, Word<'_>)>,
+) -> Result<Option<Checker>, LoadError> {
+    match (other, size) {
+        (None, None) => Ok(None),
+        (None, Some((_, word))) => {
+            let message = "`size` without `checker r g b`, the colour of every second cell";
+            Err(arguments.line.error_at(&word, message))
         }
-        Some(name) if name.len() > MAX_CAMERA_NAME => faulty(format!(
-            "name of {} bytes, expected at most {MAX_CAMERA_NAME}",
-            name.len()
-        )),
-        Some(_) => Ok(arguments.next()),
+        (Some(other), size) => Ok(Some(Checker {
+            colors: [std::mem::replace(material.base_color_mut(), [1.0; 3]), other],
+            size: size.map_or(1.0, |(size, _)| size),
+        })),
     }
 }
 

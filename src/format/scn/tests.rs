@@ -2,7 +2,7 @@ use super::*;
 use crate::{
     error::LoadError,
     format::load_from_bytes,
-    scene::{Background, Material, View},
+    scene::{Background, Material, Projection, View},
 };
 use glam::{DVec3, Vec3};
 use std::io;
@@ -102,7 +102,7 @@ fn unknown_statements() {
         fault("materials 1"),
         "1:1: unknown statement `materials`, did you mean `material`?"
     );
-    let expected = "expected `light`, `directional_light`, `sphere`, `triangle`, `mesh`, `ply_file`, `material`, `camera`, `background`, \
+    let expected = "expected `light`, `directional_light`, `sphere`, `triangle`, `plane`, `mesh`, `ply_file`, `material`, `camera`, `background`, `environment`, \
         `ambient` or `include`";
     assert_eq!(
         fault("cube"),
@@ -210,14 +210,29 @@ fn meshes() {
 fn cameras() {
     let scene = scene(
         "camera eye 1 2 3 target 0 0 0.5\ncamera \"from above\" target 0 0 0 eye 0 0 9 fov 30 up 0 1 0 // top\n\
-         camera \"eye\" eye 1 0 0 target 0 0 0\ncamera caf\u{e9} eye 1 0 0 target 0 0 0",
+         camera \"eye\" eye 1 0 0 target 0 0 0\ncamera caf\u{e9} eye 1 0 0 target 0 0 0\n\
+         camera plan eye 1 0 0 target 0 0 0 ortho 2.5",
     );
     let names: Vec<_> = scene.cameras().iter().map(|c| c.name.as_deref()).collect();
-    assert_eq!(names, [None, Some("from above"), Some("eye"), Some("caf\u{e9}")]);
+    assert_eq!(
+        names,
+        [
+            None,
+            Some("from above"),
+            Some("eye"),
+            Some("caf\u{e9}"),
+            Some("plan")
+        ]
+    );
     let [first, above] = [0, 1].map(|i: usize| scene.cameras()[i].camera.view());
     assert_eq!(first.eye, DVec3::new(1.0, 2.0, 3.0));
-    assert_eq!((first.up, first.fov_degrees), (View::UP, View::FOV_DEGREES));
-    assert_eq!((above.up, above.fov_degrees), (DVec3::Y, 30.0));
+    assert_eq!((first.up, first.projection), (View::UP, Projection::DEFAULT));
+    assert_eq!(
+        (above.up, above.projection),
+        (DVec3::Y, Projection::Perspective { fov_degrees: 30.0 })
+    );
+    let plan = scene.cameras()[4].camera.view();
+    assert_eq!(plan.projection, Projection::Orthographic { height: 2.5 });
 }
 
 #[test]

@@ -116,7 +116,7 @@ impl TileScratch<'_> {
         times: &mut TileTimes,
     ) {
         let start = Instant::now();
-        self.rays.restart(Some(context.camera_rays.eye()));
+        self.rays.restart_camera(context.camera_rays.shared_origin());
         at_level!(context.settings.level, |simd| push_rays(
             simd,
             context,
@@ -181,10 +181,13 @@ fn push_rays<S: Simd>(
         let is_used = simd.mask((1 << count) - 1);
         let t_max = S::V8::select(is_used, simd.splat(T_MAX), simd.splat(0.0)).to8();
         for sample in samples.clone() {
-            rays.push(RayPacket {
-                direction: context.camera_rays.directions_of(simd, &pixels, [sample, 0]),
-                t_max,
-            });
+            if rays.share_origin() {
+                let direction = context.camera_rays.directions_of(simd, &pixels, [sample, 0]);
+                rays.push(RayPacket { direction, t_max });
+            } else {
+                let (origin, direction) = context.camera_rays.rays_of(simd, &pixels, [sample, 0]);
+                rays.push_apart(origin, RayPacket { direction, t_max });
+            }
         }
     }
 }

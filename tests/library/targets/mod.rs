@@ -206,6 +206,8 @@ pub fn texture(bytes: &[u8]) {
                 v,
                 primitive: id,
             },
+            point: glam::Vec3::ZERO,
+            normal: glam::Vec3::Z,
             direction: glam::Vec3::Z,
             width: u,
         };

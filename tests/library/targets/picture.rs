@@ -12,7 +12,8 @@ use octray::{
     },
     render::{Film, Filter, Mode, Pattern, Settings, render},
     scene::{
-        Background, Camera, Environment, Light, LightShape, Material, Scene, SceneBuilder, Spot, TriangleMesh,
+        Background, Camera, Environment, Lens, Light, LightShape, Material, Projection, Scene, SceneBuilder,
+        Spot, TriangleMesh, View,
     },
 };
 use std::ops::ControlFlow;
@@ -168,7 +169,20 @@ fn view(u: &mut Unstructured<'_>) -> Result<Option<Camera>> {
     let (eye, target) = (point(u)?.as_dvec3(), point(u)?.as_dvec3());
     let fov = f64::from(u.int_in_range(1u8..=179)?);
     let up = *u.choose(&[DVec3::Z, DVec3::Y, DVec3::new(0.3, -0.2, 1.0)])?;
-    Ok(Camera::look_at(eye, target, up, fov).ok())
+    // Without a byte of its own, so that old inputs keep their meaning.
+    let projection = if fov > 170.0 {
+        Projection::Orthographic { height: fov - 170.0 }
+    } else {
+        Projection::Perspective { fov_degrees: fov }
+    };
+    Ok(Camera::new(&View {
+        eye,
+        target,
+        up,
+        projection,
+        lens: Lens::PINHOLE,
+    })
+    .ok())
 }
 
 fn settings(u: &mut Unstructured<'_>) -> Result<Settings> {
@@ -243,14 +257,14 @@ fn brute_force(scene: &Scene, camera: &Camera, settings: &Settings) -> Film {
     let rays = camera.pixel_rays(scene, SIDE, SIDE, 1);
     let mut film = Film::new(SIDE, SIDE);
     for (i, pixel) in (0..).zip(film.pixels_mut()) {
-        let ray = Ray::new(rays.eye(), rays.direction(i % SIDE, i / SIDE, [0, 0]));
+        let ray = rays.ray(i % SIDE, i / SIDE, [0, 0]);
         let mut counts = SecondaryRays::default();
         let all = &mut EveryPrimitive(scene);
         let sample = PixelSample {
             pixel: [i % SIDE, i / SIDE],
             number: 0,
             count: settings.samples,
-            width: rays.pixel_width(),
+            cone: rays.cone(),
         };
         let (depth, shadows) = (settings.max_depth, settings.shadows);
         *pixel = radiance(scene, all, ray, sample, depth, shadows, &mut counts);

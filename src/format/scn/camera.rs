@@ -1,0 +1,147 @@
+//! The statement `camera`.
+
+use super::{Reader, arguments::Arguments, statements::again, words::Word};
+use crate::{
+    error::{LoadError, quote},
+    format::mesh::{MAX_CAMERA_NAME, MAX_CAMERAS},
+    scene::{Camera, CameraError, Lens, NamedCamera, Projection, View},
+};
+use glam::DVec3;
+
+const KEYS: [&str; 7] = ["eye", "target", "up", "fov", "ortho", "aperture", "focus"];
+
+/// Where to place errors about the view: the words that it was read from.
+#[derive(Default)]
+struct Places<'a> {
+    target: Option<Word<'a>>,
+    up: Option<Word<'a>>,
+    projection: Option<Word<'a>>,
+    aperture: Option<Word<'a>>,
+    focus: Option<Word<'a>>,
+}
+
+impl<'a> Places<'a> {
+    fn of(&self, error: CameraError) -> Option<Word<'a>> {
+        match error {
+            CameraError::FieldOfView(_) | CameraError::ViewHeight(_) => self.projection,
+            CameraError::UpParallel => self.up.or(self.target),
+            CameraError::EyeOnTarget | CameraError::NotFinite => self.target,
+            CameraError::Aperture(_) => self.aperture,
+            CameraError::Focus(_) => self.focus,
+        }
+    }
+}
+
+impl Reader<'_> {
+    pub(super) fn camera(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let name = camera_name(&mut arguments, &KEYS)?;
+        let end = name.unwrap_or(arguments.keyword).end();
+        let (view, places) = view(&mut arguments, end)?;
+        let camera = Camera::new(&view).map_err(|error| {
+            let word = places.of(error).unwrap_or(arguments.keyword);
+            arguments.line.error_at(&word, error.to_string())
+        })?;
+        let name = name.map(|word| String::from_utf8_lossy(word.text).into_owned());
+        let at = arguments.line.at(arguments.keyword.start);
+        if let Some(first) = self.said.cameras.get(&name) {
+            let what = name.map_or_else(
+                || "camera without a name".to_owned(),
+                |name| format!("camera {}", quote(name.as_bytes())),
+            );
+            return Err(again(&arguments, &what, first));
+        }
+        if self.said.cameras.len() >= MAX_CAMERAS {
+            let message = format!("more than {MAX_CAMERAS} cameras in one scene");
+            return Err(arguments.line.error_at(&arguments.keyword, message));
+        }
+        self.said.cameras.insert(name.clone(), at);
+        self.builder.add_camera(NamedCamera { name, camera });
+        Ok(())
+    }
+}
+
+/// Reads the keys; `end` is where the words before them end.
+fn view<'a>(arguments: &mut Arguments<'_, 'a>, mut end: usize) -> Result<(View, Places<'a>), LoadError> {
+    let (mut eye, mut target) = (None, None);
+    let (mut up, mut projection, mut lens) = (View::UP, Projection::DEFAULT, Lens::PINHOLE);
+    let mut places = Places::default();
+    while let Some((word, key)) = arguments.key_once(&KEYS)? {
+        if let "eye" | "target" | "up" = key {
+            let words = arguments.take(word, &format!("{key} x y z"))?;
+            let vector = arguments.vector(words)?;
+            end = words[2].end();
+            match key {
+                "eye" => eye = Some(vector),
+                "target" => (target, places.target) = (Some(vector), Some(word)),
+                _ => (up, places.up) = (vector, Some(word)),
+            }
+            continue;
+        }
+        let usage = if key == "fov" { "DEG" } else { "number" };
+        let [value] = arguments.take(word, &format!("{key} {usage}"))?;
+        let number = arguments.precise(value, key)?;
+        end = value.end();
+        match key {
+            "aperture" => (lens.aperture, places.aperture) = (number, Some(value)),
+            "focus" => (lens.focus, places.focus) = (Some(number), Some(value)),
+            _ if places.projection.is_some() => {
+                let message = "both `fov` and `ortho` in this line, expected one of them";
+                return Err(arguments.line.error_at(&word, message));
+            }
+            _ => {
+                places.projection = Some(value);
+                projection = if key == "fov" {
+                    Projection::Perspective { fov_degrees: number }
+                } else {
+                    Projection::Orthographic { height: number }
+                };
+            }
+        }
+    }
+    let eye = eye.ok_or_else(|| arguments.missing("eye", end))?;
+    let target: DVec3 = target.ok_or_else(|| arguments.missing("target", end))?;
+    if let (Some(focus), None) = (places.focus, places.aperture) {
+        let message = "`focus` without `aperture`, the diameter of the lens";
+        return Err(arguments.line.error_at(&focus, message));
+    }
+    let view = View {
+        eye,
+        target,
+        up,
+        projection,
+        lens,
+    };
+    Ok((view, places))
+}
+
+/// The name of a camera, if the next word is one.
+fn camera_name<'a>(
+    arguments: &mut Arguments<'_, 'a>,
+    keys: &[&'static str],
+) -> Result<Option<Word<'a>>, LoadError> {
+    let Some(word) = arguments.peek() else {
+        return Ok(None);
+    };
+    if !word.quoted && keys.iter().any(|key| key.as_bytes() == word.text) {
+        return Ok(None);
+    }
+    // Followed by a number, it is a misspelt key, not a name.
+    let number_follows = arguments
+        .peek_second()
+        .is_some_and(|next| arguments.precise(next, "").is_ok());
+    if !word.quoted && number_follows {
+        return arguments.key(keys).map(|_| None);
+    }
+    let faulty = |message: String| Err(arguments.line.error_at(&word, message));
+    match word.as_str() {
+        None => faulty(format!("name {} is not valid UTF-8", quote(word.text))),
+        Some(name) if name.trim().is_empty() => {
+            faulty("the name is empty; give the camera a name, or leave the name out".into())
+        }
+        Some(name) if name.len() > MAX_CAMERA_NAME => faulty(format!(
+            "name of {} bytes, expected at most {MAX_CAMERA_NAME}",
+            name.len()
+        )),
+        Some(_) => Ok(arguments.next()),
+    }
+}

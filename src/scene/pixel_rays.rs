@@ -1,0 +1,494 @@
+//! The rays of a camera: from a pinhole, parallel ones, or from a thin lens (Cook, Porter and Carpenter, *Distributed Ray
+//! Tracing*, 1984).
+//!
+//! ```text
+//!   perspective                        orthographic
+//!   lens   plane in focus              lens          plane in focus
+//!    a --__     |                       o+a --__       |
+//!   eye ----->  o  through the point o  o  --------->  o
+//! ```
+//! With slopes relative to the view direction, a ray from the point `a` of the lens has the slope of that from its middle
+//! less `a / focus`.
+
+use crate::{
+    lanes::{F32x8, LANES, Vec3x8},
+    ray::Ray,
+    simd::{Level, Portable, Simd, at_level},
+};
+use glam::Vec3;
+
+/// How wide a camera ray's share of the picture is along its path, scene units: a cone from a pinhole, or a cylinder.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RayCone {
+    /// Width where the ray starts.
+    pub start: f32,
+    /// Further width for each unit of distance.
+    pub spread: f32,
+}
+
+impl RayCone {
+    /// Returns the width at a distance.
+    #[inline(always)]
+    #[must_use]
+    pub fn width(self, distance: f32) -> f32 {
+        self.start + distance * self.spread
+    }
+
+    /// Returns the cone of one of `count` samples of a pixel.
+    #[must_use]
+    pub(crate) fn shared_by(self, count: f32) -> Self {
+        let divisor = count.sqrt();
+        Self {
+            start: self.start / divisor,
+            spread: self.spread / divisor,
+        }
+    }
+}
+
+/// A lens in the rays' numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ThinLens {
+    /// Scene units.
+    pub radius: f32,
+    /// The radius over the distance in focus.
+    pub slope: f32,
+}
+
+/// Factors of points of the picture, in half samples, and of the lens, in radii.
+struct Steps {
+    /// Of a point of the picture, in the slope of its ray.
+    slope: f32,
+    /// Of a point of the picture, in the origin of its ray.
+    place: f32,
+    /// Of a point of the lens, in the slope and in the origin.
+    lens: [f32; 2],
+}
+
+/// The camera rays of one picture size. A ray depends on the absolute pixel alone, so a crop has the rays of the whole
+/// picture.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelRays {
+    pub(super) eye: Vec3,
+    pub(super) forward: Vec3,
+    pub(super) right: Vec3,
+    pub(super) up: Vec3,
+    /// Half a sample's width: at distance 1, or everywhere if rays are parallel.
+    pub(super) step: f32,
+    /// All rays have one direction, and origins of their own.
+    pub(super) is_parallel: bool,
+    /// `None` for a pinhole.
+    pub(super) lens: Option<ThinLens>,
+    pub(super) samples_per_axis: i32,
+    pub(super) width_samples: i32,
+    pub(super) height_samples: i32,
+}
+
+impl PixelRays {
+    /// Returns the position of the eye, scene units relative to [`Scene::origin`].
+    #[must_use]
+    pub fn eye(&self) -> Vec3 {
+        self.eye
+    }
+
+    /// Returns the origin of all rays, scene units relative to [`Scene::origin`]; `None` if they have origins of their own.
+    #[must_use]
+    pub fn shared_origin(&self) -> Option<Vec3> {
+        (!self.is_parallel && self.lens.is_none()).then_some(self.eye)
+    }
+
+    /// Returns the number of samples along one side of a pixel.
+    #[must_use]
+    pub fn samples_per_axis(&self) -> u32 {
+        self.samples_per_axis as u32
+    }
+
+    /// Returns how wide a sample's share of its pixel is in the picture's middle.
+    #[must_use]
+    pub fn cone(&self) -> RayCone {
+        let width = 2.0 * self.step;
+        if self.is_parallel {
+            RayCone {
+                start: width,
+                spread: 0.0,
+            }
+        } else {
+            RayCone {
+                start: 0.0,
+                spread: width,
+            }
+        }
+    }
+
+    /// Returns the offset of a sample from the picture's centre, right and up, in half samples: an integer, exact up to
+    /// 2^24.
+    #[inline(always)]
+    fn offsets(&self, x: u32, y: u32, sample: [u32; 2]) -> (f32, f32) {
+        let n = self.samples_per_axis;
+        let right = 2 * (x as i32 * n + sample[0] as i32) + 1 - self.width_samples;
+        let down = 2 * (y as i32 * n + sample[1] as i32) + 1 - self.height_samples;
+        (right as f32, -down as f32)
+    }
+
+    /// Returns the ray through sample `sample` (column, row) of pixel (`x`, `y`); row 0 is the top. If there is a lens, the
+    /// ray passes through its middle.
+    #[must_use]
+    pub fn ray(&self, x: u32, y: u32, sample: [u32; 2]) -> Ray {
+        self.ray_at(Portable, [x, y], sample, [0.0; 2], [0.0; 2])
+    }
+
+    /// Returns the ray through the point that is `offset` half pixels right and up from the pixel's centre, for one sample
+    /// per pixel; or for an offset of 0 through the sample. It leaves the point `lens` of a lens of radius 1.
+    #[inline(always)]
+    pub(crate) fn ray_at<S: Simd>(
+        &self,
+        simd: S,
+        [x, y]: [u32; 2],
+        sample: [u32; 2],
+        [right, up]: [f32; 2],
+        lens: [f32; 2],
+    ) -> Ray {
+        let (center_right, center_up) = self.offsets(x, y, sample);
+        let (right, up) = (center_right + right, center_up + up);
+        if let Some(origin) = self.shared_origin() {
+            return Ray::new(origin, self.toward(simd, (right, up)));
+        }
+        let Steps {
+            slope,
+            place,
+            lens: [lens_slope, radius],
+        } = self.steps();
+        let along = |from: Vec3, [right, up]: [f32; 2]| {
+            simd.mul_add3(self.up, up, simd.mul_add3(self.right, right, from))
+        };
+        let [a, b] = lens;
+        let origin = [right * place + a * radius, up * place + b * radius];
+        let slopes = [right * slope - a * lens_slope, up * slope - b * lens_slope];
+        Ray::new(
+            along(self.eye, origin),
+            simd.normalize(along(self.forward, slopes)),
+        )
+    }
+
+    /// Returns how points of the picture and of the lens move rays with separate origins.
+    #[inline(always)]
+    fn steps(&self) -> Steps {
+        let lens = self.lens.map_or([0.0; 2], |lens| [lens.slope, lens.radius]);
+        let (slope, place) = if self.is_parallel {
+            (0.0, self.step)
+        } else {
+            (self.step, 0.0)
+        };
+        Steps { slope, place, lens }
+    }
+
+    /// Returns the unit direction of [`Self::ray`] from a pinhole.
+    #[must_use]
+    pub fn direction(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3 {
+        self.toward(Portable, self.offsets(x, y, sample))
+    }
+
+    /// Returns the unit direction from a pinhole through the point that is `right` and `up` half pixels from the pixel's
+    /// centre. Only for one sample per pixel.
+    #[must_use]
+    pub fn direction_offset(&self, x: u32, y: u32, [right, up]: [f32; 2]) -> Vec3 {
+        let (center_right, center_up) = self.offsets(x, y, [0, 0]);
+        self.toward(Portable, (center_right + right, center_up + up))
+    }
+
+    /// Returns the unit direction from a pinhole through the point with these offsets; twin of [`Self::toward8`].
+    #[inline(always)]
+    fn toward<S: Simd>(&self, simd: S, (right, up): (f32, f32)) -> Vec3 {
+        let along_right = simd.mul_add3(self.right, right * self.step, self.forward);
+        simd.normalize(simd.mul_add3(self.up, up * self.step, along_right))
+    }
+
+    /// Returns what [`PixelRays::direction`] returns for the 4x2 pixels from (`x`, `y`); lane `4 * row + column`.
+    #[must_use]
+    pub fn directions8(&self, x: u32, y: u32, sample: [u32; 2]) -> Vec3x8 {
+        at_level!(Level::current(), |simd| self.directions(
+            simd,
+            [x, y],
+            sample,
+            &[F32x8::ZERO; 2]
+        ))
+    }
+
+    /// Returns what [`PixelRays::direction_offset`] returns for pixels as in [`PixelRays::directions8`], or for offset 0
+    /// what [`PixelRays::direction`] returns.
+    #[inline(always)]
+    pub(crate) fn directions<S: Simd>(
+        &self,
+        simd: S,
+        pixel: [u32; 2],
+        sample: [u32; 2],
+        offset: &[F32x8; 2],
+    ) -> Vec3x8 {
+        self.toward8(simd, self.points(simd, pixel, sample, offset))
+    }
+
+    /// Returns the origins and directions of [`PixelRays::ray_at`] for pixels as in [`PixelRays::directions8`].
+    #[inline(always)]
+    pub(crate) fn rays<S: Simd>(
+        &self,
+        simd: S,
+        pixel: [u32; 2],
+        sample: [u32; 2],
+        offset: &[F32x8; 2],
+        lens: [S::V8; 2],
+    ) -> (Vec3x8, Vec3x8) {
+        self.leaving8(simd, self.points(simd, pixel, sample, offset), lens)
+    }
+
+    /// Returns what [`PixelRays::direction_offset`] returns for eight pixels anywhere. Only for one sample per pixel.
+    #[inline(always)]
+    pub(crate) fn directions_of<S: Simd>(
+        &self,
+        simd: S,
+        pixels: &[[u32; 2]; LANES],
+        offset: &[F32x8; 2],
+    ) -> Vec3x8 {
+        self.toward8(simd, self.points_of(simd, pixels, offset))
+    }
+
+    /// Does [`Self::rays`] for eight pixels anywhere. Only for one sample per pixel.
+    #[inline(always)]
+    pub(crate) fn rays_of<S: Simd>(
+        &self,
+        simd: S,
+        pixels: &[[u32; 2]; LANES],
+        offset: &[F32x8; 2],
+        lens: [S::V8; 2],
+    ) -> (Vec3x8, Vec3x8) {
+        self.leaving8(simd, self.points_of(simd, pixels, offset), lens)
+    }
+
+    /// Returns the offsets from the picture's centre of points of 4x2 pixels, right and up, in half samples.
+    #[inline(always)]
+    fn points<S: Simd>(
+        &self,
+        simd: S,
+        [x, y]: [u32; 2],
+        sample: [u32; 2],
+        [offset_right, offset_up]: &[F32x8; 2],
+    ) -> [S::V8; 2] {
+        const COLUMN: F32x8 = F32x8::new([0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0]);
+        const ROW: F32x8 = F32x8::new([0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
+        let (right, up) = self.offsets(x, y, sample);
+        let pitch = (2 * self.samples_per_axis) as f32;
+        let right = simd.splat(right) + simd.load(&COLUMN) * pitch + simd.load(offset_right);
+        let up = simd.splat(up) - simd.load(&ROW) * pitch + simd.load(offset_up);
+        [right, up]
+    }
+
+    /// Does [`Self::points`] for pixels anywhere.
+    #[inline(always)]
+    fn points_of<S: Simd>(
+        &self,
+        simd: S,
+        pixels: &[[u32; 2]; LANES],
+        [offset_right, offset_up]: &[F32x8; 2],
+    ) -> [S::V8; 2] {
+        let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);
+        for (lane, &[x, y]) in pixels.iter().enumerate() {
+            (right[lane], up[lane]) = self.offsets(x, y, [0, 0]);
+        }
+        let right = simd.load(&F32x8::new(right)) + simd.load(offset_right);
+        let up = simd.load(&F32x8::new(up)) + simd.load(offset_up);
+        [right, up]
+    }
+
+    /// Does [`Self::toward`] for eight points.
+    #[inline(always)]
+    fn toward8<S: Simd>(&self, simd: S, [right, up]: [S::V8; 2]) -> Vec3x8 {
+        let forward = simd.splat3(self.forward);
+        let along_right = simd.splat3(self.right).mul_add(right * self.step, forward);
+        simd.splat3(self.up)
+            .mul_add(up * self.step, along_right)
+            .normalize()
+            .to8()
+    }
+
+    /// Does [`Self::ray_at`] for eight points of the picture and of the lens; for separate origins.
+    #[inline(always)]
+    fn leaving8<S: Simd>(&self, simd: S, [right, up]: [S::V8; 2], [a, b]: [S::V8; 2]) -> (Vec3x8, Vec3x8) {
+        let Steps {
+            slope,
+            place,
+            lens: [lens_slope, radius],
+        } = self.steps();
+        let (right_axis, up_axis) = (simd.splat3(self.right), simd.splat3(self.up));
+        let origin = right_axis.mul_add(right * place + a * radius, simd.splat3(self.eye));
+        let origin = up_axis.mul_add(up * place + b * radius, origin);
+        let direction = right_axis.mul_add(right * slope - a * lens_slope, simd.splat3(self.forward));
+        let direction = up_axis.mul_add(up * slope - b * lens_slope, direction);
+        (origin.to8(), direction.normalize().to8())
+    }
+
+    /// Returns four unit vectors whose convex cone contains all rays through `width` x `height` pixels.
+    ///
+    /// They lie two pixels outside, because filters reach beyond a pixel, plus a margin for rounding. NaN where the rays
+    /// are so oblique that rounding might exceed the margin. Only for a shared origin.
+    #[must_use]
+    pub fn corners(&self, [x, y]: [u32; 2], [width, height]: [u32; 2]) -> [Vec3; 4] {
+        let pixel = (2 * self.samples_per_axis) as f32 * self.step;
+        [(-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(rightwards, upwards)| {
+            let (right, up) = self.offsets(
+                if rightwards > 0.0 { x + width } else { x },
+                if upwards < 0.0 { y + height } else { y },
+                [0, 0],
+            );
+            let (right, up) = (right * self.step, up * self.step);
+            if right.abs().max(up.abs()) > MAX_CORNER_SLOPE {
+                return Vec3::NAN;
+            }
+            let margin = 2.0 * pixel + CORNER_MARGIN * (1.0 + right * right + up * up);
+            let along_right = Portable.mul_add3(self.right, right + rightwards * margin, self.forward);
+            Portable.normalize(Portable.mul_add3(self.up, up + upwards * margin, along_right))
+        })
+    }
+}
+
+/// Margin of [corners](PixelRays::corners) for rounding, on the plane at distance 1, per squared distance from the eye:
+/// 64 half-ulps, because a direction is rounded a dozen times.
+const CORNER_MARGIN: f32 = 64.0 / (1 << 24) as f32;
+
+/// Largest offset of [corners](PixelRays::corners) on the plane at distance 1. At 20 times this, the margin would be as
+/// large as the offset.
+const MAX_CORNER_SLOPE: f32 = 1e4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Camera, Lens, Projection, SceneBuilder, View};
+    use glam::DVec3;
+
+    /// Slopes of a direction: right and up per unit forward.
+    fn slopes(rays: &PixelRays, direction: Vec3) -> [f64; 2] {
+        let along = |axis: Vec3| direction.as_dvec3().dot(axis.as_dvec3());
+        [along(rays.right), along(rays.up)].map(|slope| slope / along(rays.forward))
+    }
+
+    #[test]
+    fn corners_are_around_all_rays() {
+        let scene = SceneBuilder::new().finish();
+        let mut random = fastrand::Rng::with_seed(3);
+        let mut compared = 0;
+        for (fov, [width, height], samples) in [
+            (45.0, [1920, 1080], 1),
+            (45.0, [33, 21], 5),
+            (1e-5, [640, 480], 1),
+            (179.9, [1000, 700], 2),
+            (60.0, [1 << 23, 3], 1),
+            (1e-3, [3, 1 << 21], 4),
+        ] {
+            let [eye, target] = [DVec3::new(3.0, -2.0, 1.0), DVec3::new(0.1, 0.2, 0.3)];
+            let camera = Camera::look_at(eye, target, DVec3::Z, fov).unwrap();
+            let rays = camera.pixel_rays(&scene, width, height, samples);
+            for _ in 0..500 {
+                let first = [random.u32(0..width), random.u32(0..height)];
+                let size = [
+                    random.u32(1..=128.min(width - first[0])),
+                    random.u32(1..=16.min(height - first[1])),
+                ];
+                let corners = rays.corners(first, size);
+                if !corners.iter().all(|corner| corner.is_finite()) {
+                    continue;
+                }
+                let corners = corners.map(|corner| slopes(&rays, corner));
+                compared += 1;
+                for _ in 0..20 {
+                    let [x, y] = [0, 1].map(|axis| first[axis] + random.u32(0..size[axis]));
+                    let sample = [(); 2].map(|()| random.u32(0..samples));
+                    let direction = if samples == 1 {
+                        // The reach of the widest filter.
+                        rays.direction_offset(x, y, [(); 2].map(|()| 6.0 * random.f32() - 3.0))
+                    } else {
+                        rays.direction(x, y, sample)
+                    };
+                    for (axis, slope) in slopes(&rays, direction).into_iter().enumerate() {
+                        let of_corners = corners.iter().map(|corner| corner[axis]);
+                        let least = of_corners.clone().fold(f64::INFINITY, f64::min);
+                        let largest = of_corners.fold(f64::NEG_INFINITY, f64::max);
+                        assert!(
+                            least < slope && slope < largest,
+                            "{fov}, {first:?}: {slope} of {least} to {largest}"
+                        );
+                    }
+                }
+            }
+        }
+        assert!(compared > 2000, "{compared}");
+    }
+
+    #[test]
+    fn parallel_rays_leave_a_plane() {
+        let scene = SceneBuilder::new().finish();
+        let camera = Camera::new(&View {
+            eye: DVec3::new(1.0, 2.0, 3.0),
+            target: DVec3::new(1.0, 7.0, 3.0),
+            up: DVec3::Z,
+            projection: Projection::Orthographic { height: 4.0 },
+            lens: Lens::PINHOLE,
+        });
+        let rays = camera.unwrap().pixel_rays(&scene, 6, 8, 1);
+        assert_eq!(rays.shared_origin(), None);
+        assert_eq!((rays.cone().width(0.0), rays.cone().width(100.0)), (0.5, 0.5));
+        for y in 0..8 {
+            for x in 0..6 {
+                let ray = rays.ray(x, y, [0, 0]);
+                let [right, down] = [x, y].map(|i| i as f32 * 0.5);
+                assert_eq!(ray.origin, Vec3::new(-0.25 + right, 2.0, 4.75 - down));
+                assert_eq!(ray.direction, Vec3::Y);
+            }
+        }
+        let offset = [F32x8::new([0.5; LANES]), F32x8::ZERO];
+        let middle = [Portable.splat(0.0); 2];
+        let (origin, direction) = rays.rays(Portable, [2, 4], [0, 0], &offset, middle);
+        for lane in 0..LANES {
+            let pixel = [2 + lane as u32 % 4, 4 + lane as u32 / 4];
+            let ray = rays.ray_at(Portable, pixel, [0, 0], [0.5, 0.0], [0.0; 2]);
+            assert_eq!(
+                (origin.lane(lane), direction.lane(lane)),
+                (ray.origin, ray.direction)
+            );
+        }
+    }
+
+    /// All rays of a pixel meet in the plane in focus, where that from the middle of the lens does.
+    #[test]
+    fn rays_through_a_lens_meet_in_focus() {
+        let scene = SceneBuilder::new().finish();
+        let mut random = fastrand::Rng::with_seed(8);
+        for projection in [Projection::DEFAULT, Projection::Orthographic { height: 4.0 }] {
+            for focus in [None, Some(3.0)] {
+                let lens = Lens { aperture: 0.5, focus };
+                let view = View {
+                    eye: DVec3::new(1.0, 2.0, 3.0),
+                    target: DVec3::new(1.0, 7.0, 3.0),
+                    up: DVec3::Z,
+                    projection,
+                    lens,
+                };
+                let rays = Camera::new(&view).unwrap().pixel_rays(&scene, 6, 8, 1);
+                assert_eq!(rays.shared_origin(), None);
+                let in_focus = |ray: Ray| {
+                    let distance = focus.unwrap_or(5.0) as f32 / ray.direction.y;
+                    ray.origin + ray.direction * distance
+                };
+                for _ in 0..200 {
+                    let pixel @ [x, y] = [random.u32(0..6), random.u32(0..8)];
+                    let middle = rays.ray(x, y, [0, 0]);
+                    let point = [(); 2].map(|()| random.f32() - 0.5);
+                    let ray = rays.ray_at(Portable, pixel, [0, 0], [0.0; 2], point);
+                    assert!(in_focus(ray).distance(in_focus(middle)) < 1e-5);
+                    let expected = middle.origin + Vec3::new(point[0], 0.0, point[1]) * 0.25;
+                    assert!(ray.origin.distance(expected) < 1e-6);
+                    let lens = point.map(|c| Portable.splat(c));
+                    let offset = [F32x8::ZERO; 2];
+                    let (origins, directions) = rays.rays_of(Portable, &[pixel; LANES], &offset, lens);
+                    assert_eq!((origins.lane(3), directions.lane(3)), (ray.origin, ray.direction));
+                }
+            }
+        }
+    }
+}

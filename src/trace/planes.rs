@@ -1,0 +1,194 @@
+//! Infinite planes, which no BVH holds: a pass over finished results. Scenes without planes never run it.
+
+use super::Tracer;
+use crate::{
+    geometry::plane_hits,
+    ray::{HitPacket, Origins, PrimitiveId, RayPacket, T_MAX},
+    scene::{Plane, Scene},
+    simd::{EightLanes, LaneMask, Lanes, Portable, Simd, Vec3Eight},
+};
+use glam::Vec3;
+
+/// Corners of a cone whose cosine to a plane is less than this may be on either side of it.
+const MARGIN: f32 = 1e-5;
+
+impl<'a> Tracer<'a> {
+    /// Lets rays hit the planes of `scene`, too, which the BVH was built from.
+    #[must_use]
+    pub fn with_planes(mut self, scene: &'a Scene) -> Self {
+        self.planes = scene.planes();
+        self.first_plane = scene.plane_id(0);
+        self
+    }
+
+    /// Returns whether rays from `origin` may hit a plane in the cone spanned by `corners`.
+    pub(super) fn may_hit_planes(&self, origin: Vec3, corners: [Vec3; 4]) -> bool {
+        self.planes.iter().any(|plane| {
+            let side = Portable.dot(plane.normal, plane.point - origin).signum();
+            // NaN is no proof.
+            let is_off = |corner: &Vec3| Portable.dot(plane.normal, *corner) * side < -MARGIN;
+            !corners.iter().all(is_off)
+        })
+    }
+
+    /// Replaces hits that are behind a plane. At equal distances primitives count, for their ids are lower.
+    #[inline(always)]
+    pub(super) fn planes_closest<S: Simd>(
+        &self,
+        simd: S,
+        origins: Origins<'_>,
+        rays: &[RayPacket],
+        hits: &mut [HitPacket],
+    ) {
+        for (p, hits) in hits.iter_mut().enumerate() {
+            let ray = ray(simd, origins, rays, p);
+            let usable = simd.load(&rays[p].t_max).le(simd.splat(T_MAX));
+            for (i, plane) in (0..).zip(self.planes) {
+                let best = simd.load(&hits.t);
+                let (hit, t) = plane_hits(surface(simd, plane), ray);
+                let nearer = hit & usable & t.lt(best);
+                let bits = nearer.bits();
+                if bits == 0 {
+                    continue;
+                }
+                hits.t = S::V8::select(nearer, t, best).to8();
+                let zero = simd.splat(0.0);
+                for weights in [&mut hits.u, &mut hits.v] {
+                    *weights = S::V8::select(nearer, zero, simd.load(weights)).to8();
+                }
+                for (lane, id) in hits.primitive.iter_mut().enumerate() {
+                    if bits >> lane & 1 == 1 {
+                        *id = PrimitiveId(self.first_plane.0 + i).0;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Blocks the rays that hit a plane before their end.
+    #[inline(always)]
+    pub(super) fn planes_occluded<S: Simd>(
+        &self,
+        simd: S,
+        origins: Origins<'_>,
+        rays: &[RayPacket],
+        occluded: &mut [u8],
+    ) {
+        for (p, occluded) in occluded.iter_mut().enumerate() {
+            let ray = ray(simd, origins, rays, p);
+            let end = simd.load(&rays[p].t_max);
+            for plane in self.planes {
+                let (hit, t) = plane_hits(surface(simd, plane), ray);
+                *occluded |= (hit & t.lt(end) & end.le(simd.splat(T_MAX))).bits() as u8;
+            }
+        }
+    }
+}
+
+/// A point and the normal of a plane.
+#[inline(always)]
+fn surface<S: Simd>(simd: S, plane: &Plane) -> (Vec3Eight<S>, Vec3Eight<S>) {
+    (simd.splat3(plane.point), simd.splat3(plane.normal))
+}
+
+/// The origins and directions of a packet.
+#[inline(always)]
+fn ray<S: Simd>(simd: S, origins: Origins<'_>, rays: &[RayPacket], p: usize) -> (Vec3Eight<S>, Vec3Eight<S>) {
+    let origin = match origins {
+        Origins::Shared(origin) => simd.splat3(origin),
+        Origins::Separate(origins) => simd.load3(&origins[p]),
+    };
+    (origin, simd.load3(&rays[p].direction))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        accel::Bvh,
+        lanes::{F32x8, LANES, Vec3x8},
+        ray::Hit,
+        scene::{MaterialId, SceneBuilder},
+    };
+
+    /// A floor and a ceiling, and nothing between them.
+    fn scene() -> Scene {
+        let mut builder = SceneBuilder::new();
+        for (point, normal) in [(Vec3::NEG_Z, Vec3::Z), (Vec3::Z * 2.0, Vec3::new(0.1, 0.0, 1.0))] {
+            builder.add_plane(point, normal, MaterialId(1)).unwrap();
+        }
+        builder.finish()
+    }
+
+    #[test]
+    fn what_is_no_ray_hits_no_plane() {
+        let scene = scene();
+        let bvh = Bvh::build(&scene);
+        let mut tracer = Tracer::new(&bvh).with_planes(&scene);
+        let down = Vec3::NEG_Z;
+        for (direction, t_max, origin) in [
+            (Vec3::new(f32::NAN, 0.0, -1.0), T_MAX, Vec3::ZERO),
+            (Vec3::new(0.0, 0.0, f32::NEG_INFINITY), T_MAX, Vec3::ZERO),
+            (Vec3::ZERO, T_MAX, Vec3::ZERO),
+            (down, f32::INFINITY, Vec3::ZERO),
+            (down, f32::NAN, Vec3::ZERO),
+            (down, 0.0, Vec3::ZERO),
+            (down, T_MAX, Vec3::splat(f32::NAN)),
+            (down, T_MAX, Vec3::Z * f32::INFINITY),
+            (Vec3::X, T_MAX, Vec3::new(0.0, 0.0, -1.0)),
+        ] {
+            let rays = [RayPacket {
+                direction: Vec3x8::splat(direction),
+                t_max: F32x8::splat(t_max),
+            }];
+            let origins = [Vec3x8::splat(origin)];
+            let (mut hits, mut blocked) = ([HitPacket::miss(F32x8::ZERO)], [0]);
+            for origins in [Origins::Separate(&origins), Origins::Shared(origin)] {
+                tracer.closest_hit(origins, &rays, &mut hits);
+                tracer.occluded(origins, &rays, &mut blocked);
+                let expected = if direction == Vec3::X {
+                    scene.plane_id(1)
+                } else {
+                    PrimitiveId::NONE
+                };
+                let found = hits[0].hit(3).primitive;
+                assert_eq!(found, expected, "{direction} {t_max} {origin}");
+                assert_eq!(blocked[0] != 0, expected != PrimitiveId::NONE);
+            }
+        }
+    }
+
+    #[test]
+    fn cones_that_may_not_hit_planes_do_not() {
+        let scene = scene();
+        let bvh = Bvh::build(&scene);
+        let mut tracer = Tracer::new(&bvh).with_planes(&scene);
+        let mut random = fastrand::Rng::with_seed(4);
+        let (mut off, mut on) = (0, 0);
+        for _ in 0..2000 {
+            let mut vector = || Vec3::new(random.f32(), random.f32(), random.f32()) * 2.0 - 1.0;
+            let (origin, middle, spread) = (vector() * 8.0, vector(), vector().length() * 0.3);
+            let corners = [(); 4].map(|()| (middle + vector() * spread).normalize());
+            let may_hit = tracer.may_hit(origin, corners);
+            let direction = Vec3x8::from_lanes([(); LANES].map(|()| {
+                let shares = [(); 4].map(|()| vector().x.abs());
+                let sum: Vec3 = corners
+                    .iter()
+                    .zip(shares)
+                    .map(|(&corner, share)| corner * share)
+                    .sum();
+                sum.normalize()
+            }));
+            let rays = [RayPacket {
+                direction,
+                t_max: F32x8::splat(T_MAX),
+            }];
+            let mut hits = [HitPacket::miss(F32x8::ZERO)];
+            tracer.closest_hit(Origins::Shared(origin), &rays, &mut hits);
+            let is_hit = (0..LANES).any(|lane| Hit::is_hit(&hits[0].hit(lane)));
+            assert!(may_hit || !is_hit, "{origin} {corners:?}");
+            (off, on) = (off + u32::from(!may_hit), on + u32::from(is_hit));
+        }
+        assert!(off > 100 && on > 100, "{off} {on}");
+    }
+}
