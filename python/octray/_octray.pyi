@@ -55,6 +55,7 @@ def render(
     target: Sequence[float] | None,
     up: Sequence[float] | None,
     fov: float | None,
-    samples: int,
+    style: str | None,
+    samples: str | None,
     with_aovs: bool,
 ) -> tuple[dict[str, NDArray[Any]], list[str]]: ...

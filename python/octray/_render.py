@@ -23,8 +23,9 @@ def render(
     source: str | bytes | os.PathLike[str] | Mesh,
     size: tuple[int, int] = (512, 512),
     camera: str | int | Mapping[str, Any] | None = None,
-    samples: int = 1,
+    samples: int | str = "usual",
     aov: Sequence[str] = (),
+    style: str | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Render a scene (``.scn``), a mesh file or a :class:`Mesh`, as the program ``octray`` does.
 
@@ -39,15 +40,20 @@ def render(
         ``up`` (three numbers each) and ``fov`` (degrees, vertical). By default the scene's first camera, or one that
         frames the mesh.
     samples
-        Samples for each pixel.
+        Samples for each pixel: a number; ``"auto"`` or ``"auto:N"``, which take up to 16 or N, fewer in pixels that look
+        like their neighbours; or ``"usual"``, which is 1, or ``"auto"`` for meshes that are not plain.
     aov
         More arrays, by name: ``"depth"``, ``"normal"``, ``"albedo"``, ``"id"``, each of one ray through the pixel's
         centre.
+    style
+        How a mesh is lit: ``"studio"``, the default, soft light with ambient occlusion; ``"clay"``, the same with one
+        colour for all of it; ``"plain"``, two point lights. A scene has its own light.
 
     Returns
     -------
     dict
-        ``"color"``: shape (height, width, 3), ``uint8``, linear; ``"depth"``: (height, width) ``float32``, infinite where
+        ``"color"``: shape (height, width, 3), ``uint8``, in sRGB, or linear if it is of a scene or plain;
+        ``"depth"``: (height, width) ``float32``, infinite where
         nothing is; ``"normal"``, ``"albedo"``: (height, width, 3) ``float32``; ``"id"``: (height, width) ``uint32``, the
         triangle, 2^32 - 1 where nothing is.
 
@@ -65,9 +71,15 @@ def render(
     width, height = (_arrays.count("size", side, least=1) for side in sides)
     if max(width, height) > _LARGEST:
         raise ValueError(f"size: expected at most {_LARGEST} pixels a side, found {width} and {height}")
-    samples = _arrays.count("samples", samples, least=1)
-    if samples > _MOST_SAMPLES:
-        raise ValueError(f"samples: expected at most {_MOST_SAMPLES}, found {samples}")
+    if samples == "usual":
+        samples = None
+    elif not isinstance(samples, str):
+        samples = _arrays.count("samples", samples, least=1)
+        if samples > _MOST_SAMPLES:
+            raise ValueError(f"samples: expected at most {_MOST_SAMPLES}, found {samples}")
+        samples = str(samples)
+    if style is not None and not isinstance(style, str):
+        raise ValueError(f"style: expected plain, studio or clay, found {style!r}")
     start, target, up, fov = _camera(camera)
     if isinstance(source, Mesh):
         source = source._mesh
@@ -75,7 +87,7 @@ def render(
         source = os.fsdecode(source)
     else:
         raise ValueError(f"source: expected a path or a Mesh, found {source!r}")
-    arrays, notes = _octray.render(source, (width, height), start, target, up, fov, samples, bool(aov))
+    arrays, notes = _octray.render(source, (width, height), start, target, up, fov, style, samples, bool(aov))
     for note in notes:
         warnings.warn(note, stacklevel=2)
     return {name: arrays[name] for name in ("color", *aov)}

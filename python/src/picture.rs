@@ -5,7 +5,7 @@ use numpy::{IntoPyArray, PyArrayMethods};
 use octray::{
     cli::{
         CliError,
-        picture::{self, CameraOptions, Picture, StartView, Subject},
+        picture::{self, CameraOptions, Picture, StartView, Style, Subject},
     },
     glam::DVec3,
     scene::{Projection, TriangleMesh},
@@ -73,9 +73,20 @@ pub fn render<'py>(
     target: Option<[f64; 3]>,
     up: Option<[f64; 3]>,
     fov: Option<f64>,
-    samples: u32,
+    style: Option<&str>,
+    samples: Option<&str>,
     with_aovs: bool,
 ) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
+    let style = match style {
+        None => None,
+        Some("plain") => Some(Style::Plain),
+        Some("studio") => Some(Style::Studio),
+        Some("clay") => Some(Style::Clay),
+        Some(other) => {
+            let why = format!("style: expected plain, studio or clay, found {other:?}");
+            return Err(PyValueError::new_err(why));
+        }
+    };
     let (mesh, middle) = match &source {
         Source::Mesh(mesh) => {
             let (mesh, middle) = copied(py, mesh);
@@ -107,7 +118,7 @@ pub fn render<'py>(
             None => Subject::File(Path::new(&path)),
         };
         pool.install(|| {
-            picture::picture(subject, view, size, samples, with_aovs, &|_| {
+            picture::picture(subject, view, size, style, samples, with_aovs, &|_| {
                 if cancelled.load(Ordering::Relaxed) {
                     ControlFlow::Break(())
                 } else {

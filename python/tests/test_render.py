@@ -25,6 +25,24 @@ def test_a_scene_has_the_bytes_of_the_program(tmp_path):
     assert file.read_bytes().endswith(picture["color"].tobytes())
 
 
+@pytest.mark.parametrize(
+    ("options", "arguments"),
+    [
+        ({}, []),
+        ({"style": "studio", "samples": "auto:8"}, ["--samples", "auto:8"]),
+        ({"style": "clay", "samples": 4}, ["--style", "clay", "--samples", "4"]),
+        ({"style": "plain"}, ["--style", "plain"]),
+    ],
+)
+def test_a_mesh_has_the_bytes_of_the_program(tmp_path, options, arguments):
+    mesh = SCENES / "meshes" / "vase.obj"
+    picture = octray.render(mesh, size=(64, 48), **options)
+    program = pathlib.Path(sys.executable).with_name("octray")
+    file = tmp_path / "picture.ppm"
+    subprocess.run([program, mesh, "-s", "64x48", *arguments, "-o", file], check=True)
+    assert file.read_bytes().endswith(picture["color"].tobytes())
+
+
 def test_a_mesh_is_framed():
     mesh = octray.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
     picture = octray.render(mesh, size=(40, 30), aov=["normal", "albedo", "depth"])
@@ -55,6 +73,11 @@ def test_cameras():
         ({"samples": 0}, "samples"),
         ({"samples": 10**12}, "samples"),
         ({"samples": None}, "samples"),
+        ({"samples": "many"}, "samples"),
+        ({"samples": "auto:0"}, "samples"),
+        ({"style": "glossy"}, "style"),
+        ({"style": 1}, "style"),
+        ({"style": "studio"}, "meshes"),
         ({"size": (None, 5)}, "size"),
         ({"size": (1, 2, 3)}, "size"),
         ({"aov": None}, "aov"),

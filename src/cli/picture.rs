@@ -1,14 +1,14 @@
-//! A picture in memory, plain and of one sample unless told otherwise: for the Python package.
+//! A picture in memory, as `octray render` makes it: for the Python package.
 
-pub use super::plan::{CameraOptions, StartView};
+pub use super::plan::{CameraOptions, StartView, Style};
 use super::{
-    CliError, load,
+    CliError, args, load,
     plan::{InputPlan, MeshOptions},
 };
 use crate::{
     accel::{BuildQuality, Bvh},
     format::mesh::{LoadedMesh, UpAxis, UpSource},
-    render::{Aovs, Film, OnProgress, Pattern, Renderer, Settings, Transfer},
+    render::{Aovs, Film, OnProgress, Renderer, Settings},
     scene::TriangleMesh,
 };
 use std::path::Path;
@@ -25,7 +25,7 @@ pub enum Subject<'a> {
 /// A picture in memory.
 #[derive(Debug)]
 pub struct Picture {
-    /// Red, green and blue of each pixel, row by row, the top row first: the bytes that `octray render --style plain` writes.
+    /// Red, green and blue of each pixel, row by row, the top row first: the bytes that `octray render` writes.
     pub color: Vec<u8>,
     /// Its output variables, if they were asked for.
     pub aovs: Option<Aovs>,
@@ -33,7 +33,8 @@ pub struct Picture {
     pub notes: Vec<String>,
 }
 
-/// Renders a picture of `size` (width and height, pixels) with `samples` for each pixel.
+/// Renders a picture of `size` (width and height, pixels). Without a style meshes are in that of `octray render`; `samples`
+/// is a value of its `--samples`.
 ///
 /// # Errors
 /// [`CliError`].
@@ -41,29 +42,33 @@ pub fn picture(
     subject: Subject<'_>,
     camera: CameraOptions,
     [width, height]: [u32; 2],
-    samples: u32,
+    style: Option<Style>,
+    samples: Option<&str>,
     with_aovs: bool,
     on_progress: OnProgress<'_>,
 ) -> Result<Picture, CliError> {
-    let is_square = samples.isqrt() * samples.isqrt() == samples;
     let settings = Settings {
         width,
         height,
-        samples,
-        pattern: if is_square { Pattern::Grid } else { Pattern::Sobol },
         ..Settings::default()
     };
     settings.validate()?;
     let aspect = f64::from(width) / f64::from(height);
     let memory = load::memory::limit(None);
+    let mesh = MeshOptions {
+        style: style.unwrap_or(Style::Studio),
+        is_style_given: style.is_some(),
+        ..MeshOptions::default()
+    };
+    let style = mesh.style;
     let input = match subject {
         Subject::File(path) => {
-            let plan = InputPlan::new(path, camera, MeshOptions::default(), aspect)?;
+            let plan = InputPlan::new(path, camera, mesh, aspect)?;
             load::load_and_list(&plan, memory, &mut Vec::new())?
         }
         Subject::Mesh(columns) => {
             camera.check()?;
-            let plan = InputPlan::of_mesh(camera, aspect);
+            let plan = InputPlan::of_mesh(camera, mesh, aspect);
             load::show_mesh(
                 &plan,
                 LoadedMesh {
@@ -76,6 +81,8 @@ pub fn picture(
             )?
         }
     };
+    let (settings, transfer) = args::look(settings, input.is_mesh().then_some(style), samples)?;
+    settings.validate()?;
     load::memory::check_build(&input.scene, BuildQuality::Best)?;
     let bvh = Bvh::build(&input.scene);
     let mut renderer = Renderer::new(&input.scene, &bvh);
@@ -87,7 +94,7 @@ pub fn picture(
         None
     };
     Ok(Picture {
-        color: film.to_bytes(Transfer::Linear),
+        color: film.to_bytes(transfer),
         aovs,
         notes: input.notes,
     })

@@ -1,6 +1,8 @@
 //! The scalar twin of `shade::light`, with the same operations in the same order.
 
 use super::draw::{by_cosine, cone};
+#[cfg(feature = "viewer")]
+use crate::simd::{Level, at_level};
 use crate::{
     math::{max, min},
     ray::T_MAX,
@@ -67,6 +69,16 @@ fn towards<S: Simd>(simd: S, offset: Vec3) -> Seen {
         on_light: None,
         squared,
     }
+}
+
+/// Returns the unit vector to the middle of a light, and the power that arrives from there if nothing is between.
+#[cfg(feature = "viewer")]
+pub(crate) fn from_middle(light: &Light, from: Vec3) -> (Vec3, [f32; 3]) {
+    at_level!(Level::current(), |simd| {
+        let seen = seen(simd, &light.shape, from, || [0.5; 2]);
+        let share = share(simd, light, &seen);
+        (seen.to_light, light.power().map(|power| power * share))
+    })
 }
 
 /// Returns the share of a light's power that arrives if nothing is between.

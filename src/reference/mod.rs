@@ -8,7 +8,7 @@ pub mod bvh;
 pub mod cost;
 mod draw;
 mod glass;
-mod light;
+pub(crate) mod light;
 mod planes;
 mod primitive;
 pub mod shade;

@@ -21,6 +21,8 @@ pub use frame::render;
 #[cfg(feature = "png")]
 pub use png::{SOFTWARE, write_png};
 pub use renderer::Renderer;
+#[cfg(feature = "viewer")]
+pub(crate) use sampling::CameraRays;
 pub use sampling::{Filter, Pattern};
 pub use transfer::Transfer;
 

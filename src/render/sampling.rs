@@ -50,7 +50,7 @@ const STEPS: usize = 1024;
 
 /// The camera rays of one picture.
 #[derive(Clone, Copy)]
-pub(super) struct CameraRays {
+pub(crate) struct CameraRays {
     pixel_rays: PixelRays,
     /// Columns and rows of the samples; a sequence is one row.
     samples: [u32; 2],

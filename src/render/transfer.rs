@@ -22,29 +22,88 @@ impl Transfer {
         match self {
             Self::Linear => rgb.map(quantize),
             Self::Srgb => {
-                let steps = srgb_steps();
-                // A search instead of `powf`: as fast, and the same on every machine.
-                rgb.map(|c| steps.partition_point(|&step| step <= c) as u8)
+                let curve = srgb_curve();
+                rgb.map(|c| curve.encode(c))
             }
         }
     }
 }
 
-/// Returns the smallest linear value of each byte except 0, ascending.
-fn srgb_steps() -> &'static [f32; 255] {
-    static STEPS: OnceLock<[f32; 255]> = OnceLock::new();
-    STEPS.get_or_init(|| {
-        let mut steps = [0.0; 255];
-        for (i, step) in steps.iter_mut().enumerate() {
+/// The sRGB curve as a table: faster than `powf`, and the same on every machine.
+struct Curve {
+    /// The smallest linear value of the byte after each.
+    steps: [f32; 256],
+    /// The byte of the lowest value of each interval. Intervals are so narrow that they hold at most one step.
+    bytes: [u8; INTERVALS],
+}
+
+/// Below it every value is byte 0.
+const LOWEST: f32 = 1.0 / 8192.0;
+/// Bits of a float that do not count for its interval: 128 of them have the same exponent.
+const SHIFT: u32 = 16;
+/// Those from [`LOWEST`] to 1.
+const INTERVALS: usize = ((1.0_f32.to_bits() - LOWEST.to_bits()) >> SHIFT) as usize + 1;
+
+impl Curve {
+    #[inline(always)]
+    fn encode(&self, channel: f32) -> u8 {
+        // The comparison is false for NaN.
+        let c = if channel > LOWEST {
+            channel.min(1.0)
+        } else {
+            LOWEST
+        };
+        let interval = (c.to_bits() - LOWEST.to_bits()) >> SHIFT;
+        let byte = self.bytes[interval as usize];
+        byte + u8::from(c >= self.steps[usize::from(byte)])
+    }
+}
+
+fn srgb_curve() -> &'static Curve {
+    static CURVE: OnceLock<Curve> = OnceLock::new();
+    CURVE.get_or_init(|| {
+        let mut steps = [f32::INFINITY; 256];
+        for (i, step) in steps[..255].iter_mut().enumerate() {
             *step = decode((i as f64 + 0.5) / 255.0) as f32;
         }
-        steps
+        let mut bytes = [0; INTERVALS];
+        for (i, byte) in (0..).zip(&mut bytes) {
+            let lowest = f32::from_bits(LOWEST.to_bits() + (i << SHIFT));
+            *byte = steps.partition_point(|&step| step <= lowest) as u8;
+        }
+        Curve { steps, bytes }
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_table_is_a_search() {
+        let curve = srgb_curve();
+        let check = |c: f32| {
+            let expected = curve.steps.partition_point(|&step| step <= c);
+            assert_eq!(usize::from(curve.encode(c)), expected, "{c:e}");
+        };
+        for &step in &curve.steps[..255] {
+            [step.next_down(), step, step.next_up()]
+                .into_iter()
+                .for_each(check);
+        }
+        for i in 0..=INTERVALS as u32 {
+            let lowest = f32::from_bits(LOWEST.to_bits() + (i << SHIFT));
+            [lowest.next_down(), lowest, lowest.next_up()]
+                .into_iter()
+                .for_each(check);
+        }
+        // At most one step in an interval.
+        let intervals = curve.bytes.windows(2);
+        assert!(intervals.map(|pair| pair[1] - pair[0]).all(|steps| steps <= 1));
+        [f32::NEG_INFINITY, -0.0, 0.0, 1e-40, 2.0, f32::MAX]
+            .into_iter()
+            .for_each(check);
+    }
 
     #[test]
     fn srgb_is_the_standards_curve() {

@@ -4,17 +4,12 @@ use super::{
     axis,
     keys::{self, Action},
     orbit::Pose,
+    painter::Painter,
     probe,
-    progressive::GRIDS,
     request::{Boxes, Look},
     window::{App, Event, Framing, STEP},
-    worker,
 };
-use crate::{
-    heat,
-    ray::PrimitiveId,
-    render::{ByteFilm, Mode, Renderer},
-};
+use crate::{heat, ray::PrimitiveId, render::Mode};
 use glam::DMat3;
 use std::{
     ops::ControlFlow as Flow,
@@ -92,9 +87,9 @@ impl App {
                 self.figures = true;
             }
             Action::PrintCamera => {
-                let [width, height] = self.size;
-                let line = format!("--size={width}x{height} {}", self.orbit.pose().options());
-                self.host.say(&line);
+                let settings = self.style.settings(self.size, self.style.last_samples());
+                self.host
+                    .say(&self.orbit.pose().options(), &settings, self.style.transfer);
                 message = Some("camera printed".into());
             }
             Action::Save => {
@@ -190,15 +185,10 @@ impl App {
         // The fastest way to the same picture.
         request.style.brute &= request.style.look == Look::Cost;
         request.style.settings.mode = Mode::Packet;
-        let n = if request.style.antialias {
-            GRIDS[GRIDS.len() - 1]
-        } else {
-            1
-        };
+        let samples = request.style.last_samples();
         thread::spawn(move || {
             let model = Arc::clone(&request.model);
-            let mut renderer = Renderer::new(&model.scene, &model.bvh);
-            let mut film = ByteFilm::black(0, 0);
+            let mut painter = Painter::new(&model);
             let go_on = |_| {
                 if shared.has_ended() {
                     Flow::Break(())
@@ -206,22 +196,14 @@ impl App {
                     Flow::Continue(())
                 }
             };
-            let traced = worker::trace(
-                &mut renderer,
-                &model,
-                &request,
-                request.size,
-                n,
-                &mut film,
-                &go_on,
-            );
+            let traced = painter.trace(&request, request.size, samples, &go_on);
             let saved = traced.map_err(|error| error.to_string()).and_then(|_| {
                 let _writing = writing.lock().unwrap_or_else(PoisonError::into_inner);
                 // The program does not wait for a file that is begun now.
                 if shared.has_ended() {
                     return Err("the window is closed".into());
                 }
-                host.save(&film)
+                host.save(&painter.film)
             });
             let _ = proxy.send_event(Event::Saved(saved));
         });

@@ -22,6 +22,8 @@ pub struct Picture {
     pub traced: [u32; 2],
     /// Samples a pixel.
     pub samples: u32,
+    /// Whether pixels that look like their neighbours have fewer.
+    pub adaptive: bool,
     /// Whether every pixel of the window was traced.
     pub full: bool,
     /// Whether it is final: nothing moves, and all samples are in.
@@ -173,7 +175,7 @@ mod tests {
     use super::*;
     use crate::{
         accel::Bvh,
-        render::Settings,
+        render::{Settings, Transfer},
         scene::SceneBuilder,
         viewer::{
             orbit::Pose,
@@ -200,6 +202,7 @@ mod tests {
                 antialias: true,
                 boxes: Boxes::Hidden,
                 settings: Settings::default(),
+                transfer: Transfer::Linear,
             },
             size: [64, 48],
         }

@@ -1,7 +1,8 @@
 //! The live window: an orbit camera around a scene that is traced for every frame.
 //!
 //! - [`orbit`], [`axis`], [`objects`], [`budget`], [`progressive`] and [`benchmark`] are plain types without a window.
-//! - [`worker`] traces on a thread of its own. It gets its requests through the [`mailbox`].
+//! - [`worker`] traces on a thread of its own. It gets its requests through the [`mailbox`], and its pictures from `painter`:
+//!   those of the renderer, of camera rays alone (`primary`), or without the grain of few samples (`denoise`).
 //! - [`window`](self) and `input` handle events and show finished pictures.
 //! - [`watch`] reloads changed files.
 
@@ -9,12 +10,15 @@ pub mod axis;
 pub mod benchmark;
 pub mod boxes;
 pub mod budget;
+mod denoise;
+mod first_hits;
 mod input;
 pub mod keys;
 pub mod mailbox;
 pub mod objects;
 pub mod orbit;
 mod overlay;
+mod painter;
 mod primary;
 mod probe;
 pub mod progressive;
@@ -28,7 +32,7 @@ pub mod worker;
 
 use crate::{
     accel::{BuildQuality, Bvh},
-    render::{ByteFilm, Settings},
+    render::{ByteFilm, Settings, Transfer},
     scene::Scene,
 };
 use benchmark::Report;
@@ -53,8 +57,9 @@ pub trait Host: Send + Sync {
     /// Why the picture cannot be written.
     fn save(&self, film: &ByteFilm) -> Result<String, String>;
 
-    /// Prints the camera, given as options of `octray render`.
-    fn say(&self, options: &str);
+    /// Prints the command that renders a picture: of this camera, given as options of `octray render`, with these settings
+    /// and this transfer.
+    fn say(&self, camera: &str, settings: &Settings, transfer: Transfer);
 
     /// Makes another axis of a mesh (`x`, `-z`, ...) point up from the next load on, and turns its light by `rotation`.
     /// Returns false if it cannot.
@@ -70,8 +75,10 @@ pub struct Options {
     pub is_mesh: bool,
     /// The starting camera.
     pub pose: Pose,
-    /// The window's size, and how to trace.
+    /// The window's size, and how to trace the last picture at rest.
     pub settings: Settings,
+    /// How linear channels become bytes.
+    pub transfer: Transfer,
     /// How BVHs are built.
     pub quality: BuildQuality,
     /// Time for a frame while the camera moves.

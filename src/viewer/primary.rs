@@ -1,26 +1,25 @@
 //! Pictures that need camera rays only (preview, normals, cost), and the full picture by brute force.
 
 use super::{
+    first_hits::{BAND, FirstHits},
     request::{Look, Model, Style},
     surface,
 };
 use crate::{
     accel::BinaryBvh,
     heat::heat,
-    lanes::{F32x8, LANES},
-    ray::{Hit, HitPacket, Origins, Ray, RayPacket, T_MAX},
+    ray::{Hit, Ray, T_MAX},
     reference::{
         brute, bvh,
         cost::{self, Stack},
         shade::{Intersect, PixelSample, SecondaryRays, radiance, shading_normal},
     },
     render::{
-        ByteFilm, FrameStats, Mode, OnProgress, Pixel, Progress, RayCounts, RenderError, TileTimes,
-        bands::Bands,
+        ByteFilm, CameraRays, FrameStats, Mode, OnProgress, Progress, RayCounts, RenderError, Settings,
+        TileTimes, Transfer, bands::Bands,
     },
-    scene::{Camera, PixelRays, Scene},
-    simd::{Level, Portable, Simd, at_level},
-    trace::Tracer,
+    scene::{Camera, Scene},
+    simd::{Level, Portable, at_level},
 };
 use rayon::prelude::*;
 use std::{
@@ -29,33 +28,24 @@ use std::{
     time::Instant,
 };
 
-/// Rows of a band, a thread's piece of work: those of a packet.
-const BAND: u32 = 2;
-/// Pixels of a packet's row.
-const ROW: usize = 4;
-
 /// Shared by all bands.
 struct Frame<'a> {
     model: &'a Model,
     style: &'a Style,
-    rays: PixelRays,
-    width: u32,
-    /// Samples along a side of a pixel.
-    n: u32,
+    settings: &'a Settings,
+    rays: CameraRays,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// The memory of a thread.
 struct Scratch<'a> {
-    tracer: Tracer<'a>,
-    packets: Vec<RayPacket>,
-    hits: Vec<HitPacket>,
+    first_hits: FirstHits<'a>,
     sums: Vec<[f32; 3]>,
     todo: Stack,
     bvh_stack: bvh::Stack,
 }
 
-/// Renders into `film`, which has the right size, with `n` samples along a side of a pixel.
+/// Renders into `film`, which has the size of the settings.
 ///
 /// # Errors
 /// [`RenderError::Cancelled`] if `on_progress` returns `Break`. It is called after every pixel of brute force, else
@@ -64,7 +54,7 @@ pub fn render(
     model: &Model,
     camera: &Camera,
     style: &Style,
-    n: u32,
+    settings: &Settings,
     film: &mut ByteFilm,
     on_progress: OnProgress<'_>,
 ) -> Result<FrameStats, RenderError> {
@@ -87,18 +77,17 @@ pub fn render(
     let frame = Frame {
         model,
         style,
-        rays: camera.pixel_rays(&model.scene, width, height, n),
-        width,
-        n,
+        settings,
+        rays: CameraRays::new(&model.scene, camera, settings),
         stop: &|| report(0),
     };
-    if !style.brute && style.look != Look::Cost && style.settings.mode == Mode::Scalar {
+    if !style.brute && style.look != Look::Cost && settings.mode == Mode::Scalar {
         model.bvh.binary(&model.scene);
     }
     let secondary = Bands::new(film.pixels_mut(), width, BAND)
         .in_turn()
         .map_init(
-            || Scratch::new(model, style.settings.level),
+            || Scratch::new(model, settings.level),
             |scratch, (y, band)| {
                 let mut counts = RayCounts::default();
                 if !cancelled.load(Ordering::Relaxed) {
@@ -117,7 +106,7 @@ pub fn render(
     }
     Ok(FrameStats {
         rays: RayCounts {
-            camera: pixels_total * u64::from(n * n),
+            camera: pixels_total * u64::from(settings.samples),
             ..secondary
         },
         elapsed: start.elapsed(),
@@ -128,12 +117,7 @@ pub fn render(
 impl<'a> Scratch<'a> {
     fn new(model: &'a Model, level: Level) -> Self {
         Self {
-            tracer: Tracer::new(&model.bvh)
-                .at_level(level)
-                .through_cut_outs(&model.scene)
-                .with_planes(&model.scene),
-            packets: Vec::new(),
-            hits: Vec::new(),
+            first_hits: FirstHits::new(model, level),
             sums: Vec::new(),
             todo: Stack::default(),
             bvh_stack: bvh::Stack::default(),
@@ -142,18 +126,13 @@ impl<'a> Scratch<'a> {
 
     /// Renders the rows from `y` on into `band`, averaged over all samples.
     fn band(&mut self, frame: &Frame<'_>, y: u32, band: &mut [[u8; 3]]) -> SecondaryRays {
-        let Style {
-            look,
-            brute,
-            settings,
-            ..
-        } = *frame.style;
+        let Style { look, brute, .. } = *frame.style;
+        let settings = frame.settings;
         let scene = &frame.model.scene;
         let mut rays = SecondaryRays::default();
         self.sums.clear();
         self.sums.resize(band.len(), [0.0; 3]);
-        let n = frame.n;
-        for sample in (0..n).flat_map(|row| (0..n).map(move |column| [column, row])) {
+        for sample in frame.rays.samples() {
             if look == Look::Full {
                 for i in 0..band.len() {
                     if (frame.stop)() {
@@ -167,8 +146,8 @@ impl<'a> Scratch<'a> {
                     let (depth, shadows) = (settings.max_depth, settings.shadows);
                     let sample = PixelSample {
                         pixel: frame.pixel(i, y),
-                        number: sample[1] * n + sample[0],
-                        count: n * n,
+                        number: frame.rays.index(sample),
+                        count: settings.samples,
                         cone: frame.rays.cone(),
                     };
                     let color = radiance(scene, &mut intersect, ray, sample, depth, shadows, &mut rays);
@@ -209,83 +188,36 @@ impl<'a> Scratch<'a> {
                     add(sum, color((scene, look), &ray, &hit, 0, frame.rays.cone().spread));
                 }
             } else {
-                self.packets(frame, y, sample);
+                let (width, pixel_width) = (settings.width as usize, frame.rays.cone().spread);
+                let (size, sums) = ([width, band.len() / width], &mut self.sums);
+                self.first_hits
+                    .trace(&frame.rays, size, y, sample, |i, ray, hit| {
+                        add(&mut sums[i], color((scene, look), ray, hit, 0, pixel_width));
+                    });
             }
         }
+        let transfer = match look {
+            Look::Full | Look::Preview => frame.style.transfer,
+            Look::Normals | Look::Cost => Transfer::Linear,
+        };
         for (pixel, sum) in band.iter_mut().zip(&self.sums) {
-            *pixel = <[u8; 3]>::from_linear(sum.map(|c| c / (n * n) as f32), 1.0);
+            *pixel = transfer.encode(sum.map(|c| c / settings.samples as f32));
         }
         rays
-    }
-
-    /// Adds one sample of all pixels of a band, in packets of 4x2.
-    fn packets(&mut self, frame: &Frame<'_>, y: u32, sample: [u32; 2]) {
-        let eye = frame.rays.eye();
-        let width = frame.width as usize;
-        let rows = self.sums.len() / width;
-        let packets = &mut self.packets;
-        packets.clear();
-        at_level!(self.tracer.level(), |simd| push_packets(
-            simd, frame, rows, y, sample, packets
-        ));
-        self.hits.clear();
-        self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
-        self.tracer
-            .closest_hit(Origins::Shared(eye), &self.packets, &mut self.hits);
-        for (packet_i, (rays, hits)) in self.packets.iter().zip(&self.hits).enumerate() {
-            for lane in 0..LANES {
-                let (column, row) = (packet_i * ROW + lane % ROW, lane / ROW);
-                if row < rows && column < width {
-                    let hit = hits.hit(lane);
-                    let ray = rays.ray(lane, eye);
-                    let color = color(
-                        (&frame.model.scene, frame.style.look),
-                        &ray,
-                        &hit,
-                        0,
-                        frame.rays.cone().spread,
-                    );
-                    add(&mut self.sums[row * width + column], color);
-                }
-            }
-        }
-    }
-}
-
-/// Adds the packets of one sample of the `rows` rows from `y` on.
-#[inline(always)]
-fn push_packets<S: Simd>(
-    simd: S,
-    frame: &Frame<'_>,
-    rows: usize,
-    y: u32,
-    sample: [u32; 2],
-    packets: &mut Vec<RayPacket>,
-) {
-    for x in (0..frame.width).step_by(ROW) {
-        let mut t_max = [0.0; LANES];
-        for (lane, t_max) in t_max.iter_mut().enumerate() {
-            if lane / ROW < rows && x as usize + lane % ROW < frame.width as usize {
-                *t_max = T_MAX;
-            }
-        }
-        packets.push(RayPacket {
-            direction: frame.rays.directions(simd, [x, y], sample, &[F32x8::ZERO; 2]),
-            t_max: t_max.into(),
-        });
     }
 }
 
 impl Frame<'_> {
     /// Returns the ray through a sample of pixel `i` of the band that begins at row `y`.
     fn ray(&self, i: usize, y: u32, sample: [u32; 2]) -> Ray {
-        let [x, y] = self.pixel(i, y);
-        Ray::new(self.rays.eye(), self.rays.direction(x, y, sample))
+        let pixel = self.pixel(i, y);
+        at_level!(self.settings.level, |simd| self.rays.ray(simd, pixel, sample))
     }
 
     /// Returns the column and row of pixel `i` of that band.
     fn pixel(&self, i: usize, y: u32) -> [u32; 2] {
-        [i as u32 % self.width, y + i as u32 / self.width]
+        let width = self.settings.width;
+        [i as u32 % width, y + i as u32 / width]
     }
 }
 

@@ -1,35 +1,34 @@
-//! The pictures that are traced at rest: 1, 4, 16 and 64 samples a pixel.
+//! The pictures that are traced at rest: of 1, 4, 16, ... samples a pixel, up to a last number.
 //!
-//! Each is traced from scratch on a regular grid of samples, so it has the bytes of `octray render --samples`. The grids share
-//! no samples: 64 samples cost 85 rays a pixel.
+//! Each is traced from scratch, so that the last one has the bytes of `octray render --samples`. They share no samples:
+//! 64 cost 85 rays a pixel.
 
-/// Samples along a side of a pixel, picture after picture.
-pub const GRIDS: [u32; 4] = [1, 2, 4, 8];
+/// How much finer each picture is than the one before.
+const STEP: u32 = 4;
 
 /// Which picture comes next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Progressive {
-    next: usize,
+    /// Samples a pixel of the finest picture so far.
+    done: u32,
 }
 
 impl Progressive {
     /// Starts again.
     pub fn restart(&mut self) {
-        self.next = 0;
+        self.done = 0;
     }
 
-    /// Returns the samples along a side of a pixel of the next picture; `None` after the last one.
+    /// Returns the samples a pixel of the next picture; `None` after one of `last` samples.
     #[must_use]
-    pub fn next(&self, antialias: bool) -> Option<u32> {
-        let last = if antialias { GRIDS.len() } else { 1 };
-        GRIDS[..last].get(self.next).copied()
+    pub fn next(&self, last: u32) -> Option<u32> {
+        let next = self.done.saturating_mul(STEP).clamp(1, last.max(1));
+        (self.done < last).then_some(next)
     }
 
     /// Takes in that the picture with these samples is done.
-    pub fn done(&mut self, samples_per_axis: u32) {
-        if let Some(i) = GRIDS.iter().position(|&n| n == samples_per_axis) {
-            self.next = self.next.max(i + 1);
-        }
+    pub fn done(&mut self, samples: u32) {
+        self.done = self.done.max(samples);
     }
 }
 
@@ -37,31 +36,37 @@ impl Progressive {
 mod tests {
     use super::*;
 
-    fn all(state: &mut Progressive, antialias: bool) -> Vec<u32> {
+    fn all(state: &mut Progressive, last: u32) -> Vec<u32> {
         std::iter::from_fn(|| {
-            let n = state.next(antialias)?;
-            state.done(n);
-            Some(n * n)
+            let samples = state.next(last)?;
+            state.done(samples);
+            Some(samples)
         })
         .collect()
     }
 
     #[test]
-    fn up_to_64_samples_and_then_nothing() {
+    fn up_to_the_last_number_and_then_nothing() {
         let mut state = Progressive::default();
-        assert_eq!(all(&mut state, true), [1, 4, 16, 64]);
-        assert_eq!(state.next(true), None);
-        state.restart();
-        assert_eq!(all(&mut state, false), [1]);
-        // Anti-aliasing continues after the first picture.
-        assert_eq!(all(&mut state, true), [4, 16, 64]);
-        assert_eq!(all(&mut state, false), [0; 0]);
+        assert_eq!(all(&mut state, 64), [1, 4, 16, 64]);
+        assert_eq!(state.next(64), None);
+        for (last, expected) in [
+            (1, &[1][..]),
+            (10, &[1, 4, 10]),
+            (4, &[1, 4]),
+            (65, &[1, 4, 16, 64, 65]),
+        ] {
+            state.restart();
+            assert_eq!(all(&mut state, last), expected);
+        }
+        state.done(u32::MAX - 1);
+        assert_eq!(state.next(u32::MAX), Some(u32::MAX));
     }
 
     #[test]
     fn a_moving_frame_of_full_quality_counts() {
         let mut state = Progressive::default();
         state.done(1);
-        assert_eq!(all(&mut state, true), [4, 16, 64]);
+        assert_eq!(all(&mut state, 64), [4, 16, 64]);
     }
 }

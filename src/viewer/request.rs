@@ -3,7 +3,7 @@
 use super::{objects::Objects, orbit::Pose};
 use crate::{
     accel::Bvh,
-    render::Settings,
+    render::{Filter, Pattern, Settings, Transfer},
     scene::{Camera, Scene},
 };
 use std::sync::{Arc, OnceLock};
@@ -44,8 +44,45 @@ pub struct Style {
     pub antialias: bool,
     /// Boxes over the picture.
     pub boxes: Boxes,
-    /// Depth, shadows, mode and threads. The size is ignored: the window has its own.
+    /// How the last picture at rest is traced. The size is ignored: the window has its own.
     pub settings: Settings,
+    /// How linear channels become bytes.
+    pub transfer: Transfer,
+}
+
+impl Style {
+    /// Returns the samples a pixel of the last picture at rest.
+    #[must_use]
+    pub fn last_samples(&self) -> u32 {
+        if self.antialias { self.settings.samples } else { 1 }
+    }
+
+    /// Returns the settings of a picture of `size` with so many samples a pixel. A single one goes through the centre.
+    /// Brute force takes all samples in all pixels; normals and costs take those of a regular grid.
+    #[must_use]
+    pub fn settings(&self, [width, height]: [u32; 2], samples: u32) -> Settings {
+        let settings = Settings {
+            width,
+            height,
+            samples,
+            adaptive: self.settings.adaptive && !self.brute,
+            ..self.settings
+        };
+        let regular = Settings {
+            adaptive: false,
+            pattern: Pattern::Grid,
+            ..settings
+        };
+        match self.look {
+            Look::Full if samples == 1 => regular,
+            Look::Full => settings,
+            _ => Settings {
+                samples: samples.isqrt().pow(2),
+                filter: Filter::Box,
+                ..regular
+            },
+        }
+    }
 }
 
 /// A scene ready for tracing.

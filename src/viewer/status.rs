@@ -61,7 +61,8 @@ impl Status {
             line.push_str(&format!(" from {w}x{h}"));
         }
         let s = if picture.samples == 1 { "" } else { "s" };
-        line.push_str(&format!(" - {} sample{s}", picture.samples));
+        let most = if picture.adaptive { "up to " } else { "" };
+        line.push_str(&format!(" - {most}{} sample{s}", picture.samples));
         if picture.stand_in {
             line.push_str(" - BVH while moving");
         }
@@ -125,6 +126,12 @@ mod tests {
         assert!(
             title.ends_with("a.scn - 300.0 Mrays/s - 640x480 - 64 samples - done"),
             "{title}"
+        );
+        picture.adaptive = true;
+        assert!(
+            status
+                .line(&picture)
+                .ends_with("640x480 - up to 64 samples - done")
         );
         assert!(status.modes()[0].contains("300.0") && status.modes()[1].contains("press p"));
     }

@@ -3,8 +3,11 @@
 
 use crate::{
     ray::{Hit, PrimitiveId, Ray},
-    reference::shade::{albedo, shading_normal},
-    scene::{Material, Scene},
+    reference::{
+        light,
+        shade::{albedo, shading_normal},
+    },
+    scene::{Material, Scene, SurfaceTextures},
 };
 use glam::Vec3;
 
@@ -47,4 +50,36 @@ pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit, pixel_width: f32) -> [f32; 3
         }
     }
     std::array::from_fn(|c| own[c] * light[c].min(1.0))
+}
+
+/// Returns the light of a diffuse surface as if nothing were occluded, from the centres of soft lights and without
+/// highlights; `None` for one that shines, mirrors or refracts.
+#[must_use]
+pub fn unoccluded(scene: &Scene, ray: &Ray, hit: &Hit, normal: Vec3, pixel_width: f32) -> Option<[f32; 3]> {
+    let k_d = match *material(scene, hit.primitive) {
+        Material::Silhouette { .. } | Material::Glass { .. } | Material::Reflection { .. } => return None,
+        Material::Matte { .. } => 1.0,
+        Material::BlinnPhong { k_d, .. } => k_d,
+    };
+    if scene
+        .textures_of(hit.primitive)
+        .is_some_and(SurfaceTextures::emits)
+    {
+        return None;
+    }
+    let (own, point) = (albedo(scene, ray, hit, hit.t * pixel_width), point(ray, hit));
+    // Only the mean matters: how much of the environment arrives is left to the share.
+    let around = if scene.environment().is_some() { 1.0 } else { 0.0 };
+    let mut light = [scene.ambient() + around; 3];
+    for from_scene in scene.lights() {
+        let (to_light, power) = light::from_middle(from_scene, point);
+        let facing = k_d * normal.dot(to_light);
+        // Not at a light, whose direction is NaN.
+        if facing > 0.0 {
+            for (sum, power) in light.iter_mut().zip(power) {
+                *sum += facing * power;
+            }
+        }
+    }
+    Some(std::array::from_fn(|c| own[c] * light[c]))
 }

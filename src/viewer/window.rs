@@ -143,6 +143,7 @@ impl App {
                 antialias: true,
                 boxes: Boxes::Hidden,
                 settings,
+                transfer: options.transfer,
             },
             size: [settings.width, settings.height],
             picture: Picture::default(),

@@ -7,14 +7,14 @@ use super::{
     boxes,
     budget::Budget,
     mailbox::{Job, Picture, Shared},
-    primary,
+    painter::Painter,
     progressive::Progressive,
     request::{Boxes, Look, Model, Request},
     screen::{self, Canvas},
 };
 use crate::{
     math::Aabb,
-    render::{ByteFilm, FrameStats, OnProgress, RenderError, Renderer, Settings},
+    render::{FrameStats, Mode, Progress, RenderError},
 };
 use std::{
     ops::ControlFlow,
@@ -48,10 +48,9 @@ pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
             shared,
             tell,
             model: &model,
-            renderer: Renderer::new(&model.scene, &model.bvh),
+            painter: Painter::new(&model),
             budget: Budget::new(budget),
             progressive: Progressive::default(),
-            film: ByteFilm::black(0, 0),
             stands_in: false,
             boxes: (Boxes::Hidden, Vec::new()),
         };
@@ -64,10 +63,9 @@ struct Session<'a> {
     shared: &'a Shared,
     tell: &'a (dyn Fn(Note) + Sync),
     model: &'a Model,
-    renderer: Renderer<'a>,
+    painter: Painter<'a>,
     budget: Budget,
     progressive: Progressive,
-    film: ByteFilm,
     /// Whether brute force is too slow for a moving camera. The BVH then makes the same picture.
     stands_in: bool,
     boxes: (Boxes, Vec<Aabb>),
@@ -81,8 +79,8 @@ impl Session<'_> {
             let timeout = if moving {
                 self.moving_frame(&job);
                 Some(REST)
-            } else if let Some(n) = self.progressive.next(job.request.style.antialias) {
-                self.resting_frame(&job, n);
+            } else if let Some(samples) = self.progressive.next(job.request.style.last_samples()) {
+                self.resting_frame(&job, samples);
                 Some(Duration::ZERO)
             } else {
                 None
@@ -117,7 +115,8 @@ impl Session<'_> {
             let by_bvh = self.stands_in || !request.style.brute;
             let plan = self.budget.plan(request.size);
             let (shared, budget, done) = (self.shared, self.budget.clone(), AtomicU64::new(0));
-            let traced = self.trace(stand_in.as_ref().unwrap_or(request), plan.size, 1, &|progress| {
+            let shown = stand_in.as_ref().unwrap_or(request);
+            let traced = self.painter.trace_denoised(shown, plan.size, 1, &|progress| {
                 done.fetch_max(progress.pixels_done, Ordering::Relaxed);
                 // The coarsest picture is finished unless the camera has moved on.
                 let has_other = !plan.coarsest || !by_bvh || shared.changed_since(*generation);
@@ -129,16 +128,12 @@ impl Session<'_> {
             });
             match traced {
                 Ok(stats) => {
-                    if plan.full && stand_in.is_none() {
+                    // At rest a single sample keeps its grain.
+                    let is_grainy = request.style.last_samples() == 1 && self.painter.denoises(request);
+                    if plan.full && stand_in.is_none() && !is_grainy {
                         self.progressive.done(1);
                     }
-                    self.publish(
-                        stand_in.as_ref().unwrap_or(request),
-                        *generation,
-                        &stats,
-                        1,
-                        plan.full,
-                    );
+                    self.publish(shown, *generation, &stats, 1, plan.full);
                     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
                     self.budget.learn(pixels, start.elapsed());
                     return;
@@ -159,11 +154,11 @@ impl Session<'_> {
     }
 
     /// Traces the whole picture unless the request changes meanwhile.
-    fn resting_frame(&mut self, Job { request, generation }: &Job, n: u32) {
+    fn resting_frame(&mut self, Job { request, generation }: &Job, samples: u32) {
         let (shared, tell) = (self.shared, self.tell);
         let start = Instant::now();
         let told = AtomicU64::new(0);
-        let traced = self.trace(request, request.size, n, &|progress| {
+        let on_progress = |progress: Progress| {
             let ticks = (start.elapsed().as_millis() / PROGRESS.as_millis()) as u64;
             if told.fetch_max(ticks, Ordering::Relaxed) < ticks {
                 tell(Note::Progress(
@@ -175,50 +170,41 @@ impl Session<'_> {
             } else {
                 ControlFlow::Continue(())
             }
-        });
+        };
+        let last = request.style.last_samples();
+        let traced = if samples < last {
+            self.painter
+                .trace_denoised(request, request.size, samples, &on_progress)
+        } else {
+            self.painter.trace(request, request.size, samples, &on_progress)
+        };
         match traced {
             Ok(stats) => {
-                self.progressive.done(n);
-                self.publish(request, *generation, &stats, n, true);
+                self.progressive.done(samples);
+                self.publish(request, *generation, &stats, samples, true);
             }
             Err(RenderError::Cancelled) => {}
             // Over a limit: the picture on the screen stays.
-            Err(_) => self.progressive.done(super::progressive::GRIDS[3]),
+            Err(_) => self.progressive.done(last),
         }
     }
 
-    fn trace(
-        &mut self,
-        request: &Request,
-        size: [u32; 2],
-        n: u32,
-        on_progress: OnProgress<'_>,
-    ) -> Result<FrameStats, RenderError> {
-        trace(
-            &mut self.renderer,
-            self.model,
-            request,
-            size,
-            n,
-            &mut self.film,
-            on_progress,
-        )
-    }
-
     /// Hands the film and the boxes over it to the window.
-    fn publish(&mut self, request: &Request, generation: u64, stats: &FrameStats, n: u32, full: bool) {
+    fn publish(&mut self, request: &Request, generation: u64, stats: &FrameStats, samples: u32, full: bool) {
         let mut pixels = self.shared.spare();
-        screen::spread(&self.film, request.size, &mut pixels);
-        let last = full && self.progressive.next(request.style.antialias).is_none();
-        self.draw_boxes(request, &mut pixels, last || n > 1);
-        let is_packets = request.style.settings.mode == crate::render::Mode::Packet;
+        screen::spread(&self.painter.film, request.size, &mut pixels);
+        let last = full && self.progressive.next(request.style.last_samples()).is_none();
+        self.draw_boxes(request, &mut pixels, last || samples > 1);
+        let settings = request.style.settings(request.size, samples);
+        let is_packets = settings.mode == Mode::Packet;
         let either = !request.style.brute && request.style.look != Look::Cost;
         self.shared.publish(Picture {
             pixels,
             generation,
             size: request.size,
-            traced: [self.film.width(), self.film.height()],
-            samples: n * n,
+            traced: [self.painter.film.width(), self.painter.film.height()],
+            samples: settings.samples,
+            adaptive: settings.adaptive,
             full,
             last,
             stand_in: self.stands_in && !request.style.brute,
@@ -253,32 +239,4 @@ impl Session<'_> {
             boxes::COLOR,
         );
     }
-}
-
-/// Traces a request in `size` pixels, `n` samples along a side of each.
-///
-/// # Errors
-/// [`RenderError`].
-pub fn trace(
-    renderer: &mut Renderer<'_>,
-    model: &Model,
-    request: &Request,
-    size: [u32; 2],
-    n: u32,
-    film: &mut ByteFilm,
-    on_progress: OnProgress<'_>,
-) -> Result<FrameStats, RenderError> {
-    let style = &request.style;
-    let settings = Settings {
-        width: size[0],
-        height: size[1],
-        samples: n * n,
-        ..style.settings
-    };
-    if style.look == Look::Full && !style.brute {
-        return renderer.render(&request.camera, &settings, film, on_progress);
-    }
-    settings.validate()?;
-    film.resize(size[0], size[1]);
-    primary::render(model, &request.camera, style, n, film, on_progress)
 }

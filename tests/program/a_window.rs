@@ -4,12 +4,12 @@
 //! Tests wait for a result, for a minute at most, and not for a fixed time.
 #![cfg(target_os = "linux")]
 
-use crate::window::{Screen, Viewer, difference, idle_ticks, keep, wait_for};
+use crate::window::{
+    BELOW_MESSAGE, SIZE, Screen, Viewer, difference, idle_ticks, keep,
+    meshes::{self, triangle},
+    wait_for,
+};
 use std::{thread, time::Duration};
-
-const SIZE: [u32; 2] = [200, 150];
-/// A message of one line ends above this row.
-const BELOW_MESSAGE: u32 = 30;
 
 /// One window after the other: they share pointer and focus.
 #[test]
@@ -19,7 +19,8 @@ fn the_window_does_what_its_keys_say() {
     every_key_does_something(&screen);
     mouse_and_flight_move_the_camera(&screen);
     a_notch_is_small_on_a_large_floor(&screen);
-    meshes_have_six_sides_and_turn(&screen);
+    meshes::look_as_render_makes_them(&screen);
+    meshes::have_six_sides_and_turn(&screen);
     the_window_resizes(&screen);
     fast_input_breaks_nothing(&screen);
     changed_files_are_loaded(&screen);
@@ -225,51 +226,6 @@ fn a_notch_is_small_on_a_large_floor(screen: &Screen) {
     viewer.quit("q");
 }
 
-/// Every side and every turn is what render makes of the printed options.
-fn meshes_have_six_sides_and_turn(screen: &Screen) {
-    let mut viewer = Viewer::open_file(screen, "t.ply", &triangle("1"), SIZE, &["--ground"]);
-    viewer.key("a");
-    let start = viewer.camera_options();
-    let mut seen = vec![start.clone()];
-    let mut check = |viewer: &Viewer, what: &str| {
-        let line = viewer.camera_options();
-        assert!(!seen.contains(&line), "{what}: {line}");
-        let options: Vec<&str> = line.split_whitespace().collect();
-        viewer.wait_for_picture(what, &viewer.render(&options), BELOW_MESSAGE);
-        seen.push(line);
-    };
-    for side in 1..=6 {
-        viewer.key(&side.to_string());
-        check(&viewer, &format!("side {side}"));
-    }
-    let up = |line: &str| {
-        line.split_whitespace()
-            .find(|word| word.starts_with("--up="))
-            .map(str::to_owned)
-    };
-    viewer.key("u");
-    wait_for("another up axis", || {
-        let line = viewer.camera_options();
-        if up(&line) == up(&start) {
-            Err(line)
-        } else {
-            Ok(())
-        }
-    });
-    check(&viewer, "turned");
-    viewer.key("Home");
-    check(&viewer, "the starting camera, turned");
-    viewer.quit("q");
-}
-
-/// A mesh of one triangle at this height.
-fn triangle(z: &str) -> String {
-    format!(
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
-         element face 1\nproperty list uchar int vertex_indices\nend_header\n-2 -2 {z}\n2 -2 {z}\n0 2 {z}\n3 0 1 2\n"
-    )
-}
-
 fn the_window_resizes(screen: &Screen) {
     let mut viewer = Viewer::open(screen, SIZE, &["--view=1"]);
     viewer.key("a");
@@ -322,8 +278,8 @@ fn fast_input_breaks_nothing(screen: &Screen) {
     viewer.drag(1, [60, 60], [90, 70]);
     viewer.keys(&["1", "u", "f", "5"]);
     viewer.key("Home");
-    let plain = viewer.render(&["--view=1", "--style=plain"]);
-    viewer.wait_for_picture("a point", &plain, 2 * BELOW_MESSAGE);
+    let expected = viewer.render(&["--view=1", "--samples=1"]);
+    viewer.wait_for_picture("a point", &expected, 2 * BELOW_MESSAGE);
     viewer.quit("q");
 }
 

@@ -89,6 +89,12 @@ pub fn with_defaults(
     }))
 }
 
+/// Whether `octray render` reads a config file unless told otherwise.
+#[cfg(feature = "viewer")]
+pub fn is_present() -> bool {
+    usual_place().is_some_and(|path| path.exists())
+}
+
 fn usual_place() -> Option<PathBuf> {
     let set = |name| env::var_os(name).map(PathBuf::from);
     // The XDG standard: a relative path is ignored.

@@ -15,6 +15,8 @@ mod picture;
 mod render;
 mod series;
 mod shell;
+#[cfg(feature = "viewer")]
+mod spelled;
 mod trace;
 mod usage;
 mod values;
@@ -22,6 +24,9 @@ mod verify;
 #[cfg(feature = "viewer")]
 mod view;
 
+pub use picture::look;
+#[cfg(feature = "viewer")]
+pub use spelled::spelled;
 pub use values::numbers;
 
 use super::{
@@ -249,6 +254,44 @@ mod tests {
             Build::Quality(BuildQuality::Ploc).quality(1.0, 10_000_000),
             BuildQuality::Ploc
         );
+    }
+
+    #[cfg(feature = "viewer")]
+    #[test]
+    fn what_the_window_prints_makes_its_picture() {
+        use crate::cli::plan::Style;
+        for options in [
+            &[][..],
+            &["--samples=auto"],
+            &["--samples=auto:7", "--filter=box", "--linear"],
+            &["--samples=1"],
+            &["--samples=10", "--srgb", "--no-shadows"],
+            &["--samples=16", "--pattern=stratified", "--max-depth=7"],
+            &["--pattern=sobol", "--filter=tent"],
+            &["--pattern=grid", "--filter=blackman-harris"],
+        ] {
+            for style in [None, Some(Style::Plain), Some(Style::Studio), Some(Style::Clay)] {
+                let mut arguments = vec!["view", "--size=20x10", "a"];
+                arguments.extend(match style {
+                    Some(Style::Plain) => Some("--style=plain"),
+                    Some(Style::Clay) => Some("--style=clay"),
+                    _ => None,
+                });
+                arguments.extend(options);
+                let Ok(Command::View(view)) = parse(&arguments) else {
+                    panic!("{arguments:?}");
+                };
+                let shown = view.looks().unwrap();
+                let shown = shown.of(style.is_some());
+                let printed = spelled(&shown.settings, shown.picture.transfer, style);
+                let arguments: Vec<&str> = ["render", "--size=20x10", "a"]
+                    .into_iter()
+                    .chain(printed.split_whitespace())
+                    .collect();
+                let looks = parse_render(&arguments).looks().unwrap();
+                assert_eq!(looks.of(style.is_some()), shown, "{printed}");
+            }
+        }
     }
 
     #[test]

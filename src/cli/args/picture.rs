@@ -2,7 +2,11 @@
 
 use super::values;
 use crate::{
-    cli::{CliError, plan::PictureOptions, write::AovKind},
+    cli::{
+        CliError,
+        plan::{PictureOptions, Style},
+        write::AovKind,
+    },
     render::{Crop, Filter, Pattern, Settings, Transfer},
 };
 use clap::{Args, ValueEnum};
@@ -21,21 +25,43 @@ pub struct PictureArgs {
     #[arg(id = "aov", long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub aovs: Vec<AovKind>,
 
-    /// Encode bytes with the sRGB curve, as screens expect
-    #[arg(long, conflicts_with = "linear")]
-    pub srgb: bool,
-
-    /// Write linear values, without gamma (the default for scenes and plain meshes)
-    #[arg(long)]
-    pub linear: bool,
+    #[command(flatten)]
+    pub transfer: TransferArgs,
 
     /// What is behind the scene
     #[arg(long, value_enum, default_value_t = BackgroundArg::Scene)]
     pub background: BackgroundArg,
 }
 
-/// Samples of the soft styles, whose grain is hardly seen then, and the most of `auto`.
+/// How linear channels become bytes.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
+pub struct TransferArgs {
+    /// Encode bytes with the sRGB curve, as screens expect (the default for meshes that are not plain)
+    #[arg(long, conflicts_with = "linear")]
+    pub srgb: bool,
+
+    /// Write linear values, without gamma (the default for scenes and plain meshes)
+    #[arg(long)]
+    pub linear: bool,
+}
+
+/// How a mesh is lit.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Meshes")]
+pub struct StyleArgs {
+    /// How a mesh is lit, and how its picture is made unless other options say so [default: studio]
+    #[arg(long, value_enum)]
+    pub style: Option<Style>,
+}
+
+/// The most samples of `auto`, and of the soft styles, whose grain is hardly seen then.
 const MANY_SAMPLES: u32 = 16;
+
+/// Samples of a picture if no option says so: of a mesh in one of the soft styles, or of anything else.
+pub fn usual_samples(is_soft: bool) -> u32 {
+    if is_soft { MANY_SAMPLES } else { 1 }
+}
 
 /// How many samples a pixel takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,15 +99,29 @@ pub enum BackgroundArg {
     Transparent,
 }
 
+impl TransferArgs {
+    /// `is_srgb`: by itself, because of a soft style.
+    pub fn transfer(&self, is_srgb: bool) -> Transfer {
+        if self.srgb || is_srgb && !self.linear {
+            Transfer::Srgb
+        } else {
+            Transfer::Linear
+        }
+    }
+}
+
+impl StyleArgs {
+    /// The style of meshes.
+    pub fn style(&self) -> Style {
+        self.style.unwrap_or(Style::Studio)
+    }
+}
+
 impl PictureArgs {
     /// As plain values. `is_srgb`: by itself, because of a soft style.
     pub fn options(&self, is_srgb: bool) -> PictureOptions {
         PictureOptions {
-            transfer: if self.srgb || is_srgb && !self.linear {
-                Transfer::Srgb
-            } else {
-                Transfer::Linear
-            },
+            transfer: self.transfer.transfer(is_srgb),
             transparent: self.background == BackgroundArg::Transparent,
             aovs: self.aovs.clone(),
         }
@@ -121,16 +161,16 @@ impl Samples {
 }
 
 impl SampleArgs {
-    /// Puts the samples into the settings; `is_soft`: of a mesh in one of the soft styles.
+    /// Puts the samples into the settings: `usual` ones if no option says so. `is_soft`: of a mesh in one of the soft
+    /// styles, whose pixels take fewer where that suits the pattern.
     ///
     /// # Errors
     /// [`CliError::Usage`] if the number does not suit the pattern that was asked for.
-    pub fn apply(&self, settings: &mut Settings, is_soft: bool) -> Result<(), CliError> {
+    pub fn apply(&self, settings: &mut Settings, is_soft: bool, usual: u32) -> Result<(), CliError> {
         let regular = self.pattern.filter(|&pattern| pattern != Pattern::Sobol);
         let samples = self.samples.unwrap_or(match (is_soft, regular) {
-            (false, _) => Samples::Exactly(1),
-            (true, None) => Samples::Auto(MANY_SAMPLES),
-            (true, Some(_)) => Samples::Exactly(MANY_SAMPLES),
+            (true, None) => Samples::Auto(usual),
+            _ => Samples::Exactly(usual),
         });
         (settings.samples, settings.pattern) = match samples {
             Samples::Exactly(samples) => (samples, self.pattern_of(samples)?),
@@ -139,15 +179,14 @@ impl SampleArgs {
                     return Err(CliError::Usage(format!(
                         "--pattern {} needs the same samples in every pixel: use a number with --samples, or --pattern sobol \
                          for auto",
-                        name_of(pattern)
+                        name_of(&pattern)
                     )));
                 }
                 (most, Pattern::Sobol)
             }
         };
         settings.adaptive = matches!(samples, Samples::Auto(_));
-        let filter = if is_soft { Filter::Tent } else { Filter::Box };
-        settings.filter = self.filter.unwrap_or(filter);
+        settings.filter = self.filter.unwrap_or(usual_filter(is_soft));
         Ok(())
     }
 
@@ -161,18 +200,54 @@ impl SampleArgs {
                 Err(CliError::Usage(format!(
                     "--pattern {} needs a square number of samples: use --samples {below} or {above}, or --pattern sobol \
                      for {samples}",
-                    name_of(pattern)
+                    name_of(&pattern)
                 )))
             }
             Some(pattern) => Ok(pattern),
-            None if is_square => Ok(Pattern::Grid),
-            None => Ok(Pattern::Sobol),
+            None => Ok(usual_pattern(samples)),
         }
     }
 }
 
-/// Returns a pattern's name on the command line.
-fn name_of(pattern: Pattern) -> String {
-    let value = pattern.to_possible_value();
+pub(super) fn usual_pattern(samples: u32) -> Pattern {
+    if samples.isqrt().pow(2) == samples {
+        Pattern::Grid
+    } else {
+        Pattern::Sobol
+    }
+}
+
+pub(super) fn usual_filter(is_soft: bool) -> Filter {
+    if is_soft { Filter::Tent } else { Filter::Box }
+}
+
+/// Returns a value's name on the command line.
+pub(super) fn name_of(value: &impl ValueEnum) -> String {
+    let value = value.to_possible_value();
     value.map_or(String::new(), |value| value.get_name().to_owned())
+}
+
+/// Returns how `octray render` makes a picture of a scene, or of a mesh in `style`, with the value of `--samples` as its only
+/// other option.
+///
+/// # Errors
+/// [`CliError::Usage`] if that is not a value of it.
+pub fn look(
+    mut settings: Settings,
+    style: Option<Style>,
+    samples: Option<&str>,
+) -> Result<(Settings, Transfer), CliError> {
+    let wrong = |expected| CliError::Usage(format!("samples: {expected}"));
+    let is_soft = style.is_some_and(Style::is_soft);
+    let sampling = SampleArgs {
+        samples: samples.map(Samples::parse).transpose().map_err(wrong)?,
+        pattern: None,
+        filter: None,
+    };
+    sampling.apply(&mut settings, is_soft, usual_samples(is_soft))?;
+    let transfer = TransferArgs {
+        srgb: false,
+        linear: false,
+    };
+    Ok((settings, transfer.transfer(is_soft)))
 }

@@ -4,7 +4,7 @@ use super::{
     camera::{CameraArgs, MeshArgs},
     config::ConfigArgs,
     limits::MemoryArgs,
-    picture::{PictureArgs, SampleArgs},
+    picture::{PictureArgs, SampleArgs, StyleArgs, usual_samples},
     series::{CompareArgs, SeriesArgs},
     trace::TraceArgs,
     values::{self, Size},
@@ -13,8 +13,7 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, RenderPlan, Style, check_inputs,
-            is_standard_input,
+            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, RenderPlan, check_inputs, is_standard_input,
         },
         process::useful_threads,
         write::is_foreign,
@@ -57,9 +56,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub mesh: MeshArgs,
 
-    /// How a mesh is lit, and how its picture is made unless other options say so [default: studio]
-    #[arg(long, value_enum, help_heading = "Meshes")]
-    pub style: Option<Style>,
+    #[command(flatten)]
+    pub style: StyleArgs,
 
     #[command(flatten)]
     pub trace: TraceArgs,
@@ -103,7 +101,8 @@ impl RenderArgs {
     fn look(&self, is_soft: bool) -> Result<Look, CliError> {
         let mut settings = self.trace.settings(self.size)?;
         self.picture.apply(&mut settings)?;
-        self.sampling.apply(&mut settings, is_soft)?;
+        self.sampling
+            .apply(&mut settings, is_soft, usual_samples(is_soft))?;
         settings.validate()?;
         let is_exr = self.output.as_deref().and_then(Path::extension);
         let is_exr = is_exr.is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
@@ -111,16 +110,24 @@ impl RenderArgs {
         Ok(Look { settings, picture })
     }
 
+    /// How pictures are made.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn looks(&self) -> Result<Looks, CliError> {
+        Ok(Looks {
+            scene: self.look(false)?,
+            mesh: self.look(self.style.style().is_soft())?,
+        })
+    }
+
     /// Checks the arguments, and names and checks every picture.
     ///
     /// # Errors
     /// [`CliError`].
     pub fn plan(&self) -> Result<RenderPlan, CliError> {
-        let style = self.style.unwrap_or(Style::Studio);
-        let looks = Looks {
-            scene: self.look(false)?,
-            mesh: self.look(style.is_soft())?,
-        };
+        let style = self.style.style();
+        let looks = self.looks()?;
         let turntable = self.series.turntable();
         let pictures = Pictures {
             look: &looks.mesh,
@@ -134,7 +141,7 @@ impl RenderArgs {
         let camera = self.camera.options();
         let mesh = MeshOptions {
             style,
-            is_style_given: self.style.is_some() && !self.is_default("style"),
+            is_style_given: self.style.style.is_some() && !self.is_default("style"),
             ..self.mesh.options(turntable.is_some())
         };
         let memory = self.memory.limit();

@@ -2,19 +2,28 @@
 
 use super::{
     camera::{CameraArgs, MeshArgs},
+    config,
     limits::MemoryArgs,
+    picture::{SampleArgs, StyleArgs, TransferArgs},
     trace::TraceArgs,
     values::{self, Size},
 };
 use crate::cli::{
     CliError,
-    plan::{InputPlan, JsonTarget, ViewPlan},
+    plan::{InputPlan, JsonTarget, Look, Looks, MeshOptions, PictureOptions, ViewPlan},
 };
 use clap::Args;
 use std::{path::PathBuf, time::Duration};
 
+/// Samples of the last picture at rest.
+const SAMPLES_AT_REST: u32 = 64;
+/// What the options say here.
+const SAMPLES_HELP: &str = "Samples per pixel of the last picture at rest; auto takes up to 16, and auto:N up to N, fewer in \
+                            pixels that look like their neighbours [default: 64; auto:64 for meshes that are not plain]";
+
 /// Arguments of `octray view`.
 #[derive(Args, Debug)]
+#[command(mut_arg("samples", |samples| samples.help(SAMPLES_HELP)))]
 pub struct ViewArgs {
     /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf); - reads one from standard input
     pub scene: PathBuf,
@@ -28,6 +37,15 @@ pub struct ViewArgs {
 
     #[command(flatten)]
     pub mesh: MeshArgs,
+
+    #[command(flatten)]
+    pub style: StyleArgs,
+
+    #[command(flatten)]
+    pub transfer: TransferArgs,
+
+    #[command(flatten)]
+    pub sampling: SampleArgs,
 
     #[command(flatten)]
     pub trace: TraceArgs,
@@ -55,17 +73,46 @@ impl ViewArgs {
     /// # Errors
     /// [`CliError`].
     pub fn plan(&self) -> Result<ViewPlan, CliError> {
-        let settings = self.trace.settings(self.size)?;
-        let aspect = f64::from(settings.width) / f64::from(settings.height);
-        let (camera, mesh) = (self.camera.options(), self.mesh.options(false));
+        let aspect = f64::from(self.size.width) / f64::from(self.size.height);
+        let style = self.style.style();
+        let mesh = MeshOptions {
+            style,
+            is_style_given: self.style.style.is_some(),
+            ..self.mesh.options(false)
+        };
         Ok(ViewPlan {
-            input: InputPlan::new(&self.scene, camera, mesh, aspect)?,
-            settings,
+            input: InputPlan::new(&self.scene, self.camera.options(), mesh, aspect)?,
+            looks: self.looks()?,
+            has_config: config::is_present(),
             build: self.trace.build,
             budget: Duration::from_millis(u64::from(self.budget)),
             benchmark: self.benchmark.map(Duration::from_secs_f64),
             json: self.json.as_deref().map(JsonTarget::new).transpose()?,
             memory: self.memory.limit(),
         })
+    }
+
+    /// How the last picture at rest is made.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn looks(&self) -> Result<Looks, CliError> {
+        Ok(Looks {
+            scene: self.look(false)?,
+            mesh: self.look(self.style.style().is_soft())?,
+        })
+    }
+
+    /// How it is made: of scenes and plain meshes, or of meshes in a soft style.
+    fn look(&self, is_soft: bool) -> Result<Look, CliError> {
+        let mut settings = self.trace.settings(self.size)?;
+        self.sampling.apply(&mut settings, is_soft, SAMPLES_AT_REST)?;
+        settings.validate()?;
+        let picture = PictureOptions {
+            transfer: self.transfer.transfer(is_soft),
+            transparent: false,
+            aovs: Vec::new(),
+        };
+        Ok(Look { settings, picture })
     }
 }

@@ -132,12 +132,7 @@ impl Call<'_> {
         let loaded = input.as_ref().ok().map(|input| &input.scene);
         self.inputs.add_scene(&job.input.path, &files, loaded);
         let input = input?;
-        let looks = &self.plan.looks;
-        let look = if input.is_mesh() {
-            &looks.mesh
-        } else {
-            &looks.scene
-        };
+        let look = self.plan.looks.of(input.is_mesh());
         let Input {
             mut scene,
             camera,

@@ -3,14 +3,15 @@
 use crate::{
     cli::{
         CliError,
+        args::spelled,
         load::{self, Input},
-        plan::{InputPlan, MeshOptions, ViewPlan, is_standard_input, stem},
+        plan::{InputPlan, Look, MeshOptions, Style, ViewPlan, is_standard_input, stem},
         process,
         report::{self, quoted},
         write::{Format, Inputs, Pixels, json_line, write_json},
     },
     error::clip,
-    render::ByteFilm,
+    render::{ByteFilm, Settings, Transfer},
     scene::{Projection, Scene, View},
     viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},
     whole_file,
@@ -32,39 +33,32 @@ const MOST_PICTURES: u32 = 99_999;
 pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     let ViewPlan {
         input,
-        settings,
+        looks,
+        has_config,
         build,
         budget,
         benchmark,
         json,
         memory,
     } = plan;
-    let (width, height) = (settings.width, settings.height);
+    let Settings { width, height, .. } = looks.scene.settings;
     if width.max(height) > MAX_SIDE {
         let why = format!("a window of {width}x{height} is too large: a side has at most {MAX_SIDE} pixels");
         return Err(CliError::Failed(why));
     }
     process::close_window_on_signals()?;
     let display = Display::connect()?;
-    let program = Program {
-        mesh: Mutex::new(input.mesh.clone()),
-        input,
-        memory,
-        lit_from: Mutex::default(),
-    };
     let mut files = Vec::new();
+    let loaded = load::load_and_list(&input, memory, &mut files)?;
+    let (is_mesh, lit_from) = (loaded.is_mesh(), loaded.is_lit_from());
     let Input {
-        scene,
-        camera,
-        lit_from,
-        notes,
-        rig: _,
-    } = load::load_and_list(&program.input, memory, &mut files)?;
+        scene, camera, notes, ..
+    } = loaded;
     let mut inputs = Inputs::default();
-    inputs.add(&program.input.path, "the scene");
-    inputs.add_scene(&program.input.path, &files, Some(&scene));
+    inputs.add(&input.path, "the scene");
+    inputs.add_scene(&input.path, &files, Some(&scene));
     inputs.check_json(json.as_ref())?;
-    *program.lit_from() = lit_from;
+    let Look { settings, picture } = looks.of(is_mesh);
     report::warnings(notes);
     let View {
         eye,
@@ -86,17 +80,26 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         up,
         fov_degrees,
     };
-    let path = &program.input.path;
+    let path = &input.path;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let options = Options {
         name: clip(&name.to_string_lossy()),
-        is_mesh: program.lit_from().is_some(),
+        is_mesh,
         pose,
-        settings,
+        settings: *settings,
+        transfer: picture.transfer,
         // A window traces rays without end.
         quality: build.quality(f64::INFINITY, scene.primitive_count()),
         budget,
         benchmark,
+    };
+    let program = Program {
+        style: is_mesh.then_some(input.mesh.style),
+        mesh: Mutex::new(input.mesh.clone()),
+        input,
+        memory,
+        lit_from: Mutex::new(lit_from),
+        has_config,
     };
     let Some(figures) = display.show(options, scene, files, Arc::new(program))? else {
         if benchmark.is_some() {
@@ -121,11 +124,15 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
 /// What the window asks the program to do.
 struct Program {
     input: InputPlan,
+    /// The style of a mesh.
+    style: Option<Style>,
     /// The input's, as keys have turned it since.
     mesh: Mutex<MeshOptions>,
     memory: u64,
-    /// Where the mesh loaded last is lit from.
+    /// Where the mesh loaded last is lit from, unless its lights are its own.
     lit_from: Mutex<Option<DVec3>>,
+    /// Whether `octray render` would read a config file.
+    has_config: bool,
 }
 
 impl Program {
@@ -153,9 +160,8 @@ impl Program {
         if let Some(diameter) = mesh.point_size {
             options += &format!(" --point-size={diameter}");
         }
-        // Only meshes have such a light, and the window shows them plain.
         if let Some(DVec3 { x, y, z }) = *self.lit_from() {
-            options += &format!(" --lit-from={x},{y},{z} --style=plain");
+            options += &format!(" --lit-from={x},{y},{z}");
         }
         options
     }
@@ -172,7 +178,7 @@ impl Host for Program {
             ..self.input.clone()
         };
         let scene = load::load_and_list(&input, self.memory, &mut files).map(|input| {
-            *self.lit_from() = input.lit_from;
+            *self.lit_from() = input.is_lit_from();
             input.scene
         });
         (scene.map_err(|error| error.text().unwrap_or_default()), files)
@@ -203,10 +209,16 @@ impl Host for Program {
         Ok(name)
     }
 
-    fn say(&self, line: &str) {
+    fn say(&self, camera: &str, settings: &Settings, transfer: Transfer) {
         let scene = quoted(&self.input.path);
+        let Settings { width, height, .. } = settings;
+        let mut options = self.mesh_options() + &spelled(settings, transfer, self.style);
+        if self.has_config {
+            options += " --no-config";
+        }
+        let line = format!("octray render {scene} --size={width}x{height} {camera}{options}\n");
         // A closed pipe does not close the window.
-        let _ = report::print(&format!("octray render {scene} {line}{}\n", self.mesh_options()));
+        let _ = report::print(&line);
     }
 }
 

@@ -26,6 +26,9 @@ pub struct Input {
     pub camera: Camera,
     /// The direction of the viewer for whom a mesh is lit.
     pub lit_from: Option<DVec3>,
+    /// Whether a mesh is lit by lights of its own instead.
+    #[cfg(feature = "viewer")]
+    pub has_own_lights: bool,
     /// The lights of a mesh, if they turn with the camera of a turntable.
     pub rig: Option<Rig>,
     /// Warnings.
@@ -72,6 +75,12 @@ fn read(
 }
 
 impl Input {
+    /// The direction of the viewer for whom a mesh is lit, unless its lights are its own.
+    #[cfg(feature = "viewer")]
+    pub fn is_lit_from(&self) -> Option<DVec3> {
+        self.lit_from.filter(|_| !self.has_own_lights)
+    }
+
     /// Whether it is a mesh, and not a scene.
     pub fn is_mesh(&self) -> bool {
         self.lit_from.is_some()
@@ -83,6 +92,8 @@ fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
     Ok(Input {
         camera: plan.camera.for_scene(&scene)?,
         lit_from: None,
+        #[cfg(feature = "viewer")]
+        has_own_lights: false,
         rig: None,
         notes: scene.sources().notes.clone(),
         scene,
@@ -141,6 +152,8 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         scene,
         camera,
         lit_from: Some(lit_from),
+        #[cfg(feature = "viewer")]
+        has_own_lights: rig.is_none(),
         rig: rig.filter(|_| mesh.turning && mesh.lit_from.is_none()),
         notes,
     })

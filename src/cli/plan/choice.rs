@@ -1,5 +1,7 @@
 //! The plans of all commands but `render`, and the choices that several commands share.
 
+#[cfg(feature = "viewer")]
+use super::Looks;
 use super::{InputPlan, is_standard_input};
 use crate::{
     accel::BuildQuality,
@@ -145,8 +147,10 @@ pub struct GeneratePlan {
 #[derive(Debug)]
 pub struct ViewPlan {
     pub input: InputPlan,
-    /// Of the size of the window.
-    pub settings: Settings,
+    /// How the last picture at rest is made, of the size of the window.
+    pub looks: Looks,
+    /// Whether `octray render` would read a config file.
+    pub has_config: bool,
     pub build: Build,
     /// Time for a frame while the camera moves.
     pub budget: Duration,

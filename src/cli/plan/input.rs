@@ -107,12 +107,12 @@ impl InputPlan {
     }
 
     /// A mesh that is in memory.
-    pub fn of_mesh(camera: CameraOptions, aspect: f64) -> Self {
+    pub fn of_mesh(camera: CameraOptions, mesh: MeshOptions, aspect: f64) -> Self {
         Self {
             path: PathBuf::from("mesh"),
             kind: InputKind::Mesh,
             camera,
-            mesh: MeshOptions::default(),
+            mesh,
             aspect,
         }
     }

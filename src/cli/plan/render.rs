@@ -41,7 +41,7 @@ pub struct RenderPlan {
 }
 
 /// How pictures are made.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub struct Look {
     pub settings: Settings,
     pub picture: PictureOptions,
@@ -53,6 +53,13 @@ pub struct Look {
 pub struct Looks {
     pub scene: Look,
     pub mesh: Look,
+}
+
+impl Looks {
+    /// That of a mesh, or of a scene.
+    pub fn of(&self, is_mesh: bool) -> &Look {
+        if is_mesh { &self.mesh } else { &self.scene }
+    }
 }
 
 /// The pictures of one scene.
@@ -120,7 +127,7 @@ pub struct Frame {
 }
 
 /// What the pixels hold.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PictureOptions {
     /// How linear channels become bytes.
     pub transfer: Transfer,

@@ -1,5 +1,6 @@
 //! Starts `octray view` on a display of its own, drives it and looks at it.
 
+pub mod meshes;
 mod screen;
 
 pub use screen::Screen;
@@ -16,6 +17,10 @@ use std::{
     time::{Duration, Instant},
 };
 
+/// The size of a window.
+pub const SIZE: [u32; 2] = [200, 150];
+/// A message of one line ends above this row.
+pub const BELOW_MESSAGE: u32 = 30;
 /// The longest time to wait for anything.
 const PATIENCE: Duration = Duration::from_mins(1);
 

@@ -1,0 +1,96 @@
+//! The closest hits of camera rays, in packets of 4x2 pixels.
+
+use super::request::Model;
+use crate::{
+    lanes::{F32x8, LANES},
+    ray::{Hit, HitPacket, Origins, Ray, RayPacket, T_MAX},
+    render::CameraRays,
+    simd::{Level, Simd, at_level},
+    trace::Tracer,
+};
+
+/// Rows of a band, a thread's piece of work: those of a packet.
+pub const BAND: u32 = 2;
+/// Pixels of a packet's row.
+const ROW: usize = 4;
+
+/// Traces camera rays band by band.
+pub struct FirstHits<'a> {
+    tracer: Tracer<'a>,
+    packets: Vec<RayPacket>,
+    hits: Vec<HitPacket>,
+}
+
+impl<'a> FirstHits<'a> {
+    /// Traces rays of this scene.
+    pub fn new(model: &'a Model, level: Level) -> Self {
+        Self {
+            tracer: Tracer::new(&model.bvh)
+                .at_level(level)
+                .through_cut_outs(&model.scene)
+                .with_planes(&model.scene),
+            packets: Vec::new(),
+            hits: Vec::new(),
+        }
+    }
+
+    /// Traces one sample of all pixels of a band of `width` x `rows` pixels from row `y` on. Hands each pixel's place in the
+    /// band, its ray and its hit to `take`.
+    pub fn trace(
+        &mut self,
+        rays: &CameraRays,
+        [width, rows]: [usize; 2],
+        y: u32,
+        sample: [u32; 2],
+        mut take: impl FnMut(usize, &Ray, &Hit),
+    ) {
+        // The window has no other cameras.
+        let eye = rays.shared_origin().unwrap_or_default();
+        let packets = &mut self.packets;
+        packets.clear();
+        at_level!(self.tracer.level(), |simd| push_packets(
+            simd,
+            rays,
+            [width, rows],
+            y,
+            sample,
+            packets
+        ));
+        self.hits.clear();
+        self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
+        self.tracer
+            .closest_hit(Origins::Shared(eye), &self.packets, &mut self.hits);
+        for (packet_i, (rays, hits)) in self.packets.iter().zip(&self.hits).enumerate() {
+            for lane in 0..LANES {
+                let (column, row) = (packet_i * ROW + lane % ROW, lane / ROW);
+                if row < rows && column < width {
+                    take(row * width + column, &rays.ray(lane, eye), &hits.hit(lane));
+                }
+            }
+        }
+    }
+}
+
+/// Adds the packets of one sample of the `rows` rows from `y` on.
+#[inline(always)]
+fn push_packets<S: Simd>(
+    simd: S,
+    rays: &CameraRays,
+    [width, rows]: [usize; 2],
+    y: u32,
+    sample: [u32; 2],
+    packets: &mut Vec<RayPacket>,
+) {
+    for x in (0..width).step_by(ROW) {
+        let mut t_max = [0.0; LANES];
+        for (lane, t_max) in t_max.iter_mut().enumerate() {
+            if lane / ROW < rows && x + lane % ROW < width {
+                *t_max = T_MAX;
+            }
+        }
+        packets.push(RayPacket {
+            direction: rays.directions8(simd, [x as u32, y], sample),
+            t_max: t_max.into(),
+        });
+    }
+}

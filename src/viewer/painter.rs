@@ -1,0 +1,229 @@
+//! Traces what the window shows.
+
+use super::{
+    denoise::Denoiser,
+    primary,
+    request::{Look, Model, Request, Style},
+};
+use crate::render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Transfer};
+use rayon::prelude::*;
+
+/// Pixels of a thread's piece of work.
+const CHUNK: usize = 1 << 13;
+
+/// Traces pictures of one scene, and keeps the memory for the next one.
+#[derive(Debug)]
+pub struct Painter<'a> {
+    model: &'a Model,
+    renderer: Renderer<'a>,
+    /// The picture traced last.
+    pub film: ByteFilm,
+    /// The same before it was encoded.
+    linear: Film,
+    denoiser: Denoiser,
+}
+
+impl<'a> Painter<'a> {
+    /// Makes a painter of a scene.
+    #[must_use]
+    pub fn new(model: &'a Model) -> Self {
+        Self {
+            model,
+            renderer: Renderer::new(&model.scene, &model.bvh),
+            film: ByteFilm::black(0, 0),
+            linear: Film::new(0, 0),
+            denoiser: Denoiser::default(),
+        }
+    }
+
+    /// Traces a picture of `size` pixels with so many samples each: the bytes of `octray render`.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn trace(
+        &mut self,
+        request: &Request,
+        size: [u32; 2],
+        samples: u32,
+        on_progress: OnProgress<'_>,
+    ) -> Result<FrameStats, RenderError> {
+        let Request { camera, style, .. } = request;
+        let settings = style.settings(size, samples);
+        if !is_rendered(style) {
+            settings.validate()?;
+            self.film.resize(size[0], size[1]);
+            return primary::render(self.model, camera, style, &settings, &mut self.film, on_progress);
+        }
+        if style.transfer == Transfer::Linear {
+            return self
+                .renderer
+                .render(camera, &settings, &mut self.film, on_progress);
+        }
+        let stats = self
+            .renderer
+            .render(camera, &settings, &mut self.linear, on_progress)?;
+        self.encode(style.transfer);
+        Ok(stats)
+    }
+
+    /// Traces a picture of few samples. Soft light and ambient occlusion have no grain in it, and the brightness that they
+    /// have with many samples.
+    ///
+    /// # Errors
+    /// [`RenderError`].
+    pub fn trace_denoised(
+        &mut self,
+        request: &Request,
+        size: [u32; 2],
+        samples: u32,
+        on_progress: OnProgress<'_>,
+    ) -> Result<FrameStats, RenderError> {
+        if !self.denoises(request) {
+            return self.trace(request, size, samples, on_progress);
+        }
+        let Request { camera, style, .. } = request;
+        let settings = style.settings(size, samples);
+        let stats = self
+            .renderer
+            .render(camera, &settings, &mut self.linear, on_progress)?;
+        self.denoiser.run(self.model, camera, &settings, &mut self.linear);
+        self.encode(style.transfer);
+        Ok(stats)
+    }
+
+    /// Whether pictures of few samples have grain that is taken out.
+    #[must_use]
+    pub fn denoises(&self, request: &Request) -> bool {
+        is_rendered(&request.style) && self.model.scene.is_sampled()
+    }
+
+    fn encode(&mut self, transfer: Transfer) {
+        self.film.resize(self.linear.width(), self.linear.height());
+        let bytes = self.film.pixels_mut().par_chunks_mut(CHUNK);
+        bytes
+            .zip(self.linear.pixels().par_chunks(CHUNK))
+            .for_each(|(bytes, linear)| {
+                for (to, &rgb) in bytes.iter_mut().zip(linear) {
+                    *to = transfer.encode(rgb);
+                }
+            });
+    }
+}
+
+/// Whether the renderer makes the picture.
+fn is_rendered(style: &Style) -> bool {
+    style.look == Look::Full && !style.brute
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        accel::Bvh,
+        render::Settings,
+        scene::{Material, Scene, SceneBuilder},
+        viewer::{orbit::Pose, request::Boxes},
+    };
+    use glam::Vec3;
+    use std::{ops::ControlFlow, sync::Arc};
+
+    const SIZE: [u32; 2] = [96, 64];
+
+    /// A ball on a floor, in soft light with ambient occlusion.
+    fn soft_scene() -> Scene {
+        let mut builder = SceneBuilder::new();
+        builder.set_ambient(0.3).unwrap();
+        builder.set_ambient_reach(Some(1.0)).unwrap();
+        builder
+            .add_sphere_light(Vec3::new(6.0, -6.0, 8.0), 2.0, 0.6, [1.0; 3])
+            .unwrap();
+        let mut matte = |color| builder.add_material(Material::Matte { color }).unwrap();
+        let (red, grey) = (matte([0.9, 0.1, 0.1]), matte([0.7; 3]));
+        builder.add_sphere(Vec3::new(0.0, 0.0, 0.5), 0.5, red).unwrap();
+        for far in [3.0, -3.0] {
+            let corners = [
+                Vec3::new(far, far, 0.0),
+                Vec3::new(-far, far, 0.0),
+                Vec3::new(far, -far, 0.0),
+            ];
+            builder.add_triangle(corners, grey).unwrap();
+        }
+        builder.finish()
+    }
+
+    fn request(model: &Arc<Model>, transfer: Transfer) -> Request {
+        let pose = Pose::classic_view(1).unwrap();
+        Request {
+            model: Arc::clone(model),
+            pose,
+            camera: pose.camera().unwrap(),
+            style: Style {
+                look: Look::Full,
+                brute: false,
+                antialias: true,
+                boxes: Boxes::Hidden,
+                settings: Settings {
+                    samples: 256,
+                    ..Settings::default()
+                },
+                transfer,
+            },
+            size: SIZE,
+        }
+    }
+
+    /// The mean of all differences of bytes, with their signs and without.
+    fn differences(a: &ByteFilm, b: &ByteFilm) -> [f64; 2] {
+        let bytes = |film: &ByteFilm| film.pixels().as_flattened().to_vec();
+        let pairs = bytes(a).into_iter().zip(bytes(b));
+        let differences: Vec<f64> = pairs.map(|(a, b)| f64::from(a) - f64::from(b)).collect();
+        let mean = |sum: f64| sum / differences.len() as f64;
+        [
+            mean(differences.iter().sum()),
+            mean(differences.iter().map(|d| d.abs()).sum()),
+        ]
+    }
+
+    #[test]
+    fn denoised_pictures_are_as_bright_as_those_at_rest_and_have_little_grain() {
+        let scene = soft_scene();
+        let bvh = Bvh::build(&scene);
+        let model = Arc::new(Model::new(scene, bvh));
+        let go_on = &|_| ControlFlow::Continue(());
+        let mut painter = Painter::new(&model);
+        for transfer in [Transfer::Linear, Transfer::Srgb] {
+            let request = request(&model, transfer);
+            painter.trace(&request, SIZE, 256, go_on).unwrap();
+            let rest = painter.film.clone();
+            for (samples, most_left) in [(1, 0.5), (4, 0.7), (16, 1.0)] {
+                painter.trace(&request, SIZE, samples, go_on).unwrap();
+                let grain = differences(&painter.film, &rest);
+                let stats = painter.trace_denoised(&request, SIZE, samples, go_on).unwrap();
+                let left = differences(&painter.film, &rest);
+                assert!(left[0].abs() < 0.5, "{samples}: {left:?}");
+                assert!(left[1] < most_left * grain[1], "{samples}: {left:?} of {grain:?}");
+                assert_eq!(stats.rays.camera, u64::from(SIZE[0] * SIZE[1] * samples));
+                // The sky is as it was.
+                assert_eq!(painter.film.pixels()[0], rest.pixels()[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn hard_light_has_no_grain_to_take_out() {
+        let mut builder = SceneBuilder::new();
+        let matte = builder.classic_material(1).unwrap();
+        builder.add_sphere(Vec3::new(0.0, 0.0, 0.5), 0.5, matte).unwrap();
+        let scene = builder.finish();
+        let bvh = Bvh::build(&scene);
+        let model = Arc::new(Model::new(scene, bvh));
+        let request = request(&model, Transfer::Srgb);
+        let mut painter = Painter::new(&model);
+        assert!(!painter.denoises(&request));
+        let go_on = &|_| ControlFlow::Continue(());
+        painter.trace_denoised(&request, SIZE, 1, go_on).unwrap();
+        let moving = painter.film.clone();
+        painter.trace(&request, SIZE, 1, go_on).unwrap();
+        assert_eq!(painter.film, moving);
+    }
+}
