@@ -138,7 +138,7 @@ fn load_file(path: &Path) -> Result<(Scene, DVec3), String> {
     let material = builder.classic_material(1).map_err(text)?;
     if let Some(camera) = mesh.cameras.first() {
         let view = camera.view();
-        let camera = Camera::look_at(view.eye, view.target, view.up, view.fov_degrees).map_err(text)?;
+        let camera = Camera::new(&view).map_err(text)?;
         builder.add_camera(NamedCamera { name: None, camera });
     }
     mesh.add_to(&mut builder, Some(material)).map_err(text)?;
