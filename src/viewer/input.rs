@@ -6,7 +6,7 @@ use super::{
     orbit::Pose,
     painter::Painter,
     probe,
-    request::{Boxes, Look},
+    request::{Boxes, Look, Style},
     window::{App, Event, Framing, STEP},
 };
 use crate::{heat, ray::PrimitiveId, render::Mode};
@@ -87,9 +87,7 @@ impl App {
                 self.figures = true;
             }
             Action::PrintCamera => {
-                let settings = self.style.settings(self.size, self.style.last_samples());
-                self.host
-                    .say(&self.orbit.pose().options(), &settings, self.style.transfer);
+                self.print_camera();
                 message = Some("camera printed".into());
             }
             Action::Save => {
@@ -175,6 +173,17 @@ impl App {
         self.home = self.home.rotated(turn);
         self.orbit.go_to(self.orbit.pose().rotated(turn));
         self.say(format!("{} is up", self.up[1].name()));
+    }
+
+    /// Prints the command that makes the picture at rest.
+    fn print_camera(&self) {
+        let style = Style {
+            look: Look::Full,
+            ..self.style
+        };
+        let settings = style.settings(self.size, style.last_samples());
+        self.host
+            .say(&self.orbit.pose().options(), &settings, style.transfer);
     }
 
     /// Traces and writes the picture at full quality on a thread of its own.

@@ -12,8 +12,8 @@ use crate::{
     },
     error::clip,
     render::{ByteFilm, Settings, Transfer},
-    scene::{Projection, Scene, View},
-    viewer::{Display, Host, MAX_SIDE, Options, ViewError, orbit::Pose},
+    scene::{Camera, Projection, Scene, View},
+    viewer::{Display, Host, MAX_SIDE, Options, ViewError, benchmark::Report, orbit::Pose},
     whole_file,
 };
 use glam::{DMat3, DVec3};
@@ -60,26 +60,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     inputs.check_json(json.as_ref())?;
     let Look { settings, picture } = looks.of(is_mesh);
     report::warnings(notes);
-    let View {
-        eye,
-        target,
-        up,
-        projection,
-        lens: _,
-    } = camera.view();
-    if camera.has_lens() {
-        report::warnings(["the window shows no depth of field".into()]);
-    }
-    let Projection::Perspective { fov_degrees } = projection else {
-        let why = "the window shows perspective cameras only, and this one is orthographic: give --fov, or render a picture";
-        return Err(CliError::Failed(why.into()));
-    };
-    let pose = Pose {
-        eye,
-        target,
-        up,
-        fov_degrees,
-    };
+    let pose = pose_of(&camera)?;
     let path = &input.path;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let options = Options {
@@ -109,16 +90,45 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     };
     match json {
         Some(target) => write_json(&target, &json_line(&figures)),
-        None => report::print(&format!(
-            "{:.1} frames per second; frame time {:.1} ms (median), {:.1} ms (99th percentile); {:.0} % of the frames at \
-             full quality; {:.1} million rays/s\n",
-            figures.fps,
-            figures.frame_ms_p50,
-            figures.frame_ms_p99,
-            figures.full_quality_share * 100.0,
-            figures.mrays_per_s
-        )),
+        None => report::print(&text(&figures)),
     }
+}
+
+/// The camera where the window starts.
+fn pose_of(camera: &Camera) -> Result<Pose, CliError> {
+    let View {
+        eye,
+        target,
+        up,
+        projection,
+        lens: _,
+    } = camera.view();
+    if camera.has_lens() {
+        report::warnings(["the window shows no depth of field".into()]);
+    }
+    let Projection::Perspective { fov_degrees } = projection else {
+        let why = "the window shows perspective cameras only, and this one is orthographic: give --fov, or render a picture";
+        return Err(CliError::Failed(why.into()));
+    };
+    Ok(Pose {
+        eye,
+        target,
+        up,
+        fov_degrees,
+    })
+}
+
+/// The figures of a benchmark as a line of text.
+fn text(figures: &Report) -> String {
+    format!(
+        "{:.1} frames per second; frame time {:.1} ms (median), {:.1} ms (99th percentile); {:.0} % of the frames at full \
+         quality; {:.1} million rays/s\n",
+        figures.fps,
+        figures.frame_ms_p50,
+        figures.frame_ms_p99,
+        figures.full_quality_share * 100.0,
+        figures.mrays_per_s
+    )
 }
 
 /// What the window asks the program to do.
