@@ -296,7 +296,7 @@ fn crops_equal_the_picture_with_every_option() {
 /// Each option is in [`CASES`] or, if it changes no pixels, in this list.
 #[test]
 fn every_option_that_changes_pixels_has_a_case() {
-    const NO_PIXELS: [&str; 18] = [
+    const NO_PIXELS: [&str; 20] = [
         "--output",
         "--force",
         "--size",
@@ -306,6 +306,8 @@ fn every_option_that_changes_pixels_has_a_case() {
         "--quiet",
         "--skip-existing",
         "--fps",
+        "--sheet",
+        "--keep-going",
         "--compare",
         "--tolerance",
         "--allow-pixels",

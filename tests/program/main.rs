@@ -29,5 +29,6 @@ mod overwriting;
 mod package;
 mod picture_files;
 mod points;
+mod sheets;
 #[cfg(target_os = "linux")]
 mod strangers;

@@ -13,7 +13,8 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, RenderPlan, check_inputs, is_standard_input,
+            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, RenderPlan, check_inputs,
+            is_standard_input,
         },
         process::useful_threads,
         write::is_foreign,
@@ -135,6 +136,8 @@ impl RenderArgs {
             is_typed: !self.is_default("output"),
             turntable,
             skip_existing: self.series.skip_existing,
+            sheet: self.series.sheet,
+            keep_going: self.series.keep_going,
             force: self.force,
             comparison: self.comparison.options(!self.is_default("difference")),
         };
@@ -145,7 +148,7 @@ impl RenderArgs {
             ..self.mesh.options(turntable.is_some())
         };
         let memory = self.memory.limit();
-        let jobs = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
+        let Planned { jobs, sheet, skipped } = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
         let inputs = check_inputs(&jobs, self.config.path().as_deref())?;
         load::memory::check_threads(self.trace.threads.map(useful_threads))?;
         let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
@@ -183,6 +186,9 @@ impl RenderArgs {
             fps: self.series.fps,
             whole_turn: turntable.map_or(1, |turntable| turntable.count),
             jobs,
+            sheet,
+            keep_going: self.series.keep_going,
+            skipped,
             memory,
             inputs,
             stats: self.stats,

@@ -13,6 +13,14 @@ pub struct SeriesArgs {
     #[arg(long, conflicts_with = "compare")]
     pub skip_existing: bool,
 
+    /// Put all pictures into one, side by side, with their names below [default of -o: sheet.png]
+    #[arg(long, value_name = "COLUMNS", value_parser = values::whole::<{ values::MOST_COLUMNS }>)]
+    pub sheet: Option<u32>,
+
+    /// Skip scenes that cannot be loaded, say why, and exit with 1 at the end
+    #[arg(long)]
+    pub keep_going: bool,
+
     /// Render N frames of a turn around the camera's target: pictures, whose number is a run of # in -o, from 1 on; or a film
     /// in one file, .gif, .apng or .y4m; - writes Y4M to standard output
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]

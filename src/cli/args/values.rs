@@ -78,6 +78,9 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
 /// The most frames of a turntable.
 pub const MOST_FRAMES: u32 = 10_000;
 
+/// The most columns of a sheet.
+pub const MOST_COLUMNS: u32 = 1000;
+
 /// The most frames of a film a second; GIF shows each for a hundredth of a second at least.
 pub const MOST_FPS: u32 = 100;
 

@@ -9,10 +9,13 @@ use crate::{
             faults::{self, Faults},
             memory,
         },
-        plan::{Frame, Job, JsonTarget, Look, RenderPlan, Turn, is_standard_input, objection, turned},
+        plan::{
+            Frame, Job, JsonTarget, Look, RenderPlan, SheetPlan, Turn, is_standard_input, objection, stem,
+            turned,
+        },
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
-        write::{AovKind, Film, Inputs, Output, json_line, write_json},
+        write::{AovKind, Film, Inputs, Output, Sheet, json_line, write_json},
     },
     error::clip_path,
     render::{Renderer, Settings},
@@ -36,6 +39,10 @@ struct Call<'a> {
     verdicts: Verdicts,
     /// The pictures of this scene.
     written: Written,
+    /// The picture that all others go into.
+    sheet: Option<Sheet>,
+    /// How many scenes were skipped.
+    skipped: usize,
     /// Lines of JSON for a file.
     json: String,
 }
@@ -70,8 +77,13 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         inputs: plan.inputs.clone(),
         verdicts: Verdicts::default(),
         written: Written::default(),
+        sheet: plan.new_sheet()?,
+        skipped: 0,
         json: String::new(),
     };
+    for (path, error) in &plan.skipped {
+        call.skip(path, error);
+    }
     call.look_ahead()?;
     let jobs = plan.jobs.iter().enumerate();
     let rendered = jobs
@@ -87,7 +99,7 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
     };
     rendered?;
     json?;
-    call.verdicts.finish()
+    call.finish()
 }
 
 impl Call<'_> {
@@ -112,11 +124,41 @@ impl Call<'_> {
             self.interrupt.check()?;
             let scene = input.as_ref().ok().map(|input| &input.scene);
             self.inputs.add_scene(&job.input.path, &files, scene);
-            loaded = loaded.and(input.map(drop));
+            if !self.plan.keep_going {
+                loaded = loaded.and(input.map(drop));
+            }
         }
         self.check_inputs(jobs)?;
         // What a faulty scene would read is not known.
         loaded
+    }
+
+    /// Writes the sheet, and says what was skipped.
+    fn finish(mut self) -> Result<(), CliError> {
+        if let (Some(sheet), Some(plan)) = (self.sheet.take(), &self.plan.sheet)
+            && plan.count > 0
+        {
+            let size = sheet.size();
+            let (written, time) = timed(|| sheet.finish(&plan.output));
+            written?;
+            self.written.add(plan.output.name(), time);
+            if self.verbose && !self.plan.stats {
+                report::note(&self.written.line(size));
+            }
+        }
+        self.verdicts.finish()?;
+        match self.skipped {
+            0 => Ok(()),
+            1 => Err(CliError::Failed("1 scene was skipped".into())),
+            count => Err(CliError::Failed(format!("{count} scenes were skipped"))),
+        }
+    }
+
+    /// Says why a scene is skipped.
+    fn skip(&mut self, path: &Path, error: &CliError) {
+        self.skipped += 1;
+        let text = error.text().unwrap_or_default();
+        report::error(&format!("{}: skipped: {text}", clip_path(path)));
     }
 
     fn check_inputs(&self, jobs: &[Job]) -> Result<(), CliError> {
@@ -184,6 +226,9 @@ impl Call<'_> {
         }
         if let Some(film) = film {
             film.finish()?;
+        }
+        if self.sheet.is_some() {
+            return Ok(());
         }
         let written = std::mem::take(&mut self.written);
         if self.verbose && !self.plan.stats {
@@ -256,9 +301,13 @@ impl Call<'_> {
             if let Some(aovs) = &aovs {
                 frame.aovs.write(aovs, &mut picture)?;
             }
-            match film {
-                Some(film) => film.add(&picture),
-                None => output.write(&mut picture),
+            match (film, &mut self.sheet) {
+                (Some(film), _) => film.add(&picture),
+                (None, Some(sheet)) => {
+                    sheet.add(&label(loaded.path, frame), Some(&picture));
+                    Ok(())
+                }
+                (None, None) => output.write(&mut picture),
             }
         });
         written?;
@@ -326,6 +375,23 @@ impl Call<'_> {
             * frames as f64
             * settings.expected_samples(scene.is_sampled() || camera.has_lens())
             * (1.0 + lights as f64)
+    }
+}
+
+impl RenderPlan {
+    fn new_sheet(&self) -> Result<Option<Sheet>, CliError> {
+        let window = self.looks.mesh.settings.window();
+        let new = |plan: &SheetPlan| Sheet::new([window.width(), window.height()], plan.columns, plan.count);
+        self.sheet.as_ref().map(new).transpose()
+    }
+}
+
+/// What a sheet calls a picture.
+fn label(scene: &Path, frame: &Frame) -> String {
+    let name = stem(scene).to_string_lossy();
+    match frame.turn {
+        Some(turn) => format!("{name} {}", turn.number),
+        None => name.into_owned(),
     }
 }
 

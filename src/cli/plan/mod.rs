@@ -16,7 +16,8 @@ pub use input::{
 };
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
 pub use render::{
-    CompareOptions, Frame, Job, Look, Looks, PictureOptions, Pictures, RenderPlan, check_inputs, objection,
+    CompareOptions, Frame, Job, Look, Looks, PictureOptions, Pictures, Planned, RenderPlan, SheetPlan,
+    check_inputs, objection,
 };
 pub use turntable::{FrameRange, Turn, Turntable, turned};
 

@@ -8,7 +8,7 @@ use crate::{
     cli::{
         CliError,
         load::memory::{self, PixelBytes},
-        write::{AovFiles, AovKind, Comparison, Inputs, Output},
+        write::{AovFiles, AovKind, Comparison, Inputs, Output, sheet_size},
     },
     error::clip_path,
     render::{Settings, Transfer},
@@ -29,6 +29,12 @@ pub struct RenderPlan {
     /// Frames of a film a second.
     pub fps: u32,
     pub jobs: Vec<Job>,
+    /// The picture that all others go into.
+    pub sheet: Option<SheetPlan>,
+    /// Go on with the next scene if one cannot be loaded.
+    pub keep_going: bool,
+    /// Scenes that were skipped so far, and why.
+    pub skipped: Vec<(PathBuf, CliError)>,
     /// Memory that the call may take, bytes.
     pub memory: u64,
     /// Files that are read, as far as the command line names them.
@@ -82,6 +88,15 @@ impl Job {
                 .chain(difference)
         })
     }
+}
+
+/// A contact sheet.
+#[derive(Debug)]
+pub struct SheetPlan {
+    pub output: Arc<Output>,
+    pub columns: u32,
+    /// How many pictures it shows.
+    pub count: u32,
 }
 
 /// Why a job cannot be done without replacing one of the inputs.
@@ -150,9 +165,21 @@ pub struct Pictures<'a> {
     pub is_typed: bool,
     pub turntable: Option<Turntable>,
     pub skip_existing: bool,
+    /// Columns of a sheet for all pictures.
+    pub sheet: Option<u32>,
+    pub keep_going: bool,
     /// Replace files that octray did not write.
     pub force: bool,
     pub comparison: Option<CompareOptions<'a>>,
+}
+
+/// The checked pictures of a call.
+#[derive(Debug)]
+pub struct Planned {
+    pub jobs: Vec<Job>,
+    pub sheet: Option<SheetPlan>,
+    /// Scenes that cannot be rendered, and why.
+    pub skipped: Vec<(PathBuf, CliError)>,
 }
 
 /// What pictures are compared with.
@@ -183,7 +210,7 @@ impl Pictures<'_> {
         camera: &CameraOptions,
         mesh: &MeshOptions,
         memory: u64,
-    ) -> Result<Vec<Job>, CliError> {
+    ) -> Result<Planned, CliError> {
         let turns = self.turntable.map_or(1, Turntable::frames_to_render);
         let pictures = scenes.len() as u64 * turns;
         if pictures > MOST_PICTURES {
@@ -200,26 +227,113 @@ impl Pictures<'_> {
         };
         memory::beside_picture(memory, self.size(), least)?;
         let mut places = Places::default();
+        let sheet = self.sheet_output(scenes)?;
         let mut named = Vec::new();
         for scene in scenes {
-            let frames = self.frames(scene, &mut places)?;
+            let frames = match &sheet {
+                Some(output) => self.frames_of_sheet(output)?,
+                None => self.frames(scene, &mut places)?,
+            };
             if !frames.is_empty() {
                 named.push((scene, frames));
             }
         }
         let aspect = f64::from(self.look.settings.width) / f64::from(self.look.settings.height);
-        let mut jobs = Vec::new();
+        let (mut jobs, mut skipped) = (Vec::new(), Vec::new());
         for (scene, frames) in named {
-            jobs.push(Job {
-                input: InputPlan::new(scene, camera.clone(), mesh.clone(), aspect)?,
-                scene_memory: 0,
-                frames,
-            });
+            match InputPlan::new(scene, camera.clone(), mesh.clone(), aspect) {
+                Ok(input) => jobs.push(Job {
+                    input,
+                    scene_memory: 0,
+                    frames,
+                }),
+                Err(error) if self.keep_going => skipped.push((scene.clone(), error)),
+                Err(error) => return Err(error),
+            }
         }
+        let count = jobs.iter().map(|job| job.frames.len()).sum::<usize>() as u32;
+        let sheet = sheet.zip(self.sheet).map(|(output, columns)| SheetPlan {
+            output,
+            columns,
+            count,
+        });
+        let memory = match &sheet {
+            Some(sheet) => self.beside_sheet(memory, sheet)?,
+            None => memory,
+        };
         for job in &mut jobs {
             job.scene_memory = memory::beside_picture(memory, self.size(), self.pixel_bytes(&job.frames))?;
         }
-        Ok(jobs)
+        Ok(Planned { jobs, sheet, skipped })
+    }
+
+    /// The checked place of a sheet; `None` without one.
+    fn sheet_output(&self, scenes: &[PathBuf]) -> Result<Option<Arc<Output>>, CliError> {
+        if self.sheet.is_none() {
+            return Ok(None);
+        }
+        let pattern = self.output.unwrap_or(Path::new("sheet.png"));
+        let stem = scenes
+            .first()
+            .map_or("octray".as_ref(), |scene| names::stem(scene));
+        let origin = if self.output.is_some() {
+            Origin::Typed
+        } else {
+            Origin::Derived
+        };
+        let path = PicturePath {
+            path: pattern.to_owned(),
+            origin,
+        };
+        let output = Output::prepare(&path.typed_if(self.is_typed), self.size(), self.force)?;
+        let why = if names::expand(pattern, stem, Some(1)) != pattern {
+            "a sheet is one picture; leave out {stem} and #"
+        } else if output.is_film() || output.is_exr() {
+            "a sheet is a picture of bytes; name one such as sheet.png"
+        } else if self.look.picture.transparent {
+            "a sheet has no transparent background"
+        } else if !self.look.picture.aovs.is_empty() {
+            "a sheet has no AOVs"
+        } else if self.comparison.is_some() {
+            "sheets are not compared"
+        } else {
+            output.check(&self.look.picture)?;
+            return Ok(Some(Arc::new(output)));
+        };
+        Err(CliError::Usage(format!("{}: {why}", output.name())))
+    }
+
+    /// The pictures of a scene on a sheet.
+    fn frames_of_sheet(&self, output: &Arc<Output>) -> Result<Vec<Frame>, CliError> {
+        if self.skip_existing && output.exists() {
+            return Ok(Vec::new());
+        }
+        let turns: Vec<Option<Turn>> = match self.turntable {
+            None => vec![None],
+            Some(turntable) => turntable.turns()?.map(Some).collect(),
+        };
+        let frame = |turn| Frame {
+            output: Arc::clone(output),
+            aovs: AovFiles::none(),
+            turn,
+            comparison: None,
+        };
+        Ok(turns.into_iter().map(frame).collect())
+    }
+
+    /// What is left of `memory` beside a sheet and its encoded copy.
+    fn beside_sheet(&self, memory: u64, sheet: &SheetPlan) -> Result<u64, CliError> {
+        let (width, height) = self.size();
+        let size = sheet_size([width, height], sheet.columns, sheet.count);
+        let [width, height] = size.unwrap_or([u32::MAX; 2]);
+        sheet.output.format().check_size(width, height)?;
+        let pixel = PixelBytes {
+            film: 3,
+            exr: false,
+            aovs: false,
+            compared: false,
+        };
+        memory::beside_picture(memory, (width, height), pixel)
     }
 
     fn frames(&self, scene: &Path, places: &mut Places) -> Result<Vec<Frame>, CliError> {

@@ -10,6 +10,7 @@ mod json;
 mod output;
 mod picture;
 mod replace;
+mod sheet;
 
 pub use aov::{AovKind, DepthRange};
 pub use aov_files::AovFiles;
@@ -22,3 +23,4 @@ pub use output::Output;
 #[cfg(feature = "viewer")]
 pub use picture::Pixels;
 pub use replace::{Inputs, identity, is_foreign};
+pub use sheet::{Sheet, sheet_size};

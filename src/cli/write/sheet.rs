@@ -1,0 +1,137 @@
+//! Contact sheets: the pictures of a call beside each other in one picture, each with its name below.
+
+use super::{
+    output::Output,
+    picture::{Picture, Pixels},
+};
+use crate::{cli::CliError, render::ByteFilm};
+use font8x8::legacy::BASIC_LEGACY;
+
+/// Pixels between pictures, and around them.
+const GAP: u32 = 8;
+/// Rows of a name.
+const NAME: u32 = 16;
+/// Side of a letter, pixels.
+const LETTER: u32 = 8;
+
+const PAPER: [u8; 3] = [255; 3];
+const INK: [u8; 3] = [40; 3];
+
+/// A sheet that is being filled, row by row.
+pub struct Sheet {
+    film: ByteFilm,
+    columns: u32,
+    /// Width and height of a picture.
+    cell: [u32; 2],
+    next: u32,
+}
+
+/// Returns width and height of a sheet; `None` if it has too many pixels.
+pub fn sheet_size([width, height]: [u32; 2], columns: u32, count: u32) -> Option<[u32; 2]> {
+    let columns = columns.min(count.max(1));
+    let along = |cells: u32, side: u32| cells.checked_mul(side.checked_add(GAP)?)?.checked_add(GAP);
+    Some([
+        along(columns, width)?,
+        along(count.max(1).div_ceil(columns), height.checked_add(NAME)?)?,
+    ])
+}
+
+impl Sheet {
+    /// Makes a sheet for `count` pictures of a size.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] if it does not fit into memory.
+    pub fn new(cell: [u32; 2], columns: u32, count: u32) -> Result<Self, CliError> {
+        let too_large = || CliError::Failed("the sheet does not fit into memory".to_owned());
+        let [width, height] = sheet_size(cell, columns, count).ok_or_else(too_large)?;
+        let mut film = ByteFilm::black(0, 0);
+        film.try_resize(width, height).map_err(|_| too_large())?;
+        film.pixels_mut().fill(PAPER);
+        Ok(Self {
+            film,
+            columns: columns.min(count.max(1)),
+            cell,
+            next: 0,
+        })
+    }
+
+    /// Width and height, pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.film.width(), self.film.height())
+    }
+
+    /// Adds a picture, or leaves its place empty.
+    pub fn add(&mut self, name: &str, picture: Option<&Picture>) {
+        let [width, height] = self.cell;
+        let (column, row) = (self.next % self.columns, self.next / self.columns);
+        let left = GAP + column * (width + GAP);
+        let top = GAP + row * (height + NAME + GAP);
+        self.next += 1;
+        let row_length = self.film.width() as usize;
+        if let Some(picture) = picture {
+            let bytes = picture.bytes();
+            let (pixels, _) = bytes.as_chunks::<3>();
+            for (y, from) in (top as usize..).zip(pixels.chunks_exact(width as usize)) {
+                self.film.pixels_mut()[y * row_length + left as usize..][..width as usize]
+                    .copy_from_slice(from);
+            }
+        }
+        self.write(name, [left, top + height + (NAME - LETTER) / 2]);
+    }
+
+    /// Writes a name below a picture, in the middle; its end is cut off if it is too long.
+    fn write(&mut self, name: &str, [left, top]: [u32; 2]) {
+        let most = (self.cell[0] / LETTER) as usize;
+        let letters: Vec<char> = name.chars().take(most).collect();
+        let first = left + (self.cell[0] - letters.len() as u32 * LETTER) / 2;
+        let row_length = self.film.width() as usize;
+        let pixels = self.film.pixels_mut();
+        for (i, letter) in (0..).zip(letters) {
+            let glyph = BASIC_LEGACY
+                .get(letter as usize)
+                .unwrap_or(&BASIC_LEGACY['?' as usize]);
+            for (y, bits) in (top..).zip(glyph) {
+                for x in (0..LETTER).filter(|x| bits >> x & 1 == 1) {
+                    pixels[y as usize * row_length + (first + i * LETTER + x) as usize] = INK;
+                }
+            }
+        }
+    }
+
+    /// Writes the sheet.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn finish(self, output: &Output) -> Result<(), CliError> {
+        output.write(&mut Picture::from(Pixels::Bytes(self.film)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(sheet_size([100, 50], 3, 7), Some([3 * 108 + 8, 3 * 74 + 8]));
+        assert_eq!(sheet_size([100, 50], 9, 2), Some([2 * 108 + 8, 74 + 8]));
+        assert_eq!(sheet_size([u32::MAX, 1], 1, 1), None);
+        assert_eq!(sheet_size([1 << 20, 1], 1 << 20, 1 << 20), None);
+    }
+
+    #[test]
+    fn long_names_and_odd_letters_stay_in_their_place() {
+        let mut sheet = Sheet::new([20, 10], 2, 3).expect("memory");
+        for name in ["a name that is too long", "\u{1f600}\u{7}", ""] {
+            sheet.add(name, None);
+        }
+        let is_ink = |x: u32, y: u32| sheet.film.pixels()[(y * sheet.film.width() + x) as usize] == INK;
+        let (width, height) = sheet.size();
+        for y in 0..height {
+            for x in (0..width).filter(|&x| is_ink(x, y)) {
+                assert!((GAP..width - GAP).contains(&x) && y > GAP + 10, "{x} {y}");
+            }
+        }
+        assert!((0..width).any(|x| (0..height).any(|y| is_ink(x, y))));
+    }
+}
