@@ -1,15 +1,20 @@
 //! The scalar twin of `shade::light`, with the same operations in the same order.
 
-use super::draw::{by_cosine, cone};
+use super::{
+    draw::{by_cosine, cone},
+    shade::{SURFACE_OFFSET, Surface},
+};
 #[cfg(feature = "viewer")]
 use crate::simd::{Level, at_level};
 use crate::{
-    math::{max, min},
-    ray::T_MAX,
+    math::{max, max_abs, min},
+    ray::{Ray, T_MAX},
     scene::{Environment, Light, LightShape, MOST_FALLOFF},
     simd::Simd,
 };
 use glam::Vec3;
+
+const LIGHT_OFFSET: f32 = 32.0 / 16_777_216.0;
 
 /// A light as seen from a point; the fields are those of `shade::light::Seen`.
 pub(super) struct Seen {
@@ -115,4 +120,44 @@ pub(super) fn from_environment<S: Simd>(
     };
     let n_dot_l = max(simd.dot(normal, direction), 0.0);
     (direction, environment.power(direction, n_dot_l))
+}
+
+/// Returns the ray from just off the surface.
+#[inline(always)]
+pub(super) fn leaving<S: Simd>(simd: S, s: &Surface, direction: Vec3, t_max: f32) -> Ray {
+    Ray {
+        t_max,
+        ..Ray::new(
+            simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
+            direction,
+        )
+    }
+}
+
+/// Returns the ray from just off the surface to just before a point of a light.
+#[inline(always)]
+pub(super) fn ending_before<S: Simd>(simd: S, s: &Surface, on_light: Vec3) -> Ray {
+    let origin = simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point);
+    let offset = on_light - origin;
+    let length = simd.dot(offset, offset).sqrt();
+    let margin = simd.mul_add(length, LIGHT_OFFSET, max_abs(on_light) * SURFACE_OFFSET);
+    Ray {
+        t_max: length - margin,
+        ..Ray::new(origin, offset * (1.0 / length))
+    }
+}
+
+/// Returns the ray from the light to the point, offset from the surface.
+#[inline(always)]
+pub(super) fn shadow_ray<S: Simd>(simd: S, light: Vec3, s: &Surface) -> Ray {
+    let to_light = light - s.point;
+    let distance = simd.dot(to_light, to_light).sqrt();
+    let offset = simd.mul_add(distance, LIGHT_OFFSET, s.magnitude * SURFACE_OFFSET);
+    let from_light = simd.mul_add3(s.geometric_normal, offset, s.point) - light;
+    let length = simd.dot(from_light, from_light).sqrt();
+    Ray {
+        origin: light,
+        direction: from_light * (1.0 / length),
+        t_max: length,
+    }
 }

@@ -11,7 +11,6 @@ use crate::{
 use glam::Vec3;
 
 pub(super) const SURFACE_OFFSET: f32 = 32.0 / 16_777_216.0;
-const LIGHT_OFFSET: f32 = 32.0 / 16_777_216.0;
 
 /// A way to trace rays: brute force or a BVH.
 pub trait Intersect {
@@ -228,7 +227,7 @@ fn matte(color: [f32; 3], light: &Light, most: f32) -> [f32; 3] {
 pub(super) fn mirrored<S: Simd>(simd: S, s: &Surface) -> Ray {
     let along = simd.dot(s.direction, s.normal);
     let direction = simd.normalize(simd.mul_add3(s.normal, -2.0 * along, s.direction));
-    leaving(simd, s, direction, T_MAX)
+    light::leaving(simd, s, direction, T_MAX)
 }
 
 /// The incident light at a point, summed over the lights that reach it, by channel.
@@ -278,7 +277,7 @@ fn gather_light<S: Simd>(
         let point = draw.sample.point(draw.first_pair);
         let direction = scattered(simd, s.normal, s.geometric_normal, point);
         rays.ambient += 1;
-        if intersect.occluded(&leaving(simd, s, direction, reach)) {
+        if intersect.occluded(&light::leaving(simd, s, direction, reach)) {
             sum.ambient = 0.0;
         }
     }
@@ -294,9 +293,9 @@ fn gather_light<S: Simd>(
             continue;
         }
         let ray = match (&light.shape, seen.on_light) {
-            (LightShape::Point { position }, _) => Some(shadow_ray(simd, *position, s)),
-            (_, Some(on_light)) => Some(ending_before(simd, s, on_light)),
-            _ => (seen.distance > 0.0).then(|| leaving(simd, s, seen.to_light, seen.distance)),
+            (LightShape::Point { position }, _) => Some(light::shadow_ray(simd, *position, s)),
+            (_, Some(on_light)) => Some(light::ending_before(simd, s, on_light)),
+            _ => (seen.distance > 0.0).then(|| light::leaving(simd, s, seen.to_light, seen.distance)),
         };
         if let Some(ray) = ray.filter(|_| shadows) {
             rays.shadow += 1;
@@ -312,7 +311,7 @@ fn gather_light<S: Simd>(
         let (to_light, power) = light::from_environment(simd, environment, s.normal, point);
         let n_dot_l = simd.dot(s.normal, to_light);
         rays.shadow += u64::from(shadows && n_dot_l > 0.0);
-        let ray = leaving(simd, s, to_light, T_MAX);
+        let ray = light::leaving(simd, s, to_light, T_MAX);
         if n_dot_l > 0.0 && !(shadows && intersect.occluded(&ray)) {
             sum.add(simd, (s, material), (to_light, n_dot_l), power);
         }
@@ -336,46 +335,6 @@ impl Light {
             let highlight = powi(max(simd.dot(s.normal, halfway), 0.0), *alpha);
             add(simd, &mut self.specular, highlight, power);
         }
-    }
-}
-
-/// Returns the ray from just off the surface.
-#[inline(always)]
-fn leaving<S: Simd>(simd: S, s: &Surface, direction: Vec3, t_max: f32) -> Ray {
-    Ray {
-        t_max,
-        ..Ray::new(
-            simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point),
-            direction,
-        )
-    }
-}
-
-/// Returns the ray from just off the surface to just before a point of a light.
-#[inline(always)]
-fn ending_before<S: Simd>(simd: S, s: &Surface, on_light: Vec3) -> Ray {
-    let origin = simd.mul_add3(s.geometric_normal, s.magnitude * SURFACE_OFFSET, s.point);
-    let offset = on_light - origin;
-    let length = simd.dot(offset, offset).sqrt();
-    let margin = simd.mul_add(length, LIGHT_OFFSET, max_abs(on_light) * SURFACE_OFFSET);
-    Ray {
-        t_max: length - margin,
-        ..Ray::new(origin, offset * (1.0 / length))
-    }
-}
-
-/// Returns the ray from the light to the point, offset from the surface.
-#[inline(always)]
-fn shadow_ray<S: Simd>(simd: S, light: Vec3, s: &Surface) -> Ray {
-    let to_light = light - s.point;
-    let distance = simd.dot(to_light, to_light).sqrt();
-    let offset = simd.mul_add(distance, LIGHT_OFFSET, s.magnitude * SURFACE_OFFSET);
-    let from_light = simd.mul_add3(s.geometric_normal, offset, s.point) - light;
-    let length = simd.dot(from_light, from_light).sqrt();
-    Ray {
-        origin: light,
-        direction: from_light * (1.0 / length),
-        t_max: length,
     }
 }
 

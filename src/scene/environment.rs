@@ -68,7 +68,12 @@ impl EnvironmentPicture {
             return Err(SceneError::Negative { what, value });
         }
         for channel in texels.iter_mut().flatten() {
-            let light = channel.min(if channel.is_finite() { MAX_LIGHT } else { MAX_HALF });
+            let light = if *channel == f32::INFINITY {
+                MAX_HALF
+            } else {
+                *channel
+            };
+            // NaN is not above 0.
             *channel = if light > 0.0 {
                 (light * intensity).min(MAX_LIGHT)
             } else {

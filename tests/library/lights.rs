@@ -176,7 +176,7 @@ fn rectangles_may_lie_in_a_surface() {
 
 #[test]
 fn narrow_spots_are_bright() {
-    for (inner, outer) in [(1.0, 1.0), (0.0, 2.0), (0.1, 0.1), (1.5, 2.0)] {
+    for (inner, outer) in [(1.0, 1.0), (0.0, 2.0), (0.3, 0.3), (1.5, 2.0)] {
         let light = Light {
             spot: Some(Spot::new(DVec3::NEG_Z, inner, outer).expect("a spot")),
             ..Light::new(LightShape::Point { position: Vec3::Z })
