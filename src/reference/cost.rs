@@ -30,7 +30,7 @@ impl Cost {
 #[derive(Debug, Default)]
 pub struct Stack(Vec<(f32, Child)>);
 
-/// Returns the closest hit and its cost, of which planes are no part. Nearer children come first; packets and bundles would share some of the cost.
+/// Returns the closest hit and its cost, without that of planes. Nearer children come first; packets and bundles would share some of the cost.
 #[must_use]
 pub fn closest_hit(scene: &Scene, bvh: &Bvh, stack: &mut Stack, ray: &Ray) -> (Hit, Cost) {
     at_level!(Level::current(), |simd| counted(simd, scene, bvh, stack, ray))

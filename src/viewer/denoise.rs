@@ -6,8 +6,8 @@
 //! picture without grain = light as if nothing were occluded x share of light <-+
 //! ```
 //!
-//! The unoccluded light is known without a random ray, so edges, textures and shading stay sharp, and means keep the
-//! brightness. The mean is an a-trous filter that stops at edges of normals and planes: Dammertz et al., *Edge-Avoiding
+//! The unoccluded light is known without a random ray, so edges and textures stay sharp, and means keep the
+//! brightness. Hard shadows and highlights beside soft light are smoothed as it is. The mean is an a-trous filter that stops at edges of normals and planes: Dammertz et al., *Edge-Avoiding
 //! A-Trous Wavelet Transform for Fast Global Illumination Filtering*, 2010.
 
 use super::{

@@ -191,7 +191,8 @@ impl App {
         let (host, proxy) = (Arc::clone(&self.host), self.proxy.clone());
         let (writing, shared) = (Arc::clone(&self.writing), Arc::clone(&self.shared));
         let mut request = self.request();
-        // The fastest way to the same picture.
+        // The fastest way to the same picture: brute force takes all samples everywhere.
+        request.style.settings.adaptive &= !request.style.brute;
         request.style.brute &= request.style.look == Look::Cost;
         request.style.settings.mode = Mode::Packet;
         let samples = request.style.last_samples();

@@ -36,7 +36,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Traces a picture of `size` pixels with so many samples each: the bytes of `octray render`.
+    /// Traces a picture of `size` pixels with a number of samples each: the bytes of `octray render`.
     ///
     /// # Errors
     /// [`RenderError`].

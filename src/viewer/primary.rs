@@ -10,7 +10,7 @@ use crate::{
     heat::heat,
     ray::{Hit, Ray, T_MAX},
     reference::{
-        brute, bvh,
+        brute, bvh, closest_plane,
         cost::{self, Stack},
         shade::{Intersect, PixelSample, SecondaryRays, radiance, shading_normal},
     },
@@ -183,8 +183,9 @@ impl<'a> Scratch<'a> {
                 for (i, sum) in self.sums.iter_mut().enumerate() {
                     let ray = frame.ray(i, y, sample);
                     let cut_outs = scene.has_cut_outs().then_some(scene);
-                    let hit =
+                    let best =
                         bvh::closest_hit_at(settings.level, binary, &mut self.bvh_stack, &ray, cut_outs);
+                    let hit = at_level!(settings.level, |simd| closest_plane(simd, scene, &ray, best));
                     add(sum, color((scene, look), &ray, &hit, 0, frame.rays.cone().spread));
                 }
             } else {

@@ -32,6 +32,17 @@ fn within(bytes: &[u8], memory: u64) -> String {
     said
 }
 
+/// Layers whose group takes their id, which would have no end.
+#[test]
+fn layers_are_kept_with_their_group() {
+    let resources = format!(
+        "<m:colorgroup id='1'><m:color color='#FF0000'/></m:colorgroup>\
+         <m:multiproperties id='1' pids='1'><m:multi pindices='0'/></m:multiproperties>\
+         <object id='2' pid='1' pindex='0'>{TRIANGLE}</object>"
+    );
+    assert_eq!(within(&model(&resources, "<item objectid='2'/>"), 1 << 30), "1");
+}
+
 fn model(resources: &str, build: &str) -> Vec<u8> {
     of_model(format!("<model><resources>{resources}</resources><build>{build}</build></model>").as_bytes())
 }

@@ -83,6 +83,12 @@ struct Bench<'a> {
 impl Bench<'_> {
     fn scene(&self, name: &str, scene: &Scene, camera: &Camera) -> Result<Vec<Measurement>, CliError> {
         self.print(&format!("\n{}\n", clip(name)))?;
+        if !scene.planes().is_empty() && !self.quiet {
+            report::warnings([format!(
+                "{}: infinite planes are not part of the bench of rays",
+                clip(name)
+            )]);
+        }
         let plan = self.plan;
         let Settings { width, height, .. } = plan.settings;
         let lights = scene.lights().len() as f64;

@@ -15,7 +15,7 @@ use crate::{
         },
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
-        write::{AovKind, Film, Inputs, Output, Sheet, json_line, write_json},
+        write::{Animation, AovKind, Inputs, Output, Sheet, json_line, write_json},
     },
     error::clip_path,
     render::{Renderer, Settings},
@@ -239,7 +239,7 @@ impl Call<'_> {
     }
 
     /// The film that all frames of a job go into, if there is one.
-    fn film<'a>(&self, job: &'a Job, look: &Look) -> Result<Option<Film<'a>>, CliError> {
+    fn film<'a>(&self, job: &'a Job, look: &Look) -> Result<Option<Animation<'a>>, CliError> {
         let Some(output) = job
             .frames
             .first()
@@ -250,7 +250,7 @@ impl Call<'_> {
         };
         let window = look.settings.window();
         let frames = (job.frames.len() as u32, self.plan.fps);
-        let film = Film::begin(
+        let film = Animation::begin(
             output,
             [window.width(), window.height()],
             frames,
@@ -275,7 +275,7 @@ impl Call<'_> {
         (renderer, camera): (&mut Renderer<'_>, &Camera),
         frame: &Frame,
         spent: &mut Spent,
-        film: Option<&mut Film<'_>>,
+        film: Option<&mut Animation<'_>>,
     ) -> Result<(), CliError> {
         let (plan, interrupt) = (self.plan, self.interrupt);
         let Look {

@@ -325,7 +325,7 @@ impl Pictures<'_> {
     fn beside_sheet(&self, memory: u64, sheet: &SheetPlan) -> Result<u64, CliError> {
         let (width, height) = self.size();
         let size = sheet_size([width, height], sheet.columns, sheet.count);
-        let [width, height] = size.unwrap_or([u32::MAX; 2]);
+        let [width, height] = size.ok_or_else(|| CliError::Failed("the sheet is too large".into()))?;
         sheet.output.format().check_size(width, height)?;
         let pixel = PixelBytes {
             film: 3,

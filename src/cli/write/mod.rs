@@ -1,23 +1,23 @@
 //! What a call leaves behind: pictures, their AOVs, comparisons, JSON.
 
+mod animation;
 mod aov;
 mod aov_files;
 mod compare;
 mod encode;
 mod exr_layers;
-mod film;
 mod json;
 mod output;
 mod picture;
 mod replace;
 mod sheet;
 
+pub use animation::Animation;
 pub use aov::{AovKind, DepthRange};
 pub use aov_files::AovFiles;
 pub use compare::{Comparison, Verdict};
 #[cfg(feature = "viewer")]
 pub use encode::Format;
-pub use film::Film;
 pub use json::{json_line, write_json};
 pub use output::Output;
 #[cfg(feature = "viewer")]

@@ -242,6 +242,12 @@ impl<'b> Reader<'_, 'b> {
                 b"vertices" if !corners.mesh.triangles.is_empty() => {
                     return Err(TextFault::new(tag.place, "found vertices after triangles"));
                 }
+                b"triangles" if !corners.mesh.triangles.is_empty() => {
+                    return Err(TextFault::new(
+                        tag.place,
+                        "a second list of triangles, expected one",
+                    ));
+                }
                 b"vertices" => self.vertices(&mut corners.mesh)?,
                 b"triangles" => self.triangles(&mut corners, group, index)?,
                 name => {

@@ -39,6 +39,8 @@ pub(super) struct Package<'a> {
     entries: HashMap<String, Entry>,
     /// How many bytes all parts together had.
     read: u64,
+    /// How many they have at most: as many as the archive can inflate to once, however often parts are read or share bytes.
+    most: u64,
 }
 
 struct Entry {
@@ -69,6 +71,7 @@ impl<'a> Package<'a> {
             budget,
             entries: HashMap::new(),
             read: 0,
+            most: MAX_BYTES.min((bytes.len() as u64).saturating_mul(MAX_RATIO)),
         };
         package.find_entries()?;
         Ok(package)
@@ -84,7 +87,8 @@ impl<'a> Package<'a> {
         let mut entries = self.archive.entries();
         while let Some(entry) = entries.next_entry().map_err(broken)? {
             let name = entry.file_path();
-            let taken = self.budget.take(ENTRY_BYTES + 2 * name.len());
+            // What is not UTF-8 becomes three bytes for one.
+            let taken = self.budget.take(ENTRY_BYTES + 6 * name.len());
             taken.map_err(|error| error.into_error(self.path))?;
             let name = String::from_utf8_lossy(name.as_bytes());
             let place = Entry {
@@ -121,6 +125,10 @@ impl<'a> Package<'a> {
 
     /// The name of the part that a file calls `name`; `None` if there is none.
     pub(super) fn find(&self, name: &str) -> Option<String> {
+        // An archive has no longer names.
+        if name.len() > usize::from(u16::MAX) * 3 {
+            return None;
+        }
         let decoded = || key(&percent_decode_str(name).decode_utf8_lossy());
         let mut names = std::iter::once(key(name)).chain(std::iter::once_with(decoded));
         names.find(|name| self.entries.contains_key(name))
@@ -148,9 +156,8 @@ impl<'a> Package<'a> {
         }
         let broken = |error| io::Error::other(format!("the part is broken: {error}"));
         let stated = entry.place.uncompressed_size_hint();
-        let left = MAX_BYTES - self.read.min(MAX_BYTES);
-        if stated > left {
-            let most = in_bytes(MAX_BYTES);
+        if stated > self.most.saturating_sub(self.read) {
+            let most = in_bytes(self.most);
             return Err(io::Error::other(format!(
                 "the parts have more than {most} together"
             )));

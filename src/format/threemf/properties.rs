@@ -73,7 +73,7 @@ enum Group {
     },
     Layers {
         indices: Range<usize>,
-        of: u32,
+        of: Box<(u32, Group)>,
     },
     /// Of a kind that octray does not read.
     Other,
@@ -269,7 +269,7 @@ impl Groups {
             let id = id?;
             match self.groups.get(&id) {
                 Some(Group::Other | Group::Layers { .. }) => {}
-                Some(_) => shown = Some((layer, id)),
+                Some(group) => shown = Some((layer, (id, group.clone()))),
                 None => return Err(ids.fault(format!("there is no group of properties {id} before this"))),
             }
             if layer == 1 {
@@ -291,7 +291,7 @@ impl Groups {
         }
         Ok(Group::Layers {
             indices: start..palette.layers.len(),
-            of,
+            of: Box::new(of),
         })
     }
 
@@ -308,10 +308,16 @@ impl Groups {
             let message = format!("there is no group of properties {id} before this");
             return Err(TextFault::new(id_at.clone(), message));
         };
-        if let Some(index) = indices.iter().find(|&&index| index as usize >= group.len()) {
-            let message = format!("property {index}, but group {id} has only {}", group.len());
-            return Err(TextFault::new(at.clone(), message));
-        }
+        let indices = checked(id, group, indices, at)?;
+        // Layers are of other groups than layers: a group is kept with its layers, for another may take its id.
+        let (group, indices) = match group {
+            Group::Layers { indices: own, of } => {
+                let (id, below) = &**of;
+                let layers = indices.map(|index| palette.layers[own.start + index as usize]);
+                (below, checked(*id, below, layers, at)?)
+            }
+            group => (group, indices),
+        };
         let all = |start: usize| indices.map(|index| start as u32 + index);
         Ok(match group {
             Group::Materials(range) => Look {
@@ -327,13 +333,19 @@ impl Groups {
                 surface: *surface,
                 corners: all(uvs.start).map(|uv| [NONE, uv]),
             },
-            Group::Layers { indices: own, of } => {
-                let below = indices.map(|index| palette.layers[own.start + index as usize]);
-                // Layers are of other groups than layers.
-                return self.look(palette, (*of, id_at), below, at);
-            }
-            Group::Other => Look::NONE,
+            Group::Layers { .. } | Group::Other => Look::NONE,
         })
+    }
+}
+
+/// Refuses properties that a group does not have.
+fn checked(id: u32, group: &Group, indices: [u32; 3], at: &Range<usize>) -> Result<[u32; 3], TextFault> {
+    match indices.iter().find(|&&index| index as usize >= group.len()) {
+        Some(index) => {
+            let message = format!("property {index}, but group {id} has only {}", group.len());
+            Err(TextFault::new(at.clone(), message))
+        }
+        None => Ok(indices),
     }
 }
 

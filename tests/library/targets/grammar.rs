@@ -106,8 +106,15 @@ fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
         ("ks", 1),
         ("alpha", 1),
         ("mix", 1),
+        ("checker", 3),
+        ("size", 1),
     ];
-    match u.int_in_range(0..=15)? {
+    match u.int_in_range(0..=16)? {
+        16 => {
+            out.push_str("plane");
+            words(u, out, 3)?;
+            keys(u, out, &[("normal", 3)])?;
+        }
         14 => {
             out.push_str("directional_light");
             words(u, out, 4)?;
@@ -177,7 +184,19 @@ fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
         10 => {
             out.push_str("camera");
             out.push_str(u.choose(&["", " a", " \"a b\"", " \"", " eye", " \u{1b}[2J"])?);
-            keys(u, out, &[("eye", 3), ("target", 3), ("up", 3), ("fov", 1)])?;
+            keys(
+                u,
+                out,
+                &[
+                    ("eye", 3),
+                    ("target", 3),
+                    ("up", 3),
+                    ("fov", 1),
+                    ("ortho", 1),
+                    ("aperture", 1),
+                    ("focus", 1),
+                ],
+            )?;
         }
         11 => {
             out.push_str("background");

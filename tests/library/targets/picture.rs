@@ -107,7 +107,10 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
         if u.is_empty() {
             break;
         }
-        match u.int_in_range(0..=10)? {
+        match u.int_in_range(0..=11)? {
+            11 => {
+                let _ = builder.add_plane(point(u)?, point(u)?, current);
+            }
             10 => {
                 let [bottom, top] = [color(u)?, color(u)?];
                 let _ = builder.set_environment(Environment::Background(Background { bottom, top }));
@@ -180,7 +183,14 @@ fn view(u: &mut Unstructured<'_>) -> Result<Option<Camera>> {
         target,
         up,
         projection,
-        lens: Lens::PINHOLE,
+        lens: if (90.0..100.0).contains(&fov) {
+            Lens {
+                aperture: (fov - 90.0) * 0.02,
+                focus: None,
+            }
+        } else {
+            Lens::PINHOLE
+        },
     })
     .ok())
 }

@@ -11,13 +11,13 @@ use image::{
     Delay, DynamicImage, Frame, RgbImage,
     codecs::gif::{GifEncoder, Repeat},
 };
-use std::{cell::RefCell, io, rc::Rc, time::Duration};
+use std::{cell::RefCell, io, rc::Rc};
 
 /// How well GIF's palettes are chosen, from 1 (best) to 30 (fastest).
 const GIF_SPEED: i32 = 10;
 
 /// A film that is being written, frame by frame. Its file appears when it is finished.
-pub struct Film<'a> {
+pub struct Animation<'a> {
     output: &'a Output,
     opened: Opened,
     encoder: Encoder,
@@ -29,7 +29,8 @@ pub struct Film<'a> {
 struct Buffer(Rc<RefCell<Vec<u8>>>);
 
 enum Encoder {
-    Gif(Box<GifEncoder<Buffer>>, Delay),
+    /// With the number of frames a second and of frames so far.
+    Gif(Box<GifEncoder<Buffer>>, u32, u32),
     Png(Box<png::Writer<Buffer>>),
     Y4m,
 }
@@ -48,8 +49,8 @@ fn failed(error: impl std::fmt::Display) -> CliError {
     CliError::Failed(format!("cannot encode the film: {error}"))
 }
 
-impl<'a> Film<'a> {
-    /// Begins a film of so many frames, `fps` of them a second.
+impl<'a> Animation<'a> {
+    /// Begins a film of a number of frames, `fps` of them a second.
     ///
     /// # Errors
     /// [`CliError`].
@@ -64,8 +65,7 @@ impl<'a> Film<'a> {
             Format::Gif => {
                 let mut encoder = GifEncoder::new_with_speed(written.clone(), GIF_SPEED);
                 encoder.set_repeat(Repeat::Infinite).map_err(failed)?;
-                let delay = Delay::from_saturating_duration(Duration::from_secs(1) / fps);
-                Encoder::Gif(Box::new(encoder), delay)
+                Encoder::Gif(Box::new(encoder), fps, 0)
             }
             Format::Apng => {
                 let fps = u16::try_from(fps).unwrap_or(u16::MAX);
@@ -96,12 +96,15 @@ impl<'a> Film<'a> {
         let [width, height] = picture.size();
         let bytes = picture.bytes();
         match &mut self.encoder {
-            Encoder::Gif(encoder, delay) => {
+            Encoder::Gif(encoder, fps, count) => {
                 let image = RgbImage::from_raw(width, height, bytes.into_owned());
                 let image = image.ok_or_else(|| failed("a frame has another size"))?;
                 let image = DynamicImage::from(image).into_rgba8();
-                let frame = Frame::from_parts(image, 0, 0, *delay);
-                encoder.encode_frame(frame).map_err(failed)?;
+                let delay = Delay::from_numer_denom_ms(10 * hundredths(*count, *fps), 1);
+                encoder
+                    .encode_frame(Frame::from_parts(image, 0, 0, delay))
+                    .map_err(failed)?;
+                *count += 1;
             }
             Encoder::Png(writer) => writer.write_image_data(&bytes).map_err(failed)?,
             Encoder::Y4m => add_y4m(&bytes, &mut self.written.0.borrow_mut()),
@@ -116,7 +119,7 @@ impl<'a> Film<'a> {
     pub fn finish(mut self) -> Result<(), CliError> {
         match std::mem::replace(&mut self.encoder, Encoder::Y4m) {
             // Its last byte is written when it is dropped.
-            Encoder::Gif(encoder, _) => drop(encoder),
+            Encoder::Gif(encoder, ..) => drop(encoder),
             Encoder::Png(writer) => writer.finish().map_err(failed)?,
             Encoder::Y4m => {}
         }
@@ -128,6 +131,13 @@ impl<'a> Film<'a> {
         let bytes = std::mem::take(&mut *self.written.0.borrow_mut());
         self.output.append(&mut self.opened, &bytes)
     }
+}
+
+/// How long a frame of a GIF is shown, in hundredths of a second, the format's unit: rounded so that the whole film has the
+/// right length.
+fn hundredths(frame: u32, fps: u32) -> u32 {
+    let end = |frame: u32| (frame * 100 + fps / 2) / fps;
+    end(frame + 1) - end(frame)
 }
 
 fn png_writer(
@@ -173,6 +183,15 @@ fn add_y4m(rgb: &[u8], to: &mut Vec<u8>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn gifs_have_the_right_length() {
+        for fps in 1..=100 {
+            let sum: u32 = (0..3 * fps).map(|frame| hundredths(frame, fps)).sum();
+            assert_eq!(sum, 300, "{fps}");
+        }
+        assert_eq!([0, 1, 2].map(|frame| hundredths(frame, 24)), [4, 4, 5]);
+    }
 
     #[test]
     fn planes_of_y4m() {
