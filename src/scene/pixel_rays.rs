@@ -84,13 +84,13 @@ pub struct PixelRays {
 }
 
 impl PixelRays {
-    /// Returns the position of the eye, scene units relative to [`Scene::origin`].
+    /// Returns the position of the eye, scene units relative to [`Scene::origin`](super::Scene::origin).
     #[must_use]
     pub fn eye(&self) -> Vec3 {
         self.eye
     }
 
-    /// Returns the origin of all rays, scene units relative to [`Scene::origin`]; `None` if they have origins of their own.
+    /// Returns the origin of all rays, scene units relative to [`Scene::origin`](super::Scene::origin); `None` if they have origins of their own.
     #[must_use]
     pub fn shared_origin(&self) -> Option<Vec3> {
         (!self.is_parallel && self.lens.is_none()).then_some(self.eye)

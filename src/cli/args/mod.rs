@@ -112,9 +112,9 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
 impl Command {
     fn plan(self) -> Result<Plan, CliError> {
         Ok(match self {
-            Self::Render(args) => Plan::Render(args.plan()?),
+            Self::Render(args) => Plan::Render(Box::new(args.plan()?)),
             #[cfg(feature = "viewer")]
-            Self::View(args) => Plan::View(args.plan()?),
+            Self::View(args) => Plan::View(Box::new(args.plan()?)),
             Self::Info(args) => Plan::Info(args.plan()?),
             Self::Bench(args) => Plan::Bench(args.plan()?),
             Self::Verify(args) => Plan::Verify(args.plan()?),

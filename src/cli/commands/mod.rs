@@ -31,7 +31,7 @@ pub fn run(plan: Plan, start: Instant) -> Result<(), CliError> {
     match plan {
         Plan::Render(plan) => render::run(&plan, start),
         #[cfg(feature = "viewer")]
-        Plan::View(plan) => view::run(plan),
+        Plan::View(plan) => view::run(*plan),
         Plan::Info(plan) => info::run(&plan),
         Plan::Bench(plan) => bench::run(&plan),
         Plan::Verify(plan) => verify::run(&plan),

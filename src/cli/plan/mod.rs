@@ -26,9 +26,9 @@ use super::load::memory;
 /// One call of the program.
 #[derive(Debug)]
 pub enum Plan {
-    Render(RenderPlan),
+    Render(Box<RenderPlan>),
     #[cfg(feature = "viewer")]
-    View(ViewPlan),
+    View(Box<ViewPlan>),
     Info(InfoPlan),
     Bench(BenchPlan),
     Verify(VerifyPlan),
