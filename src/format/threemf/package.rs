@@ -156,12 +156,6 @@ impl<'a> Package<'a> {
         }
         let broken = |error| io::Error::other(format!("the part is broken: {error}"));
         let stated = entry.place.uncompressed_size_hint();
-        if stated > self.most.saturating_sub(self.read) {
-            let most = in_bytes(self.most);
-            return Err(io::Error::other(format!(
-                "the parts have more than {most} together"
-            )));
-        }
         let found = self.archive.get_entry(entry.place).map_err(broken)?;
         let data = found.data();
         let part: &mut dyn Read = match entry.method {
@@ -182,6 +176,12 @@ impl<'a> Package<'a> {
                 "the part is broken: {} bytes do not inflate to {}",
                 data.len(),
                 in_bytes(stated)
+            )));
+        }
+        if stated > self.most.saturating_sub(self.read) {
+            let most = in_bytes(self.most);
+            return Err(io::Error::other(format!(
+                "the parts have more than {most} together"
             )));
         }
         let mut bytes = Vec::new();
