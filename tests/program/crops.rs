@@ -296,7 +296,7 @@ fn crops_equal_the_picture_with_every_option() {
 /// Each option is in [`CASES`] or, if it changes no pixels, in this list.
 #[test]
 fn every_option_that_changes_pixels_has_a_case() {
-    const NO_PIXELS: [&str; 20] = [
+    const NO_PIXELS: [&str; 22] = [
         "--output",
         "--force",
         "--size",
@@ -308,6 +308,8 @@ fn every_option_that_changes_pixels_has_a_case() {
         "--fps",
         "--sheet",
         "--keep-going",
+        "--poses",
+        "--save-poses",
         "--compare",
         "--tolerance",
         "--allow-pixels",

@@ -29,6 +29,7 @@ mod overwriting;
 mod package;
 mod picture_files;
 mod points;
+mod poses;
 mod sheets;
 #[cfg(target_os = "linux")]
 mod strangers;

@@ -39,6 +39,8 @@ Examples:
   octray render a.scn --turntable 48 -o t-##.png --frames 1-24
                                                     the first half of them
   octray render models/*.glb --sheet 8 --size 256x256 --keep-going
+  octray render bunny.ply --turntable 100 -o train/r_#.png --aov depth --save-poses transforms.json
+                                                    a data set
   octray render a.scn --turntable 50 -o turn.gif    a film; also .apng and .y4m
   octray render a.scn --turntable 250 -o - | ffmpeg -i - turn.mp4
   octray render a.scn --compare a.png --tolerance 2 -o new.png

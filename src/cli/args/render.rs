@@ -13,7 +13,7 @@ use crate::{
     cli::{
         CliError, load,
         plan::{
-            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, RenderPlan, check_inputs,
+            Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, Poses, RenderPlan, check_inputs,
             is_standard_input,
         },
         process::useful_threads,
@@ -122,6 +122,32 @@ impl RenderArgs {
         })
     }
 
+    /// Where the cameras of all pictures go.
+    fn save_poses(&self, jobs: &[Job]) -> Result<Option<PathBuf>, CliError> {
+        let Some(path) = &self.series.save_poses else {
+            return Ok(None);
+        };
+        let why = if self.scenes.len() > 1 {
+            "--save-poses needs one scene".to_owned()
+        } else if is_standard_input(path) {
+            "--save-poses needs a file".to_owned()
+        } else {
+            let target = JsonTarget::new(path)?;
+            match jobs
+                .iter()
+                .flat_map(Job::outputs)
+                .find(|output| target.is_file_of(output))
+            {
+                Some(output) => format!(
+                    "both a picture and the poses would be written to {}",
+                    output.name()
+                ),
+                None => return Ok(Some(path.clone())),
+            }
+        };
+        Err(CliError::Usage(why))
+    }
+
     /// Checks the arguments, and names and checks every picture.
     ///
     /// # Errors
@@ -129,12 +155,16 @@ impl RenderArgs {
     pub fn plan(&self) -> Result<RenderPlan, CliError> {
         let style = self.style.style();
         let looks = self.looks()?;
-        let turntable = self.series.turntable();
+        let (width, height) = (f64::from(self.size.width), f64::from(self.size.height));
+        let poses = self.series.poses.as_deref();
+        let poses = poses.map(|path| Poses::read(path, width / height)).transpose()?;
+        let turntable = self.series.turntable(poses.as_ref())?;
         let pictures = Pictures {
             look: &looks.mesh,
             output: self.output.as_deref(),
             is_typed: !self.is_default("output"),
             turntable,
+            poses: poses.as_ref(),
             skip_existing: self.series.skip_existing,
             sheet: self.series.sheet,
             keep_going: self.series.keep_going,
@@ -145,11 +175,14 @@ impl RenderArgs {
         let mesh = MeshOptions {
             style,
             is_style_given: self.style.style.is_some() && !self.is_default("style"),
-            ..self.mesh.options(turntable.is_some())
+            ..self.mesh.options(self.series.turntable.is_some())
         };
         let memory = self.memory.limit();
         let Planned { jobs, sheet, skipped } = pictures.jobs(&self.scenes, &camera, &mesh, memory)?;
-        let inputs = check_inputs(&jobs, self.config.path().as_deref())?;
+        let mut inputs = check_inputs(&jobs, self.config.path().as_deref())?;
+        if let Some(path) = &self.series.poses {
+            inputs.add(path, "the poses");
+        }
         load::memory::check_threads(self.trace.threads.map(useful_threads))?;
         let json = self.json.as_deref().map(JsonTarget::new).transpose()?;
         if let Some(JsonTarget::File(path)) = &json
@@ -183,7 +216,9 @@ impl RenderArgs {
         Ok(RenderPlan {
             looks,
             build: self.trace.build,
-            fps: self.series.fps,
+            fps: self.series.fps(),
+            save_poses: self.save_poses(&jobs)?,
+            poses,
             whole_turn: turntable.map_or(1, |turntable| turntable.count),
             jobs,
             sheet,

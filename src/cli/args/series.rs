@@ -1,9 +1,29 @@
 //! Arguments of `octray render` for several pictures, and for comparing them.
 
 use super::values;
-use crate::cli::plan::{CompareOptions, FrameRange, Turntable};
+use crate::cli::{
+    CliError,
+    plan::{CompareOptions, FrameRange, Poses, Turntable},
+};
 use clap::Args;
 use std::path::PathBuf;
+
+/// What `--poses` takes the place of.
+const CAMERAS: [&str; 10] = [
+    "turntable",
+    "camera",
+    "view",
+    "eye",
+    "target",
+    "up",
+    "fov",
+    "ortho",
+    "aperture",
+    "focus",
+];
+
+/// Frames of a film a second.
+const FPS: u32 = 25;
 
 /// Which pictures are made.
 #[derive(Args, Debug)]
@@ -26,20 +46,43 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]
     pub turntable: Option<u32>,
 
-    /// Render only frames A to B of the turntable, so that several machines can share the work
-    #[arg(long, value_name = "A-B", value_parser = values::frames, requires = "turntable")]
+    /// Render the scene from every camera of a NeRF transforms.json: pictures, whose number is a run of # in -o and whose name
+    /// in the file is {pose}, or a film
+    #[arg(long, value_name = "FILE", conflicts_with_all = CAMERAS)]
+    pub poses: Option<PathBuf>,
+
+    /// Write the cameras of all pictures as a NeRF transforms.json
+    #[arg(long, value_name = "FILE")]
+    pub save_poses: Option<PathBuf>,
+
+    /// Render only frames A to B of the turntable or poses, so that several machines can share the work
+    #[arg(long, value_name = "A-B", value_parser = values::frames)]
     pub frames: Option<FrameRange>,
 
-    /// Frames of a film a second
-    #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>, default_value = "25", requires = "turntable")]
-    pub fps: u32,
+    /// Frames of a film a second [default: 25]
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>)]
+    pub fps: Option<u32>,
 }
 
 impl SeriesArgs {
-    /// The turntable, if there is one.
-    pub fn turntable(&self) -> Option<Turntable> {
+    /// The turntable, or the row of `poses`, if there is one.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] for options of frames without frames.
+    pub fn turntable(&self, poses: Option<&Poses>) -> Result<Option<Turntable>, CliError> {
         let frames = self.frames;
-        self.turntable.map(|count| Turntable { count, frames })
+        let count = poses.map(|poses| poses.poses.len() as u32).or(self.turntable);
+        let without = match (count, self.frames, self.fps) {
+            (None, Some(_), _) => "--frames",
+            (None, _, Some(_)) => "--fps",
+            _ => return Ok(count.map(|count| Turntable { count, frames })),
+        };
+        Err(CliError::Usage(format!("{without} needs --turntable or --poses")))
+    }
+
+    /// Frames of a film a second.
+    pub fn fps(&self) -> u32 {
+        self.fps.unwrap_or(FPS)
     }
 }
 

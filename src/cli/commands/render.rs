@@ -10,8 +10,8 @@ use crate::{
             memory,
         },
         plan::{
-            Frame, Job, JsonTarget, Look, RenderPlan, SheetPlan, Turn, is_standard_input, objection, stem,
-            turned,
+            Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, Turn, is_standard_input,
+            objection, stem, turned,
         },
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
@@ -41,6 +41,8 @@ struct Call<'a> {
     written: Written,
     /// The picture that all others go into.
     sheet: Option<Sheet>,
+    /// The cameras of all pictures.
+    saved_poses: Option<SavedPoses>,
     /// How many scenes were skipped.
     skipped: usize,
     /// Lines of JSON for a file.
@@ -78,9 +80,13 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         verdicts: Verdicts::default(),
         written: Written::default(),
         sheet: plan.new_sheet()?,
+        saved_poses: None,
         skipped: 0,
         json: String::new(),
     };
+    if let Some(poses) = plan.poses.as_ref().filter(|_| !plan.quiet) {
+        report::warnings(poses.notes.iter().cloned());
+    }
     for (path, error) in &plan.skipped {
         call.skip(path, error);
     }
@@ -146,12 +152,56 @@ impl Call<'_> {
                 report::note(&self.written.line(size));
             }
         }
+        self.write_poses()?;
         self.verdicts.finish()?;
         match self.skipped {
             0 => Ok(()),
             1 => Err(CliError::Failed("1 scene was skipped".into())),
             count => Err(CliError::Failed(format!("{count} scenes were skipped"))),
         }
+    }
+
+    /// The camera of a frame: a pose, or turned for a turntable.
+    fn camera_of(&self, turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
+        let pose = |turn: Turn| {
+            Some(
+                self.plan
+                    .poses
+                    .as_ref()?
+                    .poses
+                    .get(turn.number as usize - 1)?
+                    .camera,
+            )
+        };
+        Ok(match (turn.and_then(pose), turn) {
+            (Some(camera), _) => camera,
+            (None, Some(turn)) => Camera::new(&turned(&camera.view(), turn))?,
+            (None, None) => *camera,
+        })
+    }
+
+    /// Remembers the camera of a picture.
+    fn save_pose(&mut self, output: &Output, camera: &Camera, settings: &Settings) -> Result<(), CliError> {
+        let Some(path) = &self.plan.save_poses else {
+            return Ok(());
+        };
+        let saved = match &mut self.saved_poses {
+            Some(saved) => saved,
+            none => none.insert(SavedPoses::new(camera, [settings.width, settings.height])?),
+        };
+        let picture = Path::new(output.full_name());
+        let relative = path.parent().and_then(|folder| picture.strip_prefix(folder).ok());
+        saved.push(relative.unwrap_or(picture).to_string_lossy().into_owned(), camera);
+        Ok(())
+    }
+
+    fn write_poses(&self) -> Result<(), CliError> {
+        let (Some(path), Some(saved)) = (&self.plan.save_poses, &self.saved_poses) else {
+            return Ok(());
+        };
+        let target = JsonTarget::File(path.clone());
+        self.inputs.check_json(Some(&target))?;
+        write_json(&target, &json_line(saved))
     }
 
     /// Says why a scene is skipped.
@@ -201,7 +251,7 @@ impl Call<'_> {
         let together = if rig.is_some() { 1 } else { job.frames.len().max(1) };
         for frames in job.frames.chunks(together) {
             if let (Some(rig), [frame]) = (&rig, frames) {
-                let view = camera_of(frame.turn, &camera)?.view();
+                let view = self.camera_of(frame.turn, &camera)?.view();
                 let lights = rig.lights(view.eye - view.target);
                 scene.take_lights(lights.map_err(|error| CliError::Failed(error.to_string()))?);
             }
@@ -214,7 +264,7 @@ impl Call<'_> {
             };
             let mut renderer = Renderer::new(&scene, &bvh);
             for frame in frames {
-                let camera = camera_of(frame.turn, &camera)?;
+                let camera = self.camera_of(frame.turn, &camera)?;
                 self.render_frame(
                     &loaded,
                     (&mut renderer, &camera),
@@ -343,6 +393,7 @@ impl Call<'_> {
             output.name()
         };
         self.written.add(name, times.total);
+        self.save_pose(output, camera, settings)?;
         if let Some(comparison) = &frame.comparison {
             let verdict = comparison.run(&picture, output.name())?;
             self.verdicts.add(verdict, plan.quiet);
@@ -393,14 +444,6 @@ fn label(scene: &Path, frame: &Frame) -> String {
         Some(turn) => format!("{name} {}", turn.number),
         None => name.into_owned(),
     }
-}
-
-/// The camera of a frame: turned for a turntable.
-fn camera_of(turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
-    Ok(match turn {
-        Some(turn) => Camera::new(&turned(&camera.view(), turn))?,
-        None => *camera,
-    })
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {

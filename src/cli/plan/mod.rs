@@ -5,6 +5,8 @@
 mod choice;
 mod input;
 mod names;
+mod places;
+mod poses;
 mod render;
 mod turntable;
 
@@ -15,6 +17,7 @@ pub use input::{
     CameraOptions, InputKind, InputPlan, MeshOptions, StartView, Style, is_standard_input, kind_of, name,
 };
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
+pub use poses::{Poses, SavedPoses};
 pub use render::{
     CompareOptions, Frame, Job, Look, Looks, PictureOptions, Pictures, Planned, RenderPlan, SheetPlan,
     check_inputs, objection,

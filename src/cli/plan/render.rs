@@ -1,8 +1,9 @@
 //! What `octray render` does: of each scene one picture, or the frames of a turntable.
 
 use super::{
-    Build, CameraOptions, InputPlan, JsonTarget, MeshOptions, Turn, Turntable,
+    Build, CameraOptions, InputPlan, JsonTarget, MeshOptions, Poses, Turn, Turntable,
     names::{self, Origin, PicturePath},
+    places::Places,
 };
 use crate::{
     cli::{
@@ -10,11 +11,9 @@ use crate::{
         load::memory::{self, PixelBytes},
         write::{AovFiles, AovKind, Comparison, Inputs, Output, sheet_size},
     },
-    error::clip_path,
     render::{Settings, Transfer},
 };
 use std::{
-    collections::{HashMap, hash_map::Entry},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -28,6 +27,10 @@ pub struct RenderPlan {
     pub whole_turn: u32,
     /// Frames of a film a second.
     pub fps: u32,
+    /// The cameras of the frames, if they are not those of a turntable.
+    pub poses: Option<Poses>,
+    /// Where the cameras of all pictures go.
+    pub save_poses: Option<PathBuf>,
     pub jobs: Vec<Job>,
     /// The picture that all others go into.
     pub sheet: Option<SheetPlan>,
@@ -152,7 +155,10 @@ pub struct PictureOptions {
 }
 
 /// The most pictures of a call: all of their places are checked before the first is rendered.
-const MOST_PICTURES: u64 = 100_000;
+pub(super) const MOST_PICTURES: u64 = 100_000;
+
+/// Stands for the name of a pose in `--output`.
+const POSE: &str = "{pose}";
 
 /// The pictures of a call before they have names.
 #[derive(Debug)]
@@ -163,7 +169,9 @@ pub struct Pictures<'a> {
     pub output: Option<&'a Path>,
     /// Whether it stands on the command line, and not in a config file.
     pub is_typed: bool,
+    /// That of poses counts them.
     pub turntable: Option<Turntable>,
+    pub poses: Option<&'a Poses>,
     pub skip_existing: bool,
     /// Columns of a sheet for all pictures.
     pub sheet: Option<u32>,
@@ -363,7 +371,9 @@ impl Pictures<'_> {
     }
 
     fn frame(&self, scene: &Path, turn: Option<Turn>, places: &mut Places) -> Result<Frame, CliError> {
-        let path = names::picture(self.output, scene, turn).typed_if(self.is_typed);
+        let posed = self.named_pose(turn);
+        let path = names::picture(posed.as_deref().or(self.output), scene, turn);
+        let path = path.typed_if(self.is_typed && posed.is_none());
         let output = Output::prepare(&path, self.size(), self.force)?.for_turntable(turn.is_some())?;
         output.check(&self.look.picture)?;
         if output.is_film() {
@@ -384,6 +394,13 @@ impl Pictures<'_> {
             turn,
             comparison,
         })
+    }
+
+    /// The pattern of `--output` with the name of a pose in it, if it asks for that.
+    fn named_pose(&self, turn: Option<Turn>) -> Option<PathBuf> {
+        let pattern = self.output?.to_str().filter(|pattern| pattern.contains(POSE))?;
+        let pose = self.poses?.poses.get(turn?.number as usize - 1)?;
+        Some(pattern.replace(POSE, &pose.name).into())
     }
 
     /// Refuses what films do not have.
@@ -446,39 +463,5 @@ impl Pictures<'_> {
             aovs: !self.look.picture.aovs.is_empty(),
             compared: self.comparison.is_some(),
         }
-    }
-}
-
-/// Which scene's picture each place will hold.
-#[derive(Default)]
-struct Places(HashMap<PathBuf, PathBuf>);
-
-impl Places {
-    fn claim(&mut self, output: &Output, scene: &Path, turning: bool) -> Result<(), CliError> {
-        let first = match self.0.entry(output.place().to_owned()) {
-            Entry::Vacant(place) => {
-                place.insert(scene.to_owned());
-                return Ok(());
-            }
-            Entry::Occupied(place) => place.get().clone(),
-        };
-        let name = output.name();
-        Err(CliError::Usage(if first != scene {
-            let (first, scene) = (clip_path(&first), clip_path(scene));
-            let hint = match output.origin() {
-                Origin::Typed => "use {stem} in the name, which stands for the scene's name",
-                Origin::Derived => "render them in two calls, each with its own --output",
-            };
-            format!("{first} and {scene} would both be written to {name}; {hint}")
-        } else if turning {
-            format!(
-                "several frames would be written to {name}; add a run of # for the frame number, as in a-####.png"
-            )
-        } else {
-            format!(
-                "two pictures of {} would be written to {name}; give each a name of its own",
-                clip_path(scene)
-            )
-        }))
     }
 }

@@ -1,0 +1,45 @@
+//! The places of pictures: no two of a call have the same one.
+
+use super::names::Origin;
+use crate::{
+    cli::{CliError, write::Output},
+    error::clip_path,
+};
+use std::{
+    collections::{HashMap, hash_map::Entry},
+    path::{Path, PathBuf},
+};
+
+/// Which scene's picture each place will hold.
+#[derive(Default)]
+pub(super) struct Places(HashMap<PathBuf, PathBuf>);
+
+impl Places {
+    pub(super) fn claim(&mut self, output: &Output, scene: &Path, turning: bool) -> Result<(), CliError> {
+        let first = match self.0.entry(output.place().to_owned()) {
+            Entry::Vacant(place) => {
+                place.insert(scene.to_owned());
+                return Ok(());
+            }
+            Entry::Occupied(place) => place.get().clone(),
+        };
+        let name = output.name();
+        Err(CliError::Usage(if first != scene {
+            let (first, scene) = (clip_path(&first), clip_path(scene));
+            let hint = match output.origin() {
+                Origin::Typed => "use {stem} in the name, which stands for the scene's name",
+                Origin::Derived => "render them in two calls, each with its own --output",
+            };
+            format!("{first} and {scene} would both be written to {name}; {hint}")
+        } else if turning {
+            format!(
+                "several frames would be written to {name}; add a run of # for the frame number, as in a-####.png"
+            )
+        } else {
+            format!(
+                "two pictures of {} would be written to {name}; give each a name of its own",
+                clip_path(scene)
+            )
+        }))
+    }
+}
