@@ -161,6 +161,15 @@ impl Call<'_> {
         }
     }
 
+    /// Leaves the places of a job's pictures on the sheet empty.
+    fn leave_empty(&mut self, job: &Job) {
+        for frame in &job.frames {
+            if let Some(sheet) = &mut self.sheet {
+                sheet.add(&label(&job.input.path, frame), None);
+            }
+        }
+    }
+
     /// The camera of a frame: a pose, or turned for a turntable.
     fn camera_of(&self, turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
         let pose = |turn: Turn| {
@@ -180,19 +189,22 @@ impl Call<'_> {
         })
     }
 
-    /// Remembers the camera of a picture.
-    fn save_pose(&mut self, output: &Output, camera: &Camera, settings: &Settings) -> Result<(), CliError> {
-        let Some(path) = &self.plan.save_poses else {
-            return Ok(());
-        };
-        let saved = match &mut self.saved_poses {
-            Some(saved) => saved,
-            none => none.insert(SavedPoses::new(camera, [settings.width, settings.height])?),
-        };
-        let picture = Path::new(output.full_name());
-        let relative = path.parent().and_then(|folder| picture.strip_prefix(folder).ok());
-        saved.push(relative.unwrap_or(picture).to_string_lossy().into_owned(), camera);
+    /// Refuses to save the poses of a camera that has none, before its picture is made.
+    fn prepare_poses(&mut self, camera: &Camera, settings: &Settings) -> Result<(), CliError> {
+        if self.plan.save_poses.is_some() && self.saved_poses.is_none() {
+            let size = [settings.width, settings.height];
+            self.saved_poses = Some(SavedPoses::new(camera, size)?);
+        }
         Ok(())
+    }
+
+    /// Remembers the camera of a picture.
+    fn save_pose(&mut self, output: &Output, camera: &Camera) {
+        if let (Some(path), Some(saved)) = (&self.plan.save_poses, &mut self.saved_poses) {
+            let picture = Path::new(output.full_name());
+            let relative = path.parent().and_then(|folder| picture.strip_prefix(folder).ok());
+            saved.push(relative.unwrap_or(picture).to_string_lossy().into_owned(), camera);
+        }
     }
 
     fn write_poses(&self) -> Result<(), CliError> {
@@ -223,7 +235,14 @@ impl Call<'_> {
         self.interrupt.check()?;
         let loaded = input.as_ref().ok().map(|input| &input.scene);
         self.inputs.add_scene(&job.input.path, &files, loaded);
-        let input = input?;
+        let input = match input {
+            Err(error @ (CliError::Load(_) | CliError::Failed(_))) if self.plan.keep_going => {
+                self.skip(job.input.name(), &error);
+                self.leave_empty(job);
+                return Ok(());
+            }
+            input => input?,
+        };
         let look = self.plan.looks.of(input.is_mesh());
         let Input {
             mut scene,
@@ -333,6 +352,7 @@ impl Call<'_> {
             picture: options,
         } = loaded.look;
         let output = &frame.output;
+        self.prepare_poses(camera, settings)?;
         let bar = RenderBar::new(self.verbose, interrupt);
         let progress = &|progress| bar.report(progress);
         let mut picture = output.new_picture(options);
@@ -393,7 +413,7 @@ impl Call<'_> {
             output.name()
         };
         self.written.add(name, times.total);
-        self.save_pose(output, camera, settings)?;
+        self.save_pose(output, camera);
         if let Some(comparison) = &frame.comparison {
             let verdict = comparison.run(&picture, output.name())?;
             self.verdicts.add(verdict, plan.quiet);

@@ -87,7 +87,11 @@ impl Lens {
     fn fov(&self, aspect: f64) -> Option<f64> {
         let angle = |side: Option<f64>, focal: Option<f64>| Some(2.0 * libm::atan(side? / (2.0 * focal?)));
         let along_y = angle(self.h, self.fl_y).or(self.camera_angle_y);
-        let along_x = || angle(self.w, self.fl_x).or(self.camera_angle_x);
+        let along_x = || {
+            angle(self.w, self.fl_x)
+                .or(self.camera_angle_x)
+                .filter(|angle| (0.0..std::f64::consts::PI).contains(angle))
+        };
         along_y.or_else(|| Some(2.0 * libm::atan(libm::tan(along_x()? * 0.5) / aspect)))
     }
 
@@ -137,11 +141,9 @@ impl Poses {
         for (i, frame) in frames.iter().enumerate() {
             curved |= frame.lens.is_curved();
             shifted |= frame.lens.is_shifted();
-            let camera = frame
-                .lens
-                .or(common)
-                .fov(aspect)
-                .ok_or("no field of view: neither `fl_y` and `h` nor `camera_angle_x`".to_owned());
+            let camera = frame.lens.or(common).fov(aspect).ok_or(
+                "no field of view: neither `fl_y` and `h` nor a `camera_angle_x` from 0 to pi".to_owned(),
+            );
             let camera = camera.and_then(|fov| frame.camera(fov));
             let camera = camera.map_err(|why| whole(format!("frames[{i}]: {why}")))?;
             let name = stem(Path::new(&frame.file_path)).to_string_lossy();
