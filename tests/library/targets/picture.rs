@@ -252,7 +252,8 @@ pub fn picture(bytes: &[u8]) {
     };
     let (packet, scalar) = (film(Mode::Packet), film(Mode::Scalar));
     same("packets", &packet, "scalar code", &scalar);
-    let one_ray = settings.samples == 1 && settings.pattern == Pattern::Grid;
+    // Brute force has no lens and one ray a pixel.
+    let one_ray = settings.samples == 1 && settings.pattern == Pattern::Grid && !camera.has_lens();
     if one_ray && settings.filter == Filter::Box {
         same(
             "packets",
