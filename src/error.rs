@@ -162,6 +162,8 @@ pub enum SceneError {
         /// "triangles".
         what: &'static str,
     },
+    /// A transform makes a body flat, or nearly so.
+    Flat,
     /// An image has no pixels, or a side longer than [`MAX_IMAGE_SIDE`](crate::scene::MAX_IMAGE_SIDE).
     ImageSize {
         /// Pixels.
@@ -222,6 +224,7 @@ impl fmt::Display for SceneError {
                 in_bytes(*needed),
                 in_bytes(*limit)
             ),
+            Self::Flat => f.write_str("the transform makes it flat, expected one that can be undone"),
             Self::NoMemory { what } => write!(f, "the {what} do not fit into memory"),
             Self::ImageSize { width, height, most } => write!(
                 f,

@@ -13,6 +13,15 @@ impl PrimitiveId {
     pub const NONE: Self = Self(u32::MAX);
 }
 
+/// The number of an instance in its scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct InstanceId(pub u32);
+
+impl InstanceId {
+    /// No instance: the id of what stands in the scene itself, and of misses.
+    pub const NONE: Self = Self(u32::MAX);
+}
+
 /// The `t_max` of a ray without end. Finite, so that products with 0 are not NaN.
 pub const T_MAX: f32 = f32::MAX;
 
@@ -105,6 +114,44 @@ impl Hit {
     #[must_use]
     pub fn is_hit(&self) -> bool {
         self.primitive != PrimitiveId::NONE
+    }
+}
+
+/// A hit in a scene with instances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SceneHit {
+    /// The hit, with t in the scene's units.
+    pub hit: Hit,
+    /// The instance that the primitive was hit in, or [`InstanceId::NONE`].
+    pub instance: InstanceId,
+}
+
+impl SceneHit {
+    /// Makes a miss of a ray that ends at `t_max`.
+    #[inline(always)]
+    #[must_use]
+    pub fn miss(t_max: f32) -> Self {
+        Hit::miss(t_max).into()
+    }
+}
+
+impl From<Hit> for SceneHit {
+    /// A hit of what stands in the scene itself.
+    #[inline(always)]
+    fn from(hit: Hit) -> Self {
+        Self {
+            hit,
+            instance: InstanceId::NONE,
+        }
+    }
+}
+
+impl std::ops::Deref for SceneHit {
+    type Target = Hit;
+
+    #[inline(always)]
+    fn deref(&self) -> &Hit {
+        &self.hit
     }
 }
 

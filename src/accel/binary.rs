@@ -3,12 +3,13 @@
 
 use super::{
     boxes::{Box8, boxes_of},
+    instances::instance_boxes,
     ploc::{self, BinaryTree, BinaryTreeNode},
 };
 use crate::{
     math::Aabb,
-    ray::PrimitiveId,
-    scene::{Scene, Shape},
+    ray::{InstanceId, PrimitiveId},
+    scene::{Instance, PrototypeId, Scene, Shape},
 };
 use glam::Vec3;
 
@@ -50,50 +51,95 @@ pub struct BinaryBvh {
     pub primitives: Vec<PrimitiveId>,
     /// Their shapes, so that a leaf reads contiguous memory.
     pub shapes: Vec<Shape>,
+    /// Over the instances of the scene, if it has any.
+    pub instances: Option<Box<BinaryInstances>>,
+}
+
+/// A hierarchy over instances, and those of the prototypes.
+#[derive(Clone, Debug)]
+pub struct BinaryInstances {
+    /// Nodes, whose leaves are ranges of `instances`.
+    pub nodes: Vec<BinaryNode>,
+    /// Instances in the order of the leaves.
+    pub instances: Vec<(InstanceId, Instance)>,
+    /// Their boxes, not padded.
+    pub boxes: Vec<Aabb>,
+    /// By [`PrototypeId`].
+    pub prototypes: Vec<BinaryBvh>,
 }
 
 impl BinaryBvh {
     /// Builds the hierarchy over the scene's spheres and its triangles with an area.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
-        let (boxes, _) = boxes_of(scene);
-        let tree = ploc::build(&boxes);
-        let mut bvh = Self {
-            nodes: Vec::new(),
-            primitives: Vec::new(),
-            shapes: Vec::new(),
-        };
-        if tree.is_empty() {
-            return bvh;
+        let instances = (!scene.instances().is_empty()).then(|| {
+            let prototypes = (0..scene.prototypes().len() as u32).map(PrototypeId);
+            let boxes = instance_boxes(scene);
+            let (nodes, ids) = nodes_over(&boxes, 1);
+            let ids = ids.into_iter().map(|id| InstanceId(id.0));
+            let instances: Vec<_> = ids.map(|id| (id, scene.instances()[id.0 as usize])).collect();
+            Box::new(BinaryInstances {
+                nodes,
+                boxes: instances
+                    .iter()
+                    .map(|&(id, _)| scene.instance_bounds(id))
+                    .collect(),
+                instances,
+                prototypes: prototypes.map(|id| Self::of_part(scene, Some(id))).collect(),
+            })
+        });
+        Self {
+            instances,
+            ..Self::of_part(scene, None)
         }
-        bvh.nodes.push(box_only(tree.bounds(0)));
-        let mut todo = vec![(0_usize, 0_usize)];
-        while let Some((own_i, tree_i)) = todo.pop() {
-            match tree.node(tree_i) {
-                BinaryTreeNode::Inner(children) if tree.size(tree_i) > LEAF_SIZE => {
-                    let first = bvh.nodes.len();
-                    bvh.nodes.extend(children.map(|c| box_only(tree.bounds(c))));
-                    bvh.nodes[own_i].first = first as u32;
-                    todo.extend([(first + 1, children[1]), (first, children[0])]);
-                }
-                _ => {
-                    bvh.nodes[own_i].first = bvh.primitives.len() as u32;
-                    bvh.nodes[own_i].count = tree.size(tree_i);
-                    bvh.push_primitives(&boxes, &tree, tree_i);
-                }
-            }
-        }
-        bvh.shapes = bvh.primitives.iter().map(|&id| scene.shape(id)).collect();
-        bvh
     }
 
-    fn push_primitives(&mut self, boxes: &[Box8], tree: &BinaryTree, tree_i: usize) {
-        let mut stack = vec![tree_i];
-        while let Some(node_i) = stack.pop() {
-            match tree.node(node_i) {
-                BinaryTreeNode::Leaf(box_i) => self.primitives.push(boxes[box_i].id()),
-                BinaryTreeNode::Inner([left, right]) => stack.extend([right, left]),
+    /// Builds over a prototype, or over what belongs to none.
+    fn of_part(scene: &Scene, prototype: Option<PrototypeId>) -> Self {
+        let (boxes, _) = boxes_of(scene, &scene.ids_of(prototype));
+        let (nodes, primitives) = nodes_over(&boxes, LEAF_SIZE);
+        Self {
+            nodes,
+            shapes: primitives.iter().map(|&id| scene.shape(id)).collect(),
+            primitives,
+            instances: None,
+        }
+    }
+}
+
+/// The nodes over boxes, of which a leaf has at most `leaf_size`, and the ids in the order of the leaves.
+fn nodes_over(boxes: &[Box8], leaf_size: u32) -> (Vec<BinaryNode>, Vec<PrimitiveId>) {
+    let tree = ploc::build(boxes);
+    let (mut nodes, mut ids) = (Vec::new(), Vec::new());
+    if tree.is_empty() {
+        return (nodes, ids);
+    }
+    nodes.push(box_only(tree.bounds(0)));
+    let mut todo = vec![(0_usize, 0_usize)];
+    while let Some((own_i, tree_i)) = todo.pop() {
+        match tree.node(tree_i) {
+            BinaryTreeNode::Inner(children) if tree.size(tree_i) > leaf_size => {
+                let first = nodes.len();
+                nodes.extend(children.map(|c| box_only(tree.bounds(c))));
+                nodes[own_i].first = first as u32;
+                todo.extend([(first + 1, children[1]), (first, children[0])]);
             }
+            _ => {
+                nodes[own_i].first = ids.len() as u32;
+                nodes[own_i].count = tree.size(tree_i);
+                push_ids(&mut ids, boxes, &tree, tree_i);
+            }
+        }
+    }
+    (nodes, ids)
+}
+
+fn push_ids(ids: &mut Vec<PrimitiveId>, boxes: &[Box8], tree: &BinaryTree, tree_i: usize) {
+    let mut stack = vec![tree_i];
+    while let Some(node_i) = stack.pop() {
+        match tree.node(node_i) {
+            BinaryTreeNode::Leaf(box_i) => ids.push(boxes[box_i].id()),
+            BinaryTreeNode::Inner([left, right]) => stack.extend([right, left]),
         }
     }
 }

@@ -35,7 +35,7 @@ impl Layout {
         Self::suiting(scene.triangles().corners.len(), scene.vertices().x.len())
     }
 
-    fn suiting(triangles: usize, vertices: usize) -> Self {
+    pub(super) fn suiting(triangles: usize, vertices: usize) -> Self {
         if triangles >= LARGE && vertices <= triangles {
             Self::Indexed
         } else {

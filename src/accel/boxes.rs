@@ -13,6 +13,7 @@ use crate::{
 };
 use glam::Vec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A box and its primitive: minus the lower corner, the id's bits, the upper corner, nothing. So a union is one
 /// maximum of eight lanes (the fourth then means nothing), and moving a primitive moves 32 bytes.
@@ -114,17 +115,19 @@ impl Box8 {
     }
 }
 
-/// The boxes of all primitives that a ray can hit; of many equal shapes only the first. Then the ids of those left
-/// out, each after the first, in order.
-pub(super) fn boxes_of(scene: &Scene) -> (Vec<Box8>, Vec<[PrimitiveId; 2]>) {
-    let count = scene.primitive_count() as u32;
+/// The boxes of all primitives, given by ranges of ids, that a ray can hit; of many equal shapes only the first. Then the ids
+/// of those left out, each after the first, in order.
+pub(super) fn boxes_of(scene: &Scene, ids: &[Range<u32>]) -> (Vec<Box8>, Vec<[PrimitiveId; 2]>) {
     let boxed = |id: PrimitiveId| primitive_box(scene, id);
-    let ids = (0..count).into_par_iter().map(PrimitiveId);
-    let boxes: Vec<Box8> = if scene.degenerate_triangles() == 0 {
-        ids.map(boxed).collect()
-    } else {
-        ids.filter(|&id| can_be_hit(scene, id)).map(boxed).collect()
-    };
+    let mut boxes: Vec<Box8> = Vec::with_capacity(ids.iter().map(ExactSizeIterator::len).sum());
+    for range in ids {
+        let ids = range.clone().into_par_iter().map(PrimitiveId);
+        if scene.degenerate_triangles() == 0 {
+            boxes.par_extend(ids.map(boxed));
+        } else {
+            boxes.par_extend(ids.filter(|&id| can_be_hit(scene, id)).map(boxed));
+        }
+    }
     if has_repeats(&boxes) {
         let (first, repeats) = first_of_each_shape(scene, boxes.par_iter().map(Box8::id).collect());
         (first.into_par_iter().map(boxed).collect(), repeats)

@@ -8,8 +8,8 @@ use super::{
     blocks::TriangleBlocks,
     boxes::{Box8, corners, sphere_box, triangle_box},
     pages,
-    plan::{Plan, Planned, WIDTH, widen},
-    tree::{Counts, Slot, Subtree, Top},
+    plan::{WIDTH, widen},
+    tree::{Counts, Slot, Subtree, Top, TopTree},
 };
 use crate::{
     geometry::{IndexedBlock, SphereBlock, TriangleBlock},
@@ -21,7 +21,7 @@ use crate::{
 };
 use glam::Vec3;
 use rayon::prelude::*;
-use std::{marker::PhantomData, mem::MaybeUninit};
+use std::mem::MaybeUninit;
 
 /// What a hierarchy is stored as, its blocks of triangles as `B`.
 pub(super) struct Wide<B> {
@@ -215,24 +215,6 @@ impl Counts {
     }
 }
 
-/// The tree above the subtrees, as something planned.
-struct TopTree<'a>(PhantomData<&'a Top>);
-
-impl<'a> Planned for TopTree<'a> {
-    type Node = &'a Top;
-
-    fn plan(&self, node: &'a Top) -> &Plan {
-        node.plan()
-    }
-
-    fn children(&self, node: &'a Top) -> Option<[&'a Top; 2]> {
-        match node {
-            Top::Subtree(_) => None,
-            Top::Inner(inner) => Some(inner.children.each_ref()),
-        }
-    }
-}
-
 /// The nodes above the subtrees.
 #[derive(Default)]
 struct Above<'a> {
@@ -255,7 +237,7 @@ impl<'a> Above<'a> {
     fn write(&mut self, top: &'a Top) -> usize {
         let node_i = self.nodes.len();
         self.nodes.push(Vec::new());
-        let children = widen(&TopTree(PhantomData), top);
+        let children = widen(&TopTree::default(), top);
         self.counts.nodes += 1;
         self.counts.children[children.len() - 1] += 1;
         let mut depth = 0;

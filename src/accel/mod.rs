@@ -14,6 +14,7 @@ mod binary;
 mod blocks;
 mod boxes;
 mod emit;
+mod instances;
 mod node;
 mod pages;
 mod plan;
@@ -24,20 +25,22 @@ mod refit;
 mod split;
 mod tree;
 
-pub use binary::{BinaryBvh, BinaryNode};
+pub use binary::{BinaryBvh, BinaryInstances, BinaryNode};
 pub use blocks::{Layout, LeafBlocks, TriangleBlocks};
+pub(crate) use instances::Instanced;
 pub use node::{Child, Node8};
 pub(crate) use prefetch::{Places, prefetch, prefetch_for_later};
 pub use quality::BuildQuality;
 
 use emit::Wide;
+use tree::Blocks;
 
 use crate::{
     geometry::SphereBlock,
     lanes::LANES,
     math::Aabb,
     ray::PrimitiveId,
-    scene::{Scene, SceneId},
+    scene::{PrototypeId, Scene, SceneId},
     simd::{Level, Simd, at_level},
 };
 use std::{
@@ -54,6 +57,8 @@ pub struct Bvh {
     root: Child,
     stats: BvhStats,
     binary: OnceLock<BinaryBvh>,
+    /// Of a scene with instances.
+    instanced: Option<Box<Instanced>>,
     scene: SceneId,
     /// Triangles of the scene without an area, which have no place in the hierarchy.
     degenerate: usize,
@@ -121,7 +126,26 @@ impl Bvh {
     /// Builds a hierarchy at a level; the tree is the same at all of them.
     fn build_at<S: Simd>(simd: S, scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
         let start = Instant::now();
-        let (mut boxes, repeats) = boxes::boxes_of(scene);
+        let mut bvh = Self::of_part(simd, scene, None, quality, layout);
+        if !scene.instances().is_empty() {
+            let instanced = Instanced::build(simd, scene, quality);
+            bvh.stats.memory_bytes += instanced.bytes();
+            bvh.stats.build_time = start.elapsed();
+            bvh.instanced = Some(Box::new(instanced));
+        }
+        bvh
+    }
+
+    /// Builds over a prototype, or over what belongs to none.
+    fn of_part<S: Simd>(
+        simd: S,
+        scene: &Scene,
+        prototype: Option<PrototypeId>,
+        quality: BuildQuality,
+        layout: Layout,
+    ) -> Self {
+        let start = Instant::now();
+        let (mut boxes, repeats) = boxes::boxes_of(scene, &scene.ids_of(prototype));
         let Wide {
             nodes,
             triangle_blocks,
@@ -130,7 +154,7 @@ impl Bvh {
         } = if boxes.is_empty() {
             Wide::nothing(layout)
         } else {
-            let top = tree::build(simd, &mut boxes, scene, quality, layout);
+            let top = tree::build(simd, &mut boxes, Blocks::of(scene, layout), quality);
             let ids = boxes::into_ids(boxes);
             match layout {
                 Layout::Whole => emit::emit(simd, scene, &top, &ids).with_blocks(TriangleBlocks::Whole),
@@ -156,6 +180,7 @@ impl Bvh {
             root: Child::inner(0),
             stats,
             binary: OnceLock::new(),
+            instanced: None,
             scene: scene.id(),
             degenerate: scene.degenerate_triangles(),
             repeats,
@@ -220,10 +245,20 @@ impl Bvh {
         self.root
     }
 
+    /// Returns the hierarchies of instances and prototypes, if the scene has instances.
+    #[inline(always)]
+    pub(crate) fn instanced(&self) -> Option<&Instanced> {
+        self.instanced.as_deref()
+    }
+
     /// Returns the box around everything.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
-        self.nodes.first().map_or(Aabb::EMPTY, Node8::bounds)
+        let bounds = |nodes: &[Node8]| nodes.first().map_or(Aabb::EMPTY, Node8::bounds);
+        let instances = self
+            .instanced()
+            .map_or(Aabb::EMPTY, |instanced| bounds(instanced.nodes()));
+        bounds(&self.nodes).union(instances)
     }
 
     /// Returns the most entries that a depth-first traversal keeps on its stack.

@@ -15,6 +15,7 @@ use super::{
 };
 use crate::{geometry::IndexedBlock, scene::Scene, simd::Simd};
 use rayon::prelude::*;
+use std::marker::PhantomData;
 
 /// Primitives of a subtree with a root of its own: few enough for the cache, and for all threads to have some.
 /// Depends on the scene and not on the number of threads, so that every machine builds the same tree.
@@ -62,6 +63,25 @@ impl Top {
         match self {
             Self::Subtree(subtree) => subtree.bounds,
             Self::Inner(inner) => inner.bounds,
+        }
+    }
+}
+
+/// The tree above the subtrees, as something planned.
+#[derive(Default)]
+pub(super) struct TopTree<'a>(PhantomData<&'a Top>);
+
+impl<'a> Planned for TopTree<'a> {
+    type Node = &'a Top;
+
+    fn plan(&self, node: &'a Top) -> &Plan {
+        node.plan()
+    }
+
+    fn children(&self, node: &'a Top) -> Option<[&'a Top; 2]> {
+        match node {
+            Top::Subtree(_) => None,
+            Top::Inner(inner) => Some(inner.children.each_ref()),
         }
     }
 }
@@ -161,19 +181,41 @@ impl Divider for AsIn<'_> {
     }
 }
 
-/// Builds over `boxes` of a scene's primitives, for blocks of a layout, and puts them into the order of the leaves.
-pub(super) fn build<S: Simd>(
-    simd: S,
-    boxes: &mut [Box8],
-    scene: &Scene,
-    quality: BuildQuality,
-    layout: Layout,
-) -> Top {
-    let triangles = &scene.triangles().corners[..];
+/// Which boxes may be in a block.
+#[derive(Clone, Copy)]
+pub(super) struct Blocks<'a> {
+    /// Ids from here on are spheres.
+    first_sphere: u32,
+    /// The corners of all triangles, if those of a block must fit an [`IndexedBlock`].
+    shared: Option<&'a [[u32; 3]]>,
+    /// The most boxes of a block.
+    most: usize,
+}
+
+impl<'a> Blocks<'a> {
+    /// Those of a scene's primitives.
+    pub(super) fn of(scene: &'a Scene, layout: Layout) -> Self {
+        let triangles = &scene.triangles().corners[..];
+        Self {
+            first_sphere: triangles.len() as u32,
+            shared: (layout == Layout::Indexed).then_some(triangles),
+            most: WIDTH,
+        }
+    }
+
+    /// Each box is a block, one of spheres.
+    pub(super) const SINGLE: Self = Self {
+        first_sphere: 0,
+        shared: None,
+        most: 1,
+    };
+}
+
+/// Builds over `boxes` and puts them into the order of the leaves.
+pub(super) fn build<S: Simd>(simd: S, boxes: &mut [Box8], blocks: Blocks<'_>, quality: BuildQuality) -> Top {
     let job = Job {
         simd,
-        first_sphere: triangles.len() as u32,
-        shared: (layout == Layout::Indexed).then_some(triangles),
+        blocks,
         effort: quality.effort(),
         subtree: subtree_size(boxes.len()),
         footprint: footprint(simd, boxes),
@@ -231,10 +273,7 @@ fn footprint<S: Simd>(simd: S, boxes: &[Box8]) -> f32 {
 #[derive(Clone, Copy)]
 struct Job<'a, S> {
     simd: S,
-    /// Ids from here on are spheres.
-    first_sphere: u32,
-    /// The corners of all triangles, if those of a block must fit an [`IndexedBlock`].
-    shared: Option<&'a [[u32; 3]]>,
+    blocks: Blocks<'a>,
     effort: Effort,
     /// See [`subtree_size`].
     subtree: usize,
@@ -252,7 +291,7 @@ impl<S: Simd> Job<'_, S> {
     /// Whether triangles, at most eight, can be a block of their own.
     #[inline(always)]
     fn is_block(&self, boxes: &[Box8]) -> bool {
-        match self.shared {
+        match self.blocks.shared {
             Some(triangles) => IndexedBlock::fits(boxes.iter().map(|b| triangles[b.id().0 as usize])),
             None => true,
         }
@@ -366,14 +405,18 @@ impl<S: Simd> Builder<'_, S> {
         });
         let (mut first_part, mut may_be_block) = (None, true);
         if boxes.len() <= WIDTH {
-            let spheres = boxes.iter().filter(|b| b.id().0 >= self.job.first_sphere).count();
+            let spheres = boxes
+                .iter()
+                .filter(|b| b.id().0 >= self.job.blocks.first_sphere)
+                .count();
             if spheres != 0 && spheres != boxes.len() {
                 // A block is of one kind.
                 boxes.sort_unstable_by_key(Box8::id);
                 first_part = Some(boxes.len() - spheres);
             } else {
                 let bounds = Box8::around(simd, boxes);
-                may_be_block = spheres != 0 || self.job.is_block(boxes);
+                may_be_block =
+                    boxes.len() <= self.job.blocks.most && (spheres != 0 || self.job.is_block(boxes));
                 if may_be_block && !self.job.pays_to_divide(boxes.len(), bounds) {
                     let visits = self.job.visits(bounds);
                     self.nodes[node_i].plan = Plan::block(boxes.len() - spheres, spheres, visits);

@@ -220,7 +220,7 @@ pub fn compare(
         trace::Method::Single,
         trace::Method::Adaptive,
     ]
-    .map(|method| Tracer::with_method(bvh, method));
+    .map(|method| Tracer::with_method(bvh, method).with_instances(scene));
     let mut times = vec![Vec::new(); methods.len()];
     let mut rows: Vec<(u64, f64, bool)> = vec![(0, 0.0, true); methods.len()];
     let mut results = Results {

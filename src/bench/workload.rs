@@ -5,7 +5,8 @@ use crate::{
     accel::Bvh,
     lanes::{F32x8, LANES},
     math::{max_abs, scale_to_one},
-    ray::{Hit, HitPacket, Ray, RayPacket, RayPackets, T_MAX},
+    ray::{HitPacket, InstanceId, Ray, RayPacket, RayPackets, SceneHit, T_MAX},
+    reference::shade,
     scene::{Camera, Primitive, Scene, for_each_packet},
     simd::{Portable, Simd},
     sobol::{hash, unit},
@@ -95,10 +96,11 @@ impl Workload {
     pub fn new(scene: &Scene, bvh: &Bvh, camera: &Camera, width: u32, height: u32) -> Self {
         let camera_rays = camera_packets(scene, camera, width, height);
         let mut hits = vec![HitPacket::miss(F32x8::ZERO); camera_rays.packets().len()];
-        Tracer::new(bvh).closest_hit(camera_rays.origins(), camera_rays.packets(), &mut hits);
+        let mut tracer = Tracer::new(bvh).with_instances(scene);
+        tracer.closest_hit(camera_rays.origins(), camera_rays.packets(), &mut hits);
         let diagonal = scene.bounds().diagonal();
         let secondary = |ray_from: &dyn Fn(&Surface) -> Option<Ray>| {
-            secondary(scene, &camera_rays, &hits, diagonal * OFFSET, ray_from)
+            secondary((scene, &tracer), &camera_rays, &hits, diagonal * OFFSET, ray_from)
         };
         let lights = scene.lights().iter().filter_map(|light| light.shape.position());
         let shadow = lights
@@ -189,7 +191,7 @@ pub fn camera_packets(scene: &Scene, camera: &Camera, width: u32, height: u32) -
 /// Makes a packet for each camera packet, of the rays that `ray_from` makes of the surfaces hit. Lanes without a ray get
 /// a neighbour's direction.
 fn secondary(
-    scene: &Scene,
+    (scene, tracer): (&Scene, &Tracer<'_>),
     camera_rays: &RayPackets,
     hits: &[HitPacket],
     offset: f32,
@@ -201,9 +203,10 @@ fn secondary(
         t_max: 0.0,
     };
     let mut packets = Vec::with_capacity(hits.len());
-    for (packet_i, hits) in hits.iter().enumerate() {
+    for packet_i in 0..hits.len() {
         let rays: [Option<Ray>; LANES] = std::array::from_fn(|lane| {
-            let (ray, hit) = (camera_rays.ray(packet_i, lane), hits.hit(lane));
+            let ray = camera_rays.ray(packet_i, lane);
+            let hit = tracer.scene_hit(hits, packet_i, lane);
             if !hit.is_hit() {
                 return None;
             }
@@ -230,7 +233,10 @@ fn secondary(
     kept
 }
 
-fn geometric_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
+fn geometric_normal(scene: &Scene, ray: &Ray, hit: &SceneHit) -> Vec3 {
+    if hit.instance != InstanceId::NONE {
+        return shade::geometric_normal(scene, ray, hit);
+    }
     let normal = match scene.primitive(hit.primitive) {
         Primitive::Triangle(i) => {
             let [v0, v1, v2] = scene.triangle(i);

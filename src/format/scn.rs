@@ -4,21 +4,24 @@ mod arguments;
 mod camera;
 mod environment;
 mod include;
+mod instances;
 mod lights;
 mod line;
 mod mesh;
 mod meshes;
 mod nearest;
+mod placements;
 mod statements;
 mod words;
 
 use super::{budget::Budget, files::Files, place::BYTE_ORDER_MARK};
 use crate::{
     error::{LoadError, SourcePos, quote},
-    scene::{MaterialId, Scene, SceneBuilder},
+    scene::{MaterialId, PrototypeId, Scene, SceneBuilder},
 };
 use arguments::Arguments;
 use include::Includes;
+use instances::Stored;
 use line::Line;
 use mesh::Placed;
 use meshes::Meshes;
@@ -57,6 +60,7 @@ pub(super) fn parse(
         material: None,
         meshes: Meshes::default(),
         placed: HashSet::new(),
+        stored: HashMap::new(),
         mesh_cameras: 0,
         mesh_notes: 0,
         includes: Includes::default(),
@@ -131,6 +135,8 @@ struct Reader<'a> {
     material: Option<MaterialId>,
     meshes: Meshes,
     placed: HashSet<Placed>,
+    /// The prototypes of instances.
+    stored: HashMap<Stored, PrototypeId>,
     /// How many cameras the meshes have.
     mesh_cameras: usize,
     /// How many notes there are about meshes.

@@ -1,16 +1,16 @@
 //! Brute force, the test oracle: tests every primitive. Rays pass where surfaces are cut out.
 
-use super::{RaySlabs, counts, intersect_shape, planes};
+use super::{RaySlabs, counts, instances::Met, intersect_shape, planes};
 use crate::{
-    ray::{Hit, PrimitiveId, Ray},
-    scene::{Primitive, Scene, Shape},
+    ray::{Hit, InstanceId, PrimitiveId, Ray, SceneHit},
+    scene::{Primitive, PrototypeId, Scene, Shape},
     simd::{Level, Simd, at_level},
 };
 
-/// Returns every primitive that has an area.
-pub(super) fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
-    (0..scene.primitive_count() as u32)
-        .map(PrimitiveId)
+/// Returns every primitive that has an area, of a prototype, or of what belongs to none.
+fn targets(scene: &Scene, prototype: Option<PrototypeId>) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
+    let ids = scene.ids_of(prototype).into_iter().flatten();
+    ids.map(PrimitiveId)
         .filter(|&id| match scene.primitive(id) {
             Primitive::Triangle(i) => scene.has_area(i),
             Primitive::Sphere(_) | Primitive::Plane(_) => true,
@@ -19,7 +19,7 @@ pub(super) fn targets(scene: &Scene) -> impl Iterator<Item = (PrimitiveId, Shape
 }
 
 #[inline(always)]
-pub(super) fn nearest<S: Simd>(
+fn nearest<S: Simd>(
     simd: S,
     targets: impl Iterator<Item = (PrimitiveId, Shape)>,
     ray: &Ray,
@@ -39,13 +39,38 @@ pub(super) fn nearest<S: Simd>(
     best
 }
 
-/// Returns the closest hit; at equal t the one with the lowest id.
+/// Replaces `best` by a nearer hit of an instance. Rays pass where surfaces of the scene `cut_outs` are cut out.
+#[inline(always)]
+fn nearest_of_instances<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    ray: &Ray,
+    mut best: SceneHit,
+    cut_outs: Option<&Scene>,
+) -> SceneHit {
+    let ray = &ray.or_nothing();
+    let slabs = RaySlabs::new(ray);
+    for (id, instance) in (0..).map(InstanceId).zip(scene.instances()) {
+        if let Some(met) = Met::new(instance, id, scene.instance_bounds(id), ray, &slabs) {
+            let targets = targets(scene, Some(met.prototype));
+            let hit = nearest(simd, targets, &met.up_to(best.t), cut_outs);
+            met.offer(&hit, &mut best);
+        }
+    }
+    best
+}
+
+/// Returns the closest hit; at equal t the one with the lowest id of instance, none first, then of primitive.
 #[must_use]
-pub fn closest_hit(scene: &Scene, ray: &Ray) -> Hit {
-    at_level!(Level::current(), |simd| {
-        let best = nearest(simd, targets(scene), ray, Some(scene));
-        planes::closest(simd, scene, ray, best)
-    })
+pub fn closest_hit(scene: &Scene, ray: &Ray) -> SceneHit {
+    at_level!(Level::current(), |simd| closest(simd, scene, ray))
+}
+
+#[inline(always)]
+pub(super) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> SceneHit {
+    let best = nearest(simd, targets(scene, None), ray, Some(scene));
+    let best = nearest_of_instances(simd, scene, ray, best.into(), Some(scene));
+    planes::closest(simd, scene, ray, best)
 }
 
 /// Returns whether anything is hit before the ray's end.
@@ -58,16 +83,17 @@ pub fn occluded(scene: &Scene, ray: &Ray) -> bool {
 pub(super) fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
-    for (id, shape) in targets(scene) {
+    for (id, shape) in targets(scene, None) {
         let hit = intersect_shape(simd, id, &shape, ray, &slabs);
         if hit.is_some_and(|hit| hit.t < ray.t_max && counts(Some(scene), &hit)) {
             return true;
         }
     }
-    planes::block(simd, scene, ray)
+    nearest_of_instances(simd, scene, ray, SceneHit::miss(ray.t_max), Some(scene)).is_hit()
+        || planes::block(simd, scene, ray)
 }
 
-/// Returns all hits of triangles and spheres before the ray's end, by id; a sphere's nearest alone.
+/// Returns all hits of triangles and spheres before the ray's end, by id; a sphere's nearest alone. None of instances.
 #[must_use]
 pub fn all_hits(scene: &Scene, ray: &Ray) -> Vec<Hit> {
     at_level!(Level::current(), |simd| all(simd, scene, ray))
@@ -78,7 +104,7 @@ fn all<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> Vec<Hit> {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut hits = Vec::new();
-    for (id, shape) in targets(scene) {
+    for (id, shape) in targets(scene, None) {
         if let Some(hit) = intersect_shape(simd, id, &shape, ray, &slabs)
             && hit.t < ray.t_max
             && counts(Some(scene), &hit)
@@ -91,23 +117,27 @@ fn all<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> Vec<Hit> {
 
 /// The shapes of a scene, collected once for many rays.
 #[derive(Clone, Debug)]
-pub struct Shapes(Vec<(PrimitiveId, Shape)>);
+pub struct Shapes<'a> {
+    scene: &'a Scene,
+    shapes: Vec<(PrimitiveId, Shape)>,
+}
 
-impl Shapes {
+impl<'a> Shapes<'a> {
     /// Collects the shapes of `scene`.
     #[must_use]
-    pub fn new(scene: &Scene) -> Self {
-        Self(targets(scene).collect())
+    pub fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            shapes: targets(scene, None).collect(),
+        }
     }
 
-    /// Returns what [`closest_hit`] returns if surfaces are whole.
+    /// Returns what [`closest_hit`] returns if surfaces are whole and there are no planes.
     #[must_use]
-    pub fn closest_hit(&self, ray: &Ray) -> Hit {
-        at_level!(Level::current(), |simd| nearest(
-            simd,
-            self.0.iter().copied(),
-            ray,
-            None
-        ))
+    pub fn closest_hit(&self, ray: &Ray) -> SceneHit {
+        at_level!(Level::current(), |simd| {
+            let best = nearest(simd, self.shapes.iter().copied(), ray, None);
+            nearest_of_instances(simd, self.scene, ray, best.into(), None)
+        })
     }
 }

@@ -1,29 +1,33 @@
 //! The scalar baseline: traces one ray through the binary BVH, nearer child first.
 
-use super::{RaySlabs, counts, intersect_shape};
+use super::{RaySlabs, counts, instances::Met, intersect_shape};
 use crate::{
-    accel::BinaryBvh,
-    ray::{Hit, Ray},
+    accel::{BinaryBvh, BinaryInstances, BinaryNode},
+    ray::{Hit, Ray, SceneHit},
     scene::Scene,
     simd::{Level, Simd, at_level},
 };
 
-/// The traversal stack, reused from ray to ray.
+/// The traversal stacks, reused from ray to ray.
 #[derive(Debug, Default)]
-pub struct Stack(Vec<(u32, f32)>);
+pub struct Stack {
+    own: Vec<(u32, f32)>,
+    /// Within an instance.
+    inside: Vec<(u32, f32)>,
+}
 
-/// Visits the leaves that the ray enters before the current limit of t. `leaf` gets a range of `bvh.primitives` and
+/// Visits the leaves that the ray enters before the current limit of t. `leaf` gets a range of primitives or instances and
 /// returns the new limit, or `None` to stop.
 #[inline(always)]
 fn traverse(
-    bvh: &BinaryBvh,
+    nodes: &[BinaryNode],
     slabs: &RaySlabs,
     t_max: f32,
-    Stack(stack): &mut Stack,
+    stack: &mut Vec<(u32, f32)>,
     mut leaf: impl FnMut(std::ops::Range<usize>) -> Option<f32>,
 ) {
     stack.clear();
-    let Some(root) = bvh.nodes.first() else { return };
+    let Some(root) = nodes.first() else { return };
     let mut limit = t_max;
     let (near, far) = slabs.interval(root.bounds());
     if near > far || near > limit {
@@ -31,7 +35,7 @@ fn traverse(
     }
     let mut node_i = 0_usize;
     loop {
-        let node = &bvh.nodes[node_i];
+        let node = &nodes[node_i];
         if node.count > 0 {
             let first = node.first as usize;
             let Some(new_limit) = leaf(first..first + node.count as usize) else {
@@ -40,8 +44,8 @@ fn traverse(
             limit = new_limit;
         } else {
             let first = node.first as usize;
-            let (near0, far0) = slabs.interval(bvh.nodes[first].bounds());
-            let (near1, far1) = slabs.interval(bvh.nodes[first + 1].bounds());
+            let (near0, far0) = slabs.interval(nodes[first].bounds());
+            let (near1, far1) = slabs.interval(nodes[first + 1].bounds());
             let hit0 = near0 <= far0 && near0 <= limit;
             let hit1 = near1 <= far1 && near1 <= limit;
             match (hit0, hit1) {
@@ -78,7 +82,7 @@ fn traverse(
 
 /// Returns the closest hit of whole surfaces; at equal t the one with the lowest id.
 #[must_use]
-pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> Hit {
+pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> SceneHit {
     closest_hit_at(Level::current(), bvh, stack, ray, None)
 }
 
@@ -89,17 +93,63 @@ pub(crate) fn closest_hit_at(
     stack: &mut Stack,
     ray: &Ray,
     cut_outs: Option<&Scene>,
-) -> Hit {
-    at_level!(level, |simd| closest(simd, bvh, stack, ray, cut_outs))
+) -> SceneHit {
+    at_level!(level, |simd| {
+        let best = closest(simd, bvh, &mut stack.own, ray, cut_outs).into();
+        match &bvh.instances {
+            Some(instances) => closest_of_instances(simd, instances, stack, ray, best, cut_outs),
+            None => best,
+        }
+    })
+}
+
+/// Replaces `best` by a nearer hit of an instance.
+#[inline(always)]
+fn closest_of_instances<S: Simd>(
+    simd: S,
+    over: &BinaryInstances,
+    stack: &mut Stack,
+    ray: &Ray,
+    mut best: SceneHit,
+    cut_outs: Option<&Scene>,
+) -> SceneHit {
+    let ray = &ray.or_nothing();
+    let slabs = RaySlabs::new(ray);
+    let Stack { own, inside } = stack;
+    traverse(
+        &over.nodes,
+        &slabs,
+        best.t,
+        own,
+        #[inline(always)]
+        |range| {
+            for i in range {
+                let (id, instance) = &over.instances[i];
+                if let Some(met) = Met::new(instance, *id, over.boxes[i], ray, &slabs) {
+                    let prototype = &over.prototypes[met.prototype.0 as usize];
+                    let hit = closest(simd, prototype, inside, &met.up_to(best.t), cut_outs);
+                    met.offer(&hit, &mut best);
+                }
+            }
+            Some(best.t)
+        },
+    );
+    best
 }
 
 #[inline(always)]
-fn closest<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray, cut_outs: Option<&Scene>) -> Hit {
+fn closest<S: Simd>(
+    simd: S,
+    bvh: &BinaryBvh,
+    stack: &mut Vec<(u32, f32)>,
+    ray: &Ray,
+    cut_outs: Option<&Scene>,
+) -> Hit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
     traverse(
-        bvh,
+        &bvh.nodes,
         &slabs,
         ray.t_max,
         stack,
@@ -133,16 +183,28 @@ pub(crate) fn occluded_at(
     ray: &Ray,
     cut_outs: Option<&Scene>,
 ) -> bool {
-    at_level!(level, |simd| any(simd, bvh, stack, ray, cut_outs))
+    at_level!(level, |simd| {
+        any(simd, bvh, &mut stack.own, ray, cut_outs)
+            || bvh.instances.as_ref().is_some_and(|instances| {
+                let miss = SceneHit::miss(ray.or_nothing().t_max);
+                closest_of_instances(simd, instances, stack, ray, miss, cut_outs).is_hit()
+            })
+    })
 }
 
 #[inline(always)]
-fn any<S: Simd>(simd: S, bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray, cut_outs: Option<&Scene>) -> bool {
+fn any<S: Simd>(
+    simd: S,
+    bvh: &BinaryBvh,
+    stack: &mut Vec<(u32, f32)>,
+    ray: &Ray,
+    cut_outs: Option<&Scene>,
+) -> bool {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut found = false;
     traverse(
-        bvh,
+        &bvh.nodes,
         &slabs,
         ray.t_max,
         stack,

@@ -1,10 +1,10 @@
 //! Traces one ray through the wide BVH and counts its cost.
 
-use super::{RaySlabs, counts, intersect_shape, planes};
+use super::{RaySlabs, counts, instances::Met, intersect_shape, planes};
 use crate::{
-    accel::{Bvh, Child},
+    accel::{Bvh, Child, Node8},
     math::Aabb,
-    ray::{Hit, PrimitiveId, Ray},
+    ray::{Hit, InstanceId, PrimitiveId, Ray, SceneHit},
     scene::Scene,
     simd::{Level, Simd, at_level},
 };
@@ -26,13 +26,21 @@ impl Cost {
     }
 }
 
-/// The traversal stack, reused from ray to ray: the entry distance and the subtree.
-#[derive(Debug, Default)]
-pub struct Stack(Vec<(f32, Child)>);
+/// What is yet to visit: entry distances and subtrees.
+type Todo = Vec<(f32, Child)>;
 
-/// Returns the closest hit and its cost, without that of planes. Nearer children come first; packets and bundles would share some of the cost.
+/// The traversal stacks, reused from ray to ray.
+#[derive(Debug, Default)]
+pub struct Stack {
+    own: Todo,
+    /// Within an instance.
+    inside: Todo,
+}
+
+/// Returns the closest hit and its cost, without that of planes. Nearer children come first; packets and bundles would share
+/// some of the cost.
 #[must_use]
-pub fn closest_hit(scene: &Scene, bvh: &Bvh, stack: &mut Stack, ray: &Ray) -> (Hit, Cost) {
+pub fn closest_hit(scene: &Scene, bvh: &Bvh, stack: &mut Stack, ray: &Ray) -> (SceneHit, Cost) {
     at_level!(Level::current(), |simd| counted(simd, scene, bvh, stack, ray))
 }
 
@@ -41,45 +49,98 @@ pub(super) fn counted<S: Simd>(
     simd: S,
     scene: &Scene,
     bvh: &Bvh,
-    Stack(stack): &mut Stack,
+    stack: &mut Stack,
     ray: &Ray,
-) -> (Hit, Cost) {
+) -> (SceneHit, Cost) {
+    let mut cost = Cost::default();
+    let Stack { own, inside } = stack;
+    let mut best = inside_of(simd, scene, bvh, own, ray, &mut cost).into();
+    if let Some(instanced) = bvh.instanced() {
+        let (ray, slabs) = (&ray.or_nothing(), RaySlabs::new(ray));
+        let of_instance = |leaf: Child, best: &mut SceneHit, cost: &mut Cost| {
+            let (id, i) = (InstanceId(leaf.index() as u32), leaf.index());
+            let bounds = scene.instance_bounds(id);
+            if let Some(met) = Met::new(&scene.instances()[i], id, bounds, ray, &slabs) {
+                let of = instanced.prototype(met.prototype);
+                let hit = inside_of(simd, scene, of, inside, &met.up_to(best.t), cost);
+                met.offer(&hit, best);
+            }
+        };
+        traverse(
+            instanced.nodes(),
+            own,
+            &slabs,
+            &mut cost,
+            &mut best,
+            |hit| hit.t,
+            of_instance,
+        );
+    }
+    (planes::closest(simd, scene, ray, best), cost)
+}
+
+/// The closest hit of a hierarchy's own primitives.
+#[inline(always)]
+fn inside_of<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    bvh: &Bvh,
+    stack: &mut Todo,
+    ray: &Ray,
+    cost: &mut Cost,
+) -> Hit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     let mut best = Hit::miss(ray.t_max);
-    let mut cost = Cost::default();
+    let of_block = |leaf: Child, best: &mut Hit, cost: &mut Cost| {
+        let ids = bvh.leaf_ids(leaf);
+        for id in ids[..leaf.count()].iter().map(|&id| PrimitiveId(id)) {
+            cost.primitives += 1;
+            if let Some(hit) = intersect_shape(simd, id, &scene.shape(id), ray, &slabs)
+                && best.loses_to(hit.t, id)
+                && counts(Some(scene), &hit)
+            {
+                *best = hit;
+            }
+        }
+    };
+    traverse(bvh.nodes(), stack, &slabs, cost, &mut best, |hit| hit.t, of_block);
+    best
+}
+
+/// Visits the leaves that a ray enters before its best hit, whose distance is `end`.
+#[inline(always)]
+fn traverse<T>(
+    nodes: &[Node8],
+    stack: &mut Todo,
+    slabs: &RaySlabs,
+    cost: &mut Cost,
+    best: &mut T,
+    end: impl Fn(&T) -> f32,
+    mut leaf: impl FnMut(Child, &mut T, &mut Cost),
+) {
     stack.clear();
-    if !bvh.nodes().is_empty() {
-        stack.push((0.0, bvh.root()));
+    if !nodes.is_empty() {
+        stack.push((0.0, Child::inner(0)));
     }
     while let Some((near, child)) = stack.pop() {
-        if near > best.t {
+        if near > end(best) {
             continue;
         }
-        if child.is_inner() {
-            cost.nodes += 1;
-            let node = &bvh.nodes()[child.index()];
-            let first = stack.len();
-            for i in 0..node.count as usize {
-                let (lower, upper) = node.corners(i);
-                let (near, far) = slabs.interval(Aabb { lower, upper });
-                if near <= far && near <= best.t {
-                    stack.push((near, node.child[i]));
-                }
-            }
-            stack[first..].sort_by(|a, b| b.0.total_cmp(&a.0));
-        } else {
-            let ids = bvh.leaf_ids(child);
-            for id in ids[..child.count()].iter().map(|&id| PrimitiveId(id)) {
-                cost.primitives += 1;
-                if let Some(hit) = intersect_shape(simd, id, &scene.shape(id), ray, &slabs)
-                    && best.loses_to(hit.t, id)
-                    && counts(Some(scene), &hit)
-                {
-                    best = hit;
-                }
+        if !child.is_inner() {
+            leaf(child, best, cost);
+            continue;
+        }
+        cost.nodes += 1;
+        let node = &nodes[child.index()];
+        let first = stack.len();
+        for i in 0..node.count as usize {
+            let (lower, upper) = node.corners(i);
+            let (near, far) = slabs.interval(Aabb { lower, upper });
+            if near <= far && near <= end(best) {
+                stack.push((near, node.child[i]));
             }
         }
+        stack[first..].sort_by(|a, b| b.0.total_cmp(&a.0));
     }
-    (planes::closest(simd, scene, ray, best), cost)
 }

@@ -8,6 +8,7 @@ pub mod bvh;
 pub mod cost;
 mod draw;
 mod glass;
+mod instances;
 pub(crate) mod light;
 mod planes;
 mod primitive;

@@ -2,7 +2,7 @@
 
 use crate::{
     math::{max, max_abs},
-    ray::{Hit, Ray},
+    ray::{Hit, Ray, SceneHit},
     scene::{Plane, Scene},
     simd::Simd,
 };
@@ -19,7 +19,7 @@ fn intersect<S: Simd>(simd: S, plane: &Plane, ray: &Ray) -> Option<f32> {
 
 /// Returns the nearer one of the hits of planes and of `best`, the closest hit of all else.
 #[inline(always)]
-pub(crate) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: Hit) -> Hit {
+pub(crate) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: SceneHit) -> SceneHit {
     let ray = &ray.or_nothing();
     for (i, plane) in scene.planes().iter().enumerate() {
         if let Some(t) = intersect(simd, plane, ray)
@@ -30,7 +30,8 @@ pub(crate) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: Hit)
                 u: 0.0,
                 v: 0.0,
                 primitive: scene.plane_id(i),
-            };
+            }
+            .into();
         }
     }
     best

@@ -53,7 +53,7 @@ impl RaySlabs {
     }
 
     #[inline(always)]
-    fn primitive_interval(&self, bounds: Aabb) -> (f32, f32) {
+    pub(super) fn primitive_interval(&self, bounds: Aabb) -> (f32, f32) {
         let pad = Vec3::splat(max(max_abs(bounds.lower), max_abs(bounds.upper)) * GEOMETRIC_PAD);
         self.interval(Aabb {
             lower: bounds.lower - pad,

@@ -3,8 +3,8 @@
 use super::{draw::scattered, glass, light, planes};
 use crate::{
     math::{max, max_abs, min, powi, scale_to_one},
-    ray::{Hit, Ray, T_MAX},
-    scene::{LightShape, Material, Primitive, RayCone, Scene, TexturePoint},
+    ray::{Hit, Ray, SceneHit, T_MAX},
+    scene::{Instance, LightShape, Material, Primitive, RayCone, Scene, TexturePoint},
     simd::{Level, Simd, at_level},
     sobol,
 };
@@ -14,8 +14,8 @@ pub(super) const SURFACE_OFFSET: f32 = 32.0 / 16_777_216.0;
 
 /// A way to trace rays: brute force or a BVH.
 pub trait Intersect {
-    /// Returns the closest hit; at equal t the one with the lowest id.
-    fn closest_hit(&mut self, ray: &Ray) -> Hit;
+    /// Returns the closest hit; at equal t the one with the lowest id of instance, none first, then of primitive.
+    fn closest_hit(&mut self, ray: &Ray) -> SceneHit;
     /// Returns whether anything is hit before the ray's end.
     fn occluded(&mut self, ray: &Ray) -> bool;
 }
@@ -143,7 +143,7 @@ pub(super) fn scatter<S: Simd>(
     simd: S,
     scene: &Scene,
     intersect: &mut impl Intersect,
-    (ray, hit, width): (&Ray, &Hit, f32),
+    (ray, hit, width): (&Ray, &SceneHit, f32),
     draw: (Draw, bool),
     (color, weight): (&mut [f32; 3], f32),
     rays: &mut SecondaryRays,
@@ -341,7 +341,13 @@ impl Light {
 /// Returns the material at a hit, with its base colour times that of the vertices or the sphere and that of the texture,
 /// and the light that it emits; `width` is that of the ray's cone.
 #[inline(always)]
-fn tinted<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> (Material, Option<[f32; 3]>) {
+fn tinted<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    ray: &Ray,
+    hit: &SceneHit,
+    width: f32,
+) -> (Material, Option<[f32; 3]>) {
     let mut material = scene.materials()[scene.material_of(hit.primitive).0 as usize];
     let mut emitted = None;
     if scene.has_colors() || scene.has_textures() {
@@ -398,7 +404,7 @@ fn tint<S: Simd>(simd: S, scene: &Scene, hit: &Hit) -> [f32; 3] {
 /// Returns the base colour of the surface at a hit (c_d of Blinn-Phong), with the colours of vertices, spheres and
 /// textures. `width` is that of the ray's cone at the hit.
 #[must_use]
-pub fn albedo(scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> [f32; 3] {
+pub fn albedo(scene: &Scene, ray: &Ray, hit: &SceneHit, width: f32) -> [f32; 3] {
     match at_level!(Level::current(), |simd| tinted(simd, scene, ray, hit, width)).0 {
         Material::Silhouette { color } | Material::Matte { color } | Material::Reflection { color, .. } => {
             color
@@ -410,26 +416,25 @@ pub fn albedo(scene: &Scene, ray: &Ray, hit: &Hit, width: f32) -> [f32; 3] {
 
 /// Returns the shading normal of a hit, a unit vector on the viewer's side.
 #[must_use]
-pub fn shading_normal(scene: &Scene, ray: &Ray, hit: &Hit) -> Vec3 {
+pub fn shading_normal(scene: &Scene, ray: &Ray, hit: &SceneHit) -> Vec3 {
     at_level!(Level::current(), |simd| surface(simd, scene, ray, hit)).normal
 }
 
+/// Returns the geometric normal of a hit, a unit vector on the viewer's side.
+#[must_use]
+pub fn geometric_normal(scene: &Scene, ray: &Ray, hit: &SceneHit) -> Vec3 {
+    at_level!(Level::current(), |simd| surface(simd, scene, ray, hit)).geometric_normal
+}
+
 #[inline(always)]
-fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
-    let (point, geometric, normal, magnitude) = match scene.primitive(hit.primitive) {
-        Primitive::Triangle(i) => triangle(simd, scene, i, hit),
-        Primitive::Sphere(i) => {
-            let (center, radius) = (scene.spheres().center(i), scene.spheres().radius[i]);
-            let outward = simd.normalize(simd.mul_add3(ray.direction, hit.t, ray.origin - center));
-            (
-                simd.mul_add3(outward, radius, center),
-                outward,
-                outward,
-                max_abs(center) + radius,
-            )
-        }
-        Primitive::Plane(i) => planes::surface(simd, &scene.planes()[i], ray, hit),
-    };
+fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &SceneHit) -> Surface {
+    let (point, geometric, normal, magnitude) =
+        match (scene.instance(hit.instance), scene.primitive(hit.primitive)) {
+            (Some(instance), _) => placed(simd, scene, instance, ray, hit),
+            (None, Primitive::Triangle(i)) => triangle(simd, scene, i, hit),
+            (None, Primitive::Sphere(i)) => sphere(simd, scene, i, ray, hit.t),
+            (None, Primitive::Plane(i)) => planes::surface(simd, &scene.planes()[i], ray, hit),
+        };
     let away = simd.dot(geometric, ray.direction) > 0.0;
     Surface {
         from_behind: away,
@@ -439,6 +444,42 @@ fn surface<S: Simd>(simd: S, scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
         direction: ray.direction,
         magnitude,
     }
+}
+
+/// The point on a sphere that a ray hits at `t`, both normals, and the magnitude for offsets.
+#[inline(always)]
+fn sphere<S: Simd>(simd: S, scene: &Scene, i: usize, ray: &Ray, t: f32) -> (Vec3, Vec3, Vec3, f32) {
+    let (center, radius) = (scene.spheres().center(i), scene.spheres().radius[i]);
+    let outward = simd.normalize(simd.mul_add3(ray.direction, t, ray.origin - center));
+    let point = simd.mul_add3(outward, radius, center);
+    (point, outward, outward, max_abs(center) + radius)
+}
+
+/// The same on an instance: that of its prototype, placed.
+#[inline(always)]
+fn placed<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    instance: &Instance,
+    ray: &Ray,
+    hit: &SceneHit,
+) -> (Vec3, Vec3, Vec3, f32) {
+    let (point, geometric, normal, magnitude) = match scene.primitive(hit.primitive) {
+        Primitive::Triangle(i) => triangle(simd, scene, i, hit),
+        Primitive::Sphere(i) => {
+            let image = instance.image(ray);
+            let (ray, t) = image.map_or((*ray, hit.t), |image| (image.ray, image.of_distance(hit.t)));
+            sphere(simd, scene, i, &ray, t)
+        }
+        Primitive::Plane(i) => planes::surface(simd, &scene.planes()[i], ray, hit),
+    };
+    let placement = instance.placement();
+    (
+        placement.point(point),
+        placement.normal(geometric),
+        placement.normal(normal),
+        placement.magnitude(magnitude),
+    )
 }
 
 #[inline(always)]

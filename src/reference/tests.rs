@@ -8,15 +8,21 @@ use super::{
 };
 use crate::{
     accel::{BinaryBvh, Bvh},
-    ray::{Hit, Ray},
+    ray::{Ray, SceneHit},
     scene::{Scene, SceneBuilder, SphereCloud, TriangleMesh},
     simd::{Level, at_level},
     verify::{Group, Random, rays, scenes},
 };
 use glam::Vec3;
 
-fn bits(hit: &Hit) -> (u32, u32, u32, u32) {
-    (hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.primitive.0)
+fn bits(hit: &SceneHit) -> (u32, u32, u32, u32, u32) {
+    (
+        hit.t.to_bits(),
+        hit.u.to_bits(),
+        hit.v.to_bits(),
+        hit.primitive.0,
+        hit.instance.0,
+    )
 }
 
 /// Both ways of tracing at a level.
@@ -29,15 +35,10 @@ struct At<'a> {
 }
 
 impl Intersect for At<'_> {
-    fn closest_hit(&mut self, ray: &Ray) -> Hit {
+    fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
         match self.bvh {
             Some(bvh) => bvh::closest_hit_at(self.level, bvh, &mut self.stack, ray, None),
-            None => at_level!(self.level, |simd| brute::nearest(
-                simd,
-                brute::targets(self.scene),
-                ray,
-                None
-            )),
+            None => at_level!(self.level, |simd| brute::closest(simd, self.scene, ray)),
         }
     }
 

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     lanes::{F32x8, LANES},
-    ray::{Hit, HitPacket, PrimitiveId, Ray},
+    ray::{HitPacket, InstanceId, PrimitiveId, Ray, SceneHit},
     reference::{
         cost::{self, Cost, Stack},
         shade::{albedo, shading_normal},
@@ -41,6 +41,8 @@ pub struct Aov {
     pub albedo: [f32; 3],
     /// The primitive; [`PrimitiveId::NONE`] for a miss.
     pub primitive: PrimitiveId,
+    /// The instance that the primitive is part of there; [`InstanceId::NONE`] outside of any.
+    pub instance: InstanceId,
     /// The traversal cost of the ray; 0 unless it was asked for.
     pub cost: Cost,
 }
@@ -122,7 +124,7 @@ impl<'a> AovScratch<'a> {
     fn new(context: &FrameContext<'a>) -> Self {
         let tracer = Tracer::new(context.bvh).at_level(context.settings.level);
         Self {
-            tracer: tracer.through_cut_outs(context.scene).with_planes(context.scene),
+            tracer: tracer.of_scene(context.scene),
             rays: RayQueue::default(),
             hits: Vec::new(),
             stack: Stack::default(),
@@ -141,10 +143,10 @@ impl<'a> AovScratch<'a> {
             self.tracer
                 .closest_hit(rays.origins(), rays.packets(), &mut self.hits);
         }
-        let mut packets = (0..).zip(&self.hits);
+        let mut packets = 0..self.hits.len();
         let stack = &mut self.stack;
         for_each_packet(rect.width, rect.height, |[x, y]| {
-            let Some((packet, hits)) = packets.next() else {
+            let Some(packet) = packets.next() else {
                 return;
             };
             for lane in 0..LANES {
@@ -157,7 +159,7 @@ impl<'a> AovScratch<'a> {
                     let (hit, cost) = cost::closest_hit(context.scene, context.bvh, stack, &ray);
                     (hit, if costs { cost } else { Cost::default() })
                 } else {
-                    (hits.hit(lane), Cost::default())
+                    (self.tracer.scene_hit(&self.hits, packet, lane), Cost::default())
                 };
                 let pixel = y as usize * context.window.width() as usize + (rect.x + x) as usize;
                 let width = context.camera_rays.cone().width(hit.t);
@@ -202,13 +204,14 @@ impl Aov {
         normal: [0.0; 3],
         albedo: [0.0; 3],
         primitive: PrimitiveId::NONE,
+        instance: InstanceId::NONE,
         cost: Cost {
             nodes: 0,
             primitives: 0,
         },
     };
 
-    fn new(scene: &Scene, ray: &Ray, hit: &Hit, cost: Cost, width: f32) -> Self {
+    fn new(scene: &Scene, ray: &Ray, hit: &SceneHit, cost: Cost, width: f32) -> Self {
         if !hit.is_hit() {
             return Self { cost, ..Self::MISS };
         }
@@ -217,6 +220,7 @@ impl Aov {
             normal: shading_normal(scene, ray, hit).to_array(),
             albedo: albedo(scene, ray, hit, width),
             primitive: hit.primitive,
+            instance: hit.instance,
             cost,
         }
     }

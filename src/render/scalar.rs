@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     accel::BinaryBvh,
-    ray::{Hit, Ray},
+    ray::{Ray, SceneHit},
     reference::{
         self,
         bvh::{self, Stack},
@@ -27,7 +27,7 @@ struct OverBvh<'a> {
 }
 
 impl Intersect for OverBvh<'_> {
-    fn closest_hit(&mut self, ray: &Ray) -> Hit {
+    fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
         let best = bvh::closest_hit_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs);
         if self.scene.planes().is_empty() {
             return best;

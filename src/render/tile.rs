@@ -47,7 +47,7 @@ impl<'a> TileScratch<'a> {
         for_each_packet(width + 2, height + 2, |_| packets += 1);
         let pixels = packets * LANES;
         let mut scratch = Self {
-            tracer: Tracer::new(bvh).through_cut_outs(scene).with_planes(scene),
+            tracer: Tracer::new(bvh).of_scene(scene),
             shader: Shader::default(),
             rays: RayQueue::default(),
             sample: TileColors::default(),

@@ -1,6 +1,7 @@
 //! The scene builder: refuses what cannot be rendered, so that no later layer meets a NaN, an index out of range or a
 //! radius of 0.
 
+mod instances;
 mod lights;
 mod mesh;
 mod spheres;
@@ -11,8 +12,9 @@ pub(super) use mesh::expect_length;
 pub use spheres::SphereCloud;
 
 use super::{
-    Background, Environment, Image, Light, MAX_PLANES, Material, MaterialId, NamedCamera, Plane, Scene,
-    SceneId, Sources, Spheres, SurfaceTextures, Triangles, Vertices, is_usable, material::check_color,
+    Background, Environment, Image, Light, MAX_PLANES, Material, MaterialId, NamedCamera, Plane, Prototype,
+    Scene, SceneId, Sources, Spheres, SurfaceTextures, Triangles, Vertices, instance::Unplaced, is_usable,
+    material::check_color,
 };
 use crate::{
     classic,
@@ -21,7 +23,7 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::{collections::HashMap, path::PathBuf};
+use std::{collections::HashMap, ops::Range, path::PathBuf};
 
 /// The most primitives and the most vertices of a scene: ids have 32 bits, and one value means "none".
 const MAX_COUNT: usize = u32::MAX as usize - 8 - MAX_PLANES;
@@ -73,6 +75,8 @@ pub struct SceneBuilder {
     triangles: Triangles,
     spheres: Spheres,
     pub(super) planes: Vec<Plane>,
+    prototypes: Vec<Prototype>,
+    instances: Vec<Unplaced>,
     lights: Vec<Light>,
     materials: Vec<Material>,
     /// The id of each material, by its bits.
@@ -178,6 +182,8 @@ impl SceneBuilder {
             triangles: Triangles::default(),
             spheres: Spheres::default(),
             planes: Vec::new(),
+            prototypes: Vec::new(),
+            instances: Vec::new(),
             lights: Vec::new(),
             materials: Material::CLASSIC.to_vec(),
             material_ids: (0..)
@@ -356,7 +362,9 @@ impl SceneBuilder {
         }
         check_memory(
             [triangles, spheres, vertices + vectors],
-            self.memory.saturating_sub(self.image_bytes),
+            self.memory
+                .saturating_sub(self.image_bytes)
+                .saturating_sub(self.instances.len() as u64 * instances::BYTES),
         )
     }
 
@@ -401,6 +409,8 @@ impl SceneBuilder {
             triangles,
             spheres,
             planes,
+            prototypes,
+            instances,
             lights,
             materials,
             material_ids: _,
@@ -421,6 +431,8 @@ impl SceneBuilder {
             triangles,
             spheres,
             planes,
+            prototypes,
+            instances: Vec::new(),
             lights,
             has_glass: materials.iter().any(|m| matches!(m, Material::Glass { .. })),
             materials,
@@ -442,19 +454,34 @@ impl SceneBuilder {
             degenerate: 0,
             id: SceneId::next(),
         };
-        (scene.bounds, scene.degenerate) = scene.triangle_extent();
-        for i in 0..scene.spheres.radius.len() {
-            scene.bounds = scene.bounds.union(scene.sphere_bounds(i));
+        let mut bounds = Aabb::EMPTY;
+        for range in scene.ids_of(None) {
+            bounds = bounds.union(scene.bounds_of(range));
         }
+        bounds = bounds.union(instances::bounds(&scene.prototypes, &instances));
+        scene.bounds = bounds;
+        scene.degenerate = scene.triangle_extent(0..scene.triangles.corners.len()).1;
         scene.move_to_origin();
+        scene.instances = instances::placed(instances, scene.origin);
         scene
     }
 }
 
 impl Scene {
-    /// Returns the bounding box of all triangles and the number of those without area.
-    fn triangle_extent(&self) -> (Aabb, usize) {
-        let pieces = self.triangles.corners.par_chunks(MIN_PIECE);
+    /// Returns the bounding box of primitives, given by their ids.
+    fn bounds_of(&self, ids: Range<u32>) -> Aabb {
+        let count = self.triangles.corners.len();
+        let (first, end) = (ids.start as usize, ids.end as usize);
+        let (mut bounds, _) = self.triangle_extent(first.min(count)..end.min(count));
+        for i in first.max(count) - count..end.max(count) - count {
+            bounds = bounds.union(self.sphere_bounds(i));
+        }
+        bounds
+    }
+
+    /// Returns the bounding box of triangles and the number of those without area.
+    fn triangle_extent(&self, triangles: Range<usize>) -> (Aabb, usize) {
+        let pieces = self.triangles.corners[triangles].par_chunks(MIN_PIECE);
         let of_piece = |piece: &[[u32; 3]]| {
             let (mut bounds, mut degenerate) = (Aabb::EMPTY, 0);
             for &[v0, v1, v2] in piece {

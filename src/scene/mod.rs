@@ -8,6 +8,7 @@ mod environment;
 mod faults;
 mod fit;
 mod image;
+mod instance;
 mod light;
 mod material;
 mod origin;
@@ -28,6 +29,8 @@ pub use environment::{Environment, EnvironmentPicture, MAX_ENVIRONMENT_SIDE};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
+pub(crate) use instance::{ImageRay, Placement};
+pub use instance::{Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, PrototypeId};
 pub(crate) use light::MOST_FALLOFF;
 pub use light::{Light, LightShape, Spot};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
@@ -138,13 +141,16 @@ pub struct Sources {
 
 /// A finished, immutable scene. Primitive ids count the triangles first, then the spheres, then the planes.
 ///
-/// Positions in its arrays, and so rays and hits, are relative to [`Scene::origin`].
+/// Positions in its arrays, and so rays and hits, are relative to [`Scene::origin`], except those of its
+/// [prototypes](Scene::prototypes).
 #[derive(Debug)]
 pub struct Scene {
     vertices: Vertices,
     triangles: Triangles,
     spheres: Spheres,
     planes: Vec<Plane>,
+    prototypes: Vec<Prototype>,
+    instances: Vec<Instance>,
     lights: Vec<Light>,
     materials: Vec<Material>,
     /// By material; empty if none has any.
@@ -313,7 +319,8 @@ impl Scene {
         &self.sources
     }
 
-    /// Returns the bounding box of all triangles and spheres in world space, not relative to [`Scene::origin`]; empty without any.
+    /// Returns the bounding box of all triangles, spheres and instances in world space, not relative to
+    /// [`Scene::origin`]; empty without any.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.bounds
@@ -332,7 +339,7 @@ impl Scene {
         !self.vertices.colors.is_empty() || !self.spheres.color.is_empty()
     }
 
-    /// Returns the number of triangles and spheres.
+    /// Returns the number of triangles and spheres, those of prototypes included.
     #[must_use]
     pub fn primitive_count(&self) -> usize {
         self.triangles.corners.len() + self.spheres.radius.len()
@@ -429,6 +436,8 @@ impl Scene {
             + bytes(&t.material[..])
             + bytes(&s.material[..])
             + bytes(&self.materials[..])
+            + bytes(&self.prototypes[..])
+            + bytes(&self.instances[..])
     }
 }
 

@@ -1,14 +1,14 @@
 //! The scene's own origin: coordinates of a scene far from 0 are stored relative to its centre, so that rounding errors
 //! fit its size.
 
-use super::{Scene, builder::MIN_PIECE};
+use super::{Scene, builder::MIN_PIECE, instance::gaps};
 use crate::math::Aabb;
 use glam::Vec3;
 use rayon::prelude::*;
 
 /// Returns the centre of `bounds` on each axis on which the box is further from 0 than it is long, else 0. Subtracting it
 /// is exact: no coordinate is less than half or more than twice as large (Sterbenz's lemma).
-fn origin_of(bounds: Aabb) -> Vec3 {
+pub(super) fn origin_of(bounds: Aabb) -> Vec3 {
     if bounds.is_empty() {
         return Vec3::ZERO;
     }
@@ -24,8 +24,17 @@ impl Scene {
         let origin = origin_of(self.bounds);
         self.origin = origin;
         let (v, s) = (&mut self.vertices, &mut self.spheres);
-        translate([&mut v.x, &mut v.y, &mut v.z], -origin);
-        translate([&mut s.center_x, &mut s.center_y, &mut s.center_z], -origin);
+        let (vertices, spheres) = (v.x.len() as u32, s.radius.len() as u32);
+        for range in gaps(self.prototypes.iter().map(|p| p.vertices.clone()), vertices) {
+            let range = range.start as usize..range.end as usize;
+            let columns = [&mut v.x, &mut v.y, &mut v.z];
+            translate(columns.map(|column| &mut column[range.clone()]), -origin);
+        }
+        for range in gaps(self.prototypes.iter().map(|p| p.spheres.clone()), spheres) {
+            let range = range.start as usize..range.end as usize;
+            let columns = [&mut s.center_x, &mut s.center_y, &mut s.center_z];
+            translate(columns.map(|column| &mut column[range.clone()]), -origin);
+        }
         self.translate_lights(-origin);
         self.move_planes();
     }

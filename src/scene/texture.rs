@@ -3,7 +3,7 @@
 use super::{Checker, Image, MaterialId, Primitive, Scene, Texture, material::check_color};
 use crate::{
     error::SceneError,
-    ray::{Hit, PrimitiveId},
+    ray::{PrimitiveId, SceneHit},
 };
 use glam::{DVec3, Vec3};
 
@@ -37,7 +37,7 @@ pub struct CutOut {
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint {
     /// What is hit, and the weights of its corners.
-    pub hit: Hit,
+    pub hit: SceneHit,
     /// The point relative to [`Scene::origin`], scene units; only for [`SurfaceTextures::checker`].
     pub point: Vec3,
     /// Unit geometric normal on any side; only for [`SurfaceTextures::checker`].
@@ -212,7 +212,12 @@ impl Scene {
     /// Returns the area of the image that the ray's cone covers, as a share of all of it: of an ellipse as long as the
     /// surface is seen from the side, the area.
     fn footprint(&self, i: usize, point: &TexturePoint) -> f64 {
-        let [p0, p1, p2] = self.triangle(i).map(Vec3::as_dvec3);
+        let mut corners = self.triangle(i);
+        if let Some(instance) = self.instance(point.hit.instance) {
+            let placement = instance.placement();
+            corners = corners.map(|corner| placement.point(corner));
+        }
+        let [p0, p1, p2] = corners.map(Vec3::as_dvec3);
         let [a, b, c] = self.triangles.corners[i].map(|vertex| self.uv(vertex).map(f64::from));
         let normal = (p1 - p0).cross(p2 - p0);
         let image = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);

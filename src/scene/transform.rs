@@ -50,6 +50,30 @@ impl Transform {
         }
     }
 
+    /// Returns the transform by three rows of a matrix, each with what is added behind it.
+    #[must_use]
+    pub fn from_rows([a, b, c]: [[f64; 4]; 3]) -> Self {
+        let column = |i: usize| DVec3::new(a[i], b[i], c[i]);
+        Self {
+            linear: DMat3::from_cols(column(0), column(1), column(2)),
+            offset: column(3),
+        }
+    }
+
+    /// Returns this followed by another.
+    #[must_use]
+    pub fn then_transform(self, next: &Self) -> Self {
+        Self {
+            linear: next.linear * self.linear,
+            offset: next.linear * self.offset + next.offset,
+        }
+    }
+
+    /// The matrix, and the image of a point.
+    pub(super) fn about(&self, point: DVec3) -> (DMat3, DVec3) {
+        (self.linear, self.linear * point + self.offset)
+    }
+
     fn then(self, linear: DMat3) -> Self {
         Self {
             linear: linear * self.linear,

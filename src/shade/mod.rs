@@ -69,6 +69,8 @@ pub struct ShadeSettings {
 #[derive(Debug, Default)]
 pub struct Shader {
     hits: Vec<HitPacket>,
+    /// The instances that they are in; empty if the scene has none.
+    instances: Vec<[u32; LANES]>,
     by_material: HitQueue,
     surfaces: Vec<SurfacePacket>,
     /// As many as `surfaces`, or none.
@@ -290,6 +292,8 @@ impl Shader {
         let start = Instant::now();
         tracer.closest_hit(rays.rays.origins(), rays.rays.packets(), hits);
         self.tracing += start.elapsed();
+        self.instances.clear();
+        self.instances.extend_from_slice(tracer.instances_hit());
         if !rays.branches.is_empty() {
             glass::absorb(scene, rays, hits);
         }
@@ -308,6 +312,16 @@ impl Shader {
                 colors,
             );
             surface::gather(simd, scene, rays, hits, &self.by_material, &mut self.surfaces);
+            if !self.instances.is_empty() {
+                surface::place(
+                    simd,
+                    scene,
+                    (rays, hits),
+                    &self.instances,
+                    &self.by_material,
+                    &mut self.surfaces,
+                );
+            }
         });
         self.gather_tints(scene, level, rays, settings.cone);
         if !self.surfaces.is_empty() {
@@ -420,7 +434,8 @@ impl Shader {
         if scene.has_textures() {
             let sorted = (&self.by_material, &self.surfaces[..]);
             let (tints, textured) = (&mut self.tints, &mut self.textured);
-            texture::pass(scene, (rays, hits), sorted, cone, tints, textured);
+            let traced = (rays, hits, &self.instances[..]);
+            texture::pass(scene, traced, sorted, cone, tints, textured);
         }
     }
 }

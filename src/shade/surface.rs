@@ -1,6 +1,9 @@
 //! Surface packets: points, normals and offsets of eight hits on one material.
 
+mod instances;
 mod planes;
+
+pub(super) use instances::place;
 
 use super::queue::{HitQueue, PacketLanes, RayIndex, RayQueue};
 use crate::{

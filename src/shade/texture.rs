@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     lanes::{F32x8, LANES},
-    ray::HitPacket,
+    ray::{HitPacket, InstanceId, SceneHit},
     scene::{RayCone, Scene, TexturePoint},
 };
 
@@ -38,7 +38,7 @@ impl Textured {
 /// paths from the camera.
 pub(super) fn pass(
     scene: &Scene,
-    (rays, hits): (&RayQueue, &[HitPacket]),
+    (rays, hits, instances): (&RayQueue, &[HitPacket], &[[u32; LANES]]),
     (by_material, surfaces): (&HitQueue, &[SurfacePacket]),
     cone: RayCone,
     tints: &mut Vec<Tint8>,
@@ -60,8 +60,12 @@ pub(super) fn pass(
             if surface.active >> lane & 1 == 0 {
                 continue;
             }
+            let instance = instances.get(p).map_or(InstanceId::NONE.0, |of| of[from]);
             let (factor, light) = scene.textured(&TexturePoint {
-                hit,
+                hit: SceneHit {
+                    hit,
+                    instance: InstanceId(instance),
+                },
                 point: surface.point.lane(lane),
                 normal: surface.geometric_normal.lane(lane),
                 direction: surface.direction.lane(lane),

@@ -66,7 +66,7 @@ fn counts(scene: &Scene, hit: &Hit) -> bool {
     !scene.is_cut_out(hit.primitive, [hit.u, hit.v])
 }
 
-fn ray(origins: Origins<'_>, rays: &[RayPacket], p: usize, lane: usize) -> Ray {
+pub(super) fn ray(origins: Origins<'_>, rays: &[RayPacket], p: usize, lane: usize) -> Ray {
     let origin = match origins {
         Origins::Shared(origin) => origin,
         Origins::Separate(origins) => origins[p].lane(lane),
@@ -75,9 +75,9 @@ fn ray(origins: Origins<'_>, rays: &[RayPacket], p: usize, lane: usize) -> Ray {
 }
 
 /// The closest hit that counts; of equally near ones, the one with the lowest id.
-struct Closest<'a> {
-    scene: &'a Scene,
-    best: Hit,
+pub(super) struct Closest<'a> {
+    pub scene: &'a Scene,
+    pub best: Hit,
 }
 
 impl HitSink for Closest<'_> {
@@ -98,10 +98,10 @@ impl HitSink for Closest<'_> {
 }
 
 /// Whether anything that counts is hit.
-struct Any<'a> {
-    scene: &'a Scene,
-    end: f32,
-    is_hit: bool,
+pub(super) struct Any<'a> {
+    pub scene: &'a Scene,
+    pub end: f32,
+    pub is_hit: bool,
 }
 
 impl HitSink for Any<'_> {

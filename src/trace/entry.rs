@@ -7,7 +7,7 @@
 
 use super::{bits, frustum::Frustum};
 use crate::{
-    accel::{Bvh, Child, Node8},
+    accel::{Child, Node8},
     lanes::LANES,
     math::Aabb,
     simd::EightLanes,
@@ -25,19 +25,16 @@ struct Met {
     area: f32,
 }
 
-/// Returns a node whose children hold everything that rays within `frustum` may hit; `None` if they hit nothing.
+/// Returns a node whose children hold everything below the first of `nodes` that rays within `frustum` may hit.
 #[inline(always)]
-pub(super) fn entry_node<V8: EightLanes>(bvh: &Bvh, frustum: &Frustum<V8>) -> Option<Node8> {
-    if !bvh.root().is_inner() {
-        return None;
-    }
+pub(super) fn entry_node<V8: EightLanes>(nodes: &[Node8], frustum: &Frustum<V8>) -> Node8 {
     let nothing = Met {
         child: Child::NONE,
         bounds: Aabb::EMPTY,
         area: -1.0,
     };
     let mut met = [nothing; LANES];
-    let mut count = children_met(bvh, bvh.root(), frustum, &mut met);
+    let mut count = children_met(&nodes[0], frustum, &mut met);
     for _ in 0..MOST_OPENED {
         let (mut largest, mut area) = (0, -1.0);
         for (i, met) in met[..count].iter().enumerate() {
@@ -49,7 +46,7 @@ pub(super) fn entry_node<V8: EightLanes>(bvh: &Bvh, frustum: &Frustum<V8>) -> Op
             break;
         }
         let mut opened = [nothing; LANES];
-        let more = children_met(bvh, met[largest].child, frustum, &mut opened);
+        let more = children_met(&nodes[met[largest].child.index()], frustum, &mut opened);
         if count - 1 + more > LANES {
             met[largest].area = -1.0;
             continue;
@@ -66,18 +63,12 @@ pub(super) fn entry_node<V8: EightLanes>(bvh: &Bvh, frustum: &Frustum<V8>) -> Op
     for i in 0..LANES {
         children[i] = (met[i].child, met[i].bounds);
     }
-    Some(Node8::new(&children[..count]))
+    Node8::new(&children[..count])
 }
 
 /// Stores the children of `of` that the frustum meets into `met` and returns their count.
 #[inline(always)]
-fn children_met<V8: EightLanes>(
-    bvh: &Bvh,
-    of: Child,
-    frustum: &Frustum<V8>,
-    met: &mut [Met; LANES],
-) -> usize {
-    let node = &bvh.nodes()[of.index()];
+fn children_met<V8: EightLanes>(node: &Node8, frustum: &Frustum<V8>, met: &mut [Met; LANES]) -> usize {
     let (candidates, _) = frustum.children(node);
     let mut count = 0;
     for c in bits(candidates & node.valid_bits()) {

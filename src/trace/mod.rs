@@ -17,6 +17,7 @@ mod entering;
 mod entry;
 mod frustum;
 mod group;
+mod instances;
 mod leaf;
 mod order;
 mod origins;
@@ -45,6 +46,7 @@ use crate::{
 use bits::{bits, bits64, largest_axis, part};
 use frustum::Frustum;
 use glam::Vec3;
+use instances::Instances;
 use origins::{RayOrigins, Separate, Shared};
 use policy::CoherencePolicy;
 pub use policy::Method;
@@ -72,6 +74,7 @@ pub struct Tracer<'a> {
     bvh: &'a Bvh,
     /// The scene, if parts of its surfaces are cut out.
     cut_outs: Option<&'a Scene>,
+    instances: Option<Box<Instances<'a>>>,
     /// Planes that rays hit beside what the BVH holds, and the id of the first.
     planes: &'a [Plane],
     first_plane: PrimitiveId,
@@ -102,6 +105,7 @@ impl<'a> Tracer<'a> {
         Self {
             bvh,
             cut_outs: None,
+            instances: None,
             planes: &[],
             first_plane: PrimitiveId::NONE,
             policy: CoherencePolicy::new(method),
@@ -148,6 +152,10 @@ impl<'a> Tracer<'a> {
         if let Some(scene) = self.cut_outs {
             self.pass_closest(scene, origins, rays, hits);
         }
+        let level = self.level;
+        if let Some(instances) = &mut self.instances {
+            at_level!(level, |simd| instances.closest(simd, level, origins, rays, hits));
+        }
         if !self.planes.is_empty() {
             at_level!(self.level, |simd| self.planes_closest(simd, origins, rays, hits));
         }
@@ -165,6 +173,11 @@ impl<'a> Tracer<'a> {
         }
         if let Some(scene) = self.cut_outs {
             self.pass_occluded(scene, origins, rays, occluded);
+        }
+        let level = self.level;
+        if let Some(instances) = &mut self.instances {
+            at_level!(level, |simd| instances
+                .occluded(simd, level, origins, rays, occluded));
         }
         if !self.planes.is_empty() {
             at_level!(self.level, |simd| self
@@ -229,7 +242,13 @@ impl<'a> Tracer<'a> {
         let Some(frustum) = Frustum::<S::V8>::around(simd, origin, std::slice::from_ref(rays)) else {
             return true;
         };
-        entry::entry_node(self.bvh, &frustum).is_none_or(|entry| entry.count != 0)
+        let is_met = |nodes| entry::entry_node(nodes, &frustum).count != 0;
+        is_met(self.bvh.nodes())
+            || self.instances.is_some()
+                && self
+                    .bvh
+                    .instanced()
+                    .is_some_and(|instanced| is_met(instanced.nodes()))
     }
 
     /// Where camera rays start instead of the root, if that is known.
@@ -239,6 +258,6 @@ impl<'a> Tracer<'a> {
             return None;
         }
         let frustum = Frustum::<S::V8>::around(simd, self.origin, rays)?;
-        entry::entry_node(self.bvh, &frustum)
+        Some(entry::entry_node(self.bvh.nodes(), &frustum))
     }
 }

@@ -34,7 +34,7 @@ impl<'a> Tracer<'a> {
     /// Replaces hits that are behind a plane. At equal distances primitives count, for their ids are lower.
     #[inline(always)]
     pub(super) fn planes_closest<S: Simd>(
-        &self,
+        &mut self,
         simd: S,
         origins: Origins<'_>,
         rays: &[RayPacket],
@@ -60,6 +60,9 @@ impl<'a> Tracer<'a> {
                     if bits >> lane & 1 == 1 {
                         *id = PrimitiveId(self.first_plane.0 + i).0;
                     }
+                }
+                if let Some(instances) = &mut self.instances {
+                    instances.forget(p, bits);
                 }
             }
         }

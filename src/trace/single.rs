@@ -97,7 +97,7 @@ impl SingleRay {
     }
 
     #[inline(always)]
-    fn slabs<S: Simd>(&self, simd: S) -> Slabs<S::V8> {
+    pub(super) fn slabs<S: Simd>(&self, simd: S) -> Slabs<S::V8> {
         Slabs {
             origin: simd.splat3(self.origin),
             inv_direction: simd.splat3(self.inv),

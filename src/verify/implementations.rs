@@ -4,7 +4,7 @@ use super::Group;
 use crate::{
     accel::{BinaryBvh, Bvh},
     lanes::{F32x8, LANES},
-    ray::{Hit, HitPacket},
+    ray::{HitPacket, SceneHit},
     reference::bvh::{self, Stack},
     scene::Scene,
     simd::Level,
@@ -15,7 +15,7 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub struct Found {
     /// The closest hit.
-    pub hit: Hit,
+    pub hit: SceneHit,
     /// Whether the ray is occluded, from a query of its own.
     pub blocked: bool,
 }
@@ -24,9 +24,10 @@ impl Found {
     /// Returns whether two results are equal, bit for bit.
     #[must_use]
     pub fn same(&self, other: &Self) -> bool {
-        let bits = |hit: &Hit| [hit.t, hit.u, hit.v].map(f32::to_bits);
+        let bits = |hit: &SceneHit| [hit.t, hit.u, hit.v].map(f32::to_bits);
         bits(&self.hit) == bits(&other.hit)
             && self.hit.primitive == other.hit.primitive
+            && self.hit.instance == other.hit.instance
             && self.blocked == other.blocked
     }
 }
@@ -58,7 +59,9 @@ pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implem
         for (name, method) in methods {
             all.push(Box::new(Kernel {
                 name: format!("{name}, {level}"),
-                tracer: Tracer::with_method(bvh, method).at_level(level),
+                tracer: Tracer::with_method(bvh, method)
+                    .at_level(level)
+                    .with_instances(scene),
                 hits: Vec::new(),
                 blocked: Vec::new(),
             }));
@@ -108,7 +111,7 @@ impl Implementation for Kernel<'_> {
         self.tracer.occluded(origins, packets, &mut self.blocked);
         found.clear();
         found.extend((0..group.rays.len()).map(|i| Found {
-            hit: self.hits[i / LANES].hit(i % LANES),
+            hit: self.tracer.scene_hit(&self.hits, i / LANES, i % LANES),
             blocked: self.blocked[i / LANES] >> (i % LANES) & 1 == 1,
         }));
     }

@@ -117,8 +117,17 @@ fn spoil(random: &mut Random, ray: &mut Ray) {
     }
 }
 
-/// Returns a vertex, or a point of an edge, a triangle or a sphere.
+/// Returns a vertex, or a point of an edge, a triangle or a sphere; sometimes as an instance places it.
 fn point_of(random: &mut Random, scene: &Scene) -> Vec3 {
+    let point = point_of_arrays(random, scene);
+    if !scene.instances().is_empty() && random.one_in(2) {
+        return random.pick(scene.instances()).placement().point(point);
+    }
+    point
+}
+
+/// The same as the scene's arrays have it.
+fn point_of_arrays(random: &mut Random, scene: &Scene) -> Vec3 {
     let triangles = scene.triangles().corners.len();
     let spheres = scene.spheres().radius.len();
     if triangles > 0 && (spheres == 0 || random.one_in(2)) {

@@ -1,13 +1,14 @@
 //! Scenes of the kinds that break ray tracers: triangles that are slivers, huge, tiny, coplanar, duplicated or
-//! axis-aligned, and surfaces of shared edges; also very small, very large or far from the origin, with and without colours.
+//! axis-aligned, and surfaces of shared edges; also very small, very large or far from the origin, with and without
+//! colours, and as instances.
 
 use super::Random;
 use crate::{
     error::SceneError,
     generate::{Kind, Options, generate},
-    scene::{MaterialId, Scene, SceneBuilder, SphereCloud, TriangleMesh},
+    scene::{MaterialId, Scene, SceneBuilder, SphereCloud, Transform, TriangleMesh},
 };
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 
 /// Returns a point of a coarse grid, so that coordinates coincide.
 fn on_grid(random: &mut Random) -> Vec3 {
@@ -123,6 +124,18 @@ fn colors(random: &mut Random, count: usize) -> Vec<[f32; 3]> {
 /// Makes unconnected triangles and spheres, about a quarter of them spheres; `size` as for [`corners`].
 fn soup(random: &mut Random, placement: &Placement, count: usize, size: f32) -> Result<Scene, SceneError> {
     let mut builder = SceneBuilder::new();
+    add_soup(&mut builder, random, placement, count, size)?;
+    Ok(builder.finish())
+}
+
+/// Adds what [`soup`] is made of.
+fn add_soup(
+    builder: &mut SceneBuilder,
+    random: &mut Random,
+    placement: &Placement,
+    count: usize,
+    size: f32,
+) -> Result<(), SceneError> {
     let (mut triangles, mut spheres) = (Vec::<[Vec3; 3]>::new(), SphereCloud::default());
     for _ in 0..count {
         if random.one_in(4) {
@@ -146,7 +159,56 @@ fn soup(random: &mut Random, placement: &Placement, count: usize, size: f32) -> 
     mesh.colors = colors(random, corners.len());
     builder.add_mesh(mesh, MaterialId(0))?;
     spheres.colors = colors(random, spheres.radius.len());
-    builder.add_spheres(spheres, MaterialId(0))?;
+    builder.add_spheres(spheres, MaterialId(0))
+}
+
+/// Returns a placement of an instance: turned, of any size, mirrored, stretched, and sometimes like the one before.
+fn transform(random: &mut Random, before: Transform, around: &Placement) -> Transform {
+    if random.one_in(6) {
+        return before;
+    }
+    let axis = if random.one_in(3) {
+        Vec3::Z
+    } else {
+        random.in_cube()
+    };
+    let degrees = random.pick(&[0.0, 90.0, 180.0, 33.3]) * f64::from(random.signed());
+    let size = random.pick(&[1.0, 1.0, 0.3, -0.2, 10.0, 1e-3]);
+    let factors = if random.one_in(3) {
+        DVec3::new(size, 0.1 * size, 3.0)
+    } else {
+        DVec3::splat(size)
+    };
+    Transform::IDENTITY
+        .then_scale(factors * f64::from(around.scale))
+        .then_rotate(axis.as_dvec3(), degrees)
+        .then_translate(around.apply(point(random)).as_dvec3())
+}
+
+/// Makes a scene of `count` primitives, of which up to two prototypes have half each, and their instances.
+fn instanced(random: &mut Random, placement: &Placement, count: usize) -> Result<Scene, SceneError> {
+    let mut builder = SceneBuilder::new();
+    let mut prototypes = Vec::new();
+    for _ in 0..1 + random.below(2) {
+        let own = Placement::random(random);
+        let prototype =
+            builder.add_prototype(|builder| add_soup(builder, random, &own, count.div_ceil(2), 1.0))?;
+        prototypes.push((prototype, own.scale));
+        if random.one_in(3) {
+            add_soup(&mut builder, random, placement, 1 + count / 4, 1.0)?;
+        }
+    }
+    let mut placed = Transform::IDENTITY;
+    for _ in 0..1 + random.below(12) {
+        let (prototype, scale) = random.pick(&prototypes);
+        placed = transform(random, placed, placement);
+        let to_size_1 = Transform::IDENTITY.then_scale(DVec3::splat(f64::from(scale).recip()));
+        match builder.add_instance(prototype, &to_size_1.then_transform(&placed)) {
+            // Thrown too far.
+            Err(SceneError::NotUsable { .. }) | Ok(()) => {}
+            Err(error) => return Err(error),
+        }
+    }
     Ok(builder.finish())
 }
 
@@ -196,7 +258,9 @@ fn surface(random: &mut Random, placement: &Placement, count: usize) -> Result<S
 /// None in practice: all coordinates are within the builder's limits.
 pub fn small(random: &mut Random, count: usize) -> Result<Scene, SceneError> {
     let placement = Placement::random(random);
-    if random.one_in(5) && count > 1 {
+    if random.one_in(4) {
+        instanced(random, &placement, count)
+    } else if random.one_in(5) && count > 1 {
         surface(random, &placement, count)
     } else {
         soup(random, &placement, count, 1.0)

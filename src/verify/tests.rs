@@ -17,7 +17,7 @@ impl Implementation for Faulty<'_> {
         self.0.trace(group, found);
         for found in found.iter_mut().filter(|found| found.hit.is_hit()) {
             if found.hit.t.to_bits() % 10_000 == 77 {
-                found.hit.t = found.hit.t.next_up();
+                found.hit.hit.t = found.hit.t.next_up();
             }
         }
     }
@@ -150,7 +150,10 @@ fn bits_are_compared_not_values() {
         v: 0.5,
         primitive: PrimitiveId(1),
     };
-    let found = |hit, blocked| Found { hit, blocked };
+    let found = |hit: crate::ray::Hit, blocked| Found {
+        hit: hit.into(),
+        blocked,
+    };
     let one = found(hit, true);
     assert!(one.same(&one));
     assert!(!one.same(&found(hit, false)));
@@ -171,4 +174,7 @@ fn bits_are_compared_not_values() {
     ] {
         assert!(!one.same(&found(other, true)));
     }
+    let mut elsewhere = one;
+    elsewhere.hit.instance = crate::ray::InstanceId(0);
+    assert!(!one.same(&elsewhere));
 }

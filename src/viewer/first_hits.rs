@@ -3,7 +3,7 @@
 use super::request::Model;
 use crate::{
     lanes::{F32x8, LANES},
-    ray::{Hit, HitPacket, Origins, Ray, RayPacket, T_MAX},
+    ray::{HitPacket, Origins, Ray, RayPacket, SceneHit, T_MAX},
     render::CameraRays,
     simd::{Level, Simd, at_level},
     trace::Tracer,
@@ -25,10 +25,7 @@ impl<'a> FirstHits<'a> {
     /// Traces rays of this scene.
     pub fn new(model: &'a Model, level: Level) -> Self {
         Self {
-            tracer: Tracer::new(&model.bvh)
-                .at_level(level)
-                .through_cut_outs(&model.scene)
-                .with_planes(&model.scene),
+            tracer: Tracer::new(&model.bvh).at_level(level).of_scene(&model.scene),
             packets: Vec::new(),
             hits: Vec::new(),
         }
@@ -42,7 +39,7 @@ impl<'a> FirstHits<'a> {
         [width, rows]: [usize; 2],
         y: u32,
         sample: [u32; 2],
-        mut take: impl FnMut(usize, &Ray, &Hit),
+        mut take: impl FnMut(usize, &Ray, &SceneHit),
     ) {
         // The window has no other cameras.
         let eye = rays.shared_origin().unwrap_or_default();
@@ -60,11 +57,12 @@ impl<'a> FirstHits<'a> {
         self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
         self.tracer
             .closest_hit(Origins::Shared(eye), &self.packets, &mut self.hits);
-        for (packet_i, (rays, hits)) in self.packets.iter().zip(&self.hits).enumerate() {
+        for (packet_i, rays) in self.packets.iter().enumerate() {
             for lane in 0..LANES {
                 let (column, row) = (packet_i * ROW + lane % ROW, lane / ROW);
                 if row < rows && column < width {
-                    take(row * width + column, &rays.ray(lane, eye), &hits.hit(lane));
+                    let hit = self.tracer.scene_hit(&self.hits, packet_i, lane);
+                    take(row * width + column, &rays.ray(lane, eye), &hit);
                 }
             }
         }

@@ -9,7 +9,7 @@ use super::{
     request::{Boxes, Look, Style},
     window::{App, Event, Framing, STEP},
 };
-use crate::{heat, ray::PrimitiveId, render::Mode};
+use crate::{heat, ray::SceneHit, render::Mode};
 use glam::DMat3;
 use std::{
     ops::ControlFlow as Flow,
@@ -39,7 +39,7 @@ impl App {
             Action::Quit => event_loop.exit(),
             Action::View(number) => return self.view(number),
             Action::Home => self.orbit.go_to(self.home),
-            Action::Frame => return self.frame(Framing::Under(self.primitive_under_mouse())),
+            Action::Frame => return self.frame(Framing::Under(self.hit_under_mouse())),
             Action::TurnUp => return self.turn_up(),
             Action::Preview => style.look = toggled(style.look, Look::Preview),
             Action::Normals => style.look = toggled(style.look, Look::Normals),
@@ -116,10 +116,10 @@ impl App {
         }
     }
 
-    fn primitive_under_mouse(&self) -> Option<PrimitiveId> {
+    fn hit_under_mouse(&self) -> Option<SceneHit> {
         let pixel = self.mouse_pixel()?;
         let (_, hit, _) = probe::pick(&self.model, &self.orbit.camera(), self.size, pixel);
-        hit.is_hit().then_some(hit.primitive)
+        hit.is_hit().then_some(hit)
     }
 
     /// Frames something now, or as soon as the objects of a large scene are known.

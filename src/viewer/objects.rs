@@ -1,10 +1,10 @@
-//! The objects of a scene: each sphere, and triangles that share corners.
+//! The objects of a scene: each sphere, each instance, and triangles that share corners.
 //!
 //! The window frames one of them, or all of them without the ground.
 
 use crate::{
     math::Aabb,
-    ray::PrimitiveId,
+    ray::{InstanceId, SceneHit},
     scene::{Primitive, Scene, weld},
 };
 use glam::DVec3;
@@ -25,10 +25,12 @@ const MOST_GROUNDS: usize = 4;
 pub struct Objects {
     /// The object of each triangle.
     of_triangle: Vec<u32>,
-    /// The boxes of the objects, relative to [`Scene::origin`]; spheres come last.
+    /// The boxes of the objects, relative to [`Scene::origin`]: those of triangles, then spheres, then instances.
     boxes: Vec<Aabb>,
     /// How many of them are made of triangles.
     meshes: usize,
+    /// Where those of instances begin.
+    first_instance: usize,
 }
 
 impl Objects {
@@ -64,19 +66,38 @@ impl Objects {
         let meshes = boxes.len();
         let spheres = 0..scene.spheres().radius.len();
         boxes.extend(spheres.map(|i| scene.sphere_bounds(i)));
-        Self {
+        let first_instance = boxes.len();
+        let mut objects = Self {
             of_triangle,
             boxes,
             meshes,
-        }
+            first_instance,
+        };
+        objects.add_instances(scene);
+        objects
     }
 
-    /// The box around the object of a primitive, in scene coordinates. Without a primitive, or if it belongs to the
-    /// ground, the box around all objects except the ground.
+    /// Adds the boxes of instances. Prototypes are no objects: they stand nowhere.
+    fn add_instances(&mut self, scene: &Scene) {
+        for prototype in scene.prototypes() {
+            for i in prototype.triangles.clone() {
+                self.boxes[self.of_triangle[i as usize] as usize] = Aabb::EMPTY;
+            }
+            for i in prototype.spheres.clone() {
+                self.boxes[self.meshes + i as usize] = Aabb::EMPTY;
+            }
+        }
+        let ids = (0..scene.instances().len() as u32).map(InstanceId);
+        self.boxes.extend(ids.map(|id| scene.instance_bounds(id)));
+    }
+
+    /// The box around the object that is hit, in scene coordinates. Without a hit, or if it is of the ground, the box around all
+    /// objects except the ground.
     #[must_use]
-    pub fn bounds(&self, scene: &Scene, under: Option<PrimitiveId>, up: Axis) -> Aabb {
+    pub fn bounds(&self, scene: &Scene, under: Option<SceneHit>, up: Axis) -> Aabb {
         let is_ground = self.ground(up);
-        let object = under.and_then(|id| match scene.primitive(id) {
+        let object = under.and_then(|hit| match scene.primitive(hit.primitive) {
+            _ if hit.instance != InstanceId::NONE => Some(self.first_instance + hit.instance.0 as usize),
             Primitive::Triangle(i) => Some(self.of_triangle[i] as usize),
             Primitive::Sphere(i) => Some(self.meshes + i),
             // Planes have no ends.
@@ -163,7 +184,10 @@ fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{MaterialId, SceneBuilder};
+    use crate::{
+        ray::{Hit, PrimitiveId},
+        scene::{MaterialId, SceneBuilder},
+    };
     use glam::Vec3;
 
     const MATERIAL: MaterialId = MaterialId(1);
@@ -196,8 +220,17 @@ mod tests {
         builder.finish()
     }
 
+    fn hit(id: u32) -> SceneHit {
+        let primitive = PrimitiveId(id);
+        Hit {
+            primitive,
+            ..Hit::miss(1.0)
+        }
+        .into()
+    }
+
     fn bounds_under(scene: &Scene, id: Option<u32>) -> Aabb {
-        Objects::new(scene).bounds(scene, id.map(PrimitiveId), up())
+        Objects::new(scene).bounds(scene, id.map(hit), up())
     }
 
     #[test]
@@ -233,7 +266,7 @@ mod tests {
             assert_eq!(bounds_under(&scene, under), all);
         }
         // Seen with another axis up it is a wall.
-        let wall = Objects::new(&scene).bounds(&scene, Some(PrimitiveId(0)), Axis::nearest(DVec3::Y));
+        let wall = Objects::new(&scene).bounds(&scene, Some(hit(0)), Axis::nearest(DVec3::Y));
         assert_eq!(wall.upper.x, 2000.0);
     }
 

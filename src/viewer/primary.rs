@@ -8,7 +8,7 @@ use super::{
 use crate::{
     accel::BinaryBvh,
     heat::heat,
-    ray::{Hit, Ray, T_MAX},
+    ray::{Ray, SceneHit, T_MAX},
     reference::{
         brute, bvh, closest_plane,
         cost::{self, Stack},
@@ -233,7 +233,7 @@ fn heat_color(tests: u32) -> [f32; 3] {
     heat(tests).map(|byte| (f32::from(byte) + 0.5) / 255.0)
 }
 
-fn color((scene, look): (&Scene, Look), ray: &Ray, hit: &Hit, tests: u32, pixel_width: f32) -> [f32; 3] {
+fn color((scene, look): (&Scene, Look), ray: &Ray, hit: &SceneHit, tests: u32, pixel_width: f32) -> [f32; 3] {
     match look {
         Look::Cost => heat_color(tests),
         Look::Normals if !hit.is_hit() => [0.0; 3],
@@ -260,9 +260,9 @@ impl EveryPrimitive<'_> {
 }
 
 impl Intersect for EveryPrimitive<'_> {
-    fn closest_hit(&mut self, ray: &Ray) -> Hit {
+    fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
         if self.is_stopped() {
-            return Hit::miss(T_MAX);
+            return SceneHit::miss(T_MAX);
         }
         brute::closest_hit(self.scene, ray)
     }

@@ -2,7 +2,7 @@
 
 use super::{request::Model, surface};
 use crate::{
-    ray::{Hit, Ray},
+    ray::{InstanceId, Ray, SceneHit},
     reference::{
         cost::{self, Cost, Stack},
         shade::shading_normal,
@@ -14,7 +14,12 @@ use glam::Vec3;
 /// Traces the ray through the centre of a pixel, row 0 on top, and says what it cost. One ray is fast enough for the
 /// window's own thread.
 #[must_use]
-pub fn pick(model: &Model, camera: &Camera, [width, height]: [u32; 2], [x, y]: [u32; 2]) -> (Ray, Hit, Cost) {
+pub fn pick(
+    model: &Model,
+    camera: &Camera,
+    [width, height]: [u32; 2],
+    [x, y]: [u32; 2],
+) -> (Ray, SceneHit, Cost) {
     let rays = camera.pixel_rays(&model.scene, width, height, 1);
     let ray = Ray::new(rays.eye(), rays.direction(x, y, [0, 0]));
     let (hit, cost) = cost::closest_hit(&model.scene, &model.bvh, &mut Stack::default(), &ray);
@@ -34,6 +39,10 @@ pub fn describe(model: &Model, camera: &Camera, size: [u32; 2], [x, y]: [u32; 2]
             Primitive::Sphere(i) => format!("sphere {i}"),
             Primitive::Plane(i) => format!("plane {i}"),
         };
+        let within = match hit.instance {
+            InstanceId::NONE => String::new(),
+            InstanceId(id) => format!(" of instance {id}"),
+        };
         let material = match surface::material(scene, hit.primitive) {
             Material::Silhouette { .. } => "silhouette",
             Material::Matte { .. } => "matte",
@@ -41,7 +50,7 @@ pub fn describe(model: &Model, camera: &Camera, size: [u32; 2], [x, y]: [u32; 2]
             Material::Reflection { .. } => "reflection",
             Material::Glass { .. } => "glass",
         };
-        lines.push(format!("hit       {primitive}, {material}"));
+        lines.push(format!("hit       {primitive}{within}, {material}"));
         lines.push(format!("distance  {:.6}", hit.t));
         lines.push(format!(
             "point     {}",
@@ -88,7 +97,7 @@ mod tests {
         let camera = Pose::classic_view(1).unwrap().camera().unwrap();
         let bounds = |pixel| {
             let (_, hit, _) = pick(&model, &camera, [100, 100], pixel);
-            let under = hit.is_hit().then_some(hit.primitive);
+            let under = hit.is_hit().then_some(hit);
             let up = Axis::nearest(glam::DVec3::Z);
             (
                 hit.is_hit(),

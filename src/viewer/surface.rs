@@ -2,7 +2,7 @@
 //! ray-traced picture.
 
 use crate::{
-    ray::{Hit, PrimitiveId, Ray},
+    ray::{Hit, PrimitiveId, Ray, SceneHit},
     reference::{
         light,
         shade::{albedo, shading_normal},
@@ -31,7 +31,7 @@ pub fn material(scene: &Scene, primitive: PrimitiveId) -> &Material {
 /// Returns the colour of the preview: a light at the eye and the scene's lights, without shadows. `pixel_width` is the
 /// width of a pixel at distance 1.
 #[must_use]
-pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit, pixel_width: f32) -> [f32; 3] {
+pub fn preview(scene: &Scene, ray: &Ray, hit: &SceneHit, pixel_width: f32) -> [f32; 3] {
     let albedo = albedo(scene, ray, hit, hit.t * pixel_width);
     let own = match *material(scene, hit.primitive) {
         Material::Silhouette { .. } => return albedo,
@@ -55,7 +55,13 @@ pub fn preview(scene: &Scene, ray: &Ray, hit: &Hit, pixel_width: f32) -> [f32; 3
 /// Returns the light of a diffuse surface as if nothing were occluded, from the centres of soft lights and without
 /// highlights; `None` for one that shines, mirrors or refracts.
 #[must_use]
-pub fn unoccluded(scene: &Scene, ray: &Ray, hit: &Hit, normal: Vec3, pixel_width: f32) -> Option<[f32; 3]> {
+pub fn unoccluded(
+    scene: &Scene,
+    ray: &Ray,
+    hit: &SceneHit,
+    normal: Vec3,
+    pixel_width: f32,
+) -> Option<[f32; 3]> {
     let k_d = match *material(scene, hit.primitive) {
         Material::Silhouette { .. } | Material::Glass { .. } | Material::Reflection { .. } => return None,
         Material::Matte { .. } => 1.0,

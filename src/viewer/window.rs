@@ -15,7 +15,7 @@ use super::{
     watch::{Reload, Reloaded},
     worker::{self, Note},
 };
-use crate::{ray::PrimitiveId, scene::CameraError};
+use crate::{ray::SceneHit, scene::CameraError};
 use glam::DMat3;
 use std::{
     num::NonZeroU32,
@@ -58,7 +58,7 @@ pub enum Event {
 #[derive(Clone, Copy, Debug)]
 pub enum Framing {
     /// The object of this primitive; without one, everything except the ground.
-    Under(Option<PrimitiveId>),
+    Under(Option<SceneHit>),
     /// The mesh without its ground, from one of its six sides.
     Side(usize),
 }

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use octray::{
     accel::Bvh,
     format::{self, mesh},
-    ray::{Hit, Ray},
+    ray::{Ray, SceneHit},
     reference::{
         brute,
         shade::{Intersect, PixelSample, SecondaryRays, radiance},
@@ -295,7 +295,7 @@ fn cut_outs_are_holes_for_all_rays() {
 struct Brute<'a>(&'a Scene);
 
 impl Intersect for Brute<'_> {
-    fn closest_hit(&mut self, ray: &Ray) -> Hit {
+    fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
         brute::closest_hit(self.0, ray)
     }
 

@@ -3,6 +3,7 @@
 use super::{
     MAX_PATH, QUOTES_HINT, Reader,
     arguments::Arguments,
+    line::Line,
     meshes::{Kind, size_of_columns},
     words::Word,
 };
@@ -12,7 +13,7 @@ use crate::{
     scene::{Camera, MaterialId, NamedCamera, SceneBuilder, Transform},
 };
 use glam::DVec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// How many meshes a scene may place. Exact repetitions do not count: their files are not read.
 const MAX_MESHES: usize = 1 << 16;
@@ -26,18 +27,30 @@ pub(super) type Placed = (usize, [u64; 12], u32, bool);
 
 /// How a mesh is placed.
 #[derive(Clone, Copy)]
-struct Placement {
-    transform: Transform,
+pub(super) struct Placement<'a> {
+    pub(super) transform: Transform,
     /// Radius of the points of a file without faces, scene units; by their spacing if `None`.
-    point_radius: Option<f32>,
+    pub(super) point_radius: Option<f32>,
+    /// A file of placements, and what comes before each of them.
+    pub(super) file: Option<(Transform, Word<'a>)>,
+    /// Whether the mesh is stored for instances: then its cameras are left out.
+    pub(super) is_stored: bool,
 }
 
-impl Placement {
-    const AS_IT_IS: Self = Self {
+impl Placement<'_> {
+    pub(super) const AS_IT_IS: Self = Self {
         transform: Transform::IDENTITY,
         point_radius: None,
+        file: None,
+        is_stored: false,
     };
 }
+
+/// What may follow the path of a mesh.
+const MESH_KEYS: [&str; 4] = ["scale", "rotate", "translate", "point_size"];
+
+/// What may follow that of an instance.
+pub(super) const INSTANCE_KEYS: [&str; 5] = ["scale", "rotate", "translate", "point_size", "placements"];
 
 impl Reader<'_> {
     /// `ply_file PATH`: a PLY mesh, not moved, with the current material.
@@ -53,7 +66,7 @@ impl Reader<'_> {
     pub(super) fn mesh(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let [path] = arguments.leading()?;
         arguments.hint = QUOTES_HINT;
-        let placement = read_placement(&mut arguments)?;
+        let placement = read_placement(&mut arguments, &MESH_KEYS)?;
         self.needs_light |= self.material.is_none() || !self.is_silhouette;
         self.add_mesh(&arguments, path, placement, self.material, Kind::Any)
     }
@@ -64,7 +77,7 @@ impl Reader<'_> {
         &mut self,
         arguments: &Arguments<'_, '_>,
         word: Word<'_>,
-        placement: Placement,
+        placement: Placement<'_>,
         material: Option<MaterialId>,
         kind: Kind,
     ) -> Result<(), LoadError> {
@@ -74,10 +87,6 @@ impl Reader<'_> {
             Kind::Any => "mesh",
         };
         let path = self.path(arguments, word, what)?;
-        let cannot_load = |cause: LoadError| {
-            line.error_at(&word, format!("cannot load {}", path.display()))
-                .caused_by(cause)
-        };
         let number = self.meshes.number(self.files.identity(&path));
         let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
         let placed = (number, placement.transform.bits(), radius_bits, kind == Kind::Any);
@@ -87,22 +96,11 @@ impl Reader<'_> {
         if self.placed.len() >= MAX_MESHES {
             return Err(line.error_at(&word, format!("more than {MAX_MESHES} placed meshes")));
         }
-        let is_own = material.is_none();
-        let loaded = self
-            .meshes
-            .load(number, &path, (kind, is_own), self.files, self.budget);
-        let other_format = MeshFormat::of_path(&path).is_some_and(|format| format != MeshFormat::Ply);
-        let loaded = loaded.map_err(|cause| {
-            if kind == Kind::Ply && other_format {
-                let message = "`ply_file` reads only PLY, expected `mesh` for other formats";
-                return line.error_at(&arguments.keyword, message).caused_by(cause);
-            }
-            cannot_load(cause)
-        })?;
+        let loaded = self.load_mesh(arguments, word, &path, (material, kind))?;
         let added = self.place(number, loaded, &placement, material);
         added.map_err(|message| {
             if placement.transform == Transform::IDENTITY {
-                cannot_load(LoadError::whole_file(&path, message))
+                cannot_load(line, word, &path).caused_by(LoadError::whole_file(&path, message))
             } else {
                 // The fault may lie in the placement, not in the file.
                 line.error_at(&word, format!("cannot place {}: {message}", path.display()))
@@ -112,27 +110,57 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// Reads the file of a mesh, unless it is kept.
+    pub(super) fn load_mesh(
+        &mut self,
+        arguments: &Arguments<'_, '_>,
+        word: Word<'_>,
+        path: &Path,
+        (material, kind): (Option<MaterialId>, Kind),
+    ) -> Result<Option<LoadedMesh>, LoadError> {
+        let number = self.meshes.number(self.files.identity(path));
+        let is_own = material.is_none();
+        let loaded = self
+            .meshes
+            .load(number, path, (kind, is_own), self.files, self.budget);
+        let other_format = MeshFormat::of_path(path).is_some_and(|format| format != MeshFormat::Ply);
+        loaded.map_err(|cause| {
+            if kind == Kind::Ply && other_format {
+                let message = "`ply_file` reads only PLY, expected `mesh` for other formats";
+                return arguments
+                    .line
+                    .error_at(&arguments.keyword, message)
+                    .caused_by(cause);
+            }
+            cannot_load(arguments.line, word, path).caused_by(cause)
+        })
+    }
+
     /// Adds a mesh and what it brings: `loaded`, or else a copy of the one that is kept. The error is a sentence.
-    fn place(
+    pub(super) fn place(
         &mut self,
         number: usize,
         loaded: Option<LoadedMesh>,
-        placement: &Placement,
+        placement: &Placement<'_>,
         material: Option<MaterialId>,
     ) -> Result<(), String> {
         let Placement {
             transform,
             point_radius,
+            is_stored,
+            ..
         } = placement;
         // Arrays that grow take up to twice their size; the first ones are moved.
-        if !self.placed.is_empty() {
+        if !self.placed.is_empty() || !self.stored.is_empty() {
             let size = loaded.as_ref().map(size_of_columns);
             let size = size.unwrap_or_else(|| self.meshes.size(number));
             self.budget.take(size).map_err(|error| error.to_string())?;
         }
         let (builder, count) = (&mut self.builder, &mut self.mesh_cameras);
         let Some(mut mesh) = loaded else {
-            add_cameras(builder, count, self.meshes.cameras(number), transform);
+            if !is_stored {
+                add_cameras(builder, count, self.meshes.cameras(number), transform);
+            }
             return self
                 .meshes
                 .place(number, (transform, *point_radius), material, builder, self.budget);
@@ -142,7 +170,9 @@ impl Reader<'_> {
             self.mesh_notes += 1;
             builder.add_note(note);
         }
-        add_cameras(builder, count, &mesh.cameras, transform);
+        if !is_stored {
+            add_cameras(builder, count, &mesh.cameras, transform);
+        }
         transform.apply(&mut mesh.columns);
         if let Some(cloud) = &mut mesh.cloud {
             cloud.radius = *point_radius;
@@ -169,6 +199,11 @@ impl Reader<'_> {
     }
 }
 
+/// The error about a mesh's file, without its cause.
+pub(super) fn cannot_load(line: &Line<'_>, word: Word<'_>, path: &Path) -> LoadError {
+    line.error_at(&word, format!("cannot load {}", path.display()))
+}
+
 /// Adds the cameras of a mesh, except those without a valid view. `count` is how many cameras meshes had so far.
 fn add_cameras(builder: &mut SceneBuilder, count: &mut usize, cameras: &[MeshCamera], transform: &Transform) {
     for camera in cameras.iter().take(MAX_CAMERAS.saturating_sub(*count)) {
@@ -183,13 +218,26 @@ fn add_cameras(builder: &mut SceneBuilder, count: &mut usize, cameras: &[MeshCam
 }
 
 /// The steps that place a mesh, in the order in which they apply, and the size of points.
-fn read_placement(arguments: &mut Arguments<'_, '_>) -> Result<Placement, LoadError> {
+pub(super) fn read_placement<'a>(
+    arguments: &mut Arguments<'_, 'a>,
+    keys: &[&'static str],
+) -> Result<Placement<'a>, LoadError> {
     let Placement {
         mut transform,
         mut point_radius,
+        mut file,
+        is_stored,
     } = Placement::AS_IT_IS;
-    while let Some((word, key)) = arguments.key(&["scale", "rotate", "translate", "point_size"])? {
+    while let Some((word, key)) = arguments.key(keys)? {
         transform = match key {
+            "placements" => {
+                if file.is_some() {
+                    return Err(arguments.line.error_at(&word, "second placements, expected one"));
+                }
+                let [path] = arguments.take(word, "placements FILE")?;
+                file = Some((transform, path));
+                Transform::IDENTITY
+            }
             "point_size" => {
                 if point_radius.is_some() {
                     return Err(arguments.line.error_at(&word, "second point_size, expected one"));
@@ -217,6 +265,8 @@ fn read_placement(arguments: &mut Arguments<'_, '_>) -> Result<Placement, LoadEr
     Ok(Placement {
         transform,
         point_radius,
+        file,
+        is_stored,
     })
 }
 

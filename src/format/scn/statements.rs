@@ -28,13 +28,14 @@ const OWN: &str = "own";
 const BACKGROUND_USAGE: &str = "background r g b";
 
 /// The statements and how they are written.
-pub(super) const STATEMENTS: [(&str, &str); 13] = [
+pub(super) const STATEMENTS: [(&str, &str); 14] = [
     ("light", "light x y z intensity"),
     ("directional_light", "directional_light x y z intensity"),
     ("sphere", "sphere x y z radius"),
     ("triangle", "triangle x y z x y z x y z"),
     ("plane", "plane x y z normal x y z"),
     ("mesh", "mesh PATH"),
+    ("instance", "instance PATH"),
     ("ply_file", "ply_file PATH"),
     ("material", "material NAME"),
     ("camera", "camera eye x y z target x y z"),
@@ -54,6 +55,7 @@ impl Reader<'_> {
             "triangle" => self.triangle(arguments),
             "plane" => self.plane(arguments),
             "mesh" => self.mesh(arguments),
+            "instance" => self.instance(arguments),
             "ply_file" => self.ply_file(arguments),
             "material" => self.material(arguments),
             "camera" => self.camera(arguments),

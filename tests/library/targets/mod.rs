@@ -205,7 +205,8 @@ pub fn texture(bytes: &[u8]) {
                 u,
                 v,
                 primitive: id,
-            },
+            }
+            .into(),
             point: glam::Vec3::ZERO,
             normal: glam::Vec3::Z,
             direction: glam::Vec3::Z,

@@ -5,7 +5,7 @@ use arbitrary::{Result, Unstructured};
 use glam::{DVec3, Vec3};
 use octray::{
     accel::Bvh,
-    ray::{Hit, Ray},
+    ray::{Ray, SceneHit},
     reference::{
         brute,
         shade::{Intersect, PixelSample, SecondaryRays, radiance},
@@ -216,7 +216,7 @@ fn settings(u: &mut Unstructured<'_>) -> Result<Settings> {
 struct EveryPrimitive<'a>(&'a Scene);
 
 impl Intersect for EveryPrimitive<'_> {
-    fn closest_hit(&mut self, ray: &Ray) -> Hit {
+    fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
         brute::closest_hit(self.0, ray)
     }
 

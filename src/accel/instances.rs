@@ -1,0 +1,129 @@
+//! The hierarchy over instances, above those of their prototypes (two levels, as in Wald, Benthin and Slusallek, *Distributed
+//! Interactive Ray Tracing of Dynamic Scenes*, 2003).
+
+use super::{
+    BuildQuality, Bvh, Child, Layout, Node8,
+    boxes::Box8,
+    plan::{WIDTH, widen},
+    tree::{self, Blocks, Slot, Top},
+};
+use crate::{
+    geometry::padded,
+    math::Aabb,
+    ray::{InstanceId, PrimitiveId},
+    scene::{PrototypeId, Scene},
+    simd::Simd,
+};
+use rayon::prelude::*;
+
+/// The hierarchies of a scene with instances.
+#[derive(Clone, Debug)]
+pub(crate) struct Instanced {
+    nodes: Vec<Node8>,
+    /// By [`PrototypeId`].
+    prototypes: Vec<Bvh>,
+}
+
+impl Instanced {
+    /// Builds them at a level.
+    pub(super) fn build<S: Simd>(simd: S, scene: &Scene, quality: BuildQuality) -> Self {
+        let ids = (0..scene.prototypes().len() as u32).map(PrototypeId);
+        let of_one = |id: PrototypeId| {
+            let prototype = &scene.prototypes()[id.0 as usize];
+            let layout = Layout::suiting(prototype.triangles.len(), prototype.vertices.len());
+            Bvh::of_part(simd, scene, Some(id), quality, layout)
+        };
+        let prototypes: Vec<Bvh> = ids.map(of_one).collect();
+        let mut boxes = instance_boxes(scene);
+        let mut nodes = Nodes(Vec::new());
+        let top = tree::build(simd, &mut boxes, Blocks::SINGLE, quality);
+        nodes.write(&top, &boxes);
+        nodes.0.shrink_to_fit();
+        Self {
+            nodes: nodes.0,
+            prototypes,
+        }
+    }
+
+    /// The nodes, the root first. Their leaves are blocks of one sphere, by whose index an instance is meant; its box, padded,
+    /// is that of the child.
+    #[inline(always)]
+    pub fn nodes(&self) -> &[Node8] {
+        &self.nodes
+    }
+
+    /// The hierarchy of a prototype.
+    #[inline(always)]
+    pub fn prototype(&self, id: PrototypeId) -> &Bvh {
+        &self.prototypes[id.0 as usize]
+    }
+
+    /// The deepest hierarchy of a prototype.
+    pub fn deepest(&self) -> Option<&Bvh> {
+        self.prototypes.iter().max_by_key(|bvh| bvh.stats().depth)
+    }
+
+    /// Bytes of all nodes and blocks.
+    pub fn bytes(&self) -> usize {
+        let of_prototypes = self.prototypes.iter().map(|bvh| bvh.stats().memory_bytes);
+        size_of_val(&self.nodes[..]) + of_prototypes.sum::<usize>()
+    }
+}
+
+/// The boxes of all instances.
+pub(super) fn instance_boxes(scene: &Scene) -> Vec<Box8> {
+    let ids = (0..scene.instances().len() as u32)
+        .into_par_iter()
+        .with_min_len(1 << 10);
+    ids.map(|i| Box8::new(padded(scene.instance_bounds(InstanceId(i))), PrimitiveId(i)))
+        .collect()
+}
+
+/// Nodes being written, parents first.
+struct Nodes(Vec<Node8>);
+
+impl Nodes {
+    /// Writes a tree whose leaves' order is that of `boxes`.
+    fn write(&mut self, top: &Top, boxes: &[Box8]) {
+        match top {
+            Top::Subtree(subtree) => {
+                let mut slots = &subtree.slots[..];
+                self.write_node(&mut slots, &boxes[subtree.first..]);
+            }
+            Top::Inner(_) => {
+                let node_i = self.0.len();
+                self.0.push(Node8::new(&[]));
+                let mut children = Vec::with_capacity(WIDTH);
+                for child in widen(&tree::TopTree::default(), top).iter() {
+                    children.push((Child::inner(self.0.len()), child.bounds().bounds()));
+                    self.write(child, boxes);
+                }
+                self.0[node_i] = Node8::new(&children);
+            }
+        }
+    }
+
+    /// Writes the next node in line and all below it; returns the box around it.
+    fn write_node(&mut self, slots: &mut &[Slot], boxes: &[Box8]) -> Aabb {
+        let node_i = self.0.len();
+        self.0.push(Node8::new(&[]));
+        let count = slots.iter().take_while(|slot| !slot.is_last()).count() + 1;
+        let (own, rest) = slots.split_at(count);
+        *slots = rest;
+        let mut children = [(Child::NONE, Aabb::EMPTY); WIDTH];
+        for (child, slot) in children.iter_mut().zip(own) {
+            *child = match slot.block() {
+                Some(range) => {
+                    let leaf = &boxes[range.start];
+                    (Child::spheres(leaf.id().0 as usize, 1), leaf.bounds())
+                }
+                None => {
+                    let below = Child::inner(self.0.len());
+                    (below, self.write_node(slots, boxes))
+                }
+            };
+        }
+        self.0[node_i] = Node8::new(&children[..count]);
+        self.0[node_i].bounds()
+    }
+}

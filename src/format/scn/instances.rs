@@ -1,0 +1,94 @@
+//! Instances: meshes that are stored once and placed any number of times.
+
+use super::{QUOTES_HINT, Reader, arguments::Arguments, mesh, meshes::Kind, placements, words::Word};
+use crate::{
+    error::LoadError,
+    format::files::load_error,
+    scene::{MaterialId, PrototypeId, Transform},
+};
+use std::path::Path;
+
+/// What prototypes differ in: the number of the file, the material, and the bits of the radius of points.
+pub(super) type Stored = (usize, Option<MaterialId>, u32);
+
+impl Reader<'_> {
+    /// `instance PATH ...`: a mesh of any format as `mesh` has it, stored once; or many of them, placed by a file.
+    pub(super) fn instance(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let [word] = arguments.leading()?;
+        arguments.hint = QUOTES_HINT;
+        let placement = mesh::read_placement(&mut arguments, &mesh::INSTANCE_KEYS)?;
+        self.needs_light |= self.material.is_none() || !self.is_silhouette;
+        let line = arguments.line;
+        let file = placement.file.map(|(before, word)| {
+            let path = self.path(&arguments, word, "placements")?;
+            Ok((before, word, path))
+        });
+        let file = file.transpose()?;
+        let path = self.path(&arguments, word, "mesh")?;
+        let number = self.meshes.number(self.files.identity(&path));
+        let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
+        let stored: Stored = (number, self.material, radius_bits);
+        let prototype = match self.stored.get(&stored) {
+            Some(&prototype) => prototype,
+            None => {
+                let prototype = self.prototype(&arguments, word, &path, placement.point_radius)?;
+                self.stored.insert(stored, prototype);
+                prototype
+            }
+        };
+        let Some((before, word, path)) = file else {
+            let added = self.builder.add_instance(prototype, &placement.transform);
+            return added
+                .map_err(|error| line.error_at(&word, format!("cannot place {}: {error}", path.display())));
+        };
+        let cannot_read = |cause: LoadError| {
+            line.error_at(&word, format!("cannot read placements of {}", path.display()))
+                .caused_by(cause)
+        };
+        let taken = self.budget.taken();
+        let opened = self
+            .files
+            .mesh(&path, self.budget)
+            .and_then(|opened| opened.into_bytes(self.budget));
+        let bytes = opened.map_err(|error| cannot_read(load_error(&path, &error)))?;
+        let builder = &mut self.builder;
+        let read = placements::read(&bytes, &path, |rows| {
+            let transform = before
+                .then_transform(&Transform::from_rows(rows))
+                .then_transform(&placement.transform);
+            builder
+                .add_instance(prototype, &transform)
+                .map_err(|error| error.to_string())
+        });
+        drop(bytes);
+        self.budget.give_back_to(taken);
+        read.map_err(cannot_read)
+    }
+
+    /// Stores a mesh.
+    fn prototype(
+        &mut self,
+        arguments: &Arguments<'_, '_>,
+        word: Word<'_>,
+        path: &Path,
+        point_radius: Option<f32>,
+    ) -> Result<PrototypeId, LoadError> {
+        let (line, material) = (arguments.line, self.material);
+        let number = self.meshes.number(self.files.identity(path));
+        let loaded = self.load_mesh(arguments, word, path, (material, Kind::Any))?;
+        let placement = mesh::Placement {
+            point_radius,
+            is_stored: true,
+            ..mesh::Placement::AS_IT_IS
+        };
+        let start = self.builder.start_prototype();
+        let placed = self.place(number, loaded, &placement, material);
+        let ended = placed.and_then(|()| {
+            let ended = self.builder.end_prototype(start);
+            ended.map_err(|error| error.to_string())
+        });
+        ended.map_err(|message| {
+            mesh::cannot_load(line, word, path).caused_by(LoadError::whole_file(path, message))
+        })
+    }
+}

@@ -1,0 +1,235 @@
+//! Files of placements: text, or an array as numpy saves it.
+//!
+//! The header of an array is one line of Python in a fixed form; crates that read it bring a parser of the language.
+
+use crate::{error::LoadError, scene::MAX_COORDINATE};
+use std::path::Path;
+
+/// A matrix by rows, each with what is added behind it.
+pub(super) type Rows = [[f64; 4]; 3];
+
+/// How many numbers a placement may have: a position, a matrix of three rows and four columns, or one of four rows.
+const COUNTS: [usize; 3] = [3, 12, 16];
+
+const EXPECTED: &str =
+    "expected 3 (a position), 12 or 16 (a matrix by rows, whose last column is the position)";
+
+/// The first bytes of a numpy array (NEP 1, *A Simple File Format for NumPy Arrays*).
+const NUMPY: &[u8] = b"\x93NUMPY";
+
+/// Hands all placements of a file to `take`, whose error is a sentence.
+pub(super) fn read(
+    bytes: &[u8],
+    path: &Path,
+    mut take: impl FnMut(Rows) -> Result<(), String>,
+) -> Result<(), LoadError> {
+    if bytes.starts_with(NUMPY) {
+        return array(bytes, &mut take).map_err(|message| LoadError::whole_file(path, message));
+    }
+    let mut start = 0;
+    for line in bytes.split_inclusive(|&byte| byte == b'\n') {
+        let own = start..start + line.trim_ascii_end().len();
+        start += line.len();
+        let refused = |message: String| LoadError::in_text(path, bytes, own.clone(), message);
+        let words = line
+            .split(u8::is_ascii_whitespace)
+            .filter(|word| !word.is_empty());
+        let is_comment = |word: &&[u8]| word.starts_with(b"//") || word.starts_with(b"#");
+        let (mut numbers, mut count) = ([0.0; 16], 0);
+        for word in words.take_while(|word| !is_comment(word)) {
+            let text = String::from_utf8_lossy(word);
+            let number = text.parse::<f64>().map_err(|_| {
+                let at = own.start + (word.as_ptr() as usize - line.as_ptr() as usize);
+                let message = format!("found {}, expected a number", crate::error::quote(word));
+                LoadError::in_text(path, bytes, at..at + word.len(), message)
+            })?;
+            if let Some(to) = numbers.get_mut(count) {
+                *to = number;
+            }
+            count += 1;
+        }
+        if count > 0 {
+            let rows = rows(numbers.get(..count).unwrap_or_default(), count).map_err(refused)?;
+            take(rows).map_err(refused)?;
+        }
+    }
+    Ok(())
+}
+
+/// The matrix of a placement. The error is a sentence.
+fn rows(numbers: &[f64], count: usize) -> Result<Rows, String> {
+    if !COUNTS.contains(&numbers.len()) {
+        return Err(format!("a placement of {count} numbers, {EXPECTED}"));
+    }
+    if let Some(number) = numbers
+        .iter()
+        .find(|number| !(number.abs() <= f64::from(MAX_COORDINATE)))
+    {
+        return Err(format!("a placement with {number:e}, expected numbers up to 1e9"));
+    }
+    if let [x, y, z] = *numbers {
+        return Ok([[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]]);
+    }
+    if numbers
+        .get(12..)
+        .is_some_and(|last| !last.is_empty() && last != [0.0, 0.0, 0.0, 1.0])
+    {
+        return Err("the last row of a matrix is not 0 0 0 1".into());
+    }
+    let mut rows = [[0.0; 4]; 3];
+    rows.as_flattened_mut().copy_from_slice(&numbers[..12]);
+    Ok(rows)
+}
+
+/// The placements of a numpy array of `f4` or `f8`, little-endian, row after row.
+fn array(bytes: &[u8], take: &mut impl FnMut(Rows) -> Result<(), String>) -> Result<(), String> {
+    let cut = || "the array ends within its header".to_string();
+    let field = |range: std::ops::Range<usize>| bytes.get(range).ok_or_else(cut);
+    let major = field(6..7)?[0];
+    let (start, length) = if major == 1 {
+        let length = field(8..10)?;
+        (10, usize::from(u16::from_le_bytes([length[0], length[1]])))
+    } else {
+        let length = field(8..12)?;
+        (
+            12,
+            u32::from_le_bytes([length[0], length[1], length[2], length[3]]) as usize,
+        )
+    };
+    let header = field(start..start.saturating_add(length))?;
+    let header: String = header
+        .iter()
+        .map(|&byte| char::from(byte))
+        .filter(|c| *c != ' ')
+        .collect();
+    let size = match value(&header, "descr") {
+        Some("'<f4'" | "\"<f4\"") => 4,
+        Some("'<f8'" | "\"<f8\"") => 8,
+        _ => return Err("an array of another type, expected float32 or float64, little-endian".into()),
+    };
+    if value(&header, "fortran_order") != Some("False") {
+        return Err("an array in Fortran order, expected C order (numpy.ascontiguousarray)".into());
+    }
+    let shape = header
+        .split_once("'shape':(")
+        .and_then(|(_, rest)| rest.split_once(')'));
+    let shape: Option<Vec<usize>> = shape.and_then(|(shape, _)| {
+        let sides = shape.split(',').filter(|side| !side.is_empty());
+        sides.map(|side| side.parse().ok()).collect()
+    });
+    let (count, each) = match shape.as_deref() {
+        Some(&[count, each]) if COUNTS.contains(&each) => (count, each),
+        Some(&[count, rows @ (3 | 4), 4]) => (count, rows * 4),
+        _ => {
+            return Err(
+                "an array of another shape, expected (n, 3), (n, 12), (n, 16), (n, 3, 4) or (n, 4, 4)".into(),
+            );
+        }
+    };
+    let data = &bytes[start + length..];
+    if count.checked_mul(each * size) != Some(data.len()) {
+        return Err(format!(
+            "{} bytes of numbers, expected {count} placements of {} bytes",
+            data.len(),
+            each * size
+        ));
+    }
+    for placement in data.chunks_exact(each * size) {
+        let mut numbers = [0.0; 16];
+        for (number, bytes) in numbers.iter_mut().zip(placement.chunks_exact(size)) {
+            *number = match *bytes {
+                [a, b, c, d] => f64::from(f32::from_le_bytes([a, b, c, d])),
+                [a, b, c, d, e, f, g, h] => f64::from_le_bytes([a, b, c, d, e, f, g, h]),
+                _ => 0.0,
+            };
+        }
+        take(rows(&numbers[..each], each)?)?;
+    }
+    Ok(())
+}
+
+/// The value of a key of the header, without spaces.
+fn value<'a>(header: &'a str, key: &str) -> Option<&'a str> {
+    let (_, rest) = header.split_once(&format!("'{key}':"))?;
+    rest.split([',', '}']).next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all(bytes: &[u8]) -> Result<Vec<Rows>, String> {
+        let mut all = Vec::new();
+        let take = |rows| {
+            all.push(rows);
+            Ok(())
+        };
+        let outcome = read(bytes, Path::new("p.txt"), take);
+        outcome.map(|()| all).map_err(|error| error.to_string())
+    }
+
+    fn numpy(header: &str, data: &[u8]) -> Vec<u8> {
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.as_bytes());
+        bytes.extend(data);
+        bytes
+    }
+
+    #[test]
+    fn text_has_positions_and_matrices() {
+        let found =
+            all(b"# trees\n1 2 3\n\n0 -1 0 4  1 0 0 5  0 0 1 6 // turned\n1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1");
+        let found = found.unwrap();
+        assert_eq!(
+            found[0],
+            [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0]]
+        );
+        assert_eq!(
+            found[1],
+            [[0.0, -1.0, 0.0, 4.0], [1.0, 0.0, 0.0, 5.0], [0.0, 0.0, 1.0, 6.0]]
+        );
+        assert_eq!(found.len(), 3);
+    }
+
+    #[test]
+    fn arrays_have_the_same() {
+        let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }          \n";
+        let numbers: Vec<u8> = [1.0_f32, 2.0, 3.0, 4.0, 5.0, 6.0]
+            .iter()
+            .flat_map(|n| n.to_le_bytes())
+            .collect();
+        let found = all(&numpy(header, &numbers)).unwrap();
+        assert_eq!(
+            found.iter().map(|rows| rows[1][3]).collect::<Vec<_>>(),
+            [2.0, 5.0]
+        );
+        let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 4, 4), }\n";
+        let mut matrix = [0.0_f64; 16];
+        for i in [0, 5, 10, 15] {
+            matrix[i] = 1.0;
+        }
+        let numbers: Vec<u8> = matrix.iter().flat_map(|n| n.to_le_bytes()).collect();
+        assert_eq!(all(&numpy(header, &numbers)).unwrap()[0][2], [0.0, 0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn faults_are_told() {
+        let shape = |shape: &str, data: &[u8]| {
+            let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
+            all(&numpy(&header, data)).unwrap_err()
+        };
+        assert!(shape("(2, 5)", &[]).contains("another shape"));
+        assert!(shape("(2, 3)", &[0; 23]).contains("23 bytes"));
+        assert!(shape("(18446744073709551615, 3)", &[]).contains("bytes"));
+        assert!(all(b"\x93NUMPY\x01\x00\xff\xff{").unwrap_err().contains("header"));
+        assert!(
+            all(b"1 2 3\n1 2")
+                .unwrap_err()
+                .starts_with("p.txt:2:1: a placement of 2 numbers")
+        );
+        assert!(all(b"1 x 3").unwrap_err().starts_with("p.txt:1:3: found \"x\""));
+        assert!(all(b"nan 0 0").unwrap_err().contains("up to 1e9"));
+        assert!(all(&b"1 ".repeat(20)).unwrap_err().contains("20 numbers"));
+    }
+}

@@ -1,0 +1,365 @@
+//! Instances: meshes that are stored once, as prototypes, and placed any number of times.
+//!
+//! A ray is hit by an instance where its image in the prototype's space is hit by the prototype. The image is computed in
+//! `f64` and rounded once, by the same scalar code wherever rays are traced, so all of them find the same hits.
+
+use super::{Scene, Transform, builder::usable_point};
+use crate::{
+    error::SceneError,
+    math::{Aabb, scale_to_one},
+    ray::{InstanceId, Ray, T_MAX},
+};
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+
+/// The most instances of a scene.
+pub const MAX_INSTANCES: usize = 1 << 24;
+
+/// The most prototypes of a scene.
+pub const MAX_PROTOTYPES: usize = 1 << 16;
+
+/// Rays that start farther than this from a prototype of about size 1 do not hit it: seen from there it is smaller than the
+/// steps of directions, and products of coordinates might overflow.
+const FARTHEST: f32 = 1e9;
+
+/// The least volume of a unit cube's image, as a share of what its sides' lengths allow: flatter ones are lost to the rounding of
+/// a matrix.
+const LEAST_SOLIDITY: f64 = 1e-9;
+
+/// The number of a prototype in its scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PrototypeId(pub u32);
+
+/// A mesh that instances place: parts of the scene's arrays. Positions there are in the prototype's own space, where they
+/// are at most about 1.
+#[derive(Clone, Debug)]
+pub struct Prototype {
+    /// Its triangles, by index.
+    pub triangles: Range<u32>,
+    /// Its spheres, by index.
+    pub spheres: Range<u32>,
+    /// Its vertices, by index.
+    pub vertices: Range<u32>,
+    /// The box around it, in its own space.
+    pub bounds: Aabb,
+    /// What was subtracted from positions, and by what power of two the difference was multiplied.
+    pub(super) center: Vec3,
+    pub(super) scale: f32,
+}
+
+/// A placed prototype.
+#[derive(Clone, Copy, Debug)]
+pub struct Instance {
+    /// The map from the scene's space, relative to [`Scene::origin`], to the prototype's: three rows of a matrix, each with
+    /// what is added behind it.
+    to_prototype: [[f32; 4]; 3],
+    prototype: PrototypeId,
+}
+
+/// A ray in a prototype's space. It has no end of its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ImageRay {
+    /// The ray, its direction of unit length.
+    pub ray: Ray,
+    /// How much longer the image of a distance is.
+    length: f64,
+}
+
+impl ImageRay {
+    /// The distance in the scene of `t` in the prototype's space.
+    #[inline]
+    #[must_use]
+    pub fn in_scene(&self, t: f32) -> f32 {
+        ((f64::from(t) / self.length) as f32).clamp(f32::MIN_POSITIVE, T_MAX)
+    }
+
+    /// The t of a distance in the scene.
+    #[inline]
+    #[must_use]
+    pub fn of_distance(&self, distance: f32) -> f32 {
+        (f64::from(distance) * self.length) as f32
+    }
+
+    /// The least t whose [distance in the scene](Self::in_scene) is `t_max` or more, or the largest number.
+    #[must_use]
+    pub fn end(&self, t_max: f32) -> f32 {
+        let mut end = ((f64::from(t_max) * self.length) as f32).clamp(0.0, T_MAX);
+        while end < T_MAX && self.in_scene(end) < t_max {
+            end = end.next_up();
+        }
+        while end > 0.0 && self.in_scene(end.next_down()) >= t_max {
+            end = end.next_down();
+        }
+        end
+    }
+
+    /// More than any t whose distance in the scene is `t_max` or less, but not much more.
+    #[inline]
+    #[must_use]
+    pub fn beyond(&self, t_max: f32) -> f32 {
+        const MORE: f64 = 1.0 + 1e-6;
+        ((f64::from(t_max) * self.length * MORE) as f32)
+            .next_up()
+            .min(T_MAX)
+    }
+}
+
+impl Instance {
+    /// Returns what is placed.
+    #[inline]
+    #[must_use]
+    pub fn prototype(&self) -> PrototypeId {
+        self.prototype
+    }
+
+    /// The image of a valid ray; `None` if it starts too far away to hit anything.
+    #[inline]
+    #[must_use]
+    pub(crate) fn image(&self, ray: &Ray) -> Option<ImageRay> {
+        let [a, b, c] = &self.to_prototype;
+        let (o, d) = (ray.origin, ray.direction);
+        let origin = Vec3::new(
+            (product(a, o) + f64::from(a[3])) as f32,
+            (product(b, o) + f64::from(b[3])) as f32,
+            (product(c, o) + f64::from(c[3])) as f32,
+        );
+        let (x, y, z) = (product(a, d), product(b, d), product(c, d));
+        let length = (x * x + y * y + z * z).sqrt();
+        // NaN is not near either.
+        let is_near = origin.abs().max_element() <= FARTHEST && length > 0.0 && length < f64::INFINITY;
+        is_near.then(|| ImageRay {
+            ray: Ray {
+                origin,
+                direction: Vec3::new((x / length) as f32, (y / length) as f32, (z / length) as f32),
+                t_max: T_MAX,
+            },
+            length,
+        })
+    }
+
+    /// The way back from the prototype's space.
+    #[must_use]
+    pub(crate) fn placement(&self) -> Placement {
+        let rows = self.to_prototype.map(|row| row.map(f64::from));
+        let [a, b, c] = rows;
+        let cross = |p: [f64; 4], q: [f64; 4]| {
+            [
+                p[1] * q[2] - p[2] * q[1],
+                p[2] * q[0] - p[0] * q[2],
+                p[0] * q[1] - p[1] * q[0],
+            ]
+        };
+        // Columns of the adjugate.
+        let [x, y, z] = [cross(b, c), cross(c, a), cross(a, b)];
+        let determinant = a[0] * x[0] + a[1] * x[1] + a[2] * x[2];
+        let linear = [0, 1, 2].map(|i| [x[i] / determinant, y[i] / determinant, z[i] / determinant]);
+        let offset = linear.map(|row| -(row[0] * a[3] + row[1] * b[3] + row[2] * c[3]));
+        Placement { rows, linear, offset }
+    }
+}
+
+/// The first three numbers of a row times a vector.
+#[inline]
+fn product(row: &[f32; 4], v: Vec3) -> f64 {
+    let [a, b, c] = [row[0], row[1], row[2]].map(f64::from);
+    a * f64::from(v.x) + b * f64::from(v.y) + c * f64::from(v.z)
+}
+
+/// An instance's map from its prototype's space to the scene's.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement {
+    /// The map to the prototype.
+    rows: [[f64; 4]; 3],
+    linear: [[f64; 3]; 3],
+    offset: [f64; 3],
+}
+
+impl Placement {
+    /// The place of a point in the scene, relative to its origin.
+    #[must_use]
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        self.point_in_f64(p.as_dvec3()).as_vec3()
+    }
+
+    #[must_use]
+    fn point_in_f64(&self, p: DVec3) -> DVec3 {
+        let place = |i: usize| {
+            let [a, b, c] = self.linear[i];
+            a * p.x + b * p.y + c * p.z + self.offset[i]
+        };
+        DVec3::new(place(0), place(1), place(2))
+    }
+
+    /// The unit normal in the scene of a surface with this normal: that of the inverse transpose.
+    #[must_use]
+    pub fn normal(&self, normal: Vec3) -> Vec3 {
+        let n = normal.as_dvec3();
+        let [a, b, c] = &self.rows;
+        let along = |i: usize| a[i] * n.x + b[i] * n.y + c[i] * n.z;
+        let (x, y, z) = (along(0), along(1), along(2));
+        let length = (x * x + y * y + z * z).sqrt();
+        Vec3::new((x / length) as f32, (y / length) as f32, (z / length) as f32)
+    }
+
+    /// At least the largest coordinate in the scene of points with coordinates up to `magnitude`, in steps of whose size
+    /// positions are rounded.
+    #[must_use]
+    pub fn magnitude(&self, magnitude: f32) -> f32 {
+        let most = |i: usize| {
+            let [a, b, c] = self.linear[i].map(f64::abs);
+            (a + b + c) * f64::from(magnitude) + self.offset[i].abs()
+        };
+        most(0).max(most(1)).max(most(2)) as f32
+    }
+
+    /// The box around the image of a box.
+    #[must_use]
+    pub fn bounds(&self, bounds: Aabb) -> Aabb {
+        let (lower, upper) = (bounds.lower.as_dvec3(), bounds.upper.as_dvec3());
+        let (mut least, mut most) = (self.offset, self.offset);
+        for i in 0..3 {
+            for (j, factor) in self.linear[i].into_iter().enumerate() {
+                let (from, to) = (factor * lower[j], factor * upper[j]);
+                least[i] += from.min(to);
+                most[i] += from.max(to);
+            }
+        }
+        Aabb {
+            lower: DVec3::from_array(least).as_vec3(),
+            upper: DVec3::from_array(most).as_vec3(),
+        }
+    }
+}
+
+/// An instance whose scene has no origin yet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unplaced {
+    linear: [[f32; 3]; 3],
+    /// Where the prototype's origin stands.
+    position: DVec3,
+    prototype: PrototypeId,
+}
+
+impl Unplaced {
+    /// Places a prototype of index `id` by `transform`.
+    pub(super) fn new(
+        prototype: &Prototype,
+        id: PrototypeId,
+        transform: &Transform,
+    ) -> Result<Self, SceneError> {
+        let (linear, position) = transform.about(prototype.center.as_dvec3());
+        let inverse = (linear * f64::from(prototype.scale.recip())).inverse();
+        let [x, y, z] = inverse.to_cols_array_2d();
+        let rows = [0, 1, 2].map(|i| [x[i] as f32, y[i] as f32, z[i] as f32]);
+        let is_flat = {
+            let [a, b, c] = rows.map(|row| DVec3::from_array(row.map(f64::from)));
+            let solidity = a.dot(b.cross(c)).abs() / (a.length() * b.length() * c.length());
+            !(solidity >= LEAST_SOLIDITY && solidity.is_finite())
+        };
+        if is_flat {
+            return Err(SceneError::Flat);
+        }
+        let unplaced = Self {
+            linear: rows,
+            position,
+            prototype: id,
+        };
+        let bounds = unplaced.at(Vec3::ZERO).placement().bounds(prototype.bounds);
+        for corner in [bounds.lower, bounds.upper] {
+            usable_point(corner)?;
+        }
+        Ok(unplaced)
+    }
+
+    /// The instance in a scene with that origin.
+    pub(super) fn at(&self, origin: Vec3) -> Instance {
+        let from = self.position - origin.as_dvec3();
+        let row = |row: [f32; 3]| {
+            let [a, b, c] = row.map(f64::from);
+            let offset = -(a * from.x + b * from.y + c * from.z);
+            [row[0], row[1], row[2], offset as f32]
+        };
+        Instance {
+            to_prototype: self.linear.map(row),
+            prototype: self.prototype,
+        }
+    }
+}
+
+impl Prototype {
+    /// Returns whether it has no primitives.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty() && self.spheres.is_empty()
+    }
+}
+
+/// The power of two that scales a prototype of this size to about 1.
+pub(super) fn prototype_scale(size: f32) -> f32 {
+    if size >= f32::MIN_POSITIVE {
+        scale_to_one(size)
+    } else {
+        1.0
+    }
+}
+
+impl Scene {
+    /// Returns the prototypes that [`PrototypeId`]s index.
+    #[inline]
+    #[must_use]
+    pub fn prototypes(&self) -> &[Prototype] {
+        &self.prototypes
+    }
+
+    /// Returns the instances that [`InstanceId`]s index.
+    #[inline]
+    #[must_use]
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// The instance with this id, if that is not [`InstanceId::NONE`].
+    #[inline]
+    #[must_use]
+    pub(crate) fn instance(&self, id: InstanceId) -> Option<&Instance> {
+        self.instances.get(id.0 as usize)
+    }
+
+    /// Returns the box around an instance, relative to [`Scene::origin`].
+    ///
+    /// # Panics
+    /// If there is no such instance.
+    #[must_use]
+    pub fn instance_bounds(&self, id: InstanceId) -> Aabb {
+        let instance = &self.instances[id.0 as usize];
+        let prototype = &self.prototypes[instance.prototype.0 as usize];
+        instance.placement().bounds(prototype.bounds)
+    }
+
+    /// Returns the ids of the primitives of a prototype, or of all that belong to none, in order.
+    #[must_use]
+    pub fn ids_of(&self, prototype: Option<PrototypeId>) -> Vec<Range<u32>> {
+        let triangles = self.triangles.corners.len() as u32;
+        let end = triangles + self.spheres.radius.len() as u32;
+        let of_spheres = |range: &Range<u32>| triangles + range.start..triangles + range.end;
+        if let Some(id) = prototype {
+            let prototype = &self.prototypes[id.0 as usize];
+            return vec![prototype.triangles.clone(), of_spheres(&prototype.spheres)];
+        }
+        let taken = (self.prototypes.iter().map(|p| p.triangles.clone()))
+            .chain(self.prototypes.iter().map(|p| of_spheres(&p.spheres)));
+        gaps(taken, end)
+    }
+}
+
+/// What is left of the numbers up to `end` without the ranges `taken`, which are in order.
+pub(super) fn gaps(taken: impl Iterator<Item = Range<u32>>, end: u32) -> Vec<Range<u32>> {
+    let (mut free, mut next) = (Vec::new(), 0);
+    for taken in taken.chain([end..end]) {
+        if next < taken.start {
+            free.push(next..taken.start);
+        }
+        next = next.max(taken.end);
+    }
+    free
+}
