@@ -6,6 +6,7 @@
 use super::{Scene, Transform, builder::usable_point};
 use crate::{
     error::SceneError,
+    lanes::{LANES, Vec3x8},
     math::{Aabb, scale_to_one},
     ray::{InstanceId, Ray, T_MAX},
 };
@@ -66,6 +67,13 @@ pub(crate) struct ImageRay {
 }
 
 impl ImageRay {
+    /// `None` for a ray whose direction has no length.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(ray: Ray, length: f64) -> Option<Self> {
+        (length > 0.0 && length < f64::INFINITY).then_some(Self { ray, length })
+    }
+
     /// The distance in the scene of `t` in the prototype's space.
     #[inline]
     #[must_use]
@@ -116,25 +124,46 @@ impl Instance {
     #[inline]
     #[must_use]
     pub(crate) fn image(&self, ray: &Ray) -> Option<ImageRay> {
-        let [a, b, c] = &self.to_prototype;
-        let (o, d) = (ray.origin, ray.direction);
-        let origin = Vec3::new(
-            (product(a, o) + f64::from(a[3])) as f32,
-            (product(b, o) + f64::from(b[3])) as f32,
-            (product(c, o) + f64::from(c[3])) as f32,
-        );
-        let (x, y, z) = (product(a, d), product(b, d), product(c, d));
-        let length = (x * x + y * y + z * z).sqrt();
+        let origin = self.image_of_origin(ray.origin)?;
+        let d = ray.direction;
+        let (direction, length) = self.image_of_direction(d.x, d.y, d.z);
+        ImageRay::new(Ray::new(origin, Vec3::from_array(direction)), length)
+    }
+
+    /// The image of a point that rays start from; `None` if it is too far away.
+    #[inline]
+    #[must_use]
+    pub(crate) fn image_of_origin(&self, origin: Vec3) -> Option<Vec3> {
+        let image = self
+            .to_prototype
+            .map(|row| (product(&row, origin.x, origin.y, origin.z) + f64::from(row[3])) as f32);
+        let image = Vec3::from_array(image);
         // NaN is not near either.
-        let is_near = origin.abs().max_element() <= FARTHEST && length > 0.0 && length < f64::INFINITY;
-        is_near.then(|| ImageRay {
-            ray: Ray {
-                origin,
-                direction: Vec3::new((x / length) as f32, (y / length) as f32, (z / length) as f32),
-                t_max: T_MAX,
-            },
+        (image.abs().max_element() <= FARTHEST).then_some(image)
+    }
+
+    /// The images of eight directions, of unit length, and how long they were.
+    #[inline(always)]
+    #[must_use]
+    pub(crate) fn images_of_directions(&self, d: &Vec3x8) -> ([[f32; LANES]; 3], [f64; LANES]) {
+        let (mut images, mut lengths) = ([[0.0; LANES]; 3], [0.0; LANES]);
+        let (x, y, z) = (d.x.as_array(), d.y.as_array(), d.z.as_array());
+        for i in 0..LANES {
+            let ([a, b, c], length) = self.image_of_direction(x[i], y[i], z[i]);
+            (images[0][i], images[1][i], images[2][i], lengths[i]) = (a, b, c, length);
+        }
+        (images, lengths)
+    }
+
+    #[inline(always)]
+    fn image_of_direction(&self, x: f32, y: f32, z: f32) -> ([f32; 3], f64) {
+        let [a, b, c] = &self.to_prototype;
+        let (x, y, z) = (product(a, x, y, z), product(b, x, y, z), product(c, x, y, z));
+        let length = (x * x + y * y + z * z).sqrt();
+        (
+            [(x / length) as f32, (y / length) as f32, (z / length) as f32],
             length,
-        })
+        )
     }
 
     /// The way back from the prototype's space.
@@ -159,10 +188,9 @@ impl Instance {
 }
 
 /// The first three numbers of a row times a vector.
-#[inline]
-fn product(row: &[f32; 4], v: Vec3) -> f64 {
-    let [a, b, c] = [row[0], row[1], row[2]].map(f64::from);
-    a * f64::from(v.x) + b * f64::from(v.y) + c * f64::from(v.z)
+#[inline(always)]
+fn product(row: &[f32; 4], x: f32, y: f32, z: f32) -> f64 {
+    f64::from(row[0]) * f64::from(x) + f64::from(row[1]) * f64::from(y) + f64::from(row[2]) * f64::from(z)
 }
 
 /// An instance's map from its prototype's space to the scene's.

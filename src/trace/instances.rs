@@ -4,20 +4,24 @@
 //! An instance is hit only within its padded box, where both planes and hits are computed as for primitives: so whatever is
 //! culled holds no hit, and all ways of tracing find the same ones.
 
+mod groups;
+
 use super::{
-    Tracer,
+    Method, Tracer,
     bits::bits,
     cut_outs::{Any, Closest, ray},
+    run::invalid,
     single::SingleRay,
     visit,
 };
 use crate::{
-    accel::{Instanced, Node8},
+    accel::{Bvh, Instanced, Node8},
     lanes::LANES,
     ray::{Hit, HitPacket, InstanceId, Origins, Ray, RayPacket, SceneHit, T_MAX},
     scene::{ImageRay, Scene},
     simd::{EightLanes, LaneMask, Lanes, Level, Simd, Vec3Lanes, unpack},
 };
+use glam::Vec3;
 
 /// A child of a node: the node's index times eight, and its place there.
 type Slot = u32;
@@ -31,9 +35,13 @@ pub(super) struct Instances<'a> {
     stack: Vec<(f32, Slot)>,
     /// The instances that the last call's closest hits are in.
     found: Vec<[u32; LANES]>,
+    group: groups::Group,
+    /// Traces many rays through a prototype.
+    nested: Tracer<'a>,
 }
 
 /// An instance that a ray meets: its image, and where the ray is in the instance's box.
+#[derive(Clone, Copy, Debug)]
 struct Met {
     id: InstanceId,
     image: ImageRay,
@@ -71,15 +79,89 @@ impl Met {
     }
 }
 
+/// Where the results of a group go.
+enum Results<'r> {
+    /// Closest hits, and the instances that they are in.
+    Closest(&'r mut [HitPacket], &'r mut [[u32; LANES]]),
+    /// Occlusion: a bit a lane.
+    Any(&'r mut [u8]),
+}
+
+impl Results<'_> {
+    /// The lanes of a packet that need not be traced.
+    fn done(&self, packet: usize) -> u32 {
+        match self {
+            Self::Closest(..) => 0,
+            Self::Any(occluded) => u32::from(occluded[packet]),
+        }
+    }
+
+    /// Where a ray ends: at `t_max` or at its hit.
+    fn end(&self, (packet, lane): (usize, usize), t_max: f32) -> f32 {
+        match self {
+            Self::Closest(hits, _) => hits[packet].t.as_array()[lane],
+            Self::Any(_) => t_max,
+        }
+    }
+
+    /// Replaces the closest hit of a ray by one in an instance, if that is nearer; `end` is then where that is.
+    #[inline(always)]
+    fn offer(&mut self, (packet, lane): (usize, usize), met: &Met, hit: &Hit, end: &mut f32) {
+        let Self::Closest(hits, found) = self else { return };
+        if !hit.is_hit() {
+            return;
+        }
+        let (t, best) = (met.distance(hit.t), hits[packet].t.as_array()[lane]);
+        let instance = &mut found[packet][lane];
+        let wins_tie = *instance != InstanceId::NONE.0 && met.id.0 < *instance;
+        if t > 0.0 && (t < best || t == best && wins_tie) {
+            hits[packet].set_hit(lane, &Hit { t, ..*hit });
+            *instance = met.id.0;
+            *end = t;
+        }
+    }
+
+    /// Notes that a ray is blocked: it is done.
+    #[inline(always)]
+    fn block(&mut self, (packet, lane): (usize, usize), end: &mut f32) {
+        if let Self::Any(occluded) = self {
+            occluded[packet] |= 1 << lane;
+            *end = -1.0;
+        }
+    }
+}
+
+/// The origins of `count` packets from `start` on.
+fn part_of(origins: Origins<'_>, start: usize, count: usize) -> Origins<'_> {
+    match origins {
+        Origins::Shared(_) => origins,
+        Origins::Separate(origins) => Origins::Separate(&origins[start..start + count]),
+    }
+}
+
+/// Whether all rays from `origin` are valid.
+#[inline(always)]
+fn are_valid<S: Simd>(simd: S, origin: Vec3, rays: &[RayPacket]) -> bool {
+    origin.is_finite() && rays.iter().all(|rays| !invalid(simd, rays).any())
+}
+
 impl<'a> Instances<'a> {
     /// `None` if the scene has none.
-    pub fn of(scene: &'a Scene, instanced: Option<&'a Instanced>) -> Option<Box<Self>> {
+    pub fn of(scene: &'a Scene, instanced: Option<&'a Instanced>, method: Method) -> Option<Box<Self>> {
+        let instanced = instanced?;
         Some(Box::new(Self {
             scene,
-            instanced: instanced?,
+            instanced,
             stack: Vec::new(),
             found: Vec::new(),
+            group: groups::Group::default(),
+            nested: Tracer::with_method(instanced.deepest()?, method).through_cut_outs(scene),
         }))
+    }
+
+    /// Holds to a level.
+    pub fn hold_to(&mut self, level: Level) {
+        self.nested.hold_to(level);
     }
 
     /// Replaces hits that are behind an instance.
@@ -92,59 +174,15 @@ impl<'a> Instances<'a> {
         rays: &[RayPacket],
         hits: &mut [HitPacket],
     ) {
-        self.found.clear();
-        self.found.resize(rays.len(), [InstanceId::NONE.0; LANES]);
-        for (p, hits) in hits.iter_mut().enumerate() {
-            let live = simd.load(&rays[p].t_max).gt(simd.splat(0.0)).bits();
-            for lane in bits(live) {
-                let ray = ray(origins, rays, p, lane);
-                if !ray.is_valid() {
-                    continue;
-                }
-                let mut best = SceneHit::from(hits.hit(lane));
-                self.closest_of_ray(simd, level, &ray, &mut best);
-                if best.instance != InstanceId::NONE {
-                    hits.set_hit(lane, &best);
-                    self.found[p][lane] = best.instance.0;
-                }
-            }
+        let mut found = std::mem::take(&mut self.found);
+        found.clear();
+        found.resize(rays.len(), [InstanceId::NONE.0; LANES]);
+        let chunks = rays.chunks(groups::PACKETS).zip(hits.chunks_mut(groups::PACKETS));
+        for (i, ((rays, hits), found)) in chunks.zip(found.chunks_mut(groups::PACKETS)).enumerate() {
+            let origins = part_of(origins, i * groups::PACKETS, rays.len());
+            self.trace(simd, level, origins, rays, &mut Results::Closest(hits, found));
         }
-    }
-
-    #[inline(always)]
-    fn closest_of_ray<S: Simd>(&mut self, simd: S, level: Level, ray: &Ray, best: &mut SceneHit) {
-        let single = SingleRay::of(ray);
-        self.start(simd, &single, best.t);
-        while let Some((near, slot)) = self.stack.pop() {
-            if near > best.t {
-                continue;
-            }
-            let Some(met) = self.visit_slot(simd, ray, &single, slot, best.t) else {
-                continue;
-            };
-            let mut closest = Closest {
-                scene: self.scene,
-                best: Hit::miss(met.beyond(best.t)),
-            };
-            let bvh = self.prototype_of(met.id);
-            visit(level, bvh, &met.image.ray, &mut closest);
-            let hit = closest.best;
-            let t = met.distance(hit.t);
-            let ties = t == best.t && met.id < best.instance && best.instance != InstanceId::NONE;
-            if hit.is_hit() && t > 0.0 && (t < best.t || ties) {
-                *best = SceneHit {
-                    hit: Hit { t, ..hit },
-                    instance: met.id,
-                };
-            }
-        }
-    }
-
-    /// Notes that the closest hits of these lanes of a packet are outside of any instance after all.
-    pub fn forget(&mut self, packet: usize, lanes: u32) {
-        for lane in bits(lanes) {
-            self.found[packet][lane] = InstanceId::NONE.0;
-        }
+        self.found = found;
     }
 
     /// Blocks the rays that hit an instance before their end.
@@ -157,42 +195,106 @@ impl<'a> Instances<'a> {
         rays: &[RayPacket],
         occluded: &mut [u8],
     ) {
-        for (p, occluded) in occluded.iter_mut().enumerate() {
-            let live = simd.load(&rays[p].t_max).gt(simd.splat(0.0)).bits();
-            for lane in bits(live & !u32::from(*occluded)) {
+        let chunks = rays
+            .chunks(groups::PACKETS)
+            .zip(occluded.chunks_mut(groups::PACKETS));
+        for (i, (rays, occluded)) in chunks.enumerate() {
+            let origins = part_of(origins, i * groups::PACKETS, rays.len());
+            self.trace(simd, level, origins, rays, &mut Results::Any(occluded));
+        }
+    }
+
+    /// Traces a group of rays together, if that is possible, or else ray by ray.
+    #[inline(always)]
+    fn trace<S: Simd>(
+        &mut self,
+        simd: S,
+        level: Level,
+        origins: Origins<'_>,
+        rays: &[RayPacket],
+        results: &mut Results<'_>,
+    ) {
+        if let Origins::Shared(origin) = origins
+            && are_valid(simd, origin, rays)
+            && self.trace_group(simd, level, origin, rays, results)
+        {
+            return;
+        }
+        for (p, packet) in rays.iter().enumerate() {
+            let live = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits();
+            for lane in bits(live & !results.done(p)) {
                 let ray = ray(origins, rays, p, lane);
-                let is_blocked = ray.is_valid() && self.blocks(simd, level, &ray);
-                *occluded |= u8::from(is_blocked) << lane;
+                if ray.is_valid() {
+                    self.trace_ray(simd, level, &ray, (p, lane), results);
+                }
             }
         }
     }
 
     #[inline(always)]
-    fn blocks<S: Simd>(&mut self, simd: S, level: Level, ray: &Ray) -> bool {
+    fn trace_ray<S: Simd>(
+        &mut self,
+        simd: S,
+        level: Level,
+        ray: &Ray,
+        at: (usize, usize),
+        results: &mut Results<'_>,
+    ) {
         let single = SingleRay::of(ray);
-        self.start(simd, &single, ray.t_max);
-        while let Some((_, slot)) = self.stack.pop() {
-            let Some(met) = self.visit_slot(simd, ray, &single, slot, ray.t_max) else {
+        let mut end = results.end(at, ray.t_max);
+        self.stack.clear();
+        self.push_children(simd, &single, 0, end);
+        while let Some((near, slot)) = self.stack.pop() {
+            if near > end {
                 continue;
-            };
-            let mut any = Any {
-                scene: self.scene,
-                end: met.end(ray.t_max),
-                is_hit: false,
-            };
-            visit(level, self.prototype_of(met.id), &met.image.ray, &mut any);
-            if any.is_hit {
-                return true;
+            }
+            if let Some(met) = self.visit_slot(simd, ray, &single, slot, end) {
+                self.trace_in(level, &met, at, &mut end, results);
+                if end < 0.0 {
+                    return;
+                }
             }
         }
-        false
     }
 
-    /// Puts the children of the root on the stack.
+    /// Traces one ray through an instance. `end` becomes its new end, negative if it is done.
     #[inline(always)]
-    fn start<S: Simd>(&mut self, simd: S, ray: &SingleRay, end: f32) {
-        self.stack.clear();
-        self.push_children(simd, ray, 0, end);
+    fn trace_in(
+        &self,
+        level: Level,
+        met: &Met,
+        at: (usize, usize),
+        end: &mut f32,
+        results: &mut Results<'_>,
+    ) {
+        let bvh = self.prototype_of(met.id);
+        let scene = self.scene;
+        match results {
+            Results::Closest(..) => {
+                let best = Hit::miss(met.beyond(*end));
+                let mut closest = Closest { scene, best };
+                visit(level, bvh, &met.image.ray, &mut closest);
+                results.offer(at, met, &closest.best, end);
+            }
+            Results::Any(_) => {
+                let mut any = Any {
+                    scene,
+                    end: met.end(*end),
+                    is_hit: false,
+                };
+                visit(level, bvh, &met.image.ray, &mut any);
+                if any.is_hit {
+                    results.block(at, end);
+                }
+            }
+        }
+    }
+
+    /// Notes that the closest hits of these lanes of a packet are outside of any instance after all.
+    pub fn forget(&mut self, packet: usize, lanes: u32) {
+        for lane in bits(lanes) {
+            self.found[packet][lane] = InstanceId::NONE.0;
+        }
     }
 
     /// Puts the children of a node that a ray enters on the stack, the nearest last.
@@ -231,7 +333,7 @@ impl<'a> Instances<'a> {
     }
 
     #[inline(always)]
-    fn prototype_of(&self, id: InstanceId) -> &'a crate::accel::Bvh {
+    fn prototype_of(&self, id: InstanceId) -> &'a Bvh {
         let instance = &self.scene.instances()[id.0 as usize];
         self.instanced.prototype(instance.prototype())
     }
@@ -250,10 +352,19 @@ fn interval<S: Simd>(simd: S, ray: &SingleRay, node: &Node8, lane: usize) -> [f3
 }
 
 impl<'a> Tracer<'a> {
+    /// Traces through another hierarchy from now on, not a deeper one than the first.
+    fn through(&mut self, bvh: &'a Bvh) {
+        self.bvh = bvh;
+    }
+
     /// Lets rays hit the instances of `scene`, too, which the BVH was built from.
     #[must_use]
     pub fn with_instances(mut self, scene: &'a Scene) -> Self {
-        self.instances = Instances::of(scene, self.bvh.instanced());
+        let level = self.level;
+        self.instances = Instances::of(scene, self.bvh.instanced(), self.policy.method());
+        if let Some(instances) = &mut self.instances {
+            instances.hold_to(level);
+        }
         self
     }
 

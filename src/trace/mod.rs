@@ -130,6 +130,9 @@ impl<'a> Tracer<'a> {
     /// Does what [`at_level`](Self::at_level) does.
     pub(crate) fn hold_to(&mut self, level: Level) {
         self.level = level;
+        if let Some(instances) = &mut self.instances {
+            instances.hold_to(level);
+        }
     }
 
     /// Returns the level that the tracer uses.

@@ -82,6 +82,11 @@ impl CoherencePolicy {
         }
     }
 
+    /// Returns the method that was asked for.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
     /// Returns how many packets, of at most `len`, make a group: those that share an entry or are sorted together.
     pub fn group(&self, kind: RayKind, len: usize) -> usize {
         match kind {

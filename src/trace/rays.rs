@@ -244,7 +244,7 @@ impl<M: Memory> Packet<M> {
 /// `1 / d`, finite.
 // Tuned: see docs/lab-notes.md#reciprocals
 #[inline(always)]
-fn reciprocal<V: Lanes>(d: V) -> V {
+pub(super) fn reciprocal<V: Lanes>(d: V) -> V {
     let least = d.all(MIN_ABS_DIRECTION);
     d.all(1.0) / V::select(d.abs().lt(least), least.turn(d.sign()), d)
 }

@@ -182,19 +182,25 @@ impl Tracer<'_> {
     /// Whether all rays are [valid](crate::ray::Ray::is_valid): minima and maxima of others depend on the order.
     #[inline(always)]
     fn are_valid<S: Simd>(&self, simd: S, rays: &[RayPacket], origins: &[Vec3x8]) -> bool {
-        let mut invalid = simd.mask(0);
+        let mut any = simd.mask(0);
         for packet in rays {
-            let d = simd.load3(&packet.direction);
-            let zero = simd.splat(0.0);
-            let is_zero = d.x.eq(zero) & d.y.eq(zero) & d.z.eq(zero);
-            let end = simd.load(&packet.t_max) * zero;
-            invalid = invalid | is_zero | !(times_zero(d) + end).eq(zero);
+            any = any | invalid(simd, packet);
         }
         for points in origins {
-            invalid = invalid | !times_zero(simd.load3(points)).eq(simd.splat(0.0));
+            any = any | !times_zero(simd.load3(points)).eq(simd.splat(0.0));
         }
-        self.origin.is_finite() && !invalid.any()
+        self.origin.is_finite() && !any.any()
     }
+}
+
+/// The lanes whose direction or end is not that of a [valid](crate::ray::Ray::is_valid) ray.
+#[inline(always)]
+pub(super) fn invalid<S: Simd>(simd: S, rays: &RayPacket) -> <S::V8 as Lanes>::Mask {
+    let d = simd.load3(&rays.direction);
+    let zero = simd.splat(0.0);
+    let is_zero = d.x.eq(zero) & d.y.eq(zero) & d.z.eq(zero);
+    let end = simd.load(&rays.t_max) * zero;
+    is_zero | !(times_zero(d) + end).eq(zero)
 }
 
 /// NaN for vectors that are not finite, else 0.
