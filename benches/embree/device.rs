@@ -4,7 +4,7 @@ use crate::{
     ffi::{self, Api, Arguments, Handle, RayHits, Rays},
     spheres,
 };
-use octray::scene::Scene;
+use octray::scene::{PrototypeId, Scene};
 use std::{ffi::CString, marker::PhantomData, time::Instant};
 
 /// A scene's arrays as Embree reads them: shared, not copied.
@@ -13,17 +13,26 @@ pub struct Buffers {
     vertices: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     spheres: Vec<[f32; 4]>,
+    /// The triangles of prototypes, and where instances place them: matrices by rows.
+    prototypes: Vec<Vec<[u32; 3]>>,
+    instances: Vec<(usize, [f32; 12])>,
 }
 
 impl Buffers {
     pub fn new(scene: &Scene) -> Self {
-        let (v, t, s) = (scene.vertices(), scene.triangles(), scene.spheres());
+        let (v, s) = (scene.vertices(), scene.spheres());
         let vertices = (0..v.x.len()).map(|i| [v.x[i], v.y[i], v.z[i]]);
         Self {
             vertices: vertices.chain([[0.0; 3]]).collect(),
-            triangles: t.corners.clone(),
+            triangles: triangles_of(scene, None),
             spheres: (0..s.radius.len())
                 .map(|i| [s.center_x[i], s.center_y[i], s.center_z[i], s.radius[i]])
+                .collect(),
+            prototypes: (0..scene.prototypes().len() as u32)
+                .map(|id| triangles_of(scene, Some(PrototypeId(id))))
+                .collect(),
+            instances: (scene.instances().iter())
+                .map(|instance| (instance.prototype().0 as usize, instance.to_scene()))
                 .collect(),
         }
     }
@@ -40,6 +49,13 @@ impl Buffers {
             [0, self.triangles.len() as u32]
         }
     }
+}
+
+/// The triangles of a prototype, or those that belong to none.
+fn triangles_of(scene: &Scene, prototype: Option<PrototypeId>) -> Vec<[u32; 3]> {
+    let corners = &scene.triangles().corners;
+    let ids = scene.ids_of(prototype).into_iter().flatten();
+    ids.filter_map(|id| corners.get(id as usize).copied()).collect()
 }
 
 /// How a scene is built, and which code traces it.
@@ -63,6 +79,7 @@ pub struct EmbreeScene<'a> {
     pub build_seconds: f64,
     device: Handle,
     scene: Handle,
+    prototypes: Vec<Handle>,
     first_ids: [u32; 2],
     buffers: PhantomData<&'a Buffers>,
 }
@@ -94,6 +111,7 @@ impl<'a> EmbreeScene<'a> {
                 build_seconds: 0.0,
                 device,
                 scene,
+                prototypes: Vec::new(),
                 first_ids: buffers.first_ids(),
                 buffers: PhantomData,
             };
@@ -120,6 +138,7 @@ impl<'a> EmbreeScene<'a> {
                 geometries.push(geometry);
             }
             let start = Instant::now();
+            built.add_instances(buffers, quality);
             for &geometry in &geometries {
                 (api.set_geometry_build_quality)(geometry, quality);
                 (api.commit_geometry)(geometry);
@@ -131,6 +150,42 @@ impl<'a> EmbreeScene<'a> {
             match (api.device_error)(device) {
                 0 => Ok(built),
                 code => Err(format!("Embree cannot build the scene: error {code}")),
+            }
+        }
+    }
+
+    /// Adds the instances, and the scenes that they place.
+    ///
+    /// # Safety
+    /// Device and scene are valid, and the scene is not committed yet.
+    unsafe fn add_instances(&mut self, buffers: &Buffers, quality: u32) {
+        let Self {
+            api, device, scene, ..
+        } = *self;
+        // SAFETY: as in `new`; Embree copies the matrices.
+        unsafe {
+            for triangles in &buffers.prototypes {
+                let prototype = (api.new_scene)(device);
+                (api.set_scene_flags)(prototype, if self.build.robust { ffi::ROBUST } else { 0 });
+                (api.set_scene_build_quality)(prototype, quality);
+                let geometry = (api.new_geometry)(device, ffi::TRIANGLE);
+                let vertices = &buffers.vertices[..buffers.vertices.len() - 1];
+                share(api, geometry, ffi::VERTEX, ffi::FLOAT3, vertices);
+                share(api, geometry, ffi::INDEX, ffi::UINT3, triangles);
+                (api.set_geometry_build_quality)(geometry, quality);
+                (api.commit_geometry)(geometry);
+                (api.attach_geometry)(prototype, geometry);
+                (api.release_geometry)(geometry);
+                (api.commit_scene)(prototype);
+                self.prototypes.push(prototype);
+            }
+            for (prototype, rows) in &buffers.instances {
+                let geometry = (api.new_geometry)(device, ffi::INSTANCE);
+                (api.set_geometry_instanced_scene)(geometry, self.prototypes[*prototype]);
+                (api.set_geometry_transform)(geometry, 0, ffi::ROWS_3X4, rows.as_ptr().cast());
+                (api.commit_geometry)(geometry);
+                (api.attach_geometry)(scene, geometry);
+                (api.release_geometry)(geometry);
             }
         }
     }
@@ -191,6 +246,9 @@ impl Drop for EmbreeScene<'_> {
         // SAFETY: both are ours, and nothing uses them after.
         unsafe {
             (self.api.release_scene)(self.scene);
+            for &prototype in &self.prototypes {
+                (self.api.release_scene)(prototype);
+            }
             (self.api.release_device)(self.device);
         }
     }
@@ -226,6 +284,8 @@ pub fn self_check(api: &Api) -> Result<(), String> {
         vertices: Vec::new(),
         triangles: Vec::new(),
         spheres: Vec::new(),
+        prototypes: Vec::new(),
+        instances: Vec::new(),
     };
     for lane in 0..16 {
         let (x, first) = (at(lane), buffers.vertices.len() as u32);

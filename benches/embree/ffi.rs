@@ -21,6 +21,8 @@ pub const TRIANGLE: c_uint = 0;
 pub const SPHERE_POINT: c_uint = 50;
 /// `RTC_GEOMETRY_TYPE_USER`.
 pub const USER: c_uint = 120;
+/// `RTC_GEOMETRY_TYPE_INSTANCE`.
+pub const INSTANCE: c_uint = 121;
 /// `RTC_BUFFER_TYPE_INDEX`.
 pub const INDEX: c_uint = 0;
 /// `RTC_BUFFER_TYPE_VERTEX`.
@@ -31,6 +33,8 @@ pub const UINT3: c_uint = 0x5003;
 pub const FLOAT3: c_uint = 0x9003;
 /// `RTC_FORMAT_FLOAT4`.
 pub const FLOAT4: c_uint = 0x9004;
+/// `RTC_FORMAT_FLOAT3X4_ROW_MAJOR`.
+pub const ROWS_3X4: c_uint = 0x9134;
 /// `RTC_BUILD_QUALITY_MEDIUM`.
 pub const MEDIUM: c_uint = 1;
 /// `RTC_BUILD_QUALITY_HIGH`.
@@ -170,6 +174,9 @@ api! {
         unsafe extern "C" fn(Handle, UserFunction),
     set_geometry_occluded_function: b"rtcSetGeometryOccludedFunction\0":
         unsafe extern "C" fn(Handle, UserFunction),
+    set_geometry_instanced_scene: b"rtcSetGeometryInstancedScene\0": unsafe extern "C" fn(Handle, Handle),
+    set_geometry_transform: b"rtcSetGeometryTransform\0":
+        unsafe extern "C" fn(Handle, c_uint, c_uint, *const c_void),
     commit_geometry: b"rtcCommitGeometry\0": unsafe extern "C" fn(Handle),
     attach_geometry: b"rtcAttachGeometry\0": unsafe extern "C" fn(Handle, Handle) -> c_uint,
     intersect1: b"rtcIntersect1\0": TraceOne,

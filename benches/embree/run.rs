@@ -270,7 +270,9 @@ impl<'a> Embree<'a> {
 fn row(input: &Input, bvh: &Bvh, set: &RaySet, scenes: &[EmbreeScene<'_>], plan: Plan, robust: bool) -> Row {
     eprintln!("{}: {} rays", input.name, set.kind.name());
     let mut embree = Embree::new(scenes, set);
-    let mut tracer = Tracer::new(bvh).at_level(plan.level());
+    let mut tracer = Tracer::new(bvh)
+        .at_level(plan.level())
+        .with_instances(&input.scene);
     let mut results = Results::default();
     trace_set(&mut tracer, set, &mut results);
     let exact = results.same(&reference(&input.scene, bvh, set));

@@ -112,15 +112,12 @@ impl Nodes {
         *slots = rest;
         let mut children = [(Child::NONE, Aabb::EMPTY); WIDTH];
         for (child, slot) in children.iter_mut().zip(own) {
-            *child = match slot.block() {
-                Some(range) => {
-                    let leaf = &boxes[range.start];
-                    (Child::spheres(leaf.id().0 as usize, 1), leaf.bounds())
-                }
-                None => {
-                    let below = Child::inner(self.0.len());
-                    (below, self.write_node(slots, boxes))
-                }
+            *child = if let Some(range) = slot.block() {
+                let leaf = &boxes[range.start];
+                (Child::spheres(leaf.id().0 as usize, 1), leaf.bounds())
+            } else {
+                let below = Child::inner(self.0.len());
+                (below, self.write_node(slots, boxes))
             };
         }
         self.0[node_i] = Node8::new(&children[..count]);

@@ -54,6 +54,8 @@ pub struct Aovs {
     pub width: u32,
     /// Height, pixels.
     pub height: u32,
+    /// Whether the scene has instances.
+    pub have_instances: bool,
     /// Row by row, the top row first.
     pub pixels: Vec<Aov>,
 }
@@ -107,6 +109,7 @@ impl Renderer<'_> {
         Ok(Aovs {
             width: window.width(),
             height: window.height(),
+            have_instances: !scene.instances().is_empty(),
             pixels,
         })
     }

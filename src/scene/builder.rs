@@ -462,7 +462,7 @@ impl SceneBuilder {
         scene.bounds = bounds;
         scene.degenerate = scene.triangle_extent(0..scene.triangles.corners.len()).1;
         scene.move_to_origin();
-        scene.instances = instances::placed(instances, scene.origin);
+        scene.instances = instances::placed(&instances, scene.origin);
         scene
     }
 }

@@ -120,6 +120,14 @@ impl Instance {
         self.prototype
     }
 
+    /// Returns the map from the prototype's space to the scene's, relative to [`Scene::origin`]: three rows of a matrix, each
+    /// with what is added behind it.
+    #[must_use]
+    pub fn to_scene(&self) -> [f32; 12] {
+        let Placement { linear, offset, .. } = self.placement();
+        std::array::from_fn(|i| linear[i / 4].get(i % 4).copied().unwrap_or(offset[i / 4]) as f32)
+    }
+
     /// The image of a valid ray; `None` if it starts too far away to hit anything.
     #[inline]
     #[must_use]
@@ -383,7 +391,7 @@ impl Scene {
 /// What is left of the numbers up to `end` without the ranges `taken`, which are in order.
 pub(super) fn gaps(taken: impl Iterator<Item = Range<u32>>, end: u32) -> Vec<Range<u32>> {
     let (mut free, mut next) = (Vec::new(), 0);
-    for taken in taken.chain([end..end]) {
+    for taken in taken.chain(std::iter::once(end..end)) {
         if next < taken.start {
             free.push(next..taken.start);
         }

@@ -189,7 +189,7 @@ fn transform(random: &mut Random, before: Transform, around: &Placement) -> Tran
 fn instanced(random: &mut Random, placement: &Placement, count: usize) -> Result<Scene, SceneError> {
     let mut builder = SceneBuilder::new();
     let mut prototypes = Vec::new();
-    for _ in 0..1 + random.below(2) {
+    for _ in 0..=random.below(2) {
         let own = Placement::random(random);
         let prototype =
             builder.add_prototype(|builder| add_soup(builder, random, &own, count.div_ceil(2), 1.0))?;
@@ -199,7 +199,7 @@ fn instanced(random: &mut Random, placement: &Placement, count: usize) -> Result
         }
     }
     let mut placed = Transform::IDENTITY;
-    for _ in 0..1 + random.below(12) {
+    for _ in 0..=random.below(12) {
         let (prototype, scale) = random.pick(&prototypes);
         placed = transform(random, placed, placement);
         let to_size_1 = Transform::IDENTITY.then_scale(DVec3::splat(f64::from(scale).recip()));

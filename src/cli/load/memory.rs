@@ -109,7 +109,7 @@ pub fn check_build(scene: &Scene, quality: BuildQuality) -> Result<(), CliError>
     } else {
         BVH_BYTES
     };
-    let needed = scene.primitive_count() as u64 * bytes;
+    let needed = (scene.primitive_count() + scene.instances().len()) as u64 * bytes;
     let mut room: Vec<u8> = Vec::new();
     let asked = usize::try_from(needed).map(|needed| room.try_reserve_exact(needed));
     // Keeps the compiler from removing the allocation.

@@ -28,6 +28,9 @@ pub struct Info {
     inverted_triangles: usize,
     spheres: usize,
     planes: usize,
+    /// Meshes that are stored once for all instances of them; they count above.
+    prototypes: usize,
+    instances: usize,
     lights: usize,
     light_list: Vec<LightInfo>,
     materials: Vec<MaterialUse>,
@@ -125,6 +128,8 @@ impl Info {
             inverted_triangles: faults.inverted,
             spheres: scene.spheres().radius.len(),
             planes: scene.planes().len(),
+            prototypes: scene.prototypes().len(),
+            instances: scene.instances().len(),
             lights: scene.lights().len(),
             light_list: lights(scene),
             materials: materials_used(scene),
@@ -192,6 +197,13 @@ impl Info {
         line("spheres", self.colored(self.spheres, "sphere color"));
         if self.planes > 0 {
             line("planes", count(self.planes));
+        }
+        if self.instances > 0 {
+            let (instances, meshes) = (count(self.instances), count(self.prototypes));
+            line(
+                "instances",
+                format!("{instances} of {meshes} meshes, which count above"),
+            );
         }
         line("lights", count(self.lights));
         some(&mut lines, "", &self.light_list, LightInfo::text);
@@ -394,6 +406,7 @@ fn columns(scene: &Scene) -> Vec<Column> {
         column("sphere radius", &s.radius),
         column("sphere material", &s.material),
         column("sphere color", &s.color),
+        column("instance", scene.instances()),
         column("light", scene.lights()),
         column("material", scene.materials()),
     ];

@@ -43,6 +43,8 @@ pub struct RenderReport {
 struct Primitives {
     triangles: usize,
     spheres: usize,
+    /// Of meshes that are stored once, whose primitives count above.
+    instances: usize,
     degenerate_triangles: usize,
     /// Not counted in large meshes.
     duplicate_triangles: Option<usize>,
@@ -118,6 +120,7 @@ impl RenderReport {
             primitives: Primitives {
                 triangles: scene.triangles().corners.len(),
                 spheres: scene.spheres().radius.len(),
+                instances: scene.instances().len(),
                 degenerate_triangles: scene.degenerate_triangles(),
                 duplicate_triangles: faults.duplicate,
                 inverted_triangles: faults.inverted,
@@ -176,12 +179,16 @@ impl RenderReport {
             seconds.write,
         ]
         .map(|seconds| seconds * 1e3);
+        let instances = match primitives.instances {
+            0 => String::new(),
+            count => format!(", {} instances", grouped(count as u64)),
+        };
         let lines = [
             ("scene", clip(&self.scene)),
             (
                 "primitives",
                 format!(
-                    "{} triangles ({faults}), {} spheres",
+                    "{} triangles ({faults}), {} spheres{instances}",
                     grouped(primitives.triangles as u64),
                     grouped(primitives.spheres as u64)
                 ),

@@ -6,7 +6,7 @@ use super::exr_layers::{Channel, Values};
 use crate::{
     heat::heat,
     math::Aabb,
-    ray::PrimitiveId,
+    ray::{InstanceId, PrimitiveId},
     render::{Aov, Aovs, ByteFilm, Transfer, quantize},
     scene::{Camera, Projection},
 };
@@ -92,10 +92,11 @@ impl DepthRange {
 /// White starts at this share of the farthest distance at least: the eye may be inside the bounds.
 const NEAREST: f32 = 1e-4;
 
-/// A colour for an id; neighbouring ids get different ones.
-fn id_color(PrimitiveId(id): PrimitiveId) -> [u8; 3] {
-    // Fibonacci hashing (Knuth): the golden ratio's share of 2^32.
+/// A colour for an id of a primitive and of its instance; neighbouring ids get different ones.
+fn id_color(PrimitiveId(id): PrimitiveId, InstanceId(instance): InstanceId) -> [u8; 3] {
+    // Fibonacci hashing (Knuth): the golden ratio's share of 2^32. Without an instance the second term is 0.
     let bits = id.wrapping_add(1).wrapping_mul(0x9e37_79b9);
+    let bits = bits ^ instance.wrapping_add(1).wrapping_mul(0xc2b2_ae35).rotate_left(7);
     let bits = (bits ^ bits >> 15).wrapping_mul(0x85eb_ca6b);
     [24, 16, 8].map(|shift| 55 + ((bits >> shift & 0xff) * 200 / 255) as u8)
 }
@@ -108,7 +109,7 @@ pub fn picture(aovs: &Aovs, which: AovKind, range: DepthRange, transfer: Transfe
         _ if pixel.primitive == PrimitiveId::NONE => [0; 3],
         AovKind::Depth => [range.gray(pixel.depth); 3],
         AovKind::Normal => pixel.normal.map(|c| quantize(c * 0.5 + 0.5)),
-        AovKind::Id => id_color(pixel.primitive),
+        AovKind::Id => id_color(pixel.primitive, pixel.instance),
     };
     let mut film = ByteFilm::black(aovs.width, aovs.height);
     for (to, pixel) in film.pixels_mut().iter_mut().zip(&aovs.pixels) {
@@ -138,6 +139,10 @@ pub fn channels(aovs: &Aovs, which: AovKind) -> Vec<Channel> {
             floats("albedo.R", &|p| p.albedo[0]),
             floats("albedo.G", &|p| p.albedo[1]),
             floats("albedo.B", &|p| p.albedo[2]),
+        ],
+        AovKind::Id if aovs.have_instances => vec![
+            whole("id.instance", &|p| p.instance.0),
+            whole("id.primitive", &|p| p.primitive.0),
         ],
         AovKind::Id => vec![whole("id.primitive", &|p| p.primitive.0)],
         AovKind::Heat => vec![

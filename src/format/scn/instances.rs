@@ -28,13 +28,12 @@ impl Reader<'_> {
         let number = self.meshes.number(self.files.identity(&path));
         let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
         let stored: Stored = (number, self.material, radius_bits);
-        let prototype = match self.stored.get(&stored) {
-            Some(&prototype) => prototype,
-            None => {
-                let prototype = self.prototype(&arguments, word, &path, placement.point_radius)?;
-                self.stored.insert(stored, prototype);
-                prototype
-            }
+        let prototype = if let Some(&prototype) = self.stored.get(&stored) {
+            prototype
+        } else {
+            let prototype = self.prototype(&arguments, word, &path, placement.point_radius)?;
+            self.stored.insert(stored, prototype);
+            prototype
         };
         let Some((before, word, path)) = file else {
             let added = self.builder.add_instance(prototype, &placement.transform);

@@ -61,10 +61,8 @@ fn rows(numbers: &[f64], count: usize) -> Result<Rows, String> {
     if !COUNTS.contains(&numbers.len()) {
         return Err(format!("a placement of {count} numbers, {EXPECTED}"));
     }
-    if let Some(number) = numbers
-        .iter()
-        .find(|number| !(number.abs() <= f64::from(MAX_COORDINATE)))
-    {
+    let is_usable = |number: &f64| number.abs() <= f64::from(MAX_COORDINATE);
+    if let Some(number) = numbers.iter().find(|number| !is_usable(number)) {
         return Err(format!("a placement with {number:e}, expected numbers up to 1e9"));
     }
     if let [x, y, z] = *numbers {

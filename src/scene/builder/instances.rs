@@ -161,7 +161,7 @@ pub(super) fn bounds(prototypes: &[Prototype], instances: &[Unplaced]) -> Aabb {
 }
 
 /// The instances of a scene with this origin.
-pub(super) fn placed(instances: Vec<Unplaced>, origin: Vec3) -> Vec<Instance> {
+pub(super) fn placed(instances: &[Unplaced], origin: Vec3) -> Vec<Instance> {
     let instances = instances.par_iter().with_min_len(1 << 10);
     instances.map(|instance| instance.at(origin)).collect()
 }

@@ -149,7 +149,7 @@ impl Group {
     }
 }
 
-impl<'a> Instances<'a> {
+impl Instances<'_> {
     /// Traces rays of one origin, all of them valid. Returns false, with nothing done, if they go too many ways.
     #[inline(always)]
     pub(super) fn trace_group<S: Simd>(
