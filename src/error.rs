@@ -284,6 +284,19 @@ impl LoadError {
         Self::new(SourcePos::whole_file(file), message)
     }
 
+    /// A fault that serde_json found at this line and column. Its message repeats the place, and may quote much of the file.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn in_json(file: &Path, [line, column]: [usize; 2], what: &str, message: &str) -> Self {
+        let at = SourcePos {
+            file: Arc::new(file.to_path_buf()),
+            line: line as u32,
+            column: column as u32,
+        };
+        let message = message.split(" at line ").next().unwrap_or_default();
+        let message: String = message.chars().take(120).collect();
+        Self::new(at, format!("{what}: {message}"))
+    }
+
     /// Adds the line of the fault; `word` is the faulty part of it, in bytes.
     #[must_use]
     pub fn with_line(self, line: &[u8], word: Range<usize>) -> Self {

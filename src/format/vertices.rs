@@ -2,7 +2,26 @@
 //! position with several attributes becomes several vertices.
 
 use super::budget::{Budget, BudgetError};
+#[cfg(any(feature = "gltf", feature = "threemf"))]
+use crate::{
+    error::SceneError,
+    scene::{TriangleMesh, is_usable},
+};
 use std::collections::HashMap;
+
+/// Adds a position. The error is about its first coordinate that is not usable.
+#[cfg(any(feature = "gltf", feature = "threemf"))]
+pub(super) fn add_position(mesh: &mut TriangleMesh, [x, y, z]: [f32; 3]) -> Result<(), SceneError> {
+    for (what, value) in [("x", x), ("y", y), ("z", z)] {
+        if !is_usable(value) {
+            return Err(SceneError::NotUsable { what, value });
+        }
+    }
+    mesh.x.push(x);
+    mesh.y.push(y);
+    mesh.z.push(z);
+    Ok(())
+}
 
 /// A corner without an attribute.
 pub(super) const NONE: u32 = u32::MAX;

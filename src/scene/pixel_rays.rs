@@ -56,11 +56,11 @@ pub(super) struct ThinLens {
 
 /// Factors of points of the picture, in half samples, and of the lens, in radii.
 struct Steps {
-    /// Of a point of the picture, in the slope of its ray.
+    /// Slope of the ray per unit of picture position.
     slope: f32,
-    /// Of a point of the picture, in the origin of its ray.
+    /// Origin of the ray per unit of picture position.
     place: f32,
-    /// Of a point of the lens, in the slope and in the origin.
+    /// Slope and origin of the ray per unit of lens position.
     lens: [f32; 2],
 }
 

@@ -2,7 +2,7 @@
 
 use super::{
     draw::{Draws, by_cosine},
-    shadow::{Arriving, Scratch, take_blocked},
+    shadow::{Arriving, Scratch},
     soft,
     surface::SurfacePacket,
 };
@@ -10,39 +10,12 @@ use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::T_MAX,
     scene::Environment,
-    simd::{EightLanes, LaneMask, Lanes, Simd, at_level},
-    trace::Tracer,
+    simd::{EightLanes, LaneMask, Lanes, Simd},
 };
-use std::time::Duration;
-
-/// Computes what arrives from the environment. Returns the number of shadow rays and the time spent tracing them.
-pub(super) fn pass(
-    environment: &Environment,
-    (draws, shadows): (Draws<'_>, bool),
-    tracer: &mut Tracer<'_>,
-    surfaces: &[SurfacePacket],
-    arriving: &mut Arriving,
-    scratch: &mut Scratch,
-) -> (u64, Duration) {
-    let level = tracer.level();
-    arriving.clear();
-    scratch.clear();
-    let count = at_level!(level, |simd| facing(
-        simd,
-        environment,
-        (draws, shadows),
-        surfaces,
-        arriving,
-        scratch
-    ));
-    let time = scratch.trace(tracer, None);
-    at_level!(level, |simd| take_blocked(simd, arriving, scratch));
-    (count, time)
-}
 
 /// Fills `arriving` as if nothing were occluded, and `scratch` with the shadow rays, which it counts.
 #[inline(always)]
-fn facing<S: Simd>(
+pub(super) fn facing<S: Simd>(
     simd: S,
     environment: &Environment,
     (draws, shadows): (Draws<'_>, bool),

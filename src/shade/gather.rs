@@ -3,9 +3,9 @@
 use super::{
     ShadeSettings, Shader,
     draw::Draws,
-    environment,
     material::{self, IncidentLight, Light8},
-    shadow, soft,
+    shadow::{self, Source},
+    soft,
 };
 use crate::{
     lanes::LANES,
@@ -31,13 +31,14 @@ impl Shader {
         self.light.resize(self.surfaces.len(), Light8::NONE);
         let lit = self.by_material.lit_surfaces(scene, &self.surfaces).len();
         self.occlude_ambient(scene, tracer, settings, (depth, lit));
-        for (light_i, light) in lights.iter().enumerate() {
+        let sources = lights.iter().map(Source::Light);
+        let sources = sources.chain(scene.environment().map(Source::Environment));
+        for (source_i, source) in sources.enumerate() {
+            // The first pair is for ambient light.
+            let draws = draws(&self.first_points, scene, settings, (depth, 1 + source_i));
             let (rays, time) = shadow::pass(
-                light,
-                (
-                    draws(&self.first_points, scene, settings, (depth, 1 + light_i)),
-                    settings.shadows,
-                ),
+                source,
+                (draws, settings.shadows),
                 tracer,
                 &self.surfaces[..lit],
                 &mut self.arriving,
@@ -45,24 +46,11 @@ impl Shader {
             );
             self.shadow_rays += rays;
             self.tracing += time;
-            self.sum_up(scene, tracer.level(), lit, light.power(), light_i == 0);
-        }
-        if let Some(environment) = scene.environment() {
-            let pair = 1 + lights.len();
-            let (rays, time) = environment::pass(
-                environment,
-                (
-                    draws(&self.first_points, scene, settings, (depth, pair)),
-                    settings.shadows,
-                ),
-                tracer,
-                &self.surfaces[..lit],
-                &mut self.arriving,
-                &mut self.shadow,
-            );
-            self.shadow_rays += rays;
-            self.tracing += time;
-            self.sum_up(scene, tracer.level(), lit, [1.0; 3], lights.is_empty());
+            let power = match source {
+                Source::Light(light) => light.power(),
+                Source::Environment(_) => [1.0; 3],
+            };
+            self.sum_up(scene, tracer.level(), lit, power, source_i == 0);
         }
     }
 

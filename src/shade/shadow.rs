@@ -1,8 +1,9 @@
-//! The shadow pass: finds the points that one light reaches.
+//! The shadow pass: finds the points that one light or the environment reaches.
 
 use super::{
     LIGHT_OFFSET, SURFACE_OFFSET,
     draw::Draws,
+    environment,
     light::{self, Beam},
     soft,
     surface::SurfacePacket,
@@ -10,12 +11,19 @@ use super::{
 use crate::{
     lanes::{F32x8, Vec3x8},
     ray::{Origins, RayPacket},
-    scene::{Light, LightShape},
+    scene::{Environment, Light, LightShape},
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes, at_level},
     trace::Tracer,
 };
 use glam::Vec3;
 use std::time::{Duration, Instant};
+
+/// What sends light.
+#[derive(Clone, Copy)]
+pub(super) enum Source<'a> {
+    Light(&'a Light),
+    Environment(&'a Environment),
+}
 
 /// The scratch memory of a pass: occlusion rays.
 #[derive(Debug, Default)]
@@ -57,7 +65,7 @@ impl Scratch {
     }
 }
 
-/// The light that arrives at each point from one light.
+/// The light that arrives at each point from one source.
 #[derive(Debug, Default)]
 pub struct Arriving {
     /// max(0, n.l), or 0 where the light is occluded.
@@ -76,19 +84,19 @@ impl Arriving {
         self.power.reserve(packets);
     }
 
-    pub(super) fn clear(&mut self) {
+    fn clear(&mut self) {
         self.n_dot_l.clear();
         self.to_light.clear();
         self.power.clear();
     }
 }
 
-/// Computes what arrives from a light. Returns the number of shadow rays and the time spent tracing them.
+/// Computes what arrives from a source. Returns the number of shadow rays and the time spent tracing them.
 ///
 /// Shadow rays of points run from the light to the surface, offset to the viewer's side, so they share their origin; those
-/// of other lights run from the surface. Packets without a point that faces the light are left out.
+/// of other sources run from the surface. Packets without a point that faces the light are left out.
 pub(super) fn pass(
-    light: &Light,
+    source: Source<'_>,
     (draws, shadows): (Draws<'_>, bool),
     tracer: &mut Tracer<'_>,
     surfaces: &[SurfacePacket],
@@ -98,18 +106,34 @@ pub(super) fn pass(
     let level = tracer.level();
     arriving.clear();
     scratch.clear();
-    let beam = Beam::of(light);
-    let count = at_level!(level, |simd| facing(
-        simd,
-        (&light.shape, beam.as_ref()),
-        (draws, shadows),
-        surfaces,
-        arriving,
-        scratch
-    ));
-    let origin = match light.shape {
-        LightShape::Point { position } => Some(position),
-        _ => None,
+    let (count, origin) = match source {
+        Source::Light(light) => {
+            let beam = Beam::of(light);
+            let count = at_level!(level, |simd| facing(
+                simd,
+                (&light.shape, beam.as_ref()),
+                (draws, shadows),
+                surfaces,
+                arriving,
+                scratch
+            ));
+            let origin = match light.shape {
+                LightShape::Point { position } => Some(position),
+                _ => None,
+            };
+            (count, origin)
+        }
+        Source::Environment(environment) => {
+            let count = at_level!(level, |simd| environment::facing(
+                simd,
+                environment,
+                (draws, shadows),
+                surfaces,
+                arriving,
+                scratch
+            ));
+            (count, None)
+        }
     };
     let time = scratch.trace(tracer, origin);
     at_level!(level, |simd| take_blocked(simd, arriving, scratch));
@@ -193,7 +217,7 @@ fn ray<S: Simd>(
 
 /// Nothing arrives where the ray is blocked.
 #[inline(always)]
-pub(super) fn take_blocked<S: Simd>(simd: S, arriving: &mut Arriving, scratch: &Scratch) {
+fn take_blocked<S: Simd>(simd: S, arriving: &mut Arriving, scratch: &Scratch) {
     for (i, &surface_i) in scratch.surface.iter().enumerate() {
         let blocked = scratch.blocked[i];
         if blocked != 0 {

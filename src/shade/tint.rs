@@ -90,7 +90,7 @@ fn tint<S: Simd>(simd: S, scene: &Scene, hits: &Hits8) -> Tint8 {
     )
 }
 
-/// Colour `i`, white if there are none.
+/// Colour `i`; white without colours.
 #[inline(always)]
 fn color_of(colors: &[[f32; 3]], i: usize) -> Vec3 {
     colors.get(i).map_or(Vec3::ONE, |&color| Vec3::from_array(color))

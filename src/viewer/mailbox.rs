@@ -175,12 +175,8 @@ mod tests {
     use super::*;
     use crate::{
         accel::Bvh,
-        render::{Settings, Transfer},
         scene::SceneBuilder,
-        viewer::{
-            orbit::Pose,
-            request::{Boxes, Look, Model, Style},
-        },
+        viewer::request::{Look, Model},
     };
     use std::{sync::Arc, thread};
 
@@ -188,24 +184,6 @@ mod tests {
         let scene = SceneBuilder::new().finish();
         let bvh = Bvh::build(&scene);
         Arc::new(Model::new(scene, bvh))
-    }
-
-    fn request(model: &Arc<Model>, view: u32) -> Request {
-        let pose = Pose::classic_view(view).unwrap();
-        Request {
-            model: Arc::clone(model),
-            pose,
-            camera: pose.camera().unwrap(),
-            style: Style {
-                look: Look::Full,
-                brute: false,
-                antialias: true,
-                boxes: Boxes::Hidden,
-                settings: Settings::default(),
-                transfer: Transfer::Linear,
-            },
-            size: [64, 48],
-        }
     }
 
     /// What the worker makes of the next request.
@@ -223,14 +201,14 @@ mod tests {
     fn only_the_latest_request_counts() {
         let (shared, model) = (Shared::default(), model());
         for view in [1, 2, 3] {
-            shared.post(request(&model, view));
+            shared.post(Request::of_view(&model, view));
         }
         let next = shared.next(None).unwrap();
-        assert_eq!(next.request.pose, request(&model, 3).pose);
+        assert_eq!(next.request.pose, Request::of_view(&model, 3).pose);
         assert!(!shared.changed_since(next.generation) && !shared.rays_changed_since(next.generation));
         assert!(shared.next(Some(Duration::ZERO)).is_none());
         // The same picture again starts no generation: tracing goes on.
-        shared.post(request(&model, 3));
+        shared.post(Request::of_view(&model, 3));
         assert!(!shared.changed_since(next.generation));
         assert_eq!(shared.next(None).unwrap().generation, next.generation);
     }
@@ -246,13 +224,13 @@ mod tests {
         ];
         let mut shown = Picture::default();
         for change in changes {
-            shared.post(request(&first, 1));
+            shared.post(Request::of_view(&first, 1));
             // Finished just before the request changes, or just after.
             for publish_first in [true, false] {
-                shared.post(request(&first, 1));
+                shared.post(Request::of_view(&first, 1));
                 let old = answer(&shared);
                 let old_generation = old.generation;
-                let mut other = request(&first, 1);
+                let mut other = Request::of_view(&first, 1);
                 change(&mut other);
                 let mut old = Some(old);
                 if publish_first {
@@ -278,10 +256,10 @@ mod tests {
     fn an_older_pose_is_shown_but_is_not_final() {
         let (shared, model) = (Shared::default(), model());
         let mut shown = Picture::default();
-        shared.post(request(&model, 1));
+        shared.post(Request::of_view(&model, 1));
         let old = answer(&shared);
         let generation = old.generation;
-        shared.post(request(&model, 2));
+        shared.post(Request::of_view(&model, 2));
         assert!(shared.changed_since(generation) && !shared.rays_changed_since(generation));
         shared.publish(old);
         assert!(shared.take(&mut shown) && !shown.last);
@@ -299,7 +277,7 @@ mod tests {
         });
         assert!(shared.has_ended() && shared.changed_since(0) && shared.rays_changed_since(u64::MAX - 1));
         // Later requests do not undo it.
-        shared.post(request(&model, 1));
+        shared.post(Request::of_view(&model, 1));
         assert!(shared.has_ended());
     }
 }

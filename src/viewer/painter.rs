@@ -120,9 +120,7 @@ mod tests {
     use super::*;
     use crate::{
         accel::Bvh,
-        render::Settings,
         scene::{Material, Scene, SceneBuilder},
-        viewer::{orbit::Pose, request::Boxes},
     };
     use glam::Vec3;
     use std::{ops::ControlFlow, sync::Arc};
@@ -152,24 +150,11 @@ mod tests {
     }
 
     fn request(model: &Arc<Model>, transfer: Transfer) -> Request {
-        let pose = Pose::classic_view(1).unwrap();
-        Request {
-            model: Arc::clone(model),
-            pose,
-            camera: pose.camera().unwrap(),
-            style: Style {
-                look: Look::Full,
-                brute: false,
-                antialias: true,
-                boxes: Boxes::Hidden,
-                settings: Settings {
-                    samples: 256,
-                    ..Settings::default()
-                },
-                transfer,
-            },
-            size: SIZE,
-        }
+        let mut request = Request::of_view(model, 1);
+        request.style.settings.samples = 256;
+        request.style.transfer = transfer;
+        request.size = SIZE;
+        request
     }
 
     /// The mean of all differences of bytes, with their signs and without.

@@ -135,6 +135,29 @@ pub struct Request {
 }
 
 impl Request {
+    /// A small picture of a classic viewpoint.
+    ///
+    /// # Panics
+    /// If there is no such viewpoint.
+    #[cfg(test)]
+    pub fn of_view(model: &Arc<Model>, view: u32) -> Self {
+        let pose = Pose::classic_view(view).unwrap();
+        Self {
+            model: Arc::clone(model),
+            pose,
+            camera: pose.camera().unwrap(),
+            style: Style {
+                look: Look::Full,
+                brute: false,
+                antialias: true,
+                boxes: Boxes::Hidden,
+                settings: Settings::default(),
+                transfer: Transfer::Linear,
+            },
+            size: [64, 48],
+        }
+    }
+
     /// Whether the same picture answers both.
     #[must_use]
     pub fn same_picture(&self, other: &Self) -> bool {

@@ -10,6 +10,23 @@ use tempfile::TempDir;
 /// The program's path.
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_octray");
 
+/// A ball over an infinite checkerboard, in a mirror without end.
+pub const PLANE: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
+ambient 0.3 reach 0.5
+light 3 -2 5 0.5
+light 2 -4 3 0.3 radius 0.5
+material matte cd 0.9 0.9 0.8 checker 0.2 0.1 0.3 size 0.3
+plane 0 0 0 normal 0.02 0 1
+material glass
+sphere 0.5 -0.4 0.3 0.3
+material blinn_phong cd 0.8 0.2 0.2 checker 0.9 0.9 0.9 size 0.1
+sphere -0.3 0.2 0.5 0.5
+material reflection mix 0.6 checker 0.5 0.5 0.5 size 1
+plane -1 1 0 normal 1 -1 0.1
+";
+
 /// A folder with a scene in it, `a.scn`.
 pub struct Folder {
     folder: TempDir,

@@ -91,10 +91,10 @@ fn check<P: Pixel + PartialEq>(scene: &Scene, bvh: &Bvh, camera: &Camera, settin
         film
     };
     let expected = film(Level::PORTABLE, Mode::Packet);
-    for level in Level::all() {
-        for mode in [Mode::Packet, Mode::Scalar] {
-            assert!(film(level, mode) == expected, "{level} {mode:?} {settings:?}");
-        }
+    let all = Level::all().flat_map(|level| [(level, Mode::Packet), (level, Mode::Scalar)]);
+    // The first one is `expected`.
+    for (level, mode) in all.skip(1) {
+        assert!(film(level, mode) == expected, "{level} {mode:?} {settings:?}");
     }
 }
 
@@ -167,7 +167,7 @@ fn every_level_builds_the_same_trees() {
                     (format!("{:?}", bvh.nodes()), blocks)
                 };
                 let expected = tree(Level::PORTABLE);
-                for level in Level::all() {
+                for level in Level::all().skip(1) {
                     assert!(tree(level) == expected, "{level} {quality:?} {layout:?}");
                 }
             }

@@ -27,6 +27,7 @@ mod planes;
 mod replay;
 mod same_hits;
 mod sameness;
+mod scaling;
 mod scene_language;
 mod soft_light;
 mod strangers_mesh;

@@ -41,8 +41,8 @@ pub struct SeriesArgs {
     #[arg(long)]
     pub keep_going: bool,
 
-    /// Render N frames of a turn around the camera's target: pictures, whose number is a run of # in -o, from 1 on; or a film
-    /// in one file, .gif, .apng or .y4m; - writes Y4M to standard output
+    /// Render N frames of a turn around the camera's target: numbered pictures (a run of # in -o is the number, from 1 on), or
+    /// a film in one file (.gif, .apng or .y4m); - writes Y4M to standard output
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]
     pub turntable: Option<u32>,
 

@@ -4,12 +4,12 @@
 
 use crate::{
     cli::{CliError, plan::stem},
-    error::{LoadError, SourcePos, clip_path},
+    error::{LoadError, clip_path},
     scene::{Camera, Projection, View},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use std::{fs::File, io::Read, path::Path, sync::Arc};
+use std::{fs::File, io::Read, path::Path};
 
 /// The largest file, bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -120,14 +120,9 @@ impl Poses {
         let whole = |message: String| CliError::Load(LoadError::whole_file(path, message));
         let text = read(path).map_err(|error| whole(error.to_string()))?;
         let transforms: Transforms = serde_json::from_slice(&text).map_err(|error| {
-            let at = SourcePos {
-                file: Arc::new(path.to_path_buf()),
-                line: error.line() as u32,
-                column: error.column() as u32,
-            };
+            let place = [error.line(), error.column()];
             let message = error.to_string();
-            let message = message.split(" at line ").next().unwrap_or_default();
-            CliError::Load(LoadError::new(at, format!("not a file of poses: {message}")))
+            CliError::Load(LoadError::in_json(path, place, "not a file of poses", &message))
         })?;
         let Transforms { lens: common, frames } = transforms;
         if frames.is_empty() || frames.len() > MAX_POSES {

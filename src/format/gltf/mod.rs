@@ -23,7 +23,7 @@ use super::{
     budget::Budget,
     mesh::{LoadedMesh, Surface, add_texture_file},
 };
-use crate::error::{LoadError, SourcePos};
+use crate::error::LoadError;
 use buffers::Buffers;
 use gltf::{
     Document, Glb,
@@ -31,7 +31,7 @@ use gltf::{
 };
 use materials::Shown;
 use percent_encoding::percent_decode_str;
-use std::{path::Path, sync::Arc};
+use std::path::Path;
 
 /// Extensions that a file may require because they change nothing that octray reads.
 const HARMLESS: [&str; 9] = [
@@ -161,15 +161,8 @@ fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
         {
             return other_version(&asset.version);
         }
-        let at = SourcePos {
-            file: Arc::new(path.to_path_buf()),
-            line: error.line() as u32,
-            column: error.column() as u32,
-        };
-        // The message repeats the place.
-        let message = error.to_string();
-        let message = message.split(" at line ").next().unwrap_or_default();
-        LoadError::new(at, format!("not a valid glTF file: {}", shortened(message)))
+        let place = [error.line(), error.column()];
+        LoadError::in_json(path, place, "not a valid glTF file", &error.to_string())
     })?;
     match root.asset.min_version.as_ref().or(Some(&root.asset.version)) {
         Some(version) if !version.starts_with("2.") => Err(other_version(version)),

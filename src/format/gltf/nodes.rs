@@ -17,6 +17,7 @@ use crate::{
             LoadedMesh, MAX_CAMERAS, MeshCamera, UpAxis, UpSource, camera_name, clamped_note, most_triangles,
         },
         textures,
+        vertices::add_position,
     },
     scene::{Light, Projection, TriangleMesh, check_memory, is_usable},
 };
@@ -240,7 +241,7 @@ impl Reading {
         let is_identity = *world == DMat4::IDENTITY;
         for i in shape.used() {
             let position = shape.positions.vector(i);
-            let [x, y, z] = if is_identity {
+            let position = if is_identity {
                 position
             } else {
                 let [x, y, z] = position.map(f64::from);
@@ -249,14 +250,7 @@ impl Reading {
                     .as_vec3()
                     .to_array()
             };
-            for (what, value) in [("x", x), ("y", y), ("z", z)] {
-                if !is_usable(value) {
-                    return Err((i, SceneError::NotUsable { what, value }));
-                }
-            }
-            columns.x.push(x);
-            columns.y.push(y);
-            columns.z.push(z);
+            add_position(columns, position).map_err(|error| (i, error))?;
         }
         Ok(())
     }

@@ -9,8 +9,13 @@ use super::{
 };
 use crate::{
     error::{LoadError, SceneError, quote},
-    format::{budget::BudgetError, mesh::most_triangles, place::TextFault, vertices::NONE},
-    scene::{TriangleMesh, check_memory, is_usable},
+    format::{
+        budget::BudgetError,
+        mesh::most_triangles,
+        place::TextFault,
+        vertices::{NONE, add_position},
+    },
+    scene::{TriangleMesh, check_memory},
 };
 use glam::{DAffine3, DVec3};
 use std::{collections::HashMap, ops::Range};
@@ -334,20 +339,13 @@ fn add_positions(
 ) -> Result<(), (usize, SceneError)> {
     let is_identity = *world == DAffine3::IDENTITY;
     for (i, position) in mesh.positions.iter().enumerate() {
-        let [x, y, z] = if is_identity {
+        let position = if is_identity {
             *position
         } else {
             let position = DVec3::from_array(position.map(f64::from));
             world.transform_point3(position).as_vec3().to_array()
         };
-        for (what, value) in [("x", x), ("y", y), ("z", z)] {
-            if !is_usable(value) {
-                return Err((i, SceneError::NotUsable { what, value }));
-            }
-        }
-        columns.x.push(x);
-        columns.y.push(y);
-        columns.z.push(z);
+        add_position(columns, position).map_err(|error| (i, error))?;
     }
     Ok(())
 }

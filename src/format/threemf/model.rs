@@ -18,13 +18,13 @@ use crate::{
 use glam::{DAffine3, DVec3};
 use std::{collections::HashMap, ops::Range};
 
-/// Memory of an object beside its arrays, bytes: the map may be half empty, and moves as it grows.
+/// Memory of an object besides its arrays, bytes: the map may be half empty, and is copied as it grows.
 const OBJECT_BYTES: usize = 768;
 
 /// Memory of a part's name in a reference, bytes.
 const NAME_BYTES: usize = 32;
 
-/// How many extensions are looked at.
+/// The most required extensions that are checked.
 const MOST_EXTENSIONS: usize = 64;
 
 /// Extensions that octray reads, or that change nothing it shows.
@@ -39,7 +39,7 @@ const READ: [&str; 8] = [
     "http://schemas.microsoft.com/3dmanufacturing/2013/01",
 ];
 
-/// What errors call others.
+/// Names of unsupported extensions in errors, by a part of their namespace.
 const NOT_READ: [(&str, &str); 6] = [
     ("beamlattice", "beam lattices"),
     ("securecontent", "encryption"),
@@ -52,36 +52,36 @@ const NOT_READ: [(&str, &str); 6] = [
 /// A model part.
 #[derive(Default)]
 pub(super) struct Model {
-    /// By their ids.
+    /// Objects by id.
     pub(super) objects: HashMap<u32, Object>,
     /// What is built.
     pub(super) items: Vec<Reference>,
-    /// How many items are not to be printed.
+    /// The number of items marked as not printable.
     pub(super) items_left_out: usize,
 }
 
 /// An object.
 pub(super) struct Object {
-    /// Whether it is neither built nor shown.
+    /// Its type is `other`: it is neither built nor shown.
     pub(super) is_other: bool,
     pub(super) shape: Shape,
 }
 
-/// What an object is.
+/// The content of an object.
 pub(super) enum Shape {
     Mesh(Mesh),
     Components(Vec<Reference>),
 }
 
-/// An object that is placed: an item of the build, or a component of another object.
+/// A placed object: an item of the build, or a component of another object.
 pub(super) struct Reference {
     pub(super) id: u32,
-    /// The part that has the object, if it is another.
+    /// The part that defines the object, unless it is this one.
     pub(super) part: Option<Box<str>>,
     /// The number of that part, once it is read.
     pub(super) model: usize,
     pub(super) transform: DAffine3,
-    /// Where the text says so.
+    /// Where it is in the text.
     pub(super) place: Range<usize>,
 }
 
@@ -92,11 +92,11 @@ pub(super) struct Mesh {
     pub(super) triangles: Vec<[u32; 3]>,
     /// The surface of each triangle.
     pub(super) surface_of: Vec<u32>,
-    /// For each vertex an index into the colours and into the texture coordinates; empty if no triangle has such.
+    /// Each vertex's indices into the colours and the texture coordinates; empty if no triangle has either.
     pub(super) attributes: Vec<Option<[u32; 2]>>,
 }
 
-/// Reads a model part. Properties go to the palette, too.
+/// Reads a model part, and adds its properties to the palette.
 pub(super) fn parse(text: &[u8], palette: &mut Palette, budget: &Budget) -> Result<Model, TextFault> {
     let mut reader = Reader {
         xml: Xml::new(text)?,
@@ -123,7 +123,7 @@ fn check_extensions(root: &Tag<'_>) -> Result<(), TextFault> {
         return Ok(());
     };
     let prefixes = Words::new(required.value, 0..required.value.len());
-    // With the namespaces that the prefixes stand for.
+    // Each prefix, and the namespace it stands for.
     let mut all: Vec<(&[u8], &[u8])> = prefixes
         .take(MOST_EXTENSIONS)
         .map(|(prefix, _)| (prefix, prefix))
@@ -154,7 +154,7 @@ fn check_extensions(root: &Tag<'_>) -> Result<(), TextFault> {
     Ok(())
 }
 
-/// A model part that is read.
+/// The state of reading a model part.
 struct Reader<'a, 'b> {
     xml: Xml<'a>,
     palette: &'b mut Palette,
@@ -234,7 +234,7 @@ impl<'b> Reader<'_, 'b> {
         Ok(components)
     }
 
-    /// Reads a mesh; `group` and `index` are the properties of triangles without any.
+    /// Reads a mesh; `group` and `index` are the default properties of its triangles.
     fn mesh(&mut self, group: Option<&(u32, Range<usize>)>, index: u32) -> Result<Mesh, TextFault> {
         let mut corners = Corners::default();
         while let Some(tag) = self.xml.child()? {
@@ -293,7 +293,7 @@ impl<'b> Reader<'_, 'b> {
         group: Option<&(u32, Range<usize>)>,
         index: u32,
     ) -> Result<(), TextFault> {
-        // As many as there are before the first corner is split.
+        // Counted now: corners that are split add vertices.
         let vertices = corners.mesh.positions.len();
         while let Some(tag) = self.xml.child()? {
             if tag.name() == b"triangle" {
@@ -326,7 +326,7 @@ struct Triangle {
     corners: [u32; 3],
     group: Option<(u32, Range<usize>)>,
     properties: [Option<u32>; 3],
-    /// Whether a slicer has painted it, in a way of its own.
+    /// A slicer has painted it, in its own format.
     is_painted: bool,
 }
 
@@ -395,13 +395,13 @@ fn reference(tag: &Tag<'_>, budget: &Budget) -> Result<Reference, TextFault> {
     })
 }
 
-/// A matrix of four rows: three axes and a translation. Vectors are rows, too, and stand before it.
+/// A matrix of four rows: three axes and a translation. It is multiplied by row vectors on its left.
 fn transform(attribute: &Attribute<'_>) -> Result<DAffine3, TextFault> {
     let mut numbers = [0.0_f64; 12];
     let mut words = Words::new(attribute.value, 0..attribute.value.len());
     for number in &mut numbers {
         let Some((word, place)) = words.next() else {
-            return Err(attribute.fault("a transform of less than 12 numbers"));
+            return Err(attribute.fault("a transform of fewer than 12 numbers"));
         };
         let start = attribute.place.start;
         let place = start + place.start..start + place.end;
@@ -424,7 +424,7 @@ fn transform(attribute: &Attribute<'_>) -> Result<DAffine3, TextFault> {
 #[derive(Default)]
 struct Corners<'b> {
     mesh: Mesh,
-    /// From the first corner with properties on.
+    /// `Some` once a corner has properties.
     vertices: Option<Vertices<'b>>,
 }
 

@@ -1,5 +1,5 @@
-//! The parts of a 3MF file, which is a ZIP archive. Nothing is unpacked on the disk: a part that the archive does not have
-//! is missing, whatever its name.
+//! The parts of a 3MF file, which is a ZIP archive. Nothing is unpacked to disk: names of parts are looked up in the
+//! archive and are never paths of files.
 //!
 //! rawzip finds the entries without allocating; a part takes its bytes from the budget as it is inflated.
 //!
@@ -24,27 +24,27 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Memory of an entry beside its name, bytes: the map may be half empty.
+/// Memory of an entry besides its name, bytes: the map may be half empty.
 const ENTRY_BYTES: usize = 192;
 
-/// How many bytes DEFLATE makes of one at most.
+/// The most bytes that DEFLATE expands one byte to.
 const MAX_RATIO: u64 = 1032;
 
-/// An archive whose parts are read one by one.
+/// An archive whose parts are read when they are asked for.
 pub(super) struct Package<'a> {
     path: &'a Path,
     archive: ZipSliceArchive<&'a [u8]>,
     budget: &'a Budget,
-    /// By their names, as [`key`] writes them.
+    /// Entries by the [`key`] of their name.
     entries: HashMap<String, Entry>,
-    /// How many bytes all parts together had.
+    /// The total size of the parts read so far, bytes.
     read: u64,
-    /// How many they have at most: as many as the archive can inflate to once, however often parts are read or share bytes.
+    /// The limit of `read`: what the archive can inflate to once. Parts that are read again or overlap count again.
     most: u64,
 }
 
 struct Entry {
-    /// As the archive writes it.
+    /// As written in the archive.
     name: Box<str>,
     place: ZipArchiveEntryWayfinder,
     method: CompressionMethod,
@@ -62,7 +62,7 @@ impl<'a> Package<'a> {
             refused(if bytes.starts_with(ZIP) {
                 "the ZIP archive has no end: the file is cut short or broken".into()
             } else {
-                "this is no ZIP archive, expected a 3MF mesh".into()
+                "this is not a ZIP archive, expected a 3MF mesh".into()
             })
         })?;
         let mut package = Self {
@@ -87,7 +87,7 @@ impl<'a> Package<'a> {
         let mut entries = self.archive.entries();
         while let Some(entry) = entries.next_entry().map_err(broken)? {
             let name = entry.file_path();
-            // What is not UTF-8 becomes three bytes for one.
+            // A byte that is not UTF-8 becomes three, in both copies of the name.
             let taken = self.budget.take(ENTRY_BYTES + 6 * name.len());
             taken.map_err(|error| error.into_error(self.path))?;
             let name = String::from_utf8_lossy(name.as_bytes());
@@ -102,7 +102,7 @@ impl<'a> Package<'a> {
         Ok(())
     }
 
-    /// What loading may take.
+    /// The memory budget of the load.
     pub(super) fn budget(&self) -> &'a Budget {
         self.budget
     }
@@ -112,20 +112,20 @@ impl<'a> Package<'a> {
         self.path
     }
 
-    /// How many bytes of parts were read.
+    /// The total size of the parts read so far, bytes.
     pub(super) fn size(&self) -> usize {
         self.read as usize
     }
 
-    /// What errors call a part that [`Package::find`] has found.
+    /// The path that errors show for a part that [`Package::find`] has found.
     pub(super) fn path_of(&self, part: &str) -> PathBuf {
         let name = self.entries.get(part).map_or(part, |entry| &entry.name);
         self.path.join(name)
     }
 
-    /// The name of the part that a file calls `name`; `None` if there is none.
+    /// The key of the part with this name, which may be percent-encoded; `None` if the archive has no such part.
     pub(super) fn find(&self, name: &str) -> Option<String> {
-        // An archive has no longer names.
+        // The longest name of a ZIP archive, with every byte percent-encoded.
         if name.len() > usize::from(u16::MAX) * 3 {
             return None;
         }
@@ -134,13 +134,13 @@ impl<'a> Package<'a> {
         names.find(|name| self.entries.contains_key(name))
     }
 
-    /// The first name, by the alphabet, that ends like this.
+    /// The alphabetically first key with this ending.
     pub(super) fn find_ending(&self, end: &str) -> Option<String> {
         let names = self.entries.keys().filter(|name| name.ends_with(end));
         names.min().cloned()
     }
 
-    /// The bytes of a part that [`Package::find`] has found.
+    /// Reads a part that [`Package::find`] has found.
     pub(super) fn read(&mut self, part: &str) -> Result<Vec<u8>, LoadError> {
         let path = self.path_of(part);
         let read = self.inflate(part);
@@ -170,7 +170,7 @@ impl<'a> Package<'a> {
                 )));
             }
         };
-        // What the archive states may be a lie.
+        // The stated size may be a lie.
         if stated > (data.len() as u64).saturating_add(1).saturating_mul(MAX_RATIO) {
             return Err(io::Error::other(format!(
                 "the part is broken: {} bytes do not inflate to {}",
@@ -181,7 +181,7 @@ impl<'a> Package<'a> {
         if stated > self.most.saturating_sub(self.read) {
             let most = in_bytes(self.most);
             return Err(io::Error::other(format!(
-                "the parts have more than {most} together"
+                "the parts have more than {most} in total"
             )));
         }
         let mut bytes = Vec::new();
@@ -200,7 +200,7 @@ impl<'a> Package<'a> {
         Err(io::Error::other(format!("the part is broken: {error}")))
     }
 
-    /// The error about the text of a part, which is read again to show its line.
+    /// The error of a fault in a part. The part is read again to show the line.
     pub(super) fn fault(&mut self, part: &str, fault: TextFault) -> LoadError {
         match self.read(part) {
             Ok(text) => fault.into_error(&text, &self.path_of(part)),
@@ -209,7 +209,7 @@ impl<'a> Package<'a> {
     }
 }
 
-/// Names of parts differ in more than the case of letters.
+/// Normalises a part's name: case, kind of slash and leading slashes do not distinguish parts.
 fn key(name: &str) -> String {
     let name = name.trim_start_matches(['/', '\\']);
     name.replace('\\', "/").to_ascii_lowercase()

@@ -25,10 +25,10 @@ pub(super) const NO_SURFACE: u32 = u32::MAX;
 /// A triangle whose corners have colours.
 pub(super) const COLORED: u32 = u32::MAX - 1;
 
-/// Memory of an entry of a map by number, bytes: it may be half empty, and moves as it grows.
+/// Memory of an entry of a hash map, bytes: the map may be half empty, and is copied as it grows.
 const ENTRY_BYTES: usize = 128;
 
-/// How many names of unknown elements are kept, and how many bytes of each.
+/// The most names of unknown elements that are kept, and the most bytes of each.
 const MOST_UNKNOWN: usize = 8;
 const MOST_NAME: usize = 64;
 
@@ -39,30 +39,30 @@ pub(super) struct Palette {
     pub(super) colors: Vec<[f32; 3]>,
     /// Their origin is the upper left corner of the texture.
     pub(super) uvs: Vec<[f32; 2]>,
-    /// How many texture coordinates are not usable.
+    /// The number of texture coordinates that are not usable.
     pub(super) odd_uvs: usize,
     pub(super) surfaces: Vec<Surface>,
-    /// The parts of the images that surfaces number.
+    /// The parts with the images of textures, by the index of the image.
     pub(super) images: Vec<String>,
     image_by_part: HashMap<String, u32>,
     surface_by_color: HashMap<[u8; 3], u32>,
-    /// Surfaces of base materials, those of a group side by side.
+    /// Surfaces of base materials, group after group.
     materials: Vec<u32>,
-    /// Indices of layered properties into the group of the uppermost layer.
+    /// Indices of layered properties into the group of the top layer.
     layers: Vec<u32>,
     pub(super) left_out: LeftOut,
-    /// Names of elements that octray does not know, the first few.
+    /// Names of the first few elements that octray does not know.
     pub(super) unknown: Vec<String>,
 }
 
-/// The groups of properties of one model part, and its textures, by their ids.
+/// The groups of properties of one model part and its textures, by id.
 #[derive(Default)]
 pub(super) struct Groups {
     groups: HashMap<u32, Group>,
     textures: HashMap<u32, Texture>,
 }
 
-/// Properties of one kind, parts of the arrays of [`Palette`].
+/// Properties of one kind, as ranges of the arrays of [`Palette`].
 #[derive(Clone)]
 enum Group {
     Materials(Range<usize>),
@@ -75,7 +75,7 @@ enum Group {
         indices: Range<usize>,
         of: Box<(u32, Group)>,
     },
-    /// Of a kind that octray does not read.
+    /// A kind that octray does not read.
     Other,
 }
 
@@ -105,7 +105,7 @@ impl Look {
 }
 
 impl Groups {
-    /// Reads a resource that is no object. Each has an id of its own.
+    /// Reads a resource other than an object.
     pub(super) fn read(
         &mut self,
         tag: &Tag<'_>,
@@ -209,7 +209,7 @@ impl Groups {
         Ok(Group::Uvs { uvs, surface })
     }
 
-    /// Mixtures of base materials: the colours are mixed.
+    /// Mixtures of base materials, by their colours.
     fn mixtures(
         &self,
         tag: &Tag<'_>,
@@ -255,7 +255,7 @@ impl Groups {
         Ok(Group::Materials(start..palette.materials.len()))
     }
 
-    /// Properties in layers: the uppermost is shown.
+    /// Properties in layers, of which the top one is shown.
     fn layers(
         &self,
         tag: &Tag<'_>,
@@ -295,7 +295,7 @@ impl Groups {
         })
     }
 
-    /// The properties `indices` of the group `id`. Errors are about `at`, the attributes that name them.
+    /// The properties `indices` of the group `id`. Errors about the indices are at `at`.
     pub(super) fn look(
         &self,
         palette: &Palette,
@@ -309,7 +309,7 @@ impl Groups {
             return Err(TextFault::new(id_at.clone(), message));
         };
         let indices = checked(id, group, indices, at)?;
-        // Layers are of other groups than layers: a group is kept with its layers, for another may take its id.
+        // Layers never nest. They hold a copy of their group, because a later group may take its id.
         let (group, indices) = match group {
             Group::Layers { indices: own, of } => {
                 let (id, below) = &**of;
@@ -321,7 +321,7 @@ impl Groups {
         let all = |start: usize| indices.map(|index| start as u32 + index);
         Ok(match group {
             Group::Materials(range) => Look {
-                // Materials do not blend: the first corner's counts.
+                // Materials do not blend: a triangle has that of its first corner.
                 surface: palette.materials[range.start + indices[0] as usize],
                 ..Look::NONE
             },
@@ -398,7 +398,7 @@ impl Palette {
         Ok([red, green, blue])
     }
 
-    /// Adds a base material; those of one colour are one surface.
+    /// Adds a base material; materials of equal colour share a surface.
     fn add_material(&mut self, color: [u8; 3], tag: &Tag<'_>, budget: &Budget) -> Result<(), TextFault> {
         let surface = if let Some(&surface) = self.surface_by_color.get(&color) {
             surface
@@ -417,7 +417,7 @@ impl Palette {
     }
 
     fn add_surface(&mut self, surface: Surface, tag: &Tag<'_>, budget: &Budget) -> Result<u32, TextFault> {
-        // Two more are for triangles without materials.
+        // Two are kept for triangles without a material.
         if self.surfaces.len() + 2 >= MAX_MATERIALS {
             let message = format!("more than {} materials and textures", MAX_MATERIALS - 2);
             return Err(TextFault::new(tag.place.clone(), message));
@@ -476,7 +476,7 @@ fn beyond(attribute: &Attribute<'_>, index: u32, count: usize) -> TextFault {
     attribute.fault(format!("base material {index}, but the group has only {count}"))
 }
 
-/// The mean of colours, weighted by a list of shares that may be shorter; `None` if all are 0.
+/// The mean of colours, weighted by a list of shares; missing ones are 0. `None` if all are 0.
 fn mixed(colors: &[[f32; 3]], shares: &[u8]) -> Option<[u8; 3]> {
     let shares = Words::new(shares, 0..shares.len()).map(|(word, _)| fast_float2::parse::<f32, _>(word));
     let shares = shares.map(|share| share.unwrap_or(0.0).clamp(0.0, 1.0));

@@ -290,7 +290,7 @@ fn faults_have_places() {
     );
     assert_eq!(
         fault("\n<build><item objectid=\"4\" transform=\"1 0 0\"/></build>"),
-        at("2:38: a transform of less than 12 numbers")
+        at("2:38: a transform of fewer than 12 numbers")
     );
     assert_eq!(
         fault("\n<build><item objectid=\"4\"/></build>"),
@@ -398,7 +398,7 @@ fn broken_archives() {
     assert_eq!(read(b""), "a.3mf: the file is empty, expected a 3MF mesh");
     assert_eq!(
         read(b"solid"),
-        "a.3mf: this is no ZIP archive, expected a 3MF mesh"
+        "a.3mf: this is not a ZIP archive, expected a 3MF mesh"
     );
     let good = archive([(
         "3D/3dmodel.model",

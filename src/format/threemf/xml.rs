@@ -1,6 +1,6 @@
-//! XML as a tree that is walked once, from the first element to the last, with the place of every word.
+//! XML as a tree that is walked once, in order, with the place of every tag and attribute.
 //!
-//! quick-xml finds the tags. Nothing is copied: tags and attributes are parts of the text.
+//! quick-xml finds the tags. Nothing is copied: tags and attributes are slices of the text.
 
 use crate::{
     error::{SceneError, quote},
@@ -14,23 +14,23 @@ use quick_xml::{
 };
 use std::ops::Range;
 
-/// How deep elements nest. Those of a model do six levels deep.
+/// The deepest nesting of elements. A model needs six levels.
 const MAX_DEPTH: usize = 64;
 
-/// A text of XML, read up to a tag.
+/// XML text, read up to a tag.
 pub(super) struct Xml<'a> {
     text: &'a [u8],
     reader: Reader<&'a [u8]>,
-    /// Where the text begins after its byte order mark.
+    /// The offset of the text after its byte order mark.
     start: usize,
-    /// The names of the elements that have begun and not ended, the innermost last.
+    /// The names of the open elements, the innermost last.
     open: Vec<&'a [u8]>,
-    /// Whether the last tag was that of an empty element, which does not end with a tag of its own.
+    /// The last tag was that of an empty element, which has no end tag.
     is_empty: bool,
 }
 
 impl<'a> Xml<'a> {
-    /// Begins to read. The text must be UTF-8.
+    /// Starts reading. The text must be UTF-8.
     pub(super) fn new(text: &'a [u8]) -> Result<Self, TextFault> {
         refuse_binary(text, "XML")?;
         let start = after_mark(text);
@@ -53,7 +53,7 @@ impl<'a> Xml<'a> {
         self.start + self.reader.buffer_position() as usize
     }
 
-    /// The outermost element, whose name must be `name`.
+    /// The root element, which must be a `name`.
     pub(super) fn root(&mut self, name: &str) -> Result<Tag<'a>, TextFault> {
         match self.child()? {
             Some(tag) if tag.name() == name.as_bytes() => Ok(tag),
@@ -69,8 +69,7 @@ impl<'a> Xml<'a> {
         }
     }
 
-    /// The next element in the one whose tag was read last; `None` at the end of that. Each element must be read to its
-    /// end, or skipped.
+    /// The next child of the open element; `None` at its end. Each child must be read to its end, or skipped.
     pub(super) fn child(&mut self) -> Result<Option<Tag<'a>>, TextFault> {
         if std::mem::take(&mut self.is_empty) {
             return Ok(None);
@@ -119,7 +118,7 @@ impl<'a> Xml<'a> {
         }
     }
 
-    /// Passes over what is left of the element whose tag was read last.
+    /// Skips the rest of the open element.
     pub(super) fn skip(&mut self) -> Result<(), TextFault> {
         if std::mem::take(&mut self.is_empty) {
             return Ok(());
@@ -142,11 +141,11 @@ fn end_tag(name: &[u8]) -> String {
     format!("`</{}>`", name.trim_matches('`'))
 }
 
-/// The tag that begins an element.
+/// The start tag of an element.
 pub(super) struct Tag<'a> {
     text: &'a [u8],
     start: BytesStart<'a>,
-    /// Where it is.
+    /// Where it is in the text.
     pub(super) place: Range<usize>,
 }
 
@@ -155,7 +154,7 @@ impl<'a> Tag<'a> {
         Self { text, start, place }
     }
 
-    /// Where a part of the text is.
+    /// The range of a slice of the text.
     fn place_of(&self, part: &[u8]) -> Range<usize> {
         let start = (part.as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
         start..start + part.len()
@@ -166,15 +165,15 @@ impl<'a> Tag<'a> {
         self.text.get(place).unwrap_or_default()
     }
 
-    /// Its name without the prefix of a namespace.
+    /// Its name without a namespace prefix.
     pub(super) fn name(&self) -> &'a [u8] {
         without_prefix(self.full_name())
     }
 
-    /// Its attributes in turn. What is no attribute ends them with an error.
+    /// Its attributes, up to the first error.
     pub(super) fn attributes(&self) -> impl Iterator<Item = Result<Attribute<'a>, TextFault>> {
         let mut all = self.start.attributes();
-        // This compares each with all others.
+        // Checks compare each attribute with all others.
         all.with_checks(false);
         all.map(|attribute| match attribute {
             Ok(attribute) => {
@@ -192,7 +191,7 @@ impl<'a> Tag<'a> {
         })
     }
 
-    /// The attribute of this name: without a prefix, else with any.
+    /// The attribute of this name: without a prefix if there is one, else with any prefix.
     pub(super) fn find(&self, name: &str) -> Result<Option<Attribute<'a>>, TextFault> {
         let mut prefixed = None;
         for attribute in self.attributes() {
@@ -207,12 +206,12 @@ impl<'a> Tag<'a> {
         Ok(prefixed)
     }
 
-    /// The attribute of this name, which must be there.
+    /// The attribute of this name. Missing is an error.
     pub(super) fn get(&self, name: &str) -> Result<Attribute<'a>, TextFault> {
         self.find(name)?.ok_or_else(|| self.lacks(name))
     }
 
-    /// The error about an attribute that is missing.
+    /// The error about a missing attribute.
     pub(super) fn lacks(&self, name: &str) -> TextFault {
         let message = format!("{} has no attribute `{name}`", quote(self.full_name()));
         TextFault::new(self.place.clone(), message)
@@ -226,11 +225,11 @@ fn without_prefix(name: &[u8]) -> &[u8] {
 
 /// An attribute.
 pub(super) struct Attribute<'a> {
-    /// Its name with the prefix.
+    /// Its name, with the prefix.
     pub(super) name: &'a [u8],
-    /// Its value as it is written.
+    /// Its value, with entities as written.
     pub(super) value: &'a [u8],
-    /// Where its value is.
+    /// Where its value is in the text.
     pub(super) place: Range<usize>,
 }
 
@@ -240,14 +239,14 @@ impl Attribute<'_> {
         TextFault::new(self.place.clone(), message)
     }
 
-    /// The value as text.
+    /// The value as text, with entities replaced.
     pub(super) fn text(&self) -> Result<String, TextFault> {
         let text = std::str::from_utf8(self.value).map_err(|_| self.fault("this is not UTF-8"))?;
         let text = unescape(text).map_err(|error| self.fault(format!("not valid XML: {error}")))?;
         Ok(text.into_owned())
     }
 
-    /// The value as a number from 0 on.
+    /// The value as a whole number.
     pub(super) fn index(&self) -> Result<u32, TextFault> {
         let digits = std::str::from_utf8(self.value.trim_ascii());
         let index = digits.ok().and_then(|digits| digits.parse::<u32>().ok());
@@ -257,7 +256,7 @@ impl Attribute<'_> {
         })
     }
 
-    /// The value as a coordinate; `what` is what errors call it.
+    /// The value as a coordinate; errors call it `what`.
     pub(super) fn coordinate(&self, what: &'static str) -> Result<f32, TextFault> {
         let value: f32 = fast_float2::parse(self.value.trim_ascii())
             .map_err(|_| self.fault(format!("`{what}` is {}, expected a number", quote(self.value))))?;

@@ -219,6 +219,7 @@ fn references_are_bounded() {
     let folder = Folder::new();
     run(&folder, &["a.scn", "--size=8x8", "-o", "r.jpg", "--quiet"]);
     run(&folder, &["a.scn", "--size=8x8", "-o", "r.png", "--quiet"]);
+    fs::copy(folder.path("r.jpg"), folder.path("large.jpg")).unwrap();
     for name in ["r.jpg", "r.png"] {
         File::options()
             .write(true)
@@ -240,7 +241,6 @@ fn references_are_bounded() {
         "--compare",
         "large.jpg",
     ];
-    fs::copy(folder.path("r.jpg"), folder.path("large.jpg")).unwrap();
     let large = File::options()
         .write(true)
         .open(folder.path("large.jpg"))
