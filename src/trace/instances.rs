@@ -142,20 +142,27 @@ fn part_of(origins: Origins<'_>, start: usize, count: usize) -> Origins<'_> {
 /// Whether all rays from `origin` are valid.
 #[inline(always)]
 fn are_valid<S: Simd>(simd: S, origin: Vec3, rays: &[RayPacket]) -> bool {
-    origin.is_finite() && rays.iter().all(|rays| !invalid(simd, rays).any())
+    // A loop, because closures do not inherit the instruction set.
+    let mut any = simd.mask(0);
+    for packet in rays {
+        any = any | invalid(simd, packet);
+    }
+    origin.is_finite() && !any.any()
 }
 
 impl<'a> Instances<'a> {
     /// `None` if the scene has none.
     pub fn of(scene: &'a Scene, instanced: Option<&'a Instanced>, method: Method) -> Option<Box<Self>> {
         let instanced = instanced?;
+        let mut nested = Tracer::with_method(instanced.deepest()?, method).through_cut_outs(scene);
+        nested.policy.judge_small();
         Some(Box::new(Self {
             scene,
             instanced,
             stack: Vec::new(),
             found: Vec::new(),
             group: groups::Group::default(),
-            nested: Tracer::with_method(instanced.deepest()?, method).through_cut_outs(scene),
+            nested,
         }))
     }
 
