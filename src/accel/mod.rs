@@ -91,6 +91,15 @@ pub struct BvhStats {
     pub build_time: Duration,
 }
 
+impl BvhStats {
+    /// Returns the number of primitives in all leaf blocks.
+    #[must_use]
+    pub fn primitives(&self) -> usize {
+        let of_size = self.leaf_sizes.iter().zip(1..);
+        of_size.map(|(blocks, size)| blocks * size).sum()
+    }
+}
+
 impl Bvh {
     /// Builds the hierarchy that is traced fastest over the scene's spheres and its triangles with an area, on the
     /// threads of the current rayon pool.

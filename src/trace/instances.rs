@@ -31,6 +31,7 @@ type Slot = u32;
 pub(super) struct Instances<'a> {
     scene: &'a Scene,
     instanced: &'a Instanced,
+    method: Method,
     /// Children that the current ray has yet to visit, and where it enters them.
     stack: Vec<(f32, Slot)>,
     /// The instances that the last call's closest hits are in.
@@ -154,15 +155,15 @@ impl<'a> Instances<'a> {
     /// `None` if the scene has none.
     pub fn of(scene: &'a Scene, instanced: Option<&'a Instanced>, method: Method) -> Option<Box<Self>> {
         let instanced = instanced?;
-        let mut nested = Tracer::with_method(instanced.deepest()?, method).through_cut_outs(scene);
-        nested.policy.judge_small();
+        let nested = Tracer::with_method(instanced.deepest()?, method);
         Some(Box::new(Self {
             scene,
             instanced,
+            method,
             stack: Vec::new(),
             found: Vec::new(),
             group: groups::Group::default(),
-            nested,
+            nested: nested.through_cut_outs(scene),
         }))
     }
 

@@ -69,8 +69,6 @@ pub(super) struct CoherencePolicy {
     effort: Effort,
     /// Of the current bundle.
     visits: Visits,
-    /// Whether small bundles say something about others, too: within instances most are.
-    judges_small: bool,
 }
 
 impl CoherencePolicy {
@@ -81,13 +79,12 @@ impl CoherencePolicy {
             skipped_sorts: 0,
             effort: Effort::default(),
             visits: Visits::default(),
-            judges_small: false,
         }
     }
 
-    /// Judges small bundles, too, from now on.
-    pub fn judge_small(&mut self) {
-        self.judges_small = true;
+    /// Uses another method from now on.
+    pub fn hold_to(&mut self, method: Method) {
+        self.method = method;
     }
 
     /// Returns the method that was asked for.
@@ -162,7 +159,7 @@ impl CoherencePolicy {
             backoff.one_less();
         } else if kind == RayKind::Separate {
             backoff.tried(alone > rays);
-        } else if !is_small || self.judges_small {
+        } else if !is_small {
             backoff.tried(self.visits.are_incoherent(kind, rays));
         }
         if kind == RayKind::Shadow {

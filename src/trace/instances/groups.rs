@@ -8,7 +8,7 @@ use crate::{
     ray::{HitPacket, InstanceId, Origins, Ray, RayPacket},
     scene::ImageRay,
     simd::{EightLanes, LaneMask, Lanes, Level, Simd, Vec3Eight, Vec3Lanes},
-    trace::{bits::bits, frustum::Frustum, rays::reciprocal},
+    trace::{Method, bits::bits, frustum::Frustum, rays::reciprocal},
 };
 use glam::Vec3;
 
@@ -17,7 +17,12 @@ pub(super) const PACKETS: usize = 32;
 
 /// Where fewer rays than this meet an instance, each goes alone.
 // Tuned: see docs/lab-notes.md#few-rays-an-instance
-const FEW: usize = 6;
+const FEW: usize = 8;
+
+/// Rays that meet an instance of more than this many primitives a ray do so one by one: they are farther apart than its
+/// triangles.
+// Tuned: see docs/lab-notes.md#few-rays-an-instance
+const SPARSE: usize = 8;
 
 /// A child that some packets, a bit each, have yet to visit, and a lower bound on where they enter it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -266,7 +271,13 @@ impl Instances<'_> {
         group.fill_images(is_any);
         let Some(first) = group.met.first() else { return };
         let (origins, count) = (Origins::Shared(first.met.image.ray.origin), group.images.len());
-        self.nested.through(self.prototype_of(id));
+        let bvh = self.prototype_of(id);
+        let are_sparse = group.met.len() * SPARSE < bvh.stats().primitives();
+        self.nested.policy.hold_to(match self.method {
+            Method::Adaptive if are_sparse => Method::Single,
+            method => method,
+        });
+        self.nested.through(bvh);
         if is_any {
             group.blocked.resize(count, 0);
             self.nested.occluded(origins, &group.images, &mut group.blocked);
