@@ -174,7 +174,10 @@ fn convex_meshes_do_not_shadow_themselves() {
             }
         }
         // At the outline, where the light's rounded position decides.
-        assert!(lit > 1000 && dark <= 2, "{place:?}: {dark} of {lit} pixels are dark");
+        assert!(
+            lit > 1000 && dark <= 2,
+            "{place:?}: {dark} of {lit} pixels are dark"
+        );
     }
 }
 
@@ -380,7 +383,7 @@ instance empty.obj
     ];
     assert_eq!(bounds.len(), expected.len());
     for (found, expected) in bounds.iter().zip(expected) {
-        for (found, expected) in found.iter().flat_map(|corner| corner.to_array()).zip(expected) {
+        for (found, expected) in found.iter().flat_map(Vec3::to_array).zip(expected) {
             assert!((found - expected).abs() < 1e-4, "{bounds:?}");
         }
     }

@@ -225,7 +225,7 @@ fn cloud() -> SphereCloud {
         y: points.iter().map(|p| p[1]).collect(),
         z: points.iter().map(|p| p[2]).collect(),
         radius: vec![0.2; 30],
-        colors: points.iter().map(|p| p.map(|x| (x + 1.0) / 2.0)).collect(),
+        colors: points.iter().map(|p| p.map(|x| 0.5 * x + 0.5)).collect(),
     }
 }
 
