@@ -27,8 +27,7 @@ fn subtree_size(count: usize) -> usize {
 /// Larger sets find their centres' box in parallel.
 const PARALLEL: usize = 1 << 15;
 
-/// How many levels the [`Divider`] may decide above one primitive, for `count` primitives; sets are halved after
-/// that.
+/// How many levels the [`Divider`] may decide above one of `count` primitives; sets are halved after that.
 fn most_levels(count: usize) -> u32 {
     3 * (usize::BITS - count.leading_zeros()) + 16
 }

@@ -13,6 +13,7 @@ pub(crate) mod light;
 mod planes;
 mod primitive;
 pub mod shade;
+mod surface;
 
 use crate::{ray::Hit, scene::Scene};
 pub(crate) use draw::disc;

@@ -1,7 +1,8 @@
 //! Counts mesh faults: degenerate, duplicate and inverted triangles. They are rendered all the same.
 
-use super::{Scene, weld::weld};
+use super::{Scene, Vertices, instance::gaps, weld::weld};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// The number of triangles with each fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,8 +36,7 @@ impl Scene {
     /// Counts the faults of the triangles. Takes about as long as building the BVH, and 60 bytes of memory per triangle.
     #[must_use]
     pub fn mesh_faults(&self) -> MeshFaults {
-        let vertices = &self.vertices;
-        let welded = weld(&vertices.x, &vertices.y, &vertices.z);
+        let welded = self.welded();
         let triangles = self.triangles.corners.par_iter();
         let corners: Vec<[u32; 3]> = triangles
             .map(|corners| corners.map(|vertex| welded[vertex as usize]))
@@ -55,6 +55,32 @@ impl Scene {
             duplicate,
             inverted,
         }
+    }
+
+    /// The first vertex at each vertex's place. Those of prototypes are in spaces of their own.
+    fn welded(&self) -> Vec<u32> {
+        let vertices = &self.vertices;
+        if self.prototypes.is_empty() {
+            return weld(&vertices.x, &vertices.y, &vertices.z);
+        }
+        let mut welded = vec![0; vertices.x.len()];
+        let of_prototypes = || self.prototypes.iter().map(|prototype| prototype.vertices.clone());
+        for range in of_prototypes() {
+            weld_part(vertices, &[range], &mut welded);
+        }
+        let others = gaps(of_prototypes(), vertices.x.len() as u32);
+        weld_part(vertices, &others, &mut welded);
+        welded
+    }
+}
+
+/// Welds the vertices of these ranges, and no others to them.
+fn weld_part(vertices: &Vertices, ranges: &[Range<u32>], welded: &mut [u32]) {
+    let part: Vec<u32> = ranges.iter().cloned().flatten().collect();
+    let [x, y, z] = [&vertices.x, &vertices.y, &vertices.z]
+        .map(|column| part.iter().map(|&i| column[i as usize]).collect::<Vec<f32>>());
+    for (&i, first) in part.iter().zip(weld(&x, &y, &z)) {
+        welded[i as usize] = part[first as usize];
     }
 }
 
@@ -202,5 +228,26 @@ mod tests {
             }
         );
         assert_eq!(faults(&[]), MeshFaults::default());
+    }
+    /// Two prototypes of one mesh, and the mesh itself.
+    #[test]
+    fn prototypes_are_no_copies_of_each_other() {
+        let mesh = || TriangleMesh {
+            x: vec![0.0, 1.0, 0.0, 0.0],
+            y: vec![0.0, 0.0, 1.0, 0.0],
+            z: vec![0.0, 0.0, 0.0, 1.0],
+            triangles: vec![[0, 1, 2], [2, 1, 0], [0, 2, 3], [1, 1, 1]],
+            ..TriangleMesh::default()
+        };
+        let mut builder = SceneBuilder::new();
+        for _ in 0..2 {
+            builder.add_mesh(mesh(), MaterialId(1)).expect("a mesh");
+            let stored = builder.add_prototype(|builder| builder.add_mesh(mesh(), MaterialId(1)));
+            stored.expect("a prototype");
+        }
+        let faults = builder.finish().mesh_faults();
+        // One within each prototype; of the meshes that one, and all of the second.
+        assert_eq!(faults.duplicate, 1 + 1 + 1 + 4);
+        assert_eq!(faults.degenerate, 4);
     }
 }

@@ -228,7 +228,8 @@ fn orthographic_cameras() {
 
 #[test]
 fn cameras_with_lenses() {
-    let mut scenes = Vec::from(["evening", "garden", "soft"].map(|name| (name, shipped_scene(name))));
+    let mut scenes =
+        Vec::from(["evening", "garden", "soft", "forest"].map(|name| (name, shipped_scene(name))));
     scenes.push(("glass", glass_scene()));
     for (i, (name, scene)) in scenes.iter().enumerate() {
         for parallel in [

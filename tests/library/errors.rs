@@ -102,7 +102,13 @@ fn reports_are_as_agreed() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors");
     let bless = env::var_os("OCTRAY_BLESS").is_some();
     let mut differences = 0;
-    for file in ["scene.txt", "language.txt", "mesh.txt", "formats.txt"] {
+    for file in [
+        "scene.txt",
+        "language.txt",
+        "mesh.txt",
+        "instances.txt",
+        "formats.txt",
+    ] {
         let path = folder.join(file);
         let text = fs::read_to_string(&path).expect("a readable file");
         let mut blessed = String::new();

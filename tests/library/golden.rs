@@ -117,6 +117,17 @@ fn environment() {
 }
 
 #[test]
+fn instances() {
+    let scene = shipped_scene("forest");
+    let settings = Settings {
+        samples: 16,
+        ..settings(192, 120)
+    };
+    let actual = picture(&scene, &scene.cameras()[0].camera, &settings);
+    assert_all([compare_golden("forest", &actual, SHARE)]);
+}
+
+#[test]
 fn depth_of_field_on_a_checkerboard() {
     let scene = shipped_scene("focus");
     let settings = Settings {

@@ -16,6 +16,8 @@ mod errors;
 mod generated_files;
 mod glass;
 mod golden;
+mod instance_limits;
+mod instances;
 mod layering;
 mod levels;
 mod lights;

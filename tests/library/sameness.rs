@@ -13,7 +13,7 @@ use octray::{
 };
 use std::ops::ControlFlow;
 
-pub const SHIPPED: [&str; 9] = [
+pub const SHIPPED: [&str; 10] = [
     "silhouette",
     "matte",
     "blinn_phong",
@@ -23,6 +23,7 @@ pub const SHIPPED: [&str; 9] = [
     "garden",
     "glass",
     "sky",
+    "forest",
 ];
 
 /// Width, height and samples per pixel: no multiple of a packet or tile, a single pixel, very wide, several samples.

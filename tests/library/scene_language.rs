@@ -110,7 +110,7 @@ fn every_statement_and_key_has_an_example() {
         let found = examples.lines().any(|line| line.starts_with(statement));
         assert!(found, "no example of {statement}");
     }
-    for key in "scale rotate translate point_size cd cs kd ks alpha mix color bottom top eye target up fov ortho aperture focus normal checker size own silhouette matte \
+    for key in "scale rotate translate point_size placements cd cs kd ks alpha mix color bottom top eye target up fov ortho aperture focus normal checker size own silhouette matte \
                 blinn_phong reflection glass ior tint depth"
         .split_whitespace()
     {

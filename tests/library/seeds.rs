@@ -16,6 +16,7 @@ pub fn all() -> Vec<Seed> {
     offs(&mut seeds);
     threemfs(&mut seeds);
     textures(&mut seeds);
+    placements(&mut seeds);
     arguments(&mut seeds);
     choices(&mut seeds);
     seeds
@@ -100,6 +101,37 @@ fn objs(seeds: &mut Vec<Seed>) {
         let library = "newmtl a\nKd 1 0 0\nKs 0.5 0.5 0.5\nNs 20\nnewmtl b\nKd 0 1 0\nd 0.5\nillum 2\n";
         let text = format!("mtllib a.mtl\n{square}{faces}\0{library}");
         add(seeds, "obj", &format!("{name}.obj"), text);
+    }
+}
+
+/// Text with all counts of numbers, and arrays of all shapes and types.
+fn placements(seeds: &mut Vec<Seed>) {
+    let text = "# trees\n1 2 3\n\n0 -1 0 4  1 0 0 5  0 0 1 6 // turned\n1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\r\n";
+    add(seeds, "placements", "text.txt", text);
+    let matrix = [1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1];
+    for (name, shape, count) in [
+        ("positions", "2, 3", 6),
+        ("rows", "1, 12", 12),
+        ("matrices", "1, 16", 16),
+        ("nested_rows", "1, 3, 4", 12),
+        ("nested_matrices", "1, 4, 4", 16),
+        ("cut", "3, 3", 8),
+    ] {
+        for kind in ["<f4", "<f8"] {
+            let header =
+                format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}          \n");
+            let mut bytes = b"\x93NUMPY\x01\0".to_vec();
+            bytes.extend((header.len() as u16).to_le_bytes());
+            bytes.extend(header.as_bytes());
+            for number in &matrix[..count] {
+                if kind == "<f4" {
+                    bytes.extend((*number as f32).to_le_bytes());
+                } else {
+                    bytes.extend(f64::from(*number).to_le_bytes());
+                }
+            }
+            add(seeds, "placements", &format!("{name}-{}.npy", &kind[1..]), bytes);
+        }
     }
 }
 

@@ -2,14 +2,14 @@
 //!
 //! `OCTRAY_LONG=1` traces 300 times as many rays.
 
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 use octray::{
     Level,
     accel::{BuildQuality, Bvh, Layout},
     lanes::{F32x8, LANES},
     ray::{HitPacket, Ray, RayPackets},
     reference::brute,
-    scene::{Scene, SceneBuilder, TriangleMesh},
+    scene::{Scene, SceneBuilder, Transform, TriangleMesh},
     trace::{BUNDLE, Method, Tracer},
     verify::Random,
 };
@@ -90,6 +90,34 @@ fn subdivided(mesh: &Closed, place: impl Fn(Vec3) -> Vec3) -> Closed {
 
 /// A scene of the mesh. `split`: each triangle has corners of its own, as many files store them.
 fn scene(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> Scene {
+    let mut builder = SceneBuilder::new();
+    let material = builder.classic_material(1).unwrap();
+    builder.add_mesh(arrays(mesh, split, place), material).unwrap();
+    builder.finish()
+}
+
+/// The mesh in place, and as an instance, once the only one and once among others.
+fn instanced(mesh: &Closed, split: bool, transform: &Transform) -> (Scene, [Scene; 2]) {
+    let mut builder = SceneBuilder::new();
+    let material = builder.classic_material(1).unwrap();
+    let mut placed = arrays(mesh, split, |p| p);
+    transform.apply(&mut placed);
+    builder.add_mesh(placed, material).unwrap();
+    let instanced = [0, 20].map(|others| {
+        let mut builder = SceneBuilder::new();
+        let stored = builder.add_prototype(|builder| builder.add_mesh(arrays(mesh, split, |p| p), material));
+        let stored = stored.unwrap();
+        builder.add_instance(stored, transform).unwrap();
+        for i in 0..others {
+            let aside = transform.then_translate(DVec3::new(3.0, 1.0, -2.0) * f64::from(i - 10));
+            builder.add_instance(stored, &aside).unwrap();
+        }
+        builder.finish()
+    });
+    (builder.finish(), instanced)
+}
+
+fn arrays(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> TriangleMesh {
     let corners: Vec<Vec3> = mesh.corners.iter().map(|&c| place(c)).collect();
     let (corners, triangles) = if split {
         let all = mesh
@@ -106,19 +134,13 @@ fn scene(mesh: &Closed, split: bool, place: impl Fn(Vec3) -> Vec3) -> Scene {
         (corners, mesh.triangles.clone())
     };
     let column = |axis: usize| corners.iter().map(|c| c[axis]).collect();
-    let mut builder = SceneBuilder::new();
-    let material = builder.classic_material(1).unwrap();
-    let mesh = TriangleMesh {
+    TriangleMesh {
         x: column(0),
         y: column(1),
         z: column(2),
-        normals: Vec::new(),
-        colors: Vec::new(),
-        uvs: Vec::new(),
         triangles,
-    };
-    builder.add_mesh(mesh, material).unwrap();
-    builder.finish()
+        ..TriangleMesh::default()
+    }
 }
 
 /// A target for rays: a vertex, the middle of an edge, a point of an edge or of a triangle.
@@ -133,16 +155,34 @@ fn target_point(random: &mut Random, scene: &Scene) -> Vec3 {
 }
 
 fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32, bundles: usize) {
+    shoot_at(random, name, (scene, scene), (center, size), bundles);
+}
+
+/// The same at points of the mesh that is `placed`.
+fn shoot_at(
+    random: &mut Random,
+    name: &str,
+    (scene, placed): (&Scene, &Scene),
+    (center, size): (Vec3, f32),
+    bundles: usize,
+) {
     let layout = random.pick(&[Layout::Whole, Layout::Indexed]);
     let bvh = Bvh::build_as(scene, BuildQuality::Best, layout);
     let center = center - scene.origin();
+    let moved = placed.origin() - scene.origin();
     // The methods at the best level, and another one at each lower level; bundles of either kind take these in turn.
     let methods = [Method::Adaptive, Method::Packet, Method::Single];
-    let mut tracers = methods.map(|method| Tracer::with_method(&bvh, method));
+    let mut tracers = methods.map(|method| Tracer::with_method(&bvh, method).with_instances(scene));
     let mut lower: Vec<Tracer> = Level::all()
         .rev()
         .skip(1)
-        .flat_map(|level| methods.map(|method| Tracer::with_method(&bvh, method).at_level(level)))
+        .flat_map(|level| {
+            methods.map(|method| {
+                Tracer::with_method(&bvh, method)
+                    .at_level(level)
+                    .with_instances(scene)
+            })
+        })
         .collect();
     for bundle in 0..bundles {
         let shared = bundle % 2 == 0;
@@ -150,7 +190,7 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
             center + Vec3::new(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5) * size
         };
         let origin = inside(random);
-        let near = target_point(random, scene);
+        let near = moved + target_point(random, placed);
         let mut rays = RayPackets::default();
         rays.restart(Some(origin).filter(|_| shared));
         for _ in 0..BUNDLE {
@@ -159,7 +199,7 @@ fn shoot(random: &mut Random, name: &str, scene: &Scene, center: Vec3, size: f32
                 let target = if random.one_in(2) {
                     near
                 } else {
-                    target_point(random, scene)
+                    moved + target_point(random, placed)
                 };
                 Ray::new(origin, (target - origin).normalize())
             }));
@@ -223,5 +263,54 @@ fn no_ray_leaves_a_closed_mesh() {
             shoot(&mut random, &name("tiny"), &tiny, Vec3::ZERO, 5e-5, bundles);
         }
         mesh = subdivided(&mesh, Vec3::normalize);
+    }
+}
+
+#[test]
+fn no_ray_leaves_a_closed_instance() {
+    let bundles = if std::env::var_os("OCTRAY_LONG").is_some() {
+        6_000
+    } else {
+        20
+    };
+    let mut random = Random::new(9, 0);
+    let none = Transform::IDENTITY;
+    let turned = none.then_rotate(DVec3::new(1.0, 2.0, 3.0), 40.0);
+    let far = DVec3::new(1e3, -2e3, 5e2);
+    let needles = needles(1e-4);
+    let wide = turned
+        .then_scale(DVec3::new(1e3, 1e3, 0.5))
+        .then_transform(&turned);
+    let mut mesh = octahedron();
+    for level in 0..5 {
+        for (name, transform, center, size) in [
+            ("as it is", none, DVec3::ZERO, 0.5),
+            ("turned", turned, DVec3::ZERO, 0.5),
+            ("mirrored", turned.then_scale(DVec3::NEG_ONE), DVec3::ZERO, 0.5),
+            (
+                "flat",
+                none.then_scale(DVec3::new(1.0, 1e-3, 1.0))
+                    .then_transform(&turned),
+                DVec3::ZERO,
+                1e-4,
+            ),
+            ("far", turned.then_translate(far), far, 0.5),
+            ("tiny", turned.then_scale(DVec3::splat(1e-6)), DVec3::ZERO, 5e-7),
+            ("huge", turned.then_scale(DVec3::splat(1e6)), DVec3::ZERO, 5e5),
+        ] {
+            let (placed, instanced) = instanced(&mesh, level % 2 == 0, &transform);
+            for scene in &instanced {
+                let name = format!("{name}, level {level}, {} instances", scene.instances().len());
+                let inside = (center.as_vec3(), size);
+                shoot_at(&mut random, &name, (scene, &placed), inside, bundles);
+            }
+        }
+        mesh = subdivided(&mesh, Vec3::normalize);
+    }
+    for (name, mesh) in [("needles", &needles), ("wide", &cube())] {
+        let (placed, instanced) = instanced(mesh, false, &wide);
+        for scene in &instanced {
+            shoot_at(&mut random, name, (scene, &placed), (Vec3::ZERO, 0.05), bundles);
+        }
     }
 }

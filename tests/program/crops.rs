@@ -42,10 +42,29 @@ material reflection mix 0.6
 sphere 0.1 0.1 0.6 0.2
 ";
 
+/// Meshes and a point cloud, each stored once.
+const INSTANCES: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+ambient 0.1 reach 0.5
+light 3 -2 5 0.7 radius 1
+instance colors.obj scale 0.6 translate 0.3 0 0.2
+instance points.obj scale 0.4 placements placed.txt point_size 0.2
+material reflection mix 0.6
+instance colors.obj scale 1 -0.7 1 rotate 0 0 1 30 translate -0.5 0.5 0
+material matte
+triangle -5 -5 0  5 -5 0  0 5 0
+";
+
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 37] = [
+const CASES: [(&str, &str, &str); 39] = [
+    ("instances.scn", "exr", ALL),
+    (
+        "instances.scn",
+        "png",
+        "--samples 9 --pattern sobol --background transparent",
+    ),
     ("a.scn", "png", ""),
     ("b.scn", "png", ALL),
     (
@@ -217,6 +236,8 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     folder.write("b.scn", SCENE);
     folder.write("glass.scn", GLASS);
     folder.write("plane.scn", PLANE);
+    folder.write("instances.scn", INSTANCES);
+    folder.write("placed.txt", "0 0 0.5\n0 -1 0 0.7  1 0 0 -0.6  0 0.2 1 0.3\n");
     folder.write("colors.obj", COLORS);
     folder.write("points.obj", &points());
     let input = if folder.path(input).exists() {

@@ -32,6 +32,21 @@ material reflection
 sphere 0.8 0.3 0.3 0.3
 ";
 
+/// Cubes, a point cloud and a mirror, each stored once.
+const INSTANCES: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+light 3 -2 5 0.5 radius 1
+light -2 -5 3 0.4
+plane 0 0 0 normal 0 0 1
+instance helix.ply scale 0.5 point_size 0.1
+material blinn_phong cd 0.8 0.5 0.2
+instance cube.ply translate -0.5 -0.5 0 scale 0.3 placements placed.txt rotate 0 0 1 15
+material glass
+instance cube.ply scale 0.4 -0.4 0.6 rotate 1 2 3 40 translate 0.8 -0.6 0.2
+material reflection mix 0.6
+instance cube.ply scale 1 0.1 1 translate -0.5 1 0
+";
+
 /// Runs a line in a folder of its own at a level, and returns what it prints and the files that it leaves.
 fn made_at(level: &str, lines: &[&str]) -> (String, BTreeMap<String, Vec<u8>>) {
     let folder = Folder::new();
@@ -39,6 +54,14 @@ fn made_at(level: &str, lines: &[&str]) -> (String, BTreeMap<String, Vec<u8>>) {
     fs::copy(shipped_mesh("stairs.3mf"), folder.path("stairs.3mf")).unwrap();
     folder.write("sky.scn", SKY);
     folder.write("plane.scn", PLANE);
+    folder.write("instances.scn", INSTANCES);
+    for mesh in ["cube.ply", "helix.ply"] {
+        fs::copy(shipped_mesh(mesh), folder.path(mesh)).unwrap();
+    }
+    folder.write(
+        "placed.txt",
+        "1 0 0\n-1 -0.5 0\n0 -1 0 0  1 0 0 0.9  0 0.2 2 0\n1 0 0\n",
+    );
     let mut printed = String::new();
     for line in lines {
         let arguments: Vec<&str> = line.split_whitespace().collect();
@@ -80,6 +103,9 @@ fn every_level_makes_the_same_bytes() {
         "render stairs.3mf -o stairs.exr -s 97x61 --samples 4 --aov albedo",
         "render sky.scn -o sky.exr -s 97x61 --samples 4",
         "render sky.scn -o sky-scalar.exr -s 97x61 --samples 4 --mode scalar",
+        "render instances.scn -o instances.exr -s 97x61 --samples 4 --max-depth 6 --aov depth,normal,albedo",
+        "render instances.scn -o instances-auto.png -s 97x61 --samples auto:9 --aperture 0.2",
+        "render instances.scn -o instances-scalar.exr -s 97x61 --samples 4 --max-depth 6 --mode scalar",
         "render a.scn -o a.png",
     ];
     let expected = made_at("portable", &lines);

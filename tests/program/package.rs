@@ -79,6 +79,7 @@ fn the_package_holds_what_its_users_need() {
         "docs/scene-language.md",
         // The crate's first example loads it.
         "scenes/reflections.scn",
+        "scenes/parts/pines.txt",
     ] {
         assert!(files.contains(needed), "{needed} is missing");
     }

@@ -37,9 +37,9 @@ pub(super) struct Fault {
     pub(super) message: &'static str,
 }
 
-/// What the second word of a line may be.
+/// What a word of a line may be.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Second {
+enum Kind {
     /// A word, in which quotes have no meaning.
     Plain,
     /// A name, which may be in double quotes.
@@ -48,11 +48,18 @@ enum Second {
     Path,
 }
 
-impl Second {
-    fn of(statement: &[u8]) -> Self {
-        match statement {
-            b"ply_file" | b"mesh" | b"include" => Self::Path,
-            b"camera" => Self::Name,
+impl Kind {
+    /// The kind of the word behind `words`.
+    fn next(words: &[Word<'_>]) -> Self {
+        match words.first().map(|statement| statement.text) {
+            Some(b"ply_file" | b"mesh" | b"instance" | b"environment" | b"include") if words.len() == 1 => {
+                Self::Path
+            }
+            Some(b"camera") if words.len() == 1 => Self::Name,
+            Some(b"instance") if words.len() > 2 => match words.last() {
+                Some(key) if key.text == b"placements" => Self::Path,
+                _ => Self::Plain,
+            },
             _ => Self::Plain,
         }
     }
@@ -60,7 +67,7 @@ impl Second {
 
 /// Splits a line at spaces and tabs, up to a `//` comment.
 ///
-/// The path of `ply_file`, `mesh` or `include` and the name of a `camera` may be in double quotes and then contain spaces
+/// The paths of statements and of `placements` and the name of a `camera` may be in double quotes and then contain spaces
 /// and `//`. A path without quotes may contain `//` after its first character (`..//mesh.ply`).
 pub(super) fn split(line: &[u8]) -> Result<Vec<Word<'_>>, Fault> {
     let mut words: Vec<Word<'_>> = Vec::new();
@@ -71,16 +78,11 @@ pub(super) fn split(line: &[u8]) -> Result<Vec<Word<'_>>, Fault> {
         if rest.is_empty() || rest.starts_with(b"//") {
             return Ok(words);
         }
-        let kind = match words[..] {
-            [statement] => Second::of(statement.text),
-            _ => Second::Plain,
-        };
+        let kind = Kind::next(&words);
         let word = match rest {
-            [b'"', inside @ ..] if kind != Second::Plain => quoted(inside, at, kind)?,
+            [b'"', inside @ ..] if kind != Kind::Plain => quoted(inside, at, kind)?,
             _ => Word {
-                text: rest
-                    .get(..plain_length(rest, kind == Second::Path))
-                    .unwrap_or(rest),
+                text: rest.get(..plain_length(rest, kind == Kind::Path)).unwrap_or(rest),
                 start: at,
                 quoted: false,
             },
@@ -103,10 +105,10 @@ fn plain_length(rest: &[u8], is_path: bool) -> usize {
         .unwrap_or(rest.len())
 }
 
-fn quoted(inside: &[u8], start: usize, kind: Second) -> Result<Word<'_>, Fault> {
+fn quoted(inside: &[u8], start: usize, kind: Kind) -> Result<Word<'_>, Fault> {
     let length = inside.iter().position(|&byte| byte == b'"').ok_or(Fault {
         start,
-        message: if kind == Second::Name {
+        message: if kind == Kind::Name {
             "the name has no closing quote, expected `\"` before the end of the line"
         } else {
             "the path has no closing quote, expected `\"` before the end of the line"
@@ -175,6 +177,21 @@ mod tests {
         assert_eq!(
             texts("mesh \"my mesh.ply\" scale \"2"),
             own(&[(0, "mesh"), (5, "my mesh.ply"), (19, "scale"), (25, "\"2")])
+        );
+        assert_eq!(
+            texts("instance \"a b\" placements \"c // d\" scale \"2"),
+            own(&[
+                (0, "instance"),
+                (9, "a b"),
+                (15, "placements"),
+                (26, "c // d"),
+                (35, "scale"),
+                (41, "\"2")
+            ])
+        );
+        assert_eq!(
+            texts("environment \"a b.hdr\" rotate 1"),
+            own(&[(0, "environment"), (12, "a b.hdr"), (22, "rotate"), (29, "1")])
         );
         assert_eq!(texts("light \"1"), own(&[(0, "light"), (6, "\"1")]));
         assert_eq!(split(b"ply_file \"a.ply").expect_err("open").start, 9);

@@ -152,8 +152,13 @@ fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
             words(u, out, 9)?;
         }
         5 => {
-            out.push_str("mesh");
+            // Without bytes of their own, so that old inputs keep their meaning.
+            let (is_instance, is_placed) = (out.len().is_multiple_of(2), out.len().is_multiple_of(3));
+            out.push_str(if is_instance { "instance" } else { "mesh" });
             path(u, out)?;
+            if is_instance && is_placed {
+                out.push_str(" placements a.txt");
+            }
             keys(
                 u,
                 out,

@@ -31,6 +31,10 @@ const MESH: &[u8] = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\
     property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\
     0 0 0\n1 0 0\n0 1 0\n0 0 1\n4 0 1 2 3\n3 1 2 3\n";
 
+/// The content of every file of placements that a fuzzed scene names.
+const PLACEMENTS: &[u8] =
+    b"0.5 0 0 # a position\n0 -1 0 1  1 0 0 -1  0 0 -0.5 0.3\n1 0 0 0  0 2 0 0  0 0 1 2  0 0 0 1\n";
+
 /// Loads a scene, or shows the error. Panics if either fails.
 fn load(text: &[u8]) -> Option<Scene> {
     let open = &mut |path: &Path| match path.to_str() {
@@ -41,6 +45,7 @@ fn load(text: &[u8]) -> Option<Scene> {
         Some(_) if path.extension().is_some_and(|extension| extension == "scn") => {
             Ok(b"material matte\nsphere 0 0 0.5 0.2\nmesh a.ply".to_vec())
         }
+        Some(_) if path.extension().is_some_and(|extension| extension == "txt") => Ok(PLACEMENTS.to_vec()),
         _ => Ok(MESH.to_vec()),
     };
     load_from_bytes(text, Path::new("fuzz.scn"), open)
@@ -64,6 +69,23 @@ pub fn scn(bytes: &[u8]) {
         let columns = scene.triangles().material.len() + scene.spheres().material.len();
         assert_eq!(scene.primitive_count(), columns);
     }
+}
+
+/// A file of placements, text or an array.
+pub fn placements(bytes: &[u8]) {
+    const SCENE: &[u8] = b"material matte\ninstance a.ply scale 2 placements a rotate 1 0 0 30\n";
+    let open = &mut |path: &Path| Ok(if path.ends_with("a") { bytes } else { MESH }.to_vec());
+    let start = Instant::now();
+    match load_from_bytes(SCENE, Path::new("fuzz.scn"), open) {
+        Ok(scene) => {
+            // A placement has at least three numbers, of a digit and a space or of four bytes.
+            assert!(scene.instances().len() <= bytes.len().div_ceil(6));
+            let bounds = scene.bounds();
+            assert!(bounds.lower.is_finite() && bounds.upper.is_finite() || scene.instances().is_empty());
+        }
+        Err(error) => show(&error),
+    }
+    assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
 }
 
 /// A mesh file.
@@ -274,6 +296,7 @@ pub fn render(bytes: &[u8]) {
 pub fn by_name(name: &str) -> Option<fn(&[u8])> {
     match name {
         "scn" => Some(scn),
+        "placements" => Some(placements),
         "ply" => Some(ply),
         "obj" => Some(obj),
         "off" => Some(off),

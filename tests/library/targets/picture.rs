@@ -5,6 +5,7 @@ use arbitrary::{Result, Unstructured};
 use glam::{DVec3, Vec3};
 use octray::{
     accel::Bvh,
+    error::SceneError,
     ray::{Ray, SceneHit},
     reference::{
         brute,
@@ -13,7 +14,7 @@ use octray::{
     render::{Film, Filter, Mode, Pattern, Settings, render},
     scene::{
         Background, Camera, Environment, Lens, Light, LightShape, Material, Projection, Scene, SceneBuilder,
-        Spot, TriangleMesh, View,
+        Spot, Transform, TriangleMesh, View,
     },
 };
 use std::ops::ControlFlow;
@@ -128,7 +129,14 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
                     .expect("all numbers are shares");
             }
             3..=5 => {
-                let _ = builder.add_sphere(point(u)?, coordinate(u)?.abs(), current);
+                let (at, radius) = (point(u)?, coordinate(u)?.abs());
+                // Without bytes of their own, so that old inputs keep their meaning.
+                if at.y < -1.0 {
+                    let add = |builder: &mut SceneBuilder| builder.add_sphere(at, radius, current);
+                    place(builder, add, [at, last[0], last[1], last[2]]);
+                } else {
+                    let _ = builder.add_sphere(at, radius, current);
+                }
             }
             6 => {
                 // A fan with normals.
@@ -149,7 +157,11 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
                     uvs: Vec::new(),
                     triangles: vec![[0, 1, 2], [0, 2, 3], [3, 2, 0]],
                 };
-                let _ = builder.add_mesh(mesh, current);
+                if corners[1].y > 0.5 {
+                    place(builder, |builder| builder.add_mesh(mesh, current), corners);
+                } else {
+                    let _ = builder.add_mesh(mesh, current);
+                }
             }
             // A neighbour across an edge.
             7 => {
@@ -163,6 +175,25 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Places what `add` adds where it is, and twice elsewhere: turned about `axis`, scaled and moved.
+fn place(
+    builder: &mut SceneBuilder,
+    add: impl FnOnce(&mut SceneBuilder) -> std::result::Result<(), SceneError>,
+    [axis, turn, factors, offset]: [Vec3; 4],
+) {
+    let Ok(prototype) = builder.add_prototype(add) else {
+        return;
+    };
+    let elsewhere = Transform::IDENTITY
+        .then_rotate(axis.as_dvec3(), f64::from(turn.x) * 90.0)
+        .then_scale(factors.as_dvec3())
+        .then_translate(offset.as_dvec3());
+    for transform in [elsewhere, Transform::IDENTITY, elsewhere] {
+        // Flat or too far away.
+        let _ = builder.add_instance(prototype, &transform);
+    }
 }
 
 fn view(u: &mut Unstructured<'_>) -> Result<Option<Camera>> {
