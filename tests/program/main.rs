@@ -23,6 +23,7 @@ mod films;
 mod inputs_kept;
 mod levels;
 mod limits;
+mod merge;
 mod mesh_pictures;
 mod options;
 mod overwriting;

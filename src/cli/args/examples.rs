@@ -47,6 +47,12 @@ Examples:
                                                     exits with 5 if the picture differs
   octray render - -o bunny.png < bunny.ply          a mesh or a scene from standard input";
 
+pub const MERGE: &str = "\
+Examples:
+  octray a.scn --size 512x512 --crop 0,0,512,256 -o top.png
+  octray a.scn --size 512x512 --crop 0,256,512,512 -o bottom.png
+  octray merge top.png bottom.png -o a.png";
+
 pub const COMPLETIONS: &str = "\
 Examples:
   mkdir -p ~/.local/share/bash-completion/completions

@@ -11,6 +11,7 @@ mod examples;
 mod generate;
 mod info;
 mod limits;
+mod merge;
 mod picture;
 mod render;
 mod series;
@@ -63,6 +64,9 @@ enum Command {
     #[cfg(feature = "viewer")]
     #[command(after_long_help = examples::VIEW_KEYS)]
     View(Box<view::ViewArgs>),
+    /// Put the tiles of a picture together, the files of `octray render --crop`
+    #[command(after_help = examples::MERGE)]
+    Merge(merge::MergeArgs),
     /// Show what is in a scene and in its BVH
     Info(info::InfoArgs),
     /// Time ways of tracing against each other on the same rays, on one thread
@@ -115,6 +119,7 @@ impl Command {
             Self::Render(args) => Plan::Render(Box::new(args.plan()?)),
             #[cfg(feature = "viewer")]
             Self::View(args) => Plan::View(Box::new(args.plan()?)),
+            Self::Merge(args) => Plan::Merge(args.plan()),
             Self::Info(args) => Plan::Info(args.plan()?),
             Self::Bench(args) => Plan::Bench(args.plan()?),
             Self::Verify(args) => Plan::Verify(args.plan()?),

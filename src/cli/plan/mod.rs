@@ -12,7 +12,7 @@ mod turntable;
 
 #[cfg(feature = "viewer")]
 pub use choice::ViewPlan;
-pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, VerifyPlan};
+pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, MergePlan, VerifyPlan};
 pub use input::{
     CameraOptions, InputKind, InputPlan, MeshOptions, StartView, Style, is_standard_input, kind_of, name,
 };
@@ -32,6 +32,7 @@ pub enum Plan {
     Render(Box<RenderPlan>),
     #[cfg(feature = "viewer")]
     View(Box<ViewPlan>),
+    Merge(MergePlan),
     Info(InfoPlan),
     Bench(BenchPlan),
     Verify(VerifyPlan),
@@ -49,6 +50,7 @@ impl Plan {
             Self::Render(plan) => plan.memory,
             #[cfg(feature = "viewer")]
             Self::View(plan) => plan.memory,
+            Self::Merge(plan) => plan.memory,
             Self::Info(plan) => plan.memory,
             Self::Bench(plan) => plan.memory,
             _ => memory::limit(None),

@@ -116,6 +116,7 @@ impl AovFiles {
         }
         for (file, &which) in self.files.iter().zip(&self.asked) {
             let mut own = Picture::from(Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer)));
+            own.place = picture.place;
             file.write(&mut own)?;
         }
         Ok(())
