@@ -21,6 +21,7 @@ mod crops;
 mod faults;
 mod films;
 mod inputs_kept;
+mod job;
 mod levels;
 mod limits;
 mod merge;

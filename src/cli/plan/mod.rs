@@ -4,6 +4,7 @@
 
 mod choice;
 mod input;
+mod job;
 mod names;
 mod places;
 mod poses;
@@ -16,6 +17,7 @@ pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarg
 pub use input::{
     CameraOptions, InputKind, InputPlan, MeshOptions, StartView, Style, is_standard_input, kind_of, name,
 };
+pub use job::{Engine, JobPlan};
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
 pub use poses::{Poses, SavedPoses};
 pub use render::{
@@ -32,6 +34,7 @@ pub enum Plan {
     Render(Box<RenderPlan>),
     #[cfg(feature = "viewer")]
     View(Box<ViewPlan>),
+    Job(Box<JobPlan>),
     Merge(MergePlan),
     Info(InfoPlan),
     Bench(BenchPlan),
@@ -50,6 +53,7 @@ impl Plan {
             Self::Render(plan) => plan.memory,
             #[cfg(feature = "viewer")]
             Self::View(plan) => plan.memory,
+            Self::Job(plan) => plan.render.memory,
             Self::Merge(plan) => plan.memory,
             Self::Info(plan) => plan.memory,
             Self::Bench(plan) => plan.memory,

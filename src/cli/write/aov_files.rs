@@ -80,6 +80,11 @@ impl AovFiles {
         &self.files
     }
 
+    /// The AOVs that have files of their own beside the picture.
+    pub fn in_files(&self) -> impl Iterator<Item = AovKind> {
+        self.asked.iter().copied().take(self.files.len())
+    }
+
     /// Renders the AOVs, if any were asked for.
     ///
     /// # Errors

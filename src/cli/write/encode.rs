@@ -68,6 +68,11 @@ impl Format {
         matches!(self, Self::Png | Self::Qoi | Self::Tiff | Self::Exr | Self::Apng)
     }
 
+    /// Whether a file's pixels are not exactly those that were written.
+    pub fn is_lossy(self) -> bool {
+        matches!(self, Self::Jpeg | Self::Gif)
+    }
+
     /// Whether octray's files of this format say who wrote them.
     pub fn has_mark(self) -> bool {
         matches!(self, Self::Png | Self::Exr | Self::Apng)
