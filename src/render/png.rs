@@ -11,7 +11,7 @@ use std::{
 /// The text `Software` of every PNG file that octray writes: it tells octray's own pictures from other files.
 pub const SOFTWARE: &str = "octray";
 
-/// Writes 8 bits per channel, RGB or RGBA, row by row, as a PNG file.
+/// Writes 8 bits per channel, RGB or RGBA, row by row, as a PNG file. `texts` are keywords and what they say.
 ///
 /// # Errors
 /// [`io::Error`] if `out` fails or a side is 0.
@@ -20,6 +20,7 @@ pub fn write_png(
     [width, height]: [u32; 2],
     bytes: &[u8],
     has_alpha: bool,
+    texts: &[(&str, &str)],
 ) -> io::Result<()> {
     let write = || -> Result<(), EncodingError> {
         let mut encoder = Encoder::new(out, width, height);
@@ -33,6 +34,9 @@ pub fn write_png(
         encoder.set_compression(Compression::Fast);
         encoder.set_filter(Filter::Paeth);
         encoder.add_text_chunk("Software".into(), SOFTWARE.into())?;
+        for &(keyword, text) in texts {
+            encoder.add_text_chunk(keyword.into(), text.into())?;
+        }
         let mut writer = encoder.write_header()?;
         writer.write_image_data(bytes)?;
         writer.finish()
@@ -48,7 +52,7 @@ impl Film {
     pub fn save_png(&self, path: impl AsRef<Path>, transfer: Transfer) -> io::Result<()> {
         let size = [self.width(), self.height()];
         whole_file::write(path.as_ref(), |out| {
-            write_png(out, size, &self.to_bytes(transfer), false)
+            write_png(out, size, &self.to_bytes(transfer), false, &[])
         })
     }
 }

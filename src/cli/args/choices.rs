@@ -4,7 +4,7 @@ use crate::{
     accel::BuildQuality,
     bench::Method,
     cli::{
-        plan::{Build, Style},
+        plan::{Build, Engine, Style},
         write::AovKind,
     },
     render::{Filter, Mode, Pattern},
@@ -35,6 +35,12 @@ choices! { AovKind:
     Self::Albedo => "albedo", "The material's own colour";
     Self::Id => "id", "Which triangle or sphere";
     Self::Heat => "heat", "How many nodes and primitives the ray visited";
+}
+
+choices! { Engine:
+    Self::OpenJd => "openjd", "An Open Job Description template, version 2023-09";
+    Self::Slurm => "slurm", "Slurm: an array of jobs, and one that waits for it and merges";
+    Self::Parallel => "parallel", "GNU parallel, on this machine or by ssh";
 }
 
 choices! { Style:

@@ -47,6 +47,21 @@ Examples:
                                                     exits with 5 if the picture differs
   octray render - -o bunny.png < bunny.ply          a mesh or a scene from standard input";
 
+pub const JOB: &str = "\
+Examples:
+  octray job a.scn --size 8000x4000 --tiles 8x4 -o a.exr --for parallel --into farm
+  sh farm/run.sh                                  renders 32 tiles and merges them
+  octray job a.ply --turntable 240 -o t-###.png --chunk 10 --for slurm --into farm
+  sh farm/submit.sh                               an array of 24 tasks
+  octray job a.scn -o a.png --for openjd --into farm
+  openjd run farm/template.yaml                   or submit the template to a farm";
+
+pub const MERGE: &str = "\
+Examples:
+  octray a.scn --size 512x512 --crop 0,0,512,256 -o top.png
+  octray a.scn --size 512x512 --crop 0,256,512,512 -o bottom.png
+  octray merge top.png bottom.png -o a.png";
+
 pub const COMPLETIONS: &str = "\
 Examples:
   mkdir -p ~/.local/share/bash-completion/completions

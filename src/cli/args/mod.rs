@@ -10,7 +10,9 @@ mod default_command;
 mod examples;
 mod generate;
 mod info;
+mod job;
 mod limits;
+mod merge;
 mod picture;
 mod render;
 mod series;
@@ -63,6 +65,12 @@ enum Command {
     #[cfg(feature = "viewer")]
     #[command(after_long_help = examples::VIEW_KEYS)]
     View(Box<view::ViewArgs>),
+    /// Write the files with which a farm renders pictures: tasks that share frames or tiles
+    #[command(after_long_help = examples::JOB)]
+    Job(Box<job::JobArgs>),
+    /// Put the tiles of a picture together, the files of `octray render --crop`
+    #[command(after_help = examples::MERGE)]
+    Merge(merge::MergeArgs),
     /// Show what is in a scene and in its BVH
     Info(info::InfoArgs),
     /// Time ways of tracing against each other on the same rays, on one thread
@@ -91,30 +99,52 @@ pub fn definition() -> clap::Command {
 pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
     let arguments = default_command::with_default_command(arguments);
     let arguments = default_command::with_negative_values(arguments);
-    let (mut cli, matches) = match parse(&arguments) {
+    let (mut cli, mut matches) = match parse(&arguments) {
         Ok(parsed) => parsed,
         Err(answer) => return show(answer, &arguments),
     };
-    if let (Command::Render(args), Some(given)) = (&cli.command, matches.subcommand_matches("render"))
-        && let Some(with_defaults) = config::with_defaults(&arguments, given, &args.config)?
-    {
+    let read = |args: &render::RenderArgs| match matches.subcommand() {
+        Some((_, given)) => config::with_defaults(&arguments, given, &args.config),
+        None => Ok(None),
+    };
+    if let Some(with_defaults) = cli.command.render().map_or(Ok(None), read)? {
         match parse(&with_defaults.arguments) {
-            Ok((parsed, _)) => cli = parsed,
+            Ok(parsed) => (cli, matches) = parsed,
             Err(answer) => return show(answer, &with_defaults.arguments),
         }
-        if let Command::Render(args) = &mut cli.command {
+        if let Some(args) = cli.command.render_mut() {
             args.defaults = with_defaults.options;
         }
     }
-    cli.command.plan().map(Some)
+    cli.command.plan(&matches).map(Some)
 }
 
 impl Command {
-    fn plan(self) -> Result<Plan, CliError> {
+    /// The arguments of `octray render`, if the command takes them.
+    fn render(&self) -> Option<&render::RenderArgs> {
+        match self {
+            Self::Render(args) => Some(args),
+            Self::Job(args) => Some(&args.render),
+            _ => None,
+        }
+    }
+
+    fn render_mut(&mut self) -> Option<&mut render::RenderArgs> {
+        match self {
+            Self::Render(args) => Some(args),
+            Self::Job(args) => Some(&mut args.render),
+            _ => None,
+        }
+    }
+
+    fn plan(self, matches: &ArgMatches) -> Result<Plan, CliError> {
+        let given = matches.subcommand().map_or(matches, |(_, given)| given);
         Ok(match self {
             Self::Render(args) => Plan::Render(Box::new(args.plan()?)),
+            Self::Job(args) => Plan::Job(Box::new(args.plan(given)?)),
             #[cfg(feature = "viewer")]
             Self::View(args) => Plan::View(Box::new(args.plan()?)),
+            Self::Merge(args) => Plan::Merge(args.plan()),
             Self::Info(args) => Plan::Info(args.plan()?),
             Self::Bench(args) => Plan::Bench(args.plan()?),
             Self::Verify(args) => Plan::Verify(args.plan()?),

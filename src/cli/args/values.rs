@@ -24,6 +24,12 @@ pub fn size(text: &str) -> Result<Size, String> {
     parts.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, both 1 or more, such as 512x512".into())
 }
 
+/// `COLUMNSxROWS`, both above 0.
+pub fn grid(text: &str) -> Result<[u32; 2], String> {
+    let grid = size(text).map(|grid| [grid.width, grid.height]);
+    grid.map_err(|_| "expected COLUMNSxROWS, both 1 or more, such as 4x4".into())
+}
+
 /// A whole number from 1 to `MOST`.
 pub fn whole<const MOST: u32>(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|number| (1..=MOST).contains(number));

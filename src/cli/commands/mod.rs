@@ -3,6 +3,8 @@
 mod bench;
 mod generate;
 mod info;
+mod job;
+mod merge;
 mod render;
 mod shell;
 mod verify;
@@ -32,6 +34,8 @@ pub fn run(plan: Plan, start: Instant) -> Result<(), CliError> {
         Plan::Render(plan) => render::run(&plan, start),
         #[cfg(feature = "viewer")]
         Plan::View(plan) => view::run(*plan),
+        Plan::Job(plan) => job::run(&plan),
+        Plan::Merge(plan) => merge::run(&plan, start),
         Plan::Info(plan) => info::run(&plan),
         Plan::Bench(plan) => bench::run(&plan),
         Plan::Verify(plan) => verify::run(&plan),

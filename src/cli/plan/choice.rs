@@ -2,7 +2,7 @@
 
 #[cfg(feature = "viewer")]
 use super::Looks;
-use super::{InputPlan, is_standard_input};
+use super::{InputPlan, PicturePath, is_standard_input};
 use crate::{
     accel::BuildQuality,
     bench::Method,
@@ -99,6 +99,18 @@ pub struct InfoPlan {
     pub json: Option<JsonTarget>,
     /// Memory that the scene may take, bytes.
     pub memory: u64,
+}
+
+/// What `octray merge` does.
+#[derive(Debug)]
+pub struct MergePlan {
+    pub tiles: Vec<PathBuf>,
+    pub output: PicturePath,
+    /// Do nothing if the picture exists.
+    pub skip_existing: bool,
+    /// Memory that the call may take, bytes.
+    pub memory: u64,
+    pub quiet: bool,
 }
 
 /// What `octray bench` does.

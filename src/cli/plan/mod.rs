@@ -4,6 +4,7 @@
 
 mod choice;
 mod input;
+mod job;
 mod names;
 mod places;
 mod poses;
@@ -12,10 +13,11 @@ mod turntable;
 
 #[cfg(feature = "viewer")]
 pub use choice::ViewPlan;
-pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, VerifyPlan};
+pub use choice::{BenchPlan, BenchScenes, Build, GeneratePlan, InfoPlan, JsonTarget, MergePlan, VerifyPlan};
 pub use input::{
     CameraOptions, InputKind, InputPlan, MeshOptions, StartView, Style, is_standard_input, kind_of, name,
 };
+pub use job::{Engine, JobPlan};
 pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
 pub use poses::{Poses, SavedPoses};
 pub use render::{
@@ -32,6 +34,8 @@ pub enum Plan {
     Render(Box<RenderPlan>),
     #[cfg(feature = "viewer")]
     View(Box<ViewPlan>),
+    Job(Box<JobPlan>),
+    Merge(MergePlan),
     Info(InfoPlan),
     Bench(BenchPlan),
     Verify(VerifyPlan),
@@ -49,6 +53,8 @@ impl Plan {
             Self::Render(plan) => plan.memory,
             #[cfg(feature = "viewer")]
             Self::View(plan) => plan.memory,
+            Self::Job(plan) => plan.render.memory,
+            Self::Merge(plan) => plan.memory,
             Self::Info(plan) => plan.memory,
             Self::Bench(plan) => plan.memory,
             _ => memory::limit(None),

@@ -120,12 +120,12 @@ pub fn picture(aovs: &Aovs, which: AovKind, range: DepthRange, transfer: Transfe
 
 /// The AOV's EXR channels, unscaled.
 pub fn channels(aovs: &Aovs, which: AovKind) -> Vec<Channel> {
-    let floats = |name, value: &dyn Fn(&Aov) -> f32| Channel {
-        name,
+    let floats = |name: &'static str, value: &dyn Fn(&Aov) -> f32| Channel {
+        name: name.into(),
         values: Values::Floats(aovs.pixels.iter().map(value).collect()),
     };
-    let whole = |name, value: &dyn Fn(&Aov) -> u32| Channel {
-        name,
+    let whole = |name: &'static str, value: &dyn Fn(&Aov) -> u32| Channel {
+        name: name.into(),
         values: Values::Whole(aovs.pixels.iter().map(value).collect()),
     };
     match which {

@@ -80,6 +80,11 @@ impl AovFiles {
         &self.files
     }
 
+    /// The AOVs that have files of their own beside the picture.
+    pub fn in_files(&self) -> impl Iterator<Item = AovKind> {
+        self.asked.iter().copied().take(self.files.len())
+    }
+
     /// Renders the AOVs, if any were asked for.
     ///
     /// # Errors
@@ -116,6 +121,7 @@ impl AovFiles {
         }
         for (file, &which) in self.files.iter().zip(&self.asked) {
             let mut own = Picture::from(Pixels::Bytes(aov::picture(aovs, which, *range, self.transfer)));
+            own.place = picture.place;
             file.write(&mut own)?;
         }
         Ok(())

@@ -1,28 +1,20 @@
 //! `--compare`: a picture against a reference.
 
 use super::{
+    decode::Source,
     output::Output,
     picture::{Picture, Pixels},
 };
 use crate::{
     cli::{CliError, plan::CompareOptions},
-    error::{clip, clip_path, in_bytes},
-    format,
+    error::clip_path,
     render::{ByteFilm, Film, Transfer, quantize},
 };
-use image::{DynamicImage, ImageError, ImageReader, ImageResult, Limits};
+use image::{DynamicImage, ImageReader};
 use std::{
     borrow::Cow,
-    fs::File,
-    io::{self, BufReader, Read, Take},
-    panic::{self, AssertUnwindSafe},
     path::{Path, PathBuf},
 };
-
-/// What a decoder may take besides the picture, bytes.
-const DECODER_BYTES: u64 = 1 << 26;
-/// The largest pixel of a decoded picture: four floats.
-const PIXEL_BYTES: u64 = 16;
 
 /// A reference, and how a rendered picture is compared with it.
 #[derive(Debug)]
@@ -61,7 +53,7 @@ impl Comparison {
             )));
         }
         let size = (width, height);
-        let found = read(&reference, size, ImageReader::into_dimensions)?;
+        let found = source(&reference, size).read(None, ImageReader::into_dimensions)?;
         if found != (width, height) {
             return Err(CliError::Failed(format!(
                 "cannot compare pictures of different sizes: the picture has {width}x{height} pixels, the reference {} \
@@ -113,15 +105,7 @@ impl Comparison {
     }
 
     fn read(&self) -> Result<DynamicImage, CliError> {
-        let size @ (width, height) = (self.width, self.height);
-        let picture = read(&self.reference, size, |mut reader| {
-            let mut limits = Limits::default();
-            limits.max_alloc = Some(DECODER_BYTES + 2 * picture_bytes(size));
-            limits.max_image_width = Some(width);
-            limits.max_image_height = Some(height);
-            reader.limits(limits);
-            reader.decode()
-        })?;
+        let picture = source(&self.reference, (self.width, self.height)).decode(None)?;
         // The file may have changed since it was checked.
         if (picture.width(), picture.height()) != (self.width, self.height) {
             return Err(CliError::Failed(format!(
@@ -152,62 +136,12 @@ impl Comparison {
     }
 }
 
-fn picture_bytes((width, height): (u32, u32)) -> u64 {
-    u64::from(width) * u64::from(height) * PIXEL_BYTES
-}
-
-/// A picture's file, of which no more is read than was there when it was opened.
-type Reader = ImageReader<BufReader<Take<File>>>;
-
-/// Reads a picture that should have this size with `work`, in the format of its first bytes.
-fn read<T>(
-    path: &Path,
-    size: (u32, u32),
-    work: impl FnOnce(Reader) -> ImageResult<T>,
-) -> Result<T, CliError> {
-    let file = open(path, size).map_err(ImageError::IoError);
-    let reader = file.and_then(|file| Ok(ImageReader::new(BufReader::new(file)).with_guessed_format()?));
-    let read = reader.and_then(|reader| without_panic(|| work(reader)));
-    read.map_err(|error| unreadable(path, &error))
-}
-
-/// Opens a regular file that is no larger than a picture of this size can be: some decoders read the whole file at once.
-fn open(path: &Path, size: (u32, u32)) -> io::Result<Take<File>> {
-    let file = format::open_file(path)?;
-    let found = file.metadata()?;
-    let most = DECODER_BYTES + picture_bytes(size);
-    if found.len() > most {
-        return Err(io::Error::other(format!(
-            "the file has {}, expected at most {} for a picture of {}x{}",
-            in_bytes(found.len()),
-            in_bytes(most),
-            size.0,
-            size.1
-        )));
+fn source(path: &Path, size: (u32, u32)) -> Source<'_> {
+    Source {
+        path,
+        role: "reference",
+        size,
     }
-    Ok(file.take(found.len()))
-}
-
-/// Makes a panic of a decoder an error. Its message would go to standard error.
-fn without_panic<T>(work: impl FnOnce() -> ImageResult<T>) -> ImageResult<T> {
-    let hook = panic::take_hook();
-    panic::set_hook(Box::new(|_| {}));
-    let done = panic::catch_unwind(AssertUnwindSafe(work));
-    panic::set_hook(hook);
-    done.unwrap_or_else(|_| Err(ImageError::IoError(io::Error::other("its decoder failed"))))
-}
-
-fn unreadable(path: &Path, error: &ImageError) -> CliError {
-    let reason = match error {
-        ImageError::IoError(error) if error.kind() == io::ErrorKind::NotFound => "no such file".to_owned(),
-        ImageError::IoError(error) => error.to_string(),
-        ImageError::Unsupported(_) => {
-            "unknown picture format, expected PNG, PPM, QOI, JPEG, BMP, TIFF or EXR".to_owned()
-        }
-        error => error.to_string(),
-    };
-    let reason = clip(&reason);
-    CliError::Failed(format!("cannot read the reference {}: {reason}", clip_path(path)))
 }
 
 /// A decoded picture with alpha: floats if its file has floats, else bytes.

@@ -3,6 +3,7 @@
 use super::{
     exr_layers,
     picture::{Picture, Pixels},
+    place::{PNG_KEYWORD, Place},
 };
 use crate::cli::CliError;
 use crate::render::write_png;
@@ -67,6 +68,11 @@ impl Format {
         matches!(self, Self::Png | Self::Qoi | Self::Tiff | Self::Exr | Self::Apng)
     }
 
+    /// Whether a file's pixels are not exactly those that were written.
+    pub fn is_lossy(self) -> bool {
+        matches!(self, Self::Jpeg | Self::Gif)
+    }
+
     /// Whether octray's files of this format say who wrote them.
     pub fn has_mark(self) -> bool {
         matches!(self, Self::Png | Self::Exr | Self::Apng)
@@ -77,17 +83,29 @@ impl Format {
         matches!(self, Self::Gif | Self::Apng | Self::Y4m)
     }
 
+    /// What to call the format.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Png => "PNG",
+            Self::Ppm => "PPM",
+            Self::Qoi => "QOI",
+            Self::Jpeg => "JPEG",
+            Self::Bmp => "BMP",
+            Self::Tiff => "TIFF",
+            Self::Exr => "EXR",
+            Self::Gif => "GIF",
+            Self::Apng => "animated PNG",
+            Self::Y4m => "Y4M",
+        }
+    }
+
     /// Whether a picture of this size can be written.
     ///
     /// # Errors
     /// [`CliError::Failed`] with the format's limit.
     pub fn check_size(self, width: u32, height: u32) -> Result<(), CliError> {
-        let name = match self {
-            Self::Jpeg => "JPEG",
-            Self::Gif => "GIF",
-            _ => return Ok(()),
-        };
-        if width.max(height) > MAX_SIDE {
+        if matches!(self, Self::Jpeg | Self::Gif) && width.max(height) > MAX_SIDE {
+            let name = self.name();
             return Err(CliError::Failed(format!(
                 "a picture of {width}x{height} is too large for {name}: a side has at most {MAX_SIDE} pixels"
             )));
@@ -103,33 +121,51 @@ impl Format {
     pub fn encode(self, picture: &mut Picture) -> Result<Vec<u8>, CliError> {
         let mut bytes = Cursor::new(Vec::new());
         self.encode_into(picture, &mut bytes)
-            .map_err(|error| CliError::Failed(format!("cannot encode the picture: {error}")))?;
-        Ok(bytes.into_inner())
+            .map_err(|error| failed(&error))?;
+        let mut bytes = bytes.into_inner();
+        if let Some(place) = picture.place {
+            place.add_to(self, &mut bytes);
+        }
+        Ok(bytes)
+    }
+
+    /// The file's bytes from a picture's bytes, RGB or RGBA, as [`Self::encode`] makes them of a whole picture.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`] if the encoder refuses the picture.
+    pub fn encode_whole(self, bytes: &[u8], size: [u32; 2], has_alpha: bool) -> Result<Vec<u8>, CliError> {
+        let color = if has_alpha {
+            ExtendedColorType::Rgba8
+        } else {
+            ExtendedColorType::Rgb8
+        };
+        let mut to = Cursor::new(Vec::new());
+        self.encode_bytes(bytes, size, color, None, &mut to)
+            .map_err(|error| failed(&error))?;
+        Ok(to.into_inner())
     }
 
     fn encode_into(self, picture: &mut Picture, to: &mut Cursor<Vec<u8>>) -> ImageResult<()> {
         let exr = self == Self::Exr;
         let layers = std::mem::take(&mut picture.layers);
-        match &picture.pixels {
+        let place = picture.place;
+        let color = match &picture.pixels {
             Pixels::Linear(film) if exr && layers.is_empty() => {
-                exr_layers::write_rgb(film, to).map_err(exr_error)
+                return exr_layers::write_rgb(film, place, to).map_err(exr_error);
             }
             Pixels::Linear(film) if exr => {
-                exr_layers::write(film, ["R", "G", "B"], layers, to).map_err(exr_error)
+                return exr_layers::write(film, ["R", "G", "B"], layers, place, to).map_err(exr_error);
             }
             Pixels::Transparent(film) if exr && layers.is_empty() => {
-                exr_layers::write_rgba(film, to).map_err(exr_error)
+                return exr_layers::write_rgba(film, place, to).map_err(exr_error);
             }
             Pixels::Transparent(film) if exr => {
-                exr_layers::write(film, ["R", "G", "B", "A"], layers, to).map_err(exr_error)
+                return exr_layers::write(film, ["R", "G", "B", "A"], layers, place, to).map_err(exr_error);
             }
-            Pixels::Transparent(_) => {
-                self.encode_bytes(&picture.bytes(), picture.size(), ExtendedColorType::Rgba8, to)
-            }
-            Pixels::Bytes(_) | Pixels::Linear(_) => {
-                self.encode_bytes(&picture.bytes(), picture.size(), ExtendedColorType::Rgb8, to)
-            }
-        }
+            Pixels::Transparent(_) => ExtendedColorType::Rgba8,
+            Pixels::Bytes(_) | Pixels::Linear(_) => ExtendedColorType::Rgb8,
+        };
+        self.encode_bytes(&picture.bytes(), picture.size(), color, place, to)
     }
 
     fn encode_bytes(
@@ -137,16 +173,17 @@ impl Format {
         bytes: &[u8],
         [width, height]: [u32; 2],
         color: ExtendedColorType,
+        place: Option<Place>,
         to: &mut Cursor<Vec<u8>>,
     ) -> ImageResult<()> {
         match self {
             // Tuned: see docs/lab-notes.md#png-filter
-            Self::Png => Ok(write_png(
-                to,
-                [width, height],
-                bytes,
-                color == ExtendedColorType::Rgba8,
-            )?),
+            Self::Png => {
+                let place = place.map(|place| place.to_string());
+                let texts: Vec<_> = place.iter().map(|place| (PNG_KEYWORD, place.as_str())).collect();
+                let has_alpha = color == ExtendedColorType::Rgba8;
+                Ok(write_png(to, [width, height], bytes, has_alpha, &texts)?)
+            }
             Self::Ppm => {
                 let subtype = PnmSubtype::Pixmap(SampleEncoding::Binary);
                 PnmEncoder::new(to)
@@ -165,6 +202,10 @@ impl Format {
             }
         }
     }
+}
+
+fn failed(error: &ImageError) -> CliError {
+    CliError::Failed(format!("cannot encode the picture: {error}"))
 }
 
 /// An error of the exr crate as one of the image crate.

@@ -2,12 +2,13 @@
 //!
 //! The image crate writes colours only, and its blocks in the order in which threads finish: other bytes each time.
 
+use super::place::{EXR_ATTRIBUTE, Place};
 use crate::render::{Film, Pixel, SOFTWARE};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
     SpecificChannels, Vec2, WritableImage,
 };
-use std::io::Cursor;
+use std::{borrow::Cow, io::Cursor};
 
 /// Blocks in increasing order, so that the same picture always gives the same bytes.
 const ENCODING: Encoding = Encoding {
@@ -19,13 +20,13 @@ const ENCODING: Encoding = Encoding {
 ///
 /// # Errors
 /// The exr crate's error.
-pub fn write_rgb(film: &Film, to: &mut Cursor<Vec<u8>>) -> exr::error::UnitResult {
+pub fn write_rgb(film: &Film, place: Option<Place>, to: &mut Cursor<Vec<u8>>) -> exr::error::UnitResult {
     let size @ Vec2(width, _) = size(film);
     let channels = SpecificChannels::rgb(|Vec2(x, y)| {
         let [r, g, b] = film.pixels()[y * width + x];
         (r, g, b)
     });
-    Image::from_layer(Layer::new(size, attributes(), ENCODING, channels))
+    Image::from_layer(Layer::new(size, attributes(place), ENCODING, channels))
         .write()
         .to_buffered(to)
 }
@@ -34,23 +35,34 @@ pub fn write_rgb(film: &Film, to: &mut Cursor<Vec<u8>>) -> exr::error::UnitResul
 ///
 /// # Errors
 /// The exr crate's error.
-pub fn write_rgba(film: &Film<[f32; 4]>, to: &mut Cursor<Vec<u8>>) -> exr::error::UnitResult {
+pub fn write_rgba(
+    film: &Film<[f32; 4]>,
+    place: Option<Place>,
+    to: &mut Cursor<Vec<u8>>,
+) -> exr::error::UnitResult {
     let size @ Vec2(width, _) = size(film);
     let channels = SpecificChannels::rgba(|Vec2(x, y)| {
         let [r, g, b, alpha] = film.pixels()[y * width + x];
         (r, g, b, alpha)
     });
-    Image::from_layer(Layer::new(size, attributes(), ENCODING, channels))
+    Image::from_layer(Layer::new(size, attributes(place), ENCODING, channels))
         .write()
         .to_buffered(to)
 }
 
-/// Who wrote the file.
-fn attributes() -> LayerAttributes {
-    LayerAttributes {
+/// Who wrote the file, and where in the whole picture it lies. The display window is the crop's own, so that viewers show
+/// the crop alone.
+fn attributes(place: Option<Place>) -> LayerAttributes {
+    let mut attributes = LayerAttributes {
         software_name: Some(SOFTWARE.into()),
         ..LayerAttributes::default()
+    };
+    if let Some(place) = place {
+        attributes.layer_position = Vec2(place.crop.x0 as i32, place.crop.y0 as i32);
+        let text = AttributeValue::Text(place.to_string().as_str().into());
+        attributes.other.insert(EXR_ATTRIBUTE.into(), text);
     }
+    attributes
 }
 
 fn size<P: Pixel>(film: &Film<P>) -> Vec2<usize> {
@@ -59,7 +71,7 @@ fn size<P: Pixel>(film: &Film<P>) -> Vec2<usize> {
 
 /// A channel by its full name, such as `normal.X`, row by row.
 pub struct Channel {
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     pub values: Values,
 }
 
@@ -77,6 +89,7 @@ pub fn write<const N: usize>(
     film: &Film<[f32; N]>,
     names: [&'static str; N],
     layers: Vec<Channel>,
+    place: Option<Place>,
     to: &mut Cursor<Vec<u8>>,
 ) -> exr::error::UnitResult
 where
@@ -91,11 +104,11 @@ where
             Values::Floats(values) => FlatSamples::F32(values),
             Values::Whole(values) => FlatSamples::U32(values),
         };
-        AnyChannel::new(channel.name, values)
+        AnyChannel::new(&*channel.name, values)
     });
     let layer = Layer::new(
         size(film),
-        attributes(),
+        attributes(place),
         ENCODING,
         AnyChannels::sort(color.chain(others).collect()),
     );

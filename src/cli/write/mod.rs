@@ -4,12 +4,16 @@ mod animation;
 mod aov;
 mod aov_files;
 mod compare;
+mod decode;
 mod encode;
 mod exr_layers;
 mod json;
+mod merge;
 mod output;
 mod picture;
+mod place;
 mod replace;
+mod samples;
 mod sheet;
 
 pub use animation::Animation;
@@ -19,6 +23,7 @@ pub use compare::{Comparison, Verdict};
 #[cfg(feature = "viewer")]
 pub use encode::Format;
 pub use json::{json_line, write_json};
+pub use merge::Tiles;
 pub use output::Output;
 #[cfg(feature = "viewer")]
 pub use picture::Pixels;

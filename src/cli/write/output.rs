@@ -321,8 +321,16 @@ impl Output {
     /// [`CliError`].
     pub fn write(&self, picture: &mut Picture) -> Result<(), CliError> {
         let bytes = self.format.encode(picture)?;
+        self.write_bytes(&bytes)
+    }
+
+    /// Writes the bytes of an encoded picture, as [`Self::write`] does.
+    ///
+    /// # Errors
+    /// [`CliError`].
+    pub fn write_bytes(&self, bytes: &[u8]) -> Result<(), CliError> {
         let mut opened = self.open()?;
-        self.append(&mut opened, &bytes)?;
+        self.append(&mut opened, bytes)?;
         self.close(opened)
     }
 

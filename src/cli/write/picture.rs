@@ -1,6 +1,6 @@
 //! A picture in the kind of pixels that its file will hold.
 
-use super::{encode::Format, exr_layers::Channel};
+use super::{encode::Format, exr_layers::Channel, place::Place};
 use crate::{
     cli::plan::PictureOptions,
     render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Settings, Transfer},
@@ -23,6 +23,8 @@ pub struct Picture {
     pub transfer: Transfer,
     /// Other channels of an EXR file.
     pub layers: Vec<Channel>,
+    /// Where it lies in the whole picture, if it is a crop.
+    pub place: Option<Place>,
 }
 
 impl Picture {
@@ -53,6 +55,7 @@ impl Picture {
         settings: &Settings,
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStats, RenderError> {
+        self.place = Place::of(settings);
         match &mut self.pixels {
             Pixels::Bytes(film) => renderer.render(camera, settings, film, on_progress),
             Pixels::Linear(film) => renderer.render(camera, settings, film, on_progress),
@@ -87,6 +90,7 @@ impl From<Pixels> for Picture {
             pixels,
             transfer: Transfer::Linear,
             layers: Vec::new(),
+            place: None,
         }
     }
 }

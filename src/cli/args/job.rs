@@ -1,0 +1,113 @@
+//! Arguments of `octray job`: those of `octray render`, and what becomes of them.
+
+use super::{definition, render::RenderArgs, values};
+use crate::cli::{
+    CliError,
+    plan::{Engine, JobPlan, is_standard_input},
+};
+use clap::{ArgAction, ArgMatches, Args, parser::ValueSource};
+use std::path::{Path, PathBuf};
+
+/// Options of `octray render` that tasks have of their own, or do not need.
+const LEFT_OUT: [&str; 8] = [
+    "output",
+    "frames",
+    "skip_existing",
+    "quiet",
+    "config",
+    "no_config",
+    "help",
+    "version",
+];
+
+/// Arguments of `octray job`.
+#[derive(Args, Debug)]
+pub struct JobArgs {
+    /// What runs the tasks
+    #[arg(long = "for", value_name = "ENGINE", value_enum, help_heading = "Job")]
+    pub engine: Engine,
+
+    /// Directory for the job's files and tiles; created, or empty
+    #[arg(long, value_name = "FOLDER", help_heading = "Job")]
+    pub into: PathBuf,
+
+    /// Divide each picture into tiles, merged in the end [default: 4x4 for a single picture, none for several]
+    #[arg(long, value_name = "COLUMNSxROWS", value_parser = values::grid, help_heading = "Job")]
+    pub tiles: Option<[u32; 2]>,
+
+    /// Frames of a turntable, or tiles, that a task renders
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>, default_value = "1", help_heading = "Job")]
+    pub chunk: u32,
+
+    #[command(flatten)]
+    pub render: RenderArgs,
+}
+
+impl JobArgs {
+    /// Checks the arguments. `matches` are the same as clap found them.
+    ///
+    /// # Errors
+    /// [`CliError`], as for `octray render`, and for options that do not go with a job.
+    pub fn plan(&self, matches: &ArgMatches) -> Result<JobPlan, CliError> {
+        let render = &self.render;
+        let refused = [
+            ("--crop", render.picture.crop.is_some()),
+            ("--sheet", render.series.sheet.is_some()),
+            ("--save-poses", render.series.save_poses.is_some()),
+            ("--compare", render.comparison.compare.is_some()),
+            ("--stats", render.stats),
+            ("--json", render.json.is_some()),
+        ];
+        if let Some((option, _)) = refused.iter().find(|(_, is_given)| *is_given) {
+            return Err(CliError::Usage(format!(
+                "{option} does not go with octray job, whose tasks each make a part"
+            )));
+        }
+        let inputs = render.scenes.iter().chain(&render.output);
+        if inputs.into_iter().any(|path| is_standard_input(path)) {
+            let why = "tasks have no standard input and output: name files instead of -";
+            return Err(CliError::Usage(why.into()));
+        }
+        let output = render.output.as_deref().map(text).transpose()?;
+        Ok(JobPlan {
+            options: spelled(matches)?,
+            output: output.map(str::to_owned),
+            engine: self.engine,
+            folder: self.into.clone(),
+            tiles: self.tiles,
+            chunk: self.chunk,
+            quiet: render.quiet,
+            render: render.plan()?,
+        })
+    }
+}
+
+/// The options of `octray render` that were given, in the long form and with their values.
+fn spelled(matches: &ArgMatches) -> Result<Vec<String>, CliError> {
+    let all = definition();
+    let render = all.find_subcommand("render");
+    let mut options = Vec::new();
+    for option in render.into_iter().flat_map(clap::Command::get_arguments) {
+        let id = option.get_id().as_str();
+        let is_given = !LEFT_OUT.contains(&id) && matches.value_source(id) == Some(ValueSource::CommandLine);
+        let Some(long) = option.get_long().filter(|_| is_given) else {
+            continue;
+        };
+        if matches!(option.get_action(), ArgAction::SetTrue) {
+            options.push(format!("--{long}"));
+            continue;
+        }
+        for values in matches.get_raw_occurrences(id).into_iter().flatten() {
+            let values: Vec<&str> = values
+                .map(|value| text(Path::new(value)))
+                .collect::<Result<_, _>>()?;
+            options.push(format!("--{long}={}", values.join(",")));
+        }
+    }
+    Ok(options)
+}
+
+fn text(path: &Path) -> Result<&str, CliError> {
+    path.to_str()
+        .ok_or_else(|| CliError::Usage("a name that is not UTF-8 cannot be written into a job".into()))
+}

@@ -1,0 +1,238 @@
+//! The files that each engine reads.
+
+use super::{Work, line, text};
+use crate::cli::{CliError, plan::Engine};
+
+/// A file's name and its text.
+type File = (&'static str, String);
+
+const COMMANDS: &str = "commands.txt";
+const MERGES: &str = "merge.txt";
+
+/// All files of the job.
+///
+/// # Errors
+/// [`CliError::Usage`] for names that no script can hold.
+pub fn files(work: &Work, engine: Engine) -> Result<Vec<File>, CliError> {
+    let mut files = vec![(COMMANDS, lines(&work.commands))];
+    if !work.merges.is_empty() {
+        files.push((MERGES, lines(&work.merges)));
+    }
+    match engine {
+        Engine::Parallel => files.push(("run.sh", parallel(work)?)),
+        Engine::Slurm => {
+            files.push(("task.sh", task(work, "progress")));
+            files.push(("tasks.sbatch", tasks_sbatch(work)?));
+            if !work.merges.is_empty() {
+                files.push(("merge.sbatch", merge_sbatch(work)?));
+            }
+            files.push(("submit.sh", submit(work)?));
+        }
+        Engine::OpenJd => {
+            files.push(("task.sh", task(work, "openjd_progress")));
+            files.push(("template.yaml", template(work)));
+        }
+    }
+    Ok(files)
+}
+
+/// What starts the job.
+///
+/// # Errors
+/// [`CliError::Usage`] for names that no script can hold.
+pub fn start(work: &Work, engine: Engine) -> Result<String, CliError> {
+    let (words, file): (&[&str], _) = match engine {
+        Engine::Parallel => (&["sh"], "run.sh"),
+        Engine::Slurm => (&["sh"], "submit.sh"),
+        Engine::OpenJd => (&["openjd", "run"], "template.yaml"),
+    };
+    let file = path(work, file)?;
+    line(words.iter().copied().chain([file.as_str()]))
+}
+
+fn lines(lines: &[String]) -> String {
+    lines.iter().map(|line| format!("{line}\n")).collect()
+}
+
+fn path(work: &Work, name: &str) -> Result<String, CliError> {
+    Ok(text(&work.folder.join(name))?.to_owned())
+}
+
+/// A path as a word of a shell script.
+fn quoted(path: &str) -> Result<String, CliError> {
+    line([path])
+}
+
+fn file(work: &Work, name: &str) -> Result<String, CliError> {
+    quoted(&path(work, name)?)
+}
+
+fn parallel(work: &Work) -> Result<String, CliError> {
+    let merge = if work.merges.is_empty() {
+        String::new()
+    } else {
+        format!("sh -e {}\n", file(work, MERGES)?)
+    };
+    Ok(format!(
+        "#!/bin/sh\n\
+         # Renders by GNU parallel, one task at a time on each machine, and merges. After a failure, run it again.\n\
+         # Options of parallel may follow, such as: --sshlogin one,two --workdir \"$PWD\"\n\
+         set -eu\n\
+         cd {directory}\n\
+         PARALLEL_SHELL=/bin/sh\n\
+         export PARALLEL_SHELL\n\
+         parallel --jobs 1 --joblog {log} --resume --resume-failed \"$@\" < {commands}\n\
+         {merge}",
+        directory = quoted(&work.directory)?,
+        log = file(work, "joblog.txt")?,
+        commands = file(work, COMMANDS)?,
+    ))
+}
+
+/// Runs a task's lines of the commands, and says after each how much is done, in percent.
+fn task(work: &Work, progress: &str) -> String {
+    let (chunk, count, tasks) = (work.chunk, work.commands.len(), work.tasks());
+    format!(
+        "#!/bin/sh\n\
+         # Runs task $1 of {tasks}, from the directory that paths are relative to.\n\
+         set -eu\n\
+         commands=$(dirname \"$0\")/{COMMANDS}\n\
+         first=$((($1 - 1) * {chunk} + 1))\n\
+         last=$(($1 * {chunk}))\n\
+         [ \"$last\" -le {count} ] || last={count}\n\
+         line=$first\n\
+         while [ \"$line\" -le \"$last\" ]; do\n    \
+             command=$(sed -n \"${{line}}p\" \"$commands\")\n    \
+             sh -c \"$command\"\n    \
+             line=$((line + 1))\n    \
+             echo \"{progress}: $(((line - first) * 100 / (last - first + 1)))\"\n\
+         done\n"
+    )
+}
+
+fn tasks_sbatch(work: &Work) -> Result<String, CliError> {
+    Ok(format!(
+        "#!/bin/sh\n\
+         #SBATCH --job-name=octray\n\
+         #SBATCH --array=1-{}\n\
+         set -eu\n\
+         sh {} \"$SLURM_ARRAY_TASK_ID\"\n",
+        work.tasks(),
+        file(work, "task.sh")?
+    ))
+}
+
+fn merge_sbatch(work: &Work) -> Result<String, CliError> {
+    Ok(format!(
+        "#!/bin/sh\n\
+         #SBATCH --job-name=octray-merge\n\
+         set -eu\n\
+         sh -e {}\n",
+        file(work, MERGES)?
+    ))
+}
+
+/// Slurm runs a job where it was submitted, and ends what waits for a job that failed.
+fn submit(work: &Work) -> Result<String, CliError> {
+    // A % is Slurm's own in names of logs.
+    let log = |name: &str| Ok::<_, CliError>(path(work, "")?.replace('%', "%%") + name);
+    let tasks = format!(
+        "sbatch --parsable --output={} \"$@\" {}",
+        quoted(&log("%A_%a.log")?)?,
+        file(work, "tasks.sbatch")?
+    );
+    let merge = if work.merges.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "sbatch --dependency=\"afterok:${{tasks%%;*}}\" --kill-on-invalid-dep=yes --output={} \"$@\" {}\n",
+            quoted(&log("merge.log")?)?,
+            file(work, "merge.sbatch")?
+        )
+    };
+    Ok(format!(
+        "#!/bin/sh\n\
+         # Submits the tasks, and the merge that waits for them. Options of sbatch may follow, such as: --partition=night\n\
+         # After a failure, run it again: whole pictures stay.\n\
+         set -eu\n\
+         cd {}\n\
+         tasks=$({tasks})\n\
+         echo \"tasks: $tasks\"\n\
+         {merge}",
+        quoted(&work.directory)?
+    ))
+}
+
+/// A template of version 2023-09. Defaults of paths begin at the template and never lead out of its directory, so the one
+/// that calls begin in is a string. JSON's strings are YAML's, too.
+fn template(work: &Work) -> String {
+    let string = |text: &str| serde_json::Value::from(text).to_string();
+    let plain = |c: char| {
+        if c.is_ascii_alphanumeric() || "-_.".contains(c) {
+            c
+        } else {
+            '-'
+        }
+    };
+    let name: String = work.name.chars().map(plain).take(100).collect();
+    let merge = if work.merges.is_empty() {
+        String::new()
+    } else {
+        format!(
+            r#"  - name: Merge
+    dependencies:
+      - dependsOn: Render
+    script:
+      actions:
+        onRun:
+          command: sh
+          args: ["{{{{Task.File.Merge}}}}", "{{{{Param.Directory}}}}", "{{{{Param.Job}}}}"]
+      embeddedFiles:
+        - name: Merge
+          type: TEXT
+          data: |
+            set -eu
+            cd "$1"
+            sh -e "$2/{MERGES}"
+"#
+        )
+    };
+    format!(
+        r#"specificationVersion: jobtemplate-2023-09
+name: {name}
+parameterDefinitions:
+  - name: Directory
+    type: STRING
+    default: {directory}
+    description: Where all paths of the job begin that are not absolute.
+  - name: Job
+    type: PATH
+    objectType: DIRECTORY
+    dataFlow: INOUT
+    default: .
+    description: The directory of this template, with the commands and the tiles.
+steps:
+  - name: Render
+    parameterSpace:
+      taskParameterDefinitions:
+        - name: Task
+          type: INT
+          range: "1-{tasks}"
+    script:
+      actions:
+        onRun:
+          command: sh
+          args: ["{{{{Task.File.Run}}}}", "{{{{Param.Directory}}}}", "{{{{Param.Job}}}}", "{{{{Task.Param.Task}}}}"]
+      embeddedFiles:
+        - name: Run
+          type: TEXT
+          data: |
+            set -eu
+            cd "$1"
+            sh "$2/task.sh" "$3"
+{merge}"#,
+        name = string(&format!("octray {name}")),
+        directory = string(&work.directory),
+        tasks = work.tasks(),
+    )
+}

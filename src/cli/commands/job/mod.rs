@@ -1,0 +1,292 @@
+//! `octray job`: the tasks of a farm as files. octray itself starts nothing and talks to nobody.
+//!
+//! ```text
+//! commands.txt   one call of octray a line: frames, or tiles
+//! merge.txt      one call of `octray merge` for each picture that has tiles
+//! ...            what the engine reads: it runs all lines of the first, then those of the second
+//! ```
+
+mod engines;
+
+use crate::{
+    cli::{
+        CliError,
+        plan::{Frame, Job, JobPlan, aov_path, stem},
+        report,
+        write::AovKind,
+    },
+    error::clip_path,
+    whole_file,
+};
+use std::{
+    env, fs,
+    io::{self, Write as _},
+    path::{Path, PathBuf},
+};
+
+/// The most lines of `commands.txt`.
+const MOST_TASKS: u64 = 100_000;
+/// Columns and rows of a single picture's tiles.
+const USUAL_TILES: u32 = 4;
+
+/// What the engine runs.
+struct Work {
+    /// Calls that render, in any order.
+    commands: Vec<String>,
+    /// Calls that merge, after all others.
+    merges: Vec<String>,
+    /// Calls of a task.
+    chunk: usize,
+    /// Where all paths begin that are not absolute.
+    directory: String,
+    folder: PathBuf,
+    name: String,
+}
+
+impl Work {
+    fn tasks(&self) -> usize {
+        self.commands.len().div_ceil(self.chunk)
+    }
+}
+
+/// Writes the job's files, each whole or not at all.
+///
+/// # Errors
+/// [`CliError`]: a picture that has no tiles, a folder that is not empty, a name that no line of a script can hold.
+pub fn run(plan: &JobPlan) -> Result<(), CliError> {
+    let work = work(plan)?;
+    make_folder(&plan.folder)?;
+    if !work.merges.is_empty() {
+        make_folder(&plan.folder.join("tiles"))?;
+    }
+    for (name, text) in engines::files(&work, plan.engine)? {
+        write(&plan.folder.join(name), &text)?;
+    }
+    if plan.quiet || !report::notes_to_terminal() {
+        return Ok(());
+    }
+    let tasks = work.tasks();
+    let start = engines::start(&work, plan.engine)?;
+    report::note(&format!("{tasks} tasks; start them with: {start}\n"));
+    Ok(())
+}
+
+fn work(plan: &JobPlan) -> Result<Work, CliError> {
+    let jobs = &plan.render.jobs;
+    let frames = || {
+        jobs.iter()
+            .flat_map(|job| job.frames.iter().map(move |frame| (job, frame)))
+    };
+    let count = frames().count();
+    if count == 0 {
+        return Err(CliError::Failed(
+            "all pictures exist already: nothing is left to do".into(),
+        ));
+    }
+    if let Some((_, frame)) = frames().find(|(_, frame)| frame.output.is_film() || !frame.output.is_file()) {
+        return Err(CliError::Usage(format!(
+            "{}: a job makes pictures in files; name frames such as a-##.png",
+            frame.output.name()
+        )));
+    }
+    let settings = &plan.render.looks.mesh.settings;
+    let usual = (count == 1).then(|| [settings.width, settings.height].map(|side| side.min(USUAL_TILES)));
+    let (mut commands, mut merges) = (Vec::new(), Vec::new());
+    let chunk = match plan.tiles.or(usual) {
+        None => {
+            for job in jobs {
+                commands.extend(frame_commands(plan, job)?);
+            }
+            1
+        }
+        Some(grid) => {
+            check_tiles(plan, grid, count)?;
+            for (i, (job, frame)) in frames().enumerate() {
+                let number = (count > 1).then_some(i + 1);
+                let tiles = Tiles {
+                    plan,
+                    job,
+                    frame,
+                    number,
+                };
+                tiles.add(grid, &mut commands, &mut merges)?;
+            }
+            plan.chunk as usize
+        }
+    };
+    let directory = env::current_dir()
+        .map_err(|error| CliError::Failed(format!("cannot find the current directory: {error}")))?;
+    let name = jobs.first().map(|job| stem(&job.input.path).to_string_lossy());
+    Ok(Work {
+        commands,
+        merges,
+        chunk,
+        directory: text(&directory)?.to_owned(),
+        folder: plan.folder.clone(),
+        name: name.unwrap_or_default().into_owned(),
+    })
+}
+
+fn check_tiles(plan: &JobPlan, [columns, rows]: [u32; 2], pictures: usize) -> Result<(), CliError> {
+    let settings = &plan.render.looks.mesh.settings;
+    let (width, height) = (settings.width, settings.height);
+    if columns > width || rows > height {
+        return Err(CliError::Usage(format!(
+            "--tiles {columns}x{rows}: a picture of {width}x{height} has fewer pixels than tiles"
+        )));
+    }
+    let tasks = u64::from(columns) * u64::from(rows) * pictures as u64;
+    if tasks > MOST_TASKS {
+        return Err(CliError::Usage(format!(
+            "--tiles {columns}x{rows}: {tasks} tiles, expected at most {MOST_TASKS}"
+        )));
+    }
+    Ok(())
+}
+
+/// Calls for the frames of a scene: as many frames a call as a chunk has, as far as they follow each other.
+fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
+    let numbers: Vec<u32> = job
+        .frames
+        .iter()
+        .filter_map(|frame| Some(frame.turn?.number))
+        .collect();
+    let mut words = plan.options.clone();
+    words.extend(plan.output.iter().map(|output| format!("--output={output}")));
+    if numbers.is_empty() {
+        return Ok(vec![render(&words, job)?]);
+    }
+    let follows = |a: &u32, b: &u32| a + 1 == *b;
+    let chunks = numbers
+        .chunk_by(follows)
+        .flat_map(|run| run.chunks(plan.chunk as usize));
+    let commands = chunks.map(|chunk| {
+        let range = match chunk {
+            [first, .., last] => format!("--frames={first}-{last}"),
+            _ => format!("--frames={}", chunk[0]),
+        };
+        render(&[&words[..], &[range]].concat(), job)
+    });
+    commands.collect()
+}
+
+/// The tiles of one picture.
+struct Tiles<'a> {
+    plan: &'a JobPlan,
+    job: &'a Job,
+    frame: &'a Frame,
+    /// The picture's number, if there are several.
+    number: Option<usize>,
+}
+
+impl Tiles<'_> {
+    fn add(
+        &self,
+        [columns, rows]: [u32; 2],
+        commands: &mut Vec<String>,
+        merges: &mut Vec<String>,
+    ) -> Result<(), CliError> {
+        let output = Path::new(self.frame.output.full_name());
+        let format = self.frame.output.format();
+        if format.is_lossy() {
+            return Err(CliError::Usage(format!(
+                "{}: {} loses detail in each tile; name a picture such as .png",
+                self.frame.output.name(),
+                format.name()
+            )));
+        }
+        let extension = text(Path::new(output.extension().unwrap_or_default()))?;
+        let settings = &self.plan.render.looks.mesh.settings;
+        let edge = |i: u32, count: u32, side: u32| (u64::from(i) * u64::from(side) / u64::from(count)) as u32;
+        let mut tiles = Vec::new();
+        for y in 0..rows {
+            for x in 0..columns {
+                let [x0, x1] = [x, x + 1].map(|x| edge(x, columns, settings.width));
+                let [y0, y1] = [y, y + 1].map(|y| edge(y, rows, settings.height));
+                let number = self.number.map_or(String::new(), |number| format!("{number}-"));
+                let tile = self
+                    .plan
+                    .folder
+                    .join("tiles")
+                    .join(format!("{number}{x0}-{y0}.{extension}"));
+                let mut words = self.plan.options.clone();
+                words.extend(self.frame.turn.map(|turn| format!("--frames={}", turn.number)));
+                words.push(format!("--crop={x0},{y0},{x1},{y1}"));
+                words.push(format!("--output={}", text(&tile)?));
+                commands.push(render(&words, self.job)?);
+                tiles.push(tile);
+            }
+        }
+        merges.push(merge(output, &tiles)?);
+        for kind in self.frame.aovs.in_files() {
+            let aov = |path: &Path| aov_path(path, AovKind::name(kind)).map(|path| path.path);
+            let tiles: Vec<PathBuf> = tiles.iter().filter_map(|tile| aov(tile)).collect();
+            if let Some(output) = aov(output) {
+                merges.push(merge(&output, &tiles)?);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A call of `octray render` that leaves whole pictures alone.
+fn render(options: &[String], job: &Job) -> Result<String, CliError> {
+    let scene = text(&job.input.path)?;
+    let words = ["octray", "render", "--no-config", "--quiet", "--skip-existing"];
+    let words = words.into_iter().chain(options.iter().map(String::as_str));
+    line(words.chain(["--", scene]))
+}
+
+fn merge(output: &Path, tiles: &[PathBuf]) -> Result<String, CliError> {
+    let output = format!("--output={}", text(output)?);
+    let tiles: Vec<&str> = tiles.iter().map(|tile| text(tile)).collect::<Result<_, _>>()?;
+    let words = ["octray", "merge", "--quiet", &output, "--"];
+    line(words.into_iter().chain(tiles))
+}
+
+/// A line of a shell script.
+fn line<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<String, CliError> {
+    let quoted: Result<Vec<String>, _> = words.into_iter().map(quote).collect();
+    let line = quoted.map(|words| words.join(" ")).ok();
+    line.filter(|line| !line.contains(char::is_control))
+        .ok_or_else(|| CliError::Usage("a name with control characters cannot be written into a job".into()))
+}
+
+/// A word for the shell. Of an option only the value is quoted, which reads better.
+fn quote(word: &str) -> Result<String, shlex::QuoteError> {
+    match word.split_once('=') {
+        Some((option, value)) if option.starts_with("--") => {
+            Ok(format!("{option}={}", shlex::try_quote(value)?))
+        }
+        _ => shlex::try_quote(word).map(Into::into),
+    }
+}
+
+fn text(path: &Path) -> Result<&str, CliError> {
+    path.to_str().ok_or_else(|| {
+        CliError::Usage(format!(
+            "{}: a name that is not UTF-8 cannot be written into a job",
+            clip_path(path)
+        ))
+    })
+}
+
+/// Makes a folder, or takes one that is empty: an old job's tiles would be taken for this one's.
+fn make_folder(folder: &Path) -> Result<(), CliError> {
+    let failed =
+        |error: &io::Error| CliError::writing(&format!("to the directory {}", clip_path(folder)), error);
+    fs::create_dir_all(folder).map_err(|error| failed(&error))?;
+    let mut found = fs::read_dir(folder).map_err(|error| failed(&error))?;
+    match found.next() {
+        None => Ok(()),
+        Some(_) => Err(CliError::Failed(format!(
+            "the directory {} is not empty; name a new one with --into",
+            clip_path(folder)
+        ))),
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), CliError> {
+    whole_file::write(path, |out| out.write_all(text.as_bytes()))
+        .map_err(|error| CliError::writing(&clip_path(path), &error))
+}

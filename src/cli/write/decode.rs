@@ -1,0 +1,135 @@
+//! Pictures that are read: references of `--compare` and tiles of `octray merge`. They may hold anything.
+
+use crate::{
+    cli::CliError,
+    error::{clip, clip_path, in_bytes},
+    format,
+};
+use image::{DynamicImage, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
+use std::{
+    fs::File,
+    io::{self, BufReader, Read, Take},
+    panic::{self, AssertUnwindSafe},
+    path::Path,
+};
+
+/// What a decoder may take besides the picture, bytes.
+const DECODER_BYTES: u64 = 1 << 26;
+/// The largest pixel of a decoded picture: four floats.
+const PIXEL_BYTES: u64 = 16;
+
+/// A picture's file, of which no more is read than was there when it was opened.
+pub type Reader = ImageReader<BufReader<Take<File>>>;
+
+/// A file to be read.
+#[derive(Clone, Copy)]
+pub struct Source<'a> {
+    pub path: &'a Path,
+    /// What messages call it.
+    pub role: &'static str,
+    /// The size that the picture should have, pixels.
+    pub size: (u32, u32),
+}
+
+impl Source<'_> {
+    /// Reads the picture with `work`, in `format` or in that of its first bytes.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`].
+    pub fn read<T>(
+        self,
+        format: Option<ImageFormat>,
+        work: impl FnOnce(Reader) -> ImageResult<T>,
+    ) -> Result<T, CliError> {
+        let file = self.open(PIXEL_BYTES).map_err(ImageError::IoError);
+        let reader = file.and_then(|file| {
+            let file = BufReader::new(file);
+            Ok(match format {
+                Some(format) => ImageReader::with_format(file, format),
+                None => ImageReader::new(file).with_guessed_format()?,
+            })
+        });
+        let read = reader.and_then(|reader| without_panic(|| work(reader)));
+        read.map_err(|error| self.unreadable(&error))
+    }
+
+    /// Decodes the picture.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`].
+    pub fn decode(self, format: Option<ImageFormat>) -> Result<DynamicImage, CliError> {
+        let (width, height) = self.size;
+        self.read(format, |mut reader| {
+            let mut limits = Limits::default();
+            limits.max_alloc = Some(DECODER_BYTES + 2 * self.bytes(PIXEL_BYTES));
+            limits.max_image_width = Some(width);
+            limits.max_image_height = Some(height);
+            reader.limits(limits);
+            reader.decode()
+        })
+    }
+
+    /// Reads a file of at most `pixel_bytes` a pixel, and decodes its bytes with `work`.
+    ///
+    /// # Errors
+    /// [`CliError::Failed`].
+    pub fn read_bytes<T>(
+        self,
+        pixel_bytes: u64,
+        work: impl FnOnce(&[u8]) -> ImageResult<T>,
+    ) -> Result<T, CliError> {
+        let mut bytes = Vec::new();
+        let read = self
+            .open(pixel_bytes)
+            .and_then(|mut file| file.read_to_end(&mut bytes));
+        let read = read.map_err(ImageError::IoError);
+        read.and_then(|_| without_panic(|| work(&bytes)))
+            .map_err(|error| self.unreadable(&error))
+    }
+
+    /// Opens a regular file that is no larger than a picture of this size can be: some decoders read the whole file at once.
+    fn open(self, pixel_bytes: u64) -> io::Result<Take<File>> {
+        let file = format::open_file(self.path)?;
+        let found = file.metadata()?;
+        let most = DECODER_BYTES + self.bytes(pixel_bytes);
+        if found.len() > most {
+            return Err(io::Error::other(format!(
+                "the file has {}, expected at most {} for a picture of {}x{}",
+                in_bytes(found.len()),
+                in_bytes(most),
+                self.size.0,
+                self.size.1
+            )));
+        }
+        Ok(file.take(found.len()))
+    }
+
+    fn bytes(self, pixel_bytes: u64) -> u64 {
+        u64::from(self.size.0) * u64::from(self.size.1) * pixel_bytes
+    }
+
+    /// Why the file cannot be read.
+    pub fn unreadable(self, error: &ImageError) -> CliError {
+        let reason = match error {
+            ImageError::IoError(error) if error.kind() == io::ErrorKind::NotFound => {
+                "no such file".to_owned()
+            }
+            ImageError::IoError(error) => error.to_string(),
+            ImageError::Unsupported(_) => {
+                "unknown picture format, expected PNG, PPM, QOI, JPEG, BMP, TIFF or EXR".to_owned()
+            }
+            error => error.to_string(),
+        };
+        let (role, path, reason) = (self.role, clip_path(self.path), clip(&reason));
+        CliError::Failed(format!("cannot read the {role} {path}: {reason}"))
+    }
+}
+
+/// Makes a panic of a decoder an error. Its message would go to standard error.
+fn without_panic<T>(work: impl FnOnce() -> ImageResult<T>) -> ImageResult<T> {
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let done = panic::catch_unwind(AssertUnwindSafe(work));
+    panic::set_hook(hook);
+    done.unwrap_or_else(|_| Err(ImageError::IoError(io::Error::other("its decoder failed"))))
+}

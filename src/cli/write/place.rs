@@ -1,0 +1,173 @@
+//! Where a crop lies in its whole picture: every crop's file says it, for `octray merge`.
+//!
+//! PNG has a text chunk for it, PPM a comment, EXR an attribute beside its data window. QOI, BMP and TIFF have no room
+//! that all readers skip but the end of the file, so it follows the picture there.
+
+use super::encode::Format;
+use crate::render::{Crop, Settings};
+use std::fmt;
+
+/// The keyword of PNG's text chunk.
+pub const PNG_KEYWORD: &str = "Crop";
+/// The name of EXR's attribute.
+pub const EXR_ATTRIBUTE: &str = "octrayCrop";
+/// Where a place can be: in the first bytes of a file, or in the last.
+pub const HEAD_BYTES: u64 = 4096;
+pub const TAIL_BYTES: u64 = 128;
+
+/// A crop's place in its whole picture, and how many samples its pixels took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    pub crop: Crop,
+    /// Width and height of the whole picture, pixels.
+    pub whole: [u32; 2],
+    /// Samples a pixel, at most if `adaptive`.
+    pub samples: u32,
+    pub adaptive: bool,
+}
+
+impl Place {
+    /// The place of a picture with these settings; `None` if it is not a crop.
+    pub fn of(settings: &Settings) -> Option<Self> {
+        Some(Self {
+            crop: settings.crop?,
+            whole: [settings.width, settings.height],
+            samples: settings.samples,
+            adaptive: settings.adaptive,
+        })
+    }
+
+    /// As after `--samples`.
+    pub fn samples(self) -> String {
+        let auto = if self.adaptive { "auto:" } else { "" };
+        format!("{auto}{}", self.samples)
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        let (place, samples) = text.split_once(", samples ")?;
+        let (crop, whole) = place.split_once(" of ")?;
+        let number = |text: &str| text.parse::<u32>().ok();
+        let corners: Option<Vec<u32>> = crop.split(',').map(number).collect();
+        let &[x0, y0, x1, y1] = corners?.as_slice() else {
+            return None;
+        };
+        let (width, height) = whole.split_once('x')?;
+        let (width, height) = (number(width)?, number(height)?);
+        let most = samples.strip_prefix("auto:");
+        let place = Self {
+            crop: Crop { x0, y0, x1, y1 },
+            whole: [width, height],
+            samples: number(most.unwrap_or(samples))?,
+            adaptive: most.is_some(),
+        };
+        (x0 < x1 && y0 < y1 && x1 <= width && y1 <= height).then_some(place)
+    }
+
+    /// Adds the place to a picture's bytes, where the encoder has not written it.
+    pub fn add_to(self, format: Format, bytes: &mut Vec<u8>) {
+        match format {
+            Format::Ppm => {
+                let line = bytes
+                    .iter()
+                    .position(|&byte| byte == b'\n')
+                    .map_or(0, |end| end + 1);
+                bytes.splice(line..line, format!("# octray crop {self}\n").into_bytes());
+            }
+            Format::Qoi | Format::Bmp | Format::Tiff => {
+                bytes.extend(format!("\noctray crop {self}\n").into_bytes());
+            }
+            _ => {}
+        }
+    }
+
+    /// The place that a file says, from its first and last bytes.
+    pub fn find(format: Format, head: &[u8], tail: &[u8]) -> Option<Self> {
+        let line =
+            |bytes: &'static str, text| after(text, bytes.as_bytes())?.split(|&byte| byte == b'\n').next();
+        let text = match format {
+            Format::Png => png_text(head),
+            Format::Exr => exr_text(head),
+            Format::Ppm => line("P6\n# octray crop ", head),
+            Format::Qoi | Format::Bmp | Format::Tiff => line("\noctray crop ", tail),
+            Format::Jpeg | Format::Gif | Format::Apng | Format::Y4m => None,
+        };
+        Self::parse(std::str::from_utf8(text?).ok()?)
+    }
+}
+
+/// `0,0,256,128 of 512x512, samples 16`.
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [width, height] = self.whole;
+        write!(f, "{} of {width}x{height}, samples {}", self.crop, self.samples())
+    }
+}
+
+fn after<'a>(bytes: &'a [u8], mark: &[u8]) -> Option<&'a [u8]> {
+    let start = bytes.windows(mark.len()).position(|window| window == mark)?;
+    bytes.get(start + mark.len()..)
+}
+
+/// The text of a chunk: its length, `tEXt`, keyword, 0 and text.
+fn png_text(head: &[u8]) -> Option<&[u8]> {
+    let mark = [b"tEXt", PNG_KEYWORD.as_bytes(), b"\0"].concat();
+    let start = head.windows(mark.len()).position(|window| window == mark)?;
+    let length = *head[..start].last_chunk()?;
+    let length = (u32::from_be_bytes(length) as usize).checked_sub(mark.len() - 4)?;
+    head[start + mark.len()..].get(..length)
+}
+
+/// The text of an attribute: its name, 0, `string`, 0, length and text.
+fn exr_text(head: &[u8]) -> Option<&[u8]> {
+    let value = after(head, &[EXR_ATTRIBUTE.as_bytes(), b"\0string\0"].concat())?;
+    let (&length, text) = value.split_first_chunk()?;
+    text.get(..u32::from_le_bytes(length) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const PLACE: Place = Place {
+        crop: Crop {
+            x0: 30,
+            y0: 0,
+            x1: 61,
+            y1: 19,
+        },
+        whole: [61, 43],
+        samples: 16,
+        adaptive: true,
+    };
+
+    #[test]
+    fn places_are_read_as_they_are_written() {
+        let text = PLACE.to_string();
+        assert_eq!(text, "30,0,61,19 of 61x43, samples auto:16");
+        assert_eq!(Place::parse(&text), Some(PLACE));
+        for wrong in [
+            "",
+            "30,0,61,19 of 61x43",
+            "30,0,62,19 of 61x43, samples 1",
+            "30,0,30,19 of 61x43, samples 1",
+            "30,0,61 of 61x43, samples 1",
+            "30,0,61,19,5 of 61x43, samples 1",
+            "30,0,61,19 of 61, samples 1",
+            "30,0,61,19 of 61x43, samples auto",
+        ] {
+            assert_eq!(Place::parse(wrong), None, "{wrong}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_looked_at(bytes: Vec<u8>, length: u32) {
+            let png = [&length.to_be_bytes()[..], b"tEXtCrop\0", &bytes].concat();
+            let exr = [b"octrayCrop\0string\0", &length.to_le_bytes()[..], &bytes].concat();
+            for (format, bytes) in [(Format::Png, png), (Format::Exr, exr), (Format::Ppm, bytes.clone()), (Format::Qoi, bytes)] {
+                prop_assert_eq!(Place::find(format, &bytes, &bytes), None);
+            }
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! `octray job`: the files that engines run. Their commands are run here by `sh`, one by one; GNU parallel is used where it
+//! is at hand.
+
+use crate::program::{Folder, PROGRAM, Run, names_in};
+use std::{env, fs, path::Path};
+
+fn read(folder: &Folder, name: &str) -> String {
+    fs::read_to_string(folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// Runs a script with octray on the PATH.
+fn shell(folder: &Folder, script: &str) -> Run {
+    let programs = Path::new(PROGRAM).parent().expect("a folder").to_owned();
+    let path = env::var_os("PATH").unwrap_or_default();
+    let path = env::join_paths([programs].into_iter().chain(env::split_paths(&path))).expect("a PATH");
+    Run::new(
+        folder
+            .any_command("sh", &["-c", script])
+            .env("PATH", path)
+            .output()
+            .expect("a shell"),
+    )
+}
+
+/// Runs every line of a file by a shell of its own, and twice: tasks may be repeated.
+fn run_lines(folder: &Folder, file: &str) {
+    for line in read(folder, file).lines() {
+        for _ in 0..2 {
+            shell(folder, line).succeeded();
+        }
+    }
+}
+
+fn assert_same(folder: &Folder, a: &str, b: &str) {
+    let [a_bytes, b_bytes] =
+        [a, b].map(|name| fs::read(folder.path(name)).unwrap_or_else(|e| panic!("{name}: {e}")));
+    assert!(a_bytes == b_bytes, "{a} differs from {b}");
+}
+
+#[test]
+fn tiles_of_a_picture() {
+    let folder = Folder::new();
+    let options = "--size 41x30 --samples 4 --aov depth,id --eye -3,1,2";
+    folder
+        .run_line(&format!("a.scn -o whole.png --quiet {options}"))
+        .succeeded();
+    folder
+        .run_line(&format!(
+            "job a.scn -o a.png {options} --for parallel --into farm --tiles 2x2"
+        ))
+        .succeeded();
+    assert_eq!(
+        names_in(&folder.path("farm")),
+        ["commands.txt", "merge.txt", "run.sh", "tiles"]
+    );
+    let common = "octray render --no-config --quiet --skip-existing --size=41x30 --aov='depth,id' --samples=4 --eye='-3,1,2'";
+    let expected: String = ["0,0,20,15", "20,0,41,15", "0,15,20,30", "20,15,41,30"]
+        .iter()
+        .zip(["0-0", "20-0", "0-15", "20-15"])
+        .map(|(crop, name)| format!("{common} --crop='{crop}' --output=farm/tiles/{name}.png -- a.scn\n"))
+        .collect();
+    assert_eq!(read(&folder, "farm/commands.txt"), expected);
+    let merge = |kind: &str| {
+        let tiles = ["0-0", "20-0", "0-15", "20-15"].map(|tile| format!(" farm/tiles/{tile}{kind}.png"));
+        format!("octray merge --quiet --output=a{kind}.png --{}\n", tiles.concat())
+    };
+    assert_eq!(
+        read(&folder, "farm/merge.txt"),
+        [merge(""), merge(".depth"), merge(".id")].concat()
+    );
+    run_lines(&folder, "farm/commands.txt");
+    run_lines(&folder, "farm/merge.txt");
+    for kind in ["", ".depth", ".id"] {
+        assert_same(&folder, &format!("a{kind}.png"), &format!("whole{kind}.png"));
+    }
+    if shell(&folder, "parallel --version")
+        .stdout
+        .starts_with(b"GNU parallel")
+    {
+        for name in ["a.png", "a.depth.png", "a.id.png"] {
+            fs::remove_file(folder.path(name)).expect("a file");
+        }
+        assert_eq!(shell(&folder, "cd /; sh \"$OLDPWD\"/farm/run.sh").code, Some(0));
+        assert_same(&folder, "a.png", "whole.png");
+    } else {
+        println!("skipped: this needs GNU parallel");
+    }
+}
+
+/// A single picture has tiles by itself; names are quoted for the shell, options of the config file are written out.
+#[test]
+fn odd_names_and_a_config_file() {
+    let folder = Folder::new();
+    let scene = "it's $HOME; {stem}.scn";
+    fs::copy(folder.path("a.scn"), folder.path(scene)).expect("a scene");
+    folder.write("c.toml", "samples = 4\nsize = \"20x3\"\n");
+    let whole = ["render", scene, "-o", "whole.exr", "--config=c.toml", "--quiet"];
+    folder.run(&whole).succeeded();
+    let job = [
+        "job",
+        scene,
+        "-o",
+        "a b.exr",
+        "--config=c.toml",
+        "--for=parallel",
+        "--into=my farm",
+    ];
+    folder.run(&job).succeeded();
+    let commands = read(&folder, "my farm/commands.txt");
+    assert_eq!(commands.lines().count(), 4 * 3);
+    let first = commands.lines().next().expect("a line");
+    assert!(
+        first.starts_with(
+            "octray render --no-config --quiet --skip-existing --size=20x3 --samples=4 --crop='0,0,5,1' "
+        ),
+        "{first}"
+    );
+    run_lines(&folder, "my farm/commands.txt");
+    run_lines(&folder, "my farm/merge.txt");
+    assert_same(&folder, "a b.exr", "whole.exr");
+}
+
+#[test]
+fn frames_of_a_turntable() {
+    let folder = Folder::new();
+    let options = "a.scn --size 16x12 --turntable 7";
+    folder
+        .run_line(&format!("{options} -o whole-#.png --quiet"))
+        .succeeded();
+    let job = format!("job {options} -o t-#.png --frames 2-7 --chunk 4 --for slurm --into farm");
+    folder.run_line(&job).succeeded();
+    assert_eq!(
+        names_in(&folder.path("farm")),
+        ["commands.txt", "submit.sh", "task.sh", "tasks.sbatch"]
+    );
+    let call =
+        "octray render --no-config --quiet --skip-existing --size=16x12 --turntable=7 --output='t-#.png'";
+    assert_eq!(
+        read(&folder, "farm/commands.txt"),
+        format!("{call} --frames=2-5 -- a.scn\n{call} --frames=6-7 -- a.scn\n")
+    );
+    let sbatch = read(&folder, "farm/tasks.sbatch");
+    assert!(sbatch.contains("#SBATCH --array=1-2\n"), "{sbatch}");
+    for task in 1..=2 {
+        let run = shell(
+            &folder,
+            &format!("SLURM_ARRAY_TASK_ID={task} sh farm/tasks.sbatch"),
+        );
+        assert_eq!(run.succeeded().text(), "progress: 100\n");
+    }
+    for frame in 2..=7 {
+        assert_same(&folder, &format!("t-{frame}.png"), &format!("whole-{frame}.png"));
+    }
+    assert!(!folder.path("t-1.png").exists());
+    // Tiles of every frame.
+    let job = format!("job {options} -o u-#.png --tiles 2x1 --chunk 3 --for slurm --into more");
+    folder.run_line(&job).succeeded();
+    assert_eq!(
+        names_in(&folder.path("more")),
+        [
+            "commands.txt",
+            "merge.sbatch",
+            "merge.txt",
+            "submit.sh",
+            "task.sh",
+            "tasks.sbatch",
+            "tiles"
+        ]
+    );
+    assert!(read(&folder, "more/tasks.sbatch").contains("--array=1-5\n"));
+    // What `sbatch` does, without a queue.
+    folder.write(
+        "sbatch",
+        "#!/bin/sh\necho \"$@\" >> sbatch.log\nfor last; do :; done\ncase $last in\n\
+         *tasks*) for i in 1 2 3 4 5; do SLURM_ARRAY_TASK_ID=$i sh \"$last\" >> progress.log; done; echo '17;cluster' ;;\n\
+         *) sh \"$last\" ;;\nesac\n",
+    );
+    let run = shell(
+        &folder,
+        "chmod +x sbatch; PATH=$PWD:$PATH; export PATH; cd /; sh \"$OLDPWD\"/more/submit.sh --partition=night",
+    );
+    assert_eq!(run.succeeded().text(), "tasks: 17;cluster\n");
+    assert_eq!(
+        read(&folder, "sbatch.log"),
+        "--parsable --output=more/%A_%a.log --partition=night more/tasks.sbatch\n\
+         --dependency=afterok:17 --kill-on-invalid-dep=yes --output=more/merge.log --partition=night more/merge.sbatch\n"
+    );
+    let progress = read(&folder, "progress.log");
+    assert!(
+        progress.starts_with("progress: 33\nprogress: 66\nprogress: 100\n"),
+        "{progress}"
+    );
+    assert!(progress.ends_with("progress: 50\nprogress: 100\n"), "{progress}");
+    for frame in 1..=7 {
+        assert_same(&folder, &format!("u-{frame}.png"), &format!("whole-{frame}.png"));
+    }
+}
+
+/// The template of Open Job Description, word for word. `openjd check` accepts it.
+#[test]
+fn a_template_for_openjd() {
+    let folder = Folder::new();
+    folder
+        .run_line("job a.scn -s 16x12 -o a.png --tiles 2x1 --for openjd --into farm")
+        .succeeded();
+    let directory = fs::canonicalize(folder.path("")).expect("a folder");
+    let template = read(&folder, "farm/template.yaml");
+    let template = template.replace(directory.to_str().expect("UTF-8"), "/FOLDER");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/template.yaml");
+    if env::var_os("OCTRAY_BLESS").is_some() {
+        fs::write(&path, &template).expect("the expected template");
+    }
+    assert_eq!(
+        template,
+        fs::read_to_string(&path).expect("the expected template")
+    );
+    folder.run_line("a.scn -s 16x12 -o whole.png -q").succeeded();
+    for task in 1..=2 {
+        let run = shell(&folder, &format!("sh farm/task.sh {task}"));
+        assert_eq!(run.succeeded().text(), "openjd_progress: 100\n");
+    }
+    run_lines(&folder, "farm/merge.txt");
+    assert_same(&folder, "a.png", "whole.png");
+    let broken = "sed -i s/octray/false/ farm/commands.txt; sh farm/task.sh 1";
+    assert_eq!(shell(&folder, broken).code, Some(1));
+}
+
+#[test]
+fn what_is_no_job() {
+    let folder = Folder::new();
+    for (line, code, words) in [
+        ("a.scn --for slurm", 2, "--into <FOLDER>"),
+        (
+            "a.scn --for make --into farm",
+            2,
+            "invalid value 'make' for '--for <ENGINE>'",
+        ),
+        ("--for slurm --into farm", 2, "<SCENE>"),
+        (
+            "a.scn --for slurm --into farm --tiles 0x4",
+            2,
+            "expected COLUMNSxROWS, both 1 or more, such as 4x4",
+        ),
+        (
+            "a.scn --for slurm --into farm --tiles 600x1",
+            2,
+            "--tiles 600x1: a picture of 512x512 has fewer pixels than tiles",
+        ),
+        (
+            "a.scn --for slurm --into farm --tiles 512x512",
+            2,
+            "262144 tiles, expected at most 100000",
+        ),
+        (
+            "a.scn --for slurm --into farm --crop 0,0,8,8",
+            2,
+            "--crop does not go with octray job",
+        ),
+        (
+            "a.scn --for slurm --into farm --json a.json",
+            2,
+            "--json does not go with octray job",
+        ),
+        (
+            "a.scn --for slurm --into farm -o a.jpg",
+            2,
+            "a.jpg: JPEG loses detail in each tile; name a picture such as .png",
+        ),
+        (
+            "a.scn --for slurm --into farm --turntable 3 -o a.gif",
+            2,
+            "a.gif: a job makes pictures in files",
+        ),
+        ("a.scn --for slurm --into farm -o -", 2, "name files instead of -"),
+        ("none.scn --for slurm --into farm", 1, "none.scn"),
+        (
+            "a.scn --for slurm --into .",
+            1,
+            "the directory . is not empty; name a new one with --into",
+        ),
+        (
+            "a.scn --for slurm --into a.scn",
+            1,
+            "cannot write to the directory a.scn",
+        ),
+    ] {
+        let line = format!("job {line}");
+        folder.fails(&line.split(' ').collect::<Vec<_>>(), code, words);
+    }
+    folder.write("a.png", "kept");
+    let job = "job a.scn --for slurm --into farm --skip-existing";
+    folder.fails(
+        &job.split(' ').collect::<Vec<_>>(),
+        1,
+        "all pictures exist already",
+    );
+}
