@@ -134,7 +134,16 @@ fn every_command_has_a_manual_page() {
     let run = folder.run(&["man"]);
     let page = run.succeeded().text();
     assert!(page.contains(".TH octray 1") && page.contains("render"), "{page}");
-    for command in ["render", "info", "bench", "generate", "completions", "man"] {
+    for command in [
+        "render",
+        "info",
+        "bench",
+        "generate",
+        "merge",
+        "job",
+        "completions",
+        "man",
+    ] {
         let run = folder.run(&["man", command]);
         let page = run.succeeded().text();
         assert!(page.contains(&format!("octray-{command}")), "{page}");

@@ -226,7 +226,11 @@ mod tests {
                 .unwrap_err()
                 .starts_with("p.txt:2:1: a placement of 2 numbers")
         );
-        assert!(all(b"1 x 3").unwrap_err().starts_with("p.txt:1:3: found \"x\""));
+        assert!(
+            all(b"1 x 3")
+                .unwrap_err()
+                .starts_with("p.txt:1:3: found `x`, expected a number")
+        );
         assert!(all(b"nan 0 0").unwrap_err().contains("up to 1e9"));
         assert!(all(&b"1 ".repeat(20)).unwrap_err().contains("20 numbers"));
     }

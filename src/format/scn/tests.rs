@@ -102,7 +102,7 @@ fn unknown_statements() {
         fault("materials 1"),
         "1:1: unknown statement `materials`, did you mean `material`?"
     );
-    let expected = "expected `light`, `directional_light`, `sphere`, `triangle`, `plane`, `mesh`, `ply_file`, `material`, `camera`, `background`, `environment`, \
+    let expected = "expected `light`, `directional_light`, `sphere`, `triangle`, `plane`, `mesh`, `instance`, `ply_file`, `material`, `camera`, `background`, `environment`, \
         `ambient` or `include`";
     assert_eq!(
         fault("cube"),
