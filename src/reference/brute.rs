@@ -39,25 +39,35 @@ fn nearest<S: Simd>(
     best
 }
 
-/// Replaces `best` by a nearer hit of an instance. Rays pass where surfaces of the scene `cut_outs` are cut out.
+/// Replaces `best` by a nearer hit of an instance; `nearest_in` finds the nearest hit in a prototype.
 #[inline(always)]
-fn nearest_of_instances<S: Simd>(
-    simd: S,
+fn nearest_of_instances(
     scene: &Scene,
     ray: &Ray,
     mut best: SceneHit,
-    cut_outs: Option<&Scene>,
+    nearest_in: impl Fn(PrototypeId, &Ray) -> Hit,
 ) -> SceneHit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
     for (id, instance) in (0..).map(InstanceId).zip(scene.instances()) {
         if let Some(met) = Met::new(instance, id, scene.instance_bounds(id), ray, &slabs) {
-            let targets = targets(scene, Some(met.prototype));
-            let hit = nearest(simd, targets, &met.up_to(best.t), cut_outs);
+            let hit = nearest_in(met.prototype, &met.up_to(best.t));
             met.offer(&hit, &mut best);
         }
     }
     best
+}
+
+/// [`nearest_of_instances`] where rays pass what is cut out.
+#[inline(always)]
+fn nearest_uncut<S: Simd>(simd: S, scene: &Scene, ray: &Ray, best: SceneHit) -> SceneHit {
+    nearest_of_instances(
+        scene,
+        ray,
+        best,
+        #[inline(always)]
+        |id, ray| nearest(simd, targets(scene, Some(id)), ray, Some(scene)),
+    )
 }
 
 /// Returns the closest hit; at equal t the one with the lowest id of instance, none first, then of primitive.
@@ -69,7 +79,7 @@ pub fn closest_hit(scene: &Scene, ray: &Ray) -> SceneHit {
 #[inline(always)]
 pub(super) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> SceneHit {
     let best = nearest(simd, targets(scene, None), ray, Some(scene));
-    let best = nearest_of_instances(simd, scene, ray, best.into(), Some(scene));
+    let best = nearest_uncut(simd, scene, ray, best.into());
     planes::closest(simd, scene, ray, best)
 }
 
@@ -89,8 +99,7 @@ pub(super) fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
             return true;
         }
     }
-    nearest_of_instances(simd, scene, ray, SceneHit::miss(ray.t_max), Some(scene)).is_hit()
-        || planes::block(simd, scene, ray)
+    nearest_uncut(simd, scene, ray, SceneHit::miss(ray.t_max)).is_hit() || planes::block(simd, scene, ray)
 }
 
 /// Returns all hits of triangles and spheres before the ray's end, by id; a sphere's nearest alone. None of instances.
@@ -119,7 +128,10 @@ fn all<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> Vec<Hit> {
 #[derive(Clone, Debug)]
 pub struct Shapes<'a> {
     scene: &'a Scene,
-    shapes: Vec<(PrimitiveId, Shape)>,
+    /// Those of no prototype.
+    own: Vec<(PrimitiveId, Shape)>,
+    /// By prototype.
+    prototypes: Vec<Vec<(PrimitiveId, Shape)>>,
 }
 
 impl<'a> Shapes<'a> {
@@ -128,7 +140,10 @@ impl<'a> Shapes<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
-            shapes: targets(scene, None).collect(),
+            own: targets(scene, None).collect(),
+            prototypes: (0..scene.prototypes().len() as u32)
+                .map(|id| targets(scene, Some(PrototypeId(id))).collect())
+                .collect(),
         }
     }
 
@@ -136,8 +151,14 @@ impl<'a> Shapes<'a> {
     #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> SceneHit {
         at_level!(Level::current(), |simd| {
-            let best = nearest(simd, self.shapes.iter().copied(), ray, None);
-            nearest_of_instances(simd, self.scene, ray, best.into(), None)
+            let best = nearest(simd, self.own.iter().copied(), ray, None);
+            nearest_of_instances(
+                self.scene,
+                ray,
+                best.into(),
+                #[inline(always)]
+                |id, ray| nearest(simd, self.prototypes[id.0 as usize].iter().copied(), ray, None),
+            )
         })
     }
 }
