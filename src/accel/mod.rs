@@ -57,7 +57,7 @@ pub struct Bvh {
     root: Child,
     stats: BvhStats,
     binary: OnceLock<BinaryBvh>,
-    /// Of a scene with instances.
+    /// The hierarchies of instances and prototypes, if the scene has instances.
     instanced: Option<Box<Instanced>>,
     scene: SceneId,
     /// Triangles of the scene without an area, which have no place in the hierarchy.

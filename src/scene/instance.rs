@@ -43,7 +43,7 @@ pub struct Prototype {
     pub vertices: Range<u32>,
     /// The box around it, in its own space.
     pub bounds: Aabb,
-    /// What was subtracted from positions, and by what power of two the difference was multiplied.
+    /// Positions became (position - center) * scale, with a power of two as the scale.
     pub(super) center: Vec3,
     pub(super) scale: f32,
 }

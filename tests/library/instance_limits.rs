@@ -188,7 +188,7 @@ fn no_light_leaks_out_of_a_closed_instance() {
         let mut builder = SceneBuilder::new();
         builder.set_ambient(0.0).unwrap();
         builder.set_background(Background::constant([0.0; 3])).unwrap();
-        // Lights in the middle and in a corner of a cube; outside, around it, a ball that is none of its own.
+        // Lights in the middle and in a corner of a cube; outside, around it, and a ball around it that is no light.
         let white = builder.add_material(Material::Matte { color: [1.0; 3] }).unwrap();
         let inner = stored(&mut builder, cube(place.middle, place.size), white);
         let outer = stored(&mut builder, ball(Vec3::ZERO, place.size, 2), white);

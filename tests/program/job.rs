@@ -1,5 +1,5 @@
-//! `octray job`: the files that engines run. Their commands are run here by `sh`, one by one; GNU parallel is used where it
-//! is at hand.
+//! `octray job`: the files that engines run. Their commands are run here by `sh`, each on its own; GNU parallel is used where
+//! it is at hand.
 
 use crate::program::{Folder, PROGRAM, Run, names_in};
 use std::{env, fs, path::Path};
