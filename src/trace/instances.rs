@@ -224,7 +224,7 @@ impl<'a> Instances<'a> {
     ) {
         if let Origins::Shared(origin) = origins
             && are_valid(simd, origin, rays)
-            && self.trace_group(simd, level, origin, rays, results)
+            && self.trace_group(simd, origin, rays, results)
         {
             return;
         }

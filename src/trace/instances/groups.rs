@@ -7,7 +7,7 @@ use crate::{
     lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, InstanceId, Origins, Ray, RayPacket},
     scene::ImageRay,
-    simd::{EightLanes, LaneMask, Lanes, Level, Simd, Vec3Eight, Vec3Lanes},
+    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
     trace::{Method, bits::bits, frustum::Frustum, rays::reciprocal},
 };
 use glam::Vec3;
@@ -15,13 +15,9 @@ use glam::Vec3;
 /// Packets of a group.
 pub(super) const PACKETS: usize = 32;
 
-/// Where fewer rays than this meet an instance, each goes alone.
-// Tuned: see docs/lab-notes.md#few-rays-an-instance
-const FEW: usize = 8;
-
-/// Rays that meet an instance of more than this many primitives a ray do so one by one: they are farther apart than its
-/// triangles.
-// Tuned: see docs/lab-notes.md#few-rays-an-instance
+/// An instance of more than this many primitives for each ray that meets it is traced ray by ray: its triangles are
+/// smaller than what is between the rays.
+// Tuned: see docs/lab-notes.md#sparse-instances
 const SPARSE: usize = 8;
 
 /// A child that some packets, a bit each, have yet to visit, and a lower bound on where they enter it.
@@ -160,7 +156,6 @@ impl Instances<'_> {
     pub(super) fn trace_group<S: Simd>(
         &mut self,
         simd: S,
-        level: Level,
         origin: Vec3,
         rays: &[RayPacket],
         results: &mut Results<'_>,
@@ -188,7 +183,7 @@ impl Instances<'_> {
                 let planes = group.planes(simd, node, lane);
                 let id = InstanceId(child.index() as u32);
                 self.meet(simd, &mut group, id, planes, rays, packets);
-                self.trace_met(level, &mut group, id, results);
+                self.trace_met(&mut group, id, results);
             }
         }
         self.group = group;
@@ -238,17 +233,13 @@ impl Instances<'_> {
     }
 
     /// Traces the rays that meet an instance through its prototype.
-    fn trace_met(&mut self, level: Level, group: &mut Group, id: InstanceId, results: &mut Results<'_>) {
-        let are_few = group.met.len() < FEW;
-        if !are_few {
-            self.trace_images(group, id, results);
-        }
+    fn trace_met(&mut self, group: &mut Group, id: InstanceId, results: &mut Results<'_>) {
+        self.trace_images(group, id, results);
         for i in 0..group.met.len() {
             let Meeting { packet, lane, met } = group.met[i];
             let (before, at) = (group.t[packet].as_array()[lane], (packet, lane));
             let mut end = before;
             match results {
-                _ if are_few => self.trace_in(level, &met, at, &mut end, results),
                 Results::Closest(..) => {
                     let hit = group.hits[i / LANES].hit(i % LANES);
                     results.offer(at, &met, &hit, &mut end);
