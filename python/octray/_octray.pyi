@@ -54,7 +54,7 @@ def render(
     camera: int | str | Sequence[float] | None,
     target: Sequence[float] | None,
     up: Sequence[float] | None,
-    fov: float | None,
+    lens: Sequence[float | None],
     style: str | None,
     samples: str | None,
     with_aovs: bool,

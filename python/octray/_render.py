@@ -14,7 +14,7 @@ from . import _arrays, _octray
 from ._mesh import Mesh
 
 _AOVS = ("depth", "normal", "albedo", "id")
-_CAMERA = ("eye", "target", "up", "fov")
+_CAMERA = ("eye", "target", "up", "fov", "ortho", "aperture", "focus")
 _LARGEST = 65_535
 _MOST_SAMPLES = 1 << 20
 
@@ -37,8 +37,9 @@ def render(
         Width and height, pixels.
     camera
         A camera of the file by name, a classic viewpoint from 1 to 6, or a dictionary with any of ``eye``, ``target``,
-        ``up`` (three numbers each) and ``fov`` (degrees, vertical). By default the scene's first camera, or one that
-        frames the mesh.
+        ``up`` (three numbers each), ``fov`` (degrees, vertical) or ``ortho`` (the picture's height in scene units, for
+        parallel rays), ``aperture`` (the diameter of a lens, scene units) and ``focus`` (the distance that is sharp). By
+        default the scene's first camera, or one that frames the mesh.
     samples
         Samples for each pixel: a number; ``"auto"`` or ``"auto:N"``, which take up to 16 or N, fewer in pixels that look
         like their neighbours; or ``"usual"``, which is 1, or ``"auto"`` for meshes that are not plain.
@@ -80,30 +81,32 @@ def render(
         samples = str(samples)
     if style is not None and not isinstance(style, str):
         raise ValueError(f"style: expected plain, studio or clay, found {style!r}")
-    start, target, up, fov = _camera(camera)
+    start, target, up, lens = _camera(camera)
     if isinstance(source, Mesh):
         source = source._mesh
     elif isinstance(source, (str, bytes, os.PathLike)):
         source = os.fsdecode(source)
     else:
         raise ValueError(f"source: expected a path or a Mesh, found {source!r}")
-    arrays, notes = _octray.render(source, (width, height), start, target, up, fov, style, samples, bool(aov))
+    arrays, notes = _octray.render(source, (width, height), start, target, up, lens, style, samples, bool(aov))
     for note in notes:
         warnings.warn(note, stacklevel=2)
     return {name: arrays[name] for name in ("color", *aov)}
 
 
 def _camera(camera):
-    """Return where the camera starts, its target, up and field of view."""
+    """Return where the camera starts, its target, up, and its field of view, height, aperture and focus."""
     if camera is None or isinstance(camera, str):
-        return camera, None, None, None
+        return camera, None, None, [None] * 4
     if isinstance(camera, Mapping):
         for name in camera:
             if name not in _CAMERA:
                 raise ValueError(f"camera: expected keys among {', '.join(_CAMERA)}, found {name!r}")
         eye, target, up = (_vector(name, camera.get(name), 3) for name in _CAMERA[:3])
-        fov = _vector("fov", camera.get("fov"), 1)
-        return eye, target, up, None if fov is None else fov[0]
+        lens = [_vector(name, camera.get(name), 1) for name in _CAMERA[3:]]
+        if lens[0] and lens[1]:
+            raise ValueError("camera: expected fov or ortho, found both")
+        return eye, target, up, [number and number[0] for number in lens]
     try:
         number = _arrays.count("camera", camera, least=1)
     except ValueError:
@@ -112,7 +115,7 @@ def _camera(camera):
         raise ValueError(
             f"camera: expected a name, a viewpoint from 1 to 6 or a dictionary, found {camera!r}"
         )
-    return number, None, None, None
+    return number, None, None, [None] * 4
 
 
 def _vector(name, value, count):

@@ -72,7 +72,7 @@ pub fn render<'py>(
     camera: Option<Camera>,
     target: Option<[f64; 3]>,
     up: Option<[f64; 3]>,
-    fov: Option<f64>,
+    [fov, ortho, aperture, focus]: [Option<f64>; 4],
     style: Option<&str>,
     samples: Option<&str>,
     with_aovs: bool,
@@ -103,9 +103,13 @@ pub fn render<'py>(
         },
         target: target.map(|target| DVec3::from(target) - middle),
         up: up.map(DVec3::from),
-        projection: fov.map(|fov_degrees| Projection::Perspective { fov_degrees }),
-        aperture: None,
-        focus: None,
+        projection: match (fov, ortho) {
+            (_, Some(height)) => Some(Projection::Orthographic { height }),
+            (Some(fov_degrees), None) => Some(Projection::Perspective { fov_degrees }),
+            (None, None) => None,
+        },
+        aperture,
+        focus,
     };
     let path = match &source {
         Source::File(path) => path.clone(),

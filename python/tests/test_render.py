@@ -64,6 +64,19 @@ def test_cameras():
     assert across.std() > 0
 
 
+def test_parallel_rays_and_lenses():
+    scene = SCENES / "reflections.scn"
+
+    def depth(**camera):
+        return octray.render(scene, (32, 32), camera, samples=4, aov="depth")
+
+    wide, narrow = depth(ortho=8), depth(ortho=2)
+    assert not np.array_equal(wide["depth"], narrow["depth"])
+    sharp, soft = depth(aperture=0), depth(aperture=0.5, focus=1)
+    assert np.array_equal(sharp["color"], depth()["color"])
+    assert not np.array_equal(sharp["color"], soft["color"])
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -90,6 +103,10 @@ def test_cameras():
         ({"camera": 7}, "viewpoint"),
         ({"camera": "nobody"}, "no camera"),
         ({"camera": {"eye": (0, 0)}}, "three numbers"),
+        ({"camera": {"fov": 40, "ortho": 2}}, "fov or ortho"),
+        ({"camera": {"ortho": -1}}, "height"),
+        ({"camera": {"aperture": -1}}, "aperture"),
+        ({"camera": {"focus": 0}}, "focus"),
         ({"camera": {"eyes": (0, 0, 0)}}, "keys"),
         ({"camera": {"eye": (1, 0, 0), "target": (1, 0, 0)}}, "camera|target|view"),
         ({"camera": 1.5}, "camera"),

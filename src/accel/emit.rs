@@ -9,6 +9,7 @@ use super::{
     boxes::{Box8, corners, sphere_box, triangle_box},
     pages,
     plan::{WIDTH, widen},
+    progress::Steps,
     tree::{Counts, Slot, Subtree, Top, TopTree},
 };
 use crate::{
@@ -142,9 +143,9 @@ impl FromScene for IndexedBlock {
 /// Writes out `top`, whose leaves' order is that of `ids`.
 pub(super) fn emit<S: Simd, B: FromScene>(
     simd: S,
-    scene: &Scene,
+    (scene, ids): (&Scene, &[PrimitiveId]),
     top: &Top,
-    ids: &[PrimitiveId],
+    steps: &Steps<'_>,
 ) -> Wide<Vec<B>> {
     let mut above = Above::default();
     let depth = match top {
@@ -185,6 +186,8 @@ pub(super) fn emit<S: Simd, B: FromScene>(
             scene,
             ids: &ids[subtree.first..],
             slots: &subtree.slots,
+            steps,
+            primitives: subtree.counts.primitives(),
             start,
             written: Start::default(),
             nodes: nodes.take(subtree.counts.nodes),
@@ -279,6 +282,8 @@ struct Emission<'a, S, B> {
     /// From the subtree's first on.
     ids: &'a [PrimitiveId],
     slots: &'a [Slot],
+    steps: &'a Steps<'a>,
+    primitives: usize,
     start: Start,
     written: Start,
     nodes: &'a mut [MaybeUninit<Node8>],
@@ -303,6 +308,7 @@ impl<S: Simd, B: FromScene> Emission<'_, S, B> {
             all == (node, triangle_block, sphere_block),
             "a subtree is written as counted"
         );
+        self.steps.add(self.primitives);
     }
 
     /// Writes the next node in line and all below it; returns the box around it.

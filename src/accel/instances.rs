@@ -5,6 +5,7 @@ use super::{
     BuildQuality, Bvh, Child, Layout, Node8,
     boxes::Box8,
     plan::{WIDTH, widen},
+    progress::Steps,
     tree::{self, Blocks, Slot, Top},
 };
 use crate::{
@@ -26,17 +27,17 @@ pub(crate) struct Instanced {
 
 impl Instanced {
     /// Builds them at a level.
-    pub(super) fn build<S: Simd>(simd: S, scene: &Scene, quality: BuildQuality) -> Self {
+    pub(super) fn build<S: Simd>(simd: S, scene: &Scene, quality: BuildQuality, steps: &Steps<'_>) -> Self {
         let ids = (0..scene.prototypes().len() as u32).map(PrototypeId);
         let of_one = |id: PrototypeId| {
             let prototype = &scene.prototypes()[id.0 as usize];
             let layout = Layout::suiting(prototype.triangles.len(), prototype.vertices.len());
-            Bvh::of_part(simd, scene, Some(id), quality, layout)
+            Bvh::of_part(simd, (scene, Some(id)), quality, layout, steps)
         };
         let prototypes: Vec<Bvh> = ids.map(of_one).collect();
         let mut boxes = instance_boxes(scene);
         let mut nodes = Nodes(Vec::new());
-        let top = tree::build(simd, &mut boxes, Blocks::SINGLE, quality);
+        let top = tree::build(simd, &mut boxes, Blocks::SINGLE, quality, steps);
         nodes.write(&top, &boxes);
         nodes.0.shrink_to_fit();
         Self {

@@ -14,12 +14,14 @@ mod binary;
 mod blocks;
 mod boxes;
 mod emit;
+mod footprint;
 mod instances;
 mod node;
 mod pages;
 mod plan;
 mod ploc;
 mod prefetch;
+mod progress;
 mod quality;
 mod refit;
 mod split;
@@ -30,9 +32,11 @@ pub use blocks::{Layout, LeafBlocks, TriangleBlocks};
 pub(crate) use instances::Instanced;
 pub use node::{Child, Node8};
 pub(crate) use prefetch::{Places, prefetch, prefetch_for_later};
+pub use progress::{BuildProgress, OnBuild};
 pub use quality::BuildQuality;
 
 use emit::Wide;
+use progress::Steps;
 use tree::Blocks;
 
 use crate::{
@@ -121,23 +125,43 @@ impl Bvh {
         Self::build_as(scene, quality, Layout::for_scene(scene))
     }
 
+    /// Does what [`build_with`](Self::build_with) does, and tells how far it is.
+    ///
+    /// # Panics
+    /// As [`Bvh::build`].
+    #[must_use]
+    pub fn build_watched(scene: &Scene, quality: BuildQuality, on_build: OnBuild<'_>) -> Self {
+        let steps = Steps::of(scene, on_build);
+        let layout = Layout::for_scene(scene);
+        at_level!(Level::current(), |simd| Self::build_at(
+            simd, scene, quality, layout, &steps
+        ))
+    }
+
     /// Builds a hierarchy with triangles in a given layout, to compare layouts. Both find the same hits.
     ///
     /// # Panics
     /// As [`Bvh::build`].
     #[must_use]
     pub fn build_as(scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
+        let steps = Steps::of(scene, &|_| ());
         at_level!(Level::current(), |simd| Self::build_at(
-            simd, scene, quality, layout
+            simd, scene, quality, layout, &steps
         ))
     }
 
     /// Builds a hierarchy at a level; the tree is the same at all of them.
-    fn build_at<S: Simd>(simd: S, scene: &Scene, quality: BuildQuality, layout: Layout) -> Self {
+    fn build_at<S: Simd>(
+        simd: S,
+        scene: &Scene,
+        quality: BuildQuality,
+        layout: Layout,
+        steps: &Steps<'_>,
+    ) -> Self {
         let start = Instant::now();
-        let mut bvh = Self::of_part(simd, scene, None, quality, layout);
+        let mut bvh = Self::of_part(simd, (scene, None), quality, layout, steps);
         if !scene.instances().is_empty() {
-            let instanced = Instanced::build(simd, scene, quality);
+            let instanced = Instanced::build(simd, scene, quality, steps);
             bvh.stats.memory_bytes += instanced.bytes();
             bvh.stats.build_time = start.elapsed();
             bvh.instanced = Some(Box::new(instanced));
@@ -148,10 +172,10 @@ impl Bvh {
     /// Builds over a prototype, or over what belongs to none.
     fn of_part<S: Simd>(
         simd: S,
-        scene: &Scene,
-        prototype: Option<PrototypeId>,
+        (scene, prototype): (&Scene, Option<PrototypeId>),
         quality: BuildQuality,
         layout: Layout,
+        steps: &Steps<'_>,
     ) -> Self {
         let start = Instant::now();
         let (mut boxes, repeats) = boxes::boxes_of(scene, &scene.ids_of(prototype));
@@ -163,11 +187,12 @@ impl Bvh {
         } = if boxes.is_empty() {
             Wide::nothing(layout)
         } else {
-            let top = tree::build(simd, &mut boxes, Blocks::of(scene, layout), quality);
+            let top = tree::build(simd, &mut boxes, Blocks::of(scene, layout), quality, steps);
             let ids = boxes::into_ids(boxes);
+            let from = (scene, &ids[..]);
             match layout {
-                Layout::Whole => emit::emit(simd, scene, &top, &ids).with_blocks(TriangleBlocks::Whole),
-                Layout::Indexed => emit::emit(simd, scene, &top, &ids).with_blocks(TriangleBlocks::Indexed),
+                Layout::Whole => emit::emit(simd, from, &top, steps).with_blocks(TriangleBlocks::Whole),
+                Layout::Indexed => emit::emit(simd, from, &top, steps).with_blocks(TriangleBlocks::Indexed),
             }
         };
         let stats = BvhStats {

@@ -9,8 +9,10 @@
 use super::{
     BuildQuality, Layout,
     boxes::Box8,
+    footprint::footprint,
     plan::{Plan, Planned, WIDTH, widen},
     ploc::{self, BinaryTree, BinaryTreeNode},
+    progress::Steps,
     split::{Effort, divide},
 };
 use crate::{geometry::IndexedBlock, scene::Scene, simd::Simd};
@@ -25,7 +27,7 @@ fn subtree_size(count: usize) -> usize {
 }
 
 /// Larger sets find their centres' box in parallel.
-const PARALLEL: usize = 1 << 15;
+pub(super) const PARALLEL: usize = 1 << 15;
 
 /// How many levels the [`Divider`] may decide above one of `count` primitives; sets are halved after that.
 fn most_levels(count: usize) -> u32 {
@@ -97,6 +99,14 @@ pub(super) struct Counts {
     pub(super) leaf_sizes: [usize; WIDTH],
     /// Nodes with 1, 2, ... 8 children.
     pub(super) children: [usize; WIDTH],
+}
+
+impl Counts {
+    /// Primitives of all blocks.
+    pub(super) fn primitives(&self) -> usize {
+        let of_size = self.leaf_sizes.iter().zip(1..);
+        of_size.map(|(blocks, size)| blocks * size).sum()
+    }
 }
 
 /// A wide subtree without its boxes: the primitives have been put into the order of its leaves.
@@ -211,13 +221,20 @@ impl<'a> Blocks<'a> {
 }
 
 /// Builds over `boxes` and puts them into the order of the leaves.
-pub(super) fn build<S: Simd>(simd: S, boxes: &mut [Box8], blocks: Blocks<'_>, quality: BuildQuality) -> Top {
+pub(super) fn build<S: Simd>(
+    simd: S,
+    boxes: &mut [Box8],
+    blocks: Blocks<'_>,
+    quality: BuildQuality,
+    steps: &Steps<'_>,
+) -> Top {
     let job = Job {
         simd,
         blocks,
         effort: quality.effort(),
         subtree: subtree_size(boxes.len()),
         footprint: footprint(simd, boxes),
+        steps,
     };
     let levels = most_levels(boxes.len());
     if quality != BuildQuality::Ploc {
@@ -234,39 +251,9 @@ pub(super) fn build<S: Simd>(simd: S, boxes: &mut [Box8], blocks: Blocks<'_>, qu
     build_top(boxes, 0, job, as_in_tree, levels)
 }
 
-/// SAH weight = area + scene area / 4096, which models a bundle of 256 rays of a million.
-// Tuned: see docs/lab-notes.md#bundle-footprint
-const SCENE_IN_FOOTPRINTS: f32 = 4096.0;
-
 /// Blocks wider than this many bundles may be divided.
 // Tuned: see docs/lab-notes.md#wide-blocks
 const WIDE: f32 = 16.0;
-
-/// The area added to boxes. The scene's area is that of the box around all centres, which large ground triangles do
-/// not enlarge, or that of all primitives if that is less: the scene is then mostly empty.
-fn footprint<S: Simd>(simd: S, boxes: &[Box8]) -> f32 {
-    let of_part = |boxes: &[Box8]| {
-        simd.call(
-            #[inline(always)]
-            || {
-                let mut area = 0.0;
-                for b in boxes {
-                    area += b.half_area_without_id(simd);
-                }
-                (Box8::around_centers(simd, boxes), area)
-            },
-        )
-    };
-    // Summed part by part, in one order for any number of threads.
-    let parts: Vec<(Box8, f32)> = boxes.par_chunks(PARALLEL / 2).map(of_part).collect();
-    let (mut centers, mut area) = (Box8::EMPTY, 0.0);
-    for (centers_of_part, area_of_part) in parts {
-        centers = centers.union(simd, centers_of_part);
-        area += area_of_part;
-    }
-    // A center is at twice its coordinates.
-    area.min(centers.half_area(simd) / 4.0) / SCENE_IN_FOOTPRINTS
-}
 
 /// What stays the same all over a tree.
 #[derive(Clone, Copy)]
@@ -276,8 +263,9 @@ struct Job<'a, S> {
     effort: Effort,
     /// See [`subtree_size`].
     subtree: usize,
-    /// Half of the area that a bundle of rays covers; see [`SCENE_IN_FOOTPRINTS`].
+    /// Half of the area that a bundle of rays covers; see [`footprint`].
     footprint: f32,
+    steps: &'a Steps<'a>,
 }
 
 impl<S: Simd> Job<'_, S> {
@@ -467,6 +455,7 @@ impl Subtree {
             slots: Vec::with_capacity(boxes.len() / 2),
         };
         subtree.write_node(&builder, 0, 1);
+        job.steps.add(boxes.len());
         subtree
     }
 

@@ -7,16 +7,39 @@ use crate::error::{LoadError, in_bytes};
 use std::{
     fmt, io,
     path::Path,
-    sync::atomic::{AtomicBool, AtomicU64, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
 };
+
+/// Told how many more bytes of a large file have been read, from the threads that read it.
+pub(crate) type OnRead = Arc<dyn Fn(usize) + Send + Sync>;
+
+/// What a load may take, and who watches it.
+#[derive(Clone)]
+pub(crate) struct Limits {
+    /// Bytes.
+    pub memory: u64,
+    pub on_read: Option<OnRead>,
+}
+
+impl From<u64> for Limits {
+    fn from(memory: u64) -> Self {
+        Self {
+            memory,
+            on_read: None,
+        }
+    }
+}
 
 /// How many folders are searched for names like those of missing files.
 const MAX_SUGGESTIONS: u64 = 4;
 
 /// What one load may take, bytes; shared by all files that it reads.
-#[derive(Debug)]
 pub(super) struct Budget {
     limit: u64,
+    on_read: Option<OnRead>,
     taken: AtomicU64,
     /// How many missing files suggestions were asked for.
     missing: AtomicU64,
@@ -39,10 +62,12 @@ pub(super) enum BudgetError {
 }
 
 impl Budget {
-    /// A budget of `limit` bytes.
-    pub(super) fn new(limit: u64) -> Self {
+    /// A budget with these limits.
+    pub(super) fn new(limits: impl Into<Limits>) -> Self {
+        let Limits { memory, on_read } = limits.into();
         Self {
-            limit,
+            limit: memory,
+            on_read,
             taken: AtomicU64::new(0),
             missing: AtomicU64::new(0),
             wants_images: AtomicBool::new(true),
@@ -52,6 +77,11 @@ impl Budget {
     /// A budget that only counts.
     pub(super) fn unlimited() -> Self {
         Self::new(u64::MAX)
+    }
+
+    /// Who watches the reading.
+    pub(super) fn on_read(&self) -> Option<OnRead> {
+        self.on_read.clone()
     }
 
     /// The limit, in bytes.

@@ -1,6 +1,7 @@
 //! What bytes without a file name are, such as those of standard input.
 
 use super::{
+    Limits,
     budget::Budget,
     files::{self, Disk},
     mesh::{self, LoadedMesh, MeshFormat},
@@ -89,10 +90,10 @@ pub(crate) fn load_any_shown(
     reader: impl Read,
     name: &Path,
     asked: &mut Vec<PathBuf>,
-    memory: u64,
+    limits: impl Into<Limits>,
     shows_images: bool,
 ) -> Result<Loaded, LoadError> {
-    let budget = Budget::new(memory);
+    let budget = Budget::new(limits);
     budget.set_wants_images(shows_images);
     let bytes = files::read_all(reader, files::MAX_BYTES, &budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;

@@ -33,6 +33,7 @@ pub use detect::{Detected, Loaded, detect, load_any};
 
 use crate::{error::LoadError, scene::Scene};
 use budget::Budget;
+pub(crate) use budget::Limits;
 use files::{Disk, Given, MAX_TEXT_BYTES};
 use std::{
     io,
@@ -86,8 +87,17 @@ pub fn load_from_reader(
 /// # Errors
 /// [`LoadError`], as for [`load`]; also if the scene or one of its files would take more memory.
 pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<Scene, LoadError> {
+    load_limited(path, asked, memory)
+}
+
+/// As [`load_within`].
+pub(crate) fn load_limited(
+    path: &Path,
+    asked: &mut Vec<PathBuf>,
+    limits: impl Into<Limits>,
+) -> Result<Scene, LoadError> {
     asked.push(path.to_path_buf());
-    let budget = Budget::new(memory);
+    let budget = Budget::new(limits);
     let text = files::read_text(path, &budget).map_err(|error| files::load_error(path, &error))?;
     scn::parse(&text, path, &mut Disk { asked }, &budget)
 }

@@ -1,6 +1,6 @@
 //! Sources of bytes: memory, or a file that threads read piece by piece.
 
-use super::budget::Budget;
+use super::budget::{Budget, OnRead};
 use crate::error::in_bytes;
 use rayon::prelude::*;
 use std::{
@@ -33,6 +33,7 @@ pub(super) struct OpenFile {
     file: File,
     length: usize,
     limit: u64,
+    on_read: Option<OnRead>,
 }
 
 /// Files of this size or more, in bytes, are read by all threads.
@@ -59,6 +60,7 @@ impl OpenFile {
                 file,
                 length: room,
                 limit,
+                on_read: budget.on_read(),
             }),
             _ => Err(too_large(limit)),
         }
@@ -103,7 +105,11 @@ impl OpenFile {
 
     #[cfg(unix)]
     fn read_at(&self, at: usize, bytes: &mut [u8]) -> Option<()> {
-        std::os::unix::fs::FileExt::read_exact_at(&self.file, bytes, at as u64).ok()
+        std::os::unix::fs::FileExt::read_exact_at(&self.file, bytes, at as u64).ok()?;
+        if let Some(on_read) = &self.on_read {
+            on_read(bytes.len());
+        }
+        Some(())
     }
 
     /// Other systems have one file position for all threads.

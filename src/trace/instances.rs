@@ -5,21 +5,16 @@
 //! culled holds no hit, and all ways of tracing find the same ones.
 
 mod groups;
+mod images;
+mod waves;
 
-use super::{
-    Method, Tracer,
-    bits::bits,
-    cut_outs::{Any, Closest, ray},
-    run::invalid,
-    single::SingleRay,
-    visit,
-};
+use super::{Method, Tracer, bits::bits, run::invalid};
 use crate::{
-    accel::{Bvh, Instanced, Node8},
+    accel::{Bvh, Instanced},
     lanes::LANES,
-    ray::{Hit, HitPacket, InstanceId, Origins, Ray, RayPacket, SceneHit, T_MAX},
+    ray::{Hit, HitPacket, InstanceId, Origins, RayPacket, SceneHit, T_MAX},
     scene::{ImageRay, Scene},
-    simd::{EightLanes, LaneMask, Lanes, Level, Simd, Vec3Lanes, unpack},
+    simd::{LaneMask, Lanes, Level, Simd},
 };
 use glam::Vec3;
 
@@ -32,11 +27,11 @@ pub(super) struct Instances<'a> {
     scene: &'a Scene,
     instanced: &'a Instanced,
     method: Method,
-    /// Children that the current ray has yet to visit, and where it enters them.
-    stack: Vec<(f32, Slot)>,
     /// The instances that the last call's closest hits are in.
     found: Vec<[u32; LANES]>,
     group: groups::Group,
+    waves: waves::Waves,
+    images: images::Images,
     /// Traces many rays through a prototype.
     nested: Tracer<'a>,
 }
@@ -97,12 +92,16 @@ impl Results<'_> {
         }
     }
 
-    /// Where a ray ends: at `t_max` or at its hit.
-    fn end(&self, (packet, lane): (usize, usize), t_max: f32) -> f32 {
-        match self {
-            Self::Closest(hits, _) => hits[packet].t.as_array()[lane],
-            Self::Any(_) => t_max,
-        }
+    /// How far rays go that may still hit something; negative for others.
+    #[inline(always)]
+    fn ends<S: Simd>(&self, simd: S, p: usize, rays: &RayPacket) -> S::V8 {
+        let end = simd.load(&rays.t_max);
+        let live = end.gt(simd.splat(0.0)).bits() & !self.done(p);
+        let end = match self {
+            Self::Closest(hits, _) => simd.load(&hits[p].t),
+            Self::Any(_) => end,
+        };
+        S::V8::select(simd.mask(live), end, simd.splat(-1.0))
     }
 
     /// Replaces the closest hit of a ray by one in an instance, if that is nearer; `end` is then where that is.
@@ -160,9 +159,10 @@ impl<'a> Instances<'a> {
             scene,
             instanced,
             method,
-            stack: Vec::new(),
             found: Vec::new(),
             group: groups::Group::default(),
+            waves: waves::Waves::default(),
+            images: images::Images::default(),
             nested: nested.through_cut_outs(scene),
         }))
     }
@@ -177,7 +177,6 @@ impl<'a> Instances<'a> {
     pub fn closest<S: Simd>(
         &mut self,
         simd: S,
-        level: Level,
         origins: Origins<'_>,
         rays: &[RayPacket],
         hits: &mut [HitPacket],
@@ -188,7 +187,7 @@ impl<'a> Instances<'a> {
         let chunks = rays.chunks(groups::PACKETS).zip(hits.chunks_mut(groups::PACKETS));
         for (i, ((rays, hits), found)) in chunks.zip(found.chunks_mut(groups::PACKETS)).enumerate() {
             let origins = part_of(origins, i * groups::PACKETS, rays.len());
-            self.trace(simd, level, origins, rays, &mut Results::Closest(hits, found));
+            self.trace(simd, origins, rays, &mut Results::Closest(hits, found));
         }
         self.found = found;
     }
@@ -198,7 +197,6 @@ impl<'a> Instances<'a> {
     pub fn occluded<S: Simd>(
         &mut self,
         simd: S,
-        level: Level,
         origins: Origins<'_>,
         rays: &[RayPacket],
         occluded: &mut [u8],
@@ -208,16 +206,15 @@ impl<'a> Instances<'a> {
             .zip(occluded.chunks_mut(groups::PACKETS));
         for (i, (rays, occluded)) in chunks.enumerate() {
             let origins = part_of(origins, i * groups::PACKETS, rays.len());
-            self.trace(simd, level, origins, rays, &mut Results::Any(occluded));
+            self.trace(simd, origins, rays, &mut Results::Any(occluded));
         }
     }
 
-    /// Traces a group of rays together, if that is possible, or else ray by ray.
+    /// Traces a group of rays together, if that is possible, or else each in its own way.
     #[inline(always)]
     fn trace<S: Simd>(
         &mut self,
         simd: S,
-        level: Level,
         origins: Origins<'_>,
         rays: &[RayPacket],
         results: &mut Results<'_>,
@@ -228,74 +225,7 @@ impl<'a> Instances<'a> {
         {
             return;
         }
-        for (p, packet) in rays.iter().enumerate() {
-            let live = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits();
-            for lane in bits(live & !results.done(p)) {
-                let ray = ray(origins, rays, p, lane);
-                if ray.is_valid() {
-                    self.trace_ray(simd, level, &ray, (p, lane), results);
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn trace_ray<S: Simd>(
-        &mut self,
-        simd: S,
-        level: Level,
-        ray: &Ray,
-        at: (usize, usize),
-        results: &mut Results<'_>,
-    ) {
-        let single = SingleRay::of(ray);
-        let mut end = results.end(at, ray.t_max);
-        self.stack.clear();
-        self.push_children(simd, &single, 0, end);
-        while let Some((near, slot)) = self.stack.pop() {
-            if near > end {
-                continue;
-            }
-            if let Some(met) = self.visit_slot(simd, ray, &single, slot, end) {
-                self.trace_in(level, &met, at, &mut end, results);
-                if end < 0.0 {
-                    return;
-                }
-            }
-        }
-    }
-
-    /// Traces one ray through an instance. `end` becomes its new end, negative if it is done.
-    #[inline(always)]
-    fn trace_in(
-        &self,
-        level: Level,
-        met: &Met,
-        at: (usize, usize),
-        end: &mut f32,
-        results: &mut Results<'_>,
-    ) {
-        let bvh = self.prototype_of(met.id);
-        let scene = self.scene;
-        match results {
-            Results::Closest(..) => {
-                let best = Hit::miss(met.beyond(*end));
-                let mut closest = Closest { scene, best };
-                visit(level, bvh, &met.image.ray, &mut closest);
-                results.offer(at, met, &closest.best, end);
-            }
-            Results::Any(_) => {
-                let mut any = Any {
-                    scene,
-                    end: met.end(*end),
-                    is_hit: false,
-                };
-                visit(level, bvh, &met.image.ray, &mut any);
-                if any.is_hit {
-                    results.block(at, end);
-                }
-            }
-        }
+        self.trace_in_waves(simd, origins, rays, results);
     }
 
     /// Notes that the closest hits of these lanes of a packet are outside of any instance after all.
@@ -305,58 +235,11 @@ impl<'a> Instances<'a> {
         }
     }
 
-    /// Puts the children of a node that a ray enters on the stack, the nearest last.
-    #[inline(always)]
-    fn push_children<S: Simd>(&mut self, simd: S, ray: &SingleRay, node_i: usize, end: f32) {
-        let node = &self.instanced.nodes()[node_i];
-        let (entered, near) = ray.enter(simd, node, end);
-        let (entries, count) = near.nearest_last(entered);
-        for &entry in entries.iter().take(count) {
-            let (near, lane) = unpack(entry);
-            self.stack.push((near, (node_i * LANES + lane) as Slot));
-        }
-    }
-
-    /// Descends into a child, or returns the instance that it is, if the ray meets that.
-    #[inline(always)]
-    fn visit_slot<S: Simd>(
-        &mut self,
-        simd: S,
-        ray: &Ray,
-        single: &SingleRay,
-        slot: Slot,
-        end: f32,
-    ) -> Option<Met> {
-        let (node_i, lane) = (slot as usize / LANES, slot as usize % LANES);
-        let node = &self.instanced.nodes()[node_i];
-        let child = node.child[lane];
-        if child.is_inner() {
-            self.push_children(simd, single, child.index(), end);
-            return None;
-        }
-        let [near, far] = interval(simd, single, node, lane);
-        let id = InstanceId(child.index() as u32);
-        let image = (near <= far).then(|| self.scene.instances()[child.index()].image(ray))??;
-        Some(Met { id, image, near, far })
-    }
-
     #[inline(always)]
     fn prototype_of(&self, id: InstanceId) -> &'a Bvh {
         let instance = &self.scene.instances()[id.0 as usize];
         self.instanced.prototype(instance.prototype())
     }
-}
-
-/// Where a ray is in the box of a node's child, as for the box of a primitive.
-#[inline(always)]
-fn interval<S: Simd>(simd: S, ray: &SingleRay, node: &Node8, lane: usize) -> [f32; 2] {
-    let [lx, ly, lz, ux, uy, uz] = &node.planes;
-    let (lower, upper) = (
-        Vec3Lanes::new(simd.load(lx), simd.load(ly), simd.load(lz)),
-        Vec3Lanes::new(simd.load(ux), simd.load(uy), simd.load(uz)),
-    );
-    let (near, far) = ray.slabs(simd).interval(lower, upper);
-    [near.lane(lane), far.lane(lane)]
 }
 
 impl<'a> Tracer<'a> {

@@ -157,7 +157,7 @@ impl<'a> Tracer<'a> {
         }
         let level = self.level;
         if let Some(instances) = &mut self.instances {
-            at_level!(level, |simd| instances.closest(simd, level, origins, rays, hits));
+            at_level!(level, |simd| instances.closest(simd, origins, rays, hits));
         }
         if !self.planes.is_empty() {
             at_level!(self.level, |simd| self.planes_closest(simd, origins, rays, hits));
@@ -179,8 +179,7 @@ impl<'a> Tracer<'a> {
         }
         let level = self.level;
         if let Some(instances) = &mut self.instances {
-            at_level!(level, |simd| instances
-                .occluded(simd, level, origins, rays, occluded));
+            at_level!(level, |simd| instances.occluded(simd, origins, rays, occluded));
         }
         if !self.planes.is_empty() {
             at_level!(self.level, |simd| self

@@ -7,6 +7,7 @@ mod job;
 mod merge;
 mod render;
 mod shell;
+mod stages;
 mod verify;
 #[cfg(feature = "viewer")]
 mod view;

@@ -1,5 +1,6 @@
 //! `octray render`: load, build, render, write, report.
 
+use super::stages;
 use crate::{
     accel::Bvh,
     cli::{
@@ -231,7 +232,8 @@ impl Call<'_> {
     /// Renders the pictures of one scene, the first of those that are left.
     fn render_job(&mut self, job: &Job, left: &[Job]) -> Result<(), CliError> {
         let mut files = Vec::new();
-        let (input, load_time) = timed(|| load::load_and_list(&job.input, job.scene_memory, &mut files));
+        let (input, load_time) =
+            timed(|| stages::load(&job.input, job.scene_memory, &mut files, self.verbose));
         self.interrupt.check()?;
         let loaded = input.as_ref().ok().map(|input| &input.scene);
         self.inputs.add_scene(&job.input.path, &files, loaded);
@@ -259,7 +261,7 @@ impl Call<'_> {
             scene.primitive_count(),
         );
         memory::check_build(&scene, quality)?;
-        let (bvh, build_time) = timed(|| Bvh::build_with(&scene, quality));
+        let (bvh, build_time) = timed(|| stages::build(&scene, quality, self.verbose));
 
         let mut spent = Spent {
             load: load_time,

@@ -9,7 +9,7 @@ use crate::{
     },
     error::{LoadError, SceneError, clip_path},
     format::{
-        self, Loaded,
+        self, Limits, Loaded,
         mesh::{Cloud, LoadedMesh},
     },
     scene::{Camera, Image, NamedCamera, Scene, SceneBuilder, check_memory},
@@ -35,14 +35,20 @@ pub struct Input {
     pub notes: Vec<String>,
 }
 
-/// Loads a scene or a mesh and sets up the camera. The scene may take `memory` bytes. Adds every file that was opened to
+/// Loads a scene or a mesh and sets up the camera. The scene may take as much memory as its limits allow. Adds every file that was opened to
 /// `files`.
 ///
 /// # Errors
 /// [`CliError`].
-pub fn load_and_list(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) -> Result<Input, CliError> {
+pub fn load_and_list(
+    plan: &InputPlan,
+    limits: impl Into<Limits>,
+    files: &mut Vec<PathBuf>,
+) -> Result<Input, CliError> {
+    let limits = limits.into();
+    let memory = limits.memory;
     let shows_images = plan.mesh.style != Style::Clay;
-    match read(&plan.path, plan.kind, memory, files, shows_images)? {
+    match read(&plan.path, plan.kind, limits, files, shows_images)? {
         Loaded::Scene(scene) => show_scene(plan, *scene),
         Loaded::Mesh(mesh) => show_mesh(plan, *mesh, memory),
     }
@@ -51,15 +57,15 @@ pub fn load_and_list(plan: &InputPlan, memory: u64, files: &mut Vec<PathBuf>) ->
 fn read(
     path: &Path,
     kind: InputKind,
-    memory: u64,
+    limits: Limits,
     files: &mut Vec<PathBuf>,
     shows_images: bool,
 ) -> Result<Loaded, CliError> {
     process::at_work_on(name(path));
     Ok(match kind {
-        InputKind::Scene => Loaded::Scene(Box::new(format::load_within(path, files, memory)?)),
+        InputKind::Scene => Loaded::Scene(Box::new(format::load_limited(path, files, limits)?)),
         InputKind::Mesh => {
-            let mesh = format::mesh::load_shown(path, files, memory, shows_images)?;
+            let mesh = format::mesh::load_shown(path, files, limits, shows_images)?;
             Loaded::Mesh(Box::new(mesh))
         }
         InputKind::Any => {
@@ -69,7 +75,7 @@ fn read(
                     "standard input is a terminal: redirect a file with <, or a program's output with |";
                 return Err(CliError::Usage(why.into()));
             }
-            format::load_any_shown(stdin.lock(), name(path), files, memory, shows_images)?
+            format::load_any_shown(stdin.lock(), name(path), files, limits, shows_images)?
         }
     })
 }
@@ -166,7 +172,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
 /// [`CliError`].
 pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<Scene, CliError> {
     let kind = kind_of(path)?;
-    let mut loaded = match read(path, kind, memory, files, true)? {
+    let mut loaded = match read(path, kind, memory.into(), files, true)? {
         Loaded::Scene(scene) => return Ok(*scene),
         Loaded::Mesh(mesh) => *mesh,
     };

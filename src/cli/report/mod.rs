@@ -19,7 +19,7 @@ pub use message::{
     check_stdout, error, flush, note, notes_to_terminal, print, print_bytes, prints_to_terminal, tame_json,
     warnings,
 };
-pub use progress::{RenderBar, VerifyBar};
+pub use progress::{RenderBar, StageBar, VerifyBar};
 pub use stats::{RenderReport, Times};
 pub use text::{SCHEMA, faults_text, grouped, quoted};
 pub use verdicts::Verdicts;

@@ -6,7 +6,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::{
     fmt::Write,
     ops::ControlFlow,
-    sync::OnceLock,
+    sync::{
+        OnceLock,
+        atomic::{AtomicU64, Ordering},
+    },
     time::{Duration, Instant},
 };
 
@@ -15,32 +18,72 @@ const PATIENCE: Duration = Duration::from_millis(200);
 /// Redraws a second.
 const RATE_HZ: u8 = 10;
 
-/// Progress of a picture, with the time left. The render threads report to it.
-pub struct RenderBar<'a> {
+/// Progress of a stage of work, with the time left. The threads that work report to it.
+pub struct StageBar {
+    /// What is done, before the bar.
+    what: String,
+    /// Steps in all; 0 if unknown.
+    total: u64,
     start: Instant,
     visible: bool,
+    done: AtomicU64,
     shown: OnceLock<ProgressBar>,
+}
+
+impl StageBar {
+    /// A bar that appears after a while, if `visible`.
+    pub fn new(visible: bool, what: impl Into<String>, total: u64) -> Self {
+        Self {
+            what: what.into(),
+            total,
+            start: Instant::now(),
+            visible,
+            done: AtomicU64::new(0),
+            shown: OnceLock::new(),
+        }
+    }
+
+    /// Notes that more steps are done.
+    pub fn add(&self, steps: u64) {
+        let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
+        self.show(done, self.total);
+    }
+
+    /// Shows that so many steps are done.
+    pub fn show(&self, done: u64, total: u64) {
+        if self.visible && self.start.elapsed() > PATIENCE {
+            self.shown
+                .get_or_init(|| new_bar(&self.what, total).with_elapsed(self.start.elapsed()))
+                .set_position(done);
+        }
+    }
+
+    /// Removes the bar.
+    pub fn clear(&self) {
+        if let Some(bar) = self.shown.get() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// Progress of a picture. Reporting to it stops the rendering after an interrupt.
+pub struct RenderBar<'a> {
+    bar: StageBar,
     interrupt: &'a Interrupt,
 }
 
 impl<'a> RenderBar<'a> {
-    /// A bar that appears after a while, if `visible`. Reporting to it stops the rendering after an interrupt.
+    /// A bar that appears after a while, if `visible`.
     pub fn new(visible: bool, interrupt: &'a Interrupt) -> Self {
         Self {
-            start: Instant::now(),
-            visible,
-            shown: OnceLock::new(),
+            bar: StageBar::new(visible, "", 0),
             interrupt,
         }
     }
 
     /// Shows the progress; `Break` if rendering should stop.
     pub fn report(&self, progress: Progress) -> ControlFlow<()> {
-        if self.visible && self.start.elapsed() > PATIENCE {
-            self.shown
-                .get_or_init(|| new_bar(progress.pixels_total).with_elapsed(self.start.elapsed()))
-                .set_position(progress.pixels_done);
-        }
+        self.bar.show(progress.pixels_done, progress.pixels_total);
         if self.interrupt.requested() {
             ControlFlow::Break(())
         } else {
@@ -49,30 +92,40 @@ impl<'a> RenderBar<'a> {
     }
 
     /// Removes the bar.
-    pub fn clear(self) {
-        if let Some(bar) = self.shown.get() {
-            bar.finish_and_clear();
-        }
+    pub fn clear(&self) {
+        self.bar.clear();
     }
 }
 
-fn new_bar(pixels: u64) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(pixels), ProgressDrawTarget::stderr_with_hz(RATE_HZ));
-    match ProgressStyle::with_template("{bar:40} {percent:>3} %  {left} left") {
+/// A bar of `total` steps; if that is 0, the bytes that are read so far.
+fn new_bar(what: &str, total: u64) -> ProgressBar {
+    let target = ProgressDrawTarget::stderr_with_hz(RATE_HZ);
+    let (bar, template) = if total == 0 {
+        (ProgressBar::with_draw_target(None, target), "{prefix}{bytes}")
+    } else {
+        let bar = ProgressBar::with_draw_target(Some(total), target);
+        (bar, "{prefix}{bar:40} {percent:>3} %  {left}")
+    };
+    let bar = if what.is_empty() {
+        bar
+    } else {
+        bar.with_prefix(format!("{what}  "))
+    };
+    match ProgressStyle::with_template(template) {
         // indicatif's own estimate would count the work before the bar appeared as done in no time.
         Ok(style) => bar.with_style(style.with_key(
             "left",
             move |state: &ProgressState, out: &mut dyn Write| {
-                let left = time_left(state.elapsed(), state.pos(), pixels);
-                let _ = out.write_str(&left);
+                let left = time_left(state.elapsed(), state.pos(), total);
+                let _ = write!(out, "{left} left");
             },
         )),
-        // Cannot happen: the template is a constant.
+        // Cannot happen: the templates are constants.
         Err(_) => bar,
     }
 }
 
-/// The time left if the other pixels take as long as those done.
+/// The time left if the other steps take as long as those done.
 fn time_left(elapsed: Duration, done: u64, total: u64) -> String {
     if done == 0 {
         return "?".into();

@@ -13,7 +13,7 @@ pub use up::{UpAxis, UpSource};
 use super::gltf;
 #[cfg(feature = "threemf")]
 use super::threemf;
-use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl};
+use super::{Limits, OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, SceneError, clip_path},
     math::srgb,
@@ -388,11 +388,11 @@ pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result
 pub(crate) fn load_shown(
     path: &Path,
     asked: &mut Vec<PathBuf>,
-    memory: u64,
+    limits: impl Into<Limits>,
     shows_images: bool,
 ) -> Result<LoadedMesh, LoadError> {
     asked.push(path.to_path_buf());
-    let budget = Budget::new(memory);
+    let budget = Budget::new(limits);
     budget.set_wants_images(shows_images);
     let file = files::open(path, &budget).map_err(|error| files::load_error(path, &error))?;
     let open = &mut |path: &Path| {

@@ -1,24 +1,22 @@
 //! Rays of one origin: a group of packets descends to the instances together, and those rays that meet the box of one are
 //! traced through its prototype as rays that share the image of their origin.
 
-use super::{Instances, Met, Results, Slot};
+use super::{
+    Instances, Met, Results, Slot,
+    images::{Images, Meeting},
+};
 use crate::{
     accel::Node8,
     lanes::{F32x8, LANES, Vec3x8},
-    ray::{HitPacket, InstanceId, Origins, Ray, RayPacket},
+    ray::{InstanceId, Ray, RayPacket},
     scene::ImageRay,
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
-    trace::{Method, bits::bits, frustum::Frustum, rays::reciprocal},
+    trace::{bits::bits, frustum::Frustum, rays::reciprocal},
 };
 use glam::Vec3;
 
 /// Packets of a group.
 pub(super) const PACKETS: usize = 32;
-
-/// An instance of more than this many primitives for each ray that meets it is traced ray by ray: its triangles are
-/// smaller than what is between the rays.
-// Tuned: see docs/lab-notes.md#sparse-instances
-const SPARSE: usize = 8;
 
 /// A child that some packets, a bit each, have yet to visit, and a lower bound on where they enter it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,33 +37,6 @@ pub(super) struct Group {
     /// The largest of each packet's ends.
     farthest: Vec<f32>,
     todo: Vec<Todo>,
-    /// The rays that meet an instance, as their images, and what is found.
-    images: Vec<RayPacket>,
-    met: Vec<Meeting>,
-    hits: Vec<HitPacket>,
-    blocked: Vec<u8>,
-}
-
-/// A ray that meets an instance.
-#[derive(Clone, Copy, Debug)]
-struct Meeting {
-    packet: usize,
-    lane: usize,
-    met: Met,
-}
-
-impl Results<'_> {
-    /// How far rays go that may still hit something; negative for others.
-    #[inline(always)]
-    fn ends<S: Simd>(&self, simd: S, p: usize, rays: &RayPacket) -> S::V8 {
-        let end = simd.load(&rays.t_max);
-        let live = end.gt(simd.splat(0.0)).bits() & !self.done(p);
-        let end = match self {
-            Self::Closest(hits, _) => simd.load(&hits[p].t),
-            Self::Any(_) => end,
-        };
-        S::V8::select(simd.mask(live), end, simd.splat(-1.0))
-    }
 }
 
 impl Group {
@@ -164,7 +135,7 @@ impl Instances<'_> {
         let Some(frustum) = Frustum::<S::V8>::around(simd, origin, rays) else {
             return false;
         };
-        let mut group = std::mem::take(&mut self.group);
+        let (mut group, mut images) = (std::mem::take(&mut self.group), std::mem::take(&mut self.images));
         let live = group.start(simd, origin, rays, results);
         let instanced = self.instanced;
         group.push_children(simd, &frustum, &instanced.nodes()[0], 0, live);
@@ -182,11 +153,15 @@ impl Instances<'_> {
             } else {
                 let planes = group.planes(simd, node, lane);
                 let id = InstanceId(child.index() as u32);
-                self.meet(simd, &mut group, id, planes, rays, packets);
-                self.trace_met(&mut group, id, results);
+                images.met.clear();
+                self.meet(simd, &group, id, planes, (rays, packets), &mut images);
+                self.trace_images(&mut images, true, results);
+                for meeting in &images.met {
+                    group.end(meeting.at, meeting.end);
+                }
             }
         }
-        self.group = group;
+        (self.group, self.images) = (group, images);
         true
     }
 
@@ -195,13 +170,12 @@ impl Instances<'_> {
     fn meet<S: Simd>(
         &self,
         simd: S,
-        group: &mut Group,
+        group: &Group,
         id: InstanceId,
         planes: [Vec3Eight<S>; 2],
-        rays: &[RayPacket],
-        packets: u32,
+        (rays, packets): (&[RayPacket], u32),
+        images: &mut Images,
     ) {
-        group.met.clear();
         let instance = &self.scene.instances()[id.0 as usize];
         let Some(origin) = instance.image_of_origin(group.origin) else {
             return;
@@ -218,100 +192,29 @@ impl Instances<'_> {
                 let Some(image) = ImageRay::new(ray, lengths[lane]) else {
                     continue;
                 };
-                group.met.push(Meeting {
-                    packet: p,
-                    lane,
+                images.met.push(Meeting {
+                    at: (p, lane),
                     met: Met {
                         id,
                         image,
                         near: near.as_array()[lane],
                         far: far.as_array()[lane],
                     },
+                    end: group.t[p].as_array()[lane],
+                    walk: 0,
                 });
             }
-        }
-    }
-
-    /// Traces the rays that meet an instance through its prototype.
-    fn trace_met(&mut self, group: &mut Group, id: InstanceId, results: &mut Results<'_>) {
-        self.trace_images(group, id, results);
-        for i in 0..group.met.len() {
-            let Meeting { packet, lane, met } = group.met[i];
-            let (before, at) = (group.t[packet].as_array()[lane], (packet, lane));
-            let mut end = before;
-            match results {
-                Results::Closest(..) => {
-                    let hit = group.hits[i / LANES].hit(i % LANES);
-                    results.offer(at, &met, &hit, &mut end);
-                }
-                Results::Any(_) => {
-                    if group.blocked[i / LANES] >> (i % LANES) & 1 == 1 {
-                        results.block(at, &mut end);
-                    }
-                }
-            }
-            if end != before {
-                group.end(packet, lane, end);
-            }
-        }
-    }
-
-    /// Traces the images of all rays that meet an instance.
-    fn trace_images(&mut self, group: &mut Group, id: InstanceId, results: &Results<'_>) {
-        let is_any = matches!(results, Results::Any(_));
-        group.fill_images(is_any);
-        let Some(first) = group.met.first() else { return };
-        let (origins, count) = (Origins::Shared(first.met.image.ray.origin), group.images.len());
-        let bvh = self.prototype_of(id);
-        let are_sparse = group.met.len() * SPARSE < bvh.stats().primitives();
-        self.nested.policy.hold_to(match self.method {
-            Method::Adaptive if are_sparse => Method::Single,
-            method => method,
-        });
-        self.nested.through(bvh);
-        if is_any {
-            group.blocked.resize(count, 0);
-            self.nested.occluded(origins, &group.images, &mut group.blocked);
-        } else {
-            group.hits.resize(count, HitPacket::miss(F32x8::ZERO));
-            self.nested.closest_hit(origins, &group.images, &mut group.hits);
         }
     }
 }
 
 impl Group {
-    /// Packs the images, eight a packet.
-    fn fill_images(&mut self, is_any: bool) {
-        let Self { met, images, t, .. } = self;
-        images.clear();
-        for eight in met.chunks(LANES) {
-            let mut packet = RayPacket {
-                direction: Vec3x8::ZERO,
-                t_max: F32x8::ZERO,
-            };
-            for lane in 0..LANES {
-                let meeting = &eight[lane.min(eight.len() - 1)];
-                packet.direction.set(lane, meeting.met.image.ray.direction);
-            }
-            for (
-                lane,
-                Meeting {
-                    packet: p,
-                    lane: from,
-                    met,
-                },
-            ) in eight.iter().enumerate()
-            {
-                let end = t[*p].as_array()[*from];
-                packet.t_max.as_mut_array()[lane] = if is_any { met.end(end) } else { met.beyond(end) };
-            }
-            images.push(packet);
-        }
-    }
-
     /// A ray now ends at `t`.
-    fn end(&mut self, packet: usize, lane: usize, t: f32) {
+    fn end(&mut self, (packet, lane): (usize, usize), t: f32) {
         let ends = self.t[packet].as_mut_array();
+        if ends[lane] == t {
+            return;
+        }
         ends[lane] = t;
         self.farthest[packet] = ends
             .iter()

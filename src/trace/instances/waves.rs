@@ -1,0 +1,154 @@
+//! Rays with origins of their own: each walks over the instances alone, up to one that it meets. Then all go through the
+//! prototypes of what they have met together, and each walks on.
+
+use super::{
+    Instances, Met, Results, Slot,
+    images::{Images, Meeting},
+};
+use crate::{
+    accel::Node8,
+    lanes::LANES,
+    ray::{InstanceId, Origins, Ray, RayPacket},
+    simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Lanes, unpack},
+    trace::{bits::bits, cut_outs::ray, single::SingleRay},
+};
+
+/// A ray on its way over the instances.
+#[derive(Debug)]
+struct Walk {
+    /// Its packet and lane.
+    at: (usize, usize),
+    ray: Ray,
+    single: SingleRay,
+    /// Where the ray ends, or its nearest hit; negative when it is done.
+    end: f32,
+    /// Children that it has yet to visit, and where it enters them, the nearest last.
+    todo: Vec<(f32, Slot)>,
+}
+
+/// The memory of waves.
+#[derive(Debug, Default)]
+pub(super) struct Waves {
+    walks: Vec<Walk>,
+    /// Stacks that are free.
+    stacks: Vec<Vec<(f32, Slot)>>,
+}
+
+impl Instances<'_> {
+    /// Traces rays that go many ways.
+    #[inline(always)]
+    pub(super) fn trace_in_waves<S: Simd>(
+        &mut self,
+        simd: S,
+        origins: Origins<'_>,
+        rays: &[RayPacket],
+        results: &mut Results<'_>,
+    ) {
+        let (mut waves, mut images) = (std::mem::take(&mut self.waves), std::mem::take(&mut self.images));
+        for (p, packet) in rays.iter().enumerate() {
+            let ends = results.ends(simd, p, packet);
+            for lane in bits(ends.gt(simd.splat(0.0)).bits()) {
+                let ray = ray(origins, rays, p, lane);
+                if !ray.is_valid() {
+                    continue;
+                }
+                let mut walk = Walk {
+                    at: (p, lane),
+                    ray,
+                    single: SingleRay::of(&ray),
+                    end: ends.lane(lane),
+                    todo: waves.stacks.pop().unwrap_or_default(),
+                };
+                self.push_children(simd, &mut walk, 0);
+                waves.walks.push(walk);
+            }
+        }
+        while !waves.walks.is_empty() {
+            self.wave(simd, &mut waves, &mut images, results);
+        }
+        (self.waves, self.images) = (waves, images);
+    }
+
+    /// Each ray goes on to an instance and through that.
+    #[inline(always)]
+    fn wave<S: Simd>(&mut self, simd: S, waves: &mut Waves, images: &mut Images, results: &mut Results<'_>) {
+        images.met.clear();
+        let Waves { walks, stacks } = waves;
+        let mut i = 0;
+        while let Some(walk) = walks.get_mut(i) {
+            if let Some(met) = self.next_met(simd, walk) {
+                images.met.push(Meeting {
+                    at: walk.at,
+                    met,
+                    end: walk.end,
+                    walk: i,
+                });
+                i += 1;
+            } else {
+                let mut walk = walks.swap_remove(i);
+                walk.todo.clear();
+                stacks.push(walk.todo);
+            }
+        }
+        if self.scene.prototypes().len() > 1 {
+            let instances = self.scene.instances();
+            images
+                .met
+                .sort_unstable_by_key(|meeting| instances[meeting.met.id.0 as usize].prototype());
+        }
+        self.trace_images(images, false, results);
+        for meeting in &images.met {
+            walks[meeting.walk].end = meeting.end;
+        }
+    }
+
+    /// The next instance that a ray meets.
+    #[inline(always)]
+    fn next_met<S: Simd>(&self, simd: S, walk: &mut Walk) -> Option<Met> {
+        while let Some((near, slot)) = walk.todo.pop() {
+            if near > walk.end {
+                continue;
+            }
+            let (node_i, lane) = (slot as usize / LANES, slot as usize % LANES);
+            let node = &self.instanced.nodes()[node_i];
+            let child = node.child[lane];
+            if child.is_inner() {
+                self.push_children(simd, walk, child.index());
+                continue;
+            }
+            let [near, far] = interval(simd, &walk.single, node, lane);
+            if near > far {
+                continue;
+            }
+            if let Some(image) = self.scene.instances()[child.index()].image(&walk.ray) {
+                let id = InstanceId(child.index() as u32);
+                return Some(Met { id, image, near, far });
+            }
+        }
+        None
+    }
+
+    /// Puts the children of a node that a ray enters on its stack.
+    #[inline(always)]
+    fn push_children<S: Simd>(&self, simd: S, walk: &mut Walk, node_i: usize) {
+        let node = &self.instanced.nodes()[node_i];
+        let (entered, near) = walk.single.enter(simd, node, walk.end);
+        let (entries, count) = near.nearest_last(entered);
+        for &entry in entries.iter().take(count) {
+            let (near, lane) = unpack(entry);
+            walk.todo.push((near, (node_i * LANES + lane) as Slot));
+        }
+    }
+}
+
+/// Where a ray is in the box of a node's child, as for the box of a primitive.
+#[inline(always)]
+fn interval<S: Simd>(simd: S, ray: &SingleRay, node: &Node8, lane: usize) -> [f32; 2] {
+    let [lx, ly, lz, ux, uy, uz] = &node.planes;
+    let (lower, upper) = (
+        Vec3Lanes::new(simd.load(lx), simd.load(ly), simd.load(lz)),
+        Vec3Lanes::new(simd.load(ux), simd.load(uy), simd.load(uz)),
+    );
+    let (near, far) = ray.slabs(simd).interval(lower, upper);
+    [near.lane(lane), far.lane(lane)]
+}
