@@ -308,7 +308,7 @@ impl<S: Simd, B: FromScene> Emission<'_, S, B> {
             all == (node, triangle_block, sphere_block),
             "a subtree is written as counted"
         );
-        self.steps.add(self.primitives);
+        self.steps.finished(self.primitives);
     }
 
     /// Writes the next node in line and all below it; returns the box around it.

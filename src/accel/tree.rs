@@ -22,7 +22,7 @@ use std::marker::PhantomData;
 /// Primitives of a subtree with a root of its own: few enough for the cache, and for all threads to have some.
 /// Depends on the scene and not on the number of threads, so that every machine builds the same tree.
 // Tried: see docs/lab-notes.md#subtrees
-fn subtree_size(count: usize) -> usize {
+pub(super) fn subtree_size(count: usize) -> usize {
     (count / 32).clamp(1024, 4096)
 }
 
@@ -305,6 +305,7 @@ fn build_top<D: Divider, S: Simd>(
         return Top::Subtree(Subtree::new(boxes, first, job, divider, levels));
     }
     let (count, [left_divider, right_divider]) = divider.divide(job.simd, boxes, job.effort, levels == 0);
+    job.steps.divided(boxes.len());
     let (left, right) = boxes.split_at_mut(count);
     let levels = levels.saturating_sub(1);
     let (left, right) = rayon::join(
@@ -455,7 +456,7 @@ impl Subtree {
             slots: Vec::with_capacity(boxes.len() / 2),
         };
         subtree.write_node(&builder, 0, 1);
-        job.steps.add(boxes.len());
+        job.steps.finished(boxes.len());
         subtree
     }
 

@@ -49,7 +49,7 @@ pub fn load(
 pub fn build(scene: &Scene, quality: BuildQuality, visible: bool) -> Bvh {
     let bar = StageBar::new(visible, "building", 0);
     let bvh = Bvh::build_watched(scene, quality, &|progress| {
-        bar.show(progress.done, progress.total)
+        bar.show(progress.done, progress.total);
     });
     bar.clear();
     bvh

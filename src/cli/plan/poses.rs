@@ -1,6 +1,9 @@
-//! `--poses` and `--save-poses`: cameras in a NeRF `transforms.json`, as Instant NGP and Nerfstudio read and write it.
+//! `--poses` and `--save-poses`: cameras in a NeRF `transforms.json`, as Instant NGP and Nerfstudio read and write it, and of
+//! [COLMAP](colmap).
 //!
 //! A matrix takes points of a camera that looks along -z, with y up, to the scene.
+
+mod colmap;
 
 use crate::{
     cli::{CliError, plan::stem},
@@ -118,13 +121,19 @@ impl Poses {
     /// [`CliError::Load`].
     pub fn read(path: &Path, aspect: f64) -> Result<Self, CliError> {
         let whole = |message: String| CliError::Load(LoadError::whole_file(path, message));
-        let text = read(path).map_err(|error| whole(error.to_string()))?;
-        let transforms: Transforms = serde_json::from_slice(&text).map_err(|error| {
-            let place = [error.line(), error.column()];
-            let message = error.to_string();
-            CliError::Load(LoadError::in_json(path, place, "not a file of poses", &message))
-        })?;
-        let Transforms { lens: common, frames } = transforms;
+        let Transforms { lens: common, frames } = if colmap::is_images(path) {
+            Transforms {
+                lens: Lens::default(),
+                frames: colmap::frames(path).map_err(CliError::Load)?,
+            }
+        } else {
+            let text = read(path).map_err(|error| whole(error.to_string()))?;
+            serde_json::from_slice(&text).map_err(|error| {
+                let place = [error.line(), error.column()];
+                let message = error.to_string();
+                CliError::Load(LoadError::in_json(path, place, "not a file of poses", &message))
+            })?
+        };
         if frames.is_empty() || frames.len() > MAX_POSES {
             return Err(whole(format!(
                 "{} frames, expected 1 to {MAX_POSES}",

@@ -1,0 +1,400 @@
+//! Cameras of a COLMAP reconstruction: `images.txt` and `cameras.txt`, or `images.bin` and `cameras.bin`, side by side, as
+//! <https://colmap.github.io/format.html> describes them.
+//!
+//! A rotation and a translation take points of the scene to a camera that looks along z, with y down.
+
+use super::{Frame, Lens, MAX_POSES};
+use crate::error::{LoadError, SourcePos};
+use glam::{DMat3, DQuat, DVec3};
+use std::{
+    collections::HashMap,
+    fs::File,
+    io::{self, BufRead, BufReader, Read},
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// The longest line or name, bytes. The points of an image are in a line that may be longer: it is skipped.
+const MOST_BYTES: u64 = 1 << 16;
+
+/// The most cameras.
+const MAX_CAMERAS: u64 = 1 << 20;
+
+/// The models of cameras, by their numbers: how many parameters each has, and whether one focal length is for both axes.
+const MODELS: [(&str, usize, bool); 11] = [
+    ("SIMPLE_PINHOLE", 3, true),
+    ("PINHOLE", 4, false),
+    ("SIMPLE_RADIAL", 4, true),
+    ("RADIAL", 5, true),
+    ("OPENCV", 8, false),
+    ("OPENCV_FISHEYE", 8, false),
+    ("FULL_OPENCV", 12, false),
+    ("FOV", 5, false),
+    ("SIMPLE_RADIAL_FISHEYE", 4, true),
+    ("RADIAL_FISHEYE", 5, true),
+    ("THIN_PRISM_FISHEYE", 12, false),
+];
+
+/// An image: where its camera stands.
+struct Image {
+    name: String,
+    rotation: [f64; 4],
+    translation: [f64; 3],
+    camera: u32,
+}
+
+/// Whether this is the list of images of a reconstruction.
+pub(super) fn is_images(path: &Path) -> bool {
+    path.file_name()
+        .is_some_and(|name| name == "images.txt" || name == "images.bin")
+}
+
+/// Reads the images of a reconstruction, in the order of their names.
+pub(super) fn frames(path: &Path) -> Result<Vec<Frame>, LoadError> {
+    let is_binary = path.extension().is_some_and(|extension| extension == "bin");
+    let beside = path.with_file_name(if is_binary { "cameras.bin" } else { "cameras.txt" });
+    let lenses = if is_binary {
+        binary::cameras(&mut Records::open(&beside)?)
+    } else {
+        text::cameras(&mut Lines::open(&beside)?)
+    }?;
+    let mut images = if is_binary {
+        binary::images(&mut Records::open(path)?)
+    } else {
+        text::images(&mut Lines::open(path)?)
+    }?;
+    images.sort_by(|a, b| a.name.cmp(&b.name));
+    let frame = |image: Image| {
+        let Some(&lens) = lenses.get(&image.camera) else {
+            let why = format!(
+                "{}: no camera {} in {}",
+                image.name,
+                image.camera,
+                beside.display()
+            );
+            return Err(LoadError::whole_file(path, why));
+        };
+        Ok(image.frame(lens))
+    };
+    images.into_iter().map(frame).collect()
+}
+
+impl Image {
+    /// The pose as a frame of a NeRF file has it: from a camera that looks along -z, with y up, to the scene.
+    fn frame(self, lens: Lens) -> Frame {
+        let [w, x, y, z] = self.rotation;
+        let to_scene = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize()).transpose();
+        let eye = -(to_scene * DVec3::from_array(self.translation));
+        let (right, up, back) = (to_scene.x_axis, -to_scene.y_axis, -to_scene.z_axis);
+        let row = |i: usize| [right[i], up[i], back[i], eye[i]];
+        Frame {
+            file_path: self.name,
+            transform_matrix: vec![row(0), row(1), row(2)],
+            lens,
+        }
+    }
+}
+
+/// The lens of a camera of `model`.
+fn lens(model: usize, [w, h]: [f64; 2], numbers: &[f64]) -> Lens {
+    let (name, _, is_simple) = MODELS[model];
+    let (fl_x, fl_y) = (numbers[0], numbers[usize::from(!is_simple)]);
+    let rest = &numbers[if is_simple { 1 } else { 2 }..];
+    let is_curved = name.contains("FISHEYE") || name == "FOV" || rest[2..].iter().any(|&k| k != 0.0);
+    Lens {
+        fl_x: Some(fl_x),
+        fl_y: Some(fl_y),
+        cx: Some(rest[0]),
+        cy: Some(rest[1]),
+        w: Some(w),
+        h: Some(h),
+        k1: f64::from(u8::from(is_curved)),
+        ..Lens::default()
+    }
+}
+
+/// Opens a regular file.
+fn open(path: &Path) -> Result<BufReader<File>, LoadError> {
+    let opened = File::open(path).and_then(|file| {
+        if file.metadata()?.is_file() {
+            Ok(BufReader::new(file))
+        } else {
+            Err(io::Error::other("it is not a file"))
+        }
+    });
+    opened.map_err(|error| LoadError::whole_file(path, error.to_string()))
+}
+
+/// The lines of a text.
+struct Lines {
+    path: Arc<PathBuf>,
+    reader: BufReader<File>,
+    line: Vec<u8>,
+    number: u32,
+}
+
+impl Lines {
+    fn open(path: &Path) -> Result<Self, LoadError> {
+        Ok(Self {
+            path: Arc::new(path.to_path_buf()),
+            reader: open(path)?,
+            line: Vec::new(),
+            number: 0,
+        })
+    }
+
+    /// A fault of the current line, at this byte of it.
+    fn fault(&self, offset: usize, message: impl AsRef<str>) -> LoadError {
+        let at = SourcePos {
+            file: Arc::clone(&self.path),
+            line: self.number,
+            column: offset as u32 + 1,
+        };
+        LoadError::new(at, message)
+    }
+
+    /// Goes on to the next line that is neither empty nor a comment; false at the end.
+    fn next(&mut self) -> Result<bool, LoadError> {
+        loop {
+            self.line.clear();
+            self.number = self.number.saturating_add(1);
+            let count = self
+                .reader
+                .by_ref()
+                .take(MOST_BYTES)
+                .read_until(b'\n', &mut self.line);
+            let count = count.map_err(|error| self.fault(0, error.to_string()))?;
+            if count as u64 == MOST_BYTES {
+                return Err(self.fault(0, format!("a line of more than {MOST_BYTES} bytes")));
+            }
+            let text = self.line.trim_ascii();
+            if count == 0 {
+                return Ok(false);
+            }
+            if !text.is_empty() && text[0] != b'#' {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Skips a line of any length.
+    fn skip(&mut self) -> Result<(), LoadError> {
+        self.number = self.number.saturating_add(1);
+        let skipped = self.reader.skip_until(b'\n');
+        skipped
+            .map(drop)
+            .map_err(|error| self.fault(0, error.to_string()))
+    }
+
+    /// The words of the current line, each with its place. The last of `most` holds all that is left.
+    fn words(&self, most: usize) -> Vec<(usize, &str)> {
+        let text = str::from_utf8(&self.line).unwrap_or_default();
+        let mut words = Vec::new();
+        let mut at = 0;
+        while let Some(start) = text[at..].find(|c: char| !c.is_ascii_whitespace()) {
+            let start = at + start;
+            let rest = text[start..].trim_ascii_end();
+            let length = rest.find(|c: char| c.is_ascii_whitespace());
+            let length = length.filter(|_| words.len() + 1 < most).unwrap_or(rest.len());
+            words.push((start, &text[start..start + length]));
+            at = start + length;
+        }
+        words
+    }
+
+    /// The numbers that words are.
+    fn numbers(&self, words: &[(usize, &str)]) -> Result<Vec<f64>, LoadError> {
+        let number = |&(at, word): &(usize, &str)| {
+            let number = word.parse().ok().filter(|number: &f64| number.is_finite());
+            number.ok_or_else(|| self.fault(at, format!("found `{word}`, expected a number")))
+        };
+        words.iter().map(number).collect()
+    }
+
+    /// The id that a word is.
+    fn id(&self, (at, word): (usize, &str)) -> Result<u32, LoadError> {
+        let id = word.parse().ok();
+        id.ok_or_else(|| self.fault(at, format!("found `{word}`, expected the number of a camera")))
+    }
+}
+
+mod text {
+    use super::{HashMap, Image, Lens, Lines, LoadError, MAX_CAMERAS, MAX_POSES, MODELS};
+
+    /// `CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]`
+    pub(super) fn cameras(lines: &mut Lines) -> Result<HashMap<u32, Lens>, LoadError> {
+        let mut lenses = HashMap::new();
+        while lines.next()? {
+            let words = lines.words(usize::MAX);
+            let [id, model, size @ ..] = &words[..] else {
+                return Err(lines.fault(0, "expected a camera: number, model, width, height, parameters"));
+            };
+            let known = MODELS.iter().position(|(name, ..)| *name == model.1);
+            let Some(known) = known else {
+                return Err(lines.fault(
+                    model.0,
+                    format!("found `{}`, expected a model of cameras", model.1),
+                ));
+            };
+            let numbers = lines.numbers(size)?;
+            let (name, count, _) = MODELS[known];
+            let [width, height, parameters @ ..] = &numbers[..] else {
+                return Err(lines.fault(model.0, "expected a width and a height behind the model"));
+            };
+            if parameters.len() != count {
+                let found = parameters.len();
+                let why = format!("{name} has {found} parameters, expected {count}");
+                return Err(lines.fault(model.0, why));
+            }
+            let lens = super::lens(known, [*width, *height], parameters);
+            lenses.insert(lines.id(*id)?, lens);
+            if lenses.len() as u64 > MAX_CAMERAS {
+                return Err(lines.fault(0, format!("more than {MAX_CAMERAS} cameras")));
+            }
+        }
+        Ok(lenses)
+    }
+
+    /// `IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME`, then a line of points.
+    pub(super) fn images(lines: &mut Lines) -> Result<Vec<Image>, LoadError> {
+        let mut images = Vec::new();
+        while lines.next()? {
+            let words = lines.words(10);
+            let [_, pose @ .., camera, name] = &words[..] else {
+                return Err(lines.fault(0, EXPECTED));
+            };
+            let numbers = lines.numbers(pose)?;
+            let &[qw, qx, qy, qz, x, y, z] = &numbers[..] else {
+                return Err(lines.fault(0, EXPECTED));
+            };
+            images.push(Image {
+                name: name.1.to_owned(),
+                rotation: [qw, qx, qy, qz],
+                translation: [x, y, z],
+                camera: lines.id(*camera)?,
+            });
+            if images.len() > MAX_POSES {
+                return Err(lines.fault(0, format!("more than {MAX_POSES} images")));
+            }
+            lines.skip()?;
+        }
+        Ok(images)
+    }
+
+    const EXPECTED: &str = "expected an image: number, rotation (w x y z), translation, camera, name";
+}
+
+/// The records of a binary file.
+struct Records {
+    path: PathBuf,
+    reader: BufReader<File>,
+}
+
+impl Records {
+    fn open(path: &Path) -> Result<Self, LoadError> {
+        Ok(Self {
+            path: path.to_path_buf(),
+            reader: open(path)?,
+        })
+    }
+
+    fn fault(&self, message: impl AsRef<str>) -> LoadError {
+        LoadError::whole_file(&self.path, message)
+    }
+
+    fn bytes<const N: usize>(&mut self) -> Result<[u8; N], LoadError> {
+        let mut bytes = [0; N];
+        let read = self.reader.read_exact(&mut bytes);
+        read.map_err(|_| self.fault("the file ends early"))?;
+        Ok(bytes)
+    }
+
+    fn u32(&mut self) -> Result<u32, LoadError> {
+        self.bytes().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Result<u64, LoadError> {
+        self.bytes().map(u64::from_le_bytes)
+    }
+
+    fn numbers<const N: usize>(&mut self) -> Result<[f64; N], LoadError> {
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            *number = self.bytes().map(f64::from_le_bytes)?;
+        }
+        Ok(numbers)
+    }
+
+    fn name(&mut self) -> Result<String, LoadError> {
+        let mut name = Vec::new();
+        let read = self.reader.by_ref().take(MOST_BYTES).read_until(0, &mut name);
+        read.map_err(|error| self.fault(error.to_string()))?;
+        if name.pop() != Some(0) {
+            return Err(self.fault("a name without an end"));
+        }
+        Ok(String::from_utf8_lossy(&name).into_owned())
+    }
+
+    /// Skips bytes that may not be there: a read behind them fails.
+    fn skip(&mut self, bytes: u64) -> Result<(), LoadError> {
+        let skipped = io::copy(&mut self.reader.by_ref().take(bytes), &mut io::sink());
+        match skipped {
+            Ok(count) if count == bytes => Ok(()),
+            _ => Err(self.fault("the file ends early")),
+        }
+    }
+}
+
+mod binary {
+    use super::{HashMap, Image, Lens, LoadError, MAX_CAMERAS, MAX_POSES, MODELS, Records};
+
+    /// Bytes of a point of an image.
+    const POINT: u64 = 24;
+
+    pub(super) fn cameras(records: &mut Records) -> Result<HashMap<u32, Lens>, LoadError> {
+        let count = records.u64()?;
+        if count > MAX_CAMERAS {
+            return Err(records.fault(format!("{count} cameras, expected at most {MAX_CAMERAS}")));
+        }
+        let mut lenses = HashMap::new();
+        for _ in 0..count {
+            let (id, model) = (records.u32()?, records.u32()? as usize);
+            let [width, height] = [records.u64()?, records.u64()?];
+            let Some(&(_, count, _)) = MODELS.get(model) else {
+                return Err(records.fault(format!("camera {id} is of model {model}, which is not known")));
+            };
+            let [first, second, third] = records.numbers()?;
+            let mut parameters = vec![first, second, third];
+            for _ in 3..count {
+                let [parameter] = records.numbers()?;
+                parameters.push(parameter);
+            }
+            lenses.insert(id, super::lens(model, [width as f64, height as f64], &parameters));
+        }
+        Ok(lenses)
+    }
+
+    pub(super) fn images(records: &mut Records) -> Result<Vec<Image>, LoadError> {
+        let count = records.u64()?;
+        if count > MAX_POSES as u64 {
+            return Err(records.fault(format!("{count} images, expected at most {MAX_POSES}")));
+        }
+        let mut images = Vec::new();
+        for _ in 0..count {
+            records.u32()?;
+            let image = Image {
+                rotation: records.numbers()?,
+                translation: records.numbers()?,
+                camera: records.u32()?,
+                name: records.name()?,
+            };
+            images.push(image);
+            let points = records.u64()?;
+            records.skip(points.saturating_mul(POINT))?;
+        }
+        Ok(images)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,123 @@
+use super::super::Poses;
+use crate::scene::{Camera, Projection};
+use glam::{DMat3, DQuat, DVec3};
+use std::{fs, path::Path};
+
+const EYE: DVec3 = DVec3::new(3.0, -2.0, 1.0);
+const TARGET: DVec3 = DVec3::new(0.0, 0.5, 0.5);
+
+/// The rotation and translation of a camera at `EYE`.
+fn pose() -> [f64; 7] {
+    let forward = (TARGET - EYE).normalize();
+    let right = forward.cross(DVec3::Z).normalize();
+    let to_camera = DMat3::from_cols(right, forward.cross(right), forward).transpose();
+    let [x, y, z, w] = DQuat::from_mat3(&to_camera).to_array();
+    let [tx, ty, tz] = (-(to_camera * EYE)).to_array();
+    [w, x, y, z, tx, ty, tz]
+}
+
+fn found(folder: &Path, name: &str) -> Result<Poses, String> {
+    let poses = Poses::read(&folder.join(name), 1.5);
+    poses.map_err(|error| error.text().unwrap_or_default())
+}
+
+fn write(folder: &Path, cameras: &str, images: &str) {
+    fs::write(folder.join("cameras.txt"), cameras).expect("a file");
+    fs::write(folder.join("images.txt"), images).expect("a file");
+}
+
+fn write_binary(folder: &Path) {
+    let mut cameras = 1_u64.to_le_bytes().to_vec();
+    cameras.extend([7_u32, 1].iter().flat_map(|n| n.to_le_bytes()));
+    cameras.extend([600_u64, 400].iter().flat_map(|n| n.to_le_bytes()));
+    cameras.extend(
+        [500.0_f64, 400.0, 300.0, 200.0]
+            .iter()
+            .flat_map(|n| n.to_le_bytes()),
+    );
+    let mut images = 1_u64.to_le_bytes().to_vec();
+    images.extend(1_u32.to_le_bytes());
+    images.extend(pose().iter().flat_map(|n| n.to_le_bytes()));
+    images.extend(7_u32.to_le_bytes());
+    images.extend(b"left/my picture 1.png\0");
+    images.extend(2_u64.to_le_bytes());
+    images.extend([0; 48]);
+    fs::write(folder.join("cameras.bin"), cameras).expect("a file");
+    fs::write(folder.join("images.bin"), images).expect("a file");
+}
+
+#[test]
+fn text_and_binary_files_have_the_same_cameras() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let words = pose().map(|number| number.to_string()).join(" ");
+    write(
+        folder,
+        "# cameras\n7 PINHOLE 600 400 500 400 300 200\n8 SIMPLE_RADIAL 600 400 500 300 200 0.1\n",
+        &format!("# images\n\n2 {words} 8 right.png\n\n1 {words} 7 left/my picture 1.png\n1 2 -1 3 4 5\n"),
+    );
+    write_binary(folder);
+    let text = found(folder, "images.txt").expect("poses");
+    assert_eq!(text.notes.len(), 1, "a curved lens");
+    let names: Vec<&str> = text.poses.iter().map(|pose| &pose.name[..]).collect();
+    assert_eq!(names, ["my picture 1", "right"]);
+    let binary = found(folder, "images.bin").expect("poses");
+    assert!(binary.notes.is_empty());
+    let expected = Camera::look_at(EYE, TARGET, DVec3::Z, 2.0 * f64::atan(0.5).to_degrees());
+    let expected = expected.expect("a camera").view();
+    for pose in [&text.poses[0], &binary.poses[0]] {
+        let view = pose.camera.view();
+        assert!(view.eye.distance(EYE) < 1e-12);
+        assert!((view.target - view.eye).distance((TARGET - EYE).normalize()) < 1e-12);
+        assert!(view.up.dot(DVec3::Z) > 0.9);
+        let fov = |projection| match projection {
+            Projection::Perspective { fov_degrees } => fov_degrees,
+            Projection::Orthographic { .. } => 0.0,
+        };
+        assert!((fov(view.projection) - fov(expected.projection)).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn broken_files_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let camera = "1 PINHOLE 600 400 500 500 300 200\n";
+    for (cameras, images, expected) in [
+        (camera, "1 1 0 0 0 0 0 0 1\n", "images.txt:1:1: expected an image"),
+        (
+            camera,
+            "1 1 0 x 0 0 0 0 1 a.png\n",
+            "images.txt:1:7: found `x`, expected a number",
+        ),
+        (
+            camera,
+            "\n1 1 0 0 0 0 0 0 -1 a.png\n",
+            "images.txt:2:17: found `-1`",
+        ),
+        (camera, "1 1 0 0 0 0 0 0 2 a.png\n", "a.png: no camera 2"),
+        (camera, "1 0 0 0 0 0 0 0 1 a.png\n", "frames[0]"),
+        (camera, "# none\n", "0 frames"),
+        ("1 BOX 6 4\n", "", "cameras.txt:1:3: found `BOX`"),
+        ("1 PINHOLE 6 4 1\n", "", "PINHOLE has 1 parameters, expected 4"),
+        (
+            "1 PINHOLE 600 400 0 0 300 200\n",
+            "1 1 0 0 0 0 0 0 1 a.png\n",
+            "field of view",
+        ),
+    ] {
+        write(folder, cameras, images);
+        let error = found(folder, "images.txt").expect_err(expected);
+        assert!(error.contains(expected), "{expected}: {error}");
+    }
+    write_binary(folder);
+    for name in ["images.bin", "cameras.bin"] {
+        let whole = fs::read(folder.join(name)).expect("a file");
+        for length in 0..whole.len() {
+            fs::write(folder.join(name), &whole[..length]).expect("a file");
+            let error = found(folder, "images.bin").expect_err("it is cut");
+            assert!(error.contains("end"), "{length}: {error}");
+        }
+        fs::write(folder.join(name), whole).expect("a file");
+    }
+}
