@@ -179,6 +179,7 @@ impl Bvh {
     ) -> Self {
         let start = Instant::now();
         let (mut boxes, repeats) = boxes::boxes_of(scene, &scene.ids_of(prototype));
+        steps.finished(boxes.len());
         let Wide {
             nodes,
             triangle_blocks,

@@ -16,7 +16,7 @@ pub struct BuildProgress {
 /// Told from the threads that build, after every few thousand primitives.
 pub type OnBuild<'a> = &'a (dyn Fn(BuildProgress) + Sync);
 
-/// Building and writing a subtree each takes about as long as this many divisions of its primitives above it.
+/// Finding the boxes of primitives, building and writing a subtree of them each take about as long as this many divisions.
 const DIVISIONS: usize = 6;
 
 /// Counts the steps of a build: a primitive in a division.
@@ -30,7 +30,7 @@ impl<'a> Steps<'a> {
     pub(super) fn of(scene: &Scene, on_build: OnBuild<'a>) -> Self {
         let (primitives, instances) = (scene.primitive_count(), scene.instances().len());
         let divisions = |count: usize| (count / subtree_size(count)).max(1).ilog2() as usize;
-        let total = primitives * (divisions(primitives) + 2 * DIVISIONS)
+        let total = primitives * (divisions(primitives) + 3 * DIVISIONS)
             + instances * (divisions(instances) + DIVISIONS);
         Self {
             on_build,
@@ -48,7 +48,7 @@ impl<'a> Steps<'a> {
         (self.on_build)(BuildProgress { done, total });
     }
 
-    /// A subtree of so many primitives is built, or written.
+    /// The boxes of so many primitives are found, or a subtree of them is built, or written.
     pub(super) fn finished(&self, count: usize) {
         self.divided(DIVISIONS * count);
     }
