@@ -171,7 +171,7 @@ impl Call<'_> {
         }
     }
 
-    /// The camera of a frame: a pose, or turned for a turntable.
+    /// The camera of a frame, which the scene or its options give, unless it is a pose; turned for a turntable.
     fn camera_of(&self, turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
         let pose = |turn: Turn| {
             Some(
@@ -185,8 +185,8 @@ impl Call<'_> {
         };
         Ok(match (turn.and_then(pose), turn) {
             (Some(camera), _) => camera,
-            (None, Some(turn)) => Camera::new(&turned(&camera.view(), turn))?,
-            (None, None) => *camera,
+            (None, Some(turn)) if self.plan.is_turning => Camera::new(&turned(&camera.view(), turn))?,
+            _ => *camera,
         })
     }
 
@@ -248,20 +248,21 @@ impl Call<'_> {
         let look = self.plan.looks.of(input.is_mesh());
         let Input {
             mut scene,
-            camera,
+            mut camera,
             rig,
             notes,
             ..
         } = input;
         self.check_inputs(left)?;
+        self.check_frames(job, &scene)?;
         let faults = faults::of(&scene);
         self.warn(job.input.name(), &scene, &faults, notes);
         let quality = self.plan.build.quality(
-            self.expected_rays((&scene, &camera), look, job.frames.len()),
+            self.expected_rays((&scene, &camera), look, job),
             scene.primitive_count(),
         );
         memory::check_build(&scene, quality)?;
-        let (bvh, build_time) = timed(|| stages::build(&scene, quality, self.verbose));
+        let (mut bvh, build_time) = timed(|| stages::build(&scene, quality, self.verbose));
 
         let mut spent = Spent {
             load: load_time,
@@ -269,8 +270,15 @@ impl Call<'_> {
         };
         // A renderer borrows its scene: if the lights turn with the camera, each frame needs its own renderer.
         let mut film = self.film(job, look)?;
-        let together = if rig.is_some() { 1 } else { job.frames.len().max(1) };
+        let is_alone = rig.is_some() || scene.moves();
+        let together = if is_alone { 1 } else { job.frames.len().max(1) };
         for frames in job.frames.chunks(together) {
+            if let ([frame], true) = (frames, scene.moves()) {
+                let (moved, time) = timed(|| move_to(&mut scene, &mut bvh, frame.turn));
+                moved?;
+                spent.build += time;
+                camera = job.input.camera.for_scene(&scene)?;
+            }
             if let (Some(rig), [frame]) = (&rig, frames) {
                 let view = self.camera_of(frame.turn, &camera)?.view();
                 let lights = rig.lights(view.eye - view.target);
@@ -328,6 +336,19 @@ impl Call<'_> {
             look.picture.transparent,
         );
         film.map(Some)
+    }
+
+    /// Refuses frames that a scene from standard input does not have: only now is that known.
+    fn check_frames(&self, job: &Job, scene: &Scene) -> Result<(), CliError> {
+        let is_own = !self.plan.is_turning && self.plan.poses.is_none();
+        let last = job.frames.last().and_then(|frame| frame.turn).filter(|_| is_own);
+        let count = scene.frame_count();
+        match last {
+            Some(last) if last.number > count => Err(CliError::Usage(format!(
+                "--frames: the last frame of the scene is {count}, expected numbers from 1 to {count}"
+            ))),
+            _ => Ok(()),
+        }
     }
 
     fn warn(&self, path: &Path, scene: &Scene, faults: &Faults, notes: Vec<String>) {
@@ -392,10 +413,11 @@ impl Call<'_> {
             total: self.since.elapsed(),
         };
         self.since = Instant::now();
+        let number = frame.turn.map(|turn| turn.number);
         let figures = || {
             let aov = aovs.as_ref().and_then(|aovs| frame.aovs.report(aovs));
             let scene = (loaded.path, loaded.scene, loaded.faults);
-            RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times).with(aov)
+            RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times).with(number, aov)
         };
         if plan.stats {
             report::note(&figures().text());
@@ -424,7 +446,7 @@ impl Call<'_> {
     }
 
     /// Camera rays, and shadow and ambient occlusion rays as if each of them hit something. Reflections are not known beforehand.
-    fn expected_rays(&self, (scene, camera): (&Scene, &Camera), look: &Look, frames: usize) -> f64 {
+    fn expected_rays(&self, (scene, camera): (&Scene, &Camera), look: &Look, job: &Job) -> f64 {
         let Look { settings, picture } = look;
         // The cost of rays depends on the BVH, so with the heat AOV a part gets the BVH of the whole.
         let (window, frames) = if picture.aovs.contains(&AovKind::Heat) {
@@ -432,9 +454,9 @@ impl Call<'_> {
                 crop: None,
                 ..*settings
             };
-            (whole.window(), self.plan.whole_turn as usize)
+            (whole.window(), job.whole as usize)
         } else {
-            (settings.window(), frames)
+            (settings.window(), job.frames.len())
         };
         let lights = if settings.shadows {
             scene.lights().len()
@@ -457,6 +479,16 @@ impl RenderPlan {
         let new = |plan: &SheetPlan| Sheet::new([window.width(), window.height()], plan.columns, plan.count);
         self.sheet.as_ref().map(new).transpose()
     }
+}
+
+/// Moves a scene to a frame, and its hierarchy with it.
+fn move_to(scene: &mut Scene, bvh: &mut Bvh, turn: Option<Turn>) -> Result<(), CliError> {
+    if let Some(turn) = turn {
+        let moved = scene.set_time(turn.number.into());
+        moved.map_err(|error| CliError::Failed(error.to_string()))?;
+        bvh.follow(scene);
+    }
+    Ok(())
 }
 
 /// What a sheet calls a picture.
