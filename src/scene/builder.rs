@@ -14,8 +14,8 @@ pub use spheres::SphereCloud;
 
 use super::{
     Background, Environment, Image, Light, MAX_PLANES, Material, MaterialId, NamedCamera, Plane, Prototype,
-    Scene, SceneId, Sources, Spheres, SurfaceTextures, Triangles, Vertices, instance::Unplaced, is_usable, moving::Moving,
-    material::check_color,
+    Scene, SceneId, Sources, Spheres, SurfaceTextures, Triangles, Vertices, instance::Unplaced, is_usable,
+    material::check_color, moving::Moving,
 };
 use crate::{
     classic,
@@ -300,11 +300,6 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a camera; the first one is the default view.
-    pub fn add_camera(&mut self, camera: NamedCamera) {
-        self.cameras.push(camera);
-    }
-
     /// Adds a camera that a mesh file defines; it is never the default view.
     pub fn add_mesh_camera(&mut self, camera: NamedCamera) {
         self.mesh_cameras.push(camera);
@@ -464,14 +459,9 @@ impl SceneBuilder {
         for range in scene.ids_of(None) {
             bounds = bounds.union(scene.bounds_of(range));
         }
-        if !moving.is_empty() {
-            let still = moving.still(instances.len());
-            let of_some = |range| instances::bounds(&scene.prototypes, &instances[range]);
-            moving.still_bounds = still.map(of_some).fold(bounds, Aabb::union);
-        }
-        bounds = bounds.union(instances::bounds(&scene.prototypes, &instances));
-        scene.bounds = bounds;
+        moving.find_still(bounds, &scene.prototypes, &instances);
         scene.moving = moving;
+        scene.bounds = bounds.union(instances::bounds(&scene.prototypes, &instances));
         scene.degenerate = scene.triangle_extent(0..scene.triangles.corners.len()).1;
         scene.move_to_origin();
         scene.instances = instances::placed(&instances, scene.origin);

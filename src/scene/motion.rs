@@ -149,7 +149,11 @@ impl<T> Track<T> {
         let next = self.0.partition_point(|(at, _)| *at <= time);
         let last = self.0.get(next.saturating_sub(1))?;
         let end = self.0.get(next).filter(|_| next > 0).unwrap_or(last);
-        let share = if end.0 > last.0 { (time - last.0) / (end.0 - last.0) } else { 0.0 };
+        let share = if end.0 > last.0 {
+            (time - last.0) / (end.0 - last.0)
+        } else {
+            0.0
+        };
         Some((&last.1, &end.1, share))
     }
 
@@ -219,7 +223,11 @@ impl Motion {
         };
         let steps = from.iter().zip(to);
         steps.fold(Transform::IDENTITY, |transform, (from, to)| {
-            transform.then_step(&if share > 0.0 { from.towards(*to, share) } else { *from })
+            transform.then_step(&if share > 0.0 {
+                from.towards(*to, share)
+            } else {
+                *from
+            })
         })
     }
 
@@ -297,7 +305,11 @@ impl CameraMotion {
     /// [`CameraError`] if the eye meets its target there, or the view is along the up vector; without keyframes.
     pub fn at(&self, time: f64) -> Result<Camera, CameraError> {
         let (from, to, share) = self.0.around(time).ok_or(CameraError::NotFinite)?;
-        Camera::new(&if share > 0.0 { view_between(from, to, share) } else { *from })
+        Camera::new(&if share > 0.0 {
+            view_between(from, to, share)
+        } else {
+            *from
+        })
     }
 
     /// Returns the times of the keyframes, in ascending order.

@@ -66,14 +66,18 @@ impl Moving {
         self.instances.is_empty() && self.cameras.is_empty()
     }
 
-    /// The numbers of those of `count` instances that do not move.
-    pub(super) fn still(&self, count: usize) -> impl Iterator<Item = Range<usize>> {
-        let ends = self.instances.iter().map(|moving| moving.ids.end);
-        let starts = self.instances.iter().map(|moving| moving.ids.start);
-        std::iter::once(0)
-            .chain(ends)
-            .zip(starts.chain([count]))
-            .map(|(start, end)| start..end)
+    /// Finds the box around what never moves: `others`, which are no instances, and those instances that stay.
+    pub(super) fn find_still(&mut self, others: Aabb, prototypes: &[Prototype], instances: &[Unplaced]) {
+        if self.instances.is_empty() {
+            return;
+        }
+        let mut start = 0;
+        self.still_bounds = others;
+        for end in (self.instances.iter().map(|moving| &moving.ids)).chain([&(instances.len()..0)]) {
+            let still = placed_bounds(prototypes, &instances[start..end.start]);
+            self.still_bounds = self.still_bounds.union(still);
+            start = end.end;
+        }
     }
 
     /// Memory of the placements, bytes.
@@ -165,11 +169,20 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// Adds a camera; the first one is the default view.
+    pub fn add_camera(&mut self, camera: NamedCamera) {
+        self.cameras.push(camera);
+    }
+
     /// Adds a camera that moves.
     ///
     /// # Errors
     /// [`SceneError::AtTime`] if it makes no picture in the first frame, [`SceneError::TooMany`].
-    pub fn add_moving_camera(&mut self, name: Option<String>, motion: CameraMotion) -> Result<(), SceneError> {
+    pub fn add_moving_camera(
+        &mut self,
+        name: Option<String>,
+        motion: CameraMotion,
+    ) -> Result<(), SceneError> {
         self.add_moving_camera_of(name, motion, None)
     }
 
@@ -232,9 +245,7 @@ impl Scene {
             let camera = moving.motion.at(time);
             camera.map_err(|error| at_time(time, moving.place.as_ref(), &error.to_string()))
         };
-        let cameras: Vec<Camera> = (moving.cameras.iter())
-            .map(camera_at)
-            .collect::<Result<_, _>>()?;
+        let cameras: Vec<Camera> = (moving.cameras.iter()).map(camera_at).collect::<Result<_, _>>()?;
         for (moving, camera) in self.moving.cameras.iter().zip(cameras) {
             self.cameras[moving.id].camera = camera;
         }
@@ -288,4 +299,3 @@ impl Scene {
         ]
     }
 }
-

@@ -47,7 +47,10 @@ fn rotation(axis: [f64; 3], degrees: f64) -> Step {
 fn is_rotation(found: &Motion, time: f64, axis: [f64; 3], degrees: f64) {
     let expected = Transform::IDENTITY.then_step(&rotation(axis, degrees));
     let (found, expected) = (numbers(&found.at(time)).0, numbers(&expected).0);
-    assert!(found.abs_diff_eq(expected, 1e-12), "at {time}: {found}, {expected}");
+    assert!(
+        found.abs_diff_eq(expected, 1e-12),
+        "at {time}: {found}, {expected}"
+    );
 }
 
 #[test]
@@ -66,7 +69,11 @@ fn steps_between_keyframes_have_closed_forms() {
         (7.0, [0.0; 3]),
         (1e9, [0.0; 3]),
     ] {
-        assert_eq!(numbers(&moved.at(time)), (DMat3::IDENTITY, expected.into()), "{time}");
+        assert_eq!(
+            numbers(&moved.at(time)),
+            (DMat3::IDENTITY, expected.into()),
+            "{time}"
+        );
     }
     let scaled = motion(&[
         (0.0, Step::Scale(DVec3::new(1.0, -2.0, 4.0))),
@@ -77,10 +84,16 @@ fn steps_between_keyframes_have_closed_forms() {
 
     // Two axes: the shortest way, half of it after half of the time. Rotations about x and y by 90 degrees are 120 degrees
     // apart; about the diagonal of both.
-    let turned = motion(&[(1.0, rotation([0.0, 0.0, 1.0], 0.0)), (3.0, rotation([0.0, 0.0, 2.0], 90.0))]);
+    let turned = motion(&[
+        (1.0, rotation([0.0, 0.0, 1.0], 0.0)),
+        (3.0, rotation([0.0, 0.0, 2.0], 90.0)),
+    ]);
     is_rotation(&turned, 2.0, [0.0, 0.0, 1.0], 45.0);
     let angle = 2.0 * (2.0_f64.sqrt() / 3.0_f64.sqrt()).acos();
-    let turned = motion(&[(0.0, rotation([1.0, 0.0, 0.0], 90.0)), (2.0, rotation([0.0, 1.0, 0.0], 90.0))]);
+    let turned = motion(&[
+        (0.0, rotation([1.0, 0.0, 0.0], 90.0)),
+        (2.0, rotation([0.0, 1.0, 0.0], 90.0)),
+    ]);
     is_rotation(&turned, 1.0, [1.0, 1.0, 0.0], angle.to_degrees());
     is_rotation(&turned, 0.0, [1.0, 0.0, 0.0], 90.0);
     is_rotation(&turned, 2.0, [0.0, 1.0, 0.0], 90.0);
@@ -91,14 +104,23 @@ fn steps_between_keyframes_have_closed_forms() {
     ]);
     is_rotation(&turned, 1.0, [1.0, 1.0, 0.0], angle.to_degrees());
     // At even speed.
-    let turned = motion(&[(0.0, rotation([1.0, 0.0, 0.0], 180.0)), (3.0, rotation([0.0, 1.0, 0.0], 180.0))]);
+    let turned = motion(&[
+        (0.0, rotation([1.0, 0.0, 0.0], 180.0)),
+        (3.0, rotation([0.0, 1.0, 0.0], 180.0)),
+    ]);
     let axis = |degrees: f64| [degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0];
     is_rotation(&turned, 1.0, axis(30.0), 180.0);
 
     // One axis, or its opposite: as many turns as the numbers say.
-    let turned = motion(&[(0.0, rotation([0.0, 0.0, 3.0], 0.0)), (8.0, rotation([0.0, 0.0, 1.0], -720.0))]);
+    let turned = motion(&[
+        (0.0, rotation([0.0, 0.0, 3.0], 0.0)),
+        (8.0, rotation([0.0, 0.0, 1.0], -720.0)),
+    ]);
     is_rotation(&turned, 1.0, [0.0, 0.0, 1.0], -90.0);
-    let turned = motion(&[(0.0, rotation([0.0, 0.0, 1.0], 10.0)), (8.0, rotation([0.0, 0.0, -1.0], 350.0))]);
+    let turned = motion(&[
+        (0.0, rotation([0.0, 0.0, 1.0], 10.0)),
+        (8.0, rotation([0.0, 0.0, -1.0], 350.0)),
+    ]);
     is_rotation(&turned, 4.0, [0.0, 0.0, 1.0], -170.0);
 }
 
@@ -115,8 +137,12 @@ fn cameras_between_keyframes_have_closed_forms() {
         },
     };
     let mut motion = CameraMotion::default();
-    motion.add(1.0, view([5.0, 0.0, 2.0], [0.0, 0.0, 7.0], 30.0, 1.0)).expect("a view");
-    motion.add(25.0, view([0.0, 5.0, 4.0], [0.0, 0.0, 1.0], 60.0, 4.0)).expect("a view");
+    motion
+        .add(1.0, view([5.0, 0.0, 2.0], [0.0, 0.0, 7.0], 30.0, 1.0))
+        .expect("a view");
+    motion
+        .add(25.0, view([0.0, 5.0, 4.0], [0.0, 0.0, 1.0], 60.0, 4.0))
+        .expect("a view");
     let found = |time| motion.at(time).expect("a camera").view();
     assert_eq!(found(7.0), view([3.75, 1.25, 2.5], [0.0, 0.0, 1.0], 37.5, 1.75));
     assert_eq!(found(0.0), view([5.0, 0.0, 2.0], [0.0, 0.0, 7.0], 30.0, 1.0));
@@ -165,7 +191,10 @@ fn film(scene: &Scene, bvh: &Bvh, mode: Mode) -> Film {
 }
 
 fn bits(film: &Film) -> Vec<[u32; 3]> {
-    film.pixels().iter().map(|pixel| pixel.map(f32::to_bits)).collect()
+    film.pixels()
+        .iter()
+        .map(|pixel| pixel.map(f32::to_bits))
+        .collect()
 }
 
 #[test]
@@ -205,7 +234,10 @@ fn a_time_at_which_something_cannot_be_placed_is_an_error_with_its_place() {
     .expect("a scene");
     let before = scene.cameras()[0].camera;
     let error = scene.set_time(2.0).expect_err("the eye on its target");
-    assert!(error.to_string().starts_with("a.scn:1:1: at 2: eye and target"), "{error}");
+    assert!(
+        error.to_string().starts_with("a.scn:1:1: at 2: eye and target"),
+        "{error}"
+    );
     assert_eq!((scene.cameras()[0].camera, scene.time()), (before, 1.0));
     assert!(scene.set_time(f64::NAN).is_err());
     scene.set_time(3.0).expect("a frame");

@@ -111,7 +111,9 @@ fn every_statement_and_key_has_an_example() {
         .map(|block| block.text.clone())
         .collect();
     for statement in statements {
-        let found = examples.lines().any(|line| line.trim_start().starts_with(statement));
+        let found = examples
+            .lines()
+            .any(|line| line.trim_start().starts_with(statement));
         assert!(found, "no example of {statement}");
     }
     for key in "scale rotate translate point_size placements cd cs kd ks alpha mix color bottom top eye target up fov ortho aperture focus normal checker size own silhouette matte \

@@ -23,7 +23,10 @@ fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("m.scn", SCENE);
     folder.write("part.scn", PART);
-    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    folder.write(
+        "m.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",
+    );
     folder
 }
 
@@ -51,7 +54,9 @@ fn frames_are_the_same_in_any_call() {
     folder.run(&["m.scn", SMALL, "-o", "still.png"]).succeeded();
     assert!(read(&folder, "still.png") == all[0]);
     // One frame, and a part of them.
-    folder.run(&["m.scn", SMALL, "--frames=4", "-o", "one.png"]).succeeded();
+    folder
+        .run(&["m.scn", SMALL, "--frames=4", "-o", "one.png"])
+        .succeeded();
     assert!(read(&folder, "one.png") == all[3]);
     folder
         .run(&["m.scn", SMALL, "--frames=2-3", "--mode=scalar", "-o", "s#.png"])
@@ -59,7 +64,9 @@ fn frames_are_the_same_in_any_call() {
     assert!(read(&folder, "s3.png") == all[2] && !folder.path("s4.png").exists());
     // The work of a job in two parts, one of which is done again.
     folder
-        .run_line(&format!("job m.scn {SMALL} -o j#.png --chunk 3 --for slurm --into farm"))
+        .run_line(&format!(
+            "job m.scn {SMALL} -o j#.png --chunk 3 --for slurm --into farm"
+        ))
         .succeeded();
     let commands = fs::read_to_string(folder.path("farm/commands.txt")).expect("commands");
     assert_eq!(commands.lines().count(), 2);
@@ -78,8 +85,13 @@ fn frames_are_the_same_in_any_call() {
         folder.run(&["m.scn", SMALL, "--fps=5", "-o", name]).succeeded();
     }
     let frame = "FRAME\n".len() + 3 * 24 * 18;
-    assert_eq!(read(&folder, "f.y4m").len() % frame, read(&folder, "f.y4m").len() - 6 * frame);
-    folder.run(&["m.scn", SMALL, "--frames=1-6", "--sheet=3"]).succeeded();
+    assert_eq!(
+        read(&folder, "f.y4m").len() % frame,
+        read(&folder, "f.y4m").len() - 6 * frame
+    );
+    folder
+        .run(&["m.scn", SMALL, "--frames=1-6", "--sheet=3"])
+        .succeeded();
     folder
         .shell("\"$0\" - --size=24x18 --frames 5-6 -o p#.png < m.scn")
         .succeeded();
@@ -100,10 +112,18 @@ fn a_turntable_turns_around_what_moves() {
     assert!(read(&folder, "t1.png") == read(&folder, "first.png"));
     let open = |name: &str| image::open(folder.path(name)).expect("a picture").into_rgb8();
     let (turned, second) = (open("t2.png"), open("second.png"));
-    let same = turned.pixels().zip(second.pixels()).filter(|(a, b)| a == b).count();
+    let same = turned
+        .pixels()
+        .zip(second.pixels())
+        .filter(|(a, b)| a == b)
+        .count();
     assert!(same >= 24 * 18 * 9 / 10, "{same}");
     let info = folder.run(&["info", "m.scn"]);
-    assert!(info.succeeded().text().contains("6 (6 keyframes move 2 instances and 1 camera)"));
+    assert!(
+        info.succeeded()
+            .text()
+            .contains("6 (6 keyframes move 2 instances and 1 camera)")
+    );
 }
 
 #[test]
@@ -123,7 +143,10 @@ fn frames_that_are_not_there_are_refused() {
     folder.fails(&["no.scn", "--frames=2-3", "-o", "f#.png"], 1, "file not found");
     let stdin = folder.shell("\"$0\" - --frames 5-9 -o f#.png < m.scn");
     stdin.failed(2, "from 1 to 6");
-    folder.write("thin.scn", "camera eye 1 0 0 target 0 0 0\n at 1\n at 3 eye -1 0 0\n");
+    folder.write(
+        "thin.scn",
+        "camera eye 1 0 0 target 0 0 0\n at 1\n at 3 eye -1 0 0\n",
+    );
     let run = folder.run(&["thin.scn", "-o", "film.gif"]);
     run.failed(1, "thin.scn:1:1: at 2: eye and target");
     assert!(!folder.path("film.gif").exists());

@@ -77,11 +77,7 @@ impl SeriesArgs {
     ///
     /// # Errors
     /// [`CliError::Usage`] for options of frames without frames, [`CliError::Load`] for a scene that cannot be read.
-    pub fn keyframes(
-        &self,
-        scenes: &[PathBuf],
-        output: Option<&Path>,
-    ) -> Result<Vec<Turntable>, CliError> {
+    pub fn keyframes(&self, scenes: &[PathBuf], output: Option<&Path>) -> Result<Vec<Turntable>, CliError> {
         let is_named = output.is_some_and(|output| has_number(output) || is_film(output));
         let option = match (self.frames, self.fps) {
             (Some(_), _) => "--frames",

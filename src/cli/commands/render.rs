@@ -1,5 +1,7 @@
 //! `octray render`: load, build, render, write, report.
 
+mod moving;
+
 use super::stages;
 use crate::{
     accel::Bvh,
@@ -22,6 +24,7 @@ use crate::{
     render::{Renderer, Settings},
     scene::{Camera, Scene},
 };
+use moving::move_to;
 use std::{
     path::Path,
     time::{Duration, Instant},
@@ -270,14 +273,14 @@ impl Call<'_> {
         };
         // A renderer borrows its scene: if the lights turn with the camera, each frame needs its own renderer.
         let mut film = self.film(job, look)?;
-        let is_alone = rig.is_some() || scene.moves();
-        let together = if is_alone { 1 } else { job.frames.len().max(1) };
+        let together = if rig.is_some() || scene.moves() {
+            1
+        } else {
+            job.frames.len().max(1)
+        };
         for frames in job.frames.chunks(together) {
             if let ([frame], true) = (frames, scene.moves()) {
-                let (moved, time) = timed(|| move_to(&mut scene, &mut bvh, frame.turn));
-                moved?;
-                spent.build += time;
-                camera = job.input.camera.for_scene(&scene)?;
+                spent.build += move_to(frame.turn, job, (&mut scene, &mut bvh), &mut camera)?;
             }
             if let (Some(rig), [frame]) = (&rig, frames) {
                 let view = self.camera_of(frame.turn, &camera)?.view();
@@ -306,15 +309,20 @@ impl Call<'_> {
         if let Some(film) = film {
             film.finish()?;
         }
+        self.note_written(look);
+        Ok(())
+    }
+
+    /// Says which pictures of a scene were written; a sheet comes last.
+    fn note_written(&mut self, look: &Look) {
         if self.sheet.is_some() {
-            return Ok(());
+            return;
         }
         let written = std::mem::take(&mut self.written);
         if self.verbose && !self.plan.stats {
             let window = look.settings.window();
             report::note(&written.line((window.width(), window.height())));
         }
-        Ok(())
     }
 
     /// The film that all frames of a job go into, if there is one.
@@ -336,19 +344,6 @@ impl Call<'_> {
             look.picture.transparent,
         );
         film.map(Some)
-    }
-
-    /// Refuses frames that a scene from standard input does not have: only now is that known.
-    fn check_frames(&self, job: &Job, scene: &Scene) -> Result<(), CliError> {
-        let is_own = !self.plan.is_turning && self.plan.poses.is_none();
-        let last = job.frames.last().and_then(|frame| frame.turn).filter(|_| is_own);
-        let count = scene.frame_count();
-        match last {
-            Some(last) if last.number > count => Err(CliError::Usage(format!(
-                "--frames: the last frame of the scene is {count}, expected numbers from 1 to {count}"
-            ))),
-            _ => Ok(()),
-        }
     }
 
     fn warn(&self, path: &Path, scene: &Scene, faults: &Faults, notes: Vec<String>) {
@@ -417,7 +412,8 @@ impl Call<'_> {
         let figures = || {
             let aov = aovs.as_ref().and_then(|aovs| frame.aovs.report(aovs));
             let scene = (loaded.path, loaded.scene, loaded.faults);
-            RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times).with(number, aov)
+            RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times)
+                .with(number, aov)
         };
         if plan.stats {
             report::note(&figures().text());
@@ -479,16 +475,6 @@ impl RenderPlan {
         let new = |plan: &SheetPlan| Sheet::new([window.width(), window.height()], plan.columns, plan.count);
         self.sheet.as_ref().map(new).transpose()
     }
-}
-
-/// Moves a scene to a frame, and its hierarchy with it.
-fn move_to(scene: &mut Scene, bvh: &mut Bvh, turn: Option<Turn>) -> Result<(), CliError> {
-    if let Some(turn) = turn {
-        let moved = scene.set_time(turn.number.into());
-        moved.map_err(|error| CliError::Failed(error.to_string()))?;
-        bvh.follow(scene);
-    }
-    Ok(())
 }
 
 /// What a sheet calls a picture.

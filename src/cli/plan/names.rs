@@ -103,7 +103,9 @@ pub fn expand(pattern: &Path, stem: &OsStr, number: Option<u32>) -> PathBuf {
 
 /// Whether a pattern has a place for the frame's number.
 pub fn has_number(pattern: &Path) -> bool {
-    pattern.to_str().is_some_and(|text| with_number(text, 1).is_some())
+    pattern
+        .to_str()
+        .is_some_and(|text| with_number(text, 1).is_some())
 }
 
 fn with_number(pattern: &str, number: u32) -> Option<String> {

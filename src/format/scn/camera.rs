@@ -81,11 +81,7 @@ pub(super) fn keyframe(arguments: &mut Arguments<'_, '_>, own: &View) -> Result<
 }
 
 /// The camera of a view.
-fn checked(
-    arguments: &Arguments<'_, '_>,
-    view: &View,
-    places: &Places<'_>,
-) -> Result<Camera, LoadError> {
+fn checked(arguments: &Arguments<'_, '_>, view: &View, places: &Places<'_>) -> Result<Camera, LoadError> {
     Camera::new(view).map_err(|error| {
         let word = places.of(error).unwrap_or(arguments.keyword);
         arguments.line.error_at(&word, error.to_string())
@@ -99,10 +95,10 @@ fn view<'a>(
     own: Option<&View>,
 ) -> Result<(View, Places<'a>), LoadError> {
     let (mut eye, mut target) = (own.map(|own| own.eye), own.map(|own| own.target));
-    let (mut up, mut projection, mut lens) = own.map_or(
-        (View::UP, Projection::DEFAULT, Lens::PINHOLE),
-        |own| (own.up, own.projection, own.lens),
-    );
+    let (mut up, mut projection, mut lens) = own
+        .map_or((View::UP, Projection::DEFAULT, Lens::PINHOLE), |own| {
+            (own.up, own.projection, own.lens)
+        });
     let mut places = Places::default();
     while let Some((word, key)) = arguments.key_once(&KEYS)? {
         if let "eye" | "target" | "up" = key {

@@ -54,8 +54,11 @@ impl Reader<'_> {
                 .map_err(|error| line.error_at(&word, format!("cannot place {}: {error}", path.display())));
         };
         let cannot_read = |cause: LoadError| {
-            line.error_at(&path_word, format!("cannot read placements of {}", path.display()))
-                .caused_by(cause)
+            line.error_at(
+                &path_word,
+                format!("cannot read placements of {}", path.display()),
+            )
+            .caused_by(cause)
         };
         let taken = self.budget.taken();
         let opened = self
