@@ -276,8 +276,8 @@ impl CameraMotion {
     /// Adds a keyframe. All have a projection of the same kind, and all or none a distance in focus.
     ///
     /// # Errors
-    /// [`SceneError::Keyframe`]: a time that is not after the one before or not from 0 to [`MAX_TIME`], a view that is none,
-    /// or one of another kind than that before. [`SceneError::TooMany`].
+    /// [`SceneError::Keyframe`]: a time that is not after the one before or not from 0 to [`MAX_TIME`], a view without a
+    /// picture, or of another kind than the one before. [`SceneError::TooMany`].
     pub fn add(&mut self, time: f64, view: View) -> Result<(), SceneError> {
         self.0.check(time)?;
         Camera::new(&view).map_err(|error| SceneError::Keyframe(error.to_string()))?;

@@ -162,7 +162,7 @@ instance a.obj scale 0.5
   at 1
   at 25 scale 1 1 3 rotate 0 0 1 180 translate 0.5 -1 0.25
 material reflection
-instance a.obj rotate 0 0 1 30 placements places.txt scale 0.3
+instance a.obj rotate 0 0 1 30 placements places.txt scale 0.25
   at 5.5 rotate 1 0 0 0
   at 13 rotate 0 1 1 75
 instance a.obj scale 2 2 0.1 translate -1 -1 -0.4
@@ -176,7 +176,7 @@ camera eye 5 0 2 target 0 0 0.5 fov 40
 material matte cd 0.4 0.7 0.9
 instance a.obj scale 0.5 scale 1 1 2 rotate 0 0 1 90 translate 0.25 -0.5 0.125
 material reflection
-instance a.obj rotate 0 0 1 30 placements places.txt scale 0.3 rotate 0 1 1 75
+instance a.obj rotate 0 0 1 30 placements places.txt scale 0.25 rotate 0 1 1 75
 instance a.obj scale 2 2 0.1 translate -1 -1 -0.4
 ";
 

@@ -71,7 +71,7 @@ triangle -5 -5 0  5 -5 0  0 5 0
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 39] = [
+const CASES: [(&str, &str, &str); 40] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",

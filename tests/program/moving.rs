@@ -145,7 +145,7 @@ fn frames_that_are_not_there_are_refused() {
     stdin.failed(2, "from 1 to 6");
     folder.write(
         "thin.scn",
-        "camera eye 1 0 0 target 0 0 0\n at 1\n at 3 eye -1 0 0\n",
+        "camera eye 1 0 0 target 0 0 0\n at 1\n at 3 eye -1 0 0\nsphere 0 0 5 1\n",
     );
     let run = folder.run(&["thin.scn", "-o", "film.gif"]);
     run.failed(1, "thin.scn:1:1: at 2: eye and target");

@@ -408,12 +408,11 @@ impl Call<'_> {
             total: self.since.elapsed(),
         };
         self.since = Instant::now();
-        let number = frame.turn.map(|turn| turn.number);
         let figures = || {
             let aov = aovs.as_ref().and_then(|aovs| frame.aovs.report(aovs));
             let scene = (loaded.path, loaded.scene, loaded.faults);
             RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times)
-                .with(number, aov)
+                .with(frame.turn.map(|turn| turn.number), aov)
         };
         if plan.stats {
             report::note(&figures().text());
