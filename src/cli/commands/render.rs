@@ -261,7 +261,7 @@ impl Call<'_> {
         let faults = faults::of(&scene);
         self.warn(job.input.name(), &scene, &faults, notes);
         let quality = self.plan.build.quality(
-            self.expected_rays((&scene, &camera), look, job),
+            Self::expected_rays((&scene, &camera), look, job),
             scene.primitive_count(),
         );
         memory::check_build(&scene, quality)?;
@@ -441,7 +441,7 @@ impl Call<'_> {
     }
 
     /// Camera rays, and shadow and ambient occlusion rays as if each of them hit something. Reflections are not known beforehand.
-    fn expected_rays(&self, (scene, camera): (&Scene, &Camera), look: &Look, job: &Job) -> f64 {
+    fn expected_rays((scene, camera): (&Scene, &Camera), look: &Look, job: &Job) -> f64 {
         let Look { settings, picture } = look;
         // The cost of rays depends on the BVH, so with the heat AOV a part gets the BVH of the whole.
         let (window, frames) = if picture.aovs.contains(&AovKind::Heat) {
