@@ -164,6 +164,17 @@ pub enum SceneError {
     },
     /// A transform makes a body flat, or nearly so.
     Flat,
+    /// A keyframe that cannot be, or cannot follow the one before.
+    Keyframe(String),
+    /// What moves cannot be placed at a time.
+    AtTime {
+        /// The time, in frames.
+        time: f64,
+        /// Where a file says what moves.
+        place: Option<SourcePos>,
+        /// Why it cannot be placed.
+        why: String,
+    },
     /// An image has no pixels, or a side longer than [`MAX_IMAGE_SIDE`](crate::scene::MAX_IMAGE_SIDE).
     ImageSize {
         /// Pixels.
@@ -225,6 +236,13 @@ impl fmt::Display for SceneError {
                 in_bytes(*limit)
             ),
             Self::Flat => f.write_str("the transform makes it flat, expected one that can be undone"),
+            Self::Keyframe(why) => f.write_str(why),
+            Self::AtTime { time, place, why } => {
+                if let Some(place) = place {
+                    write!(f, "{place}: ")?;
+                }
+                write!(f, "at {time}: {why}")
+            }
             Self::NoMemory { what } => write!(f, "the {what} do not fit into memory"),
             Self::ImageSize { width, height, most } => write!(
                 f,

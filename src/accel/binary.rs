@@ -74,23 +74,20 @@ impl BinaryBvh {
     pub fn build(scene: &Scene) -> Self {
         let instances = (!scene.instances().is_empty()).then(|| {
             let prototypes = (0..scene.prototypes().len() as u32).map(PrototypeId);
-            let boxes = instance_boxes(scene);
-            let (nodes, ids) = nodes_over(&boxes, 1);
-            let ids = ids.into_iter().map(|id| InstanceId(id.0));
-            let instances: Vec<_> = ids.map(|id| (id, scene.instances()[id.0 as usize])).collect();
-            Box::new(BinaryInstances {
-                nodes,
-                boxes: instances
-                    .iter()
-                    .map(|&(id, _)| scene.instance_bounds(id))
-                    .collect(),
-                instances,
-                prototypes: prototypes.map(|id| Self::of_part(scene, Some(id))).collect(),
-            })
+            let prototypes = prototypes.map(|id| Self::of_part(scene, Some(id))).collect();
+            Box::new(BinaryInstances::over(scene, prototypes))
         });
         Self {
             instances,
             ..Self::of_part(scene, None)
+        }
+    }
+
+    /// Builds the level over instances that moved again.
+    pub(super) fn follow(&mut self, scene: &Scene) {
+        if let Some(instances) = &mut self.instances {
+            let prototypes = std::mem::take(&mut instances.prototypes);
+            **instances = BinaryInstances::over(scene, prototypes);
         }
     }
 
@@ -103,6 +100,21 @@ impl BinaryBvh {
             shapes: primitives.iter().map(|&id| scene.shape(id)).collect(),
             primitives,
             instances: None,
+        }
+    }
+}
+
+impl BinaryInstances {
+    fn over(scene: &Scene, prototypes: Vec<BinaryBvh>) -> Self {
+        let (nodes, ids) = nodes_over(&instance_boxes(scene), 1);
+        let ids = ids.into_iter().map(|id| InstanceId(id.0));
+        let instances: Vec<_> = ids.map(|id| (id, scene.instances()[id.0 as usize])).collect();
+        let boxes = instances.iter().map(|&(id, _)| scene.instance_bounds(id));
+        Self {
+            nodes,
+            boxes: boxes.collect(),
+            instances,
+            prototypes,
         }
     }
 }

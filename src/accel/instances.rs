@@ -35,15 +35,16 @@ impl Instanced {
             Bvh::of_part(simd, (scene, Some(id)), quality, layout, steps)
         };
         let prototypes: Vec<Bvh> = ids.map(of_one).collect();
-        let mut boxes = instance_boxes(scene);
-        let mut nodes = Nodes(Vec::new());
-        let top = tree::build(simd, &mut boxes, Blocks::SINGLE, quality, steps);
-        nodes.write(&top, &boxes);
-        nodes.0.shrink_to_fit();
         Self {
-            nodes: nodes.0,
+            nodes: nodes_over(simd, scene, quality, steps),
             prototypes,
         }
+    }
+
+    /// Builds the level over the instances again, at a level.
+    pub(super) fn follow<S: Simd>(&mut self, simd: S, scene: &Scene, quality: BuildQuality) {
+        let steps = Steps::of(scene, &|_| ());
+        self.nodes = nodes_over(simd, scene, quality, &steps);
     }
 
     /// The nodes, the root first. Their leaves are blocks of one sphere, by whose index an instance is meant; its box, padded,
@@ -69,6 +70,16 @@ impl Instanced {
         let of_prototypes = self.prototypes.iter().map(|bvh| bvh.stats().memory_bytes);
         size_of_val(&self.nodes[..]) + of_prototypes.sum::<usize>()
     }
+}
+
+/// The nodes over all instances.
+fn nodes_over<S: Simd>(simd: S, scene: &Scene, quality: BuildQuality, steps: &Steps<'_>) -> Vec<Node8> {
+    let mut boxes = instance_boxes(scene);
+    let mut nodes = Nodes(Vec::new());
+    let top = tree::build(simd, &mut boxes, Blocks::SINGLE, quality, steps);
+    nodes.write(&top, &boxes);
+    nodes.0.shrink_to_fit();
+    nodes.0
 }
 
 /// The boxes of all instances.

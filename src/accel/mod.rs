@@ -64,6 +64,8 @@ pub struct Bvh {
     /// The hierarchies of instances and prototypes, if the scene has instances.
     instanced: Option<Box<Instanced>>,
     scene: SceneId,
+    /// That of the scene's meshes, which stays while instances move.
+    meshes: SceneId,
     /// Triangles of the scene without an area, which have no place in the hierarchy.
     degenerate: usize,
     /// A primitive and one that equals it, which has no place either; in order.
@@ -169,6 +171,33 @@ impl Bvh {
         bvh
     }
 
+    /// Follows a scene whose instances [moved](Scene::set_time): builds the level over them again and keeps everything below.
+    ///
+    /// # Panics
+    /// If the hierarchy was built from another scene.
+    pub fn follow(&mut self, scene: &Scene) {
+        assert!(self.meshes == scene.meshes_id(), "the hierarchy of another scene");
+        if self.is_of(scene) {
+            return;
+        }
+        let start = Instant::now();
+        self.scene = scene.id();
+        if let Some(instanced) = &mut self.instanced {
+            let before = instanced.bytes();
+            at_level!(Level::current(), |simd| instanced.follow(
+                simd,
+                scene,
+                self.stats.quality
+            ));
+            self.stats.memory_bytes = self.stats.memory_bytes - before + instanced.bytes();
+        }
+        if let Some(mut binary) = self.binary.take() {
+            binary.follow(scene);
+            self.binary = binary.into();
+        }
+        self.stats.build_time = start.elapsed();
+    }
+
     /// Builds over a prototype, or over what belongs to none.
     fn of_part<S: Simd>(
         simd: S,
@@ -217,6 +246,7 @@ impl Bvh {
             binary: OnceLock::new(),
             instanced: None,
             scene: scene.id(),
+            meshes: scene.meshes_id(),
             degenerate: scene.degenerate_triangles(),
             repeats,
         }

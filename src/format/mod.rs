@@ -63,6 +63,15 @@ pub fn check_file(path: &Path) -> Result<(), LoadError> {
     files::check_is_file(path).map_err(|error| files::load_error(path, &error))
 }
 
+/// The number of frames of a scene file, `None` if nothing moves: from the text alone, nothing else is read.
+///
+/// # Errors
+/// [`LoadError`] if the file cannot be read.
+#[cfg(feature = "cli")]
+pub(crate) fn frames(path: &Path) -> Result<Option<u32>, LoadError> {
+    scn::frames(path)
+}
+
 /// As [`load`], with the text of the `.scn` file from a reader such as a pipe. `name` stands for the file in errors;
 /// paths are relative to its folder, or to the current folder if it has none. `asked` and `memory` are as in
 /// [`load_within`].

@@ -1,8 +1,11 @@
 //! `.scn` text: lines become words, words statements, and statements go to the [`SceneBuilder`].
 
 mod arguments;
+mod at;
 mod camera;
 mod environment;
+#[cfg(feature = "cli")]
+mod frames;
 mod include;
 mod instances;
 mod lights;
@@ -19,7 +22,11 @@ use crate::{
     error::{LoadError, SourcePos, quote},
     scene::{MaterialId, PrototypeId, Scene, SceneBuilder},
 };
+#[cfg(feature = "cli")]
+pub(super) use frames::frames;
+
 use arguments::Arguments;
+use at::Moved;
 use include::Includes;
 use instances::Stored;
 use line::Line;
@@ -69,6 +76,9 @@ pub(super) fn parse(
         has_environment: false,
         is_silhouette: true,
         needs_light: false,
+        moved: None,
+        keyframes: 0,
+        last: "",
     };
     reader.file(text, name, identity)?;
     if reader.needs_light && !reader.has_lights && reader.said.ambient.is_none() {
@@ -149,6 +159,12 @@ struct Reader<'a> {
     is_silhouette: bool,
     /// Whether a shape is not a silhouette.
     needs_light: bool,
+    /// The last statement, if it moves.
+    moved: Option<Moved>,
+    /// How many keyframes there are.
+    keyframes: usize,
+    /// The name of the last statement of this file.
+    last: &'static str,
 }
 
 /// The places of statements that a scene has at most once.
@@ -185,14 +201,20 @@ impl Reader<'_> {
         let folder = name.parent().unwrap_or(Path::new("")).to_path_buf();
         let outer = std::mem::replace(&mut self.folder, folder);
         self.includes.enter(identity, name.to_path_buf());
+        self.last = "";
+        let mut rest = text;
         for (i, bytes) in text.split(|&byte| byte == b'\n').enumerate() {
             let number = u32::try_from(i + 1).unwrap_or(u32::MAX);
+            rest = rest.get(bytes.len() + 1..).unwrap_or_default();
             self.line(&Line {
                 file: &file,
                 number,
                 bytes,
+                rest,
             })?;
         }
+        self.end_motion()?;
+        self.last = "include";
         self.includes.leave();
         self.folder = outer;
         Ok(())
@@ -216,7 +238,12 @@ impl Reader<'_> {
         let Some(&statement) = known else {
             return Err(line.error_at(keyword, unknown_statement(keyword)));
         };
-        self.statement(Arguments::new(line, *keyword, arguments, statement))
+        if statement.0 != "at" {
+            self.end_motion()?;
+        }
+        self.statement(Arguments::new(line, *keyword, arguments, statement))?;
+        self.last = statement.0;
+        Ok(())
     }
 }
 

@@ -7,6 +7,7 @@ mod mesh;
 mod spheres;
 mod textures;
 
+pub(super) use instances::bounds as placed_bounds;
 pub use mesh::TriangleMesh;
 pub(super) use mesh::expect_length;
 pub use spheres::SphereCloud;
@@ -14,7 +15,7 @@ pub use spheres::SphereCloud;
 use super::{
     Background, Environment, Image, Light, MAX_PLANES, Material, MaterialId, NamedCamera, Plane, Prototype,
     Scene, SceneId, Sources, Spheres, SurfaceTextures, Triangles, Vertices, instance::Unplaced, is_usable,
-    material::check_color,
+    material::check_color, moving::Moving,
 };
 use crate::{
     classic,
@@ -75,8 +76,9 @@ pub struct SceneBuilder {
     triangles: Triangles,
     spheres: Spheres,
     pub(super) planes: Vec<Plane>,
-    prototypes: Vec<Prototype>,
-    instances: Vec<Unplaced>,
+    pub(super) prototypes: Vec<Prototype>,
+    pub(super) instances: Vec<Unplaced>,
+    pub(super) moving: Moving,
     lights: Vec<Light>,
     materials: Vec<Material>,
     /// The id of each material, by its bits.
@@ -90,7 +92,7 @@ pub struct SceneBuilder {
     ambient_reach: Option<f32>,
     background: Background,
     environment: Option<Environment>,
-    cameras: Vec<NamedCamera>,
+    pub(super) cameras: Vec<NamedCamera>,
     mesh_cameras: Vec<NamedCamera>,
     sources: Sources,
     /// Limit for the scene and its BVH, bytes.
@@ -184,6 +186,7 @@ impl SceneBuilder {
             planes: Vec::new(),
             prototypes: Vec::new(),
             instances: Vec::new(),
+            moving: Moving::default(),
             lights: Vec::new(),
             materials: Material::CLASSIC.to_vec(),
             material_ids: (0..)
@@ -297,11 +300,6 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a camera; the first one is the default view.
-    pub fn add_camera(&mut self, camera: NamedCamera) {
-        self.cameras.push(camera);
-    }
-
     /// Adds a camera that a mesh file defines; it is never the default view.
     pub fn add_mesh_camera(&mut self, camera: NamedCamera) {
         self.mesh_cameras.push(camera);
@@ -364,7 +362,8 @@ impl SceneBuilder {
             [triangles, spheres, vertices + vectors],
             self.memory
                 .saturating_sub(self.image_bytes)
-                .saturating_sub(self.instances.len() as u64 * instances::BYTES),
+                .saturating_sub(self.instances.len() as u64 * instances::BYTES)
+                .saturating_sub(self.moving.bytes() as u64),
         )
     }
 
@@ -411,6 +410,7 @@ impl SceneBuilder {
             planes,
             prototypes,
             instances,
+            mut moving,
             lights,
             materials,
             material_ids: _,
@@ -453,13 +453,15 @@ impl SceneBuilder {
             bounds: Aabb::EMPTY,
             degenerate: 0,
             id: SceneId::next(),
+            moving: Moving::default(),
         };
         let mut bounds = Aabb::EMPTY;
         for range in scene.ids_of(None) {
             bounds = bounds.union(scene.bounds_of(range));
         }
-        bounds = bounds.union(instances::bounds(&scene.prototypes, &instances));
-        scene.bounds = bounds;
+        moving.find_still(bounds, &scene.prototypes, &instances);
+        scene.moving = moving;
+        scene.bounds = bounds.union(instances::bounds(&scene.prototypes, &instances));
         scene.degenerate = scene.triangle_extent(0..scene.triangles.corners.len()).1;
         scene.move_to_origin();
         scene.instances = instances::placed(&instances, scene.origin);

@@ -11,6 +11,8 @@ mod image;
 mod instance;
 mod light;
 mod material;
+mod motion;
+mod moving;
 mod origin;
 mod pixel_rays;
 mod plane;
@@ -34,6 +36,8 @@ pub use instance::{Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, Prototype
 pub(crate) use light::MOST_FALLOFF;
 pub use light::{Light, LightShape, Spot};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
+pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step};
+use moving::Moving;
 pub use pixel_rays::{PixelRays, RayCone};
 pub use plane::{MAX_PLANES, Plane};
 pub use texture::{CutOut, SurfaceTextures, TexturePoint};
@@ -169,6 +173,7 @@ pub struct Scene {
     bounds: Aabb,
     degenerate: usize,
     id: SceneId,
+    moving: Moving,
 }
 
 /// Tells scenes apart: no two have the same, except clones.
@@ -185,6 +190,11 @@ impl SceneId {
 impl Scene {
     pub(crate) fn id(&self) -> SceneId {
         self.id
+    }
+
+    /// The id of what does not move: the meshes.
+    pub(crate) fn meshes_id(&self) -> SceneId {
+        self.moving.meshes
     }
 
     /// Returns the vertices of all meshes.
@@ -438,6 +448,7 @@ impl Scene {
             + bytes(&self.materials[..])
             + bytes(&self.prototypes[..])
             + bytes(&self.instances[..])
+            + self.moving.bytes()
     }
 }
 

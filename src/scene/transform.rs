@@ -1,6 +1,6 @@
 //! Affine transforms of meshes, computed in f64 and rounded once.
 
-use super::{Projection, TriangleMesh, View};
+use super::{Projection, Step, TriangleMesh, View};
 use glam::{DMat3, DVec3, Vec3};
 
 /// An affine transform `linear * p + offset`.
@@ -47,6 +47,16 @@ impl Transform {
         Self {
             offset: self.offset + offset,
             ..self
+        }
+    }
+
+    /// Returns this followed by a step.
+    #[must_use]
+    pub fn then_step(self, step: &Step) -> Self {
+        match *step {
+            Step::Scale(factors) => self.then_scale(factors),
+            Step::Rotate { axis, degrees } => self.then_rotate(axis, degrees),
+            Step::Translate(offset) => self.then_translate(offset),
         }
     }
 

@@ -107,6 +107,7 @@ fn reports_are_as_agreed() {
         "language.txt",
         "mesh.txt",
         "instances.txt",
+        "motion.txt",
         "formats.txt",
     ] {
         let path = folder.join(file);

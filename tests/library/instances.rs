@@ -389,10 +389,14 @@ impl Intersect for Brute<'_> {
 
 #[test]
 fn brute_force_makes_the_same_picture() {
-    let scene = instanced_scene(Vec3::ZERO);
     let camera = Camera::classic_view(2).expect("views are 1 to 6");
-    let film = film(&scene, &camera, &sized(24, 24, 1));
-    let rays = camera.pixel_rays(&scene, 24, 24, 1);
+    brute_force_agrees(&instanced_scene(Vec3::ZERO), &camera);
+}
+
+/// A small picture is that of brute force.
+pub fn brute_force_agrees(scene: &Scene, camera: &Camera) {
+    let film = film(scene, camera, &sized(24, 24, 1));
+    let rays = camera.pixel_rays(scene, 24, 24, 1);
     for (i, pixel) in film.pixels().iter().enumerate() {
         let [x, y] = [i as u32 % 24, i as u32 / 24];
         let sample = PixelSample {
@@ -403,7 +407,7 @@ fn brute_force_makes_the_same_picture() {
         };
         let (ray, depth) = (rays.ray(x, y, [0, 0]), Settings::default().max_depth);
         let mut counts = SecondaryRays::default();
-        let expected = radiance(&scene, &mut Brute(&scene), ray, sample, depth, true, &mut counts);
+        let expected = radiance(scene, &mut Brute(scene), ray, sample, depth, true, &mut counts);
         assert_eq!(pixel.map(f32::to_bits), expected.map(f32::to_bits), "{x} {y}");
     }
 }

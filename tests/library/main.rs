@@ -22,6 +22,7 @@ mod layering;
 mod levels;
 mod lights;
 mod mesh_files;
+mod moving;
 mod numbers;
 mod odd_scenes;
 mod picture;

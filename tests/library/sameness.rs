@@ -13,7 +13,7 @@ use octray::{
 };
 use std::ops::ControlFlow;
 
-pub const SHIPPED: [&str; 10] = [
+pub const SHIPPED: [&str; 11] = [
     "silhouette",
     "matte",
     "blinn_phong",
@@ -24,6 +24,7 @@ pub const SHIPPED: [&str; 10] = [
     "glass",
     "sky",
     "forest",
+    "gears",
 ];
 
 /// Width, height and samples per pixel: no multiple of a packet or tile, a single pixel, very wide, several samples.

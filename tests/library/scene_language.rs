@@ -76,6 +76,10 @@ fn every_example_shows_something() {
         let camera = camera.unwrap_or_else(|| Camera::classic_view(1).expect("a view"));
         let packet = film(&scene, &camera, Mode::Packet);
         let scalar = film(&scene, &camera, Mode::Scalar);
+        let mut moved = load(text, &blocks);
+        moved.set_time(scene.frame_count().into()).expect("a frame");
+        let last = film(&moved, &camera, Mode::Packet);
+        assert_eq!(scene.moves(), last != packet, "{text}");
         let bits = |film: &Film| -> Vec<[u32; 3]> {
             film.pixels()
                 .iter()
@@ -107,7 +111,9 @@ fn every_statement_and_key_has_an_example() {
         .map(|block| block.text.clone())
         .collect();
     for statement in statements {
-        let found = examples.lines().any(|line| line.starts_with(statement));
+        let found = examples
+            .lines()
+            .any(|line| line.trim_start().starts_with(statement));
         assert!(found, "no example of {statement}");
     }
     for key in "scale rotate translate point_size placements cd cs kd ks alpha mix color bottom top eye target up fov ortho aperture focus normal checker size own silhouette matte \

@@ -55,10 +55,23 @@ material matte
 triangle -5 -5 0  5 -5 0  0 5 0
 ";
 
+/// A mesh and a camera that move.
+const MOVING: &str = "\
+camera eye 3 -3 1.5 target 0 0 0.4 fov 40
+  at 1
+  at 4 eye 3 1 2.5
+light 3 -2 5 0.7 radius 1
+instance colors.obj scale 0.6
+  at 0 rotate 0 0 1 0
+  at 3 rotate 1 0 1 200
+material matte
+triangle -5 -5 0  5 -5 0  0 5 0
+";
+
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 39] = [
+const CASES: [(&str, &str, &str); 40] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",
@@ -172,6 +185,7 @@ const CASES: [(&str, &str, &str); 39] = [
     ("b.scn", "png", "--aperture 0.4 --focus 3 --samples 4 --aov depth"),
     ("glass.scn", "exr", "--aperture 0.2 --samples auto:9"),
     ("plane.scn", "exr", ALL),
+    ("moving.scn", "exr", "--frames 2-2 --samples 4 --aov depth,heat"),
     ("plane.scn", "png", "--samples auto:9 --filter tent"),
     ("points.obj", "png", "--point-size 0.3 --mode scalar --aov id"),
 ];
@@ -237,6 +251,7 @@ fn render(input: &str, format: &str, options: &str, crop: &str) -> BTreeMap<Stri
     folder.write("glass.scn", GLASS);
     folder.write("plane.scn", PLANE);
     folder.write("instances.scn", INSTANCES);
+    folder.write("moving.scn", MOVING);
     folder.write("placed.txt", "0 0 0.5\n0 -1 0 0.7  1 0 0 -0.6  0 0.2 1 0.3\n");
     folder.write("colors.obj", COLORS);
     folder.write("points.obj", &points());

@@ -26,6 +26,7 @@ mod levels;
 mod limits;
 mod merge;
 mod mesh_pictures;
+mod moving;
 mod options;
 mod overwriting;
 mod package;

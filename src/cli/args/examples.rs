@@ -42,6 +42,8 @@ Examples:
   octray render bunny.ply --turntable 100 -o train/r_#.png --aov depth --save-poses transforms.json
                                                     a data set
   octray render a.scn --turntable 50 -o turn.gif    a film; also .apng and .y4m
+  octray render gears.scn -o gears.gif              all frames of a scene that moves
+  octray render gears.scn --frames 1-24 -o g-##.png
   octray render a.scn --turntable 250 -o - | ffmpeg -i - turn.mp4
   octray render a.scn --compare a.png --tolerance 2 -o new.png
                                                     exits with 5 if the picture differs

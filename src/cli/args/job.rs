@@ -35,7 +35,7 @@ pub struct JobArgs {
     #[arg(long, value_name = "COLUMNSxROWS", value_parser = values::grid, help_heading = "Job")]
     pub tiles: Option<[u32; 2]>,
 
-    /// Frames of a turntable, or tiles, that a task renders
+    /// Frames, or tiles, that a task renders
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>, default_value = "1", help_heading = "Job")]
     pub chunk: u32,
 

@@ -158,12 +158,17 @@ impl RenderArgs {
         let (width, height) = (f64::from(self.size.width), f64::from(self.size.height));
         let poses = self.series.poses.as_deref();
         let poses = poses.map(|path| Poses::read(path, width / height)).transpose()?;
-        let turntable = self.series.turntable(poses.as_ref())?;
+        let turntable = self.series.turntable(poses.as_ref());
+        let keyframes = match turntable {
+            Some(_) => Vec::new(),
+            None => self.series.keyframes(&self.scenes, self.output.as_deref())?,
+        };
         let pictures = Pictures {
             look: &looks.mesh,
             output: self.output.as_deref(),
             is_typed: !self.is_default("output"),
             turntable,
+            keyframes,
             poses: poses.as_ref(),
             skip_existing: self.series.skip_existing,
             sheet: self.series.sheet,
@@ -219,7 +224,7 @@ impl RenderArgs {
             fps: self.series.fps(),
             save_poses: self.save_poses(&jobs)?,
             poses,
-            whole_turn: turntable.map_or(1, |turntable| turntable.count),
+            is_turning: self.series.turntable.is_some(),
             jobs,
             sheet,
             keep_going: self.series.keep_going,

@@ -3,10 +3,11 @@
 use super::values;
 use crate::cli::{
     CliError,
-    plan::{CompareOptions, FrameRange, Poses, Turntable},
+    plan::{CompareOptions, FrameRange, Poses, Turntable, has_number, keyframes},
+    write::is_film,
 };
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What `--poses` takes the place of.
 const CAMERAS: [&str; 10] = [
@@ -55,7 +56,7 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "FILE")]
     pub save_poses: Option<PathBuf>,
 
-    /// Render only frames A to B of the turntable or poses, so that several machines can share the work
+    /// Render only frames A to B of the turntable, the poses or a scene that moves, so that several machines can share the work
     #[arg(long, value_name = "A-B", value_parser = values::frames)]
     pub frames: Option<FrameRange>,
 
@@ -66,18 +67,33 @@ pub struct SeriesArgs {
 
 impl SeriesArgs {
     /// The turntable, or the row of `poses`, if there is one.
-    ///
-    /// # Errors
-    /// [`CliError::Usage`] for options of frames without frames.
-    pub fn turntable(&self, poses: Option<&Poses>) -> Result<Option<Turntable>, CliError> {
+    pub fn turntable(&self, poses: Option<&Poses>) -> Option<Turntable> {
         let frames = self.frames;
         let count = poses.map(|poses| poses.poses.len() as u32).or(self.turntable);
-        let without = match (count, self.frames, self.fps) {
-            (None, Some(_), _) => "--frames",
-            (None, _, Some(_)) => "--fps",
-            _ => return Ok(count.map(|count| Turntable { count, frames })),
+        count.map(|count| Turntable { count, frames })
+    }
+
+    /// The frames of each scene, if one of them moves and these options or the name of the `output` ask for all of them.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`] for options of frames without frames, [`CliError::Load`] for a scene that cannot be read.
+    pub fn keyframes(&self, scenes: &[PathBuf], output: Option<&Path>) -> Result<Vec<Turntable>, CliError> {
+        let is_named = output.is_some_and(|output| has_number(output) || is_film(output));
+        let option = match (self.frames, self.fps) {
+            (Some(_), _) => "--frames",
+            (_, Some(_)) => "--fps",
+            _ if is_named => "",
+            _ => return Ok(Vec::new()),
         };
-        Err(CliError::Usage(format!("{without} needs --turntable or --poses")))
+        let found = keyframes(scenes, self.frames);
+        match found {
+            Ok(found) if found.is_empty() && !option.is_empty() => Err(CliError::Usage(format!(
+                "{option} needs --turntable, --poses or a scene with keyframes (`at`)"
+            ))),
+            // A scene that cannot be read is skipped later.
+            Err(_) if self.keep_going && option.is_empty() => Ok(Vec::new()),
+            found => found,
+        }
     }
 
     /// Frames of a film a second.

@@ -1,5 +1,7 @@
 //! `octray render`: load, build, render, write, report.
 
+mod moving;
+
 use super::stages;
 use crate::{
     accel::Bvh,
@@ -22,6 +24,7 @@ use crate::{
     render::{Renderer, Settings},
     scene::{Camera, Scene},
 };
+use moving::move_to;
 use std::{
     path::Path,
     time::{Duration, Instant},
@@ -171,7 +174,7 @@ impl Call<'_> {
         }
     }
 
-    /// The camera of a frame: a pose, or turned for a turntable.
+    /// The camera of a frame, which the scene or its options give, unless it is a pose; turned for a turntable.
     fn camera_of(&self, turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
         let pose = |turn: Turn| {
             Some(
@@ -185,8 +188,8 @@ impl Call<'_> {
         };
         Ok(match (turn.and_then(pose), turn) {
             (Some(camera), _) => camera,
-            (None, Some(turn)) => Camera::new(&turned(&camera.view(), turn))?,
-            (None, None) => *camera,
+            (None, Some(turn)) if self.plan.is_turning => Camera::new(&turned(&camera.view(), turn))?,
+            _ => *camera,
         })
     }
 
@@ -248,20 +251,21 @@ impl Call<'_> {
         let look = self.plan.looks.of(input.is_mesh());
         let Input {
             mut scene,
-            camera,
+            mut camera,
             rig,
             notes,
             ..
         } = input;
         self.check_inputs(left)?;
+        self.check_frames(job, &scene)?;
         let faults = faults::of(&scene);
         self.warn(job.input.name(), &scene, &faults, notes);
         let quality = self.plan.build.quality(
-            self.expected_rays((&scene, &camera), look, job.frames.len()),
+            Self::expected_rays((&scene, &camera), look, job),
             scene.primitive_count(),
         );
         memory::check_build(&scene, quality)?;
-        let (bvh, build_time) = timed(|| stages::build(&scene, quality, self.verbose));
+        let (mut bvh, build_time) = timed(|| stages::build(&scene, quality, self.verbose));
 
         let mut spent = Spent {
             load: load_time,
@@ -269,8 +273,15 @@ impl Call<'_> {
         };
         // A renderer borrows its scene: if the lights turn with the camera, each frame needs its own renderer.
         let mut film = self.film(job, look)?;
-        let together = if rig.is_some() { 1 } else { job.frames.len().max(1) };
+        let together = if rig.is_some() || scene.moves() {
+            1
+        } else {
+            job.frames.len().max(1)
+        };
         for frames in job.frames.chunks(together) {
+            if let ([frame], true) = (frames, scene.moves()) {
+                spent.build += move_to(frame.turn, job, (&mut scene, &mut bvh), &mut camera)?;
+            }
             if let (Some(rig), [frame]) = (&rig, frames) {
                 let view = self.camera_of(frame.turn, &camera)?.view();
                 let lights = rig.lights(view.eye - view.target);
@@ -298,15 +309,20 @@ impl Call<'_> {
         if let Some(film) = film {
             film.finish()?;
         }
+        self.note_written(look);
+        Ok(())
+    }
+
+    /// Says which pictures of a scene were written; a sheet comes last.
+    fn note_written(&mut self, look: &Look) {
         if self.sheet.is_some() {
-            return Ok(());
+            return;
         }
         let written = std::mem::take(&mut self.written);
         if self.verbose && !self.plan.stats {
             let window = look.settings.window();
             report::note(&written.line((window.width(), window.height())));
         }
-        Ok(())
     }
 
     /// The film that all frames of a job go into, if there is one.
@@ -395,7 +411,8 @@ impl Call<'_> {
         let figures = || {
             let aov = aovs.as_ref().and_then(|aovs| frame.aovs.report(aovs));
             let scene = (loaded.path, loaded.scene, loaded.faults);
-            RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times).with(aov)
+            RenderReport::new(scene, loaded.bvh, output.full_name(), settings, &stats, &times)
+                .with(frame.turn.map(|turn| turn.number), aov)
         };
         if plan.stats {
             report::note(&figures().text());
@@ -424,7 +441,7 @@ impl Call<'_> {
     }
 
     /// Camera rays, and shadow and ambient occlusion rays as if each of them hit something. Reflections are not known beforehand.
-    fn expected_rays(&self, (scene, camera): (&Scene, &Camera), look: &Look, frames: usize) -> f64 {
+    fn expected_rays((scene, camera): (&Scene, &Camera), look: &Look, job: &Job) -> f64 {
         let Look { settings, picture } = look;
         // The cost of rays depends on the BVH, so with the heat AOV a part gets the BVH of the whole.
         let (window, frames) = if picture.aovs.contains(&AovKind::Heat) {
@@ -432,9 +449,9 @@ impl Call<'_> {
                 crop: None,
                 ..*settings
             };
-            (whole.window(), self.plan.whole_turn as usize)
+            (whole.window(), job.whole as usize)
         } else {
-            (settings.window(), frames)
+            (settings.window(), job.frames.len())
         };
         let lights = if settings.shadows {
             scene.lights().len()

@@ -5,6 +5,7 @@
 mod choice;
 mod input;
 mod job;
+mod keyframes;
 mod names;
 mod places;
 mod poses;
@@ -18,7 +19,8 @@ pub use input::{
     CameraOptions, InputKind, InputPlan, MeshOptions, StartView, Style, is_standard_input, kind_of, name,
 };
 pub use job::{Engine, JobPlan};
-pub use names::{Origin, PicturePath, aov as aov_path, expand, stem};
+pub use keyframes::keyframes;
+pub use names::{Origin, PicturePath, aov as aov_path, expand, has_number, stem};
 pub use poses::{Poses, SavedPoses};
 pub use render::{
     CompareOptions, Frame, Job, Look, Looks, PictureOptions, Pictures, Planned, RenderPlan, SheetPlan,

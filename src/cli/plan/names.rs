@@ -101,6 +101,13 @@ pub fn expand(pattern: &Path, stem: &OsStr, number: Option<u32>) -> PathBuf {
     name.into()
 }
 
+/// Whether a pattern has a place for the frame's number.
+pub fn has_number(pattern: &Path) -> bool {
+    pattern
+        .to_str()
+        .is_some_and(|text| with_number(text, 1).is_some())
+}
+
 fn with_number(pattern: &str, number: u32) -> Option<String> {
     let file = pattern.rfind(is_separator).map_or(0, |separator| separator + 1);
     let end = file + pattern[file..].rfind('#')? + 1;

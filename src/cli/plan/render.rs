@@ -1,4 +1,4 @@
-//! What `octray render` does: of each scene one picture, or the frames of a turntable.
+//! What `octray render` does: of each scene one picture, or a series of frames.
 
 use super::{
     Build, CameraOptions, InputPlan, JsonTarget, MeshOptions, Poses, Turn, Turntable,
@@ -23,11 +23,11 @@ use std::{
 pub struct RenderPlan {
     pub looks: Looks,
     pub build: Build,
-    /// Frames of the whole turntable, 1 without one.
-    pub whole_turn: u32,
+    /// Whether the camera of each frame turns around its target.
+    pub is_turning: bool,
     /// Frames of a film a second.
     pub fps: u32,
-    /// The cameras of the frames, if they are not those of a turntable.
+    /// The cameras of the frames, if they come from a file.
     pub poses: Option<Poses>,
     /// Where the cameras of all pictures go.
     pub save_poses: Option<PathBuf>,
@@ -76,6 +76,8 @@ impl Looks {
 pub struct Job {
     pub input: InputPlan,
     pub frames: Vec<Frame>,
+    /// Frames of the whole series, of which `frames` may be a part; 1 of a single picture.
+    pub whole: u32,
     /// Memory that the scene may take beside a picture, bytes.
     pub scene_memory: u64,
 }
@@ -157,6 +159,14 @@ pub struct PictureOptions {
 /// The most pictures of a call: all of their places are checked before the first is rendered.
 pub(super) const MOST_PICTURES: u64 = 100_000;
 
+/// The frames of a series, or one that is not of any.
+fn turns(series: Option<Turntable>) -> Result<Vec<Option<Turn>>, CliError> {
+    Ok(match series {
+        None => vec![None],
+        Some(series) => series.turns()?.map(Some).collect(),
+    })
+}
+
 /// Stands for the name of a pose in `--output`.
 const POSE: &str = "{pose}";
 
@@ -171,6 +181,8 @@ pub struct Pictures<'a> {
     pub is_typed: bool,
     /// That of poses counts them.
     pub turntable: Option<Turntable>,
+    /// Without a turntable: the frames of each scene, if one of them moves.
+    pub keyframes: Vec<Turntable>,
     pub poses: Option<&'a Poses>,
     pub skip_existing: bool,
     /// Columns of a sheet for all pictures.
@@ -219,8 +231,8 @@ impl Pictures<'_> {
         mesh: &MeshOptions,
         memory: u64,
     ) -> Result<Planned, CliError> {
-        let turns = self.turntable.map_or(1, Turntable::frames_to_render);
-        let pictures = scenes.len() as u64 * turns;
+        let of_one = |i| self.series(i).map_or(1, Turntable::frames_to_render);
+        let pictures = (0..scenes.len()).map(of_one).sum::<u64>();
         if pictures > MOST_PICTURES {
             return Err(CliError::Usage(format!(
                 "{pictures} pictures in one call, expected at most {MOST_PICTURES}: render them in several calls"
@@ -237,21 +249,23 @@ impl Pictures<'_> {
         let mut places = Places::default();
         let sheet = self.sheet_output(scenes)?;
         let mut named = Vec::new();
-        for scene in scenes {
+        for (i, scene) in scenes.iter().enumerate() {
+            let series = self.series(i);
             let frames = match &sheet {
-                Some(output) => self.frames_of_sheet(output)?,
-                None => self.frames(scene, &mut places)?,
+                Some(output) => self.frames_of_sheet(output, series)?,
+                None => self.frames(scene, series, &mut places)?,
             };
             if !frames.is_empty() {
-                named.push((scene, frames));
+                named.push((scene, series, frames));
             }
         }
         let aspect = f64::from(self.look.settings.width) / f64::from(self.look.settings.height);
         let (mut jobs, mut skipped) = (Vec::new(), Vec::new());
-        for (scene, frames) in named {
+        for (scene, series, frames) in named {
             match InputPlan::new(scene, camera.clone(), mesh.clone(), aspect) {
                 Ok(input) => jobs.push(Job {
                     input,
+                    whole: series.map_or(1, |series| series.count),
                     scene_memory: 0,
                     frames,
                 }),
@@ -273,6 +287,11 @@ impl Pictures<'_> {
             job.scene_memory = memory::beside_picture(memory, self.size(), self.pixel_bytes(&job.frames))?;
         }
         Ok(Planned { jobs, sheet, skipped })
+    }
+
+    /// The frames of a scene, by its index.
+    fn series(&self, scene: usize) -> Option<Turntable> {
+        self.turntable.or(self.keyframes.get(scene).copied())
     }
 
     /// The checked place of a sheet; `None` without one.
@@ -312,14 +331,15 @@ impl Pictures<'_> {
     }
 
     /// The pictures of a scene on a sheet.
-    fn frames_of_sheet(&self, output: &Arc<Output>) -> Result<Vec<Frame>, CliError> {
+    fn frames_of_sheet(
+        &self,
+        output: &Arc<Output>,
+        series: Option<Turntable>,
+    ) -> Result<Vec<Frame>, CliError> {
         if self.skip_existing && output.exists() {
             return Ok(Vec::new());
         }
-        let turns: Vec<Option<Turn>> = match self.turntable {
-            None => vec![None],
-            Some(turntable) => turntable.turns()?.map(Some).collect(),
-        };
+        let turns = turns(series)?;
         let frame = |turn| Frame {
             output: Arc::clone(output),
             aovs: AovFiles::none(),
@@ -344,11 +364,13 @@ impl Pictures<'_> {
         memory::beside_picture(memory, (width, height), pixel)
     }
 
-    fn frames(&self, scene: &Path, places: &mut Places) -> Result<Vec<Frame>, CliError> {
-        let turns: Vec<Option<Turn>> = match self.turntable {
-            None => vec![None],
-            Some(turntable) => turntable.turns()?.map(Some).collect(),
-        };
+    fn frames(
+        &self,
+        scene: &Path,
+        series: Option<Turntable>,
+        places: &mut Places,
+    ) -> Result<Vec<Frame>, CliError> {
+        let turns = turns(series)?;
         let mut frames: Vec<Frame> = Vec::new();
         for turn in turns {
             let film = frames.first().filter(|frame| frame.output.is_film());

@@ -1,12 +1,12 @@
-//! `--turntable`: the camera goes once around its target.
+//! `--turntable`: the camera goes once around its target. Frames of poses and of scenes that move are counted likewise.
 
 use crate::{cli::CliError, scene::View};
 use std::f64::consts::TAU;
 
-/// A turntable, or a part of it.
+/// The frames of a turntable, of poses or of a scene, or a part of them.
 #[derive(Clone, Copy, Debug)]
 pub struct Turntable {
-    /// Frames of the whole turn.
+    /// All frames.
     pub count: u32,
     /// The frames to render; all by default.
     pub frames: Option<FrameRange>,
@@ -21,12 +21,12 @@ pub struct FrameRange {
     pub last: u32,
 }
 
-/// One frame of a turntable.
+/// One frame of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Turn {
     /// From 1 on.
     pub number: u32,
-    /// Frames of the whole turn.
+    /// All frames.
     pub count: u32,
 }
 
@@ -50,7 +50,7 @@ impl Turntable {
         });
         if last > count {
             return Err(CliError::Usage(format!(
-                "--frames {first}-{last}: the turntable has {count} frames, expected numbers from 1 to {count}"
+                "--frames {first}-{last}: the last frame is {count}, expected numbers from 1 to {count}"
             )));
         }
         Ok((first..=last).map(move |number| Turn { number, count }))

@@ -31,6 +31,11 @@ pub struct Info {
     /// Meshes that are stored once for all instances of them; they count above.
     prototypes: usize,
     instances: usize,
+    /// Up to the last keyframe; 1 if nothing moves.
+    frames: u32,
+    keyframes: usize,
+    moving_instances: usize,
+    moving_cameras: usize,
     lights: usize,
     light_list: Vec<LightInfo>,
     materials: Vec<MaterialUse>,
@@ -130,6 +135,10 @@ impl Info {
             planes: scene.planes().len(),
             prototypes: scene.prototypes().len(),
             instances: scene.instances().len(),
+            frames: scene.frame_count(),
+            keyframes: scene.keyframe_count(),
+            moving_instances: scene.moving_counts()[0],
+            moving_cameras: scene.moving_counts()[1],
             lights: scene.lights().len(),
             light_list: lights(scene),
             materials: materials_used(scene),
@@ -205,6 +214,9 @@ impl Info {
                 format!("{instances} of {meshes} meshes, which count above"),
             );
         }
+        if self.keyframes > 0 {
+            line("frames", self.frames_text());
+        }
         line("lights", count(self.lights));
         some(&mut lines, "", &self.light_list, LightInfo::text);
         some(&mut lines, "material", &self.materials, MaterialUse::text);
@@ -230,6 +242,25 @@ impl Info {
         }
         line("load time", format!("{:.1} ms", self.load_s * 1e3));
         lines
+    }
+
+    /// `48 (5 keyframes move 2 instances and 1 camera)`.
+    fn frames_text(&self) -> String {
+        let some = |number: usize, what: &str| {
+            let plural = if number == 1 { "" } else { "s" };
+            (number > 0).then(|| format!("{} {what}{plural}", count(number)))
+        };
+        let moving = [
+            some(self.moving_instances, "instance"),
+            some(self.moving_cameras, "camera"),
+        ];
+        let moving: Vec<String> = moving.into_iter().flatten().collect();
+        format!(
+            "{} ({} keyframes move {})",
+            count(self.frames as usize),
+            count(self.keyframes),
+            moving.join(" and ")
+        )
     }
 
     /// A number of things, which have colours if there is such an array.

@@ -17,6 +17,9 @@ pub struct RenderReport {
     schema: u32,
     scene: String,
     output: String,
+    /// The number of the frame in a series of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frame: Option<u32>,
     width: u32,
     height: u32,
     samples: u64,
@@ -62,7 +65,7 @@ struct Rays {
 }
 
 /// Wall-clock times. `total` runs from the start of the program or the end of the previous picture, so it exceeds the
-/// sum. Loading and building count for a scene's first picture.
+/// sum. Loading and building count for a scene's first picture; later frames of what moves build a part.
 #[derive(Debug, Serialize)]
 struct Seconds {
     load: f64,
@@ -102,6 +105,7 @@ impl RenderReport {
             schema: SCHEMA,
             scene: path.to_string_lossy().into_owned(),
             output: output.to_owned(),
+            frame: None,
             width: settings.window().width(),
             height: settings.window().height(),
             samples: u64::from(settings.samples),
@@ -152,9 +156,9 @@ impl RenderReport {
         }
     }
 
-    /// Adds the report on AOVs.
-    pub fn with(self, aov: Option<AovReport>) -> Self {
-        Self { aov, ..self }
+    /// Adds the number of the frame and the report on AOVs.
+    pub fn with(self, frame: Option<u32>, aov: Option<AovReport>) -> Self {
+        Self { frame, aov, ..self }
     }
 
     /// A few lines of text.

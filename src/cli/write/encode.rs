@@ -19,7 +19,7 @@ use image::{
     },
     error::{EncodingError, ImageFormatHint},
 };
-use std::{ffi::OsStr, io::Cursor};
+use std::{ffi::OsStr, io::Cursor, path::Path};
 
 /// High enough to keep smooth shading free of visible blocks.
 const JPEG_QUALITY: u8 = 92;
@@ -40,6 +40,13 @@ pub enum Format {
     Gif,
     Apng,
     Y4m,
+}
+
+/// Whether the name of a file is that of a film.
+pub fn is_film(path: &Path) -> bool {
+    path.extension()
+        .and_then(Format::from_extension)
+        .is_some_and(Format::is_film)
 }
 
 impl Format {

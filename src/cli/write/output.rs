@@ -269,7 +269,7 @@ impl Output {
         }
         if self.is_film() && !is_turning {
             return Err(CliError::Usage(format!(
-                "{}: a film of one frame; add --turntable N, or name a picture such as .png",
+                "{}: a film of one frame; add --turntable N, or keyframes (`at`) to the scene, or name a picture such as .png",
                 self.name
             )));
         }

@@ -1,10 +1,16 @@
 //! The statement `camera`.
 
-use super::{Reader, arguments::Arguments, statements::again, words::Word};
+use super::{
+    Reader,
+    arguments::Arguments,
+    at::{self, Moved, MovedThing},
+    statements::again,
+    words::Word,
+};
 use crate::{
     error::{LoadError, quote},
     format::mesh::{MAX_CAMERA_NAME, MAX_CAMERAS},
-    scene::{Camera, CameraError, Lens, NamedCamera, Projection, View},
+    scene::{Camera, CameraError, CameraMotion, Lens, NamedCamera, Projection, View},
 };
 use glam::DVec3;
 
@@ -36,11 +42,8 @@ impl Reader<'_> {
     pub(super) fn camera(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
         let name = camera_name(&mut arguments, &KEYS)?;
         let end = name.unwrap_or(arguments.keyword).end();
-        let (view, places) = view(&mut arguments, end)?;
-        let camera = Camera::new(&view).map_err(|error| {
-            let word = places.of(error).unwrap_or(arguments.keyword);
-            arguments.line.error_at(&word, error.to_string())
-        })?;
+        let (view, places) = view(&mut arguments, end, None)?;
+        let camera = checked(&arguments, &view, &places)?;
         let name = name.map(|word| String::from_utf8_lossy(word.text).into_owned());
         let at = arguments.line.at(arguments.keyword.start);
         if let Some(first) = self.said.cameras.get(&name) {
@@ -55,15 +58,47 @@ impl Reader<'_> {
             return Err(arguments.line.error_at(&arguments.keyword, message));
         }
         self.said.cameras.insert(name.clone(), at);
-        self.builder.add_camera(NamedCamera { name, camera });
+        if at::follows(arguments.line.rest) {
+            let what = MovedThing::Camera {
+                name,
+                view,
+                motion: CameraMotion::default(),
+            };
+            self.moved = Some(Moved::new(what, arguments.line, &arguments.keyword));
+        } else {
+            self.builder.add_camera(NamedCamera { name, camera });
+        }
         Ok(())
     }
 }
 
-/// Reads the keys; `end` is where the words before them end.
-fn view<'a>(arguments: &mut Arguments<'_, 'a>, mut end: usize) -> Result<(View, Places<'a>), LoadError> {
-    let (mut eye, mut target) = (None, None);
-    let (mut up, mut projection, mut lens) = (View::UP, Projection::DEFAULT, Lens::PINHOLE);
+/// The view of a keyframe: that of the camera's line, except what is given.
+pub(super) fn keyframe(arguments: &mut Arguments<'_, '_>, own: &View) -> Result<View, LoadError> {
+    let end = arguments.keyword.end();
+    let (view, places) = view(arguments, end, Some(own))?;
+    checked(arguments, &view, &places)?;
+    Ok(view)
+}
+
+/// The camera of a view.
+fn checked(arguments: &Arguments<'_, '_>, view: &View, places: &Places<'_>) -> Result<Camera, LoadError> {
+    Camera::new(view).map_err(|error| {
+        let word = places.of(error).unwrap_or(arguments.keyword);
+        arguments.line.error_at(&word, error.to_string())
+    })
+}
+
+/// Reads the keys; `end` is where the words before them end. What is missing is as in `own`, if there is one.
+fn view<'a>(
+    arguments: &mut Arguments<'_, 'a>,
+    mut end: usize,
+    own: Option<&View>,
+) -> Result<(View, Places<'a>), LoadError> {
+    let (mut eye, mut target) = (own.map(|own| own.eye), own.map(|own| own.target));
+    let (mut up, mut projection, mut lens) = own
+        .map_or((View::UP, Projection::DEFAULT, Lens::PINHOLE), |own| {
+            (own.up, own.projection, own.lens)
+        });
     let mut places = Places::default();
     while let Some((word, key)) = arguments.key_once(&KEYS)? {
         if let "eye" | "target" | "up" = key {
@@ -100,7 +135,7 @@ fn view<'a>(arguments: &mut Arguments<'_, 'a>, mut end: usize) -> Result<(View, 
     }
     let eye = eye.ok_or_else(|| arguments.missing("eye", end))?;
     let target: DVec3 = target.ok_or_else(|| arguments.missing("target", end))?;
-    if let (Some(focus), None) = (places.focus, places.aperture) {
+    if let (Some(focus), None, None) = (places.focus, places.aperture, own) {
         let message = "`focus` without `aperture`, the diameter of the lens";
         return Err(arguments.line.error_at(&focus, message));
     }

@@ -1,10 +1,18 @@
 //! Instances: meshes that are stored once and placed any number of times.
 
-use super::{QUOTES_HINT, Reader, arguments::Arguments, mesh, meshes::Kind, placements, words::Word};
+use super::{
+    QUOTES_HINT, Reader,
+    arguments::Arguments,
+    at::{self, Moved, MovedThing},
+    mesh,
+    meshes::Kind,
+    placements,
+    words::Word,
+};
 use crate::{
     error::LoadError,
     format::files::load_error,
-    scene::{MaterialId, PrototypeId, Transform},
+    scene::{MAX_INSTANCES, MaterialId, Motion, PrototypeId, Transform},
 };
 use std::path::Path;
 
@@ -35,14 +43,22 @@ impl Reader<'_> {
             self.stored.insert(stored, prototype);
             prototype
         };
-        let Some((before, word, path)) = file else {
+        let mut moving = at::follows(line.rest).then(Vec::new);
+        let Some((before, path_word, path)) = file else {
+            if moving.is_some() {
+                self.start_motion(&arguments, word, prototype, vec![placement.transform]);
+                return Ok(());
+            }
             let added = self.builder.add_instance(prototype, &placement.transform);
             return added
                 .map_err(|error| line.error_at(&word, format!("cannot place {}: {error}", path.display())));
         };
         let cannot_read = |cause: LoadError| {
-            line.error_at(&word, format!("cannot read placements of {}", path.display()))
-                .caused_by(cause)
+            line.error_at(
+                &path_word,
+                format!("cannot read placements of {}", path.display()),
+            )
+            .caused_by(cause)
         };
         let taken = self.budget.taken();
         let opened = self
@@ -51,17 +67,47 @@ impl Reader<'_> {
             .and_then(|opened| opened.into_bytes(self.budget));
         let bytes = opened.map_err(|error| cannot_read(load_error(&path, &error)))?;
         let builder = &mut self.builder;
+        let budget = self.budget;
         let read = placements::read(&bytes, &path, |rows| {
             let transform = before
                 .then_transform(&Transform::from_rows(rows))
                 .then_transform(&placement.transform);
+            if let Some(moving) = &mut moving {
+                if moving.len() >= MAX_INSTANCES {
+                    return Err(format!("more than {MAX_INSTANCES} instances"));
+                }
+                // Twice, as the array grows.
+                let taken = budget.take(2 * size_of::<Transform>());
+                moving.push(transform);
+                return taken.map_err(|error| error.to_string());
+            }
             builder
                 .add_instance(prototype, &transform)
                 .map_err(|error| error.to_string())
         });
         drop(bytes);
         self.budget.give_back_to(taken);
-        read.map_err(cannot_read)
+        read.map_err(cannot_read)?;
+        if let Some(transforms) = moving {
+            self.start_motion(&arguments, word, prototype, transforms);
+        }
+        Ok(())
+    }
+
+    /// Waits for the keyframes of instances.
+    fn start_motion(
+        &mut self,
+        arguments: &Arguments<'_, '_>,
+        word: Word<'_>,
+        prototype: PrototypeId,
+        transforms: Vec<Transform>,
+    ) {
+        let what = MovedThing::Instances {
+            prototype,
+            transforms,
+            motion: Motion::default(),
+        };
+        self.moved = Some(Moved::new(what, arguments.line, &word));
     }
 
     /// Stores a mesh.

@@ -10,6 +10,8 @@ pub(super) struct Line<'a> {
     /// 1-based.
     pub(super) number: u32,
     pub(super) bytes: &'a [u8],
+    /// The text behind it.
+    pub(super) rest: &'a [u8],
 }
 
 impl Line<'_> {

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     error::{LoadError, quote},
     format::mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, MeshFormat},
-    scene::{Camera, MaterialId, NamedCamera, SceneBuilder, Transform},
+    scene::{Camera, MaterialId, NamedCamera, SceneBuilder, Step, Transform},
 };
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -48,6 +48,9 @@ impl Placement<'_> {
 
 /// What may follow the path of a mesh.
 const MESH_KEYS: [&str; 4] = ["scale", "rotate", "translate", "point_size"];
+
+/// What may follow the time of a keyframe.
+const STEPS: [&str; 3] = ["scale", "rotate", "translate"];
 
 /// What may follow that of an instance.
 pub(super) const INSTANCE_KEYS: [&str; 5] = ["scale", "rotate", "translate", "point_size", "placements"];
@@ -245,21 +248,7 @@ pub(super) fn read_placement<'a>(
                 point_radius = Some(read_radius(arguments, word)?);
                 continue;
             }
-            "scale" => transform.then_scale(read_scale(arguments, word)?),
-            "rotate" => {
-                let [x, y, z, degrees] = arguments.take(word, "rotate x y z DEG")?;
-                let axis = arguments.vector([x, y, z])?;
-                if axis.try_normalize().is_none() {
-                    let message =
-                        "the axis of `rotate` is zero, expected a direction, such as `rotate 0 0 1 90`";
-                    return Err(arguments.line.error(x.start, z.end() - x.start, message));
-                }
-                transform.then_rotate(axis, arguments.precise(degrees, "degrees")?)
-            }
-            _ => {
-                let words = arguments.take(word, "translate x y z")?;
-                transform.then_translate(arguments.vector(words)?)
-            }
+            _ => transform.then_step(&read_step(arguments, word, key)?),
         };
     }
     Ok(Placement {
@@ -267,6 +256,36 @@ pub(super) fn read_placement<'a>(
         point_radius,
         file,
         is_stored,
+    })
+}
+
+/// The steps of a keyframe.
+pub(super) fn read_steps(arguments: &mut Arguments<'_, '_>) -> Result<Vec<Step>, LoadError> {
+    let mut steps = Vec::new();
+    while let Some((word, key)) = arguments.key(&STEPS)? {
+        steps.push(read_step(arguments, word, key)?);
+    }
+    Ok(steps)
+}
+
+/// One of [`STEPS`].
+fn read_step(arguments: &mut Arguments<'_, '_>, word: Word<'_>, key: &str) -> Result<Step, LoadError> {
+    Ok(match key {
+        "scale" => Step::Scale(read_scale(arguments, word)?),
+        "rotate" => {
+            let [x, y, z, degrees] = arguments.take(word, "rotate x y z DEG")?;
+            let axis = arguments.vector([x, y, z])?;
+            if axis.try_normalize().is_none() {
+                let message = "the axis of `rotate` is zero, expected a direction, such as `rotate 0 0 1 90`";
+                return Err(arguments.line.error(x.start, z.end() - x.start, message));
+            }
+            let degrees = arguments.precise(degrees, "degrees")?;
+            Step::Rotate { axis, degrees }
+        }
+        _ => {
+            let words = arguments.take(word, "translate x y z")?;
+            Step::Translate(arguments.vector(words)?)
+        }
     })
 }
 

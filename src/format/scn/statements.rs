@@ -28,7 +28,7 @@ const OWN: &str = "own";
 const BACKGROUND_USAGE: &str = "background r g b";
 
 /// The statements and how they are written.
-pub(super) const STATEMENTS: [(&str, &str); 14] = [
+pub(super) const STATEMENTS: [(&str, &str); 15] = [
     ("light", "light x y z intensity"),
     ("directional_light", "directional_light x y z intensity"),
     ("sphere", "sphere x y z radius"),
@@ -42,6 +42,7 @@ pub(super) const STATEMENTS: [(&str, &str); 14] = [
     ("background", BACKGROUND_USAGE),
     ("environment", "environment PATH"),
     ("ambient", "ambient intensity"),
+    ("at", "at T"),
     ("include", "include PATH"),
 ];
 
@@ -62,6 +63,7 @@ impl Reader<'_> {
             "background" => self.background(arguments),
             "environment" => self.environment(arguments),
             "ambient" => self.ambient(arguments),
+            "at" => self.at(arguments),
             _ => self.include(arguments),
         }
     }

@@ -150,7 +150,7 @@ impl Prototype {
 }
 
 /// The box around instances, in world space.
-pub(super) fn bounds(prototypes: &[Prototype], instances: &[Unplaced]) -> Aabb {
+pub(in crate::scene) fn bounds(prototypes: &[Prototype], instances: &[Unplaced]) -> Aabb {
     let of_one = |instance: &Unplaced| {
         let instance = instance.at(Vec3::ZERO);
         let prototype = &prototypes[instance.prototype().0 as usize];

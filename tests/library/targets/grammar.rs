@@ -97,6 +97,27 @@ fn keys(u: Source<'_, '_>, out: &mut String, keys: &[(&str, usize)]) -> Result<(
     Ok(())
 }
 
+/// Keyframes at times that ascend, or nearly; half of them with the same keys.
+fn keyframes(u: Source<'_, '_>, out: &mut String, all: &[(&str, usize)]) -> Result<()> {
+    let chosen = u.choose(all)?;
+    for i in 0..u.int_in_range(0..=4)? {
+        out.push_str("\n at");
+        if u.ratio(1, 8)? {
+            words(u, out, 1)?;
+        } else {
+            out.push_str(&format!(" {}", 3 * i));
+        }
+        if u.arbitrary()? {
+            out.push(' ');
+            out.push_str(chosen.0);
+            words(u, out, chosen.1)?;
+        } else {
+            keys(u, out, all)?;
+        }
+    }
+    Ok(())
+}
+
 fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
     const COLORS: &[(&str, usize)] = &[
         ("color", 3),
@@ -164,6 +185,10 @@ fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
                 out,
                 &[("scale", 1), ("scale", 3), ("rotate", 4), ("translate", 3)],
             )?;
+            if out.len().is_multiple_of(3) {
+                let steps = &[("scale", 1), ("rotate", 4), ("translate", 3)];
+                keyframes(u, out, steps)?;
+            }
         }
         6 => {
             out.push_str("ply_file");
@@ -202,6 +227,9 @@ fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
                     ("focus", 1),
                 ],
             )?;
+            if out.len().is_multiple_of(2) {
+                keyframes(u, out, &[("eye", 3), ("target", 3), ("fov", 1)])?;
+            }
         }
         11 => {
             out.push_str("background");

@@ -65,9 +65,17 @@ fn show(error: &octray::error::LoadError) {
 
 /// Scene text.
 pub fn scn(bytes: &[u8]) {
-    if let Some(scene) = load(bytes) {
+    if let Some(mut scene) = load(bytes) {
         let columns = scene.triangles().material.len() + scene.spheres().material.len();
         assert_eq!(scene.primitive_count(), columns);
+        let frames = scene.frame_count();
+        for time in [0.0, f64::from(frames) * 0.7, frames.into()] {
+            if let Err(error) = scene.set_time(time) {
+                assert!(scene.moves(), "{error}");
+            }
+            let bounds = scene.bounds();
+            assert!(bounds.is_empty() || bounds.lower.is_finite() && bounds.upper.is_finite());
+        }
     }
 }
 

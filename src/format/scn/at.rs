@@ -1,0 +1,133 @@
+//! Keyframes: `at T ...` below an `instance` or a `camera`.
+
+use super::{Reader, arguments::Arguments, camera, line::Line, mesh, words::Word};
+use crate::{
+    error::{LoadError, SceneError, SourcePos},
+    scene::{CameraMotion, MAX_KEYFRAMES, Motion, PrototypeId, Transform, View},
+};
+use std::ops::Range;
+
+/// What moves: the statement above the keyframes, which adds nothing to the scene until they have been read.
+pub(super) struct Moved {
+    pub(super) what: MovedThing,
+    /// Errors about all keyframes together are placed there.
+    at: SourcePos,
+    line: Vec<u8>,
+    word: Range<usize>,
+    /// The error, should there be no second keyframe.
+    lonely: Option<LoadError>,
+}
+
+pub(super) enum MovedThing {
+    Instances {
+        prototype: PrototypeId,
+        /// How they are placed before they move.
+        transforms: Vec<Transform>,
+        motion: Motion,
+    },
+    Camera {
+        name: Option<String>,
+        view: View,
+        motion: CameraMotion,
+    },
+}
+
+impl Moved {
+    pub(super) fn new(what: MovedThing, line: &Line<'_>, word: &Word<'_>) -> Self {
+        Self {
+            what,
+            at: line.at(word.start),
+            line: line.bytes.to_vec(),
+            word: word.start..word.end(),
+            lonely: None,
+        }
+    }
+}
+
+/// Whether the next statement of a text is a keyframe.
+pub(super) fn follows(rest: &[u8]) -> bool {
+    let lines = rest.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
+    let mut statements = lines.filter(|line| !line.is_empty() && !line.starts_with(b"//"));
+    let behind = statements.next().and_then(|line| line.strip_prefix(b"at"));
+    behind.is_some_and(|behind| match behind {
+        [] => true,
+        [first, ..] => first.is_ascii_whitespace() || behind.starts_with(b"//"),
+    })
+}
+
+impl Reader<'_> {
+    /// `at T ...`: a keyframe of the instance or camera above.
+    pub(super) fn at(&mut self, mut arguments: Arguments<'_, '_>) -> Result<(), LoadError> {
+        let line = arguments.line;
+        let Some(mut moved) = self.moved.take() else {
+            let above = match self.last {
+                "" => "nothing is above it".into(),
+                last => format!("`{last}` does not move"),
+            };
+            let message = format!("`at` without an `instance` or `camera` above it: {above}");
+            return Err(line.error_at(&arguments.keyword, message));
+        };
+        let [time] = arguments.leading()?;
+        let number = arguments.precise(time, "the time")?;
+        if self.keyframes >= MAX_KEYFRAMES {
+            let message = format!("more than {MAX_KEYFRAMES} keyframes in one scene");
+            return Err(line.error_at(&arguments.keyword, message));
+        }
+        self.keyframes += 1;
+        let (count, fits) = match &moved.what {
+            MovedThing::Instances { motion, .. } => (motion.times().len(), motion.check_time(number)),
+            MovedThing::Camera { motion, .. } => (motion.times().len(), motion.check_time(number)),
+        };
+        fits.map_err(|error| line.error_at(&time, error.to_string()))?;
+        let behind = arguments.peek().unwrap_or(time);
+        let added = match &mut moved.what {
+            MovedThing::Instances { motion, .. } => motion.add(number, mesh::read_steps(&mut arguments)?),
+            MovedThing::Camera { view, motion, .. } => {
+                motion.add(number, camera::keyframe(&mut arguments, view)?)
+            }
+        };
+        added.map_err(|error| line.error_at(&behind, error.to_string()))?;
+        moved.lonely = (count == 0).then(|| {
+            let message =
+                "one keyframe, expected another `at` below it: what moves goes from one to the next";
+            line.error_at(&arguments.keyword, message)
+        });
+        self.moved = Some(moved);
+        Ok(())
+    }
+
+    /// Adds what moves, once its keyframes have been read.
+    pub(super) fn end_motion(&mut self) -> Result<(), LoadError> {
+        let Some(moved) = self.moved.take() else {
+            return Ok(());
+        };
+        let Moved {
+            what,
+            at,
+            line,
+            word,
+            lonely,
+        } = moved;
+        if let Some(lonely) = lonely {
+            return Err(lonely);
+        }
+        let place = Some(at.clone());
+        let added = match what {
+            MovedThing::Instances {
+                prototype,
+                transforms,
+                motion,
+            } => self
+                .builder
+                .add_moving_instances(prototype, transforms, motion, place),
+            MovedThing::Camera { name, motion, .. } => self.builder.add_moving_camera_of(name, motion, place),
+        };
+        added.map_err(|error| {
+            let message = match error {
+                SceneError::AtTime { time, why, .. } => format!("cannot be placed at {time}: {why}"),
+                error => format!("cannot be placed: {error}"),
+            };
+            LoadError::new(at, message).with_line(&line, word)
+        })
+    }
+}

@@ -1,0 +1,153 @@
+//! Scenes that move: frames in pictures, films, sheets and jobs, and which options go with them.
+
+use crate::program::Folder;
+use std::fs;
+
+const SCENE: &str = "\
+light 3 -2 5 0.7
+camera eye 3 -1 2 target 0 0 0.3
+  at 1
+  at 5.5 eye 3 1 2
+material 1
+instance \"m.obj\"
+  at 0 rotate 0 0 1 0
+  at 4 rotate 0 0 1 90
+include part.scn
+";
+
+const PART: &str = "instance m.obj scale 0.3\n  at 2 translate 0 0 0\n  at 4 translate 1 0 0\n";
+
+const SMALL: &str = "--size=24x18";
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("m.scn", SCENE);
+    folder.write("part.scn", PART);
+    folder.write(
+        "m.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",
+    );
+    folder
+}
+
+fn read(folder: &Folder, name: &str) -> Vec<u8> {
+    fs::read(folder.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+#[test]
+fn frames_are_the_same_in_any_call() {
+    let folder = folder();
+    // As many frames as the last keyframe says, rounded up.
+    folder
+        .run(&["m.scn", SMALL, "-o", "w#.png", "--json=w.json"])
+        .succeeded();
+    assert!(folder.path("w6.png").exists() && !folder.path("w7.png").exists());
+    let all: Vec<_> = (1..=6).map(|i| read(&folder, &format!("w{i}.png"))).collect();
+    assert!(all.windows(2).all(|two| two[0] != two[1]));
+    let json = fs::read_to_string(folder.path("w.json")).expect("JSON");
+    let frames: Vec<_> = json
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).expect("JSON")["frame"].as_u64())
+        .collect();
+    assert_eq!(frames, (1..=6).map(Some).collect::<Vec<_>>());
+    // A still picture is the first frame.
+    folder.run(&["m.scn", SMALL, "-o", "still.png"]).succeeded();
+    assert!(read(&folder, "still.png") == all[0]);
+    // One frame, and a part of them.
+    folder
+        .run(&["m.scn", SMALL, "--frames=4", "-o", "one.png"])
+        .succeeded();
+    assert!(read(&folder, "one.png") == all[3]);
+    folder
+        .run(&["m.scn", SMALL, "--frames=2-3", "--mode=scalar", "-o", "s#.png"])
+        .succeeded();
+    assert!(read(&folder, "s3.png") == all[2] && !folder.path("s4.png").exists());
+    // The work of a job in two parts, one of which is done again.
+    folder
+        .run_line(&format!(
+            "job m.scn {SMALL} -o j#.png --chunk 3 --for slurm --into farm"
+        ))
+        .succeeded();
+    let commands = fs::read_to_string(folder.path("farm/commands.txt")).expect("commands");
+    assert_eq!(commands.lines().count(), 2);
+    for command in commands.lines() {
+        let command = command.replacen("octray", "\"$0\"", 1);
+        folder.shell(&command).succeeded();
+        fs::remove_file(folder.path("j2.png")).expect("a picture");
+        folder.shell(&command).succeeded();
+        folder.write("j2.png", "");
+    }
+    for i in [1, 3, 4, 5, 6] {
+        assert!(read(&folder, &format!("j{i}.png")) == all[i - 1], "{i}");
+    }
+    // Films, sheets and standard input.
+    for name in ["f.gif", "f.apng", "f.y4m"] {
+        folder.run(&["m.scn", SMALL, "--fps=5", "-o", name]).succeeded();
+    }
+    let frame = "FRAME\n".len() + 3 * 24 * 18;
+    assert_eq!(
+        read(&folder, "f.y4m").len() % frame,
+        read(&folder, "f.y4m").len() - 6 * frame
+    );
+    folder
+        .run(&["m.scn", SMALL, "--frames=1-6", "--sheet=3"])
+        .succeeded();
+    folder
+        .shell("\"$0\" - --size=24x18 --frames 5-6 -o p#.png < m.scn")
+        .succeeded();
+    assert!(read(&folder, "p6.png") == all[5]);
+}
+
+#[test]
+fn a_turntable_turns_around_what_moves() {
+    let folder = folder();
+    // The second of two frames is half a turn away, of the scene as it stands then.
+    let call = |options: &str| {
+        let options = format!("m.scn {SMALL} --target 0,0,0 --up 0,0,1 {options}");
+        folder.run_line(&options).succeeded();
+    };
+    call("--eye 3,-1,2 --turntable 2 -o t#.png");
+    call("--eye 3,-1,2 --frames 1 -o first.png");
+    call("--eye -3,1,2 --frames 2 -o second.png");
+    assert!(read(&folder, "t1.png") == read(&folder, "first.png"));
+    let open = |name: &str| image::open(folder.path(name)).expect("a picture").into_rgb8();
+    let (turned, second) = (open("t2.png"), open("second.png"));
+    let same = turned
+        .pixels()
+        .zip(second.pixels())
+        .filter(|(a, b)| a == b)
+        .count();
+    assert!(same >= 24 * 18 * 9 / 10, "{same}");
+    let info = folder.run(&["info", "m.scn"]);
+    assert!(
+        info.succeeded()
+            .text()
+            .contains("6 (6 keyframes move 2 instances and 1 camera)")
+    );
+}
+
+#[test]
+fn frames_that_are_not_there_are_refused() {
+    let folder = folder();
+    for (line, words) in [
+        ("m.scn --frames 4-7 -o f#.png", "from 1 to 6"),
+        ("m.scn --frames 2-3 -o f.png", "run of #"),
+        ("a.scn --frames 2-3 -o f#.png", "keyframes"),
+        ("a.scn --fps 5 -o f.gif", "keyframes"),
+        ("a.scn -o f.gif", "keyframes"),
+        ("a.scn m.scn --frames 2-3 -o {stem}#.png", "from 1 to 1"),
+    ] {
+        let arguments: Vec<&str> = line.split_whitespace().collect();
+        folder.fails(&arguments, 2, words);
+    }
+    folder.fails(&["no.scn", "--frames=2-3", "-o", "f#.png"], 1, "file not found");
+    let stdin = folder.shell("\"$0\" - --frames 5-9 -o f#.png < m.scn");
+    stdin.failed(2, "from 1 to 6");
+    folder.write(
+        "thin.scn",
+        "camera eye 1 0 0 target 0 0 0\n at 1\n at 3 eye -1 0 0\nsphere 0 0 5 1\n",
+    );
+    let run = folder.run(&["thin.scn", "-o", "film.gif"]);
+    run.failed(1, "thin.scn:1:1: at 2: eye and target");
+    assert!(!folder.path("film.gif").exists());
+}
