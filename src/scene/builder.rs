@@ -7,6 +7,7 @@ mod mesh;
 mod spheres;
 mod textures;
 
+pub(crate) use instances::INSTANCE_BYTES;
 pub use mesh::TriangleMesh;
 pub(super) use mesh::expect_length;
 pub use spheres::SphereCloud;
@@ -364,7 +365,7 @@ impl SceneBuilder {
             [triangles, spheres, vertices + vectors],
             self.memory
                 .saturating_sub(self.image_bytes)
-                .saturating_sub(self.instances.len() as u64 * instances::BYTES),
+                .saturating_sub(self.instances.len() as u64 * INSTANCE_BYTES),
         )
     }
 
