@@ -59,7 +59,10 @@ impl Budget {
     }
 
     /// What becomes of a mesh's parts that stand in several places.
-    #[cfg(feature = "gltf")]
+    #[cfg_attr(
+        not(feature = "gltf"),
+        allow(dead_code, reason = "only glTF files have such parts")
+    )]
     pub(super) fn sharing(&self) -> Sharing {
         self.sharing
     }

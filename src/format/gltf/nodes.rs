@@ -265,6 +265,9 @@ impl Reading {
             Err(SceneError::Flat) => {
                 self.triangles = self.triangles.saturating_add(mesh.triangles);
                 self.check_triangles(buffers)?;
+                let mut room = Room::default();
+                room.add(&mesh.shapes, 1);
+                self.baked.reserve(&room, buffers)?;
                 return Ok(false);
             }
             Err(error) => {
