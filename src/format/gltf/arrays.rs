@@ -198,7 +198,7 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// Adds shapes that are placed so many times.
+    /// Adds shapes that stand in `placements` places.
     pub(super) fn add(&mut self, shapes: &[Shape<'_>], placements: usize) {
         for shape in shapes {
             let more = |count: usize| placements.saturating_mul(count);

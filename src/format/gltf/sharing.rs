@@ -5,37 +5,38 @@
 
 use crate::{format::mesh::Sharing, scene::MAX_PROTOTYPES};
 
-/// So many triangles may be stored again rather than shared: about 150 MB with their share of the BVH.
+/// This many triangles may be stored again rather than shared: about 150 MB with their share of the BVH.
 // Tuned: see docs/lab-notes.md#shared-gltf
-const MOST_WASTED: usize = 1 << 20;
+const MOST_WASTED: u128 = 1 << 20;
 
 /// An instance costs as much as this many triangles, which are faster to trace in place.
 // Tuned: see docs/lab-notes.md#shared-gltf
-const INSTANCE_TRIANGLES: usize = 16;
+const INSTANCE_TRIANGLES: u128 = 16;
 
 /// Which meshes to share, of given numbers of triangles and placements.
 pub(super) fn shared(meshes: impl Iterator<Item = [usize; 2]>, sharing: Sharing) -> Vec<bool> {
     let (each, most) = match sharing {
-        Sharing::Never => (0, usize::MAX),
+        Sharing::Never => (0, u128::MAX),
         Sharing::WherePays => (INSTANCE_TRIANGLES, MOST_WASTED),
         Sharing::Always => (0, 0),
     };
-    let saving = |[triangles, placements]: [usize; 2]| {
-        let baked = placements.saturating_mul(triangles);
-        baked.saturating_sub(placements.saturating_mul(each).saturating_add(triangles))
+    // Counts of a hostile file may be of any size.
+    let saving = |counts: [usize; 2]| {
+        let [triangles, placements] = counts.map(|count| count as u128);
+        (placements * triangles).saturating_sub(placements * each + triangles)
     };
-    let savings: Vec<usize> = meshes.map(saving).collect();
+    let savings: Vec<u128> = meshes.map(saving).collect();
     let mut order: Vec<usize> = (0..savings.len()).filter(|&i| savings[i] > 0).collect();
     // Of equal ones the first; the sort is stable.
     order.sort_by_key(|&i| std::cmp::Reverse(savings[i]));
-    let mut wasted = savings.iter().copied().fold(0, usize::saturating_add);
+    let mut wasted = savings.iter().copied().fold(0, u128::saturating_add);
     let mut shared = vec![false; savings.len()];
     for i in order.into_iter().take(MAX_PROTOTYPES) {
         if wasted <= most {
             break;
         }
         shared[i] = true;
-        wasted -= savings[i];
+        wasted = wasted.saturating_sub(savings[i]);
     }
     shared
 }
@@ -56,6 +57,6 @@ mod tests {
         let many = vec![[10_000, 11]; 30];
         let count = of(&many, Sharing::WherePays).iter().filter(|&&is| is).count();
         assert_eq!(count, 20);
-        assert_eq!(of(&[[usize::MAX, 7]; 2], Sharing::WherePays), [true, false]);
+        assert_eq!(of(&[[usize::MAX, 7]; 2], Sharing::WherePays), [true; 2]);
     }
 }
