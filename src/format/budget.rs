@@ -3,6 +3,7 @@
 //! Whoever reads a file or makes an array from one takes its bytes from the budget before they are allocated, and gives
 //! back what is freed before the load ends.
 
+use super::mesh::Sharing;
 use crate::error::{LoadError, in_bytes};
 use std::{
     fmt, io,
@@ -45,6 +46,8 @@ pub(super) struct Budget {
     missing: AtomicU64,
     /// Whether the images of the mesh that is read next are wanted.
     wants_images: AtomicBool,
+    /// What becomes of a mesh's parts that stand in several places.
+    sharing: Sharing,
 }
 
 /// Why a load cannot have more memory.
@@ -71,7 +74,22 @@ impl Budget {
             taken: AtomicU64::new(0),
             missing: AtomicU64::new(0),
             wants_images: AtomicBool::new(true),
+            sharing: Sharing::Never,
         }
+    }
+
+    /// The budget of a mesh whose parts may be shared.
+    pub(super) fn with_sharing(self, sharing: Sharing) -> Self {
+        Self { sharing, ..self }
+    }
+
+    /// What becomes of a mesh's parts that stand in several places.
+    #[cfg_attr(
+        not(feature = "gltf"),
+        allow(dead_code, reason = "only glTF files have such parts")
+    )]
+    pub(super) fn sharing(&self) -> Sharing {
+        self.sharing
     }
 
     /// A budget that only counts.

@@ -4,7 +4,7 @@ use super::{
     Limits,
     budget::Budget,
     files::{self, Disk},
-    mesh::{self, LoadedMesh, MeshFormat},
+    mesh::{self, LoadedMesh, MeshFormat, Sharing},
     off,
     place::BYTE_ORDER_MARK,
     scn, stl,
@@ -82,10 +82,12 @@ pub fn load_any(
     asked: &mut Vec<PathBuf>,
     memory: u64,
 ) -> Result<Loaded, LoadError> {
-    load_any_shown(reader, name, asked, memory, true)
+    load_budgeted(reader, name, asked, Budget::new(memory), Sharing::Never)
 }
 
-/// As [`load_any`]; images of a mesh's textures are read only if it `shows_images`. Those of a scene's meshes are.
+/// As [`load_any`], of a mesh to be shown: parts that stand in many places may be stored once, and images of its textures
+/// are read only if it `shows_images`. Those of a scene's meshes are.
+#[cfg(feature = "cli")]
 pub(crate) fn load_any_shown(
     reader: impl Read,
     name: &Path,
@@ -95,6 +97,17 @@ pub(crate) fn load_any_shown(
 ) -> Result<Loaded, LoadError> {
     let budget = Budget::new(limits);
     budget.set_wants_images(shows_images);
+    load_budgeted(reader, name, asked, budget, Sharing::WherePays)
+}
+
+/// As [`load_any`]; only a mesh that is no part of a scene is shared.
+fn load_budgeted(
+    reader: impl Read,
+    name: &Path,
+    asked: &mut Vec<PathBuf>,
+    budget: Budget,
+    sharing: Sharing,
+) -> Result<Loaded, LoadError> {
     let bytes = files::read_all(reader, files::MAX_BYTES, &budget);
     let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
     let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&bytes);
@@ -108,6 +121,7 @@ pub(crate) fn load_any_shown(
     Ok(match detect(&bytes) {
         Detected::Scene => Loaded::Scene(Box::new(scn::parse(&bytes, name, &mut Disk { asked }, &budget)?)),
         Detected::Mesh(format) => {
+            let budget = budget.with_sharing(sharing);
             let open = &mut |path: &Path| {
                 asked.push(path.to_path_buf());
                 files::read(path, &budget)

@@ -7,10 +7,10 @@ mod mesh;
 mod spheres;
 mod textures;
 
-pub(super) use instances::bounds as placed_bounds;
+pub(crate) use instances::INSTANCE_BYTES;
 pub use mesh::TriangleMesh;
-pub(super) use mesh::expect_length;
 pub use spheres::SphereCloud;
+pub(super) use {instances::bounds as placed_bounds, mesh::expect_length};
 
 use super::{
     Background, Environment, Image, Light, MAX_PLANES, Material, MaterialId, NamedCamera, Plane, Prototype,
@@ -362,7 +362,7 @@ impl SceneBuilder {
             [triangles, spheres, vertices + vectors],
             self.memory
                 .saturating_sub(self.image_bytes)
-                .saturating_sub(self.instances.len() as u64 * instances::BYTES)
+                .saturating_sub(self.instances.len() as u64 * INSTANCE_BYTES)
                 .saturating_sub(self.moving.bytes() as u64),
         )
     }

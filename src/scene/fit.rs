@@ -1,8 +1,7 @@
 //! Camera placement that frames a mesh.
 
-use super::{CameraError, TriangleMesh};
-use glam::DVec3;
-use rayon::prelude::*;
+use super::{CameraError, PlacedMesh, TriangleMesh, placed::Points};
+use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
 
 /// Free space around the mesh, as a share of the picture's half width and height.
@@ -39,14 +38,15 @@ impl FitView {
     /// # Errors
     /// [`CameraError`] if these directions do not define a view.
     pub fn fit(&self, mesh: &TriangleMesh) -> Result<Fit, CameraError> {
-        self.fit_around(mesh, 0.0)
+        self.fit_around(&[PlacedMesh::in_place(mesh)], 0.0)
     }
 
-    /// As [`FitView::fit`], with a sphere of radius `reach` (scene units) around every vertex.
+    /// As [`FitView::fit`], of several meshes in all their places, with a sphere of radius `reach` (scene units) around
+    /// every vertex. If they have more than 2^26 vertices there, boxes around them are fitted.
     ///
     /// # Errors
     /// As [`FitView::fit`].
-    pub fn fit_around(&self, mesh: &TriangleMesh, reach: f64) -> Result<Fit, CameraError> {
+    pub fn fit_around(&self, meshes: &[PlacedMesh<'_>], reach: f64) -> Result<Fit, CameraError> {
         if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {
             return Err(CameraError::FieldOfView(self.fov_degrees));
         }
@@ -69,7 +69,7 @@ impl FitView {
             -forward,
             forward,
         ];
-        let Some(mut extents) = extents(mesh, &outward) else {
+        let Some(mut extents) = extents(&Points::of(meshes), &outward) else {
             return Ok(Fit {
                 eye: -forward,
                 target: DVec3::ZERO,
@@ -98,17 +98,17 @@ impl FitView {
     /// # Errors
     /// [`CameraError`] if these directions do not define a view.
     pub fn fit_turning(&self, mesh: &TriangleMesh) -> Result<Fit, CameraError> {
-        self.fit_turning_around(mesh, 0.0)
+        self.fit_turning_around(&[PlacedMesh::in_place(mesh)], 0.0)
     }
 
-    /// As [`FitView::fit_turning`], with a sphere of radius `reach` (scene units) around every vertex.
+    /// As [`FitView::fit_turning`], of several meshes as [`FitView::fit_around`] has them.
     ///
     /// # Errors
     /// As [`FitView::fit`].
-    pub fn fit_turning_around(&self, mesh: &TriangleMesh, reach: f64) -> Result<Fit, CameraError> {
+    pub fn fit_turning_around(&self, meshes: &[PlacedMesh<'_>], reach: f64) -> Result<Fit, CameraError> {
         let axis = self.up.try_normalize().ok_or(CameraError::UpParallel)?;
-        let (middle, rings) = swept_rings(axis, mesh);
-        let fit = self.fit_around(&rings, reach)?;
+        let (middle, rings) = swept_rings(axis, meshes);
+        let fit = self.fit_around(&[PlacedMesh::in_place(&rings)], reach)?;
         // The target is where the line of sight meets the axis.
         let forward = (fit.target - fit.eye).normalize();
         let (slope, arm) = (axis.dot(forward), fit.eye - middle);
@@ -122,35 +122,47 @@ impl FitView {
     }
 }
 
-/// Bounds the volume that a mesh sweeps when it turns about the middle of its box. Returns the middle and the corners
+/// Bounds the volume that meshes sweep when they turn about the middle of their box. Returns the middle and the corners
 /// of polygonal rings around the volume.
-fn swept_rings(axis: DVec3, mesh: &TriangleMesh) -> (DVec3, TriangleMesh) {
+fn swept_rings(axis: DVec3, meshes: &[PlacedMesh<'_>]) -> (DVec3, TriangleMesh) {
     const SLICES: usize = 64;
     const CORNERS: usize = 96;
     let axes = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
     let mut rings = TriangleMesh::default();
-    let Some([x, y, z, left, front, bottom]) = extents(mesh, &axes) else {
+    let points = Points::of(meshes);
+    let Some([x, y, z, left, front, bottom]) = extents(&points, &axes) else {
         return (DVec3::ZERO, rings);
     };
     let middle = DVec3::new(x - left, y - front, z - bottom) * 0.5;
-    let heights_and_radii = || {
-        let points = mesh.x.iter().zip(&mesh.y).zip(&mesh.z);
-        points.map(move |((&x, &y), &z)| {
-            let arm = DVec3::new(x.into(), y.into(), z.into()) - middle;
-            let height = axis.dot(arm);
-            (height, (arm - axis * height).length())
-        })
+    let height_and_radius = |point: Vec3| {
+        let arm = point.as_dvec3() - middle;
+        let height = axis.dot(arm);
+        (height, (arm - axis * height).length())
     };
-    let ends = heights_and_radii().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (height, _)| {
-        [low.min(height), high.max(height)]
-    });
+    let ends = points.fold(
+        || [f64::INFINITY, f64::NEG_INFINITY],
+        |[low, high], point| {
+            let (height, _) = height_and_radius(point);
+            [low.min(height), high.max(height)]
+        },
+        |[a, b], [c, d]| [a.min(c), b.max(d)],
+    );
     let step = ((ends[1] - ends[0]) / SLICES as f64).max(f64::MIN_POSITIVE);
-    let mut widest = [0.0_f64; SLICES];
-    for (height, radius) in heights_and_radii() {
-        let slice = ((height - ends[0]) / step) as usize;
-        if let Some(most) = widest.get_mut(slice.min(SLICES - 1)) {
-            *most = most.max(radius);
-        }
+    let mut widest = points.fold(
+        || [0.0_f64; SLICES],
+        |mut widest, point| {
+            let (height, radius) = height_and_radius(point);
+            let slice = ((height - ends[0]) / step) as usize;
+            if let Some(most) = widest.get_mut(slice.min(SLICES - 1)) {
+                *most = most.max(radius);
+            }
+            widest
+        },
+        |a, b| std::array::from_fn(|i| a[i].max(b[i])),
+    );
+    if points.are_corners {
+        // A box is in slices between its corners, too.
+        widest = [widest.into_iter().fold(0.0, f64::max); SLICES];
     }
     let side = axis.any_orthonormal_vector();
     let other = axis.cross(side);
@@ -172,21 +184,18 @@ fn swept_rings(axis: DVec3, mesh: &TriangleMesh) -> (DVec3, TriangleMesh) {
     (middle, rings)
 }
 
-/// Returns the extent of the vertices along each direction; `None` without vertices.
-fn extents(mesh: &TriangleMesh, directions: &[DVec3; 6]) -> Option<[f64; 6]> {
-    if mesh.x.is_empty() {
-        return None;
-    }
-    let points = (&mesh.x, &mesh.y, &mesh.z).into_par_iter().with_min_len(1 << 14);
-    let least = || [f64::NEG_INFINITY; 6];
-    let reach = points
-        .fold(least, |mut reach, (&x, &y, &z)| {
-            let point = DVec3::new(x.into(), y.into(), z.into());
+/// Returns the extent of the points along each direction; `None` without points.
+fn extents(points: &Points<'_>, directions: &[DVec3; 6]) -> Option<[f64; 6]> {
+    let reach = points.fold(
+        || [f64::NEG_INFINITY; 6],
+        |mut reach, point| {
+            let point = point.as_dvec3();
             for (most, direction) in reach.iter_mut().zip(directions) {
                 *most = most.max(direction.dot(point));
             }
             reach
-        })
-        .reduce(least, |a, b| std::array::from_fn(|i| a[i].max(b[i])));
-    Some(reach)
+        },
+        |a, b| std::array::from_fn(|i| a[i].max(b[i])),
+    );
+    reach[0].is_finite().then_some(reach)
 }

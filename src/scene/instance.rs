@@ -3,7 +3,9 @@
 //! A ray is hit by an instance where its image in the prototype's space is hit by the prototype. The image is computed in
 //! `f64` and rounded once, by the same scalar code wherever rays are traced, so all of them find the same hits.
 
-use super::{Scene, Transform, builder::usable_point};
+#[cfg(feature = "gltf")]
+use super::{PlacedMesh, TriangleMesh};
+use super::{Scene, Transform, builder::usable_point, origin::origin_of};
 use crate::{
     error::SceneError,
     lanes::{LANES, Vec3x8},
@@ -332,10 +334,55 @@ impl Prototype {
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty() && self.spheres.is_empty()
     }
+
+    /// Finds the space of positions that are within `bounds`.
+    pub(super) fn enclose(&mut self, bounds: Aabb) {
+        self.center = origin_of(bounds);
+        let size = Aabb {
+            lower: bounds.lower - self.center,
+            upper: bounds.upper - self.center,
+        };
+        self.scale = prototype_scale(size.max_abs());
+        self.bounds = Aabb {
+            lower: size.lower * self.scale,
+            upper: size.upper * self.scale,
+        };
+    }
+}
+
+/// Tells which transforms can place a mesh as an instance.
+#[cfg(feature = "gltf")]
+pub(crate) struct Placing(Prototype);
+
+#[cfg(feature = "gltf")]
+impl Placing {
+    pub(crate) fn of(mesh: &TriangleMesh) -> Self {
+        let mut prototype = Prototype {
+            triangles: 0..0,
+            spheres: 0..0,
+            vertices: 0..0,
+            bounds: Aabb::EMPTY,
+            center: Vec3::ZERO,
+            scale: 1.0,
+        };
+        let bounds = PlacedMesh::bounds(&[PlacedMesh::in_place(mesh)]);
+        if !bounds.is_empty() {
+            prototype.enclose(bounds);
+        }
+        Self(prototype)
+    }
+
+    /// Refuses what [`SceneBuilder::add_instance`](super::SceneBuilder::add_instance) refuses.
+    ///
+    /// # Errors
+    /// [`SceneError::Flat`] or [`SceneError::NotUsable`].
+    pub(crate) fn check(&self, transform: &Transform) -> Result<(), SceneError> {
+        Unplaced::new(&self.0, PrototypeId(0), transform).map(|_| ())
+    }
 }
 
 /// The power of two that scales a prototype of this size to about 1.
-pub(super) fn prototype_scale(size: f32) -> f32 {
+fn prototype_scale(size: f32) -> f32 {
     if size >= f32::MIN_POSITIVE {
         scale_to_one(size)
     } else {

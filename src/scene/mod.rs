@@ -15,6 +15,7 @@ mod motion;
 mod moving;
 mod origin;
 mod pixel_rays;
+mod placed;
 mod plane;
 mod smooth;
 mod texture;
@@ -23,6 +24,8 @@ mod view;
 mod weld;
 
 pub use background::Background;
+#[cfg(feature = "gltf")]
+pub(crate) use builder::INSTANCE_BYTES;
 pub use builder::{BVH_BYTES, MAX_LIGHTS, SceneBuilder, SphereCloud, TriangleMesh};
 pub(crate) use builder::{MAX_MATERIALS, MAX_TEXTURES, check_memory};
 pub use camera::{Camera, MAX_SIDE_SAMPLES, NamedCamera, for_each_packet};
@@ -31,6 +34,8 @@ pub use environment::{Environment, EnvironmentPicture, MAX_ENVIRONMENT_SIDE};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
 pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
+#[cfg(feature = "gltf")]
+pub(crate) use instance::Placing;
 pub(crate) use instance::{ImageRay, Placement};
 pub use instance::{Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, PrototypeId};
 pub(crate) use light::MOST_FALLOFF;
@@ -39,6 +44,7 @@ pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step};
 use moving::Moving;
 pub use pixel_rays::{PixelRays, RayCone};
+pub use placed::PlacedMesh;
 pub use plane::{MAX_PLANES, Plane};
 pub use texture::{CutOut, SurfaceTextures, TexturePoint};
 pub use transform::Transform;

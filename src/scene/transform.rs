@@ -79,6 +79,22 @@ impl Transform {
         }
     }
 
+    /// Returns the place of a point, rounded.
+    #[inline]
+    #[must_use]
+    pub fn point(&self, point: Vec3) -> Vec3 {
+        (self.linear * point.as_dvec3() + self.offset).as_vec3()
+    }
+
+    /// Returns whether it takes all triangles to ones without area: onto a line or a point.
+    #[must_use]
+    pub fn collapses(&self) -> bool {
+        let [a, b, c] = [self.linear.x_axis, self.linear.y_axis, self.linear.z_axis];
+        [a.cross(b), b.cross(c), c.cross(a)]
+            .iter()
+            .all(|&area| area == DVec3::ZERO)
+    }
+
     /// The matrix, and the image of a point.
     pub(super) fn about(&self, point: DVec3) -> (DMat3, DVec3) {
         (self.linear, self.linear * point + self.offset)

@@ -32,6 +32,8 @@ mod same_hits;
 mod sameness;
 mod scaling;
 mod scene_language;
+#[cfg(feature = "gltf")]
+mod shared_meshes;
 mod soft_light;
 mod strangers_mesh;
 mod strangers_scene;

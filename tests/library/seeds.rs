@@ -192,6 +192,17 @@ fn gltfs(seeds: &mut Vec<Seed>) {
             r#""cameras":[{"type":"perspective","perspective":{"yfov":0.8,"znear":0.1}}],"scene":0"#,
         ),
     );
+    let instancing = r#","extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":3,"ROTATION":2,"SCALE":3}}}"#;
+    add(
+        seeds,
+        "gltf",
+        "instances.gltf",
+        json(&embedded, &format!("{instancing}{child}")).replace(
+            r#""type":"SCALAR"}"#,
+            r#""type":"SCALAR"},{"bufferView":0,"componentType":5126,"count":2,"type":"VEC4"},
+{"bufferView":0,"componentType":5126,"count":2,"type":"VEC3"}"#,
+        ),
+    );
     let mut text = json("", child).into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     let mut bin: Vec<u8> = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]

@@ -2,7 +2,7 @@
 
 use crate::{
     images::{assert_all, compare_golden},
-    program::{Folder, shipped_mesh},
+    program::{Folder, assert_contains, shipped_mesh},
 };
 use image::RgbImage;
 
@@ -193,4 +193,52 @@ fn clay_reads_no_images() {
     };
     assert!(said("studio").contains("texture a.png is not shown"));
     assert!(!said("clay").contains("a.png is not shown"));
+}
+
+/// A strip of 1000 triangles, placed 1100 times by one node.
+fn write_many(folder: &Folder, name: &str) {
+    const CORNERS: usize = 1002;
+    const PLACES: usize = 1100;
+    let mut numbers = Vec::new();
+    for i in 0..CORNERS {
+        let (sin, cos) = (i as f32 * 0.05).sin_cos();
+        numbers.extend([cos, i as f32 * 0.002, sin + (i % 2) as f32 * 0.3]);
+    }
+    for i in 0..PLACES {
+        numbers.extend([(i % 34) as f32 * 3.0, (i % 7) as f32, (i / 34) as f32 * 3.0]);
+    }
+    let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+    std::fs::write(folder.path("many.bin"), &bytes).expect("it is written");
+    folder.write(name, &format!(
+        r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["EXT_mesh_gpu_instancing"],"nodes":[{{"mesh":0,"extensions":
+{{"EXT_mesh_gpu_instancing":{{"attributes":{{"TRANSLATION":1}}}}}}}}],"buffers":[{{"byteLength":{0},"uri":"many.bin"}}],
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"mode":5}}]}}],"bufferViews":[{{"buffer":0,"byteLength":{0}}}],
+"accessors":[{{"bufferView":0,"componentType":5126,"count":{CORNERS},"type":"VEC3"}},
+{{"bufferView":0,"byteOffset":{1},"componentType":5126,"count":{PLACES},"type":"VEC3"}}]}}"#,
+        bytes.len(),
+        CORNERS * 12
+    ));
+}
+
+/// A mesh that would take much memory in all its places is stored once, from a pipe, too.
+#[test]
+fn shared_meshes_of_a_gltf_file() {
+    let folder = Folder::new();
+    write_many(&folder, "many.gltf");
+    let info = folder.run(&["info", "many.gltf"]);
+    assert_contains(info.succeeded().text(), &["1,000 (", "1,100 of 1 meshes"]);
+    let render = |way: &str| {
+        let line = format!("render {way} -o a.png --size 40x30 --ground --quiet --max-memory 60M --force");
+        folder.run_line(&line).succeeded();
+        std::fs::read(folder.path("a.png")).expect("a picture")
+    };
+    let first = render("many.gltf");
+    assert!(first == render("many.gltf --mode scalar --threads 1"));
+    folder
+        .shell("\"$0\" render - -o b.png --size 40x30 --ground --quiet < many.gltf")
+        .succeeded();
+    assert!(std::fs::read(folder.path("b.png")).expect("a picture") == first);
+    // In a scene it takes the memory of all its places.
+    folder.write("a.scn", "light 9 9 9 1\nmesh many.gltf\n");
+    folder.fails(&["info", "a.scn", "--max-memory", "60M"], 1, "memory");
 }

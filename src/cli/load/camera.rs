@@ -127,9 +127,9 @@ impl CameraOptions {
         };
         let reach = mesh.cloud.map_or(0.0, |cloud| cloud.radius(&mesh.columns).into());
         let fit = if turning {
-            framed.fit_turning_around(&mesh.columns, reach)?
+            framed.fit_turning_around(&mesh.placed(), reach)?
         } else {
-            framed.fit_around(&mesh.columns, reach)?
+            framed.fit_around(&mesh.placed(), reach)?
         };
         let target = self.target.unwrap_or(fit.target);
         self.applied_to(View {

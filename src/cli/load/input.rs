@@ -116,26 +116,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
     refuse_nothing(path, &loaded)?;
     set_point_radius(&mut loaded, mesh.point_size, path);
     if let Some(degrees) = mesh.smooth_degrees {
-        let why = if loaded.cloud.is_some() {
-            "points are spheres"
-        } else {
-            "the mesh has normals of its own"
-        };
-        if loaded.cloud.is_some() || !loaded.columns.normals.is_empty() {
-            let note = format!("{why}, so --smooth-angle has no effect");
-            loaded.notes.push(format!("{}: {note}", clip_path(path)));
-        }
-        // Smoothing takes about as much memory as the scene. Each vertex gets a normal.
-        let (triangles, vertices) = (loaded.columns.triangles.len(), loaded.columns.x.len());
-        let vectors = 2 * vertices + loaded.columns.colors.len() + loaded.columns.uvs.len();
-        let images = loaded
-            .images
-            .iter()
-            .map(|image| Image::bytes(image.size()) as u64);
-        let fits = check_memory([triangles, 0, vectors], memory.saturating_sub(images.sum()));
-        fits.map_err(|error| failed(path, &error))?;
-        let smoothed = loaded.columns.smooth_normals(degrees);
-        smoothed.map_err(|error| failed(path, &error))?;
+        smooth(&mut loaded, degrees, path, memory)?;
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
     let camera = plan.camera.for_mesh(&loaded, up, plan.aspect, mesh.turning)?;
@@ -163,6 +144,37 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         rig: rig.filter(|_| mesh.turning && mesh.lit_from.is_none()),
         notes,
     })
+}
+
+/// Gives the mesh smooth normals, if it has none. Each shared part is smoothed alone.
+fn smooth(loaded: &mut LoadedMesh, degrees: f64, path: &Path, memory: u64) -> Result<(), CliError> {
+    let why = if loaded.cloud.is_some() {
+        "points are spheres"
+    } else {
+        "the mesh has normals of its own"
+    };
+    let has_normals = loaded.arrays().any(|columns| !columns.normals.is_empty());
+    if loaded.cloud.is_some() || has_normals {
+        let note = format!("{why}, so --smooth-angle has no effect");
+        loaded.notes.push(format!("{}: {note}", clip_path(path)));
+        return Ok(());
+    }
+    // Smoothing takes about as much memory as the scene. Each vertex gets a normal.
+    let (mut triangles, mut vectors) = (0, 0);
+    for columns in loaded.arrays() {
+        triangles += columns.triangles.len();
+        vectors += 2 * columns.x.len() + columns.colors.len() + columns.uvs.len();
+    }
+    let images = loaded
+        .images
+        .iter()
+        .map(|image| Image::bytes(image.size()) as u64);
+    let fits = check_memory([triangles, 0, vectors], memory.saturating_sub(images.sum()));
+    fits.map_err(|error| failed(path, &error))?;
+    loaded
+        .arrays_mut()
+        .try_for_each(|columns| columns.smooth_normals(degrees))
+        .map_err(|error| failed(path, &error))
 }
 
 /// Loads a scene, or a mesh as it is, with its lights, cameras and notes. It may take `memory` bytes. Adds every
@@ -223,7 +235,7 @@ fn set_point_radius(loaded: &mut LoadedMesh, diameter: Option<f32>, path: &Path)
 
 /// An empty picture would look like a bug.
 fn refuse_nothing(path: &Path, loaded: &LoadedMesh) -> Result<(), CliError> {
-    if loaded.cloud.is_some() || !loaded.columns.triangles.is_empty() {
+    if loaded.cloud.is_some() || loaded.arrays().any(|columns| !columns.triangles.is_empty()) {
         return Ok(());
     }
     let vertices = match loaded.columns.x.len() {

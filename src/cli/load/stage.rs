@@ -5,10 +5,11 @@ use crate::{
     error::SceneError,
     format::mesh::{LoadedMesh, Surface},
     math::Aabb,
-    scene::{Background, Light, MAX_COORDINATE, Material, Scene, SceneBuilder, Spot, TriangleMesh},
+    scene::{
+        Background, Light, MAX_COORDINATE, Material, PlacedMesh, Scene, SceneBuilder, Spot, TriangleMesh,
+    },
 };
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 /// Where the mesh is seen from, and what it stands on.
 pub struct Stage {
@@ -34,7 +35,7 @@ pub struct Rig {
 impl Rig {
     /// The rig of a mesh, and the mesh's bounds.
     fn of(loaded: &LoadedMesh, stage: &Stage) -> (Self, Aabb) {
-        let mut bounds = bounds(&loaded.columns);
+        let mut bounds = PlacedMesh::bounds(&loaded.placed());
         if let Some(cloud) = loaded.cloud
             && !bounds.is_empty()
         {
@@ -226,17 +227,6 @@ fn reaches(light: &Light, spot: &Spot, center: DVec3, radius: f64) -> bool {
     let [_, outer] = spot.degrees().map(f64::from);
     let off_axis = spot.direction().as_dvec3().angle_between(to_center);
     off_axis - libm::asin(radius / distance) < outer.to_radians()
-}
-
-fn bounds(mesh: &TriangleMesh) -> Aabb {
-    (&mesh.x, &mesh.y, &mesh.z)
-        .into_par_iter()
-        .with_min_len(1 << 14)
-        .fold(
-            || Aabb::EMPTY,
-            |bounds, (&x, &y, &z)| bounds.union(Aabb::around([Vec3::new(x, y, z)])),
-        )
-        .reduce(|| Aabb::EMPTY, Aabb::union)
 }
 
 /// A square just below the mesh.

@@ -182,6 +182,17 @@ impl<'a> Buffers<'a> {
         self.elements(accessor)
     }
 
+    /// The elements of an accessor of quaternions.
+    pub(super) fn quaternions(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
+        if !matches!(accessor.dimensions(), Dimensions::Vec4) {
+            let index = accessor.index();
+            return Err(self.refused(format!(
+                "accessors[{index}] holds other elements, expected quaternions (vectors of 4 numbers)"
+            )));
+        }
+        self.elements(accessor)
+    }
+
     /// The elements of an accessor of texture coordinates.
     pub(super) fn pairs(&mut self, accessor: &Accessor<'_>) -> Result<Rc<Elements<'a>>, LoadError> {
         if !matches!(accessor.dimensions(), Dimensions::Vec2) {
@@ -366,9 +377,14 @@ impl Elements<'_> {
         self.dense.as_ref().map_or(&[], |part| part.element(i))
     }
 
-    /// Vector `i`. Normalised integers are scaled to 0..1 or -1..1.
+    /// Vector `i`, as [`Elements::numbers`].
     pub(super) fn vector(&self, i: usize) -> [f32; 3] {
-        let mut vector = [0.0; 3];
+        self.numbers(i)
+    }
+
+    /// The first numbers of element `i`. Normalised integers are scaled to 0..1 or -1..1.
+    pub(super) fn numbers<const N: usize>(&self, i: usize) -> [f32; N] {
+        let mut vector = [0.0; N];
         for (value, bytes) in vector
             .iter_mut()
             .zip(self.bytes(i).chunks_exact(self.kind.size()))

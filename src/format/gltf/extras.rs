@@ -8,7 +8,8 @@ use gltf::{
 };
 
 /// Extensions that octray reads, or that say nothing beyond what else is listed: textures, animations, lights.
-const NOT_LISTED: [&str; 10] = [
+const NOT_LISTED: [&str; 11] = [
+    "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_animation_pointer",
     "KHR_draco_mesh_compression",

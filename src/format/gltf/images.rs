@@ -29,20 +29,19 @@ pub(super) fn sources(root: &mut Root) -> Vec<Source> {
     root.images.iter_mut().map(source).collect()
 }
 
-/// Reads and decodes the images of the surfaces that triangles have, which name them by their index in the file.
+/// Reads and decodes the images of the surfaces that triangles have (`used`), which name them by their index in the file.
 pub(super) fn read(
     sources: &[Source],
     document: &Document,
     buffers: &mut Buffers<'_>,
-    (surfaces, surface_of): (&mut [Surface], &[u32]),
+    (surfaces, used): (&mut [Surface], &[bool]),
     notes: &mut Vec<String>,
 ) -> Vec<Image> {
     if !buffers.budget().wants_images() {
         return Vec::new();
     }
-    let used = textures::used_surfaces(surfaces.len(), surface_of);
     let shown = surfaces.iter().zip(used);
-    let shown = shown.filter_map(|(surface, is_used)| is_used.then_some(surface));
+    let shown = shown.filter_map(|(surface, &is_used)| is_used.then_some(surface));
     let mut used = textures::used_images(sources.len(), shown);
     let beyond = used.iter_mut().filter(|used| **used).skip(MAX_TEXTURES);
     let beyond = beyond.map(|used| *used = false).count();

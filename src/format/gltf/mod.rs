@@ -1,27 +1,32 @@
 //! glTF 2.0: JSON with its buffers beside or inside it, or one binary file (.glb).
 //!
 //! Reads the triangles, strips and fans of all nodes of the default scene with their transforms, vertex colours, base
-//! colours, roughness, emission and textures of these, punctual lights, and perspective cameras. [`extras`] lists what it does not read.
+//! colours, roughness, emission and textures of these, punctual lights, and cameras. [`extras`] lists what it does not read.
+//! [`sharing`] decides which meshes that several nodes place are stored once.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
 //! crate's own readers trust offsets and counts.
 //!
 //! Format: *glTF 2.0 Specification*, The Khronos Group, 2021.
 
+mod arrays;
 mod buffers;
 mod estimate;
 mod extras;
 mod images;
+mod instancing;
 mod lights;
 mod materials;
 mod nodes;
 mod shapes;
+mod sharing;
 
 use super::place::BYTE_ORDER_MARK;
 use super::{
     OpenMesh,
     budget::Budget,
     mesh::{LoadedMesh, Surface, add_texture_file},
+    textures,
 };
 use crate::error::LoadError;
 use buffers::Buffers;
@@ -33,8 +38,9 @@ use materials::Shown;
 use percent_encoding::percent_decode_str;
 use std::path::Path;
 
-/// Extensions that a file may require because they change nothing that octray reads.
-const HARMLESS: [&str; 9] = [
+/// Extensions that a file may require because octray reads them, or they change nothing that it reads.
+const HARMLESS: [&str; 10] = [
+    "EXT_mesh_gpu_instancing",
     "KHR_animation_pointer",
     "KHR_materials_",
     "KHR_texture_",
@@ -80,13 +86,19 @@ pub(super) fn parse(
     let sources = images::sources(&mut root);
     let webp = materials::webp_images(&root, json);
     let lights = lights::PunctualLights::of(json);
+    let instancing = instancing::Instancing::of(json, path)?;
     let document = document(root, path)?;
     let materials = materials::materials(&document, &webp);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, budget);
     let mut reading = nodes::Reading::with_lights(lights);
-    reading.scene(&document, &materials, &mut buffers)?;
+    reading.scene(&document, &materials, &instancing, &mut buffers)?;
     left_out.count(reading.punctual.left_out, "light", "lights");
     left_out.count(reading.cameras_left_out, "camera", "cameras");
+    left_out.count(
+        reading.collapsed,
+        "placement without size",
+        "placements without size",
+    );
     let count = |is: fn(&Shown) -> bool| materials.iter().filter(|shown| is(shown)).count();
     left_out.count(
         count(|shown| shown.is_of_another_kind),
@@ -99,17 +111,24 @@ pub(super) fn parse(
         "emission textures with places of their own",
     );
     left_out.count(
-        reading.odd_uvs,
+        reading.odd_uvs(),
         "texture coordinate that is no number or too large",
         "texture coordinates that are no numbers or too large",
     );
     let mut mesh = reading.finish(materials, path);
     mesh.notes.extend(left_out.note(path));
     mesh.texture_files = texture_files;
-    let surfaces = (&mut mesh.surfaces[..], &mesh.surface_of[..]);
+    let mut used = textures::used_surfaces(mesh.surfaces.len(), &mesh.surface_of);
+    for part in &mesh.shared {
+        let of_part = textures::used_surfaces(used.len(), &part.surface_of);
+        used.iter_mut()
+            .zip(of_part)
+            .for_each(|(used, more)| *used |= more);
+    }
+    let surfaces = (&mut mesh.surfaces[..], &used[..]);
     mesh.images = images::read(&sources, &document, &mut buffers, surfaces, &mut mesh.notes);
     if mesh.images.is_empty() && budget.wants_images() {
-        mesh.columns.uvs = Vec::new();
+        mesh.arrays_mut().for_each(|columns| columns.uvs = Vec::new());
     }
     Ok(mesh)
 }

@@ -1,70 +1,91 @@
 //! The node tree: transforms, meshes, cameras and lights.
 //!
 //! All that the nodes place is counted before any of it is built, so that a file that places a mesh a million times is
-//! refused at once.
+//! refused at once, or stores it once.
 
 use super::{
-    Surface,
+    arrays::{Arrays, COLORED, NO_SURFACE, Room},
     buffers::Buffers,
+    instancing::{Instances, Instancing},
     lights::PunctualLights,
-    materials::{Shown, display_value},
+    materials::Shown,
     shapes::{Shape, shapes_of},
+    sharing,
 };
 use crate::{
     error::{LoadError, SceneError},
     format::{
         mesh::{
-            LoadedMesh, MAX_CAMERAS, MeshCamera, UpAxis, UpSource, camera_name, clamped_note, most_triangles,
+            LoadedMesh, MAX_CAMERAS, MeshCamera, SharedMesh, Surface, UpAxis, UpSource, camera_name,
+            clamped_note, most_triangles,
         },
         textures,
-        vertices::add_position,
     },
-    scene::{Light, Projection, TriangleMesh, check_memory, is_usable},
+    scene::{INSTANCE_BYTES, Light, MAX_INSTANCES, Placing, Projection, Transform, check_memory},
 };
-use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
+use glam::DMat4;
 use gltf::Document;
-use std::{ops::Range, path::Path};
-
-/// A triangle without a material of its own.
-const NO_SURFACE: u32 = u32::MAX;
-
-/// A triangle without a material of its own whose vertices have colours.
-const COLORED: u32 = u32::MAX - 1;
+use std::path::Path;
 
 /// A node with a mesh, a camera or a light, and where it stands.
-struct Placement {
+struct Placement<'a> {
     node: usize,
     world: DMat4,
+    /// Of its mesh; `None` if it stands there once.
+    instances: Option<Instances<'a>>,
+}
+
+impl Placement<'_> {
+    /// How many times it places its mesh.
+    fn count(&self) -> usize {
+        self.instances.as_ref().map_or(1, |instances| instances.count)
+    }
+
+    /// Where it places its mesh the `i`th time.
+    fn at(&self, i: usize, buffers: &Buffers<'_>) -> Result<DMat4, LoadError> {
+        match &self.instances {
+            Some(instances) => Ok(self.world * instances.transform(i, buffers)?),
+            None => Ok(self.world),
+        }
+    }
 }
 
 /// The shapes of a mesh.
 struct Shapes<'a> {
     shapes: Vec<Shape<'a>>,
-    /// How many nodes are left to place them.
+    triangles: usize,
+    /// How many placements are left.
     placements: usize,
+    /// The number of its shared part, if it is stored once.
+    part: Option<usize>,
+}
+
+/// A mesh that is stored once.
+#[derive(Default)]
+struct Part {
+    arrays: Arrays,
+    placements: Vec<Transform>,
+    /// Once the arrays are there.
+    placing: Option<Placing>,
 }
 
 /// The mesh so far.
 #[derive(Default)]
 pub(super) struct Reading {
-    columns: TriangleMesh,
-    /// The index of each triangle's material in the file.
-    material_of: Vec<u32>,
-    has_normals: bool,
-    has_colors: bool,
-    has_uvs: bool,
-    /// Triangles without texture coordinates whose material shows a texture.
-    untextured: Vec<Range<usize>>,
-    /// How many texture coordinates are not finite.
-    pub(super) odd_uvs: usize,
-    /// How many colours were not from 0 to 1.
-    clamped: usize,
+    /// What is stored where it stands.
+    baked: Arrays,
+    parts: Vec<Part>,
+    /// How many triangles there are room for, and how many there may be.
+    triangles: usize,
+    most_triangles: usize,
     cameras: Vec<MeshCamera>,
     lights: Vec<Light>,
     /// The lights of the file.
     pub(super) punctual: PunctualLights,
     /// How many cameras there are beyond the limit.
     pub(super) cameras_left_out: usize,
+    /// How many placements of shared meshes leave nothing of them.
+    pub(super) collapsed: usize,
 }
 
 impl Reading {
@@ -80,39 +101,43 @@ impl Reading {
         &mut self,
         document: &Document,
         materials: &[Shown],
+        instancing: &Instancing,
         buffers: &mut Buffers<'_>,
     ) -> Result<(), LoadError> {
-        let placements = placements(document, &self.punctual, buffers)?;
+        let placements = placements(document, &self.punctual, instancing, buffers)?;
+        check_instances(&placements, buffers)?;
         let mut meshes: Vec<Option<Shapes<'_>>> = document.meshes().map(|_| None).collect();
-        let node_of = |placement: &Placement| document.nodes().nth(placement.node);
-        for mesh in placements
-            .iter()
-            .filter_map(|placement| node_of(placement)?.mesh())
-        {
+        let node_of = |placement: &Placement<'_>| document.nodes().nth(placement.node);
+        for placement in &placements {
+            let Some(mesh) = node_of(placement).and_then(|node| node.mesh()) else {
+                continue;
+            };
             let shapes = &mut meshes[mesh.index()];
             if shapes.is_none() {
+                let of_mesh = shapes_of(&mesh, materials, buffers)?;
                 *shapes = Some(Shapes {
-                    shapes: shapes_of(&mesh, materials, buffers)?,
+                    triangles: of_mesh
+                        .iter()
+                        .map(Shape::triangle_count)
+                        .fold(0, usize::saturating_add),
+                    shapes: of_mesh,
                     placements: 0,
+                    part: None,
                 });
             }
             if let Some(shapes) = shapes {
-                shapes.placements += 1;
+                shapes.placements += placement.count();
             }
         }
-        self.make_room(&meshes, buffers)?;
+        self.make_room(&mut meshes, buffers)?;
         for placement in &placements {
             let Some(node) = node_of(placement) else { continue };
             if let Some(mesh) = node.mesh()
-                && let Some(Shapes { shapes, placements }) = &mut meshes[mesh.index()]
+                && let Some(shapes) = &mut meshes[mesh.index()]
             {
-                *placements -= 1;
-                for shape in shapes {
-                    shape.prepare(buffers)?;
-                    self.place(shape, &placement.world, buffers)?;
-                    if *placements == 0 {
-                        shape.release(buffers.budget());
-                    }
+                for i in 0..placement.count() {
+                    let world = placement.at(i, buffers)?;
+                    self.place(shapes, &world, placement.node, buffers)?;
                 }
             }
             self.punctual
@@ -125,20 +150,57 @@ impl Reading {
         Ok(())
     }
 
-    /// Refuses too many triangles, and makes room for all others.
-    fn make_room(&mut self, meshes: &[Option<Shapes<'_>>], buffers: &Buffers<'_>) -> Result<(), LoadError> {
-        let (mut triangles, mut vertices) = (0_usize, 0_usize);
-        let (mut has_normals, mut has_colors, mut has_uvs) = (false, false, false);
-        for Shapes { shapes, placements } in meshes.iter().flatten() {
-            for shape in shapes {
-                triangles = triangles.saturating_add(placements.saturating_mul(shape.triangle_count()));
-                vertices = vertices.saturating_add(placements.saturating_mul(shape.vertices_at_least()));
-                has_normals |= shape.normals.is_some();
-                has_colors |= shape.colors.is_some();
-                has_uvs |= shape.uvs.is_some();
+    /// Decides which meshes are stored once. Refuses too many triangles, and makes room for all others.
+    fn make_room(
+        &mut self,
+        meshes: &mut [Option<Shapes<'_>>],
+        buffers: &Buffers<'_>,
+    ) -> Result<(), LoadError> {
+        let counts = meshes.iter().map(|mesh| {
+            mesh.as_ref()
+                .map_or([0; 2], |mesh| [mesh.triangles, mesh.placements])
+        });
+        let shared = sharing::shared(counts, buffers.budget().sharing());
+        let (mut baked, mut instances) = (Room::default(), 0);
+        let mut stored = Vec::new();
+        for (mesh, is_shared) in meshes.iter_mut().zip(shared) {
+            let Some(mesh) = mesh else { continue };
+            if is_shared {
+                let mut room = Room::default();
+                room.add(&mesh.shapes, 1);
+                mesh.part = Some(stored.len());
+                stored.push((room, mesh.placements));
+                instances += mesh.placements;
+            } else {
+                baked.add(&mesh.shapes, mesh.placements);
             }
         }
-        let most = most_triangles(buffers.size());
+        let mut vectors = baked.all_vectors();
+        self.triangles = baked.triangles;
+        for (room, _) in &stored {
+            self.triangles = self.triangles.saturating_add(room.triangles);
+            vectors = vectors.saturating_add(room.all_vectors());
+        }
+        self.most_triangles = most_triangles(buffers.size());
+        self.check_triangles(buffers)?;
+        let budget = buffers.budget();
+        // The scene would refuse it later.
+        let left = budget.limit().saturating_sub(instances as u64 * INSTANCE_BYTES);
+        check_memory([self.triangles, 0, vectors], left)
+            .map_err(|error| buffers.refused(error.to_string()))?;
+        self.baked.reserve(&baked, buffers)?;
+        for (room, placements) in stored {
+            let mut part = Part::default();
+            part.arrays.reserve(&room, buffers)?;
+            let reserved = budget.reserve(&mut part.placements, placements);
+            reserved.map_err(|error| buffers.no_room(error))?;
+            self.parts.push(part);
+        }
+        Ok(())
+    }
+
+    fn check_triangles(&self, buffers: &Buffers<'_>) -> Result<(), LoadError> {
+        let (triangles, most) = (self.triangles, self.most_triangles);
         if triangles > most {
             return Err(buffers.refused(format!(
                 "{triangles} triangles, counted once for each node that places them, expected at most {most} from \
@@ -146,25 +208,73 @@ impl Reading {
                 buffers.size()
             )));
         }
-        let [normals, colors, uvs] =
-            [has_normals, has_colors, has_uvs].map(|has| if has { vertices } else { 0 });
-        let vectors = [normals, colors, uvs]
-            .into_iter()
-            .fold(vertices, usize::saturating_add);
-        let budget = buffers.budget();
-        // The scene would refuse it later.
-        check_memory([triangles, 0, vectors], budget.limit())
-            .map_err(|error| buffers.refused(error.to_string()))?;
-        let columns = &mut self.columns;
-        [&mut columns.x, &mut columns.y, &mut columns.z]
-            .into_iter()
-            .try_for_each(|column| budget.reserve(column, vertices))
-            .and_then(|()| budget.reserve(&mut columns.normals, normals))
-            .and_then(|()| budget.reserve(&mut columns.colors, colors))
-            .and_then(|()| budget.reserve(&mut columns.uvs, uvs))
-            .and_then(|()| budget.reserve(&mut columns.triangles, triangles))
-            .and_then(|()| budget.reserve(&mut self.material_of, triangles))
-            .map_err(|error| buffers.no_room(error))
+        Ok(())
+    }
+
+    /// Places a mesh for a node.
+    fn place(
+        &mut self,
+        mesh: &mut Shapes<'_>,
+        world: &DMat4,
+        node: usize,
+        buffers: &Buffers<'_>,
+    ) -> Result<(), LoadError> {
+        mesh.placements -= 1;
+        let is_baked = match mesh.part {
+            Some(part) => !self.place_part(part, mesh, world, node, buffers)?,
+            None => true,
+        };
+        for shape in &mut mesh.shapes {
+            if is_baked {
+                shape.prepare(buffers)?;
+                self.baked.place(shape, world, buffers)?;
+            }
+            if mesh.placements == 0 {
+                shape.release(buffers.budget());
+            }
+        }
+        Ok(())
+    }
+
+    /// Places a mesh that is stored once. `false` if it must be baked there.
+    fn place_part(
+        &mut self,
+        part: usize,
+        mesh: &mut Shapes<'_>,
+        world: &DMat4,
+        node: usize,
+        buffers: &Buffers<'_>,
+    ) -> Result<bool, LoadError> {
+        let part = &mut self.parts[part];
+        let placing = match &part.placing {
+            Some(placing) => placing,
+            None => {
+                for shape in &mut mesh.shapes {
+                    shape.prepare(buffers)?;
+                    part.arrays.place(shape, &DMat4::IDENTITY, buffers)?;
+                    shape.release(buffers.budget());
+                }
+                part.placing.insert(Placing::of(&part.arrays.columns))
+            }
+        };
+        let transform = Transform::from_rows([0, 1, 2].map(|i| world.row(i).to_array()));
+        match placing.check(&transform) {
+            Ok(()) => part.placements.push(transform),
+            Err(SceneError::Flat) if transform.collapses() => self.collapsed += 1,
+            // Flat shapes are seen, but rays have no images in a space that is gone.
+            Err(SceneError::Flat) => {
+                self.triangles = self.triangles.saturating_add(mesh.triangles);
+                self.check_triangles(buffers)?;
+                let mut room = Room::default();
+                room.add(&mesh.shapes, 1);
+                self.baked.reserve(&room, buffers)?;
+                return Ok(false);
+            }
+            Err(error) => {
+                return Err(buffers.refused(format!("nodes[{node}]: cannot place its mesh: {error}")));
+            }
+        }
+        Ok(true)
     }
 
     fn camera(&mut self, name: &str, projection: gltf::camera::Projection<'_>, world: &DMat4) {
@@ -191,159 +301,35 @@ impl Reading {
         });
     }
 
-    /// Adds a shape once.
-    fn place(&mut self, shape: &Shape<'_>, world: &DMat4, buffers: &Buffers<'_>) -> Result<(), LoadError> {
-        let (base, more) = (self.columns.x.len(), shape.used_count());
-        let (budget, columns) = (buffers.budget(), &mut self.columns);
-        self.has_normals |= shape.normals.is_some();
-        self.has_colors |= shape.colors.is_some();
-        self.has_uvs |= shape.uvs.is_some();
-        let missing = |has: bool, length: usize| if has { base + more - length } else { 0 };
-        let missing_normals = missing(self.has_normals, columns.normals.len());
-        let missing_colors = missing(self.has_colors, columns.colors.len());
-        let missing_uvs = missing(self.has_uvs, columns.uvs.len());
-        [&mut columns.x, &mut columns.y, &mut columns.z]
-            .into_iter()
-            .try_for_each(|column| budget.reserve(column, more))
-            .and_then(|()| budget.reserve(&mut columns.normals, missing_normals))
-            .and_then(|()| budget.reserve(&mut columns.colors, missing_colors))
-            .and_then(|()| budget.reserve(&mut columns.uvs, missing_uvs))
-            .map_err(|error| buffers.no_room(error))?;
-        self.positions(shape, world).map_err(|(i, error)| {
-            buffers.refused(format!(
-                "accessors[{}]: vertex {} of {}: {error}",
-                shape.positions.accessor,
-                i + 1,
-                shape.positions.count
-            ))
-        })?;
-        self.normals(shape, base, world);
-        self.colors(shape, base, buffers)?;
-        self.uvs(shape, base);
-        let triangles = &mut self.columns.triangles;
-        shape.add_triangles(triangles, base as u32);
-        let none = if shape.colors.is_some() {
-            COLORED
-        } else {
-            NO_SURFACE
-        };
-        let material = shape.material.map_or(none, |i| i as u32);
-        if shape.is_textured && shape.uvs.is_none() {
-            self.untextured.push(self.material_of.len()..triangles.len());
-        }
-        self.material_of.resize(triangles.len(), material);
-        Ok(())
-    }
-
-    /// Adds positions. The error has the index of the first unusable one.
-    fn positions(&mut self, shape: &Shape<'_>, world: &DMat4) -> Result<(), (usize, SceneError)> {
-        let columns = &mut self.columns;
-        let is_identity = *world == DMat4::IDENTITY;
-        for i in shape.used() {
-            let position = shape.positions.vector(i);
-            let position = if is_identity {
-                position
-            } else {
-                let [x, y, z] = position.map(f64::from);
-                (*world * DVec4::new(x, y, z, 1.0))
-                    .truncate()
-                    .as_vec3()
-                    .to_array()
-            };
-            add_position(columns, position).map_err(|error| (i, error))?;
-        }
-        Ok(())
-    }
-
-    /// Adds the normals of the vertices from `base` on. Missing and degenerate ones are zero.
-    fn normals(&mut self, shape: &Shape<'_>, base: usize, world: &DMat4) {
-        let columns = &mut self.columns;
-        if let Some(normals) = &shape.normals {
-            // Normals transform by the cofactor matrix, which exists for every matrix; a mirror flips them.
-            let m = DMat3::from_mat4(*world);
-            let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-            let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * m.determinant().signum();
-            columns.normals.resize(base, Vec3::ZERO);
-            columns.normals.extend(shape.used().map(|i| {
-                let turned = cofactors * DVec3::from_array(normals.vector(i).map(f64::from));
-                turned.normalize_or_zero().as_vec3()
-            }));
-        } else if self.has_normals {
-            columns.normals.resize(columns.x.len(), Vec3::ZERO);
-        }
-    }
-
-    /// Adds the colours of the vertices from `base` on, as display values. Missing ones are white.
-    fn colors(&mut self, shape: &Shape<'_>, base: usize, buffers: &Buffers<'_>) -> Result<(), LoadError> {
-        const WHITE: [f32; 3] = [1.0; 3];
-        let columns = &mut self.columns;
-        if let Some(colors) = &shape.colors {
-            columns.colors.resize(base, WHITE);
-            for i in shape.used() {
-                let linear = colors.color(i);
-                for (what, value) in ["red", "green", "blue"].into_iter().zip(linear) {
-                    if !value.is_finite() {
-                        let error = SceneError::NotUsable { what, value };
-                        let (accessor, count) = (colors.accessor, colors.count);
-                        let message = format!("accessors[{accessor}]: colour {} of {count}: {error}", i + 1);
-                        return Err(buffers.refused(message));
-                    }
-                }
-                self.clamped += usize::from(linear.iter().any(|channel| !(0.0..=1.0).contains(channel)));
-                columns.colors.push(linear.map(display_value));
-            }
-        } else if self.has_colors {
-            columns.colors.resize(columns.x.len(), WHITE);
-        }
-        Ok(())
-    }
-
-    /// Adds the texture coordinates of the vertices from `base` on.
-    fn uvs(&mut self, shape: &Shape<'_>, base: usize) {
-        let columns = &mut self.columns;
-        if let Some((uvs, placement)) = &shape.uvs {
-            columns.uvs.resize(base, [0.0; 2]);
-            for i in shape.used() {
-                let [u, v, _] = uvs.vector(i);
-                let uv = placement.apply([u, v]);
-                let is_odd = !uv.into_iter().all(is_usable);
-                self.odd_uvs += usize::from(is_odd);
-                columns.uvs.push(if is_odd { [0.0; 2] } else { uv });
-            }
-        } else if self.has_uvs {
-            columns.uvs.resize(columns.x.len(), [0.0; 2]);
-        }
-    }
-
     /// The mesh, with the materials that it uses; `path` is the file's.
     pub(super) fn finish(mut self, materials: Vec<Shown>, path: &Path) -> LoadedMesh {
         let mut surfaces: Vec<Surface> = materials.into_iter().map(|shown| shown.surface).collect();
-        let none = if self.has_colors { COLORED } else { NO_SURFACE };
-        if self.material_of.iter().all(|&material| material == none) {
-            surfaces.clear();
-            self.material_of.clear();
+        let parts = std::mem::take(&mut self.parts);
+        let (mut parts, placements): (Vec<Arrays>, Vec<_>) = parts
+            .into_iter()
+            .map(|part| (part.arrays, part.placements))
+            .unzip();
+        parts.insert(0, self.baked);
+        name_surfaces(&mut surfaces, &mut parts);
+        let (mut untextured, mut clamped) = (0, 0);
+        for part in &mut parts {
+            untextured += part.leave_untextured(&mut surfaces);
+            clamped += part.clamped;
         }
-        for (none, surface) in [(NO_SURFACE, Surface::NEUTRAL), (COLORED, Surface::WHITE)] {
-            if self.material_of.contains(&none) {
-                let index = surfaces.len() as u32;
-                surfaces.push(surface);
-                for material in self.material_of.iter_mut().filter(|m| **m == none) {
-                    *material = index;
-                }
-            }
-        }
-        // Ascending, as the triangles.
-        let mut ranges = self.untextured.iter().peekable();
-        let untextured = textures::leave_untextured(&mut surfaces, &mut self.material_of, |i| {
-            while ranges.next_if(|range| range.end <= i).is_some() {}
-            ranges.peek().is_some_and(|range| range.contains(&i))
-        });
-        let mut notes: Vec<String> = clamped_note(self.clamped, path).into_iter().collect();
+        let mut notes: Vec<String> = clamped_note(clamped, path).into_iter().collect();
         notes.extend(textures::untextured_note(untextured, path));
+        let mut parts = parts.into_iter();
+        let baked = parts.next().unwrap_or_default();
+        let shared = parts.zip(placements).map(|(arrays, placements)| SharedMesh {
+            columns: arrays.columns,
+            surface_of: arrays.material_of,
+            placements,
+        });
         LoadedMesh {
-            columns: self.columns,
+            columns: baked.columns,
+            shared: shared.collect(),
             surfaces,
-            surface_of: self.material_of,
+            surface_of: baked.material_of,
             cameras: self.cameras,
             lights: self.lights,
             // By the specification.
@@ -353,14 +339,61 @@ impl Reading {
             ..LoadedMesh::default()
         }
     }
+
+    /// How many texture coordinates are not finite.
+    pub(super) fn odd_uvs(&self) -> usize {
+        let parts = self.parts.iter().map(|part| part.arrays.odd_uvs);
+        self.baked.odd_uvs + parts.sum::<usize>()
+    }
+}
+
+/// Gives surfaces to triangles without a material, or no surfaces to any if none has one.
+fn name_surfaces(surfaces: &mut Vec<Surface>, parts: &mut [Arrays]) {
+    let has_colors = parts.iter().any(|part| part.has_colors);
+    let none = if has_colors { COLORED } else { NO_SURFACE };
+    if parts
+        .iter()
+        .all(|part| part.material_of.iter().all(|&material| material == none))
+    {
+        surfaces.clear();
+        for part in &mut *parts {
+            part.material_of.clear();
+        }
+    }
+    for (none, surface) in [(NO_SURFACE, Surface::NEUTRAL), (COLORED, Surface::WHITE)] {
+        if parts.iter().any(|part| part.material_of.contains(&none)) {
+            let index = surfaces.len() as u32;
+            surfaces.push(surface);
+            let all = parts.iter_mut().flat_map(|part| &mut part.material_of);
+            for material in all.filter(|material| **material == none) {
+                *material = index;
+            }
+        }
+    }
+}
+
+/// Refuses more instances than the file's size allows: accessors of many nodes may be the same.
+fn check_instances(placements: &[Placement<'_>], buffers: &Buffers<'_>) -> Result<(), LoadError> {
+    let counts = placements
+        .iter()
+        .filter_map(|placement| Some(placement.instances.as_ref()?.count));
+    let (count, size) = (counts.fold(0, usize::saturating_add), buffers.size());
+    let most = size.saturating_mul(8).saturating_add(1 << 16).min(MAX_INSTANCES);
+    if count > most {
+        return Err(buffers.refused(format!(
+            "{count} instances, expected at most {most} from {size} bytes"
+        )));
+    }
+    Ok(())
 }
 
 /// The nodes that place something, in the order of the tree.
-fn placements(
+fn placements<'a>(
     document: &Document,
     punctual: &PunctualLights,
-    buffers: &Buffers<'_>,
-) -> Result<Vec<Placement>, LoadError> {
+    instancing: &Instancing,
+    buffers: &mut Buffers<'a>,
+) -> Result<Vec<Placement<'a>>, LoadError> {
     let count = document.nodes().len();
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let roots: Vec<usize> = if let Some(scene) = scene {
@@ -389,7 +422,15 @@ fn placements(
         let local = DMat4::from_cols_array_2d(&columns.map(|column| column.map(f64::from)));
         let world = parents[parent] * local;
         if node.mesh().is_some() || node.camera().is_some() || punctual.is_at(i) {
-            placements.push(Placement { node: i, world });
+            let instances = match node.mesh() {
+                Some(_) => instancing.at(i, document, buffers)?,
+                None => None,
+            };
+            placements.push(Placement {
+                node: i,
+                world,
+                instances,
+            });
         }
         let first = waiting.len();
         waiting.extend(node.children().map(|child| (child.index(), parents.len())));

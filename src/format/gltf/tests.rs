@@ -6,6 +6,8 @@ use crate::scene::{Material, SurfaceTextures, Texture, Wrap};
 use glam::{DVec3, Vec3};
 use std::io;
 
+mod sharing;
+
 /// Three positions, a normal each, and indices 0, 1, 2 as bytes.
 fn buffer() -> Vec<u8> {
     let numbers: [f32; 18] = [

@@ -4,9 +4,13 @@
 //! on the format: by the first bytes if they are unmistakable, else by the file's extension.
 
 mod cloud;
+mod scene;
+mod shared;
 mod up;
 
 pub use cloud::Cloud;
+pub(super) use scene::add_columns;
+pub use shared::{SharedMesh, Sharing};
 pub use up::{UpAxis, UpSource};
 
 #[cfg(feature = "gltf")]
@@ -15,12 +19,8 @@ use super::gltf;
 use super::threemf;
 use super::{Limits, OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl};
 use crate::{
-    error::{LoadError, SceneError, clip_path},
-    math::srgb,
-    scene::{
-        Curve, Image, Lens, Light, MAX_TEXTURES, Material, MaterialId, Projection, SceneBuilder,
-        SurfaceTextures, TriangleMesh, View,
-    },
+    error::{LoadError, clip_path},
+    scene::{Image, Lens, Light, MAX_TEXTURES, Material, Projection, SurfaceTextures, TriangleMesh, View},
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -32,6 +32,8 @@ pub struct LoadedMesh {
     /// Positions, normals, colours and triangles in the file's own coordinates: nothing is turned or scaled. Colours are
     /// display values from 0 to 1, as those of [`Surface`].
     pub columns: TriangleMesh,
+    /// Parts that stand in many places and are stored once; empty but for glTF files read with [`Sharing`].
+    pub shared: Vec<SharedMesh>,
     /// The surfaces that the file describes; may be empty.
     pub surfaces: Vec<Surface>,
     /// An index into `surfaces` for each triangle; empty if `surfaces` is.
@@ -262,93 +264,6 @@ impl LoadedMesh {
             format.name()
         ))
     }
-
-    /// Gives all of the mesh one surface, and no other colours.
-    pub fn paint(&mut self, surface: Surface) {
-        self.surfaces = vec![surface];
-        self.surface_of = Vec::new();
-        (self.columns.colors, self.columns.uvs) = (Vec::new(), Vec::new());
-        self.images = Vec::new();
-    }
-
-    /// Makes linear light of the display values of all colours and images, for pictures that are written with the sRGB curve.
-    pub fn linearize(&mut self) {
-        let linear = |color: &mut [f32; 3]| {
-            for channel in color {
-                *channel = srgb::decode(f64::from(*channel)) as f32;
-            }
-        };
-        if self.surfaces.is_empty() {
-            self.surfaces = vec![Surface::without_material(!self.columns.colors.is_empty())];
-        }
-        for surface in &mut self.surfaces {
-            linear(&mut surface.diffuse);
-            linear(&mut surface.specular);
-            linear(&mut surface.textures.emission);
-        }
-        for image in &mut self.images {
-            image.set_curve(Curve::Srgb);
-        }
-        self.columns.colors.par_iter_mut().for_each(linear);
-    }
-
-    /// Adds the mesh or the spheres of its points to a scene: with `material` alone if given, else with its own surfaces
-    /// and colours. What has no surface is [`Surface::WHITE`] if there are colours, else [`Surface::NEUTRAL`].
-    ///
-    /// # Errors
-    /// [`SceneError`], as for [`SceneBuilder::add_mesh`] and [`SceneBuilder::add_spheres`].
-    pub fn add_to(
-        mut self,
-        builder: &mut SceneBuilder,
-        material: Option<MaterialId>,
-    ) -> Result<(), SceneError> {
-        builder.add_texture_files(std::mem::take(&mut self.texture_files));
-        if let Some(material) = material {
-            (self.columns.colors, self.columns.uvs) = (Vec::new(), Vec::new());
-            return add_columns(builder, self.columns, self.cloud, &[material], &[]);
-        }
-        let ids = self.add_surfaces(builder)?;
-        add_columns(builder, self.columns, self.cloud, &ids, &self.surface_of)
-    }
-
-    /// Adds the materials and images of the surfaces to a scene, or the material of a mesh without surfaces. The images
-    /// are moved.
-    pub(super) fn add_surfaces(&mut self, builder: &mut SceneBuilder) -> Result<Vec<MaterialId>, SceneError> {
-        let images = std::mem::take(&mut self.images).into_iter();
-        let images: Vec<u32> = images
-            .map(|image| builder.add_image(image))
-            .collect::<Result<_, _>>()?;
-        let surfaces = match &self.surfaces[..] {
-            [] => &[Surface::without_material(!self.columns.colors.is_empty())],
-            surfaces => surfaces,
-        };
-        let add = |surface: &Surface| {
-            let textures = surface.textures.with_images(&images);
-            builder.add_textured_material(surface.material(), textures)
-        };
-        surfaces.iter().map(add).collect()
-    }
-}
-
-/// Adds a mesh, or a cloud, with the materials of its surfaces and the colours of its vertices. `surface_of` has an index
-/// into `materials` for each triangle; it is empty if there is only one.
-pub(super) fn add_columns(
-    builder: &mut SceneBuilder,
-    columns: TriangleMesh,
-    cloud: Option<Cloud>,
-    materials: &[MaterialId],
-    surface_of: &[u32],
-) -> Result<(), SceneError> {
-    if let Some(cloud) = cloud {
-        let material = materials.first().copied().unwrap_or(MaterialId(u32::MAX));
-        return builder.add_spheres(cloud.spheres(columns)?, material);
-    }
-    if let ([material], []) = (materials, surface_of) {
-        return builder.add_mesh(columns, *material);
-    }
-    // An index beyond the surfaces becomes a material that the builder refuses.
-    let material = |&i: &u32| materials.get(i as usize).copied().unwrap_or(MaterialId(u32::MAX));
-    builder.add_mesh_with_materials(columns, surface_of.iter().map(material).collect())
 }
 
 /// Puts the channels of colours into 0 to 1 and returns how many colours were not. They are finite.
@@ -381,25 +296,43 @@ pub fn load(path: &Path) -> Result<LoadedMesh, LoadError> {
 /// # Errors
 /// [`LoadError`], as for [`load`].
 pub fn load_within(path: &Path, asked: &mut Vec<PathBuf>, memory: u64) -> Result<LoadedMesh, LoadError> {
-    load_shown(path, asked, memory, true)
+    load_budgeted(path, asked, &Budget::new(memory))
 }
 
-/// As [`load_within`]; images of textures are read only if the mesh `shows_images`.
+/// As [`load_within`], and parts that stand in many places may be stored once, in [`LoadedMesh::shared`].
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+pub fn load_shared(
+    path: &Path,
+    asked: &mut Vec<PathBuf>,
+    memory: u64,
+    sharing: Sharing,
+) -> Result<LoadedMesh, LoadError> {
+    load_budgeted(path, asked, &Budget::new(memory).with_sharing(sharing))
+}
+
+/// As [`load_shared`], of a mesh to be shown; images of textures are read only if the mesh `shows_images`.
+#[cfg(feature = "cli")]
 pub(crate) fn load_shown(
     path: &Path,
     asked: &mut Vec<PathBuf>,
     limits: impl Into<Limits>,
     shows_images: bool,
 ) -> Result<LoadedMesh, LoadError> {
-    asked.push(path.to_path_buf());
-    let budget = Budget::new(limits);
+    let budget = Budget::new(limits).with_sharing(Sharing::WherePays);
     budget.set_wants_images(shows_images);
-    let file = files::open(path, &budget).map_err(|error| files::load_error(path, &error))?;
+    load_budgeted(path, asked, &budget)
+}
+
+fn load_budgeted(path: &Path, asked: &mut Vec<PathBuf>, budget: &Budget) -> Result<LoadedMesh, LoadError> {
+    asked.push(path.to_path_buf());
+    let file = files::open(path, budget).map_err(|error| files::load_error(path, &error))?;
     let open = &mut |path: &Path| {
         asked.push(path.to_path_buf());
-        files::read(path, &budget)
+        files::read(path, budget)
     };
-    read(Opened::File(file), path, open, &budget)
+    read(Opened::File(file), path, open, budget)
 }
 
 /// This many bytes tell whether an .obj file is text.
@@ -440,8 +373,31 @@ pub(super) fn read(
     reason = "frees the bytes once the mesh is read; both are large"
 )]
 pub fn parse(bytes: Vec<u8>, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
+    parse_shared(bytes, path, open, Sharing::Never)
+}
+
+/// As [`parse`], and parts that stand in many places may be stored once, in [`LoadedMesh::shared`].
+///
+/// # Errors
+/// [`LoadError`], as for [`load`].
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "frees the bytes once the mesh is read; both are large"
+)]
+pub fn parse_shared(
+    bytes: Vec<u8>,
+    path: &Path,
+    open: OpenMesh<'_>,
+    sharing: Sharing,
+) -> Result<LoadedMesh, LoadError> {
     match MeshFormat::of(path, &bytes) {
-        Some(format) => parse_as(format, &bytes, path, open, &Budget::unlimited()),
+        Some(format) => parse_as(
+            format,
+            &bytes,
+            path,
+            open,
+            &Budget::unlimited().with_sharing(sharing),
+        ),
         None => Err(unknown_format(path)),
     }
 }

@@ -1,6 +1,7 @@
 //! Colours of vertices and clouds of points, from every format to the scene.
 
 use super::*;
+use crate::scene::{MaterialId, SceneBuilder};
 use glam::Vec3;
 use std::io;
 

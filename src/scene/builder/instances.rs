@@ -6,8 +6,7 @@ use crate::{
     math::{Aabb, max},
     scene::{
         Instance, MAX_INSTANCES, MAX_PROTOTYPES, Prototype, PrototypeId, Spheres, Transform,
-        instance::{Unplaced, prototype_scale},
-        origin::origin_of,
+        instance::Unplaced,
     },
 };
 use glam::Vec3;
@@ -15,7 +14,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// An instance, before and after it is placed, and its share of the hierarchy's build; bytes.
-pub(super) const BYTES: u64 = 260;
+pub(crate) const INSTANCE_BYTES: u64 = 260;
 
 /// How many triangles, spheres and vertices there were before a prototype.
 #[derive(Clone, Copy)]
@@ -126,12 +125,7 @@ impl Prototype {
         if bounds.is_empty() {
             return;
         }
-        self.center = origin_of(bounds);
-        let size = Aabb {
-            lower: bounds.lower - self.center,
-            upper: bounds.upper - self.center,
-        };
-        self.scale = prototype_scale(size.max_abs());
+        self.enclose(bounds);
         for columns in [of_vertices, centers] {
             for (column, center) in columns.into_iter().zip(self.center.to_array()) {
                 for x in column {
@@ -142,10 +136,6 @@ impl Prototype {
         for radius in radius {
             *radius = max(*radius * self.scale, f32::MIN_POSITIVE);
         }
-        self.bounds = Aabb {
-            lower: size.lower * self.scale,
-            upper: size.upper * self.scale,
-        };
     }
 }
 

@@ -141,6 +141,19 @@ pub fn stl(bytes: &[u8]) {
 /// A glTF file, JSON or binary. Each file that it names has 64 bytes.
 pub fn gltf(bytes: &[u8]) {
     any(bytes, "fuzz.gltf", &[0x3f; 64]);
+    let open = &mut |_: &Path| Ok(vec![0x3f; 64]);
+    let start = Instant::now();
+    if let Ok(mesh) = any_mesh::parse_shared(
+        bytes.to_vec(),
+        Path::new("fuzz.gltf"),
+        open,
+        any_mesh::Sharing::Always,
+    ) {
+        let of_parts = mesh.shared.iter().map(|part| &part.columns);
+        of_parts.for_each(check);
+        let _ = mesh.add_to(&mut SceneBuilder::new(), None);
+    }
+    assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
 }
 
 /// What a 3MF file may take: a small one may hold much.

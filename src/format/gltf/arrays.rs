@@ -1,0 +1,229 @@
+//! The arrays of a mesh, to which shapes are added.
+
+use super::{Surface, buffers::Buffers, materials::display_value, shapes::Shape};
+use crate::{
+    error::{LoadError, SceneError},
+    format::{textures, vertices::add_position},
+    scene::{TriangleMesh, is_usable},
+};
+use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
+use std::ops::Range;
+
+/// A triangle without a material of its own.
+pub(super) const NO_SURFACE: u32 = u32::MAX;
+
+/// A triangle without a material of its own whose vertices have colours.
+pub(super) const COLORED: u32 = u32::MAX - 1;
+
+/// A mesh so far.
+#[derive(Default)]
+pub(super) struct Arrays {
+    pub(super) columns: TriangleMesh,
+    /// The index of each triangle's material in the file.
+    pub(super) material_of: Vec<u32>,
+    has_normals: bool,
+    pub(super) has_colors: bool,
+    has_uvs: bool,
+    /// Triangles without texture coordinates whose material shows a texture.
+    untextured: Vec<Range<usize>>,
+    /// How many texture coordinates are not finite.
+    pub(super) odd_uvs: usize,
+    /// How many colours were not from 0 to 1.
+    pub(super) clamped: usize,
+}
+
+impl Arrays {
+    /// Makes room for shapes.
+    pub(super) fn reserve(&mut self, room: &Room, buffers: &Buffers<'_>) -> Result<(), LoadError> {
+        let [normals, colors, uvs] = room.vectors();
+        let (budget, columns) = (buffers.budget(), &mut self.columns);
+        [&mut columns.x, &mut columns.y, &mut columns.z]
+            .into_iter()
+            .try_for_each(|column| budget.reserve(column, room.vertices))
+            .and_then(|()| budget.reserve(&mut columns.normals, normals))
+            .and_then(|()| budget.reserve(&mut columns.colors, colors))
+            .and_then(|()| budget.reserve(&mut columns.uvs, uvs))
+            .and_then(|()| budget.reserve(&mut columns.triangles, room.triangles))
+            .and_then(|()| budget.reserve(&mut self.material_of, room.triangles))
+            .map_err(|error| buffers.no_room(error))
+    }
+
+    /// Adds a shape, placed by `world`.
+    pub(super) fn place(
+        &mut self,
+        shape: &Shape<'_>,
+        world: &DMat4,
+        buffers: &Buffers<'_>,
+    ) -> Result<(), LoadError> {
+        let (base, more) = (self.columns.x.len(), shape.used_count());
+        let (budget, columns) = (buffers.budget(), &mut self.columns);
+        self.has_normals |= shape.normals.is_some();
+        self.has_colors |= shape.colors.is_some();
+        self.has_uvs |= shape.uvs.is_some();
+        let missing = |has: bool, length: usize| if has { base + more - length } else { 0 };
+        let missing_normals = missing(self.has_normals, columns.normals.len());
+        let missing_colors = missing(self.has_colors, columns.colors.len());
+        let missing_uvs = missing(self.has_uvs, columns.uvs.len());
+        [&mut columns.x, &mut columns.y, &mut columns.z]
+            .into_iter()
+            .try_for_each(|column| budget.reserve(column, more))
+            .and_then(|()| budget.reserve(&mut columns.normals, missing_normals))
+            .and_then(|()| budget.reserve(&mut columns.colors, missing_colors))
+            .and_then(|()| budget.reserve(&mut columns.uvs, missing_uvs))
+            .map_err(|error| buffers.no_room(error))?;
+        self.positions(shape, world).map_err(|(i, error)| {
+            buffers.refused(format!(
+                "accessors[{}]: vertex {} of {}: {error}",
+                shape.positions.accessor,
+                i + 1,
+                shape.positions.count
+            ))
+        })?;
+        self.normals(shape, base, world);
+        self.colors(shape, base, buffers)?;
+        self.uvs(shape, base);
+        let triangles = &mut self.columns.triangles;
+        shape.add_triangles(triangles, base as u32);
+        let none = if shape.colors.is_some() {
+            COLORED
+        } else {
+            NO_SURFACE
+        };
+        let material = shape.material.map_or(none, |i| i as u32);
+        if shape.is_textured && shape.uvs.is_none() {
+            self.untextured.push(self.material_of.len()..triangles.len());
+        }
+        self.material_of.resize(triangles.len(), material);
+        Ok(())
+    }
+
+    /// Adds positions. The error has the index of the first unusable one.
+    fn positions(&mut self, shape: &Shape<'_>, world: &DMat4) -> Result<(), (usize, SceneError)> {
+        let columns = &mut self.columns;
+        let is_identity = *world == DMat4::IDENTITY;
+        for i in shape.used() {
+            let position = shape.positions.vector(i);
+            let position = if is_identity {
+                position
+            } else {
+                let [x, y, z] = position.map(f64::from);
+                (*world * DVec4::new(x, y, z, 1.0))
+                    .truncate()
+                    .as_vec3()
+                    .to_array()
+            };
+            add_position(columns, position).map_err(|error| (i, error))?;
+        }
+        Ok(())
+    }
+
+    /// Adds the normals of the vertices from `base` on. Missing and degenerate ones are zero.
+    fn normals(&mut self, shape: &Shape<'_>, base: usize, world: &DMat4) {
+        let columns = &mut self.columns;
+        if let Some(normals) = &shape.normals {
+            // Normals transform by the cofactor matrix, which exists for every matrix; a mirror flips them.
+            let m = DMat3::from_mat4(*world);
+            let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+            let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * m.determinant().signum();
+            columns.normals.resize(base, Vec3::ZERO);
+            columns.normals.extend(shape.used().map(|i| {
+                let turned = cofactors * DVec3::from_array(normals.vector(i).map(f64::from));
+                turned.normalize_or_zero().as_vec3()
+            }));
+        } else if self.has_normals {
+            columns.normals.resize(columns.x.len(), Vec3::ZERO);
+        }
+    }
+
+    /// Adds the colours of the vertices from `base` on, as display values. Missing ones are white.
+    fn colors(&mut self, shape: &Shape<'_>, base: usize, buffers: &Buffers<'_>) -> Result<(), LoadError> {
+        const WHITE: [f32; 3] = [1.0; 3];
+        let columns = &mut self.columns;
+        if let Some(colors) = &shape.colors {
+            columns.colors.resize(base, WHITE);
+            for i in shape.used() {
+                let linear = colors.color(i);
+                for (what, value) in ["red", "green", "blue"].into_iter().zip(linear) {
+                    if !value.is_finite() {
+                        let error = SceneError::NotUsable { what, value };
+                        let (accessor, count) = (colors.accessor, colors.count);
+                        let message = format!("accessors[{accessor}]: colour {} of {count}: {error}", i + 1);
+                        return Err(buffers.refused(message));
+                    }
+                }
+                self.clamped += usize::from(linear.iter().any(|channel| !(0.0..=1.0).contains(channel)));
+                columns.colors.push(linear.map(display_value));
+            }
+        } else if self.has_colors {
+            columns.colors.resize(columns.x.len(), WHITE);
+        }
+        Ok(())
+    }
+
+    /// Adds the texture coordinates of the vertices from `base` on.
+    fn uvs(&mut self, shape: &Shape<'_>, base: usize) {
+        let columns = &mut self.columns;
+        if let Some((uvs, placement)) = &shape.uvs {
+            columns.uvs.resize(base, [0.0; 2]);
+            for i in shape.used() {
+                let [u, v, _] = uvs.vector(i);
+                let uv = placement.apply([u, v]);
+                let is_odd = !uv.into_iter().all(is_usable);
+                self.odd_uvs += usize::from(is_odd);
+                columns.uvs.push(if is_odd { [0.0; 2] } else { uv });
+            }
+        } else if self.has_uvs {
+            columns.uvs.resize(columns.x.len(), [0.0; 2]);
+        }
+    }
+
+    /// Gives triangles without texture coordinates surfaces without textures. Returns how many there are.
+    pub(super) fn leave_untextured(&mut self, surfaces: &mut Vec<Surface>) -> usize {
+        // Ascending, as the triangles.
+        let mut ranges = self.untextured.iter().peekable();
+        textures::leave_untextured(surfaces, &mut self.material_of, |i| {
+            while ranges.next_if(|range| range.end <= i).is_some() {}
+            ranges.peek().is_some_and(|range| range.contains(&i))
+        })
+    }
+}
+
+/// How much room shapes take, as far as that is known without reading them.
+#[derive(Default)]
+pub(super) struct Room {
+    pub(super) triangles: usize,
+    vertices: usize,
+    /// Normals, colours, texture coordinates.
+    has: [bool; 3],
+}
+
+impl Room {
+    /// Adds shapes that stand in `placements` places.
+    pub(super) fn add(&mut self, shapes: &[Shape<'_>], placements: usize) {
+        for shape in shapes {
+            let more = |count: usize| placements.saturating_mul(count);
+            self.triangles = self.triangles.saturating_add(more(shape.triangle_count()));
+            self.vertices = self.vertices.saturating_add(more(shape.vertices_at_least()));
+            let has = [
+                shape.normals.is_some(),
+                shape.colors.is_some(),
+                shape.uvs.is_some(),
+            ];
+            for (any, has) in self.has.iter_mut().zip(has) {
+                *any |= has;
+            }
+        }
+    }
+
+    /// How many normals, colours and texture coordinates there are.
+    fn vectors(&self) -> [usize; 3] {
+        self.has.map(|has| if has { self.vertices } else { 0 })
+    }
+
+    /// How many vectors there are, positions too.
+    pub(super) fn all_vectors(&self) -> usize {
+        self.vectors()
+            .into_iter()
+            .fold(self.vertices, usize::saturating_add)
+    }
+}
