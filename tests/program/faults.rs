@@ -365,6 +365,46 @@ fn a_mesh_that_changes_while_it_is_read() {
     println!("{refused} of {rounds} changed meshes were refused");
 }
 
+/// Compiles a library for `LD_PRELOAD`. Returns whether there is a compiler.
+#[cfg(target_os = "linux")]
+fn preload(folder: &Folder, source: &str) -> bool {
+    folder.write("preload.c", source);
+    let compiler = folder
+        .any_command("cc", &["-shared", "-fPIC", "-o", "preload.so", "preload.c"])
+        .status();
+    let compiled = compiler.is_ok_and(|status| status.success());
+    if !compiled {
+        println!("skipped: this needs a C compiler, `cc`");
+    }
+    compiled
+}
+
+/// Runs the program with the library.
+#[cfg(target_os = "linux")]
+fn preloaded(folder: &Folder, arguments: &[&str]) -> Run {
+    let mut command = folder.command(arguments);
+    command.env("LD_PRELOAD", folder.path("preload.so"));
+    Run::new(command.output().unwrap())
+}
+
+/// A network's disk may be full when the last byte was taken: only waiting for it tells. What `--skip-existing` will
+/// trust later waits.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_disk_that_is_full_in_the_end() {
+    let folder = Folder::new();
+    let full = "#include <errno.h>\nint fsync(int file) { (void)file; errno = ENOSPC; return -1; }\n";
+    if !preload(&folder, full) {
+        return;
+    }
+    let left = folder.names();
+    let arguments = ["a.scn", "-o", "a.png", "--aov", "depth", "--size", "9x9"];
+    let run = preloaded(&folder, &[&arguments[..], &["--skip-existing"]].concat());
+    run.failed(1, "cannot write a.depth.png: no space left on the device");
+    assert_eq!(folder.names(), left);
+    preloaded(&folder, &arguments).succeeded();
+}
+
 /// A library for `LD_PRELOAD` in which the time of day jumps by hours and years. The monotonic clock keeps its promise
 /// never to jump.
 const JUMPING_CLOCKS: &str = r"
@@ -402,19 +442,10 @@ time_t time(time_t *now) {
 #[cfg(target_os = "linux")]
 fn the_time_of_day_may_jump() {
     let folder = Folder::new();
-    folder.write("clocks.c", JUMPING_CLOCKS);
-    let compiler = folder
-        .any_command("cc", &["-shared", "-fPIC", "-o", "clocks.so", "clocks.c"])
-        .status();
-    if !compiler.is_ok_and(|status| status.success()) {
-        println!("skipped: this needs a C compiler, `cc`");
+    if !preload(&folder, JUMPING_CLOCKS) {
         return;
     }
-    let jumping = |arguments: &[&str]| {
-        let mut command = folder.command(arguments);
-        command.env("LD_PRELOAD", folder.path("clocks.so"));
-        Run::new(command.output().unwrap())
-    };
+    let jumping = |arguments: &[&str]| preloaded(&folder, arguments);
     let picture = ["a.scn", "--size", "100x100", "-o"];
     folder.run(&[&picture[..], &["a.png"]].concat()).succeeded();
     jumping(&[&picture[..], &["b.png"]].concat()).succeeded();

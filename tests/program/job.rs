@@ -120,6 +120,32 @@ fn odd_names_and_a_config_file() {
     assert_same(&folder, "a b.exr", "whole.exr");
 }
 
+/// A task that was killed between its files: the AOV is there, the picture is not. QOI does not tell who wrote it.
+#[test]
+fn aovs_of_a_killed_task() {
+    let folder = Folder::new();
+    let options = "a.scn --size 8x6 --aov depth";
+    for (into, more, made) in [
+        ("frames", "--turntable 2 -o a-#.qoi", "a-1"),
+        ("tiles", "-o b.qoi --tiles 1x1 --force", "tiles/tiles/0-0"),
+    ] {
+        let job = format!("job {options} {more} --for parallel --into {into}");
+        folder.run_line(&job).succeeded();
+        let commands = format!("{into}/commands.txt");
+        run_lines(&folder, &commands);
+        fs::remove_file(folder.path(&format!("{made}.qoi"))).expect("a picture");
+        run_lines(&folder, &commands);
+        assert!(folder.path(&format!("{made}.qoi")).exists());
+    }
+    folder.write("c-1.depth.qoi", "somebody's");
+    let job = format!("job {options} --turntable 2 -o c-#.qoi --for parallel --into more");
+    folder.fails(
+        &job.split(' ').collect::<Vec<_>>(),
+        1,
+        "c-1.depth.qoi exists and may be another program's",
+    );
+}
+
 #[test]
 fn frames_of_a_turntable() {
     let folder = Folder::new();

@@ -20,7 +20,7 @@ pub fn run(plan: &MergePlan, start: Instant) -> Result<(), CliError> {
     let interrupt = Interrupt::install()?;
     let tiles = Tiles::open(&plan.tiles, plan.memory)?;
     let [width, height] = tiles.size()?;
-    let output = Output::prepare(&plan.output, (width, height), false)?;
+    let output = Output::prepare(&plan.output, (width, height), false)?.synced_if(plan.skip_existing);
     let format = tiles.format()?;
     if output.format() != format {
         return Err(CliError::Usage(format!(

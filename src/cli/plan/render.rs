@@ -312,7 +312,8 @@ impl Pictures<'_> {
             path: pattern.to_owned(),
             origin,
         };
-        let output = Output::prepare(&path.typed_if(self.is_typed), self.size(), self.force)?;
+        let output = Output::prepare(&path.typed_if(self.is_typed), self.size(), self.force)?
+            .synced_if(self.skip_existing);
         let why = if names::expand(pattern, stem, Some(1)) != pattern {
             "a sheet is one picture; leave out {stem} and #"
         } else if output.is_film() || output.is_exr() {
@@ -396,7 +397,9 @@ impl Pictures<'_> {
         let posed = self.named_pose(turn);
         let path = names::picture(posed.as_deref().or(self.output), scene, turn);
         let path = path.typed_if(self.is_typed && posed.is_none());
-        let output = Output::prepare(&path, self.size(), self.force)?.for_turntable(turn.is_some())?;
+        let output = Output::prepare(&path, self.size(), self.force)?
+            .synced_if(self.skip_existing)
+            .for_turntable(turn.is_some())?;
         output.check(&self.look.picture)?;
         if output.is_film() {
             self.check_film(&output, scene)?;

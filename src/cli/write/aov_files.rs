@@ -56,7 +56,7 @@ impl AovFiles {
                         clip_path(&path.path)
                     ))
                 })?;
-                files.push(Output::prepare(&file, size, force)?);
+                files.push(Output::prepare(&file, size, force)?.synced_if(output.is_synced()));
             }
         }
         Ok(Self {

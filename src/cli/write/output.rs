@@ -60,6 +60,8 @@ pub struct Output {
     origin: Origin,
     /// Replaces no file that octray did not write.
     is_careful: bool,
+    /// Is on the disk before it gets its name.
+    is_synced: bool,
     place: Place,
     format: Format,
 }
@@ -91,9 +93,22 @@ impl Output {
             full_name,
             origin: *origin,
             is_careful: *origin == Origin::Derived && !force,
+            is_synced: false,
             place,
             format,
         })
+    }
+
+    /// Waits until the bytes are on the disk before the file gets its name. Where a later call goes by names, no file may be
+    /// cut short by a machine that loses power, or by a server that reports its full disk late.
+    pub fn synced_if(mut self, is_synced: bool) -> Self {
+        self.is_synced = is_synced;
+        self
+    }
+
+    /// Whether it is on the disk before it gets its name.
+    pub fn is_synced(&self) -> bool {
+        self.is_synced
     }
 
     /// What to call it in messages.
@@ -334,7 +349,18 @@ impl Output {
         self.close(opened)
     }
 
-    fn persist(&self, temporary: Temporary, path: &Path) -> io::Result<()> {
+    fn persist(&self, mut temporary: Temporary, path: &Path) -> io::Result<()> {
+        if self.is_synced {
+            match temporary.file().sync_all() {
+                // A file system that cannot.
+                Err(error)
+                    if matches!(
+                        error.kind(),
+                        io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported
+                    ) => {}
+                synced => synced?,
+            }
+        }
         if self.is_careful && is_foreign(path) {
             return Err(io::Error::other(
                 "another program has made a file of this name meanwhile",

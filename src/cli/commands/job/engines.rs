@@ -75,13 +75,14 @@ fn parallel(work: &Work) -> Result<String, CliError> {
     };
     Ok(format!(
         "#!/bin/sh\n\
-         # Renders by GNU parallel, one task at a time on each machine, and merges. After a failure, run it again.\n\
+         # Renders by GNU parallel, one task at a time on each machine, and merges. What fails is tried on another machine.\n\
+         # After a failure, run it again.\n\
          # Options of parallel may follow, such as: --sshlogin one,two --workdir \"$PWD\"\n\
          set -eu\n\
          cd {directory}\n\
          PARALLEL_SHELL=/bin/sh\n\
          export PARALLEL_SHELL\n\
-         parallel --jobs 1 --joblog {log} --resume --resume-failed \"$@\" < {commands}\n\
+         parallel --jobs 1 --retries 3 --joblog {log} --resume --resume-failed \"$@\" < {commands}\n\
          {merge}",
         directory = quoted(&work.directory)?,
         log = file(work, "joblog.txt")?,
@@ -115,6 +116,7 @@ fn tasks_sbatch(work: &Work) -> Result<String, CliError> {
         "#!/bin/sh\n\
          #SBATCH --job-name=octray\n\
          #SBATCH --array=1-{}\n\
+         #SBATCH --requeue\n\
          set -eu\n\
          sh {} \"$SLURM_ARRAY_TASK_ID\"\n",
         work.tasks(),
@@ -126,6 +128,7 @@ fn merge_sbatch(work: &Work) -> Result<String, CliError> {
     Ok(format!(
         "#!/bin/sh\n\
          #SBATCH --job-name=octray-merge\n\
+         #SBATCH --requeue\n\
          set -eu\n\
          sh -e {}\n",
         file(work, MERGES)?

@@ -152,6 +152,7 @@ fn frame_commands(plan: &JobPlan, job: &Job) -> Result<Vec<String>, CliError> {
         .filter_map(|frame| Some(frame.turn?.number))
         .collect();
     let mut words = plan.options.clone();
+    words.extend(job.frames.iter().find_map(|frame| force(plan, frame)));
     words.extend(plan.output.iter().map(|output| format!("--output={output}")));
     if numbers.is_empty() {
         return Ok(vec![render(&words, job)?]);
@@ -210,6 +211,7 @@ impl Tiles<'_> {
                     .join("tiles")
                     .join(format!("{number}{x0}-{y0}.{extension}"));
                 let mut words = self.plan.options.clone();
+                words.extend(force(self.plan, self.frame));
                 words.extend(self.frame.turn.map(|turn| format!("--frames={}", turn.number)));
                 words.push(format!("--crop={x0},{y0},{x1},{y1}"));
                 words.push(format!("--output={}", text(&tile)?));
@@ -227,6 +229,14 @@ impl Tiles<'_> {
         }
         Ok(())
     }
+}
+
+/// A killed task may have written the AOVs and not yet the picture, and most formats do not tell whose files they are. The
+/// next attempt replaces them. Those that were there before the job, `octray job` refuses.
+fn force(plan: &JobPlan, frame: &Frame) -> Option<String> {
+    let has_files = frame.aovs.in_files().next().is_some();
+    let option = "--force".to_owned();
+    (has_files && !frame.output.format().has_mark() && !plan.options.contains(&option)).then_some(option)
 }
 
 /// A call of `octray render` that leaves whole pictures alone.
