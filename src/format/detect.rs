@@ -1,7 +1,6 @@
 //! What bytes without a file name are, such as those of standard input.
 
 use super::{
-    Limits,
     budget::Budget,
     files::{self, Disk},
     mesh::{self, LoadedMesh, MeshFormat, Sharing},
@@ -92,7 +91,7 @@ pub(crate) fn load_any_shown(
     reader: impl Read,
     name: &Path,
     asked: &mut Vec<PathBuf>,
-    limits: impl Into<Limits>,
+    limits: impl Into<super::Limits>,
     shows_images: bool,
 ) -> Result<Loaded, LoadError> {
     let budget = Budget::new(limits);

@@ -42,9 +42,12 @@ impl<'a> PlacedMesh<'a> {
     }
 }
 
+/// The coordinates of a mesh.
+type Columns<'a> = [Cow<'a, [f32]>; 3];
+
 /// The points of meshes in all their places, each rounded as if the mesh were stored there.
 pub(super) struct Points<'a> {
-    meshes: Vec<([Cow<'a, [f32]>; 3], &'a [Transform])>,
+    meshes: Vec<(Columns<'a>, &'a [Transform])>,
     /// Whether they are the corners of boxes, as there are too many others.
     pub(super) are_corners: bool,
 }

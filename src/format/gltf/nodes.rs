@@ -50,8 +50,8 @@ impl Placement<'_> {
     }
 }
 
-/// The shapes of a mesh.
-struct Shapes<'a> {
+/// A mesh whose shapes are read.
+struct ReadMesh<'a> {
     shapes: Vec<Shape<'a>>,
     triangles: usize,
     /// How many placements are left.
@@ -106,7 +106,7 @@ impl Reading {
     ) -> Result<(), LoadError> {
         let placements = placements(document, &self.punctual, instancing, buffers)?;
         check_instances(&placements, buffers)?;
-        let mut meshes: Vec<Option<Shapes<'_>>> = document.meshes().map(|_| None).collect();
+        let mut meshes: Vec<Option<ReadMesh<'_>>> = document.meshes().map(|_| None).collect();
         let node_of = |placement: &Placement<'_>| document.nodes().nth(placement.node);
         for placement in &placements {
             let Some(mesh) = node_of(placement).and_then(|node| node.mesh()) else {
@@ -115,7 +115,7 @@ impl Reading {
             let shapes = &mut meshes[mesh.index()];
             if shapes.is_none() {
                 let of_mesh = shapes_of(&mesh, materials, buffers)?;
-                *shapes = Some(Shapes {
+                *shapes = Some(ReadMesh {
                     triangles: of_mesh
                         .iter()
                         .map(Shape::triangle_count)
@@ -153,7 +153,7 @@ impl Reading {
     /// Decides which meshes are stored once. Refuses too many triangles, and makes room for all others.
     fn make_room(
         &mut self,
-        meshes: &mut [Option<Shapes<'_>>],
+        meshes: &mut [Option<ReadMesh<'_>>],
         buffers: &Buffers<'_>,
     ) -> Result<(), LoadError> {
         let counts = meshes.iter().map(|mesh| {
@@ -214,7 +214,7 @@ impl Reading {
     /// Places a mesh for a node.
     fn place(
         &mut self,
-        mesh: &mut Shapes<'_>,
+        mesh: &mut ReadMesh<'_>,
         world: &DMat4,
         node: usize,
         buffers: &Buffers<'_>,
@@ -240,22 +240,21 @@ impl Reading {
     fn place_part(
         &mut self,
         part: usize,
-        mesh: &mut Shapes<'_>,
+        mesh: &mut ReadMesh<'_>,
         world: &DMat4,
         node: usize,
         buffers: &Buffers<'_>,
     ) -> Result<bool, LoadError> {
         let part = &mut self.parts[part];
-        let placing = match &part.placing {
-            Some(placing) => placing,
-            None => {
-                for shape in &mut mesh.shapes {
-                    shape.prepare(buffers)?;
-                    part.arrays.place(shape, &DMat4::IDENTITY, buffers)?;
-                    shape.release(buffers.budget());
-                }
-                part.placing.insert(Placing::of(&part.arrays.columns))
+        let placing = if let Some(placing) = &part.placing {
+            placing
+        } else {
+            for shape in &mut mesh.shapes {
+                shape.prepare(buffers)?;
+                part.arrays.place(shape, &DMat4::IDENTITY, buffers)?;
+                shape.release(buffers.budget());
             }
+            part.placing.insert(Placing::of(&part.arrays.columns))
         };
         let transform = Transform::from_rows([0, 1, 2].map(|i| world.row(i).to_array()));
         match placing.check(&transform) {

@@ -17,7 +17,7 @@ pub use up::{UpAxis, UpSource};
 use super::gltf;
 #[cfg(feature = "threemf")]
 use super::threemf;
-use super::{Limits, OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl};
+use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl};
 use crate::{
     error::{LoadError, clip_path},
     scene::{Image, Lens, Light, MAX_TEXTURES, Material, Projection, SurfaceTextures, TriangleMesh, View},
@@ -317,7 +317,7 @@ pub fn load_shared(
 pub(crate) fn load_shown(
     path: &Path,
     asked: &mut Vec<PathBuf>,
-    limits: impl Into<Limits>,
+    limits: impl Into<super::Limits>,
     shows_images: bool,
 ) -> Result<LoadedMesh, LoadError> {
     let budget = Budget::new(limits).with_sharing(Sharing::WherePays);

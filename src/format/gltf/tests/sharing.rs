@@ -112,7 +112,6 @@ fn instanced(attributes: &str) -> String {
             r#"{"POSITION":4,"NORMAL":5},"indices":6"#,
             1,
         )
-        .replacen(r#""bufferViews":["#, r#""bufferViews":["#, 1)
         .replacen(
             r#""byteOffset":72,"byteLength":3}"#,
             r#""byteOffset":72,"byteLength":3},{"buffer":0,"byteOffset":76,"byteLength":80}"#,
