@@ -83,7 +83,14 @@ impl Arrays {
         self.colors(shape, base, buffers)?;
         self.uvs(shape, base);
         let triangles = &mut self.columns.triangles;
+        let before = triangles.len();
         shape.add_triangles(triangles, base as u32);
+        if world.determinant() < 0.0 {
+            // Their front stays in front.
+            triangles[before..]
+                .iter_mut()
+                .for_each(|corners| corners.swap(1, 2));
+        }
         let none = if shape.colors.is_some() {
             COLORED
         } else {
@@ -121,7 +128,8 @@ impl Arrays {
     fn normals(&mut self, shape: &Shape<'_>, base: usize, world: &DMat4) {
         let columns = &mut self.columns;
         if let Some(normals) = &shape.normals {
-            // Normals transform by the cofactor matrix, which exists for every matrix; a mirror flips them.
+            // Normals transform by the cofactor matrix, which exists for every matrix; its sign would follow the
+            // winding, which a mirror reverses.
             let m = DMat3::from_mat4(*world);
             let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
             let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * m.determinant().signum();

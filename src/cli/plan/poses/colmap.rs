@@ -4,7 +4,7 @@
 //! A rotation and a translation take points of the scene to a camera that looks along z, with y down.
 
 use super::{Frame, Lens, MAX_POSES};
-use crate::error::{LoadError, SourcePos};
+use crate::error::{LoadError, SourcePos, clip_path};
 use glam::{DMat3, DQuat, DVec3};
 use std::{
     collections::HashMap,
@@ -70,7 +70,7 @@ pub(super) fn frames(path: &Path) -> Result<Vec<Frame>, LoadError> {
                 "{}: no camera {} in {}",
                 image.name,
                 image.camera,
-                beside.display()
+                clip_path(&beside)
             );
             return Err(LoadError::whole_file(path, why));
         };
