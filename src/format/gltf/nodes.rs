@@ -185,9 +185,17 @@ impl Reading {
         self.check_triangles(buffers)?;
         let budget = buffers.budget();
         // The scene would refuse it later.
-        let left = budget.limit().saturating_sub(instances as u64 * INSTANCE_BYTES);
-        check_memory([self.triangles, 0, vectors], left)
-            .map_err(|error| buffers.refused(error.to_string()))?;
+        let (limit, taken) = (budget.limit(), instances as u64 * INSTANCE_BYTES);
+        check_memory([self.triangles, 0, vectors], limit.saturating_sub(taken)).map_err(|error| {
+            let error = match error {
+                SceneError::OverLimit { needed, .. } => SceneError::OverLimit {
+                    needed: needed.saturating_add(taken),
+                    limit,
+                },
+                error => error,
+            };
+            buffers.refused(error.to_string())
+        })?;
         self.baked.reserve(&baked, buffers)?;
         for (room, placements) in stored {
             let mut part = Part::default();

@@ -5,7 +5,7 @@
 
 use crate::{format::mesh::Sharing, scene::MAX_PROTOTYPES};
 
-/// This many triangles may be stored again rather than shared: about 150 MB with their share of the BVH.
+/// This many triangles may be stored again rather than shared: about 100 MB with their share of the BVH.
 // Tuned: see docs/lab-notes.md#shared-gltf
 const MOST_WASTED: u128 = 1 << 20;
 
