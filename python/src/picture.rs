@@ -72,7 +72,7 @@ pub fn render<'py>(
     camera: Option<Camera>,
     target: Option<[f64; 3]>,
     up: Option<[f64; 3]>,
-    [fov, ortho, aperture, focus]: [Option<f64>; 4],
+    lens: [Option<f64>; 4],
     style: Option<&str>,
     samples: Option<&str>,
     with_aovs: bool,
@@ -94,6 +94,7 @@ pub fn render<'py>(
         }
         Source::File(_) => (None, DVec3::ZERO),
     };
+    let [fov, ortho, aperture, focus] = lens;
     let view = CameraOptions {
         start: match camera {
             None => StartView::Default,
