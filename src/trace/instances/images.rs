@@ -37,7 +37,7 @@ pub(super) struct Images {
 }
 
 impl Instances<'_> {
-    /// Traces all rays that meet an instance, which come by prototype.
+    /// Traces all rays that meet an instance. Those of one prototype follow each other.
     pub(super) fn trace_images(
         &mut self,
         images: &mut Images,
