@@ -39,7 +39,7 @@ impl<'a> Steps<'a> {
         }
     }
 
-    /// So many primitives are divided.
+    /// A set of `count` primitives is divided.
     pub(super) fn divided(&self, count: usize) {
         let count = count as u64;
         let done = self.done.fetch_add(count, Ordering::Relaxed) + count;
@@ -48,7 +48,7 @@ impl<'a> Steps<'a> {
         (self.on_build)(BuildProgress { done, total });
     }
 
-    /// The boxes of so many primitives are found, or a subtree of them is built, or written.
+    /// Boxes of `count` primitives are found, or a subtree of them is built or written.
     pub(super) fn finished(&self, count: usize) {
         self.divided(DIVISIONS * count);
     }

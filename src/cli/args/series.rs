@@ -47,8 +47,8 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]
     pub turntable: Option<u32>,
 
-    /// Render the scene from every camera of a NeRF transforms.json, or of the images.txt or images.bin of a COLMAP
-    /// reconstruction: pictures, whose number is a run of # in -o and whose name in the file is {pose}, or a film
+    /// Render the scene from every camera of a NeRF transforms.json or of a COLMAP reconstruction's images.txt or images.bin.
+    /// -o is a film, or names pictures: a run of # is the number, {pose} the name in the file
     #[arg(long, value_name = "FILE", conflicts_with_all = CAMERAS)]
     pub poses: Option<PathBuf>,
 

@@ -35,8 +35,7 @@ pub struct Input {
     pub notes: Vec<String>,
 }
 
-/// Loads a scene or a mesh and sets up the camera. The scene may take as much memory as its limits allow. Adds every file that was opened to
-/// `files`.
+/// Loads a scene or a mesh within these limits and sets up the camera. Adds every file that was opened to `files`.
 ///
 /// # Errors
 /// [`CliError`].

@@ -8,11 +8,12 @@ mod colmap;
 use crate::{
     cli::{CliError, plan::stem},
     error::{LoadError, clip_path},
+    format::open_file,
     scene::{Camera, Projection, View},
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use std::{fs::File, io::Read, path::Path};
+use std::{io::Read, path::Path};
 
 /// The largest file, bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -201,10 +202,7 @@ impl Frame {
 }
 
 fn read(path: &Path) -> std::io::Result<Vec<u8>> {
-    let file = File::open(path)?;
-    if !file.metadata()?.is_file() {
-        return Err(std::io::Error::other("it is not a file"));
-    }
+    let file = open_file(path)?;
     let mut text = Vec::new();
     file.take(MAX_BYTES + 1).read_to_end(&mut text)?;
     if text.len() as u64 > MAX_BYTES {

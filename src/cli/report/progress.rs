@@ -49,7 +49,7 @@ impl StageBar {
         self.show(done, self.total);
     }
 
-    /// Shows that so many steps are done.
+    /// Shows `done` of `total` steps.
     pub fn show(&self, done: u64, total: u64) {
         if self.visible && self.start.elapsed() > PATIENCE {
             self.shown

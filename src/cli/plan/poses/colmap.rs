@@ -4,7 +4,10 @@
 //! A rotation and a translation take points of the scene to a camera that looks along z, with y down.
 
 use super::{Frame, Lens, MAX_POSES};
-use crate::error::{LoadError, SourcePos, clip_path};
+use crate::{
+    error::{LoadError, SourcePos, clip_path},
+    format::open_file,
+};
 use glam::{DMat3, DQuat, DVec3};
 use std::{
     collections::HashMap,
@@ -113,15 +116,8 @@ fn lens(model: usize, [w, h]: [f64; 2], numbers: &[f64]) -> Lens {
     }
 }
 
-/// Opens a regular file.
 fn open(path: &Path) -> Result<BufReader<File>, LoadError> {
-    let opened = File::open(path).and_then(|file| {
-        if file.metadata()?.is_file() {
-            Ok(BufReader::new(file))
-        } else {
-            Err(io::Error::other("it is not a file"))
-        }
-    });
+    let opened = open_file(path).map(BufReader::new);
     opened.map_err(|error| LoadError::whole_file(path, error.to_string()))
 }
 
