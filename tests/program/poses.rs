@@ -70,7 +70,9 @@ fn broken_poses_are_refused() {
     folder.fails(&["a.scn", "--poses=bad.json"], 1, "bad.json:2:");
     folder.fails(&["a.scn", "--poses=empty.json"], 1, "0 frames");
     folder.fails(&["a.scn", "--poses=no.json"], 1, "no.json");
-    folder.fails(&["a.scn", "--poses=."], 1, "not a file");
+    folder.fails(&["a.scn", "--poses=."], 1, "this is a directory");
+    #[cfg(unix)]
+    folder.fails(&["a.scn", "--poses=/dev/zero"], 1, "a pipe or a device");
     folder.fails(&["a.scn", "--poses=bad.json", "--turntable=3"], 2, "--turntable");
     folder.fails(&["a.scn", "--poses=bad.json", "--fov=30"], 2, "--fov");
     folder.fails(&["a.scn", "--save-poses=no/t.json"], 1, "does not exist");
