@@ -5,6 +5,7 @@
 
 pub(crate) mod expansion;
 pub(crate) mod fused;
+pub(crate) mod orientation;
 pub(crate) mod srgb;
 
 use glam::Vec3;

@@ -1,5 +1,6 @@
 //! Rays and triangles where `f32` is in doubt: decided in `f64`, where differences of corners are exact.
 
+use crate::math::orientation::{self, point};
 use glam::{DVec3, Vec3};
 
 /// Bound on the rounding error of an edge function, as a fraction of |C - A| (|C| + |A|): one half-ulp each for the
@@ -38,8 +39,8 @@ pub(crate) fn meets(
     [near, far]: [f32; 2],
 ) -> (bool, [f32; 4]) {
     let [v0, v1, v2] = corners.map(Vec3::as_dvec3);
-    let (d, origin) = (direction.as_dvec3(), origin.as_dvec3());
-    let (e1, e2, a) = (v1 - v0, v2 - v0, v0 - origin);
+    let (d, start) = (direction.as_dvec3(), origin.as_dvec3());
+    let (e1, e2, a) = (v1 - v0, v2 - v0, v0 - start);
     let normal = e1.cross(e2);
     let plane = normal.dot(a);
     let (e1, e2) = (e1.abs(), e2.abs());
@@ -49,7 +50,7 @@ pub(crate) fn meets(
         e1.x * e2.y + e1.y * e2.x,
     );
     let size = permanent.dot(a.abs());
-    let edges = LineAndEdges::new(d, [a, v1 - origin, v2 - origin], [v2 - v0, v0 - v1, v1 - v2]);
+    let edges = LineAndEdges::new(d, [a, v1 - start, v2 - start], [v2 - v0, v0 - v1, v1 - v2]);
     if plane.abs() > size * PLANE_ERROR {
         let [u, v, w, t] = columns;
         return (
@@ -58,6 +59,10 @@ pub(crate) fn meets(
         );
     }
     let is_known = plane.abs() > size * PLANE_ERROR_64;
+    // A ray that starts in the plane meets it there alone; one that stays in it meets the triangles beside this one.
+    if !is_known && orientation::sign([corners[0], corners[1], corners[2], origin].map(point)) == 0.0 {
+        return (false, columns);
+    }
     let side = if is_known {
         plane
     } else {

@@ -9,7 +9,7 @@
 //!   the side of the plane on which a ray starts is a sign too: within its error bound `f64` takes over, for t as well
 //!
 //! So no ray passes between triangles with equal corners, and triangles are no wider than they are. t is left to `f32`
-//! where that knows the plane; a ray that starts in the plane itself may miss.
+//! where that knows the plane; a ray that starts in the plane itself misses.
 // Tried: see docs/lab-notes.md#edge-functions-in-f64
 
 use super::{

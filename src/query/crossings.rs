@@ -3,22 +3,17 @@
 //!
 //! The canonical test tells all triangles that touch. Here origin and direction are moved by infinitesimal amounts, the
 //! same for all triangles, so that the line meets no edge: Edelsbrunner and Mücke, *Simulation of Simplicity*, 1990.
-//! Differs: only the ray is moved, not the vertices, of which several may lie at one position. Signs are exact, by sums
-//! without rounding (Shewchuk, *Adaptive Precision Floating-Point Arithmetic*, 1997).
+//! Differs: only the ray is moved, not the vertices, of which several may lie at one position.
 
-use crate::{math::expansion::Expansion, ray::Ray};
+use crate::{
+    math::orientation::{Row, point, sign},
+    ray::Ray,
+};
 use glam::Vec3;
 
 /// The corners of a triangle that the line of a ray may pass.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossing(pub [Vec3; 3]);
-
-/// A point (last number 1) or a direction (0).
-type Row = [f64; 4];
-
-fn point(p: Vec3) -> Row {
-    [f64::from(p.x), f64::from(p.y), f64::from(p.z), 1.0]
-}
 
 fn direction(d: Vec3) -> Row {
     [f64::from(d.x), f64::from(d.y), f64::from(d.z), 0.0]
@@ -92,69 +87,6 @@ pub(super) fn decide(ray: &Ray, triangles: &[Crossing]) -> Vec<bool> {
         direction: direction(ray.direction),
     };
     triangles.iter().map(|triangle| line.passes(triangle)).collect()
-}
-
-/// The even permutations of four columns. With the first two rows exchanged they are the odd ones.
-const EVEN: [[usize; 4]; 12] = [
-    [0, 1, 2, 3],
-    [0, 2, 3, 1],
-    [0, 3, 1, 2],
-    [1, 0, 3, 2],
-    [1, 2, 0, 3],
-    [1, 3, 2, 0],
-    [2, 0, 1, 3],
-    [2, 1, 3, 0],
-    [2, 3, 0, 1],
-    [3, 0, 2, 1],
-    [3, 1, 0, 2],
-    [3, 2, 1, 0],
-];
-
-/// More than the rounding of 24 products and their sum, as a fraction of the sum of their magnitudes.
-const ROUNDING: f64 = 32.0 / (1_u64 << 53) as f64;
-
-/// Returns a number with the sign of the determinant of four rows of `f32` numbers.
-fn sign(rows: [Row; 4]) -> f64 {
-    let (mut sum, mut magnitude) = (0.0, 0.0);
-    for_each_product(&rows, |x, y| {
-        sum += x * y;
-        magnitude += (x * y).abs();
-    });
-    if sum.abs() > magnitude * ROUNDING {
-        return sum;
-    }
-    let mut exact = Expansion::default();
-    for_each_product(&rows, |x, y| {
-        let product = x * y;
-        exact.add(product);
-        // What rounding took from the product is itself a number.
-        exact.add(x.mul_add(y, -product));
-    });
-    exact.sign()
-}
-
-/// Calls `add` with two factors of each of the 24 products. The first factor is exact: a product of two `f32` numbers.
-fn for_each_product(rows: &[Row; 4], mut add: impl FnMut(f64, f64)) {
-    for [i, j, k, l] in EVEN {
-        let factors = [rows[0][i], rows[1][j], rows[2][k], rows[3][l]];
-        let (x, y) = halves(factors, [i, j, k, l]);
-        add(x, y);
-        let factors = [rows[1][i], rows[0][j], rows[2][k], rows[3][l]];
-        let (x, y) = halves(factors, [i, j, k, l]);
-        add(-x, y);
-    }
-}
-
-/// Four factors as two. That of the last column is 1 or 0, and goes with two others.
-fn halves(factors: [f64; 4], columns: [usize; 4]) -> (f64, f64) {
-    let last = columns.iter().position(|&column| column == 3).unwrap_or(3);
-    let [a, b, c] = match last {
-        0 => [factors[1], factors[2], factors[3]],
-        1 => [factors[0], factors[2], factors[3]],
-        2 => [factors[0], factors[1], factors[3]],
-        _ => [factors[0], factors[1], factors[2]],
-    };
-    (a * b * factors[last], c)
 }
 
 #[cfg(test)]

@@ -2,7 +2,10 @@
 //! explains them.
 
 use crate::{
-    math::{Aabb, max, max_abs, min, min_abs_direction},
+    math::{
+        Aabb, max, max_abs, min, min_abs_direction,
+        orientation::{self, point},
+    },
     ray::{Hit, PrimitiveId, Ray},
     scene::Shape,
     simd::Simd,
@@ -188,6 +191,10 @@ fn exactly(ray: &Ray, corners: [Vec3; 3]) -> InF64 {
     } else {
         is_between(a, b) || is_between(b, c) || is_between(c, a)
     };
+    // The plane is met where the ray starts, and nowhere else; triangles beside this one are met by a ray that stays in it.
+    let starts_in_plane =
+        || orientation::sign([corners[0], corners[1], corners[2], ray.origin].map(point)) == 0.0;
+    let is_passed = is_passed && (is_side_known || !starts_in_plane());
     let side = if is_side_known {
         plane
     } else {

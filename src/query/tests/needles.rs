@@ -123,3 +123,32 @@ fn closest_points_of_needles_are_on_them() {
         }
     }
 }
+
+/// A ray that starts in the plane of a triangle and stays there misses it, and hits what stands at its edge, where it
+/// stands.
+#[test]
+fn rays_in_the_plane_of_a_triangle_miss_it() {
+    let flat = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let mut random = Random::new(51);
+    for axis in 0..3 {
+        let turned = |p: [f32; 3]| [p[(3 - axis) % 3], p[(4 - axis) % 3], p[(5 - axis) % 3]];
+        let geometry = Geometry::from_triangles(&flat.map(turned), &[[0, 1, 2], [0, 2, 3]]).unwrap();
+        for _ in 0..200 {
+            let [x, y] = [random.signed() * 2.0, random.signed() * 2.0];
+            let ray = Ray::new(turned([x, y, 0.0]), turned([0.5 - x, 0.5 - y, 0.0]));
+            assert_eq!(geometry.closest_hit(&ray), None, "{ray:?}");
+            assert!(
+                geometry.all_hits(&ray, None).is_empty() && !geometry.occluded(&ray),
+                "{ray:?}"
+            );
+        }
+    }
+    let (positions, triangles) = cube(3, |at| at);
+    let cube = Geometry::from_triangles(&positions, &triangles).unwrap();
+    for y in [-1.0, -0.4, 0.1, 1.0] {
+        let hit = cube
+            .closest_hit(&Ray::new([-4.0, y, 1.0], [1.0, 0.0, 0.0]))
+            .unwrap();
+        assert_eq!(hit.t, 3.0, "{y}");
+    }
+}
