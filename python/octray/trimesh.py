@@ -14,11 +14,14 @@ from ._mesh import Mesh
 class RayMeshIntersector:
     """The methods of ``trimesh.ray.ray_pyembree.RayMeshIntersector``, with the same shapes and types.
 
-    At an edge or a vertex every triangle there is told. Hits come ray by ray, the nearest first. ``scale_to_box`` has no effect: coordinates are never scaled.
+    Where a ray passes through an edge or a vertex, one triangle there is told, as trimesh's engines do, or with
+    ``every_triangle`` all that it touches. Hits come ray by ray, the nearest first. ``scale_to_box`` has no effect:
+    coordinates are never scaled.
     """
 
-    def __init__(self, geometry, scale_to_box: bool = True):
+    def __init__(self, geometry, scale_to_box: bool = True, every_triangle: bool = False):
         self.mesh = geometry
+        self.every_triangle = every_triangle
         self._scale_to_box = scale_to_box
         self._built = None
 
@@ -51,7 +54,10 @@ class RayMeshIntersector:
         origins, directions = _checked(ray_origins, ray_directions)
         scene = self._scene
         limit = max_hits if multiple_hits else min(max_hits, 1)
-        index_ray, index_tri, t = scene.all_hits(origins, directions, max_hits=limit)
+        hits = scene.all_hits(origins, directions, max_hits=limit)
+        if multiple_hits and not self.every_triangle:
+            hits = _once_a_place(scene, origins, directions, hits)
+        index_ray, index_tri, t = hits
         if not return_locations:
             return index_tri, index_ray
         locations, _ = scene._mesh.surface(origins[index_ray], directions[index_ray], index_tri, t)
@@ -77,13 +83,13 @@ class RayMeshIntersector:
         return contains_points(_Crossings(self.mesh, self._scene), points)
 
     def __getstate__(self):
-        return {"mesh": self.mesh, "_scale_to_box": self._scale_to_box, "_built": None}
+        return {**self.__dict__, "_built": None}
 
     def __deepcopy__(self, *_):
         return self.__copy__()
 
     def __copy__(self, *_):
-        return RayMeshIntersector(self.mesh, self._scale_to_box)
+        return RayMeshIntersector(self.mesh, self._scale_to_box, self.every_triangle)
 
 
 class _Crossings:
@@ -96,6 +102,25 @@ class _Crossings:
     def intersects_location(self, ray_origins, ray_directions, multiple_hits: bool = True):
         ray, triangle, t = self._scene.all_hits(ray_origins, ray_directions, crossings=True)
         return t, ray, triangle
+
+
+def _once_a_place(scene, origins, directions, hits):
+    """Leave out hits that touch an edge or a vertex where another triangle is told.
+
+    Of hits that rounding cannot tell apart, those stay through which the line passes, exactly; else the first.
+    """
+    ray, triangle, t = hits
+    is_near = (ray[1:] == ray[:-1]) & (t[1:] - t[:-1] <= t[1:] * 2.0**-20)
+    if not is_near.any():
+        return hits
+    some = np.unique(ray[1:][is_near])
+    of_some, crossed, _ = scene.all_hits(origins[some], directions[some], crossings=True)
+    numbers = scene._mesh.counts[1]
+    is_crossed = np.isin(ray * numbers + triangle, some[of_some] * numbers + crossed)
+    is_first = np.concatenate([[True], ~is_near])
+    place = np.cumsum(is_first) - 1
+    stays = is_crossed | (is_first & (np.bincount(place, is_crossed) == 0)[place])
+    return ray[stays], triangle[stays], t[stays]
 
 
 def _checked(ray_origins, ray_directions):

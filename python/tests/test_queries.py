@@ -375,3 +375,24 @@ def test_trimesh():
     assert pickle.loads(pickle.dumps(rays)).intersects_first(origins, directions).tolist() == first.tolist()
     mesh.apply_scale(2)
     assert np.allclose(np.abs(rays.intersects_location([[0, 0, 0]], [[0, 0, 1]])[0]).max(), 2, atol=0.05)
+
+
+def test_trimesh_tells_one_triangle_at_an_edge():
+    trimesh = pytest.importorskip("trimesh")
+    import octray.trimesh
+
+    cylinder = trimesh.creation.cylinder(radius=1.0, height=4.0, sections=32)
+    side = np.linspace(-0.6, 0.6, 16)
+    origins = np.array([[x, y, -5.0] for x in side for y in side])
+    directions = np.tile([[0.0, 0.0, 1.0]], (len(origins), 1))
+    _, ray = octray.trimesh.RayMeshIntersector(cylinder).intersects_id(origins, directions)
+    assert (np.bincount(ray) == 2).all()
+    every = octray.trimesh.RayMeshIntersector(cylinder, every_triangle=True)
+    assert np.bincount(every.intersects_id(origins, directions)[1]).max() == 4
+    # Through a corner of a box from inside, along an edge, and in the plane of a face.
+    box = octray.trimesh.RayMeshIntersector(trimesh.creation.box())
+    corners = box.mesh.vertices
+    assert (np.bincount(box.intersects_id(np.zeros_like(corners), corners)[1]) == 1).all()
+    flat = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [1, 3, 0], [0, 3, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
+    locations, _, _ = octray.trimesh.RayMeshIntersector(flat).intersects_location([[-5, 1, 0]], [[1, 0, 0]])
+    assert locations.shape == (0, 3)
