@@ -319,3 +319,67 @@ fn obj_as_tobj_reads_it() {
         assert_eq!(ours.normals[our].to_array(), theirs.normals[their..their + 3]);
     }
 }
+
+/// A seed of the fuzz target `gltf`; `None` if it is not there.
+#[cfg(feature = "gltf")]
+fn seed(name: &str) -> Option<Vec<u8>> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("fuzz/seeds/gltf")
+        .join(name);
+    let bytes = std::fs::read(&path).ok();
+    if bytes.is_none() {
+        println!("skipped: {} is not there", path.display());
+    }
+    bytes
+}
+
+/// The middle of each triangle, with what its corners have: sorted, because programs that compress order triangles anew.
+#[cfg(feature = "gltf")]
+fn sorted_triangles(mesh: &TriangleMesh) -> Vec<[f32; 11]> {
+    let mut all: Vec<[f32; 11]> = mesh
+        .triangles
+        .iter()
+        .map(|corners| {
+            let mut sum = [0.0; 11];
+            for i in corners.map(|corner| corner as usize) {
+                let normal = mesh.normals[i].to_array();
+                let position = [mesh.x[i], mesh.y[i], mesh.z[i]];
+                let values = [&position[..], &normal, &mesh.colors[i]].concat();
+                for (sum, value) in sum.iter_mut().zip(values) {
+                    *sum += value / 3.0;
+                }
+            }
+            sum
+        })
+        .collect();
+    let key = |row: &[f32; 11]| [row[0], row[1], row[2]].map(|x| (x * 50.0).round() as i32);
+    all.sort_by_key(key);
+    all
+}
+
+/// A sphere with normals and colours, by `gltf-pipeline -d` and `gltfpack -cc`, is the sphere.
+#[cfg(feature = "gltf")]
+#[test]
+fn compressed_gltf_is_what_was_compressed() {
+    let Some(plain) = seed("sphere.gltf") else { return };
+    let plain = load(&plain, "sphere.gltf").expect("a mesh");
+    let expected = sorted_triangles(&plain);
+    assert_eq!(expected.len(), 80);
+    for name in ["draco.glb", "meshopt.glb"] {
+        let Some(bytes) = seed(name) else { return };
+        let found = sorted_triangles(&load(&bytes, name).expect("a mesh"));
+        assert_eq!(found.len(), expected.len(), "{name}");
+        for (found, expected) in found.iter().zip(&expected) {
+            let is_near = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.02);
+            assert!(is_near, "{name}: {found:?}, expected {expected:?}");
+        }
+        // Any byte may be wrong.
+        for at in 0..bytes.len() {
+            for bit in [1, 0x40, 0xff] {
+                let mut broken = bytes.clone();
+                broken[at] ^= bit;
+                let _ = load(&broken, name);
+            }
+        }
+    }
+}

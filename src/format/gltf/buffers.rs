@@ -6,10 +6,14 @@ use super::super::{
     budget::{Budget, BudgetError},
     files,
 };
+use super::{
+    compression::Compression,
+    elements::{Elements, Part, Replacements, number, scale_of},
+};
 use crate::error::{LoadError, quote};
 use base64::{Engine, prelude::BASE64_STANDARD};
 use gltf::{
-    Accessor,
+    Accessor, Primitive,
     accessor::{
         DataType, Dimensions,
         sparse::{IndexType, Sparse},
@@ -37,6 +41,11 @@ pub(super) struct Buffers<'a> {
     /// By their index.
     read: HashMap<usize, Bytes<'a>>,
     files: HashMap<PathBuf, Bytes<'a>>,
+    compression: &'a Compression<'a>,
+    /// By the index of their view.
+    decoded: HashMap<usize, Bytes<'a>>,
+    /// How many bytes were decoded.
+    decoded_size: usize,
     /// By their index.
     accessors: HashMap<usize, Rc<Elements<'a>>>,
     /// The bytes of the file and of all buffers that were read.
@@ -52,6 +61,7 @@ impl<'a> Buffers<'a> {
         size: usize,
         blob: Option<&'a [u8]>,
         open: OpenMesh<'a>,
+        compression: &'a Compression<'a>,
         budget: &'a Budget,
     ) -> Self {
         Self {
@@ -61,6 +71,9 @@ impl<'a> Buffers<'a> {
             budget,
             read: HashMap::new(),
             files: HashMap::new(),
+            compression,
+            decoded: HashMap::new(),
+            decoded_size: 0,
             accessors: HashMap::new(),
             size,
             replaced: 0,
@@ -87,7 +100,8 @@ impl<'a> Buffers<'a> {
         LoadError::whole_file(self.path, message)
     }
 
-    fn bytes(&mut self, buffer: &Buffer<'_>) -> Result<Bytes<'a>, LoadError> {
+    /// The bytes of a buffer, as they stand in its file.
+    pub(super) fn bytes(&mut self, buffer: &Buffer<'_>) -> Result<Bytes<'a>, LoadError> {
         let index = buffer.index();
         if let Some(bytes) = self.read.get(&index) {
             return Ok(Rc::clone(bytes));
@@ -127,11 +141,71 @@ impl<'a> Buffers<'a> {
         }
     }
 
-    /// The buffer of a view, and which part of it the view is.
+    /// The buffer of a view, or what is decoded for it, and which part of that the view is.
     pub(super) fn view(&mut self, view: &View<'_>) -> Result<(Bytes<'a>, Range<usize>), LoadError> {
-        let bytes = self.bytes(&view.buffer())?;
-        let end = view.offset().saturating_add(view.length());
-        Ok((bytes, view.offset()..end))
+        let compression = self.compression;
+        let (bytes, start) = match compression.view(view, self)? {
+            Some(decoded) => (decoded, 0),
+            None => (self.bytes(&view.buffer())?, view.offset()),
+        };
+        Ok((bytes, start..start.saturating_add(view.length())))
+    }
+
+    /// Decodes a primitive if it is compressed, so that its accessors are there.
+    pub(super) fn decode_primitive(
+        &mut self,
+        mesh: usize,
+        primitive: &Primitive<'_>,
+    ) -> Result<(), LoadError> {
+        self.compression.primitive(mesh, primitive, self)
+    }
+
+    /// What was decoded for a view.
+    pub(super) fn decoded(&self, view: usize) -> Option<Bytes<'a>> {
+        self.decoded.get(&view).map(Rc::clone)
+    }
+
+    /// Keeps what was decoded for a view.
+    pub(super) fn keep_decoded(&mut self, view: usize, bytes: Vec<u8>) -> Bytes<'a> {
+        let bytes: Bytes<'a> = Rc::new(Cow::Owned(bytes));
+        self.decoded.insert(view, Rc::clone(&bytes));
+        bytes
+    }
+
+    /// Counts bytes that are about to be decoded. Many views may name the same bytes.
+    pub(super) fn count_decoded(&mut self, size: usize) -> Result<(), LoadError> {
+        self.decoded_size = self.decoded_size.saturating_add(size);
+        if self.decoded_size > self.size {
+            return Err(self.refused(format!(
+                "{} bytes of compressed geometry, more than the {} bytes of the file hold",
+                self.decoded_size, self.size
+            )));
+        }
+        Ok(())
+    }
+
+    /// Whether an accessor is there already.
+    pub(super) fn has_read(&self, accessor: usize) -> bool {
+        self.accessors.contains_key(&accessor)
+    }
+
+    /// Keeps what was decoded for an accessor: packed elements of this kind, `size` bytes each.
+    pub(super) fn keep(&mut self, accessor: &Accessor<'_>, kind: DataType, size: usize, bytes: Vec<u8>) {
+        let index = accessor.index();
+        let elements = Elements {
+            accessor: index,
+            kind,
+            scale: scale_of(accessor.data_type(), accessor.normalized()),
+            count: bytes.len() / size,
+            dense: Some(Part {
+                buffer: Rc::new(Cow::Owned(bytes)),
+                start: 0,
+                stride: size,
+                size,
+            }),
+            replacements: None,
+        };
+        self.accessors.insert(index, Rc::new(elements));
     }
 
     /// A data URI (RFC 2397) without its scheme.
@@ -249,14 +323,7 @@ impl<'a> Buffers<'a> {
             None => None,
         };
         let kind = accessor.data_type();
-        let scale = match kind {
-            _ if !accessor.normalized() => None,
-            DataType::I8 => Some(f32::from(i8::MAX)),
-            DataType::U8 => Some(f32::from(u8::MAX)),
-            DataType::I16 => Some(f32::from(i16::MAX)),
-            DataType::U16 => Some(f32::from(u16::MAX)),
-            DataType::U32 | DataType::F32 => None,
-        };
+        let scale = scale_of(kind, accessor.normalized());
         let elements = Rc::new(Elements {
             accessor: index,
             kind,
@@ -320,16 +387,15 @@ impl<'a> Buffers<'a> {
         offset: usize,
         [count, size]: [usize; 2],
     ) -> Result<Part<'a>, LoadError> {
-        let buffer = self.bytes(&view.buffer())?;
+        let (buffer, range) = self.view(view)?;
         let stride = view.stride().unwrap_or(size);
         let beyond = |what: &str| {
             self.refused(format!(
                 "{what} reaches beyond its buffer: the file is cut short or broken"
             ))
         };
-        let view_end = view.offset().checked_add(view.length());
-        let in_view = view_end
-            .and_then(|end| buffer.get(view.offset()..end))
+        let in_view = buffer
+            .get(range.clone())
             .ok_or_else(|| beyond(&format!("bufferViews[{}]", view.index())))?;
         let length = count
             .checked_sub(1)
@@ -345,118 +411,10 @@ impl<'a> Buffers<'a> {
             )));
         }
         Ok(Part {
-            start: view.offset() + offset,
+            start: range.start + offset,
             buffer,
             stride,
             size,
         })
-    }
-}
-
-/// The elements of an accessor.
-pub(super) struct Elements<'a> {
-    /// The accessor's index in the file.
-    pub(super) accessor: usize,
-    pub(super) count: usize,
-    kind: DataType,
-    /// What normalised integers are divided by.
-    scale: Option<f32>,
-    /// `None` if all elements are zeros.
-    dense: Option<Part<'a>>,
-    replacements: Option<Replacements<'a>>,
-}
-
-impl Elements<'_> {
-    /// The bytes of element `i`; none if they are zeros.
-    fn bytes(&self, i: usize) -> &[u8] {
-        if let Some(replacements) = &self.replacements
-            && let Some(bytes) = replacements.element(i)
-        {
-            return bytes;
-        }
-        self.dense.as_ref().map_or(&[], |part| part.element(i))
-    }
-
-    /// Vector `i`, as [`Elements::numbers`].
-    pub(super) fn vector(&self, i: usize) -> [f32; 3] {
-        self.numbers(i)
-    }
-
-    /// The first numbers of element `i`. Normalised integers are scaled to 0..1 or -1..1.
-    pub(super) fn numbers<const N: usize>(&self, i: usize) -> [f32; N] {
-        let mut vector = [0.0; N];
-        for (value, bytes) in vector
-            .iter_mut()
-            .zip(self.bytes(i).chunks_exact(self.kind.size()))
-        {
-            let number = number(self.kind, bytes) as f32;
-            *value = match self.scale {
-                // The least integer is one step below -1.
-                Some(scale) => (number / scale).max(-1.0),
-                None => number,
-            };
-        }
-        vector
-    }
-
-    /// Colour `i`, linear. Integers are always normalised: some programs forget to say so.
-    pub(super) fn color(&self, i: usize) -> [f32; 3] {
-        let color = self.vector(i);
-        match (self.kind, self.scale) {
-            (DataType::U8, None) => color.map(|channel| channel / f32::from(u8::MAX)),
-            (DataType::U16, None) => color.map(|channel| channel / f32::from(u16::MAX)),
-            _ => color,
-        }
-    }
-
-    /// Index `i`.
-    pub(super) fn index(&self, i: usize) -> u32 {
-        number(self.kind, self.bytes(i)) as u32
-    }
-}
-
-/// The elements that a sparse accessor replaces.
-struct Replacements<'a> {
-    /// An element and the number of its replacement, ascending. Of several for one element the last counts.
-    order: Vec<[u32; 2]>,
-    values: Part<'a>,
-}
-
-impl Replacements<'_> {
-    fn element(&self, i: usize) -> Option<&[u8]> {
-        let end = self.order.partition_point(|&[element, _]| element as usize <= i);
-        match self.order.get(end.checked_sub(1)?) {
-            Some(&[element, number]) if element as usize == i => Some(self.values.element(number as usize)),
-            _ => None,
-        }
-    }
-}
-
-/// Elements of one size in a buffer; all are within it.
-struct Part<'a> {
-    buffer: Bytes<'a>,
-    /// Where the first one is, in bytes.
-    start: usize,
-    stride: usize,
-    size: usize,
-}
-
-impl Part<'_> {
-    fn element(&self, i: usize) -> &[u8] {
-        let at = self.start + i * self.stride;
-        self.buffer.get(at..at + self.size).unwrap_or_default()
-    }
-}
-
-/// A number of an accessor, exact in `f64`.
-fn number(kind: DataType, bytes: &[u8]) -> f64 {
-    match (kind, bytes) {
-        (DataType::I8, &[b]) => f64::from(b as i8),
-        (DataType::U8, &[b]) => f64::from(b),
-        (DataType::I16, &[a, b]) => f64::from(i16::from_le_bytes([a, b])),
-        (DataType::U16, &[a, b]) => f64::from(u16::from_le_bytes([a, b])),
-        (DataType::U32, &[a, b, c, d]) => f64::from(u32::from_le_bytes([a, b, c, d])),
-        (DataType::F32, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
-        _ => f64::NAN,
     }
 }

@@ -8,7 +8,7 @@ use gltf::{
 };
 
 /// Extensions that octray reads, or that say nothing beyond what else is listed: textures, animations, lights.
-const NOT_LISTED: [&str; 11] = [
+const NOT_LISTED: [&str; 12] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_animation_pointer",
@@ -16,6 +16,7 @@ const NOT_LISTED: [&str; 11] = [
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_",
     "KHR_xmp",
     "EXT_meshopt_compression",

@@ -2,7 +2,7 @@
 //!
 //! The gltf crate does not read it, so its part of the JSON is read apart, as that of lights is.
 
-use super::buffers::{Buffers, Elements};
+use super::{buffers::Buffers, elements::Elements};
 use crate::error::LoadError;
 use glam::{DMat4, DQuat, DVec3};
 use gltf::{Document, json};

@@ -11,6 +11,8 @@
 
 mod arrays;
 mod buffers;
+mod compression;
+mod elements;
 mod estimate;
 mod extras;
 mod images;
@@ -30,6 +32,7 @@ use super::{
 };
 use crate::error::LoadError;
 use buffers::Buffers;
+use compression::Compression;
 use gltf::{
     Document, Glb,
     json::{self, validation::Validate},
@@ -39,8 +42,11 @@ use percent_encoding::percent_decode_str;
 use std::path::Path;
 
 /// Extensions that a file may require because octray reads them, or they change nothing that it reads.
-const HARMLESS: [&str; 10] = [
+const HARMLESS: [&str; 13] = [
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
+    "KHR_meshopt_compression",
     "KHR_animation_pointer",
     "KHR_materials_",
     "KHR_texture_",
@@ -88,8 +94,9 @@ pub(super) fn parse(
     let lights = lights::PunctualLights::of(json);
     let instancing = instancing::Instancing::of(json, path)?;
     let document = document(root, path)?;
+    let compression = Compression::of(json, path, &document)?;
     let materials = materials::materials(&document, &webp);
-    let mut buffers = Buffers::new(path, bytes.len(), blob, open, budget);
+    let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
     let mut reading = nodes::Reading::with_lights(lights);
     reading.scene(&document, &materials, &instancing, &mut buffers)?;
     left_out.count(reading.punctual.left_out, "light", "lights");
@@ -195,13 +202,8 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
     root.extensions_required
         .retain(|name| !HARMLESS.iter().any(|harmless| name.starts_with(harmless)));
     if let Some(name) = root.extensions_required.first() {
-        let advice = if name.contains("draco") || name.contains("meshopt") {
-            "; export the mesh without compression"
-        } else {
-            ""
-        };
         return Err(refused(format!(
-            "the file requires the extension {}, which octray does not support{advice}",
+            "the file requires the extension {}, which octray does not support",
             shortened(name)
         )));
     }

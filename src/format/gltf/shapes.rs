@@ -1,7 +1,8 @@
 //! Primitives: which vertices they use and which triangles they are.
 
 use super::{
-    buffers::{Buffers, Elements},
+    buffers::Buffers,
+    elements::Elements,
     materials::{Placement, Shown},
 };
 use crate::{
@@ -48,7 +49,7 @@ pub(super) fn shapes_of<'a>(
 ) -> Result<Vec<Shape<'a>>, LoadError> {
     let mut shapes = Vec::new();
     for primitive in mesh.primitives() {
-        let shape = Shape::new(&primitive, materials, buffers)?;
+        let shape = Shape::new(mesh.index(), &primitive, materials, buffers)?;
         shapes.extend(shape.filter(|shape| shape.triangle_count() > 0));
     }
     Ok(shapes)
@@ -57,6 +58,7 @@ pub(super) fn shapes_of<'a>(
 impl<'a> Shape<'a> {
     /// `None` for points, lines and primitives without positions.
     fn new(
+        mesh: usize,
         primitive: &Primitive<'_>,
         materials: &[Shown],
         buffers: &mut Buffers<'a>,
@@ -70,6 +72,7 @@ impl<'a> Shape<'a> {
         let Some(positions) = primitive.get(&Semantic::Positions) else {
             return Ok(None);
         };
+        buffers.decode_primitive(mesh, primitive)?;
         let positions = buffers.vectors(&positions)?;
         let indices = match primitive.indices() {
             Some(indices) => Some(buffers.indices(&indices)?),
