@@ -58,7 +58,7 @@ impl Arrays {
         let (base, more) = (self.columns.x.len(), shape.used_count());
         let (budget, columns) = (buffers.budget(), &mut self.columns);
         self.has_normals |= shape.normals.is_some();
-        self.has_colors |= shape.colors.is_some();
+        self.has_colors |= shape.colors.is_some() || shape.tint.is_some();
         self.has_uvs |= shape.uvs.is_some();
         let missing = |has: bool, length: usize| if has { base + more - length } else { 0 };
         let missing_normals = missing(self.has_normals, columns.normals.len());
@@ -147,6 +147,7 @@ impl Arrays {
     fn colors(&mut self, shape: &Shape<'_>, base: usize, buffers: &Buffers<'_>) -> Result<(), LoadError> {
         const WHITE: [f32; 3] = [1.0; 3];
         let columns = &mut self.columns;
+        let tint = shape.tint.unwrap_or(WHITE);
         if let Some(colors) = &shape.colors {
             columns.colors.resize(base, WHITE);
             for i in shape.used() {
@@ -160,10 +161,12 @@ impl Arrays {
                     }
                 }
                 self.clamped += usize::from(linear.iter().any(|channel| !(0.0..=1.0).contains(channel)));
-                columns.colors.push(linear.map(display_value));
+                let color = linear.map(display_value);
+                columns.colors.push([0, 1, 2].map(|i| color[i] * tint[i]));
             }
         } else if self.has_colors {
-            columns.colors.resize(columns.x.len(), WHITE);
+            columns.colors.resize(base, WHITE);
+            columns.colors.resize(columns.x.len(), tint);
         }
         Ok(())
     }
@@ -200,7 +203,7 @@ impl Arrays {
 #[derive(Default)]
 pub(super) struct Room {
     pub(super) triangles: usize,
-    vertices: usize,
+    pub(super) vertices: usize,
     /// Normals, colours, texture coordinates.
     has: [bool; 3],
 }

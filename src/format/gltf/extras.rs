@@ -23,8 +23,15 @@ const NOT_LISTED: [&str; 12] = [
     "EXT_texture_",
 ];
 
-/// Lists what octray does not read of a file.
-pub(super) fn left_out(root: &Root) -> LeftOut {
+/// Whether a file has points and no triangles: a cloud.
+pub(super) fn is_cloud(root: &Root) -> bool {
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    primitives.clone().any(is_points)
+        && primitives.all(|primitive| is_points(primitive) || is_lines(primitive))
+}
+
+/// Lists what octray does not read of a file. Points are read if it is a cloud.
+pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     let mut left_out = LeftOut::default();
     left_out.count(root.animations.len(), "animation", "animations");
     left_out.count(root.skins.len(), "skin", "skins");
@@ -58,7 +65,9 @@ pub(super) fn left_out(root: &Root) -> LeftOut {
     }
     let primitives = || root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let count = |is: fn(&&Primitive) -> bool| primitives().filter(is).count();
-    left_out.count(count(|p| is_points(p)), "set of points", "sets of points");
+    if !is_cloud {
+        left_out.count(count(|p| is_points(p)), "set of points", "sets of points");
+    }
     left_out.count(count(|p| is_lines(p)), "set of lines", "sets of lines");
     left_out.count(
         count(|p| !has(p, |semantic| *semantic == Semantic::Positions)),

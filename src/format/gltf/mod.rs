@@ -1,6 +1,6 @@
 //! glTF 2.0: JSON with its buffers beside or inside it, or one binary file (.glb).
 //!
-//! Reads the triangles, strips and fans of all nodes of the default scene with their transforms, vertex colours, base
+//! Reads the triangles, strips and fans, or else the points, of all nodes of the default scene with their transforms, vertex colours, base
 //! colours, roughness, emission and textures of these, punctual lights, and cameras. [`extras`] lists what it does not read.
 //! [`sharing`] decides which meshes that several nodes place are stored once.
 //!
@@ -81,7 +81,8 @@ pub(super) fn parse(
     let parsed = estimate::parsed_size(json);
     budget.take(parsed).map_err(|error| error.into_error(path))?;
     let mut root = root(json, path)?;
-    let mut left_out = extras::left_out(&root);
+    let is_cloud = extras::is_cloud(&root);
+    let mut left_out = extras::left_out(&root, is_cloud);
     let mut texture_files = Vec::new();
     for uri in root.images.iter().filter_map(|image| image.uri.as_deref()) {
         if !uri.starts_with("data:") {
@@ -97,7 +98,7 @@ pub(super) fn parse(
     let compression = Compression::of(json, path, &document)?;
     let materials = materials::materials(&document, &webp);
     let mut buffers = Buffers::new(path, bytes.len(), blob, open, &compression, budget);
-    let mut reading = nodes::Reading::with_lights(lights);
+    let mut reading = nodes::Reading::new(lights, is_cloud);
     reading.scene(&document, &materials, &instancing, &mut buffers)?;
     left_out.count(reading.punctual.left_out, "light", "lights");
     left_out.count(reading.cameras_left_out, "camera", "cameras");

@@ -16,8 +16,8 @@ use crate::{
     error::{LoadError, SceneError},
     format::{
         mesh::{
-            LoadedMesh, MAX_CAMERAS, MeshCamera, SharedMesh, Surface, UpAxis, UpSource, camera_name,
-            clamped_note, most_triangles,
+            Cloud, LoadedMesh, MAX_CAMERAS, MeshCamera, SharedMesh, Sharing, Surface, UpAxis, UpSource,
+            camera_name, clamped_note, most_triangles,
         },
         textures,
     },
@@ -80,6 +80,8 @@ pub(super) struct Reading {
     most_triangles: usize,
     cameras: Vec<MeshCamera>,
     lights: Vec<Light>,
+    /// Whether the file has points and no triangles.
+    is_cloud: bool,
     /// The lights of the file.
     pub(super) punctual: PunctualLights,
     /// How many cameras there are beyond the limit.
@@ -89,8 +91,9 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    pub(super) fn with_lights(punctual: PunctualLights) -> Self {
+    pub(super) fn new(punctual: PunctualLights, is_cloud: bool) -> Self {
         Self {
+            is_cloud,
             punctual,
             ..Self::default()
         }
@@ -114,7 +117,7 @@ impl Reading {
             };
             let shapes = &mut meshes[mesh.index()];
             if shapes.is_none() {
-                let of_mesh = shapes_of(&mesh, materials, buffers)?;
+                let of_mesh = shapes_of(&mesh, materials, self.is_cloud, buffers)?;
                 *shapes = Some(ReadMesh {
                     triangles: of_mesh
                         .iter()
@@ -156,11 +159,16 @@ impl Reading {
         meshes: &mut [Option<ReadMesh<'_>>],
         buffers: &Buffers<'_>,
     ) -> Result<(), LoadError> {
+        let sharing = if self.is_cloud {
+            Sharing::Never
+        } else {
+            buffers.budget().sharing()
+        };
         let counts = meshes.iter().map(|mesh| {
             mesh.as_ref()
                 .map_or([0; 2], |mesh| [mesh.triangles, mesh.placements])
         });
-        let shared = sharing::shared(counts, buffers.budget().sharing());
+        let shared = sharing::shared(counts, sharing);
         let (mut baked, mut instances) = (Room::default(), 0);
         let mut stored = Vec::new();
         for (mesh, is_shared) in meshes.iter_mut().zip(shared) {
@@ -176,7 +184,11 @@ impl Reading {
             }
         }
         let mut vectors = baked.all_vectors();
-        self.triangles = baked.triangles;
+        self.triangles = if self.is_cloud {
+            baked.vertices
+        } else {
+            baked.triangles
+        };
         for (room, _) in &stored {
             self.triangles = self.triangles.saturating_add(room.triangles);
             vectors = vectors.saturating_add(room.all_vectors());
@@ -210,8 +222,9 @@ impl Reading {
     fn check_triangles(&self, buffers: &Buffers<'_>) -> Result<(), LoadError> {
         let (triangles, most) = (self.triangles, self.most_triangles);
         if triangles > most {
+            let what = if self.is_cloud { "points" } else { "triangles" };
             return Err(buffers.refused(format!(
-                "{triangles} triangles, counted once for each node that places them, expected at most {most} from \
+                "{triangles} {what}, counted once for each node that places them, expected at most {most} from \
                  {} bytes",
                 buffers.size()
             )));
@@ -327,12 +340,17 @@ impl Reading {
         notes.extend(textures::untextured_note(untextured, path));
         let mut parts = parts.into_iter();
         let baked = parts.next().unwrap_or_default();
+        if self.is_cloud {
+            // The points have their colours.
+            surfaces.clear();
+        }
         let shared = parts.zip(placements).map(|(arrays, placements)| SharedMesh {
             columns: arrays.columns,
             surface_of: arrays.material_of,
             placements,
         });
         LoadedMesh {
+            cloud: (self.is_cloud && !baked.columns.x.is_empty()).then(Cloud::default),
             columns: baked.columns,
             shared: shared.collect(),
             surfaces,

@@ -1,4 +1,4 @@
-//! Primitives: which vertices they use and which triangles they are.
+//! Primitives: which vertices they use, and which triangles they are if they are no points.
 
 use super::{
     buffers::Buffers,
@@ -12,7 +12,7 @@ use crate::{
 use gltf::{Mesh, Primitive, Semantic, mesh::Mode};
 use std::rc::Rc;
 
-/// A primitive of triangles.
+/// A primitive of triangles, or of points.
 pub(super) struct Shape<'a> {
     mode: Mode,
     /// The index of its material in the file.
@@ -22,6 +22,8 @@ pub(super) struct Shape<'a> {
     pub(super) normals: Option<Rc<Elements<'a>>>,
     /// As many as positions.
     pub(super) colors: Option<Rc<Elements<'a>>>,
+    /// Of points, what their colours are multiplied by: display values.
+    pub(super) tint: Option<[f32; 3]>,
     /// Whether the material shows a texture.
     pub(super) is_textured: bool,
     /// Texture coordinates, one for each position, and how they are moved; `None` if the material shows no texture, or
@@ -41,32 +43,33 @@ struct Corners {
     vertices: Vec<u32>,
 }
 
-/// The shapes of a mesh that have triangles.
+/// The shapes of a mesh that have triangles, or points if it `is_cloud`.
 pub(super) fn shapes_of<'a>(
     mesh: &Mesh<'_>,
     materials: &[Shown],
+    is_cloud: bool,
     buffers: &mut Buffers<'a>,
 ) -> Result<Vec<Shape<'a>>, LoadError> {
     let mut shapes = Vec::new();
     for primitive in mesh.primitives() {
+        if is_cloud != (primitive.mode() == Mode::Points) {
+            continue;
+        }
         let shape = Shape::new(mesh.index(), &primitive, materials, buffers)?;
-        shapes.extend(shape.filter(|shape| shape.triangle_count() > 0));
+        shapes.extend(shape.filter(|shape| is_cloud || shape.triangle_count() > 0));
     }
     Ok(shapes)
 }
 
 impl<'a> Shape<'a> {
-    /// `None` for points, lines and primitives without positions.
+    /// `None` for lines and primitives without positions.
     fn new(
         mesh: usize,
         primitive: &Primitive<'_>,
         materials: &[Shown],
         buffers: &mut Buffers<'a>,
     ) -> Result<Option<Self>, LoadError> {
-        if matches!(
-            primitive.mode(),
-            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
-        ) {
+        if matches!(primitive.mode(), Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
             return Ok(None);
         }
         let Some(positions) = primitive.get(&Semantic::Positions) else {
@@ -87,6 +90,10 @@ impl<'a> Shape<'a> {
             None => None,
         };
         let material = primitive.material().index();
+        let tint = match primitive.mode() {
+            Mode::Points => material.and_then(|i| Some(materials.get(i)?.surface.diffuse)),
+            _ => None,
+        };
         let placement = material.and_then(|i| materials.get(i)?.placement);
         let uvs = placement.and_then(|placement| {
             let accessor = primitive.get(&Semantic::TexCoords(placement.set))?;
@@ -106,6 +113,7 @@ impl<'a> Shape<'a> {
         }
         Ok(Some(Self {
             mode: primitive.mode(),
+            tint,
             material,
             is_textured: placement.is_some(),
             uvs: uvs.filter(|(uvs, _)| uvs.count == positions.count),
@@ -123,6 +131,7 @@ impl<'a> Shape<'a> {
 
     pub(super) fn triangle_count(&self) -> usize {
         match self.mode {
+            Mode::Points => 0,
             Mode::TriangleStrip | Mode::TriangleFan => self.corner_count().saturating_sub(2),
             _ => self.corner_count() / 3,
         }

@@ -234,6 +234,32 @@ fn clouds_of_every_format() {
     assert!(load("m.ply", format!("{none}end_header\n")).cloud.is_none());
 }
 
+/// Two sets of points, one placed twice and one in the colour of its material.
+#[cfg(feature = "gltf")]
+#[test]
+fn clouds_of_gltf() {
+    let text = |modes: [u8; 2]| {
+        let [first, second] = modes;
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0}},{{"mesh":0,"translation":[0,5,0]}},{{"mesh":1}}],
+"materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[1,0,0,1]}}}}],
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"mode":{first}}}]}},
+{{"primitives":[{{"attributes":{{"POSITION":0}},"mode":{second},"material":0}}]}}],
+"buffers":[{{"byteLength":36,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}}],
+"bufferViews":[{{"buffer":0,"byteLength":36}}],
+"accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}]}}"#
+        )
+    };
+    let cloud = load("m.gltf", text([0, 0]));
+    assert_eq!((cloud.cloud, cloud.notes.len()), (Some(Cloud::default()), 0));
+    assert_eq!(cloud.columns.y, [0.0, 0.0, 1.0, 5.0, 5.0, 6.0, 0.0, 0.0, 1.0]);
+    assert_eq!(cloud.columns.colors[5..7], [[1.0; 3], [1.0, 0.0, 0.0]]);
+    assert_eq!(scene(cloud, None).spheres().center_x.len(), 9);
+    let mixed = load("m.gltf", text([4, 0]));
+    assert_eq!((mixed.cloud, mixed.columns.triangles.len()), (None, 2));
+    assert_eq!(mixed.notes, ["m.gltf: left out: 1 set of points"]);
+}
+
 fn scene(mesh: LoadedMesh, material: Option<MaterialId>) -> crate::scene::Scene {
     let mut builder = SceneBuilder::new();
     mesh.add_to(&mut builder, material).expect("a scene");
