@@ -416,6 +416,49 @@ impl Mesh {
         Ok((rows(py, positions)?, rows(py, normals)?))
     }
 
+    /// Positions of hits: for each the index of its ray, the triangle and t.
+    fn positions<'py>(
+        &self,
+        py: Python<'py>,
+        origins: Vectors<'_>,
+        directions: Vectors<'_>,
+        ray: PyReadonlyArray1<'_, i64>,
+        triangle: PyReadonlyArray1<'_, i64>,
+        t: PyReadonlyArray1<'_, f32>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (origins, directions) = (origins.rows()?, directions.rows()?);
+        let wrong = |_| PyValueError::new_err("the array is not contiguous");
+        let (ray, t) = (ray.as_slice().map_err(wrong)?, t.as_slice().map_err(wrong)?);
+        let triangle = triangle.as_slice().map_err(wrong)?;
+        let (count, rays) = (t.len(), origins.len().min(directions.len()));
+        if ray.len() != count || triangle.len() != count {
+            return Err(PyValueError::new_err("the arrays differ in length"));
+        }
+        let position = |geometry: &Geometry, i: usize| {
+            let (ray, id) = (ray[i] as usize, triangle[i] as usize);
+            if ray >= rays || id >= geometry.triangle_count() {
+                return [f64::NAN; 3];
+            }
+            let hit = Hit {
+                primitive: PrimitiveId(id as u32),
+                ..Hit::miss(t[i])
+            };
+            let found = geometry.surface(origins.get(ray), directions.get(ray), &hit);
+            found.position.to_array()
+        };
+        let mut found = vec![[0.0; 3]; count];
+        let done = self.run(py, count, |geometry, cancelled| {
+            in_batches(count, BATCH, cancelled, |range| {
+                let start = range.start;
+                let part = found[range].par_iter_mut().enumerate().with_min_len(1024);
+                part.for_each(|(i, found)| *found = position(geometry, start + i));
+                Ok(())
+            })
+        })?;
+        done.map_err(raised)?;
+        rows(py, found)
+    }
+
     #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
     fn closest_point<'py>(
         &self,

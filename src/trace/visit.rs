@@ -6,7 +6,7 @@ use super::{
     single::{SingleRay, sphere_block, triangle_block},
 };
 use crate::{
-    accel::{Bvh, Child, LeafBlocks, Node8, TriangleBlocks},
+    accel::{Bvh, Child, LeafBlocks, Node8, Places, TriangleBlocks},
     geometry::{SphereBlock, TriangleLeaf},
     lanes::LANES,
     math::max,
@@ -93,11 +93,12 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
     stack: &mut Stack,
 ) {
     let single = SingleRay::of(ray);
+    let places = bvh.places(blocks);
     let mut child = bvh.root();
     loop {
         if child.is_inner() {
             let node = &bvh.nodes()[child.index()];
-            if let Some(nearest) = enter_nearest(simd, &single, node, sink.end(), stack) {
+            if let Some(nearest) = enter_nearest(simd, &single, (node, &places), sink.end(), stack) {
                 child = nearest;
                 continue;
             }
@@ -118,10 +119,10 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
 /// Returns the nearest child that the ray enters; the others go on the stack, the nearest last. Mostly there are one or
 /// two, for which sorting eight is too much.
 #[inline(always)]
-fn enter_nearest<S: Simd>(
+fn enter_nearest<S: Simd, B: TriangleLeaf>(
     simd: S,
     ray: &SingleRay,
-    node: &Node8,
+    (node, places): (&Node8, &Places<B>),
     end: f32,
     stack: &mut Stack,
 ) -> Option<Child> {
@@ -139,12 +140,14 @@ fn enter_nearest<S: Simd>(
         } else {
             (second, first)
         };
+        places.prefetch(node.child[farther]);
         stack.push((near[farther], node.child[farther]));
         return Some(node.child[nearer]);
     }
     let (entries, count) = near.nearest_last(entered);
     for &entry in entries.iter().take(count - 1) {
         let (near, lane) = unpack(entry);
+        places.prefetch(node.child[lane]);
         stack.push((near, node.child[lane]));
     }
     Some(node.child[unpack(entries[count - 1]).1])
