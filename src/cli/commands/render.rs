@@ -1,6 +1,8 @@
 //! `octray render`: load, build, render, write, report.
 
+mod ahead;
 mod moving;
+mod poses;
 
 use super::stages;
 use crate::{
@@ -13,8 +15,8 @@ use crate::{
             memory,
         },
         plan::{
-            Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, Turn, is_standard_input,
-            objection, stem, turned,
+            Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, is_standard_input, objection,
+            stem,
         },
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
@@ -24,9 +26,11 @@ use crate::{
     render::{Renderer, Settings},
     scene::{Camera, Scene},
 };
+use ahead::Ahead;
 use moving::move_to;
 use std::{
-    path::Path,
+    path::{Path, PathBuf},
+    thread,
     time::{Duration, Instant},
 };
 
@@ -96,9 +100,11 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
     }
     call.look_ahead()?;
     let jobs = plan.jobs.iter().enumerate();
-    let rendered = jobs
-        .map(|(i, job)| (job, &plan.jobs[i..]))
-        .try_for_each(|(job, left)| call.render_job(job, left));
+    let rendered = thread::scope(|scope| {
+        let mut ahead = Ahead::new(scope);
+        jobs.map(|(i, job)| (job, &plan.jobs[i..]))
+            .try_for_each(|(job, left)| call.render_job(job, left, &mut ahead))
+    });
     // Also after a failure, for the pictures that were written.
     let json = match &plan.json {
         Some(target @ JsonTarget::File(_)) if !call.json.is_empty() => {
@@ -174,52 +180,6 @@ impl Call<'_> {
         }
     }
 
-    /// The camera of a frame, which the scene or its options give, unless it is a pose; turned for a turntable.
-    fn camera_of(&self, turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
-        let pose = |turn: Turn| {
-            Some(
-                self.plan
-                    .poses
-                    .as_ref()?
-                    .poses
-                    .get(turn.number as usize - 1)?
-                    .camera,
-            )
-        };
-        Ok(match (turn.and_then(pose), turn) {
-            (Some(camera), _) => camera,
-            (None, Some(turn)) if self.plan.is_turning => Camera::new(&turned(&camera.view(), turn))?,
-            _ => *camera,
-        })
-    }
-
-    /// Refuses to save the poses of a camera that has none, before its picture is made.
-    fn prepare_poses(&mut self, camera: &Camera, settings: &Settings) -> Result<(), CliError> {
-        if self.plan.save_poses.is_some() && self.saved_poses.is_none() {
-            let size = [settings.width, settings.height];
-            self.saved_poses = Some(SavedPoses::new(camera, size)?);
-        }
-        Ok(())
-    }
-
-    /// Remembers the camera of a picture.
-    fn save_pose(&mut self, output: &Output, camera: &Camera) {
-        if let (Some(path), Some(saved)) = (&self.plan.save_poses, &mut self.saved_poses) {
-            let picture = Path::new(output.full_name());
-            let relative = path.parent().and_then(|folder| picture.strip_prefix(folder).ok());
-            saved.push(relative.unwrap_or(picture).to_string_lossy().into_owned(), camera);
-        }
-    }
-
-    fn write_poses(&self) -> Result<(), CliError> {
-        let (Some(path), Some(saved)) = (&self.plan.save_poses, &self.saved_poses) else {
-            return Ok(());
-        };
-        let target = JsonTarget::File(path.clone());
-        self.inputs.check_json(Some(&target))?;
-        write_json(&target, &json_line(saved))
-    }
-
     /// Says why a scene is skipped.
     fn skip(&mut self, path: &Path, error: &CliError) {
         self.skipped += 1;
@@ -233,10 +193,13 @@ impl Call<'_> {
     }
 
     /// Renders the pictures of one scene, the first of those that are left.
-    fn render_job(&mut self, job: &Job, left: &[Job]) -> Result<(), CliError> {
-        let mut files = Vec::new();
-        let (input, load_time) =
-            timed(|| stages::load(&job.input, job.scene_memory, &mut files, self.verbose));
+    fn render_job<'env>(
+        &mut self,
+        job: &Job,
+        left: &'env [Job],
+        ahead: &mut Ahead<'_, 'env>,
+    ) -> Result<(), CliError> {
+        let (input, files, load_time) = self.load(job, ahead);
         self.interrupt.check()?;
         let loaded = input.as_ref().ok().map(|input| &input.scene);
         self.inputs.add_scene(&job.input.path, &files, loaded);
@@ -266,6 +229,8 @@ impl Call<'_> {
         );
         memory::check_build(&scene, quality)?;
         let (mut bvh, build_time) = timed(|| stages::build(&scene, quality, self.verbose));
+        let taken = (scene.memory_bytes() + bvh.stats().memory_bytes) as u64;
+        ahead.start(left.get(1), job.scene_memory.saturating_sub(taken));
 
         let mut spent = Spent {
             load: load_time,
@@ -311,6 +276,20 @@ impl Call<'_> {
         }
         self.note_written(look);
         Ok(())
+    }
+
+    /// The scene of a job, the files that it reads, and how long it took.
+    fn load(
+        &self,
+        job: &Job,
+        ahead: &mut Ahead<'_, '_>,
+    ) -> (Result<Input, CliError>, Vec<PathBuf>, Duration) {
+        if let Some((input, files, time)) = ahead.take() {
+            return (Ok(input), files, time);
+        }
+        let mut files = Vec::new();
+        let (input, time) = timed(|| stages::load(&job.input, job.scene_memory, &mut files, self.verbose));
+        (input, files, time)
     }
 
     /// Says which pictures of a scene were written; a sheet comes last.

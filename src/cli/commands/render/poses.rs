@@ -1,0 +1,61 @@
+//! Cameras of frames, and the file that lists them.
+
+use super::Call;
+use crate::{
+    cli::{
+        CliError,
+        plan::{JsonTarget, SavedPoses, Turn, turned},
+        write::{Output, json_line, write_json},
+    },
+    render::Settings,
+    scene::Camera,
+};
+use std::path::Path;
+
+impl Call<'_> {
+    /// The camera of a frame, which the scene or its options give, unless it is a pose; turned for a turntable.
+    pub fn camera_of(&self, turn: Option<Turn>, camera: &Camera) -> Result<Camera, CliError> {
+        let pose = |turn: Turn| {
+            Some(
+                self.plan
+                    .poses
+                    .as_ref()?
+                    .poses
+                    .get(turn.number as usize - 1)?
+                    .camera,
+            )
+        };
+        Ok(match (turn.and_then(pose), turn) {
+            (Some(camera), _) => camera,
+            (None, Some(turn)) if self.plan.is_turning => Camera::new(&turned(&camera.view(), turn))?,
+            _ => *camera,
+        })
+    }
+
+    /// Refuses to save the poses of a camera that has none, before its picture is made.
+    pub fn prepare_poses(&mut self, camera: &Camera, settings: &Settings) -> Result<(), CliError> {
+        if self.plan.save_poses.is_some() && self.saved_poses.is_none() {
+            let size = [settings.width, settings.height];
+            self.saved_poses = Some(SavedPoses::new(camera, size)?);
+        }
+        Ok(())
+    }
+
+    /// Remembers the camera of a picture.
+    pub fn save_pose(&mut self, output: &Output, camera: &Camera) {
+        if let (Some(path), Some(saved)) = (&self.plan.save_poses, &mut self.saved_poses) {
+            let picture = Path::new(output.full_name());
+            let relative = path.parent().and_then(|folder| picture.strip_prefix(folder).ok());
+            saved.push(relative.unwrap_or(picture).to_string_lossy().into_owned(), camera);
+        }
+    }
+
+    pub fn write_poses(&self) -> Result<(), CliError> {
+        let (Some(path), Some(saved)) = (&self.plan.save_poses, &self.saved_poses) else {
+            return Ok(());
+        };
+        let target = JsonTarget::File(path.clone());
+        self.inputs.check_json(Some(&target))?;
+        write_json(&target, &json_line(saved))
+    }
+}
