@@ -27,6 +27,10 @@ pub struct ClosestPoint {
 /// More than the rounding of a distance in `f32`, as a fraction of it.
 const SLACK: f64 = 1e-6;
 
+/// More than the rounding of how far ahead a corner is, as a fraction of the 1-norm of its offset: one half-ulp for the
+/// offset, three for the dot product, and as many to spare.
+const AHEAD_ERROR: f32 = 8.0 / (1 << 24) as f32;
+
 /// The square of twice a triangle's area, as a fraction of the products that it is the sum of, below which it may be
 /// mostly their rounding.
 const LEAST_AREA: f64 = 1e-8;
@@ -50,6 +54,8 @@ struct Search {
     limit: f32,
     /// Keeps squares of large distances finite.
     scale: f32,
+    /// From the point to the best, a little less than of unit length; 0 if there is none.
+    direction: Vec3,
 }
 
 impl Search {
@@ -70,6 +76,7 @@ impl Search {
             } else {
                 1.0
             },
+            direction: Vec3::ZERO,
         }
     }
 
@@ -87,6 +94,12 @@ impl Search {
         };
         let reach = (distance + self.rounding) * (1.0 + SLACK) * f64::from(self.scale);
         self.limit = ((reach * reach) as f32).next_up();
+        let towards = (at - self.point) * ((1.0 - SLACK) / distance);
+        self.direction = if distance > 0.0 {
+            towards.as_vec3()
+        } else {
+            Vec3::ZERO
+        };
     }
 }
 
@@ -186,6 +199,8 @@ fn triangles<S: Simd>(
 ) {
     let [a, b, c] = block.load(simd);
     let squared = squared_distances(point, a.min(b).min(c), a.max(b).max(c), search.scale);
+    let ahead = least_ahead([a - point, b - point, c - point], simd.splat3(search.direction)) * search.scale;
+    let squared = squared.max(ahead * ahead);
     let near = squared.le(simd.splat(search.limit)).bits() & child.count_bits();
     let (entries, count) = squared.min(simd.splat(f32::MAX)).nearest_last(near);
     for &entry in entries.iter().take(count).rev() {
@@ -195,6 +210,24 @@ fn triangles<S: Simd>(
             search.offer(at, PrimitiveId(block.id[lane]));
         }
     }
+}
+
+/// How far ahead triangles begin along a direction of at most unit length, at least 0: none of their points is nearer.
+#[inline(always)]
+fn least_ahead<V: Lanes>(corners: [Vec3Lanes<V>; 3], direction: Vec3Lanes<V>) -> V {
+    // Not `map`, which is not inlined here.
+    let [a, b, c] = corners;
+    let ahead = a
+        .dot_about(direction)
+        .min(b.dot_about(direction))
+        .min(c.dot_about(direction));
+    let size = one_norm(a).max(one_norm(b)).max(one_norm(c));
+    (ahead - size * AHEAD_ERROR).max(ahead.all(0.0))
+}
+
+#[inline(always)]
+fn one_norm<V: Lanes>(v: Vec3Lanes<V>) -> V {
+    v.x.abs() + v.y.abs() + v.z.abs()
 }
 
 fn on_sphere(point: DVec3, center: DVec3, radius: f64) -> DVec3 {
