@@ -2,8 +2,9 @@
 //! the rows of a picture. The tracer sorts other rays by itself.
 
 use crate::{
-    lanes::{F32x8, LANES},
+    lanes::{F32x8, LANES, Vec3x8},
     ray::{HitPacket, RayPacket},
+    simd::{EightLanes, LaneMask, Lanes, Level, Simd, Vec3Eight, at_level},
 };
 use glam::Vec3;
 
@@ -97,17 +98,29 @@ impl Plane {
         self.axes.map(|axis| axis.dot(d))
     }
 
-    /// The place of a direction along a Z-order curve, first those ahead.
-    fn key(&self, d: Vec3) -> u16 {
-        let [x, y] = self.projected(d);
-        // NaN becomes 0, what is beyond the samples the nearest step.
-        let step = |at: f32, lower: f32| ((at - lower) * self.scale).min(STEPS - 1.0) as u16;
-        let ahead = u16::from(self.forward.dot(d) < 0.0) << (2 * BITS);
-        ahead | spread(step(x, self.lower[0])) | spread(step(y, self.lower[1])) << 1
+    /// The places of directions along a Z-order curve, first those ahead.
+    #[inline(always)]
+    fn keys<S: Simd>(&self, simd: S, directions: &Vec3x8) -> [u16; LANES] {
+        let d: Vec3Eight<S> = simd.load3(directions);
+        let (zero, last) = (simd.splat(0.0), simd.splat(STEPS - 1.0));
+        let mut steps = [[0.0; LANES]; 2];
+        for (axis, steps) in steps.iter_mut().enumerate() {
+            let at = d.dot_about(simd.splat3(self.axes[axis])) - simd.splat(self.lower[axis]);
+            // NaN becomes 0, what is beyond the samples the nearest step.
+            *steps = (at * self.scale).max(zero).min(last).to8().to_array();
+        }
+        let behind = d.dot_about(simd.splat3(self.forward)).lt(zero).bits();
+        let mut keys = [0; LANES];
+        for (lane, key) in keys.iter_mut().enumerate() {
+            let [x, y] = [steps[0][lane] as i32 as u16, steps[1][lane] as i32 as u16];
+            *key = spread(x) | spread(y) << 1 | ((behind >> lane & 1) as u16) << (2 * BITS);
+        }
+        keys
     }
 }
 
 /// The bits of a number below 2^8, one apart.
+#[inline(always)]
 fn spread(bits: u16) -> u16 {
     let bits = (bits | bits << 4) & 0x0f0f;
     let bits = (bits | bits << 2) & 0x3333;
@@ -142,20 +155,22 @@ fn is_scattered(packets: &[RayPacket]) -> bool {
 
 impl Order {
     /// Sorts packets of rays into its own; `false` if they are good as they come.
-    pub(super) fn sort(&mut self, packets: &[RayPacket]) -> bool {
+    pub(super) fn sort(&mut self, level: Level, packets: &[RayPacket]) -> bool {
         if !is_scattered(packets) {
             return false;
         }
         let plane = Plane::of(packets);
         self.keys.clear();
         let mut counts = [0_u32; KEYS];
-        for packet in packets {
-            for lane in 0..LANES {
-                let key = plane.key(packet.direction.lane(lane));
-                counts[usize::from(key) % KEYS] += 1;
-                self.keys.push(key);
+        at_level!(level, |simd| {
+            for packet in packets {
+                let keys = plane.keys(simd, &packet.direction);
+                self.keys.extend_from_slice(&keys);
+                for key in keys {
+                    counts[usize::from(key) % KEYS] += 1;
+                }
             }
-        }
+        });
         let mut sum = 0;
         for count in &mut counts {
             (*count, sum) = (sum, sum + *count);
@@ -217,10 +232,10 @@ mod tests {
         let random = packets(|i| [i * 7919 % 1000, i * 104_729 % 1009]);
         let tiles = packets(|i| [i / 256 * 16 + i % 16, i / 16 % 16]);
         let mut order = Order::default();
-        assert!(!order.sort(&tiles) && !order.sort(&rows[..LEAST - 1]));
+        assert!(!order.sort(Level::current(), &tiles) && !order.sort(Level::current(), &rows[..LEAST - 1]));
         for packets in [rows, random] {
-            assert!(order.sort(&packets));
-            assert!(!Order::default().sort(&order.packets));
+            assert!(order.sort(Level::current(), &packets));
+            assert!(!Order::default().sort(Level::current(), &order.packets));
             for (hits, packet) in order.hits.iter_mut().zip(&order.packets) {
                 *hits = HitPacket::miss(packet.t_max);
             }

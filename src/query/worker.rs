@@ -131,7 +131,12 @@ impl<'a> Worker<'a> {
             .hits
             .resize(self.buffers.packets.len(), HitPacket::miss(F32x8::ZERO));
         let origins = origins(&self.buffers.origins, self.buffers.shared);
-        if matches!(origins, Origins::Shared(_)) && self.buffers.order.sort(&self.buffers.packets) {
+        if matches!(origins, Origins::Shared(_))
+            && self
+                .buffers
+                .order
+                .sort(self.tracer.level(), &self.buffers.packets)
+        {
             let order = &mut self.buffers.order;
             self.tracer.closest_hit(origins, &order.packets, &mut order.hits);
             order.put_back(&mut self.buffers.hits);
