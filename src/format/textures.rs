@@ -3,12 +3,99 @@
 //!
 //! A texture that cannot be shown is a note, not an error: the shape is still shown.
 
-use super::{budget::Budget, left_out::counted, mesh::Surface};
+use super::{
+    OpenMesh,
+    budget::{Budget, BudgetError},
+    files,
+    left_out::counted,
+    mesh::{MAX_NAME, Surface},
+};
 use crate::{
     error::{LoadError, clip, clip_path},
-    scene::{CutOut, Image, SurfaceTextures, Texture},
+    scene::{CutOut, Image, MAX_TEXTURES, SurfaceTextures, Texture},
 };
-use std::{collections::HashMap, path::Path};
+use std::{
+    collections::HashMap,
+    path::{Component, Path, PathBuf},
+    sync::Arc,
+};
+
+/// Memory of an image's path beside its letters, bytes: its allocation, and its entries in a map and an array.
+const PATH_BYTES: usize = 160;
+
+/// The image files that a mesh names, each once.
+#[derive(Default)]
+pub(super) struct Images {
+    paths: Vec<Arc<Path>>,
+    numbers: HashMap<Arc<Path>, u32>,
+}
+
+impl Images {
+    pub(super) fn is_empty(&self) -> bool {
+        self.paths.is_empty()
+    }
+
+    /// The number of the image that the file `by` names; `None` if there are too many, or the name is too long.
+    pub(super) fn number(
+        &mut self,
+        by: &Path,
+        name: &str,
+        budget: &Budget,
+    ) -> Result<Option<u32>, BudgetError> {
+        if name.len() > MAX_NAME || name.is_empty() {
+            return Ok(None);
+        }
+        let path = by.parent().unwrap_or(Path::new("")).join(name);
+        let is_named = |part: &Component<'_>| *part != Component::CurDir;
+        let path: PathBuf = path.components().filter(is_named).collect();
+        if let Some(&number) = self.numbers.get(path.as_path()) {
+            return Ok(Some(number));
+        }
+        if self.paths.len() >= MAX_TEXTURES {
+            return Ok(None);
+        }
+        budget.take(path.as_os_str().len() + PATH_BYTES)?;
+        let (path, number): (Arc<Path>, u32) = (path.into(), self.paths.len() as u32);
+        self.numbers.insert(Arc::clone(&path), number);
+        self.paths.push(path);
+        Ok(Some(number))
+    }
+
+    /// Reads and decodes the images that triangles show: those of `surfaces`, which `surface_of` numbers. `path` is the
+    /// mesh's.
+    pub(super) fn read(
+        &self,
+        (surfaces, surface_of): (&mut [Surface], &[u32]),
+        path: &Path,
+        open: OpenMesh<'_>,
+        budget: &Budget,
+        notes: &mut Vec<String>,
+    ) -> Vec<Image> {
+        if !budget.wants_images() {
+            return Vec::new();
+        }
+        let used = used_surfaces(surfaces.len(), surface_of);
+        let used = surfaces.iter().zip(used);
+        let used = used.filter_map(|(surface, is_used)| is_used.then_some(surface));
+        let used = used_images(self.paths.len(), used);
+        let read = |(file, is_used): (&Arc<Path>, bool)| {
+            is_used.then(|| (open)(file).map_err(|error| reason(&files::load_error(file, &error))))
+        };
+        let read: Vec<Option<Result<Vec<u8>, String>>> = self.paths.iter().zip(used).map(read).collect();
+        let mut encoded = Vec::new();
+        for (file, read) in self.paths.iter().zip(&read) {
+            encoded.push(read.as_ref().map(|read| Encoded {
+                name: file.to_string_lossy().into_owned(),
+                bytes: read.as_deref().map_err(Clone::clone),
+            }));
+        }
+        let images = decode(&encoded, surfaces, path, budget, notes);
+        for bytes in read.iter().flatten().flatten() {
+            budget.give_back(bytes.capacity());
+        }
+        images
+    }
+}
 
 /// An image that surfaces name, and its file's bytes.
 pub(super) struct Encoded<'a> {

@@ -349,7 +349,7 @@ pub(super) fn read(
     let mut head = Vec::new();
     let head = opened.head(TEXT_HEAD, &mut head);
     match MeshFormat::of(path, head) {
-        Some(MeshFormat::Ply) => return ply::read(opened, path, true, budget),
+        Some(MeshFormat::Ply) => return ply::read(opened, path, Some(open), budget),
         Some(MeshFormat::Stl) => return stl::read(opened, path, budget),
         // Refused now: reading gigabytes first would take seconds.
         Some(MeshFormat::Obj) if head.contains(&0) => return obj::parse(head, path, open, budget),
@@ -415,7 +415,7 @@ pub(super) fn parse_as(
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
     match format {
-        MeshFormat::Ply => ply::parse_mesh(bytes, path, true, budget),
+        MeshFormat::Ply => ply::parse_mesh(bytes, path, Some(open), budget),
         MeshFormat::Obj => obj::parse(bytes, path, open, budget),
         MeshFormat::Off => off::parse(bytes, path, budget),
         MeshFormat::Stl => stl::parse(bytes, path, budget),

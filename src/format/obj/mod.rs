@@ -21,6 +21,7 @@ use super::{
     left_out::{LeftOut, name_list},
     mesh::{Cloud, LoadedMesh, MeshFormat, Surface, UpAxis, UpSource, clamp_colors, clamped_note},
     place::{TextFault, Words, after_mark, refuse_binary},
+    textures::Images,
 };
 use crate::{
     error::{LoadError, SceneError, SourcePos, clip_path, quote},
@@ -28,7 +29,6 @@ use crate::{
 };
 use colors::Colors;
 use corners::{Corner, Corners};
-use mtl::Images;
 use std::{
     borrow::Cow,
     collections::{HashMap, HashSet},
@@ -309,7 +309,8 @@ impl<'b> Obj<'b> {
         });
         self.notes
             .extend(super::textures::untextured_note(untextured, path));
-        let images = self.read_images(path, open);
+        let shown = (&mut self.surfaces[..], &self.surface_of[..]);
+        let images = self.images.read(shown, path, open, self.budget, &mut self.notes);
         if images.is_empty() && self.budget.wants_images() {
             self.corners.drop_uvs();
         }

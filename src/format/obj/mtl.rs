@@ -2,67 +2,23 @@
 //! mesh is shown all the same.
 
 use super::super::{
-    budget::{Budget, BudgetError},
+    budget::Budget,
     left_out::{LeftOut, counted},
-    mesh::{MAX_NAME, Surface, add_texture_file},
+    mesh::{Surface, add_texture_file},
     place::{TextFault, Words, after_mark},
+    textures::Images,
 };
 use crate::{
     error::quote,
-    scene::{CutOut, MAX_MATERIALS, MAX_TEXTURES, SurfaceTextures, Texture, Wrap},
+    scene::{CutOut, MAX_MATERIALS, SurfaceTextures, Texture, Wrap},
 };
-use std::{
-    collections::HashMap,
-    path::{Component, Path, PathBuf},
-    sync::Arc,
-};
+use std::path::{Path, PathBuf};
 
 /// Memory of a material's name beside its letters, bytes: its allocation, and its entry in a map.
 const NAME_BYTES: usize = 80;
 
 /// Opacity below this is cut out.
 const CUT_OUT_LIMIT: f32 = 0.5;
-
-/// Memory of an image's path beside its letters, bytes: its allocation, and its entries in a map and an array.
-const PATH_BYTES: usize = 160;
-
-/// The image files that materials name, each once.
-#[derive(Default)]
-pub(super) struct Images {
-    paths: Vec<Arc<Path>>,
-    numbers: HashMap<Arc<Path>, u32>,
-}
-
-impl Images {
-    pub(super) fn is_empty(&self) -> bool {
-        self.paths.is_empty()
-    }
-
-    pub(super) fn paths(&self) -> &[Arc<Path>] {
-        &self.paths
-    }
-
-    /// The number of the image that a library names; `None` if there are too many, or the name is too long.
-    fn number(&mut self, library: &Path, name: &str, budget: &Budget) -> Result<Option<u32>, BudgetError> {
-        if name.len() > MAX_NAME || name.is_empty() {
-            return Ok(None);
-        }
-        let path = library.parent().unwrap_or(Path::new("")).join(name);
-        let is_named = |part: &Component<'_>| *part != Component::CurDir;
-        let path: PathBuf = path.components().filter(is_named).collect();
-        if let Some(&number) = self.numbers.get(path.as_path()) {
-            return Ok(Some(number));
-        }
-        if self.paths.len() >= MAX_TEXTURES {
-            return Ok(None);
-        }
-        budget.take(path.as_os_str().len() + PATH_BYTES)?;
-        let (path, number): (Arc<Path>, u32) = (path.into(), self.paths.len() as u32);
-        self.numbers.insert(Arc::clone(&path), number);
-        self.paths.push(path);
-        Ok(Some(number))
-    }
-}
 
 /// The surfaces by name, at most `most`. If a name comes twice, the last one counts.
 ///

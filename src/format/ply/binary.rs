@@ -52,6 +52,7 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
             triangles,
             fans,
             budget,
+            ..
         } = faces;
         let mut at = 0;
         for _ in 0..count {

@@ -1,11 +1,12 @@
 //! The faces of a mesh, while they are read.
 
+use super::painted::Paint;
 use crate::{
     format::{
         budget::{Budget, BudgetError},
         polygon::Fans,
     },
-    scene::TriangleMesh,
+    scene::is_usable,
 };
 
 /// The faces of a mesh; all indices are checked.
@@ -13,8 +14,21 @@ pub(super) struct Faces<'a> {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Which of them are polygons.
     pub(super) fans: Fans,
-    /// What both take their memory from.
+    /// Their colours and textures.
+    pub(super) paint: Paint,
+    /// How many texture coordinates are not usable.
+    pub(super) odd_uvs: usize,
+    /// What all take their memory from.
     pub(super) budget: &'a Budget,
+}
+
+/// What replaces a texture coordinate that is not usable.
+pub(super) const UNKNOWN_UV: [f32; 2] = [0.0; 2];
+
+/// A texture coordinate with its origin at the upper left corner; the file's is the lower left one. `None` if it is not
+/// usable.
+pub(super) fn upper_left([u, v]: [f32; 2]) -> Option<[f32; 2]> {
+    (is_usable(u) && is_usable(v)).then_some([u, 1.0 - v])
 }
 
 impl<'a> Faces<'a> {
@@ -22,11 +36,13 @@ impl<'a> Faces<'a> {
         Self {
             triangles: Vec::new(),
             fans: Fans::default(),
+            paint: Paint::default(),
+            odd_uvs: 0,
             budget,
         }
     }
 
-    /// Adds a part of the faces.
+    /// Adds a part of the faces, which has no paint.
     pub(super) fn append(&mut self, mut part: Self) -> Result<(), BudgetError> {
         self.fans.append(part.fans, self.triangles.len(), self.budget)?;
         if self.triangles.capacity() == 0 {
@@ -43,11 +59,5 @@ impl<'a> Faces<'a> {
     pub(super) fn add_fan(&mut self, triangles: usize) -> Result<(), BudgetError> {
         self.budget.reserve(&mut self.triangles, triangles)?;
         self.fans.add(self.triangles.len(), triangles, 1, self.budget)
-    }
-
-    /// Moves them into the mesh that has their vertices.
-    pub(super) fn add_to(self, mesh: &mut TriangleMesh) {
-        mesh.triangles = self.triangles;
-        self.fans.cut_concave(mesh);
     }
 }

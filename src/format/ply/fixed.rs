@@ -2,9 +2,10 @@
 //! the arrays. Other layouts and faults are left to the slow path (`rows.rs`), which finds their place.
 
 use super::{
-    faces::Faces,
-    header::{COLOR_SLOT, Element, Header, Role, SLOTS, Step, color_scale},
+    faces::{Faces, upper_left},
+    header::{Element, Header, Role, Step, color_scale},
     rows::{Fault, reserve, zeroed},
+    slots::{COLOR_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{
     format::{budget::Budget, polygon::Fans, source::Pieces},
@@ -31,16 +32,17 @@ macro_rules! from_bytes {
 pub(super) use from_bytes;
 
 /// Reads all elements that a mesh needs; `None` if the slow path has to.
-pub(super) fn read_all<const BIG_ENDIAN: bool>(
+pub(super) fn read_all<'b, const BIG_ENDIAN: bool>(
     header: &Header,
     source: &impl Pieces,
-    budget: &Budget,
-) -> Result<Option<TriangleMesh>, Fault> {
+    budget: &'b Budget,
+) -> Result<Option<(TriangleMesh, Faces<'b>)>, Fault> {
     let (mut mesh, mut triangles) = (TriangleMesh::default(), Faces::new(budget));
     let mut at = header.body;
     for element in header.needed() {
         let end = match element.role {
             Role::Vertex => vertices::<BIG_ENDIAN>(source, at, element, &mut mesh, budget)?,
+            Role::Face if element.is_painted() => None,
             Role::Face => faces::<BIG_ENDIAN>(source, at, element, header.vertices, &mut triangles)?,
             Role::Other => end_of(element, at),
             Role::Strips => None,
@@ -50,8 +52,7 @@ pub(super) fn read_all<const BIG_ENDIAN: bool>(
             None => return Ok(None),
         }
     }
-    triangles.add_to(&mut mesh);
-    Ok(Some(mesh))
+    Ok(Some((mesh, triangles)))
 }
 
 /// Where the element that starts at `at` ends; `None` if its records differ in size.
@@ -68,6 +69,7 @@ struct VertexLayout {
     position: [Part; 3],
     normal: Option<[Part; 3]>,
     color: Option<[Part; 3]>,
+    uv: Option<[Part; 2]>,
 }
 
 impl VertexLayout {
@@ -92,6 +94,10 @@ impl VertexLayout {
             position: three(0)?,
             normal: three(3),
             color: three(COLOR_SLOT),
+            uv: match parts.get(UV_SLOT..) {
+                Some(&[Some(u), Some(v)]) => Some([u, v]),
+                _ => None,
+            },
         })
     }
 }
@@ -119,6 +125,7 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
         position,
         normal,
         color,
+        uv,
     } = layout;
     if end > source.length() {
         return Ok(None);
@@ -136,16 +143,18 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
         normals.par_extend(repeat_n(Vec3::ZERO, count));
     }
     let mut colors = zeroed(if color.is_some() { count } else { 0 }, element, budget)?;
+    let mut uvs = zeroed(if uv.is_some() { count } else { 0 }, element, budget)?;
     let pieces = (
         x.par_chunks_mut(PIECE),
         y.par_chunks_mut(PIECE),
         z.par_chunks_mut(PIECE),
         parts(&mut normals, count),
         parts(&mut colors, count),
+        parts(&mut uvs, count),
     );
     let read = pieces.into_par_iter().enumerate().try_for_each_init(
         Vec::new,
-        |buffer, (i, (x, y, z, normals, colors))| {
+        |buffer, (i, (x, y, z, normals, colors, uvs))| {
             let records = source.piece(at + i * PIECE * stride, x.len() * stride, buffer)?;
             let to_columns = triples::<BIG_ENDIAN>(records, stride, position, |i, [px, py, pz]| {
                 if let (Some(x), Some(y), Some(z)) = (x.get_mut(i), y.get_mut(i), z.get_mut(i)) {
@@ -161,14 +170,31 @@ pub(super) fn vertices<const BIG_ENDIAN: bool>(
             });
             let colors_too =
                 color.is_none_or(|color| read_colors::<BIG_ENDIAN>(records, stride, color, colors));
-            (to_columns && normals_too && colors_too).then_some(())
+            let uvs_too = uv.is_none_or(|uv| read_uvs::<BIG_ENDIAN>(records, stride, uv, uvs));
+            (to_columns && normals_too && colors_too && uvs_too).then_some(())
         },
     );
     if read.is_none() {
         return Ok(None);
     }
-    (mesh.x, mesh.y, mesh.z, mesh.normals, mesh.colors) = (x, y, z, normals, colors);
+    (mesh.x, mesh.y, mesh.z) = (x, y, z);
+    (mesh.normals, mesh.colors, mesh.uvs) = (normals, colors, uvs);
     Ok(Some(end))
+}
+
+/// Reads a texture coordinate of each record. Returns whether all are usable.
+fn read_uvs<const BIG_ENDIAN: bool>(
+    records: &[u8],
+    stride: usize,
+    [u, v]: [Part; 2],
+    uvs: &mut [[f32; 2]],
+) -> bool {
+    let mut records = records.chunks_exact(stride).zip(uvs);
+    records.all(|(record, uv)| {
+        let read = upper_left([number::<BIG_ENDIAN>(record, u), number::<BIG_ENDIAN>(record, v)]);
+        *uv = read.unwrap_or_default();
+        read.is_some()
+    })
 }
 
 /// Reads a colour of each record. Returns whether all are finite.
@@ -349,7 +375,7 @@ pub(super) fn faces<const BIG_ENDIAN: bool>(
     faces.append(Faces {
         triangles,
         fans,
-        budget,
+        ..Faces::new(budget)
     })?;
     Ok(Some(end))
 }

@@ -1,12 +1,12 @@
 //! The header: parsed by serde-ply, checked, and turned into steps that read a record.
 
-use super::rows::{Fault, Place};
+use super::{
+    rows::{Fault, Place},
+    slots::{COLOR_SLOT, SlotNames, VERTEX_SLOTS},
+};
 use crate::{
     error::quote,
-    format::{
-        left_out::{LeftOut, counted},
-        mesh::UpAxis,
-    },
+    format::{left_out::counted, mesh::UpAxis},
 };
 use serde_ply::{PlyFormat, PlyReader, PropertyType, ScalarType};
 use std::{io::Cursor, ops::Range};
@@ -32,9 +32,17 @@ pub(super) struct Header {
     /// The up axis, if a `comment up` line names one.
     pub(super) up: Option<UpAxis>,
     /// The word of a `comment up` line that names no axis, quoted.
-    odd_up: Option<String>,
-    /// Whether a `comment TextureFile` line names a texture.
-    has_texture: bool,
+    pub(super) odd_up: Option<String>,
+    /// The image files that `comment TextureFile` lines name.
+    pub(super) textures: Vec<String>,
+    /// Whether the vertices have texture coordinates.
+    pub(super) has_uvs: bool,
+    /// Whether the corners of faces have some.
+    pub(super) has_corner_uvs: bool,
+    /// Whether faces say which of `textures` they show; else it is the first one.
+    pub(super) has_texture_numbers: bool,
+    /// Whether faces have colours.
+    pub(super) has_face_colors: bool,
 }
 
 /// What an element's records become.
@@ -64,10 +72,15 @@ pub(super) struct Element {
 /// How to read one property of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Keep a number: slots 0 to 2 are the position, 3 to 5 the normal, 6 to 8 the colour.
+    /// Keep a number: slots 0 to 2 are the position, 3 to 5 the normal, 6 to 8 the colour, 9 and 10 the texture
+    /// coordinates. Faces have only colours.
     Keep { slot: usize, scalar: ScalarType },
     /// Make triangles of a list of vertex indices.
     Indices { count: ScalarType, item: ScalarType },
+    /// Keep a list of texture coordinates, two for each corner of a face.
+    CornerUvs { count: ScalarType, item: ScalarType },
+    /// Keep the number of a face's texture.
+    TextureNumber(ScalarType),
     /// Skip a number.
     Skip(ScalarType),
     /// Skip a list.
@@ -78,23 +91,26 @@ impl Step {
     /// Its bytes in a binary file; `None` for lists.
     pub(super) fn size(&self) -> Option<usize> {
         match *self {
-            Self::Keep { scalar, .. } | Self::Skip(scalar) => Some(scalar_size(scalar)),
-            Self::Indices { .. } | Self::SkipList { .. } => None,
+            Self::Keep { scalar, .. } | Self::TextureNumber(scalar) | Self::Skip(scalar) => {
+                Some(scalar_size(scalar))
+            }
+            Self::Indices { .. } | Self::CornerUvs { .. } | Self::SkipList { .. } => None,
+        }
+    }
+
+    /// The step over what this one keeps.
+    pub(super) fn skipped(self) -> Self {
+        match self {
+            Self::Keep { scalar, .. } | Self::TextureNumber(scalar) | Self::Skip(scalar) => {
+                Self::Skip(scalar)
+            }
+            Self::Indices { count, item }
+            | Self::CornerUvs { count, item }
+            | Self::SkipList { count, item } => Self::SkipList { count, item },
         }
     }
 }
 
-/// How many numbers of a vertex are kept.
-pub(super) const SLOTS: usize = 9;
-/// The slot of red; green and blue follow.
-pub(super) const COLOR_SLOT: usize = 6;
-const VERTEX_SLOTS: [&str; COLOR_SLOT] = ["x", "y", "z", "nx", "ny", "nz"];
-/// What programs call the channels of a colour. A file's first complete set counts.
-const COLOR_NAMES: [[&str; 3]; 3] = [
-    ["red", "green", "blue"],
-    ["diffuse_red", "diffuse_green", "diffuse_blue"],
-    ["r", "g", "b"],
-];
 const INDEX_NAMES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// Bytes of a scalar in a binary file.
@@ -146,7 +162,11 @@ impl Header {
             has_colors: false,
             up: None,
             odd_up: None,
-            has_texture: false,
+            textures: Vec::new(),
+            has_uvs: false,
+            has_corner_uvs: false,
+            has_texture_numbers: false,
+            has_face_colors: false,
         };
         header.read_comments(&text);
         for (i, definition) in parsed.elem_defs.iter().enumerate() {
@@ -163,76 +183,21 @@ impl Header {
             }
             header.elements.push(element);
         }
+        header.choose();
         header.check_room(bytes, length)?;
         Ok(header)
     }
 
-    /// Reads what programs write into comments: `comment up z`, and MeshLab's `comment TextureFile NAME`.
-    fn read_comments(&mut self, text: &str) {
-        for line in text.lines() {
-            let mut words = line.split_whitespace();
-            if words.next() != Some("comment") {
-                continue;
-            }
-            match (words.next(), words.next(), words.next()) {
-                (Some(word), Some(axis), None) if word.eq_ignore_ascii_case("up") => match axis.parse() {
-                    Ok(axis) => self.up = Some(axis),
-                    Err(_) => self.odd_up = Some(quote(axis.as_bytes())),
-                },
-                (Some(word), Some(_), _) => self.has_texture |= word.eq_ignore_ascii_case("TextureFile"),
-                _ => {}
-            }
-        }
-    }
-
-    /// What the file holds and is not read.
-    pub(super) fn left_out(&self) -> LeftOut {
-        let mut left_out = LeftOut::default();
-        for element in self.elements.iter().filter(|element| element.count > 0) {
-            let noun = match element.role {
-                Role::Vertex => "vertex",
-                Role::Face => "face",
-                Role::Strips => "strip",
-                Role::Other => {
-                    let name = quote(element.name.as_bytes());
-                    let (one, many) = (format!("{name} record"), format!("{name} records"));
-                    left_out.count(element.count, &one, &many);
-                    continue;
-                }
-            };
-            let is_left_out = |step: &Step| matches!(step, Step::Skip(_) | Step::SkipList { .. });
-            let names = element.steps.iter().zip(&element.property_names);
-            let mut others = Vec::new();
-            for (_, name) in names.filter(|(step, _)| is_left_out(step)) {
-                match name.as_str() {
-                    "alpha" | "a" if element.keeps(COLOR_SLOT) => left_out.add("vertex alpha"),
-                    "red" | "green" | "blue" | "alpha" | "diffuse_red" | "diffuse_green" | "diffuse_blue"
-                    | "r" | "g" | "b" | "a" => {
-                        let more = if element.keeps(COLOR_SLOT) { "more " } else { "" };
-                        left_out.add(&format!("{more}{noun} colours"));
-                    }
-                    "s" | "t" | "u" | "v" | "texture_u" | "texture_v" | "texcoord" | "texnumber" => {
-                        left_out.add("texture coordinates");
-                    }
-                    name => others.push(name),
-                }
-            }
-            left_out.names(&format!("{noun} properties"), others);
-        }
-        if let Some(word) = &self.odd_up {
-            left_out.add(&format!("a comment that {word} is up, which is no axis"));
-        }
-        if self.has_texture {
-            left_out.add("textures");
-        }
-        left_out
-    }
-
     /// Whether the vertices are points of a cloud: nothing connects them.
     pub(super) fn is_cloud(&self) -> bool {
+        self.vertices > 0 && !self.has_faces()
+    }
+
+    /// Whether there are faces or strips.
+    pub(super) fn has_faces(&self) -> bool {
         let has_faces =
             |element: &Element| matches!(element.role, Role::Face | Role::Strips) && element.count > 0;
-        self.vertices > 0 && !self.elements.iter().any(has_faces)
+        self.elements.iter().any(has_faces)
     }
 
     /// The elements up to the last one that a mesh needs. Records without properties are skipped: any count of them fits.
@@ -285,64 +250,59 @@ impl Element {
             steps: Vec::with_capacity(definition.properties.len()),
             property_names: definition.properties.iter().map(|p| p.name.clone()).collect(),
         };
-        let all_normals = VERTEX_SLOTS[3..].iter().all(|name| definition.has_property(name));
-        let colors = color_names(definition);
+        let names = SlotNames::of(definition, role);
         for property in &definition.properties {
-            let kept = VERTEX_SLOTS
-                .iter()
-                .position(|name| *name == property.name)
-                .filter(|&slot| slot < 3 || all_normals);
-            let channel = || Some(COLOR_SLOT + colors?.iter().position(|name| *name == property.name)?);
-            let slot = kept.or_else(channel).filter(|_| role == Role::Vertex);
-            let is_indices =
-                matches!(role, Role::Face | Role::Strips) && INDEX_NAMES.contains(&property.name.as_str());
-            element.steps.push(match (&property.property_type, slot) {
-                (&PropertyType::Scalar(scalar), Some(slot)) => {
-                    if element.keeps(slot) {
-                        return Err(format!("second property `{}`, expected one", property.name));
-                    }
-                    Step::Keep { slot, scalar }
-                }
-                (&PropertyType::List { .. }, Some(_)) => {
-                    return Err(format!("`{}` is a list, expected a number", property.name));
-                }
-                (&PropertyType::Scalar(_), None) if is_indices => {
-                    return Err(format!("`{}` is a number, expected a list", property.name));
-                }
-                (
-                    &PropertyType::List {
-                        count_type,
-                        data_type,
-                    },
-                    None,
-                ) if is_indices => {
-                    if element
-                        .steps
-                        .iter()
-                        .any(|step| matches!(step, Step::Indices { .. }))
-                    {
-                        return Err("second list of vertex indices, expected one".to_owned());
-                    }
-                    Step::Indices {
-                        count: count_type,
-                        item: data_type,
-                    }
-                }
-                (&PropertyType::Scalar(scalar), None) => Step::Skip(scalar),
-                (
-                    &PropertyType::List {
-                        count_type,
-                        data_type,
-                    },
-                    None,
-                ) => Step::SkipList {
-                    count: count_type,
-                    item: data_type,
-                },
-            });
+            let step = element.step(&property.name, &property.property_type, &names)?;
+            element.steps.push(step);
         }
         element.expect_complete()?;
         Ok(element)
+    }
+
+    /// What becomes of the next property.
+    fn step(&self, name: &str, kind: &PropertyType, names: &SlotNames) -> Result<Step, String> {
+        let is_indices = matches!(self.role, Role::Face | Role::Strips) && INDEX_NAMES.contains(&name);
+        let is_new = |kind: fn(&Step) -> bool| self.role == Role::Face && !self.steps.iter().any(kind);
+        match (kind, names.slot(name)) {
+            (&PropertyType::Scalar(scalar), Some(slot)) => {
+                if self.keeps(slot) {
+                    return Err(format!("second property `{name}`, expected one"));
+                }
+                Ok(Step::Keep { slot, scalar })
+            }
+            (PropertyType::List { .. }, Some(_)) => Err(format!("`{name}` is a list, expected a number")),
+            (PropertyType::Scalar(_), None) if is_indices => {
+                Err(format!("`{name}` is a number, expected a list"))
+            }
+            (&PropertyType::Scalar(scalar), None) => {
+                let is_number = name == "texnumber" && is_new(|step| matches!(step, Step::TextureNumber(_)));
+                Ok(if is_number {
+                    Step::TextureNumber(scalar)
+                } else {
+                    Step::Skip(scalar)
+                })
+            }
+            (
+                &PropertyType::List {
+                    count_type: count,
+                    data_type: item,
+                },
+                None,
+            ) => {
+                if is_indices {
+                    if self.steps.iter().any(|step| matches!(step, Step::Indices { .. })) {
+                        return Err("second list of vertex indices, expected one".to_owned());
+                    }
+                    return Ok(Step::Indices { count, item });
+                }
+                let is_uvs = name == "texcoord" && is_new(|step| matches!(step, Step::CornerUvs { .. }));
+                Ok(if is_uvs {
+                    Step::CornerUvs { count, item }
+                } else {
+                    Step::SkipList { count, item }
+                })
+            }
+        }
     }
 
     /// Refuses vertices without positions and faces without indices, if there are any records of them.
@@ -368,7 +328,7 @@ impl Element {
     }
 
     /// Whether a property fills this slot.
-    fn keeps(&self, wanted: usize) -> bool {
+    pub(super) fn keeps(&self, wanted: usize) -> bool {
         self.steps
             .iter()
             .any(|step| matches!(step, Step::Keep { slot, .. } if *slot == wanted))
@@ -382,28 +342,29 @@ impl Element {
             PlyFormat::BinaryLittleEndian | PlyFormat::BinaryBigEndian => scalar_size(scalar),
         };
         let of_step = |step: &Step| match *step {
-            Step::Keep { scalar, .. } | Step::Skip(scalar) => size(scalar),
-            Step::Indices { count, .. } | Step::SkipList { count, .. } => size(count),
+            Step::Keep { scalar, .. } | Step::TextureNumber(scalar) | Step::Skip(scalar) => size(scalar),
+            Step::Indices { count, .. } | Step::CornerUvs { count, .. } | Step::SkipList { count, .. } => {
+                size(count)
+            }
         };
         self.steps.iter().map(of_step).sum()
+    }
+
+    /// Whether its records have colours or textures of faces: they take the slow path (`painted.rs`).
+    pub(super) fn is_painted(&self) -> bool {
+        let is_painted = |step: &Step| {
+            matches!(
+                step,
+                Step::Keep { .. } | Step::CornerUvs { .. } | Step::TextureNumber(_)
+            )
+        };
+        self.role == Role::Face && self.steps.iter().any(is_painted)
     }
 
     /// Bytes of each record in a binary file; `None` if they differ.
     pub(super) fn stride(&self) -> Option<usize> {
         self.steps.iter().map(Step::size).sum()
     }
-}
-
-/// The names of the channels, if each is one number of every record.
-fn color_names(definition: &serde_ply::ElementDef) -> Option<&'static [&'static str; 3]> {
-    let is_single_number = |name: &&str| {
-        let mut named = definition.properties.iter().filter(|p| p.name == **name);
-        let first = named.next().map(|property| &property.property_type);
-        matches!(first, Some(PropertyType::Scalar(_))) && named.next().is_none()
-    };
-    COLOR_NAMES
-        .iter()
-        .find(|names| names.iter().all(is_single_number))
 }
 
 /// Where the line after `end_header` starts, in bytes.

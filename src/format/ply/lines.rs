@@ -3,9 +3,10 @@
 
 use super::{
     ascii::Text,
-    faces::Faces,
-    header::{COLOR_SLOT, Element, SLOTS, Step, color_scale},
+    faces::{Faces, upper_left},
+    header::{Element, Step, color_scale},
     rows::{Fault, reserve, zeroed},
+    slots::{COLOR_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{
     format::budget::Budget,
@@ -55,14 +56,16 @@ pub(super) fn vertices(
     }
     let has_colors = slots.contains(&COLOR_SLOT);
     let mut colors = zeroed(if has_colors { count } else { 0 }, element, budget)?;
+    let mut uvs = zeroed(if slots.contains(&UV_SLOT) { count } else { 0 }, element, budget)?;
     let [mut x, mut y, mut z] = columns.each_mut().map(Vec::as_mut_slice);
-    let (mut n, mut c) = (normals.as_mut_slice(), colors.as_mut_slice());
+    let (mut n, mut c, mut t) = (normals.as_mut_slice(), colors.as_mut_slice(), uvs.as_mut_slice());
     let parts: Vec<_> = blocks
         .iter()
         .map(|block| {
             let ends = ..block.lines.min(x.len());
             let normals = ..block.lines.min(n.len());
             let colors = ..block.lines.min(c.len());
+            let uvs = ..block.lines.min(t.len());
             (
                 block.text,
                 x.split_off_mut(ends).unwrap_or_default(),
@@ -70,13 +73,14 @@ pub(super) fn vertices(
                 z.split_off_mut(ends).unwrap_or_default(),
                 n.split_off_mut(normals).unwrap_or_default(),
                 c.split_off_mut(colors).unwrap_or_default(),
+                t.split_off_mut(uvs).unwrap_or_default(),
             )
         })
         .collect();
     let read = parts.into_par_iter().try_for_each(
-        |(mut rest, x, y, z, normals, colors): (_, _, _, _, _, &mut [[f32; 3]])| {
+        |(mut rest, x, y, z, normals, colors, uvs): (_, _, _, _, _, &mut [[f32; 3]], &mut [[f32; 2]])| {
             for (i, ((x, y), z)) in x.iter_mut().zip(y).zip(z).enumerate() {
-                let [px, py, pz, nx, ny, nz, red, green, blue, _] = vertex(&mut rest, &slots)?;
+                let [px, py, pz, nx, ny, nz, red, green, blue, u, v, _] = vertex(&mut rest, &slots)?;
                 (*x, *y, *z) = (px, py, pz);
                 if let Some(normal) = normals.get_mut(i) {
                     *normal = Vec3::new(nx, ny, nz);
@@ -84,6 +88,9 @@ pub(super) fn vertices(
                 if let Some(color) = colors.get_mut(i) {
                     let [of_red, of_green, of_blue] = scales;
                     *color = [red / of_red, green / of_green, blue / of_blue];
+                }
+                if let Some(uv) = uvs.get_mut(i) {
+                    *uv = upper_left([u, v])?;
                 }
             }
             Some(())
@@ -93,7 +100,7 @@ pub(super) fn vertices(
         return Ok(false);
     }
     [mesh.x, mesh.y, mesh.z] = columns;
-    (mesh.normals, mesh.colors) = (normals, colors);
+    (mesh.normals, mesh.colors, mesh.uvs) = (normals, colors, uvs);
     text.pass(length(&blocks));
     Ok(true)
 }

@@ -10,17 +10,23 @@
 //! Format: Greg Turk, *The PLY Polygon File Format*, 1994.
 
 mod ascii;
+mod at;
 mod binary;
+mod choice;
 mod faces;
+mod finish;
 mod fixed;
 mod header;
 mod lines;
+mod painted;
 mod rows;
+mod slots;
 
 use super::{
+    OpenMesh,
     budget::Budget,
     files,
-    mesh::{Cloud, LoadedMesh, MeshFormat, UpAxis, UpSource, clamp_colors, clamped_note},
+    mesh::LoadedMesh,
     source::{OpenFile, Opened, Pieces},
 };
 use crate::{
@@ -29,10 +35,12 @@ use crate::{
 };
 use ascii::Text;
 use binary::Binary;
-use header::{COLOR_SLOT, Header, Step};
+use faces::Faces;
+use header::Header;
 use rows::{Fault, Place};
 use serde_ply::PlyFormat;
 use std::{
+    io,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -55,22 +63,61 @@ use std::{
 /// [`LoadError`]: a header that is not understood or promises more than the file holds, a value that is not a number,
 /// not finite or too large, a vertex index out of range, a file that is cut short.
 pub fn parse(bytes: &[u8], name: &Path) -> Result<TriangleMesh, LoadError> {
-    parse_mesh(bytes, name, true, &Budget::unlimited()).map(|mesh| mesh.columns)
+    let no_images = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
+    parse_mesh(bytes, name, Some(no_images), &Budget::unlimited()).map(|mesh| mesh.columns)
 }
 
-/// As [`parse`], with what the header says about the mesh; colours are left out unless it `keeps_colors`.
+/// As [`parse`], with what else the file holds. `open` gives the images that it names; without it, colours and textures
+/// are left out.
 pub(super) fn parse_mesh(
     bytes: &[u8],
     name: &Path,
-    keeps_colors: bool,
+    open: Option<OpenMesh<'_>>,
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
+    let (header, read) = read_values(bytes, name, open.is_some(), budget)?;
+    finish(read, &header, name, open, budget)
+}
+
+/// Reads a mesh piece by piece if its layout allows it, so that the file's bytes are not kept beside the mesh.
+pub(super) fn read(
+    opened: Opened,
+    name: &Path,
+    open: Option<OpenMesh<'_>>,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
+    let before = budget.taken();
+    let shows_colors = open.is_some();
+    if let Opened::File(file) = &opened
+        && let Some((header, read)) = read_pieces(file, name, shows_colors, budget)?
+    {
+        return finish(read, &header, name, open, budget);
+    }
+    budget.give_back_to(before);
+    let bytes = opened.into_bytes(budget);
+    let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
+    let (header, read) = read_values(&bytes, name, shows_colors, budget)?;
+    let capacity = bytes.capacity();
+    drop(bytes);
+    budget.give_back(capacity);
+    finish(read, &header, name, open, budget)
+}
+
+/// A header, and the vertices and faces that follow.
+type Read<'b> = (Header, (TriangleMesh, Faces<'b>));
+
+fn read_values<'b>(
+    bytes: &[u8],
+    name: &Path,
+    shows_colors: bool,
+    budget: &'b Budget,
+) -> Result<Read<'b>, LoadError> {
     let error = |fault: Fault| fault_to_error(bytes, &Arc::new(name.to_path_buf()), &fault);
     let mut header = Header::parse(bytes, bytes.len()).map_err(error)?;
-    if !keeps_colors {
-        skip_colors(&mut header);
+    if !shows_colors {
+        header.skip_colors();
     }
-    let mesh = match header.format {
+    let read = match header.format {
         PlyFormat::Ascii => rows::read_all(&header, &mut Text::new(bytes, header.body), budget),
         PlyFormat::BinaryLittleEndian => {
             rows::read_all(&header, &mut Binary::<false>::new(bytes, header.body), budget)
@@ -79,38 +126,20 @@ pub(super) fn parse_mesh(
             rows::read_all(&header, &mut Binary::<true>::new(bytes, header.body), budget)
         }
     };
-    Ok(loaded(mesh.map_err(error)?, &header, name))
-}
-
-/// Reads a mesh piece by piece if its layout allows it, so that the file's bytes are not kept beside the mesh.
-pub(super) fn read(
-    opened: Opened,
-    name: &Path,
-    keeps_colors: bool,
-    budget: &Budget,
-) -> Result<LoadedMesh, LoadError> {
-    let before = budget.taken();
-    if let Opened::File(file) = &opened
-        && let Some(mesh) = read_pieces(file, name, keeps_colors, budget)?
-    {
-        return Ok(mesh);
-    }
-    budget.give_back_to(before);
-    let bytes = opened.into_bytes(budget);
-    let bytes = bytes.map_err(|error| files::load_error(name, &error))?;
-    parse_mesh(&bytes, name, keeps_colors, budget)
+    let read = read.map_err(error)?;
+    Ok((header, read))
 }
 
 /// Files with longer headers, in bytes, are read whole.
 const HEAD: usize = 1 << 14;
 
 /// `None` if the whole file has to be read.
-fn read_pieces(
+fn read_pieces<'b>(
     file: &OpenFile,
     name: &Path,
-    keeps_colors: bool,
-    budget: &Budget,
-) -> Result<Option<LoadedMesh>, LoadError> {
+    shows_colors: bool,
+    budget: &'b Budget,
+) -> Result<Option<Read<'b>>, LoadError> {
     let mut head = Vec::new();
     let Some(head) = file.piece(0, file.length().min(HEAD), &mut head) else {
         return Ok(None);
@@ -120,47 +149,29 @@ fn read_pieces(
     }
     let error = |fault: Fault| fault_to_error(head, &Arc::new(name.to_path_buf()), &fault);
     let mut header = Header::parse(head, file.length()).map_err(error)?;
-    if !keeps_colors {
-        skip_colors(&mut header);
+    if !shows_colors {
+        header.skip_colors();
     }
-    let mesh = match header.format {
+    let read = match header.format {
         PlyFormat::Ascii => Ok(None),
         PlyFormat::BinaryLittleEndian => fixed::read_all::<false>(&header, file, budget),
         PlyFormat::BinaryBigEndian => fixed::read_all::<true>(&header, file, budget),
     };
-    let columns = mesh.map_err(error)?;
-    Ok(columns.map(|columns| loaded(columns, &header, name)))
+    let read = read.map_err(error)?;
+    Ok(read.map(|read| (header, read)))
 }
 
-/// Leaves colours out: what a mesh could not have, such as NaN, is no fault then.
-fn skip_colors(header: &mut Header) {
-    header.has_colors = false;
-    for step in header.elements.iter_mut().flat_map(|element| &mut element.steps) {
-        if let Step::Keep {
-            slot: COLOR_SLOT..,
-            scalar,
-        } = *step
-        {
-            *step = Step::Skip(scalar);
-        }
-    }
-}
-
-/// The mesh with what its header says. PLY has no field for the up axis, and y is what most programs write.
-fn loaded(mut columns: TriangleMesh, header: &Header, name: &Path) -> LoadedMesh {
-    let clamped = clamp_colors(&mut columns.colors);
-    let notes = [clamped_note(clamped, name), header.left_out().note(name)];
-    LoadedMesh {
-        columns,
-        cloud: header.is_cloud().then(Cloud::default),
-        up: header.up.unwrap_or(UpAxis::Y),
-        up_source: match header.up {
-            Some(_) => UpSource::Stated,
-            None => UpSource::Assumed(MeshFormat::Ply),
-        },
-        notes: notes.into_iter().flatten().collect(),
-        ..LoadedMesh::default()
-    }
+/// The mesh with its images.
+fn finish(
+    read: (TriangleMesh, Faces<'_>),
+    header: &Header,
+    name: &Path,
+    open: Option<OpenMesh<'_>>,
+    budget: &Budget,
+) -> Result<LoadedMesh, LoadError> {
+    let no_images = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
+    let finished = finish::finish(read, header, name, open.unwrap_or(no_images), budget);
+    finished.map_err(|error| error.into_error(name))
 }
 
 /// Adds the place of a fault.

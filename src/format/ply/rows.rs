@@ -1,11 +1,14 @@
 //! Reads records value by value, for any encoding and layout, and places every error.
 
 use super::{
-    faces::Faces,
-    header::{COLOR_SLOT, Element, Header, Role, SLOTS, Step, color_scale},
+    at::At,
+    faces::{Faces, UNKNOWN_UV, upper_left},
+    header::{Element, Header, Role, Step, color_scale},
+    painted,
+    slots::{COLOR_SLOT, SLOTS, UV_SLOT},
 };
 use crate::{
-    error::{SceneError, quote},
+    error::quote,
     format::budget::{Budget, BudgetError},
     scene::{TriangleMesh, is_usable},
 };
@@ -113,23 +116,26 @@ pub(super) trait Values {
 }
 
 /// Reads all elements up to the last one that a mesh needs.
-pub(super) fn read_all<V: Values>(
+pub(super) fn read_all<'b, V: Values>(
     header: &Header,
     values: &mut V,
-    budget: &Budget,
-) -> Result<TriangleMesh, Fault> {
+    budget: &'b Budget,
+) -> Result<(TriangleMesh, Faces<'b>), Fault> {
     let (mut mesh, mut faces) = (TriangleMesh::default(), Faces::new(budget));
     for element in header.needed() {
         match element.role {
-            Role::Vertex => read_vertices(element, header, values, &mut mesh, budget)?,
+            Role::Vertex => read_vertices(element, header, values, &mut mesh, &mut faces)?,
+            Role::Face if element.is_painted() => {
+                reserve_faces(element, values, &mut faces)?;
+                painted::read_faces(element, header, values, &mut faces)?;
+            }
             Role::Face => read_faces(element, header, values, &mut faces)?,
             Role::Strips => read_strips(element, header.vertices, values, &mut faces)?,
             Role::Other if values.fast_skip(element) => {}
             Role::Other => read_others(element, values)?,
         }
     }
-    faces.add_to(&mut mesh);
-    Ok(mesh)
+    Ok((mesh, faces))
 }
 
 fn read_vertices<V: Values>(
@@ -137,8 +143,9 @@ fn read_vertices<V: Values>(
     header: &Header,
     values: &mut V,
     mesh: &mut TriangleMesh,
-    budget: &Budget,
+    faces: &mut Faces<'_>,
 ) -> Result<(), Fault> {
+    let budget = faces.budget;
     let before = budget.taken();
     if values.fast_vertices(element, mesh, budget)? {
         return Ok(());
@@ -154,6 +161,9 @@ fn read_vertices<V: Values>(
     if header.has_colors {
         reserve(&mut mesh.colors, element.count, element, budget)?;
     }
+    if header.has_uvs {
+        reserve(&mut mesh.uvs, element.count, element, budget)?;
+    }
     for record in 1..=element.count {
         let start = values.begin_record();
         let mut kept = [0.0; SLOTS];
@@ -165,6 +175,14 @@ fn read_vertices<V: Values>(
                 record,
             };
             match *step {
+                Step::Keep {
+                    slot: slot @ UV_SLOT..,
+                    scalar,
+                } => {
+                    if let Some(kept) = kept.get_mut(slot) {
+                        *kept = uv_number(scalar, values, &at)?;
+                    }
+                }
                 Step::Keep { slot, scalar } => {
                     let mut value = values.real(scalar).map_err(|wrong| at.wrong(values, wrong))?;
                     let is_color = slot >= COLOR_SLOT;
@@ -190,7 +208,7 @@ fn read_vertices<V: Values>(
             },
             values,
         )?;
-        let [x, y, z, nx, ny, nz, red, green, blue] = kept;
+        let [x, y, z, nx, ny, nz, red, green, blue, u, v] = kept;
         mesh.x.push(x);
         mesh.y.push(y);
         mesh.z.push(z);
@@ -200,8 +218,22 @@ fn read_vertices<V: Values>(
         if header.has_colors {
             mesh.colors.push([red, green, blue]);
         }
+        if header.has_uvs {
+            let uv = upper_left([u, v]);
+            faces.odd_uvs += usize::from(uv.is_none());
+            mesh.uvs.push(uv.unwrap_or(UNKNOWN_UV));
+        }
     }
     Ok(())
+}
+
+/// A number of a texture coordinate; NaN for a word that is none.
+pub(super) fn uv_number<V: Values>(scalar: ScalarType, values: &mut V, at: &At<'_>) -> Result<f32, Fault> {
+    match values.real(scalar) {
+        Ok(value) => Ok(value),
+        Err(Wrong::End) => Err(at.wrong(values, Wrong::End)),
+        Err(_) => Ok(f32::NAN),
+    }
 }
 
 fn read_faces<V: Values>(
@@ -215,17 +247,7 @@ fn read_faces<V: Values>(
         return Ok(());
     }
     faces.budget.give_back_to(before);
-    // Reserve no more than the file can hold: the count may be wrong.
-    let least = element.steps.iter().map(|step| match *step {
-        Step::Indices { count, item } => V::least_bytes(count) + 3 * V::least_bytes(item),
-        Step::SkipList { count: scalar, .. } | Step::Skip(scalar) | Step::Keep { scalar, .. } => {
-            V::least_bytes(scalar)
-        }
-    });
-    let possible = values.bytes_left() / least.sum::<usize>().max(1);
-    let possible = element.count.min(possible + 1);
-    reserve(&mut faces.triangles, possible, element, faces.budget)?;
-
+    reserve_faces(element, values, faces)?;
     for_each_property(element, values, |values, step, at| match *step {
         Step::Indices { count, item } => {
             let corners = list_length(count, item, values, at)?;
@@ -233,6 +255,21 @@ fn read_faces<V: Values>(
         }
         _ => skip(step, values, at),
     })
+}
+
+/// Reserves no more than the file can hold: the count may be wrong.
+fn reserve_faces<V: Values>(element: &Element, values: &V, faces: &mut Faces<'_>) -> Result<(), Fault> {
+    let least = element.steps.iter().map(|step| match *step {
+        Step::Indices { count, item } => V::least_bytes(count) + 3 * V::least_bytes(item),
+        Step::SkipList { count: scalar, .. }
+        | Step::CornerUvs { count: scalar, .. }
+        | Step::Skip(scalar)
+        | Step::TextureNumber(scalar)
+        | Step::Keep { scalar, .. } => V::least_bytes(scalar),
+    });
+    let possible = values.bytes_left() / least.sum::<usize>().max(1);
+    let possible = element.count.min(possible + 1);
+    reserve(&mut faces.triangles, possible, element, faces.budget)
 }
 
 /// Visits every property of every record of an element.
@@ -259,7 +296,7 @@ fn for_each_property<V: Values>(
 }
 
 /// One polygon as a fan around its first corner.
-fn read_corners<V: Values>(
+pub(super) fn read_corners<V: Values>(
     corners: usize,
     item: ScalarType,
     vertices: usize,
@@ -329,10 +366,10 @@ fn read_others<V: Values>(element: &Element, values: &mut V) -> Result<(), Fault
     for_each_property(element, values, |values, step, at| skip(step, values, at))
 }
 
-fn skip<V: Values>(step: &Step, values: &mut V, at: &At<'_>) -> Result<(), Fault> {
+pub(super) fn skip<V: Values>(step: &Step, values: &mut V, at: &At<'_>) -> Result<(), Fault> {
     let (scalar, count) = match *step {
-        Step::Keep { scalar, .. } | Step::Skip(scalar) => (scalar, 1),
-        Step::Indices { count, item } | Step::SkipList { count, item } => {
+        Step::Keep { scalar, .. } | Step::TextureNumber(scalar) | Step::Skip(scalar) => (scalar, 1),
+        Step::Indices { count, item } | Step::CornerUvs { count, item } | Step::SkipList { count, item } => {
             (item, list_length(count, item, values, at)?)
         }
     };
@@ -342,7 +379,7 @@ fn skip<V: Values>(step: &Step, values: &mut V, at: &At<'_>) -> Result<(), Fault
 }
 
 /// Reads the length of a list and checks that it fits into the rest of the file.
-fn list_length<V: Values>(
+pub(super) fn list_length<V: Values>(
     count: ScalarType,
     item: ScalarType,
     values: &mut V,
@@ -356,7 +393,7 @@ fn list_length<V: Values>(
     }
 }
 
-fn end_record<V: Values>(at: &At<'_>, values: &mut V) -> Result<(), Fault> {
+pub(super) fn end_record<V: Values>(at: &At<'_>, values: &mut V) -> Result<(), Fault> {
     if values.end_record() {
         Ok(())
     } else {
@@ -393,86 +430,4 @@ pub(super) fn zeroed<T: Clone + Default>(
     // Try first: `vec!` would abort the program. It takes zeroed pages from the system without touching them.
     reserve(&mut Vec::<T>::new(), count, element, budget)?;
     Ok(vec![T::default(); count])
-}
-
-/// The value that is being read. Its methods make the errors, outside of the hot loops.
-pub(super) struct At<'a> {
-    pub(super) element: &'a Element,
-    pub(super) step_i: usize,
-    pub(super) start: usize,
-    pub(super) record: usize,
-}
-
-impl At<'_> {
-    fn property(&self) -> String {
-        let name = self.element.property_names.get(self.step_i);
-        name.map_or_else(String::new, |name| quote(name.as_bytes()))
-    }
-
-    /// "vertex 12 of 34".
-    fn record(&self) -> String {
-        let Self { element, record, .. } = self;
-        match element.role {
-            Role::Vertex => format!("vertex {record} of {}", element.count),
-            Role::Face => format!("face {record} of {}", element.count),
-            Role::Strips => format!("strip record {record} of {}", element.count),
-            Role::Other => format!(
-                "{} record {record} of {}",
-                quote(element.name.as_bytes()),
-                element.count
-            ),
-        }
-    }
-
-    fn fault<V: Values>(&self, values: &V, message: String) -> Fault {
-        Fault {
-            place: values.place(self.start, self.record, false),
-            message: message + &values.where_in_file("the record", self.start),
-        }
-    }
-
-    #[cold]
-    fn wrong<V: Values>(&self, values: &V, wrong: Wrong) -> Fault {
-        let (record, property) = (self.record(), self.property());
-        let found = || {
-            values
-                .last_word()
-                .map_or_else(String::new, |word| format!(" is {}", quote(word)))
-        };
-        let message = match wrong {
-            Wrong::End => format!("the file ends inside {record}, expected {property}"),
-            Wrong::NotANumber => format!("{property} of {record}{}, expected a number", found()),
-            Wrong::NotWhole => format!("{property} of {record}{}, expected a whole number", found()),
-        };
-        self.fault(values, message)
-    }
-
-    #[cold]
-    fn unusable<V: Values>(&self, values: &V, slot: usize, value: f32) -> Fault {
-        const NAMES: [&str; SLOTS] = ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"];
-        let what = NAMES.get(slot).copied().unwrap_or_default();
-        let reason = SceneError::NotUsable { what, value };
-        self.fault(values, format!("{}: {reason}", self.record()))
-    }
-
-    #[cold]
-    fn bad_index<V: Values>(&self, values: &V, index: i64, vertices: usize) -> Fault {
-        let noun = if vertices == 1 { "vertex" } else { "vertices" };
-        let place = values.where_in_file(&self.record(), self.start);
-        Fault {
-            place: values.place(self.start, self.record, true),
-            message: format!("vertex index {index}, but the file has only {vertices} {noun}{place}"),
-        }
-    }
-
-    #[cold]
-    fn bad_length<V: Values>(&self, values: &V, length: i64) -> Fault {
-        let (property, record, left) = (self.property(), self.record(), values.bytes_left());
-        let message = if length < 0 {
-            format!("{property} of {record} is a list of {length} values, expected 0 or more")
-        } else {
-            format!("{property} of {record} is a list of {length} values, but only {left} bytes follow")
-        };
-        self.fault(values, message)
-    }
 }

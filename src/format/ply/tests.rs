@@ -1,6 +1,10 @@
 mod faces;
+mod paint;
 
-use super::*;
+use super::{
+    super::mesh::{MeshFormat, UpAxis, UpSource},
+    *,
+};
 use glam::Vec3;
 
 const SCALARS: [[&str; 2]; 8] = [
@@ -16,6 +20,12 @@ const SCALARS: [[&str; 2]; 8] = [
 
 fn read(bytes: impl AsRef<[u8]>) -> Result<TriangleMesh, LoadError> {
     parse(bytes.as_ref(), Path::new("m.ply"))
+}
+
+fn loaded(bytes: impl AsRef<[u8]>, shows_colors: bool) -> Result<LoadedMesh, LoadError> {
+    let open = &mut |_: &Path| Err(io::ErrorKind::NotFound.into());
+    let open: Option<OpenMesh<'_>> = if shows_colors { Some(open) } else { None };
+    parse_mesh(bytes.as_ref(), Path::new("m.ply"), open, &Budget::unlimited())
 }
 
 fn mesh(bytes: impl AsRef<[u8]>) -> TriangleMesh {
@@ -131,9 +141,7 @@ fn what_is_not_read_is_said() {
         property float confidence\nproperty float intensity\nelement face 1\nproperty list uchar int vertex_indices\n\
         property int flags\nelement edge 2\nproperty int a\nelement nothing 0\nproperty int a\nend_header\n\
         0 0 0 1 1 0 1 1\n0 7\n1\n1\n";
-    let notes = parse_mesh(text.as_bytes(), Path::new("m.ply"), true, &Budget::unlimited())
-        .expect("a mesh")
-        .notes;
+    let notes = loaded(text, true).expect("a mesh").notes;
     assert_eq!(
         notes,
         [
@@ -147,8 +155,7 @@ fn what_is_not_read_is_said() {
 fn the_header_may_name_the_up_axis() {
     let with = |comment: &str| {
         let text = ascii("0 0 0\n", 1, 0).replacen("element", &format!("{comment}\nelement"), 1);
-        let mesh =
-            parse_mesh(text.as_bytes(), Path::new("m.ply"), true, &Budget::unlimited()).expect("a mesh");
+        let mesh = loaded(text, true).expect("a mesh");
         (mesh.up, mesh.up_source)
     };
     for (comment, axis) in [
@@ -399,7 +406,7 @@ fn colors_that_are_left_out() {
         property float red\nproperty float green\nproperty float blue\nelement face 1\n\
         property list uchar int vertex_indices\nend_header\n";
     let text = format!("{header}0 0 0 1 1 nan\n1 0 0 1 inf 1\n0 1 0 1 1 1\n3 0 1 2\n");
-    let read = |keeps| parse_mesh(text.as_bytes(), Path::new("m.ply"), keeps, &Budget::unlimited());
+    let read = |keeps| loaded(&text, keeps);
     assert!(read(true).is_err());
     let mesh = read(false).expect("a mesh");
     assert!(mesh.columns.colors.is_empty() && mesh.columns.triangles == [[0, 1, 2]]);

@@ -106,7 +106,7 @@ impl Meshes {
             opened.into_bytes(budget)
         };
         let mut mesh = match kind {
-            Kind::Ply => ply::read(opened, path, false, budget)?,
+            Kind::Ply => ply::read(opened, path, None, budget)?,
             Kind::Any => mesh::read(opened, path, &mut open, budget)?,
         };
         leave_out(&mut mesh, kind, path);

@@ -22,11 +22,7 @@ fn strips_of_triangles() {
     let text = format!("{}{vertices}8 0 1 2 3 -1 2 3 4\n2 0 1\n", header("ascii"));
     let expected = [[0, 1, 2], [2, 1, 3], [2, 3, 4]];
     assert_eq!(mesh(&text).triangles, expected);
-    let notes = |text: &str| {
-        parse_mesh(text.as_bytes(), Path::new("m.ply"), true, &Budget::unlimited())
-            .expect("a mesh")
-            .notes
-    };
+    let notes = |text: &str| loaded(text, true).expect("a mesh").notes;
     assert_eq!(notes(&text), ["m.ply: left out: vertex colours"]);
 
     let mut binary = header("binary_big_endian").into_bytes();

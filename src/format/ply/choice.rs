@@ -1,0 +1,166 @@
+//! What of a file's colours and textures is shown, and what is left out.
+
+use super::{
+    header::{Element, Header, Role, Step},
+    slots::{COLOR_SLOT, UV_SLOT},
+};
+use crate::{error::quote, format::left_out::LeftOut};
+
+impl Header {
+    /// Reads what programs write into comments: `comment up z`, and MeshLab's `comment TextureFile NAME`.
+    pub(super) fn read_comments(&mut self, text: &str) {
+        for line in text.lines() {
+            let Some(comment) = line.trim_start().strip_prefix("comment") else {
+                continue;
+            };
+            if !comment.starts_with(char::is_whitespace) {
+                continue;
+            }
+            let comment = comment.trim();
+            let (word, rest) = comment.split_once(char::is_whitespace).unwrap_or((comment, ""));
+            let rest = rest.trim_start();
+            if rest.is_empty() {
+                continue;
+            }
+            if word.eq_ignore_ascii_case("up") && !rest.contains(char::is_whitespace) {
+                match rest.parse() {
+                    Ok(axis) => self.up = Some(axis),
+                    Err(_) => self.odd_up = Some(quote(rest.as_bytes())),
+                }
+            } else if word.eq_ignore_ascii_case("TextureFile") {
+                let unquoted = rest.strip_prefix('"').and_then(|name| name.strip_suffix('"'));
+                // As Windows writes it.
+                self.textures.push(unquoted.unwrap_or(rest).replace('\\', "/"));
+            }
+        }
+    }
+
+    /// Skips what would not be shown: texture coordinates without an image or faces, those of vertices beside those of
+    /// corners, and colours of faces beside those of vertices.
+    pub(super) fn choose(&mut self) {
+        let is_corner_uvs = |step: &Step| matches!(step, Step::CornerUvs { .. });
+        let has_image = !self.textures.is_empty() && self.has_faces();
+        self.has_corner_uvs = has_image && self.any_step(Role::Face, is_corner_uvs);
+        if !self.has_corner_uvs {
+            self.skip(is_corner_uvs);
+        }
+        let is_uv = |step: &Step| matches!(step, Step::Keep { slot: UV_SLOT.., .. });
+        self.has_uvs = has_image && !self.has_corner_uvs && self.any_step(Role::Vertex, is_uv);
+        if !self.has_uvs {
+            self.skip(is_uv);
+        }
+        let is_number = |step: &Step| matches!(step, Step::TextureNumber(_));
+        self.has_texture_numbers = self.shows_textures() && self.any_step(Role::Face, is_number);
+        if !self.has_texture_numbers {
+            self.skip(is_number);
+        }
+        let is_color = |step: &Step| {
+            matches!(
+                step,
+                Step::Keep {
+                    slot: COLOR_SLOT..,
+                    ..
+                }
+            )
+        };
+        self.has_face_colors = !self.has_colors && self.any_step(Role::Face, is_color);
+        if !self.has_face_colors {
+            let faces = self
+                .elements
+                .iter_mut()
+                .filter(|element| element.role == Role::Face);
+            for step in faces
+                .flat_map(|element| &mut element.steps)
+                .filter(|step| is_color(step))
+            {
+                *step = step.skipped();
+            }
+        }
+    }
+
+    /// Leaves colours and textures out: what a mesh could not have, such as NaN, is no fault then.
+    pub(super) fn skip_colors(&mut self) {
+        (self.has_colors, self.has_face_colors) = (false, false);
+        (self.has_uvs, self.has_corner_uvs, self.has_texture_numbers) = (false, false, false);
+        self.skip(|step| {
+            matches!(
+                step,
+                Step::Keep {
+                    slot: COLOR_SLOT..,
+                    ..
+                } | Step::CornerUvs { .. }
+                    | Step::TextureNumber(_)
+            )
+        });
+    }
+
+    /// Whether there are images and coordinates on them.
+    pub(super) fn shows_textures(&self) -> bool {
+        self.has_uvs || self.has_corner_uvs
+    }
+
+    /// Whether a record of this role has such a property.
+    fn any_step(&self, role: Role, is: impl Fn(&Step) -> bool) -> bool {
+        let elements = self.elements.iter();
+        let mut elements = elements.filter(|element| element.role == role && element.count > 0);
+        elements.any(|element| element.steps.iter().any(&is))
+    }
+
+    /// Skips such properties.
+    fn skip(&mut self, is: impl Fn(&Step) -> bool) {
+        let steps = self.elements.iter_mut().flat_map(|element| &mut element.steps);
+        for step in steps.filter(|step| is(step)) {
+            *step = step.skipped();
+        }
+    }
+
+    /// What the file holds and is not read.
+    pub(super) fn left_out(&self) -> LeftOut {
+        let mut left_out = LeftOut::default();
+        for element in self.elements.iter().filter(|element| element.count > 0) {
+            let noun = match element.role {
+                Role::Vertex => "vertex",
+                Role::Face => "face",
+                Role::Strips => "strip",
+                Role::Other => {
+                    let name = quote(element.name.as_bytes());
+                    let (one, many) = (format!("{name} record"), format!("{name} records"));
+                    left_out.count(element.count, &one, &many);
+                    continue;
+                }
+            };
+            self.add_properties(element, noun, &mut left_out);
+        }
+        if let Some(word) = &self.odd_up {
+            left_out.add(&format!("a comment that {word} is up, which is no axis"));
+        }
+        if !self.textures.is_empty() && !self.shows_textures() {
+            left_out.add("textures");
+        }
+        left_out
+    }
+
+    /// Adds the properties of an element that are skipped.
+    fn add_properties(&self, element: &Element, noun: &str, left_out: &mut LeftOut) {
+        let is_left_out = |step: &Step| matches!(step, Step::Skip(_) | Step::SkipList { .. });
+        let names = element.steps.iter().zip(&element.property_names);
+        let mut others = Vec::new();
+        for (_, name) in names.filter(|(step, _)| is_left_out(step)) {
+            match name.as_str() {
+                "alpha" | "a" if element.keeps(COLOR_SLOT) => left_out.add(&format!("{noun} alpha")),
+                "red" | "green" | "blue" | "alpha" | "diffuse_red" | "diffuse_green" | "diffuse_blue"
+                | "r" | "g" | "b" | "a" => {
+                    let more = if element.keeps(COLOR_SLOT) { "more " } else { "" };
+                    left_out.add(&format!("{more}{noun} colours"));
+                }
+                "s" | "t" | "u" | "v" | "texture_u" | "texture_v" | "texture_s" | "texture_t"
+                | "texcoord" | "texnumber" => {
+                    let more = if self.shows_textures() { "more " } else { "" };
+                    left_out.add(&format!("{more}texture coordinates"));
+                }
+                name => others.push(name),
+            }
+        }
+        left_out.names(&format!("{noun} properties"), others);
+    }
+}
