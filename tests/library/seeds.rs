@@ -82,6 +82,34 @@ fn plies(seeds: &mut Vec<Seed>) {
             add(seeds, "ply", &format!("{kind}-{encoding}.ply"), bytes);
         }
     }
+    let points = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+    let body = "end_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    for (name, header, faces) in [
+        (
+            "corners",
+            "element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+             property int texnumber\n",
+            "4 0 1 2 3 8 0 0 1 0 1 1 0 1 1\n3 0 1 2 6 0 0 1 0 0.5 nan 0\n",
+        ),
+        (
+            "colored",
+            "element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+             property uchar red\nproperty uchar green\nproperty uchar blue\n",
+            "3 0 1 2 6 0 0 1 0 1 1 255 0 0\n3 0 2 3 0 0 255 0\n",
+        ),
+    ] {
+        let text = format!(
+            "ply\nformat ascii 1.0\ncomment TextureFile a b.png\ncomment TextureFile c.png\n{points}{header}{body}{faces}"
+        );
+        add(seeds, "ply", &format!("{name}.ply"), text);
+    }
+    let vertices =
+        "property float s\nproperty float t\nelement face 1\nproperty list uchar int vertex_indices\n";
+    let text = format!(
+        "ply\nformat ascii 1.0\ncomment TextureFile a.png\n{points}{vertices}end_header\n0 0 0 0 0\n1 0 0 1 0\n\
+         1 1 0 1 1\n0 1 0 0 inf\n4 0 1 2 3\n"
+    );
+    add(seeds, "ply", "vertices.ply", text);
 }
 
 fn objs(seeds: &mut Vec<Seed>) {

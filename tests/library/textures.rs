@@ -102,6 +102,38 @@ fn texels_are_where_the_file_puts_them() {
     );
 }
 
+/// A square of a PLY file, by its corners or by its vertices, has the bytes of the same square of an OBJ file.
+#[test]
+fn ply_and_obj_show_the_same() {
+    let image = png([2, 2], &[RED, GREEN, BLUE, WHITE]);
+    let (obj, _) = obj_scene("Kd 1 1 1\nKs 0.06 0.06 0.06\nNs 24\nmap_Kd a.png", &image);
+    let expected = film(&obj, &above(), sized(16));
+    let vertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+    let face = "element face 1\nproperty list uchar int vertex_indices\n";
+    for text in [
+        format!(
+            "{vertices}{face}property list uchar float texcoord\nend_header\n-1 -1 0\n1 -1 0\n1 1 0\n-1 1 0\n\
+             4 0 1 2 3 8 0 0 1 0 1 1 0 1\n"
+        ),
+        format!(
+            "{vertices}property float s\nproperty float t\n{face}end_header\n-1 -1 0 0 0\n1 -1 0 1 0\n1 1 0 1 1\n\
+             -1 1 0 0 1\n4 0 1 2 3\n"
+        ),
+    ] {
+        let text = format!("ply\nformat ascii 1.0\ncomment TextureFile a.png\n{text}");
+        let loaded = mesh::parse(text.into(), Path::new("a.ply"), &mut |_| Ok(image.clone()));
+        let loaded = loaded.expect("a mesh");
+        assert!(loaded.notes.is_empty(), "{:?}", loaded.notes);
+        let mut builder = SceneBuilder::new();
+        builder.set_ambient(1.0).expect("a share");
+        loaded.add_to(&mut builder, None).expect("a scene");
+        assert_eq!(
+            film(&builder.finish(), &above(), sized(16)).pixels(),
+            expected.pixels()
+        );
+    }
+}
+
 #[test]
 fn what_emits_needs_no_light() {
     let (mut scene, notes) = obj_scene("Kd 0 0 0\nKe 1 0.5 0\nmap_Ke a.png", &png([1, 1], &[WHITE]));

@@ -1,4 +1,4 @@
-//! What of a file's colours and textures is shown, and what is left out.
+//! Decides which colours and textures of a file are shown, and names the others.
 
 use super::{
     header::{Element, Header, Role, Step},
@@ -155,8 +155,11 @@ impl Header {
                 }
                 "s" | "t" | "u" | "v" | "texture_u" | "texture_v" | "texture_s" | "texture_t"
                 | "texcoord" | "texnumber" => {
-                    let more = if self.shows_textures() { "more " } else { "" };
-                    left_out.add(&format!("{more}texture coordinates"));
+                    // MeshLab writes those of corners and those of vertices, which are the same where they can be.
+                    if !(self.has_corner_uvs && element.role == Role::Vertex) {
+                        let more = if self.shows_textures() { "more " } else { "" };
+                        left_out.add(&format!("{more}texture coordinates"));
+                    }
                 }
                 name => others.push(name),
             }

@@ -76,7 +76,7 @@ pub(super) fn finish(
     })
 }
 
-/// The surface of each look, and the images that they show. Adds all notes about textures and what is left out.
+/// The surface of each look, and the images that they show. Adds the notes about textures, and about all that the file holds and octray does not read.
 fn surfaces(
     faces: &Faces<'_>,
     has_colors: bool,

@@ -31,16 +31,7 @@ pub(super) fn vertices(
         _ => SKIPPED,
     };
     let slots: Vec<usize> = element.steps.iter().map(slot).collect();
-    let mut scales = [1.0; 3];
-    for step in &element.steps {
-        if let Step::Keep { slot, scalar } = *step
-            && let Some(scale) = slot
-                .checked_sub(COLOR_SLOT)
-                .and_then(|channel| scales.get_mut(channel))
-        {
-            *scale = color_scale(scalar);
-        }
-    }
+    let scales = color_scales(element);
     let (Some(blocks), Some(_)) = (first_lines(text.rest(), count), element.stride()) else {
         return Ok(false);
     };
@@ -103,6 +94,21 @@ pub(super) fn vertices(
     (mesh.normals, mesh.colors, mesh.uvs) = (normals, colors, uvs);
     text.pass(length(&blocks));
     Ok(true)
+}
+
+/// What the channels of colours are divided by.
+fn color_scales(element: &Element) -> [f32; 3] {
+    let mut scales = [1.0; 3];
+    for step in &element.steps {
+        if let Step::Keep { slot, scalar } = *step
+            && let Some(scale) = slot
+                .checked_sub(COLOR_SLOT)
+                .and_then(|channel| scales.get_mut(channel))
+        {
+            *scale = color_scale(scalar);
+        }
+    }
+    scales
 }
 
 /// Reads all faces. `false`, with `faces` unchanged, if the slow path has to.

@@ -1,8 +1,14 @@
 //! PLY meshes: text, and binary of both byte orders; any scalar types; elements and properties in any order.
 //!
 //! Polygons become triangles, also concave ones (`format/polygon.rs`). Faces of fewer than three corners are skipped.
-//! Vertices have positions, normals and colours. A file without faces is a cloud of points. Triangle strips (`tristrips`, of Cyberware's and Stanford's programs) are read. A header line `comment up z` names the
-//! up axis; y is up without one.
+//! Vertices have positions, normals, colours and texture coordinates; faces have colours, texture coordinates of their
+//! corners, and the number of a texture. A file without faces is a cloud of points. Triangle strips (`tristrips`, of
+//! Cyberware's and Stanford's programs) are read. Header lines name the up axis, which is y without `comment up z`, and
+//! the images of textures, as MeshLab does: `comment TextureFile NAME`.
+//!
+//! ```text
+//! header ── choice: what is shown ── rows, painted; fixed, lines: fast paths ── finish: images, surfaces
+//! ```
 //!
 //! serde-ply parses the header. Our own loops read the values: they know the place of every error, write straight into
 //! the arrays, and never trust a count that the file is too short for.

@@ -121,7 +121,7 @@ pub(super) fn read_faces<V: Values>(
     Ok(())
 }
 
-/// The number of a texture; `None` if it is no number that a texture could have.
+/// The number of a texture; `None` for any other value.
 fn texture_number<V: Values>(scalar: ScalarType, values: &mut V, at: &At<'_>) -> Result<Option<u32>, Fault> {
     match values.whole(scalar) {
         Ok(number) => Ok(u32::try_from(number).ok()),

@@ -151,19 +151,7 @@ fn read_vertices<V: Values>(
         return Ok(());
     }
     budget.give_back_to(before);
-    // The header was refused if the file is too short for this.
-    for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-        reserve(column, element.count, element, budget)?;
-    }
-    if header.has_normals {
-        reserve(&mut mesh.normals, element.count, element, budget)?;
-    }
-    if header.has_colors {
-        reserve(&mut mesh.colors, element.count, element, budget)?;
-    }
-    if header.has_uvs {
-        reserve(&mut mesh.uvs, element.count, element, budget)?;
-    }
+    reserve_vertices(element, header, mesh, budget)?;
     for record in 1..=element.count {
         let start = values.begin_record();
         let mut kept = [0.0; SLOTS];
@@ -175,25 +163,9 @@ fn read_vertices<V: Values>(
                 record,
             };
             match *step {
-                Step::Keep {
-                    slot: slot @ UV_SLOT..,
-                    scalar,
-                } => {
-                    if let Some(kept) = kept.get_mut(slot) {
-                        *kept = uv_number(scalar, values, &at)?;
-                    }
-                }
                 Step::Keep { slot, scalar } => {
-                    let mut value = values.real(scalar).map_err(|wrong| at.wrong(values, wrong))?;
-                    let is_color = slot >= COLOR_SLOT;
-                    if !value.is_finite() || !(is_color || is_usable(value)) {
-                        return Err(at.unusable(values, slot, value));
-                    }
-                    if is_color {
-                        value /= color_scale(scalar);
-                    }
                     if let Some(kept) = kept.get_mut(slot) {
-                        *kept = value;
+                        *kept = vertex_number(slot, scalar, values, &at)?;
                     }
                 }
                 _ => skip(step, values, &at)?,
@@ -227,7 +199,52 @@ fn read_vertices<V: Values>(
     Ok(())
 }
 
-/// A number of a texture coordinate; NaN for a word that is none.
+/// The number of a vertex for this slot.
+#[inline]
+fn vertex_number<V: Values>(
+    slot: usize,
+    scalar: ScalarType,
+    values: &mut V,
+    at: &At<'_>,
+) -> Result<f32, Fault> {
+    if slot >= UV_SLOT {
+        return uv_number(scalar, values, at);
+    }
+    let value = values.real(scalar).map_err(|wrong| at.wrong(values, wrong))?;
+    let is_color = slot >= COLOR_SLOT;
+    if !value.is_finite() || !(is_color || is_usable(value)) {
+        return Err(at.unusable(values, slot, value));
+    }
+    Ok(if is_color {
+        value / color_scale(scalar)
+    } else {
+        value
+    })
+}
+
+/// Reserves arrays for all vertices. The header was refused if the file is too short for them.
+fn reserve_vertices(
+    element: &Element,
+    header: &Header,
+    mesh: &mut TriangleMesh,
+    budget: &Budget,
+) -> Result<(), Fault> {
+    for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
+        reserve(column, element.count, element, budget)?;
+    }
+    if header.has_normals {
+        reserve(&mut mesh.normals, element.count, element, budget)?;
+    }
+    if header.has_colors {
+        reserve(&mut mesh.colors, element.count, element, budget)?;
+    }
+    if header.has_uvs {
+        reserve(&mut mesh.uvs, element.count, element, budget)?;
+    }
+    Ok(())
+}
+
+/// A number of a texture coordinate; NaN for any other word.
 pub(super) fn uv_number<V: Values>(scalar: ScalarType, values: &mut V, at: &At<'_>) -> Result<f32, Fault> {
     match values.real(scalar) {
         Ok(value) => Ok(value),

@@ -274,24 +274,29 @@ fn ply_header(u: Source<'_, '_>, file: &mut Vec<u8>) -> Result<()> {
         "float", "float", "float32", "double", "float64", "uchar", "uint8", "char", "int8", "short",
         "ushort", "int", "uint", "int32", "uint32", "uint16",
     ];
-    const NAMES: [&str; 12] = [
+    const NAMES: [&str; 14] = [
         "x",
         "y",
         "z",
         "nx",
         "ny",
         "nz",
-        "x",
-        "y",
-        "z",
         "red",
+        "green",
+        "blue",
         "s",
+        "t",
+        "texcoord",
+        "texnumber",
         "vertex_indices",
     ];
     let mut text = format!(
         "format {} 1.0\n",
         u.choose(&["ascii", "binary_little_endian", "binary_big_endian"])?
     );
+    for _ in 0..u.int_in_range(0..=2)? {
+        text.push_str("comment TextureFile a.bmp\n");
+    }
     for _ in 0..u.int_in_range(1..=3)? {
         let name = *u.choose(&["vertex", "vertex", "face", "edge"])?;
         let count = match u.int_in_range(0..=7)? {
@@ -312,6 +317,10 @@ fn ply_header(u: Source<'_, '_>, file: &mut Vec<u8>) -> Result<()> {
                 u.choose(&TYPES)?,
                 u.choose(&TYPES)?
             ));
+            if u.ratio(1, 2)? {
+                let kind = u.choose(&TYPES)?;
+                text.push_str(&format!("property list uchar {kind} texcoord\n"));
+            }
         }
         for _ in 0..u.int_in_range(0..=3)? {
             let list = match u.int_in_range(0..=3)? {

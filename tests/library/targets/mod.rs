@@ -96,8 +96,14 @@ pub fn placements(bytes: &[u8]) {
     assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
 }
 
-/// A mesh file.
+/// An image of one pixel, BMP.
+const PIXEL: &[u8] =
+    b"BM\x3a\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\x18\0\0\0\0\0\x04\0\0\0\
+    \0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x10\x20\xff\0";
+
+/// A mesh file. Each image that it names has one pixel.
 pub fn ply(bytes: &[u8]) {
+    any(bytes, "fuzz.ply", PIXEL);
     match ply::parse(bytes, Path::new("fuzz.ply")) {
         Ok(mesh) => {
             check(&mesh);

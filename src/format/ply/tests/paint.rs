@@ -230,7 +230,7 @@ fn colors_of_faces() {
         + "3 0 1 2 nan 0 0 9\n3 0 1 2 0 0 0 9\n3 0 1 2 0 0 0 9\n3 0 1 2 0 0 0 9\n";
     assert_eq!(
         fault(&red),
-        "19:9: face 1 of 4: red is NaN, expected a finite number"
+        "20:9: face 1 of 4: red is NaN, expected a finite number"
     );
     assert_eq!(
         loaded(&red, false).expect("a mesh").notes,
