@@ -157,12 +157,15 @@ fn paint_notes(paint: &Paint, header: &Header, path: &Path) -> Vec<String> {
             ));
         }
     };
-    let last = header.textures.len().saturating_sub(1);
+    let numbers = match header.textures.len() {
+        0 | 1 => "0".to_owned(),
+        count => format!("from 0 to {}", count - 1),
+    };
     add(
         paint.wrong_numbers,
         "face has",
         "faces have",
-        &format!("a `texnumber` that is not from 0 to {last}: shown without texture"),
+        &format!("a `texnumber` that is not {numbers}: shown without texture"),
     );
     add(
         paint.clamped,
@@ -171,13 +174,10 @@ fn paint_notes(paint: &Paint, header: &Header, path: &Path) -> Vec<String> {
         "not from 0 to 1: clamped",
     );
     add(
-        paint.uncolored,
-        "face is",
-        "faces are",
-        &format!(
-            "shown without colour: the others have {} colours",
-            paint.looks.len()
-        ),
+        paint.rounded,
+        "face has",
+        "faces have",
+        "a rounded colour: the file has too many colours",
     );
     notes
 }

@@ -20,8 +20,17 @@ use std::collections::HashMap;
 /// A triangle without texture coordinates.
 const NO_UVS: [[u32; 2]; 3] = [[NONE; 2]; 3];
 
-/// The most colours of faces. A scene needs other materials, too.
-const MOST_COLORS: usize = MAX_MATERIALS / 2;
+/// How many looks may have any colour; further ones are rounded. A scene needs other materials, too.
+const MOST_EXACT: usize = MAX_MATERIALS / 2;
+
+/// How many looks may have a colour.
+const MOST_COLORED: usize = MAX_MATERIALS / 4 * 3;
+
+/// Longer lists of texture coordinates are skipped: hardly a face has so many corners.
+const MOST_NUMBERS: usize = 1 << 20;
+
+/// How many steps a channel of a rounded colour has.
+const STEPS: f32 = 31.0;
 
 /// Memory of an entry of [`Paint::numbers`], bytes: it may be half empty, and moves as it grows.
 const ENTRY_BYTES: usize = 96;
@@ -53,15 +62,15 @@ pub(super) struct Paint {
     pub(super) wrong_numbers: usize,
     /// How many faces have a colour that is not from 0 to 1.
     pub(super) clamped: usize,
-    /// How many faces have a colour beyond [`MOST_COLORS`].
-    pub(super) uncolored: usize,
+    /// How many faces have a rounded colour, or none.
+    pub(super) rounded: usize,
 }
 
 /// A face while it is read.
 #[derive(Default)]
 struct Face {
     uvs: Vec<[f32; 2]>,
-    /// Whether the list had a number too many.
+    /// Whether the list had numbers that are not in `uvs`.
     is_odd: bool,
     texture: Option<u32>,
     color: [f32; 3],
@@ -140,15 +149,16 @@ impl Face {
         at: &At<'_>,
         budget: &Budget,
     ) -> Result<usize, Fault> {
-        budget.reserve(&mut self.uvs, length / 2)?;
-        self.is_odd = !length.is_multiple_of(2);
+        let pairs = if length > MOST_NUMBERS { 0 } else { length / 2 };
+        budget.reserve(&mut self.uvs, pairs)?;
+        self.is_odd = length != 2 * pairs;
         let mut odd = 0;
-        for _ in 0..length / 2 {
+        for _ in 0..pairs {
             let uv = upper_left([uv_number(item, values, at)?, uv_number(item, values, at)?]);
             odd += usize::from(uv.is_none());
             self.uvs.push(uv.unwrap_or(UNKNOWN_UV));
         }
-        let last = values.skip(item, length % 2);
+        let last = values.skip(item, length - 2 * pairs);
         last.map_err(|wrong| at.wrong(values, wrong))?;
         Ok(odd)
     }
@@ -218,10 +228,9 @@ impl Paint {
     /// Gives a look to the triangles up to `end`.
     fn add(&mut self, mut look: Look, end: usize, budget: &Budget) -> Result<(), BudgetError> {
         if self.looks.get(self.last as usize) != Some(&look) {
-            if self.looks.len() >= MOST_COLORS && look.color.is_some() && !self.numbers.contains_key(&look) {
-                self.uncolored += 1;
-                look.color = None;
-            }
+            let fitting = self.fitting(look);
+            self.rounded += usize::from(fitting != look);
+            look = fitting;
             self.last = match self.numbers.get(&look) {
                 Some(&number) => number,
                 None => self.add_look(look, budget)?,
@@ -231,6 +240,21 @@ impl Paint {
         budget.reserve(&mut self.look_of, missing)?;
         self.look_of.resize(end, self.last);
         Ok(())
+    }
+
+    /// A look for which there is room: this one, or one that is like it.
+    fn fitting(&self, look: Look) -> Look {
+        let fits = |look: &Look, most| self.looks.len() < most || self.numbers.contains_key(look);
+        if look.color.is_none() || fits(&look, MOST_EXACT) {
+            return look;
+        }
+        let round = |bits: u32| ((f32::from_bits(bits) * STEPS).round() / STEPS).to_bits();
+        let color = look.color.map(|color| color.map(round));
+        let rounded = Look { color, ..look };
+        if fits(&rounded, MOST_COLORED) {
+            return rounded;
+        }
+        Look { color: None, ..look }
     }
 
     fn add_look(&mut self, look: Look, budget: &Budget) -> Result<u32, BudgetError> {

@@ -1,4 +1,5 @@
 mod faces;
+#[cfg(feature = "textures")]
 mod paint;
 
 use super::{
