@@ -329,11 +329,13 @@ fn a_picture_replaces_no_texture_of_a_later_scene_though_octray_made_it() {
         .run_line(&format!("a.scn -q -o tex.png {SMALL}"))
         .succeeded();
     fs::copy(folder.path("a.scn"), folder.path("tex.scn")).unwrap();
-    keeps(
-        &folder,
-        "tex.png",
-        "tex.scn b.obj -q --samples 2",
-        1,
-        "would replace",
+    let vertices = "property float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n1 0 0\n";
+    folder.write(
+        "b.ply",
+        &format!("ply\nformat ascii 1.0\ncomment TextureFile tex.png\nelement vertex 2\n{vertices}"),
     );
+    for mesh in ["b.obj", "b.ply"] {
+        let line = format!("tex.scn {mesh} -q --samples 2");
+        keeps(&folder, "tex.png", &line, 1, "would replace");
+    }
 }
