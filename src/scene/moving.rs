@@ -1,7 +1,7 @@
 //! What moves in a scene, and the scene at a time. Meshes never change: only instances are placed again.
 
 use super::{
-    Camera, CameraMotion, Instance, Motion, NamedCamera, Prototype, PrototypeId, Scene, SceneBuilder,
+    CameraMotion, Instance, Motion, NamedCamera, Prototype, PrototypeId, Scene, SceneBuilder,
     SceneId, Transform, builder::placed_bounds, instance::Unplaced,
 };
 use crate::{
@@ -241,14 +241,7 @@ impl Scene {
         let instances: Vec<Vec<Unplaced>> = (moving.instances.iter())
             .map(|moving| moving.at(time, &self.prototypes, usize::MAX))
             .collect::<Result<_, _>>()?;
-        let camera_at = |moving: &MovingCamera| {
-            let camera = moving.motion.at(time);
-            camera.map_err(|error| at_time(time, moving.place.as_ref(), &error.to_string()))
-        };
-        let cameras: Vec<Camera> = (moving.cameras.iter()).map(camera_at).collect::<Result<_, _>>()?;
-        for (moving, camera) in self.moving.cameras.iter().zip(cameras) {
-            self.cameras[moving.id].camera = camera;
-        }
+        self.cameras = self.cameras_at(time)?;
         self.moving.time = time;
         if instances.is_empty() {
             return Ok(());
@@ -261,6 +254,20 @@ impl Scene {
         }
         self.id = SceneId::next();
         Ok(())
+    }
+
+    /// Returns the scene's own cameras as they are at a time, wherever the scene stands.
+    ///
+    /// # Errors
+    /// [`SceneError::AtTime`] if one makes no picture then.
+    pub fn cameras_at(&self, time: f64) -> Result<Vec<NamedCamera>, SceneError> {
+        let mut cameras = self.cameras.clone();
+        for moving in &self.moving.cameras {
+            let camera = moving.motion.at(time);
+            let camera = camera.map_err(|error| at_time(time, moving.place.as_ref(), &error.to_string()));
+            cameras[moving.id].camera = camera?;
+        }
+        Ok(cameras)
     }
 
     /// Returns whether an instance or a camera moves.

@@ -1,7 +1,11 @@
 //! Boxes of the BVH, drawn over the picture.
 
-use super::{orbit::Pose, request::Boxes, screen::Canvas};
-use crate::{accel::Bvh, math::Aabb};
+use super::{
+    pose::{Pose, half_height},
+    request::Boxes,
+    screen::Canvas,
+};
+use crate::{accel::Bvh, math::Aabb, scene};
 use glam::{DVec3, Vec3};
 
 /// Their colour, 0RGB: none of the classic materials has it.
@@ -9,7 +13,7 @@ pub const COLOR: u32 = 0x0000_90ff;
 /// The most boxes that are drawn while the camera moves.
 pub const MOST_MOVING: usize = 5000;
 
-/// The near plane, as a share of the distance to the target.
+/// The near plane of a perspective view, as a share of the distance to the target.
 const NEAR: f64 = 1e-3;
 
 /// Returns the boxes to draw. A level leaves out leaves that are less deep.
@@ -88,21 +92,28 @@ pub fn draw(
 struct Projection {
     eye: DVec3,
     frame: [DVec3; 3],
-    /// Pixels of a unit at distance 1.
+    /// Pixels of a unit: at distance 1, or everywhere if rays are parallel.
     scale: f64,
+    is_parallel: bool,
     center: [f64; 2],
     near: f64,
 }
 
 impl Projection {
     fn new(pose: &Pose, origin: Vec3, width: u32, height: u32) -> Self {
-        let half_height = libm::tan(pose.fov_degrees.to_radians() / 2.0);
+        let (half_height, is_parallel) = match pose.projection {
+            scene::Projection::Perspective { fov_degrees } => (half_height(fov_degrees), false),
+            scene::Projection::Orthographic { height } => (height / 2.0, true),
+        };
+        // Parallel rays leave the plane through the eye.
+        let near = if is_parallel { 0.0 } else { pose.distance() * NEAR };
         Self {
             eye: pose.eye - origin.as_dvec3(),
             frame: pose.frame(),
             scale: f64::from(height) / 2.0 / half_height,
+            is_parallel,
             center: [f64::from(width) / 2.0, f64::from(height) / 2.0],
-            near: (pose.target - pose.eye).length() * NEAR,
+            near,
         }
     }
 
@@ -125,7 +136,8 @@ impl Projection {
             return None;
         }
         let pixel = |v: DVec3| {
-            let [x, y] = [v.x, -v.y].map(|c| c / v.z * self.scale);
+            let depth = if self.is_parallel { 1.0 } else { v.z };
+            let [x, y] = [v.x, -v.y].map(|c| c / depth * self.scale);
             [self.center[0] + x, self.center[1] + y]
         };
         Some([pixel(clip(a, b)), pixel(clip(b, a))])
@@ -225,28 +237,32 @@ mod tests {
 
     #[test]
     fn boxes_are_drawn_where_they_are() {
-        let pose = Pose {
-            eye: DVec3::new(0.0, -10.0, 0.0),
-            target: DVec3::ZERO,
-            up: DVec3::Z,
-            fov_degrees: 90.0,
-        };
-        let mut pixels = vec![0; 100 * 100];
-        let mut canvas = Canvas {
-            pixels: &mut pixels,
-            width: 100,
-            height: 100,
-        };
-        let flat = Aabb {
-            lower: Vec3::new(-5.1, 0.0, -5.1),
-            upper: Vec3::new(5.1, 0.0, 5.1),
-        };
-        draw(&mut canvas, &pose, Vec3::ZERO, std::iter::once(flat), 7);
-        // The outline of a square of half the picture's side.
-        assert_eq!([pixels[50 * 100 + 24], pixels[24 * 100 + 50]], [7, 7]);
-        assert_eq!(pixels[50 * 100 + 50], 0);
-        let drawn = pixels.iter().filter(|&&pixel| pixel == 7).count();
-        assert!((190..=210).contains(&drawn), "{drawn}");
+        use scene::Projection::{Orthographic, Perspective};
+        for projection in [Perspective { fov_degrees: 90.0 }, Orthographic { height: 20.0 }] {
+            let pose = Pose {
+                eye: DVec3::new(0.0, -10.0, 0.0),
+                target: DVec3::ZERO,
+                up: DVec3::Z,
+                projection,
+                lens: scene::Lens::PINHOLE,
+            };
+            let mut pixels = vec![0; 100 * 100];
+            let mut canvas = Canvas {
+                pixels: &mut pixels,
+                width: 100,
+                height: 100,
+            };
+            let flat = Aabb {
+                lower: Vec3::new(-5.1, 0.0, -5.1),
+                upper: Vec3::new(5.1, 0.0, 5.1),
+            };
+            draw(&mut canvas, &pose, Vec3::ZERO, std::iter::once(flat), 7);
+            // The outline of a square of half the picture's side.
+            assert_eq!([pixels[50 * 100 + 24], pixels[24 * 100 + 50]], [7, 7]);
+            assert_eq!(pixels[50 * 100 + 50], 0);
+            let drawn = pixels.iter().filter(|&&pixel| pixel == 7).count();
+            assert!((190..=210).contains(&drawn), "{drawn}");
+        }
     }
 
     #[test]

@@ -12,8 +12,8 @@
 
 use super::{
     first_hits::{BAND, FirstHits},
-    request::Model,
     surface,
+    timeline::Model,
 };
 use crate::{
     reference::shade::shading_normal,
@@ -140,7 +140,7 @@ impl Denoiser {
             ..*settings
         };
         let rays = CameraRays::new(&model.scene, camera, &centre);
-        let (width, pixel_width) = (settings.width as usize, rays.cone().spread);
+        let (width, cone) = (settings.width as usize, rays.cone());
         self.surfaces.clear();
         self.surfaces
             .resize(width * settings.height as usize, Surface::default());
@@ -155,12 +155,12 @@ impl Denoiser {
                             return;
                         }
                         let normal = shading_normal(&model.scene, ray, hit);
-                        let light = surface::unoccluded(&model.scene, ray, hit, normal, pixel_width);
+                        let light = surface::unoccluded(&model.scene, ray, hit, normal, cone);
                         if let Some(light) = light {
                             band[i] = Surface {
                                 point: surface::point(ray, hit),
                                 normal,
-                                width: hit.t * pixel_width,
+                                width: cone.width(hit.t),
                                 light: light.into(),
                             };
                         }

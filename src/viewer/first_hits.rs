@@ -1,9 +1,9 @@
 //! The closest hits of camera rays, in packets of 4x2 pixels.
 
-use super::request::Model;
+use super::timeline::Model;
 use crate::{
     lanes::{F32x8, LANES},
-    ray::{HitPacket, Origins, Ray, RayPacket, SceneHit, T_MAX},
+    ray::{HitPacket, Ray, RayPacket, RayPackets, SceneHit, T_MAX},
     render::CameraRays,
     simd::{Level, Simd, at_level},
     trace::Tracer,
@@ -17,7 +17,7 @@ const ROW: usize = 4;
 /// Traces camera rays band by band.
 pub struct FirstHits<'a> {
     tracer: Tracer<'a>,
-    packets: Vec<RayPacket>,
+    packets: RayPackets,
     hits: Vec<HitPacket>,
 }
 
@@ -26,7 +26,7 @@ impl<'a> FirstHits<'a> {
     pub fn new(model: &'a Model, level: Level) -> Self {
         Self {
             tracer: Tracer::new(&model.bvh).at_level(level).of_scene(&model.scene),
-            packets: Vec::new(),
+            packets: RayPackets::default(),
             hits: Vec::new(),
         }
     }
@@ -41,10 +41,8 @@ impl<'a> FirstHits<'a> {
         sample: [u32; 2],
         mut take: impl FnMut(usize, &Ray, &SceneHit),
     ) {
-        // The window has no other cameras.
-        let eye = rays.shared_origin().unwrap_or_default();
         let packets = &mut self.packets;
-        packets.clear();
+        packets.restart(rays.shared_origin());
         at_level!(self.tracer.level(), |simd| push_packets(
             simd,
             rays,
@@ -53,16 +51,17 @@ impl<'a> FirstHits<'a> {
             sample,
             packets
         ));
-        self.hits.clear();
-        self.hits.resize(self.packets.len(), HitPacket::miss(F32x8::ZERO));
-        self.tracer
-            .closest_hit(Origins::Shared(eye), &self.packets, &mut self.hits);
-        for (packet_i, rays) in self.packets.iter().enumerate() {
+        let (packets, hits) = (&self.packets, &mut self.hits);
+        let count = packets.packets().len();
+        hits.clear();
+        hits.resize(count, HitPacket::miss(F32x8::ZERO));
+        self.tracer.closest_hit(packets.origins(), packets.packets(), hits);
+        for packet_i in 0..count {
             for lane in 0..LANES {
                 let (column, row) = (packet_i * ROW + lane % ROW, lane / ROW);
                 if row < rows && column < width {
                     let hit = self.tracer.scene_hit(&self.hits, packet_i, lane);
-                    take(row * width + column, &rays.ray(lane, eye), &hit);
+                    take(row * width + column, &packets.ray(packet_i, lane), &hit);
                 }
             }
         }
@@ -77,7 +76,7 @@ fn push_packets<S: Simd>(
     [width, rows]: [usize; 2],
     y: u32,
     sample: [u32; 2],
-    packets: &mut Vec<RayPacket>,
+    packets: &mut RayPackets,
 ) {
     for x in (0..width).step_by(ROW) {
         let mut t_max = [0.0; LANES];
@@ -86,9 +85,13 @@ fn push_packets<S: Simd>(
                 *t_max = T_MAX;
             }
         }
-        packets.push(RayPacket {
-            direction: rays.directions8(simd, [x as u32, y], sample),
-            t_max: t_max.into(),
-        });
+        let (pixel, t_max) = ([x as u32, y], t_max.into());
+        if rays.shared_origin().is_some() {
+            let direction = rays.directions8(simd, pixel, sample);
+            packets.push(RayPacket { direction, t_max });
+        } else {
+            let (origin, direction) = rays.rays8(simd, pixel, sample);
+            packets.push_from(origin, RayPacket { direction, t_max });
+        }
     }
 }

@@ -3,10 +3,11 @@
 use super::{
     axis,
     keys::{self, Action},
-    orbit::Pose,
+    pose::Pose,
     painter::Painter,
     probe,
     request::{Boxes, Look, Style},
+    timeline::Model,
     window::{App, Event, Framing, STEP},
 };
 use crate::{heat, ray::SceneHit, render::Mode};
@@ -70,7 +71,7 @@ impl App {
                 let level = match (style.boxes, action) {
                     (Boxes::Level(0), Action::LevelUp) => None,
                     (Boxes::Level(level), Action::LevelUp) => Some(level - 1),
-                    (Boxes::Level(level), _) => Some((level + 1).min(self.model.bvh.stats().depth)),
+                    (Boxes::Level(level), _) => Some((level + 1).min(self.timeline.now().bvh.stats().depth)),
                     _ => Some(0),
                 };
                 style.boxes = level.map_or(Boxes::Hidden, Boxes::Level);
@@ -91,13 +92,16 @@ impl App {
                 message = Some("camera printed".into());
             }
             Action::Save => {
-                self.save();
+                self.playback.stop();
+                self.saves = true;
+                self.save_if_due();
                 message = Some("saving".into());
             }
+            Action::Play => self.play(),
+            Action::Fly(_) | Action::Step(_) => {}
             Action::Probe => self.probe = !self.probe,
             Action::Figures => self.figures = !self.figures,
             Action::Help => self.help = !self.help,
-            Action::Fly(_) => {}
         }
         if let Some(message) = message {
             self.say(message);
@@ -118,26 +122,29 @@ impl App {
 
     fn hit_under_mouse(&self) -> Option<SceneHit> {
         let pixel = self.mouse_pixel()?;
-        let (_, hit, _) = probe::pick(&self.model, &self.orbit.camera(), self.size, pixel);
+        let (_, hit, _) = probe::pick(&self.timeline.now(), &self.orbit.camera(), self.size, pixel);
         hit.is_hit().then_some(hit)
     }
 
     /// Frames something now, or as soon as the objects of a large scene are known.
     pub(super) fn frame(&mut self, framing: Framing) {
-        if !self.model.has_objects() {
+        let model = self.timeline.now();
+        if !model.has_objects() {
             self.say("looking for objects");
-            let (model, proxy, pose) = (Arc::clone(&self.model), self.proxy.clone(), self.orbit.pose());
+            let timeline = Arc::clone(&self.timeline);
+            let (proxy, pose) = (self.proxy.clone(), self.orbit.pose());
             thread::spawn(move || {
                 model.objects();
+                drop(model);
                 // Fails once the window is closed.
-                let _ = proxy.send_event(Event::Objects(model, framing, pose));
+                let _ = proxy.send_event(Event::Objects(timeline, framing, pose));
             });
             return;
         }
         let [width, height] = self.size.map(f64::from);
         let aspect = width / height.max(1.0);
         let [_, up] = self.up;
-        let bounds = |under| self.model.objects().bounds(&self.model.scene, under, up);
+        let bounds = |under| model.objects().bounds(&model.scene, under, up);
         match framing {
             Framing::Under(under) => self.orbit.frame(bounds(under), aspect),
             Framing::Side(side) => {
@@ -182,12 +189,22 @@ impl App {
             ..self.style
         };
         let settings = style.settings(self.size, style.last_samples());
-        self.host
-            .say(&self.orbit.pose().options(), &settings, style.transfer);
+        let frame = self.playback.frame();
+        let camera = self.orbit.pose().options();
+        self.host.say(&camera, frame, &settings, style.transfer);
     }
 
-    /// Traces and writes the picture at full quality on a thread of its own.
-    fn save(&self) {
+    /// Saves the picture if that is asked for and the scene stands at the frame.
+    pub(super) fn save_if_due(&mut self) {
+        let model = self.timeline.now();
+        if self.saves && model.frame() == self.playback.frame() {
+            self.saves = false;
+            self.save(model);
+        }
+    }
+
+    /// Traces and writes the picture at full quality on a thread of its own. The scene stands still meanwhile.
+    fn save(&self, model: Arc<Model>) {
         let (host, proxy) = (Arc::clone(&self.host), self.proxy.clone());
         let (writing, shared) = (Arc::clone(&self.writing), Arc::clone(&self.shared));
         let mut request = self.request();
@@ -197,7 +214,6 @@ impl App {
         request.style.settings.mode = Mode::Packet;
         let samples = request.style.last_samples();
         thread::spawn(move || {
-            let model = Arc::clone(&request.model);
             let mut painter = Painter::new(&model);
             let go_on = |_| {
                 if shared.has_ended() {
@@ -231,6 +247,7 @@ impl App {
                 self.fly();
             }
             Some(Action::Fly(_)) | None => {}
+            Some(Action::Step(steps)) if pressed => self.step(steps),
             Some(action) if pressed && !event.repeat => self.act(action, event_loop),
             Some(_) => {}
         }

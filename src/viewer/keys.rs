@@ -33,6 +33,10 @@ pub enum Action {
     PrintCamera,
     /// Save the picture.
     Save,
+    /// Play the frames of a scene that moves, or stand.
+    Play,
+    /// Stand at a frame this much further on.
+    Step(i64),
     /// Toggle the description of the pixel under the mouse.
     Probe,
     /// Switch between packets and single rays.
@@ -67,17 +71,17 @@ pub const HELP: [&str; 21] = [
     "wheel  zoom; or right drag",
     "arrows fly; also PgUp, PgDn",
     "r      quick preview",
-    "n      normals",
-    "h      cost of each pixel",
+    "n h    normals; cost of pixels",
     "a      anti-aliasing at rest",
     "b      brute force, no BVH",
-    "B      boxes of BVH leaves",
-    "[ ]    boxes of one level",
+    "B [ ]  boxes: leaves; a level",
     "p      packets or single rays",
     "m      what is under the mouse",
     "i      figures",
     "c      print the camera",
     "s      save the picture",
+    "space  play a scene that moves",
+    ", .    step frame by frame",
     "?      this help",
     "q Esc  quit",
 ];
@@ -87,6 +91,7 @@ pub const HELP: [&str; 21] = [
 pub fn action(key: &Key) -> Option<Action> {
     Some(match key {
         Key::Named(NamedKey::Escape) => Action::Quit,
+        Key::Named(NamedKey::Space) => Action::Play,
         Key::Named(NamedKey::Home) => Action::Home,
         Key::Named(NamedKey::ArrowUp) => Action::Fly(0),
         Key::Named(NamedKey::ArrowDown) => Action::Fly(1),
@@ -113,6 +118,9 @@ pub fn action(key: &Key) -> Option<Action> {
             "h" => Action::Cost,
             "c" => Action::PrintCamera,
             "s" => Action::Save,
+            " " => Action::Play,
+            "," => Action::Step(-1),
+            "." => Action::Step(1),
             "m" => Action::Probe,
             "p" => Action::Mode,
             "i" => Action::Figures,

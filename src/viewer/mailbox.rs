@@ -18,6 +18,8 @@ pub struct Picture {
     pub generation: u64,
     /// Pixels across and down.
     pub size: [u32; 2],
+    /// The frame of the scene, and how many there are.
+    pub frame: [u32; 2],
     /// Pixels that were traced, across and down.
     pub traced: [u32; 2],
     /// Samples a pixel.
@@ -176,14 +178,17 @@ mod tests {
     use crate::{
         accel::Bvh,
         scene::SceneBuilder,
-        viewer::request::{Look, Model},
+        viewer::{
+            request::Look,
+            timeline::{Model, Timeline},
+        },
     };
     use std::{sync::Arc, thread};
 
-    fn model() -> Arc<Model> {
+    fn timeline() -> Arc<Timeline> {
         let scene = SceneBuilder::new().finish();
         let bvh = Bvh::build(&scene);
-        Arc::new(Model::new(scene, bvh))
+        Arc::new(Timeline::new(Model::new(scene, bvh)))
     }
 
     /// What the worker makes of the next request.
@@ -199,25 +204,25 @@ mod tests {
 
     #[test]
     fn only_the_latest_request_counts() {
-        let (shared, model) = (Shared::default(), model());
+        let (shared, timeline) = (Shared::default(), timeline());
         for view in [1, 2, 3] {
-            shared.post(Request::of_view(&model, view));
+            shared.post(Request::of_view(&timeline, view));
         }
         let next = shared.next(None).unwrap();
-        assert_eq!(next.request.pose, Request::of_view(&model, 3).pose);
+        assert_eq!(next.request.pose, Request::of_view(&timeline, 3).pose);
         assert!(!shared.changed_since(next.generation) && !shared.rays_changed_since(next.generation));
         assert!(shared.next(Some(Duration::ZERO)).is_none());
         // The same picture again starts no generation: tracing goes on.
-        shared.post(Request::of_view(&model, 3));
+        shared.post(Request::of_view(&timeline, 3));
         assert!(!shared.changed_since(next.generation));
         assert_eq!(shared.next(None).unwrap().generation, next.generation);
     }
 
     #[test]
     fn results_of_older_requests_are_dropped() {
-        let (shared, first) = (Shared::default(), model());
+        let (shared, first) = (Shared::default(), timeline());
         let changes: [fn(&mut Request); 4] = [
-            |request| request.model = model(),
+            |request| request.timeline = timeline(),
             |request| request.style.look = Look::Normals,
             |request| request.style.brute = true,
             |request| request.style.settings.max_depth = 1,
@@ -254,12 +259,12 @@ mod tests {
 
     #[test]
     fn an_older_pose_is_shown_but_is_not_final() {
-        let (shared, model) = (Shared::default(), model());
+        let (shared, timeline) = (Shared::default(), timeline());
         let mut shown = Picture::default();
-        shared.post(Request::of_view(&model, 1));
+        shared.post(Request::of_view(&timeline, 1));
         let old = answer(&shared);
         let generation = old.generation;
-        shared.post(Request::of_view(&model, 2));
+        shared.post(Request::of_view(&timeline, 2));
         assert!(shared.changed_since(generation) && !shared.rays_changed_since(generation));
         shared.publish(old);
         assert!(shared.take(&mut shown) && !shown.last);
@@ -269,7 +274,7 @@ mod tests {
 
     #[test]
     fn the_end_wakes_the_worker() {
-        let (shared, model) = (Shared::default(), model());
+        let (shared, timeline) = (Shared::default(), timeline());
         thread::scope(|scope| {
             let waiting = scope.spawn(|| shared.next(None).is_none());
             shared.end();
@@ -277,7 +282,7 @@ mod tests {
         });
         assert!(shared.has_ended() && shared.changed_since(0) && shared.rays_changed_since(u64::MAX - 1));
         // Later requests do not undo it.
-        shared.post(Request::of_view(&model, 1));
+        shared.post(Request::of_view(&timeline, 1));
         assert!(shared.has_ended());
     }
 }

@@ -1,9 +1,10 @@
 //! The live window: an orbit camera around a scene that is traced for every frame.
 //!
-//! - [`orbit`], [`axis`], [`objects`], [`budget`], [`progressive`] and [`benchmark`] are plain types without a window.
+//! - [`orbit`], [`pose`], [`axis`], [`objects`], [`budget`], [`progressive`] and [`benchmark`] are plain types without a window.
 //! - [`worker`] traces on a thread of its own. It gets its requests through the [`mailbox`], and its pictures from `painter`:
 //!   those of the renderer, of camera rays alone (`primary`), or without the grain of few samples (`denoise`).
 //! - [`window`](self) and `input` handle events and show finished pictures.
+//! - [`timeline`] is the scene at one of its frames, and [`playback`] says at which.
 //! - [`watch`] reloads changed files.
 
 pub mod axis;
@@ -19,6 +20,8 @@ pub mod objects;
 pub mod orbit;
 mod overlay;
 mod painter;
+pub mod playback;
+pub mod pose;
 mod primary;
 mod probe;
 pub mod progressive;
@@ -26,6 +29,7 @@ pub mod request;
 pub mod screen;
 mod status;
 mod surface;
+pub mod timeline;
 pub mod watch;
 mod window;
 pub mod worker;
@@ -37,9 +41,9 @@ use crate::{
 };
 use benchmark::Report;
 use glam::DMat3;
-use orbit::Pose;
-use request::Model;
+use pose::Pose;
 use std::{fmt, path::PathBuf, sync::Arc, time::Duration};
+use timeline::{Model, Timeline};
 use window::{App, Event};
 use winit::event_loop::{ControlFlow, EventLoop};
 
@@ -57,9 +61,12 @@ pub trait Host: Send + Sync {
     /// Why the picture cannot be written.
     fn save(&self, film: &ByteFilm) -> Result<String, String>;
 
-    /// Prints the command that renders a picture: of this camera, given as options of `octray render`, with these settings
-    /// and this transfer.
-    fn say(&self, camera: &str, settings: &Settings, transfer: Transfer);
+    /// Returns the starting camera as it is at a frame, if the scene moves.
+    fn camera(&self, scene: &Scene, frame: u32) -> Option<Pose>;
+
+    /// Prints the command that renders a picture: of this camera, given as options of `octray render`, at this frame, with
+    /// these settings and this transfer.
+    fn say(&self, camera: &str, frame: u32, settings: &Settings, transfer: Transfer);
 
     /// Makes another axis of a mesh (`x`, `-z`, ...) point up from the next load on, and turns its light by `rotation`.
     /// Returns false if it cannot.
@@ -83,6 +90,8 @@ pub struct Options {
     pub quality: BuildQuality,
     /// Time for a frame while the camera moves.
     pub budget: Duration,
+    /// Frames a second of a scene that plays.
+    pub fps: u32,
     /// Orbit for this time, then close.
     pub benchmark: Option<Duration>,
 }
@@ -151,7 +160,7 @@ impl Display {
         let failed = |error: &dyn fmt::Display| ViewError::Failed(error.to_string());
         let quality = options.quality;
         let bvh = Bvh::build_with(&scene, quality);
-        let model = Arc::new(Model::new(scene, bvh));
+        let timeline = Arc::new(Timeline::new(Model::new(scene, bvh)));
         let proxy = self.event_loop.create_proxy();
         let reload = options.benchmark.is_none().then(|| {
             let proxy = proxy.clone();
@@ -161,7 +170,7 @@ impl Display {
             })
         });
         self.event_loop.set_control_flow(ControlFlow::Wait);
-        let mut app = App::new(options, model, host, proxy, reload).map_err(|error| failed(&error))?;
+        let mut app = App::new(options, timeline, host, proxy, reload).map_err(|error| failed(&error))?;
         self.event_loop
             .run_app(&mut app)
             .map_err(|error| failed(&error))?;

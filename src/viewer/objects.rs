@@ -77,6 +77,12 @@ impl Objects {
         objects
     }
 
+    /// Follows instances that moved.
+    pub fn follow(&mut self, scene: &Scene) {
+        self.boxes.truncate(self.first_instance);
+        self.add_instances(scene);
+    }
+
     /// Adds the boxes of instances. Prototypes are no objects: they stand nowhere.
     fn add_instances(&mut self, scene: &Scene) {
         for prototype in scene.prototypes() {

@@ -1,12 +1,11 @@
 //! Where the camera is, and how it moves: around its target, towards it, and in free flight.
 
-use super::axis::Axis;
+use super::{axis::Axis, pose::Pose};
 use crate::{
-    classic,
     math::Aabb,
-    scene::{Camera, CameraError},
+    scene::{Camera, CameraError, Projection},
 };
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// Degrees that the camera turns for each pixel of a drag.
 pub const DEGREES_PER_PIXEL: f64 = 0.25;
@@ -18,71 +17,6 @@ pub const MAX_ELEVATION_DEGREES: f64 = 89.99;
 pub const DISTANCES: [f64; 2] = [1e-6, 1e3];
 /// A framed box is seen from this many times the distance at which it touches the edge of the picture.
 const FRAME_MARGIN: f64 = 1.08;
-
-/// A camera as the options of `octray render` describe it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// Where the camera stands, scene units.
-    pub eye: DVec3,
-    /// What it looks at, scene units.
-    pub target: DVec3,
-    /// Which way is up.
-    pub up: DVec3,
-    /// Vertical field of view, degrees.
-    pub fov_degrees: f64,
-}
-
-impl Pose {
-    /// Classic viewpoint 1 to 6; `None` for another number.
-    #[must_use]
-    pub fn classic_view(view: u32) -> Option<Self> {
-        Some(Self {
-            eye: classic::viewpoint(view)?,
-            target: classic::TARGET,
-            up: classic::UP,
-            fov_degrees: classic::FOV_DEGREES,
-        })
-    }
-
-    /// The camera for rendering.
-    ///
-    /// # Errors
-    /// [`CameraError`] if this is not a valid view.
-    pub fn camera(&self) -> Result<Camera, CameraError> {
-        Camera::look_at(self.eye, self.target, self.up, self.fov_degrees)
-    }
-
-    /// Returns the options of `octray render` that give this camera, exact to the last bit.
-    #[must_use]
-    pub fn options(&self) -> String {
-        let vector = |v: DVec3| format!("{},{},{}", v.x, v.y, v.z);
-        format!(
-            "--eye={} --target={} --up={} --fov={}",
-            vector(self.eye),
-            vector(self.target),
-            vector(self.up),
-            self.fov_degrees
-        )
-    }
-
-    /// Turns the camera and its up vector about the target.
-    #[must_use]
-    pub fn rotated(&self, rotation: DMat3) -> Self {
-        Self {
-            eye: self.target + rotation * (self.eye - self.target),
-            up: rotation * self.up,
-            ..*self
-        }
-    }
-
-    /// Unit vectors to the right, upwards and forwards.
-    #[must_use]
-    pub fn frame(&self) -> [DVec3; 3] {
-        let forward = (self.target - self.eye).normalize_or(DVec3::X);
-        let right = forward.cross(self.up).normalize_or(DVec3::Y);
-        [right, right.cross(forward), forward]
-    }
-}
 
 /// The diagonal of a box, scene units; `None` if it is empty or a single point.
 fn diagonal_of(bounds: Aabb) -> Option<f64> {
@@ -164,29 +98,32 @@ impl Orbit {
         });
     }
 
-    /// Multiplies the distance from the target by `factor`. A step beyond [`DISTANCES`] is not taken; a camera that
-    /// already stands beyond them can come back, by the same factor.
+    /// Multiplies the distance from the target by `factor`, or the height of an orthographic view. A step beyond [`DISTANCES`]
+    /// is not taken; a camera that already stands beyond them can come back, by the same factor.
     pub fn approach(&mut self, factor: f64) {
-        let Pose { eye, target, .. } = self.pose;
-        let distance = (eye - target).length();
+        let size = match self.pose.projection {
+            Projection::Perspective { .. } => self.pose.distance(),
+            Projection::Orthographic { height } => height,
+        };
         let [nearest, farthest] = self.limits;
-        let next = distance * factor;
-        if next >= nearest.min(distance) && next <= farthest.max(distance) {
-            self.go_to(Pose {
-                eye: target + (eye - target) * factor,
-                ..self.pose
-            });
+        let next = size * factor;
+        if next >= nearest.min(size) && next <= farthest.max(size) {
+            self.go_to(self.pose.scaled(factor));
         }
     }
 
     /// Flies `right`, `up` and `forward` (1 for a second at full speed) without turning. Speed is in proportion to the
-    /// distance from the target, so that small objects can be looked at closely.
+    /// distance from the target, or to the height of an orthographic view, so that small objects can be looked at closely.
     pub fn fly(&mut self, right: f64, up: f64, forward: f64) {
         const SPEED: f64 = 0.8;
         let Pose { eye, target, .. } = self.pose;
         let axes = self.pose.frame();
         let step = axes[0] * right + axes[1] * up + axes[2] * forward;
-        let step = step * (SPEED * (target - eye).length());
+        let step = step
+            * match self.pose.projection {
+                Projection::Perspective { .. } => SPEED * self.pose.distance(),
+                Projection::Orthographic { height } => SPEED * height,
+            };
         self.go_to(Pose {
             eye: eye + step,
             target: target + step,
@@ -212,29 +149,15 @@ impl Orbit {
             return;
         }
         let (lower, upper) = (bounds.lower.as_dvec3(), bounds.upper.as_dvec3());
-        let target = (lower + upper) / 2.0;
-        let half_height = libm::tan(self.pose.fov_degrees.to_radians() / 2.0);
-        let [right, up, forward] = self.pose.frame();
-        // The smallest distance at which every corner is inside the picture.
-        let mut distance = 0.0_f64;
-        for corner in 0..8_u32 {
-            let signs = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { -0.5 } else { 0.5 });
-            let v = (upper - lower) * DVec3::from_array(signs);
-            let across = v.dot(right).abs() / (half_height * aspect);
-            let upwards = v.dot(up).abs() / half_height;
-            distance = distance.max(across.max(upwards) - v.dot(forward));
-        }
-        self.go_to(Pose {
-            eye: target - forward * (distance * FRAME_MARGIN),
-            target,
-            ..self.pose
-        });
+        let (middle, size) = ((lower + upper) / 2.0, upper - lower);
+        self.go_to(self.pose.framing(middle, size, aspect, FRAME_MARGIN));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{scene::Lens, viewer::pose::half_height};
     use glam::Vec3;
 
     /// A cube of that side around the origin.
@@ -247,6 +170,15 @@ mod tests {
 
     fn view(number: u32) -> Orbit {
         Orbit::new(Pose::classic_view(number).unwrap(), cube(2.0)).unwrap()
+    }
+
+    /// Parallel rays, a view of this height.
+    fn parallel(height: f64) -> Orbit {
+        let pose = Pose {
+            projection: Projection::Orthographic { height },
+            ..view(1).pose()
+        };
+        Orbit::new(pose, cube(2.0)).unwrap()
     }
 
     fn spherical(orbit: &Orbit) -> [f64; 3] {
@@ -339,6 +271,37 @@ mod tests {
     }
 
     #[test]
+    fn the_wheel_scales_an_orthographic_view_and_keeps_the_share_in_focus() {
+        let mut orbit = parallel(4.0);
+        let before = orbit.pose();
+        orbit.approach(0.5);
+        let after = Pose {
+            projection: Projection::Orthographic { height: 2.0 },
+            ..before
+        };
+        assert_eq!(orbit.pose(), after);
+        orbit.approach(1e-9);
+        orbit.turn(8.0, 4.0);
+        assert_eq!(orbit.pose().projection, after.projection);
+        // A perspective camera moves, and what is in focus with it.
+        let lens = |focus| Lens { aperture: 0.1, focus };
+        for (focus, near) in [(None, None), (Some(6.0), Some(3.0))] {
+            let mut orbit = view(2);
+            orbit.go_to(Pose {
+                lens: lens(focus),
+                ..orbit.pose()
+            });
+            orbit.turn(8.0, 4.0);
+            orbit.fly(1.0, 1.0, 1.0);
+            assert_eq!(orbit.pose().lens, lens(focus));
+            orbit.approach(0.5);
+            assert_eq!(orbit.pose().lens, lens(near));
+            orbit.frame(LONG, 1.0);
+            assert_eq!(orbit.pose().lens, lens(None));
+        }
+    }
+
+    #[test]
     fn flight_keeps_the_direction() {
         let mut orbit = view(2);
         let before = orbit.pose();
@@ -355,7 +318,11 @@ mod tests {
     fn filled(orbit: &Orbit, bounds: Aabb, aspect: f64) -> f64 {
         let pose = orbit.pose();
         let [right, up, forward] = pose.frame();
-        let half_height = (pose.fov_degrees / 2.0).to_radians().tan();
+        let half_height = match pose.projection {
+            Projection::Perspective { fov_degrees } => half_height(fov_degrees),
+            Projection::Orthographic { height } => height / 2.0,
+        };
+        let is_parallel = matches!(pose.projection, Projection::Orthographic { .. });
         (0..8_u32).fold(0.0, |most, corner| {
             let pick = |axis: usize| {
                 let ends = [bounds.lower[axis], bounds.upper[axis]];
@@ -364,9 +331,10 @@ mod tests {
             let v = DVec3::new(pick(0), pick(1), pick(2)) - pose.eye;
             let depth = v.dot(forward);
             assert!(depth > 0.0);
-            let upwards = v.dot(up).abs() / (depth * half_height);
+            let half_height = if is_parallel { half_height } else { depth * half_height };
+            let upwards = v.dot(up).abs() / half_height;
             most.max(upwards)
-                .max(v.dot(right).abs() / (depth * half_height * aspect))
+                .max(v.dot(right).abs() / (half_height * aspect))
         })
     }
 
@@ -384,6 +352,10 @@ mod tests {
             assert!(orbit.pose().frame()[2].dot(forward) > 1.0 - 1e-12);
             assert!((0.8..1.0).contains(&filled(&orbit, LONG, aspect)));
         }
+        // An orthographic camera stays one.
+        let mut orbit = parallel(4.0);
+        orbit.frame(LONG, 2.0);
+        assert!((0.9..1.0).contains(&filled(&orbit, LONG, 2.0)));
         let mut orbit = view(3);
         orbit.frame(Aabb::EMPTY, 1.0);
         assert_eq!(orbit.pose(), view(3).pose());
@@ -432,38 +404,13 @@ mod tests {
     }
 
     #[test]
-    fn options_are_exact() {
-        let mut orbit = view(4);
-        orbit.turn(13.0, 7.0);
-        let pose = orbit.pose();
-        let text = pose.options();
-        let numbers: Vec<f64> = text
-            .split(|c: char| c == ',' || c == '=' || c.is_whitespace())
-            .filter_map(|word| word.parse().ok())
-            .collect();
-        let (eye, target, up) = (pose.eye, pose.target, pose.up);
-        let expected = [
-            eye.x,
-            eye.y,
-            eye.z,
-            target.x,
-            target.y,
-            target.z,
-            up.x,
-            up.y,
-            up.z,
-            pose.fov_degrees,
-        ];
-        assert_eq!(numbers, expected, "{text}");
-    }
-
-    #[test]
     fn another_up_is_kept() {
         let pose = Pose {
             eye: DVec3::new(0.0, 1.0, 5.0),
             target: DVec3::ZERO,
             up: DVec3::Y,
-            fov_degrees: 30.0,
+            projection: Projection::DEFAULT,
+            lens: Lens::PINHOLE,
         };
         let mut orbit = Orbit::new(pose, cube(2.0)).unwrap();
         orbit.turn(40.0, 0.0);

@@ -3,7 +3,8 @@
 use super::{
     denoise::Denoiser,
     primary,
-    request::{Look, Model, Request, Style},
+    request::{Look, Request, Style},
+    timeline::Model,
 };
 use crate::render::{ByteFilm, Film, FrameStats, OnProgress, RenderError, Renderer, Transfer};
 use rayon::prelude::*;
@@ -47,7 +48,7 @@ impl<'a> Painter<'a> {
         samples: u32,
         on_progress: OnProgress<'_>,
     ) -> Result<FrameStats, RenderError> {
-        let Request { camera, style, .. } = request;
+        let (camera, style) = (&request.seen_from(), &request.style);
         let settings = style.settings(size, samples);
         if !is_rendered(style) {
             settings.validate()?;
@@ -91,10 +92,11 @@ impl<'a> Painter<'a> {
         Ok(stats)
     }
 
-    /// Whether pictures of few samples have grain that is taken out.
+    /// Whether pictures of few samples have grain that is taken out. What a lens blurs is of no one surface: it keeps its
+    /// grain.
     #[must_use]
     pub fn denoises(&self, request: &Request) -> bool {
-        is_rendered(&request.style) && self.model.scene.is_sampled()
+        is_rendered(&request.style) && self.model.scene.is_sampled() && !request.has_lens()
     }
 
     fn encode(&mut self, transfer: Transfer) {
@@ -121,6 +123,7 @@ mod tests {
     use crate::{
         accel::Bvh,
         scene::{Material, Scene, SceneBuilder},
+        viewer::timeline::Timeline,
     };
     use glam::Vec3;
     use std::{ops::ControlFlow, sync::Arc};
@@ -149,8 +152,8 @@ mod tests {
         builder.finish()
     }
 
-    fn request(model: &Arc<Model>, transfer: Transfer) -> Request {
-        let mut request = Request::of_view(model, 1);
+    fn request(timeline: &Arc<Timeline>, transfer: Transfer) -> Request {
+        let mut request = Request::of_view(timeline, 1);
         request.style.settings.samples = 256;
         request.style.transfer = transfer;
         request.size = SIZE;
@@ -173,11 +176,12 @@ mod tests {
     fn denoised_pictures_are_as_bright_as_those_at_rest_and_have_little_grain() {
         let scene = soft_scene();
         let bvh = Bvh::build(&scene);
-        let model = Arc::new(Model::new(scene, bvh));
+        let timeline = Arc::new(Timeline::new(Model::new(scene, bvh)));
+        let model = timeline.now();
         let go_on = &|_| ControlFlow::Continue(());
         let mut painter = Painter::new(&model);
         for transfer in [Transfer::Linear, Transfer::Srgb] {
-            let request = request(&model, transfer);
+            let request = request(&timeline, transfer);
             painter.trace(&request, SIZE, 256, go_on).unwrap();
             let rest = painter.film.clone();
             for (samples, most_left) in [(1, 0.5), (4, 0.7), (16, 1.0)] {
@@ -201,8 +205,9 @@ mod tests {
         builder.add_sphere(Vec3::new(0.0, 0.0, 0.5), 0.5, matte).unwrap();
         let scene = builder.finish();
         let bvh = Bvh::build(&scene);
-        let model = Arc::new(Model::new(scene, bvh));
-        let request = request(&model, Transfer::Srgb);
+        let timeline = Arc::new(Timeline::new(Model::new(scene, bvh)));
+        let model = timeline.now();
+        let request = request(&timeline, Transfer::Srgb);
         let mut painter = Painter::new(&model);
         assert!(!painter.denoises(&request));
         let go_on = &|_| ControlFlow::Continue(());

@@ -2,8 +2,9 @@
 
 use super::{
     first_hits::{BAND, FirstHits},
-    request::{Look, Model, Style},
+    request::{Look, Style},
     surface,
+    timeline::Model,
 };
 use crate::{
     accel::BinaryBvh,
@@ -18,7 +19,7 @@ use crate::{
         ByteFilm, CameraRays, FrameStats, Mode, OnProgress, Progress, RayCounts, RenderError, Settings,
         TileTimes, Transfer, bands::Bands,
     },
-    scene::{Camera, Scene},
+    scene::{Camera, RayCone, Scene},
     simd::{Level, Portable, at_level},
 };
 use rayon::prelude::*;
@@ -166,7 +167,7 @@ impl<'a> Scratch<'a> {
                     let hit = brute::closest_hit(scene, &ray);
                     add(
                         &mut self.sums[i],
-                        color((scene, look), &ray, &hit, 0, frame.rays.cone().spread),
+                        color((scene, look), &ray, &hit, 0, frame.rays.cone()),
                     );
                 }
             } else if look == Look::Cost {
@@ -175,7 +176,7 @@ impl<'a> Scratch<'a> {
                     let (hit, cost) = cost::closest_hit(scene, &frame.model.bvh, &mut self.todo, &ray);
                     add(
                         sum,
-                        color((scene, look), &ray, &hit, cost.total(), frame.rays.cone().spread),
+                        color((scene, look), &ray, &hit, cost.total(), frame.rays.cone()),
                     );
                 }
             } else if settings.mode == Mode::Scalar {
@@ -186,14 +187,14 @@ impl<'a> Scratch<'a> {
                     let best =
                         bvh::closest_hit_at(settings.level, binary, &mut self.bvh_stack, &ray, cut_outs);
                     let hit = at_level!(settings.level, |simd| closest_plane(simd, scene, &ray, best));
-                    add(sum, color((scene, look), &ray, &hit, 0, frame.rays.cone().spread));
+                    add(sum, color((scene, look), &ray, &hit, 0, frame.rays.cone()));
                 }
             } else {
-                let (width, pixel_width) = (settings.width as usize, frame.rays.cone().spread);
+                let (width, cone) = (settings.width as usize, frame.rays.cone());
                 let (size, sums) = ([width, band.len() / width], &mut self.sums);
                 self.first_hits
                     .trace(&frame.rays, size, y, sample, |i, ray, hit| {
-                        add(&mut sums[i], color((scene, look), ray, hit, 0, pixel_width));
+                        add(&mut sums[i], color((scene, look), ray, hit, 0, cone));
                     });
             }
         }
@@ -233,13 +234,13 @@ fn heat_color(tests: u32) -> [f32; 3] {
     heat(tests).map(|byte| (f32::from(byte) + 0.5) / 255.0)
 }
 
-fn color((scene, look): (&Scene, Look), ray: &Ray, hit: &SceneHit, tests: u32, pixel_width: f32) -> [f32; 3] {
+fn color((scene, look): (&Scene, Look), ray: &Ray, hit: &SceneHit, tests: u32, cone: RayCone) -> [f32; 3] {
     match look {
         Look::Cost => heat_color(tests),
         Look::Normals if !hit.is_hit() => [0.0; 3],
         Look::Normals => (shading_normal(scene, ray, hit) * 0.5 + 0.5).to_array(),
         _ if !hit.is_hit() => scene.background_color(Portable, ray.direction),
-        Look::Preview | Look::Full => surface::preview(scene, ray, hit, pixel_width),
+        Look::Preview | Look::Full => surface::preview(scene, ray, hit, cone),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is under the mouse.
 
-use super::{request::Model, surface};
+use super::{surface, timeline::Model};
 use crate::{
     ray::{InstanceId, Ray, SceneHit},
     reference::{
@@ -11,7 +11,7 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Traces the ray through the centre of a pixel, row 0 on top, and says what it cost. One ray is fast enough for the
+/// Traces the ray through the centre of a pixel, row 0 on top, and the middle of a lens, and says what it cost. One ray is fast enough for the
 /// window's own thread.
 #[must_use]
 pub fn pick(
@@ -21,7 +21,7 @@ pub fn pick(
     [x, y]: [u32; 2],
 ) -> (Ray, SceneHit, Cost) {
     let rays = camera.pixel_rays(&model.scene, width, height, 1);
-    let ray = Ray::new(rays.eye(), rays.direction(x, y, [0, 0]));
+    let ray = rays.ray(x, y, [0, 0]);
     let (hit, cost) = cost::closest_hit(&model.scene, &model.bvh, &mut Stack::default(), &ray);
     (ray, hit, cost)
 }
@@ -73,7 +73,7 @@ mod tests {
     use crate::{
         accel::Bvh,
         scene::SceneBuilder,
-        viewer::{axis::Axis, orbit::Pose},
+        viewer::{axis::Axis, pose::Pose},
     };
 
     /// From a mouse over a scene to the box that `f` frames.

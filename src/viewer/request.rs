@@ -1,12 +1,11 @@
 //! What the window asks the worker to show.
 
-use super::{objects::Objects, orbit::Pose};
+use super::{pose::Pose, timeline::Timeline};
 use crate::{
-    accel::Bvh,
     render::{Filter, Pattern, Settings, Transfer},
-    scene::{Camera, Scene},
+    scene::Camera,
 };
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// What the colour of a pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,45 +84,13 @@ impl Style {
     }
 }
 
-/// A scene ready for tracing.
-#[derive(Debug)]
-pub struct Model {
-    /// The scene.
-    pub scene: Scene,
-    /// Its BVH.
-    pub bvh: Bvh,
-    objects: OnceLock<Objects>,
-}
-
-impl Model {
-    /// Puts a scene and its BVH together.
-    #[must_use]
-    pub fn new(scene: Scene, bvh: Bvh) -> Self {
-        Self {
-            scene,
-            bvh,
-            objects: OnceLock::new(),
-        }
-    }
-
-    /// Returns the objects of the scene; finds them on the first call.
-    pub fn objects(&self) -> &Objects {
-        self.objects.get_or_init(|| Objects::new(&self.scene))
-    }
-
-    /// Whether [`Self::objects`] returns at once: they are known, or the scene is small.
-    #[must_use]
-    pub fn has_objects(&self) -> bool {
-        const SMALL: usize = 200_000;
-        self.objects.get().is_some() || self.scene.primitive_count() <= SMALL
-    }
-}
-
 /// What should be on the screen.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The scene.
-    pub model: Arc<Model>,
+    pub timeline: Arc<Timeline>,
+    /// The frame at which it stands.
+    pub frame: u32,
     /// The camera.
     pub pose: Pose,
     /// The same camera, ready for rays.
@@ -140,10 +107,11 @@ impl Request {
     /// # Panics
     /// If there is no such viewpoint.
     #[cfg(test)]
-    pub fn of_view(model: &Arc<Model>, view: u32) -> Self {
+    pub fn of_view(timeline: &Arc<Timeline>, view: u32) -> Self {
         let pose = Pose::classic_view(view).unwrap();
         Self {
-            model: Arc::clone(model),
+            timeline: Arc::clone(timeline),
+            frame: 1,
             pose,
             camera: pose.camera().unwrap(),
             style: Style {
@@ -158,20 +126,45 @@ impl Request {
         }
     }
 
+    /// Whether both show the scene as it stands at one frame.
+    #[must_use]
+    pub fn same_scene(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.timeline, &other.timeline) && self.frame == other.frame
+    }
+
     /// Whether the same picture answers both.
     #[must_use]
     pub fn same_picture(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.model, &other.model)
+        self.same_scene(other)
             && self.pose == other.pose
             && self.style == other.style
             && self.size == other.size
     }
 
-    /// The same picture, with the BVH instead of brute force.
+    /// Whether each sample sees the scene from another point of a lens. Only the ray-traced picture does: the others are as
+    /// sharp as AOVs.
     #[must_use]
-    pub fn by_bvh(&self) -> Self {
+    pub fn has_lens(&self) -> bool {
+        self.style.look == Look::Full && self.camera.has_lens()
+    }
+
+    /// The camera of the picture.
+    #[must_use]
+    pub fn seen_from(&self) -> Camera {
+        if self.has_lens() {
+            self.camera
+        } else {
+            self.camera.without_lens()
+        }
+    }
+
+    /// The picture while the camera moves: through a pinhole, since a sample of a lens would be grain; with the BVH instead of
+    /// brute force if that is asked for.
+    #[must_use]
+    pub fn in_motion(&self, by_bvh: bool) -> Self {
         let mut request = self.clone();
-        request.style.brute = false;
+        request.camera = self.camera.without_lens();
+        request.style.brute &= !by_bvh;
         request
     }
 
@@ -179,7 +172,7 @@ impl Request {
     #[must_use]
     pub fn same_rays(&self, other: &Self) -> bool {
         let (a, b) = (&self.style, &other.style);
-        Arc::ptr_eq(&self.model, &other.model)
+        Arc::ptr_eq(&self.timeline, &other.timeline)
             && (a.look, a.brute, a.settings) == (b.look, b.brute, b.settings)
     }
 }

@@ -47,7 +47,11 @@ impl Status {
     pub fn line(&self, picture: &Picture) -> String {
         let [width, height] = picture.size;
         let [w, h] = picture.traced;
+        let [frame, count] = picture.frame;
         let mut line = String::new();
+        if count > 1 {
+            line.push_str(&format!("frame {frame}/{count} - "));
+        }
         if let Some(seconds) = self.seconds_per_frame {
             line.push_str(&format!("{:.0} fps - ", 1.0 / seconds.max(1e-6)));
         }
@@ -127,6 +131,8 @@ mod tests {
             title.ends_with("a.scn - 300.0 Mrays/s - 640x480 - 64 samples - done"),
             "{title}"
         );
+        picture.frame = [12, 50];
+        assert!(status.line(&picture).starts_with("frame 12/50 - 300.0"));
         picture.adaptive = true;
         assert!(
             status

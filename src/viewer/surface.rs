@@ -7,7 +7,7 @@ use crate::{
         light,
         shade::{albedo, shading_normal},
     },
-    scene::{Material, Scene, SurfaceTextures},
+    scene::{Material, RayCone, Scene, SurfaceTextures},
 };
 use glam::Vec3;
 
@@ -28,11 +28,11 @@ pub fn material(scene: &Scene, primitive: PrimitiveId) -> &Material {
     &scene.materials()[scene.material_of(primitive).0 as usize]
 }
 
-/// Returns the colour of the preview: a light at the eye and the scene's lights, without shadows. `pixel_width` is the
-/// width of a pixel at distance 1.
+/// Returns the colour of the preview: a light at the eye and the scene's lights, without shadows. `cone` is that of
+/// a pixel.
 #[must_use]
-pub fn preview(scene: &Scene, ray: &Ray, hit: &SceneHit, pixel_width: f32) -> [f32; 3] {
-    let albedo = albedo(scene, ray, hit, hit.t * pixel_width);
+pub fn preview(scene: &Scene, ray: &Ray, hit: &SceneHit, cone: RayCone) -> [f32; 3] {
+    let albedo = albedo(scene, ray, hit, cone.width(hit.t));
     let own = match *material(scene, hit.primitive) {
         Material::Silhouette { .. } => return albedo,
         // A pale body: the preview follows no rays.
@@ -60,7 +60,7 @@ pub fn unoccluded(
     ray: &Ray,
     hit: &SceneHit,
     normal: Vec3,
-    pixel_width: f32,
+    cone: RayCone,
 ) -> Option<[f32; 3]> {
     let k_d = match *material(scene, hit.primitive) {
         Material::Silhouette { .. } | Material::Glass { .. } | Material::Reflection { .. } => return None,
@@ -73,7 +73,7 @@ pub fn unoccluded(
     {
         return None;
     }
-    let (own, point) = (albedo(scene, ray, hit, hit.t * pixel_width), point(ray, hit));
+    let (own, point) = (albedo(scene, ray, hit, cone.width(hit.t)), point(ray, hit));
     // Only the mean matters: how much of the environment arrives is left to the share.
     let around = if scene.environment().is_some() { 1.0 } else { 0.0 };
     let mut light = [scene.ambient() + around; 3];

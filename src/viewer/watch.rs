@@ -1,6 +1,9 @@
 //! Notices when files change, and loads the scene again.
 
-use super::{Host, request::Model};
+use super::{
+    Host,
+    timeline::{Model, Timeline},
+};
 use crate::accel::{BuildQuality, Bvh};
 use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 use std::{
@@ -19,7 +22,7 @@ use std::{
 const QUIET: Duration = Duration::from_millis(120);
 
 /// The scene, loaded again, or the error.
-pub type Reloaded = Result<Arc<Model>, String>;
+pub type Reloaded = Result<Arc<Timeline>, String>;
 
 /// Why the scene is loaded again.
 #[derive(Debug)]
@@ -61,7 +64,7 @@ pub fn start(
             watched.add(&files);
             tell(scene.map(|scene| {
                 let bvh = Bvh::build_with(&scene, quality);
-                Arc::new(Model::new(scene, bvh))
+                Arc::new(Timeline::new(Model::new(scene, bvh)))
             }));
         }
     });

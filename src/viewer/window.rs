@@ -6,12 +6,15 @@ use super::{
     benchmark::{Benchmark, Report},
     keys,
     mailbox::{Picture, Shared},
-    orbit::{Orbit, Pose},
+    orbit::Orbit,
     overlay::{self, Overlay},
+    pose::Pose,
     probe,
-    request::{Boxes, Look, Model, Request, Style},
+    playback::Playback,
+    request::{Boxes, Look, Request, Style},
     screen::Canvas,
     status::Status,
+    timeline::Timeline,
     watch::{Reload, Reloaded},
     worker::{self, Note},
 };
@@ -51,7 +54,7 @@ pub enum Event {
     /// A picture was saved under this name, or could not be.
     Saved(Result<String, String>),
     /// The objects of a large scene are known. They are needed to frame this, if the camera has not moved since.
-    Objects(Arc<Model>, Framing, Pose),
+    Objects(Arc<Timeline>, Framing, Pose),
 }
 
 /// What to frame.
@@ -78,9 +81,10 @@ pub struct App {
     pub(super) failure: Option<String>,
 
     pub(super) reload: Option<Reload>,
-    pub(super) model: Arc<Model>,
+    pub(super) timeline: Arc<Timeline>,
+    pub(super) playback: Playback,
     pub(super) orbit: Orbit,
-    /// The starting camera.
+    /// The starting camera; that of the frame if the scene's camera moves.
     pub(super) home: Pose,
     /// Which axis of a mesh points up: at the start and now.
     pub(super) up: [Axis; 2],
@@ -105,7 +109,11 @@ pub struct App {
     pub(super) probe: bool,
     pub(super) progress: Option<f32>,
     pub(super) error: Option<String>,
+    /// Why the scene cannot stand at the frame.
+    pub(super) stuck: Option<String>,
     pub(super) message: Option<(String, Instant)>,
+    /// Whether a picture will be saved as soon as the scene stands at the frame.
+    pub(super) saves: bool,
     /// Held while a file is written, so that the end waits for it.
     pub(super) writing: Arc<Mutex<()>>,
 }
@@ -117,12 +125,12 @@ impl App {
     /// [`CameraError`] if the options are not a valid view.
     pub fn new(
         options: Options,
-        model: Arc<Model>,
+        timeline: Arc<Timeline>,
         host: Arc<dyn Host>,
         proxy: EventLoopProxy<Event>,
         reload: Option<Reload>,
     ) -> Result<Self, CameraError> {
-        let orbit = Orbit::new(options.pose, model.scene.bounds())?;
+        let orbit = Orbit::new(options.pose, timeline.now().scene.bounds())?;
         let up = Axis::nearest(options.pose.up);
         let settings = options.settings;
         Ok(Self {
@@ -132,7 +140,8 @@ impl App {
             screen: None,
             failure: None,
             reload,
-            model,
+            playback: Playback::new(timeline.count(), options.fps),
+            timeline,
             orbit,
             home: options.pose,
             up: [up; 2],
@@ -160,6 +169,8 @@ impl App {
             probe: false,
             progress: None,
             error: None,
+            stuck: None,
+            saves: false,
             message: None,
             writing: Arc::default(),
             options,
@@ -218,7 +229,8 @@ impl App {
 
     pub(super) fn request(&self) -> Request {
         Request {
-            model: Arc::clone(&self.model),
+            timeline: Arc::clone(&self.timeline),
+            frame: self.playback.frame(),
             pose: self.orbit.pose(),
             camera: self.orbit.camera(),
             style: self.style,
@@ -237,7 +249,7 @@ impl App {
     fn probed(&self) -> Option<Vec<String>> {
         let pixel = self.mouse_pixel().filter(|_| self.probe)?;
         let camera = self.orbit.camera();
-        Some(probe::describe(&self.model, &camera, self.size, pixel))
+        Some(probe::describe(&self.timeline.now(), &camera, self.size, pixel))
     }
 
     /// Tells the worker what to show from now on. A window without pixels shows nothing.
@@ -301,7 +313,7 @@ impl App {
                     .then(|| [vec![self.status.line(&self.picture)], self.status.modes()].concat()),
                 probed: probed.as_deref(),
                 progress: self.progress,
-                error: self.error.as_deref(),
+                error: self.error.as_deref().or(self.stuck.as_deref()),
                 message: self.message.as_ref().map(|(text, _)| text.as_str()),
             },
         );
@@ -334,13 +346,14 @@ impl App {
 
     fn reloaded(&mut self, reloaded: Reloaded) {
         match reloaded {
-            Ok(model) => {
-                self.orbit.set_bounds(model.scene.bounds());
-                self.model = model;
+            Ok(timeline) => {
+                self.orbit.set_bounds(timeline.now().scene.bounds());
+                self.playback.set_count(timeline.count());
+                self.timeline = timeline;
                 self.error = None;
                 self.say("file reloaded");
                 self.turn_camera();
-                self.ask();
+                self.show_frame();
             }
             Err(error) => {
                 self.error = Some(error);
@@ -362,6 +375,7 @@ impl ApplicationHandler<Event> for App {
 
     fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
         if matches!(cause, StartCause::ResumeTimeReached { .. }) {
+            self.play_on(Instant::now());
             if self.flying.contains(&true) {
                 self.fly();
             }
@@ -376,11 +390,17 @@ impl ApplicationHandler<Event> for App {
             Event::Worker(Note::Picture) => {
                 self.progress = None;
                 self.orbit_on(event_loop);
+                self.save_if_due();
             }
             Event::Worker(Note::Progress(share)) => self.progress = Some(share),
+            Event::Worker(Note::Failed(why)) => {
+                self.playback.stop();
+                self.saves = false;
+                self.stuck = Some(why);
+            }
             Event::Reloaded(reloaded) => self.reloaded(reloaded),
-            Event::Objects(model, framing, pose) => {
-                if Arc::ptr_eq(&model, &self.model) && pose == self.orbit.pose() {
+            Event::Objects(timeline, framing, pose) => {
+                if Arc::ptr_eq(&timeline, &self.timeline) && pose == self.orbit.pose() {
                     self.frame(framing);
                 }
             }
@@ -436,7 +456,7 @@ impl ApplicationHandler<Event> for App {
             .filter(|_| self.flying.contains(&true))
             .map(|at| at + STEP);
         let message = self.message.as_ref().map(|(_, until)| *until);
-        let next = [step, message].into_iter().flatten().min();
+        let next = [step, message, self.playback.next()].into_iter().flatten().min();
         event_loop.set_control_flow(next.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }

@@ -9,8 +9,9 @@ use super::{
     mailbox::{Job, Picture, Shared},
     painter::Painter,
     progressive::Progressive,
-    request::{Boxes, Look, Model, Request},
+    request::{Boxes, Look, Request},
     screen::{self, Canvas},
+    timeline::Model,
 };
 use crate::{
     math::Aabb,
@@ -27,6 +28,8 @@ use std::{
 
 /// The camera is at rest when it has not moved for this long.
 const REST: Duration = Duration::from_millis(80);
+/// Time between two looks at whether a scene is still used at another frame, for a picture that is saved.
+const USED: Duration = Duration::from_millis(5);
 /// How often a long picture reports progress.
 const PROGRESS: Duration = Duration::from_millis(250);
 
@@ -37,42 +40,65 @@ pub enum Note {
     Picture,
     /// The share of the next picture that is done, 0 to 1.
     Progress(f32),
+    /// Why the scene cannot stand at the requested frame.
+    Failed(String),
 }
 
 /// Traces what is requested until [`Shared::end`].
 pub fn run(shared: &Shared, budget: Duration, tell: &(dyn Fn(Note) + Sync)) {
+    let mut pace = Pace {
+        budget: Budget::new(budget),
+        stands_in: false,
+    };
     let mut job = shared.next(None);
     while let Some(first) = job {
-        let model = Arc::clone(&first.request.model);
+        let timeline = Arc::clone(&first.request.timeline);
+        let model = match timeline.at(first.request.frame) {
+            Ok(Some(model)) => model,
+            Ok(None) if shared.has_ended() => return,
+            Ok(None) => {
+                job = shared.next(Some(USED)).or(Some(first));
+                continue;
+            }
+            Err(error) => {
+                tell(Note::Failed(error.to_string()));
+                job = shared.next(None);
+                continue;
+            }
+        };
         let session = Session {
             shared,
             tell,
             model: &model,
             painter: Painter::new(&model),
-            budget: Budget::new(budget),
+            pace: &mut pace,
             progressive: Progressive::default(),
-            stands_in: false,
             boxes: (Boxes::Hidden, Vec::new()),
         };
         job = session.run(first);
     }
 }
 
-/// The work on one scene.
+/// How fast moving frames are; learned from one to the next, also while the scene moves.
+struct Pace {
+    budget: Budget,
+    /// Whether brute force is too slow for a moving camera. The BVH then makes the same picture.
+    stands_in: bool,
+}
+
+/// The work on one frame of a scene.
 struct Session<'a> {
     shared: &'a Shared,
     tell: &'a (dyn Fn(Note) + Sync),
     model: &'a Model,
     painter: Painter<'a>,
-    budget: Budget,
+    pace: &'a mut Pace,
     progressive: Progressive,
-    /// Whether brute force is too slow for a moving camera. The BVH then makes the same picture.
-    stands_in: bool,
     boxes: (Boxes, Vec<Aabb>),
 }
 
 impl Session<'_> {
-    /// Returns the first request for another scene; `None` at the end.
+    /// Returns the first request for another scene or frame; `None` at the end.
     fn run(mut self, mut job: Job) -> Option<Job> {
         let mut moving = true;
         loop {
@@ -92,16 +118,14 @@ impl Session<'_> {
             }
             let Some(newer) = newer else { continue };
             let (old, new) = (&job.request, &newer.request);
-            if !Arc::ptr_eq(&new.model, &old.model) {
+            if !new.same_rays(old) {
+                self.pace.budget.forget();
+                self.pace.stands_in = false;
+            }
+            if !new.same_scene(old) {
                 return Some(newer);
             }
-            if !new.same_picture(old) {
-                if !new.same_rays(old) {
-                    self.budget.forget();
-                    self.stands_in = false;
-                }
-                moving = true;
-            }
+            moving |= !new.same_picture(old);
             job = newer;
         }
     }
@@ -111,11 +135,10 @@ impl Session<'_> {
         self.progressive.restart();
         loop {
             let start = Instant::now();
-            let stand_in = self.stands_in.then(|| request.by_bvh());
-            let by_bvh = self.stands_in || !request.style.brute;
-            let plan = self.budget.plan(request.size);
-            let (shared, budget, done) = (self.shared, self.budget.clone(), AtomicU64::new(0));
-            let shown = stand_in.as_ref().unwrap_or(request);
+            let shown = &request.in_motion(self.pace.stands_in);
+            let by_bvh = self.pace.stands_in || !request.style.brute;
+            let plan = self.pace.budget.plan(request.size);
+            let (shared, budget, done) = (self.shared, self.pace.budget.clone(), AtomicU64::new(0));
             let traced = self.painter.trace_denoised(shown, plan.size, 1, &|progress| {
                 done.fetch_max(progress.pixels_done, Ordering::Relaxed);
                 // The coarsest picture is finished unless the camera has moved on.
@@ -129,22 +152,23 @@ impl Session<'_> {
             match traced {
                 Ok(stats) => {
                     // At rest a single sample keeps its grain.
-                    let is_grainy = request.style.last_samples() == 1 && self.painter.denoises(request);
-                    if plan.full && stand_in.is_none() && !is_grainy {
+                    let has_grain = self.painter.denoises(shown) || request.has_lens();
+                    let is_grainy = request.style.last_samples() == 1 && has_grain;
+                    if plan.full && !self.pace.stands_in && !is_grainy {
                         self.progressive.done(1);
                     }
                     self.publish(shown, *generation, &stats, 1, plan.full);
                     let pixels = u64::from(plan.size[0]) * u64::from(plan.size[1]);
-                    self.budget.learn(pixels, start.elapsed());
+                    self.pace.budget.learn(pixels, start.elapsed());
                     return;
                 }
                 Err(RenderError::Cancelled) if self.shared.rays_changed_since(*generation) => return,
                 Err(RenderError::Cancelled) if plan.coarsest && by_bvh => return,
                 Err(RenderError::Cancelled) if plan.coarsest => {
-                    self.stands_in = true;
-                    self.budget.forget();
+                    self.pace.stands_in = true;
+                    self.pace.budget.forget();
                 }
-                Err(RenderError::Cancelled) => self.budget.learn_failure(done.into_inner(), start.elapsed()),
+                Err(RenderError::Cancelled) => self.pace.budget.learn_failure(done.into_inner(), start.elapsed()),
                 Err(_) => return,
             }
             if self.shared.changed_since(*generation) {
@@ -202,12 +226,13 @@ impl Session<'_> {
             pixels,
             generation,
             size: request.size,
+            frame: [request.frame, request.timeline.count()],
             traced: [self.painter.film.width(), self.painter.film.height()],
             samples: settings.samples,
             adaptive: settings.adaptive,
             full,
             last,
-            stand_in: self.stands_in && !request.style.brute,
+            stand_in: self.pace.stands_in && !request.style.brute,
             rays: stats.rays.total(),
             elapsed: stats.elapsed,
             packets: either.then_some(is_packets),

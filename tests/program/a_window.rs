@@ -5,8 +5,9 @@
 #![cfg(target_os = "linux")]
 
 use crate::window::{
-    BELOW_MESSAGE, SIZE, Screen, Viewer, difference, idle_ticks, keep,
+    BELOW_MESSAGE, SIZE, Screen, Viewer, cameras, difference, idle_ticks, keep,
     meshes::{self, triangle},
+    moving,
     wait_for,
 };
 use std::{thread, time::Duration};
@@ -19,8 +20,10 @@ fn the_window_does_what_its_keys_say() {
     every_key_does_something(&screen);
     mouse_and_flight_move_the_camera(&screen);
     a_notch_is_small_on_a_large_floor(&screen);
+    cameras::have_lenses_and_parallel_rays(&screen);
     meshes::look_as_render_makes_them(&screen);
     meshes::have_six_sides_and_turn(&screen);
+    moving::play_and_step(&screen);
     the_window_resizes(&screen);
     fast_input_breaks_nothing(&screen);
     changed_files_are_loaded(&screen);

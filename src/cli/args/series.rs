@@ -24,7 +24,7 @@ const CAMERAS: [&str; 10] = [
 ];
 
 /// Frames of a film a second.
-const FPS: u32 = 25;
+pub(super) const FPS: u32 = 25;
 
 /// Which pictures are made.
 #[derive(Args, Debug)]

@@ -5,6 +5,7 @@ use super::{
     config,
     limits::MemoryArgs,
     picture::{SampleArgs, StyleArgs, TransferArgs},
+    series::FPS,
     trace::TraceArgs,
     values::{self, Size},
 };
@@ -55,6 +56,10 @@ pub struct ViewArgs {
     #[arg(long, value_name = "MS", value_parser = values::whole::<10_000>, default_value_t = 16)]
     pub budget: u32,
 
+    /// Frames a second of a scene that plays
+    #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>, default_value_t = FPS)]
+    pub fps: u32,
+
     /// Orbit for this time, print the speed, and exit
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
     pub benchmark: Option<f64>,
@@ -86,6 +91,7 @@ impl ViewArgs {
             has_config: config::is_present(),
             build: self.trace.build,
             budget: Duration::from_millis(u64::from(self.budget)),
+            fps: self.fps,
             benchmark: self.benchmark.map(Duration::from_secs_f64),
             json: self.json.as_deref().map(JsonTarget::new).transpose()?,
             memory: self.memory.limit(),

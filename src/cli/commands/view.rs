@@ -12,8 +12,8 @@ use crate::{
     },
     error::clip,
     render::{ByteFilm, Settings, Transfer},
-    scene::{Camera, Projection, Scene, View},
-    viewer::{Display, Host, MAX_SIDE, Options, ViewError, benchmark::Report, orbit::Pose},
+    scene::Scene,
+    viewer::{Display, Host, MAX_SIDE, Options, ViewError, benchmark::Report, pose::Pose},
     whole_file,
 };
 use glam::{DMat3, DVec3};
@@ -37,6 +37,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         has_config,
         build,
         budget,
+        fps,
         benchmark,
         json,
         memory,
@@ -60,18 +61,18 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     inputs.check_json(json.as_ref())?;
     let Look { settings, picture } = looks.of(is_mesh);
     report::warnings(notes);
-    let pose = pose_of(&camera)?;
     let path = &input.path;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let options = Options {
         name: clip(&name.to_string_lossy()),
         is_mesh,
-        pose,
+        pose: camera.view().into(),
         settings: *settings,
         transfer: picture.transfer,
         // A window traces rays without end.
         quality: build.quality(f64::INFINITY, scene.primitive_count()),
         budget,
+        fps,
         benchmark,
     };
     let program = Program {
@@ -92,30 +93,6 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         Some(target) => write_json(&target, &json_line(&figures)),
         None => report::print(&text(&figures)),
     }
-}
-
-/// The camera where the window starts.
-fn pose_of(camera: &Camera) -> Result<Pose, CliError> {
-    let View {
-        eye,
-        target,
-        up,
-        projection,
-        lens: _,
-    } = camera.view();
-    if camera.has_lens() {
-        report::warnings(["the window shows no depth of field".into()]);
-    }
-    let Projection::Perspective { fov_degrees } = projection else {
-        let why = "the window shows perspective cameras only, and this one is orthographic: give --fov, or render a picture";
-        return Err(CliError::Failed(why.into()));
-    };
-    Ok(Pose {
-        eye,
-        target,
-        up,
-        fov_degrees,
-    })
 }
 
 /// The figures of a benchmark as a line of text.
@@ -219,10 +196,23 @@ impl Host for Program {
         Ok(name)
     }
 
-    fn say(&self, camera: &str, settings: &Settings, transfer: Transfer) {
+    fn camera(&self, scene: &Scene, frame: u32) -> Option<Pose> {
+        if !scene.moves() {
+            return None;
+        }
+        let own = scene.cameras_at(frame.into()).ok()?;
+        let camera = self.input.camera.for_cameras(&own, scene.mesh_cameras()).ok()?;
+        Some(camera.view().into())
+    }
+
+    fn say(&self, camera: &str, frame: u32, settings: &Settings, transfer: Transfer) {
         let scene = quoted(&self.input.path);
         let Settings { width, height, .. } = settings;
         let mut options = self.mesh_options() + &spelled(settings, transfer, self.style);
+        // That is where a scene stands anyway.
+        if frame > 1 {
+            options += &format!(" --frames={frame}");
+        }
         if self.has_config {
             options += " --no-config";
         }

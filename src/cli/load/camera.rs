@@ -9,7 +9,7 @@ use crate::{
     },
     error::clip,
     format::mesh::{LoadedMesh, UpAxis},
-    scene::{Camera, FitView, Lens, Projection, Scene, View},
+    scene::{Camera, FitView, Lens, NamedCamera, Projection, Scene, View},
 };
 use glam::DVec3;
 
@@ -73,19 +73,27 @@ impl CameraOptions {
     /// # Errors
     /// [`CliError::Usage`]: no such camera, or the options make no view.
     pub fn for_scene(&self, scene: &Scene) -> Result<Camera, CliError> {
+        self.for_cameras(scene.cameras(), scene.mesh_cameras())
+    }
+
+    /// The camera for a scene with these cameras of its own and of its meshes.
+    ///
+    /// # Errors
+    /// As [`Self::for_scene`].
+    pub fn for_cameras(&self, own: &[NamedCamera], of_meshes: &[NamedCamera]) -> Result<Camera, CliError> {
         if let Some(camera) = self.without_scene()? {
             return Ok(camera);
         }
         let view = match &self.start {
             StartView::Named(name) => {
-                let cameras: Vec<_> = scene.cameras().iter().chain(scene.mesh_cameras()).collect();
+                let cameras: Vec<_> = own.iter().chain(of_meshes).collect();
                 let names: Vec<&str> = cameras
                     .iter()
                     .map(|camera| camera.name.as_deref().unwrap_or_default())
                     .collect();
                 cameras[find("the scene", &names, name)?].camera.view()
             }
-            _ => match scene.cameras().first() {
+            _ => match own.first() {
                 Some(first) => first.camera.view(),
                 None => viewpoint(1)?,
             },

@@ -166,6 +166,8 @@ pub struct ViewPlan {
     pub build: Build,
     /// Time for a frame while the camera moves.
     pub budget: Duration,
+    /// Frames a second of a scene that plays.
+    pub fps: u32,
     pub benchmark: Option<Duration>,
     pub json: Option<JsonTarget>,
     /// Memory that the scene may take, bytes.

@@ -1,6 +1,8 @@
 //! Starts `octray view` on a display of its own, drives it and looks at it.
 
+pub mod cameras;
 pub mod meshes;
+pub mod moving;
 mod screen;
 
 pub use screen::Screen;
@@ -174,6 +176,10 @@ impl<'a> Viewer<'a> {
             let title = self.screen.title(self.window);
             if title.ends_with(end) { Ok(()) } else { Err(title) }
         });
+    }
+
+    pub fn title(&self) -> String {
+        self.screen.title(self.window)
     }
 
     /// What the window shows.

@@ -1,0 +1,189 @@
+//! Plays the frames of a scene that moves, in real time.
+
+use super::window::App;
+use std::time::{Duration, Instant};
+
+/// Which frame is shown. Frames count from 1, and the first follows the last.
+#[derive(Clone, Copy, Debug)]
+pub struct Playback {
+    frame: u32,
+    count: u32,
+    /// Frames a second.
+    fps: u32,
+    /// If it plays: since when, and how many frames ago that was.
+    since: Option<(Instant, u64)>,
+}
+
+impl Playback {
+    /// Begins at the first of `count` frames, and stands.
+    #[must_use]
+    pub fn new(count: u32, fps: u32) -> Self {
+        Self {
+            frame: 1,
+            count,
+            fps,
+            since: None,
+        }
+    }
+
+    /// Returns the frame.
+    #[must_use]
+    pub fn frame(&self) -> u32 {
+        self.frame
+    }
+
+    /// Whether there is more than one frame.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.count > 1
+    }
+
+    /// Sets the number of frames of a scene that is loaded again.
+    pub fn set_count(&mut self, count: u32) {
+        self.count = count;
+        self.frame = self.frame.min(count);
+        if !self.moves() {
+            self.since = None;
+        }
+    }
+
+    /// Plays or stands.
+    pub fn toggle(&mut self, now: Instant) {
+        self.since = match self.since {
+            None if self.moves() => Some((now, 0)),
+            _ => None,
+        };
+    }
+
+    /// Stands.
+    pub fn stop(&mut self) {
+        self.since = None;
+    }
+
+    /// Stands at a frame further on or, if `steps` is negative, back.
+    pub fn step(&mut self, steps: i64) {
+        self.stop();
+        let frame = i64::from(self.frame) - 1 + steps;
+        self.frame = frame.rem_euclid(self.count.into()) as u32 + 1;
+    }
+
+    /// Moves on to the frame of this time. Returns whether it is another one.
+    pub fn go_on(&mut self, now: Instant) -> bool {
+        let Some((since, done)) = self.since else {
+            return false;
+        };
+        let frames = (now.saturating_duration_since(since).as_secs_f64() * f64::from(self.fps)) as u64;
+        if frames <= done {
+            return false;
+        }
+        self.step(((frames - done) % u64::from(self.count)) as i64);
+        self.since = Some((since, frames));
+        true
+    }
+
+    /// Returns when the next frame is due.
+    #[must_use]
+    pub fn next(&self) -> Option<Instant> {
+        let (since, done) = self.since?;
+        // Rounded up to a microsecond, so that the frame is due then.
+        let micros = ((done + 1) * 1_000_000).div_ceil(self.fps.into()) + 1;
+        since.checked_add(Duration::from_micros(micros))
+    }
+}
+
+impl App {
+    /// Plays the scene, or stands.
+    pub(super) fn play(&mut self) {
+        if self.has_frames() {
+            self.playback.toggle(Instant::now());
+        }
+    }
+
+    /// Stands at another frame.
+    pub(super) fn step(&mut self, steps: i64) {
+        if self.has_frames() {
+            self.playback.step(steps);
+            self.show_frame();
+        }
+    }
+
+    fn has_frames(&mut self) -> bool {
+        let moves = self.playback.moves();
+        if !moves {
+            self.say("no keyframes: nothing moves");
+        }
+        moves
+    }
+
+    /// Shows the frame that is due.
+    pub(super) fn play_on(&mut self, now: Instant) {
+        if self.playback.go_on(now) {
+            self.show_frame();
+        }
+    }
+
+    /// Shows the frame. The camera stays at that of the scene if it stands there.
+    pub(super) fn show_frame(&mut self) {
+        let follows = self.orbit.pose() == self.home;
+        let frame = self.playback.frame();
+        if let Some(pose) = self.host.camera(&self.timeline.now().scene, frame) {
+            self.home = pose;
+        }
+        if follows {
+            self.orbit.go_to(self.home);
+        }
+        self.stuck = None;
+        self.ask();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_pass_in_real_time_and_repeat() {
+        let start = Instant::now();
+        let at = |seconds: f64| start + Duration::from_secs_f64(seconds);
+        let mut playback = Playback::new(48, 25);
+        assert!(!playback.go_on(at(1.0)) && playback.next().is_none());
+        playback.step(4);
+        playback.toggle(start);
+        let mut seen = Vec::new();
+        for _ in 0..3 {
+            let next = playback.next().unwrap();
+            assert!(!playback.go_on(next - Duration::from_millis(1)));
+            assert!(playback.go_on(next) && !playback.go_on(next));
+            seen.push(playback.frame());
+        }
+        assert_eq!(seen, [6, 7, 8]);
+        // A late one is not made up for: 25 frames a second, whatever was shown.
+        assert!(playback.go_on(at(1.001)));
+        assert_eq!(playback.frame(), 30);
+        assert!(playback.go_on(at(4.001)));
+        assert_eq!(playback.frame(), (4 + 100) % 48 + 1);
+        playback.toggle(at(4.002));
+        assert!(!playback.go_on(at(9.0)));
+        playback.step(-9);
+        assert_eq!(playback.frame(), 48);
+        playback.step(1);
+        assert_eq!(playback.frame(), 1);
+    }
+
+    #[test]
+    fn what_does_not_move_does_not_play() {
+        let mut playback = Playback::new(1, 25);
+        playback.toggle(Instant::now());
+        playback.step(1);
+        assert_eq!((playback.frame(), playback.next()), (1, None));
+        // A scene that loses its keyframes stops.
+        playback = Playback::new(9, 25);
+        playback.step(6);
+        playback.toggle(Instant::now());
+        playback.set_count(5);
+        assert_eq!(playback.frame(), 5);
+        assert!(playback.next().is_some());
+        playback.set_count(1);
+        assert_eq!((playback.frame(), playback.next()), (1, None));
+    }
+}

@@ -1,0 +1,73 @@
+//! Scenes that move in the window.
+
+use super::{
+    BELOW_MESSAGE, SIZE, Screen, Viewer, difference, meshes, wait_for,
+};
+
+/// An instance that rises and a camera that passes, in nine frames.
+const RISING: &str = "light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0.5 0.5\n\
+                      camera eye 5 -1 2 target 0 0 0.5\n  at 1\n  at 9 eye 4 3 2\n\
+                      material 2\ninstance meshes/t.ply scale 0.4\n  at 1 translate 0 0 0\n  at 9 translate 0 0 1\n";
+
+/// Each frame at rest is what render makes of it; the camera of the scene is followed until the user moves it.
+pub fn play_and_step(screen: &Screen) {
+    let mut viewer = Viewer::open(screen, SIZE, &["--samples=4"]);
+    viewer.keys(&["space", "period", "comma"]);
+    let line = viewer.camera_options();
+    assert!(!line.contains("--frames"), "{line}");
+    viewer.write("meshes/t.ply", &meshes::triangle("0"));
+    viewer.write("a.scn", RISING);
+    let stands_at = |viewer: &Viewer, frame: u32| {
+        let title = wait_for("the frame", || {
+            let title = viewer.title();
+            let is_there = title.contains(&format!("frame {frame}/9 ")) && title.ends_with("done");
+            if is_there { Ok(title) } else { Err(title) }
+        });
+        let expected = viewer.render(&["--samples=4", &format!("--frames={frame}")]);
+        viewer.wait_for_picture(&title, &expected, BELOW_MESSAGE);
+        expected
+    };
+    let first = stands_at(&viewer, 1);
+    viewer.keys(&["period", "period"]);
+    let third = stands_at(&viewer, 3);
+    assert!(difference(&first, &third, 0) > 1000);
+    let printed = |viewer: &Viewer| {
+        let line = viewer.camera_options();
+        let options: Vec<&str> = line.split_whitespace().collect();
+        viewer.wait_for_picture(&line, &viewer.render(&options), BELOW_MESSAGE);
+        line
+    };
+    assert!(printed(&viewer).contains("--frames=3"));
+    viewer.key("s");
+    viewer.wait_for_file("a-1.png");
+    assert_eq!(difference(&viewer.picture("a-1.png"), &third, 0), 0);
+    // Backwards over the first frame.
+    viewer.keys(&["comma", "comma", "comma"]);
+    stands_at(&viewer, 9);
+    // From now on the camera stays.
+    viewer.drag(1, [60, 60], [100, 70]);
+    let moved = printed(&viewer).replace(" --frames=9", "");
+    viewer.key("comma");
+    assert_eq!(printed(&viewer).replace(" --frames=8", ""), moved);
+    viewer.key("Home");
+    stands_at(&viewer, 8);
+    // Playing shows other frames in turn, and stops at one of them.
+    let frame = |viewer: &Viewer| {
+        let title = viewer.title();
+        let (_, rest) = title.split_once("frame ")?;
+        rest.split_once('/')?.0.parse::<u32>().ok()
+    };
+    viewer.key("space");
+    for _ in 0..2 {
+        let before = frame(&viewer);
+        wait_for("another frame", || match frame(&viewer) {
+            now if now == before => Err(format!("{now:?}")),
+            _ => Ok(()),
+        });
+    }
+    viewer.key("space");
+    let line = viewer.camera_options();
+    let stopped = line.split_once("--frames=").map_or("1", |(_, frame)| frame);
+    stands_at(&viewer, stopped.split(' ').next().unwrap().parse().unwrap());
+    viewer.quit("q");
+}
