@@ -1,8 +1,8 @@
 //! What moves in a scene, and the scene at a time. Meshes never change: only instances are placed again.
 
 use super::{
-    CameraMotion, Instance, Motion, NamedCamera, Prototype, PrototypeId, Scene, SceneBuilder,
-    SceneId, Transform, builder::placed_bounds, instance::Unplaced,
+    CameraMotion, Instance, Motion, NamedCamera, Prototype, PrototypeId, Scene, SceneBuilder, SceneId,
+    Transform, builder::placed_bounds, instance::Unplaced,
 };
 use crate::{
     error::{SceneError, SourcePos},

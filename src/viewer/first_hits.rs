@@ -55,7 +55,8 @@ impl<'a> FirstHits<'a> {
         let count = packets.packets().len();
         hits.clear();
         hits.resize(count, HitPacket::miss(F32x8::ZERO));
-        self.tracer.closest_hit(packets.origins(), packets.packets(), hits);
+        self.tracer
+            .closest_hit(packets.origins(), packets.packets(), hits);
         for packet_i in 0..count {
             for lane in 0..LANES {
                 let (column, row) = (packet_i * ROW + lane % ROW, lane / ROW);

@@ -3,12 +3,13 @@
 use super::{
     axis,
     keys::{self, Action},
-    pose::Pose,
     painter::Painter,
+    pose::Pose,
     probe,
     request::{Boxes, Look, Style},
+    shell::Event,
     timeline::Model,
-    window::{App, Event, Framing, STEP},
+    window::{App, Framing, STEP},
 };
 use crate::{heat, ray::SceneHit, render::Mode};
 use glam::DMat3;
@@ -93,9 +94,9 @@ impl App {
             }
             Action::Save => {
                 self.playback.stop();
-                self.saves = true;
+                self.saves = self.stuck.is_none();
+                message = self.saves.then(|| "saving".into());
                 self.save_if_due();
-                message = Some("saving".into());
             }
             Action::Play => self.play(),
             Action::Fly(_) | Action::Step(_) => {}

@@ -3,7 +3,8 @@
 //! - [`orbit`], [`pose`], [`axis`], [`objects`], [`budget`], [`progressive`] and [`benchmark`] are plain types without a window.
 //! - [`worker`] traces on a thread of its own. It gets its requests through the [`mailbox`], and its pictures from `painter`:
 //!   those of the renderer, of camera rays alone (`primary`), or without the grain of few samples (`denoise`).
-//! - [`window`](self) and `input` handle events and show finished pictures.
+//! - `shell` is the window itself, first with the progress of [`loading`]; `window` and `input` handle events and show finished
+//!   pictures.
 //! - [`timeline`] is the scene at one of its frames, and [`playback`] says at which.
 //! - [`watch`] reloads changed files.
 
@@ -15,6 +16,7 @@ mod denoise;
 mod first_hits;
 mod input;
 pub mod keys;
+pub mod loading;
 pub mod mailbox;
 pub mod objects;
 pub mod orbit;
@@ -27,6 +29,7 @@ mod probe;
 pub mod progressive;
 pub mod request;
 pub mod screen;
+mod shell;
 mod status;
 mod surface;
 pub mod timeline;
@@ -35,16 +38,16 @@ mod window;
 pub mod worker;
 
 use crate::{
-    accel::{BuildQuality, Bvh},
+    accel::BuildQuality,
     render::{ByteFilm, Settings, Transfer},
     scene::Scene,
 };
 use benchmark::Report;
 use glam::DMat3;
+use loading::Loading;
 use pose::Pose;
+use shell::{Event, Shell};
 use std::{fmt, path::PathBuf, sync::Arc, time::Duration};
-use timeline::{Model, Timeline};
-use window::{App, Event};
 use winit::event_loop::{ControlFlow, EventLoop};
 
 /// The largest side of a window, pixels: window systems use signed 16-bit numbers.
@@ -73,16 +76,35 @@ pub trait Host: Send + Sync {
     fn turn_up(&self, axis: &str, rotation: DMat3) -> bool;
 }
 
-/// How the window starts.
+/// The window before anything is loaded.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct Start {
     /// The name in the title.
     pub name: String,
+    /// Pixels across and down.
+    pub size: [u32; 2],
+}
+
+/// What the window shows.
+pub struct Content {
+    /// How it is shown.
+    pub options: Options,
+    /// The scene.
+    pub scene: Scene,
+    /// All files that belong to it, to be watched.
+    pub files: Vec<PathBuf>,
+    /// The program.
+    pub host: Arc<dyn Host>,
+}
+
+/// How a scene is shown.
+#[derive(Clone, Debug)]
+pub struct Options {
     /// Whether a mesh is shown, which has six sides and can be turned, and not a scene.
     pub is_mesh: bool,
     /// The starting camera.
     pub pose: Pose,
-    /// The window's size, and how to trace the last picture at rest.
+    /// How to trace the last picture at rest. The size is ignored: the window has its own.
     pub settings: Settings,
     /// How linear channels become bytes.
     pub transfer: Transfer,
@@ -146,34 +168,24 @@ impl Display {
             })
     }
 
-    /// Opens the window and returns when it is closed. Returns the figures of a benchmark that showed frames.
+    /// Loads on a thread of its own and shows how far that is, then the scene. Returns when the window is closed: the figures of
+    /// a benchmark that showed frames. Nothing is shown if `load` returns `None`.
     ///
     /// # Errors
     /// [`ViewError`].
     pub fn show(
         self,
-        options: Options,
-        scene: Scene,
-        files: Vec<PathBuf>,
-        host: Arc<dyn Host>,
+        start: Start,
+        load: impl FnOnce(&Loading) -> Option<Content> + Send + 'static,
     ) -> Result<Option<Report>, ViewError> {
         let failed = |error: &dyn fmt::Display| ViewError::Failed(error.to_string());
-        let quality = options.quality;
-        let bvh = Bvh::build_with(&scene, quality);
-        let timeline = Arc::new(Timeline::new(Model::new(scene, bvh)));
-        let proxy = self.event_loop.create_proxy();
-        let reload = options.benchmark.is_none().then(|| {
-            let proxy = proxy.clone();
-            watch::start(Arc::clone(&host), files, quality, move |reloaded| {
-                // Fails once the window is closed.
-                let _ = proxy.send_event(Event::Reloaded(reloaded));
-            })
-        });
+        let Some(mut shell) = Shell::new(start, self.event_loop.create_proxy(), load) else {
+            return Ok(None);
+        };
         self.event_loop.set_control_flow(ControlFlow::Wait);
-        let mut app = App::new(options, timeline, host, proxy, reload).map_err(|error| failed(&error))?;
         self.event_loop
-            .run_app(&mut app)
+            .run_app(&mut shell)
             .map_err(|error| failed(&error))?;
-        app.finish()
+        shell.finish()
     }
 }

@@ -331,10 +331,13 @@ mod tests {
             let v = DVec3::new(pick(0), pick(1), pick(2)) - pose.eye;
             let depth = v.dot(forward);
             assert!(depth > 0.0);
-            let half_height = if is_parallel { half_height } else { depth * half_height };
+            let half_height = if is_parallel {
+                half_height
+            } else {
+                depth * half_height
+            };
             let upwards = v.dot(up).abs() / half_height;
-            most.max(upwards)
-                .max(v.dot(right).abs() / (half_height * aspect))
+            most.max(upwards).max(v.dot(right).abs() / (half_height * aspect))
         })
     }
 

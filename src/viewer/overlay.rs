@@ -11,8 +11,11 @@ const MARGIN: usize = 8;
 
 const WHITE: u32 = 0x00ff_ffff;
 const RED: u32 = 0x00ff_8080;
+/// Where there is no picture.
+const EMPTY: u32 = 0x0040_4040;
 
 /// The panels to draw.
+#[derive(Default)]
 pub struct Overlay<'a> {
     /// Whether the help is shown.
     pub help: bool,
@@ -77,17 +80,27 @@ pub fn draw(canvas: &mut Canvas<'_>, scale_factor: f64, overlay: &Overlay<'_>) {
     }
 }
 
+/// Draws nothing but a message.
+pub fn only(canvas: &mut Canvas<'_>, scale_factor: f64, message: &str) {
+    canvas.pixels.fill(EMPTY);
+    let overlay = Overlay {
+        message: Some(message),
+        ..Overlay::default()
+    };
+    draw(canvas, scale_factor, &overlay);
+}
+
 /// Copies a picture. One of another size, from before the window was resized, covers a part.
-pub fn copy(picture: &Picture, to: &mut [u32], [width, height]: [u32; 2]) {
-    if picture.size == [width, height] {
-        to.copy_from_slice(&picture.pixels);
+pub fn copy(picture: &Picture, to: &mut Canvas<'_>) {
+    if picture.size == [to.width, to.height] {
+        to.pixels.copy_from_slice(&picture.pixels);
         return;
     }
-    to.fill(0x0040_4040);
-    let columns = picture.size[0].min(width) as usize;
+    to.pixels.fill(EMPTY);
+    let columns = picture.size[0].min(to.width) as usize;
     if columns > 0 {
         let from = picture.pixels.chunks_exact(picture.size[0] as usize);
-        for (to, from) in to.chunks_exact_mut(width as usize).zip(from) {
+        for (to, from) in to.pixels.chunks_exact_mut(to.width as usize).zip(from) {
             to[..columns].copy_from_slice(&from[..columns]);
         }
     }
@@ -129,11 +142,8 @@ mod tests {
         };
         let overlay = Overlay {
             help: true,
-            figures: None,
-            probed: None,
-            progress: None,
-            error: None,
             message: Some("a message of thirty letters..."),
+            ..Overlay::default()
         };
         draw(&mut canvas, 1.0, &overlay);
         let white = pixels.chunks(512).rev().position(|row| row[300] != 0x00ff_ffff);

@@ -212,9 +212,8 @@ mod tests {
             ),
         ] {
             let options = pose(projection, lens).options();
-            let expected = format!(
-                "--eye=0.1,0.3333333333333333,-0.000000002 --target=0,0,0 --up=0,0,1 {expected}"
-            );
+            let expected =
+                format!("--eye=0.1,0.3333333333333333,-0.000000002 --target=0,0,0 --up=0,0,1 {expected}");
             assert_eq!(options, expected);
         }
     }

@@ -55,13 +55,7 @@ pub fn preview(scene: &Scene, ray: &Ray, hit: &SceneHit, cone: RayCone) -> [f32;
 /// Returns the light of a diffuse surface as if nothing were occluded, from the centres of soft lights and without
 /// highlights; `None` for one that shines, mirrors or refracts.
 #[must_use]
-pub fn unoccluded(
-    scene: &Scene,
-    ray: &Ray,
-    hit: &SceneHit,
-    normal: Vec3,
-    cone: RayCone,
-) -> Option<[f32; 3]> {
+pub fn unoccluded(scene: &Scene, ray: &Ray, hit: &SceneHit, normal: Vec3, cone: RayCone) -> Option<[f32; 3]> {
     let k_d = match *material(scene, hit.primitive) {
         Material::Silhouette { .. } | Material::Glass { .. } | Material::Reflection { .. } => return None,
         Material::Matte { .. } => 1.0,

@@ -1,41 +1,36 @@
-//! The window: shows pictures when they are ready and waits in between.
+//! What the window shows of a scene: pictures when they are ready. It waits in between.
 
 use super::{
     Host, Options, ViewError,
     axis::Axis,
     benchmark::{Benchmark, Report},
     keys,
+    loading::Ready,
     mailbox::{Picture, Shared},
     orbit::Orbit,
     overlay::{self, Overlay},
+    playback::Playback,
     pose::Pose,
     probe,
-    playback::Playback,
     request::{Boxes, Look, Request, Style},
-    screen::Canvas,
+    shell::{Event, Screen},
     status::Status,
     timeline::Timeline,
-    watch::{Reload, Reloaded},
+    watch::{self, Reload, Reloaded},
     worker::{self, Note},
 };
 use crate::{ray::SceneHit, scene::CameraError};
 use glam::DMat3;
 use std::{
-    num::NonZeroU32,
-    rc::Rc,
     sync::{Arc, Mutex, PoisonError},
     thread,
     time::{Duration, Instant},
 };
 use winit::{
-    application::ApplicationHandler,
     dpi::{PhysicalPosition, PhysicalSize},
     event::{ElementState, MouseButton, StartCause, WindowEvent},
     event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy},
-    window::{Window, WindowId},
 };
-
-type Surface = softbuffer::Surface<Rc<Window>, Rc<Window>>;
 
 /// How long a message is shown.
 const MESSAGE: Duration = Duration::from_secs(3);
@@ -43,19 +38,6 @@ const MESSAGE: Duration = Duration::from_secs(3);
 pub(super) const STEP: Duration = Duration::from_millis(15);
 /// The speed of the benchmark's orbit, 45 degrees a second, in pixels of a drag.
 const BENCHMARK_PIXELS_PER_SECOND: f64 = 45.0 / super::orbit::DEGREES_PER_PIXEL;
-
-/// What other threads tell the window.
-#[derive(Debug)]
-pub enum Event {
-    /// From the worker.
-    Worker(Note),
-    /// The files were loaded again.
-    Reloaded(Reloaded),
-    /// A picture was saved under this name, or could not be.
-    Saved(Result<String, String>),
-    /// The objects of a large scene are known. They are needed to frame this, if the camera has not moved since.
-    Objects(Arc<Timeline>, Framing, Pose),
-}
 
 /// What to frame.
 #[derive(Clone, Copy, Debug)]
@@ -66,18 +48,15 @@ pub enum Framing {
     Side(usize),
 }
 
-struct Screen {
-    window: Rc<Window>,
-    surface: Surface,
-}
-
 /// Everything behind the window.
 pub struct App {
+    /// In the title.
+    name: String,
     pub(super) options: Options,
     pub(super) host: Arc<dyn Host>,
     pub(super) proxy: EventLoopProxy<Event>,
     pub(super) shared: Arc<Shared>,
-    screen: Option<Screen>,
+    screen: Screen,
     pub(super) failure: Option<String>,
 
     pub(super) reload: Option<Reload>,
@@ -119,25 +98,39 @@ pub struct App {
 }
 
 impl App {
-    /// Sets everything up except the window itself.
+    /// Shows a scene in a window, and begins to trace it.
     ///
     /// # Errors
     /// [`CameraError`] if the options are not a valid view.
-    pub fn new(
-        options: Options,
-        timeline: Arc<Timeline>,
-        host: Arc<dyn Host>,
+    pub(super) fn new(
+        name: String,
+        ready: Ready,
+        screen: Screen,
         proxy: EventLoopProxy<Event>,
-        reload: Option<Reload>,
     ) -> Result<Self, CameraError> {
+        let Ready {
+            options,
+            timeline,
+            files,
+            host,
+        } = ready;
         let orbit = Orbit::new(options.pose, timeline.now().scene.bounds())?;
+        let reload = options.benchmark.is_none().then(|| {
+            let proxy = proxy.clone();
+            watch::start(Arc::clone(&host), files, options.quality, move |reloaded| {
+                // Fails once the window is closed.
+                let _ = proxy.send_event(Event::Reloaded(reloaded));
+            })
+        });
         let up = Axis::nearest(options.pose.up);
         let settings = options.settings;
-        Ok(Self {
+        let mut app = Self {
+            name,
             host,
             proxy,
             shared: Arc::default(),
-            screen: None,
+            size: screen.size(),
+            screen,
             failure: None,
             reload,
             playback: Playback::new(timeline.count(), options.fps),
@@ -154,7 +147,6 @@ impl App {
                 settings,
                 transfer: options.transfer,
             },
-            size: [settings.width, settings.height],
             picture: Picture::default(),
             status: Status::default(),
             benchmark: None,
@@ -174,7 +166,9 @@ impl App {
             message: None,
             writing: Arc::default(),
             options,
-        })
+        };
+        app.begin();
+        Ok(app)
     }
 
     /// Ends the worker after the window is closed.
@@ -191,24 +185,7 @@ impl App {
         }
     }
 
-    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<(), String> {
-        let [width, height] = self.size;
-        let attributes = Window::default_attributes()
-            .with_title(format!("octray - {}", self.options.name))
-            .with_inner_size(PhysicalSize::new(width, height))
-            .with_min_inner_size(PhysicalSize::new(16, 16));
-        let cannot = |what: &str, error: &dyn std::fmt::Display| format!("cannot {what}: {error}");
-        let window = event_loop
-            .create_window(attributes)
-            .map_err(|error| cannot("open a window", &error))?;
-        let window = Rc::new(window);
-        let draw = |error: softbuffer::SoftBufferError| cannot("draw into the window", &error);
-        let context = softbuffer::Context::new(Rc::clone(&window)).map_err(draw)?;
-        let surface = Surface::new(&context, Rc::clone(&window)).map_err(draw)?;
-        let PhysicalSize { width, height } = window.inner_size();
-        self.size = [width, height];
-        self.screen = Some(Screen { window, surface });
-
+    fn begin(&mut self) {
         let (shared, proxy, budget) = (Arc::clone(&self.shared), self.proxy.clone(), self.options.budget);
         thread::spawn(move || {
             worker::run(&shared, budget, &|note| {
@@ -224,7 +201,6 @@ impl App {
             self.say("press ? for the keys");
         }
         self.ask();
-        Ok(())
     }
 
     pub(super) fn request(&self) -> Request {
@@ -261,9 +237,7 @@ impl App {
     }
 
     pub(super) fn redraw(&self) {
-        if let Some(screen) = &self.screen {
-            screen.window.request_redraw();
-        }
+        self.screen.redraw();
     }
 
     pub(super) fn say(&mut self, message: impl Into<String>) {
@@ -284,43 +258,28 @@ impl App {
         if self.message.as_ref().is_some_and(|(_, until)| now >= *until) {
             self.message = None;
         }
-        let Some(screen) = &mut self.screen else {
-            return Ok(());
-        };
-        let PhysicalSize { width, height } = screen.window.inner_size();
-        let (Some(w), Some(h)) = (NonZeroU32::new(width), NonZeroU32::new(height)) else {
-            return Ok(());
-        };
-        let lost = |error: softbuffer::SoftBufferError| format!("cannot draw into the window: {error}");
-        screen.surface.resize(w, h).map_err(lost)?;
-        let mut buffer = screen.surface.buffer_mut().map_err(lost)?;
-        overlay::copy(&self.picture, &mut buffer, [width, height]);
+        self.screen.draw(|canvas, scale_factor| {
+            overlay::copy(&self.picture, canvas);
+            if is_new {
+                self.status.shown(&self.picture, now);
+            }
+            let figures = || [vec![self.status.line(&self.picture)], self.status.modes()].concat();
+            overlay::draw(
+                canvas,
+                scale_factor,
+                &Overlay {
+                    help: self.help,
+                    figures: self.figures.then(figures),
+                    probed: probed.as_deref(),
+                    progress: self.progress,
+                    error: self.error.as_deref().or(self.stuck.as_deref()),
+                    message: self.message.as_ref().map(|(text, _)| text.as_str()),
+                },
+            );
+        })?;
         if is_new {
-            self.status.shown(&self.picture, now);
-        }
-        let mut canvas = Canvas {
-            pixels: &mut buffer,
-            width,
-            height,
-        };
-        overlay::draw(
-            &mut canvas,
-            screen.window.scale_factor(),
-            &Overlay {
-                help: self.help,
-                figures: self
-                    .figures
-                    .then(|| [vec![self.status.line(&self.picture)], self.status.modes()].concat()),
-                probed: probed.as_deref(),
-                progress: self.progress,
-                error: self.error.as_deref().or(self.stuck.as_deref()),
-                message: self.message.as_ref().map(|(text, _)| text.as_str()),
-            },
-        );
-        buffer.present().map_err(lost)?;
-        if is_new {
-            if let Some(title) = self.status.title(&self.options.name, &self.picture, now) {
-                screen.window.set_title(&title);
+            if let Some(title) = self.status.title(&self.name, &self.picture, now) {
+                self.screen.set_title(&title);
             }
             if let Some(benchmark) = &mut self.benchmark {
                 benchmark.shown(&self.picture, Instant::now());
@@ -363,17 +322,9 @@ impl App {
     }
 }
 
-impl ApplicationHandler<Event> for App {
-    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.screen.is_none()
-            && let Err(why) = self.open(event_loop)
-        {
-            self.failure = Some(why);
-            event_loop.exit();
-        }
-    }
-
-    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+/// What the event loop tells.
+impl App {
+    pub(super) fn new_events(&mut self, cause: StartCause) {
         if matches!(cause, StartCause::ResumeTimeReached { .. }) {
             self.play_on(Instant::now());
             if self.flying.contains(&true) {
@@ -385,7 +336,7 @@ impl ApplicationHandler<Event> for App {
         }
     }
 
-    fn user_event(&mut self, event_loop: &ActiveEventLoop, event: Event) {
+    pub(super) fn user_event(&mut self, event_loop: &ActiveEventLoop, event: Event) {
         match event {
             Event::Worker(Note::Picture) => {
                 self.progress = None;
@@ -406,11 +357,12 @@ impl ApplicationHandler<Event> for App {
             }
             Event::Saved(Ok(name)) => self.say(format!("saved {name}")),
             Event::Saved(Err(why)) => self.say(why),
+            Event::Loading(_) | Event::Loaded => {}
         }
         self.redraw();
     }
 
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+    pub(super) fn window_event(&mut self, event_loop: &ActiveEventLoop, event: WindowEvent) {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(size) => self.resized(size),
@@ -450,7 +402,7 @@ impl ApplicationHandler<Event> for App {
         }
     }
 
-    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+    pub(super) fn about_to_wait(&self, event_loop: &ActiveEventLoop) {
         let step = self
             .flown_at
             .filter(|_| self.flying.contains(&true))

@@ -168,7 +168,9 @@ impl Session<'_> {
                     self.pace.stands_in = true;
                     self.pace.budget.forget();
                 }
-                Err(RenderError::Cancelled) => self.pace.budget.learn_failure(done.into_inner(), start.elapsed()),
+                Err(RenderError::Cancelled) => {
+                    self.pace.budget.learn_failure(done.into_inner(), start.elapsed())
+                }
                 Err(_) => return,
             }
             if self.shared.changed_since(*generation) {

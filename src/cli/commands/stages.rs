@@ -24,17 +24,7 @@ pub fn load(
     files: &mut Vec<PathBuf>,
     visible: bool,
 ) -> Result<Input, CliError> {
-    let path = plan.name();
-    // What the meshes of a scene have is not known yet.
-    let bytes = match plan.kind {
-        InputKind::Mesh => plan.path.metadata().map_or(0, |file| file.len()),
-        _ => 0,
-    };
-    let bar = Arc::new(StageBar::new(
-        visible,
-        format!("loading {}", clip_path(path)),
-        bytes,
-    ));
+    let bar = Arc::new(StageBar::new(visible, reading(plan), bytes_of(plan)));
     let read = Arc::clone(&bar);
     let limits = Limits {
         memory,
@@ -43,6 +33,19 @@ pub fn load(
     let input = load::load_and_list(plan, limits, files);
     bar.clear();
     input
+}
+
+/// What a progress bar says while this is loaded.
+pub fn reading(plan: &InputPlan) -> String {
+    format!("loading {}", clip_path(plan.name()))
+}
+
+/// The bytes that will be read; 0 if that is not known, as of the meshes of a scene.
+pub fn bytes_of(plan: &InputPlan) -> u64 {
+    match plan.kind {
+        InputKind::Mesh => plan.path.metadata().map_or(0, |file| file.len()),
+        _ => 0,
+    }
 }
 
 /// Does what [`Bvh::build_with`] does; a bar shows how far it is, if `visible`.

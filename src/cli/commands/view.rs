@@ -1,5 +1,6 @@
 //! `octray view`: the live window.
 
+use super::stages;
 use crate::{
     cli::{
         CliError,
@@ -11,9 +12,13 @@ use crate::{
         write::{Format, Inputs, Pixels, json_line, write_json},
     },
     error::clip,
+    format::Limits,
     render::{ByteFilm, Settings, Transfer},
     scene::Scene,
-    viewer::{Display, Host, MAX_SIDE, Options, ViewError, benchmark::Report, pose::Pose},
+    viewer::{
+        Content, Display, Host, MAX_SIDE, Options, Start, ViewError, benchmark::Report, loading::Loading,
+        pose::Pose,
+    },
     whole_file,
 };
 use glam::{DMat3, DVec3};
@@ -31,6 +36,45 @@ const MOST_PICTURES: u32 = 99_999;
 /// # Errors
 /// [`CliError`].
 pub fn run(plan: ViewPlan) -> Result<(), CliError> {
+    let Settings { width, height, .. } = plan.looks.scene.settings;
+    if width.max(height) > MAX_SIDE {
+        let why = format!("a window of {width}x{height} is too large: a side has at most {MAX_SIDE} pixels");
+        return Err(CliError::Failed(why));
+    }
+    process::close_window_on_signals()?;
+    let display = Display::connect()?;
+    let path = &plan.input.path;
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    let start = Start {
+        name: clip(&name.to_string_lossy()),
+        size: [width, height],
+    };
+    let (benchmark, json) = (plan.benchmark, plan.json.clone());
+    let failure = Arc::new(Mutex::new(None));
+    let refused = Arc::clone(&failure);
+    let figures = display.show(start, move |loading| {
+        let loaded = load(plan, loading);
+        let why = |error| *refused.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+        loaded.map_err(why).ok()
+    })?;
+    let refused = failure.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some(error) = refused {
+        return Err(error);
+    }
+    let Some(figures) = figures else {
+        if benchmark.is_some() {
+            report::warnings(["the window was closed before the benchmark was done".into()]);
+        }
+        return Ok(());
+    };
+    match json {
+        Some(target) => write_json(&target, &json_line(&figures)),
+        None => report::print(&text(&figures)),
+    }
+}
+
+/// Loads what the window shows.
+fn load(plan: ViewPlan, loading: &Loading) -> Result<Content, CliError> {
     let ViewPlan {
         input,
         looks,
@@ -42,15 +86,13 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         json,
         memory,
     } = plan;
-    let Settings { width, height, .. } = looks.scene.settings;
-    if width.max(height) > MAX_SIDE {
-        let why = format!("a window of {width}x{height} is too large: a side has at most {MAX_SIDE} pixels");
-        return Err(CliError::Failed(why));
-    }
-    process::close_window_on_signals()?;
-    let display = Display::connect()?;
+    let stage = loading.stage(stages::reading(&input), stages::bytes_of(&input));
+    let limits = Limits {
+        memory,
+        on_read: Some(Arc::new(move |bytes| stage.add(bytes as u64))),
+    };
     let mut files = Vec::new();
-    let loaded = load::load_and_list(&input, memory, &mut files)?;
+    let loaded = load::load_and_list(&input, limits, &mut files)?;
     let (is_mesh, lit_from) = (loaded.is_mesh(), loaded.is_lit_from());
     let Input {
         scene, camera, notes, ..
@@ -61,10 +103,7 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
     inputs.check_json(json.as_ref())?;
     let Look { settings, picture } = looks.of(is_mesh);
     report::warnings(notes);
-    let path = &input.path;
-    let name = path.file_name().unwrap_or(path.as_os_str());
     let options = Options {
-        name: clip(&name.to_string_lossy()),
         is_mesh,
         pose: camera.view().into(),
         settings: *settings,
@@ -83,16 +122,12 @@ pub fn run(plan: ViewPlan) -> Result<(), CliError> {
         lit_from: Mutex::new(lit_from),
         has_config,
     };
-    let Some(figures) = display.show(options, scene, files, Arc::new(program))? else {
-        if benchmark.is_some() {
-            report::warnings(["the window was closed before the benchmark was done".into()]);
-        }
-        return Ok(());
-    };
-    match json {
-        Some(target) => write_json(&target, &json_line(&figures)),
-        None => report::print(&text(&figures)),
-    }
+    Ok(Content {
+        options,
+        scene,
+        files,
+        host: Arc::new(program),
+    })
 }
 
 /// The figures of a benchmark as a line of text.

@@ -32,7 +32,8 @@ pub fn have_lenses_and_parallel_rays(screen: &Screen) {
         assert_eq!(difference(&viewer.picture("a-1.png"), &moved, 0), 0, "{line}");
         // A single sample has a lens, too; normals have none.
         viewer.key("a");
-        let printed = [&printed[..], &["--samples=1"]].concat();
+        let line = viewer.camera_options();
+        let printed: Vec<&str> = line.split_whitespace().collect();
         viewer.wait_for_picture("one sample", &viewer.render(&printed), BELOW_MESSAGE);
         viewer.key("n");
         viewer.render(&[&printed[..], &["--aov=normal"]].concat());

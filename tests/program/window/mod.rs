@@ -11,7 +11,7 @@ use super::program::Folder;
 use image::RgbImage;
 use std::{
     fs,
-    io::{BufRead, BufReader},
+    io::{BufRead, BufReader, Write},
     path::PathBuf,
     process::{Child, Command, Stdio},
     sync::mpsc::{self, Receiver},
@@ -73,12 +73,15 @@ impl<'a> Viewer<'a> {
     ) -> Self {
         let folder = Folder::new();
         fs::create_dir(folder.path("meshes")).unwrap();
-        if scene != "a.scn" {
+        if !["a.scn", "-"].contains(&scene) {
             folder.write(scene, text);
         }
         let size_option = format!("--size={}x{}", size[0], size[1]);
         let arguments = [&["view", scene, &size_option], options].concat();
         let mut command = screen.on(folder.command(&arguments));
+        if scene == "-" {
+            command.stdin(Stdio::piped());
+        }
         let mut process = command.stderr(Stdio::piped()).spawn().unwrap();
         let stderr = BufReader::new(process.stderr.take().unwrap());
         let panicked = thread::spawn(move || {
@@ -116,6 +119,12 @@ impl<'a> Viewer<'a> {
             scene,
             size,
         }
+    }
+
+    /// Writes all of standard input, if that is the scene.
+    pub fn feed(&mut self, text: &str) {
+        let mut stdin = self.process.stdin.take().unwrap();
+        stdin.write_all(text.as_bytes()).unwrap();
     }
 
     pub fn pid(&self) -> u32 {
@@ -297,7 +306,8 @@ impl<'a> Viewer<'a> {
         self.ended_with(0);
     }
 
-    fn ended_with(&mut self, exit_code: i32) {
+    /// Expects the program to end with that exit code.
+    pub fn ended_with(&mut self, exit_code: i32) {
         let status = wait_for("the end", || {
             self.process
                 .try_wait()

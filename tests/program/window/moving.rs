@@ -1,8 +1,6 @@
 //! Scenes that move in the window.
 
-use super::{
-    BELOW_MESSAGE, SIZE, Screen, Viewer, difference, meshes, wait_for,
-};
+use super::{BELOW_MESSAGE, SIZE, Screen, Viewer, difference, meshes, wait_for};
 
 /// An instance that rises and a camera that passes, in nine frames.
 const RISING: &str = "light 3 -2 5 0.7\nmaterial 1\nsphere 0 0 0.5 0.5\n\

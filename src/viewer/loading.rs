@@ -1,0 +1,145 @@
+//! Loading on a thread of its own, and how far it is.
+
+use super::{
+    Content, Host, Options,
+    shell::Event,
+    timeline::{Model, Timeline},
+};
+use crate::accel::Bvh;
+use std::{
+    path::PathBuf,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+        mpsc::{self, Receiver},
+    },
+    thread,
+};
+use winit::event_loop::EventLoopProxy;
+
+/// Bytes of a step of progress where the end is not known.
+const MEGABYTE: u64 = 1_000_000;
+
+/// Tells the window how far loading is.
+#[derive(Clone, Debug)]
+pub struct Loading(EventLoopProxy<Event>);
+
+impl Loading {
+    /// Begins a stage of `total` steps; if that is 0, it shows the bytes that are read so far.
+    #[must_use]
+    pub fn stage(&self, what: impl Into<String>, total: u64) -> Stage {
+        Stage {
+            loading: self.clone(),
+            what: what.into(),
+            total,
+            done: AtomicU64::new(0),
+            told: AtomicU64::new(0),
+        }
+    }
+}
+
+/// A stage of loading. The threads that work report to it.
+#[derive(Debug)]
+pub struct Stage {
+    loading: Loading,
+    what: String,
+    total: u64,
+    done: AtomicU64,
+    /// What was told last, percent or megabytes.
+    told: AtomicU64,
+}
+
+impl Stage {
+    /// Notes that more steps are done.
+    pub fn add(&self, steps: u64) {
+        let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
+        self.show(done, self.total);
+    }
+
+    /// Shows `done` of `total` steps.
+    pub fn show(&self, done: u64, total: u64) {
+        let (now, unit) = measure(done, total);
+        if self.told.fetch_max(now, Ordering::Relaxed) < now {
+            let text = format!("{}  {now} {unit}", self.what);
+            // Fails once the window is closed.
+            let _ = self.loading.0.send_event(Event::Loading(text));
+        }
+    }
+}
+
+/// How far a stage is: percent, or the megabytes that are read.
+fn measure(done: u64, total: u64) -> (u64, &'static str) {
+    match total {
+        0 => (done / MEGABYTE, "MB"),
+        _ => {
+            let percent = u128::from(done.min(total)) * 100 / u128::from(total);
+            (percent as u64, "%")
+        }
+    }
+}
+
+/// What the window shows, ready for tracing.
+pub(super) struct Ready {
+    pub options: Options,
+    pub timeline: Arc<Timeline>,
+    pub files: Vec<PathBuf>,
+    pub host: Arc<dyn Host>,
+}
+
+/// Loads on a thread of its own. Sends the result, `None` if `load` returned that; then, even if that thread panics,
+/// [`Event::Loaded`].
+pub(super) fn start(
+    proxy: EventLoopProxy<Event>,
+    load: impl FnOnce(&Loading) -> Option<Content> + Send + 'static,
+) -> Receiver<Option<Ready>> {
+    struct End(EventLoopProxy<Event>);
+    impl Drop for End {
+        fn drop(&mut self) {
+            let _ = self.0.send_event(Event::Loaded);
+        }
+    }
+    let (sender, results) = mpsc::channel();
+    let end = End(proxy.clone());
+    let loading = Loading(proxy);
+    thread::spawn(move || {
+        let _end = end;
+        // Moved, so that even if this panics it is gone before the end is told.
+        let sender = sender;
+        let ready = load(&loading).map(|content| build(content, &loading));
+        // Fails once the window is closed.
+        let _ = sender.send(ready);
+    });
+    results
+}
+
+fn build(content: Content, loading: &Loading) -> Ready {
+    let Content {
+        options,
+        scene,
+        files,
+        host,
+    } = content;
+    let stage = loading.stage("building", 0);
+    let bvh = Bvh::build_watched(&scene, options.quality, &|progress| {
+        stage.show(progress.done, progress.total);
+    });
+    Ready {
+        options,
+        timeline: Arc::new(Timeline::new(Model::new(scene, bvh))),
+        files,
+        host,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn progress_is_percent_or_megabytes() {
+        assert_eq!(measure(0, 7), (0, "%"));
+        assert_eq!(measure(u64::MAX / 2, u64::MAX), (49, "%"));
+        assert_eq!(measure(9, 7), (100, "%"));
+        assert_eq!(measure(12_999_999, 0), (12, "MB"));
+    }
+}
