@@ -55,7 +55,7 @@ impl Model {
     }
 }
 
-/// A scene that may move. It is in memory once, so it stands at one frame, and whoever uses it keeps it there.
+/// A scene that may move. It is in memory once, so it stands at one frame, and does not leave it while it is in use.
 #[derive(Debug)]
 pub struct Timeline {
     count: u32,
