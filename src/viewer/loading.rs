@@ -69,13 +69,11 @@ impl Stage {
 
 /// How far a stage is: percent, or the megabytes that are read.
 fn measure(done: u64, total: u64) -> (u64, &'static str) {
-    match total {
-        0 => (done / MEGABYTE, "MB"),
-        _ => {
-            let percent = u128::from(done.min(total)) * 100 / u128::from(total);
-            (percent as u64, "%")
-        }
+    if total == 0 {
+        return (done / MEGABYTE, "MB");
     }
+    let percent = u128::from(done.min(total)) * 100 / u128::from(total);
+    (percent as u64, "%")
 }
 
 /// What the window shows, ready for tracing.

@@ -169,7 +169,7 @@ impl Session<'_> {
                     self.pace.budget.forget();
                 }
                 Err(RenderError::Cancelled) => {
-                    self.pace.budget.learn_failure(done.into_inner(), start.elapsed())
+                    self.pace.budget.learn_failure(done.into_inner(), start.elapsed());
                 }
                 Err(_) => return,
             }
