@@ -275,6 +275,12 @@ impl RayPackets {
         &self.packets
     }
 
+    /// Returns the packets, to change them.
+    #[inline(always)]
+    pub(crate) fn packets_mut(&mut self) -> &mut [RayPacket] {
+        &mut self.packets
+    }
+
     /// Returns the origins of all packets.
     #[inline(always)]
     #[must_use]

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, clip, clip_path},
-    scene::{CutOut, Image, MAX_TEXTURES, SurfaceTextures, Texture},
+    scene::{CutOut, Image, MAX_TEXTURES, Opacity, SurfaceTextures, Texture},
 };
 use std::{
     collections::HashMap,
@@ -117,7 +117,7 @@ pub(super) fn reason(error: &LoadError) -> String {
 pub(super) fn used_images<'a>(count: usize, surfaces: impl Iterator<Item = &'a Surface>) -> Vec<bool> {
     let mut used = vec![false; count];
     for surface in surfaces {
-        for texture in textures(surface).into_iter().flatten() {
+        for texture in surface.textures.all().into_iter().flatten() {
             if let Some(used) = used.get_mut(texture.image as usize) {
                 *used = true;
             }
@@ -126,12 +126,19 @@ pub(super) fn used_images<'a>(count: usize, surfaces: impl Iterator<Item = &'a S
     used
 }
 
-/// Which images, the first of equal ones each, cut out parts of any of these surfaces; the alpha of others means nothing.
-fn cut_out_images(first: &[Option<usize>], surfaces: &[Surface]) -> Vec<bool> {
+/// Which images, the first of equal ones each, say how opaque any of these surfaces are; the alpha of others means nothing.
+fn images_with_opacity(first: &[Option<usize>], surfaces: &[Surface]) -> Vec<bool> {
     let mut used = vec![false; first.len()];
-    for cut_out in surfaces.iter().filter_map(|surface| surface.textures.cut_out) {
-        if let Some(&Some(first)) = first.get(cut_out.texture.image as usize) {
-            used[first] = true;
+    for surface in surfaces {
+        let SurfaceTextures { cut_out, opacity, .. } = surface.textures;
+        let cut_out = cut_out.map(|cut_out| cut_out.texture);
+        for texture in [cut_out, opacity.and_then(|opacity| opacity.map)]
+            .into_iter()
+            .flatten()
+        {
+            if let Some(&Some(first)) = first.get(texture.image as usize) {
+                used[first] = true;
+            }
         }
     }
     used
@@ -150,8 +157,10 @@ pub(super) fn untextured(surface: &Surface) -> Surface {
         Some(_) => [0.0; 3],
         None => surface.textures.emission,
     };
+    let opacity = surface.textures.opacity;
     surface.textures = SurfaceTextures {
         emission,
+        opacity: opacity.and_then(|opacity| Opacity::new(opacity.factor, None)),
         ..SurfaceTextures::NONE
     };
     surface
@@ -167,7 +176,7 @@ pub(super) fn leave_untextured(
     for (i, index) in surface_of.iter_mut().enumerate() {
         let surface = surfaces.get(*index as usize).copied();
         let Some(surface) =
-            surface.filter(|surface| textures(surface).iter().any(Option::is_some) && lacks(i))
+            surface.filter(|surface| surface.textures.all().iter().any(Option::is_some) && lacks(i))
         else {
             continue;
         };
@@ -202,15 +211,6 @@ pub(super) fn used_surfaces(count: usize, surface_of: &[u32]) -> Vec<bool> {
     used
 }
 
-fn textures(surface: &Surface) -> [Option<Texture>; 3] {
-    let all = &surface.textures;
-    [
-        all.base,
-        all.cut_out.map(|cut_out| cut_out.texture),
-        all.emission_map,
-    ]
-}
-
 /// Decodes the images that are used; `path` is the mesh's. Surfaces name the images that it returns then, and those that
 /// cannot be decoded become notes.
 pub(super) fn decode(
@@ -224,7 +224,7 @@ pub(super) fn decode(
         return Vec::new();
     }
     let first = first_of_equal(encoded);
-    let keeps_alpha = cut_out_images(&first, surfaces);
+    let keeps_alpha = images_with_opacity(&first, surfaces);
     let decoded = decoding::all(encoded, &first, &keeps_alpha, budget);
     let mut images = Vec::new();
     let mut numbers: Vec<Option<u32>> = vec![None; encoded.len()];
@@ -274,6 +274,11 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
         all.emission = [0.0; 3];
     }
     all.emission_map = all.emission_map.and_then(number);
+    all.opacity = all.opacity.and_then(|opacity| {
+        let map = opacity.map.and_then(number);
+        let has_alpha = |map: &Texture| images.get(map.image as usize).is_some_and(Image::has_alpha);
+        Opacity::new(opacity.factor, map.filter(has_alpha))
+    });
     all.cut_out = all.cut_out.and_then(|cut_out| {
         let texture = number(cut_out.texture)?;
         let has_alpha = images.get(texture.image as usize)?.has_alpha();

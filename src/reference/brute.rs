@@ -1,6 +1,6 @@
 //! Brute force, the test oracle: tests every primitive. Rays pass where surfaces are cut out.
 
-use super::{RaySlabs, counts, instances::Met, intersect_shape, planes};
+use super::{Passing, RaySlabs, instances::Met, intersect_shape, planes};
 use crate::{
     ray::{Hit, InstanceId, PrimitiveId, Ray, SceneHit},
     scene::{Primitive, PrototypeId, Scene, Shape},
@@ -23,7 +23,7 @@ fn nearest<S: Simd>(
     simd: S,
     targets: impl Iterator<Item = (PrimitiveId, Shape)>,
     ray: &Ray,
-    cut_outs: Option<&Scene>,
+    passing: Passing<'_>,
 ) -> Hit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
@@ -31,7 +31,7 @@ fn nearest<S: Simd>(
     for (id, shape) in targets {
         if let Some(hit) = intersect_shape(simd, id, &shape, ray, &slabs)
             && best.loses_to(hit.t, id)
-            && counts(cut_outs, &hit)
+            && passing.counts(&hit)
         {
             best = hit;
         }
@@ -58,15 +58,20 @@ fn nearest_of_instances(
     best
 }
 
-/// [`nearest_of_instances`] where rays pass what is cut out.
+/// [`nearest_of_instances`] of all prototypes' primitives.
 #[inline(always)]
-fn nearest_uncut<S: Simd>(simd: S, scene: &Scene, ray: &Ray, best: SceneHit) -> SceneHit {
+fn nearest_placed<S: Simd>(
+    simd: S,
+    (scene, passing): (&Scene, Passing<'_>),
+    ray: &Ray,
+    best: SceneHit,
+) -> SceneHit {
     nearest_of_instances(
         scene,
         ray,
         best,
         #[inline(always)]
-        |id, ray| nearest(simd, targets(scene, Some(id)), ray, Some(scene)),
+        |id, ray| nearest(simd, targets(scene, Some(id)), ray, passing),
     )
 }
 
@@ -78,8 +83,9 @@ pub fn closest_hit(scene: &Scene, ray: &Ray) -> SceneHit {
 
 #[inline(always)]
 pub(super) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> SceneHit {
-    let best = nearest(simd, targets(scene, None), ray, Some(scene));
-    let best = nearest_uncut(simd, scene, ray, best.into());
+    let passing = Passing::CutOuts(scene);
+    let best = nearest(simd, targets(scene, None), ray, passing);
+    let best = nearest_placed(simd, (scene, passing), ray, best.into());
     planes::closest(simd, scene, ray, best)
 }
 
@@ -93,13 +99,15 @@ pub fn occluded(scene: &Scene, ray: &Ray) -> bool {
 pub(super) fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
+    let passing = Passing::Light(scene);
     for (id, shape) in targets(scene, None) {
         let hit = intersect_shape(simd, id, &shape, ray, &slabs);
-        if hit.is_some_and(|hit| hit.t < ray.t_max && counts(Some(scene), &hit)) {
+        if hit.is_some_and(|hit| hit.t < ray.t_max && passing.counts(&hit)) {
             return true;
         }
     }
-    nearest_uncut(simd, scene, ray, SceneHit::miss(ray.t_max)).is_hit() || planes::block(simd, scene, ray)
+    let miss = SceneHit::miss(ray.t_max);
+    nearest_placed(simd, (scene, passing), ray, miss).is_hit() || planes::block(simd, scene, ray)
 }
 
 /// Returns all hits of triangles and spheres before the ray's end, by id; a sphere's nearest alone. None of instances.
@@ -116,7 +124,7 @@ fn all<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> Vec<Hit> {
     for (id, shape) in targets(scene, None) {
         if let Some(hit) = intersect_shape(simd, id, &shape, ray, &slabs)
             && hit.t < ray.t_max
-            && counts(Some(scene), &hit)
+            && Passing::CutOuts(scene).counts(&hit)
         {
             hits.push(hit);
         }
@@ -151,13 +159,20 @@ impl<'a> Shapes<'a> {
     #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> SceneHit {
         at_level!(Level::current(), |simd| {
-            let best = nearest(simd, self.own.iter().copied(), ray, None);
+            let best = nearest(simd, self.own.iter().copied(), ray, Passing::Nowhere);
             nearest_of_instances(
                 self.scene,
                 ray,
                 best.into(),
                 #[inline(always)]
-                |id, ray| nearest(simd, self.prototypes[id.0 as usize].iter().copied(), ray, None),
+                |id, ray| {
+                    nearest(
+                        simd,
+                        self.prototypes[id.0 as usize].iter().copied(),
+                        ray,
+                        Passing::Nowhere,
+                    )
+                },
             )
         })
     }

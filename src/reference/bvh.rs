@@ -1,6 +1,6 @@
 //! The scalar baseline: traces one ray through the binary BVH, nearer child first.
 
-use super::{RaySlabs, counts, instances::Met, intersect_shape};
+use super::{Passing, RaySlabs, instances::Met, intersect_shape};
 use crate::{
     accel::{BinaryBvh, BinaryInstances, BinaryNode},
     ray::{Hit, Ray, SceneHit},
@@ -94,10 +94,11 @@ pub(crate) fn closest_hit_at(
     ray: &Ray,
     cut_outs: Option<&Scene>,
 ) -> SceneHit {
+    let passing = Passing::of(cut_outs, Passing::CutOuts);
     at_level!(level, |simd| {
-        let best = closest(simd, bvh, &mut stack.own, ray, cut_outs).into();
+        let best = closest(simd, bvh, &mut stack.own, ray, passing).into();
         match &bvh.instances {
-            Some(instances) => closest_of_instances(simd, instances, stack, ray, best, cut_outs),
+            Some(instances) => closest_of_instances(simd, instances, stack, ray, best, passing),
             None => best,
         }
     })
@@ -111,7 +112,7 @@ fn closest_of_instances<S: Simd>(
     stack: &mut Stack,
     ray: &Ray,
     mut best: SceneHit,
-    cut_outs: Option<&Scene>,
+    passing: Passing<'_>,
 ) -> SceneHit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
@@ -127,7 +128,7 @@ fn closest_of_instances<S: Simd>(
                 let (id, instance) = &over.instances[i];
                 if let Some(met) = Met::new(instance, *id, over.boxes[i], ray, &slabs) {
                     let prototype = &over.prototypes[met.prototype.0 as usize];
-                    let hit = closest(simd, prototype, inside, &met.up_to(best.t), cut_outs);
+                    let hit = closest(simd, prototype, inside, &met.up_to(best.t), passing);
                     met.offer(&hit, &mut best);
                 }
             }
@@ -143,7 +144,7 @@ fn closest<S: Simd>(
     bvh: &BinaryBvh,
     stack: &mut Vec<(u32, f32)>,
     ray: &Ray,
-    cut_outs: Option<&Scene>,
+    passing: Passing<'_>,
 ) -> Hit {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
@@ -158,7 +159,7 @@ fn closest<S: Simd>(
             for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
                 if let Some(hit) = intersect_shape(simd, id, shape, ray, &slabs)
                     && best.loses_to(hit.t, id)
-                    && counts(cut_outs, &hit)
+                    && passing.counts(&hit)
                 {
                     best = hit;
                 }
@@ -183,11 +184,12 @@ pub(crate) fn occluded_at(
     ray: &Ray,
     cut_outs: Option<&Scene>,
 ) -> bool {
+    let passing = Passing::of(cut_outs, Passing::Light);
     at_level!(level, |simd| {
-        any(simd, bvh, &mut stack.own, ray, cut_outs)
+        any(simd, bvh, &mut stack.own, ray, passing)
             || bvh.instances.as_ref().is_some_and(|instances| {
                 let miss = SceneHit::miss(ray.or_nothing().t_max);
-                closest_of_instances(simd, instances, stack, ray, miss, cut_outs).is_hit()
+                closest_of_instances(simd, instances, stack, ray, miss, passing).is_hit()
             })
     })
 }
@@ -198,7 +200,7 @@ fn any<S: Simd>(
     bvh: &BinaryBvh,
     stack: &mut Vec<(u32, f32)>,
     ray: &Ray,
-    cut_outs: Option<&Scene>,
+    passing: Passing<'_>,
 ) -> bool {
     let ray = &ray.or_nothing();
     let slabs = RaySlabs::new(ray);
@@ -212,7 +214,7 @@ fn any<S: Simd>(
         |range| {
             for (&id, shape) in bvh.primitives[range.clone()].iter().zip(&bvh.shapes[range]) {
                 let hit = intersect_shape(simd, id, shape, ray, &slabs);
-                if hit.is_some_and(|hit| hit.t < ray.t_max && counts(cut_outs, &hit)) {
+                if hit.is_some_and(|hit| hit.t < ray.t_max && passing.counts(&hit)) {
                     found = true;
                     return None;
                 }

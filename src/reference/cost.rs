@@ -1,6 +1,6 @@
 //! Traces one ray through the wide BVH and counts its cost.
 
-use super::{RaySlabs, counts, instances::Met, intersect_shape, planes};
+use super::{Passing, RaySlabs, instances::Met, intersect_shape, planes};
 use crate::{
     accel::{Bvh, Child, Node8},
     math::Aabb,
@@ -98,7 +98,7 @@ fn inside_of<S: Simd>(
             cost.primitives += 1;
             if let Some(hit) = intersect_shape(simd, id, &scene.shape(id), ray, &slabs)
                 && best.loses_to(hit.t, id)
-                && counts(Some(scene), &hit)
+                && Passing::CutOuts(scene).counts(&hit)
             {
                 *best = hit;
             }

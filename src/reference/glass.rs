@@ -1,7 +1,10 @@
-//! The scalar twin of `shade::glass`: branches in a list instead of queues, with the same operations in the same order.
+//! The scalar twin of `shade::glass` and `shade::blend`: branches in a list instead of queues, with the same operations in the same order.
 
-use super::shade::{
-    Draw, Intersect, Limits, PixelSample, SURFACE_OFFSET, SecondaryRays, Surface, add, mirrored, scatter,
+use super::{
+    shade::{
+        Draw, Intersect, Limits, PixelSample, SURFACE_OFFSET, SecondaryRays, Surface, add, mirrored, scatter,
+    },
+    surface::surface,
 };
 use crate::{
     math::{max, min},
@@ -13,6 +16,7 @@ use glam::Vec3;
 
 const MIN_WEIGHT: f32 = 1.0 / 512.0;
 const MIN_COSINE: f32 = 1e-6;
+const MAX_LAYERS: u32 = 64;
 
 /// A ray and its colour.
 #[derive(Clone, Copy)]
@@ -30,10 +34,15 @@ struct Branch {
     medium: Option<MaterialId>,
     /// The length of the path from the camera to its origin.
     travelled: f32,
+    /// How many surfaces the path went straight through.
+    layers: u32,
+    /// Whether it went straight on from the camera.
+    is_straight: bool,
     color: [f32; 3],
+    alpha: f32,
 }
 
-/// Returns the colour of a camera ray in a scene with glass. Branches are shaded by depth, then added up from the last.
+/// Returns the colour and the opacity of a camera ray in a scene with glass or blending. Branches are shaded by depth, then added up from the last.
 #[inline(always)]
 pub(super) fn radiance<S: Simd>(
     simd: S,
@@ -42,7 +51,7 @@ pub(super) fn radiance<S: Simd>(
     (camera_ray, sample): (Ray, PixelSample),
     limits: Limits,
     rays: &mut SecondaryRays,
-) -> [f32; 3] {
+) -> ([f32; 3], f32) {
     let mut branches = vec![Branch {
         ray: camera_ray,
         parent: 0,
@@ -51,7 +60,10 @@ pub(super) fn radiance<S: Simd>(
         weight: [1.0; 3],
         medium: None,
         travelled: 0.0,
+        layers: 0,
+        is_straight: true,
         color: [0.0; 3],
+        alpha: 0.0,
     }];
     let mut i = 0;
     while i < branches.len() {
@@ -62,14 +74,21 @@ pub(super) fn radiance<S: Simd>(
         let Branch {
             parent,
             factor,
+            is_straight,
             color,
+            alpha,
             ..
         } = branches[i];
         for (c, sum) in branches[parent].color.iter_mut().enumerate() {
             *sum = simd.mul_add(factor[c], color[c], *sum);
         }
+        if is_straight {
+            let sum = &mut branches[parent].alpha;
+            *sum = simd.mul_add(factor[0], alpha, *sum);
+        }
     }
-    branches[0].color
+    let Branch { color, alpha, .. } = branches[0];
+    (color, if limits.transparent { alpha } else { 1.0 })
 }
 
 /// Traces and shades branch `i`, and appends those that leave it.
@@ -84,16 +103,25 @@ fn shade<S: Simd>(
     rays: &mut SecondaryRays,
 ) {
     let own = &mut branches[i];
-    if own.depth == limits.max_depth {
+    if own.depth - own.layers == limits.max_depth {
         own.color = scene.background_color(simd, own.ray.direction);
         return;
     }
     rays.reflection += u64::from(own.depth > 0);
     let hit = intersect.closest_hit(&own.ray);
+    let shows_nothing = limits.transparent && own.is_straight;
     if !hit.is_hit() {
-        own.color = scene.background_color(simd, own.ray.direction);
+        if !shows_nothing {
+            own.color = scene.background_color(simd, own.ray.direction);
+        }
         return;
     }
+    let opacity = if own.layers < MAX_LAYERS {
+        scene.opacity(hit.primitive, [hit.u, hit.v])
+    } else {
+        1.0
+    };
+    own.alpha = opacity;
     if let Some(medium) = own.medium {
         let passed = scene.materials()[medium.0 as usize].transmittance(hit.t);
         for (c, passed) in passed.into_iter().enumerate() {
@@ -105,29 +133,74 @@ fn shade<S: Simd>(
     parent.travelled += hit.t;
     let at = (&parent.ray, &hit, sample.cone.width(parent.travelled));
     let draw = (Draw::at(scene, sample, parent.depth), limits.shadows);
-    let scattered = scatter(simd, scene, intersect, at, draw, (&mut own.color, 1.0), rays);
+    let scattered = scatter(simd, scene, intersect, at, draw, (&mut own.color, opacity), rays);
     match scattered {
-        Some((Material::Reflection { mirror_share, .. }, surface)) => branches.push(Branch {
-            ray: mirrored(simd, &surface),
-            factor: [mirror_share; 3],
-            weight: parent.weight.map(|weight| weight * mirror_share),
-            ..child(&parent, i)
-        }),
+        Some((Material::Reflection { mirror_share, .. }, surface)) => {
+            let share = opacity * mirror_share;
+            branches.push(Branch {
+                ray: mirrored(simd, &surface),
+                factor: [share; 3],
+                weight: parent.weight.map(|weight| weight * share),
+                ..child(&parent, i)
+            });
+        }
         Some((Material::Glass { index, .. }, surface)) => {
             let id = scene.material_of(hit.primitive);
             split(simd, scene, (id, index), &surface, (&parent, i), branches);
         }
         _ => {}
     }
+    if opacity < 1.0 {
+        let surface = surface(simd, scene, &parent.ray, &hit);
+        pass(
+            simd,
+            scene,
+            (&surface, opacity),
+            shows_nothing,
+            (&parent, i),
+            branches,
+        );
+    }
 }
 
-/// A branch that leaves `parent`, branch `i`.
+/// Appends the branch that goes straight on; one of little weight adds the background, unless that `shows_nothing`.
+#[inline(always)]
+fn pass<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    (s, opacity): (&Surface, f32),
+    shows_nothing: bool,
+    (parent, i): (&Branch, usize),
+    branches: &mut Vec<Branch>,
+) {
+    let share = 1.0 - opacity;
+    let weight = parent.weight.map(|weight| share * weight);
+    let direction = parent.ray.direction;
+    if max(max(weight[0], weight[1]), weight[2]) >= MIN_WEIGHT {
+        let offset = -(s.magnitude * SURFACE_OFFSET);
+        branches.push(Branch {
+            ray: Ray::new(simd.mul_add3(s.geometric_normal, offset, s.point), direction),
+            factor: [share; 3],
+            weight,
+            layers: parent.layers + 1,
+            is_straight: parent.is_straight,
+            ..child(parent, i)
+        });
+    } else if !shows_nothing {
+        let background = scene.background_color(simd, direction);
+        add(simd, &mut branches[i].color, share, background);
+    }
+}
+
+/// A branch that leaves `parent`, branch `i`, in another direction.
 #[inline(always)]
 fn child(parent: &Branch, i: usize) -> Branch {
     Branch {
         parent: i,
         depth: parent.depth + 1,
+        is_straight: false,
         color: [0.0; 3],
+        alpha: 0.0,
         ..*parent
     }
 }

@@ -20,10 +20,31 @@ pub(crate) use draw::disc;
 pub(crate) use planes::{block as planes_block, closest as closest_plane};
 use primitive::{RaySlabs, intersect_shape};
 
-/// Whether a hit counts; `cut_outs` is the scene if rays pass where its surfaces are cut out.
-#[inline(always)]
-fn counts(cut_outs: Option<&Scene>, hit: &Hit) -> bool {
-    cut_outs.is_none_or(|scene| !scene.is_cut_out(hit.primitive, [hit.u, hit.v]))
+/// Which hits count.
+#[derive(Clone, Copy)]
+enum Passing<'a> {
+    /// All: surfaces are whole.
+    Nowhere,
+    /// Rays pass where the scene's surfaces are cut out.
+    CutOuts(&'a Scene),
+    /// Rays to light pass, too, where little of a surface is seen.
+    Light(&'a Scene),
+}
+
+impl<'a> Passing<'a> {
+    fn of(scene: Option<&'a Scene>, passing: fn(&'a Scene) -> Self) -> Self {
+        scene.map_or(Self::Nowhere, passing)
+    }
+
+    /// Whether a hit counts.
+    #[inline(always)]
+    fn counts(self, hit: &Hit) -> bool {
+        match self {
+            Self::Nowhere => true,
+            Self::CutOuts(scene) => !scene.is_cut_out(hit.primitive, [hit.u, hit.v]),
+            Self::Light(scene) => !scene.lets_light_pass(hit.primitive, [hit.u, hit.v]),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@ pub(crate) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: Scen
     for (i, plane) in scene.planes().iter().enumerate() {
         if let Some(t) = intersect(simd, plane, ray)
             && best.loses_to(t, scene.plane_id(i))
+            && !scene.is_cut_out(scene.plane_id(i), [0.0; 2])
         {
             best = Hit {
                 t,
@@ -41,8 +42,11 @@ pub(crate) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: Scen
 #[inline(always)]
 pub(crate) fn block<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     let ray = &ray.or_nothing();
-    let mut planes = scene.planes().iter();
-    planes.any(|plane| intersect(simd, plane, ray).is_some_and(|t| t < ray.t_max))
+    let mut planes = scene.planes().iter().enumerate();
+    planes.any(|(i, plane)| {
+        intersect(simd, plane, ray).is_some_and(|t| t < ray.t_max)
+            && !scene.lets_light_pass(scene.plane_id(i), [0.0; 2])
+    })
 }
 
 /// Returns the point that is hit, both normals and the magnitude for offsets.

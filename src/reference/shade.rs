@@ -78,15 +78,20 @@ pub fn radiance(
     shadows: bool,
     rays: &mut SecondaryRays,
 ) -> [f32; 3] {
-    let limits = Limits { max_depth, shadows };
-    at_level!(Level::current(), |simd| radiance_at(
+    let limits = Limits {
+        max_depth,
+        shadows,
+        transparent: false,
+    };
+    let (color, _) = at_level!(Level::current(), |simd| radiance_at(
         simd,
         scene,
         intersect,
         (camera_ray, sample),
         limits,
         rays
-    ))
+    ));
+    color
 }
 
 /// What [`radiance`] traces.
@@ -94,9 +99,11 @@ pub fn radiance(
 pub(crate) struct Limits {
     pub max_depth: u32,
     pub shadows: bool,
+    /// Whether camera rays that go straight on to nothing show nothing.
+    pub transparent: bool,
 }
 
-/// Does [`radiance`] at a level.
+/// Does [`radiance`] at a level. Returns also the opacity of what the ray hits, which is 1 unless one sees through it.
 #[inline(always)]
 pub(crate) fn radiance_at<S: Simd>(
     simd: S,
@@ -105,8 +112,8 @@ pub(crate) fn radiance_at<S: Simd>(
     (camera_ray, sample): (Ray, PixelSample),
     limits: Limits,
     rays: &mut SecondaryRays,
-) -> [f32; 3] {
-    if scene.has_glass() {
+) -> ([f32; 3], f32) {
+    if scene.has_glass() || scene.has_blending() {
         return glass::radiance(simd, scene, intersect, (camera_ray, sample), limits, rays);
     }
     let mut color = [0.0; 3];
@@ -137,7 +144,7 @@ pub(crate) fn radiance_at<S: Simd>(
         weight *= mirror_share;
         ray = mirrored(simd, &surface);
     }
-    color
+    (color, 1.0)
 }
 
 /// Adds the light that a surface scatters and emits, weighted; `width` is that of the ray's cone. Returns the surface

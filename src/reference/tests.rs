@@ -160,6 +160,7 @@ fn colors(random: &mut Random, count: usize) -> Vec<[f32; 3]> {
 #[test]
 fn every_level_computes_the_same_colours() {
     let limits = Limits {
+        transparent: false,
         max_depth: 5,
         shadows: true,
     };
@@ -180,7 +181,7 @@ fn every_level_computes_the_same_colours() {
             let mut expected = None;
             for one in &mut all {
                 let mut rays = SecondaryRays::default();
-                let color = at_level!(one.level, |simd| radiance_at(
+                let (color, _) = at_level!(one.level, |simd| radiance_at(
                     simd,
                     &scene,
                     one,

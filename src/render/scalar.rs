@@ -151,6 +151,7 @@ impl ScalarTile<'_> {
         let limits = Limits {
             max_depth: settings.max_depth,
             shadows: settings.shadows,
+            transparent: P::HAS_ALPHA,
         };
         for sample in camera_rays
             .samples()
@@ -169,7 +170,7 @@ impl ScalarTile<'_> {
                 count: settings.samples,
                 cone: camera_rays.cone(),
             };
-            let color = radiance_at(
+            let (color, alpha) = radiance_at(
                 simd,
                 scene,
                 &mut self.intersect,
@@ -177,7 +178,7 @@ impl ScalarTile<'_> {
                 limits,
                 &mut self.rays,
             );
-            for (sum, c) in samples.sum.iter_mut().zip(color.into_iter().chain([1.0])) {
+            for (sum, c) in samples.sum.iter_mut().zip(color.into_iter().chain([alpha])) {
                 *sum += c;
             }
         }

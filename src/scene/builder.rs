@@ -436,10 +436,8 @@ impl SceneBuilder {
             lights,
             has_glass: materials.iter().any(|m| matches!(m, Material::Glass { .. })),
             materials,
-            has_cut_outs: textures
-                .iter()
-                .flatten()
-                .any(|textures| textures.cut_out.is_some()),
+            has_cut_outs: textures.iter().flatten().any(SurfaceTextures::lets_rays_pass),
+            has_blending: textures.iter().flatten().any(|all| all.opacity.is_some()),
             textures,
             images,
             ambient,

@@ -13,6 +13,7 @@ mod light;
 mod material;
 mod motion;
 mod moving;
+mod opacity;
 mod origin;
 mod pixel_rays;
 mod placed;
@@ -43,6 +44,7 @@ pub use light::{Light, LightShape, Spot};
 pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step};
 use moving::Moving;
+pub use opacity::Opacity;
 pub use pixel_rays::{PixelRays, RayCone};
 pub use placed::PlacedMesh;
 pub use plane::{MAX_PLANES, Plane};
@@ -167,6 +169,7 @@ pub struct Scene {
     textures: Vec<Option<SurfaceTextures>>,
     images: Vec<Image>,
     has_cut_outs: bool,
+    has_blending: bool,
     has_glass: bool,
     ambient: f32,
     ambient_reach: Option<f32>,

@@ -1,6 +1,6 @@
-//! What textures give to the points of triangles: base colour, emission, and where there is no surface at all.
+//! What textures give to the points of triangles: base colour, emission, opacity, and where there is no surface at all.
 
-use super::{Checker, Image, MaterialId, Primitive, Scene, Texture, material::check_color};
+use super::{Checker, Image, MaterialId, Opacity, Primitive, Scene, Texture, material::check_color};
 use crate::{
     error::SceneError,
     ray::{PrimitiveId, SceneHit},
@@ -16,6 +16,8 @@ pub struct SurfaceTextures {
     pub checker: Option<Checker>,
     /// Where there is no surface.
     pub cut_out: Option<CutOut>,
+    /// How opaque it is where it is not cut out; glass has none.
+    pub opacity: Option<Opacity>,
     /// Light that the surface adds to what it reflects, linear RGB from 0 to 1. It lights nothing else.
     pub emission: [f32; 3],
     /// Multiplies the emission.
@@ -60,6 +62,7 @@ impl SurfaceTextures {
         base: None,
         checker: None,
         cut_out: None,
+        opacity: None,
         emission: [0.0; 3],
         emission_map: None,
     };
@@ -78,6 +81,10 @@ impl SurfaceTextures {
                 texture: other(cut_out.texture),
                 ..cut_out
             }),
+            opacity: self.opacity.map(|opacity| Opacity {
+                map: opacity.map.map(other),
+                ..opacity
+            }),
             emission: self.emission,
             emission_map: self.emission_map.map(other),
         }
@@ -89,8 +96,10 @@ impl SurfaceTextures {
         if let Some(checker) = self.checker {
             checker.check()?;
         }
-        let cut_out = self.cut_out.map(|cut_out| cut_out.texture);
-        for texture in [self.base, cut_out, self.emission_map].into_iter().flatten() {
+        if let Some(opacity) = self.opacity {
+            opacity.check()?;
+        }
+        for texture in self.all().into_iter().flatten() {
             if texture.image as usize >= images {
                 let index = texture.image;
                 return Err(SceneError::UnknownImage { index, images });
@@ -111,6 +120,16 @@ impl SurfaceTextures {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Returns all textures.
+    pub(crate) fn all(&self) -> [Option<Texture>; 4] {
+        [
+            self.base,
+            self.cut_out.map(|cut_out| cut_out.texture),
+            self.opacity.and_then(|opacity| opacity.map),
+            self.emission_map,
+        ]
     }
 
     /// Returns whether the surface emits light.
@@ -145,30 +164,19 @@ impl Scene {
         self.textures.get(material.0 as usize)?.as_ref()
     }
 
-    /// Returns whether any material has textures or emits light.
+    /// Returns whether any material has textures, emits light or is not opaque.
     #[inline]
     #[must_use]
     pub fn has_textures(&self) -> bool {
         !self.textures.is_empty()
     }
 
-    /// Returns whether parts of surfaces may be cut out.
-    #[inline]
-    #[must_use]
-    pub fn has_cut_outs(&self) -> bool {
-        self.has_cut_outs
-    }
-
-    /// Returns whether there is no surface at the point of a triangle with these weights of its second and third corner.
-    #[must_use]
-    pub fn is_cut_out(&self, id: PrimitiveId, [u, v]: [f32; 2]) -> bool {
-        let (Some(textures), Primitive::Triangle(i)) = (self.textures_of(id), self.primitive(id)) else {
-            return false;
-        };
+    /// Returns whether an image cuts out this point of a triangle.
+    pub(super) fn cuts_out(&self, textures: &SurfaceTextures, i: usize, weights: [f32; 2]) -> bool {
         textures.cut_out.is_some_and(|cut_out| {
             let color = self.images[cut_out.texture.image as usize].color(
                 cut_out.texture,
-                self.texture_coordinates(i, [u, v]),
+                self.texture_coordinates(i, weights),
                 0.0,
             );
             color[usize::from(cut_out.channel)] < cut_out.limit
@@ -228,7 +236,7 @@ impl Scene {
     }
 
     /// Returns the texture coordinates at weights of the second and third corner.
-    fn texture_coordinates(&self, i: usize, [u, v]: [f32; 2]) -> [f32; 2] {
+    pub(super) fn texture_coordinates(&self, i: usize, [u, v]: [f32; 2]) -> [f32; 2] {
         let [a, b, c] = self.triangles.corners[i].map(|vertex| self.uv(vertex));
         let w = 1.0 - u - v;
         std::array::from_fn(|axis| a[axis] * w + b[axis] * u + c[axis] * v)

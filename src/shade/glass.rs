@@ -25,15 +25,23 @@ pub const MIN_WEIGHT: f32 = 1.0 / 512.0;
 /// The least cosine between a ray and a normal: shares of rays along a surface stay numbers.
 const MIN_COSINE: f32 = 1e-6;
 
+const ALL_LANES: u32 = u32::MAX >> (32 - LANES);
+
 /// What eight rays of a queue continue.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Branch8 {
     /// The factors of their colours in those of their parents, by channel.
-    factor: [F32x8; 3],
+    pub(super) factor: [F32x8; 3],
     /// The factors of their colours in the pixels, by channel.
-    weight: [F32x8; 3],
+    pub(super) weight: [F32x8; 3],
     /// The tinted glass that they are in.
-    medium: [Option<MaterialId>; LANES],
+    pub(super) medium: [Option<MaterialId>; LANES],
+    /// How many surfaces their paths went straight through.
+    pub(super) layers: [u8; LANES],
+    /// Lanes whose path went straight on from the camera.
+    pub(super) straight: u32,
+    /// Lanes beyond the maximum depth, which are not traced.
+    pub(super) ended: u32,
 }
 
 impl Branch8 {
@@ -42,21 +50,27 @@ impl Branch8 {
         factor: [F32x8::splat(1.0); 3],
         weight: [F32x8::splat(1.0); 3],
         medium: [None; LANES],
+        layers: [0; LANES],
+        straight: ALL_LANES,
+        ended: 0,
     };
 
     /// Gathers the branches of the rays with these indices.
     #[inline(always)]
-    fn gather(rays: &RayQueue, ray_i: &[u32; LANES]) -> Self {
+    pub(super) fn gather(rays: &RayQueue, ray_i: &[u32; LANES]) -> Self {
         let mut gathered = Self::CAMERA;
         if rays.branches.is_empty() {
             return gathered;
         }
+        gathered.straight = 0;
         for (to, &i) in ray_i.iter().enumerate() {
             let (from, lane) = (&rays.branches[i as usize / LANES], i as usize % LANES);
             for c in 0..3 {
                 gathered.weight[c].as_mut_array()[to] = from.weight[c].as_array()[lane];
             }
             gathered.medium[to] = from.medium[lane];
+            gathered.layers[to] = from.layers[lane];
+            gathered.straight |= (from.straight >> lane & 1) << to;
         }
         gathered
     }
@@ -101,7 +115,34 @@ impl Depth {
         self.colors.resize(self.rays.rays.packets().len());
         for (p, packet) in self.rays.rays.packets().iter().enumerate() {
             let color = background(simd, scene, &packet.direction);
-            self.colors.set(simd, p, u32::MAX >> (32 - LANES), color);
+            self.colors.set(simd, p, ALL_LANES, color);
+        }
+    }
+
+    /// Ends the rays beyond the maximum depth, which going straight on does not count for. `depth` is that of rays which went
+    /// through nothing. Returns the number of rays left.
+    pub fn end(&mut self, depth: u32, max_depth: u32) -> u64 {
+        let branches = &mut self.rays.branches;
+        for (packet, branch) in self.rays.rays.packets_mut().iter_mut().zip(branches) {
+            for (lane, t_max) in packet.t_max.as_mut_array().iter_mut().enumerate() {
+                if *t_max > 0.0 && depth - u32::from(branch.layers[lane]) >= max_depth {
+                    branch.ended |= 1 << lane;
+                    *t_max = 0.0;
+                }
+            }
+        }
+        self.rays.active_rays()
+    }
+
+    /// Gives the background to the rays that have ended.
+    #[inline(always)]
+    pub fn add_ended<S: Simd>(&mut self, simd: S, scene: &Scene) {
+        for (p, branch) in self.rays.branches.iter().enumerate() {
+            if branch.ended != 0 {
+                let color = background(simd, scene, &self.rays.rays.packets()[p].direction);
+                let own = self.rays.pixel(p);
+                self.colors.add(simd, branch.ended, &own, simd.splat(1.0), color);
+            }
         }
     }
 
@@ -109,12 +150,14 @@ impl Depth {
     #[inline(always)]
     pub fn add_to<S: Simd>(&self, simd: S, parents: &mut TileColors) {
         for (p, packet) in self.rays.rays.packets().iter().enumerate().rev() {
-            let active = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits();
-            let (parent, factor, colors) = (
-                self.rays.parent(p),
-                &self.rays.branches[p].factor,
-                &self.colors.packets[p],
-            );
+            let Branch8 {
+                factor,
+                ended,
+                straight,
+                ..
+            } = &self.rays.branches[p];
+            let active = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits() | ended;
+            let (parent, colors) = (self.rays.parent(p), &self.colors.packets[p]);
             for (lane, &parent) in parent.iter().enumerate() {
                 if active >> lane & 1 == 0 {
                     continue;
@@ -123,6 +166,13 @@ impl Depth {
                 for (c, sums) in sums.iter_mut().enumerate() {
                     let sum = &mut sums.as_mut_array()[parent as usize % LANES];
                     *sum = simd.mul_add(factor[c].as_array()[lane], colors[c].as_array()[lane], *sum);
+                }
+                if straight >> lane & 1 == 1
+                    && let Some(alpha) = self.colors.alpha.get(p)
+                {
+                    let sum = &mut parents.alpha[parent as usize / LANES];
+                    let sum = &mut sum.as_mut_array()[parent as usize % LANES];
+                    *sum = simd.mul_add(factor[0].as_array()[lane], alpha.as_array()[lane], *sum);
                 }
             }
         }
@@ -153,7 +203,7 @@ pub(super) fn branch_mirrored(rays: &RayQueue, next: &mut RayQueue) {
     for p in next.branches.len()..next.rays.packets().len() {
         let share = next.share(p);
         let mut branch = Branch8::gather(rays, &next.parent(p));
-        branch.factor = [share; 3];
+        (branch.factor, branch.straight) = ([share; 3], 0);
         for weight in &mut branch.weight {
             for (weight, share) in weight.as_mut_array().iter_mut().zip(share.as_array()) {
                 *weight *= share;
@@ -265,12 +315,14 @@ fn branch<S: Simd>(
         factor: to8::<S>(factor),
         weight: to8::<S>(weight),
         medium: media(scene, id, (s, crosses), from.medium),
+        straight: 0,
+        ..from
     });
     true
 }
 
 #[inline(always)]
-fn to8<S: Simd>([r, g, b]: [S::V8; 3]) -> [F32x8; 3] {
+pub(super) fn to8<S: Simd>([r, g, b]: [S::V8; 3]) -> [F32x8; 3] {
     [r.to8(), g.to8(), b.to8()]
 }
 

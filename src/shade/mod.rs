@@ -8,10 +8,12 @@
 //!    |                  gather           one run of occlusion rays per light
 //!    +---- mirrored --- material::color  light -> colours of the tile
 //!    +---- branches --- glass::pass      reflected and refracted rays
+//!                       blend::pass      rays that go straight on
 //! ```
 //!
 //! The scalar twin, with the same operations in the same order, is [`reference::shade`](crate::reference::shade).
 
+mod blend;
 mod draw;
 mod environment;
 mod gather;
@@ -53,7 +55,8 @@ pub const LIGHT_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 /// The settings of shading.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadeSettings {
-    /// Maximum ray depth; 1 disables reflections and refraction. Rays beyond it return the background.
+    /// Maximum ray depth; 1 disables reflections and refraction. Rays beyond it return the background. Going straight on
+    /// through a surface does not count.
     pub max_depth: u32,
     /// Whether to trace shadow and ambient occlusion rays.
     pub shadows: bool,
@@ -84,7 +87,7 @@ pub struct Shader {
     next: RayQueue,
     /// The numbers of the first random points of the tile's pixels, by packet.
     first_points: Vec<[u32; LANES]>,
-    /// The rays of each depth in scenes with glass.
+    /// The rays of each depth in scenes where rays branch.
     branches: Vec<glass::Depth>,
     /// Ambient occlusion rays traced since [`Shader::reset_counts`].
     pub ambient_rays: u64,
@@ -102,7 +105,7 @@ pub struct Shader {
 pub struct TileColors {
     /// Red, green and blue of each camera packet.
     pub packets: Vec<[F32x8; 3]>,
-    /// 1 for camera rays that hit something, else 0; empty unless [`ShadeSettings::transparent`].
+    /// 1 for camera rays that hit something, less where one sees through all that they hit, else 0; empty unless [`ShadeSettings::transparent`].
     pub alpha: Vec<F32x8>,
 }
 
@@ -249,7 +252,7 @@ impl Shader {
             rays.are_camera_rays() && settings.max_depth > 0,
             "only camera rays set colours, all others add to them"
         );
-        if scene.has_glass() {
+        if scene.has_glass() || scene.has_blending() {
             self.shade_branches(scene, tracer, settings, rays, colors);
             rays.restart();
             return;
@@ -297,7 +300,7 @@ impl Shader {
         if !rays.branches.is_empty() {
             glass::absorb(scene, rays, hits);
         }
-        let transparent = settings.transparent && depth == 1;
+        let transparent = settings.transparent && (depth == 1 || scene.has_blending());
         at_level!(level, |simd| {
             if transparent {
                 coverage(simd, hits, &mut colors.alpha);
@@ -324,16 +327,32 @@ impl Shader {
             }
         });
         self.gather_tints(scene, level, rays, settings.cone);
+        if scene.has_blending() {
+            let traced = (&*rays, &self.hits[..packets]);
+            blend::weigh(
+                scene,
+                traced,
+                &self.by_material,
+                &mut self.surfaces,
+                &mut colors.alpha,
+            );
+        }
         if !self.surfaces.is_empty() {
             self.add_lights(scene, tracer, settings, depth - 1);
-            self.color(scene, level, rays, colors);
+            self.color(scene, (level, transparent), rays, colors);
         }
     }
 
     /// Runs the passes of all materials.
-    fn color(&mut self, scene: &Scene, level: Level, rays: &RayQueue, colors: &mut TileColors) {
+    fn color(
+        &mut self,
+        scene: &Scene,
+        (level, transparent): (Level, bool),
+        rays: &RayQueue,
+        colors: &mut TileColors,
+    ) {
         for (id, range) in self.by_material.ranges() {
-            let emits = scene.textures(id).is_some_and(SurfaceTextures::emits);
+            let textures = scene.textures(id).unwrap_or(&SurfaceTextures::NONE);
             let material = &scene.materials()[id.0 as usize];
             let points = Points {
                 surfaces: &self.surfaces[range.clone()],
@@ -350,7 +369,7 @@ impl Shader {
                 colors,
                 &mut self.next
             ));
-            if emits {
+            if textures.emits() {
                 let (surfaces, light) = (points.surfaces, &self.textured.emitted[range]);
                 at_level!(level, |simd| material::emission(simd, surfaces, light, colors));
             }
@@ -367,14 +386,26 @@ impl Shader {
             } else if self.next.sets_colors() {
                 glass::branch_mirrored(rays, &mut self.next);
             }
+            if textures.opacity.is_some() {
+                let next = &mut self.next;
+                at_level!(level, |simd| blend::pass(
+                    simd,
+                    scene,
+                    points,
+                    rays,
+                    transparent,
+                    colors,
+                    next
+                ));
+            }
         }
     }
 
-    /// [`Self::shade`] for scenes with glass, whose rays branch.
+    /// [`Self::shade`] for scenes with glass or blending, whose rays branch.
     ///
     /// A pixel then has several rays at a depth, in an order that depends on its neighbours. So each ray has a colour of
     /// its own, and from the last depth up the colours of branches are added to those that they leave: reflected after
-    /// refracted ones, whatever packets they are in.
+    /// refracted ones or those that go straight on, whatever packets they are in.
     fn shade_branches(
         &mut self,
         scene: &Scene,
@@ -388,7 +419,7 @@ impl Shader {
         depths.resize_with(depths.len().max(1), Default::default);
         depths[0].swap(rays, colors, &mut self.first_points);
         let mut last = 0;
-        for i in 0..settings.max_depth as usize {
+        for i in 0.. {
             depths.resize_with(depths.len().max(i + 2), Default::default);
             let [own, next] = &mut depths[i..i + 2] else { break };
             own.colors.resize(own.rays.rays.packets().len());
@@ -396,18 +427,20 @@ impl Shader {
             self.next.restart_branches();
             let depth = i as u32 + 1;
             self.shade_depth(scene, tracer, (settings, depth), &mut own.rays, &mut own.colors);
+            at_level!(level, |simd| own.add_ended(simd, scene));
             std::mem::swap(&mut self.first_points, &mut own.first_points);
             std::mem::swap(&mut self.next, &mut next.rays);
             if next.rays.rays.packets().is_empty() {
                 break;
             }
             last = i + 1;
-            if depth == settings.max_depth {
+            let traced = next.end(depth, settings.max_depth);
+            if traced == 0 {
                 at_level!(level, |simd| next.set_background(simd, scene));
-            } else {
-                self.reflection_rays += next.rays.active_rays();
-                next.take_first_points(&own.first_points);
+                break;
             }
+            self.reflection_rays += traced;
+            next.take_first_points(&own.first_points);
         }
         for i in (1..=last).rev() {
             if let [own, next] = &mut depths[i - 1..=i] {

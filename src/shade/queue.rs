@@ -148,6 +148,19 @@ impl RayQueue {
         }
     }
 
+    /// Returns how many surfaces the path of a ray went straight through.
+    #[inline(always)]
+    pub(super) fn layers(&self, p: usize, lane: usize) -> u8 {
+        self.branches.get(p).map_or(0, |branch| branch.layers[lane])
+    }
+
+    /// Returns the lanes of packet `p` whose path went straight on from the camera.
+    #[inline(always)]
+    fn straight(&self, p: usize) -> u32 {
+        let of_camera = if self.are_camera_rays { u32::MAX } else { 0 };
+        self.branches.get(p).map_or(of_camera, |branch| branch.straight)
+    }
+
     /// Returns the lengths of the paths from the camera to the origins of packet `p`, scene units; 0 in scenes without
     /// textures.
     #[inline(always)]
@@ -311,7 +324,7 @@ impl HitQueue {
     }
 }
 
-/// Sorts the hits of `rays` by material. Misses take the background, or nothing if `transparent`: rays that
+/// Sorts the hits of `rays` by material. Misses take the background, or nothing if `transparent` and straight on: rays that
 /// [set colours](RayQueue::sets_colors) set those of the tile, others add to them.
 #[inline(always)]
 pub(super) fn sort<S: Simd>(
@@ -330,7 +343,11 @@ pub(super) fn sort<S: Simd>(
         let active = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits();
         let none = S::V8::equal_lanes(simd, &hits.primitive, PrimitiveId::NONE.0);
         let missed = active & none;
-        let visible = if transparent { 0 } else { missed };
+        let visible = if transparent {
+            missed & !rays.straight(packet_i)
+        } else {
+            missed
+        };
         if sets_colors {
             let background = background(simd, scene, &packet.direction);
             colors.set(simd, packet_i, visible, background);

@@ -1,4 +1,5 @@
-//! Surfaces that are cut out in parts: what bundles find there does not count, and is looked for again, ray by ray.
+//! Surfaces that are cut out in parts, or through which light passes: what bundles find there does not count, and is
+//! looked for again, ray by ray.
 
 use super::{Found, HitSink, Tracer, bits, visit};
 use crate::{
@@ -8,7 +9,8 @@ use crate::{
 };
 
 impl<'a> Tracer<'a> {
-    /// Lets rays pass where surfaces of `scene`, which the BVH was built from, are cut out. Else all surfaces are whole.
+    /// Lets rays pass where surfaces of `scene`, which the BVH was built from, are cut out, and occlusion rays where little
+    /// of them is seen. Else all surfaces are whole.
     #[must_use]
     pub fn through_cut_outs(mut self, scene: &'a Scene) -> Self {
         self.cut_outs = scene.has_cut_outs().then_some(scene);
@@ -66,6 +68,10 @@ fn counts(scene: &Scene, hit: &Hit) -> bool {
     !scene.is_cut_out(hit.primitive, [hit.u, hit.v])
 }
 
+fn stops_light(scene: &Scene, hit: &Hit) -> bool {
+    !scene.lets_light_pass(hit.primitive, [hit.u, hit.v])
+}
+
 pub(super) fn ray(origins: Origins<'_>, rays: &[RayPacket], p: usize, lane: usize) -> Ray {
     let origin = match origins {
         Origins::Shared(origin) => origin,
@@ -97,7 +103,7 @@ impl HitSink for Closest<'_> {
     }
 }
 
-/// Whether anything that counts is hit.
+/// Whether anything that stops light is hit.
 pub(super) struct Any<'a> {
     pub scene: &'a Scene,
     pub end: f32,
@@ -113,6 +119,6 @@ impl HitSink for Any<'_> {
 
     #[inline(always)]
     fn take(&mut self, found: Found) {
-        self.is_hit = self.is_hit || found.t < self.end && counts(self.scene, &found.hit());
+        self.is_hit = self.is_hit || found.t < self.end && stops_light(self.scene, &found.hit());
     }
 }

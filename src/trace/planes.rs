@@ -31,6 +31,12 @@ impl<'a> Tracer<'a> {
         })
     }
 
+    /// Whether plane `i` is not there, for it is not opaque enough.
+    fn is_missing(&self, i: u32, passes: impl Fn(&Scene, PrimitiveId, [f32; 2]) -> bool) -> bool {
+        let id = PrimitiveId(self.first_plane.0 + i);
+        self.cut_outs.is_some_and(|scene| passes(scene, id, [0.0; 2]))
+    }
+
     /// Replaces hits that are behind a plane. At equal distances primitives count, for their ids are lower.
     #[inline(always)]
     pub(super) fn planes_closest<S: Simd>(
@@ -44,6 +50,9 @@ impl<'a> Tracer<'a> {
             let ray = ray(simd, origins, rays, p);
             let usable = simd.load(&rays[p].t_max).le(simd.splat(T_MAX));
             for (i, plane) in (0..).zip(self.planes) {
+                if self.is_missing(i, Scene::is_cut_out) {
+                    continue;
+                }
                 let best = simd.load(&hits.t);
                 let (hit, t) = plane_hits(surface(simd, plane), ray);
                 let nearer = hit & usable & t.lt(best);
@@ -80,7 +89,10 @@ impl<'a> Tracer<'a> {
         for (p, occluded) in occluded.iter_mut().enumerate() {
             let ray = ray(simd, origins, rays, p);
             let end = simd.load(&rays[p].t_max);
-            for plane in self.planes {
+            for (i, plane) in (0..).zip(self.planes) {
+                if self.is_missing(i, Scene::lets_light_pass) {
+                    continue;
+                }
                 let (hit, t) = plane_hits(surface(simd, plane), ray);
                 *occluded |= (hit & t.lt(end) & end.le(simd.splat(T_MAX))).bits() as u8;
             }

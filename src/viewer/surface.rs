@@ -7,7 +7,7 @@ use crate::{
         light,
         shade::{albedo, shading_normal},
     },
-    scene::{Material, RayCone, Scene, SurfaceTextures},
+    scene::{Material, RayCone, Scene},
 };
 use glam::Vec3;
 
@@ -53,7 +53,7 @@ pub fn preview(scene: &Scene, ray: &Ray, hit: &SceneHit, cone: RayCone) -> [f32;
 }
 
 /// Returns the light of a diffuse surface as if nothing were occluded, from the centres of soft lights and without
-/// highlights; `None` for one that shines, mirrors or refracts.
+/// highlights; `None` for one that shines, mirrors, refracts or shows what is behind it.
 #[must_use]
 pub fn unoccluded(scene: &Scene, ray: &Ray, hit: &SceneHit, normal: Vec3, cone: RayCone) -> Option<[f32; 3]> {
     let k_d = match *material(scene, hit.primitive) {
@@ -61,10 +61,8 @@ pub fn unoccluded(scene: &Scene, ray: &Ray, hit: &SceneHit, normal: Vec3, cone: 
         Material::Matte { .. } => 1.0,
         Material::BlinnPhong { k_d, .. } => k_d,
     };
-    if scene
-        .textures_of(hit.primitive)
-        .is_some_and(SurfaceTextures::emits)
-    {
+    let textures = scene.textures_of(hit.primitive);
+    if textures.is_some_and(|textures| textures.emits() || textures.opacity.is_some()) {
         return None;
     }
     let (own, point) = (albedo(scene, ray, hit, cone.width(hit.t)), point(ray, hit));

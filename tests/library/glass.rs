@@ -9,13 +9,13 @@ use octray::{
 use std::ops::ControlFlow;
 
 /// Under it, a ray's colour is half of its direction's z plus one half: it says where light comes from.
-const GRADIENT: Background = Background {
+pub const GRADIENT: Background = Background {
     bottom: [0.0; 3],
     top: [1.0; 3],
 };
 
 /// [`GRADIENT`] along a direction with this z.
-fn sky(z: f64) -> f64 {
+pub fn sky(z: f64) -> f64 {
     0.5 + 0.5 * z
 }
 
@@ -28,7 +28,7 @@ fn glass(index: f32) -> Material {
 }
 
 /// A scene under a background, and its glass.
-fn under(background: Background, material: Material) -> (SceneBuilder, MaterialId) {
+pub fn under(background: Background, material: Material) -> (SceneBuilder, MaterialId) {
     let mut builder = SceneBuilder::new();
     builder.set_background(background).unwrap();
     let id = builder.add_material(material).unwrap();
@@ -36,7 +36,7 @@ fn under(background: Background, material: Material) -> (SceneBuilder, MaterialI
 }
 
 /// Renders 12x9 pixels in both modes, which are equal, and returns them.
-fn pixels(scene: &Scene, camera: &Camera, max_depth: u32) -> Vec<[f32; 3]> {
+pub fn pixels(scene: &Scene, camera: &Camera, max_depth: u32) -> Vec<[f32; 3]> {
     let bvh = Bvh::build(scene);
     let picture = |mode| {
         let settings = Settings {
@@ -55,14 +55,14 @@ fn pixels(scene: &Scene, camera: &Camera, max_depth: u32) -> Vec<[f32; 3]> {
 }
 
 /// The colour that a narrow view sees.
-fn color(scene: &Scene, eye: DVec3, target: DVec3, max_depth: u32) -> [f64; 3] {
+pub fn color(scene: &Scene, eye: DVec3, target: DVec3, max_depth: u32) -> [f64; 3] {
     let up = DVec3::new(0.1, 0.9, 0.2);
     let camera = Camera::look_at(eye, target, up, 1e-3).unwrap();
     pixels(scene, &camera, max_depth)[54].map(f64::from)
 }
 
 #[track_caller]
-fn assert_near(found: f64, expected: f64, tolerance: f64) {
+pub fn assert_near(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance, "{found}, not {expected}");
 }
 
@@ -75,7 +75,7 @@ fn fresnel(angle: f64, ratio: f64) -> (f64, f64) {
 }
 
 /// A square about the origin that faces up, inside below it.
-fn surface(builder: &mut SceneBuilder, z: f32, up: bool, glass: MaterialId) {
+pub fn surface(builder: &mut SceneBuilder, z: f32, up: bool, glass: MaterialId) {
     let corner = |x: f32, y: f32| Vec3::new(x * 50.0, y * 50.0, z);
     let [a, b, c, d] = [
         corner(-1.0, -1.0),

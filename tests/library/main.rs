@@ -6,6 +6,7 @@ mod seeds;
 mod targets;
 
 mod adaptive;
+mod blending;
 mod broken_inputs;
 mod build;
 mod cameras;

@@ -1,14 +1,14 @@
 //! One scene, one picture: packets or scalar code, any BVH, one thread or two give the same linear colours, bit for bit.
 
-use crate::shipped_scene;
+use crate::{blending::see_through, shipped_scene};
 use glam::{DVec3, Vec3};
 use octray::{
     accel::{BuildQuality, Bvh, Layout},
     generate::{Kind, Options, generate},
     render::{Film, Mode, Pattern, Renderer, Settings, render},
     scene::{
-        Camera, Environment, EnvironmentPicture, Light, LightShape, Material, Scene, SceneBuilder,
-        SphereCloud, Spot, TriangleMesh,
+        Camera, Environment, EnvironmentPicture, Image, Light, LightShape, Material, Opacity, Scene,
+        SceneBuilder, SphereCloud, Spot, SurfaceTextures, Texture, Transform, TriangleMesh,
     },
 };
 use std::ops::ControlFlow;
@@ -309,8 +309,8 @@ fn lights_of_all_kinds() {
     }
 }
 
-/// Glass of all kinds, tinted, in each other and across each other, around mirrors and things of other materials, in soft
-/// light: packets of branches are full of rays of one pixel.
+/// Glass of all kinds, tinted, in each other and across each other, around mirrors and things of other materials, some of
+/// which one sees through, in soft light: packets of branches are full of rays of one pixel.
 pub fn glass_scene() -> Scene {
     let mut random = fastrand::Rng::with_seed(53);
     let mut builder = SceneBuilder::new();
@@ -329,6 +329,9 @@ pub fn glass_scene() -> Scene {
         };
         materials.push(builder.add_material(glass).unwrap());
     }
+    for (number, opacity) in [(0, 0.6), (1, 0.3), (2, 0.8), (3, 0.5), (1, 0.001)] {
+        materials.push(see_through(&mut builder, Material::CLASSIC[number], opacity));
+    }
     for i in 0..60 {
         let at = Vec3::new(random.f32(), random.f32(), random.f32()) * 2.4 - 1.2;
         let material = materials[i % materials.len()];
@@ -343,6 +346,36 @@ pub fn glass_scene() -> Scene {
             .add_triangle(corners, materials[i % materials.len()])
             .unwrap();
     }
+    // A square whose opacity changes from texel to texel, placed twice.
+    let texels = (0..64).map(|_| [255, 255, 255, random.u8(..)]).collect();
+    let map = Texture {
+        image: builder.add_image(Image::new([8, 8], texels).unwrap()).unwrap(),
+        ..Texture::default()
+    };
+    let textures = SurfaceTextures {
+        opacity: Opacity::new(0.9, Some(map)),
+        ..SurfaceTextures::NONE
+    };
+    let faded = builder
+        .add_textured_material(Material::CLASSIC[2], textures)
+        .unwrap();
+    let square = TriangleMesh {
+        x: vec![-1.0, 1.0, 1.0, -1.0],
+        y: vec![-1.0, -1.0, 1.0, 1.0],
+        z: vec![-0.2, 0.0, 0.5, 0.4],
+        uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..TriangleMesh::default()
+    };
+    let prototype = builder.add_prototype(|builder| builder.add_mesh(square, faded));
+    let elsewhere = Transform::IDENTITY.then_rotate(DVec3::Y, 70.0);
+    for transform in [Transform::IDENTITY, elsewhere] {
+        let placed = builder.add_instance(*prototype.as_ref().unwrap(), &transform);
+        placed.unwrap();
+    }
+    builder
+        .add_plane(Vec3::Z * -0.4, Vec3::new(0.1, 0.0, 1.0), materials[9])
+        .unwrap();
     builder.finish()
 }
 

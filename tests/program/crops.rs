@@ -38,8 +38,10 @@ material glass tint 0.5 0.9 0.7
 sphere 0 0 0.5 0.5
 material glass ior 2.4
 sphere 0.8 -0.4 0.3 0.3
-material reflection mix 0.6
+material reflection mix 0.6 opacity 0.7
 sphere 0.1 0.1 0.6 0.2
+material matte cd 0.4 0.6 0.9 opacity 0.4
+triangle 1 -2 0  2 0 0  1.5 -1 2
 ";
 
 /// Meshes and a point cloud, each stored once.

@@ -4,7 +4,7 @@ use crate::program::{Folder, PLANE, Run, assert_contains, shipped_mesh};
 use octray::Level;
 use std::{collections::BTreeMap, fs};
 
-/// A ball of tinted glass with a mirror in it, on another.
+/// A ball of tinted glass with a mirror in it, on another, behind a pane.
 const GLASS: &str = "\
 camera eye 3 -3 1.5 target 0 0 0.4 fov 40
 background bottom 0.9 0.85 0.8 top 0.1 0.3 0.7
@@ -19,6 +19,8 @@ material glass ior 2.4
 sphere 0.1 0 1.2 0.7
 material reflection mix 0.6
 sphere 0.1 0.1 0.6 0.2
+material blinn_phong cd 0.2 0.4 0.9 opacity 0.4
+triangle 1 -2 0  2 0 0  1.5 -1 2
 ";
 
 /// Lit by a picture that is rendered before.

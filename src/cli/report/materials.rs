@@ -10,7 +10,7 @@ pub(super) struct MaterialUse {
     kind: &'static str,
     /// As a statement of a scene file.
     statement: String,
-    /// Its textures and emission, if it has any.
+    /// Its textures, opacity and emission, if it has any.
     textures: Option<String>,
     primitives: usize,
 }
@@ -85,7 +85,7 @@ fn statement(material: &Material) -> String {
     }
 }
 
-/// The textures and the emission of a material; `None` if it has neither.
+/// The textures, the opacity and the emission of a material; `None` if it has none of them.
 fn textures(scene: &Scene, material: usize) -> Option<String> {
     let all = scene.textures(MaterialId(material as u32))?;
     let size = |image: u32| {
@@ -105,6 +105,12 @@ fn textures(scene: &Scene, material: usize) -> Option<String> {
                 cut_out.limit,
                 size(cut_out.texture.image)
             )
+        }),
+        all.opacity.map(|opacity| {
+            let of = opacity
+                .map
+                .map(|map| format!(" times alpha of {}", size(map.image)));
+            format!("opacity {}{}", opacity.factor, of.unwrap_or_default())
         }),
         all.emits().then(|| format!("emission {red} {green} {blue}")),
         all.emission_map

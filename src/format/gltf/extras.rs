@@ -87,17 +87,13 @@ pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     left_out
 }
 
-/// Whether it is blended, or cut out by a factor alone.
+/// Whether it is cut out by a factor alone.
 fn is_transparent(material: &Material) -> bool {
     let pbr = &material.pbr_metallic_roughness;
-    match material.alpha_mode {
-        Checked::Valid(AlphaMode::Blend) => true,
-        Checked::Valid(AlphaMode::Mask) => {
-            let limit = material.alpha_cutoff.as_ref().map_or(0.5, |limit| limit.0);
-            pbr.base_color_texture.is_none() && pbr.base_color_factor.0[3] < limit
-        }
-        _ => false,
-    }
+    let limit = material.alpha_cutoff.as_ref().map_or(0.5, |limit| limit.0);
+    material.alpha_mode == Checked::Valid(AlphaMode::Mask)
+        && pbr.base_color_texture.is_none()
+        && pbr.base_color_factor.0[3] < limit
 }
 
 fn has_gloss_map(material: &Material) -> bool {

@@ -3,7 +3,7 @@
 use crate::{
     format::mesh::Surface,
     math::srgb,
-    scene::{CutOut, SurfaceTextures, Texture, Wrap},
+    scene::{CutOut, Opacity, SurfaceTextures, Texture, Wrap},
 };
 use gltf::{
     json::{self, Root},
@@ -11,9 +11,6 @@ use gltf::{
     texture::{Info, MagFilter, WrappingMode},
 };
 use serde::Deserialize;
-
-/// What is less opaque than this is cut out where the file asks for blending.
-const BLEND_LIMIT: f32 = 0.5;
 
 /// What a roughness map is taken for, since it is not read: the middle.
 const ROUGHNESS_MAP: f32 = 0.5;
@@ -177,11 +174,14 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         material.emissive_factor().map(display_value)
     };
     let [red, green, blue, alpha] = base;
-    let limit = match material.alpha_mode() {
-        AlphaMode::Opaque => None,
+    let (limit, opacity) = match material.alpha_mode() {
+        AlphaMode::Opaque => (None, None),
         // The factor multiplies the texture's alpha.
-        AlphaMode::Mask => Some(material.alpha_cutoff().unwrap_or(0.5) / alpha.max(f32::MIN_POSITIVE)),
-        AlphaMode::Blend => Some(BLEND_LIMIT),
+        AlphaMode::Mask => {
+            let limit = material.alpha_cutoff().unwrap_or(0.5) / alpha.max(f32::MIN_POSITIVE);
+            (Some(limit), None)
+        }
+        AlphaMode::Blend => (None, Opacity::new(alpha.clamp(0.0, 1.0), base_texture)),
     };
     let cut_out = base_texture.zip(limit).map(|(texture, limit)| CutOut {
         texture,
@@ -207,6 +207,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
             base: base_texture,
             checker: None,
             cut_out,
+            opacity,
             emission,
             emission_map: emission_map.filter(|_| !emission_left_out && emission != [0.0; 3]),
         },

@@ -2,7 +2,7 @@ use super::*;
 use crate::format::mesh::UpAxis;
 use crate::scene::{Light, LightShape, Projection};
 #[cfg(feature = "textures")]
-use crate::scene::{Material, SurfaceTextures, Texture, Wrap};
+use crate::scene::{Material, Opacity, SurfaceTextures, Texture, Wrap};
 use glam::{DVec3, Vec3};
 use std::io;
 
@@ -252,7 +252,7 @@ fn one_note_lists_all_that_is_left_out() {
     assert_eq!(
         mesh.notes,
         [
-            "folder/a.gltf: left out: 1 animation, 1 skin, transparency of 1 material, 1 set of points, 1 set of \
+            "folder/a.gltf: left out: 1 animation, 1 skin, 1 set of points, 1 set of \
              lines, morph targets, 1 other scene, extensions `KHR_materials_sheen`"
         ]
     );
@@ -342,14 +342,14 @@ fn an_image_that_is_missing_leaves_the_colour() {
     // The factor's alpha alone is below the limit: nothing is left.
     let faint = r#""materials":[{"alphaMode":"MASK","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.3],
         "baseColorTexture":{"index":0,"texCoord":1}}}]"#;
-    let faint = textured(faint, r#"[{"source":1}]"#).expect("a mesh");
-    assert!(faint.notes.is_empty(), "{:?}", faint.notes);
-    assert!(
-        faint.surfaces[0]
-            .textures
-            .cut_out
-            .is_some_and(|cut_out| cut_out.limit > 1.0)
-    );
+    let blended = faint.replace("MASK", "BLEND");
+    let [faint, blended] =
+        [faint, &blended].map(|material| textured(material, r#"[{"source":1}]"#).expect("a mesh"));
+    assert!(faint.notes.is_empty() && blended.notes.is_empty());
+    let limit = faint.surfaces[0].textures.cut_out.map(|cut_out| cut_out.limit);
+    assert!(limit > Some(1.0));
+    let textures = blended.surfaces[0].textures;
+    assert_eq!(textures.opacity, Opacity::new(0.3, textures.base));
     let glow = r#""materials":[{"emissiveFactor":[1,1,1],"emissiveTexture":{"index":0}}]"#;
     let glow = textured(glow, basis).expect("a mesh");
     assert_eq!(glow.surfaces[0].textures, SurfaceTextures::NONE);

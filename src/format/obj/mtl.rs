@@ -10,14 +10,17 @@ use super::super::{
 };
 use crate::{
     error::quote,
-    scene::{CutOut, MAX_MATERIALS, SurfaceTextures, Texture, Wrap},
+    scene::{CutOut, MAX_MATERIALS, Opacity, SurfaceTextures, Texture, Wrap},
 };
 use std::path::{Path, PathBuf};
 
 /// Memory of a material's name beside its letters, bytes: its allocation, and its entry in a map.
 const NAME_BYTES: usize = 80;
 
-/// Opacity below this is cut out.
+/// Materials that are less opaque would be invisible.
+const LEAST_OPACITY: f32 = 1.0 / 512.0;
+
+/// Parts of `map_d` below this are cut out.
 const CUT_OUT_LIMIT: f32 = 0.5;
 
 /// The surfaces by name, at most `most`. If a name comes twice, the last one counts.
@@ -63,8 +66,8 @@ pub(super) fn parse(
                 material.is_traced = (3.0..=9.0).contains(&model);
             }),
             b"Ke" => color(words).map(|color| material.emission = color),
-            b"d" => opacity(words).map(|opacity| material.is_transparent |= opacity < 1.0),
-            b"Tr" => number(&mut words).map(|share| material.is_transparent |= share > 0.0),
+            b"d" => opacity(words).map(|opacity| material.opaque = Some(opacity)),
+            b"Tr" => number(&mut words).map(|share| material.transparent = share),
             b"disp" | b"decal" | b"bump" | b"refl" | b"norm" => {
                 textures += 1;
                 add_texture_file(texture_files, path, &texture_file(words).name);
@@ -76,7 +79,7 @@ pub(super) fn parse(
                 let map = match keyword {
                     b"map_Kd" => Some(&mut material.base),
                     b"map_Ke" => Some(&mut material.emission_map),
-                    b"map_d" => Some(&mut material.opacity),
+                    b"map_d" => Some(&mut material.mask),
                     _ => None,
                 };
                 let is_shown = map.is_some();
@@ -117,7 +120,10 @@ fn left_out(materials: &[Reading], textures: usize, moved: usize) -> LeftOut {
     );
     let count = |is: fn(&&Reading) -> bool| materials.iter().filter(is).count();
     for (what, count) in [
-        ("transparency", count(|material| material.is_transparent)),
+        (
+            "full transparency",
+            count(|material| material.opacity().is_none()),
+        ),
         ("reflection or refraction", count(|material| material.is_traced)),
     ] {
         if count > 0 {
@@ -135,10 +141,12 @@ struct Reading {
     exponent: f32,
     has_highlight: bool,
     base: Option<Texture>,
-    opacity: Option<Texture>,
+    mask: Option<Texture>,
+    /// `d`, and `Tr`, which says the contrary.
+    opaque: Option<f32>,
+    transparent: f32,
     emission: [f32; 3],
     emission_map: Option<Texture>,
-    is_transparent: bool,
     /// By its illumination model.
     is_traced: bool,
 }
@@ -152,12 +160,20 @@ impl Reading {
             exponent: 0.0,
             has_highlight: true,
             base: None,
-            opacity: None,
+            mask: None,
+            opaque: None,
+            transparent: 0.0,
             emission: [0.0; 3],
             emission_map: None,
-            is_transparent: false,
             is_traced: false,
         }
+    }
+
+    /// How opaque it is; `None` if nothing could be seen of it. That is mostly a mistake: some programs write `Tr 1` or
+    /// `d 0` for what is opaque.
+    fn opacity(&self) -> Option<f32> {
+        let opacity = self.opaque.unwrap_or(1.0 - self.transparent).clamp(0.0, 1.0);
+        (opacity >= LEAST_OPACITY).then_some(opacity)
     }
 
     fn finish(self) -> (Vec<u8>, Surface) {
@@ -184,11 +200,12 @@ impl Reading {
                 base: self.base,
                 checker: None,
                 // In an image without alpha, its red is the opacity.
-                cut_out: self.opacity.map(|texture| CutOut {
+                cut_out: self.mask.map(|texture| CutOut {
                     texture,
                     channel: 0,
                     limit: CUT_OUT_LIMIT,
                 }),
+                opacity: Opacity::new(self.opacity().unwrap_or(1.0), None),
                 emission,
                 emission_map: self.emission_map,
             },

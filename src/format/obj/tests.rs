@@ -108,13 +108,22 @@ fn what_is_not_read_is_said() {
 
     let mtl = "newmtl glass\nd 0.5\nillum 6\nKe 0 0 0\nnewmtl lamp\nTr 0\nd -halo 1\nKe 1 1 0.5\nmap_Ke a.png\n\
         newmtl leaf\nmap_d b.png\nmap_Bump c.png\nnorm d.png\nTr 0.25\n";
+    let mesh = load(&format!("mtllib a b.mtl\n{SQUARE}f 1 2 3"), mtl).expect("a mesh");
     assert_eq!(
-        load(&format!("mtllib a b.mtl\n{SQUARE}f 1 2 3"), mtl)
-            .expect("a mesh")
-            .notes,
-        [
-            "folder/a b.mtl: left out: 2 textures, transparency of 2 materials, reflection or refraction of 1 material"
-        ]
+        mesh.notes,
+        ["folder/a b.mtl: left out: 2 textures, reflection or refraction of 1 material"]
+    );
+    let opacity = |surface: &Surface| surface.textures.opacity.map(|opacity| opacity.factor);
+    let found: Vec<_> = mesh.surfaces[..3].iter().map(opacity).collect();
+    assert_eq!(found, [Some(0.5), None, Some(0.75)]);
+    // `d` counts, and nothing is invisible.
+    let mtl = "newmtl a\nTr 1\nnewmtl b\nd 0\nnewmtl c\nd 1\nTr 1\nnewmtl d\nTr 1\nd 0.5\n";
+    let mesh = load(&format!("mtllib a b.mtl\n{SQUARE}f 1 2 3"), mtl).expect("a mesh");
+    let found: Vec<_> = mesh.surfaces[..4].iter().map(opacity).collect();
+    assert_eq!(found, [None, None, None, Some(0.5)]);
+    assert_eq!(
+        mesh.notes,
+        ["folder/a b.mtl: left out: full transparency of 2 materials"]
     );
 }
 

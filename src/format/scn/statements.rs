@@ -3,7 +3,7 @@
 use super::{Reader, Said, arguments::Arguments, nearest::nearest, words::Word};
 use crate::{
     error::{LoadError, SourcePos, quote},
-    scene::{Background, Checker, MAX_ALPHA, Material, MaterialId, SurfaceTextures},
+    scene::{Background, Checker, MAX_ALPHA, Material, MaterialId, Opacity, SurfaceTextures},
 };
 use glam::Vec3;
 
@@ -151,13 +151,9 @@ impl Reader<'_> {
             self.is_silhouette = classic == MaterialId::default();
             return Ok(());
         };
-        let (material, checker, named) = read_material(kind, &mut arguments)?;
+        let (material, textures, named) = read_material(kind, &mut arguments)?;
         // Glass shows what is around it, so it needs no light either.
         self.is_silhouette = matches!(material, Material::Silhouette { .. } | Material::Glass { .. });
-        let textures = SurfaceTextures {
-            checker,
-            ..SurfaceTextures::NONE
-        };
         let added = self.builder.add_textured_material(material, textures);
         self.material = Some(added.map_err(|error| arguments.refused(&error, &named))?);
         Ok(())
@@ -230,22 +226,25 @@ impl Reader<'_> {
 type Named<'a> = Vec<(&'static str, Word<'a>)>;
 
 /// A material of a kind: the defaults, except the constants that keys change. Its colour is white if it has a
-/// checkerboard. Also the numbers that only the builder checks, by their keys.
+/// checkerboard. Also what stands beside it, and the numbers that only the builder checks, by their keys.
 fn read_material<'a>(
     kind: usize,
     arguments: &mut Arguments<'_, 'a>,
-) -> Result<(Material, Option<Checker>, Named<'a>), LoadError> {
+) -> Result<(Material, SurfaceTextures, Named<'a>), LoadError> {
     let mut material = Material::CLASSIC.get(kind).copied().unwrap_or(Material::GLASS);
     let mut named = Named::new();
-    let (mut other, mut size) = (None, None);
+    let (mut other, mut size, mut opacity) = (None, None, None);
     let (name, keys): (_, &[&str]) = match material {
-        Material::Silhouette { .. } => ("material silhouette", &["cd"]),
-        Material::Matte { .. } => ("material matte", &["cd", "checker", "size"]),
+        Material::Silhouette { .. } => ("material silhouette", &["cd", "opacity"]),
+        Material::Matte { .. } => ("material matte", &["cd", "opacity", "checker", "size"]),
         Material::BlinnPhong { .. } => (
             "material blinn_phong",
-            &["cd", "cs", "kd", "ks", "alpha", "checker", "size"],
+            &["cd", "cs", "kd", "ks", "alpha", "opacity", "checker", "size"],
         ),
-        Material::Reflection { .. } => ("material reflection", &["cd", "mix", "checker", "size"]),
+        Material::Reflection { .. } => (
+            "material reflection",
+            &["cd", "mix", "opacity", "checker", "size"],
+        ),
         Material::Glass { .. } => ("material glass", &["ior", "tint", "depth"]),
     };
     arguments.name = name;
@@ -269,6 +268,10 @@ fn read_material<'a>(
             named.push((key, value));
             continue;
         }
+        if key == "opacity" {
+            opacity = Opacity::new(arguments.share(value, key)?, None);
+            continue;
+        }
         match &mut material {
             Material::BlinnPhong { alpha, .. } if key == "alpha" => {
                 *alpha = arguments.whole(value, key, (1, MAX_ALPHA))?;
@@ -283,8 +286,12 @@ fn read_material<'a>(
             Material::Silhouette { .. } | Material::Matte { .. } => {}
         }
     }
-    let checker = checker(arguments, &mut material, other, size)?;
-    Ok((material, checker, named))
+    let textures = SurfaceTextures {
+        checker: checker(arguments, &mut material, other, size)?,
+        opacity,
+        ..SurfaceTextures::NONE
+    };
+    Ok((material, textures, named))
 }
 
 /// The checkerboard of a material and `other`, which takes its colour.

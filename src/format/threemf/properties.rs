@@ -12,7 +12,7 @@ use crate::{
         place::{TextFault, Words},
         vertices::NONE,
     },
-    scene::{MAX_MATERIALS, SurfaceTextures, Texture, Wrap, is_usable},
+    scene::{MAX_MATERIALS, Opacity, SurfaceTextures, Texture, Wrap, is_usable},
 };
 use std::{
     collections::{HashMap, hash_map::Entry},
@@ -45,7 +45,7 @@ pub(super) struct Palette {
     /// The parts with the images of textures, by the index of the image.
     pub(super) images: Vec<String>,
     image_by_part: HashMap<String, u32>,
-    surface_by_color: HashMap<[u8; 3], u32>,
+    surface_by_color: HashMap<[u8; 4], u32>,
     /// Surfaces of base materials, group after group.
     materials: Vec<u32>,
     /// Indices of layered properties into the group of the top layer.
@@ -224,7 +224,7 @@ impl Groups {
                 quote(id.value)
             )));
         };
-        let mut colors = Vec::new();
+        let (mut colors, mut is_transparent) = (Vec::new(), false);
         let parts = tag.get("matindices")?;
         for index in indices(&parts) {
             let index = index?;
@@ -241,13 +241,18 @@ impl Groups {
                 .unwrap_or(&Surface::NEUTRAL);
             budget.reserve(&mut colors, 1)?;
             colors.push(surface.diffuse);
+            is_transparent |= surface.textures.opacity.is_some();
+        }
+        if is_transparent {
+            palette.left_out.add("transparency of mixtures");
         }
         let start = palette.materials.len();
         let even = mixed(&colors, &b"1 ".repeat(colors.len())).unwrap_or([0; 3]);
         while let Some(tag) = xml.child()? {
             if tag.name() == b"composite" {
                 let color = mixed(&colors, tag.get("values")?.value).unwrap_or(even);
-                palette.add_material(color, &tag, budget)?;
+                let [red, green, blue] = color;
+                palette.add_material([red, green, blue, u8::MAX], &tag, budget)?;
             }
             xml.skip()?;
         }
@@ -355,7 +360,12 @@ impl Palette {
         while let Some(tag) = xml.child()? {
             if tag.name() == b"base" {
                 if let Some(color) = tag.find("displaycolor")? {
-                    let color = self.color(&color)?;
+                    let mut color = color.color()?;
+                    if let [.., alpha @ 0] = &mut color {
+                        // Mostly a mistake: nothing could be seen of it.
+                        *alpha = u8::MAX;
+                        self.left_out.add("full transparency");
+                    }
                     self.add_material(color, &tag, budget)?;
                 } else {
                     budget.reserve(&mut self.materials, 1)?;
@@ -371,7 +381,10 @@ impl Palette {
         let start = self.colors.len();
         while let Some(tag) = xml.child()? {
             if tag.name() == b"color" {
-                let color = self.color(&tag.get("color")?)?;
+                let [color @ .., alpha] = tag.get("color")?.color()?;
+                if alpha < u8::MAX {
+                    self.left_out.add("transparency of vertex colours");
+                }
                 budget.reserve(&mut self.colors, 1)?;
                 self.colors.push(color.map(|channel| f32::from(channel) / 255.0));
             }
@@ -380,32 +393,19 @@ impl Palette {
         Ok(Group::Colors(start..self.colors.len()))
     }
 
-    /// A colour such as `#FF8000`, perhaps with an opacity.
-    fn color(&mut self, attribute: &Attribute<'_>) -> Result<[u8; 3], TextFault> {
-        let digits = attribute.value.trim_ascii().strip_prefix(b"#");
-        let digits = digits.filter(|digits| digits.iter().all(u8::is_ascii_hexdigit));
-        let digits = digits.and_then(|digits| std::str::from_utf8(digits).ok());
-        let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
-        let (Some(number), Some(6 | 8)) = (number, digits.map(str::len)) else {
-            let found = quote(attribute.value);
-            return Err(attribute.fault(format!("found {found}, expected a colour such as `#FF8000`")));
-        };
-        let is_opaque = digits.is_none_or(|digits| digits.len() == 6);
-        let [red, green, blue, alpha] = if is_opaque { number << 8 | 0xff } else { number }.to_be_bytes();
-        if alpha < u8::MAX {
-            self.left_out.add("transparency");
-        }
-        Ok([red, green, blue])
-    }
-
     /// Adds a base material; materials of equal colour share a surface.
-    fn add_material(&mut self, color: [u8; 3], tag: &Tag<'_>, budget: &Budget) -> Result<(), TextFault> {
+    fn add_material(&mut self, color: [u8; 4], tag: &Tag<'_>, budget: &Budget) -> Result<(), TextFault> {
         let surface = if let Some(&surface) = self.surface_by_color.get(&color) {
             surface
         } else {
             budget.take(ENTRY_BYTES)?;
+            let [diffuse @ .., alpha] = color.map(|channel| f32::from(channel) / 255.0);
             let surface = Surface {
-                diffuse: color.map(|channel| f32::from(channel) / 255.0),
+                diffuse,
+                textures: SurfaceTextures {
+                    opacity: Opacity::new(alpha, None),
+                    ..SurfaceTextures::NONE
+                },
                 ..Surface::WHITE
             };
             let added = self.add_surface(surface, tag, budget)?;

@@ -120,12 +120,12 @@ fn components_and_items_are_placed() {
 
 #[test]
 fn materials_are_surfaces() {
-    let materials = r##"<basematerials id="1"><base name="a" displaycolor="#FF0000"/><base name="b" displaycolor="#00FF00FF"/>
-        <base name="c" displaycolor="#ff0000"/></basematerials>
+    let materials = r##"<basematerials id="1"><base name="a" displaycolor="#FF0000"/><base name="b" displaycolor="#00FF0066"/>
+        <base name="d" displaycolor="#00FF0000"/><base name="c" displaycolor="#ff0000"/></basematerials>
         <m:compositematerials id="2" matid="1" matindices="0 1"><m:composite values="0.25 0.75"/><m:composite values="0 0"/>
         <m:composite values="1"/></m:compositematerials>"##;
     let triangles = r#"<triangles><triangle v1="0" v2="1" v3="2" pid="1" p1="1"/><triangle v1="0" v2="2" v3="3"/>
-        <triangle v1="0" v2="2" v3="3" p1="2"/><triangle v1="0" v2="2" v3="3" pid="2" p1="0"/>
+        <triangle v1="0" v2="2" v3="3" p1="3"/><triangle v1="0" v2="2" v3="3" pid="2" p1="0"/>
         <triangle v1="0" v2="2" v3="3" pid="2" p1="1"/><triangle v1="0" v2="2" v3="3" pid="2" p1="2"/></triangles>"#;
     let mesh = loaded(&square(materials, r#"pid="1" pindex="0""#, triangles));
     let colors: Vec<[f32; 3]> = mesh
@@ -145,6 +145,10 @@ fn materials_are_surfaces() {
             red
         ]
     );
+    let opacity = mesh.surfaces[mesh.surface_of[0] as usize].textures.opacity;
+    assert_eq!(opacity.map(|opacity| opacity.factor), Some(0.4));
+    let expected = "a.3mf: left out: full transparency, transparency of mixtures";
+    assert_eq!(mesh.notes, [expected]);
     assert_eq!(mesh.columns.x.len(), 4);
     assert!(mesh.columns.colors.is_empty());
 }
@@ -169,7 +173,7 @@ fn colors_are_of_corners() {
         [Surface::NEUTRAL, Surface::WHITE, Surface::WHITE]
     );
     assert_eq!(mesh.columns.x.len(), mesh.columns.colors.len());
-    assert_eq!(mesh.notes, ["a.3mf: left out: transparency"]);
+    assert_eq!(mesh.notes, ["a.3mf: left out: transparency of vertex colours"]);
     // Colours alone need no surface.
     let all = loaded(&square(colors, r#"pid="1" pindex="1""#, TWO));
     assert!(all.surfaces.is_empty() && all.columns.colors == [blue; 4]);

@@ -256,6 +256,20 @@ impl Attribute<'_> {
         })
     }
 
+    /// The value as a colour such as `#FF8000`, perhaps with an opacity.
+    pub(super) fn color(&self) -> Result<[u8; 4], TextFault> {
+        let digits = self.value.trim_ascii().strip_prefix(b"#");
+        let digits = digits.filter(|digits| digits.iter().all(u8::is_ascii_hexdigit));
+        let digits = digits.and_then(|digits| std::str::from_utf8(digits).ok());
+        let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
+        let (Some(number), Some(6 | 8)) = (number, digits.map(str::len)) else {
+            let found = quote(self.value);
+            return Err(self.fault(format!("found {found}, expected a colour such as `#FF8000`")));
+        };
+        let is_opaque = digits.is_none_or(|digits| digits.len() == 6);
+        Ok(if is_opaque { number << 8 | 0xff } else { number }.to_be_bytes())
+    }
+
     /// The value as a coordinate; errors call it `what`.
     pub(super) fn coordinate(&self, what: &'static str) -> Result<f32, TextFault> {
         let value: f32 = fast_float2::parse(self.value.trim_ascii())

@@ -22,15 +22,19 @@ impl SceneBuilder {
         Ok(self.images.len() as u32 - 1)
     }
 
-    /// Adds a material with textures or emission. It is never shared.
+    /// Adds a material with textures, emission or opacity. It is never shared. Glass lets light pass in a way of its
+    /// own, so it takes no opacity.
     ///
     /// # Errors
     /// As [`SceneBuilder::add_material`]; also [`SceneError::UnknownImage`].
     pub fn add_textured_material(
         &mut self,
         material: Material,
-        textures: SurfaceTextures,
+        mut textures: SurfaceTextures,
     ) -> Result<MaterialId, SceneError> {
+        if matches!(material, Material::Glass { .. }) {
+            textures.opacity = None;
+        }
         if textures == SurfaceTextures::NONE {
             return self.add_material(material);
         }

@@ -13,8 +13,8 @@ use octray::{
     },
     render::{Film, Filter, Mode, Pattern, Settings, render},
     scene::{
-        Background, Camera, Environment, Lens, Light, LightShape, Material, Projection, Scene, SceneBuilder,
-        Spot, Transform, TriangleMesh, View,
+        Background, Camera, Environment, Lens, Light, LightShape, Material, Opacity, Projection, Scene,
+        SceneBuilder, Spot, SurfaceTextures, Transform, TriangleMesh, View,
     },
 };
 use std::ops::ControlFlow;
@@ -73,6 +73,19 @@ fn material(u: &mut Unstructured<'_>) -> Result<Material> {
     })
 }
 
+/// Without a byte of its own, so that old inputs keep their meaning.
+fn opacity(material: &Material) -> Option<Opacity> {
+    match material {
+        Material::Silhouette { color: [r, g, b] }
+        | Material::Matte { color: [r, g, b] }
+        | Material::Reflection { color: [r, g, b], .. }
+        | Material::BlinnPhong {
+            diffuse: [r, g, b], ..
+        } if b > r => Opacity::new(*g, None),
+        _ => None,
+    }
+}
+
 /// A light of any kind, which may be unusable.
 fn light(u: &mut Unstructured<'_>) -> Result<Light> {
     let center = point(u)?;
@@ -124,9 +137,13 @@ fn fill(u: &mut Unstructured<'_>, builder: &mut SceneBuilder) -> Result<()> {
                 let _ = builder.add_sphere_light(at, radius, share(u)? * 2.0, color(u)?);
             }
             2 => {
-                current = builder
-                    .add_material(material(u)?)
-                    .expect("all numbers are shares");
+                let material = material(u)?;
+                let textures = SurfaceTextures {
+                    opacity: opacity(&material),
+                    ..SurfaceTextures::NONE
+                };
+                let added = builder.add_textured_material(material, textures);
+                current = added.expect("all numbers are shares");
             }
             3..=5 => {
                 let (at, radius) = (point(u)?, coordinate(u)?.abs());

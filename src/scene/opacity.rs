@@ -1,0 +1,106 @@
+//! Surfaces through which one sees, in part: how opaque they are, and which rays they stop.
+
+use super::{Primitive, Scene, SurfaceTextures, Texture, material::check_share};
+use crate::{error::SceneError, ray::PrimitiveId};
+
+/// What is less opaque than this is not there: no ray hits it.
+const LEAST: f32 = 1.0 / 512.0;
+
+/// What is at least this opaque stops rays of light: shadow, ambient and environment rays.
+const STOPS_LIGHT: f32 = 0.5;
+
+/// How opaque a surface is. Of light from behind, the rest goes straight on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Opacity {
+    /// From 0, invisible, to 1.
+    pub factor: f32,
+    /// The image whose alpha multiplies it, on triangles; mipmaps are not used.
+    pub map: Option<Texture>,
+}
+
+impl Opacity {
+    /// Returns that of a factor and an image; `None` if they leave the surface opaque.
+    #[must_use]
+    pub fn new(factor: f32, map: Option<Texture>) -> Option<Self> {
+        (factor < 1.0 || map.is_some()).then_some(Self { factor, map })
+    }
+
+    /// Refuses a factor out of range.
+    pub(super) fn check(&self) -> Result<(), SceneError> {
+        check_share("opacity", self.factor)
+    }
+
+    fn at(&self, scene: &Scene, triangle: Option<usize>, weights: [f32; 2]) -> f32 {
+        let (Some(map), Some(i)) = (self.map, triangle) else {
+            return self.factor;
+        };
+        let at = scene.texture_coordinates(i, weights);
+        let [.., alpha] = scene.images[map.image as usize].color(map, at, 0.0);
+        self.factor * alpha
+    }
+}
+
+impl SurfaceTextures {
+    /// Returns whether some rays pass, by cut-outs or because little or nothing of the surface may be seen.
+    pub(super) fn lets_rays_pass(&self) -> bool {
+        let may_pass = |opacity: Opacity| opacity.map.is_some() || opacity.factor < STOPS_LIGHT;
+        self.cut_out.is_some() || self.opacity.is_some_and(may_pass)
+    }
+}
+
+impl Scene {
+    /// Returns whether one sees through a surface, in part.
+    #[inline]
+    #[must_use]
+    pub fn has_blending(&self) -> bool {
+        self.has_blending
+    }
+
+    /// Returns whether there may be no surface for some rays; see [`is_cut_out`](Self::is_cut_out) and
+    /// [`lets_light_pass`](Self::lets_light_pass).
+    #[inline]
+    #[must_use]
+    pub fn has_cut_outs(&self) -> bool {
+        self.has_cut_outs
+    }
+
+    /// Returns the opacity of a primitive: of a triangle at the point with these weights of its second and third corner.
+    #[must_use]
+    pub fn opacity(&self, id: PrimitiveId, weights: [f32; 2]) -> f32 {
+        self.found(id).map_or(1.0, |(textures, triangle)| {
+            let opacity = textures.opacity;
+            opacity.map_or(1.0, |opacity| opacity.at(self, triangle, weights))
+        })
+    }
+
+    /// Returns whether there is no surface, neither for camera nor for other rays.
+    #[must_use]
+    pub fn is_cut_out(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
+        self.is_less_opaque(id, weights, LEAST)
+    }
+
+    /// Returns whether there is no surface for rays to lights, of ambient light and to the environment.
+    #[must_use]
+    pub fn lets_light_pass(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
+        self.is_less_opaque(id, weights, STOPS_LIGHT)
+    }
+
+    fn is_less_opaque(&self, id: PrimitiveId, weights: [f32; 2], limit: f32) -> bool {
+        let Some((textures, triangle)) = self.found(id) else {
+            return false;
+        };
+        let passes = |opacity: Opacity| opacity.at(self, triangle, weights) < limit;
+        let is_cut = triangle.is_some_and(|i| self.cuts_out(textures, i, weights));
+        is_cut || textures.opacity.is_some_and(passes)
+    }
+
+    /// The textures of a primitive, and its number if it is a triangle.
+    fn found(&self, id: PrimitiveId) -> Option<(&SurfaceTextures, Option<usize>)> {
+        let textures = self.textures_of(id)?;
+        let triangle = match self.primitive(id) {
+            Primitive::Triangle(i) => Some(i),
+            Primitive::Sphere(_) | Primitive::Plane(_) => None,
+        };
+        Some((textures, triangle))
+    }
+}

@@ -1,0 +1,95 @@
+//! Surfaces through which one sees, in part: what they scatter counts by their opacity, and a ray goes straight on for the
+//! rest. It is a branch, as those of glass are.
+
+use super::{
+    SURFACE_OFFSET, TileColors,
+    glass::{Branch8, MIN_WEIGHT, to8},
+    material::{Points, background},
+    queue::{HitQueue, RayQueue},
+    surface::SurfacePacket,
+};
+use crate::{
+    lanes::{F32x8, LANES},
+    ray::{HitPacket, RayPacket, T_MAX},
+    scene::Scene,
+    simd::{EightLanes, LaneMask, Lanes, Simd},
+};
+
+/// The most surfaces that a path goes straight through; the next one is opaque.
+pub const MAX_LAYERS: u8 = 64;
+
+/// Makes the weights of surfaces their opacity, and `alpha`, if there is any, that of the rays.
+pub(super) fn weigh(
+    scene: &Scene,
+    (rays, hits): (&RayQueue, &[HitPacket]),
+    by_material: &HitQueue,
+    surfaces: &mut [SurfacePacket],
+    alpha: &mut [F32x8],
+) {
+    let mut surfaces = surfaces.iter_mut();
+    by_material.for_each_packet(|ray_i| {
+        let Some(surface) = surfaces.next() else {
+            return;
+        };
+        for (lane, &i) in ray_i.iter().enumerate() {
+            let (p, from) = (i as usize / LANES, i as usize % LANES);
+            if surface.active >> lane & 1 == 0 || rays.layers(p, from) >= MAX_LAYERS {
+                continue;
+            }
+            let hit = hits[p].hit(from);
+            let opacity = scene.opacity(hit.primitive, [hit.u, hit.v]);
+            surface.weight.as_mut_array()[lane] = opacity;
+            if let Some(alpha) = alpha.get_mut(p) {
+                alpha.as_mut_array()[from] = opacity;
+            }
+        }
+    });
+}
+
+/// Queues the rays that go on behind one material's points; those of little weight add the background, unless that is
+/// `transparent`.
+#[inline(always)]
+pub(super) fn pass<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    points: Points<'_>,
+    rays: &RayQueue,
+    transparent: bool,
+    colors: &mut TileColors,
+    next: &mut RayQueue,
+) {
+    for (i, s) in points.surfaces.iter().enumerate() {
+        let share = simd.splat(1.0) - simd.load(&s.weight);
+        let from = Branch8::gather(rays, &s.pixel);
+        let weight = from.weight.map(|weight| share * simd.load(&weight));
+        let largest = weight[0].max(weight[1]).max(weight[2]);
+        let passing = s.active & share.gt(simd.splat(0.0)).bits();
+        let traced = passing & largest.ge(simd.splat(MIN_WEIGHT)).bits();
+        let shows_nothing = if transparent { from.straight } else { 0 };
+        let rest = passing & !traced & !shows_nothing;
+        if rest != 0 {
+            let color = background(simd, scene, &s.direction);
+            colors.add(simd, rest, &s.pixel, share, color);
+        }
+        if traced == 0 {
+            continue;
+        }
+        let offset = simd.load(&s.magnitude) * SURFACE_OFFSET;
+        let origin = simd
+            .load3(&s.geometric_normal)
+            .mul_add(-offset, simd.load3(&s.point));
+        let t_max = S::V8::select(simd.mask(traced), simd.splat(T_MAX), simd.splat(0.0)).to8();
+        let direction = s.direction;
+        next.push_from(origin.to8(), RayPacket { direction, t_max }, s.pixel, share.to8());
+        if let Some(&distance) = points.distance.get(i) {
+            next.push_travelled(distance);
+        }
+        next.branches.push(Branch8 {
+            factor: to8::<S>([share; 3]),
+            weight: to8::<S>(weight),
+            layers: from.layers.map(|layers| layers.saturating_add(1)),
+            ended: 0,
+            ..from
+        });
+    }
+}

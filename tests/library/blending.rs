@@ -1,0 +1,202 @@
+//! Surfaces through which one sees, against closed forms: each gives its opacity times its own colour, and the rest of what
+//! is behind it.
+
+use crate::glass::{GRADIENT, assert_near, color, pixels, sky, surface, under};
+use glam::{DVec3, Vec3};
+use octray::{
+    accel::Bvh,
+    render::{Film, Mode, Renderer, Settings},
+    scene::{
+        Background, Camera, Image, Material, MaterialId, Opacity, Scene, SceneBuilder, SurfaceTextures,
+        Texture,
+    },
+};
+use std::ops::ControlFlow;
+
+const WHITE: Background = Background {
+    bottom: [1.0; 3],
+    top: [1.0; 3],
+};
+
+pub fn see_through(builder: &mut SceneBuilder, material: Material, opacity: f32) -> MaterialId {
+    let textures = SurfaceTextures {
+        opacity: Opacity::new(opacity, None),
+        ..SurfaceTextures::NONE
+    };
+    builder.add_textured_material(material, textures).unwrap()
+}
+
+fn pane(builder: &mut SceneBuilder, z: f32, color: [f32; 3], opacity: f32) {
+    let id = see_through(builder, Material::Silhouette { color }, opacity);
+    surface(builder, z, true, id);
+}
+
+/// What a ray straight down sees.
+fn below(builder: SceneBuilder, max_depth: u32) -> [f64; 3] {
+    color(&builder.finish(), DVec3::Z * 2.0, DVec3::ZERO, max_depth)
+}
+
+#[test]
+fn panes_one_behind_the_other() {
+    let panes = [
+        ([1.0, 0.0, 0.25], 0.3),
+        ([0.0, 0.5, 1.0], 0.6),
+        ([0.5; 3], 0.001),
+        ([1.0; 3], 0.99),
+    ];
+    let (mut builder, _) = under(WHITE, Material::GLASS);
+    let mut expected = [1.0_f64; 3];
+    for (i, (own, opacity)) in panes.into_iter().enumerate() {
+        pane(&mut builder, -(i as f32), own, opacity);
+    }
+    for (own, opacity) in panes.into_iter().rev() {
+        // What is less opaque than 1/512 is not there.
+        let opacity = if opacity < 1.0 / 512.0 {
+            0.0
+        } else {
+            f64::from(opacity)
+        };
+        for (sum, own) in expected.iter_mut().zip(own) {
+            *sum = opacity * f64::from(own) + (1.0 - opacity) * *sum;
+        }
+    }
+    // Going straight on takes nothing of the depth.
+    for (found, expected) in below(builder, 1).into_iter().zip(expected) {
+        assert_near(found, expected, 1e-6);
+    }
+}
+
+/// 64 panes let light through; the next one is opaque.
+#[test]
+fn a_stack_of_panes_does_not_end_in_black() {
+    for (count, passed) in [(40, 40), (64, 64), (100, 64)] {
+        let (mut builder, _) = under(WHITE, Material::GLASS);
+        for i in 0..count {
+            pane(&mut builder, -0.1 * i as f32, [0.0; 3], 0.05);
+        }
+        let left = 0.95_f64.powi(passed);
+        let expected = if count > passed { 0.0 } else { left };
+        assert_near(below(builder, 1)[0], expected, 1e-5);
+    }
+}
+
+/// The pane is seen once more in the mirror, which takes one of the depth, and so is what is behind it there.
+#[test]
+fn a_pane_in_front_of_a_mirror() {
+    let (a, m) = (0.3_f32, 0.8_f32);
+    for max_depth in [1, 2, 3] {
+        let (mut builder, _) = under(GRADIENT, Material::GLASS);
+        pane(&mut builder, 1.0, [0.5; 3], a);
+        let mirror = Material::Reflection {
+            color: [0.0; 3],
+            mirror_share: m,
+        };
+        let mirror = builder.add_material(mirror).unwrap();
+        surface(&mut builder, 0.0, true, mirror);
+        let (a, m) = (f64::from(a), f64::from(m));
+        let pane = |behind: f64| a * 0.5 + (1.0 - a) * behind;
+        let mirrored = if max_depth == 1 { sky(1.0) } else { pane(sky(1.0)) };
+        assert_near(below(builder, max_depth)[0], pane(m * mirrored), 1e-6);
+    }
+}
+
+/// A mirror through which one sees gives both.
+#[test]
+fn half_a_mirror() {
+    let (mut builder, _) = under(GRADIENT, Material::GLASS);
+    let mirror = Material::Reflection {
+        color: [0.0; 3],
+        mirror_share: 0.8,
+    };
+    let id = see_through(&mut builder, mirror, 0.25);
+    surface(&mut builder, 0.0, true, id);
+    let expected = 0.25 * 0.8 * sky(1.0) + 0.75 * sky(-1.0);
+    assert_near(below(builder, 2)[0], expected, 1e-6);
+}
+
+#[test]
+fn light_passes_what_is_less_than_half_opaque() {
+    for (opacity, light) in [(0.49, 0.7), (0.51, 0.0)] {
+        let (mut builder, _) = under(WHITE, Material::GLASS);
+        builder.set_ambient(0.0).unwrap();
+        builder.add_light(Vec3::Z * 9.0, 0.7).unwrap();
+        let matte = builder.classic_material(1).unwrap();
+        surface(&mut builder, 0.0, true, matte);
+        pane(&mut builder, 4.0, [0.0; 3], opacity);
+        assert_near(below(builder, 3)[0], light, 1e-5);
+    }
+}
+
+/// Alpha of pictures without background is that of all that a ray goes through, and colours are premultiplied by it.
+#[test]
+fn coverage_is_opacity() {
+    let (a, b) = (0.3_f32, 0.6_f32);
+    for (is_on_a_mirror, alpha) in [(false, 1.0 - (1.0 - a) * (1.0 - b)), (true, 1.0)] {
+        let (mut builder, _) = under(WHITE, Material::GLASS);
+        pane(&mut builder, 1.0, [1.0; 3], a);
+        pane(&mut builder, 0.5, [0.0; 3], b);
+        if is_on_a_mirror {
+            let mirror = builder.classic_material(3).unwrap();
+            surface(&mut builder, 0.0, true, mirror);
+        }
+        let scene = builder.finish();
+        let camera = Camera::look_at(DVec3::Z * 2.0, DVec3::ZERO, DVec3::Y, 1e-3).unwrap();
+        let [packet, scalar] = [Mode::Packet, Mode::Scalar].map(|mode| coverage(&scene, &camera, mode));
+        assert_eq!(packet, scalar);
+        for [r, .., found] in packet {
+            assert_near(f64::from(found), f64::from(alpha), 1e-6);
+            assert!(is_on_a_mirror || (r - a).abs() < 1e-6, "{r}");
+        }
+    }
+}
+
+fn coverage(scene: &Scene, camera: &Camera, mode: Mode) -> Vec<[f32; 4]> {
+    let settings = Settings {
+        width: 9,
+        height: 5,
+        samples: 4,
+        mode,
+        ..Settings::default()
+    };
+    let bvh = Bvh::build(scene);
+    let mut film = Film::<[f32; 4]>::black(9, 5);
+    let made =
+        Renderer::new(scene, &bvh).render(camera, &settings, &mut film, &|_| ControlFlow::Continue(()));
+    made.unwrap();
+    film.pixels().to_vec()
+}
+
+/// Alpha of an image multiplies the opacity, and where it is 0 nothing is met.
+#[test]
+fn an_image_gives_opacity() {
+    for alpha in [0, 51, 255] {
+        let (mut builder, _) = under(WHITE, Material::GLASS);
+        let image = Image::new([1, 1], vec![[9, 9, 9, alpha]]).unwrap();
+        let map = Texture {
+            image: builder.add_image(image).unwrap(),
+            ..Texture::default()
+        };
+        let textures = SurfaceTextures {
+            opacity: Opacity::new(0.5, Some(map)),
+            ..SurfaceTextures::NONE
+        };
+        let black = Material::Silhouette { color: [0.0; 3] };
+        let id = builder.add_textured_material(black, textures).unwrap();
+        surface(&mut builder, 0.0, true, id);
+        let expected = 1.0 - 0.5 * f64::from(alpha) / 255.0;
+        assert_near(below(builder, 1)[0], expected, 1e-6);
+    }
+}
+
+/// Glass shows what is behind panes, panes what is behind glass.
+#[test]
+fn panes_and_glass_in_a_white_furnace() {
+    let (mut builder, glass) = under(WHITE, Material::GLASS);
+    pane(&mut builder, 0.2, [1.0; 3], 0.5);
+    builder.add_sphere(Vec3::ZERO, 0.5, glass).unwrap();
+    pane(&mut builder, -1.0, [1.0; 3], 0.3);
+    let camera = Camera::look_at(DVec3::new(0.4, 0.3, 3.0), DVec3::ZERO, DVec3::Y, 30.0).unwrap();
+    for [r, ..] in pixels(&builder.finish(), &camera, 5) {
+        assert!((r - 1.0).abs() < 1e-5, "{r}");
+    }
+}
