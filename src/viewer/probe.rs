@@ -50,7 +50,11 @@ pub fn describe(model: &Model, camera: &Camera, size: [u32; 2], [x, y]: [u32; 2]
             Material::Reflection { .. } => "reflection",
             Material::Glass { .. } => "glass",
         };
-        lines.push(format!("hit       {primitive}{within}, {material}"));
+        let opacity = match scene.opacity(hit.primitive, [hit.u, hit.v]) {
+            1.0 => String::new(),
+            opacity => format!(", opacity {opacity:.3}"),
+        };
+        lines.push(format!("hit       {primitive}{within}, {material}{opacity}"));
         lines.push(format!("distance  {:.6}", hit.t));
         lines.push(format!(
             "point     {}",
