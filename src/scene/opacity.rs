@@ -86,6 +86,10 @@ impl Scene {
     }
 
     fn is_less_opaque(&self, id: PrimitiveId, weights: [f32; 2], limit: f32) -> bool {
+        let textures = self.textures_of(id);
+        if !textures.is_some_and(SurfaceTextures::lets_rays_pass) {
+            return false;
+        }
         let Some((textures, triangle)) = self.found(id) else {
             return false;
         };

@@ -125,7 +125,7 @@ fn polygons_that_cross_themselves() {
 #[test]
 fn libraries_are_read_once() {
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
-    let library = "newmtl m\nKd 1 0 0\nd 0.5\n".to_owned() + &"newmtl n\n".repeat(10_000);
+    let library = "newmtl m\nKd 1 0 0\nillum 6\n".to_owned() + &"newmtl n\n".repeat(10_000);
     let reads = Cell::new(0);
     let read = |lines: &str| {
         reads.set(0);
