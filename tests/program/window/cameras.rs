@@ -8,14 +8,14 @@ pub fn have_lenses_and_parallel_rays(screen: &Screen) {
         ["--view=1", "--aperture=0.8", "--focus=4"],
         ["--view=2", "--ortho=3", "--aperture=0.5"],
     ] {
-        let options = [&["--samples=16"], &options[..]].concat();
+        let options = [&["--samples=4"], &options[..]].concat();
         let mut viewer = Viewer::open(screen, SIZE, &options);
         let start = viewer.render(&options);
-        viewer.wait_for_title("16 samples - done");
+        viewer.wait_for_title("4 samples - done");
         viewer.wait_for_picture("the start", &start, 0);
         // Brute force has the same lens.
         viewer.key("b");
-        viewer.wait_for_title("16 samples - done");
+        viewer.wait_for_title("4 samples - done");
         viewer.wait_for_picture("brute force", &start, BELOW_MESSAGE);
         viewer.key("b");
         viewer.drag(1, [60, 60], [100, 70]);
