@@ -38,7 +38,12 @@ pub(crate) fn meets(
     columns: [f32; 4],
     [near, far]: [f32; 2],
 ) -> (bool, [f32; 4]) {
-    let [v0, v1, v2] = corners.map(Vec3::as_dvec3);
+    // Not `map` of arrays: it is not inlined here.
+    let [v0, v1, v2] = [
+        corners[0].as_dvec3(),
+        corners[1].as_dvec3(),
+        corners[2].as_dvec3(),
+    ];
     let (d, start) = (direction.as_dvec3(), origin.as_dvec3());
     let (e1, e2, a) = (v1 - v0, v2 - v0, v0 - start);
     let normal = e1.cross(e2);
@@ -68,10 +73,15 @@ pub(crate) fn meets(
     } else {
         edges.weights.iter().sum()
     };
-    let weights = edges.weights.map(|weight| weight * 1.0_f64.copysign(side));
+    let sign = 1.0_f64.copysign(side);
+    let weights = [
+        edges.weights[0] * sign,
+        edges.weights[1] * sign,
+        edges.weights[2] * sign,
+    ];
     let t = ((plane / normal.dot(d)) as f32).max(near).min(far);
     let error = if is_known { EDGE_ERROR_64 } else { f64::INFINITY };
-    let [u, v, w] = weights.map(|weight| weight as f32);
+    let [u, v, w] = [weights[0] as f32, weights[1] as f32, weights[2] as f32];
     (t > 0.0 && edges.pass(weights, error), [u, v, w, t])
 }
 
@@ -91,12 +101,20 @@ impl LineAndEdges {
     fn new(direction: DVec3, corners: [DVec3; 3], edges: [DVec3; 3]) -> Self {
         let [a, b, c] = corners;
         let sums = [c + a, a + b, b + c];
-        let lengths = corners.map(DVec3::length);
+        let lengths = [a.length(), b.length(), c.length()];
         Self {
             direction,
             corners,
-            weights: std::array::from_fn(|i| direction.dot(edges[i].cross(sums[i]))),
-            sizes: std::array::from_fn(|i| edges[i].length() * (lengths[(i + 2) % 3] + lengths[i])),
+            weights: [
+                direction.dot(edges[0].cross(sums[0])),
+                direction.dot(edges[1].cross(sums[1])),
+                direction.dot(edges[2].cross(sums[2])),
+            ],
+            sizes: [
+                edges[0].length() * (lengths[2] + lengths[0]),
+                edges[1].length() * (lengths[0] + lengths[1]),
+                edges[2].length() * (lengths[1] + lengths[2]),
+            ],
         }
     }
 

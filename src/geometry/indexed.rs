@@ -152,10 +152,12 @@ impl TriangleLeaf for IndexedBlock {
     }
 
     fn triangle(&self, lane: usize) -> [Vec3; 3] {
-        self.lines.map(|Line { corners, .. }| {
-            let vertex = (corners >> (4 * lane)) as usize & 15;
-            self.lines.map(|line| line.at[vertex]).into()
-        })
+        let [x, y, z] = &self.lines;
+        let corner = |line: &Line| {
+            let vertex = (line.corners >> (4 * lane)) as usize & 15;
+            Vec3::new(x.at[vertex], y.at[vertex], z.at[vertex])
+        };
+        [corner(x), corner(y), corner(z)]
     }
 }
 

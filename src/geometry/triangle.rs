@@ -92,7 +92,7 @@ impl TriangleLeaf for TriangleBlock {
     }
 
     fn triangle(&self, lane: usize) -> [Vec3; 3] {
-        [&self.v0, &self.v1, &self.v2].map(|corner| corner.lane(lane))
+        [self.v0.lane(lane), self.v1.lane(lane), self.v2.lane(lane)]
     }
 }
 
@@ -340,8 +340,9 @@ fn passing(
 ) -> (u32, [F32x8; 6]) {
     let mut passing = 0;
     for i in (0..LANES).filter(|i| lanes >> i & 1 != 0) {
-        let [u, v, w, t, near, far] = columns.map(|column8| column8.as_array()[i]);
-        let (is_met, found) = meets(origin, direction, block.triangle(i), [u, v, w, t], [near, far]);
+        let at = |column: usize| columns[column].as_array()[i];
+        let (found, interval) = ([at(0), at(1), at(2), at(3)], [at(4), at(5)]);
+        let (is_met, found) = meets(origin, direction, block.triangle(i), found, interval);
         passing |= u32::from(is_met) << i;
         for (column8, value) in columns.iter_mut().zip(found) {
             column8.as_mut_array()[i] = value;

@@ -372,14 +372,13 @@ fn unsure<B: TriangleLeaf, M: Memory, const ANY: bool>(
 ) -> bool {
     let mut taken = sure != 0;
     for ray in bits(candidates) {
-        let vector = |columns: [&M; 3]| Vec3::from(columns.map(|column| column.place(ray)));
-        let [mut u, mut v, mut w, mut t, near, far] = columns.each_ref().map(|column| column.place(ray));
+        let [u, v, w, t, near, far] = columns;
+        let interval = [near.place(ray), far.place(ray)];
+        let [mut u, mut v, mut w, mut t] = [u.place(ray), v.place(ray), w.place(ray), t.place(ray)];
         if sure >> ray & 1 == 0 {
-            let (origin, direction) = (
-                vector(state.origin.each_ref()),
-                vector(state.direction.each_ref()),
-            );
-            let found = meets(origin, direction, block.triangle(i), [u, v, w, t], [near, far]);
+            let vector = |[x, y, z]: &[M; 3]| Vec3::new(x.place(ray), y.place(ray), z.place(ray));
+            let (origin, direction) = (vector(&state.origin), vector(&state.direction));
+            let found = meets(origin, direction, block.triangle(i), [u, v, w, t], interval);
             if !found.0 {
                 continue;
             }
