@@ -38,7 +38,7 @@ class Hits:
     @cached_property
     def _surface(self):
         mesh, origins, directions = self._ray
-        return mesh.surface(origins, directions, self.triangle, self.t)
+        return mesh.surface(origins, directions, None, self.triangle, self.t, True)
 
     @property
     def position(self) -> NDArray[np.float64]:

@@ -38,17 +38,11 @@ class Mesh:
         self,
         origins: _Vectors,
         directions: _Vectors,
+        ray: NDArray[np.int64] | None,
         triangle: NDArray[np.int64],
         t: NDArray[np.float32],
+        with_normals: bool,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
-    def positions(
-        self,
-        origins: _Vectors,
-        directions: _Vectors,
-        ray: NDArray[np.int64],
-        triangle: NDArray[np.int64],
-        t: NDArray[np.float32],
-    ) -> NDArray[np.float64]: ...
     def closest_point(
         self, points: _Vectors
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]: ...

@@ -60,7 +60,7 @@ class RayMeshIntersector:
         index_ray, index_tri, t = hits
         if not return_locations:
             return index_tri, index_ray
-        locations = scene._mesh.positions(origins, directions, index_ray, index_tri, t)
+        locations, _ = scene._mesh.surface(origins, directions, index_ray, index_tri, t, False)
         return index_tri, index_ray, locations
 
     def intersects_first(self, ray_origins, ray_directions):

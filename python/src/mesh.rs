@@ -371,92 +371,62 @@ impl Mesh {
         ))
     }
 
-    /// Positions and normals of hits: one triangle, -1 for none, and t for each ray.
+    /// Positions of hits, and normals if they are asked for: for each hit the index of its ray (without indices they are those
+    /// of the rays), the triangle, -1 for none, and t.
     #[expect(clippy::type_complexity, reason = "a tuple of arrays")]
+    #[expect(clippy::too_many_arguments, reason = "arrays")]
     fn surface<'py>(
         &self,
         py: Python<'py>,
         origins: Vectors<'_>,
         directions: Vectors<'_>,
+        ray: Option<PyReadonlyArray1<'_, i64>>,
         triangle: PyReadonlyArray1<'_, i64>,
         t: PyReadonlyArray1<'_, f32>,
+        with_normals: bool,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let (origins, directions) = (origins.rows()?, directions.rows()?);
         let wrong = |_| PyValueError::new_err("the array is not contiguous");
         let (triangle, t) = (triangle.as_slice().map_err(wrong)?, t.as_slice().map_err(wrong)?);
-        let count = directions.len();
-        let fits =
-            triangle.len() == count && t.len() == count && (origins.len() == count || origins.len() == 1);
+        let ray = ray
+            .as_ref()
+            .map(|ray| ray.as_slice().map_err(wrong))
+            .transpose()?;
+        let (count, rays) = (t.len(), directions.len());
+        let fits = triangle.len() == count
+            && ray.map_or(rays, <[i64]>::len) == count
+            && (origins.len() == rays || origins.len() == 1);
         if !fits {
             return Err(PyValueError::new_err("the arrays differ in length"));
         }
         let surface = |geometry: &Geometry, i: usize| {
-            let id = triangle[i];
-            if id < 0 || id as usize >= geometry.triangle_count() {
+            let (ray, id) = (ray.map_or(i, |ray| ray[i] as usize), triangle[i] as usize);
+            if ray >= rays || id >= geometry.triangle_count() {
                 return ([f64::NAN; 3], [f64::NAN; 3]);
             }
             let hit = Hit {
                 primitive: PrimitiveId(id as u32),
                 ..Hit::miss(t[i])
             };
-            let origin = origins.get(if origins.len() == 1 { 0 } else { i });
-            let found = geometry.surface(origin, directions.get(i), &hit);
+            let origin = origins.get(if origins.len() == 1 { 0 } else { ray });
+            let found = geometry.surface(origin, directions.get(ray), &hit);
             (found.position.to_array(), found.normal.to_array())
         };
         let found = self.run(py, count, |geometry, cancelled| {
             let mut found = (Vec::new(), Vec::new());
             in_batches(count, BATCH, cancelled, |range| {
                 let part = range.into_par_iter().with_min_len(1024);
-                found.par_extend(part.map(|i| surface(geometry, i)));
+                if with_normals {
+                    found.par_extend(part.map(|i| surface(geometry, i)));
+                } else {
+                    found.0.par_extend(part.map(|i| surface(geometry, i).0));
+                }
                 Ok(())
             })
             .map(|()| found)
         })?;
         let (positions, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = found.map_err(raised)?;
         Ok((rows(py, positions)?, rows(py, normals)?))
-    }
-
-    /// Positions of hits: for each the index of its ray, the triangle and t.
-    fn positions<'py>(
-        &self,
-        py: Python<'py>,
-        origins: Vectors<'_>,
-        directions: Vectors<'_>,
-        ray: PyReadonlyArray1<'_, i64>,
-        triangle: PyReadonlyArray1<'_, i64>,
-        t: PyReadonlyArray1<'_, f32>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (origins, directions) = (origins.rows()?, directions.rows()?);
-        let wrong = |_| PyValueError::new_err("the array is not contiguous");
-        let (ray, t) = (ray.as_slice().map_err(wrong)?, t.as_slice().map_err(wrong)?);
-        let triangle = triangle.as_slice().map_err(wrong)?;
-        let (count, rays) = (t.len(), origins.len().min(directions.len()));
-        if ray.len() != count || triangle.len() != count {
-            return Err(PyValueError::new_err("the arrays differ in length"));
-        }
-        let position = |geometry: &Geometry, i: usize| {
-            let (ray, id) = (ray[i] as usize, triangle[i] as usize);
-            if ray >= rays || id >= geometry.triangle_count() {
-                return [f64::NAN; 3];
-            }
-            let hit = Hit {
-                primitive: PrimitiveId(id as u32),
-                ..Hit::miss(t[i])
-            };
-            let found = geometry.surface(origins.get(ray), directions.get(ray), &hit);
-            found.position.to_array()
-        };
-        let mut found = vec![[0.0; 3]; count];
-        let done = self.run(py, count, |geometry, cancelled| {
-            in_batches(count, BATCH, cancelled, |range| {
-                let start = range.start;
-                let part = found[range].par_iter_mut().enumerate().with_min_len(1024);
-                part.for_each(|(i, found)| *found = position(geometry, start + i));
-                Ok(())
-            })
-        })?;
-        done.map_err(raised)?;
-        rows(py, found)
     }
 
     #[expect(clippy::type_complexity, reason = "a tuple of arrays")]

@@ -54,7 +54,7 @@ struct Search {
     limit: f32,
     /// Keeps squares of large distances finite.
     scale: f32,
-    /// From the point to the best, a little less than of unit length; 0 if there is none.
+    /// From the point to the best so far, slightly shorter than 1; 0 before the first.
     direction: Vec3,
 }
 

@@ -333,7 +333,7 @@ fn seed(name: &str) -> Option<Vec<u8>> {
     bytes
 }
 
-/// The middle of each triangle, with what its corners have: sorted, because programs that compress order triangles anew.
+/// The middle of each triangle, with what its corners have: sorted, because compression reorders triangles.
 #[cfg(feature = "gltf")]
 fn sorted_triangles(mesh: &TriangleMesh) -> Vec<[f32; 11]> {
     let mut all: Vec<[f32; 11]> = mesh

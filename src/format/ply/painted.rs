@@ -26,7 +26,7 @@ const MOST_EXACT: usize = MAX_MATERIALS / 2;
 /// How many looks may have a colour.
 const MOST_COLORED: usize = MAX_MATERIALS / 4 * 3;
 
-/// Longer lists of texture coordinates are skipped: hardly a face has so many corners.
+/// Longer lists of texture coordinates are skipped.
 const MOST_NUMBERS: usize = 1 << 20;
 
 /// How many steps a channel of a rounded colour has.
@@ -51,7 +51,7 @@ pub(super) struct Paint {
     pub(super) uvs: Vec<[[u32; 2]; 3]>,
     /// What faces show, each look once.
     pub(super) looks: Vec<Look>,
-    /// An index into `looks` for each triangle; empty if there are none.
+    /// An index into `looks` for each triangle; empty if no face has a colour or a texture.
     pub(super) look_of: Vec<u32>,
     numbers: HashMap<Look, u32>,
     /// The index of the last look.

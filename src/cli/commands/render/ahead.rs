@@ -5,6 +5,7 @@ use crate::cli::{
     plan::{InputKind, InputPlan, Job},
 };
 use std::{
+    fs::Metadata,
     path::PathBuf,
     thread::{Scope, ScopedJoinHandle},
     time::{Duration, Instant},
@@ -34,8 +35,8 @@ impl<'scope, 'env> Ahead<'scope, 'env> {
         }
     }
 
-    /// The scene that was begun. `None` if none was, or if it failed: then it is loaded again, with all the memory there
-    /// is and an error in its turn.
+    /// The scene that was begun. `None` if none was, or if it is not whole: then it is loaded again, with all the memory there
+    /// is, and has its errors and warnings in its turn.
     pub fn take(&mut self) -> Option<Ready> {
         // A panic has been told by its thread.
         self.loading.take()?.join().ok()?
@@ -45,14 +46,14 @@ impl<'scope, 'env> Ahead<'scope, 'env> {
 fn load(plan: &InputPlan, memory: u64) -> Option<Ready> {
     let (mut files, start) = (Vec::new(), Instant::now());
     let input = load::load_and_list(plan, memory, &mut files).ok()?;
-    Some((input, files, start.elapsed()))
+    // Images that do not fit are left out with a warning: in its turn there may be room for them.
+    let is_whole = !input.notes.iter().any(|note| note.contains("memory"));
+    is_whole.then(|| (input, files, start.elapsed()))
 }
 
-/// Whether a scene is not standard input, which is read once, or a large mesh.
+/// Whether a scene is a file, since pipes are read once, and no large mesh.
 fn is_small(plan: &InputPlan) -> bool {
-    match plan.kind {
-        InputKind::Scene => true,
-        InputKind::Mesh => plan.path.metadata().is_ok_and(|file| file.len() <= MOST_BYTES),
-        InputKind::Any => false,
-    }
+    let is_small =
+        |file: Metadata| file.is_file() && (plan.kind == InputKind::Scene || file.len() <= MOST_BYTES);
+    plan.kind != InputKind::Any && plan.path.metadata().is_ok_and(is_small)
 }
