@@ -140,5 +140,19 @@ pub(crate) fn load_limited(
 /// # Errors
 /// [`LoadError`], as for [`load`].
 pub fn load_from_bytes(text: &[u8], name: &Path, open: OpenMesh<'_>) -> Result<Scene, LoadError> {
-    scn::parse(text, name, &mut Given(open), &Budget::unlimited())
+    load_from_bytes_within(text, name, open, u64::MAX)
+}
+
+/// As [`load_from_bytes`], within `memory` bytes: for files from strangers, a few bytes of which may be a picture of a
+/// gigabyte.
+///
+/// # Errors
+/// [`LoadError`], as for [`load`]; also if the scene or one of its files would take more memory.
+pub fn load_from_bytes_within(
+    text: &[u8],
+    name: &Path,
+    open: OpenMesh<'_>,
+    memory: u64,
+) -> Result<Scene, LoadError> {
+    scn::parse(text, name, &mut Given(open), &Budget::new(memory))
 }

@@ -11,7 +11,7 @@ mod shapes;
 use octray::{
     accel::Bvh,
     error::escape,
-    format::{Loaded, load_any, load_from_bytes, mesh as any_mesh, ply},
+    format::{Loaded, load_any, load_from_bytes, load_from_bytes_within, mesh as any_mesh, ply},
     ray::{Hit, PrimitiveId},
     render::{Film, Mode, Settings, render as render_frame},
     scene::{Camera, Scene, SceneBuilder, TexturePoint, TriangleMesh},
@@ -187,11 +187,14 @@ pub fn threemf(bytes: &[u8]) {
     assert!(start.elapsed() < MOST_TIME, "{:?}", start.elapsed());
 }
 
+/// What a load may take, bytes: a few bytes of a file may be an image of a gigabyte, or compressed triangles.
+const MEMORY: u64 = 256 << 20;
+
 /// A mesh file; `named` is the content of each file that it names.
 fn any(bytes: &[u8], name: &str, named: &[u8]) {
     let open = &mut |_: &Path| Ok(named.to_vec());
     let start = Instant::now();
-    match any_mesh::parse(bytes.to_vec(), Path::new(name), open) {
+    match any_mesh::parse_within(bytes.to_vec(), Path::new(name), open, MEMORY) {
         Ok(mesh) => use_mesh(mesh, 100 * (bytes.len() + 64), &mut SceneBuilder::new()),
         Err(error) => show(&error),
     }
@@ -201,7 +204,8 @@ fn any(bytes: &[u8], name: &str, named: &[u8]) {
 /// An image all around a sphere.
 fn environment(bytes: &[u8]) {
     let scene = b"environment a rotate 30\nmaterial matte\nsphere 0 0 0.5 0.5\n";
-    match load_from_bytes(scene, Path::new("fuzz.scn"), &mut |_: &Path| Ok(bytes.to_vec())) {
+    let open = &mut |_: &Path| Ok(bytes.to_vec());
+    match load_from_bytes_within(scene, Path::new("fuzz.scn"), open, MEMORY) {
         Ok(scene) => {
             let environment = scene.environment().expect("an environment");
             for direction in [glam::Vec3::X, glam::Vec3::NEG_Z, glam::Vec3::new(-0.6, 0.0, 0.8)] {
@@ -240,7 +244,8 @@ pub fn texture(bytes: &[u8]) {
     const LIBRARY: &[u8] = b"newmtl a\nKd 1 1 1\nmap_Kd a\nmap_d a\nmap_Ke a\n";
     let open = &mut |path: &Path| Ok(if path.ends_with("a.mtl") { LIBRARY } else { bytes }.to_vec());
     let start = Instant::now();
-    let mesh = any_mesh::parse(MESH.into(), Path::new("a.obj"), open).expect("a mesh, whatever its image is");
+    let mesh = any_mesh::parse_within(MESH.into(), Path::new("a.obj"), open, MEMORY);
+    let mesh = mesh.expect("a mesh, whatever its image is");
     assert_eq!(mesh.images.len() + mesh.notes.len(), 1, "{:?}", mesh.notes);
     let mut builder = SceneBuilder::new();
     mesh.add_to(&mut builder, None).expect("a scene");
