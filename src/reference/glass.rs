@@ -47,7 +47,7 @@ struct Branch {
 pub(super) fn radiance<S: Simd>(
     simd: S,
     scene: &Scene,
-    intersect: &mut impl Intersect,
+    intersect: &mut dyn Intersect,
     (camera_ray, sample): (Ray, PixelSample),
     limits: Limits,
     rays: &mut SecondaryRays,
@@ -96,7 +96,7 @@ pub(super) fn radiance<S: Simd>(
 fn shade<S: Simd>(
     simd: S,
     scene: &Scene,
-    intersect: &mut impl Intersect,
+    intersect: &mut dyn Intersect,
     sample: PixelSample,
     limits: Limits,
     (branches, i): (&mut Vec<Branch>, usize),

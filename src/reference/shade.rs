@@ -71,7 +71,7 @@ impl PixelSample {
 /// Returns the colour of a camera ray, linear RGB, and adds the secondary rays to `rays`.
 pub fn radiance(
     scene: &Scene,
-    intersect: &mut impl Intersect,
+    intersect: &mut dyn Intersect,
     camera_ray: Ray,
     sample: PixelSample,
     max_depth: u32,
@@ -83,15 +83,8 @@ pub fn radiance(
         shadows,
         transparent: false,
     };
-    let (color, _) = at_level!(Level::current(), |simd| radiance_at(
-        simd,
-        scene,
-        intersect,
-        (camera_ray, sample),
-        limits,
-        rays
-    ));
-    color
+    let from = (camera_ray, sample);
+    radiance_at(Level::current(), scene, intersect, from, limits, rays).0
 }
 
 /// What [`radiance`] traces.
@@ -104,11 +97,22 @@ pub(crate) struct Limits {
 }
 
 /// Does [`radiance`] at a level. Returns also the opacity of what the ray hits, which is 1 unless one sees through it.
+pub(crate) fn radiance_at(
+    level: Level,
+    scene: &Scene,
+    intersect: &mut dyn Intersect,
+    from: (Ray, PixelSample),
+    limits: Limits,
+    rays: &mut SecondaryRays,
+) -> ([f32; 3], f32) {
+    at_level!(level, |simd| follow(simd, scene, intersect, from, limits, rays))
+}
+
 #[inline(always)]
-pub(crate) fn radiance_at<S: Simd>(
+fn follow<S: Simd>(
     simd: S,
     scene: &Scene,
-    intersect: &mut impl Intersect,
+    intersect: &mut dyn Intersect,
     (camera_ray, sample): (Ray, PixelSample),
     limits: Limits,
     rays: &mut SecondaryRays,
@@ -153,7 +157,7 @@ pub(crate) fn radiance_at<S: Simd>(
 pub(super) fn scatter<S: Simd>(
     simd: S,
     scene: &Scene,
-    intersect: &mut impl Intersect,
+    intersect: &mut dyn Intersect,
     (ray, hit, width): (&Ray, &SceneHit, f32),
     draw: (Draw, bool),
     (color, weight): (&mut [f32; 3], f32),
@@ -271,7 +275,7 @@ impl Draw {
 fn gather_light<S: Simd>(
     simd: S,
     scene: &Scene,
-    intersect: &mut impl Intersect,
+    intersect: &mut dyn Intersect,
     (s, material): (&Surface, &Material),
     (draw, shadows): (Draw, bool),
     rays: &mut SecondaryRays,

@@ -181,14 +181,7 @@ fn every_level_computes_the_same_colours() {
             let mut expected = None;
             for one in &mut all {
                 let mut rays = SecondaryRays::default();
-                let (color, _) = at_level!(one.level, |simd| radiance_at(
-                    simd,
-                    &scene,
-                    one,
-                    (ray, sample),
-                    limits,
-                    &mut rays
-                ));
+                let (color, _) = radiance_at(one.level, &scene, one, (ray, sample), limits, &mut rays);
                 let found = (color.map(f32::to_bits), rays);
                 assert!(color.iter().all(|c| c.is_finite()), "{ray:?}: {color:?}");
                 assert_eq!(found, *expected.get_or_insert(found), "seed {seed}, {ray:?}");

@@ -14,7 +14,7 @@ use crate::{
         shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
     },
     scene::Scene,
-    simd::{Level, Simd, at_level},
+    simd::{Level, at_level},
 };
 
 struct OverBvh<'a> {
@@ -46,16 +46,6 @@ impl Intersect for OverBvh<'_> {
 
 /// Renders a tile into `band`, the rows of the film from `rect.y` on.
 pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, band: &mut [P]) -> RayCounts {
-    at_level!(context.settings.level, |simd| pixels(simd, context, rect, band))
-}
-
-#[inline(always)]
-fn pixels<S: Simd, P: Pixel>(
-    simd: S,
-    context: &FrameContext<'_>,
-    rect: TileRect,
-    band: &mut [P],
-) -> RayCounts {
     let mut tile = ScalarTile {
         context,
         intersect: OverBvh {
@@ -65,13 +55,14 @@ fn pixels<S: Simd, P: Pixel>(
             scene: context.scene,
             cut_outs: context.scene.has_cut_outs().then_some(context.scene),
         },
+        transparent: P::HAS_ALPHA,
         camera_rays: 0,
         rays: SecondaryRays::default(),
     };
     if context.settings.adaptive {
-        tile.render_adaptive(simd, rect, band);
+        tile.render_adaptive(rect, band);
     } else {
-        tile.render(simd, rect, band);
+        tile.render(rect, band);
     }
     RayCounts {
         camera: tile.camera_rays,
@@ -84,13 +75,14 @@ fn pixels<S: Simd, P: Pixel>(
 struct ScalarTile<'a> {
     context: &'a FrameContext<'a>,
     intersect: OverBvh<'a>,
+    /// Whether pixels have an opacity.
+    transparent: bool,
     camera_rays: u64,
     rays: SecondaryRays,
 }
 
 impl ScalarTile<'_> {
-    #[inline(always)]
-    fn render<S: Simd, P: Pixel>(&mut self, simd: S, rect: TileRect, band: &mut [P]) {
+    fn render<P: Pixel>(&mut self, rect: TileRect, band: &mut [P]) {
         let window = self.context.window;
         for (row, y) in band
             .chunks_exact_mut(window.width() as usize)
@@ -102,7 +94,7 @@ impl ScalarTile<'_> {
                 .zip(window.x0 + rect.x..)
             {
                 let mut samples = Samples::default();
-                self.add_samples::<S, P>(simd, [x, y], self.context.settings.samples, &mut samples);
+                self.add_samples([x, y], self.context.settings.samples, &mut samples);
                 let [r, g, b, alpha] = samples.mean();
                 *to = P::from_linear([r, g, b], alpha);
             }
@@ -110,8 +102,7 @@ impl ScalarTile<'_> {
     }
 
     /// The first samples of the tile and of the ring around it, then the others of pixels that differ.
-    #[inline(always)]
-    fn render_adaptive<S: Simd, P: Pixel>(&mut self, simd: S, rect: TileRect, band: &mut [P]) {
+    fn render_adaptive<P: Pixel>(&mut self, rect: TileRect, band: &mut [P]) {
         let &FrameContext { window, settings, .. } = self.context;
         let tile = rect.absolute(window);
         let mut neighborhood = Neighborhood::default();
@@ -119,29 +110,28 @@ impl ScalarTile<'_> {
         let area = neighborhood.restart(tile, &settings, first_samples);
         for pixel in area.each_pixel() {
             let mut samples = Samples::default();
-            self.add_samples::<S, P>(simd, pixel, first_samples, &mut samples);
+            self.add_samples(pixel, first_samples, &mut samples);
             neighborhood.set(pixel, samples);
         }
         neighborhood.compare();
         for pixel in tile.each_pixel() {
             if neighborhood.differs(pixel) {
                 let mut samples = neighborhood.samples(pixel);
-                self.add_samples::<S, P>(simd, pixel, settings.samples, &mut samples);
+                self.add_samples(pixel, settings.samples, &mut samples);
                 neighborhood.set(pixel, samples);
             }
         }
-        neighborhood.store(simd, tile, rect.x, window.width() as usize, band);
+        at_level!(settings.level, |simd| neighborhood.store(
+            simd,
+            tile,
+            rect.x,
+            window.width() as usize,
+            band
+        ));
     }
 
     /// Adds the samples of an absolute pixel that it has not got, up to `count`.
-    #[inline(always)]
-    fn add_samples<S: Simd, P: Pixel>(
-        &mut self,
-        simd: S,
-        pixel: [u32; 2],
-        count: u32,
-        samples: &mut Samples,
-    ) {
+    fn add_samples(&mut self, pixel: [u32; 2], count: u32, samples: &mut Samples) {
         let &FrameContext {
             scene,
             camera_rays,
@@ -151,7 +141,7 @@ impl ScalarTile<'_> {
         let limits = Limits {
             max_depth: settings.max_depth,
             shadows: settings.shadows,
-            transparent: P::HAS_ALPHA,
+            transparent: self.transparent,
         };
         for sample in camera_rays
             .samples()
@@ -160,8 +150,8 @@ impl ScalarTile<'_> {
         {
             self.camera_rays += 1;
             samples.count += 1;
-            let ray = camera_rays.ray(simd, pixel, sample);
-            if P::HAS_ALPHA && !self.intersect.closest_hit(&ray).is_hit() {
+            let ray = at_level!(settings.level, |simd| camera_rays.ray(simd, pixel, sample));
+            if self.transparent && !self.intersect.closest_hit(&ray).is_hit() {
                 continue;
             }
             let sample = PixelSample {
@@ -171,7 +161,7 @@ impl ScalarTile<'_> {
                 cone: camera_rays.cone(),
             };
             let (color, alpha) = radiance_at(
-                simd,
+                settings.level,
                 scene,
                 &mut self.intersect,
                 (ray, sample),

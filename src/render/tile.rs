@@ -86,7 +86,7 @@ impl<'a> TileScratch<'a> {
             }
             _ => {
                 let tile_start = Instant::now();
-                self.sum_samples::<P>(context, rect, may_hit, &mut times);
+                self.sum_samples(context, rect, may_hit, P::HAS_ALPHA, &mut times);
                 let start = Instant::now();
                 at_level!(settings.level, |simd| self.store(
                     simd,
@@ -145,11 +145,12 @@ impl<'a> TileScratch<'a> {
     }
 
     /// Sums the samples that every pixel takes.
-    fn sum_samples<P: Pixel>(
+    fn sum_samples(
         &mut self,
         context: &FrameContext<'_>,
         rect: TileRect,
         may_hit: bool,
+        transparent: bool,
         times: &mut TileTimes,
     ) {
         let &FrameContext { scene, settings, .. } = context;
@@ -162,7 +163,7 @@ impl<'a> TileScratch<'a> {
                 let start = Instant::now();
                 generate_rays(context, rect, sample, &mut self.rays);
                 times.ray_generation += start.elapsed();
-                self.shade::<P>(context, context.camera_rays.index(sample));
+                self.shade(context, context.camera_rays.index(sample), transparent);
             } else {
                 let colors = &mut self.sample;
                 at_level!(settings.level, |simd| shade_background(
@@ -178,13 +179,13 @@ impl<'a> TileScratch<'a> {
     }
 
     /// Traces and shades the camera rays of the queue; `sample` is the number that the first points of pixels lack.
-    fn shade<P: Pixel>(&mut self, context: &FrameContext<'_>, sample: u32) {
+    fn shade(&mut self, context: &FrameContext<'_>, sample: u32, transparent: bool) {
         let settings = ShadeSettings {
             max_depth: context.settings.max_depth,
             shadows: context.settings.shadows,
             sample,
             cone: context.camera_rays.cone(),
-            transparent: P::HAS_ALPHA,
+            transparent,
         };
         let (tracer, rays, colors) = (&mut self.tracer, &mut self.rays, &mut self.sample);
         self.shader.shade(context.scene, tracer, settings, rays, colors);

@@ -37,6 +37,17 @@ impl Simd for Portable {
 #[derive(Clone, Copy, Debug)]
 pub struct V8(f32x8);
 
+/// Not inlined: it is some hundred instructions, in all that is traced and shaded.
+#[inline(never)]
+fn fused_by_lane(a: f32x8, b: f32x8, c: f32x8) -> f32x8 {
+    let (a, b, c) = (a.to_array(), b.to_array(), c.to_array());
+    let mut sums = [0.0; LANES];
+    for (i, sum) in sums.iter_mut().enumerate() {
+        *sum = fused::emulated(a[i], b[i], c[i]);
+    }
+    f32x8::new(sums)
+}
+
 /// Eight truth values: all bits of a lane set, or none.
 #[derive(Clone, Copy, Debug)]
 pub struct Mask8(f32x8);
@@ -135,12 +146,7 @@ impl Lanes for V8 {
         if fused::IS_COMPILED_IN {
             return Self(self.0.mul_add(b.0, c.0));
         }
-        let (a, b, c) = (self.0.to_array(), b.0.to_array(), c.0.to_array());
-        let mut sums = [0.0; LANES];
-        for (i, sum) in sums.iter_mut().enumerate() {
-            *sum = fused::emulated(a[i], b[i], c[i]);
-        }
-        Self(f32x8::new(sums))
+        Self(fused_by_lane(self.0, b.0, c.0))
     }
     #[inline(always)]
     fn mul_sub(self, b: Self, c: Self) -> Self {

@@ -150,7 +150,7 @@ impl Denoiser {
                 || FirstHits::new(model, settings.level),
                 |first_hits, (y, band)| {
                     let size = [width, band.len() / width];
-                    first_hits.trace(&rays, size, y, [0, 0], |i, ray, hit| {
+                    first_hits.trace(&rays, size, y, [0, 0], &mut |i, ray, hit| {
                         if !hit.is_hit() {
                             return;
                         }

@@ -39,7 +39,7 @@ impl<'a> FirstHits<'a> {
         [width, rows]: [usize; 2],
         y: u32,
         sample: [u32; 2],
-        mut take: impl FnMut(usize, &Ray, &SceneHit),
+        take: &mut dyn FnMut(usize, &Ray, &SceneHit),
     ) {
         let packets = &mut self.packets;
         packets.restart(rays.shared_origin());

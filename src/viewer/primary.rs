@@ -193,7 +193,7 @@ impl<'a> Scratch<'a> {
                 let (width, cone) = (settings.width as usize, frame.rays.cone());
                 let (size, sums) = ([width, band.len() / width], &mut self.sums);
                 self.first_hits
-                    .trace(&frame.rays, size, y, sample, |i, ray, hit| {
+                    .trace(&frame.rays, size, y, sample, &mut |i, ray, hit| {
                         add(&mut sums[i], color((scene, look), ray, hit, 0, cone));
                     });
             }

@@ -11,26 +11,45 @@ use crate::window::{
 };
 use std::{thread, time::Duration};
 
-/// One window after the other: they share pointer and focus.
+/// One window after the other on each of four displays: those of one share pointer and focus. All wait most of the time.
 #[test]
 fn the_window_does_what_its_keys_say() {
-    let Some(screen) = Screen::start() else { return };
-    at_rest_it_is_what_render_makes(&screen);
-    every_key_does_something(&screen);
-    mouse_and_flight_move_the_camera(&screen);
-    a_notch_is_small_on_a_large_floor(&screen);
-    cameras::have_lenses_and_parallel_rays(&screen);
-    meshes::look_as_render_makes_them(&screen);
-    meshes::have_six_sides_and_turn(&screen);
-    moving::play_and_step(&screen);
-    the_window_resizes(&screen);
-    fast_input_breaks_nothing(&screen);
-    changed_files_are_loaded(&screen);
-    at_rest_it_uses_no_cpu(&screen);
-    it_ends_at_once(&screen);
-    signals_end_it(&screen);
-    loading_is_shown(&screen);
-    benchmarks_are_reported(&screen);
+    let displays: [&[fn(&Screen)]; 4] = [
+        &[
+            at_rest_it_is_what_render_makes,
+            every_key_does_something,
+            the_window_resizes,
+        ],
+        &[
+            mouse_and_flight_move_the_camera,
+            a_notch_is_small_on_a_large_floor,
+            cameras::have_lenses_and_parallel_rays,
+            fast_input_breaks_nothing,
+        ],
+        &[
+            meshes::look_as_render_makes_them,
+            meshes::have_six_sides_and_turn,
+            moving::play_and_step,
+            loading_is_shown,
+        ],
+        &[
+            changed_files_are_loaded,
+            at_rest_it_uses_no_cpu,
+            it_ends_at_once,
+            signals_end_it,
+            benchmarks_are_reported,
+        ],
+    ];
+    thread::scope(|scope| {
+        for tests in displays {
+            scope.spawn(move || {
+                let Some(screen) = Screen::start() else { return };
+                for test in tests {
+                    test(&screen);
+                }
+            });
+        }
+    });
 }
 
 /// Standard input takes as long as the test wants.

@@ -10,7 +10,7 @@ use crate::{
     error::clip_path,
     render::{ByteFilm, Film, Transfer, quantize},
 };
-use image::{DynamicImage, ImageReader};
+use image::DynamicImage;
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
@@ -53,7 +53,7 @@ impl Comparison {
             )));
         }
         let size = (width, height);
-        let found = source(&reference, size).read(None, ImageReader::into_dimensions)?;
+        let found = source(&reference, size).dimensions()?;
         if found != (width, height) {
             return Err(CliError::Failed(format!(
                 "cannot compare pictures of different sizes: the picture has {width}x{height} pixels, the reference {} \

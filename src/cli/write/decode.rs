@@ -8,7 +8,7 @@ use crate::{
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
 use std::{
     fs::File,
-    io::{self, BufReader, Read, Take},
+    io::{self, Cursor, Read, Take},
     panic::{self, AssertUnwindSafe},
     path::Path,
 };
@@ -17,9 +17,6 @@ use std::{
 const DECODER_BYTES: u64 = 1 << 26;
 /// The largest pixel of a decoded picture: four floats.
 const PIXEL_BYTES: u64 = 16;
-
-/// A picture's file, of which no more is read than was there when it was opened.
-pub type Reader = ImageReader<BufReader<Take<File>>>;
 
 /// A file to be read.
 #[derive(Clone, Copy)]
@@ -32,34 +29,22 @@ pub struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Reads the picture with `work`, in `format` or in that of its first bytes.
+    /// Reads the picture's size, pixels.
     ///
     /// # Errors
     /// [`CliError::Failed`].
-    pub fn read<T>(
-        self,
-        format: Option<ImageFormat>,
-        work: impl FnOnce(Reader) -> ImageResult<T>,
-    ) -> Result<T, CliError> {
-        let file = self.open(PIXEL_BYTES).map_err(ImageError::IoError);
-        let reader = file.and_then(|file| {
-            let file = BufReader::new(file);
-            Ok(match format {
-                Some(format) => ImageReader::with_format(file, format),
-                None => ImageReader::new(file).with_guessed_format()?,
-            })
-        });
-        let read = reader.and_then(|reader| without_panic(|| work(reader)));
-        read.map_err(|error| self.unreadable(&error))
+    pub fn dimensions(self) -> Result<(u32, u32), CliError> {
+        self.read_bytes(PIXEL_BYTES, |bytes| reader(bytes, None)?.into_dimensions())
     }
 
-    /// Decodes the picture.
+    /// Decodes the picture, in `format` or in that of its first bytes.
     ///
     /// # Errors
     /// [`CliError::Failed`].
     pub fn decode(self, format: Option<ImageFormat>) -> Result<DynamicImage, CliError> {
         let (width, height) = self.size;
-        self.read(format, |mut reader| {
+        self.read_bytes(PIXEL_BYTES, |bytes| {
+            let mut reader = reader(bytes, format)?;
             let mut limits = Limits::default();
             limits.max_alloc = Some(DECODER_BYTES + 2 * self.bytes(PIXEL_BYTES));
             limits.max_image_width = Some(width);
@@ -87,7 +72,8 @@ impl Source<'_> {
             .map_err(|error| self.unreadable(&error))
     }
 
-    /// Opens a regular file that is no larger than a picture of this size can be: some decoders read the whole file at once.
+    /// Opens a regular file that is no larger than a picture of this size can be. No more is read than was there when it
+    /// was opened.
     fn open(self, pixel_bytes: u64) -> io::Result<Take<File>> {
         let file = format::open_file(self.path)?;
         let found = file.metadata()?;
@@ -123,6 +109,15 @@ impl Source<'_> {
         let (role, path, reason) = (self.role, clip_path(self.path), clip(&reason));
         CliError::Failed(format!("cannot read the {role} {path}: {reason}"))
     }
+}
+
+/// Of bytes, like the reader of textures: decoders are compiled for each kind of source.
+fn reader(bytes: &[u8], format: Option<ImageFormat>) -> ImageResult<ImageReader<Cursor<&[u8]>>> {
+    let bytes = Cursor::new(bytes);
+    Ok(match format {
+        Some(format) => ImageReader::with_format(bytes, format),
+        None => ImageReader::new(bytes).with_guessed_format()?,
+    })
 }
 
 /// Makes a panic of a decoder an error. Its message would go to standard error.

@@ -181,7 +181,8 @@ fn other_version(version: &str) -> String {
 /// The JSON, not yet checked.
 fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
     let other_version = |version: &str| LoadError::whole_file(path, other_version(version));
-    let root: json::Root = json::deserialize::from_slice(text).map_err(|error| {
+    // Not generic, so compiled with its crate, at less optimisation.
+    let root = json::Root::from_slice(text).map_err(|error| {
         // Version 1 has other types nearly everywhere: the first mismatch says little.
         if let Ok(Versioned { asset }) = json::deserialize::from_slice(text)
             && asset.version.starts_with('1')

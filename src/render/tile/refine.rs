@@ -37,12 +37,12 @@ impl TileScratch<'_> {
             }
             _ => {
                 let tile_start = Instant::now();
-                self.sum_samples::<P>(&whole, area, may_hit, &mut times);
+                self.sum_samples(&whole, area, may_hit, P::HAS_ALPHA, &mut times);
                 let start = Instant::now();
                 at_level!(settings.level, |simd| self.spread(simd, area, first_samples));
                 self.find_refined(tile, settings.samples - first_samples);
                 times.film = start.elapsed();
-                camera += self.refine::<P>(&whole, first_samples, &mut times);
+                camera += self.refine(&whole, first_samples, P::HAS_ALPHA, &mut times);
                 let start = Instant::now();
                 let neighborhood = &self.neighborhood;
                 at_level!(settings.level, |simd| neighborhood
@@ -91,7 +91,13 @@ impl TileScratch<'_> {
     }
 
     /// Adds the samples from `first` on of the listed pixels, and returns how many.
-    fn refine<P: Pixel>(&mut self, context: &FrameContext<'_>, first: u32, times: &mut TileTimes) -> u64 {
+    fn refine(
+        &mut self,
+        context: &FrameContext<'_>,
+        first: u32,
+        transparent: bool,
+        times: &mut TileTimes,
+    ) -> u64 {
         let all = context.settings.samples;
         let samples_at_once = (all - first).clamp(1, self.packets as u32);
         let pixels_at_once = self.packets / samples_at_once as usize * LANES;
@@ -99,7 +105,7 @@ impl TileScratch<'_> {
         for pixels in refined.chunks(pixels_at_once) {
             for sample in (first..all).step_by(samples_at_once as usize) {
                 let samples = sample..all.min(sample.saturating_add(samples_at_once));
-                self.add_samples::<P>(context, pixels, samples, times);
+                self.add_samples(context, (pixels, samples), transparent, times);
             }
         }
         let count = refined.len() as u64 * u64::from(all - first);
@@ -108,11 +114,11 @@ impl TileScratch<'_> {
     }
 
     /// Adds some samples of some pixels: of every eight pixels one packet for each sample, so bundles are narrow.
-    fn add_samples<P: Pixel>(
+    fn add_samples(
         &mut self,
         context: &FrameContext<'_>,
-        pixels: &[[u32; 2]],
-        samples: Range<u32>,
+        (pixels, samples): (&[[u32; 2]], Range<u32>),
+        transparent: bool,
         times: &mut TileTimes,
     ) {
         let start = Instant::now();
@@ -133,7 +139,7 @@ impl TileScratch<'_> {
             }
         }
         times.ray_generation += start.elapsed();
-        self.shade::<P>(context, 0);
+        self.shade(context, 0, transparent);
         let (neighborhood, sample) = (&mut self.neighborhood, &self.sample);
         at_level!(context.settings.level, |simd| add_colors(
             simd,
