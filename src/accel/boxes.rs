@@ -203,7 +203,8 @@ fn has_repeats(boxes: &[Box8]) -> bool {
 }
 
 /// Of primitives of the same shape, bit for bit, keeps the one with the lowest id: all are hit at the same t, where
-/// the lowest id wins. Otherwise a ray that hits one of a million equal triangles would test them all.
+/// the lowest id wins. Otherwise a ray that hits one of a million equal triangles would test them all. Those that rays may
+/// pass are kept up to the first that stops all.
 fn first_of_each_shape(
     scene: &Scene,
     primitives: Vec<PrimitiveId>,
@@ -215,8 +216,10 @@ fn first_of_each_shape(
     keyed.par_sort_unstable();
     let (mut primitives, mut repeats) = (Vec::new(), Vec::new());
     for same in keyed.chunk_by(|a, b| a.0 == b.0) {
-        primitives.push(same[0].1);
-        repeats.extend(same[1..].iter().map(|&(_, id)| [same[0].1, id]));
+        let whole = same.iter().position(|&(_, id)| !scene.lets_rays_pass(id));
+        let (kept, behind) = same.split_at(whole.map_or(same.len(), |i| i + 1));
+        primitives.extend(kept.iter().map(|&(_, id)| id));
+        repeats.extend(behind.iter().map(|&(_, id)| [kept[kept.len() - 1].1, id]));
     }
     primitives.par_sort_unstable();
     repeats.par_sort_unstable();

@@ -155,25 +155,41 @@ impl<'a> Shapes<'a> {
         }
     }
 
-    /// Returns what [`closest_hit`] returns if surfaces are whole and there are no planes.
+    /// Returns what [`closest_hit`] returns.
     #[must_use]
     pub fn closest_hit(&self, ray: &Ray) -> SceneHit {
+        let passing = self.passing(Passing::CutOuts);
         at_level!(Level::current(), |simd| {
-            let best = nearest(simd, self.own.iter().copied(), ray, Passing::Nowhere);
-            nearest_of_instances(
-                self.scene,
-                ray,
-                best.into(),
-                #[inline(always)]
-                |id, ray| {
-                    nearest(
-                        simd,
-                        self.prototypes[id.0 as usize].iter().copied(),
-                        ray,
-                        Passing::Nowhere,
-                    )
-                },
-            )
+            let best = self.nearest(simd, ray, passing);
+            planes::closest(simd, self.scene, ray, best)
         })
+    }
+
+    /// Returns what [`occluded`] returns.
+    #[must_use]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        let passing = self.passing(Passing::Light);
+        at_level!(Level::current(), |simd| {
+            self.nearest(simd, ray, passing).is_hit() || planes::block(simd, self.scene, ray)
+        })
+    }
+
+    fn passing(&self, passing: fn(&'a Scene) -> Passing<'a>) -> Passing<'a> {
+        Passing::of(self.scene.has_cut_outs().then_some(self.scene), passing)
+    }
+
+    #[inline(always)]
+    fn nearest<S: Simd>(&self, simd: S, ray: &Ray, passing: Passing<'_>) -> SceneHit {
+        let best = nearest(simd, self.own.iter().copied(), ray, passing);
+        nearest_of_instances(
+            self.scene,
+            ray,
+            best.into(),
+            #[inline(always)]
+            |id, ray| {
+                let shapes = self.prototypes[id.0 as usize].iter().copied();
+                nearest(simd, shapes, ray, passing)
+            },
+        )
     }
 }

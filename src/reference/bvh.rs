@@ -1,8 +1,8 @@
 //! The scalar baseline: traces one ray through the binary BVH, nearer child first.
 
-use super::{Passing, RaySlabs, instances::Met, intersect_shape};
+use super::{Passing, RaySlabs, instances::Met, intersect_shape, planes, shade::Intersect};
 use crate::{
-    accel::{BinaryBvh, BinaryInstances, BinaryNode},
+    accel::{BinaryBvh, BinaryInstances, BinaryNode, Bvh},
     ray::{Hit, Ray, SceneHit},
     scene::Scene,
     simd::{Level, Simd, at_level},
@@ -80,6 +80,45 @@ fn traverse(
     }
 }
 
+/// All that rays of a scene can hit: the binary BVH, planes and instances, without what is cut out.
+pub(crate) struct OverScene<'a> {
+    scene: &'a Scene,
+    bvh: &'a BinaryBvh,
+    stack: Stack,
+    level: Level,
+    /// The scene, if parts of its surfaces are cut out.
+    cut_outs: Option<&'a Scene>,
+}
+
+impl<'a> OverScene<'a> {
+    /// Of a scene and the BVH that was built from it.
+    pub fn new(scene: &'a Scene, bvh: &'a Bvh, level: Level) -> Self {
+        Self {
+            scene,
+            bvh: bvh.binary(scene),
+            stack: Stack::default(),
+            level,
+            cut_outs: scene.has_cut_outs().then_some(scene),
+        }
+    }
+}
+
+impl Intersect for OverScene<'_> {
+    fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
+        let best = closest_hit_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs);
+        if self.scene.planes().is_empty() {
+            return best;
+        }
+        at_level!(self.level, |simd| planes::closest(simd, self.scene, ray, best))
+    }
+
+    fn occluded(&mut self, ray: &Ray) -> bool {
+        let scene = self.scene;
+        !scene.planes().is_empty() && at_level!(self.level, |simd| planes::block(simd, scene, ray))
+            || occluded_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs)
+    }
+}
+
 /// Returns the closest hit of whole surfaces; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> SceneHit {
@@ -87,7 +126,7 @@ pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> SceneHit {
 }
 
 /// Does [`closest_hit`] at a level. Rays pass where surfaces of the scene `cut_outs` are cut out.
-pub(crate) fn closest_hit_at(
+fn closest_hit_at(
     level: Level,
     bvh: &BinaryBvh,
     stack: &mut Stack,
@@ -177,7 +216,7 @@ pub fn occluded(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
 }
 
 /// Does [`occluded`] at a level, with cut-outs as [`closest_hit_at`].
-pub(crate) fn occluded_at(
+fn occluded_at(
     level: Level,
     bvh: &BinaryBvh,
     stack: &mut Stack,

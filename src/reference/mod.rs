@@ -17,7 +17,6 @@ mod surface;
 
 use crate::{ray::Hit, scene::Scene};
 pub(crate) use draw::disc;
-pub(crate) use planes::{block as planes_block, closest as closest_plane};
 use primitive::{RaySlabs, intersect_shape};
 
 /// Which hits count.

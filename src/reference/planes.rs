@@ -19,7 +19,7 @@ fn intersect<S: Simd>(simd: S, plane: &Plane, ray: &Ray) -> Option<f32> {
 
 /// Returns the nearer one of the hits of planes and of `best`, the closest hit of all else.
 #[inline(always)]
-pub(crate) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: SceneHit) -> SceneHit {
+pub(super) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: SceneHit) -> SceneHit {
     let ray = &ray.or_nothing();
     for (i, plane) in scene.planes().iter().enumerate() {
         if let Some(t) = intersect(simd, plane, ray)
@@ -40,7 +40,7 @@ pub(crate) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: Scen
 
 /// Returns whether a plane is hit before the ray's end.
 #[inline(always)]
-pub(crate) fn block<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
+pub(super) fn block<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     let ray = &ray.or_nothing();
     let mut planes = scene.planes().iter().enumerate();
     planes.any(|(i, plane)| {

@@ -2,12 +2,12 @@
 
 use super::{
     brute,
-    bvh::{self, Stack},
+    bvh::OverScene,
     cost,
     shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
 };
 use crate::{
-    accel::{BinaryBvh, Bvh},
+    accel::Bvh,
     ray::{Ray, SceneHit},
     scene::{Scene, SceneBuilder, SphereCloud, TriangleMesh},
     simd::{Level, at_level},
@@ -30,21 +30,20 @@ struct At<'a> {
     level: Level,
     scene: &'a Scene,
     /// `None`: brute force.
-    bvh: Option<&'a BinaryBvh>,
-    stack: Stack,
+    bvh: Option<OverScene<'a>>,
 }
 
 impl Intersect for At<'_> {
     fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
-        match self.bvh {
-            Some(bvh) => bvh::closest_hit_at(self.level, bvh, &mut self.stack, ray, None),
+        match &mut self.bvh {
+            Some(bvh) => bvh.closest_hit(ray),
             None => at_level!(self.level, |simd| brute::closest(simd, self.scene, ray)),
         }
     }
 
     fn occluded(&mut self, ray: &Ray) -> bool {
-        match self.bvh {
-            Some(bvh) => bvh::occluded_at(self.level, bvh, &mut self.stack, ray, None),
+        match &mut self.bvh {
+            Some(bvh) => bvh.occluded(ray),
             None => at_level!(self.level, |simd| brute::any(simd, self.scene, ray)),
         }
     }
@@ -54,13 +53,8 @@ impl Intersect for At<'_> {
 fn all<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<At<'a>> {
     let mut all = Vec::new();
     for level in Level::all() {
-        for bvh in [None, Some(bvh.binary(scene))] {
-            all.push(At {
-                level,
-                scene,
-                bvh,
-                stack: Stack::default(),
-            });
+        for bvh in [None, Some(OverScene::new(scene, bvh, level))] {
+            all.push(At { level, scene, bvh });
         }
     }
     all
@@ -76,7 +70,7 @@ fn every_level_finds_the_same_hits_at_the_same_cost() {
         let mut all = all(&scene, &bvh);
         let mut stack = cost::Stack::default();
         for ray in Group::random(&mut random, &scene, 100).rays {
-            let expected = all[0].closest_hit(&ray);
+            let (expected, blocked) = (all[0].closest_hit(&ray), all[0].occluded(&ray));
             let (_, expected_cost) = at_level!(Level::PORTABLE, |simd| cost::counted(
                 simd, &scene, &bvh, &mut stack, &ray
             ));
@@ -84,7 +78,7 @@ fn every_level_finds_the_same_hits_at_the_same_cost() {
                 let level = one.level;
                 let what = format!("seed {seed}, {level}, {ray:?}");
                 assert_eq!(bits(&one.closest_hit(&ray)), bits(&expected), "{what}");
-                assert_eq!(one.occluded(&ray), expected.is_hit(), "{what}");
+                assert_eq!(one.occluded(&ray), blocked, "{what}");
                 let (hit, cost) =
                     at_level!(level, |simd| cost::counted(simd, &scene, &bvh, &mut stack, &ray));
                 assert_eq!((bits(&hit), cost), (bits(&expected), expected_cost), "{what}");

@@ -6,55 +6,18 @@ use super::{
     frame::{FrameContext, TileRect},
 };
 use crate::{
-    accel::BinaryBvh,
-    ray::{Ray, SceneHit},
     reference::{
-        self,
-        bvh::{self, Stack},
+        bvh::OverScene,
         shade::{Intersect, Limits, PixelSample, SecondaryRays, radiance_at},
     },
-    scene::Scene,
-    simd::{Level, at_level},
+    simd::at_level,
 };
-
-struct OverBvh<'a> {
-    bvh: &'a BinaryBvh,
-    stack: Stack,
-    level: Level,
-    scene: &'a Scene,
-    /// The scene, if parts of its surfaces are cut out.
-    cut_outs: Option<&'a Scene>,
-}
-
-impl Intersect for OverBvh<'_> {
-    fn closest_hit(&mut self, ray: &Ray) -> SceneHit {
-        let best = bvh::closest_hit_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs);
-        if self.scene.planes().is_empty() {
-            return best;
-        }
-        at_level!(self.level, |simd| reference::closest_plane(
-            simd, self.scene, ray, best
-        ))
-    }
-
-    fn occluded(&mut self, ray: &Ray) -> bool {
-        let scene = self.scene;
-        !scene.planes().is_empty() && at_level!(self.level, |simd| reference::planes_block(simd, scene, ray))
-            || bvh::occluded_at(self.level, self.bvh, &mut self.stack, ray, self.cut_outs)
-    }
-}
 
 /// Renders a tile into `band`, the rows of the film from `rect.y` on.
 pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, band: &mut [P]) -> RayCounts {
     let mut tile = ScalarTile {
         context,
-        intersect: OverBvh {
-            bvh: context.bvh.binary(context.scene),
-            stack: Stack::default(),
-            level: context.settings.level,
-            scene: context.scene,
-            cut_outs: context.scene.has_cut_outs().then_some(context.scene),
-        },
+        intersect: OverScene::new(context.scene, context.bvh, context.settings.level),
         transparent: P::HAS_ALPHA,
         camera_rays: 0,
         rays: SecondaryRays::default(),
@@ -74,7 +37,7 @@ pub(super) fn render_tile<P: Pixel>(context: &FrameContext<'_>, rect: TileRect, 
 
 struct ScalarTile<'a> {
     context: &'a FrameContext<'a>,
-    intersect: OverBvh<'a>,
+    intersect: OverScene<'a>,
     /// Whether pixels have an opacity.
     transparent: bool,
     camera_rays: u64,

@@ -85,9 +85,14 @@ impl Scene {
         self.is_less_opaque(id, weights, STOPS_LIGHT)
     }
 
-    fn is_less_opaque(&self, id: PrimitiveId, weights: [f32; 2], limit: f32) -> bool {
+    /// Returns whether some rays may pass through a primitive.
+    pub(crate) fn lets_rays_pass(&self, id: PrimitiveId) -> bool {
         let textures = self.textures_of(id);
-        if !textures.is_some_and(SurfaceTextures::lets_rays_pass) {
+        textures.is_some_and(SurfaceTextures::lets_rays_pass)
+    }
+
+    fn is_less_opaque(&self, id: PrimitiveId, weights: [f32; 2], limit: f32) -> bool {
+        if !self.lets_rays_pass(id) {
             return false;
         }
         let Some((textures, triangle)) = self.found(id) else {

@@ -15,6 +15,8 @@ pub struct Counts {
     pub rays: u64,
     /// Rays that hit something before their end.
     pub hits: u64,
+    /// Rays that are occluded: all that hit something, unless surfaces let light pass.
+    pub blocked: u64,
     /// The counts of each implementation under test, from its own results.
     pub implementations: Vec<ImplementationCounts>,
 }
@@ -37,6 +39,7 @@ impl Counts {
     pub fn add(&mut self, other: &Self) {
         self.rays += other.rays;
         self.hits += other.hits;
+        self.blocked += other.blocked;
         for theirs in &other.implementations {
             match self
                 .implementations
@@ -115,10 +118,11 @@ pub fn check_equivalence(
         expected.clear();
         expected.extend(group.rays.iter().map(|ray| {
             let hit = shapes.closest_hit(ray);
-            // A hit lies before the ray's end, so this is what `brute::occluded` returns.
+            // Where surfaces are whole, a hit before the ray's end is what occludes it.
+            let is_blocked = hit.is_hit() && (!scene.has_cut_outs() || shapes.occluded(ray));
             Found {
                 hit,
-                blocked: hit.is_hit(),
+                blocked: is_blocked,
             }
         }));
         for ((implementation, found), counts) in implementations
@@ -146,7 +150,8 @@ pub fn check_equivalence(
             }));
         }
         counts.rays += group.rays.len() as u64;
-        counts.hits += expected.iter().filter(|found| found.blocked).count() as u64;
+        counts.hits += expected.iter().filter(|found| found.hit.is_hit()).count() as u64;
+        counts.blocked += expected.iter().filter(|found| found.blocked).count() as u64;
     }
     Ok(())
 }

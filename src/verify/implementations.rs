@@ -2,10 +2,10 @@
 
 use super::Group;
 use crate::{
-    accel::{BinaryBvh, Bvh},
+    accel::Bvh,
     lanes::{F32x8, LANES},
     ray::{HitPacket, SceneHit},
-    reference::bvh::{self, Stack},
+    reference::{bvh::OverScene, shade::Intersect},
     scene::Scene,
     simd::Level,
     trace::{Method, Tracer},
@@ -47,8 +47,7 @@ pub type Implementations = dyn for<'a> Fn(&'a Scene, &'a Bvh) -> Vec<Box<dyn Imp
 #[must_use]
 pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implementation + 'a>> {
     let mut all: Vec<Box<dyn Implementation + 'a>> = vec![Box::new(Scalar {
-        bvh: bvh.binary(scene),
-        stack: Stack::default(),
+        scene: OverScene::new(scene, bvh, Level::current()),
     })];
     let methods = [
         ("adaptive", Method::Adaptive),
@@ -59,9 +58,7 @@ pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implem
         for (name, method) in methods {
             all.push(Box::new(Kernel {
                 name: format!("{name}, {level}"),
-                tracer: Tracer::with_method(bvh, method)
-                    .at_level(level)
-                    .with_instances(scene),
+                tracer: Tracer::with_method(bvh, method).at_level(level).of_scene(scene),
                 hits: Vec::new(),
                 blocked: Vec::new(),
             }));
@@ -72,8 +69,7 @@ pub fn implementations<'a>(scene: &'a Scene, bvh: &'a Bvh) -> Vec<Box<dyn Implem
 
 /// The scalar baseline.
 struct Scalar<'a> {
-    bvh: &'a BinaryBvh,
-    stack: Stack,
+    scene: OverScene<'a>,
 }
 
 impl Implementation for Scalar<'_> {
@@ -84,8 +80,8 @@ impl Implementation for Scalar<'_> {
     fn trace(&mut self, group: &Group, found: &mut Vec<Found>) {
         found.clear();
         found.extend(group.rays.iter().map(|ray| Found {
-            hit: bvh::closest_hit(self.bvh, &mut self.stack, ray),
-            blocked: bvh::occluded(self.bvh, &mut self.stack, ray),
+            hit: self.scene.closest_hit(ray),
+            blocked: self.scene.occluded(ray),
         }));
     }
 }

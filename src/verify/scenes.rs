@@ -1,12 +1,15 @@
 //! Scenes of the kinds that break ray tracers: triangles that are slivers, huge, tiny, coplanar, duplicated or
 //! axis-aligned, and surfaces of shared edges; also very small, very large or far from the origin, with and without
-//! colours, and as instances.
+//! colours, cut out in parts, half-transparent, beside infinite planes, and as instances.
 
 use super::Random;
 use crate::{
     error::SceneError,
     generate::{Kind, Options, generate},
-    scene::{MaterialId, Scene, SceneBuilder, SphereCloud, Transform, TriangleMesh},
+    scene::{
+        CutOut, Image, Material, MaterialId, Opacity, Scene, SceneBuilder, SphereCloud, SurfaceTextures,
+        Texture, Transform, TriangleMesh, Wrap,
+    },
 };
 use glam::{DVec3, Mat3, Vec3};
 
@@ -125,6 +128,7 @@ fn colors(random: &mut Random, count: usize) -> Vec<[f32; 3]> {
 fn soup(random: &mut Random, placement: &Placement, count: usize, size: f32) -> Result<Scene, SceneError> {
     let mut builder = SceneBuilder::new();
     add_soup(&mut builder, random, placement, count, size)?;
+    add_planes(&mut builder, random, placement)?;
     Ok(builder.finish())
 }
 
@@ -157,9 +161,75 @@ fn add_soup(
     let indices = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]);
     let mut mesh = mesh(&corners, indices.collect());
     mesh.colors = colors(random, corners.len());
-    builder.add_mesh(mesh, MaterialId(0))?;
+    let (material, has_image) = material(random, builder)?;
+    if has_image {
+        mesh.uvs = texture_coordinates(random, corners.len());
+    }
+    builder.add_mesh(mesh, material)?;
     spheres.colors = colors(random, spheres.radius.len());
-    builder.add_spheres(spheres, MaterialId(0))
+    builder.add_spheres(spheres, material)
+}
+
+/// Returns a material, and whether it has an image: in a third of the calls one that is cut out in parts, or through which
+/// one sees, in part.
+fn material(random: &mut Random, builder: &mut SceneBuilder) -> Result<(MaterialId, bool), SceneError> {
+    if !random.one_in(3) {
+        return Ok((MaterialId(0), false));
+    }
+    let texels = (0..16).map(|_| {
+        [
+            255,
+            0,
+            random.pick(&[0, 255]),
+            random.pick(&[0, 1, 127, 128, 255]),
+        ]
+    });
+    let image = builder.add_image(Image::new([4, 4], texels.collect())?)?;
+    let texture = Texture {
+        image,
+        wrap: [(); 2].map(|()| random.pick(&[Wrap::Repeat, Wrap::Mirror, Wrap::Clamp])),
+        nearest: random.one_in(2),
+    };
+    let cut_out = CutOut {
+        texture,
+        channel: random.pick(&[2, 3]),
+        limit: random.pick(&[0.5, 0.5, 0.01, 1.0]),
+    };
+    let factor = random.pick(&[0.0, 0.4, 0.5, 1.0]);
+    let textures = SurfaceTextures {
+        cut_out: random.one_in(2).then_some(cut_out),
+        opacity: Opacity::new(factor, random.one_in(2).then_some(texture)),
+        ..SurfaceTextures::default()
+    };
+    let material = builder.add_textured_material(Material::Matte { color: [0.8; 3] }, textures)?;
+    Ok((material, true))
+}
+
+/// Returns texture coordinates of `count` vertices.
+fn texture_coordinates(random: &mut Random, count: usize) -> Vec<[f32; 2]> {
+    let mut one = || [(); 2].map(|()| random.pick(&[0.0, 0.25, 1.0, 3.7]) * random.signed());
+    (0..count).map(|_| one()).collect()
+}
+
+/// Adds up to two planes to a fifth of the scenes.
+fn add_planes(
+    builder: &mut SceneBuilder,
+    random: &mut Random,
+    placement: &Placement,
+) -> Result<(), SceneError> {
+    if !random.one_in(5) {
+        return Ok(());
+    }
+    for _ in 0..=random.below(2) {
+        let normal = if random.one_in(2) {
+            Vec3::Z
+        } else {
+            random.in_cube()
+        };
+        let (material, _) = material(random, builder)?;
+        builder.add_plane(placement.apply(point(random)), normal, material)?;
+    }
+    Ok(())
 }
 
 /// Returns a placement of an instance: turned, of any size, mirrored, stretched, and sometimes like the one before.
@@ -209,6 +279,7 @@ fn instanced(random: &mut Random, placement: &Placement, count: usize) -> Result
             Err(error) => return Err(error),
         }
     }
+    add_planes(&mut builder, random, placement)?;
     Ok(builder.finish())
 }
 
@@ -248,7 +319,12 @@ fn surface(random: &mut Random, placement: &Placement, count: usize) -> Result<S
     let mut builder = SceneBuilder::new();
     let mut mesh = mesh(&corners, triangles);
     mesh.colors = colors(random, corners.len());
-    builder.add_mesh(mesh, MaterialId(0))?;
+    let (material, has_image) = material(random, &mut builder)?;
+    if has_image {
+        mesh.uvs = texture_coordinates(random, corners.len());
+    }
+    builder.add_mesh(mesh, material)?;
+    add_planes(&mut builder, random, placement)?;
     Ok(builder.finish())
 }
 

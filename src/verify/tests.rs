@@ -52,7 +52,7 @@ fn any_number_of_threads_traces_the_same_scenes() {
     for implementation in &all.implementations {
         assert_eq!(
             (implementation.rays, implementation.hits, implementation.blocked),
-            (all.rays, all.hits, all.hits)
+            (all.rays, all.hits, all.blocked)
         );
     }
 }

@@ -7,11 +7,11 @@ use super::{
     timeline::Model,
 };
 use crate::{
-    accel::BinaryBvh,
     heat::heat,
     ray::{Ray, SceneHit, T_MAX},
     reference::{
-        brute, bvh, closest_plane,
+        brute,
+        bvh::OverScene,
         cost::{self, Stack},
         shade::{Intersect, PixelSample, SecondaryRays, radiance, shading_normal},
     },
@@ -43,7 +43,6 @@ struct Scratch<'a> {
     first_hits: FirstHits<'a>,
     sums: Vec<[f32; 3]>,
     todo: Stack,
-    bvh_stack: bvh::Stack,
 }
 
 /// Renders into `film`, which has the size of the settings.
@@ -121,7 +120,6 @@ impl<'a> Scratch<'a> {
             first_hits: FirstHits::new(model, level),
             sums: Vec::new(),
             todo: Stack::default(),
-            bvh_stack: bvh::Stack::default(),
         }
     }
 
@@ -180,13 +178,10 @@ impl<'a> Scratch<'a> {
                     );
                 }
             } else if settings.mode == Mode::Scalar {
-                let binary: &BinaryBvh = frame.model.bvh.binary(scene);
+                let mut intersect = OverScene::new(scene, &frame.model.bvh, settings.level);
                 for (i, sum) in self.sums.iter_mut().enumerate() {
                     let ray = frame.ray(i, y, sample);
-                    let cut_outs = scene.has_cut_outs().then_some(scene);
-                    let best =
-                        bvh::closest_hit_at(settings.level, binary, &mut self.bvh_stack, &ray, cut_outs);
-                    let hit = at_level!(settings.level, |simd| closest_plane(simd, scene, &ray, best));
+                    let hit = intersect.closest_hit(&ray);
                     add(sum, color((scene, look), &ray, &hit, 0, frame.rays.cone()));
                 }
             } else {

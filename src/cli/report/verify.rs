@@ -30,7 +30,7 @@ pub fn text(settings: &Settings, outcome: &Outcome, took: Duration, stopped: boo
         grouped(done.large_scenes)
     );
     let _ = writeln!(text, "{:24}{:>18}{:>18}{:>18}", "", "rays", "hits", "occluded");
-    let brute = ("brute force", counts.rays, counts.hits, counts.hits);
+    let brute = ("brute force", counts.rays, counts.hits, counts.blocked);
     let others = counts
         .implementations
         .iter()
