@@ -26,8 +26,10 @@ use std::{
 
 /// Rays between two looks at whether the call was cancelled: some milliseconds of work.
 const BATCH: usize = 1 << 18;
-/// The same for points, and for rays of which all hits are found.
+/// The same for points.
 const SMALL_BATCH: usize = 1 << 14;
+/// The same for rays of which all hits are found.
+const ALL_HITS_BATCH: usize = 1 << 16;
 /// Calls with fewer rays or points end before anybody could press Ctrl-C.
 const FEW: usize = 1 << 14;
 
@@ -349,7 +351,7 @@ impl Mesh {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
         let limit = max_hits.unwrap_or(usize::MAX);
         let nothing = (Vec::new(), Vec::new(), Vec::new());
-        let found = self.of_rays(py, &rays, SMALL_BATCH, nothing, |geometry, rays, range, to| {
+        let found = self.of_rays(py, &rays, ALL_HITS_BATCH, nothing, |geometry, rays, range, to| {
             let all = if crossings {
                 geometry.crossings_each(rays)
             } else {
@@ -399,18 +401,28 @@ impl Mesh {
         if !fits {
             return Err(PyValueError::new_err("the arrays differ in length"));
         }
-        let surface = |geometry: &Geometry, i: usize| {
+        let asked = |geometry: &Geometry, i: usize| {
             let (ray, id) = (ray.map_or(i, |ray| ray[i] as usize), triangle[i] as usize);
             if ray >= rays || id >= geometry.triangle_count() {
-                return ([f64::NAN; 3], [f64::NAN; 3]);
+                return None;
             }
             let hit = Hit {
                 primitive: PrimitiveId(id as u32),
                 ..Hit::miss(t[i])
             };
             let origin = origins.get(if origins.len() == 1 { 0 } else { ray });
-            let found = geometry.surface(origin, directions.get(ray), &hit);
-            (found.position.to_array(), found.normal.to_array())
+            Some((origin, directions.get(ray), hit))
+        };
+        let surface = |geometry: &Geometry, i: usize| {
+            asked(geometry, i).map_or(([f64::NAN; 3], [f64::NAN; 3]), |(origin, direction, hit)| {
+                let found = geometry.surface(origin, direction, &hit);
+                (found.position.to_array(), found.normal.to_array())
+            })
+        };
+        let position = |geometry: &Geometry, i: usize| {
+            asked(geometry, i).map_or([f64::NAN; 3], |(origin, direction, hit)| {
+                geometry.position(origin, direction, &hit).to_array()
+            })
         };
         let found = self.run(py, count, |geometry, cancelled| {
             let mut found = (Vec::new(), Vec::new());
@@ -419,7 +431,7 @@ impl Mesh {
                 if with_normals {
                     found.par_extend(part.map(|i| surface(geometry, i)));
                 } else {
-                    found.0.par_extend(part.map(|i| surface(geometry, i).0));
+                    found.0.par_extend(part.map(|i| position(geometry, i)));
                 }
                 Ok(())
             })

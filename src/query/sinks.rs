@@ -115,6 +115,9 @@ pub(super) fn in_order(a: &Hit, b: &Hit) -> Ordering {
     a.t.total_cmp(&b.t).then(a.primitive.cmp(&b.primitive))
 }
 
+/// With a limit of this many hits or more, hardly any ray meets it.
+const UNORDERED: usize = 16;
+
 /// All hits, or the nearest ones up to a limit.
 pub(super) struct All<'a> {
     ray: UnitRay,
@@ -190,6 +193,10 @@ impl HitSink for All<'_> {
         self.end
     }
     #[inline(always)]
+    fn in_order(&self) -> bool {
+        self.limit < UNORDERED
+    }
+    #[inline(always)]
     fn take(&mut self, found: Found) {
         if found.t <= self.ray.start || found.t >= self.ray.ray.t_max {
             return;
@@ -246,6 +253,11 @@ fn with_repeats(repeats: &[[PrimitiveId; 2]], hit: Hit, mut add: impl FnMut(Hit)
 
 impl HitSink for Crossings<'_> {
     const WANTS_UNSURE: bool = true;
+
+    #[inline(always)]
+    fn in_order(&self) -> bool {
+        false
+    }
 
     #[inline(always)]
     fn end(&self) -> f32 {

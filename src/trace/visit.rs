@@ -46,6 +46,10 @@ pub(crate) trait HitSink {
     const WANTS_UNSURE: bool = false;
     /// The ray's end: hits beyond it are not wanted.
     fn end(&self) -> f32;
+    /// Whether hits come nearer ones first, as far as is known, since a hit brings the end nearer.
+    fn in_order(&self) -> bool {
+        true
+    }
     /// Takes a hit.
     fn take(&mut self, found: Found);
     /// Takes a triangle, hit or not, that the line passes within a padded box and an edge nearer than `f32` can tell. It
@@ -55,6 +59,9 @@ pub(crate) trait HitSink {
 
 /// What is yet to visit: a lower bound on where the ray enters it, and a node or leaf.
 type Stack = Vec<(f32, Child)>;
+
+/// Nodes and leaves that [`visit_all`] has asked for at a time.
+const QUEUE: usize = 64;
 
 thread_local! {
     /// Kept from ray to ray.
@@ -95,6 +102,9 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
     let single = SingleRay::of(ray);
     let places = bvh.places(blocks);
     let mut child = bvh.root();
+    if !sink.in_order() {
+        return visit_all(simd, bvh, (blocks, &places), &single, sink, stack);
+    }
     loop {
         if child.is_inner() {
             let node = &bvh.nodes()[child.index()];
@@ -102,10 +112,8 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
                 child = nearest;
                 continue;
             }
-        } else if child.is_triangles() {
-            triangles::<_, B, K>(simd, &single, &blocks.triangles[child.index()], child, sink);
         } else {
-            spheres(simd, &single, &blocks.spheres[child.index()], child, sink);
+            leaf(simd, &single, &blocks, child, sink);
         }
         child = loop {
             let Some((near, next)) = stack.pop() else { return };
@@ -113,6 +121,64 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
                 break next;
             }
         };
+    }
+}
+
+/// In no order, so that what is asked for comes from memory while others are visited: level by level, with a queue. What
+/// the queue cannot hold goes on the stack.
+// Tuned: see docs/lab-notes.md#all-hits
+#[inline(always)]
+fn visit_all<S: Simd, B: TriangleLeaf, K: HitSink>(
+    simd: S,
+    bvh: &Bvh,
+    (blocks, places): (LeafBlocks<'_, B>, &Places<B>),
+    ray: &SingleRay,
+    sink: &mut K,
+    stack: &mut Stack,
+) {
+    let mut queue = [bvh.root(); QUEUE];
+    let (mut first, mut end) = (0_usize, 1_usize);
+    loop {
+        let child = if first < end {
+            first += 1;
+            queue[(first - 1) % QUEUE]
+        } else if let Some((_, child)) = stack.pop() {
+            child
+        } else {
+            return;
+        };
+        if !child.is_inner() {
+            leaf(simd, ray, &blocks, child, sink);
+            continue;
+        }
+        let node = &bvh.nodes()[child.index()];
+        let (entered, _) = ray.enter(simd, node, sink.end());
+        for lane in bits(entered) {
+            let child = node.child[lane % LANES];
+            places.prefetch(child);
+            if end - first < QUEUE {
+                queue[end % QUEUE] = child;
+                end += 1;
+            } else {
+                stack.push((0.0, child));
+            }
+        }
+    }
+}
+
+/// Hands the hits in a leaf block to the sink.
+#[inline(always)]
+fn leaf<S: Simd, B: TriangleLeaf, K: HitSink>(
+    simd: S,
+    ray: &SingleRay,
+    blocks: &LeafBlocks<'_, B>,
+    child: Child,
+    sink: &mut K,
+) {
+    if child.is_triangles() {
+        triangles::<_, B, K>(simd, ray, &blocks.triangles[child.index()], child, sink);
+    } else {
+        spheres(simd, ray, &blocks.spheres[child.index()], child, sink);
     }
 }
 
