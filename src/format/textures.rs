@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, clip, clip_path},
-    scene::{CutOut, Image, MAX_TEXTURES, Opacity, SurfaceTextures, Texture},
+    scene::{CutOut, Image, MAX_TEXTURES, SurfaceTextures, Texture},
 };
 use std::{
     collections::HashMap,
@@ -160,7 +160,7 @@ pub(super) fn untextured(surface: &Surface) -> Surface {
     let opacity = surface.textures.opacity;
     surface.textures = SurfaceTextures {
         emission,
-        opacity: opacity.and_then(|opacity| Opacity::new(opacity.factor, None)),
+        opacity: opacity.and_then(|opacity| opacity.with_map(None)),
         ..SurfaceTextures::NONE
     };
     surface
@@ -277,7 +277,7 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
     all.opacity = all.opacity.and_then(|opacity| {
         let map = opacity.map.and_then(number);
         let has_alpha = |map: &Texture| images.get(map.image as usize).is_some_and(Image::has_alpha);
-        Opacity::new(opacity.factor, map.filter(has_alpha))
+        opacity.with_map(map.filter(has_alpha))
     });
     all.cut_out = all.cut_out.and_then(|cut_out| {
         let texture = number(cut_out.texture)?;

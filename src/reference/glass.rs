@@ -3,6 +3,7 @@
 use super::{
     shade::{
         Draw, Intersect, Limits, PixelSample, SURFACE_OFFSET, SecondaryRays, Surface, add, mirrored, scatter,
+        tinted,
     },
     surface::surface,
 };
@@ -38,6 +39,8 @@ struct Branch {
     layers: u32,
     /// Whether it went straight on from the camera.
     is_straight: bool,
+    /// The factor of its opacity in that of its parent, if it goes straight on.
+    share: f32,
     color: [f32; 3],
     alpha: f32,
 }
@@ -62,6 +65,7 @@ pub(super) fn radiance<S: Simd>(
         travelled: 0.0,
         layers: 0,
         is_straight: true,
+        share: 1.0,
         color: [0.0; 3],
         alpha: 0.0,
     }];
@@ -75,6 +79,7 @@ pub(super) fn radiance<S: Simd>(
             parent,
             factor,
             is_straight,
+            share,
             color,
             alpha,
             ..
@@ -84,7 +89,7 @@ pub(super) fn radiance<S: Simd>(
         }
         if is_straight {
             let sum = &mut branches[parent].alpha;
-            *sum = simd.mul_add(factor[0], alpha, *sum);
+            *sum = simd.mul_add(share, alpha, *sum);
         }
     }
     let Branch { color, alpha, .. } = branches[0];
@@ -152,10 +157,19 @@ fn shade<S: Simd>(
     }
     if opacity < 1.0 {
         let surface = surface(simd, scene, &parent.ray, &hit);
+        let textures = scene.textures_of(hit.primitive);
+        let is_tinted = textures
+            .and_then(|textures| textures.opacity)
+            .is_some_and(|all| all.is_tinted);
+        let tint = if is_tinted {
+            tinted(simd, scene, &parent.ray, &hit, at.2).0.base_color()
+        } else {
+            [1.0; 3]
+        };
         pass(
             simd,
             scene,
-            (&surface, opacity),
+            (&surface, opacity, tint),
             shows_nothing,
             (&parent, i),
             branches,
@@ -168,27 +182,30 @@ fn shade<S: Simd>(
 fn pass<S: Simd>(
     simd: S,
     scene: &Scene,
-    (s, opacity): (&Surface, f32),
+    (s, opacity, tint): (&Surface, f32, [f32; 3]),
     shows_nothing: bool,
     (parent, i): (&Branch, usize),
     branches: &mut Vec<Branch>,
 ) {
     let share = 1.0 - opacity;
-    let weight = parent.weight.map(|weight| share * weight);
+    let factor = tint.map(|tint| share * tint);
+    let weight: [f32; 3] = std::array::from_fn(|c| factor[c] * parent.weight[c]);
     let direction = parent.ray.direction;
     if max(max(weight[0], weight[1]), weight[2]) >= MIN_WEIGHT {
         let offset = -(s.magnitude * SURFACE_OFFSET);
         branches.push(Branch {
             ray: Ray::new(simd.mul_add3(s.geometric_normal, offset, s.point), direction),
-            factor: [share; 3],
+            factor,
             weight,
             layers: parent.layers + 1,
             is_straight: parent.is_straight,
+            share,
             ..child(parent, i)
         });
     } else if !shows_nothing {
         let background = scene.background_color(simd, direction);
-        add(simd, &mut branches[i].color, share, background);
+        let color = std::array::from_fn(|c| background[c] * tint[c]);
+        add(simd, &mut branches[i].color, share, color);
     }
 }
 

@@ -356,7 +356,7 @@ impl Light {
 /// Returns the material at a hit, with its base colour times that of the vertices or the sphere and that of the texture,
 /// and the light that it emits; `width` is that of the ray's cone.
 #[inline(always)]
-fn tinted<S: Simd>(
+pub(super) fn tinted<S: Simd>(
     simd: S,
     scene: &Scene,
     ray: &Ray,

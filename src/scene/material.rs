@@ -69,6 +69,12 @@ impl Material {
         }
     }
 
+    /// Returns the colour that textures multiply; the tint of glass.
+    #[inline]
+    pub(crate) fn base_color(mut self) -> [f32; 3] {
+        *self.base_color_mut()
+    }
+
     /// The four materials of a classic `.scn`, by their number there.
     pub const CLASSIC: [Self; 4] = [
         Self::Silhouette {

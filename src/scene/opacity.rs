@@ -16,13 +16,26 @@ pub struct Opacity {
     pub factor: f32,
     /// The image whose alpha multiplies it, on triangles; mipmaps are not used.
     pub map: Option<Texture>,
+    /// Whether light from behind is multiplied by the base colour, with its textures: coloured glass instead of gauze.
+    pub is_tinted: bool,
 }
 
 impl Opacity {
     /// Returns that of a factor and an image; `None` if they leave the surface opaque.
     #[must_use]
     pub fn new(factor: f32, map: Option<Texture>) -> Option<Self> {
-        (factor < 1.0 || map.is_some()).then_some(Self { factor, map })
+        (factor < 1.0 || map.is_some()).then_some(Self {
+            factor,
+            map,
+            is_tinted: false,
+        })
+    }
+
+    /// Returns the same with another image; `None` if the surface is opaque then.
+    #[must_use]
+    pub(crate) fn with_map(self, map: Option<Texture>) -> Option<Self> {
+        let is_tinted = self.is_tinted;
+        Self::new(self.factor, map).map(|opacity| Self { is_tinted, ..opacity })
     }
 
     /// Refuses a factor out of range.
@@ -76,13 +89,14 @@ impl Scene {
     /// Returns whether there is no surface, neither for camera nor for other rays.
     #[must_use]
     pub fn is_cut_out(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
-        self.is_less_opaque(id, weights, LEAST)
+        // What is tinted is seen by its tint.
+        self.is_less_opaque(id, weights, |opacity| if opacity.is_tinted { 0.0 } else { LEAST })
     }
 
     /// Returns whether there is no surface for rays to lights, of ambient light and to the environment.
     #[must_use]
     pub fn lets_light_pass(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
-        self.is_less_opaque(id, weights, STOPS_LIGHT)
+        self.is_less_opaque(id, weights, |_| STOPS_LIGHT)
     }
 
     /// Returns whether some rays may pass through a primitive.
@@ -91,14 +105,14 @@ impl Scene {
         textures.is_some_and(SurfaceTextures::lets_rays_pass)
     }
 
-    fn is_less_opaque(&self, id: PrimitiveId, weights: [f32; 2], limit: f32) -> bool {
+    fn is_less_opaque(&self, id: PrimitiveId, weights: [f32; 2], limit: impl Fn(&Opacity) -> f32) -> bool {
         if !self.lets_rays_pass(id) {
             return false;
         }
         let Some((textures, triangle)) = self.found(id) else {
             return false;
         };
-        let passes = |opacity: Opacity| opacity.at(self, triangle, weights) < limit;
+        let passes = |opacity: Opacity| opacity.at(self, triangle, weights) < limit(&opacity);
         let is_cut = triangle.is_some_and(|i| self.cuts_out(textures, i, weights));
         is_cut || textures.opacity.is_some_and(passes)
     }

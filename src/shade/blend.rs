@@ -47,12 +47,12 @@ pub(super) fn weigh(
 }
 
 /// Queues the rays that go on behind one material's points; those of little weight add the background, unless that is
-/// `transparent`.
+/// `transparent`. They are multiplied by `base`, the material's base colour, with its tints.
 #[inline(always)]
 pub(super) fn pass<S: Simd>(
     simd: S,
     scene: &Scene,
-    points: Points<'_>,
+    (points, base): (Points<'_>, Option<[f32; 3]>),
     rays: &RayQueue,
     transparent: bool,
     colors: &mut TileColors,
@@ -61,14 +61,27 @@ pub(super) fn pass<S: Simd>(
     for (i, s) in points.surfaces.iter().enumerate() {
         let share = simd.splat(1.0) - simd.load(&s.weight);
         let from = Branch8::gather(rays, &s.pixel);
-        let weight = from.weight.map(|weight| share * simd.load(&weight));
+        let mut tint = base.unwrap_or([1.0; 3]).map(|channel| simd.splat(channel));
+        if let (Some(_), Some(own)) = (base, points.tints.get(i)) {
+            for (tint, own) in tint.iter_mut().zip(own) {
+                *tint = *tint * simd.load(own);
+            }
+        }
+        let factor = tint.map(|tint| share * tint);
+        let mut weight = factor;
+        for (weight, from) in weight.iter_mut().zip(&from.weight) {
+            *weight = *weight * simd.load(from);
+        }
         let largest = weight[0].max(weight[1]).max(weight[2]);
         let passing = s.active & share.gt(simd.splat(0.0)).bits();
         let traced = passing & largest.ge(simd.splat(MIN_WEIGHT)).bits();
         let shows_nothing = if transparent { from.straight } else { 0 };
         let rest = passing & !traced & !shows_nothing;
         if rest != 0 {
-            let color = background(simd, scene, &s.direction);
+            let mut color = background(simd, scene, &s.direction);
+            for (color, tint) in color.iter_mut().zip(tint) {
+                *color = *color * tint;
+            }
             colors.add(simd, rest, &s.pixel, share, color);
         }
         if traced == 0 {
@@ -85,7 +98,7 @@ pub(super) fn pass<S: Simd>(
             next.push_travelled(distance);
         }
         next.branches.push(Branch8 {
-            factor: to8::<S>([share; 3]),
+            factor: to8::<S>(factor),
             weight: to8::<S>(weight),
             layers: from.layers.map(|layers| layers.saturating_add(1)),
             ended: 0,

@@ -157,7 +157,7 @@ impl Depth {
                 ..
             } = &self.rays.branches[p];
             let active = simd.load(&packet.t_max).gt(simd.splat(0.0)).bits() | ended;
-            let (parent, colors) = (self.rays.parent(p), &self.colors.packets[p]);
+            let (parent, colors, share) = (self.rays.parent(p), &self.colors.packets[p], self.rays.share(p));
             for (lane, &parent) in parent.iter().enumerate() {
                 if active >> lane & 1 == 0 {
                     continue;
@@ -172,7 +172,7 @@ impl Depth {
                 {
                     let sum = &mut parents.alpha[parent as usize / LANES];
                     let sum = &mut sum.as_mut_array()[parent as usize % LANES];
-                    *sum = simd.mul_add(factor[0].as_array()[lane], alpha.as_array()[lane], *sum);
+                    *sum = simd.mul_add(share.as_array()[lane], alpha.as_array()[lane], *sum);
                 }
             }
         }

@@ -386,12 +386,13 @@ impl Shader {
             } else if self.next.sets_colors() {
                 glass::branch_mirrored(rays, &mut self.next);
             }
-            if textures.opacity.is_some() {
+            if let Some(opacity) = textures.opacity {
                 let next = &mut self.next;
+                let base = opacity.is_tinted.then(|| material.base_color());
                 at_level!(level, |simd| blend::pass(
                     simd,
                     scene,
-                    points,
+                    (points, base),
                     rays,
                     transparent,
                     colors,

@@ -66,6 +66,51 @@ fn panes_one_behind_the_other() {
     }
 }
 
+/// What is behind a tinted pane is multiplied by its base colour, its image included, even if nothing else is seen of it.
+#[test]
+fn tinted_panes() {
+    for (opacity, transparent) in [(0.0, false), (0.3, false), (0.3, true)] {
+        let (mut builder, _) = under(WHITE, Material::GLASS);
+        let image = Image::new([1, 1], vec![[255, 51, 0, 255]]).unwrap();
+        let base = Texture {
+            image: builder.add_image(image).unwrap(),
+            ..Texture::default()
+        };
+        let tinted = Opacity::new(opacity, None).map(|all| Opacity {
+            is_tinted: true,
+            ..all
+        });
+        let textures = SurfaceTextures {
+            base: Some(base),
+            opacity: tinted,
+            ..SurfaceTextures::NONE
+        };
+        let own = Material::Silhouette {
+            color: [0.5, 0.75, 1.0],
+        };
+        let id = builder.add_textured_material(own, textures).unwrap();
+        surface(&mut builder, 0.0, true, id);
+        surface(&mut builder, -1.0, true, id);
+        let a = f64::from(opacity);
+        let colors = [0.5, 0.75 * 0.2, 0.0];
+        if transparent {
+            // Alpha has no tint.
+            let scene = builder.finish();
+            let camera = Camera::look_at(DVec3::Z * 2.0, DVec3::ZERO, DVec3::Y, 1e-3).unwrap();
+            let [packet, scalar] = [Mode::Packet, Mode::Scalar].map(|mode| coverage(&scene, &camera, mode));
+            assert_eq!(packet, scalar);
+            let [r, .., alpha] = packet[0];
+            assert_near(f64::from(alpha), 1.0 - (1.0 - a) * (1.0 - a), 1e-6);
+            assert_near(f64::from(r), a * 0.5 + (1.0 - a) * 0.5 * a * 0.5, 1e-6);
+            continue;
+        }
+        for (found, own) in below(builder, 1).into_iter().zip(colors) {
+            let through = |behind: f64| a * own + (1.0 - a) * own * behind;
+            assert_near(found, through(through(1.0)), 1e-6);
+        }
+    }
+}
+
 /// 64 panes let light through; the next one is opaque.
 #[test]
 fn a_stack_of_panes_does_not_end_in_black() {

@@ -42,6 +42,8 @@ mod strangers_scene;
 mod textures;
 #[cfg(feature = "threemf")]
 mod threemf;
+#[cfg(feature = "gltf")]
+mod transmission;
 mod watertight;
 
 /// Loads `scenes/NAME.scn`.

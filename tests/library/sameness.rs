@@ -332,6 +332,17 @@ pub fn glass_scene() -> Scene {
     for (number, opacity) in [(0, 0.6), (1, 0.3), (2, 0.8), (3, 0.5), (1, 0.001)] {
         materials.push(see_through(&mut builder, Material::CLASSIC[number], opacity));
     }
+    let tinted = SurfaceTextures {
+        opacity: Opacity::new(0.001, None).map(|all| Opacity {
+            is_tinted: true,
+            ..all
+        }),
+        ..SurfaceTextures::NONE
+    };
+    let colored = Material::Matte {
+        color: [0.9, 0.3, 0.6],
+    };
+    materials.push(builder.add_textured_material(colored, tinted).unwrap());
     for i in 0..60 {
         let at = Vec3::new(random.f32(), random.f32(), random.f32()) * 2.4 - 1.2;
         let material = materials[i % materials.len()];

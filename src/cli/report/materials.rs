@@ -110,7 +110,8 @@ fn textures(scene: &Scene, material: usize) -> Option<String> {
             let of = opacity
                 .map
                 .map(|map| format!(" times alpha of {}", size(map.image)));
-            format!("opacity {}{}", opacity.factor, of.unwrap_or_default())
+            let tinted = if opacity.is_tinted { " tinted" } else { "" };
+            format!("opacity {}{tinted}{}", opacity.factor, of.unwrap_or_default())
         }),
         all.emits().then(|| format!("emission {red} {green} {blue}")),
         all.emission_map

@@ -8,13 +8,16 @@ use gltf::{
 };
 
 /// Extensions that octray reads, or that say nothing beyond what else is listed: textures, animations, lights.
-const NOT_LISTED: [&str; 12] = [
+const NOT_LISTED: [&str; 15] = [
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
+    "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_texture_",

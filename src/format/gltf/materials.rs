@@ -1,5 +1,6 @@
 //! Materials as octray shows them: base colour, highlight, emission, textures and where these are on the mesh.
 
+use super::transmission::Through;
 use crate::{
     format::mesh::Surface,
     math::srgb,
@@ -153,6 +154,13 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
             pbr.metallic_factor(),
         ),
     };
+    let through = Through::of(material);
+    let glass = match through {
+        Through::Body(glass) => Some(glass),
+        _ => None,
+    };
+    // Glass shows neither its base colour nor a texture of it.
+    let info = info.filter(|_| glass.is_none());
     let emissive = material.emissive_texture();
     let base_texture = info.as_ref().and_then(|info| texture(info, webp));
     let emission_map = emissive.as_ref().and_then(|info| texture(info, webp));
@@ -174,20 +182,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         material.emissive_factor().map(display_value)
     };
     let [red, green, blue, alpha] = base;
-    let (limit, opacity) = match material.alpha_mode() {
-        AlphaMode::Opaque => (None, None),
-        // The factor multiplies the texture's alpha.
-        AlphaMode::Mask => {
-            let limit = material.alpha_cutoff().unwrap_or(0.5) / alpha.max(f32::MIN_POSITIVE);
-            (Some(limit), None)
-        }
-        AlphaMode::Blend => (None, Opacity::new(alpha.clamp(0.0, 1.0), base_texture)),
-    };
-    let cut_out = base_texture.zip(limit).map(|(texture, limit)| CutOut {
-        texture,
-        channel: 3,
-        limit: limit.clamp(0.0, f32::MAX),
-    });
+    let (cut_out, opacity) = coverage(material, alpha, base_texture, through);
     let mut diffuse = [red, green, blue].map(display_value);
     if info.is_some() && base_texture.is_none() {
         diffuse = tinted(diffuse, Surface::NEUTRAL.diffuse);
@@ -203,6 +198,7 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         // Blinn-Phong's exponent for the width of a microfacet lobe: Walter et al., EGSR 2007.
         alpha: ((2.0 / roughness.powi(4) - 2.0) as u32).clamp(4, 2000),
         is_unlit: material.unlit(),
+        glass,
         textures: SurfaceTextures {
             base: base_texture,
             checker: None,
@@ -218,6 +214,45 @@ fn shown(material: &gltf::Material<'_>, webp: &[Option<u32>]) -> Shown {
         emission_left_out,
         is_of_another_kind,
     }
+}
+
+/// Where a material is cut out, and how opaque it is.
+fn coverage(
+    material: &gltf::Material<'_>,
+    alpha: f32,
+    base_texture: Option<Texture>,
+    through: Through,
+) -> (Option<CutOut>, Option<Opacity>) {
+    let (limit, opacity) = match material.alpha_mode() {
+        AlphaMode::Opaque => (None, None),
+        // The factor multiplies the texture's alpha.
+        AlphaMode::Mask => {
+            let limit = material.alpha_cutoff().unwrap_or(0.5) / alpha.max(f32::MIN_POSITIVE);
+            (Some(limit), None)
+        }
+        AlphaMode::Blend => (None, Opacity::new(alpha.clamp(0.0, 1.0), base_texture)),
+    };
+    let opacity = match through {
+        Through::Sheet(share) => sheet(opacity, share),
+        _ => opacity,
+    };
+    let cut_out = base_texture.zip(limit).map(|(texture, limit)| CutOut {
+        texture,
+        channel: 3,
+        limit: limit.clamp(0.0, f32::MAX),
+    });
+    (cut_out, opacity)
+}
+
+/// The opacity of a sheet that lets a share of light through.
+fn sheet(coverage: Option<Opacity>, share: f32) -> Option<Opacity> {
+    let (factor, map) = coverage.map_or((1.0, None), |coverage| (coverage.factor, coverage.map));
+    let opacity = Opacity::new(factor * (1.0 - share), map);
+    opacity.map(|opacity| Opacity {
+        // Where the map says that there is nothing, nothing is tinted.
+        is_tinted: map.is_none(),
+        ..opacity
+    })
 }
 
 /// A colour under a texture that is not shown: textures are rarely white.

@@ -1,7 +1,7 @@
 //! glTF 2.0: JSON with its buffers beside or inside it, or one binary file (.glb).
 //!
 //! Reads the triangles, strips and fans, or else the points, of all nodes of the default scene with their transforms, vertex colours, base
-//! colours, roughness, emission and textures of these, punctual lights, and cameras. [`extras`] lists what it does not read.
+//! colours, roughness, transmission, emission and textures of these, punctual lights, and cameras. [`extras`] lists what it does not read.
 //! [`sharing`] decides which meshes that several nodes place are stored once.
 //!
 //! The gltf crate parses the JSON and checks its references. [`buffers`] reads the bytes and checks every access: the
@@ -22,6 +22,7 @@ mod materials;
 mod nodes;
 mod shapes;
 mod sharing;
+mod transmission;
 
 use super::place::BYTE_ORDER_MARK;
 use super::{
@@ -107,6 +108,7 @@ pub(super) fn parse(
         "placement without size",
         "placements without size",
     );
+    transmission::left_out(&document, &mut left_out);
     let count = |is: fn(&Shown) -> bool| materials.iter().filter(|shown| is(shown)).count();
     left_out.count(
         count(|shown| shown.is_of_another_kind),

@@ -102,6 +102,8 @@ pub struct Surface {
     pub alpha: u32,
     /// Whether it is shown as it is, without light.
     pub is_unlit: bool,
+    /// The glass that it bounds, shown instead of its colours; its tint is a display value, too.
+    pub glass: Option<Material>,
     /// Textures, with indices into [`LoadedMesh::images`], and emission, a display value as the other colours.
     pub textures: SurfaceTextures,
 }
@@ -113,6 +115,7 @@ impl Surface {
         specular: [0.12; 3],
         alpha: 24,
         is_unlit: false,
+        glass: None,
         textures: SurfaceTextures::NONE,
     };
 
@@ -122,6 +125,7 @@ impl Surface {
         specular: [0.06; 3],
         alpha: 24,
         is_unlit: false,
+        glass: None,
         textures: SurfaceTextures::NONE,
     };
 
@@ -131,6 +135,7 @@ impl Surface {
         specular: [0.1; 3],
         alpha: 8,
         is_unlit: false,
+        glass: None,
         textures: SurfaceTextures::NONE,
     };
 
@@ -139,9 +144,12 @@ impl Surface {
         if has_colors { Self::WHITE } else { Self::NEUTRAL }
     }
 
-    /// The surface as Blinn-Phong, or as a silhouette if no light falls on it.
+    /// The surface as Blinn-Phong, as a silhouette if no light falls on it, or as glass.
     #[must_use]
     pub fn material(&self) -> Material {
+        if let Some(glass) = self.glass {
+            return glass;
+        }
         if self.is_unlit {
             return Material::Silhouette { color: self.diffuse };
         }

@@ -40,6 +40,9 @@ impl LoadedMesh {
             linear(&mut surface.diffuse);
             linear(&mut surface.specular);
             linear(&mut surface.textures.emission);
+            if let Some(glass) = &mut surface.glass {
+                linear(glass.base_color_mut());
+            }
         }
         for image in &mut self.images {
             image.set_curve(Curve::Srgb);

@@ -196,6 +196,7 @@ impl Reading {
             specular: self.specular.filter(|_| shiny).unwrap_or_default(),
             alpha: (self.exponent as u32).clamp(1, 10_000),
             is_unlit: false,
+            glass: None,
             textures: SurfaceTextures {
                 base: self.base,
                 checker: None,

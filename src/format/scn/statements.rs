@@ -233,17 +233,19 @@ fn read_material<'a>(
 ) -> Result<(Material, SurfaceTextures, Named<'a>), LoadError> {
     let mut material = Material::CLASSIC.get(kind).copied().unwrap_or(Material::GLASS);
     let mut named = Named::new();
-    let (mut other, mut size, mut opacity) = (None, None, None);
+    let (mut other, mut size, mut opacity, mut tinted) = (None, None, None, None);
     let (name, keys): (_, &[&str]) = match material {
-        Material::Silhouette { .. } => ("material silhouette", &["cd", "opacity"]),
-        Material::Matte { .. } => ("material matte", &["cd", "opacity", "checker", "size"]),
+        Material::Silhouette { .. } => ("material silhouette", &["cd", "opacity", "tinted"]),
+        Material::Matte { .. } => ("material matte", &["cd", "opacity", "tinted", "checker", "size"]),
         Material::BlinnPhong { .. } => (
             "material blinn_phong",
-            &["cd", "cs", "kd", "ks", "alpha", "opacity", "checker", "size"],
+            &[
+                "cd", "cs", "kd", "ks", "alpha", "opacity", "tinted", "checker", "size",
+            ],
         ),
         Material::Reflection { .. } => (
             "material reflection",
-            &["cd", "mix", "opacity", "checker", "size"],
+            &["cd", "mix", "opacity", "tinted", "checker", "size"],
         ),
         Material::Glass { .. } => ("material glass", &["ior", "tint", "depth"]),
     };
@@ -262,6 +264,10 @@ fn read_material<'a>(
             }
             continue;
         }
+        if key == "tinted" {
+            tinted = Some(word);
+            continue;
+        }
         let [value] = arguments.take(word, &format!("{key} number"))?;
         if key == "size" {
             size = Some((arguments.number(value, key)?, value));
@@ -269,7 +275,7 @@ fn read_material<'a>(
             continue;
         }
         if key == "opacity" {
-            opacity = Opacity::new(arguments.share(value, key)?, None);
+            opacity = Some(arguments.share(value, key)?);
             continue;
         }
         match &mut material {
@@ -288,10 +294,27 @@ fn read_material<'a>(
     }
     let textures = SurfaceTextures {
         checker: checker(arguments, &mut material, other, size)?,
-        opacity,
+        opacity: see_through(arguments, opacity, tinted)?,
         ..SurfaceTextures::NONE
     };
     Ok((material, textures, named))
+}
+
+/// The opacity of a material; `None` if it is opaque.
+fn see_through(
+    arguments: &Arguments<'_, '_>,
+    factor: Option<f32>,
+    tinted: Option<Word<'_>>,
+) -> Result<Option<Opacity>, LoadError> {
+    if let (None, Some(word)) = (factor, tinted) {
+        let message = "`tinted` without `opacity a`, how much of its own colour it shows";
+        return Err(arguments.line.error_at(&word, message));
+    }
+    let opacity = factor.and_then(|factor| Opacity::new(factor, None));
+    Ok(opacity.map(|opacity| Opacity {
+        is_tinted: tinted.is_some(),
+        ..opacity
+    }))
 }
 
 /// The checkerboard of a material and `other`, which takes its colour.

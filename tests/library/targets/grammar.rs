@@ -210,6 +210,9 @@ fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
                 "4",
             ])?);
             keys(u, out, COLORS)?;
+            if out.len().is_multiple_of(5) {
+                out.push_str(" opacity 0.4 tinted");
+            }
         }
         10 => {
             out.push_str("camera");

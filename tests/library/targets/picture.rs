@@ -81,7 +81,10 @@ fn opacity(material: &Material) -> Option<Opacity> {
         | Material::Reflection { color: [r, g, b], .. }
         | Material::BlinnPhong {
             diffuse: [r, g, b], ..
-        } if b > r => Opacity::new(*g, None),
+        } if b > r => Opacity::new(*g, None).map(|opacity| Opacity {
+            is_tinted: *r > 0.2,
+            ..opacity
+        }),
         _ => None,
     }
 }
