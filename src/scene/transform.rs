@@ -1,6 +1,7 @@
 //! Affine transforms of meshes, computed in f64 and rounded once.
 
-use super::{Projection, Step, TriangleMesh, View};
+use super::{Light, LightShape, Projection, Spot, Step, TriangleMesh, View};
+use crate::error::SceneError;
 use glam::{DMat3, DVec3, Vec3};
 
 /// An affine transform `linear * p + offset`.
@@ -84,6 +85,36 @@ impl Transform {
     #[must_use]
     pub fn point(&self, point: Vec3) -> Vec3 {
         (self.linear * point.as_dvec3() + self.offset).as_vec3()
+    }
+
+    /// Returns the place of a light's position, and its direction, of a new length; intensity, falloff and size stay.
+    ///
+    /// # Errors
+    /// [`SceneError::NotPositive`] if nothing is left of the direction.
+    pub(crate) fn light(&self, light: &Light) -> Result<Light, SceneError> {
+        let mut placed = *light;
+        match &mut placed.shape {
+            LightShape::Point { position: at }
+            | LightShape::Sphere { center: at, .. }
+            | LightShape::Rectangle { center: at, .. } => *at = self.point(*at),
+            LightShape::Directional { to_light, .. } => {
+                let turned = LightShape::directional(self.linear * to_light.as_dvec3(), 0.0)?;
+                if let LightShape::Directional { to_light: turned, .. } = turned {
+                    *to_light = turned;
+                }
+            }
+        }
+        if let Some(spot) = &mut placed.spot {
+            let [inner, outer] = spot.degrees();
+            *spot = Spot::new(self.linear * spot.direction().as_dvec3(), inner, outer)?;
+        }
+        Ok(placed)
+    }
+
+    /// Returns a sphere of as much volume as the image of a sphere, about the image of its centre.
+    pub(crate) fn sphere(&self, center: DVec3, radius: f64) -> (DVec3, f64) {
+        let scale = libm::cbrt(self.linear.determinant().abs());
+        (self.linear * center + self.offset, radius * scale)
     }
 
     /// Returns whether it takes all triangles to ones without area: onto a line or a point.

@@ -117,7 +117,7 @@ fn every_statement_and_key_has_an_example() {
         assert!(found, "no example of {statement}");
     }
     for key in "scale rotate translate point_size placements cd cs kd ks alpha mix color bottom top eye target up fov ortho aperture focus normal checker size own silhouette matte \
-                blinn_phong reflection glass ior tint depth opacity tinted"
+                blinn_phong reflection glass ior tint depth opacity tinted lights"
         .split_whitespace()
     {
         assert!(examples.split_whitespace().any(|word| word == key), "no example of {key}");

@@ -1,5 +1,5 @@
-//! Light that goes through the surfaces of glTF files: the same pictures as those of the statements of a scene that say the
-//! same.
+//! Light that goes through the surfaces of glTF files, and lights that `mesh` takes from them: the same pictures as those of
+//! the statements of a scene that say the same.
 
 use crate::glass::pixels;
 use octray::{
@@ -142,4 +142,55 @@ fn what_is_left_out_of_transmission() {
     // Metal lets nothing through.
     let metal = transmission("1", r#""metallicFactor":1"#);
     assert_eq!((notes(&metal), surface(&metal).glass), (String::new(), None));
+}
+
+/// A lamp of 40 candela above the body, a sun from +x and a spot that misses.
+fn lamps() -> String {
+    let lights = r#""extensions":{"KHR_lights_punctual":{"lights":[
+        {"type":"point","color":[1,0.5,0.25],"intensity":40},{"type":"directional","intensity":7}]}},"#;
+    let nodes = r#""nodes":[{"mesh":0,"extensions":{"KHR_lights_punctual":{"light":1}}},
+        {"translation":[0,0,3],"extensions":{"KHR_lights_punctual":{"light":0}}}],"#;
+    BODY.replace("JSON", &format!(r#"{lights}{nodes}"materials":[{{}}],"#))
+}
+
+#[test]
+fn lights_of_meshes_in_scenes() {
+    let lamps = lamps();
+    let read = |text: &str| load(text, &lamps).unwrap_or_else(|error| panic!("{}", error.report()));
+    let without = read("mesh body.gltf");
+    assert!(without.lights().is_empty());
+    assert_eq!(
+        without.sources().notes[0],
+        "body.gltf: left out: 2 lights (`mesh` takes them with `lights`)"
+    );
+    // The lamp gives 40/9 in the middle, the sun 7: together 0.8. A mesh twice as large has them twice as far away.
+    for (steps, at, to_light, distance) in [
+        ("", "0 0 3", "0 0 1", 3.0),
+        ("scale 2 rotate 0 1 0 90 translate 0 1 0", "6 1 0", "1 0 0", 6.0),
+    ] {
+        let taken = read(&format!("mesh body.gltf {steps} lights 0.8"));
+        assert!(taken.sources().notes.is_empty(), "{:?}", taken.sources().notes);
+        let lamp = 40.0 / (distance * distance);
+        let [lamp, sun] = [lamp, 7.0].map(|part| (0.8 * part / (lamp + 7.0)) as f32);
+        let stated = read(&format!(
+            "directional_light {to_light} {sun}\nlight {at} {lamp} color 1 0.5 0.25 falloff {distance}\nmesh body.gltf {steps}"
+        ));
+        assert_eq!(taken.lights().len(), 2);
+        for (taken, stated) in taken.lights().iter().zip(stated.lights()) {
+            assert!((taken.intensity / stated.intensity - 1.0).abs() < 1e-6);
+            assert_eq!((taken.color, taken.falloff), (stated.color, stated.falloff));
+            let [taken, stated] = [taken, stated].map(|light| light.shape.direction_from([0.5; 3].into()));
+            assert!(taken.distance(stated) < 1e-6, "{taken} {stated}");
+        }
+    }
+    // Once in each place, and from a copy that is kept.
+    let twice = read(
+        "mesh body.gltf\nmesh body.gltf lights 1\nmesh body.gltf lights 1\nmesh body.gltf translate 9 0 0 lights 1",
+    );
+    assert_eq!(twice.lights().len(), 4);
+    let none = load("mesh body.gltf lights 1", &with_material("{}")).unwrap();
+    assert_eq!(
+        none.sources().notes[0],
+        "body.gltf: `lights`, but the file has none that can be read"
+    );
 }

@@ -3,11 +3,9 @@
 use crate::{
     cli::plan::Style,
     error::SceneError,
-    format::mesh::{LoadedMesh, Surface},
+    format::mesh::{LoadedMesh, Surface, exposed, sphere_around},
     math::Aabb,
-    scene::{
-        Background, Light, MAX_COORDINATE, Material, PlacedMesh, Scene, SceneBuilder, Spot, TriangleMesh,
-    },
+    scene::{Background, MAX_COORDINATE, Material, PlacedMesh, Scene, SceneBuilder, TriangleMesh},
 };
 use glam::{DVec3, Vec3};
 
@@ -42,13 +40,7 @@ impl Rig {
             let reach = Vec3::splat(cloud.radius(&loaded.columns));
             (bounds.lower, bounds.upper) = (bounds.lower - reach, bounds.upper + reach);
         }
-        let center = (bounds.lower.as_dvec3() + bounds.upper.as_dvec3()) * 0.5;
-        let radius = ((bounds.upper.as_dvec3() - bounds.lower.as_dvec3()).length() * 0.5).max(1e-6);
-        let (center, radius) = if bounds.is_empty() {
-            (DVec3::ZERO, 1.0)
-        } else {
-            (center, radius)
-        };
+        let (center, radius) = sphere_around(&bounds);
         let rig = Self {
             center,
             radius,
@@ -122,7 +114,7 @@ pub fn build(loaded: LoadedMesh, stage: &Stage, memory: u64) -> Result<(Scene, O
     let (rig, bounds) = Rig::of(&loaded, stage);
     let mut builder = SceneBuilder::within(memory);
     let own = if stage.own_lights && stage.style == Style::Studio {
-        exposed(&loaded.lights, rig.center, rig.radius)
+        exposed(&loaded.lights, SOFT_LIGHT.1, (rig.center, rig.radius))
     } else {
         Vec::new()
     };
@@ -176,57 +168,6 @@ fn furnished(
         builder.add_mesh(ground(stage.up, bounds, rig.center, rig.radius), material)?;
     }
     Ok(builder.finish())
-}
-
-/// The lights of a file, as bright together at the middle of the mesh as the light of the soft styles: files give physical
-/// units, and a camera would be exposed to them. Empty if they give no light.
-fn exposed(lights: &[Light], center: DVec3, radius: f64) -> Vec<Light> {
-    let arriving = |light: &Light| {
-        let [r, g, b] = light.color;
-        let reaches = light
-            .spot
-            .is_none_or(|spot| reaches(light, &spot, center, radius));
-        let intensity = f64::from(light.intensity * f32::from(reaches)) * f64::from(r.max(g).max(b));
-        let distance = light.shape.position().map(|position| {
-            // A light in the middle would leave the rest dark.
-            position.as_dvec3().distance(center).max(0.5 * radius)
-        });
-        (intensity / distance.map_or(1.0, |d| d * d), distance)
-    };
-    let sum: f64 = lights.iter().map(|light| arriving(light).0).sum();
-    if sum <= 0.0 {
-        return Vec::new();
-    }
-    let one = |light: &Light| {
-        let [r, g, b] = light.color;
-        let (intensity, distance) = arriving(light);
-        let scale = f64::from(SOFT_LIGHT.1) / (sum * f64::from(r.max(g).max(b)));
-        Light {
-            intensity: if intensity > 0.0 {
-                (intensity * scale) as f32
-            } else {
-                0.0
-            },
-            falloff: distance.map(|distance| distance.min(f64::from(MAX_COORDINATE)) as f32),
-            ..*light
-        }
-    };
-    lights.iter().map(one).collect()
-}
-
-/// Whether any of a sphere is in the cone of a light.
-fn reaches(light: &Light, spot: &Spot, center: DVec3, radius: f64) -> bool {
-    let Some(position) = light.shape.position() else {
-        return true;
-    };
-    let to_center = center - position.as_dvec3();
-    let distance = to_center.length();
-    if distance <= radius {
-        return true;
-    }
-    let [_, outer] = spot.degrees().map(f64::from);
-    let off_axis = spot.direction().as_dvec3().angle_between(to_center);
-    off_axis - libm::asin(radius / distance) < outer.to_radians()
 }
 
 /// A square just below the mesh.

@@ -4,11 +4,14 @@
 //! on the format: by the first bytes if they are unmistakable, else by the file's extension.
 
 mod cloud;
+mod lights;
 mod scene;
 mod shared;
 mod up;
 
 pub use cloud::Cloud;
+#[cfg(feature = "cli")]
+pub(crate) use lights::{exposed, sphere_around};
 pub(super) use scene::add_columns;
 pub use shared::{SharedMesh, Sharing};
 pub use up::{UpAxis, UpSource};

@@ -120,7 +120,7 @@ impl Reader<'_> {
     ) -> Result<PrototypeId, LoadError> {
         let (line, material) = (arguments.line, self.material);
         let number = self.meshes.number(self.files.identity(path));
-        let loaded = self.load_mesh(arguments, word, path, (material, Kind::Any))?;
+        let loaded = self.load_mesh(arguments, word, path, (material, Kind::Any, false))?;
         let placement = mesh::Placement {
             point_radius,
             is_stored: true,

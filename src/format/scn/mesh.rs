@@ -8,7 +8,7 @@ use super::{
     words::Word,
 };
 use crate::{
-    error::{LoadError, quote},
+    error::{LoadError, clip_path, quote},
     format::mesh::{LoadedMesh, MAX_CAMERAS, MeshCamera, MeshFormat},
     scene::{Camera, MaterialId, NamedCamera, SceneBuilder, Step, Transform},
 };
@@ -22,8 +22,8 @@ const MAX_MESHES: usize = 1 << 16;
 const MAX_NOTES: usize = 1000;
 
 /// Equal for equal meshes: the number of the file, the bits of the transform and of the radius of points, and whether
-/// colours and points are shown.
-pub(super) type Placed = (usize, [u64; 12], u32, bool);
+/// colours and points are shown, and the bits of what its lights give.
+pub(super) type Placed = (usize, [u64; 12], u32, bool, u32);
 
 /// How a mesh is placed.
 #[derive(Clone, Copy)]
@@ -33,6 +33,8 @@ pub(super) struct Placement<'a> {
     pub(super) point_radius: Option<f32>,
     /// A file of placements, and what comes before each of them.
     pub(super) file: Option<(Transform, Word<'a>)>,
+    /// What a white surface in the middle of the mesh reflects of the file's lights; `None` without them.
+    pub(super) lights: Option<f32>,
     /// Whether the mesh is stored for instances: then its cameras are left out.
     pub(super) is_stored: bool,
 }
@@ -42,12 +44,13 @@ impl Placement<'_> {
         transform: Transform::IDENTITY,
         point_radius: None,
         file: None,
+        lights: None,
         is_stored: false,
     };
 }
 
 /// What may follow the path of a mesh.
-const MESH_KEYS: [&str; 4] = ["scale", "rotate", "translate", "point_size"];
+const MESH_KEYS: [&str; 5] = ["scale", "rotate", "translate", "point_size", "lights"];
 
 /// What may follow the time of a keyframe.
 const STEPS: [&str; 3] = ["scale", "rotate", "translate"];
@@ -92,15 +95,28 @@ impl Reader<'_> {
         let path = self.path(arguments, word, what)?;
         let number = self.meshes.number(self.files.identity(&path));
         let radius_bits = placement.point_radius.map_or(0, f32::to_bits);
-        let placed = (number, placement.transform.bits(), radius_bits, kind == Kind::Any);
+        let lights_bits = placement.lights.map_or(0, f32::to_bits);
+        let is_any = kind == Kind::Any;
+        let placed = (
+            number,
+            placement.transform.bits(),
+            radius_bits,
+            is_any,
+            lights_bits,
+        );
         if self.placed.contains(&placed) {
             return Ok(());
         }
         if self.placed.len() >= MAX_MESHES {
             return Err(line.error_at(&word, format!("more than {MAX_MESHES} placed meshes")));
         }
-        let loaded = self.load_mesh(arguments, word, &path, (material, kind))?;
-        let added = self.place(number, loaded, &placement, material);
+        let takes_lights = placement.lights.is_some();
+        let loaded = self.load_mesh(arguments, word, &path, (material, kind, takes_lights))?;
+        let lit = match placement.lights {
+            Some(together) => self.light_up(number, loaded.as_ref(), (&placement, together), &path),
+            None => Ok(()),
+        };
+        let added = lit.and_then(|()| self.place(number, loaded, &placement, material));
         added.map_err(|message| {
             if placement.transform == Transform::IDENTITY {
                 cannot_load(line, word, &path).caused_by(LoadError::whole_file(&path, message))
@@ -119,13 +135,17 @@ impl Reader<'_> {
         arguments: &Arguments<'_, '_>,
         word: Word<'_>,
         path: &Path,
-        (material, kind): (Option<MaterialId>, Kind),
+        (material, kind, takes_lights): (Option<MaterialId>, Kind, bool),
     ) -> Result<Option<LoadedMesh>, LoadError> {
         let number = self.meshes.number(self.files.identity(path));
         let is_own = material.is_none();
-        let loaded = self
-            .meshes
-            .load(number, path, (kind, is_own), self.files, self.budget);
+        let loaded = self.meshes.load(
+            number,
+            path,
+            (kind, is_own, takes_lights),
+            self.files,
+            self.budget,
+        );
         let other_format = MeshFormat::of_path(path).is_some_and(|format| format != MeshFormat::Ply);
         loaded.map_err(|cause| {
             if kind == Kind::Ply && other_format {
@@ -137,6 +157,41 @@ impl Reader<'_> {
             }
             cannot_load(arguments.line, word, path).caused_by(cause)
         })
+    }
+
+    /// Adds the lights of a mesh, `loaded` or else kept, which give `together` in its middle. The error is a sentence.
+    fn light_up(
+        &mut self,
+        number: usize,
+        loaded: Option<&LoadedMesh>,
+        (placement, together): (&Placement<'_>, f32),
+        path: &Path,
+    ) -> Result<(), String> {
+        let mesh = loaded.or_else(|| self.meshes.kept(number));
+        let Some(mesh) = mesh else { return Ok(()) };
+        let lights = mesh.placed_lights(&placement.transform, together);
+        let lights = lights.map_err(|error| error.to_string())?;
+        if lights.is_empty() {
+            let why = if mesh.lights.is_empty() {
+                "`lights`, but the file has none that can be read"
+            } else {
+                "`lights`, but none of the file's reaches the mesh"
+            };
+            self.add_mesh_note(format!("{}: {why}", clip_path(path)));
+        }
+        for light in lights {
+            self.has_lights = true;
+            self.builder.add(light).map_err(|error| error.to_string())?;
+        }
+        Ok(())
+    }
+
+    /// Adds a note about a mesh, unless there are too many.
+    fn add_mesh_note(&mut self, note: String) {
+        if self.mesh_notes < MAX_NOTES {
+            self.mesh_notes += 1;
+            self.builder.add_note(note);
+        }
     }
 
     /// Adds a mesh and what it brings: `loaded`, or else a copy of the one that is kept. The error is a sentence.
@@ -168,11 +223,10 @@ impl Reader<'_> {
                 .meshes
                 .place(number, (transform, *point_radius), material, builder, self.budget);
         };
-        let notes = std::mem::take(&mut mesh.notes).into_iter();
-        for note in notes.take(MAX_NOTES.saturating_sub(self.mesh_notes)) {
-            self.mesh_notes += 1;
-            builder.add_note(note);
+        for note in std::mem::take(&mut mesh.notes) {
+            self.add_mesh_note(note);
         }
+        let (builder, count) = (&mut self.builder, &mut self.mesh_cameras);
         if !is_stored {
             add_cameras(builder, count, &mesh.cameras, transform);
         }
@@ -229,6 +283,7 @@ pub(super) fn read_placement<'a>(
         mut transform,
         mut point_radius,
         mut file,
+        mut lights,
         is_stored,
     } = Placement::AS_IT_IS;
     while let Some((word, key)) = arguments.key(keys)? {
@@ -240,6 +295,13 @@ pub(super) fn read_placement<'a>(
                 let [path] = arguments.take(word, "placements FILE")?;
                 file = Some((transform, path));
                 Transform::IDENTITY
+            }
+            "lights" => {
+                if lights.is_some() {
+                    return Err(arguments.line.error_at(&word, "second lights, expected one"));
+                }
+                lights = Some(read_lights(arguments, word)?);
+                continue;
             }
             "point_size" => {
                 if point_radius.is_some() {
@@ -255,8 +317,20 @@ pub(super) fn read_placement<'a>(
         transform,
         point_radius,
         file,
+        lights,
         is_stored,
     })
+}
+
+/// How bright the lights of a file are together.
+fn read_lights(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<f32, LoadError> {
+    let [word] = arguments.take(key, "lights BRIGHTNESS")?;
+    let together = arguments.number(word, "lights")?;
+    if together > 0.0 {
+        return Ok(together);
+    }
+    let message = format!("lights is {}, expected a number above 0", quote(word.text));
+    Err(arguments.line.error_at(&word, message))
 }
 
 /// The steps of a keyframe.

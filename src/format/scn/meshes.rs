@@ -80,7 +80,7 @@ impl Meshes {
         &mut self,
         number: usize,
         path: &Path,
-        (kind, own): (Kind, bool),
+        (kind, own, takes_lights): (Kind, bool, bool),
         files: &mut dyn Files,
         budget: &Budget,
     ) -> Result<Option<LoadedMesh>, LoadError> {
@@ -109,7 +109,7 @@ impl Meshes {
             Kind::Ply => ply::read(opened, path, None, budget)?,
             Kind::Any => mesh::read(opened, path, &mut open, budget)?,
         };
-        leave_out(&mut mesh, kind, path);
+        leave_out(&mut mesh, (kind, takes_lights), path);
         // To a mesh a missing material library is no fault.
         count(copied, 0).map_err(|message| LoadError::whole_file(path, message))?;
         budget.give_back_to(before);
@@ -131,6 +131,12 @@ impl Meshes {
             mesh,
         });
         Ok(None)
+    }
+
+    /// The mesh, if it is kept.
+    pub(super) fn kept(&self, number: usize) -> Option<&LoadedMesh> {
+        let kept = self.files[number].kept.as_ref();
+        kept.map(|kept| &kept.mesh)
     }
 
     /// How many bytes a placement of a kept mesh takes.
@@ -235,10 +241,17 @@ fn copied<T: Copy>(from: &[T], budget: &Budget) -> Result<Vec<T>, String> {
     Ok(copy)
 }
 
-/// Leaves out lights, for a scene has its own, and what classic scenes do not know, and says so.
-fn leave_out(mesh: &mut LoadedMesh, kind: Kind, path: &Path) {
+/// Leaves out what classic scenes do not know, and says so; also that lights are left out unless the first placement takes
+/// them.
+fn leave_out(mesh: &mut LoadedMesh, (kind, takes_lights): (Kind, bool), path: &Path) {
     let mut left_out = LeftOut::default();
-    left_out.count(std::mem::take(&mut mesh.lights).len(), "light", "lights");
+    if !takes_lights {
+        left_out.count(
+            mesh.lights.len(),
+            "light (`mesh` takes it with `lights`)",
+            "lights (`mesh` takes them with `lights`)",
+        );
+    }
     if kind == Kind::Ply && mesh.cloud.take().is_some() {
         left_out.add("points");
     }
@@ -249,7 +262,8 @@ fn leave_out(mesh: &mut LoadedMesh, kind: Kind, path: &Path) {
 fn size_of_mesh(mesh: &LoadedMesh) -> usize {
     let images = mesh.images.iter().map(|image| Image::bytes(image.size()));
     let images: usize = images.sum();
-    size_of_columns(mesh) + images + size_of_val(&mesh.surfaces[..]) + size_of_val(&mesh.cameras[..])
+    let lights = size_of_val(&mesh.lights[..]);
+    size_of_columns(mesh) + images + size_of_val(&mesh.surfaces[..]) + size_of_val(&mesh.cameras[..]) + lights
 }
 
 /// How many bytes the arrays of its vertices and triangles take.

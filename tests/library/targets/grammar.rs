@@ -185,6 +185,9 @@ fn statement(u: Source<'_, '_>, out: &mut String) -> Result<()> {
                 out,
                 &[("scale", 1), ("scale", 3), ("rotate", 4), ("translate", 3)],
             )?;
+            if !is_instance && is_placed {
+                out.push_str(" lights 0.5");
+            }
             if out.len().is_multiple_of(3) {
                 let steps = &[("scale", 1), ("rotate", 4), ("translate", 3)];
                 keyframes(u, out, steps)?;
