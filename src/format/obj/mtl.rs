@@ -189,11 +189,15 @@ impl Reading {
         } else {
             self.emission
         };
-        // An exponent near 0 would light up the whole surface.
-        let shiny = self.has_highlight && self.exponent >= 1.0;
+        // The highlight of a low exponent covers the whole surface, and would hide its colour.
+        let highlight = if self.has_highlight {
+            ((self.exponent - 1.0) / 9.0).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         let surface = Surface {
             diffuse,
-            specular: self.specular.filter(|_| shiny).unwrap_or_default(),
+            specular: self.specular.unwrap_or_default().map(|channel| channel * highlight),
             alpha: (self.exponent as u32).clamp(1, 10_000),
             is_unlit: false,
             glass: None,

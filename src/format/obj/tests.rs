@@ -73,6 +73,11 @@ fn materials() {
     };
     assert_eq!(mesh.surfaces[1], expected);
     assert_eq!(mesh.surfaces[2].specular, [0.0; 3]);
+    for (exponent, specular) in [(1.0, 0.0), (5.5, 0.25), (10.0, 0.5), (900.0, 0.5)] {
+        let mtl = format!("newmtl a\nKs 0.5\nNs {exponent}\n");
+        let mesh = load(&format!("mtllib a b.mtl\n{SQUARE}usemtl a\nf 1 2 3"), &mtl).expect("a mesh");
+        assert_eq!(mesh.surfaces[0].specular, [specular; 3], "Ns {exponent}");
+    }
     assert_eq!(mesh.surfaces[4], Surface::NEUTRAL);
     assert_eq!(
         mesh.notes,
