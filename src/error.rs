@@ -4,6 +4,9 @@ mod text;
 
 pub use text::{Excerpt, clip, clip_path, escape, in_bytes, quote};
 
+#[cfg(feature = "textures")]
+pub(crate) use text::decoder_reason;
+pub(crate) use text::io_reason;
 #[cfg(feature = "cli")]
 pub(crate) use text::is_unprintable;
 
@@ -311,7 +314,13 @@ impl LoadError {
             column: column as u32,
         };
         let message = message.split(" at line ").next().unwrap_or_default();
-        let message: String = message.chars().take(120).collect();
+        let message: String = if message.starts_with("EOF while parsing") {
+            "the file is cut short".to_owned()
+        } else if let Some((found, _)) = message.split_once("expected struct ") {
+            format!("{}expected an object", found.chars().take(120).collect::<String>())
+        } else {
+            message.chars().take(120).collect()
+        };
         Self::new(at, format!("{what}: {message}"))
     }
 

@@ -1,7 +1,11 @@
 //! Why a command failed, and its exit code.
 
-use crate::{error::LoadError, render::RenderError, scene::CameraError};
-use std::io;
+use crate::{
+    error::{LoadError, clip_path, io_reason},
+    render::RenderError,
+    scene::CameraError,
+};
+use std::{io, path::Path};
 
 /// Why a command failed.
 #[derive(Debug)]
@@ -54,8 +58,21 @@ impl CliError {
     pub fn writing(what: &str, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::ClosedPipe,
-            _ => Self::Failed(format!("cannot write {what}: {}", reason(error))),
+            // Of a new file only its directory can be missing.
+            io::ErrorKind::NotFound => Self::Failed(format!("cannot write {what}: its directory does not exist")),
+            _ => Self::Failed(format!("cannot write {what}: {}", io_reason(error))),
         }
+    }
+
+    /// A directory could not be made.
+    #[must_use]
+    pub fn making(folder: &Path, error: &io::Error) -> Self {
+        let is_file = |path: &&Path| path.exists() && !path.is_dir();
+        let why = match folder.ancestors().find(is_file) {
+            Some(file) => format!("`{}` is a file, expected a directory", clip_path(file)),
+            None => io_reason(error),
+        };
+        Self::Failed(format!("cannot make the directory {}: {why}", clip_path(folder)))
     }
 }
 
@@ -85,22 +102,5 @@ impl From<CameraError> for CliError {
             }
             other => other.to_string(),
         })
-    }
-}
-
-/// The reason, in words without an error number where possible.
-fn reason(error: &io::Error) -> String {
-    use io::ErrorKind as Kind;
-    match error.kind() {
-        Kind::NotFound => "no such file or directory".into(),
-        Kind::PermissionDenied => "permission denied".into(),
-        Kind::ReadOnlyFilesystem => "the file system is read-only".into(),
-        Kind::StorageFull => "no space left on the device".into(),
-        Kind::QuotaExceeded => "the disk quota is used up".into(),
-        Kind::FileTooLarge => "the file would be too large".into(),
-        Kind::InvalidFilename => "the name is too long or not allowed".into(),
-        Kind::IsADirectory => "it is a directory".into(),
-        Kind::NotADirectory => "a part of the path is not a directory".into(),
-        _ => error.to_string(),
     }
 }

@@ -1,6 +1,6 @@
 //! Makes text of files safe to print.
 
-use std::{borrow::Cow, ops::Range, path::Path};
+use std::{borrow::Cow, io, ops::Range, path::Path};
 
 /// How much of a name or a value a message repeats, in characters.
 const VALUE_LIMIT: usize = 200;
@@ -79,6 +79,51 @@ fn clipped(characters: impl Iterator<Item = char>, most: usize) -> (Vec<String>,
         pieces.push(piece);
     }
     (pieces, true)
+}
+
+/// Why a file could not be used, in words without an error number.
+pub(crate) fn io_reason(error: &io::Error) -> String {
+    use io::ErrorKind as Kind;
+    let words = match error.kind() {
+        // Somebody has given it words.
+        _ if error.get_ref().is_some() => return error.to_string(),
+        Kind::NotFound => "file not found",
+        Kind::PermissionDenied => "permission denied",
+        Kind::ReadOnlyFilesystem => "the file system is read-only",
+        Kind::StorageFull => "no space left on the device",
+        Kind::QuotaExceeded => "the disk quota is used up",
+        Kind::FileTooLarge => "the file would be too large",
+        Kind::InvalidFilename => "the name is too long or not allowed",
+        Kind::IsADirectory => "it is a directory",
+        Kind::NotADirectory => "a part of the path is not a directory",
+        Kind::AlreadyExists => "it exists already",
+        Kind::OutOfMemory => "the file does not fit into memory",
+        Kind::UnexpectedEof => CUT_SHORT,
+        _ => {
+            let system = error.to_string();
+            let system = system.split(" (os error").next().unwrap_or_default();
+            return system.to_lowercase();
+        }
+    };
+    words.to_owned()
+}
+
+/// The error about a file that ends early.
+const CUT_SHORT: &str = "the file is cut short";
+
+/// The message of a decoder of images. Each has its own words for a file that ends early.
+pub(crate) fn decoder_reason(message: &str) -> String {
+    const ENDS: [&str; 4] = [
+        "failed to fill whole buffer",
+        "unexpected eof",
+        "unexpected end of file",
+        "no more bytes",
+    ];
+    let message = message.to_lowercase();
+    match ENDS.iter().any(|end| message.contains(end)) {
+        true => CUT_SHORT.to_owned(),
+        false => message,
+    }
 }
 
 /// A word of a file in backquotes, escaped, and cut if it is long.

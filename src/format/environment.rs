@@ -10,7 +10,7 @@ pub(super) type Decoded = ([u32; 2], Vec<[f32; 3]>);
 mod decoding {
     use super::Decoded;
     use crate::{
-        error::in_bytes,
+        error::{decoder_reason, in_bytes},
         format::{
             budget::Budget,
             textures::decoding::{DECODER_BYTES, HEADER_BYTES, limits, sentence},
@@ -89,7 +89,7 @@ mod decoding {
     /// What the parts of an EXR file take, which need not be as large as the picture: twice the bytes of their samples.
     fn exr_block(bytes: &[u8]) -> Result<u64, String> {
         let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false);
-        let meta = meta.map_err(|error| error.to_string())?;
+        let meta = meta.map_err(|error| decoder_reason(&error.to_string()))?;
         let mut most = 0;
         for header in &meta.headers {
             let exr::math::Vec2(width, height) = header.layer_size;

@@ -5,7 +5,7 @@ use super::{
     budget::Budget,
     source::{OpenFile, Opened, open_file, read_on},
 };
-use crate::error::{LoadError, in_bytes};
+use crate::error::{LoadError, in_bytes, io_reason};
 use std::{
     fs,
     io::{self, Read},
@@ -124,14 +124,7 @@ fn explained(path: &Path, error: io::Error, budget: &Budget) -> io::Error {
 
 /// The error about a file that cannot be read.
 pub(super) fn load_error(path: &Path, error: &io::Error) -> LoadError {
-    let message = match error.kind() {
-        io::ErrorKind::NotFound if error.get_ref().is_some() => error.to_string(),
-        io::ErrorKind::NotFound => "file not found".to_owned(),
-        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
-        io::ErrorKind::OutOfMemory => "the file does not fit into memory".to_owned(),
-        _ => error.to_string(),
-    };
-    LoadError::whole_file(path, message)
+    LoadError::whole_file(path, io_reason(error))
 }
 
 #[cfg(test)]

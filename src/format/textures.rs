@@ -3,10 +3,11 @@
 //!
 //! A texture that cannot be shown is a note, not an error: the shape is still shown.
 
+pub(super) mod names;
+
 use super::{
     OpenMesh,
     budget::{Budget, BudgetError},
-    files,
     left_out::counted,
     mesh::{MAX_NAME, Surface},
 };
@@ -27,6 +28,8 @@ const PATH_BYTES: usize = 160;
 #[derive(Default)]
 pub(super) struct Images {
     paths: Vec<Arc<Path>>,
+    /// As the mesh writes them.
+    names: Vec<Box<str>>,
     numbers: HashMap<Arc<Path>, u32>,
 }
 
@@ -45,7 +48,7 @@ impl Images {
         if name.len() > MAX_NAME || name.is_empty() {
             return Ok(None);
         }
-        let path = by.parent().unwrap_or(Path::new("")).join(name);
+        let path = names::joined(by, name);
         let is_named = |part: &Component<'_>| *part != Component::CurDir;
         let path: PathBuf = path.components().filter(is_named).collect();
         if let Some(&number) = self.numbers.get(path.as_path()) {
@@ -54,10 +57,11 @@ impl Images {
         if self.paths.len() >= MAX_TEXTURES {
             return Ok(None);
         }
-        budget.take(path.as_os_str().len() + PATH_BYTES)?;
+        budget.take(path.as_os_str().len() + name.len() + PATH_BYTES)?;
         let (path, number): (Arc<Path>, u32) = (path.into(), self.paths.len() as u32);
         self.numbers.insert(Arc::clone(&path), number);
         self.paths.push(path);
+        self.names.push(name.into());
         Ok(Some(number))
     }
 
@@ -78,14 +82,21 @@ impl Images {
         let used = surfaces.iter().zip(used);
         let used = used.filter_map(|(surface, is_used)| is_used.then_some(surface));
         let used = used_images(self.paths.len(), used);
-        let read = |(file, is_used): (&Arc<Path>, bool)| {
-            is_used.then(|| (open)(file).map_err(|error| reason(&files::load_error(file, &error))))
-        };
-        let read: Vec<Option<Result<Vec<u8>, String>>> = self.paths.iter().zip(used).map(read).collect();
+        let mut beside = names::Beside::new(path);
+        let mut read: Vec<Option<Result<Vec<u8>, String>>> = Vec::new();
+        for ((file, name), is_used) in self.paths.iter().zip(&self.names).zip(used) {
+            read.push(is_used.then(|| {
+                (open)(file).or_else(|error| beside.read((name, file, &error), &mut *open))
+            }));
+        }
+        notes.extend(beside.note());
         let mut encoded = Vec::new();
-        for (file, read) in self.paths.iter().zip(&read) {
+        for ((file, name), read) in self.paths.iter().zip(&self.names).zip(&read) {
             encoded.push(read.as_ref().map(|read| Encoded {
-                name: file.to_string_lossy().into_owned(),
+                name: match names::last_of_absolute(name) {
+                    Some(_) => name.to_string(),
+                    None => file.to_string_lossy().into_owned(),
+                },
                 bytes: read.as_deref().map_err(Clone::clone),
             }));
         }
@@ -295,7 +306,10 @@ fn renumber(surface: &mut Surface, numbers: &[Option<u32>], images: &[Image]) {
 #[cfg(feature = "textures")]
 pub(super) mod decoding {
     use super::{Budget, Encoded, Image};
-    use crate::{error::in_bytes, scene::MAX_IMAGE_SIDE};
+    use crate::{
+        error::{decoder_reason, in_bytes},
+        scene::MAX_IMAGE_SIDE,
+    };
     use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
     use rayon::prelude::*;
     use std::{
@@ -426,10 +440,7 @@ pub(super) mod decoding {
     }
 
     pub(in crate::format) fn sentence(error: &ImageError) -> String {
-        match error {
-            ImageError::IoError(error) => error.to_string(),
-            error => error.to_string().to_lowercase(),
-        }
+        decoder_reason(&error.to_string())
     }
 }
 

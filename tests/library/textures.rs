@@ -102,6 +102,20 @@ fn texels_are_where_the_file_puts_them() {
     );
 }
 
+/// An absolute path of another machine: the file of that name beside the mesh is shown.
+#[test]
+fn images_of_other_machines_lie_beside_the_mesh() {
+    let image = png([1, 1], &[RED]);
+    for name in ["C:\\art\\a.png", "/no such folder/a.png", "\\\\host\\art/a.png"] {
+        let (scene, notes) = obj_scene(&format!("Kd 1 1 1\nmap_Kd {name}"), &image);
+        let expected = format!(
+            "a.obj: 1 texture has an absolute path of another machine (`{name}`): taken from beside the mesh"
+        );
+        assert_eq!(notes, [expected]);
+        assert_eq!(film(&scene, &above(), sized(4)).pixels()[5], [1.0, 0.0, 0.0]);
+    }
+}
+
 /// A square of a PLY file, by its corners or by its vertices, has the bytes of the same square of an OBJ file.
 #[test]
 fn ply_and_obj_show_the_same() {
@@ -151,7 +165,7 @@ fn images_that_cannot_be_shown_are_notes() {
             &b"GIF89a"[..],
             "unknown kind of picture, expected PNG, JPEG, WebP, BMP or TGA",
         ),
-        (&png([2, 2], &[RED; 4])[..40], "unexpected end of file"),
+        (&png([2, 2], &[RED; 4])[..40], "the file is cut short"),
     ] {
         let (scene, notes) = obj_scene("Kd 1 1 1\nmap_Kd a.png", image);
         assert_eq!(notes.len(), 1, "{notes:?}");
@@ -164,6 +178,10 @@ fn images_that_cannot_be_shown_are_notes() {
     }
     let (_, notes) = obj_scene("map_Kd no.png", b"");
     assert_eq!(notes, ["a.obj: texture no.png is not shown: file not found"]);
+    let (_, notes) = obj_scene("map_Kd D:\\dev\\no.png", b"");
+    let expected = "a.obj: texture D:\\dev\\no.png is not shown: that is an absolute path of another machine, and \
+                    there is no `no.png` beside the mesh";
+    assert_eq!(notes, [expected]);
     // A header that promises more bytes than follow.
     let mut huge = png([1, 1], &[RED]);
     huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);

@@ -302,7 +302,7 @@ fn info_prints_text_or_json() {
     for count in "vertices triangles degenerate_triangles spheres lights scene_bytes".split(' ') {
         assert!(info[count].is_u64(), "{count}");
     }
-    assert!(info["columns"].is_array() && info["materials"].is_array());
+    assert!(info["arrays"].is_array() && info["materials"].is_array());
     assert_eq!(info["bvh"]["leaf_sizes"].as_array().map(Vec::len), Some(8));
     assert_eq!(folder.names(), ["a.scn"]);
 }
@@ -342,8 +342,8 @@ fn info_counts_primitives_and_bytes() {
     assert_eq!((&info["spheres"], &info["lights"]), (&2.into(), &1.into()));
     assert_eq!(info["materials"].as_array().map(Vec::len), Some(2));
     assert_eq!(info["materials"][1]["kind"], "reflection");
-    let columns = info["columns"].as_array().unwrap();
-    let bytes = columns.iter().map(|column| column["bytes"].as_u64().unwrap());
+    let arrays = info["arrays"].as_array().unwrap();
+    let bytes = arrays.iter().map(|array| array["bytes"].as_u64().unwrap());
     assert_eq!(info["scene_bytes"], bytes.sum::<u64>());
 }
 

@@ -311,7 +311,7 @@ fn references_that_cannot_be_compared_are_errors() {
     cut.truncate(cut.len() / 2);
     fs::write(folder.path("cut.png"), cut).unwrap();
     for (arguments, code, words) in [
-        ("--compare none.png", 1, "no such file"),
+        ("--compare none.png", 1, "file not found"),
         ("--compare .", 1, "expected a file"),
         ("--compare text.png", 1, "cannot read the reference text.png"),
         ("--compare bad.png", 1, "bad.png"),

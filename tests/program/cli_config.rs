@@ -104,7 +104,7 @@ fn errors_name_the_place() {
     }
     fs::write(folder.path("c.toml"), [0xff, 0xfe]).unwrap();
     folder.fails(&["a.scn", "--config=c.toml"], 1, "c.toml: ");
-    folder.fails(&["a.scn", "--config=none.toml"], 1, "no such file");
+    folder.fails(&["a.scn", "--config=none.toml"], 1, "file not found");
     folder.fails(&["a.scn", "--config=."], 1, "expected a file");
     folder.fails(
         &["a.scn", "--config=c.toml", "--no-config"],

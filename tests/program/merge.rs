@@ -215,7 +215,7 @@ fn tiles_that_do_not_fit_are_refused() {
         ),
         ("a.png b.gif", "b.gif: films are not merged"),
         ("a.png a.scn", "a.scn: unknown extension, expected .png"),
-        ("a.png none.png", "cannot read the tile none.png: no such file"),
+        ("a.png none.png", "cannot read the tile none.png: file not found"),
         ("a.png torn.png", "cannot read the tile torn.png: "),
         ("a.png b.png moved.png", "cannot read the tile moved.png: "),
     ] {
@@ -239,7 +239,7 @@ fn tiles_that_do_not_fit_are_refused() {
     folder.fails(
         &["merge", "a.png", "b.png", "-o", "none/new.png"],
         1,
-        "the directory none does not exist",
+        "directory `none` does not exist",
     );
     folder.fails(
         &["merge", "a.png", "b.png", "-o", "new.png", "--max-memory", "1K"],

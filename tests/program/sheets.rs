@@ -57,10 +57,10 @@ fn broken_scenes_are_skipped() {
     assert_eq!(run.code, Some(1), "{run:?}");
     let text = &run.stderr;
     for expected in [
-        "b.scn: skipped",
-        "c.scn: skipped",
+        "skipped: b.scn:1:8: ",
+        "skipped: c.scn:1:6: ",
         "no.ply",
-        "no.scn: skipped",
+        "skipped: no.scn: file not found",
         "3 scenes were skipped",
     ] {
         assert!(text.contains(expected), "{expected}: {text}");

@@ -6,7 +6,7 @@
 use super::definition;
 use crate::{
     cli::CliError,
-    error::{LoadError, SourcePos, clip},
+    error::{LoadError, SourcePos, clip, io_reason},
     format,
 };
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, error::ErrorKind, parser::ValueSource};
@@ -59,7 +59,7 @@ pub struct WithDefaults {
 /// A parsed command line of `render` with the config file's defaults added; `None` if there is no file.
 ///
 /// # Errors
-/// [`CliError::Load`], with the place of the fault: no such file, invalid TOML, an unknown option, an invalid value.
+/// [`CliError::Load`], with the place of the fault: file not found, invalid TOML, an unknown option, an invalid value.
 pub fn with_defaults(
     arguments: &[OsString],
     matches: &ArgMatches,
@@ -68,7 +68,7 @@ pub fn with_defaults(
     let Some(path) = args.path() else {
         return Ok(None);
     };
-    let text = read(&path).map_err(|error| LoadError::whole_file(&path, error.to_string()))?;
+    let text = read(&path).map_err(|error| LoadError::whole_file(&path, io_reason(&error)))?;
     let file = File {
         path: Arc::new(path),
         text: &text,
@@ -104,10 +104,7 @@ fn usual_place() -> Option<PathBuf> {
 }
 
 fn read(path: &Path) -> io::Result<String> {
-    let file = format::open_file(path).map_err(|error| match error.kind() {
-        io::ErrorKind::NotFound => io::Error::other("no such file"),
-        _ => error,
-    })?;
+    let file = format::open_file(path)?;
     let mut text = String::new();
     let length = file.take(MAX_BYTES + 1).read_to_string(&mut text)?;
     if length as u64 > MAX_BYTES {

@@ -74,7 +74,10 @@ pub fn vector(text: &str) -> Result<DVec3, String> {
     if numbers.next().is_some() {
         return Err("expected three numbers x,y,z, found more".into());
     }
-    if vector.is_finite() && vector.abs().max_element() <= f64::from(MAX_COORDINATE) {
+    if !vector.is_finite() {
+        return Err("expected three finite numbers x,y,z such as -1,2.5,3".into());
+    }
+    if vector.abs().max_element() <= f64::from(MAX_COORDINATE) {
         Ok(vector)
     } else {
         Err(format!("expected numbers of at most {MAX_COORDINATE:e}"))

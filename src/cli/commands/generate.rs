@@ -28,8 +28,7 @@ pub fn run(plan: &GeneratePlan) -> Result<String, CliError> {
     )?;
     let generated = generate(plan.kind, plan.options).map_err(|error| CliError::Failed(error.to_string()))?;
     let folder = &plan.folder;
-    fs::create_dir_all(folder)
-        .map_err(|error| CliError::writing(&format!("to the directory {}", clip_path(folder)), &error))?;
+    fs::create_dir_all(folder).map_err(|error| CliError::making(folder, &error))?;
 
     let scene = folder.join(format!("{}.scn", plan.kind.name()));
     let mesh_path = |part: &Part| Some(folder.join(generated.mesh_file_name(part)?));

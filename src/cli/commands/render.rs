@@ -1,6 +1,7 @@
 //! `octray render`: load, build, render, write, report.
 
 mod ahead;
+mod labels;
 mod moving;
 mod poses;
 
@@ -16,7 +17,6 @@ use crate::{
         },
         plan::{
             Frame, Job, JsonTarget, Look, RenderPlan, SavedPoses, SheetPlan, is_standard_input, objection,
-            stem,
         },
         process::Interrupt,
         report::{self, RenderBar, RenderReport, Times, Verdicts, Written},
@@ -27,6 +27,7 @@ use crate::{
     scene::{Camera, Scene},
 };
 use ahead::Ahead;
+use labels::Labels;
 use moving::move_to;
 use std::{
     path::{Path, PathBuf},
@@ -49,6 +50,7 @@ struct Call<'a> {
     written: Written,
     /// The picture that all others go into.
     sheet: Option<Sheet>,
+    labels: Labels,
     /// The cameras of all pictures.
     saved_poses: Option<SavedPoses>,
     /// How many scenes were skipped.
@@ -88,6 +90,7 @@ pub fn run(plan: &RenderPlan, start: Instant) -> Result<(), CliError> {
         verdicts: Verdicts::default(),
         written: Written::default(),
         sheet: plan.new_sheet()?,
+        labels: Labels::new(plan),
         saved_poses: None,
         skipped: 0,
         json: String::new(),
@@ -175,7 +178,7 @@ impl Call<'_> {
     fn leave_empty(&mut self, job: &Job) {
         for frame in &job.frames {
             if let Some(sheet) = &mut self.sheet {
-                sheet.add(&label(&job.input.path, frame), None);
+                sheet.add(&self.labels.of(&job.input.path, frame), None);
             }
         }
     }
@@ -183,8 +186,13 @@ impl Call<'_> {
     /// Says why a scene is skipped.
     fn skip(&mut self, path: &Path, error: &CliError) {
         self.skipped += 1;
-        let text = error.text().unwrap_or_default();
-        report::error(&format!("{}: skipped: {text}", clip_path(path)));
+        let (path, text) = (clip_path(path), error.text().unwrap_or_default());
+        // Errors of loading begin with the path, too.
+        let path = match text.strip_prefix(&path) {
+            Some(rest) if rest.starts_with(':') => String::new(),
+            _ => format!("{path}: "),
+        };
+        report::error(&format!("skipped: {path}{text}"));
     }
 
     fn check_inputs(&self, jobs: &[Job]) -> Result<(), CliError> {
@@ -371,7 +379,7 @@ impl Call<'_> {
             match (film, &mut self.sheet) {
                 (Some(film), _) => film.add(&picture),
                 (None, Some(sheet)) => {
-                    sheet.add(&label(loaded.path, frame), Some(&picture));
+                    sheet.add(&self.labels.of(loaded.path, frame), Some(&picture));
                     Ok(())
                 }
                 (None, None) => output.write(&mut picture),
@@ -452,15 +460,6 @@ impl RenderPlan {
         let window = self.looks.mesh.settings.window();
         let new = |plan: &SheetPlan| Sheet::new([window.width(), window.height()], plan.columns, plan.count);
         self.sheet.as_ref().map(new).transpose()
-    }
-}
-
-/// What a sheet calls a picture.
-fn label(scene: &Path, frame: &Frame) -> String {
-    let name = stem(scene).to_string_lossy();
-    match frame.turn {
-        Some(turn) => format!("{name} {}", turn.number),
-        None => name.into_owned(),
     }
 }
 

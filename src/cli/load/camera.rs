@@ -203,6 +203,11 @@ fn no_camera(owner: &str, names: &[&str], wanted: &str) -> String {
     if names.is_empty() {
         return format!("no camera `{found}`: {owner} defines none; use --view or --eye");
     }
+    if names == [""] {
+        return format!(
+            "no camera `{found}`: {owner} has one camera, without a name; choose it with --camera 1"
+        );
+    }
     // The distance takes quadratic time and memory.
     let near = names
         .iter()

@@ -10,7 +10,7 @@ use crate::{
     error::{LoadError, SceneError, clip_path},
     format::{
         self, Limits, Loaded,
-        mesh::{Cloud, LoadedMesh},
+        mesh::{Cloud, LoadedMesh, MeshFormat, UpSource},
     },
     scene::{Camera, Image, NamedCamera, Scene, SceneBuilder, check_memory},
 };
@@ -242,12 +242,15 @@ fn refuse_nothing(path: &Path, loaded: &LoadedMesh) -> Result<(), CliError> {
         count => format!("{count} vertices"),
     };
     const MOST_NOTES: usize = 3;
-    let left_out: String = loaded
-        .notes
-        .iter()
-        .take(MOST_NOTES)
-        .map(|note| format!("; {note}"))
+    let prefix = format!("{}: ", clip_path(path));
+    let notes = loaded.notes.iter().take(MOST_NOTES);
+    let left_out: String = notes
+        .map(|note| format!("; {}", note.strip_prefix(&prefix).unwrap_or(note)))
         .collect();
-    let message = format!("no triangles to render ({vertices}; lines are not rendered){left_out}");
+    let lines = match loaded.up_source {
+        UpSource::Assumed(MeshFormat::Off | MeshFormat::Stl) => "",
+        _ => "; lines are not rendered",
+    };
+    let message = format!("no triangles to render ({vertices}{lines}){left_out}");
     Err(LoadError::whole_file(path, message).into())
 }

@@ -7,7 +7,7 @@ mod colmap;
 
 use crate::{
     cli::{CliError, plan::stem},
-    error::{LoadError, clip_path},
+    error::{LoadError, clip_path, io_reason},
     format::open_file,
     scene::{Camera, Projection, View},
 };
@@ -128,7 +128,10 @@ impl Poses {
                 frames: colmap::frames(path).map_err(CliError::Load)?,
             }
         } else {
-            let text = read(path).map_err(|error| whole(error.to_string()))?;
+            let text = read(path).map_err(|error| whole(io_reason(&error)))?;
+            if text.trim_ascii().is_empty() {
+                return Err(whole("the file is empty, expected a file of poses".to_owned()));
+            }
             serde_json::from_slice(&text).map_err(|error| {
                 let place = [error.line(), error.column()];
                 let message = error.to_string();
@@ -335,7 +338,8 @@ mod tests {
         let frame =
             |matrix: &str| format!(r#"{{"camera_angle_x":1,"frames":[{{"transform_matrix":{matrix}}}]}}"#);
         for (text, expected) in [
-            ("{".to_owned(), "1:1: not a file of poses"),
+            (String::new(), "t.json: the file is empty, expected a file of poses"),
+            ("{".to_owned(), "1:1: not a file of poses: the file is cut short"),
             (r#"{"frames":[]}"#.to_owned(), "0 frames"),
             (frame("[[1,0,0]]"), "not a file of poses"),
             (frame("[[1,0,0,0]]"), "frames[0]: transform_matrix has 1 rows"),

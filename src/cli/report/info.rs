@@ -50,7 +50,7 @@ pub struct Info {
     notes: Vec<String>,
     /// `None` without primitives.
     bounds: Option<Bounds>,
-    columns: Vec<Column>,
+    arrays: Vec<Array>,
     scene_bytes: usize,
     load_s: f64,
     bvh: BvhInfo,
@@ -95,7 +95,7 @@ struct Bounds {
 }
 
 #[derive(Debug, Serialize)]
-struct Column {
+struct Array {
     name: &'static str,
     length: usize,
     bytes: usize,
@@ -162,7 +162,7 @@ impl Info {
                 lower: bounds.lower.to_array(),
                 upper: bounds.upper.to_array(),
             }),
-            columns: columns(scene),
+            arrays: arrays(scene),
             scene_bytes: scene.memory_bytes(),
             load_s: load_time.as_secs_f64(),
             bvh: BvhInfo {
@@ -265,7 +265,7 @@ impl Info {
 
     /// A number of things, which have colours if there is such an array.
     fn colored(&self, number: usize, array: &str) -> String {
-        let has_colors = self.columns.iter().any(|column| column.name == array);
+        let has_colors = self.arrays.iter().any(|known| known.name == array);
         let colors = if has_colors { " (with colours)" } else { "" };
         count(number) + colors
     }
@@ -274,10 +274,10 @@ impl Info {
         let mut lines = Vec::new();
         let mut line = |name: &str, value: String| lines.push((name.to_owned(), value));
         line("arrays", in_bytes(self.scene_bytes as u64));
-        for column in &self.columns {
+        for array in &self.arrays {
             line(
-                &format!("  {}", column.name),
-                format!("{} x {}", count(column.length), bytes_each(column)),
+                &format!("  {}", array.name),
+                format!("{} x {}", count(array.length), bytes_each(array)),
             );
         }
         let bvh = &self.bvh;
@@ -404,51 +404,51 @@ pub(super) fn list<T: std::fmt::Display>([a, b, c]: [T; 3]) -> String {
     format!("{a} {b} {c}")
 }
 
-fn bytes_each(column: &Column) -> String {
+fn bytes_each(array: &Array) -> String {
     format!(
         "{} = {}",
-        in_bytes(column.bytes.checked_div(column.length).unwrap_or(0) as u64),
-        in_bytes(column.bytes as u64)
+        in_bytes(array.bytes.checked_div(array.length).unwrap_or(0) as u64),
+        in_bytes(array.bytes as u64)
     )
 }
 
 /// All arrays of the scene that are not empty.
-fn columns(scene: &Scene) -> Vec<Column> {
-    fn column<T>(name: &'static str, column: &[T]) -> Column {
-        Column {
+fn arrays(scene: &Scene) -> Vec<Array> {
+    fn array<T>(name: &'static str, array: &[T]) -> Array {
+        Array {
             name,
-            length: column.len(),
-            bytes: size_of_val(column),
+            length: array.len(),
+            bytes: size_of_val(array),
         }
     }
     let (v, t, s) = (scene.vertices(), scene.triangles(), scene.spheres());
-    let mut columns = vec![
-        column("vertex x", &v.x),
-        column("vertex y", &v.y),
-        column("vertex z", &v.z),
-        column("vertex normal", &v.normals),
-        column("vertex color", &v.colors),
-        column("vertex uv", &v.uvs),
-        column("triangle corners", &t.corners),
-        column("triangle material", &t.material),
-        column("sphere x", &s.center_x),
-        column("sphere y", &s.center_y),
-        column("sphere z", &s.center_z),
-        column("sphere radius", &s.radius),
-        column("sphere material", &s.material),
-        column("sphere color", &s.color),
-        column("instance", scene.instances()),
-        column("light", scene.lights()),
-        column("material", scene.materials()),
+    let mut arrays = vec![
+        array("vertex x", &v.x),
+        array("vertex y", &v.y),
+        array("vertex z", &v.z),
+        array("vertex normal", &v.normals),
+        array("vertex color", &v.colors),
+        array("vertex uv", &v.uvs),
+        array("triangle corners", &t.corners),
+        array("triangle material", &t.material),
+        array("sphere x", &s.center_x),
+        array("sphere y", &s.center_y),
+        array("sphere z", &s.center_z),
+        array("sphere radius", &s.radius),
+        array("sphere material", &s.material),
+        array("sphere color", &s.color),
+        array("instance", scene.instances()),
+        array("light", scene.lights()),
+        array("material", scene.materials()),
     ];
     let sizes = || scene.images().iter().map(Image::size);
-    columns.push(Column {
+    arrays.push(Array {
         name: "image",
         length: scene.images().len(),
         bytes: sizes().map(Image::bytes).sum(),
     });
-    columns.retain(|column| column.length > 0);
-    columns
+    arrays.retain(|array| array.length > 0);
+    arrays
 }
 
 #[cfg(test)]

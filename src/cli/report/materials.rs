@@ -20,9 +20,10 @@ impl MaterialUse {
         let textures = self.textures.iter().map(|textures| format!(", {textures}"));
         let textures: String = textures.collect();
         format!(
-            "{}{textures}, {} primitives",
+            "{}{textures}, {} {}",
             self.statement,
-            count(self.primitives)
+            count(self.primitives),
+            if self.primitives == 1 { "primitive" } else { "primitives" }
         )
     }
 }
@@ -40,7 +41,7 @@ pub(super) fn materials_used(scene: &Scene) -> Vec<MaterialUse> {
     let kind = |material: &Material| match material {
         Material::Silhouette { .. } => "silhouette",
         Material::Matte { .. } => "matte",
-        Material::BlinnPhong { .. } => "Blinn-Phong",
+        Material::BlinnPhong { .. } => "blinn_phong",
         Material::Reflection { .. } => "reflection",
         Material::Glass { .. } => "glass",
     };

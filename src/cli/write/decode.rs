@@ -2,7 +2,7 @@
 
 use crate::{
     cli::CliError,
-    error::{clip, clip_path, in_bytes},
+    error::{clip, clip_path, decoder_reason, in_bytes, io_reason},
     format,
 };
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
@@ -97,14 +97,11 @@ impl Source<'_> {
     /// Why the file cannot be read.
     pub fn unreadable(self, error: &ImageError) -> CliError {
         let reason = match error {
-            ImageError::IoError(error) if error.kind() == io::ErrorKind::NotFound => {
-                "no such file".to_owned()
-            }
-            ImageError::IoError(error) => error.to_string(),
+            ImageError::IoError(error) => io_reason(error),
             ImageError::Unsupported(_) => {
                 "unknown picture format, expected PNG, PPM, QOI, JPEG, BMP, TIFF or EXR".to_owned()
             }
-            error => error.to_string(),
+            error => decoder_reason(&error.to_string()),
         };
         let (role, path, reason) = (self.role, clip_path(self.path), clip(&reason));
         CliError::Failed(format!("cannot read the {role} {path}: {reason}"))

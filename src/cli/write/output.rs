@@ -384,9 +384,9 @@ fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError>
     let folder = folder_of(path);
     if !folder.is_dir() {
         let what = if folder.exists() {
-            format!("{} is not a directory", clip_path(folder))
+            format!("`{}` is a file, expected a directory", clip_path(folder))
         } else {
-            format!("the directory {} does not exist", clip_path(folder))
+            format!("directory `{}` does not exist", clip_path(folder))
         };
         return Err(CliError::Failed(format!("cannot write {name}: {what}")));
     }

@@ -16,6 +16,9 @@ const LETTER: u32 = 8;
 
 const PAPER: [u8; 3] = [255; 3];
 const INK: [u8; 3] = [40; 3];
+const GREY: [u8; 3] = [140; 3];
+/// Where a name was cut.
+const CUT: &str = "..";
 
 /// A sheet that is being filled, row by row.
 pub struct Sheet {
@@ -60,7 +63,7 @@ impl Sheet {
         (self.film.width(), self.film.height())
     }
 
-    /// Adds a picture, or leaves its place empty.
+    /// Adds a picture, or leaves its place empty and says that it was skipped.
     pub fn add(&mut self, name: &str, picture: Option<&Picture>) {
         let [width, height] = self.cell;
         let (column, row) = (self.next % self.columns, self.next / self.columns);
@@ -76,13 +79,19 @@ impl Sheet {
                     .copy_from_slice(from);
             }
         }
-        self.write(name, [left, top + height + (NAME - LETTER) / 2]);
+        let below = top + height;
+        if picture.is_some() {
+            self.write(name, [left, below + (NAME - LETTER) / 2], INK);
+        } else {
+            self.write(name, [left, below], INK);
+            self.write("skipped", [left, below + LETTER], GREY);
+        }
     }
 
-    /// Writes a name below a picture, in the middle; its end is cut off if it is too long.
-    fn write(&mut self, name: &str, [left, top]: [u32; 2]) {
+    /// Writes a line below a picture, in the middle.
+    fn write(&mut self, name: &str, [left, top]: [u32; 2], ink: [u8; 3]) {
         let most = (self.cell[0] / LETTER) as usize;
-        let letters: Vec<char> = name.chars().take(most).collect();
+        let letters = fitting(name, most);
         let first = left + (self.cell[0] - letters.len() as u32 * LETTER) / 2;
         let row_length = self.film.width() as usize;
         let pixels = self.film.pixels_mut();
@@ -92,7 +101,7 @@ impl Sheet {
                 .unwrap_or(&BASIC_LEGACY['?' as usize]);
             for (y, bits) in (top..).zip(glyph) {
                 for x in (0..LETTER).filter(|x| bits >> x & 1 == 1) {
-                    pixels[y as usize * row_length + (first + i * LETTER + x) as usize] = INK;
+                    pixels[y as usize * row_length + (first + i * LETTER + x) as usize] = ink;
                 }
             }
         }
@@ -105,6 +114,18 @@ impl Sheet {
     pub fn finish(self, output: &Output) -> Result<(), CliError> {
         output.write(&mut Picture::from(Pixels::Bytes(self.film)))
     }
+}
+
+/// A name of at most that many letters; one that is too long loses its middle, since names differ at their ends.
+fn fitting(name: &str, most: usize) -> Vec<char> {
+    let letters: Vec<char> = name.chars().collect();
+    let kept = most.saturating_sub(CUT.len());
+    if letters.len() <= most || kept < 2 {
+        return letters.into_iter().take(most).collect();
+    }
+    let (head, tail) = (kept.div_ceil(2), kept / 2);
+    let tail = &letters[letters.len() - tail..];
+    letters[..head].iter().copied().chain(CUT.chars()).chain(tail.iter().copied()).collect()
 }
 
 #[cfg(test)]
@@ -120,12 +141,21 @@ mod tests {
     }
 
     #[test]
+    fn long_names_keep_both_ends() {
+        let fitting = |most| fitting("truck-1.glb", most).into_iter().collect::<String>();
+        assert_eq!(fitting(11), "truck-1.glb");
+        assert_eq!(fitting(10), "truc...glb");
+        assert_eq!(fitting(7), "tru..lb");
+        assert_eq!(fitting(2), "tr");
+    }
+
+    #[test]
     fn long_names_and_odd_letters_stay_in_their_place() {
         let mut sheet = Sheet::new([20, 10], 2, 3).expect("memory");
         for name in ["a name that is too long", "\u{1f600}\u{7}", ""] {
             sheet.add(name, None);
         }
-        let is_ink = |x: u32, y: u32| sheet.film.pixels()[(y * sheet.film.width() + x) as usize] == INK;
+        let is_ink = |x: u32, y: u32| sheet.film.pixels()[(y * sheet.film.width() + x) as usize] != PAPER;
         let (width, height) = sheet.size();
         for y in 0..height {
             for x in (0..width).filter(|&x| is_ink(x, y)) {

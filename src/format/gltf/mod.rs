@@ -28,6 +28,7 @@ use super::place::BYTE_ORDER_MARK;
 use super::{
     OpenMesh,
     budget::Budget,
+    left_out::counted,
     mesh::{LoadedMesh, Surface, add_texture_file},
     textures,
 };
@@ -76,6 +77,11 @@ pub(super) fn parse(
     let (json, blob) = if bytes.starts_with(b"glTF") {
         split_binary(bytes).map_err(refused)?
     } else {
+        let is_binary = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
+        let first = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes).trim_ascii_start();
+        if is_binary && first.first() != Some(&b'{') {
+            return Err(refused("not a GLB file: its first bytes are not `glTF`".into()));
+        }
         (bytes, None)
     };
     let json = json.strip_prefix(BYTE_ORDER_MARK).unwrap_or(json);
@@ -186,10 +192,8 @@ fn root(text: &[u8], path: &Path) -> Result<json::Root, LoadError> {
     // Not generic, so compiled with its crate, at less optimisation.
     let root = json::Root::from_slice(text).map_err(|error| {
         // Version 1 has other types nearly everywhere: the first mismatch says little.
-        if let Ok(Versioned { asset }) = json::deserialize::from_slice(text)
-            && asset.version.starts_with('1')
-        {
-            return other_version(&asset.version);
+        if let Some(version) = version(text).filter(|version| version.starts_with('1')) {
+            return other_version(&version);
         }
         let place = [error.line(), error.column()];
         LoadError::in_json(path, place, "not a valid glTF file", &error.to_string())
@@ -210,6 +214,11 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
             "the file requires the extension {}, which octray does not support",
             shortened(name)
         )));
+    }
+    let scenes = root.scenes.len();
+    if let Some(scene) = root.scene.filter(|scene| scene.value() >= scenes) {
+        let counted = counted(scenes, "scene", "scenes");
+        return Err(refused(format!("scene: scene {}, but the file has {counted}", scene.value())));
     }
     // What octray does not read may be invalid.
     root.animations.clear();
@@ -253,15 +262,28 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
     }
 }
 
-/// The version alone, for files that do not parse as glTF 2.0.
-#[derive(serde::Deserialize)]
-struct Versioned {
-    asset: VersionedAsset,
+/// The version of a file that does not parse as glTF 2.0. In version 1 it was a text, a number or that of a profile.
+fn version(text: &[u8]) -> Option<String> {
+    use json::deserialize::from_slice;
+    let word = from_slice(text).map(|Versioned::<Version<String>> { asset }| asset.version);
+    let number = || from_slice(text).map(|Versioned::<Version<f64>> { asset }| format!("{:.1}", asset.version));
+    let profile = || from_slice(text).map(|Versioned::<Profiled> { asset }| asset.profile.version);
+    word.or_else(|_| number()).or_else(|_| profile()).ok()
 }
 
 #[derive(serde::Deserialize)]
-struct VersionedAsset {
-    version: String,
+struct Versioned<T> {
+    asset: T,
+}
+
+#[derive(serde::Deserialize)]
+struct Version<T> {
+    version: T,
+}
+
+#[derive(serde::Deserialize)]
+struct Profiled {
+    profile: Version<String>,
 }
 
 /// Cuts text of the file, which may have any length.

@@ -260,8 +260,7 @@ fn texture_file(mut words: Words<'_>) -> TextureFile {
         .trim_ascii_end();
     let unquoted = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\""));
     TextureFile {
-        // As Windows writes it.
-        name: String::from_utf8_lossy(unquoted.unwrap_or(name)).replace('\\', "/"),
+        name: String::from_utf8_lossy(unquoted.unwrap_or(name)).into_owned(),
         wrap,
         is_moved,
     }

@@ -221,7 +221,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
         if (0.0..=1.0).contains(&value) {
             return Ok(value);
         }
-        let message = format!("{what} is {}, expected a number from 0 to 1", quote(word.text));
+        let message = format!("{what} is {}, expected a number from 0 to 1", word.number());
         Err(self.line.error_at(&word, message))
     }
 
@@ -233,7 +233,7 @@ impl<'l, 'a> Arguments<'l, 'a> {
             .ok_or_else(|| {
                 let message = format!(
                     "{what} is {}, expected a whole number from {} to {}",
-                    quote(word.text),
+                    word.number(),
                     range.0,
                     range.1
                 );

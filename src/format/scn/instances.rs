@@ -120,7 +120,8 @@ impl Reader<'_> {
     ) -> Result<PrototypeId, LoadError> {
         let (line, material) = (arguments.line, self.material);
         let number = self.meshes.number(self.files.identity(path));
-        let loaded = self.load_mesh(arguments, word, path, (material, Kind::Any, false))?;
+        let mut loaded = self.load_mesh(arguments, word, path, (material, Kind::Any, false))?;
+        mesh::note_faces(loaded.as_mut(), path, point_radius);
         let placement = mesh::Placement {
             point_radius,
             is_stored: true,

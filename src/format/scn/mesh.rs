@@ -111,7 +111,8 @@ impl Reader<'_> {
             return Err(line.error_at(&word, format!("more than {MAX_MESHES} placed meshes")));
         }
         let takes_lights = placement.lights.is_some();
-        let loaded = self.load_mesh(arguments, word, &path, (material, kind, takes_lights))?;
+        let mut loaded = self.load_mesh(arguments, word, &path, (material, kind, takes_lights))?;
+        note_faces(loaded.as_mut(), &path, placement.point_radius);
         let lit = match placement.lights {
             Some(together) => self.light_up(number, loaded.as_ref(), (&placement, together), &path),
             None => Ok(()),
@@ -256,6 +257,14 @@ impl Reader<'_> {
     }
 }
 
+/// Notes that only points have a size.
+pub(super) fn note_faces(loaded: Option<&mut LoadedMesh>, path: &Path, point_radius: Option<f32>) {
+    if let (Some(mesh), Some(_)) = (loaded.filter(|mesh| mesh.cloud.is_none()), point_radius) {
+        let path = clip_path(path);
+        mesh.notes.push(format!("{path}: the mesh has faces, so point_size has no effect"));
+    }
+}
+
 /// The error about a mesh's file, without its cause.
 pub(super) fn cannot_load(line: &Line<'_>, word: Word<'_>, path: &Path) -> LoadError {
     line.error_at(&word, format!("cannot load {}", path.display()))
@@ -370,7 +379,7 @@ fn read_radius(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<f32, 
     if radius > 0.0 {
         return Ok(radius);
     }
-    let message = format!("point_size is {}, expected a diameter above 0", quote(word.text));
+    let message = format!("point_size is {}, expected a diameter above 0", word.number());
     Err(arguments.line.error_at(&word, message))
 }
 
@@ -384,7 +393,7 @@ fn read_scale(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<DVec3,
         }
         let message = format!(
             "scale is {}, expected a number of size 1e-9 or more",
-            quote(word.text)
+            word.number()
         );
         Err(arguments.line.error_at(&word, message))
     };

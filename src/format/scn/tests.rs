@@ -426,9 +426,9 @@ fn clouds_and_colours() {
     let both = scene("ply_file points.ply\nmesh points.ply");
     assert_eq!(both.spheres().radius.len(), 3);
     for (size, words) in [
-        ("0", "point_size is `0`, expected a diameter above 0"),
-        ("-1", "point_size is `-1`, expected a diameter above 0"),
-        ("1e-60", "point_size is `1e-60`, expected a diameter above 0"),
+        ("0", "point_size is 0, expected a diameter above 0"),
+        ("-1", "point_size is -1, expected a diameter above 0"),
+        ("1e-60", "point_size is 1e-60, expected a diameter above 0"),
         ("nan", "point_size is `nan`, expected a finite number"),
         (
             "2e9",

@@ -1,5 +1,7 @@
 //! Splits a line into words and remembers where they are.
 
+use crate::error::quote;
+
 /// A word of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Word<'a> {
@@ -20,6 +22,15 @@ impl<'a> Word<'a> {
     /// Where the word ends in the line, in bytes.
     pub(super) fn end(&self) -> usize {
         self.start + self.width()
+    }
+
+    /// The word as messages show it that expected another number: quoted only if it is none.
+    pub(super) fn number(&self) -> String {
+        let quoted = quote(self.text);
+        match self.as_str().and_then(|text| text.parse::<f64>().ok()) {
+            Some(_) => quoted.trim_matches('`').to_owned(),
+            None => quoted,
+        }
     }
 
     /// The word as text; `None` if it is not UTF-8.

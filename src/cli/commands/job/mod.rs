@@ -285,7 +285,7 @@ fn text(path: &Path) -> Result<&str, CliError> {
 fn make_folder(folder: &Path) -> Result<(), CliError> {
     let failed =
         |error: &io::Error| CliError::writing(&format!("to the directory {}", clip_path(folder)), error);
-    fs::create_dir_all(folder).map_err(|error| failed(&error))?;
+    fs::create_dir_all(folder).map_err(|error| CliError::making(folder, &error))?;
     let mut found = fs::read_dir(folder).map_err(|error| failed(&error))?;
     match found.next() {
         None => Ok(()),

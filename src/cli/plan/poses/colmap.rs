@@ -5,7 +5,7 @@
 
 use super::{Frame, Lens, MAX_POSES};
 use crate::{
-    error::{LoadError, SourcePos, clip_path},
+    error::{LoadError, SourcePos, clip_path, io_reason},
     format::open_file,
 };
 use glam::{DMat3, DQuat, DVec3};
@@ -118,7 +118,7 @@ fn lens(model: usize, [w, h]: [f64; 2], numbers: &[f64]) -> Lens {
 
 fn open(path: &Path) -> Result<BufReader<File>, LoadError> {
     let opened = open_file(path).map(BufReader::new);
-    opened.map_err(|error| LoadError::whole_file(path, error.to_string()))
+    opened.map_err(|error| LoadError::whole_file(path, io_reason(&error)))
 }
 
 /// The lines of a text.
