@@ -317,7 +317,10 @@ impl LoadError {
         let message: String = if message.starts_with("EOF while parsing") {
             "the file is cut short".to_owned()
         } else if let Some((found, _)) = message.split_once("expected struct ") {
-            format!("{}expected an object", found.chars().take(120).collect::<String>())
+            format!(
+                "{}expected an object",
+                found.chars().take(120).collect::<String>()
+            )
         } else {
             message.chars().take(120).collect()
         };

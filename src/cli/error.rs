@@ -59,7 +59,9 @@ impl CliError {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::ClosedPipe,
             // Of a new file only its directory can be missing.
-            io::ErrorKind::NotFound => Self::Failed(format!("cannot write {what}: its directory does not exist")),
+            io::ErrorKind::NotFound => {
+                Self::Failed(format!("cannot write {what}: its directory does not exist"))
+            }
             _ => Self::Failed(format!("cannot write {what}: {}", io_reason(error))),
         }
     }

@@ -7,6 +7,16 @@ use std::{ops::Range, path::Path};
 /// The byte order mark that some editors put before UTF-8.
 pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
+/// The error about [`has_lone_returns`].
+pub(super) const LONE_RETURNS: &str =
+    "its lines end in CR alone, as on Macs before 2001, expected LF or CR LF";
+
+/// Whether carriage returns alone divide the lines of a text.
+pub(super) fn has_lone_returns(text: &[u8]) -> bool {
+    let text = text.trim_ascii_end();
+    !text.contains(&b'\n') && text.contains(&b'\r')
+}
+
 /// Where the text begins after its byte order mark, if it has one.
 pub(super) fn after_mark(text: &[u8]) -> usize {
     if text.starts_with(BYTE_ORDER_MARK) {

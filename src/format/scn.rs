@@ -17,7 +17,11 @@ mod placements;
 mod statements;
 mod words;
 
-use super::{budget::Budget, files::Files, place::BYTE_ORDER_MARK};
+use super::{
+    budget::Budget,
+    files::Files,
+    place::{BYTE_ORDER_MARK, LONE_RETURNS, has_lone_returns},
+};
 use crate::{
     error::{LoadError, SourcePos, quote},
     scene::{MaterialId, PrototypeId, Scene, SceneBuilder},
@@ -197,6 +201,9 @@ impl Reader<'_> {
         // Some editors put a byte order mark first.
         let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
         refuse_binary(text, name)?;
+        if has_lone_returns(text) {
+            return Err(LoadError::whole_file(name, LONE_RETURNS));
+        }
         let file = Arc::new(name.to_path_buf());
         let folder = name.parent().unwrap_or(Path::new("")).to_path_buf();
         let outer = std::mem::replace(&mut self.folder, folder);

@@ -85,9 +85,9 @@ impl Images {
         let mut beside = names::Beside::new(path);
         let mut read: Vec<Option<Result<Vec<u8>, String>>> = Vec::new();
         for ((file, name), is_used) in self.paths.iter().zip(&self.names).zip(used) {
-            read.push(is_used.then(|| {
-                (open)(file).or_else(|error| beside.read((name, file, &error), &mut *open))
-            }));
+            read.push(
+                is_used.then(|| (open)(file).or_else(|error| beside.read((name, file, &error), &mut *open))),
+            );
         }
         notes.extend(beside.note());
         let mut encoded = Vec::new();

@@ -135,8 +135,16 @@ fn unwritable_outputs_are_refused_before_rendering() {
     symlink("loop.png", folder.path("loop.png")).unwrap();
     folder.fails(&["a.scn", "-o", "folder.png"], 1, "it is a directory");
     folder.fails(&["a.scn", "-o", "."], 1, "it is a directory");
-    folder.fails(&["a.scn", "-o", "no/such/a.png"], 1, "directory `no/such` does not exist");
-    folder.fails(&["a.scn", "-o", "a.scn/a.png"], 1, "`a.scn` is a file, expected a directory");
+    folder.fails(
+        &["a.scn", "-o", "no/such/a.png"],
+        1,
+        "directory `no/such` does not exist",
+    );
+    folder.fails(
+        &["a.scn", "-o", "a.scn/a.png"],
+        1,
+        "`a.scn` is a file, expected a directory",
+    );
     folder.fails(&["a.scn", "-o", "loop.png"], 1, "symbolic links");
     folder.fails(
         &["a.scn", "-o", &format!("{}.png", "n".repeat(300))],

@@ -34,12 +34,12 @@ Examples:
   octray render a.scn --samples 32 --pattern sobol --filter blackman-harris --srgb
   octray render a.scn --background transparent --aov depth,normal,heat
   octray render a.scn -q --json stats.json          rays, times and memory as JSON
-  octray render a.scn b.scn -o out/{stem}.jpg       several scenes, one picture each
+  octray render a.scn b.scn -o {stem}.jpg           several scenes, one picture each
   octray render a.scn --turntable 48 -o t-##.png    48 frames around the scene
   octray render a.scn --turntable 48 -o t-##.png --frames 1-24
                                                     the first half of them
   octray render models/*.glb --sheet 8 --size 256x256 --keep-going
-  octray render bunny.ply --turntable 100 -o train/r_#.png --aov depth --save-poses transforms.json
+  octray render bunny.ply --turntable 100 -o r_#.png --aov depth --save-poses transforms.json
                                                     a data set
   octray render a.scn --turntable 50 -o turn.gif    a film; also .apng and .y4m
   octray render gears.scn -o gears.gif              all frames of a scene that moves

@@ -176,7 +176,7 @@ fn show(mut answer: clap::Error, arguments: &[OsString]) -> Result<Option<Plan>,
             _ => return Err(CliError::Usage(answer.kind().to_string())),
         }
     }
-    usage::explain(&mut answer);
+    usage::explain(&mut answer, arguments);
     let printed = answer.print();
     if answer.use_stderr() {
         return Err(CliError::UsageShown);

@@ -14,7 +14,7 @@ use crate::{
         CliError, load,
         plan::{
             Job, JsonTarget, Look, Looks, MeshOptions, Pictures, Planned, Poses, RenderPlan, check_inputs,
-            is_standard_input,
+            has_number, is_standard_input,
         },
         process::useful_threads,
         write::is_foreign,
@@ -36,8 +36,8 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
-    /// Also replace files that octray did not write; not needed if -o on the command line names
-    /// the file in full, without {stem} or #
+    /// Also replace files that octray did not write; not needed for files that options on the
+    /// command line name in full, without {stem} or #, which are replaced
     #[arg(long, help_heading = "Picture")]
     pub force: bool,
 
@@ -148,6 +148,21 @@ impl RenderArgs {
         Err(CliError::Usage(why))
     }
 
+    /// Refuses a # that no frame's number would replace.
+    fn check_numbers(&self, has_frames: bool) -> Result<(), CliError> {
+        let is_typed = !self.is_default("output") && self.series.sheet.is_none();
+        match self.output.as_deref().filter(|output| has_number(output)) {
+            Some(output) if is_typed && !has_frames && !self.series.keep_going => {
+                Err(CliError::Usage(format!(
+                    "{}: # stands for the number of a frame, and there are no frames; leave it out, or ask for frames with \
+                 --turntable, --poses or a scene with keyframes (`at`)",
+                    clip_path(output)
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Checks the arguments, and names and checks every picture.
     ///
     /// # Errors
@@ -163,6 +178,7 @@ impl RenderArgs {
             Some(_) => Vec::new(),
             None => self.series.keyframes(&self.scenes, self.output.as_deref())?,
         };
+        self.check_numbers(turntable.is_some() || !keyframes.is_empty())?;
         let pictures = Pictures {
             look: &looks.mesh,
             output: self.output.as_deref(),

@@ -1,7 +1,8 @@
 //! Hints added to clap's usage errors.
 
+use crate::error::clip_path;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use std::ffi::OsString;
+use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
 const ELSEWHERE: [(&[&str], &str); 10] = [
@@ -33,9 +34,13 @@ const ELSEWHERE: [(&[&str], &str); 10] = [
 ];
 
 /// Adds a hint, if there is one.
-pub fn explain(error: &mut clap::Error) {
+pub fn explain(error: &mut clap::Error, arguments: &[OsString]) {
     explain_conflict(error);
     explain_unknown(error);
+    explain_file(error, arguments);
+    if arguments.get(1).is_some_and(|command| command == "bench") {
+        explain_bench(error);
+    }
     let is_stats = matches!(error.get(ContextKind::InvalidArg), Some(ContextValue::String(option)) if option == "--stats");
     if error.kind() == ErrorKind::TooManyValues && is_stats {
         suggest(error, "--json FILE writes JSON");
@@ -109,6 +114,31 @@ fn explain_unknown(error: &mut clap::Error) {
     } else if error.get(ContextKind::SuggestedArg).is_none() {
         // clap's own tip, how to pass it as a value, does not help: no scene is called like an option.
         suggest(error, "--help lists the options");
+    }
+}
+
+/// Files whose names begin like options.
+fn explain_file(error: &mut clap::Error, arguments: &[OsString]) {
+    let is_file = |word: &&OsString| word.as_encoded_bytes().starts_with(b"-") && Path::new(word).is_file();
+    if error.kind() == ErrorKind::UnknownArgument
+        && let Some(file) = arguments.iter().skip(1).find(is_file)
+    {
+        error.remove(ContextKind::SuggestedArg);
+        suggest(error, &format!("the file is ./{}", clip_path(Path::new(file))));
+    }
+}
+
+/// A scene, or --all.
+fn explain_bench(error: &mut clap::Error) {
+    let is_quick = matches!(error.get(ContextKind::InvalidArg), Some(ContextValue::String(option)) if option == "--quick");
+    match error.kind() {
+        ErrorKind::MissingRequiredArgument => {
+            suggest(error, "name a scene, or time generated ones with --all")
+        }
+        ErrorKind::ArgumentConflict if is_quick => {
+            suggest(error, "--quick goes with --all: octray bench --all --quick");
+        }
+        _ => {}
     }
 }
 

@@ -8,13 +8,13 @@ use crate::{
     bench::Method,
     cli::{
         CliError, report,
-        write::{Output, identity},
+        write::{Output, check_writable, identity},
     },
     error::clip_path,
     generate::{self, Kind},
     render::Settings,
     verify,
-    whole_file::{folder_of, follow_links},
+    whole_file::follow_links,
 };
 use std::{
     fs,
@@ -59,24 +59,23 @@ impl JsonTarget {
     /// `-` is standard output.
     ///
     /// # Errors
-    /// [`CliError::Failed`] if it is a directory or in a directory that does not exist.
+    /// [`CliError::Failed`] if it cannot be written, such as a directory.
     pub fn new(path: &Path) -> Result<Self, CliError> {
         if is_standard_input(path) {
             report::check_stdout()?;
             return Ok(Self::Stdout);
         }
-        let folder = folder_of(path);
-        let why = if path.is_dir() {
-            "it is a directory".to_owned()
-        } else if !folder.is_dir() {
-            format!("directory `{}` does not exist", clip_path(folder))
-        } else {
-            return Ok(Self::File(path.to_owned()));
-        };
-        Err(CliError::Failed(format!(
-            "cannot write {}: {why}",
-            clip_path(path)
-        )))
+        let name = clip_path(path);
+        let found = fs::metadata(path).ok();
+        // Pipes and devices are written as they are.
+        if !found
+            .as_ref()
+            .is_some_and(|found| !found.is_file() && !found.is_dir())
+        {
+            let place = follow_links(path).map_err(|error| CliError::writing(&name, &error))?;
+            check_writable(&place, found.is_some(), &name)?;
+        }
+        Ok(Self::File(path.to_owned()))
     }
 
     /// Whether it is the file of an output: also through links, or because standard output is redirected to it.

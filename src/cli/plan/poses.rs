@@ -338,7 +338,10 @@ mod tests {
         let frame =
             |matrix: &str| format!(r#"{{"camera_angle_x":1,"frames":[{{"transform_matrix":{matrix}}}]}}"#);
         for (text, expected) in [
-            (String::new(), "t.json: the file is empty, expected a file of poses"),
+            (
+                String::new(),
+                "t.json: the file is empty, expected a file of poses",
+            ),
             ("{".to_owned(), "1:1: not a file of poses: the file is cut short"),
             (r#"{"frames":[]}"#.to_owned(), "0 frames"),
             (frame("[[1,0,0]]"), "not a file of poses"),

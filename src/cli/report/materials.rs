@@ -23,7 +23,11 @@ impl MaterialUse {
             "{}{textures}, {} {}",
             self.statement,
             count(self.primitives),
-            if self.primitives == 1 { "primitive" } else { "primitives" }
+            if self.primitives == 1 {
+                "primitive"
+            } else {
+                "primitives"
+            }
         )
     }
 }

@@ -380,7 +380,7 @@ fn temporary(path: &Path, old: Option<&Old>) -> io::Result<Temporary> {
 }
 
 /// Whether the file may be replaced or made, found out without changing it.
-fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError> {
+pub fn check_writable(path: &Path, exists: bool, name: &str) -> Result<(), CliError> {
     let folder = folder_of(path);
     if !folder.is_dir() {
         let what = if folder.exists() {

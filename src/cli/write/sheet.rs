@@ -125,7 +125,12 @@ fn fitting(name: &str, most: usize) -> Vec<char> {
     }
     let (head, tail) = (kept.div_ceil(2), kept / 2);
     let tail = &letters[letters.len() - tail..];
-    letters[..head].iter().copied().chain(CUT.chars()).chain(tail.iter().copied()).collect()
+    letters[..head]
+        .iter()
+        .copied()
+        .chain(CUT.chars())
+        .chain(tail.iter().copied())
+        .collect()
 }
 
 #[cfg(test)]

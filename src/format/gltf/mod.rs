@@ -77,8 +77,13 @@ pub(super) fn parse(
     let (json, blob) = if bytes.starts_with(b"glTF") {
         split_binary(bytes).map_err(refused)?
     } else {
-        let is_binary = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
-        let first = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes).trim_ascii_start();
+        let is_binary = path
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
+        let first = bytes
+            .strip_prefix(BYTE_ORDER_MARK)
+            .unwrap_or(bytes)
+            .trim_ascii_start();
         if is_binary && first.first() != Some(&b'{') {
             return Err(refused("not a GLB file: its first bytes are not `glTF`".into()));
         }
@@ -218,7 +223,10 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
     let scenes = root.scenes.len();
     if let Some(scene) = root.scene.filter(|scene| scene.value() >= scenes) {
         let counted = counted(scenes, "scene", "scenes");
-        return Err(refused(format!("scene: scene {}, but the file has {counted}", scene.value())));
+        return Err(refused(format!(
+            "scene: scene {}, but the file has {counted}",
+            scene.value()
+        )));
     }
     // What octray does not read may be invalid.
     root.animations.clear();
@@ -266,7 +274,8 @@ fn document(mut root: json::Root, path: &Path) -> Result<Document, LoadError> {
 fn version(text: &[u8]) -> Option<String> {
     use json::deserialize::from_slice;
     let word = from_slice(text).map(|Versioned::<Version<String>> { asset }| asset.version);
-    let number = || from_slice(text).map(|Versioned::<Version<f64>> { asset }| format!("{:.1}", asset.version));
+    let number =
+        || from_slice(text).map(|Versioned::<Version<f64>> { asset }| format!("{:.1}", asset.version));
     let profile = || from_slice(text).map(|Versioned::<Profiled> { asset }| asset.profile.version);
     word.or_else(|_| number()).or_else(|_| profile()).ok()
 }

@@ -20,7 +20,9 @@ pub use up::{UpAxis, UpSource};
 use super::gltf;
 #[cfg(feature = "threemf")]
 use super::threemf;
-use super::{OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl, textures::names};
+use super::{
+    OpenMesh, budget::Budget, files, left_out::counted, obj, off, ply, source::Opened, stl, textures::names,
+};
 use crate::{
     error::{LoadError, clip_path},
     scene::{Image, Lens, Light, MAX_TEXTURES, Material, Projection, SurfaceTextures, TriangleMesh, View},
@@ -90,7 +92,12 @@ pub(super) fn camera_name(name: &str) -> String {
 pub(super) fn add_texture_file(files: &mut Vec<PathBuf>, path: &Path, name: &str) {
     if files.len() < MAX_TEXTURES && name.len() <= MAX_NAME {
         let beside = names::last_of_absolute(name);
-        files.extend([Some(name), beside].into_iter().flatten().map(|name| names::joined(path, name)));
+        files.extend(
+            [Some(name), beside]
+                .into_iter()
+                .flatten()
+                .map(|name| names::joined(path, name)),
+        );
     }
 }
 

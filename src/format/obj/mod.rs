@@ -279,9 +279,6 @@ impl<'b> Obj<'b> {
         if !self.corners.is_empty() {
             left_out.count(self.point_elements, "point element", "point elements");
         }
-        if !self.keeps_uvs && self.texture_coordinates > 0 {
-            left_out.add("texture coordinates");
-        }
         left_out.count(
             self.odd_uvs,
             "texture coordinate that is no number or too large",

@@ -197,7 +197,10 @@ impl Reading {
         };
         let surface = Surface {
             diffuse,
-            specular: self.specular.unwrap_or_default().map(|channel| channel * highlight),
+            specular: self
+                .specular
+                .unwrap_or_default()
+                .map(|channel| channel * highlight),
             alpha: (self.exponent as u32).clamp(1, 10_000),
             is_unlit: false,
             glass: None,

@@ -101,7 +101,7 @@ fn what_is_not_read_is_said() {
     assert_eq!(
         mesh(&text).notes,
         [
-            "folder/a.obj: left out: 2 line elements, 1 point element, texture coordinates, smoothing groups, 2 unknown \
+            "folder/a.obj: left out: 2 line elements, 1 point element, smoothing groups, 2 unknown \
              lines (first: `cstype` in line 13)"
         ]
     );

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     error::quote,
-    format::{left_out::counted, mesh::UpAxis},
+    format::{left_out::counted, mesh::UpAxis, place::LONE_RETURNS},
 };
 use serde_ply::{PlyFormat, PlyReader, PropertyType, ScalarType};
 use std::{io::Cursor, ops::Range};
@@ -373,6 +373,14 @@ pub(super) fn find_end(bytes: &[u8]) -> Result<usize, Fault> {
         return Err(Fault {
             place: Place::File,
             message: "the file is empty, expected a PLY mesh".to_owned(),
+        });
+    }
+    if let Some([next, ..]) = bytes.strip_prefix(b"ply\r")
+        && *next != b'\n'
+    {
+        return Err(Fault {
+            place: Place::File,
+            message: LONE_RETURNS.to_owned(),
         });
     }
     let mut end = 0;

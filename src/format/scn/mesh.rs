@@ -261,7 +261,8 @@ impl Reader<'_> {
 pub(super) fn note_faces(loaded: Option<&mut LoadedMesh>, path: &Path, point_radius: Option<f32>) {
     if let (Some(mesh), Some(_)) = (loaded.filter(|mesh| mesh.cloud.is_none()), point_radius) {
         let path = clip_path(path);
-        mesh.notes.push(format!("{path}: the mesh has faces, so point_size has no effect"));
+        mesh.notes
+            .push(format!("{path}: the mesh has faces, so point_size has no effect"));
     }
 }
 
