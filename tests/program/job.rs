@@ -307,7 +307,7 @@ fn what_is_no_job() {
         (
             "a.scn --for slurm --into a.scn",
             1,
-            "cannot write to the directory a.scn",
+            "cannot make the directory a.scn: `a.scn` is a file, expected a directory",
         ),
     ] {
         let line = format!("job {line}");
