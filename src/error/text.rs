@@ -112,6 +112,7 @@ pub(crate) fn io_reason(error: &io::Error) -> String {
 const CUT_SHORT: &str = "the file is cut short";
 
 /// The message of a decoder of images. Each has its own words for a file that ends early.
+#[cfg(feature = "textures")]
 pub(crate) fn decoder_reason(message: &str) -> String {
     const ENDS: [&str; 4] = [
         "failed to fill whole buffer",
@@ -120,10 +121,10 @@ pub(crate) fn decoder_reason(message: &str) -> String {
         "no more bytes",
     ];
     let message = message.to_lowercase();
-    match ENDS.iter().any(|end| message.contains(end)) {
-        true => CUT_SHORT.to_owned(),
-        false => message,
+    if ENDS.iter().any(|end| message.contains(end)) {
+        return CUT_SHORT.to_owned();
     }
+    message
 }
 
 /// A word of a file in backquotes, escaped, and cut if it is long.

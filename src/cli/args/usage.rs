@@ -133,7 +133,7 @@ fn explain_bench(error: &mut clap::Error) {
     let is_quick = matches!(error.get(ContextKind::InvalidArg), Some(ContextValue::String(option)) if option == "--quick");
     match error.kind() {
         ErrorKind::MissingRequiredArgument => {
-            suggest(error, "name a scene, or time generated ones with --all")
+            suggest(error, "name a scene, or time generated ones with --all");
         }
         ErrorKind::ArgumentConflict if is_quick => {
             suggest(error, "--quick goes with --all: octray bench --all --quick");
