@@ -28,8 +28,8 @@ const PATH_BYTES: usize = 160;
 #[derive(Default)]
 pub(super) struct Images {
     paths: Vec<Arc<Path>>,
-    /// As the mesh writes them.
-    names: Vec<Box<str>>,
+    /// As the mesh writes them, if they are absolute paths.
+    absolute: Vec<Option<Box<str>>>,
     numbers: HashMap<Arc<Path>, u32>,
 }
 
@@ -57,11 +57,12 @@ impl Images {
         if self.paths.len() >= MAX_TEXTURES {
             return Ok(None);
         }
-        budget.take(path.as_os_str().len() + name.len() + PATH_BYTES)?;
+        let absolute = names::last_of_absolute(name).map(|_| name);
+        budget.take(path.as_os_str().len() + absolute.map_or(0, str::len) + PATH_BYTES)?;
         let (path, number): (Arc<Path>, u32) = (path.into(), self.paths.len() as u32);
         self.numbers.insert(Arc::clone(&path), number);
         self.paths.push(path);
-        self.names.push(name.into());
+        self.absolute.push(absolute.map(Into::into));
         Ok(Some(number))
     }
 
@@ -84,17 +85,17 @@ impl Images {
         let used = used_images(self.paths.len(), used);
         let mut beside = names::Beside::new(path);
         let mut read: Vec<Option<Result<Vec<u8>, String>>> = Vec::new();
-        for ((file, name), is_used) in self.paths.iter().zip(&self.names).zip(used) {
-            read.push(
-                is_used.then(|| (open)(file).or_else(|error| beside.read((name, file, &error), &mut *open))),
-            );
+        for ((file, name), is_used) in self.paths.iter().zip(&self.absolute).zip(used) {
+            read.push(is_used.then(|| {
+                (open)(file).or_else(|error| beside.read((name.as_deref(), file, &error), &mut *open))
+            }));
         }
         notes.extend(beside.note());
         let mut encoded = Vec::new();
-        for ((file, name), read) in self.paths.iter().zip(&self.names).zip(&read) {
+        for ((file, name), read) in self.paths.iter().zip(&self.absolute).zip(&read) {
             encoded.push(read.as_ref().map(|read| Encoded {
-                name: match names::last_of_absolute(name) {
-                    Some(_) => name.to_string(),
+                name: match name {
+                    Some(name) => name.to_string(),
                     None => file.to_string_lossy().into_owned(),
                 },
                 bytes: read.as_deref().map_err(Clone::clone),

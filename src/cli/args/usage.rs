@@ -130,12 +130,11 @@ fn explain_file(error: &mut clap::Error, arguments: &[OsString]) {
 
 /// A scene, or --all.
 fn explain_bench(error: &mut clap::Error) {
-    let is_quick = matches!(error.get(ContextKind::InvalidArg), Some(ContextValue::String(option)) if option == "--quick");
     match error.kind() {
         ErrorKind::MissingRequiredArgument => {
             suggest(error, "name a scene, or time generated ones with --all");
         }
-        ErrorKind::ArgumentConflict if is_quick => {
+        ErrorKind::ArgumentConflict if error.to_string().contains("--quick") => {
             suggest(error, "--quick goes with --all: octray bench --all --quick");
         }
         _ => {}

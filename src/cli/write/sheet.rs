@@ -84,7 +84,7 @@ impl Sheet {
             self.write(name, [left, below + (NAME - LETTER) / 2], INK);
         } else {
             self.write(name, [left, below], INK);
-            self.write("skipped", [left, below + LETTER], GREY);
+            self.write("skipped", [left, below + LETTER + 2], GREY);
         }
     }
 
@@ -164,7 +164,7 @@ mod tests {
         let (width, height) = sheet.size();
         for y in 0..height {
             for x in (0..width).filter(|&x| is_ink(x, y)) {
-                assert!((GAP..width - GAP).contains(&x) && y > GAP + 10, "{x} {y}");
+                assert!((GAP..width - GAP).contains(&x) && y >= GAP + 10, "{x} {y}");
             }
         }
         assert!((0..width).any(|x| (0..height).any(|y| is_ink(x, y))));

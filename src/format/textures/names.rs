@@ -43,16 +43,18 @@ impl<'a> Beside<'a> {
         }
     }
 
-    /// Reads an image that could not be read at its path: `file`, which the mesh calls `name`. The error is a sentence.
+    /// Reads an image that could not be read at its path: `file`, which the mesh calls
+    /// `name` if that is an absolute path. The error is a sentence.
     pub(super) fn read(
         &mut self,
-        (name, file, error): (&str, &Path, &io::Error),
+        (name, file, error): (Option<&str>, &Path, &io::Error),
         open: OpenMesh<'_>,
     ) -> Result<Vec<u8>, String> {
         use io::ErrorKind::{NotADirectory, NotFound};
         let failed = |file: &Path, error: &io::Error| Err(reason(&files::load_error(file, error)));
         let is_missing = |error: &io::Error| matches!(error.kind(), NotFound | NotADirectory);
-        let Some(last) = last_of_absolute(name).filter(|_| is_missing(error)) else {
+        let name = name.filter(|_| is_missing(error));
+        let Some((name, last)) = name.and_then(|name| Some((name, last_of_absolute(name)?))) else {
             return failed(file, error);
         };
         let beside = joined(self.by, last);
