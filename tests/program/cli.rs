@@ -76,7 +76,7 @@ fn wrong_values_are_usage_errors() {
         ("--stats=xml", "--stats"),
         ("--eye 1,2", "x,y,z"),
         ("--eye 1,2,3,4", "x,y,z"),
-        ("--eye nan,0,0", "1e9"),
+        ("--eye nan,0,0", "finite"),
         ("--eye --up", "x,y,z"),
         ("--fov wide", "--fov"),
         ("--fov 0", "field of view"),
@@ -322,7 +322,7 @@ fn info_lists_lights_materials_and_cameras() {
     let text = folder.run(&["info", "b.scn"]);
     let words = [
         "light 3 -2 5 0.5 color 1 0.5 0",
-        "blinn_phong cd 1 0 0 cs 1 1 1 kd 0.8 ks 0.25 alpha 9, 1 primitives",
+        "blinn_phong cd 1 0 0 cs 1 1 1 kd 0.8 ks 0.25 alpha 9, 1 primitive",
         "bottom 1 1 1 top 0 0 1",
         "\"far away\" eye 9 1 3 target 0 0 0 up 0 0 1 fov 45",
         "part.scn",
