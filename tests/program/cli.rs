@@ -76,7 +76,8 @@ fn wrong_values_are_usage_errors() {
         ("--stats=xml", "--stats"),
         ("--eye 1,2", "x,y,z"),
         ("--eye 1,2,3,4", "x,y,z"),
-        ("--eye nan,0,0", "finite"),
+        ("--eye nan,0,0", "three finite numbers"),
+        ("--eye 1e30,0,0", "1e9"),
         ("--eye --up", "x,y,z"),
         ("--fov wide", "--fov"),
         ("--fov 0", "field of view"),
@@ -104,12 +105,17 @@ fn wrong_values_are_usage_errors() {
         ("-o a", ".png"),
         ("-o .png", ".png"),
         ("-o a.scn", ".png"),
+        ("-o a-#.png", "# stands for the number of a frame"),
     ] {
         let arguments: Vec<_> = std::iter::once("a.scn").chain(arguments.split(' ')).collect();
         folder.fails(&arguments, 2, words);
     }
     folder.fails(&["bnech", "a.scn"], 2, "'bench'");
     folder.fails(&["info"], 2, "<SCENE>");
+    folder.fails(&["bench"], 2, "generated ones with --all");
+    folder.fails(&["bench", "a.scn", "--quick"], 2, "--quick goes with --all");
+    folder.write("-dash.ply", "");
+    folder.fails(&["-dash.ply"], 2, "./-dash.ply");
     folder.fails(&["info", "a.scn", "--size", "5x5"], 2, "--size");
     folder.fails(
         &["bench", "a.scn", "--method", "guess"],
@@ -322,7 +328,7 @@ fn info_lists_lights_materials_and_cameras() {
     let text = folder.run(&["info", "b.scn"]);
     let words = [
         "light 3 -2 5 0.5 color 1 0.5 0",
-        "blinn_phong cd 1 0 0 cs 1 1 1 kd 0.8 ks 0.25 alpha 9, 1 primitive",
+        "blinn_phong cd 1 0 0 cs 1 1 1 kd 0.8 ks 0.25 alpha 9, 1 primitive\n",
         "bottom 1 1 1 top 0 0 1",
         "\"far away\" eye 9 1 3 target 0 0 0 up 0 0 1 fov 45",
         "part.scn",
