@@ -48,14 +48,15 @@ pub fn abandon() {
 /// # Errors
 /// What `write` or the system says; a file is as before then.
 pub fn write(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
-    let target = follow_links(path)?;
-    let old = fs::metadata(&target).ok();
+    let old = fs::metadata(path).ok();
     if old.as_ref().is_some_and(|old| !old.is_file()) {
-        let mut file = OpenOptions::new().write(true).open(&target)?;
+        // Not by what it links to: /dev/stdout leads to a pipe without a path.
+        let mut file = OpenOptions::new().write(true).open(path)?;
         let mut out = BufWriter::with_capacity(1 << 16, &mut file);
         write(&mut out)?;
         return out.flush();
     }
+    let target = follow_links(path)?;
     if old.is_some() {
         // Replacing would not ask for the old file's permission.
         OpenOptions::new().write(true).open(&target)?;
