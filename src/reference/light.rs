@@ -112,11 +112,12 @@ pub(super) fn from_environment<S: Simd>(
     normal: Vec3,
     [u, v]: [f32; 2],
 ) -> (Vec3, [f32; 3]) {
-    let twice = u + u;
-    let direction = if twice >= 1.0 {
-        environment.sample([twice - 1.0, v])
+    let share = environment.light_share();
+    let edge = 1.0 - share;
+    let direction = if u >= edge {
+        environment.sample([(u - edge) / share, v])
     } else {
-        by_cosine(simd, normal, [twice, v])
+        by_cosine(simd, normal, [u * (1.0 / edge), v])
     };
     let n_dot_l = max(simd.dot(normal, direction), 0.0);
     (direction, environment.power(direction, n_dot_l))

@@ -322,13 +322,18 @@ fn gather_light<S: Simd>(
         sum.add(simd, (s, material), (seen.to_light, n_dot_l), power);
     }
     if let Some(environment) = scene.environment() {
-        let point = draw.sample.point(draw.first_pair + 1 + lights.len());
-        let (to_light, power) = light::from_environment(simd, environment, s.normal, point);
-        let n_dot_l = simd.dot(s.normal, to_light);
-        rays.shadow += u64::from(shadows && n_dot_l > 0.0);
-        let ray = light::leaving(simd, s, to_light, T_MAX);
-        if n_dot_l > 0.0 && !(shadows && intersect.occluded(&ray)) {
-            sum.add(simd, (s, material), (to_light, n_dot_l), power);
+        for i in 0..scene.environment_rays() {
+            let point = draw.sample.point(draw.first_pair + 1 + lights.len() + i);
+            let (to_light, power) = match i {
+                0 => light::from_environment(simd, environment, s.normal, point),
+                _ => environment.sample_suns(point),
+            };
+            let n_dot_l = simd.dot(s.normal, to_light);
+            rays.shadow += u64::from(shadows && n_dot_l > 0.0);
+            let ray = light::leaving(simd, s, to_light, T_MAX);
+            if n_dot_l > 0.0 && !(shadows && intersect.occluded(&ray)) {
+                sum.add(simd, (s, material), (to_light, n_dot_l), power);
+            }
         }
     }
     sum

@@ -1,12 +1,19 @@
 //! Light from all around: a background that lights surfaces, with importance sampling.
 //!
 //! A picture is sampled by the light of its texels (Pharr, Jakob and Humphreys, *Physically Based Rendering*, 4th edition,
-//! 12.5).
+//! 12.5). Where some of them are much brighter than the mean, each point gets two samples: one of these suns, one of the
+//! rest. So neither's grain is that of the other.
+
+mod suns;
 
 use super::Background;
 use crate::error::SceneError;
 use glam::Vec3;
-use std::f32::consts::{PI, TAU};
+use std::{
+    collections::TryReserveError,
+    f32::consts::{PI, TAU},
+};
+use suns::Suns;
 
 /// The largest width and height of an environment's picture, pixels.
 pub const MAX_ENVIRONMENT_SIDE: u32 = 1 << 14;
@@ -28,7 +35,9 @@ pub struct EnvironmentPicture {
     height: usize,
     /// Rows from the top; linear RGB, 0 or more.
     texels: Vec<[f32; 3]>,
-    /// For each row the probability that a sample is in it or in one above.
+    /// What is much brighter than the rest, with samples of its own.
+    suns: Option<Suns>,
+    /// For each row the probability that a sample of the rest is in it or in one above.
     rows: Vec<f32>,
     /// For each texel the probability that a sample of its row is in it or left of it.
     columns: Vec<f32>,
@@ -90,11 +99,12 @@ impl EnvironmentPicture {
             width,
             height,
             texels,
+            suns: None,
             rows,
             columns,
             turn: (degrees / 360.0).rem_euclid(1.0) as f32,
         };
-        picture.tabulate();
+        picture.tabulate().map_err(no_memory)?;
         Ok(picture)
     }
 
@@ -107,31 +117,22 @@ impl EnvironmentPicture {
     /// Returns the memory of a picture of this size, bytes.
     #[must_use]
     pub fn bytes([width, height]: [u32; 2]) -> usize {
-        let texel = size_of::<[f32; 3]>() + size_of::<f32>();
+        let texel = size_of::<[f32; 3]>() + size_of::<f32>() + suns::BYTES_PER_TEXEL;
         (width as usize * texel + size_of::<f32>()).saturating_mul(height as usize)
     }
 
     /// Fills the tables of probabilities. They are sums in `f64`, in one order.
-    fn tabulate(&mut self) {
+    fn tabulate(&mut self) -> Result<(), TryReserveError> {
+        // Brightness first, in the memory of the probabilities.
+        self.columns.extend(self.texels.iter().map(|&[r, g, b]| {
+            let [r, g, b] = [r, g, b].map(f64::from);
+            (0.2126 * r + 0.7152 * g + 0.0722 * b) as f32
+        }));
+        self.suns = Suns::cut_out(self.width, &mut self.columns)?;
         let mut total = 0.0;
         let mut sums = Vec::with_capacity(self.height);
-        for y in 0..self.height {
-            let first = self.columns.len();
-            let mut sum = 0.0;
-            let mut along: Vec<f64> = Vec::with_capacity(self.width);
-            for x in 0..self.width {
-                sum += self.brightness(x, y);
-                along.push(sum);
-            }
-            for (x, part) in along.into_iter().enumerate() {
-                let even = (x + 1) as f64 / self.width as f64;
-                self.columns
-                    .push(if sum > 0.0 { part / sum } else { even } as f32);
-            }
-            self.columns[first + self.width - 1] = 1.0;
-            // Rows near the poles fill less of the sphere.
-            let polar = (y as f64 + 0.5) / self.height as f64 * std::f64::consts::PI;
-            total += sum * libm::sin(polar);
+        for (y, row) in self.columns.chunks_exact_mut(self.width).enumerate() {
+            total += accumulate(row) * share_of_row(y, self.height);
             sums.push(total);
         }
         for (y, sum) in sums.into_iter().enumerate() {
@@ -140,25 +141,18 @@ impl EnvironmentPicture {
                 .push(if total > 0.0 { sum / total } else { even } as f32);
         }
         self.rows[self.height - 1] = 1.0;
-    }
-
-    /// The mean brightness in a texel's square of the interpolated picture.
-    fn brightness(&self, x: usize, y: usize) -> f64 {
-        let mut sum = 0.0;
-        for (dy, share_y) in [(-1_isize, 0.125), (0, 0.75), (1, 0.125)] {
-            for (dx, share_x) in [(-1_isize, 0.125), (0, 0.75), (1, 0.125)] {
-                let [r, g, b] = self.texel(x as isize + dx, y as isize + dy).map(f64::from);
-                sum += share_x * share_y * (0.2126 * r + 0.7152 * g + 0.0722 * b);
-            }
-        }
-        sum
+        Ok(())
     }
 
     /// The texel; columns repeat, rows end.
     fn texel(&self, x: isize, y: isize) -> [f32; 3] {
-        let x = x.rem_euclid(self.width as isize) as usize;
-        let y = y.clamp(0, self.height as isize - 1) as usize;
+        let [x, y] = self.wrapped(x, y);
         self.texels[y * self.width + x]
+    }
+
+    fn wrapped(&self, x: isize, y: isize) -> [usize; 2] {
+        let x = x.rem_euclid(self.width as isize) as usize;
+        [x, y.clamp(0, self.height as isize - 1) as usize]
     }
 
     /// Where a direction is in the picture: from 0 to 1 from left to right and from top to bottom.
@@ -186,28 +180,77 @@ impl EnvironmentPicture {
         })
     }
 
-    /// A direction, with a probability by the light from it.
-    fn sample(&self, [s, t]: [f32; 2]) -> Vec3 {
-        let (y, v) = find(&self.rows, t);
-        let (_, u) = find(self.row(y), s);
+    /// The direction of a random point around the middle of a texel. Points are spread as interpolation spreads the texel's
+    /// light: by a tent, which is folded at the upper and lower edge.
+    fn around(&self, [x, y]: [usize; 2], within: [f32; 2]) -> ([f32; 2], Vec3) {
+        let [right, down] = within.map(tent);
+        let (width, height) = (self.width as f32, self.height as f32);
+        let (x, y) = (x as f32 + 0.5 + right, (y as f32 + 0.5 + down).abs());
+        let y = y.min(2.0 * height - y);
+        let (u, v) = (x / width, y / height);
         let azimuth = TAU * (0.5 + self.turn - u);
         let polar = PI * v;
         let across = libm::sinf(polar);
-        Vec3::new(
+        let direction = Vec3::new(
             across * libm::cosf(azimuth),
             across * libm::sinf(azimuth),
             libm::cosf(polar),
-        )
+        );
+        ([u - u.floor(), v], direction)
     }
 
-    /// The probability of a direction in samples, per steradian.
-    fn density(&self, direction: Vec3) -> f32 {
-        let [u, v] = self.place(direction);
-        let cell = |share: f32, count: usize| ((share * count as f32) as usize).min(count - 1);
-        let (x, y) = (cell(u, self.width), cell(v, self.height));
+    /// A direction, with a probability by the light from it; of all but the suns.
+    fn sample(&self, [s, t]: [f32; 2]) -> Vec3 {
+        let (y, v) = find(&self.rows, t);
+        let (x, u) = find(self.row(y), s);
+        self.around([x, y], [u, v]).1
+    }
+
+    /// The light from a direction and its place, and the probability in samples, per steradian. Both are interpolated
+    /// between the texels that have a `probability`.
+    fn part(
+        &self,
+        direction: Vec3,
+        [u, v]: [f32; 2],
+        probability: impl Fn([usize; 2]) -> Option<f32>,
+    ) -> ([f32; 3], f32) {
+        let (x, y) = (u * self.width as f32 - 0.5, v * self.height as f32 - 0.5);
+        let (left, top) = (x.floor(), y.floor());
+        let (right_share, lower_share) = (x - left, y - top);
+        let (mut color, mut density) = ([0.0; 3], 0.0);
+        for (dx, share_x) in [(0, 1.0 - right_share), (1, right_share)] {
+            for (dy, share_y) in [(0, 1.0 - lower_share), (1, lower_share)] {
+                let at = self.wrapped(left as isize + dx, top as isize + dy);
+                let Some(probability) = probability(at) else {
+                    continue;
+                };
+                let share = share_x * share_y;
+                density += share * probability;
+                for (sum, channel) in color.iter_mut().zip(self.texels[at[1] * self.width + at[0]]) {
+                    *sum += share * channel;
+                }
+            }
+        }
         let across = (direction.x * direction.x + direction.y * direction.y).sqrt();
-        let in_square = step(&self.rows, y) * step(self.row(y), x) * (self.width * self.height) as f32;
-        in_square / (2.0 * PI * PI * across.max(1e-6))
+        let texels = (self.width * self.height) as f32;
+        (color, density * texels / (2.0 * PI * PI * across.max(1e-6)))
+    }
+
+    /// [`Self::part`] of all but the suns.
+    fn rest(&self, direction: Vec3) -> ([f32; 3], f32) {
+        self.part(direction, self.place(direction), |[x, y]| {
+            let is_sun = (self.suns.as_ref()).is_some_and(|suns| suns.probability([x, y]).is_some());
+            (!is_sun).then(|| step(&self.rows, y) * step(self.row(y), x))
+        })
+    }
+
+    /// A direction, with a probability by the light of the suns from it, and that light over the probability.
+    fn sample_suns(&self, suns: &Suns, point: [f32; 2]) -> (Vec3, [f32; 3]) {
+        let (texel, within) = suns.sample(point);
+        let (place, direction) = self.around(texel, within);
+        let (color, density) = self.part(direction, place, |texel| suns.probability(texel));
+        let factor = if density > 0.0 { 1.0 / density } else { 0.0 };
+        (direction, color.map(|channel| channel * factor))
     }
 
     fn row(&self, y: usize) -> &[f32] {
@@ -215,18 +258,52 @@ impl EnvironmentPicture {
     }
 }
 
+/// The shares of directions that are drawn by the light. By the cosine alone, highlights at a flat angle would be grain, and
+/// so would pictures with bright parts that are too large for suns.
+// Tuned: see docs/lab-notes.md#suns
+const BACKGROUND_SHARE: f32 = 1.0 / 32.0;
+const PICTURE_SHARE: f32 = 1.0 / 8.0;
+
 /// No texel is brighter.
 const MAX_LIGHT: f32 = 1e9;
 
 /// The largest half float, which files give as infinite beyond.
 const MAX_HALF: f32 = 65504.0;
 
-/// The first entry of a table that is above `share`, and where `share` lies in all of the table, from 0 to 1.
+/// The share of a row of the sphere, of whose equator it is 1: rows near the poles fill less.
+fn share_of_row(y: usize, height: usize) -> f64 {
+    libm::sin((y as f64 + 0.5) / height as f64 * std::f64::consts::PI)
+}
+
+/// Makes sums of brightness, as shares of their total, which it returns. They rise evenly if that is 0.
+fn accumulate(row: &mut [f32]) -> f64 {
+    let total: f64 = row.iter().map(|&brightness| f64::from(brightness)).sum();
+    let (mut sum, count) = (0.0, row.len() as f64);
+    for (i, entry) in row.iter_mut().enumerate() {
+        sum += f64::from(*entry);
+        let even = (i + 1) as f64 / count;
+        *entry = if total > 0.0 { sum / total } else { even } as f32;
+    }
+    if let Some(last) = row.last_mut() {
+        *last = 1.0;
+    }
+    total
+}
+
+/// The first entry of a table that is above `share`, and where `share` lies in it, from 0 to 1.
 fn find(table: &[f32], share: f32) -> (usize, f32) {
     let i = table.partition_point(|&sum| sum <= share).min(table.len() - 1);
     let before = if i == 0 { 0.0 } else { table[i - 1] };
-    let within = (share - before) / step(table, i);
-    (i, (i as f32 + within.clamp(0.0, 1.0)) / table.len() as f32)
+    (i, ((share - before) / step(table, i)).clamp(0.0, 1.0))
+}
+
+/// Maps 0 to 1 to -1 to 1, with a probability that falls evenly from the middle.
+fn tent(share: f32) -> f32 {
+    if share < 0.5 {
+        (2.0 * share).sqrt() - 1.0
+    } else {
+        1.0 - (2.0 - 2.0 * share).sqrt()
+    }
 }
 
 /// The probability of an entry of a table.
@@ -252,7 +329,22 @@ impl Environment {
         }
     }
 
-    /// Returns a random unit vector for a point of the unit square.
+    /// Returns the share of directions that are drawn by the light itself; others are by the cosine to the surface.
+    #[inline]
+    pub(crate) fn light_share(&self) -> f32 {
+        match self {
+            Self::Background(_) => BACKGROUND_SHARE,
+            Self::Picture(_) => PICTURE_SHARE,
+        }
+    }
+
+    /// Returns whether some of its light has samples of its own.
+    #[inline]
+    pub(crate) fn has_suns(&self) -> bool {
+        matches!(self, Self::Picture(picture) if picture.suns.is_some())
+    }
+
+    /// Returns a random unit vector for a point of the unit square, of all but the suns.
     // Not inlined: compiled once, not for each level, it is the same arithmetic everywhere.
     #[inline(never)]
     pub(crate) fn sample(&self, point: [f32; 2]) -> Vec3 {
@@ -267,16 +359,34 @@ impl Environment {
         }
     }
 
-    /// Returns the light that arrives from a unit vector, drawn by [`Self::sample`] or by its cosine `n_dot_l` with equal
-    /// chances, over its probability (the balance heuristic; Veach and Guibas, *Optimally Combining Sampling Techniques*, 1995) and over pi.
+    /// Returns the light of all but the suns that arrives from a unit vector, drawn by [`Self::sample`] or by its cosine
+    /// `n_dot_l`, over its probability (the balance heuristic; Veach and Guibas, *Optimally Combining Sampling Techniques*,
+    /// 1995) and over pi.
     #[inline(never)]
     pub(crate) fn power(&self, direction: Vec3, n_dot_l: f32) -> [f32; 3] {
         let (color, density) = match self {
             Self::Background(background) => (background.color(direction), 0.25 / PI),
-            Self::Picture(picture) => (picture.color(direction), picture.density(direction)),
+            Self::Picture(picture) => picture.rest(direction),
         };
-        let probability = 0.5 * (n_dot_l + PI * density);
+        let share = self.light_share();
+        let probability = (1.0 - share) * n_dot_l + share * (PI * density);
         let factor = if n_dot_l > 0.0 { 1.0 / probability } else { 0.0 };
         color.map(|channel| channel * factor)
+    }
+
+    /// Returns a random unit vector to the suns for a point of the unit square, and the light that arrives from there, over
+    /// its probability and over pi. Without suns there is no light.
+    #[inline(never)]
+    pub(crate) fn sample_suns(&self, point: [f32; 2]) -> (Vec3, [f32; 3]) {
+        match self {
+            Self::Picture(picture) => match &picture.suns {
+                Some(suns) => {
+                    let (direction, light) = picture.sample_suns(suns, point);
+                    (direction, light.map(|channel| channel / PI))
+                }
+                None => (Vec3::Z, [0.0; 3]),
+            },
+            Self::Background(_) => (Vec3::Z, [0.0; 3]),
+        }
     }
 }

@@ -298,11 +298,16 @@ impl Scene {
         if self.environment.is_some() { f32::MAX } else { 1.0 }
     }
 
-    /// Returns how many random points each depth of a sample takes: for ambient light, for each light and for the
-    /// environment.
+    /// Returns how many rays leave a point for the environment: two if that has suns.
+    #[inline]
+    pub(crate) fn environment_rays(&self) -> usize {
+        (self.environment.as_ref()).map_or(0, |environment| 1 + usize::from(environment.has_suns()))
+    }
+
+    /// Returns how many random points a depth takes: for ambient light, for each light and for the environment.
     #[inline]
     pub(crate) fn draws_per_depth(&self) -> usize {
-        1 + self.lights.len() + usize::from(self.environment.is_some())
+        1 + self.lights.len() + self.environment_rays()
     }
 
     /// Replaces the lights by those of another scene.

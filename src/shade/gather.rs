@@ -33,6 +33,8 @@ impl Shader {
         self.occlude_ambient(scene, tracer, settings, (depth, lit));
         let sources = lights.iter().map(Source::Light);
         let sources = sources.chain(scene.environment().map(Source::Environment));
+        let with_suns = scene.environment().filter(|environment| environment.has_suns());
+        let sources = sources.chain(with_suns.map(Source::Suns));
         for (source_i, source) in sources.enumerate() {
             // The first pair is for ambient light.
             let draws = draws(&self.first_points, scene, settings, (depth, 1 + source_i));
@@ -48,7 +50,7 @@ impl Shader {
             self.tracing += time;
             let power = match source {
                 Source::Light(light) => light.power(),
-                Source::Environment(_) => [1.0; 3],
+                Source::Environment(_) | Source::Suns(_) => [1.0; 3],
             };
             self.sum_up(scene, tracer.level(), lit, power, source_i == 0);
         }

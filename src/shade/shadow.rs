@@ -22,7 +22,9 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy)]
 pub(super) enum Source<'a> {
     Light(&'a Light),
+    /// All of it but its suns.
     Environment(&'a Environment),
+    Suns(&'a Environment),
 }
 
 /// The scratch memory of a pass: occlusion rays.
@@ -125,6 +127,17 @@ pub(super) fn pass(
         }
         Source::Environment(environment) => {
             let count = at_level!(level, |simd| environment::facing(
+                simd,
+                environment,
+                (draws, shadows),
+                surfaces,
+                arriving,
+                scratch
+            ));
+            (count, None)
+        }
+        Source::Suns(environment) => {
+            let count = at_level!(level, |simd| environment::facing_suns(
                 simd,
                 environment,
                 (draws, shadows),

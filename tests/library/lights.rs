@@ -347,6 +347,45 @@ fn pictures_light_as_their_integral() {
     }
 }
 
+/// A sun of half a degree, 10,000 times as bright as the sky: every sample takes a ray to it, so that few are right, in its
+/// light and in its shadow.
+#[test]
+fn suns_are_smooth_with_few_samples() {
+    let (width, height) = (1024, 512);
+    let mut texels = vec![[0.3; 3]; width * height];
+    for i in [
+        150 * width + 300,
+        150 * width + 301,
+        151 * width + 300,
+        151 * width + 301,
+    ] {
+        texels[i] = [3000.0; 3];
+    }
+    let size = [width as u32, height as u32];
+    let polar = 151.0 / height as f64 * PI;
+    let azimuth = (0.5 - 301.0 / width as f64) * 2.0 * PI;
+    let to_sun = DVec3::new(
+        polar.sin() * azimuth.cos(),
+        polar.sin() * azimuth.sin(),
+        polar.cos(),
+    );
+    // The light of four texels arrives at 0.
+    let solid_angle = 4.0 * (PI / height as f64).powi(2) * polar.sin();
+    let expected = 0.3 + 2999.7 * solid_angle * polar.cos() / PI;
+    let scene = in_environment(picture(size, texels.clone()), 1.0).finish();
+    let lit = brightness(&scene, DVec3::ZERO, 1.0, 4);
+    assert_close(lit / expected, 1.0, 3e-2, "lit");
+    let mut builder = in_environment(picture(size, texels), 1.0);
+    let black = builder
+        .add_material(Material::Silhouette { color: [0.0; 3] })
+        .expect("a material");
+    builder
+        .add_sphere(to_sun.as_vec3() * 4.0, 0.2, black)
+        .expect("a sphere");
+    let shadow = brightness(&builder.finish(), DVec3::ZERO, 1.0, 4);
+    assert_close(shadow, 0.3, 2e-2, "shadow");
+}
+
 /// The middle of a picture is at +x, its right half at -y, its upper edge at +z; a turn is counterclockwise.
 #[test]
 fn pictures_are_seen_the_right_way_round() {
@@ -379,6 +418,15 @@ fn odd_pictures() {
     let found = |environment| brightness(&in_environment(environment, 1.0).finish(), DVec3::ZERO, 1.0, 256);
     assert_close(found(picture([1, 1], vec![[0.25; 3]])), 0.25, 3e-3, "one pixel");
     assert_eq!(found(picture([2, 2], vec![[0.0; 3]; 4])), 0.0);
+    // Suns alone: so dark that shares of their light vanish, and in the last row.
+    let lone = |light: f32, at: usize| {
+        let mut texels = vec![[0.0; 3]; 16 * 8];
+        texels[at] = [light; 3];
+        found(picture([16, 8], texels))
+    };
+    assert_close(lone(1e-42, 40), 0.0, 1e-30, "dark");
+    assert_close(lone(1.0, 40), lone(1e6, 40) / 1e6, 1e-6, "bright");
+    assert_eq!(lone(1.0, 127), 0.0);
     let odd = [f32::NAN, -1.0, f32::NEG_INFINITY, 0.5].map(|c| [c; 3]);
     let found = found(picture([4, 1], odd.to_vec()));
     assert!(found > 0.05 && found < 0.3, "{found}");

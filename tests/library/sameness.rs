@@ -295,9 +295,12 @@ fn lights_of_all_kinds() {
             .expect("a sphere");
     }
     let mut random = fastrand::Rng::with_seed(3);
-    let texels = (0..200)
+    let mut texels: Vec<_> = (0..200)
         .map(|_| [(); 3].map(|()| random.f32().powi(6) * 4.0))
         .collect();
+    // Suns have samples of their own.
+    texels[47] = [70.0, 60.0, 50.0];
+    texels[91] = [50.0, 60.0, 70.0];
     let picture = EnvironmentPicture::new([20, 10], texels, 40.0, 0.5).expect("a picture");
     builder
         .set_environment(Environment::Picture(picture))

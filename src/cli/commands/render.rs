@@ -441,9 +441,7 @@ impl Call<'_> {
             (settings.window(), job.frames.len())
         };
         let lights = if settings.shadows {
-            scene.lights().len()
-                + usize::from(scene.ambient_reach().is_some())
-                + usize::from(scene.environment().is_some())
+            scene.lights().len() + usize::from(scene.ambient_reach().is_some()) + scene.environment_rays()
         } else {
             0
         };
