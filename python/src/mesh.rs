@@ -2,7 +2,7 @@
 
 use crate::{
     arrays::{RayEnds, Vectors, part, part_of_ends},
-    threads::{Threads, Turns, interruptible},
+    threads::{BATCH, SMALL_BATCH, Threads, Turns, in_batches, interruptible},
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
@@ -18,18 +18,9 @@ use pyo3::{
 use rayon::prelude::*;
 use std::{
     ops::Range,
-    sync::{
-        Arc, PoisonError, RwLock,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, PoisonError, RwLock, atomic::AtomicBool},
 };
 
-/// Rays between two looks at whether the call was cancelled: some milliseconds of work.
-const BATCH: usize = 1 << 18;
-/// The same for points.
-const SMALL_BATCH: usize = 1 << 14;
-/// The same for rays of which all hits are found.
-const ALL_HITS_BATCH: usize = 1 << 16;
 /// Calls with fewer rays or points end before anybody could press Ctrl-C.
 const FEW: usize = 1 << 14;
 
@@ -75,22 +66,6 @@ fn part_of_all<'a>(points: Points<'a>, range: &Range<usize>) -> Points<'a> {
         Points::F32(points) => Points::F32(&points[range.clone()]),
         Points::F64(points) => Points::F64(&points[range.clone()]),
     }
-}
-
-/// Calls `ask` for one batch after the other, until the call is cancelled.
-fn in_batches(
-    count: usize,
-    batch: usize,
-    cancelled: &AtomicBool,
-    mut ask: impl FnMut(Range<usize>) -> Result<(), QueryError>,
-) -> Result<(), QueryError> {
-    for start in (0..count).step_by(batch) {
-        if cancelled.load(Ordering::Relaxed) {
-            break;
-        }
-        ask(start..count.min(start + batch))?;
-    }
-    Ok(())
 }
 
 impl Mesh {
@@ -351,7 +326,7 @@ impl Mesh {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
         let limit = max_hits.unwrap_or(usize::MAX);
         let nothing = (Vec::new(), Vec::new(), Vec::new());
-        let found = self.of_rays(py, &rays, ALL_HITS_BATCH, nothing, |geometry, rays, range, to| {
+        let found = self.of_rays(py, &rays, SMALL_BATCH, nothing, |geometry, rays, range, to| {
             let all = if crossings {
                 geometry.crossings_each(rays)
             } else {
@@ -413,15 +388,17 @@ impl Mesh {
             let origin = origins.get(if origins.len() == 1 { 0 } else { ray });
             Some((origin, directions.get(ray), hit))
         };
-        let surface = |geometry: &Geometry, i: usize| {
-            asked(geometry, i).map_or(([f64::NAN; 3], [f64::NAN; 3]), |(origin, direction, hit)| {
-                let found = geometry.surface(origin, direction, &hit);
-                (found.position.to_array(), found.normal.to_array())
+        let nowhere = [f64::NAN; 3];
+        let position = |geometry: &Geometry, i: usize| {
+            asked(geometry, i).map_or(nowhere, |(origin, direction, hit)| {
+                geometry.position(origin, direction, &hit).to_array()
             })
         };
-        let position = |geometry: &Geometry, i: usize| {
-            asked(geometry, i).map_or([f64::NAN; 3], |(origin, direction, hit)| {
-                geometry.position(origin, direction, &hit).to_array()
+        let surface = |geometry: &Geometry, i: usize| {
+            let found = asked(geometry, i);
+            let found = found.map(|(origin, direction, hit)| geometry.surface(origin, direction, &hit));
+            found.map_or((nowhere, nowhere), |at| {
+                (at.position.to_array(), at.normal.to_array())
             })
         };
         let found = self.run(py, count, |geometry, cancelled| {

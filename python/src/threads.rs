@@ -1,14 +1,16 @@
 //! Threads of octray's own, and calls that Ctrl-C ends.
 
+use octray::QueryError;
 use pyo3::{exceptions::PyValueError, prelude::*};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::{
+    ops::Range,
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicBool, AtomicU32, Ordering},
     },
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 /// How often a long call looks whether Ctrl-C was pressed.
@@ -16,6 +18,13 @@ const POLL: Duration = Duration::from_millis(20);
 
 /// How often a call that waits for its turn looks whether it has come.
 const TURN: Duration = Duration::from_millis(1);
+
+/// Rays between two looks at whether the call was cancelled: some milliseconds of work.
+pub const BATCH: usize = 1 << 18;
+/// The same at first for points, and for rays of which all hits are found: some take a thousand times as long.
+pub const SMALL_BATCH: usize = 1 << 10;
+/// After a batch that took less, the next one is twice as large.
+const SHORT: Duration = Duration::from_millis(20);
 
 /// The threads of all meshes without a number of their own. A forked process has none of its parent's threads, so that it
 /// starts its own.
@@ -160,4 +169,23 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> 
         Ok(done) => Ok(done),
         Err(panic) => std::panic::resume_unwind(panic),
     }
+}
+
+/// Calls `ask` for one batch after the other, until the call is cancelled.
+pub fn in_batches(
+    count: usize,
+    batch: usize,
+    cancelled: &AtomicBool,
+    mut ask: impl FnMut(Range<usize>) -> Result<(), QueryError>,
+) -> Result<(), QueryError> {
+    let (mut start, mut batch) = (0, batch);
+    while start < count && !cancelled.load(Ordering::Relaxed) {
+        let (begun, end) = (Instant::now(), count.min(start + batch));
+        ask(start..end)?;
+        start = end;
+        if begun.elapsed() < SHORT {
+            batch = (2 * batch).min(BATCH);
+        }
+    }
+    Ok(())
 }
