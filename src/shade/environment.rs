@@ -13,13 +13,20 @@ use crate::{
     scene::Environment,
     simd::{EightLanes, LaneMask, Lanes, Simd},
 };
-use glam::Vec3;
+
+/// Which light of an environment.
+#[derive(Clone, Copy)]
+pub(super) enum Part {
+    /// All but its suns.
+    Rest,
+    Suns,
+}
 
 /// Fills `arriving` as if nothing were occluded, and `scratch` with the shadow rays, which it counts.
 #[inline(always)]
 pub(super) fn facing<S: Simd>(
     simd: S,
-    environment: &Environment,
+    (environment, part): (&Environment, Part),
     (draws, shadows): (Draws<'_>, bool),
     surfaces: &[SurfacePacket],
     arriving: &mut Arriving,
@@ -29,85 +36,56 @@ pub(super) fn facing<S: Simd>(
     let mut count = 0;
     for (surface_i, s) in surfaces.iter().enumerate() {
         let point = draws.points(simd, &s.pixel);
-        let direction = drawn(simd, environment, s, point);
+        let (direction, power) = match part {
+            Part::Rest => rest(simd, environment, s, point),
+            Part::Suns => suns(environment, point),
+        };
         let to_light = simd.load3(&direction);
         let n_dot_l = simd.load3(&s.normal).dot(to_light).max(zero);
-        let cosines = n_dot_l.to8();
-        let mut power = [F32x8::ZERO; 3];
-        for lane in 0..LANES {
-            let one = environment.power(direction.lane(lane), cosines.as_array()[lane]);
-            for (channel, value) in power.iter_mut().zip(one) {
-                channel.as_mut_array()[lane] = value;
-            }
+        arriving.n_dot_l.push(n_dot_l.to8());
+        arriving.to_light.push(direction);
+        arriving.power.push(power);
+        let active = n_dot_l.gt(zero) & simd.mask(s.active);
+        let bits = active.bits();
+        if shadows && bits != 0 {
+            count += u64::from(bits.count_ones());
+            let ray = (to_light, simd.splat(T_MAX));
+            soft::push(simd, scratch, (surface_i, s), ray, active);
         }
-        count += push(
-            simd,
-            (surface_i, s),
-            (direction, n_dot_l, power),
-            shadows,
-            (arriving, scratch),
-        );
     }
     count
 }
 
-/// Does [`facing`] for the suns.
+/// Directions, and the light from there.
 #[inline(always)]
-pub(super) fn facing_suns<S: Simd>(
+fn rest<S: Simd>(
     simd: S,
     environment: &Environment,
-    (draws, shadows): (Draws<'_>, bool),
-    surfaces: &[SurfacePacket],
-    arriving: &mut Arriving,
-    scratch: &mut Scratch,
-) -> u64 {
-    let mut count = 0;
-    for (surface_i, s) in surfaces.iter().enumerate() {
-        let [u, v] = draws.points(simd, &s.pixel);
-        let (u, v) = (u.to8(), v.to8());
-        let (mut direction, mut power) = (Vec3x8::default(), [F32x8::ZERO; 3]);
-        for lane in 0..LANES {
-            let (to_sun, light) = environment.sample_suns([u.as_array()[lane], v.as_array()[lane]]);
-            set(&mut direction, lane, to_sun);
-            for (channel, value) in power.iter_mut().zip(light) {
-                channel.as_mut_array()[lane] = value;
-            }
-        }
-        let n_dot_l = simd
-            .load3(&s.normal)
-            .dot(simd.load3(&direction))
-            .max(simd.splat(0.0));
-        count += push(
-            simd,
-            (surface_i, s),
-            (direction, n_dot_l, power),
-            shadows,
-            (arriving, scratch),
-        );
+    s: &SurfacePacket,
+    point: [S::V8; 2],
+) -> (Vec3x8, [F32x8; 3]) {
+    let direction = drawn(simd, environment, s, point);
+    let n_dot_l = simd.load3(&s.normal).dot(simd.load3(&direction));
+    let n_dot_l = n_dot_l.max(simd.splat(0.0)).to8();
+    let mut power = [F32x8::ZERO; 3];
+    for lane in 0..LANES {
+        let one = environment.power(direction.lane(lane), n_dot_l.as_array()[lane]);
+        set(power.each_mut(), lane, one);
     }
-    count
+    (direction, power)
 }
 
-/// Adds the light from directions, and their shadow rays, which it counts.
+/// Directions to the suns, and the light from there.
 #[inline(always)]
-fn push<S: Simd>(
-    simd: S,
-    (surface_i, s): (usize, &SurfacePacket),
-    (direction, n_dot_l, power): (Vec3x8, S::V8, [F32x8; 3]),
-    shadows: bool,
-    (arriving, scratch): (&mut Arriving, &mut Scratch),
-) -> u64 {
-    arriving.n_dot_l.push(n_dot_l.to8());
-    arriving.to_light.push(direction);
-    arriving.power.push(power);
-    let active = n_dot_l.gt(simd.splat(0.0)) & simd.mask(s.active);
-    let bits = active.bits();
-    if shadows && bits != 0 {
-        let ray = (simd.load3(&direction), simd.splat(T_MAX));
-        soft::push(simd, scratch, (surface_i, s), ray, active);
-        return u64::from(bits.count_ones());
+fn suns<V: EightLanes>(environment: &Environment, [u, v]: [V; 2]) -> (Vec3x8, [F32x8; 3]) {
+    let (u, v) = (u.to8(), v.to8());
+    let (mut direction, mut power) = (Vec3x8::default(), [F32x8::ZERO; 3]);
+    for lane in 0..LANES {
+        let (to_sun, light) = environment.sample_suns([u.as_array()[lane], v.as_array()[lane]]);
+        set(axes(&mut direction), lane, to_sun.to_array());
+        set(power.each_mut(), lane, light);
     }
-    0
+    (direction, power)
 }
 
 /// Returns directions: the left part of the unit square draws by the cosine, the other by the environment.
@@ -121,15 +99,21 @@ fn drawn<S: Simd>(simd: S, environment: &Environment, s: &SurfacePacket, [u, v]:
     for lane in 0..LANES {
         let (u, v) = (u.as_array()[lane], v.as_array()[lane]);
         if u >= edge {
-            set(&mut directions, lane, environment.sample([(u - edge) / share, v]));
+            let direction = environment.sample([(u - edge) / share, v]);
+            set(axes(&mut directions), lane, direction.to_array());
         }
     }
     directions
 }
 
 #[inline(always)]
-fn set(vectors: &mut Vec3x8, lane: usize, vector: Vec3) {
-    vectors.x.as_mut_array()[lane] = vector.x;
-    vectors.y.as_mut_array()[lane] = vector.y;
-    vectors.z.as_mut_array()[lane] = vector.z;
+fn axes(vectors: &mut Vec3x8) -> [&mut F32x8; 3] {
+    [&mut vectors.x, &mut vectors.y, &mut vectors.z]
+}
+
+#[inline(always)]
+fn set(channels: [&mut F32x8; 3], lane: usize, values: [f32; 3]) {
+    for (channel, value) in channels.into_iter().zip(values) {
+        channel.as_mut_array()[lane] = value;
+    }
 }

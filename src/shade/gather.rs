@@ -3,6 +3,7 @@
 use super::{
     ShadeSettings, Shader,
     draw::Draws,
+    environment::Part,
     material::{self, IncidentLight, Light8},
     shadow::{self, Source},
     soft,
@@ -32,9 +33,15 @@ impl Shader {
         let lit = self.by_material.lit_surfaces(scene, &self.surfaces).len();
         self.occlude_ambient(scene, tracer, settings, (depth, lit));
         let sources = lights.iter().map(Source::Light);
-        let sources = sources.chain(scene.environment().map(Source::Environment));
-        let with_suns = scene.environment().filter(|environment| environment.has_suns());
-        let sources = sources.chain(with_suns.map(Source::Suns));
+        let parts = [Part::Rest, Part::Suns]
+            .into_iter()
+            .take(scene.environment_rays());
+        let environment = scene.environment().into_iter();
+        let sources =
+            sources
+                .chain(environment.flat_map(|environment| {
+                    parts.clone().map(|part| Source::Environment(environment, part))
+                }));
         for (source_i, source) in sources.enumerate() {
             // The first pair is for ambient light.
             let draws = draws(&self.first_points, scene, settings, (depth, 1 + source_i));
@@ -50,7 +57,7 @@ impl Shader {
             self.tracing += time;
             let power = match source {
                 Source::Light(light) => light.power(),
-                Source::Environment(_) | Source::Suns(_) => [1.0; 3],
+                Source::Environment(..) => [1.0; 3],
             };
             self.sum_up(scene, tracer.level(), lit, power, source_i == 0);
         }

@@ -3,7 +3,7 @@
 use super::{
     LIGHT_OFFSET, SURFACE_OFFSET,
     draw::Draws,
-    environment,
+    environment::{self, Part},
     light::{self, Beam},
     soft,
     surface::SurfacePacket,
@@ -22,9 +22,7 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy)]
 pub(super) enum Source<'a> {
     Light(&'a Light),
-    /// All of it but its suns.
-    Environment(&'a Environment),
-    Suns(&'a Environment),
+    Environment(&'a Environment, Part),
 }
 
 /// The scratch memory of a pass: occlusion rays.
@@ -125,21 +123,10 @@ pub(super) fn pass(
             };
             (count, origin)
         }
-        Source::Environment(environment) => {
+        Source::Environment(environment, part) => {
             let count = at_level!(level, |simd| environment::facing(
                 simd,
-                environment,
-                (draws, shadows),
-                surfaces,
-                arriving,
-                scratch
-            ));
-            (count, None)
-        }
-        Source::Suns(environment) => {
-            let count = at_level!(level, |simd| environment::facing_suns(
-                simd,
-                environment,
+                (environment, part),
                 (draws, shadows),
                 surfaces,
                 arriving,
