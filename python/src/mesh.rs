@@ -376,30 +376,18 @@ impl Mesh {
         if !fits {
             return Err(PyValueError::new_err("the arrays differ in length"));
         }
-        let asked = |geometry: &Geometry, i: usize| {
+        let surface = |geometry: &Geometry, i: usize| {
             let (ray, id) = (ray.map_or(i, |ray| ray[i] as usize), triangle[i] as usize);
             if ray >= rays || id >= geometry.triangle_count() {
-                return None;
+                return ([f64::NAN; 3], [f64::NAN; 3]);
             }
             let hit = Hit {
                 primitive: PrimitiveId(id as u32),
                 ..Hit::miss(t[i])
             };
             let origin = origins.get(if origins.len() == 1 { 0 } else { ray });
-            Some((origin, directions.get(ray), hit))
-        };
-        let nowhere = [f64::NAN; 3];
-        let position = |geometry: &Geometry, i: usize| {
-            asked(geometry, i).map_or(nowhere, |(origin, direction, hit)| {
-                geometry.position(origin, direction, &hit).to_array()
-            })
-        };
-        let surface = |geometry: &Geometry, i: usize| {
-            let found = asked(geometry, i);
-            let found = found.map(|(origin, direction, hit)| geometry.surface(origin, direction, &hit));
-            found.map_or((nowhere, nowhere), |at| {
-                (at.position.to_array(), at.normal.to_array())
-            })
+            let found = geometry.surface(origin, directions.get(ray), &hit);
+            (found.position.to_array(), found.normal.to_array())
         };
         let found = self.run(py, count, |geometry, cancelled| {
             let mut found = (Vec::new(), Vec::new());
@@ -408,7 +396,7 @@ impl Mesh {
                 if with_normals {
                     found.par_extend(part.map(|i| surface(geometry, i)));
                 } else {
-                    found.0.par_extend(part.map(|i| position(geometry, i)));
+                    found.0.par_extend(part.map(|i| surface(geometry, i).0));
                 }
                 Ok(())
             })

@@ -306,26 +306,8 @@ impl Geometry {
     /// If the geometry has no such primitive.
     #[must_use]
     pub fn surface(&self, origin: impl Into<DVec3>, direction: impl Into<DVec3>, hit: &Hit) -> SurfacePoint {
-        let (position, normal) = self.position_and_normal(origin.into(), direction.into(), hit);
-        SurfacePoint {
-            position,
-            normal: normal.normalize(),
-        }
-    }
-
-    /// Returns the position alone of [`surface`](Self::surface), which is faster.
-    ///
-    /// # Panics
-    /// If the geometry has no such primitive.
-    #[must_use]
-    pub fn position(&self, origin: impl Into<DVec3>, direction: impl Into<DVec3>, hit: &Hit) -> DVec3 {
-        self.position_and_normal(origin.into(), direction.into(), hit).0
-    }
-
-    /// The normal has any length.
-    fn position_and_normal(&self, origin: DVec3, direction: DVec3, hit: &Hit) -> (DVec3, DVec3) {
         let middle = self.middle();
-        let origin = origin - middle;
+        let (origin, direction) = (origin.into() - middle, direction.into());
         let ahead = origin + direction * f64::from(hit.t);
         let (position, normal) = match self.scene.shape(hit.primitive) {
             Shape::Sphere(center, _) => (ahead, ahead - center.as_dvec3()),
@@ -342,7 +324,10 @@ impl Geometry {
                 (on_plane.max(lower).min(upper), normal)
             }
         };
-        (position + middle, normal)
+        SurfacePoint {
+            position: position + middle,
+            normal: normal.normalize(),
+        }
     }
 
     /// Makes a worker for many rays, which traces on the thread that calls.
