@@ -387,56 +387,48 @@ pub(super) fn read(
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
-#[allow(
-    clippy::needless_pass_by_value,
-    reason = "frees the bytes once the mesh is read; both are large"
-)]
 pub fn parse(bytes: Vec<u8>, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, LoadError> {
-    parse_budgeted(&bytes, path, open, &Budget::unlimited())
+    parse_budgeted(bytes, path, open, &Budget::unlimited())
 }
 
 /// As [`parse`], within `memory` bytes. Images that do not fit are left out with a note.
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`]; also if the mesh would take more memory.
-#[allow(
-    clippy::needless_pass_by_value,
-    reason = "frees the bytes once the mesh is read; both are large"
-)]
 pub fn parse_within(
     bytes: Vec<u8>,
     path: &Path,
     open: OpenMesh<'_>,
     memory: u64,
 ) -> Result<LoadedMesh, LoadError> {
-    parse_budgeted(&bytes, path, open, &Budget::new(memory))
+    parse_budgeted(bytes, path, open, &Budget::new(memory))
 }
 
 /// As [`parse`], and parts that stand in many places may be stored once, in [`LoadedMesh::shared`].
 ///
 /// # Errors
 /// [`LoadError`], as for [`load`].
-#[allow(
-    clippy::needless_pass_by_value,
-    reason = "frees the bytes once the mesh is read; both are large"
-)]
 pub fn parse_shared(
     bytes: Vec<u8>,
     path: &Path,
     open: OpenMesh<'_>,
     sharing: Sharing,
 ) -> Result<LoadedMesh, LoadError> {
-    parse_budgeted(&bytes, path, open, &Budget::unlimited().with_sharing(sharing))
+    parse_budgeted(bytes, path, open, &Budget::unlimited().with_sharing(sharing))
 }
 
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "frees the bytes once the mesh is read; both are large"
+)]
 fn parse_budgeted(
-    bytes: &[u8],
+    bytes: Vec<u8>,
     path: &Path,
     open: OpenMesh<'_>,
     budget: &Budget,
 ) -> Result<LoadedMesh, LoadError> {
-    match MeshFormat::of(path, bytes) {
-        Some(format) => parse_as(format, bytes, path, open, budget),
+    match MeshFormat::of(path, &bytes) {
+        Some(format) => parse_as(format, &bytes, path, open, budget),
         None => Err(unknown_format(path)),
     }
 }
