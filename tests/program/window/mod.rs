@@ -1,6 +1,7 @@
 //! Starts `octray view` on a display of its own, drives it and looks at it.
 
 pub mod cameras;
+pub mod loading;
 pub mod meshes;
 pub mod moving;
 mod screen;
