@@ -58,7 +58,7 @@ impl CliError {
     pub fn writing(what: &str, error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Self::ClosedPipe,
-            // Of a new file only its directory can be missing.
+            // A file that is written need not exist, but its directory must.
             io::ErrorKind::NotFound => {
                 Self::Failed(format!("cannot write {what}: its directory does not exist"))
             }

@@ -91,7 +91,7 @@ pub(crate) struct OverScene<'a> {
 }
 
 impl<'a> OverScene<'a> {
-    /// Of a scene and the BVH that was built from it.
+    /// Takes a scene and the BVH that was built from it.
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, level: Level) -> Self {
         Self {
             scene,

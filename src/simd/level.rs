@@ -28,7 +28,7 @@ pub enum Token {
 
 /// Evaluates an expression with `$simd`, the token of a level. It should be one call of a function that is generic over
 /// [`Simd`](super::Simd) and marked `#[inline(always)]`, like all that it calls: what is not inlined is compiled for any
-/// CPU. Use it for calls that do much, never in a loop.
+/// CPU. Use it for calls that do much: those of a loop in a kernel do not.
 macro_rules! at_level {
     ($level:expr, |$simd:ident| $body:expr) => {
         match $crate::simd::Level::token($level) {

@@ -124,8 +124,8 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
     }
 }
 
-/// In no order, so that what is asked for comes from memory while others are visited: level by level, with a queue. What
-/// the queue cannot hold goes on the stack.
+/// Visits in no order: level by level, with a queue, so that nodes arrive from memory while others are visited. Those that
+/// the queue cannot hold go on the stack.
 // Tuned: see docs/lab-notes.md#all-hits
 #[inline(always)]
 fn visit_all<S: Simd, B: TriangleLeaf, K: HitSink>(

@@ -36,8 +36,8 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
-    /// Also replace files that octray did not write; not needed for files that options on the
-    /// command line name in full, without {stem} or #, which are replaced
+    /// Also replace files that octray did not write. Files that options on the command line name in
+    /// full, without {stem} or #, are replaced anyway
     #[arg(long, help_heading = "Picture")]
     pub force: bool,
 

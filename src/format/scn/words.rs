@@ -24,7 +24,7 @@ impl<'a> Word<'a> {
         self.start + self.width()
     }
 
-    /// The word as messages show it that expected another number: quoted only if it is none.
+    /// The word for messages that expected another number: numbers are not quoted.
     pub(super) fn number(&self) -> String {
         let quoted = quote(self.text);
         match self.as_str().and_then(|text| text.parse::<f64>().ok()) {
