@@ -339,7 +339,7 @@ fn read_lights(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<f32, 
     if together > 0.0 {
         return Ok(together);
     }
-    let message = format!("lights is {}, expected a number above 0", quote(word.text));
+    let message = format!("lights is {}, expected a number above 0", word.number());
     Err(arguments.line.error_at(&word, message))
 }
 
