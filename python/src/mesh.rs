@@ -2,7 +2,7 @@
 
 use crate::{
     arrays::{RayEnds, Vectors, part, part_of_ends},
-    threads::{BATCH, SMALL_BATCH, Threads, Turns, in_batches, interruptible},
+    threads::{PART, SMALL_PART, Threads, Turns, in_parts, interruptible},
 };
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
@@ -18,7 +18,10 @@ use pyo3::{
 use rayon::prelude::*;
 use std::{
     ops::Range,
-    sync::{Arc, PoisonError, RwLock, atomic::AtomicBool},
+    sync::{
+        Arc, PoisonError, RwLock,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 /// Calls with fewer rays or points end before anybody could press Ctrl-C.
@@ -88,18 +91,18 @@ impl Mesh {
         interruptible(py, |cancelled| pool.install(|| work(&geometry, cancelled)))
     }
 
-    /// Calls `ask` with one batch of rays after the other, their places, and what it makes.
-    fn of_rays<T: Send>(
+    /// Answers for rays: one each.
+    fn of_rays<T: Clone + Send>(
         &self,
         py: Python<'_>,
         rays: &AskedRays<'_>,
-        batch: usize,
-        mut answers: T,
-        mut ask: impl FnMut(&Geometry, Rays<'_>, Range<usize>, &mut T) + Send,
-    ) -> PyResult<T> {
+        nothing: T,
+        ask: impl Fn(&Geometry, Rays<'_>, &mut [T]) + Sync + Send,
+    ) -> PyResult<Vec<T>> {
         let found = self.run(py, rays.len(), |geometry, cancelled| {
-            in_batches(rays.len(), batch, cancelled, |range| {
-                ask(geometry, rays.part(&range)?, range, &mut answers);
+            let mut answers = vec![nothing; rays.len()];
+            in_parts(&mut answers, PART, cancelled, |range, answers| {
+                ask(geometry, rays.part(&range)?, answers);
                 Ok(())
             })
             .map(|()| answers)
@@ -121,10 +124,10 @@ impl Mesh {
             let mut answers = vec![nothing; count];
             // An empty part too, so that a mesh that cannot be asked is refused.
             ask(geometry, part_of_all(points, &(0..0)), &mut [])?;
-            in_batches(count, SMALL_BATCH, cancelled, |range| {
-                ask(geometry, part_of_all(points, &range), &mut answers[range])
-            })?;
-            Ok(answers)
+            in_parts(&mut answers, SMALL_PART, cancelled, |range, answers| {
+                ask(geometry, part_of_all(points, &range), answers)
+            })
+            .map(|()| answers)
         })?;
         found.map_err(raised)
     }
@@ -235,15 +238,9 @@ impl Mesh {
     ) -> PyResult<HitArrays<'py>> {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
         let miss = Hit::miss(f32::INFINITY);
-        let hits = self.of_rays(
-            py,
-            &rays,
-            BATCH,
-            vec![miss; rays.len()],
-            |geometry, rays, range, hits| {
-                geometry.closest_hits(rays, &mut hits[range]);
-            },
-        )?;
+        let hits = self.of_rays(py, &rays, miss, |geometry, rays, to| {
+            geometry.closest_hits(rays, to)
+        })?;
         // On the mesh's threads as well: rayon's own would be missing in a forked process.
         let ((t, triangle), (uv, hit)) = self.run(py, hits.len(), |_, _| {
             let parts = hits.par_iter();
@@ -269,20 +266,13 @@ impl Mesh {
     ) -> PyResult<Bound<'py, PyArray1<i32>>> {
         let (t_min, t_max) = (RayEnds::All(0.0), RayEnds::All(f32::INFINITY));
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
-        let mut hits = vec![Hit::miss(f32::INFINITY); rays.len().min(BATCH)];
-        let found = self.of_rays(
-            py,
-            &rays,
-            BATCH,
-            vec![-1; rays.len()],
-            |geometry, rays, range, to| {
-                let hits = &mut hits[..range.len()];
-                geometry.closest_hits(rays, hits);
-                let to = to[range].par_iter_mut().with_min_len(4096);
-                to.zip(hits)
-                    .for_each(|(to, hit)| *to = id_of(hit.primitive) as i32);
-            },
-        )?;
+        let found = self.of_rays(py, &rays, -1, |geometry, rays, to| {
+            let mut hits = vec![Hit::miss(f32::INFINITY); rays.len()];
+            geometry.closest_hits(rays, &mut hits);
+            for (to, hit) in to.iter_mut().zip(hits) {
+                *to = id_of(hit.primitive) as i32;
+            }
+        })?;
         Ok(found.into_pyarray(py))
     }
 
@@ -295,15 +285,9 @@ impl Mesh {
         t_max: RayEnds<'_>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
-        let found = self.of_rays(
-            py,
-            &rays,
-            BATCH,
-            vec![false; rays.len()],
-            |geometry, rays, range, to| {
-                geometry.occluded_each(rays, &mut to[range]);
-            },
-        )?;
+        let found = self.of_rays(py, &rays, false, |geometry, rays, to| {
+            geometry.occluded_each(rays, to);
+        })?;
         Ok(found.into_pyarray(py))
     }
 
@@ -325,22 +309,35 @@ impl Mesh {
     )> {
         let rays = asked(&origins, &directions, &t_min, &t_max)?;
         let limit = max_hits.unwrap_or(usize::MAX);
-        let nothing = (Vec::new(), Vec::new(), Vec::new());
-        let found = self.of_rays(py, &rays, SMALL_BATCH, nothing, |geometry, rays, range, to| {
-            let all = if crossings {
-                geometry.crossings_each(rays)
-            } else {
-                geometry.all_hits_each(rays, max_hits)
-            };
-            for (i, ray) in range.enumerate() {
-                for hit in all.of_ray(i).iter().take(limit) {
-                    to.0.push(ray as i64);
-                    to.1.push(id_of(hit.primitive));
-                    to.2.push(hit.t);
+        let (count, nothing) = (rays.len(), <(Vec<i64>, Vec<i64>, Vec<f32>)>::default());
+        let found = self.run(py, count, |geometry, cancelled| {
+            let mut parts = vec![nothing; count.div_ceil(SMALL_PART)];
+            in_parts(&mut parts, 1, cancelled, |part, to| {
+                let range = part.start * SMALL_PART..count.min(part.end * SMALL_PART);
+                let rays = rays.part(&range)?;
+                let all = if crossings {
+                    geometry.crossings_each(rays)
+                } else {
+                    geometry.all_hits_each(rays, max_hits)
+                };
+                for (i, ray) in range.enumerate() {
+                    for hit in all.of_ray(i).iter().take(limit) {
+                        to[0].0.push(ray as i64);
+                        to[0].1.push(id_of(hit.primitive));
+                        to[0].2.push(hit.t);
+                    }
                 }
-            }
+                Ok(())
+            })
+            .map(|()| parts)
         })?;
-        let (ray, triangle, t) = found;
+        let mut found = found.map_err(raised)?.into_iter();
+        let (mut ray, mut triangle, mut t) = found.next().unwrap_or_default();
+        for part in found {
+            ray.extend(part.0);
+            triangle.extend(part.1);
+            t.extend(part.2);
+        }
         Ok((
             ray.into_pyarray(py),
             triangle.into_pyarray(py),
@@ -376,9 +373,9 @@ impl Mesh {
         if !fits {
             return Err(PyValueError::new_err("the arrays differ in length"));
         }
-        let surface = |geometry: &Geometry, i: usize| {
+        let surface = |geometry: &Geometry, cancelled: &AtomicBool, i: usize| {
             let (ray, id) = (ray.map_or(i, |ray| ray[i] as usize), triangle[i] as usize);
-            if ray >= rays || id >= geometry.triangle_count() {
+            if cancelled.load(Ordering::Relaxed) || ray >= rays || id >= geometry.triangle_count() {
                 return ([f64::NAN; 3], [f64::NAN; 3]);
             }
             let hit = Hit {
@@ -389,20 +386,15 @@ impl Mesh {
             let found = geometry.surface(origin, directions.get(ray), &hit);
             (found.position.to_array(), found.normal.to_array())
         };
-        let found = self.run(py, count, |geometry, cancelled| {
-            let mut found = (Vec::new(), Vec::new());
-            in_batches(count, BATCH, cancelled, |range| {
-                let part = range.into_par_iter().with_min_len(1024);
-                if with_normals {
-                    found.par_extend(part.map(|i| surface(geometry, i)));
-                } else {
-                    found.0.par_extend(part.map(|i| surface(geometry, i).0));
-                }
-                Ok(())
-            })
-            .map(|()| found)
+        let (positions, normals) = self.run(py, count, |geometry, cancelled| {
+            let all = (0..count).into_par_iter().with_min_len(1024);
+            let surfaces = all.map(|i| surface(geometry, cancelled, i));
+            if with_normals {
+                surfaces.unzip()
+            } else {
+                (surfaces.map(|surface| surface.0).collect(), Vec::new())
+            }
         })?;
-        let (positions, normals): (Vec<[f64; 3]>, Vec<[f64; 3]>) = found.map_err(raised)?;
         Ok((rows(py, positions)?, rows(py, normals)?))
     }
 

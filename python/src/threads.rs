@@ -2,7 +2,7 @@
 
 use octray::QueryError;
 use pyo3::{exceptions::PyValueError, prelude::*};
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use std::{
     ops::Range,
     sync::{
@@ -10,7 +10,7 @@ use std::{
         atomic::{AtomicBool, AtomicU32, Ordering},
     },
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// How often a long call looks whether Ctrl-C was pressed.
@@ -19,12 +19,11 @@ const POLL: Duration = Duration::from_millis(20);
 /// How often a call that waits for its turn looks whether it has come.
 const TURN: Duration = Duration::from_millis(1);
 
-/// Rays between two looks at whether the call was cancelled: some milliseconds of work.
-pub const BATCH: usize = 1 << 18;
-/// The same at first for points, and for rays of which all hits are found: some take a thousand times as long.
-pub const SMALL_BATCH: usize = 1 << 10;
-/// After a batch that took less, the next one is twice as large.
-const SHORT: Duration = Duration::from_millis(20);
+/// Rays, points or hits that one thread answers between two looks whether the call was cancelled: of the most rays as many as
+/// the library traces at a time.
+pub const PART: usize = 1 << 14;
+/// The same for points, and for rays of which all hits are found: some take a thousand times as long.
+pub const SMALL_PART: usize = 1 << 8;
 
 /// The threads of all meshes without a number of their own. A forked process has none of its parent's threads, so that it
 /// starts its own.
@@ -171,21 +170,19 @@ pub fn interruptible<T: Send>(py: Python<'_>, work: impl FnOnce(&AtomicBool) -> 
     }
 }
 
-/// Calls `ask` for one batch after the other, until the call is cancelled.
-pub fn in_batches(
-    count: usize,
-    batch: usize,
+/// Calls `ask` for parts of `answers`, their places first, on all threads of the pool, until the call is cancelled. The threads
+/// meet at the end alone: where another program takes one core for a while, the other thread goes on.
+pub fn in_parts<T: Send>(
+    answers: &mut [T],
+    part: usize,
     cancelled: &AtomicBool,
-    mut ask: impl FnMut(Range<usize>) -> Result<(), QueryError>,
+    ask: impl Fn(Range<usize>, &mut [T]) -> Result<(), QueryError> + Sync,
 ) -> Result<(), QueryError> {
-    let (mut start, mut batch) = (0, batch);
-    while start < count && !cancelled.load(Ordering::Relaxed) {
-        let (begun, end) = (Instant::now(), count.min(start + batch));
-        ask(start..end)?;
-        start = end;
-        if begun.elapsed() < SHORT {
-            batch = (2 * batch).min(BATCH);
+    let parts = answers.par_chunks_mut(part).enumerate();
+    parts.try_for_each(|(i, answers)| {
+        if cancelled.load(Ordering::Relaxed) {
+            return Ok(());
         }
-    }
-    Ok(())
+        ask(i * part..i * part + answers.len(), answers)
+    })
 }
