@@ -31,7 +31,7 @@ fn scenes_may_have_the_names_of_commands() {
     let folder = Folder::new();
     for name in ["render", "bench", "info"] {
         folder.write(name, "sphere 0 0 0.5 0.5\n");
-        folder.run(&[&format!("./{name}"), "--size", "9x9"]).succeeded();
+        folder.run(&[&format!("./{name}"), "--size", "9"]).succeeded();
         assert!(folder.path(&format!("{name}.png")).exists());
     }
     folder.run(&["render", "render", "-o", "again.png"]).succeeded();
@@ -65,7 +65,7 @@ fn wrong_values_are_usage_errors() {
         ("--samples 0", "--samples"),
         ("--samples -1", "-1"),
         ("--size 0x5", "WIDTHxHEIGHT"),
-        ("--size 12", "WIDTHxHEIGHT"),
+        ("--size 12x", "WIDTHxHEIGHT"),
         ("--size 5000000000x1", "WIDTHxHEIGHT"),
         ("--view 7", "from 1 to 6"),
         ("--view 0", "from 1 to 6"),

@@ -32,7 +32,7 @@ pub struct BenchArgs {
     #[arg(long, requires = "all", conflicts_with = "scene")]
     pub quick: bool,
 
-    /// Camera rays across and down
+    /// Camera rays across and down; one number for a square
     #[arg(short, long, value_name = "WxH", value_parser = values::size, default_value = "1024x1024")]
     pub size: Size,
 

@@ -41,7 +41,7 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Picture")]
     pub force: bool,
 
-    /// Width and height, pixels
+    /// Width and height, pixels; one number for a square
     #[arg(short, long, value_name = "WxH", value_parser = values::size, default_value = "512x512", help_heading = "Picture")]
     pub size: Size,
 

@@ -12,22 +12,24 @@ pub struct Size {
     pub height: u32,
 }
 
-/// `WxH`, both above 0.
+/// `AxB`, both above 0.
+fn pair(text: &str) -> Option<[u32; 2]> {
+    let (a, b) = text.split_once(['x', 'X'])?;
+    let side = |side: &str| side.trim().parse().ok().filter(|&side| side > 0);
+    Some([side(a)?, side(b)?])
+}
+
+/// `WxH`, or one side of a square; above 0.
 pub fn size(text: &str) -> Result<Size, String> {
-    let parts = text.split_once(['x', 'X']).and_then(|(width, height)| {
-        let side = |side: &str| side.trim().parse().ok().filter(|&pixels| pixels > 0);
-        Some(Size {
-            width: side(width)?,
-            height: side(height)?,
-        })
-    });
-    parts.ok_or_else(|| "expected WIDTHxHEIGHT in pixels, both 1 or more, such as 512x512".into())
+    let [width, height] = pair(text).or_else(|| pair(&format!("{text}x{text}"))).ok_or(
+        "expected WIDTHxHEIGHT in pixels, both 1 or more, such as 800x600, or one number for a square",
+    )?;
+    Ok(Size { width, height })
 }
 
 /// `COLUMNSxROWS`, both above 0.
 pub fn grid(text: &str) -> Result<[u32; 2], String> {
-    let grid = size(text).map(|grid| [grid.width, grid.height]);
-    grid.map_err(|_| "expected COLUMNSxROWS, both 1 or more, such as 4x4".into())
+    pair(text).ok_or_else(|| "expected COLUMNSxROWS, both 1 or more, such as 4x4".into())
 }
 
 /// A whole number from 1 to `MOST`.

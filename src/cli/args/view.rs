@@ -29,7 +29,7 @@ pub struct ViewArgs {
     /// Scene (.scn) or mesh (.ply, .obj, .off, .stl, .gltf, .glb, .3mf); - reads one from standard input
     pub scene: PathBuf,
 
-    /// Width and height of the window, pixels
+    /// Width and height of the window, pixels; one number for a square
     #[arg(short, long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
     pub size: Size,
 
