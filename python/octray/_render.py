@@ -14,7 +14,8 @@ from . import _arrays, _octray
 from ._mesh import Mesh
 
 _AOVS = ("depth", "normal", "albedo", "id")
-_CAMERA = ("eye", "target", "up", "fov", "ortho", "aperture", "focus")
+_CAMERA = ("from", "eye", "target", "up", "fov", "ortho", "aperture", "focus")
+_SIDES = {"front": (0, 0), "right": (90, 0), "back": (180, 0), "left": (-90, 0), "top": (0, 90), "bottom": (0, -90)}
 _LARGEST = 65_535
 _MOST_SAMPLES = 1 << 20
 
@@ -38,8 +39,10 @@ def render(
     camera
         A camera of the file by name, a classic viewpoint from 1 to 6, or a dictionary with any of ``eye``, ``target``,
         ``up`` (three numbers each), ``fov`` (degrees, vertical) or ``ortho`` (the picture's height in scene units, for
-        parallel rays), ``aperture`` (the diameter of a lens, scene units) and ``focus`` (the distance that is sharp). By
-        default the scene's first camera, or one that frames the mesh.
+        parallel rays), ``aperture`` (the diameter of a lens, scene units) and ``focus`` (the distance that is sharp). In
+        place of ``eye``, ``from`` frames a mesh: seen from its ``"front"``, ``"right"``, ``"back"``, ``"left"``,
+        ``"top"`` or ``"bottom"``, or from an azimuth and an elevation in degrees. By default the scene's first camera,
+        or one that frames the mesh.
     samples
         Samples for each pixel: a number; ``"auto"`` or ``"auto:N"``, which take up to 16 or N, fewer in pixels that look
         like their neighbours; or ``"usual"``, which is 1, or ``"auto"`` for meshes that are not plain.
@@ -102,11 +105,14 @@ def _camera(camera):
         for name in camera:
             if name not in _CAMERA:
                 raise ValueError(f"camera: expected keys among {', '.join(_CAMERA)}, found {name!r}")
-        eye, target, up = (_vector(name, camera.get(name), 3) for name in _CAMERA[:3])
-        lens = [_vector(name, camera.get(name), 1) for name in _CAMERA[3:]]
-        if lens[0] and lens[1]:
-            raise ValueError("camera: expected fov or ortho, found both")
-        return eye, target, up, [number and number[0] for number in lens]
+        side = camera.get("from")
+        side = _vector("from", _SIDES.get(side, side) if isinstance(side, str) else side, 2)
+        eye, target, up = (_vector(name, camera.get(name), 3) for name in _CAMERA[1:4])
+        lens = [_vector(name, camera.get(name), 1) for name in _CAMERA[4:]]
+        for one, other, found in (("fov", "ortho", lens[:2]), ("from", "eye", (side, eye))):
+            if None not in found:
+                raise ValueError(f"camera: expected {one} or {other}, found both")
+        return side or eye, target, up, [number and number[0] for number in lens]
     try:
         number = _arrays.count("camera", camera, least=1)
     except ValueError:
@@ -127,6 +133,6 @@ def _vector(name, value, count):
     except (TypeError, ValueError, OverflowError):
         vector = np.zeros(0)
     if np.ndim(value) != (count != 1) or vector.shape != (count,) or not np.all(np.isfinite(vector)):
-        what = "three numbers" if count == 3 else "a number"
+        what = {1: "a number", 2: f"{', '.join(_SIDES)}, or two angles", 3: "three numbers"}[count]
         raise ValueError(f"camera: {name} is {value!r}, expected {what}")
     return vector.tolist()

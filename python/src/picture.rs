@@ -5,7 +5,7 @@ use numpy::{IntoPyArray, PyArrayMethods};
 use octray::{
     cli::{
         CliError,
-        picture::{self, CameraOptions, Picture, StartView, Style, Subject},
+        picture::{self, CameraOptions, Picture, Side, StartView, Style, Subject},
     },
     glam::DVec3,
     scene::{Projection, TriangleMesh},
@@ -34,6 +34,8 @@ pub enum Camera {
     Number(u32),
     Name(String),
     Eye([f64; 3]),
+    /// Azimuth and elevation, degrees.
+    Side([f64; 2]),
 }
 
 fn raised(error: &CliError) -> PyErr {
@@ -101,6 +103,7 @@ pub fn render<'py>(
             Some(Camera::Number(number)) => StartView::Classic(number),
             Some(Camera::Name(name)) => StartView::Named(name),
             Some(Camera::Eye(eye)) => StartView::Eye(DVec3::from(eye) - middle),
+            Some(Camera::Side([azimuth, elevation])) => StartView::Side(Side { azimuth, elevation }),
         },
         target: target.map(|target| DVec3::from(target) - middle),
         up: up.map(DVec3::from),
@@ -109,6 +112,7 @@ pub fn render<'py>(
             (Some(fov_degrees), None) => Some(Projection::Perspective { fov_degrees }),
             (None, None) => None,
         },
+        fits_ortho: false,
         aperture,
         focus,
     };

@@ -49,6 +49,9 @@ def test_a_mesh_is_framed():
     seen = np.isfinite(picture["depth"])
     assert 0.1 < seen.mean() < 0.9
     assert np.allclose(np.linalg.norm(picture["normal"][seen], axis=1), 1, atol=1e-5)
+    for side in ("top", (0, 90)):
+        below = octray.render(mesh, (9, 9), {"from": side}, aov="normal")["normal"]
+        assert np.nanmin(below[..., 2]) > 0.5
     middle = np.array([4e5, 5e6, 0])
     moved = octray.Mesh(np.eye(3) + middle, [[0, 1, 2]])
     camera = {"eye": middle + 3, "target": middle, "up": (0, 0, 1), "fov": 30}
@@ -104,6 +107,10 @@ def test_parallel_rays_and_lenses():
         ({"camera": "nobody"}, "no camera"),
         ({"camera": {"eye": (0, 0)}}, "three numbers"),
         ({"camera": {"fov": 40, "ortho": 2}}, "fov or ortho"),
+        ({"camera": {"from": "above"}}, "front, right, back"),
+        ({"camera": {"from": (0, 91)}}, "-90 to 90"),
+        ({"camera": {"from": "top", "eye": (0, 0, 1)}}, "from or eye"),
+        ({"camera": {"from": "top"}}, "meshes only"),
         ({"camera": {"ortho": -1}}, "height"),
         ({"camera": {"aperture": -1}}, "aperture"),
         ({"camera": {"focus": 0}}, "focus"),

@@ -1,6 +1,6 @@
 //! A picture in memory, as `octray render` makes it: for the Python package.
 
-pub use super::plan::{CameraOptions, StartView, Style};
+pub use super::plan::{CameraOptions, Side, StartView, Style};
 use super::{
     CliError, args, load,
     plan::{InputPlan, MeshOptions},

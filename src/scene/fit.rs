@@ -14,6 +14,8 @@ pub struct Fit {
     pub eye: DVec3,
     /// The point to look at, at the depth of the mesh's middle.
     pub target: DVec3,
+    /// Height of the view at the target, scene units: that of an orthographic view.
+    pub height: f64,
 }
 
 /// The orientation and shape of the view to fit.
@@ -23,8 +25,8 @@ pub struct FitView {
     pub towards_viewer: DVec3,
     /// The up vector, any length.
     pub up: DVec3,
-    /// Vertical field of view, degrees.
-    pub fov_degrees: f64,
+    /// Vertical field of view, degrees; `None` for an orthographic view.
+    pub fov_degrees: Option<f64>,
     /// Width over height.
     pub aspect: f64,
 }
@@ -47,8 +49,8 @@ impl FitView {
     /// # Errors
     /// As [`FitView::fit`].
     pub fn fit_around(&self, meshes: &[PlacedMesh<'_>], reach: f64) -> Result<Fit, CameraError> {
-        if !(self.fov_degrees > 0.0 && self.fov_degrees < 180.0) {
-            return Err(CameraError::FieldOfView(self.fov_degrees));
+        if let Some(degrees) = self.fov_degrees.filter(|fov| !(*fov > 0.0 && *fov < 180.0)) {
+            return Err(CameraError::FieldOfView(degrees));
         }
         let forward = (-self.towards_viewer)
             .try_normalize()
@@ -58,7 +60,11 @@ impl FitView {
             .try_normalize()
             .ok_or(CameraError::UpParallel)?;
         let up = right.cross(forward);
-        let half_height = libm::tan(self.fov_degrees.to_radians() * 0.5) * (1.0 - MARGIN);
+        // At a distance of 1; 0 if all rays are parallel.
+        let slope = self
+            .fov_degrees
+            .map_or(0.0, |fov| libm::tan(fov.to_radians() * 0.5));
+        let half_height = slope * (1.0 - MARGIN);
         let half_width = half_height * self.aspect;
         // Right, left, up, down, backward, forward.
         let outward = [
@@ -73,22 +79,31 @@ impl FitView {
             return Ok(Fit {
                 eye: -forward,
                 target: DVec3::ZERO,
+                height: 1.0,
             });
         };
         for (extent, outward) in extents.iter_mut().zip(outward) {
             *extent += reach * outward.length();
         }
         let [r, l, u, d, near, far] = extents;
-        // In the frame (right, up, forward), the eye must be behind both planes of each pair.
-        let depth = (-(r + l) / (2.0 * half_width)).min(-(u + d) / (2.0 * half_height));
         // A flat mesh or a single point needs some distance too.
         let gap = (0.01 * (near + far)).max(1e-6 * near.abs()).max(1e-9);
+        let parallel_height = (u + d).max((r + l) / self.aspect).max(gap) / (1.0 - MARGIN);
+        let depth = match self.fov_degrees {
+            // In the frame (right, up, forward), the eye must be behind both planes of each pair.
+            Some(_) => (-(r + l) / (2.0 * half_width)).min(-(u + d) / (2.0 * half_height)),
+            None => -near - parallel_height,
+        };
         let depth = depth.min(-near - gap);
         let eye = right * ((r - l) * 0.5) + up * ((u - d) * 0.5) + forward * depth;
-        let middle = (far - near) * 0.5;
+        let distance = (far - near) * 0.5 - depth;
         Ok(Fit {
             eye,
-            target: eye + forward * (middle - depth),
+            target: eye + forward * distance,
+            height: match self.fov_degrees {
+                Some(_) => 2.0 * slope * distance,
+                None => parallel_height,
+            },
         })
     }
 

@@ -88,7 +88,7 @@ fn scene((json, bytes): &(String, Vec<u8>), sharing: Sharing, smooth: bool) -> (
     let view = FitView {
         towards_viewer: DVec3::new(0.5, 0.4, 1.0),
         up: DVec3::Y,
-        fov_degrees: 35.0,
+        fov_degrees: Some(35.0),
         aspect: 1.0,
     };
     let fit = view.fit_around(&mesh.placed(), 0.0).expect("a view");

@@ -73,7 +73,7 @@ triangle -5 -5 0  5 -5 0  0 5 0
 const ALL: &str = "--aov depth,normal,albedo,id,heat";
 
 /// Scene or mesh, format, options. Each option that changes pixels is in at least one case.
-const CASES: [(&str, &str, &str); 40] = [
+const CASES: [(&str, &str, &str); 41] = [
     ("instances.scn", "exr", ALL),
     (
         "instances.scn",
@@ -154,6 +154,7 @@ const CASES: [(&str, &str, &str); 40] = [
         "tif",
         "--eye 5,4,3 --samples 4 --background transparent --build best",
     ),
+    ("house.stl", "png", "--from -60,30 --ortho fit --samples 4"),
     ("mobile.gltf", "png", "--camera front --ground --srgb --samples 4"),
     ("mobile.gltf", "png", "--style studio --ground --samples 5"),
     ("stairs.3mf", "png", "--style studio --samples 5 --aov albedo"),

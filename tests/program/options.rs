@@ -205,6 +205,71 @@ fn six_up_axes() {
     folder.fails(&[&mesh, "--up-axis", "up"], 2, words);
 }
 
+/// An orthographic view that fits leaves a margin of 3 % on each side of the picture in one direction, and shows the box's
+/// own proportions.
+#[test]
+fn meshes_are_framed_from_their_sides() {
+    let folder = Folder::new();
+    let corners: String = (0..8)
+        .map(|i| format!("v {} {} {}\n", i & 1, i >> 1 & 1, 0.25 * f64::from(i >> 2)))
+        .collect();
+    let faces = "f 1 2 4 3\nf 5 6 8 7\nf 1 2 6 5\nf 3 4 8 7\nf 1 3 7 5\nf 2 4 8 6\n";
+    folder.write("box.obj", &(corners.replace("v 1 ", "v 2 ") + faces));
+    let covered = |options: &str| {
+        let line = format!("box.obj -s 200 --style plain --background transparent -q -o a.png {options}");
+        folder.run_line(&line).succeeded();
+        let picture = image::open(folder.path("a.png")).expect("a picture").into_rgba8();
+        let seen = picture.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[3] > 0);
+        let (x, y): (Vec<u32>, Vec<u32>) = seen.map(|(x, y, _)| (x, y)).unzip();
+        [x, y].map(|all| {
+            (
+                all.iter().min().copied().unwrap(),
+                all.iter().max().copied().unwrap() + 1,
+            )
+        })
+    };
+    for (sides, [width, height]) in [
+        (["front", "back"], [188, 94]),
+        (["right", "left"], [47, 188]),
+        (["top", "bottom"], [188, 24]),
+    ] {
+        for side in sides {
+            for (found, wanted) in covered(&format!("--from {side} --ortho fit"))
+                .into_iter()
+                .zip([width, height])
+            {
+                assert!(
+                    (found.1 - found.0).abs_diff(wanted) <= 1,
+                    "{side}: {found:?}, {wanted}"
+                );
+                assert!((found.0 + found.1).abs_diff(200) <= 2, "{side}: {found:?}");
+            }
+        }
+    }
+    let default = picture(&folder, "box.obj -s 20 --style plain");
+    assert_eq!(
+        default,
+        picture(&folder, "box.obj -s 20 --style plain --from 35,20")
+    );
+    folder.fails(
+        &["box.obj", "--from", "above"],
+        2,
+        "expected front, right, back, left, top, bottom, or AZIMUTH,ELEVATION",
+    );
+    folder.fails(
+        &["box.obj", "--eye", "1,2,3", "--ortho", "fit"],
+        2,
+        "--ortho fit frames the mesh",
+    );
+    folder.write("a.scn", "light 0 0 9 1\nsphere 0 0 0 1\n");
+    folder.fails(&["a.scn", "--from", "top"], 2, "--from applies to meshes only");
+    folder.fails(
+        &["a.scn", "--ortho", "fit"],
+        2,
+        "--ortho fit applies to meshes only",
+    );
+}
+
 #[test]
 fn a_mesh_on_its_side_is_noticed() {
     let folder = Folder::new();
@@ -317,7 +382,7 @@ fn what_is_left_out_is_noted() {
 #[test]
 fn colours_of_usage_errors_survive() {
     let folder = Folder::new();
-    let Some(run) = on_a_terminal(&folder, "a.scn --size 8") else {
+    let Some(run) = on_a_terminal(&folder, "a.scn --size 8x") else {
         return;
     };
     assert!(run.text().contains("\u{1b}[1m"), "{run:?}");

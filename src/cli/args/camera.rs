@@ -2,7 +2,7 @@
 
 use super::values;
 use crate::{
-    cli::plan::{CameraOptions, MeshOptions, StartView},
+    cli::plan::{CameraOptions, MeshOptions, Side, StartView},
     format::mesh::UpAxis,
     scene::Projection,
 };
@@ -22,6 +22,11 @@ pub struct CameraArgs {
     #[arg(long, value_name = "1..6", value_parser = values::whole::<6>, conflicts_with = "eye")]
     pub view: Option<u32>,
 
+    /// The side from which a mesh is framed: front, right, back, left, top, bottom, or AZIMUTH,ELEVATION: degrees to the
+    /// right of its front and upwards [default: 35,27; 35,20 with --style plain]
+    #[arg(long, value_name = "SIDE", value_parser = values::side, allow_hyphen_values = true, conflicts_with_all = ["camera", "view", "eye"])]
+    pub from: Option<Side>,
+
     /// Where the camera stands
     #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
     pub eye: Option<DVec3>,
@@ -38,9 +43,9 @@ pub struct CameraArgs {
     #[arg(long, value_name = "DEG", value_parser = values::degrees, allow_negative_numbers = true)]
     pub fov: Option<f64>,
 
-    /// Orthographic view of this height, scene units: parallel rays instead of a field of view
-    #[arg(long, value_name = "HEIGHT", value_parser = values::length, allow_negative_numbers = true, conflicts_with = "fov")]
-    pub ortho: Option<f64>,
+    /// Orthographic view of this height, scene units: parallel rays instead of a field of view; `fit` frames a mesh
+    #[arg(long, value_name = "HEIGHT", value_parser = values::ortho, allow_negative_numbers = true, conflicts_with = "fov")]
+    pub ortho: Option<Ortho>,
 
     /// Diameter of the lens, scene units: what is out of focus is blurred, with many --samples [default: the scene
     /// camera's; else 0, all is sharp]
@@ -50,6 +55,15 @@ pub struct CameraArgs {
     /// Distance along the view of the plane in focus, scene units [default: the scene camera's; else the target's]
     #[arg(long, value_name = "DISTANCE", value_parser = values::length, allow_negative_numbers = true)]
     pub focus: Option<f64>,
+}
+
+/// Height of an orthographic view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ortho {
+    /// Scene units.
+    Height(f64),
+    /// All of the mesh.
+    Fit,
 }
 
 /// How a mesh without a scene is shown.
@@ -80,21 +94,23 @@ pub struct MeshArgs {
 impl CameraArgs {
     /// As plain values.
     pub fn options(&self) -> CameraOptions {
-        let start = match (&self.camera, self.view, self.eye) {
+        let start = match (&self.camera, self.view, self.eye, self.from) {
             (Some(name), ..) => StartView::Named(name.clone()),
-            (None, Some(number), _) => StartView::Classic(number),
-            (None, None, Some(eye)) => StartView::Eye(eye),
-            (None, None, None) => StartView::Default,
+            (None, Some(number), ..) => StartView::Classic(number),
+            (None, None, Some(eye), _) => StartView::Eye(eye),
+            (None, None, None, Some(side)) => StartView::Side(side),
+            (None, None, None, None) => StartView::Default,
         };
         CameraOptions {
             start,
             target: self.target,
             up: self.up,
             projection: match (self.fov, self.ortho) {
-                (_, Some(height)) => Some(Projection::Orthographic { height }),
+                (_, Some(Ortho::Height(height))) => Some(Projection::Orthographic { height }),
                 (Some(fov_degrees), None) => Some(Projection::Perspective { fov_degrees }),
-                (None, None) => None,
+                (_, None | Some(Ortho::Fit)) => None,
             },
+            fits_ortho: self.ortho == Some(Ortho::Fit),
             aperture: self.aperture,
             focus: self.focus,
         }

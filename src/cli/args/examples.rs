@@ -30,6 +30,7 @@ Examples:
   octray render a.scn -o a.jpg --size 1920x1080 --samples 9
   octray render a.scn --eye -3,2,1.5 --target 0,0,0.5 --up 0,0,1 --fov 30
   octray render bunny.ply --ground --smooth-angle 40 -o bunny.png
+  octray render part.stl --from top --ortho fit     a drawing's view of a mesh
   octray render a.scn --crop 0,0,256,128 -o corner.png
   octray render a.scn --samples 32 --pattern sobol --filter blackman-harris --srgb
   octray render a.scn --background transparent --aov depth,normal,heat

@@ -116,7 +116,9 @@ pub fn plan(arguments: Vec<OsString>) -> Result<Option<Plan>, CliError> {
             args.defaults = with_defaults.options;
         }
     }
-    cli.command.plan(&matches).map(Some)
+    let plan = cli.command.plan(&matches).map(Some);
+    // Of `-s 800 600` one number is a size and the other one a file.
+    plan.map_err(|error| usage::numbers_apart(&arguments).map_or(error, CliError::Usage))
 }
 
 impl Command {

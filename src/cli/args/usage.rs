@@ -5,7 +5,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use std::{ffi::OsString, path::Path};
 
 /// Options of other renderers, and what octray has instead.
-const ELSEWHERE: [(&[&str], &str); 10] = [
+const ELSEWHERE: [(&[&str], &str); 11] = [
     (
         &["--width", "--height", "--resolution", "--res", "--dimensions"],
         "--size WIDTHxHEIGHT, such as --size 800x600",
@@ -27,8 +27,19 @@ const ELSEWHERE: [(&[&str], &str); 10] = [
     (&["--jobs", "--nthreads"], "-j N or --threads N"),
     (&["--outfile", "--out", "--image"], "--output FILE"),
     (
-        &["--position", "--from", "--lookat", "--look-at"],
+        &["--position", "--lookat", "--look-at"],
         "--eye x,y,z and --target x,y,z",
+    ),
+    (
+        &[
+            "--azimuth",
+            "--elevation",
+            "--camera-azimuth-angle",
+            "--camera-elevation-angle",
+            "--camera-direction",
+            "--side",
+        ],
+        "--from AZIMUTH,ELEVATION in degrees, such as --from 35,20, or --from top",
     ),
     (&["--animation", "--animate", "--rotate"], "--turntable N"),
 ];

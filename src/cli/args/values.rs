@@ -1,6 +1,11 @@
 //! Parsers of option values.
 
-use crate::{cli::plan::FrameRange, render::Crop, scene::MAX_COORDINATE};
+use super::camera::Ortho;
+use crate::{
+    cli::plan::{FrameRange, Side},
+    render::Crop,
+    scene::MAX_COORDINATE,
+};
 use glam::DVec3;
 
 /// Width and height of a picture, pixels.
@@ -63,6 +68,32 @@ pub fn degrees(text: &str) -> Result<f64, String> {
 pub fn length(text: &str) -> Result<f64, String> {
     text.parse()
         .map_err(|_| "expected a number of scene units, such as 2.5".into())
+}
+
+/// `HEIGHT`, or `fit`.
+pub fn ortho(text: &str) -> Result<Ortho, String> {
+    match text.parse() {
+        Ok(height) => Ok(Ortho::Height(height)),
+        Err(_) if text == "fit" => Ok(Ortho::Fit),
+        Err(_) => Err("expected a number of scene units, such as 2.5, or fit".into()),
+    }
+}
+
+/// The name of a side, or `AZIMUTH,ELEVATION` in degrees.
+pub fn side(text: &str) -> Result<Side, String> {
+    let named = Side::NAMED.iter().find(|(name, _)| *name == text);
+    let angles = || {
+        let (azimuth, elevation) = text.split_once(',')?;
+        let degrees = |word: &str| word.trim().parse().ok().filter(|angle: &f64| angle.is_finite());
+        Some(Side {
+            azimuth: degrees(azimuth)?,
+            elevation: degrees(elevation).filter(|elevation| elevation.abs() <= 90.0)?,
+        })
+    };
+    named.map(|&(_, side)| side).or_else(angles).ok_or_else(|| {
+        let names = Side::NAMED.map(|(name, _)| name).join(", ");
+        format!("expected {names}, or AZIMUTH,ELEVATION in degrees such as 35,20; a position goes to --eye")
+    })
 }
 
 /// `x,y,z`.

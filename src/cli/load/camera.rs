@@ -5,7 +5,7 @@ use crate::{
     classic,
     cli::{
         CliError,
-        plan::{CameraOptions, StartView},
+        plan::{CameraOptions, MeshOptions, Side, StartView},
     },
     error::clip,
     format::mesh::{LoadedMesh, UpAxis},
@@ -16,10 +16,18 @@ use glam::DVec3;
 /// A distance in focus at which no usable aperture is too large.
 const FAR: f64 = 1e9;
 
-/// A mesh is shown from this far to the right of its front.
-const AZIMUTH_DEGREES: f64 = 35.0;
-/// A mesh is shown from this far above.
-const ELEVATION_DEGREES: f64 = 20.0;
+/// Where the viewer of a mesh is by default: to the right of its front, and so far above that the top of a box is seen.
+const THREE_QUARTER: Side = Side {
+    azimuth: 35.0,
+    elevation: 27.0,
+};
+/// The same in plain pictures.
+const PLAIN: Side = Side {
+    elevation: 20.0,
+    ..THREE_QUARTER
+};
+/// A mesh is not seen from farther above, degrees, so that its up axis points up in the picture.
+const STEEPEST: f64 = 89.99;
 
 impl CameraOptions {
     /// Refuses options that make no view with any scene.
@@ -28,6 +36,12 @@ impl CameraOptions {
     /// [`CliError::Usage`].
     pub fn check(&self) -> Result<(), CliError> {
         let (eye, target) = match self.start {
+            StartView::Side(Side { azimuth, elevation })
+                if !azimuth.is_finite() || elevation.abs() > 90.0 =>
+            {
+                let why = "--from: expected an elevation from -90 to 90 degrees";
+                return Err(CliError::Usage(why.into()));
+            }
             StartView::Eye(eye) => (eye, self.target),
             _ => (DVec3::new(1.0, 2.0, 3.0), None),
         };
@@ -36,6 +50,10 @@ impl CameraOptions {
         let across = (target - eye)
             .try_normalize()
             .map_or(DVec3::Z, DVec3::any_orthonormal_vector);
+        if self.fits_ortho && !matches!(self.start, StartView::Default | StartView::Side(_)) {
+            let why = "--ortho fit frames the mesh: give a side with --from, or the height of the view";
+            return Err(CliError::Usage(why.into()));
+        }
         Camera::new(&View {
             eye,
             target,
@@ -63,7 +81,7 @@ impl CameraOptions {
                 lens: Lens::PINHOLE,
             },
             StartView::Classic(number) => viewpoint(number)?,
-            StartView::Default | StartView::Named(_) => return Ok(None),
+            StartView::Default | StartView::Named(_) | StartView::Side(_) => return Ok(None),
         };
         self.applied_to(view).map(Some)
     }
@@ -102,7 +120,7 @@ impl CameraOptions {
     }
 
     /// The camera for a mesh whose `up` axis points up. By default it frames the mesh for a picture of that aspect
-    /// (width over height); if `turning`, from all sides around the up axis. An orthographic camera stands where a
+    /// (width over height); if it is `turning`, from all sides around the up axis. An orthographic camera stands where a
     /// perspective one would.
     ///
     /// # Errors
@@ -112,40 +130,55 @@ impl CameraOptions {
         mesh: &LoadedMesh,
         up: UpAxis,
         aspect: f64,
-        turning: bool,
+        shown: &MeshOptions,
     ) -> Result<Camera, CliError> {
-        let eye = match &self.start {
+        let (mut eye, mut side) = (
+            None,
+            if shown.style.is_soft() {
+                THREE_QUARTER
+            } else {
+                PLAIN
+            },
+        );
+        match &self.start {
             StartView::Named(name) => {
                 let names: Vec<&str> = mesh.cameras.iter().map(|camera| camera.name.as_str()).collect();
                 let camera = &mesh.cameras[find("the mesh", &names, name)?];
                 return self.applied_to(camera.view());
             }
             StartView::Classic(number) => return self.applied_to(viewpoint(*number)?),
-            StartView::Eye(eye) => Some(*eye),
-            StartView::Default => None,
-        };
+            StartView::Eye(from) => eye = Some(*from),
+            StartView::Side(from) => side = *from,
+            StartView::Default => {}
+        }
         let framed = FitView {
-            towards_viewer: three_quarter(up),
+            towards_viewer: towards(side, up),
             up: self.up.unwrap_or(up.vector()),
             fov_degrees: match self.projection {
-                Some(Projection::Perspective { fov_degrees }) => fov_degrees,
-                _ => View::FOV_DEGREES,
+                _ if self.fits_ortho => None,
+                Some(Projection::Perspective { fov_degrees }) => Some(fov_degrees),
+                _ => Some(View::FOV_DEGREES),
             },
             aspect,
         };
         let reach = mesh.cloud.map_or(0.0, |cloud| cloud.radius(&mesh.columns).into());
-        let fit = if turning {
+        let fit = if shown.turning {
             framed.fit_turning_around(&mesh.placed(), reach)?
         } else {
             framed.fit_around(&mesh.placed(), reach)?
         };
         let target = self.target.unwrap_or(fit.target);
+        let projection = if self.fits_ortho {
+            Projection::Orthographic { height: fit.height }
+        } else {
+            Projection::DEFAULT
+        };
         self.applied_to(View {
             // A target without an eye moves the view and keeps its direction.
             eye: eye.unwrap_or(target + fit.eye - fit.target),
             target,
             up: framed.up,
-            projection: Projection::DEFAULT,
+            projection,
             lens: Lens::PINHOLE,
         })
     }
@@ -174,9 +207,9 @@ fn viewpoint(number: u32) -> Result<View, CliError> {
 }
 
 /// The direction from the mesh to the viewer. The front is as in Blender and glTF.
-fn three_quarter(axis: UpAxis) -> DVec3 {
-    let (sin_a, cos_a) = libm::sincos(AZIMUTH_DEGREES.to_radians());
-    let rise = libm::tan(ELEVATION_DEGREES.to_radians());
+fn towards(side: Side, axis: UpAxis) -> DVec3 {
+    let (sin_a, cos_a) = libm::sincos(side.azimuth.to_radians());
+    let rise = libm::tan(side.elevation.clamp(-STEEPEST, STEEPEST).to_radians());
     axis.right() * sin_a + axis.front() * cos_a + axis.vector() * rise
 }
 

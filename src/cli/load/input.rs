@@ -94,6 +94,7 @@ impl Input {
 
 fn show_scene(plan: &InputPlan, scene: Scene) -> Result<Input, CliError> {
     plan.mesh.refuse_for_scene(plan.name())?;
+    plan.camera.refuse_for_scene(plan.name())?;
     Ok(Input {
         camera: plan.camera.for_scene(&scene)?,
         lit_from: None,
@@ -118,7 +119,7 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
         smooth(&mut loaded, degrees, path, memory)?;
     }
     let up = mesh.up_axis.unwrap_or(loaded.up);
-    let camera = plan.camera.for_mesh(&loaded, up, plan.aspect, mesh.turning)?;
+    let camera = plan.camera.for_mesh(&loaded, up, plan.aspect, mesh)?;
     let mut notes = std::mem::take(&mut loaded.notes);
     if mesh.up_axis.is_none() {
         notes.extend(loaded.up_note(path));

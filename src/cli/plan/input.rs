@@ -42,6 +42,8 @@ pub struct CameraOptions {
     pub target: Option<DVec3>,
     pub up: Option<DVec3>,
     pub projection: Option<Projection>,
+    /// An orthographic view that frames the mesh, in place of `projection`.
+    pub fits_ortho: bool,
     /// Diameter of the lens, scene units.
     pub aperture: Option<f64>,
     /// Distance in focus, scene units.
@@ -59,6 +61,33 @@ pub enum StartView {
     /// A classic viewpoint.
     Classic(u32),
     Eye(DVec3),
+    /// A mesh is framed from there.
+    Side(Side),
+}
+
+/// Where the viewer of a mesh is, degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Side {
+    /// To the right of the mesh's front.
+    pub azimuth: f64,
+    /// Above the mesh.
+    pub elevation: f64,
+}
+
+impl Side {
+    /// The sides that have names.
+    pub const NAMED: [(&str, Self); 6] = [
+        ("front", Self::at(0.0, 0.0)),
+        ("right", Self::at(90.0, 0.0)),
+        ("back", Self::at(180.0, 0.0)),
+        ("left", Self::at(-90.0, 0.0)),
+        ("top", Self::at(0.0, 90.0)),
+        ("bottom", Self::at(0.0, -90.0)),
+    ];
+
+    const fn at(azimuth: f64, elevation: f64) -> Self {
+        Self { azimuth, elevation }
+    }
 }
 
 /// How a mesh is lit, and how its picture is made unless other options say so.
@@ -129,6 +158,7 @@ impl InputPlan {
         let kind = kind_of(path)?;
         if kind == InputKind::Scene {
             mesh.refuse_for_scene(path)?;
+            camera.refuse_for_scene(path)?;
             camera.without_scene()?;
         }
         Ok(Self {
@@ -208,12 +238,28 @@ impl MeshOptions {
             ("--point-size", self.point_size.is_some()),
             ("--lit-from", self.lit_from.is_some()),
         ];
-        match given.iter().find(|(_, given)| *given) {
-            Some((option, _)) => Err(CliError::Usage(format!(
-                "{option} applies to meshes only (.ply, .obj, .off, .stl, .gltf, .glb, .3mf), and {} is a scene",
-                clip_path(scene)
-            ))),
-            None => Ok(()),
-        }
+        refuse_any(&given, scene)
+    }
+}
+
+impl CameraOptions {
+    /// Refuses options that need a mesh.
+    ///
+    /// # Errors
+    /// [`CliError::Usage`].
+    pub fn refuse_for_scene(&self, scene: &Path) -> Result<(), CliError> {
+        let is_side = matches!(self.start, StartView::Side(_));
+        refuse_any(&[("--from", is_side), ("--ortho fit", self.fits_ortho)], scene)
+    }
+}
+
+/// Refuses options of meshes that are given for a scene.
+fn refuse_any(given: &[(&str, bool)], scene: &Path) -> Result<(), CliError> {
+    match given.iter().find(|(_, given)| *given) {
+        Some((option, _)) => Err(CliError::Usage(format!(
+            "{option} applies to meshes only (.ply, .obj, .off, .stl, .gltf, .glb, .3mf), and {} is a scene",
+            clip_path(scene)
+        ))),
+        None => Ok(()),
     }
 }
