@@ -14,6 +14,7 @@ mod planes;
 mod primitive;
 pub mod shade;
 mod surface;
+mod through;
 
 use crate::{ray::Hit, scene::Scene};
 pub(crate) use draw::disc;

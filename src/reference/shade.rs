@@ -4,6 +4,7 @@ use super::{
     draw::scattered,
     glass, light,
     surface::{interpolate, surface},
+    through::light_through,
 };
 use crate::{
     math::{max, min, powi},
@@ -312,13 +313,16 @@ fn gather_light<S: Simd>(
             (_, Some(on_light)) => Some(light::ending_before(simd, s, on_light)),
             _ => (seen.distance > 0.0).then(|| light::leaving(simd, s, seen.to_light, seen.distance)),
         };
+        let mut left = [1.0; 3];
         if let Some(ray) = ray.filter(|_| shadows) {
             rays.shadow += 1;
-            if intersect.occluded(&ray) {
-                continue;
+            match light_through(simd, scene, intersect, ray) {
+                Some(some) => left = some,
+                None => continue,
             }
         }
         let power = light.power().map(|c| share.map_or(c, |share| c * share));
+        let power = std::array::from_fn(|c| power[c] * left[c]);
         sum.add(simd, (s, material), (seen.to_light, n_dot_l), power);
     }
     if let Some(environment) = scene.environment() {
@@ -331,8 +335,16 @@ fn gather_light<S: Simd>(
             let n_dot_l = simd.dot(s.normal, to_light);
             rays.shadow += u64::from(shadows && n_dot_l > 0.0);
             let ray = light::leaving(simd, s, to_light, T_MAX);
-            if n_dot_l > 0.0 && !(shadows && intersect.occluded(&ray)) {
-                sum.add(simd, (s, material), (to_light, n_dot_l), power);
+            if n_dot_l > 0.0 {
+                let left = if shadows {
+                    light_through(simd, scene, intersect, ray)
+                } else {
+                    Some([1.0; 3])
+                };
+                if let Some(left) = left {
+                    let power = std::array::from_fn(|c| power[c] * left[c]);
+                    sum.add(simd, (s, material), (to_light, n_dot_l), power);
+                }
             }
         }
     }

@@ -15,6 +15,7 @@ mod motion;
 mod moving;
 mod opacity;
 mod origin;
+mod passage;
 mod pixel_rays;
 mod placed;
 mod plane;
@@ -45,6 +46,7 @@ pub use material::{INDEX_RANGE, MAX_ALPHA, Material};
 pub use motion::{CameraMotion, MAX_KEYFRAMES, MAX_STEPS, MAX_TIME, Motion, Step};
 use moving::Moving;
 pub use opacity::Opacity;
+pub(crate) use passage::{Crossing, Passage};
 pub use pixel_rays::{PixelRays, RayCone};
 pub use placed::PlacedMesh;
 pub use plane::{MAX_PLANES, Plane};
@@ -234,12 +236,6 @@ impl Scene {
     #[must_use]
     pub fn materials(&self) -> &[Material] {
         &self.materials
-    }
-
-    /// Returns whether a material is glass.
-    #[must_use]
-    pub fn has_glass(&self) -> bool {
-        self.has_glass
     }
 
     /// Returns the ambient light I_a.

@@ -45,20 +45,20 @@ impl Shader {
         for (source_i, source) in sources.enumerate() {
             // The first pair is for ambient light.
             let draws = draws(&self.first_points, scene, settings, (depth, 1 + source_i));
+            let power = match source {
+                Source::Light(light) => light.power(),
+                Source::Environment(..) => [1.0; 3],
+            };
             let (rays, time) = shadow::pass(
-                source,
+                (source, power),
                 (draws, settings.shadows),
-                tracer,
+                (scene, &mut *tracer),
                 &self.surfaces[..lit],
                 &mut self.arriving,
                 &mut self.shadow,
             );
             self.shadow_rays += rays;
             self.tracing += time;
-            let power = match source {
-                Source::Light(light) => light.power(),
-                Source::Environment(..) => [1.0; 3],
-            };
             self.sum_up(scene, tracer.level(), lit, power, source_i == 0);
         }
     }

@@ -25,7 +25,8 @@ pub mod shadow;
 mod soft;
 pub mod surface;
 mod texture;
-pub mod tint;
+pub mod through;
+mod tint;
 
 use crate::{
     lanes::{F32x8, LANES},

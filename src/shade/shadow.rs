@@ -7,11 +7,12 @@ use super::{
     light::{self, Beam},
     soft,
     surface::SurfacePacket,
+    through::Through,
 };
 use crate::{
     lanes::{F32x8, Vec3x8},
     ray::{Origins, RayPacket},
-    scene::{Environment, Light, LightShape},
+    scene::{Environment, Light, LightShape, Scene},
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes, at_level},
     trace::Tracer,
 };
@@ -35,6 +36,7 @@ pub struct Scratch {
     pub(super) surface: Vec<u32>,
     /// Rays that hit something, a bit each.
     pub(super) blocked: Vec<u8>,
+    through: Through,
 }
 
 impl Scratch {
@@ -91,14 +93,14 @@ impl Arriving {
     }
 }
 
-/// Computes what arrives from a source. Returns the number of shadow rays and the time spent tracing them.
+/// Computes what arrives from a source of this power. Returns the number of shadow rays and the time spent tracing them.
 ///
 /// Shadow rays of points run from the light to the surface, offset to the viewer's side, so they share their origin; those
 /// of other sources run from the surface. Packets without a point that faces the light are left out.
 pub(super) fn pass(
-    source: Source<'_>,
+    (source, power): (Source<'_>, [f32; 3]),
     (draws, shadows): (Draws<'_>, bool),
-    tracer: &mut Tracer<'_>,
+    (scene, tracer): (&Scene, &mut Tracer<'_>),
     surfaces: &[SurfacePacket],
     arriving: &mut Arriving,
     scratch: &mut Scratch,
@@ -135,7 +137,15 @@ pub(super) fn pass(
             (count, None)
         }
     };
-    let time = scratch.trace(tracer, origin);
+    let mut time = scratch.trace(tracer.stopping_where_dimmed(scene.dims_light()), origin);
+    tracer.stopping_where_dimmed(false);
+    if scene.dims_light() {
+        let start = Instant::now();
+        let mut through = std::mem::take(&mut scratch.through);
+        through.pass(scene, tracer, (scratch, origin), (arriving, power));
+        scratch.through = through;
+        time += start.elapsed();
+    }
     at_level!(level, |simd| take_blocked(simd, arriving, scratch));
     (count, time)
 }

@@ -4,7 +4,7 @@
 use super::{Found, HitSink, Tracer, bits, visit};
 use crate::{
     lanes::LANES,
-    ray::{Hit, HitPacket, Origins, Ray, RayPacket},
+    ray::{Hit, HitPacket, Origins, PrimitiveId, Ray, RayPacket},
     scene::Scene,
 };
 
@@ -15,6 +15,25 @@ impl<'a> Tracer<'a> {
     pub fn through_cut_outs(mut self, scene: &'a Scene) -> Self {
         self.cut_outs = scene.has_cut_outs().then_some(scene);
         self
+    }
+
+    /// Lets occlusion rays pass only where surfaces are cut out, not where little of them is seen; or no longer.
+    pub(crate) fn stopping_where_dimmed(&mut self, stops: bool) -> &mut Self {
+        self.stops_where_dimmed = stops;
+        if let Some(instances) = &mut self.instances {
+            instances.stop_where_dimmed(stops);
+        }
+        self
+    }
+
+    /// Whether occlusion rays pass a primitive.
+    #[inline(always)]
+    pub(super) fn lets_light_pass(&self, scene: &Scene, id: PrimitiveId, weights: [f32; 2]) -> bool {
+        if self.stops_where_dimmed {
+            scene.is_cut_out(id, weights)
+        } else {
+            scene.lets_light_pass(id, weights)
+        }
     }
 
     /// Replaces the hits that do not count.
@@ -53,7 +72,7 @@ impl<'a> Tracer<'a> {
             for lane in bits(u32::from(*occluded)) {
                 let ray = ray(origins, rays, p, lane);
                 let mut any = Any {
-                    scene,
+                    passes: |hit: &Hit| self.lets_light_pass(scene, hit.primitive, [hit.u, hit.v]),
                     end: ray.t_max,
                     is_hit: false,
                 };
@@ -66,10 +85,6 @@ impl<'a> Tracer<'a> {
 
 fn counts(scene: &Scene, hit: &Hit) -> bool {
     !scene.is_cut_out(hit.primitive, [hit.u, hit.v])
-}
-
-fn stops_light(scene: &Scene, hit: &Hit) -> bool {
-    !scene.lets_light_pass(hit.primitive, [hit.u, hit.v])
 }
 
 pub(super) fn ray(origins: Origins<'_>, rays: &[RayPacket], p: usize, lane: usize) -> Ray {
@@ -104,13 +119,14 @@ impl HitSink for Closest<'_> {
 }
 
 /// Whether anything that stops light is hit.
-pub(super) struct Any<'a> {
-    pub scene: &'a Scene,
+pub(super) struct Any<P> {
+    /// Whether light passes a surface.
+    pub passes: P,
     pub end: f32,
     pub is_hit: bool,
 }
 
-impl HitSink for Any<'_> {
+impl<P: Fn(&Hit) -> bool> HitSink for Any<P> {
     #[inline(always)]
     fn end(&self) -> f32 {
         // Entries are never negative.
@@ -119,6 +135,6 @@ impl HitSink for Any<'_> {
 
     #[inline(always)]
     fn take(&mut self, found: Found) {
-        self.is_hit = self.is_hit || found.t < self.end && stops_light(self.scene, &found.hit());
+        self.is_hit = self.is_hit || found.t < self.end && !(self.passes)(&found.hit());
     }
 }

@@ -172,6 +172,11 @@ impl<'a> Instances<'a> {
         self.nested.hold_to(level);
     }
 
+    /// See [`Tracer::stopping_where_dimmed`].
+    pub fn stop_where_dimmed(&mut self, stops: bool) {
+        self.nested.stopping_where_dimmed(stops);
+    }
+
     /// Replaces hits that are behind an instance.
     #[inline(always)]
     pub fn closest<S: Simd>(

@@ -74,6 +74,8 @@ pub struct Tracer<'a> {
     bvh: &'a Bvh,
     /// The scene, if parts of its surfaces are cut out.
     cut_outs: Option<&'a Scene>,
+    /// See [`Self::stopping_where_dimmed`].
+    stops_where_dimmed: bool,
     instances: Option<Box<Instances<'a>>>,
     /// Planes that rays hit beside what the BVH holds, and the id of the first.
     planes: &'a [Plane],
@@ -105,6 +107,7 @@ impl<'a> Tracer<'a> {
         Self {
             bvh,
             cut_outs: None,
+            stops_where_dimmed: false,
             instances: None,
             planes: &[],
             first_plane: PrimitiveId::NONE,

@@ -90,7 +90,7 @@ impl<'a> Tracer<'a> {
             let ray = ray(simd, origins, rays, p);
             let end = simd.load(&rays[p].t_max);
             for (i, plane) in (0..).zip(self.planes) {
-                if self.is_missing(i, Scene::lets_light_pass) {
+                if self.is_missing(i, |scene, id, at| self.lets_light_pass(scene, id, at)) {
                     continue;
                 }
                 let (hit, t) = plane_hits(surface(simd, plane), ray);

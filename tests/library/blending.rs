@@ -7,8 +7,8 @@ use octray::{
     accel::Bvh,
     render::{Film, Mode, Renderer, Settings},
     scene::{
-        Background, Camera, Image, Material, MaterialId, Opacity, Scene, SceneBuilder, SurfaceTextures,
-        Texture,
+        Background, Camera, Image, Light, LightShape, Material, MaterialId, Opacity, Scene, SceneBuilder,
+        SurfaceTextures, Texture,
     },
 };
 use std::ops::ControlFlow;
@@ -159,17 +159,87 @@ fn half_a_mirror() {
     assert_near(below(builder, 2)[0], expected, 1e-6);
 }
 
-#[test]
-fn light_passes_what_is_less_than_half_opaque() {
-    for (opacity, light) in [(0.49, 0.7), (0.51, 0.0)] {
+/// What is left of the light of a lamp straight above a floor, whichever way its shadow rays run, by channel.
+fn left(bodies: impl Fn(&mut SceneBuilder)) -> [f64; 3] {
+    let of_lamp = |light: Light| {
         let (mut builder, _) = under(WHITE, Material::GLASS);
         builder.set_ambient(0.0).unwrap();
-        builder.add_light(Vec3::Z * 9.0, 0.7).unwrap();
+        builder.add(light).unwrap();
         let matte = builder.classic_material(1).unwrap();
         surface(&mut builder, 0.0, true, matte);
-        pane(&mut builder, 4.0, [0.0; 3], opacity);
-        assert_near(below(builder, 3)[0], light, 1e-5);
+        bodies(&mut builder);
+        // From below what dims the light.
+        color(&builder.finish(), DVec3::Z, DVec3::ZERO, 3).map(|c| c / 0.7)
+    };
+    let from_light = of_lamp(Light {
+        intensity: 0.7,
+        ..Light::new(LightShape::Point {
+            position: Vec3::Z * 90.0,
+        })
+    });
+    let from_floor = of_lamp(Light {
+        intensity: 0.7,
+        ..Light::new(LightShape::directional(DVec3::Z, 0.0).unwrap())
+    });
+    for (a, b) in from_light.into_iter().zip(from_floor) {
+        assert_near(a, b, 1e-5);
     }
+    from_light
+}
+
+fn assert_left(expected: [f64; 3], bodies: impl Fn(&mut SceneBuilder)) {
+    for (found, expected) in left(bodies).into_iter().zip(expected) {
+        assert_near(found, expected, 1e-5);
+    }
+}
+
+#[test]
+fn shadows_of_panes() {
+    for opacity in [0.0, 0.3, 0.7, 1.0] {
+        assert_left([1.0 - f64::from(opacity); 3], |builder| {
+            pane(builder, 4.0, [0.0; 3], opacity)
+        });
+    }
+    assert_left([0.5 * 0.7 * 0.5, 0.0, 0.5 * 0.7 * 0.25], |builder| {
+        pane(builder, 4.0, [1.0; 3], 0.5);
+        let color = [0.5, 0.0, 0.25];
+        let textures = SurfaceTextures {
+            opacity: Opacity::new(0.3, None).map(|opacity| Opacity {
+                is_tinted: true,
+                ..opacity
+            }),
+            ..SurfaceTextures::NONE
+        };
+        let id = builder
+            .add_textured_material(Material::Matte { color }, textures)
+            .unwrap();
+        surface(builder, 5.0, false, id);
+    });
+    for (panes, left) in [(64, 0.98_f64.powi(64)), (65, 0.0)] {
+        assert_left([left; 3], |builder| {
+            (0..panes).for_each(|i| pane(builder, 4.0 + i as f32, [0.0; 3], 0.02));
+        });
+    }
+}
+
+/// Both sides of a slab reflect, and inside light is tinted: also if the floor or the lamp is in it.
+#[test]
+fn shadows_of_glass() {
+    let glass = Material::Glass {
+        index: 1.5,
+        tint: [0.25, 1.0, 0.0],
+        depth: 2.0,
+    };
+    let tinted = |depth: f64, sides: i32| {
+        [0.25_f64.powf(depth / 2.0), 1.0, 0.0].map(|tint| tint * 0.96_f64.powi(sides))
+    };
+    let slab = |builder: &mut SceneBuilder, bottom: Option<f32>, top: Option<f32>| {
+        let id = builder.add_material(glass).unwrap();
+        bottom.into_iter().for_each(|z| surface(builder, z, false, id));
+        top.into_iter().for_each(|z| surface(builder, z, true, id));
+    };
+    assert_left(tinted(3.0, 2), |builder| slab(builder, Some(2.0), Some(5.0)));
+    assert_left(tinted(5.0, 1), |builder| slab(builder, None, Some(5.0)));
 }
 
 /// Alpha of pictures without background is that of all that a ray goes through, and colours are premultiplied by it.

@@ -320,6 +320,7 @@ pub fn glass_scene() -> Scene {
     builder
         .add_sphere_light(Vec3::new(3.0, -4.0, 6.0), 0.5, 0.7, [1.0, 0.9, 0.8])
         .unwrap();
+    builder.add_light(Vec3::new(-3.0, 2.0, 5.0), 0.4).unwrap();
     builder.set_ambient_reach(Some(1.0)).unwrap();
     let mut materials: Vec<_> = (1..4)
         .map(|number| builder.classic_material(number).unwrap())

@@ -74,7 +74,7 @@ fn errors_name_the_place() {
             "c.toml:2:3: `octray render` has no option `nothing-alike`; ",
         ),
         ("config = 'c.toml'\n", "c.toml:1:1"),
-        ("view = 2\nsize = '8'\n", "c.toml:2:8: invalid value '8'"),
+        ("view = 2\nsize = '8x'\n", "c.toml:2:8: invalid value '8x'"),
         ("view = 7\n", "c.toml:1:8: invalid value '7'"),
         ("mode = 'slow'\n", "packet, scalar"),
         (

@@ -254,10 +254,11 @@ mod tests {
         };
         assert_eq!(size("333x217"), Ok(expected));
         assert_eq!(size("333 X 217"), Ok(expected));
+        let (width, height) = (12, 12);
+        assert_eq!(size("12"), Ok(Size { width, height }));
         for text in [
             "",
             "x",
-            "12",
             "12x",
             "x12",
             "0x5",

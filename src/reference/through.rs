@@ -1,0 +1,51 @@
+//! The scalar twin of `shade::through`.
+
+use super::{
+    shade::{Intersect, SURFACE_OFFSET, tinted},
+    surface::surface,
+};
+use crate::{
+    ray::Ray,
+    scene::{Crossing, Passage, RayCone, Scene},
+    simd::Simd,
+};
+
+/// Returns what is left of light along a shadow ray, by channel; `None` if that is nothing.
+#[inline(always)]
+pub(super) fn light_through<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    intersect: &mut dyn Intersect,
+    ray: Ray,
+) -> Option<[f32; 3]> {
+    if !scene.dims_light() {
+        return (!intersect.occluded(&ray)).then_some([1.0; 3]);
+    }
+    let (mut ray, mut passage) = (ray, Passage::START);
+    while ray.t_max > 0.0 {
+        let hit = intersect.closest_hit(&ray);
+        if !hit.is_hit() {
+            passage.arrive(scene, ray.t_max);
+            break;
+        }
+        let s = surface(simd, scene, &ray, &hit);
+        let width = RayCone::default().width(hit.t);
+        let base = tinted(simd, scene, &ray, &hit, width).0.base_color();
+        let crossing = Crossing {
+            direction: s.direction,
+            geometric_normal: s.geometric_normal,
+            normal: s.normal,
+            from_behind: s.from_behind,
+            ..Crossing::at(&hit, base)
+        };
+        if !passage.cross(simd, scene, &crossing) {
+            return None;
+        }
+        let offset = s.magnitude * SURFACE_OFFSET;
+        ray = Ray {
+            t_max: ray.t_max - (hit.t + offset),
+            ..Ray::new(simd.mul_add3(s.geometric_normal, -offset, s.point), ray.direction)
+        };
+    }
+    (passage.left != [0.0; 3]).then_some(passage.left)
+}

@@ -1,0 +1,142 @@
+//! Light that goes straight on through surfaces on its way to a point: through what is not opaque, and through glass, dimmed
+//! by what each side reflects and tinted on the way inside. It is not refracted, so it makes no caustics.
+
+use super::{Material, MaterialId, Scene};
+use crate::{
+    ray::{Hit, PrimitiveId},
+    simd::Simd,
+};
+use glam::Vec3;
+
+/// Light that is weaker than this in all channels counts as blocked.
+const LEAST: f32 = 1.0 / 512.0;
+
+/// The most surfaces on the way of light; the next one is opaque.
+const MOST_SURFACES: u8 = 64;
+
+/// The least cosine between light and a normal.
+const MIN_COSINE: f32 = 1e-6;
+
+/// Where light meets a surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossing {
+    pub primitive: PrimitiveId,
+    /// Weights of the second and third corner of a triangle.
+    pub weights: [f32; 2],
+    /// From the last surface or the start, scene units.
+    pub distance: f32,
+    pub direction: Vec3,
+    /// Unit geometric normal against the direction.
+    pub geometric_normal: Vec3,
+    /// Unit shading normal.
+    pub normal: Vec3,
+    /// Whether the surface is met from behind.
+    pub from_behind: bool,
+    /// The base colour there, with those of vertices and textures.
+    pub base: [f32; 3],
+}
+
+impl Crossing {
+    /// A hit on a surface with this base colour, and otherwise nothing known yet.
+    pub fn at(hit: &Hit, base: [f32; 3]) -> Self {
+        Self {
+            primitive: hit.primitive,
+            weights: [hit.u, hit.v],
+            distance: hit.t,
+            direction: Vec3::ZERO,
+            geometric_normal: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            from_behind: false,
+            base,
+        }
+    }
+}
+
+/// Light on its way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passage {
+    /// What is left of it, by channel; 0 if it is blocked.
+    pub left: [f32; 3],
+    /// The glass that it is in.
+    medium: Option<MaterialId>,
+    surfaces: u8,
+}
+
+impl Passage {
+    pub const START: Self = Self {
+        left: [1.0; 3],
+        medium: None,
+        surfaces: 0,
+    };
+
+    /// Goes through a surface, and returns whether anything is left. Both modes call it.
+    #[inline(always)]
+    pub fn cross<S: Simd>(&mut self, simd: S, scene: &Scene, at: &Crossing) -> bool {
+        let id = scene.material_of(at.primitive);
+        let material = scene.materials()[id.0 as usize];
+        if let Material::Glass { index, .. } = material {
+            let started_inside = at.from_behind.then_some(id);
+            self.medium = self.medium.or(started_inside);
+            self.tint(scene, at.distance);
+            self.medium = (!at.from_behind).then_some(id);
+            let passed = 1.0 - reflected(simd, index, at);
+            self.left = self.left.map(|left| left * passed);
+        } else {
+            self.tint(scene, at.distance);
+            let share = 1.0 - scene.opacity(at.primitive, at.weights);
+            let textures = scene.textures_of(at.primitive);
+            let is_tinted = textures.is_some_and(|all| all.opacity.is_some_and(|one| one.is_tinted));
+            let tint = if is_tinted { at.base } else { [1.0; 3] };
+            self.left = std::array::from_fn(|c| self.left[c] * (share * tint[c]));
+        }
+        self.surfaces += 1;
+        let is_left = self.left.iter().any(|&left| left >= LEAST) && self.surfaces <= MOST_SURFACES;
+        if !is_left {
+            self.left = [0.0; 3];
+        }
+        is_left
+    }
+
+    /// Arrives, this far behind the last surface.
+    pub fn arrive(&mut self, scene: &Scene, distance: f32) {
+        self.tint(scene, distance);
+    }
+
+    fn tint(&mut self, scene: &Scene, distance: f32) {
+        if let Some(medium) = self.medium {
+            let passed = scene.materials()[medium.0 as usize].transmittance(distance);
+            self.left = std::array::from_fn(|c| self.left[c] * passed[c]);
+        }
+    }
+}
+
+impl Scene {
+    /// Returns whether a material is glass.
+    #[must_use]
+    pub fn has_glass(&self) -> bool {
+        self.has_glass
+    }
+
+    /// Returns whether there may be surfaces through which a part of light goes straight on.
+    pub(crate) fn dims_light(&self) -> bool {
+        self.has_glass() || self.has_blending()
+    }
+}
+
+/// The share that glass reflects, by Fresnel's equations for unpolarised light from outside, whatever side it comes from: so
+/// it is the same for light that goes the other way.
+#[inline(always)]
+fn reflected<S: Simd>(simd: S, index: f32, at: &Crossing) -> f32 {
+    let facing = -simd.dot(at.direction, at.normal);
+    let cosine = if facing > 0.0 {
+        facing
+    } else {
+        -simd.dot(at.direction, at.geometric_normal)
+    };
+    let cosine = cosine.clamp(MIN_COSINE, 1.0);
+    let ratio = 1.0 / index;
+    let bent = (1.0 - ratio * ratio * (1.0 - cosine * cosine)).max(0.0).sqrt();
+    let across = (ratio * cosine - bent) / (ratio * cosine + bent);
+    let along = (cosine - ratio * bent) / (cosine + ratio * bent);
+    0.5 * (across * across + along * along)
+}

@@ -1,0 +1,176 @@
+//! Light that goes straight on through surfaces: shadow rays that meet something go on behind it, as long as anything of the
+//! light is left. Only scenes with glass or blending run this pass.
+
+use super::{
+    SURFACE_OFFSET, TileColors,
+    queue::{self, HitQueue, RayQueue},
+    shadow::{Arriving, Scratch},
+    surface::{self, SurfacePacket},
+    texture, tint,
+    tint::Tint8,
+};
+use crate::{
+    lanes::{F32x8, LANES, Vec3x8},
+    ray::{HitPacket, RayPacket},
+    scene::{Crossing, Passage, RayCone, Scene},
+    simd::{Simd, at_level},
+    trace::Tracer,
+};
+use glam::Vec3;
+
+/// The scratch memory of the pass.
+#[derive(Debug, Default)]
+pub(super) struct Through {
+    /// Of each blocked packet its number, and its eight lights.
+    packets: Vec<u32>,
+    passages: Vec<[Passage; LANES]>,
+    /// Their rays: the parent of one is its number in `passages`, times eight, and its lane.
+    rays: RayQueue,
+    next: RayQueue,
+    hits: Vec<HitPacket>,
+    instances: Vec<[u32; LANES]>,
+    by_material: HitQueue,
+    surfaces: Vec<SurfacePacket>,
+    tints: Vec<Tint8>,
+    textured: texture::Textured,
+    /// Nothing is shown.
+    colors: TileColors,
+}
+
+impl Through {
+    /// Follows the blocked rays. What is left of their light multiplies its power in `arriving`, which is `power` where that
+    /// has none; rays of which anything is left are not blocked any more.
+    pub(super) fn pass(
+        &mut self,
+        scene: &Scene,
+        tracer: &mut Tracer<'_>,
+        (rays, origin): (&mut Scratch, Option<Vec3>),
+        (arriving, power): (&mut Arriving, [f32; 3]),
+    ) {
+        self.start(rays, origin);
+        while !self.rays.rays.packets().is_empty() {
+            self.cross(scene, tracer);
+        }
+        if self.packets.is_empty() {
+            return;
+        }
+        let all = arriving.n_dot_l.len();
+        arriving.power.resize(all, power.map(F32x8::splat));
+        for (&p, passages) in self.packets.iter().zip(&self.passages) {
+            let power = &mut arriving.power[rays.surface[p as usize] as usize];
+            let blocked = &mut rays.blocked[p as usize];
+            for (lane, passage) in passages.iter().enumerate() {
+                if *blocked >> lane & 1 == 0 || passage.left == [0.0; 3] {
+                    continue;
+                }
+                *blocked &= !(1 << lane);
+                for (power, left) in power.iter_mut().zip(passage.left) {
+                    power.as_mut_array()[lane] *= left;
+                }
+            }
+        }
+    }
+
+    /// Queues the blocked rays.
+    fn start(&mut self, rays: &Scratch, origin: Option<Vec3>) {
+        self.packets.clear();
+        self.passages.clear();
+        self.rays.restart_camera(None);
+        for (p, &blocked) in rays.blocked.iter().enumerate() {
+            if blocked == 0 {
+                continue;
+            }
+            let mut packet = rays.rays[p];
+            for (lane, t_max) in packet.t_max.as_mut_array().iter_mut().enumerate() {
+                if blocked >> lane & 1 == 0 {
+                    *t_max = 0.0;
+                }
+            }
+            let origins = origin.map_or_else(|| rays.origins[p], Vec3x8::splat);
+            let first = (self.passages.len() * LANES) as u32;
+            let own = std::array::from_fn(|lane| first + lane as u32);
+            self.rays.push_from(origins, packet, own, F32x8::ZERO);
+            self.packets.push(p as u32);
+            self.passages.push([Passage::START; LANES]);
+        }
+    }
+
+    /// Takes all rays to the next surface, and queues those that go on behind it.
+    fn cross(&mut self, scene: &Scene, tracer: &mut Tracer<'_>) {
+        let (packets, level) = (self.rays.rays.packets(), tracer.level());
+        self.hits.clear();
+        self.hits.resize(packets.len(), HitPacket::miss(F32x8::ZERO));
+        tracer.closest_hit(self.rays.rays.origins(), packets, &mut self.hits);
+        self.instances.clear();
+        self.instances.extend_from_slice(tracer.instances_hit());
+        for (p, (packet, hits)) in packets.iter().zip(&self.hits).enumerate() {
+            for (lane, &t_max) in packet.t_max.as_array().iter().enumerate() {
+                if t_max > 0.0 && !hits.hit(lane).is_hit() {
+                    let i = self.rays.parent(p)[lane] as usize;
+                    self.passages[i / LANES][i % LANES].arrive(scene, t_max);
+                }
+            }
+        }
+        self.colors.resize(packets.len());
+        self.next.restart_camera(None);
+        self.tints.clear();
+        let traced = (&self.rays, &self.hits[..]);
+        at_level!(level, |simd| {
+            let (sorted, surfaces) = (&mut self.by_material, &mut self.surfaces);
+            queue::sort(simd, scene, traced.0, traced.1, true, sorted, &mut self.colors);
+            surface::gather(simd, scene, traced.0, traced.1, sorted, surfaces);
+            if !self.instances.is_empty() {
+                surface::place(simd, scene, traced, &self.instances, sorted, surfaces);
+            }
+            if scene.has_colors() {
+                tint::gather(simd, scene, traced.1, sorted, &mut self.tints);
+            }
+        });
+        if scene.has_textures() {
+            let sorted = (&self.by_material, &self.surfaces[..]);
+            let traced = (&self.rays, &self.hits[..], &self.instances[..]);
+            let (tints, textured) = (&mut self.tints, &mut self.textured);
+            texture::pass(scene, traced, sorted, RayCone::default(), tints, textured);
+        }
+        at_level!(level, |simd| self.go_on(simd, scene));
+        std::mem::swap(&mut self.rays, &mut self.next);
+    }
+
+    /// Dims the light at each surface, and queues the rays of which anything is left.
+    #[inline(always)]
+    fn go_on<S: Simd>(&mut self, simd: S, scene: &Scene) {
+        for (id, range) in self.by_material.ranges() {
+            let base = scene.materials()[id.0 as usize].base_color();
+            for i in range {
+                let s = &self.surfaces[i];
+                let tint = self.tints.get(i).copied().unwrap_or([F32x8::splat(1.0); 3]);
+                let (mut origins, mut t_max, mut own) = (s.point, F32x8::ZERO, [0; LANES]);
+                for lane in (0..LANES).filter(|lane| s.active >> lane & 1 == 1) {
+                    let (p, from) = (s.pixel[lane] as usize / LANES, s.pixel[lane] as usize % LANES);
+                    let hit = self.hits[p].hit(from);
+                    own[lane] = self.rays.parent(p)[from];
+                    let crossing = Crossing {
+                        direction: s.direction.lane(lane),
+                        geometric_normal: s.geometric_normal.lane(lane),
+                        normal: s.normal.lane(lane),
+                        from_behind: s.from_behind >> lane & 1 == 1,
+                        ..Crossing::at(&hit, std::array::from_fn(|c| base[c] * tint[c].as_array()[lane]))
+                    };
+                    let passage = &mut self.passages[own[lane] as usize / LANES][own[lane] as usize % LANES];
+                    if passage.cross(simd, scene, &crossing) {
+                        let offset = s.magnitude.as_array()[lane] * SURFACE_OFFSET;
+                        let behind = simd.mul_add3(crossing.geometric_normal, -offset, s.point.lane(lane));
+                        origins.set(lane, behind);
+                        let packet = &self.rays.rays.packets()[p];
+                        t_max.as_mut_array()[lane] = packet.t_max.as_array()[from] - (hit.t + offset);
+                    }
+                }
+                if t_max.as_array().iter().any(|&t| t > 0.0) {
+                    let direction = s.direction;
+                    self.next
+                        .push_from(origins, RayPacket { direction, t_max }, own, F32x8::ZERO);
+                }
+            }
+        }
+    }
+}
