@@ -130,6 +130,13 @@ pub enum SceneError {
         /// How many vertices the mesh has.
         vertices: usize,
     },
+    /// A line has a vertex index beyond its mesh's vertices.
+    LineIndex {
+        /// The vertex index found.
+        index: u32,
+        /// How many vertices the mesh has.
+        vertices: usize,
+    },
     /// A mesh's arrays differ in length.
     ArrayLength {
         /// Which array.
@@ -212,7 +219,7 @@ impl fmt::Display for SceneError {
                     range.0, range.1
                 )
             }
-            Self::VertexIndex { index, vertices, .. } => {
+            Self::VertexIndex { index, vertices, .. } | Self::LineIndex { index, vertices } => {
                 write!(
                     f,
                     "vertex index {index}, but the mesh has only {vertices} vertices"

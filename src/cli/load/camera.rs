@@ -161,7 +161,8 @@ impl CameraOptions {
             },
             aspect,
         };
-        let reach = mesh.cloud.map_or(0.0, |cloud| cloud.radius(&mesh.columns).into());
+        let cloud = mesh.cloud.as_ref();
+        let reach = cloud.map_or(0.0, |cloud| cloud.radius(&mesh.columns).into());
         let fit = if shown.turning {
             framed.fit_turning_around(&mesh.placed(), reach)?
         } else {

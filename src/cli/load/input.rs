@@ -8,10 +8,7 @@ use crate::{
         process,
     },
     error::{LoadError, SceneError, clip_path},
-    format::{
-        self, Limits, Loaded,
-        mesh::{Cloud, LoadedMesh, MeshFormat, UpSource},
-    },
+    format::{self, Limits, Loaded, mesh::LoadedMesh},
     scene::{Camera, Image, NamedCamera, Scene, SceneBuilder, check_memory},
 };
 use glam::DVec3;
@@ -148,10 +145,10 @@ pub fn show_mesh(plan: &InputPlan, mut loaded: LoadedMesh, memory: u64) -> Resul
 
 /// Gives the mesh smooth normals, if it has none. Each shared part is smoothed alone.
 fn smooth(loaded: &mut LoadedMesh, degrees: f64, path: &Path, memory: u64) -> Result<(), CliError> {
-    let why = if loaded.cloud.is_some() {
-        "points are spheres"
-    } else {
-        "the mesh has normals of its own"
+    let why = match &loaded.cloud {
+        Some(cloud) if cloud.lines.is_empty() => "points are spheres",
+        Some(_) => "lines are round",
+        None => "the mesh has normals of its own",
     };
     let has_normals = loaded.arrays().any(|columns| !columns.normals.is_empty());
     if loaded.cloud.is_some() || has_normals {
@@ -206,9 +203,15 @@ pub fn load_bare(path: &Path, memory: u64, files: &mut Vec<PathBuf>) -> Result<S
         builder.add(light).map_err(|error| failed(path, &error))?;
     }
     set_point_radius(&mut loaded, None, path);
-    if let Some(Cloud { radius: Some(radius) }) = loaded.cloud {
+    if let Some(cloud) = &loaded.cloud {
+        let radius = cloud.radius(&loaded.columns);
+        let what = match cloud.lines.len() {
+            0 => "its points become spheres".to_owned(),
+            1 => "its line becomes a tube".to_owned(),
+            lines => format!("its {lines} lines become tubes"),
+        };
         builder.add_note(format!(
-            "{}: no faces: its points become spheres of radius {radius}",
+            "{}: no faces: {what} of radius {radius}",
             clip_path(path)
         ));
     }
@@ -222,7 +225,7 @@ fn failed(path: &Path, error: &SceneError) -> CliError {
     LoadError::whole_file(path, error.to_string()).into()
 }
 
-/// Sets the radius of a cloud's points: half the diameter if there is one, else by their spacing.
+/// Sets the radius of a cloud's points and lines: half the diameter if there is one, else by the cloud.
 fn set_point_radius(loaded: &mut LoadedMesh, diameter: Option<f32>, path: &Path) {
     if let Some(cloud) = &mut loaded.cloud {
         cloud.radius = diameter.map(|diameter| 0.5 * diameter);
@@ -248,10 +251,6 @@ fn refuse_nothing(path: &Path, loaded: &LoadedMesh) -> Result<(), CliError> {
     let left_out: String = notes
         .map(|note| format!("; {}", note.strip_prefix(&prefix).unwrap_or(note)))
         .collect();
-    let lines = match loaded.up_source {
-        UpSource::Assumed(MeshFormat::Off | MeshFormat::Stl) => "",
-        _ => "; lines are not rendered",
-    };
-    let message = format!("no triangles to render ({vertices}{lines}){left_out}");
+    let message = format!("no triangles to render ({vertices}){left_out}");
     Err(LoadError::whole_file(path, message).into())
 }

@@ -34,7 +34,7 @@ impl Rig {
     /// The rig of a mesh, and the mesh's bounds.
     fn of(loaded: &LoadedMesh, stage: &Stage) -> (Self, Aabb) {
         let mut bounds = PlacedMesh::bounds(&loaded.placed());
-        if let Some(cloud) = loaded.cloud
+        if let Some(cloud) = &loaded.cloud
             && !bounds.is_empty()
         {
             let reach = Vec3::splat(cloud.radius(&loaded.columns));

@@ -3,7 +3,7 @@
 use super::{Surface, buffers::Buffers, materials::display_value, shapes::Shape};
 use crate::{
     error::{LoadError, SceneError},
-    format::{textures, vertices::add_position},
+    format::{mesh::LINE_VERTICES, textures, vertices::add_position},
     scene::{TriangleMesh, is_usable},
 };
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
@@ -19,6 +19,8 @@ pub(super) const COLORED: u32 = u32::MAX - 1;
 #[derive(Default)]
 pub(super) struct Arrays {
     pub(super) columns: TriangleMesh,
+    /// The segments of lines.
+    pub(super) lines: Vec<[u32; 2]>,
     /// The index of each triangle's material in the file.
     pub(super) material_of: Vec<u32>,
     has_normals: bool,
@@ -43,6 +45,7 @@ impl Arrays {
             .and_then(|()| budget.reserve(&mut columns.normals, normals))
             .and_then(|()| budget.reserve(&mut columns.colors, colors))
             .and_then(|()| budget.reserve(&mut columns.uvs, uvs))
+            .and_then(|()| budget.reserve(&mut self.lines, room.lines))
             .and_then(|()| budget.reserve(&mut columns.triangles, room.triangles))
             .and_then(|()| budget.reserve(&mut self.material_of, room.triangles))
             .map_err(|error| buffers.no_room(error))
@@ -82,6 +85,7 @@ impl Arrays {
         self.normals(shape, base, world);
         self.colors(shape, base, buffers)?;
         self.uvs(shape, base);
+        shape.add_lines(&mut self.lines, base as u32);
         let triangles = &mut self.columns.triangles;
         let before = triangles.len();
         shape.add_triangles(triangles, base as u32);
@@ -203,6 +207,9 @@ impl Arrays {
 #[derive(Default)]
 pub(super) struct Room {
     pub(super) triangles: usize,
+    /// Segments of lines, and at most this many points and ends of lines.
+    pub(super) lines: usize,
+    pub(super) points: usize,
     pub(super) vertices: usize,
     /// Normals, colours, texture coordinates.
     has: [bool; 3],
@@ -213,8 +220,14 @@ impl Room {
     pub(super) fn add(&mut self, shapes: &[Shape<'_>], placements: usize) {
         for shape in shapes {
             let more = |count: usize| placements.saturating_mul(count);
-            self.triangles = self.triangles.saturating_add(more(shape.triangle_count()));
-            self.vertices = self.vertices.saturating_add(more(shape.vertices_at_least()));
+            for (sum, count) in [
+                (&mut self.triangles, shape.triangle_count()),
+                (&mut self.lines, shape.line_count()),
+                (&mut self.points, shape.point_count()),
+                (&mut self.vertices, shape.vertices_at_least()),
+            ] {
+                *sum = sum.saturating_add(more(count));
+            }
             let has = [
                 shape.normals.is_some(),
                 shape.colors.is_some(),
@@ -231,10 +244,13 @@ impl Room {
         self.has.map(|has| if has { self.vertices } else { 0 })
     }
 
-    /// How many vectors there are, positions too.
+    /// How many vectors there are, positions and those of the tubes of lines too.
     pub(super) fn all_vectors(&self) -> usize {
+        let [_, has_colors, _] = self.has;
+        let of_line = LINE_VERTICES * (2 + usize::from(has_colors));
         self.vectors()
             .into_iter()
+            .chain([self.lines.saturating_mul(of_line)])
             .fold(self.vertices, usize::saturating_add)
     }
 }

@@ -26,14 +26,13 @@ const NOT_LISTED: [&str; 15] = [
     "EXT_texture_",
 ];
 
-/// Whether a file has points and no triangles: a cloud.
+/// Whether a file has points or lines and no triangles: a cloud.
 pub(super) fn is_cloud(root: &Root) -> bool {
-    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
-    primitives.clone().any(is_points)
-        && primitives.all(|primitive| is_points(primitive) || is_lines(primitive))
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives).peekable();
+    primitives.peek().is_some() && primitives.all(|primitive| is_points(primitive) || is_lines(primitive))
 }
 
-/// Lists what octray does not read of a file. Points are read if it is a cloud.
+/// Lists what octray does not read of a file. Points and lines are read if it is a cloud.
 pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     let mut left_out = LeftOut::default();
     left_out.count(root.animations.len(), "animation", "animations");
@@ -70,8 +69,8 @@ pub(super) fn left_out(root: &Root, is_cloud: bool) -> LeftOut {
     let count = |is: fn(&&Primitive) -> bool| primitives().filter(is).count();
     if !is_cloud {
         left_out.count(count(|p| is_points(p)), "set of points", "sets of points");
+        left_out.count(count(|p| is_lines(p)), "set of lines", "sets of lines");
     }
-    left_out.count(count(|p| is_lines(p)), "set of lines", "sets of lines");
     left_out.count(
         count(|p| !has(p, |semantic| *semantic == Semantic::Positions)),
         "primitive without positions",

@@ -1,6 +1,6 @@
 //! glTF 2.0: JSON with its buffers beside or inside it, or one binary file (.glb).
 //!
-//! Reads the triangles, strips and fans, or else the points, of all nodes of the default scene with their transforms, vertex colours, base
+//! Reads the triangles, strips and fans, or else the points and lines, of all nodes of the default scene with their transforms, vertex colours, base
 //! colours, roughness, transmission, emission and textures of these, punctual lights, and cameras. [`extras`] lists what it does not read.
 //! [`sharing`] decides which meshes that several nodes place are stored once.
 //!

@@ -16,8 +16,8 @@ use crate::{
     error::{LoadError, SceneError},
     format::{
         mesh::{
-            Cloud, LoadedMesh, MAX_CAMERAS, MeshCamera, SharedMesh, Sharing, Surface, UpAxis, UpSource,
-            camera_name, clamped_note, most_triangles,
+            Cloud, LINE_TRIANGLES, LoadedMesh, MAX_CAMERAS, MeshCamera, SharedMesh, Sharing, Surface, UpAxis,
+            UpSource, camera_name, clamped_note, most_triangles,
         },
         textures,
     },
@@ -80,8 +80,9 @@ pub(super) struct Reading {
     most_triangles: usize,
     cameras: Vec<MeshCamera>,
     lights: Vec<Light>,
-    /// Whether the file has points and no triangles.
+    /// Whether the file has points or lines and no triangles.
     is_cloud: bool,
+    has_lines: bool,
     /// The lights of the file.
     pub(super) punctual: PunctualLights,
     /// How many cameras there are beyond the limit.
@@ -184,8 +185,10 @@ impl Reading {
             }
         }
         let mut vectors = baked.all_vectors();
+        // Each segment of a line becomes triangles.
         self.triangles = if self.is_cloud {
-            baked.vertices
+            let of_lines = baked.lines.saturating_mul(LINE_TRIANGLES);
+            baked.points.saturating_add(of_lines)
         } else {
             baked.triangles
         };
@@ -193,6 +196,7 @@ impl Reading {
             self.triangles = self.triangles.saturating_add(room.triangles);
             vectors = vectors.saturating_add(room.all_vectors());
         }
+        self.has_lines = baked.lines > 0;
         self.most_triangles = most_triangles(buffers.size());
         self.check_triangles(buffers)?;
         let budget = buffers.budget();
@@ -222,7 +226,11 @@ impl Reading {
     fn check_triangles(&self, buffers: &Buffers<'_>) -> Result<(), LoadError> {
         let (triangles, most) = (self.triangles, self.most_triangles);
         if triangles > most {
-            let what = if self.is_cloud { "points" } else { "triangles" };
+            let what = match (self.is_cloud, self.has_lines) {
+                (true, true) => "points and triangles of lines",
+                (true, false) => "points",
+                (false, _) => "triangles",
+            };
             return Err(buffers.refused(format!(
                 "{triangles} {what}, counted once for each node that places them, expected at most {most} from \
                  {} bytes",
@@ -341,7 +349,7 @@ impl Reading {
         let mut parts = parts.into_iter();
         let baked = parts.next().unwrap_or_default();
         if self.is_cloud {
-            // The points have their colours.
+            // The vertices have their colours.
             surfaces.clear();
         }
         let shared = parts.zip(placements).map(|(arrays, placements)| SharedMesh {
@@ -349,8 +357,12 @@ impl Reading {
             surface_of: arrays.material_of,
             placements,
         });
+        let cloud = Cloud {
+            radius: None,
+            lines: baked.lines,
+        };
         LoadedMesh {
-            cloud: (self.is_cloud && !baked.columns.x.is_empty()).then(Cloud::default),
+            cloud: (self.is_cloud && !baked.columns.x.is_empty()).then_some(cloud),
             columns: baked.columns,
             shared: shared.collect(),
             surfaces,

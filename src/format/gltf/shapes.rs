@@ -1,4 +1,4 @@
-//! Primitives: which vertices they use, and which triangles they are if they are no points.
+//! Primitives: which vertices they use, and which triangles or lines these are.
 
 use super::{
     buffers::Buffers,
@@ -12,7 +12,7 @@ use crate::{
 use gltf::{Mesh, Primitive, Semantic, mesh::Mode};
 use std::rc::Rc;
 
-/// A primitive of triangles, or of points.
+/// A primitive of triangles, or of points or lines.
 pub(super) struct Shape<'a> {
     mode: Mode,
     /// The index of its material in the file.
@@ -22,7 +22,7 @@ pub(super) struct Shape<'a> {
     pub(super) normals: Option<Rc<Elements<'a>>>,
     /// As many as positions.
     pub(super) colors: Option<Rc<Elements<'a>>>,
-    /// Of points, what their colours are multiplied by: display values.
+    /// Of points and lines, what their colours are multiplied by: display values.
     pub(super) tint: Option<[f32; 3]>,
     /// Whether the material shows a texture.
     pub(super) is_textured: bool,
@@ -43,7 +43,7 @@ struct Corners {
     vertices: Vec<u32>,
 }
 
-/// The shapes of a mesh that have triangles, or points if it `is_cloud`.
+/// The shapes of a mesh that have triangles, or points and lines if it `is_cloud`.
 pub(super) fn shapes_of<'a>(
     mesh: &Mesh<'_>,
     materials: &[Shown],
@@ -52,7 +52,7 @@ pub(super) fn shapes_of<'a>(
 ) -> Result<Vec<Shape<'a>>, LoadError> {
     let mut shapes = Vec::new();
     for primitive in mesh.primitives() {
-        if is_cloud != (primitive.mode() == Mode::Points) {
+        if is_cloud != is_of_cloud(primitive.mode()) {
             continue;
         }
         let shape = Shape::new(mesh.index(), &primitive, materials, buffers)?;
@@ -61,17 +61,22 @@ pub(super) fn shapes_of<'a>(
     Ok(shapes)
 }
 
+/// Whether primitives of this mode are points or lines.
+fn is_of_cloud(mode: Mode) -> bool {
+    matches!(
+        mode,
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
+    )
+}
+
 impl<'a> Shape<'a> {
-    /// `None` for lines and primitives without positions.
+    /// `None` for primitives without positions.
     fn new(
         mesh: usize,
         primitive: &Primitive<'_>,
         materials: &[Shown],
         buffers: &mut Buffers<'a>,
     ) -> Result<Option<Self>, LoadError> {
-        if matches!(primitive.mode(), Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-            return Ok(None);
-        }
         let Some(positions) = primitive.get(&Semantic::Positions) else {
             return Ok(None);
         };
@@ -90,10 +95,8 @@ impl<'a> Shape<'a> {
             None => None,
         };
         let material = primitive.material().index();
-        let tint = match primitive.mode() {
-            Mode::Points => material.and_then(|i| Some(materials.get(i)?.surface.diffuse)),
-            _ => None,
-        };
+        let tint = material.and_then(|i| Some(materials.get(i)?.surface.diffuse));
+        let tint = tint.filter(|_| is_of_cloud(primitive.mode()));
         let placement = material.and_then(|i| materials.get(i)?.placement);
         let uvs = placement.and_then(|placement| {
             let accessor = primitive.get(&Semantic::TexCoords(placement.set))?;
@@ -131,15 +134,37 @@ impl<'a> Shape<'a> {
 
     pub(super) fn triangle_count(&self) -> usize {
         match self.mode {
-            Mode::Points => 0,
+            mode if is_of_cloud(mode) => 0,
             Mode::TriangleStrip | Mode::TriangleFan => self.corner_count().saturating_sub(2),
             _ => self.corner_count() / 3,
         }
     }
 
-    /// Whether it leaves most of its vertices to other shapes.
+    /// How many segments of lines it has.
+    pub(super) fn line_count(&self) -> usize {
+        match self.mode {
+            Mode::Lines => self.corner_count() / 2,
+            Mode::LineStrip => self.corner_count().saturating_sub(1),
+            // A loop of two corners goes there and back.
+            Mode::LineLoop if self.corner_count() > 2 => self.corner_count(),
+            Mode::LineLoop => self.corner_count() / 2,
+            _ => 0,
+        }
+    }
+
+    /// How many points it has at most.
+    pub(super) fn point_count(&self) -> usize {
+        if is_of_cloud(self.mode) {
+            self.positions.count.min(self.corner_count())
+        } else {
+            0
+        }
+    }
+
+    /// Whether it leaves vertices to other shapes: most of them, or any if each would be seen.
     fn uses_few(&self) -> bool {
-        self.positions.count > self.corner_count()
+        let is_seen = is_of_cloud(self.mode) && self.indices.is_some();
+        is_seen || self.positions.count > self.corner_count()
     }
 
     /// How many vertices it adds, as far as that is known without reading it.
@@ -212,6 +237,17 @@ impl<'a> Shape<'a> {
     pub(super) fn used(&self) -> impl Iterator<Item = usize> {
         let used = self.corners.as_ref().and_then(|corners| corners.used.as_deref());
         (0..self.used_count()).map(move |i| used.map_or(i, |used| used[i] as usize))
+    }
+
+    /// Adds its segments of lines; the first of the vertices that it uses has the index `base`.
+    pub(super) fn add_lines(&self, lines: &mut Vec<[u32; 2]>, base: u32) {
+        let Some(corners) = &self.corners else { return };
+        let count = corners.vertices.len();
+        let step = if self.mode == Mode::Lines { 2 } else { 1 };
+        lines.extend((0..self.line_count()).map(|i| {
+            // Only a loop comes back to its first corner.
+            [i * step, (i * step + 1) % count].map(|i| corners.vertices[i] + base)
+        }));
     }
 
     /// Adds its triangles; the first of the vertices that it uses has the index `base`.

@@ -1,10 +1,11 @@
-//! Point clouds: the vertices of a file without faces become spheres.
+//! Files without faces: their vertices become spheres, and the lines between them tubes.
 
+use super::tubes;
 use crate::{
     error::SceneError,
-    scene::{SphereCloud, TriangleMesh},
+    scene::{MaterialId, SceneBuilder, SphereCloud, TriangleMesh},
 };
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Of how many points the neighbours are searched: each is compared with all points.
@@ -21,45 +22,98 @@ const RADIUS: f32 = 0.65;
 /// Radius of points without neighbours, scene units.
 const ALONE: f32 = 0.5;
 
+/// Radius of lines, in diagonals of the box around all vertices.
+const LINES: f64 = 1.0 / 400.0;
+
 /// How many points a thread compares with all samples: they stay in its cache.
 const PIECE: usize = 1 << 12;
 
 /// How many distances are computed before their least is looked at.
 const BLOCK: usize = 64;
 
-/// A mesh without faces: each vertex is a point.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Vertices without faces: points, or ends of lines.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cloud {
-    /// Radius of the points, scene units; `None` leaves it to their spacing.
+    /// Radius of the points and lines, scene units; `None` leaves it to [`Cloud::radius`].
     pub radius: Option<f32>,
+    /// The segments of lines: the vertices at their ends, 0-based. Empty if each vertex is a point.
+    pub lines: Vec<[u32; 2]>,
 }
 
 impl Cloud {
-    /// Returns the radius of the points: the one that is set, or 0.65 times the median distance to the third nearest
-    /// neighbour (the nearest, if there are fewer) over 128 of them. Points at the same position are no neighbours. It does
-    /// not depend on the machine or the number of threads. Points that are all at one position get 0.5, or 1/1000 of their
-    /// largest coordinate.
+    /// Returns the radius of points and lines: the one that is set, or else one that does not depend on the machine or the
+    /// number of threads.
+    ///
+    /// With lines, it is 1/400 of the diagonal of the box around all vertices. Of points alone, it is 0.65 times the median
+    /// distance to the third nearest neighbour (the nearest, if there are fewer) over 128 of them. Points at the same
+    /// position are no neighbours. Points that are all at one position get 0.5, or 1/1000 of their largest coordinate.
     #[must_use]
-    pub fn radius(self, points: &TriangleMesh) -> f32 {
-        self.radius
-            .unwrap_or_else(|| spacing(points).map_or_else(|| alone(points), |distance| RADIUS * distance))
+    pub fn radius(&self, points: &TriangleMesh) -> f32 {
+        let found = || {
+            if self.lines.is_empty() {
+                spacing(points).map(|distance| RADIUS * distance)
+            } else {
+                let radius = (LINES * diagonal(points)) as f32;
+                (radius > 0.0).then_some(radius)
+            }
+        };
+        self.radius.or_else(found).unwrap_or_else(|| alone(points))
     }
 
-    /// Makes spheres of the vertices, which are moved, and drops what spheres do not have.
-    pub(super) fn spheres(self, points: TriangleMesh) -> Result<SphereCloud, SceneError> {
+    /// Adds spheres at the vertices, which are moved, and prisms around the lines to a scene. What neither has is dropped.
+    pub(super) fn add_to(
+        self,
+        points: TriangleMesh,
+        builder: &mut SceneBuilder,
+        material: MaterialId,
+    ) -> Result<(), SceneError> {
         let each = self.radius(&points);
-        let TriangleMesh { x, y, z, colors, .. } = points;
-        let mut radius = Vec::new();
-        let reserved = radius.try_reserve_exact(x.len());
-        reserved.map_err(|_| SceneError::NoMemory { what: "spheres" })?;
-        radius.resize(x.len(), each);
-        Ok(SphereCloud {
-            x,
-            y,
-            z,
-            radius,
-            colors,
-        })
+        let count = tubes::count(&points, &self.lines)?;
+        let mut prisms = None;
+        if count > 0 {
+            let vertices = count.saturating_mul(tubes::VERTICES);
+            let vectors = if points.colors.is_empty() { 1 } else { 2 };
+            let counts = [count.saturating_mul(tubes::TRIANGLES), points.x.len(), vertices];
+            builder.check_room(counts, vertices.saturating_mul(vectors))?;
+            prisms = Some(tubes::prisms(&points, &self.lines, each, count)?);
+        }
+        drop(self.lines);
+        builder.add_spheres(spheres(points, each)?, material)?;
+        prisms.map_or(Ok(()), |prisms| builder.add_mesh(prisms, material))
+    }
+}
+
+/// Makes spheres of the vertices, which are moved.
+fn spheres(points: TriangleMesh, each: f32) -> Result<SphereCloud, SceneError> {
+    let TriangleMesh { x, y, z, colors, .. } = points;
+    let mut radius = Vec::new();
+    let reserved = radius.try_reserve_exact(x.len());
+    reserved.map_err(|_| SceneError::NoMemory { what: "spheres" })?;
+    radius.resize(x.len(), each);
+    Ok(SphereCloud {
+        x,
+        y,
+        z,
+        radius,
+        colors,
+    })
+}
+
+/// The diagonal of the box around all points.
+fn diagonal(points: &TriangleMesh) -> f64 {
+    let extent = |column: &[f32]| {
+        let ends = column
+            .iter()
+            .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &x| {
+                [low.min(x), high.max(x)]
+            });
+        f64::from(ends[1]) - f64::from(ends[0])
+    };
+    let box_of = [&points.x, &points.y, &points.z].map(|column| extent(column));
+    if points.x.is_empty() {
+        0.0
+    } else {
+        DVec3::from_array(box_of).length()
     }
 }
 
@@ -187,7 +241,10 @@ mod tests {
         let outliers = (0..50).map(|i| [1e6 + 1e3 * i as f32, 0.0, 0.0]);
         assert_eq!(radius(grid(1).chain(outliers)), 0.65 * 0.25);
         assert_eq!(radius([[0.0; 3], [0.0, 2.0, 0.0]]), 1.3);
-        let set = Cloud { radius: Some(0.125) };
+        let set = Cloud {
+            radius: Some(0.125),
+            ..Cloud::default()
+        };
         assert_eq!(set.radius(&points(grid(1))), 0.125);
     }
 
@@ -202,11 +259,26 @@ mod tests {
     }
 
     #[test]
+    fn the_radius_of_lines_follows_their_box() {
+        let lines = Cloud {
+            radius: None,
+            lines: vec![[0, 1]],
+        };
+        let radius = |positions: &[[f32; 3]]| lines.radius(&points(positions.iter().copied()));
+        assert_eq!(
+            radius(&[[1.0, 2.0, 3.0], [401.0, 2.0, 3.0], [9.0, 2.0, 3.0]]),
+            1.0
+        );
+        assert_eq!(radius(&[[1.0, 2.0, 3.0], [1.0, 2.0, 3.0]]), 0.5);
+        assert_eq!(radius(&[]), 0.5);
+    }
+
+    #[test]
     fn spheres_keep_the_colours() {
         let mut cloud = points([[0.0; 3], [1.0, 0.0, 0.0]]);
         cloud.colors = vec![[1.0, 0.0, 0.0], [0.0, 0.5, 0.0]];
         cloud.normals = vec![Vec3::Z; 2];
-        let spheres = Cloud::default().spheres(cloud).expect("little memory");
+        let spheres = spheres(cloud, 0.65).expect("little memory");
         assert_eq!(
             (&spheres.x[..], &spheres.radius[..]),
             (&[0.0, 1.0][..], &[0.65; 2][..])

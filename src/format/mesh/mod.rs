@@ -7,6 +7,7 @@ mod cloud;
 mod lights;
 mod scene;
 mod shared;
+mod tubes;
 mod up;
 
 pub use cloud::Cloud;
@@ -14,6 +15,8 @@ pub use cloud::Cloud;
 pub(crate) use lights::{exposed, sphere_around};
 pub(super) use scene::add_columns;
 pub use shared::{SharedMesh, Sharing};
+#[cfg(feature = "gltf")]
+pub(super) use tubes::{TRIANGLES as LINE_TRIANGLES, VERTICES as LINE_VERTICES};
 pub use up::{UpAxis, UpSource};
 
 #[cfg(feature = "gltf")]
@@ -45,7 +48,7 @@ pub struct LoadedMesh {
     pub surface_of: Vec<u32>,
     /// The images that the textures of `surfaces` show.
     pub images: Vec<Image>,
-    /// What becomes of the vertices if the file has no faces; `None` if it has any.
+    /// What becomes of the vertices if the file has no faces, and the lines between them; `None` if it has any.
     pub cloud: Option<Cloud>,
     /// The file's perspective cameras, in its own coordinates.
     pub cameras: Vec<MeshCamera>,

@@ -52,7 +52,7 @@ impl LoadedMesh {
         }
     }
 
-    /// Adds the mesh or the spheres of its points to a scene: with `material` alone if given, else with its own surfaces
+    /// Adds the mesh, or the spheres and tubes of its points and lines, to a scene: with `material` alone if given, else with its own surfaces
     /// and colours. What has no surface is [`Surface::WHITE`] if there are colours, else [`Surface::NEUTRAL`]. Shared parts
     /// become prototypes and instances.
     ///
@@ -124,7 +124,7 @@ pub(in crate::format) fn add_columns(
 ) -> Result<(), SceneError> {
     if let Some(cloud) = cloud {
         let material = materials.first().copied().unwrap_or(MaterialId(u32::MAX));
-        return builder.add_spheres(cloud.spheres(columns)?, material);
+        return cloud.add_to(columns, builder, material);
     }
     if let ([material], []) = (materials, surface_of) {
         return builder.add_mesh(columns, *material);

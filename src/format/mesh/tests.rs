@@ -203,9 +203,6 @@ fn obj_colours() {
 fn clouds_of_every_format() {
     let mesh = load("m.obj", "v 0 0 0 1 0 0\nv 2 0 0 0 1 0\np 1 2\nvn 0 0 1\n");
     assert!(mesh.notes.is_empty() && mesh.cloud == Some(Cloud::default()));
-    let lines = load("m.obj", "v 0 0 0\nv 2 0 0\nl 1 2\n");
-    assert!(lines.cloud.is_some());
-    assert_eq!(lines.notes, ["m.obj: left out: 1 line element"]);
     let both = load("m.obj", "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\np 1\n");
     assert!(both.cloud.is_none());
     assert_eq!(both.notes, ["m.obj: left out: 1 point element"]);
@@ -251,7 +248,7 @@ fn clouds_of_gltf() {
         )
     };
     let cloud = load("m.gltf", text([0, 0]));
-    assert_eq!((cloud.cloud, cloud.notes.len()), (Some(Cloud::default()), 0));
+    assert_eq!((&cloud.cloud, cloud.notes.len()), (&Some(Cloud::default()), 0));
     assert_eq!(cloud.columns.y, [0.0, 0.0, 1.0, 5.0, 5.0, 6.0, 0.0, 0.0, 1.0]);
     assert_eq!(cloud.columns.colors[5..7], [[1.0; 3], [1.0, 0.0, 0.0]]);
     assert_eq!(scene(cloud, None).spheres().center_x.len(), 9);
@@ -288,7 +285,10 @@ fn clouds_become_spheres() {
     );
 
     let mut mesh = load("m.obj", text);
-    mesh.cloud = Some(Cloud { radius: Some(0.25) });
+    mesh.cloud = Some(Cloud {
+        radius: Some(0.25),
+        lines: Vec::new(),
+    });
     let made = scene(mesh, Some(MaterialId(1)));
     assert_eq!(made.spheres().radius, [0.25; 3]);
     assert!(!made.has_colors());

@@ -23,6 +23,28 @@ pub(super) struct Corner {
     pub(super) normal: Option<i64>,
 }
 
+/// The 0-based index that an index in a file means, where there are `size` elements so far and `limit`, if that is known,
+/// in all. `what` names one and many of them. The error is a sentence.
+pub(super) fn resolve(index: i64, size: usize, what: [&str; 2], limit: Option<usize>) -> Result<u32, String> {
+    let [one, many] = what;
+    if index == 0 {
+        return Err(format!("{one} index 0, expected a positive or negative index"));
+    }
+    let resolved = if index < 0 { index + size as i64 } else { index - 1 };
+    match u32::try_from(resolved) {
+        Ok(resolved) if resolved < NONE && limit.is_none_or(|limit| (resolved as usize) < limit) => {
+            Ok(resolved)
+        }
+        _ => {
+            let count = limit.unwrap_or(size);
+            let (are, noun) = if count == 1 { ("is", one) } else { ("are", many) };
+            Err(format!(
+                "{one} index {index}, but there {are} only {count} {noun}"
+            ))
+        }
+    }
+}
+
 /// The corners of all triangles.
 #[derive(Default)]
 pub(super) struct Corners {
@@ -86,38 +108,13 @@ impl Corners {
                 );
                 return Err(fault(message));
             };
-            let resolve = |index: i64, size: usize, what: [&str; 2], limit: Option<usize>| {
-                let resolved = if index < 0 { index + size as i64 } else { index - 1 };
-                let index_fault = |count: usize| {
-                    let [one, many] = what;
-                    let (are, noun) = if count == 1 { ("is", one) } else { ("are", many) };
-                    fault(format!(
-                        "{one} index {index}, but there {are} only {count} {noun}"
-                    ))
-                };
-                if index == 0 {
-                    return Err(fault(format!(
-                        "{} index 0, expected a positive or negative index",
-                        what[0]
-                    )));
-                }
-                match u32::try_from(resolved) {
-                    Ok(resolved)
-                        if resolved < NONE && limit.is_none_or(|limit| (resolved as usize) < limit) =>
-                    {
-                        Ok(resolved)
-                    }
-                    _ => Err(index_fault(limit.unwrap_or(size))),
-                }
-            };
-            let position = resolve(
-                corner.position,
-                sizes[0],
-                ["vertex", "vertices"],
-                limits.map(|l| l[0]),
-            )?;
+            let [most_positions, most_normals] = [limits.map(|l| l[0]), limits.map(|l| l[1])];
+            let position =
+                resolve(corner.position, sizes[0], ["vertex", "vertices"], most_positions).map_err(fault)?;
             let normal = match corner.normal {
-                Some(normal) => resolve(normal, sizes[1], ["normal", "normals"], limits.map(|l| l[1]))?,
+                Some(normal) => {
+                    resolve(normal, sizes[1], ["normal", "normals"], most_normals).map_err(fault)?
+                }
                 None => NONE,
             };
             self.largest[0] = self.largest[0].max(position);

@@ -1,5 +1,5 @@
-//! Wavefront OBJ: `v`, also with a colour, `vn`, `f`, `usemtl` and `mtllib`. A file without faces is a cloud of points. A
-//! note lists whatever else the file holds.
+//! Wavefront OBJ: `v`, also with a colour, `vn`, `f`, `usemtl` and `mtllib`. A file without faces shows its lines and points
+//! (`l`, `p`), or all vertices as points. A note lists whatever else the file holds.
 //!
 //! Polygons become fans; concave ones become triangles that fill them.
 //!
@@ -11,6 +11,7 @@
 
 mod colors;
 mod corners;
+mod elements;
 mod libraries;
 mod mtl;
 mod textures;
@@ -29,6 +30,7 @@ use crate::{
 };
 use colors::Colors;
 use corners::{Corner, Corners};
+use elements::Elements;
 use std::{
     borrow::Cow,
     collections::{HashMap, HashSet},
@@ -96,8 +98,13 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>, budget: &Budget) -> Resul
         obj.keeps_uvs = keeps_uvs;
         obj.lines(text, path, open, Some(limits))?;
     }
+    let elements = if obj.corners.is_empty() && obj.line_elements + obj.point_elements > 0 {
+        Elements::read(text, obj.x.len(), budget)?
+    } else {
+        Elements::default()
+    };
     obj.note_left_out(text, path);
-    Ok(obj.finish(path, open)?)
+    Ok(obj.finish(elements, path, open)?)
 }
 
 /// The mesh so far.
@@ -275,8 +282,8 @@ impl<'b> Obj<'b> {
             self.notes.push(note);
         }
         let mut left_out = LeftOut::default();
-        left_out.count(self.line_elements, "line element", "line elements");
         if !self.corners.is_empty() {
+            left_out.count(self.line_elements, "line element", "line elements");
             left_out.count(self.point_elements, "point element", "point elements");
         }
         left_out.count(
@@ -299,7 +306,12 @@ impl<'b> Obj<'b> {
         self.notes.extend(left_out.note(path));
     }
 
-    fn finish(mut self, path: &Path, open: OpenMesh<'_>) -> Result<LoadedMesh, BudgetError> {
+    fn finish(
+        mut self,
+        elements: Elements,
+        path: &Path,
+        open: OpenMesh<'_>,
+    ) -> Result<LoadedMesh, BudgetError> {
         let (corners, count) = (&self.corners, self.uvs.len());
         let untextured = super::textures::leave_untextured(&mut self.surfaces, &mut self.surface_of, |i| {
             corners.lacks_uvs(i, count)
@@ -331,6 +343,7 @@ impl<'b> Obj<'b> {
             colors,
             ..TriangleMesh::default()
         };
+        let lines = elements.keep_shown(&mut columns, self.budget)?;
         self.corners.cut_concave(&columns);
         self.corners
             .into_columns(&self.normals, &self.uvs, &mut columns, self.budget)?;
@@ -338,7 +351,7 @@ impl<'b> Obj<'b> {
             columns,
             surfaces: self.surfaces,
             surface_of: self.surface_of,
-            cloud: is_cloud.then(Cloud::default),
+            cloud: is_cloud.then_some(Cloud { radius: None, lines }),
             up: UpAxis::Y,
             up_source: UpSource::Assumed(MeshFormat::Obj),
             notes: self.notes,

@@ -205,9 +205,13 @@ impl Meshes {
             triangles: copied(&mesh.columns.triangles, budget)?,
         };
         transform.apply(&mut columns);
-        let cloud = mesh.cloud.map(|cloud| Cloud {
-            radius: point_radius.or(cloud.radius),
-        });
+        let cloud = match &mesh.cloud {
+            Some(cloud) => Some(Cloud {
+                radius: point_radius.or(cloud.radius),
+                lines: copied(&cloud.lines, budget)?,
+            }),
+            None => None,
+        };
         let added = if let Some(material) = material {
             mesh::add_columns(builder, columns, cloud, &[material], &[])
         } else {
@@ -252,8 +256,10 @@ fn leave_out(mesh: &mut LoadedMesh, (kind, takes_lights): (Kind, bool), path: &P
             "lights (`mesh` takes them with `lights`)",
         );
     }
-    if kind == Kind::Ply && mesh.cloud.take().is_some() {
-        left_out.add("points");
+    if kind == Kind::Ply
+        && let Some(cloud) = mesh.cloud.take()
+    {
+        left_out.add(if cloud.lines.is_empty() { "points" } else { "lines" });
     }
     mesh.notes.extend(left_out.note(path));
 }
@@ -277,4 +283,8 @@ pub(super) fn size_of_columns(mesh: &LoadedMesh) -> usize {
         + size_of_val(&columns.uvs[..])
         + size_of_val(&columns.triangles[..])
         + size_of_val(&mesh.surface_of[..])
+        + mesh
+            .cloud
+            .as_ref()
+            .map_or(0, |cloud| size_of_val(&cloud.lines[..]))
 }

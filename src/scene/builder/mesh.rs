@@ -65,6 +65,15 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// Checks that this many triangles, spheres and vertices can be added, with `vectors` more normals and colours, before
+    /// they are made.
+    ///
+    /// # Errors
+    /// [`SceneError::TooMany`] or [`SceneError::OverLimit`].
+    pub(crate) fn check_room(&self, counts: [usize; 3], vectors: usize) -> Result<(), SceneError> {
+        self.check_limits(counts, self.vectors().saturating_add(vectors))
+    }
+
     /// Adds the vertices and triangles of a mesh; the caller adds the materials.
     fn add_triangles(&mut self, mesh: TriangleMesh) -> Result<(), SceneError> {
         Self::check_mesh(&mesh)?;
