@@ -22,6 +22,7 @@ mod instances;
 mod layering;
 mod levels;
 mod lights;
+mod lines;
 mod mesh_files;
 mod moving;
 mod numbers;

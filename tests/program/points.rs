@@ -1,4 +1,4 @@
-//! Files without faces on the command line: clouds of spheres.
+//! Files without faces on the command line: clouds of spheres, and lines.
 
 use crate::program::Folder;
 
@@ -73,4 +73,37 @@ fn clouds_of_points() {
         info.text().contains("vertices           3 (with colours)"),
         "{info:?}"
     );
+}
+
+#[test]
+fn lines_are_tubes() {
+    let folder = Folder::new();
+    folder.write("lines.obj", "v 0 0 0 1 0 0\nv 0 1 0 1 0 0\nv 7 7 7\nl 1 2\n");
+    let info = folder.run_line("info lines.obj");
+    for words in [
+        "spheres            2 (with colours)",
+        "lines.obj: no faces: its line becomes a tube of radius 0.0025\n",
+    ] {
+        assert!(info.succeeded().text().contains(words), "{info:?}");
+    }
+    // 12.5 pixels a unit; the eight sides of a tube are within its circle.
+    for (size, most, least) in [(0.32, 4, 3), (1.6, 20, 18)] {
+        let line = format!(
+            "lines.obj --style plain -s 50x200 --ortho 16 --eye 0,0.5,9 --target 0,0.5,0 --point-size {size}"
+        );
+        let run = folder.run_line(&line);
+        assert!(!run.succeeded().stderr.contains("warning"), "{run:?}");
+        let picture = image::open(folder.path("lines.png")).unwrap().into_rgb8();
+        let background = *picture.get_pixel(0, 0);
+        let row = (0..50)
+            .filter(|&x| *picture.get_pixel(x, 100) != background)
+            .count();
+        assert!((least..=most).contains(&row), "{size}: {row}");
+    }
+    let smooth = folder.run_line("lines.obj -s 8x8 --smooth-angle 30");
+    let words = "lines.obj: lines are round, so --smooth-angle has no effect";
+    assert!(smooth.stderr.contains(words), "{smooth:?}");
+    let most: String = (0..5000).map(|_| "l 1 2\n").collect();
+    folder.write("many.obj", &("v 0 0 0\nv 0 1 0\n".to_owned() + &most));
+    folder.fails(&["many.obj", "-s", "8x8", "--max-memory", "4M"], 1, "above the memory limit");
 }

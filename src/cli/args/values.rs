@@ -171,7 +171,7 @@ fn seconds_up_to(most: u32, text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("expected a number of seconds, more than 0 and at most {most}"))
 }
 
-/// The diameter of points, scene units.
+/// The diameter of points and lines, scene units.
 pub fn diameter(text: &str) -> Result<f32, String> {
     let largest = f64::from(MAX_COORDINATE);
     let diameter = text.parse().ok().filter(|diameter: &f64| *diameter <= largest);

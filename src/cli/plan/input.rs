@@ -118,7 +118,7 @@ pub struct MeshOptions {
     pub up_axis: Option<UpAxis>,
     pub ground: bool,
     pub smooth_degrees: Option<f64>,
-    /// Diameter of points; by their spacing if `None`.
+    /// Diameter of points and lines; by their spacing or size if `None`.
     pub point_size: Option<f32>,
     /// The direction of the viewer for whom the mesh is lit; by default that of the eye.
     pub lit_from: Option<DVec3>,

@@ -1,4 +1,5 @@
-//! Lines as tubes: each segment becomes a prism with smooth normals. The spheres at its ends close it.
+//! Lines as tubes: each segment becomes a prism with smooth normals. Its edges have the tube's radius, so its corners lie on
+//! the spheres at its ends, which close it: a larger prism would leave gaps where lines bend.
 
 use crate::{error::SceneError, scene::TriangleMesh};
 use glam::{DVec3, Vec3};
@@ -10,10 +11,6 @@ const SIDES: usize = 8;
 /// How many triangles and vertices a segment becomes.
 pub(in crate::format) const TRIANGLES: usize = 2 * SIDES;
 pub(in crate::format) const VERTICES: usize = 2 * SIDES;
-
-/// Distance of the prism's edges from its axis, in radii: pi / (8 sin(pi / 8)). Seen from all sides, the prism is as wide
-/// as the tube on average.
-const REACH: f64 = 1.026_172_152_977_031;
 
 /// The directions of the edges around the axis.
 const RING: [[f64; 2]; SIDES] = {
@@ -89,7 +86,7 @@ pub(super) fn prisms(
         for (end, position) in ends.into_iter().zip(positions) {
             for [s, t] in RING {
                 let outwards = u * s + v * t;
-                let corner = (position + outwards * (f64::from(radius) * REACH)).as_vec3();
+                let corner = (position + outwards * f64::from(radius)).as_vec3();
                 mesh.x.push(corner.x);
                 mesh.y.push(corner.y);
                 mesh.z.push(corner.z);
@@ -148,17 +145,15 @@ mod tests {
                 let along = from_start.dot(axis);
                 assert!(along.abs() < 1e-5 || (along - 5.0).abs() < 1e-5, "{along}");
                 let outwards = from_start - axis * along;
-                assert!(
-                    (outwards.length() - 0.5 * REACH as f32).abs() < 1e-5,
-                    "{outwards}"
-                );
+                assert!((outwards.length() - 0.5).abs() < 1e-5, "{outwards}");
                 // The front is outside.
                 assert!(mesh.normals[corner as usize].dot(normal) > 0.0);
-                assert!(mesh.normals[corner as usize].dot(outwards) > 0.5);
+                assert!(mesh.normals[corner as usize].dot(outwards) > 0.499);
             }
         }
-        // The sides of a prism that is as wide as the tube on average have the tube's area.
-        assert!((area - std::f32::consts::PI * 5.0).abs() < 1e-3, "{area}");
+        // Eight sides, each 2 r sin(pi / 8) wide.
+        let expected = 8.0 * 5.0 * std::f32::consts::FRAC_PI_8.sin();
+        assert!((area - expected).abs() < 1e-3, "{area}");
         assert_eq!(
             count(&points, &[[0, 3]]),
             Err(SceneError::LineIndex {

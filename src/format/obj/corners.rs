@@ -36,7 +36,7 @@ pub(super) fn resolve(index: i64, size: usize, what: [&str; 2], limit: Option<us
             Ok(resolved)
         }
         _ => {
-            let count = limit.unwrap_or(size);
+            let count = limit.filter(|_| index > 0).unwrap_or(size);
             let (are, noun) = if count == 1 { ("is", one) } else { ("are", many) };
             Err(format!(
                 "{one} index {index}, but there {are} only {count} {noun}"

@@ -28,6 +28,7 @@ impl At<'_> {
             Role::Vertex => format!("vertex {record} of {}", element.count),
             Role::Face => format!("face {record} of {}", element.count),
             Role::Strips => format!("strip record {record} of {}", element.count),
+            Role::Edge => format!("edge {record} of {}", element.count),
             Role::Other => format!(
                 "{} record {record} of {}",
                 quote(element.name.as_bytes()),

@@ -5,6 +5,7 @@ use super::{
     slots::{COLOR_SLOT, UV_SLOT},
 };
 use crate::{error::quote, format::left_out::LeftOut};
+use serde_ply::ScalarType;
 
 impl Header {
     /// Reads what programs write into comments: `comment up z`, and MeshLab's `comment TextureFile NAME`.
@@ -35,9 +36,37 @@ impl Header {
         }
     }
 
+    /// Makes lines of the edges of a file without faces.
+    fn choose_edges(&mut self) {
+        if self.has_faces() {
+            return;
+        }
+        let mut elements = self.elements.iter_mut();
+        let Some(element) = elements.find(|element| element.name == "edge" && element.count > 0) else {
+            return;
+        };
+        let places = ["vertex1", "vertex2"].map(|end| {
+            let i = element.property_names.iter().position(|name| name == end)?;
+            match *element.steps.get(i)? {
+                Step::Skip(scalar) if !matches!(scalar, ScalarType::F32 | ScalarType::F64) => {
+                    Some((i, scalar))
+                }
+                _ => None,
+            }
+        });
+        let [Some(first), Some(second)] = places else {
+            return;
+        };
+        element.role = Role::Edge;
+        for (slot, (i, scalar)) in [first, second].into_iter().enumerate() {
+            element.steps[i] = Step::Keep { slot, scalar };
+        }
+    }
+
     /// Skips what would not be shown: texture coordinates without an image or faces, those of vertices beside those of
     /// corners, and colours of faces beside those of vertices.
     pub(super) fn choose(&mut self) {
+        self.choose_edges();
         let is_corner_uvs = |step: &Step| matches!(step, Step::CornerUvs { .. });
         let has_image = !self.textures.is_empty() && self.has_faces();
         self.has_corner_uvs = has_image && self.any_step(Role::Face, is_corner_uvs);
@@ -122,6 +151,7 @@ impl Header {
                 Role::Vertex => "vertex",
                 Role::Face => "face",
                 Role::Strips => "strip",
+                Role::Edge => "edge",
                 Role::Other => {
                     let name = quote(element.name.as_bytes());
                     let (one, many) = (format!("{name} record"), format!("{name} records"));

@@ -1,4 +1,4 @@
-//! The faces of a mesh, while they are read.
+//! The faces of a mesh, or its lines, while they are read.
 
 use super::painted::Paint;
 use crate::{
@@ -9,9 +9,11 @@ use crate::{
     scene::is_usable,
 };
 
-/// The faces of a mesh; all indices are checked.
+/// The faces or lines of a mesh; all indices are checked.
 pub(super) struct Faces<'a> {
     pub(super) triangles: Vec<[u32; 3]>,
+    /// The ends of lines, if there are no faces.
+    pub(super) lines: Vec<[u32; 2]>,
     /// Which of them are polygons.
     pub(super) fans: Fans,
     /// Their colours and textures.
@@ -35,6 +37,7 @@ impl<'a> Faces<'a> {
     pub(super) fn new(budget: &'a Budget) -> Self {
         Self {
             triangles: Vec::new(),
+            lines: Vec::new(),
             fans: Fans::default(),
             paint: Paint::default(),
             odd_uvs: 0,

@@ -42,6 +42,7 @@ pub(super) fn finish(
     let (surfaces, images) = surfaces(&faces, has_colors, header, path, open, &mut notes)?;
     let Faces {
         mut triangles,
+        lines,
         fans,
         mut paint,
         ..
@@ -64,7 +65,7 @@ pub(super) fn finish(
         surfaces,
         surface_of: paint.look_of,
         images,
-        cloud: header.is_cloud().then(Cloud::default),
+        cloud: header.is_cloud().then_some(Cloud { radius: None, lines }),
         up: header.up.unwrap_or(UpAxis::Y),
         up_source: match header.up {
             Some(_) => UpSource::Stated,

@@ -45,7 +45,7 @@ pub(super) fn read_all<'b, const BIG_ENDIAN: bool>(
             Role::Face if element.is_painted() => None,
             Role::Face => faces::<BIG_ENDIAN>(source, at, element, header.vertices, &mut triangles)?,
             Role::Other => end_of(element, at),
-            Role::Strips => None,
+            Role::Strips | Role::Edge => None,
         };
         match end {
             Some(end) => at = end,

@@ -54,6 +54,8 @@ pub(super) enum Role {
     Face,
     /// Triangle strips; index -1 begins a new strip.
     Strips,
+    /// Lines, in a file without faces.
+    Edge,
     /// Nothing.
     Other,
 }
@@ -73,7 +75,7 @@ pub(super) struct Element {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     /// Keep a number: slots 0 to 2 are the position, 3 to 5 the normal, 6 to 8 the colour, 9 and 10 the texture
-    /// coordinates. Faces have only colours.
+    /// coordinates. Faces have only colours, edges only the vertices at their ends, 0 and 1.
     Keep { slot: usize, scalar: ScalarType },
     /// Make triangles of a list of vertex indices.
     Indices { count: ScalarType, item: ScalarType },
@@ -188,7 +190,7 @@ impl Header {
         Ok(header)
     }
 
-    /// Whether the vertices are points of a cloud: nothing connects them.
+    /// Whether the vertices are points of a cloud, or ends of lines.
     pub(super) fn is_cloud(&self) -> bool {
         self.vertices > 0 && !self.has_faces()
     }

@@ -2,9 +2,10 @@
 //!
 //! Polygons become triangles, also concave ones (`format/polygon.rs`). Faces of fewer than three corners are skipped.
 //! Vertices have positions, normals, colours and texture coordinates; faces have colours, texture coordinates of their
-//! corners, and the number of a texture. A file without faces is a cloud of points. Triangle strips (`tristrips`, of
-//! Cyberware's and Stanford's programs) are read. Header lines name the up axis, which is y without `comment up z`, and
-//! the images of textures, as MeshLab does: `comment TextureFile NAME`.
+//! corners, and the number of a texture. A file without faces shows its vertices as points, and the lines between them
+//! (`edge`, with `vertex1` and `vertex2`). Triangle strips (`tristrips`, of Cyberware's and Stanford's programs) are read.
+//! Header lines name the up axis, which is y without `comment up z`, and the images of textures, as MeshLab does:
+//! `comment TextureFile NAME`.
 //!
 //! ```text
 //! header ── choice: what is shown ── rows, painted; fixed, lines: fast paths ── finish: images, surfaces

@@ -131,6 +131,7 @@ pub(super) fn read_all<'b, V: Values>(
             }
             Role::Face => read_faces(element, header, values, &mut faces)?,
             Role::Strips => read_strips(element, header.vertices, values, &mut faces)?,
+            Role::Edge => read_edges(element, header.vertices, values, &mut faces)?,
             Role::Other if values.fast_skip(element) => {}
             Role::Other => read_others(element, values)?,
         }
@@ -368,6 +369,32 @@ fn read_strips<V: Values>(
             last = [last[1], vertex];
             strip_length += 1;
         }
+        Ok(())
+    })
+}
+
+fn read_edges<V: Values>(
+    element: &Element,
+    vertices: usize,
+    values: &mut V,
+    faces: &mut Faces<'_>,
+) -> Result<(), Fault> {
+    let (lines, mut ends, mut is_second) = (&mut faces.lines, [0; 2], false);
+    reserve(lines, element.count, element, faces.budget)?;
+    for_each_property(element, values, |values, step, at| {
+        let &Step::Keep { slot, scalar } = step else {
+            return skip(step, values, at);
+        };
+        let index = values.whole(scalar).map_err(|wrong| at.wrong(values, wrong))?;
+        let vertex = checked_index(index, vertices, values, at)?;
+        if let Some(end) = ends.get_mut(slot) {
+            *end = vertex;
+        }
+        // The two may stand in any order.
+        if is_second {
+            lines.push(ends);
+        }
+        is_second = !is_second;
         Ok(())
     })
 }

@@ -54,7 +54,7 @@ impl SlotNames {
         match self.role {
             Role::Vertex => vertex.or_else(color).or_else(uv),
             Role::Face => color(),
-            Role::Strips | Role::Other => None,
+            Role::Strips | Role::Edge | Role::Other => None,
         }
     }
 }

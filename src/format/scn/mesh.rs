@@ -29,7 +29,7 @@ pub(super) type Placed = (usize, [u64; 12], u32, bool, u32);
 #[derive(Clone, Copy)]
 pub(super) struct Placement<'a> {
     pub(super) transform: Transform,
-    /// Radius of the points of a file without faces, scene units; by their spacing if `None`.
+    /// Radius of the points and lines of a file without faces, scene units; by their spacing or size if `None`.
     pub(super) point_radius: Option<f32>,
     /// A file of placements, and what comes before each of them.
     pub(super) file: Option<(Transform, Word<'a>)>,
@@ -257,7 +257,7 @@ impl Reader<'_> {
     }
 }
 
-/// Notes that only points have a size.
+/// Notes that only points and lines have a size.
 pub(super) fn note_faces(loaded: Option<&mut LoadedMesh>, path: &Path, point_radius: Option<f32>) {
     if let (Some(mesh), Some(_)) = (loaded.filter(|mesh| mesh.cloud.is_none()), point_radius) {
         let path = clip_path(path);
@@ -284,7 +284,7 @@ fn add_cameras(builder: &mut SceneBuilder, count: &mut usize, cameras: &[MeshCam
     }
 }
 
-/// The steps that place a mesh, in the order in which they apply, and the size of points.
+/// The steps that place a mesh, in the order in which they apply, and the size of points and lines.
 pub(super) fn read_placement<'a>(
     arguments: &mut Arguments<'_, 'a>,
     keys: &[&'static str],
@@ -373,7 +373,7 @@ fn read_step(arguments: &mut Arguments<'_, '_>, word: Word<'_>, key: &str) -> Re
     })
 }
 
-/// The radius of points, given as their diameter.
+/// The radius of points and lines, given as their diameter.
 fn read_radius(arguments: &mut Arguments<'_, '_>, key: Word<'_>) -> Result<f32, LoadError> {
     let [word] = arguments.take(key, "point_size DIAMETER")?;
     let radius = (0.5 * arguments.precise(word, "point_size")?) as f32;
