@@ -76,6 +76,23 @@ fn lines_of_obj() {
         &[],
     );
     assert_eq!(mesh.columns.colors, [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    // Where two materials meet, a vertex has both; one material stays what it is.
+    let library = "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n";
+    let read_with = |elements: &str| {
+        let text = format!("mtllib a.bin\nv 0 0 0\nv 1 0 0\nv 2 0 0\n{elements}");
+        read("a.obj", text.as_bytes(), library.as_bytes())
+    };
+    let mesh = read_with("usemtl red\nl 1 2\nusemtl blue\nl 2 3\n");
+    assert_eq!(
+        (&mesh.columns.x[..], mesh.surfaces.len()),
+        (&[0.0, 1.0, 2.0, 1.0][..], 0)
+    );
+    let [red, blue] = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    assert_eq!(mesh.columns.colors, [red, red, blue, blue]);
+    assert_eq!(mesh.cloud.expect("no faces").lines, [[0, 1], [3, 2]]);
+    let mesh = read_with("usemtl blue\nl 3 2\n");
+    assert_eq!((mesh.surfaces.len(), mesh.surfaces[0].diffuse), (1, blue));
+    assert!(mesh.columns.colors.is_empty());
     // With faces they are left out, whatever they say.
     let mesh = read("a.obj", (vertices() + "f 2 3 4\nl 7 x\np 0\n").as_bytes(), &[]);
     assert!(mesh.cloud.is_none());

@@ -105,5 +105,9 @@ fn lines_are_tubes() {
     assert!(smooth.stderr.contains(words), "{smooth:?}");
     let most: String = (0..5000).map(|_| "l 1 2\n").collect();
     folder.write("many.obj", &("v 0 0 0\nv 0 1 0\n".to_owned() + &most));
-    folder.fails(&["many.obj", "-s", "8x8", "--max-memory", "4M"], 1, "above the memory limit");
+    folder.fails(
+        &["many.obj", "-s", "8x8", "--max-memory", "4M"],
+        1,
+        "above the memory limit",
+    );
 }

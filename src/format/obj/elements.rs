@@ -5,38 +5,59 @@ use super::{
     super::{
         budget::{Budget, BudgetError},
         left_out::counted,
+        mesh::Surface,
         place::{TextFault, Words, after_mark},
-        vertices::NONE,
+        textures::untextured,
+        vertices::{NONE, Vertices},
     },
-    corner,
+    NO_SURFACE, corner,
     corners::resolve,
+    name,
 };
 use crate::{error::quote, scene::TriangleMesh};
+use std::collections::HashMap;
 
 /// The lines and points of a file.
-#[derive(Default)]
-pub(super) struct Elements {
+pub(super) struct Elements<'a> {
+    budget: &'a Budget,
     /// The vertices at the ends of each segment.
-    pub(super) lines: Vec<[u32; 2]>,
-    /// For each vertex whether it is shown: whether a line or point has it, or there are none.
-    is_shown: Vec<bool>,
+    lines: Vec<[u32; 2]>,
+    /// How many positions there are.
+    positions: usize,
+    /// The vertices, with their surface and position. One that has several surfaces becomes several.
+    vertices: Vertices<'a>,
+    /// The current surface.
+    surface: u32,
 }
 
-impl Elements {
-    /// Reads all `l` and `p` of a text that has this many vertices.
-    pub(super) fn read(text: &[u8], vertices: usize, budget: &Budget) -> Result<Self, TextFault> {
-        let mut elements = Self::default();
-        budget.reserve(&mut elements.is_shown, vertices)?;
-        elements.is_shown.resize(vertices, false);
+impl<'a> Elements<'a> {
+    /// Reads all `l` and `p` of a text that has this many positions.
+    pub(super) fn read(
+        text: &[u8],
+        positions: usize,
+        surface_by_name: &HashMap<Vec<u8>, u32>,
+        budget: &'a Budget,
+    ) -> Result<Self, TextFault> {
+        let mut elements = Self {
+            budget,
+            lines: Vec::new(),
+            positions,
+            vertices: Vertices::new(positions, budget)?,
+            surface: NO_SURFACE,
+        };
         let (mut start, mut so_far) = (after_mark(text), 0);
         for line in text[start..].split_inclusive(|&byte| byte == b'\n') {
             let end = start + line.len();
             let mut words = Words::new(text, start..end);
             match words.next() {
                 Some((b"v", _)) => so_far += 1,
+                Some((b"usemtl", _)) => {
+                    let surface = surface_by_name.get(name(&words));
+                    elements.surface = surface.copied().unwrap_or(NO_SURFACE);
+                }
                 Some((b"l", place)) => {
                     let whole_line = place.start..words.end_of_words();
-                    let count = elements.element(words, so_far, true, budget)?;
+                    let count = elements.element(words, so_far, true)?;
                     if count < 2 {
                         let vertices = counted(count, "vertex", "vertices");
                         let message = format!("line with {vertices}, expected 2 or more");
@@ -44,7 +65,7 @@ impl Elements {
                     }
                 }
                 Some((b"p", _)) => {
-                    elements.element(words, so_far, false, budget)?;
+                    elements.element(words, so_far, false)?;
                 }
                 _ => {}
             }
@@ -53,14 +74,8 @@ impl Elements {
         Ok(elements)
     }
 
-    /// Adds the words of a line or point; `size` is the number of vertices so far. Returns how many there are.
-    fn element(
-        &mut self,
-        words: Words<'_>,
-        size: usize,
-        is_line: bool,
-        budget: &Budget,
-    ) -> Result<usize, TextFault> {
+    /// Adds the words of a line or point; `so_far` is the number of positions. Returns how many words there are.
+    fn element(&mut self, words: Words<'_>, so_far: usize, is_line: bool) -> Result<usize, TextFault> {
         let (mut count, mut last) = (0, NONE);
         for (word, place) in words {
             if word.starts_with(b"#") {
@@ -70,12 +85,12 @@ impl Elements {
                 let message = format!("vertex {}, expected an index such as `1` or `1/2`", quote(word));
                 return Err(TextFault::new(place, message));
             };
-            let limit = Some(self.is_shown.len());
-            let vertex = resolve(corner.position, size, ["vertex", "vertices"], limit)
+            let what = ["vertex", "vertices"];
+            let position = resolve(corner.position, so_far, what, Some(self.positions))
                 .map_err(|message| TextFault::new(place, message))?;
-            self.is_shown[vertex as usize] = true;
+            let vertex = self.vertices.vertex(position, [self.surface, position])?;
             if is_line && count > 0 {
-                budget.reserve(&mut self.lines, 1)?;
+                self.budget.reserve(&mut self.lines, 1)?;
                 self.lines.push([last, vertex]);
             }
             (count, last) = (count + 1, vertex);
@@ -83,37 +98,54 @@ impl Elements {
         Ok(count)
     }
 
-    /// Drops the vertices that are not shown, and returns the lines between the others.
-    pub(super) fn keep_shown(
+    /// Keeps the vertices of lines and points alone, if there are any, and returns the lines between them. Several surfaces
+    /// become colours.
+    pub(super) fn keep(
         mut self,
         mesh: &mut TriangleMesh,
-        budget: &Budget,
+        surfaces: &mut Vec<Surface>,
     ) -> Result<Vec<[u32; 2]>, BudgetError> {
-        if self.is_shown.contains(&true) && self.is_shown.contains(&false) {
-            let mut numbers = Vec::new();
-            budget.reserve(&mut numbers, self.is_shown.len())?;
-            let mut next = 0;
-            numbers.extend(self.is_shown.iter().map(|&is_shown| {
-                next += u32::from(is_shown);
-                next - u32::from(is_shown)
-            }));
-            for index in self.lines.as_flattened_mut() {
-                *index = numbers[*index as usize];
-            }
-            budget.give_back(numbers.capacity() * size_of::<u32>());
-            let is_shown = &self.is_shown;
-            for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
-                retain(column, is_shown);
-            }
-            retain(&mut mesh.colors, is_shown);
+        let (budget, vertices) = (self.budget, self.vertices.into_attributes());
+        let named = || vertices.iter().flatten();
+        let Some(&[first, _]) = named().next() else {
+            return Ok(self.lines);
+        };
+        let mut numbers = Vec::new();
+        budget.reserve(&mut numbers, vertices.len())?;
+        let mut next = 0;
+        numbers.extend(vertices.iter().map(|vertex| {
+            next += u32::from(vertex.is_some());
+            next - u32::from(vertex.is_some())
+        }));
+        for index in self.lines.as_flattened_mut() {
+            *index = numbers[*index as usize];
         }
-        budget.give_back(self.is_shown.capacity());
+        budget.give_back(numbers.capacity() * size_of::<u32>());
+        let count = next as usize;
+        for column in [&mut mesh.x, &mut mesh.y, &mut mesh.z] {
+            let mut kept = Vec::new();
+            budget.reserve(&mut kept, count)?;
+            kept.extend(named().map(|&[_, position]| column[position as usize]));
+            budget.give_back(column.capacity() * size_of::<f32>());
+            *column = kept;
+        }
+        let is_one = named().all(|&[surface, _]| surface == first);
+        if !(is_one && mesh.colors.is_empty()) {
+            let (colors, mut kept) = (&mesh.colors, Vec::new());
+            budget.reserve(&mut kept, count)?;
+            kept.extend(named().map(|&[surface, position]| {
+                let color = colors.get(position as usize).copied();
+                let tint = surfaces.get(surface as usize).filter(|_| !is_one);
+                match (color, tint.map(|surface| untextured(surface).diffuse)) {
+                    (Some(color), Some(tint)) => [0, 1, 2].map(|i| color[i] * tint[i]),
+                    (color, tint) => color.or(tint).unwrap_or(Surface::NEUTRAL.diffuse),
+                }
+            }));
+            mesh.colors = kept;
+        }
+        let one = surfaces.get(first as usize).filter(|_| is_one);
+        *surfaces = one.map(untextured).into_iter().collect();
+        budget.give_back(vertices.capacity() * size_of::<Option<[u32; 2]>>());
         Ok(self.lines)
     }
-}
-
-/// Keeps the elements that are shown.
-fn retain<T>(array: &mut Vec<T>, is_shown: &[bool]) {
-    let mut shown = is_shown.iter();
-    array.retain(|_| shown.next().is_none_or(|&is_shown| is_shown));
 }

@@ -99,9 +99,10 @@ fn read(bytes: &[u8], path: &Path, open: OpenMesh<'_>, budget: &Budget) -> Resul
         obj.lines(text, path, open, Some(limits))?;
     }
     let elements = if obj.corners.is_empty() && obj.line_elements + obj.point_elements > 0 {
-        Elements::read(text, obj.x.len(), budget)?
+        let (positions, surfaces) = (obj.x.len(), &obj.surface_by_name);
+        Some(Elements::read(text, positions, surfaces, budget)?)
     } else {
-        Elements::default()
+        None
     };
     obj.note_left_out(text, path);
     Ok(obj.finish(elements, path, open)?)
@@ -308,7 +309,7 @@ impl<'b> Obj<'b> {
 
     fn finish(
         mut self,
-        elements: Elements,
+        elements: Option<Elements<'_>>,
         path: &Path,
         open: OpenMesh<'_>,
     ) -> Result<LoadedMesh, BudgetError> {
@@ -343,7 +344,10 @@ impl<'b> Obj<'b> {
             colors,
             ..TriangleMesh::default()
         };
-        let lines = elements.keep_shown(&mut columns, self.budget)?;
+        let lines = match elements {
+            Some(elements) => elements.keep(&mut columns, &mut self.surfaces)?,
+            None => Vec::new(),
+        };
         self.corners.cut_concave(&columns);
         self.corners
             .into_columns(&self.normals, &self.uvs, &mut columns, self.budget)?;
