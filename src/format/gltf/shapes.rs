@@ -142,12 +142,12 @@ impl<'a> Shape<'a> {
 
     /// How many segments of lines it has.
     pub(super) fn line_count(&self) -> usize {
+        let corners = self.corner_count();
         match self.mode {
-            Mode::Lines => self.corner_count() / 2,
-            Mode::LineStrip => self.corner_count().saturating_sub(1),
-            // A loop of two corners goes there and back.
-            Mode::LineLoop if self.corner_count() > 2 => self.corner_count(),
-            Mode::LineLoop => self.corner_count() / 2,
+            Mode::LineStrip => corners.saturating_sub(1),
+            Mode::LineLoop if corners > 2 => corners,
+            // A loop of two corners would go there and back.
+            Mode::Lines | Mode::LineLoop => corners / 2,
             _ => 0,
         }
     }
