@@ -117,6 +117,16 @@ impl Scene {
         self.has_glass
     }
 
+    /// Returns whether nothing of light goes on behind a primitive, wherever it meets it.
+    pub(crate) fn blocks_light(&self, id: PrimitiveId) -> bool {
+        let textures = self.textures_of(id);
+        let is_glass = matches!(
+            self.materials()[self.material_of(id).0 as usize],
+            Material::Glass { .. }
+        );
+        !is_glass && textures.is_none_or(|textures| textures.opacity.is_none())
+    }
+
     /// Returns whether there may be surfaces through which a part of light goes straight on.
     pub(crate) fn dims_light(&self) -> bool {
         self.has_glass() || self.has_blending()

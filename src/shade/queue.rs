@@ -349,7 +349,11 @@ pub(super) fn sort<S: Simd>(
             missed
         };
         if sets_colors {
-            let background = background(simd, scene, &packet.direction);
+            let background = if visible == 0 {
+                [simd.splat(0.0); 3]
+            } else {
+                background(simd, scene, &packet.direction)
+            };
             colors.set(simd, packet_i, visible, background);
         } else if visible != 0 {
             let background = background(simd, scene, &packet.direction);

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
-    ray::{HitPacket, RayPacket},
+    ray::{Hit, HitPacket, RayPacket},
     scene::{Crossing, Passage, RayCone, Scene},
     simd::{Simd, at_level},
     trace::Tracer,
@@ -103,11 +103,16 @@ impl Through {
         tracer.closest_hit(self.rays.rays.origins(), packets, &mut self.hits);
         self.instances.clear();
         self.instances.extend_from_slice(tracer.instances_hit());
-        for (p, (packet, hits)) in packets.iter().zip(&self.hits).enumerate() {
+        for (p, (packet, hits)) in packets.iter().zip(&mut self.hits).enumerate() {
             for (lane, &t_max) in packet.t_max.as_array().iter().enumerate() {
-                if t_max > 0.0 && !hits.hit(lane).is_hit() {
-                    let i = self.rays.parent(p)[lane] as usize;
-                    self.passages[i / LANES][i % LANES].arrive(scene, t_max);
+                let (hit, i) = (hits.hit(lane), self.rays.parent(p)[lane] as usize);
+                let passage = &mut self.passages[i / LANES][i % LANES];
+                if t_max > 0.0 && !hit.is_hit() {
+                    passage.arrive(scene, t_max);
+                } else if hit.is_hit() && scene.blocks_light(hit.primitive) {
+                    // Nothing of the surface matters.
+                    passage.left = [0.0; 3];
+                    hits.set_hit(lane, &Hit::miss(t_max));
                 }
             }
         }
