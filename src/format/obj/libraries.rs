@@ -2,8 +2,8 @@
 
 use super::{MOST_LIBRARIES, MOST_LIBRARY_BYTES, MOST_NOTES, Obj, mtl};
 use crate::{
-    error::{clip_path, in_bytes},
-    format::{OpenMesh, budget::BudgetError, files, mesh::MAX_NAME},
+    error::{clip, clip_path, in_bytes},
+    format::{OpenMesh, budget::BudgetError, files, mesh::MAX_NAME, textures::names},
     scene::MAX_MATERIALS,
 };
 use std::path::{Component, Path};
@@ -48,7 +48,8 @@ impl Obj<'_> {
             )));
         }
         let folder = path.parent().unwrap_or(Path::new(""));
-        let name = folder.join(String::from_utf8_lossy(name).as_ref());
+        let written = String::from_utf8_lossy(name);
+        let mut name = folder.join(written.as_ref());
         let is_named = |part: &Component<'_>| *part != Component::CurDir;
         if !self
             .libraries
@@ -59,7 +60,19 @@ impl Obj<'_> {
         if self.libraries.len() > MOST_LIBRARIES {
             return Err(format!("more than {MOST_LIBRARIES} material libraries"));
         }
-        let bytes = match (open)(&name) {
+        let mut read = (open)(&name);
+        if read.is_err()
+            && let Some(last) = names::last_of_absolute(&written)
+            && let Ok(beside) = (open)(&folder.join(last))
+        {
+            self.notes.push(format!(
+                "{}: the material library has an absolute path of another machine (`{}`): taken from beside the mesh",
+                clip_path(path),
+                clip(&written)
+            ));
+            (name, read) = (folder.join(last), Ok(beside));
+        }
+        let bytes = match read {
             Ok(bytes) => bytes,
             Err(error) => {
                 let error = files::load_error(&name, &error);

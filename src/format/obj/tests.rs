@@ -269,3 +269,16 @@ fn names_of_images_take_memory() {
     let error = read(2 << 20).expect_err("they take more").to_string();
     assert!(error.starts_with("a.obj:1:1: loading takes"), "{error}");
 }
+
+#[test]
+fn libraries_of_other_machines_lie_beside_the_mesh() {
+    for name in ["C:\\my models\\a b.mtl", "/no such folder/a b.mtl"] {
+        let text = format!("mtllib {name}\nusemtl m\n{SQUARE}f 1 2 3\n");
+        let mesh = load(&text, "newmtl m\nKd 1 0 0\n").expect("a mesh");
+        let expected = format!(
+            "folder/a.obj: the material library has an absolute path of another machine (`{name}`): taken from beside the mesh"
+        );
+        assert_eq!(mesh.notes, [expected]);
+        assert_eq!(mesh.surfaces[0].diffuse, [1.0, 0.0, 0.0]);
+    }
+}
