@@ -1,8 +1,8 @@
 //! octray ray-traces triangle meshes and spheres on the CPU, with SIMD, on all cores. The same scene gives the same
 //! bytes on any number of threads, whether SIMD or scalar code traces it.
 //!
-//! [`Geometry`] answers where rays hit, how far points are and what is inside. [`render::render`] makes pictures with direct
-//! light, shadows, matte and Blinn-Phong surfaces and mirrors (Whitted 1980).
+//! [`Geometry`] answers where rays hit, how far points are and what is inside. [`render::render`] makes pictures of scenes,
+//! with textures, soft shadows, mirrors and glass. docs/library.md has more examples, and what is exact.
 //!
 //! # Where rays hit
 //! ```
@@ -11,7 +11,7 @@
 //! let positions = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 //! let geometry = Geometry::from_triangles(&positions, &[[0, 1, 2]])?;
 //! let rays = [Ray::new([0.25, 0.25, 3.0], [0.0, 0.0, -2.0]), Ray::new([0.25, 0.25, 3.0], [1.0, 0.0, 0.0])];
-//! let mut hits = [Hit::miss(0.0); 2];
+//! let mut hits = [Hit::default(); 2];
 //! geometry.closest_hits(&rays, &mut hits);
 //! assert_eq!(hits[0].t, 1.5); // in units of the direction's length
 //! assert!(!hits[1].is_hit());
@@ -67,14 +67,15 @@
 //! |---|---|---|
 //! | `png` | [`render::Film`]'s `save_png` | yes |
 //! | `gltf` | glTF files | yes |
+//! | `threemf` | 3MF files | yes |
 //! | `textures` | images of materials: PNG, JPEG, WebP, BMP, TGA | yes |
-//! | `cli` | the program `octray`; implies `png`, `gltf` and `textures` | yes |
+//! | `cli` | the program `octray`; implies `png`, `gltf`, `threemf` and `textures` | yes |
 //! | `viewer` | its live window; implies `cli` | yes |
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
 
 pub use glam;
-pub use query::{Geometry, QueryError, Ray};
-pub use ray::Hit;
+pub use query::{Geometry, QueryError, Ray, Rays};
+pub use ray::{Hit, PrimitiveId};
 pub use simd::{Level, LevelError, isa};
 
 pub mod accel;

@@ -3,7 +3,7 @@
 use crate::lanes::{F32x8, LANES, Vec3x8};
 use glam::Vec3;
 
-/// The id of a primitive: triangles from 0, then spheres.
+/// The id of a primitive: triangles from 0, then spheres, then the planes of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub struct PrimitiveId(pub u32);
@@ -73,12 +73,12 @@ impl Ray {
     };
 }
 
-/// A hit of a ray.
+/// A hit of a ray. The default is a miss at infinity.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Hit {
     /// Distance along the ray, in lengths of its direction. A miss has infinity from [`Geometry`](crate::Geometry), and
-    /// from [`Tracer`](crate::trace::Tracer) the ray's `t_max`, or 0 if it is [invalid](Ray::is_valid).
+    /// from a tracer the ray's `t_max`, or 0 if the ray is invalid.
     pub t: f32,
     /// Barycentric weight of a triangle's second corner; 0 on spheres.
     pub u: f32,
@@ -86,6 +86,12 @@ pub struct Hit {
     pub v: f32,
     /// The primitive; [`PrimitiveId::NONE`] for a miss.
     pub primitive: PrimitiveId,
+}
+
+impl Default for Hit {
+    fn default() -> Self {
+        Self::miss(f32::INFINITY)
+    }
 }
 
 impl Hit {

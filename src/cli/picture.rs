@@ -7,11 +7,23 @@ use super::{
 };
 use crate::{
     accel::{BuildQuality, Bvh},
-    format::mesh::{LoadedMesh, UpAxis, UpSource},
+    format::{
+        self,
+        mesh::{LoadedMesh, UpAxis, UpSource},
+    },
     render::{Aovs, Film, OnProgress, Renderer, Settings},
     scene::TriangleMesh,
 };
 use std::path::Path;
+
+/// Loads a mesh alone, within the memory that a picture may take.
+///
+/// # Errors
+/// [`CliError::Load`].
+pub fn mesh(path: &Path) -> Result<LoadedMesh, CliError> {
+    let memory = load::memory::limit(None);
+    Ok(format::mesh::load_within(path, &mut Vec::new(), memory)?)
+}
 
 /// What is shown.
 #[derive(Debug)]

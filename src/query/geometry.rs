@@ -57,7 +57,7 @@ pub struct Geometry {
     bvh: Bvh,
     level: Level,
     /// Coordinates are relative to this point, to which the scene's own origin is still to be added.
-    offset: DVec3,
+    pub(super) offset: DVec3,
     pub(super) is_closed: OnceLock<Result<(), QueryError>>,
 }
 
@@ -211,7 +211,8 @@ impl Geometry {
         (!bounds.is_empty()).then(|| [lower + self.offset, upper + self.offset])
     }
 
-    /// Returns the vertices relative to a point, and that point, world space: as they are kept.
+    /// Returns the vertices relative to a point, and that point, world space: as they are kept, and as
+    /// [`Geometry::from_relative`] takes them.
     #[must_use]
     pub fn vertices(&self) -> (Vec<[f32; 3]>, DVec3) {
         let vertices = self.scene.vertices();

@@ -14,6 +14,7 @@ mod crossings;
 mod error;
 mod geometry;
 mod inside;
+mod mesh;
 mod nearest;
 mod order;
 mod points;

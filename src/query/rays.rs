@@ -139,6 +139,11 @@ macro_rules! points {
                 points.as_slice().into()
             }
         }
+        impl<'a, const N: usize> From<&'a [$vector; N]> for Points<'a> {
+            fn from(points: &'a [$vector; N]) -> Self {
+                points.as_slice().into()
+            }
+        }
     )*};
 }
 points! { f32, F32, Vec3; f64, F64, DVec3; }
@@ -176,6 +181,12 @@ impl From<f32> for Ends<'_> {
 
 impl<'a> From<&'a [f32]> for Ends<'a> {
     fn from(ends: &'a [f32]) -> Self {
+        Self::Each(ends)
+    }
+}
+
+impl<'a> From<&'a Vec<f32>> for Ends<'a> {
+    fn from(ends: &'a Vec<f32>) -> Self {
         Self::Each(ends)
     }
 }

@@ -55,7 +55,8 @@ pub use transform::Transform;
 pub use view::{CameraError, Lens, Projection, View};
 pub(crate) use weld::weld;
 
-use crate::{math::Aabb, ray::PrimitiveId, simd::Simd};
+pub use crate::{math::Aabb, ray::InstanceId};
+use crate::{ray::PrimitiveId, simd::Simd};
 use glam::Vec3;
 use std::{
     collections::BTreeSet,

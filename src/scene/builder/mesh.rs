@@ -10,7 +10,7 @@ use glam::Vec3;
 use rayon::{iter::repeat_n, prelude::*};
 
 /// A triangle mesh as a structure of arrays.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct TriangleMesh {
     /// Vertex positions, scene units; the three arrays have equal lengths.
     pub x: Vec<f32>,

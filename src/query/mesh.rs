@@ -1,0 +1,54 @@
+//! Geometries of meshes from files, and of vertices as they were kept.
+
+use super::{Geometry, QueryError};
+use crate::scene::TriangleMesh;
+use glam::DVec3;
+
+impl Geometry {
+    /// Makes a geometry of the triangles of a mesh, such as [`mesh::load`](crate::format::mesh::load) reads. Normals,
+    /// colours and texture coordinates are ignored.
+    ///
+    /// ```no_run
+    /// use octray::{Geometry, format::mesh};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let loaded = mesh::load("bunny.ply".as_ref())?;
+    /// let geometry = Geometry::from_mesh(&loaded.columns)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Geometry::from_triangles`], or [`QueryError::Length`] if `x`, `y` and `z` differ in length.
+    pub fn from_mesh(mesh: &TriangleMesh) -> Result<Self, QueryError> {
+        let expected = mesh.x.len();
+        for (what, found) in [("values of y", mesh.y.len()), ("values of z", mesh.z.len())] {
+            if found != expected {
+                return Err(QueryError::Length {
+                    what,
+                    found,
+                    expected,
+                });
+            }
+        }
+        let mut positions: Vec<[f32; 3]> = Vec::new();
+        let what = "the vertices";
+        (positions.try_reserve_exact(expected)).map_err(|_| QueryError::NoMemory { what })?;
+        positions.extend((0..expected).map(|i| [mesh.x[i], mesh.y[i], mesh.z[i]]));
+        Self::from_triangles(&positions, &mesh.triangles)
+    }
+
+    /// Makes a geometry again of what [`vertices`](Self::vertices) and [`triangles`](Self::triangles) returned. Its
+    /// answers are the same, to the bit.
+    ///
+    /// # Errors
+    /// As [`Geometry::from_triangles`].
+    pub fn from_relative(
+        positions: &[[f32; 3]],
+        middle: DVec3,
+        triangles: &[[u32; 3]],
+    ) -> Result<Self, QueryError> {
+        let mut geometry = Self::from_triangles(positions, triangles)?;
+        geometry.offset += middle;
+        Ok(geometry)
+    }
+}
