@@ -16,6 +16,8 @@ def _numbers(name: str, value, what: str) -> np.ndarray:
         raise ValueError(f"{name}: expected {what}, found rows of different lengths") from error
     if array.size == 0 and array.dtype.kind == "f":
         return array
+    if value is None:
+        raise ValueError(f"{name}: expected {what}, found None")
     if array.dtype.kind not in "fiu":
         raise ValueError(f"{name}: expected {what}, found an array of {array.dtype}")
     return array

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import os
+import warnings
 from functools import cached_property
 
 import numpy as np
@@ -44,9 +47,13 @@ class Hits:
     def position(self) -> NDArray[np.float64]:
         """The points that are hit, shape (k, 3), ``float64``; NaN where a ray misses.
 
-        Computed when it is first asked for, from the arrays that were given and the mesh as it is then.
+        Computed when it is first asked for, from the mesh as it was when the rays were traced, and the arrays of
+        rays that were given: do not change those before.
         """
         return self._surface[0]
+
+    def __getstate__(self):
+        return {**self.__dict__, "_surface": self._surface, "_ray": None}
 
     @property
     def normal(self) -> NDArray[np.float64]:
@@ -77,16 +84,44 @@ class Mesh:
     """
 
     def __init__(self, vertices: ArrayLike, faces: ArrayLike, *, threads: int | None = None):
-        if threads is not None:
-            number = _arrays.count("threads", threads, least=1)
-            if number > _MOST_THREADS:
-                raise ValueError(f"threads: expected at most {_MOST_THREADS}, found {threads}")
-            threads = number
-        self._mesh = _octray.Mesh(_arrays.vectors("vertices", vertices), _arrays.faces(faces), threads)
+        number = _thread_count(threads)
+        self._mesh = _octray.Mesh(_arrays.vectors("vertices", vertices), _arrays.faces(faces), number)
+
+    @classmethod
+    def from_file(cls, path: str | bytes | os.PathLike[str], *, threads: int | None = None) -> Mesh:
+        """Load a mesh file: ``.ply``, ``.obj``, ``.off``, ``.stl``, ``.gltf``, ``.glb`` or ``.3mf``.
+
+        Vertices are in the file's own coordinates, whichever axis points up. What a file lacks is told in warnings.
+
+        Raises
+        ------
+        FileNotFoundError
+            If there is no such file.
+        ValueError
+            If the file is faulty, with line and column, or has no triangles.
+        """
+        if not isinstance(path, (str, bytes, os.PathLike)):
+            raise ValueError(f"path: expected a path, found {path!r}")
+        mesh = cls.__new__(cls)
+        mesh._mesh, notes = _octray.load(os.fsdecode(path), _thread_count(threads))
+        for note in notes:
+            warnings.warn(note, stacklevel=2)
+        return mesh
 
     def __repr__(self) -> str:
         vertices, triangles = self._mesh.counts
         return f"<octray.Mesh: {vertices} vertices, {triangles} triangles>"
+
+    @property
+    def vertices(self) -> NDArray[np.float64]:
+        """The vertices as they are kept, shape (n, 3): a new array each time, not to be written to. See ``refit``."""
+        vertices, middle, _, _ = _octray.parts(self._mesh)
+        return _only_to_read(vertices + np.array(middle))
+
+    @property
+    def faces(self) -> NDArray[np.int64]:
+        """The triangles, three vertex indices each, shape (m, 3): a new array each time, not to be written to."""
+        return _only_to_read(_octray.parts(self._mesh)[2].astype(np.int64))
 
     @property
     def bounds(self) -> NDArray[np.float64] | None:
@@ -114,7 +149,8 @@ class Mesh:
             A number, or one for each ray.
         """
         arguments = self._rays(origins, directions, t_min, t_max)
-        return Hits(self._mesh, *arguments[:2], self._mesh.closest_hit(*arguments))
+        mesh = self._mesh.copy()
+        return Hits(mesh, *arguments[:2], mesh.closest_hit(*arguments))
 
     def occluded(
         self,
@@ -184,7 +220,42 @@ class Mesh:
         The answers are those of a new mesh."""
         self._mesh.refit(_arrays.vectors("vertices", vertices))
 
+    def __copy__(self) -> Mesh:
+        """A mesh that is moved on its own. They share what is not moved."""
+        return self.__deepcopy__(None)
+
+    def __deepcopy__(self, memo) -> Mesh:
+        mesh = type(self).__new__(type(self))
+        for name, value in self.__dict__.items():
+            if name == "_mesh":
+                value = value.copy()
+            elif memo is not None:
+                value = copy.deepcopy(value, memo)
+            setattr(mesh, name, value)
+        return mesh
+
+    def __getstate__(self):
+        return {**self.__dict__, "_mesh": _octray.parts(self._mesh)}
+
+    def __setstate__(self, state):
+        self.__dict__.update(state, _mesh=_octray.of_parts(*state["_mesh"]))
+
     def _rays(self, origins, directions, t_min, t_max):
         origins, directions = _arrays.rays(origins, directions)
         count = len(directions)
         return origins, directions, _arrays.ends("t_min", t_min, count), _arrays.ends("t_max", t_max, count)
+
+
+def _thread_count(threads: int | None) -> int | None:
+    if threads is None:
+        return None
+    number = _arrays.count("threads", threads, least=1)
+    if number > _MOST_THREADS:
+        raise ValueError(f"threads: expected at most {_MOST_THREADS}, found {threads}")
+    return number
+
+
+def _only_to_read(array: np.ndarray) -> np.ndarray:
+    """Return an array that refuses what would change nothing of the mesh."""
+    array.flags.writeable = False
+    return array

@@ -63,6 +63,8 @@ def render(
 
     Raises
     ------
+    FileNotFoundError
+        If there is no such file.
     ValueError
         If an argument is wrong, or the file is faulty: with its line and column.
     """

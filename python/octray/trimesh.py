@@ -6,7 +6,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ._mesh import Mesh
 
@@ -19,11 +22,13 @@ class RayMeshIntersector:
     coordinates are never scaled.
     """
 
-    def __init__(self, geometry, scale_to_box: bool = True, every_triangle: bool = False):
+    def __init__(self, geometry: Any, scale_to_box: bool = True, every_triangle: bool = False):
+        if isinstance(geometry, Mesh) or not (hasattr(geometry, "vertices") and hasattr(geometry, "faces")):
+            raise ValueError(f"geometry: expected a mesh of trimesh, found {geometry!r}")
         self.mesh = geometry
         self.every_triangle = every_triangle
         self._scale_to_box = scale_to_box
-        self._built = None
+        self._built: tuple[int, Mesh] | None = None
 
     @property
     def _scene(self) -> Mesh:
@@ -34,7 +39,9 @@ class RayMeshIntersector:
             self._built = (key, mesh)
         return self._built[1]
 
-    def intersects_location(self, ray_origins, ray_directions, multiple_hits: bool = True):
+    def intersects_location(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
         """Return where rays hit: ``locations`` (m, 3), ``index_ray`` (m,), ``index_tri`` (m,)."""
         index_tri, index_ray, locations = self.intersects_id(
             ray_origins, ray_directions, multiple_hits=multiple_hits, return_locations=True
@@ -43,12 +50,12 @@ class RayMeshIntersector:
 
     def intersects_id(
         self,
-        ray_origins,
-        ray_directions,
+        ray_origins: ArrayLike,
+        ray_directions: ArrayLike,
         multiple_hits: bool = True,
         max_hits: int = 100,
         return_locations: bool = False,
-    ):
+    ) -> tuple[Any, ...]:
         """Return the triangles that rays hit: ``index_tri`` (m,), ``index_ray`` (m,), and ``locations`` (m, 3) if
         they are asked for."""
         origins, directions = _checked(ray_origins, ray_directions)
@@ -63,15 +70,15 @@ class RayMeshIntersector:
         locations, _ = scene._mesh.surface(origins, directions, index_ray, index_tri, t, False)
         return index_tri, index_ray, locations
 
-    def intersects_first(self, ray_origins, ray_directions):
+    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.int32]:
         """Return the first triangle that each ray hits, -1 for none: (n,)."""
         return self._scene._mesh.first(*_checked(ray_origins, ray_directions))
 
-    def intersects_any(self, ray_origins, ray_directions):
+    def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
         """Return whether each ray hits anything: (n,)."""
         return self._scene.occluded(*_checked(ray_origins, ray_directions))
 
-    def contains_points(self, points):
+    def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Return whether each point is inside: (n,). A mesh that is not closed is asked as trimesh does."""
         points = np.asarray(points, dtype=np.float64)
         if points.ndim != 2 or points.shape[1] != 3:
@@ -85,10 +92,10 @@ class RayMeshIntersector:
     def __getstate__(self):
         return {**self.__dict__, "_built": None}
 
-    def __deepcopy__(self, *_):
+    def __deepcopy__(self, *_: Any) -> RayMeshIntersector:
         return self.__copy__()
 
-    def __copy__(self, *_):
+    def __copy__(self, *_: Any) -> RayMeshIntersector:
         return RayMeshIntersector(self.mesh, self._scale_to_box, self.every_triangle)
 
 

@@ -1,6 +1,6 @@
 //! Arrays of numpy, which are contiguous here.
 
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use octray::query::{Ends, Points};
 use pyo3::{exceptions::PyValueError, prelude::*};
 
@@ -64,4 +64,13 @@ pub fn part_of_ends<'a>(ends: Ends<'a>, range: &std::ops::Range<usize>) -> Ends<
         Ends::All(_) => ends,
         Ends::Each(ends) => Ends::Each(&ends[range.clone()]),
     }
+}
+
+/// An array of rows of `N` numbers.
+pub fn rows<'py, T: numpy::Element + Copy, const N: usize>(
+    py: Python<'py>,
+    rows: Vec<[T; N]>,
+) -> PyResult<Bound<'py, PyArray2<T>>> {
+    let count = rows.len();
+    rows.into_flattened().into_pyarray(py).reshape([count, N])
 }

@@ -5,6 +5,7 @@ mod arrays;
 mod mesh;
 mod picture;
 mod threads;
+mod whole;
 
 use pyo3::prelude::*;
 use std::ffi::OsString;
@@ -26,6 +27,9 @@ fn _octray(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<mesh::Mesh>()?;
     module.add_function(wrap_pyfunction!(picture::render, module)?)?;
+    module.add_function(wrap_pyfunction!(whole::load, module)?)?;
+    module.add_function(wrap_pyfunction!(whole::parts, module)?)?;
+    module.add_function(wrap_pyfunction!(whole::of_parts, module)?)?;
     module.add_function(wrap_pyfunction!(program, module)?)?;
     module.add_function(wrap_pyfunction!(isa, module)?)
 }

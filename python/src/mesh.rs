@@ -1,10 +1,10 @@
 //! `octray._octray.Mesh`: a geometry and its threads.
 
 use crate::{
-    arrays::{RayEnds, Vectors, part, part_of_ends},
+    arrays::{RayEnds, Vectors, part, part_of_ends, rows},
     threads::{PART, SMALL_PART, Threads, Turns, in_parts, interruptible},
 };
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use octray::{
     Geometry, Hit, QueryError,
     glam::DVec3,
@@ -28,7 +28,7 @@ use std::{
 const FEW: usize = 1 << 14;
 
 /// The error for Python.
-fn raised(error: QueryError) -> PyErr {
+pub fn raised(error: QueryError) -> PyErr {
     match error {
         QueryError::NoMemory { .. } => PyMemoryError::new_err(error.to_string()),
         _ => PyValueError::new_err(error.to_string()),
@@ -41,7 +41,7 @@ pub struct Mesh {
     /// Locked only with the interpreter's lock, which whoever forks holds: so no forked process finds it locked.
     geometry: RwLock<Arc<Geometry>>,
     refits: Turns,
-    threads: Threads,
+    threads: Arc<Threads>,
 }
 
 /// Rays and their ends.
@@ -72,6 +72,23 @@ fn part_of_all<'a>(points: Points<'a>, range: &Range<usize>) -> Points<'a> {
 }
 
 impl Mesh {
+    pub fn of(geometry: Geometry, threads: Arc<Threads>) -> Self {
+        Self::sharing(Arc::new(geometry), threads)
+    }
+
+    fn sharing(geometry: Arc<Geometry>, threads: Arc<Threads>) -> Self {
+        Self {
+            geometry: RwLock::new(geometry),
+            refits: Turns::default(),
+            threads,
+        }
+    }
+
+    /// The number of threads of its own.
+    pub fn own_threads(&self) -> Option<usize> {
+        self.threads.own
+    }
+
     /// The geometry as it is now.
     pub fn geometry(&self, _: Python<'_>) -> Arc<Geometry> {
         Arc::clone(&self.geometry.read().unwrap_or_else(PoisonError::into_inner))
@@ -154,15 +171,6 @@ fn asked<'a>(
     Ok(rays)
 }
 
-/// A flat array of rows of `N` numbers.
-fn rows<'py, T: numpy::Element + Copy, const N: usize>(
-    py: Python<'py>,
-    rows: Vec<[T; N]>,
-) -> PyResult<Bound<'py, PyArray2<T>>> {
-    let count = rows.len();
-    rows.into_flattened().into_pyarray(py).reshape([count, N])
-}
-
 fn id_of(primitive: PrimitiveId) -> i64 {
     if primitive == PrimitiveId::NONE {
         -1
@@ -208,11 +216,12 @@ impl Mesh {
         let built = interruptible(py, |_| {
             pool.install(|| Geometry::from_triangles(positions, &triangles))
         })?;
-        Ok(Self {
-            geometry: RwLock::new(Arc::new(built.map_err(raised)?)),
-            refits: Turns::default(),
-            threads,
-        })
+        Ok(Self::of(built.map_err(raised)?, Arc::new(threads)))
+    }
+
+    /// A mesh that stays as this one is now, until it is moved itself.
+    fn copy(&self, py: Python<'_>) -> Self {
+        Self::sharing(self.geometry(py), Arc::clone(&self.threads))
     }
 
     #[getter]

@@ -11,7 +11,7 @@ use octray::{
     scene::{Projection, TriangleMesh},
 };
 use pyo3::{
-    exceptions::{PyMemoryError, PyOSError, PyValueError},
+    exceptions::{PyFileNotFoundError, PyMemoryError, PyValueError},
     prelude::*,
     types::PyDict,
 };
@@ -38,11 +38,33 @@ pub enum Camera {
     Side([f64; 2]),
 }
 
-fn raised(error: &CliError) -> PyErr {
+/// What errors about arguments say to users of the program, and to those of the package.
+const WORDS: [(&str, &str); 5] = [
+    (
+        "use --view or --eye",
+        "choose a viewpoint from 1 to 6, or give a dictionary with eye",
+    ),
+    ("choose it with --camera 1", "choose it with camera=\"1\""),
+    (
+        "--focus needs a lens: give its diameter with --aperture",
+        "focus needs a lens: give its diameter as aperture",
+    ),
+    ("--up 0,1,0", "up=(0, 1, 0)"),
+    ("--style applies", "style applies"),
+];
+
+/// The error for Python.
+pub fn raised(error: &CliError) -> PyErr {
     let text = error.text().unwrap_or_else(|| "interrupted".to_owned());
     match error {
         CliError::Failed(text) if text.contains("memory") => PyMemoryError::new_err(text.clone()),
-        CliError::Load(_) if text.contains("No such file") => PyOSError::new_err(text),
+        CliError::Load(error) if error.at.line == 0 && error.message.starts_with("file not found") => {
+            PyFileNotFoundError::new_err(text)
+        }
+        CliError::Usage(text) => {
+            let replace = |text: String, (theirs, ours): &(&str, &str)| text.replace(theirs, ours);
+            PyValueError::new_err(WORDS.iter().fold(text.clone(), replace))
+        }
         _ => PyValueError::new_err(text),
     }
 }

@@ -54,7 +54,7 @@ pub const MOST_THREADS: usize = 4096;
 /// The threads of a mesh, in whichever process it is used.
 pub struct Threads {
     /// `None` for the shared ones.
-    own: Option<usize>,
+    pub own: Option<usize>,
     started: Mutex<Option<(u32, Arc<ThreadPool>)>>,
 }
 

@@ -1,5 +1,6 @@
 """Queries from Python: against one triangle after the other, and wrong arguments."""
 
+import copy
 import os
 import pathlib
 import pickle
@@ -159,6 +160,60 @@ def test_refit(ball):
     assert np.allclose(mesh.closest_hit([[0, 0, 0]], [[0.001, 0.002, 1]]).t, 3, atol=0.01)
     with pytest.raises(ValueError, match="expected"):
         mesh.refit(vertices[1:])
+
+
+def test_a_mesh_tells_what_it_is_made_of():
+    vertices, faces = np.array([[5e6, 0, 0], [5e6 + 1, 0, 0], [5e6, 1, 0.5]]), [[0, 1, 2]]
+    mesh = octray.Mesh(vertices, faces)
+    assert np.array_equal(mesh.vertices, vertices) and np.array_equal(mesh.faces, faces)
+    assert octray.Mesh([], []).vertices.shape == octray.Mesh([], []).faces.shape == (0, 3)
+    with pytest.raises(AttributeError):
+        mesh.vertices = vertices
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.vertices[0] = 1
+
+
+def test_copies_and_pickles(ball):
+    _, vertices, faces = ball
+    mesh = octray.Mesh(vertices + [4e5, 5e6, 0.3], faces, threads=1)
+    points = np.random.default_rng(5).uniform(-2, 2, (200, 3)) + [4e5, 5e6, 0.3]
+    hits = mesh.closest_hit(points, points[::-1] - points)
+    for other in (copy.copy(mesh), copy.deepcopy(mesh), pickle.loads(pickle.dumps(mesh))):
+        assert np.array_equal(other.closest_hit(points, points[::-1] - points).t, hits.t)
+        assert np.array_equal(other.vertices, mesh.vertices)
+        assert np.array_equal(other.signed_distance(points), mesh.signed_distance(points))
+        other.refit(vertices)
+        assert other.bounds[1, 1] == 1 and mesh.bounds[1, 1] > 5e6
+    away = pickle.loads(pickle.dumps(hits))
+    assert np.array_equal(away.position, hits.position, equal_nan=True)
+    assert np.array_equal(copy.deepcopy(away).t, hits.t)
+
+
+def test_hits_are_those_of_the_mesh_as_it_was():
+    mesh = octray.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    hits = mesh.closest_hit([0.2, 0.2, 5], [0, 0, -1])
+    mesh.refit([[0, 0, 1], [1, 0, 1], [0, 1, 1]])
+    assert hits.position.tolist() == [[0.2, 0.2, 0]]
+
+
+def test_a_mesh_from_a_file(tmp_path):
+    scenes = pathlib.Path(__file__).parents[2] / "scenes"
+    mesh = octray.Mesh.from_file(scenes / "meshes/gear.stl", threads=1)
+    assert mesh.contains([0, 0, 100]).tolist() == [False]
+    with pytest.raises(FileNotFoundError, match="missing.obj"):
+        octray.Mesh.from_file(tmp_path / "missing.obj")
+    with pytest.raises(ValueError, match="no triangles, only 240"):
+        octray.Mesh.from_file(scenes / "meshes/helix.ply")
+    with pytest.raises(ValueError, match="expected a mesh"):
+        octray.Mesh.from_file(scenes / "reflections.scn")
+    with pytest.raises(ValueError, match="path"):
+        octray.Mesh.from_file(5)
+    (tmp_path / "faulty.off").write_text("OFF\n1 1 0\n0 0 0\n3 0 1 2\n")
+    with pytest.raises(ValueError, match="faulty.off:4"):
+        octray.Mesh.from_file(tmp_path / "faulty.off")
+    (tmp_path / "bare.obj").write_text("mtllib no.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with pytest.warns(UserWarning, match="no.mtl"):
+        octray.Mesh.from_file(os.fsencode(tmp_path / "bare.obj"))
 
 
 def test_arrays_that_are_not_contiguous(ball):
@@ -373,6 +428,8 @@ def test_trimesh():
     inside = rays.contains_points(origins)
     assert inside[radius < 0.98].all() and not inside[radius > 1].any()
     assert pickle.loads(pickle.dumps(rays)).intersects_first(origins, directions).tolist() == first.tolist()
+    with pytest.raises(ValueError, match="mesh of trimesh"):
+        octray.trimesh.RayMeshIntersector(octray.Mesh(mesh.vertices, mesh.faces))
     mesh.apply_scale(2)
     assert np.allclose(np.abs(rays.intersects_location([[0, 0, 0]], [[0, 0, 1]])[0]).max(), 2, atol=0.05)
 
