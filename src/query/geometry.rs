@@ -18,7 +18,7 @@ use crate::{
 };
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::sync::OnceLock;
+use std::{fmt, sync::OnceLock};
 
 /// A sphere of a geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +49,6 @@ const RAYS: usize = 256;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug)]
 pub struct Geometry {
     pub(super) scene: Scene,
     /// As they were given.
@@ -59,6 +58,17 @@ pub struct Geometry {
     /// Coordinates are relative to this point, to which the scene's own origin is still to be added.
     pub(super) offset: DVec3,
     pub(super) is_closed: OnceLock<Result<(), QueryError>>,
+}
+
+impl fmt::Debug for Geometry {
+    /// Counts: the arrays are large.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Geometry")
+            .field("vertices", &self.vertex_count())
+            .field("triangles", &self.triangle_count())
+            .field("spheres", &self.spheres.len())
+            .finish_non_exhaustive()
+    }
 }
 
 /// Where a ray hits, world space.

@@ -56,6 +56,8 @@ fn meshes_become_geometries() {
         ..TriangleMesh::default()
     };
     let geometry = Geometry::from_mesh(&mesh).unwrap();
+    let expected = "Geometry { vertices: 3, triangles: 1, spheres: 0, .. }";
+    assert_eq!(format!("{geometry:?}"), expected);
     let ray = Ray::new([0.2, 0.2, 2.0], [0.0, 0.0, -1.0]);
     assert_eq!(geometry.closest_hit(&ray).unwrap_or_default().t, 1.5);
     assert!(!Hit::default().is_hit());
