@@ -74,8 +74,9 @@
 //! | `embree-bench` | the benchmark against Intel's Embree, loaded at run time | no |
 
 pub use glam;
+pub use math::Aabb;
 pub use query::{Geometry, QueryError, Ray, Rays};
-pub use ray::{Hit, PrimitiveId};
+pub use ray::{Hit, InstanceId, PrimitiveId};
 pub use simd::{Level, LevelError, isa};
 
 pub mod accel;

@@ -25,8 +25,6 @@ mod transform;
 mod view;
 mod weld;
 
-pub use crate::{math::Aabb, ray::InstanceId};
-use crate::{ray::PrimitiveId, simd::Simd};
 pub use background::Background;
 #[cfg(feature = "gltf")]
 pub(crate) use builder::INSTANCE_BYTES;
@@ -37,7 +35,6 @@ pub use checker::Checker;
 pub use environment::{Environment, EnvironmentPicture, MAX_ENVIRONMENT_SIDE};
 pub use faults::MeshFaults;
 pub use fit::{Fit, FitView};
-use glam::Vec3;
 pub use image::{Curve, Image, MAX_IMAGE_SIDE, Texture, Wrap};
 #[cfg(feature = "gltf")]
 pub(crate) use instance::Placing;
@@ -53,15 +50,18 @@ pub(crate) use passage::{Crossing, Passage};
 pub use pixel_rays::{PixelRays, RayCone};
 pub use placed::PlacedMesh;
 pub use plane::{MAX_PLANES, Plane};
+pub use texture::{CutOut, SurfaceTextures, TexturePoint};
+pub use transform::Transform;
+pub use view::{CameraError, Lens, Projection, View};
+pub(crate) use weld::weld;
+
+use crate::{math::Aabb, ray::PrimitiveId, simd::Simd};
+use glam::Vec3;
 use std::{
     collections::BTreeSet,
     path::PathBuf,
     sync::atomic::{AtomicU64, Ordering},
 };
-pub use texture::{CutOut, SurfaceTextures, TexturePoint};
-pub use transform::Transform;
-pub use view::{CameraError, Lens, Projection, View};
-pub(crate) use weld::weld;
 
 /// The largest absolute coordinate, radius or intensity of a scene. The kernels multiply up to four differences of
 /// coordinates, which must stay finite in `f32`.
