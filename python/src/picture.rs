@@ -39,7 +39,7 @@ pub enum Camera {
 }
 
 /// What errors about arguments say to users of the program, and to those of the package.
-const WORDS: [(&str, &str); 5] = [
+const WORDS: [(&str, &str); 6] = [
     (
         "use --view or --eye",
         "choose a viewpoint from 1 to 6, or give a dictionary with eye",
@@ -51,6 +51,7 @@ const WORDS: [(&str, &str); 5] = [
     ),
     ("--up 0,1,0", "up=(0, 1, 0)"),
     ("--style applies", "style applies"),
+    ("--from", "from"),
 ];
 
 /// The error for Python.
