@@ -51,7 +51,7 @@ def test_a_mesh_is_framed():
     assert np.allclose(np.linalg.norm(picture["normal"][seen], axis=1), 1, atol=1e-5)
     for side in ("top", (0, 90)):
         below = octray.render(mesh, (9, 9), {"from": side}, aov="normal")["normal"]
-        assert np.nanmin(below[..., 2]) > 0.5
+        assert below[below.any(axis=-1), 2].min() > 0.5
     middle = np.array([4e5, 5e6, 0])
     moved = octray.Mesh(np.eye(3) + middle, [[0, 1, 2]])
     camera = {"eye": middle + 3, "target": middle, "up": (0, 0, 1), "fov": 30}
