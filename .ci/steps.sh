@@ -17,7 +17,7 @@ step_table() {
     printf '%s\n' "${step_seconds[@]}"
 }
 
-# apt_install COMMAND PACKAGE: installs PACKAGE where COMMAND is missing and apt can be used; else says so.
+# apt_install COMMAND PACKAGE: installs PACKAGE if COMMAND is missing; says so if it cannot.
 apt_install() {
     local command=$1 package=$2 sudo=()
     if command -v "$command" >/dev/null; then
@@ -40,13 +40,13 @@ apt_install() {
     fi
 }
 
-# cargo_install COMMAND CRATE [OPTION...]: installs a cargo subcommand where it is missing.
+# cargo_install COMMAND CRATE [OPTION...]: installs a cargo subcommand if it is missing.
 cargo_install() {
     command -v "$1" >/dev/null || cargo install --locked "${@:2}"
 }
 
 # fuzz SECONDS: builds all fuzz targets once, as cargo-fuzz would, then runs them two at a time on copies of their seeds.
-# Sanitizers need an unstable compiler flag: nightly where it is installed, else stable told to allow it.
+# Sanitizers need an unstable compiler flag: nightly if it is installed, else stable with RUSTC_BOOTSTRAP.
 fuzz() {
     local seconds=$1 toolchain=() host flags
     if rustup toolchain list 2>/dev/null | grep -q '^nightly'; then
@@ -69,7 +69,7 @@ fuzz() {
     rm -rf "$fuzz_work"
 }
 
-# fuzz_one TARGET: one target for $fuzz_seconds; the last lines of its log, all of it where it fails.
+# fuzz_one TARGET: runs one target for $fuzz_seconds and prints the number of executions, or the log if it fails.
 fuzz_one() {
     local target=$1 log=$fuzz_work/$1.log corpus=$fuzz_work/$1 dictionary=fuzz/dictionaries/${1/render/scn}.dict
     local options=(-max_total_time="$fuzz_seconds" -rss_limit_mb=1024 -timeout=5 -print_final_stats=1)

@@ -1,4 +1,4 @@
-# What the scripts of farms share: hosts made of namespaces, a shared folder, waiting, comparing and cleaning up.
+# Shared by the farm scripts: hosts made of namespaces, a shared folder, waiting, comparing and cleaning up.
 # Sourced by bash with the name of the engine.
 set -Eeuo pipefail
 trap 'echo "${BASH_SOURCE[0]}: line $LINENO: $BASH_COMMAND"' ERR
@@ -37,8 +37,8 @@ clean() {
     exit "$status"
 }
 
-# A temporary folder, with octray on the PATH and the shipped scenes in `$shared`, which all hosts see. There is a space in
-# its name.
+# A temporary folder, with octray on the PATH and the shipped scenes in `$shared`, which all hosts see and whose name has a
+# space.
 start() {
     if [ "$(id -u)" != 0 ] || ! unshare --net --mount --uts --pid --fork true 2>/dev/null; then
         skip "hosts are namespaces, which this user may not make"
@@ -55,8 +55,8 @@ start() {
     cd "$shared"
 }
 
-# host N: a host named nodeN with processes, mounts and a network of its own. Host 0 has the bridge and comes first. Nothing
-# leads out of these networks. If the script is killed, its hosts are, too.
+# host N: starts a host named nodeN with its own processes, mounts and network. Host 0 has the bridge and comes first. The
+# networks have no way out. If the script is killed, its hosts are, too.
 host() {
     local n=$1 parent init
     printf '127.0.0.1 localhost\n' >"$work/hosts"
@@ -78,7 +78,7 @@ host() {
     if [ "$n" = 0 ]; then
         on 0 sh -c 'ip link add name bridge type bridge; ip link set bridge up; ip addr add 10.77.0.100/24 dev bridge'
     else
-        # The link of a host that was switched off takes a moment to go.
+        # The link of a host that was switched off takes a moment to disappear.
         wait_for 10 "the network of host $n" \
             nsenter -t "${inits[0]}" --net ip link add "host$n" type veth peer name eth0 netns "$init"
         on 0 sh -c "ip link set host$n master bridge up"
@@ -93,7 +93,7 @@ on() {
     nsenter -t "${inits[n]}" --net --mount --uts --pid -- sh -c 'cd "$0" && exec "$@"' "$PWD" "$@"
 }
 
-# power_off N: all of its processes are killed, and its network is gone.
+# power_off N: kills all processes of a host and removes its network.
 power_off() {
     local init=${inits[$1]}
     unset "inits[$1]"
@@ -101,19 +101,19 @@ power_off() {
     while kill -0 "$init" 2>/dev/null; do sleep 0.01; done
 }
 
-# fill N FOLDER: from now on, what host N sees as FOLDER is a disk with 4 kB of room, for the beginning of any picture.
+# fill N FOLDER: mounts a disk with 4 kB of free space over FOLDER on host N: enough for the beginning of any picture.
 fill() {
     on "$1" mount -t tmpfs -o size=16k full "$2"
     on "$1" sh -c 'head -c 12288 /dev/zero >"$0/other"' "$2"
 }
 
-# make_room N FOLDER: undoes `fill`. Nothing must have been left on the full disk.
+# make_room N FOLDER: undoes `fill`, and checks that nothing was left on the full disk.
 make_room() {
     [ "$(on "$1" ls -A "$2")" = other ]
     on "$1" umount "$2"
 }
 
-# wait_for SECONDS WHAT COMMAND...: until the command succeeds.
+# wait_for SECONDS WHAT COMMAND...: waits until the command succeeds.
 wait_for() {
     local end=$((SECONDS + $1)) what=$2
     shift 2
@@ -126,17 +126,17 @@ wait_for() {
     done
 }
 
-# has COUNT PATTERN: whether as many files have such names.
+# has COUNT PATTERN: whether at least COUNT files match.
 has() {
     [ "$(compgen -G "$2" | wc -l)" -ge "$1" ]
 }
 
-# works N: whether host N renders.
+# works N: whether octray is running on host N.
 works() {
     on "$1" pgrep -x octray
 }
 
-# fails WHAT COMMAND...: says so.
+# fails WHAT COMMAND...: checks that the command fails.
 fails() {
     local what=$1 status=0
     shift
@@ -152,13 +152,13 @@ say() {
     printf '%s: %s (%d s)\n' "$engine" "$1" "$SECONDS"
 }
 
-# same WHOLE MADE: two pictures, or all pictures of two folders, have the same bytes, and nothing else is beside them.
+# same WHOLE MADE: checks that two pictures, or two folders of pictures, are identical.
 same() {
     diff -r "$1" "$2"
     say "$2 ($(find "$2" -type f | wc -l)) has the bytes of one machine"
 }
 
-# no_litter FOLDER: killed tasks have left nothing there but whole pictures.
+# no_litter FOLDER: checks that killed tasks left no temporary files.
 no_litter() {
     if find "$1" -name '.octray-*' | grep .; then
         echo "$engine: temporary files are left"
