@@ -10,6 +10,7 @@ mod window;
 // The longest test begins first: they start in the order of their names.
 #[cfg(feature = "viewer")]
 mod a_window;
+mod animations;
 mod cli;
 mod cli_batch;
 mod cli_config;
@@ -19,7 +20,6 @@ mod cli_together;
 mod cli_verify;
 mod crops;
 mod faults;
-mod films;
 mod inputs_kept;
 mod job;
 mod levels;

@@ -213,7 +213,7 @@ fn tiles_that_do_not_fit_are_refused() {
             "a.png b.jpg",
             "b.jpg: JPEG loses detail in each tile; render the tiles as .png",
         ),
-        ("a.png b.gif", "b.gif: films are not merged"),
+        ("a.png b.gif", "b.gif: animations are not merged"),
         ("a.png a.scn", "a.scn: unknown extension, expected .png"),
         ("a.png none.png", "cannot read the tile none.png: file not found"),
         ("a.png torn.png", "cannot read the tile torn.png: "),

@@ -1,4 +1,4 @@
-//! Scenes that move: frames in pictures, films, sheets and jobs, and which options go with them.
+//! Scenes that move: frames in pictures, animations, sheets and jobs, and which options go with them.
 
 use crate::program::Folder;
 use std::fs;
@@ -80,7 +80,7 @@ fn frames_are_the_same_in_any_call() {
     for i in [1, 3, 4, 5, 6] {
         assert!(read(&folder, &format!("j{i}.png")) == all[i - 1], "{i}");
     }
-    // Films, sheets and standard input.
+    // Animations, sheets and standard input.
     for name in ["f.gif", "f.apng", "f.y4m"] {
         folder.run(&["m.scn", SMALL, "--fps=5", "-o", name]).succeeded();
     }

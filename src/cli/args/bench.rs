@@ -24,11 +24,11 @@ pub struct BenchArgs {
     #[arg(required_unless_present = "all", conflicts_with = "all")]
     pub scene: Option<PathBuf>,
 
-    /// Instead of a scene, a suite of generated ones, from a few thousand to ten million triangles
+    /// Benchmark a suite of generated scenes, from a few thousand to ten million triangles
     #[arg(long, conflicts_with_all = ["camera", "view", "eye", "target", "up", "fov", "ortho", "aperture", "focus", "up_axis", "ground", "smooth_angle"])]
     pub all: bool,
 
-    /// With --all, smaller scenes
+    /// Use smaller scenes with --all
     #[arg(long, requires = "all", conflicts_with = "scene")]
     pub quick: bool,
 
@@ -42,15 +42,15 @@ pub struct BenchArgs {
     #[command(flatten)]
     pub mesh: MeshArgs,
 
-    /// How often each method runs; the median counts
+    /// How often each method runs; the median is reported
     #[arg(long, value_name = "N", value_parser = values::whole::<100_000>, default_value_t = 9)]
     pub repeat: u32,
 
-    /// Which BVH is traced; auto counts camera and shadow rays of all runs
+    /// Which BVH is traced; auto expects the camera and shadow rays of all runs
     #[arg(long, value_enum, value_name = "QUALITY", default_value_t = Build::Quality(BuildQuality::Best))]
     pub build: Build,
 
-    /// What to time, all by default; may be given several times or separated by commas
+    /// Methods to time, separated by commas or in several options [default: all]
     #[arg(long = "method", value_name = "METHOD", value_enum, value_delimiter = ',')]
     pub methods: Vec<Method>,
 

@@ -13,8 +13,8 @@ use glam::DVec3;
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Camera")]
 pub struct CameraArgs {
-    /// A camera of the file, by name or number; also of a mesh in a scene [default: the scene's first camera, else --view 1;
-    /// a mesh is framed]
+    /// A camera of the file or of its meshes, by name or number [default: the scene's first camera, else --view 1; a mesh is
+    /// framed]
     #[arg(long, value_name = "NAME", conflicts_with_all = ["view", "eye"])]
     pub camera: Option<String>,
 
@@ -22,16 +22,16 @@ pub struct CameraArgs {
     #[arg(long, value_name = "1..6", value_parser = values::whole::<6>, conflicts_with = "eye")]
     pub view: Option<u32>,
 
-    /// The side from which a mesh is framed: front, right, back, left, top, bottom, or AZIMUTH,ELEVATION: degrees to the
+    /// The side from which a mesh is framed: front, right, back, left, top, bottom, or AZIMUTH,ELEVATION in degrees, to the
     /// right of its front and upwards [default: 35,27; 35,20 with --style plain]
     #[arg(long, value_name = "SIDE", value_parser = values::side, allow_hyphen_values = true, conflicts_with_all = ["camera", "view", "eye"])]
     pub from: Option<Side>,
 
-    /// Where the camera stands
+    /// Position of the camera
     #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
     pub eye: Option<DVec3>,
 
-    /// What the camera looks at [default: the scene camera's target; 0,0,0.5 with --eye or --view; the centre of a mesh]
+    /// Point the camera looks at [default: the scene camera's target; 0,0,0.5 with --eye or --view; the centre of a mesh]
     #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
     pub target: Option<DVec3>,
 
@@ -43,16 +43,16 @@ pub struct CameraArgs {
     #[arg(long, value_name = "DEG", value_parser = values::degrees, allow_negative_numbers = true)]
     pub fov: Option<f64>,
 
-    /// Orthographic view of this height, scene units: parallel rays instead of a field of view; `fit` frames a mesh
+    /// Orthographic view of this height instead of a field of view, scene units; `fit` frames a mesh
     #[arg(long, value_name = "HEIGHT", value_parser = values::ortho, allow_negative_numbers = true, conflicts_with = "fov")]
     pub ortho: Option<Ortho>,
 
-    /// Diameter of the lens, scene units: what is out of focus is blurred, with many --samples [default: the scene
-    /// camera's; else 0, all is sharp]
+    /// Diameter of the lens for depth of field, scene units; needs many --samples [default: the scene camera's; else 0, a
+    /// pinhole]
     #[arg(long, value_name = "DIAMETER", value_parser = values::length, allow_negative_numbers = true)]
     pub aperture: Option<f64>,
 
-    /// Distance along the view of the plane in focus, scene units [default: the scene camera's; else the target's]
+    /// Distance of the plane in focus, scene units [default: the scene camera's; else the target's]
     #[arg(long, value_name = "DISTANCE", value_parser = values::length, allow_negative_numbers = true)]
     pub focus: Option<f64>,
 }
@@ -70,7 +70,7 @@ pub enum Ortho {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Meshes")]
 pub struct MeshArgs {
-    /// Axis of the mesh that points up: x, y, z, -x, -y or -z [default: z for .stl, .3mf and for .ply with a comment `up z`, else y]
+    /// Up axis of the mesh: x, y, z, -x, -y or -z [default: z for .stl, .3mf and for .ply with a comment `up z`, else y]
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     pub up_axis: Option<UpAxis>,
 
@@ -86,7 +86,7 @@ pub struct MeshArgs {
     #[arg(long, value_name = "DIAMETER", value_parser = values::diameter, allow_negative_numbers = true)]
     pub point_size: Option<f32>,
 
-    /// Light the mesh as for a viewer in this direction [default: the direction of the eye]
+    /// Direction of a viewer for whom the mesh is lit [default: that of the eye]
     #[arg(long, value_name = "x,y,z", value_parser = values::vector, allow_hyphen_values = true)]
     pub lit_from: Option<DVec3>,
 }

@@ -39,14 +39,14 @@ choices! { AovKind:
 
 choices! { Engine:
     Self::OpenJd => "openjd", "An Open Job Description template, version 2023-09";
-    Self::Slurm => "slurm", "Slurm: an array of jobs, and one that waits for it and merges";
+    Self::Slurm => "slurm", "Slurm: an array of jobs, and a job that merges afterwards";
     Self::Parallel => "parallel", "GNU parallel, on this machine or by ssh";
 }
 
 choices! { Style:
     Self::Plain => "plain", "Two point lights with hard shadows; one sample per pixel, no gamma";
     Self::Studio => "studio", "A large soft light and ambient occlusion; up to 16 samples per pixel, tent filter, sRGB (an EXR stays linear)";
-    Self::Clay => "clay", "As studio, and all of the mesh has one colour";
+    Self::Clay => "clay", "Studio light, one colour for the whole mesh";
 }
 
 choices! { Pattern:
@@ -70,7 +70,7 @@ choices! { Build:
     Self::Auto => "auto", "fast for few rays and many primitives, else best";
     Self::Quality(BuildQuality::Fast) => "fast", "The BVH that is built fastest";
     Self::Quality(BuildQuality::Best) => "best", "The BVH that is traced fastest";
-    Self::Quality(BuildQuality::Ploc) => "ploc", "A BVH by PLOC, to compare with best: building takes 300 bytes per primitive instead of 100, which --max-memory does not count";
+    Self::Quality(BuildQuality::Ploc) => "ploc", "A BVH by PLOC, for comparison; building takes 300 bytes per primitive instead of 100, which --max-memory does not count";
 }
 
 choices! { Method:

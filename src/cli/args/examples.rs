@@ -14,16 +14,16 @@ Examples:
   octray info a.scn                               what is in a scene
   octray bench a.scn                              how fast this machine traces it
   octray bench --all --quick                      how fast it traces generated scenes
-  octray verify --seconds 60                      check all ways of tracing on this machine
+  octray verify --seconds 60                      check every tracing method on this machine
 
 `octray SCENE` is short for `octray render SCENE`; `octray render --help` lists its options. For a scene \
 with the name of a command, write a path such as ./info, or the command before it.
 
-Environment: OCTRAY_ISA=portable, avx2 or avx512 holds octray to an instruction set; else it uses the
-best that this CPU has. Pictures are the same with all of them.
+Environment: OCTRAY_ISA=portable, avx2 or avx512 selects an instruction set, by default the best of
+this CPU. Pictures are the same with all of them.
 
-Exit codes: 0 done; 1 the scene, the disk or a limit failed; 2 usage; 3 no display; 5 a comparison
-or verification differs; 130 interrupted.";
+Exit codes: 0 success; 1 failure (the input, the disk, a limit); 2 usage error; 3 no display;
+5 a comparison or verification differs; 130 interrupted.";
 
 pub const RENDER: &str = "\
 Examples:
@@ -42,8 +42,8 @@ Examples:
   octray render models/*.glb --sheet 8 --size 256x256 --keep-going
   octray render bunny.ply --turntable 100 -o r_#.png --aov depth --save-poses transforms.json
                                                     a data set
-  octray render a.scn --turntable 50 -o turn.gif    a film; also .apng and .y4m
-  octray render gears.scn -o gears.gif              all frames of a scene that moves
+  octray render a.scn --turntable 50 -o turn.gif    an animation; also .apng and .y4m
+  octray render gears.scn -o gears.gif              all frames of an animated scene
   octray render gears.scn --frames 1-24 -o g-##.png
   octray render a.scn --turntable 250 -o - | ffmpeg -i - turn.mp4
   octray render a.scn --compare a.png --tolerance 2 -o new.png
@@ -75,7 +75,7 @@ Examples:
 
 #[cfg(feature = "viewer")]
 pub const VIEW_KEYS: &str = "\
-In the window, drag with the left button to turn, with the right button (or the wheel) to move nearer;
+In the window, drag with the left button to orbit, with the right button (or the wheel) to move nearer;
 press ? for all keys, q to quit.";
 
 pub const MAN: &str = "\

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// Arguments of `octray generate`.
 #[derive(Args, Debug)]
 pub struct GenerateArgs {
-    /// What to make
+    /// Kind of scene
     #[arg(value_parser = kind_parser())]
     pub kind: Kind,
 
@@ -22,7 +22,7 @@ pub struct GenerateArgs {
     #[arg(short, long, value_name = "FOLDER", default_value = ".")]
     pub output: PathBuf,
 
-    /// Replace files that octray did not make, too
+    /// Also replace files that octray did not write
     #[arg(long)]
     pub force: bool,
 

@@ -23,19 +23,19 @@ const LEFT_OUT: [&str; 8] = [
 /// Arguments of `octray job`.
 #[derive(Args, Debug)]
 pub struct JobArgs {
-    /// What runs the tasks
+    /// Engine that runs the tasks
     #[arg(long = "for", value_name = "ENGINE", value_enum, help_heading = "Job")]
     pub engine: Engine,
 
-    /// Directory for the job's files and tiles; created, or empty
+    /// Directory for the job's files and tiles; must be empty, created if missing
     #[arg(long, value_name = "FOLDER", help_heading = "Job")]
     pub into: PathBuf,
 
-    /// Divide each picture into tiles, merged in the end [default: 4x4 for a single picture, none for several]
+    /// Divide each picture into tiles, which are merged at the end [default: 4x4 for a single picture, none for several]
     #[arg(long, value_name = "COLUMNSxROWS", value_parser = values::grid, help_heading = "Job")]
     pub tiles: Option<[u32; 2]>,
 
-    /// Frames, or tiles, that a task renders
+    /// Frames or tiles per task
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>, default_value = "1", help_heading = "Job")]
     pub chunk: u32,
 

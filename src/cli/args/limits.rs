@@ -8,8 +8,8 @@ use clap::Args;
 #[derive(Args, Clone, Copy, Debug)]
 #[command(next_help_heading = "Limits")]
 pub struct MemoryArgs {
-    /// Memory limit, such as 512M or 16G; what does not fit is refused before the work begins [default: three quarters of
-    /// what the machine, the cgroup and `ulimit -v` allow]
+    /// Memory limit, such as 512M or 16G; larger work is refused before it begins [default: three quarters of what the
+    /// machine, the cgroup and `ulimit -v` allow]
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 }

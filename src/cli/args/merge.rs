@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// Arguments of `octray merge`.
 #[derive(Args, Debug)]
 pub struct MergeArgs {
-    /// Pictures of `octray render --crop`, all of one picture, in any order: .png, .ppm, .qoi, .bmp, .tiff or .exr
+    /// Tiles of one picture by `octray render --crop`, in any order: .png, .ppm, .qoi, .bmp, .tiff or .exr
     #[arg(required = true, value_name = "TILE")]
     pub tiles: Vec<PathBuf>,
 
@@ -16,11 +16,11 @@ pub struct MergeArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
 
-    /// Do nothing if the picture exists already
+    /// Do nothing if the picture exists
     #[arg(long)]
     pub skip_existing: bool,
 
-    /// No closing line
+    /// Print no closing line
     #[arg(short, long)]
     pub quiet: bool,
 

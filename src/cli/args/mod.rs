@@ -1,6 +1,6 @@
-//! The arguments: clap's definition of all commands, the config file, and the way from both to a checked [`Plan`].
+//! The arguments: clap's definition of all commands and the config file, from which a checked [`Plan`] is made.
 //!
-//! Nothing outside this folder sees clap, except the command that prints completions and manual pages.
+//! Only this folder and the command that prints completions and manual pages use clap.
 
 mod bench;
 mod camera;
@@ -61,21 +61,21 @@ enum Command {
     /// Render a scene into a picture
     #[command(override_usage = examples::RENDER_USAGE, after_long_help = examples::RENDER)]
     Render(Box<render::RenderArgs>),
-    /// Look around a scene in a window, ray traced live
+    /// Explore a scene in a live, ray-traced window
     #[cfg(feature = "viewer")]
     #[command(after_long_help = examples::VIEW_KEYS)]
     View(Box<view::ViewArgs>),
-    /// Write the files with which a farm renders pictures: tasks that share frames or tiles
+    /// Write the tasks with which a render farm renders frames or tiles
     #[command(after_long_help = examples::JOB)]
     Job(Box<job::JobArgs>),
-    /// Put the tiles of a picture together, the files of `octray render --crop`
+    /// Merge the tiles of a picture, rendered with `octray render --crop`
     #[command(after_help = examples::MERGE)]
     Merge(merge::MergeArgs),
-    /// Show what is in a scene and in its BVH
+    /// Describe a scene and its BVH
     Info(info::InfoArgs),
-    /// Time ways of tracing against each other on the same rays, on one thread
+    /// Compare the speed of tracing methods on the same rays, on one thread
     Bench(Box<bench::BenchArgs>),
-    /// Check every way of tracing against brute force, on random scenes and rays
+    /// Check every tracing method against brute force, on random scenes and rays
     Verify(verify::VerifyArgs),
     /// Generate a scene of any size from a seed
     Generate(generate::GenerateArgs),

@@ -15,8 +15,8 @@ use clap::{Args, ValueEnum};
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Picture")]
 pub struct PictureArgs {
-    /// Render only columns x0 to x1 and rows y0 to y1, x1 and y1 not included, with the same pixels as in the whole picture;
-    /// row 0 is at the top
+    /// Render only columns x0 to x1 and rows y0 to y1, excluding x1 and y1, with the same pixels as in the whole picture; row 0
+    /// is at the top
     #[arg(long, value_name = "x0,y0,x1,y1", value_parser = values::crop)]
     pub crop: Option<Crop>,
 
@@ -28,7 +28,7 @@ pub struct PictureArgs {
     #[command(flatten)]
     pub transfer: TransferArgs,
 
-    /// What is behind the scene
+    /// What camera rays that hit nothing show
     #[arg(long, value_enum, default_value_t = BackgroundArg::Scene)]
     pub background: BackgroundArg,
 }
@@ -50,7 +50,7 @@ pub struct TransferArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Meshes")]
 pub struct StyleArgs {
-    /// How a mesh is lit, and how its picture is made unless other options say so [default: studio]
+    /// How a mesh is lit, with defaults for --samples, --filter and --srgb [default: studio]
     #[arg(long, value_enum)]
     pub style: Option<Style>,
 }
@@ -75,7 +75,7 @@ pub enum Samples {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Samples")]
 pub struct SampleArgs {
-    /// Samples per pixel; auto takes up to 16, and auto:N up to N, fewer in pixels that look like their neighbours
+    /// Samples per pixel; auto takes up to 16 and auto:N up to N, fewer in pixels that look like their neighbours
     /// [default: 1; auto for meshes that are not plain]
     #[arg(long, value_name = "N", value_parser = Samples::parse)]
     pub samples: Option<Samples>,

@@ -36,8 +36,7 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", help_heading = "Picture")]
     pub output: Option<PathBuf>,
 
-    /// Also replace files that octray did not write. Files that options on the command line name in
-    /// full, without {stem} or #, are replaced anyway
+    /// Also replace files that octray did not write, if their names come from a default, the config file, {stem} or #
     #[arg(long, help_heading = "Picture")]
     pub force: bool,
 
@@ -77,7 +76,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = "Messages")]
     pub json: Option<PathBuf>,
 
-    /// No progress bar, no closing line, no warnings
+    /// Print no progress bar, no closing line and no warnings
     #[arg(short, long, help_heading = "Messages")]
     pub quiet: bool,
 

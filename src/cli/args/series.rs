@@ -4,7 +4,7 @@ use super::values;
 use crate::cli::{
     CliError,
     plan::{CompareOptions, FrameRange, Poses, Turntable, has_number, keyframes},
-    write::is_film,
+    write::is_animation,
 };
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -23,32 +23,32 @@ const CAMERAS: [&str; 10] = [
     "focus",
 ];
 
-/// Frames of a film a second.
+/// Frames per second of an animation.
 pub(super) const FPS: u32 = 25;
 
 /// Which pictures are made.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Several pictures")]
 pub struct SeriesArgs {
-    /// Skip pictures whose files exist already
+    /// Skip pictures whose files exist
     #[arg(long, conflicts_with = "compare")]
     pub skip_existing: bool,
 
-    /// Put all pictures into one, side by side, with their names below [default of -o: sheet.png]
+    /// Put all pictures into a contact sheet with this many columns [default of -o: sheet.png]
     #[arg(long, value_name = "COLUMNS", value_parser = values::whole::<{ values::MOST_COLUMNS }>)]
     pub sheet: Option<u32>,
 
-    /// Skip scenes that cannot be loaded, say why, and exit with 1 at the end
+    /// Skip scenes that cannot be loaded, with a message each, and exit with 1 at the end
     #[arg(long)]
     pub keep_going: bool,
 
-    /// Render N frames of a turn around the camera's target: numbered pictures (a run of # in -o is the number, from 1 on), or
-    /// a film in one file (.gif, .apng or .y4m); - writes Y4M to standard output
+    /// Render N frames of a turn around the camera's target, as numbered pictures (a run of # in -o stands for the number,
+    /// from 1) or as an animation in one file (.gif, .apng or .y4m); - writes Y4M to standard output
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FRAMES }>)]
     pub turntable: Option<u32>,
 
-    /// Render the scene from every camera of a NeRF transforms.json or of a COLMAP reconstruction's images.txt or images.bin.
-    /// -o is a film, or names pictures: a run of # is the number, {pose} the name in the file
+    /// Render the scene from every camera of a NeRF transforms.json or of a COLMAP reconstruction's images.txt or images.bin,
+    /// into an animation or pictures: in -o, a run of # stands for the number, {pose} for the name in the file
     #[arg(long, value_name = "FILE", conflicts_with_all = CAMERAS)]
     pub poses: Option<PathBuf>,
 
@@ -56,11 +56,11 @@ pub struct SeriesArgs {
     #[arg(long, value_name = "FILE")]
     pub save_poses: Option<PathBuf>,
 
-    /// Render only frames A to B of the turntable, the poses or a scene that moves, so that several machines can share the work
+    /// Render only frames A to B of the turntable, the poses or an animated scene, so that several machines can share the work
     #[arg(long, value_name = "A-B", value_parser = values::frames)]
     pub frames: Option<FrameRange>,
 
-    /// Frames of a film a second [default: 25]
+    /// Frames per second of an animation [default: 25]
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>)]
     pub fps: Option<u32>,
 }
@@ -78,7 +78,7 @@ impl SeriesArgs {
     /// # Errors
     /// [`CliError::Usage`] for options of frames without frames, [`CliError::Load`] for a scene that cannot be read.
     pub fn keyframes(&self, scenes: &[PathBuf], output: Option<&Path>) -> Result<Vec<Turntable>, CliError> {
-        let is_named = output.is_some_and(|output| has_number(output) || is_film(output));
+        let is_named = output.is_some_and(|output| has_number(output) || is_animation(output));
         let option = match (self.frames, self.fps) {
             (Some(_), _) => "--frames",
             (_, Some(_)) => "--fps",
@@ -96,7 +96,7 @@ impl SeriesArgs {
         }
     }
 
-    /// Frames of a film a second.
+    /// Frames per second of an animation.
     pub fn fps(&self) -> u32 {
         self.fps.unwrap_or(FPS)
     }
@@ -114,12 +114,11 @@ pub struct CompareArgs {
     #[arg(long, value_name = "LEVELS", value_parser = values::levels, default_value = "0", requires = "compare")]
     pub tolerance: f32,
 
-    /// Share of all pixels that may differ: 0.001 is one in a thousand
+    /// Share of all pixels that may differ, such as 0.001
     #[arg(long, value_name = "SHARE", value_parser = values::share, default_value = "0", requires = "compare")]
     pub allow_pixels: f64,
 
-    /// Where to show the difference, brightened, if there is one [default: beside the picture, its name with
-    /// -difference.png]
+    /// Where to show the difference, brightened, if there is one [default: the picture's name with -difference.png]
     #[arg(long, value_name = "FILE", requires = "compare")]
     pub difference: Option<PathBuf>,
 }

@@ -12,11 +12,11 @@ use clap::Args;
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Rendering")]
 pub struct TraceArgs {
-    /// Number of threads; no more than 4 for each CPU, or 64, are started [default: one for each CPU]
+    /// Number of threads; at most 4 per CPU, or 64, are started [default: one per CPU]
     #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     pub threads: Option<u32>,
 
-    /// Which code traces the rays; the picture is the same
+    /// Which code traces rays; the picture is the same
     #[arg(long, value_enum, default_value_t = Mode::Packet)]
     pub mode: Mode,
 

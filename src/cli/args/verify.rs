@@ -22,7 +22,7 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "N", value_parser = values::count)]
     pub rays: Option<u64>,
 
-    /// Stop after this time
+    /// Stop after this time, seconds
     #[arg(long, value_name = "T", value_parser = values::long_seconds)]
     pub seconds: Option<f64>,
 
@@ -30,11 +30,11 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "S", value_parser = values::number, default_value_t = 1)]
     pub seed: u64,
 
-    /// Repeat only this scene
+    /// Check only the scene with this number
     #[arg(long, value_name = "N", value_parser = values::number, conflicts_with_all = ["rays", "seconds"])]
     pub scene: Option<u64>,
 
-    /// Number of threads; no more than 4 for each CPU, or 64, are started [default: one for each CPU]
+    /// Number of threads; at most 4 per CPU, or 64, are started [default: one per CPU]
     #[arg(short = 'j', long, value_name = "N", value_parser = values::whole::<4096>)]
     pub threads: Option<u32>,
 

@@ -18,8 +18,8 @@ use std::{path::PathBuf, time::Duration};
 
 /// Samples of the last picture at rest.
 const SAMPLES_AT_REST: u32 = 64;
-/// What the options say here.
-const SAMPLES_HELP: &str = "Samples per pixel of the last picture at rest; auto takes up to 16, and auto:N up to N, fewer in \
+/// Help of `--samples` here.
+const SAMPLES_HELP: &str = "Samples per pixel of the last picture at rest; auto takes up to 16 and auto:N up to N, fewer in \
                             pixels that look like their neighbours [default: 64; auto:64 for meshes that are not plain]";
 
 /// Arguments of `octray view`.
@@ -51,12 +51,11 @@ pub struct ViewArgs {
     #[command(flatten)]
     pub trace: TraceArgs,
 
-    /// Time for a frame while the camera moves, milliseconds; slower frames are traced at a lower resolution (a frame of all
-    /// pixels may take twice as long, one of a quarter of the window's sides three times)
+    /// Time per frame while the camera moves, milliseconds; slower frames are traced at a lower resolution
     #[arg(long, value_name = "MS", value_parser = values::whole::<10_000>, default_value_t = 16)]
     pub budget: u32,
 
-    /// Frames a second of a scene that plays
+    /// Frames per second of an animated scene
     #[arg(long, value_name = "N", value_parser = values::whole::<{ values::MOST_FPS }>, default_value_t = FPS)]
     pub fps: u32,
 

@@ -245,7 +245,7 @@ impl Call<'_> {
             build: build_time,
         };
         // A renderer borrows its scene: if the lights turn with the camera, each frame needs its own renderer.
-        let mut film = self.film(job, look)?;
+        let mut animation = self.animation(job, look)?;
         let together = if rig.is_some() || scene.moves() {
             1
         } else {
@@ -275,12 +275,12 @@ impl Call<'_> {
                     (&mut renderer, &camera),
                     frame,
                     &mut spent,
-                    film.as_mut(),
+                    animation.as_mut(),
                 )?;
             }
         }
-        if let Some(film) = film {
-            film.finish()?;
+        if let Some(animation) = animation {
+            animation.finish()?;
         }
         self.note_written(look);
         Ok(())
@@ -312,25 +312,25 @@ impl Call<'_> {
         }
     }
 
-    /// The film that all frames of a job go into, if there is one.
-    fn film<'a>(&self, job: &'a Job, look: &Look) -> Result<Option<Animation<'a>>, CliError> {
+    /// The animation of a job's frames, if its output is one.
+    fn animation<'a>(&self, job: &'a Job, look: &Look) -> Result<Option<Animation<'a>>, CliError> {
         let Some(output) = job
             .frames
             .first()
             .map(|frame| &frame.output)
-            .filter(|output| output.is_film())
+            .filter(|output| output.is_animation())
         else {
             return Ok(None);
         };
         let window = look.settings.window();
         let frames = (job.frames.len() as u32, self.plan.fps);
-        let film = Animation::begin(
+        let animation = Animation::begin(
             output,
             [window.width(), window.height()],
             frames,
             look.picture.transparent,
         );
-        film.map(Some)
+        animation.map(Some)
     }
 
     fn warn(&self, path: &Path, scene: &Scene, faults: &Faults, notes: Vec<String>) {
@@ -349,7 +349,7 @@ impl Call<'_> {
         (renderer, camera): (&mut Renderer<'_>, &Camera),
         frame: &Frame,
         spent: &mut Spent,
-        film: Option<&mut Animation<'_>>,
+        animation: Option<&mut Animation<'_>>,
     ) -> Result<(), CliError> {
         let (plan, interrupt) = (self.plan, self.interrupt);
         let Look {
@@ -376,8 +376,8 @@ impl Call<'_> {
             if let Some(aovs) = &aovs {
                 frame.aovs.write(aovs, &mut picture)?;
             }
-            match (film, &mut self.sheet) {
-                (Some(film), _) => film.add(&picture),
+            match (animation, &mut self.sheet) {
+                (Some(animation), _) => animation.add(&picture),
                 (None, Some(sheet)) => {
                     sheet.add(&self.labels.of(loaded.path, frame), Some(&picture));
                     Ok(())
@@ -410,8 +410,8 @@ impl Call<'_> {
             None => {}
         }
         let name = if output.place() == Path::new("-") {
-            if output.is_film() {
-                "a film to standard output"
+            if output.is_animation() {
+                "an animation to standard output"
             } else {
                 "a PNG to standard output"
             }

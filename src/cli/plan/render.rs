@@ -25,7 +25,7 @@ pub struct RenderPlan {
     pub build: Build,
     /// Whether the camera of each frame turns around its target.
     pub is_turning: bool,
-    /// Frames of a film a second.
+    /// Frames per second of an animation.
     pub fps: u32,
     /// The cameras of the frames, if they come from a file.
     pub poses: Option<Poses>,
@@ -139,7 +139,7 @@ pub fn check_inputs(jobs: &[Job], config: Option<&Path>) -> Result<Inputs, CliEr
 /// One picture.
 #[derive(Debug)]
 pub struct Frame {
-    /// All frames of a film share it.
+    /// All frames of an animation share it.
     pub output: Arc<Output>,
     pub aovs: AovFiles,
     pub turn: Option<Turn>,
@@ -316,7 +316,7 @@ impl Pictures<'_> {
             .synced_if(self.skip_existing);
         let why = if names::expand(pattern, stem, Some(1)) != pattern {
             "a sheet is one picture; leave out {stem} and #"
-        } else if output.is_film() || output.is_exr() {
+        } else if output.is_animation() || output.is_exr() {
             "a sheet is a picture of bytes; name one such as sheet.png"
         } else if self.look.picture.transparent {
             "a sheet has no transparent background"
@@ -374,8 +374,8 @@ impl Pictures<'_> {
         let turns = turns(series)?;
         let mut frames: Vec<Frame> = Vec::new();
         for turn in turns {
-            let film = frames.first().filter(|frame| frame.output.is_film());
-            let frame = match film {
+            let animation = frames.first().filter(|frame| frame.output.is_animation());
+            let frame = match animation {
                 Some(first) => Frame {
                     output: Arc::clone(&first.output),
                     aovs: AovFiles::none(),
@@ -386,7 +386,7 @@ impl Pictures<'_> {
             };
             if !(self.skip_existing && frame.output.exists()) {
                 frames.push(frame);
-            } else if frame.output.is_film() {
+            } else if frame.output.is_animation() {
                 break;
             }
         }
@@ -401,10 +401,10 @@ impl Pictures<'_> {
             .synced_if(self.skip_existing)
             .for_turntable(turn.is_some())?;
         output.check(&self.look.picture)?;
-        if output.is_film() {
-            self.check_film(&output, scene)?;
+        if output.is_animation() {
+            self.check_animation(&output, scene)?;
         }
-        places.claim(&output, scene, turn.is_some() && !output.is_film())?;
+        places.claim(&output, scene, turn.is_some() && !output.is_animation())?;
         let aovs = AovFiles::prepare(&self.look.picture, &output, &path, self.size(), self.force)?;
         for file in aovs.files() {
             places.claim(file, scene, turn.is_some())?;
@@ -428,8 +428,8 @@ impl Pictures<'_> {
         Some(pattern.replace(POSE, &pose.name).into())
     }
 
-    /// Refuses what films do not have.
-    fn check_film(&self, output: &Output, scene: &Path) -> Result<(), CliError> {
+    /// Refuses what animations do not have.
+    fn check_animation(&self, output: &Output, scene: &Path) -> Result<(), CliError> {
         let name = output.name();
         let expanded = |number| {
             names::expand(
@@ -439,11 +439,11 @@ impl Pictures<'_> {
             )
         };
         let why = if expanded(1) != expanded(2) {
-            "a film holds all frames; leave out the #, or name pictures such as a-##.png"
+            "an animation holds all frames; leave out the #, or name pictures such as a-##.png"
         } else if !self.look.picture.aovs.is_empty() {
-            "a film has no AOVs; name pictures such as a-##.png"
+            "an animation has no AOVs; name pictures such as a-##.png"
         } else if self.comparison.is_some() {
-            "films are not compared; name pictures such as a-##.png"
+            "animations are not compared; name pictures such as a-##.png"
         } else {
             return Ok(());
         };

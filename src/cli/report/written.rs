@@ -17,7 +17,7 @@ impl Written {
         if self.count == 0 {
             name.clone_into(&mut self.first);
         }
-        // All frames of a film have one name.
+        // All frames of an animation have one name.
         self.count += usize::from(name != self.last);
         name.clone_into(&mut self.last);
         self.time += time;

@@ -1,4 +1,4 @@
-//! Films: all frames of a turntable in one file. GIF by the image crate, animated PNG by the png crate, and Y4M, which video
+//! Animations: all frames of a turntable in one file. GIF by the image crate, animated PNG by the png crate, and Y4M, which video
 //! encoders read from a pipe: a line of text and the planes of each frame, so no crate is needed.
 
 use super::{
@@ -16,7 +16,7 @@ use std::{cell::RefCell, io, rc::Rc};
 /// How well GIF's palettes are chosen, from 1 (best) to 30 (fastest).
 const GIF_SPEED: i32 = 10;
 
-/// A film that is being written, frame by frame. Its file appears when it is finished.
+/// An animation that is being written, frame by frame. Its file appears when it is finished.
 pub struct Animation<'a> {
     output: &'a Output,
     opened: Opened,
@@ -46,11 +46,11 @@ impl io::Write for Buffer {
 }
 
 fn failed(error: impl std::fmt::Display) -> CliError {
-    CliError::Failed(format!("cannot encode the film: {error}"))
+    CliError::Failed(format!("cannot encode the animation: {error}"))
 }
 
 impl<'a> Animation<'a> {
-    /// Begins a film of a number of frames, `fps` of them a second.
+    /// Begins an animation of a number of frames, `fps` of them a second.
     ///
     /// # Errors
     /// [`CliError`].
@@ -112,7 +112,7 @@ impl<'a> Animation<'a> {
         self.move_on()
     }
 
-    /// Ends the film.
+    /// Ends the animation.
     ///
     /// # Errors
     /// [`CliError`].
@@ -133,7 +133,7 @@ impl<'a> Animation<'a> {
     }
 }
 
-/// How long a frame of a GIF is shown, in hundredths of a second, the format's unit: rounded so that the whole film has the
+/// How long a frame of a GIF is shown, in hundredths of a second, the format's unit: rounded so that the whole animation has the
 /// right length.
 fn hundredths(frame: u32, fps: u32) -> u32 {
     let end = |frame: u32| (frame * 100 + fps / 2) / fps;

@@ -36,17 +36,17 @@ pub enum Format {
     Bmp,
     Tiff,
     Exr,
-    /// A film, as those below.
+    /// An animation, as those below.
     Gif,
     Apng,
     Y4m,
 }
 
-/// Whether the name of a file is that of a film.
-pub fn is_film(path: &Path) -> bool {
+/// Whether the name of a file is that of an animation.
+pub fn is_animation(path: &Path) -> bool {
     path.extension()
         .and_then(Format::from_extension)
-        .is_some_and(Format::is_film)
+        .is_some_and(Format::is_animation)
 }
 
 impl Format {
@@ -86,7 +86,7 @@ impl Format {
     }
 
     /// Whether a file holds all frames of a turntable.
-    pub fn is_film(self) -> bool {
+    pub fn is_animation(self) -> bool {
         matches!(self, Self::Gif | Self::Apng | Self::Y4m)
     }
 
@@ -203,7 +203,7 @@ impl Format {
             }
             Self::Bmp => BmpEncoder::new(to).write_image(bytes, width, height, color),
             Self::Tiff => TiffEncoder::new(to).write_image(bytes, width, height, color),
-            // An EXR file holds floats only, and films are written elsewhere: neither is asked for.
+            // An EXR file holds floats only, and animations are written elsewhere: neither is asked for.
             Self::Exr | Self::Gif | Self::Apng | Self::Y4m => {
                 OpenExrEncoder::new(to).write_image(bytes, width, height, color)
             }

@@ -49,7 +49,7 @@ impl Tile {
         let why = match known {
             None => format!("unknown extension, expected {}", Format::EXTENSIONS),
             Some(Format::Jpeg) => "JPEG loses detail in each tile; render the tiles as .png".into(),
-            Some(format) if format.is_film() => "films are not merged; render frames as .png".into(),
+            Some(format) if format.is_animation() => "animations are not merged; render frames as .png".into(),
             Some(format) => {
                 let ends = read_ends(path).map_err(|error| {
                     let size = (0, 0);

@@ -22,7 +22,7 @@ pub use aov_files::AovFiles;
 pub use compare::{Comparison, Verdict};
 #[cfg(feature = "viewer")]
 pub use encode::Format;
-pub use encode::is_film;
+pub use encode::is_animation;
 pub use json::{json_line, write_json};
 pub use merge::Tiles;
 pub use output::{Output, check_writable};

@@ -253,7 +253,7 @@ impl Output {
         let name = &self.name;
         if options.transparent && !self.format.has_alpha() {
             return Err(CliError::Usage(format!(
-                "{name}: this format has no alpha channel, expected .png, .qoi, .tiff, .tif, .exr, or .apng for films"
+                "{name}: this format has no alpha channel, expected .png, .qoi, .tiff, .tif, .exr, or .apng for animations"
             )));
         }
         if options.transfer == Transfer::Srgb && self.format == Format::Exr {
@@ -270,21 +270,21 @@ impl Output {
     }
 
     /// Whether it will hold all frames of a turntable.
-    pub fn is_film(&self) -> bool {
-        self.format.is_film()
+    pub fn is_animation(&self) -> bool {
+        self.format.is_animation()
     }
 
-    /// Whether a turntable's frames go there, or one picture. Standard output takes a film as Y4M.
+    /// Whether a turntable's frames go there, or one picture. Standard output takes an animation as Y4M.
     ///
     /// # Errors
-    /// [`CliError::Usage`] for a film without a turntable.
+    /// [`CliError::Usage`] for an animation without a turntable.
     pub fn for_turntable(mut self, is_turning: bool) -> Result<Self, CliError> {
         if is_turning && matches!(self.place, Place::Stdout(_)) {
             self.format = Format::Y4m;
         }
-        if self.is_film() && !is_turning {
+        if self.is_animation() && !is_turning {
             return Err(CliError::Usage(format!(
-                "{}: a film of one frame; add --turntable N, or keyframes (`at`) to the scene, or name a picture such as .png",
+                "{}: an animation of one frame; add --turntable N, or keyframes (`at`) to the scene, or name a picture such as .png",
                 self.name
             )));
         }

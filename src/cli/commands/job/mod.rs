@@ -83,7 +83,7 @@ fn work(plan: &JobPlan) -> Result<Work, CliError> {
             "all pictures exist already: nothing is left to do".into(),
         ));
     }
-    if let Some((_, frame)) = frames().find(|(_, frame)| frame.output.is_film() || !frame.output.is_file()) {
+    if let Some((_, frame)) = frames().find(|(_, frame)| frame.output.is_animation() || !frame.output.is_file()) {
         return Err(CliError::Usage(format!(
             "{}: a job makes pictures in files; name frames such as a-##.png",
             frame.output.name()

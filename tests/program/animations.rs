@@ -1,4 +1,4 @@
-//! Films: all frames of a turntable in one file.
+//! Animations: all frames of a turntable in one file.
 
 use crate::program::Folder;
 use image::{
@@ -35,25 +35,25 @@ fn largest_difference(a: &RgbImage, b: &RgbImage) -> u8 {
 }
 
 #[test]
-fn films_have_the_frames_of_the_turntable() {
+fn animations_have_the_frames_of_the_turntable() {
     let folder = Folder::new();
     let expected = pictures(&folder, &["--srgb"]);
     for name in ["f.gif", "f.apng", "f.y4m"] {
         let run = folder.run(&["a.scn", SMALL, "--srgb", "--turntable=5", "--fps=10", "-o", name]);
         run.succeeded();
     }
-    let bytes = fs::read(folder.path("f.apng")).expect("a film");
+    let bytes = fs::read(folder.path("f.apng")).expect("an animation");
     let decoder = PngDecoder::new(Cursor::new(&bytes)).expect("PNG");
     assert!(decoder.is_apng().expect("PNG"));
     assert_eq!(frames(decoder.apng().expect("an animation")), expected);
-    let decoder = GifDecoder::new(Cursor::new(fs::read(folder.path("f.gif")).expect("a film"))).expect("GIF");
+    let decoder = GifDecoder::new(Cursor::new(fs::read(folder.path("f.gif")).expect("an animation"))).expect("GIF");
     let found = frames(decoder);
     assert_eq!(found.len(), 5);
     for (found, expected) in found.iter().zip(&expected) {
         // A palette of 256 colours.
         assert!(largest_difference(found, expected) <= 24);
     }
-    let bytes = fs::read(folder.path("f.y4m")).expect("a film");
+    let bytes = fs::read(folder.path("f.y4m")).expect("an animation");
     let header = b"YUV4MPEG2 W24 H16 F10:1 Ip A1:1 C444\n";
     assert!(bytes.starts_with(header));
     let frame = "FRAME\n".len() + 3 * 24 * 16;
@@ -83,7 +83,7 @@ fn a_part_of_a_turntable_is_a_film_with_alpha() {
         "-o",
     ];
     folder.run(&[&arguments[..], &["f.apng"]].concat()).succeeded();
-    let bytes = fs::read(folder.path("f.apng")).expect("a film");
+    let bytes = fs::read(folder.path("f.apng")).expect("an animation");
     let decoder = PngDecoder::new(Cursor::new(&bytes)).expect("PNG");
     let found = decoder
         .apng()
@@ -101,11 +101,11 @@ fn a_part_of_a_turntable_is_a_film_with_alpha() {
     folder
         .run(&[&arguments[..], &["f.apng", "--skip-existing"]].concat())
         .succeeded();
-    assert_eq!(fs::read(folder.path("f.apng")).expect("a film"), bytes);
+    assert_eq!(fs::read(folder.path("f.apng")).expect("an animation"), bytes);
 }
 
 #[test]
-fn what_films_cannot_be_is_refused() {
+fn what_animations_cannot_be_is_refused() {
     let folder = Folder::new();
     for (options, expected) in [
         ("-o f.gif", "--turntable"),
