@@ -1,5 +1,4 @@
-//! The binary hierarchy of the scalar baseline: 32 bytes a node, siblings side by side (a layout common since Wald
-//! and Bikker).
+//! The binary BVH of the scalar baseline: 32 bytes per node, siblings adjacent (a layout common since Wald and Bikker).
 
 use super::{
     boxes::{Box8, boxes_of},
@@ -45,7 +44,7 @@ impl BinaryNode {
 /// A binary bounding volume hierarchy over one scene.
 #[derive(Clone, Debug)]
 pub struct BinaryBvh {
-    /// Nodes; the root is node 0. Empty for a scene of nothing.
+    /// Nodes; the root is node 0. Empty for an empty scene.
     pub nodes: Vec<BinaryNode>,
     /// Primitives in the order of the leaves.
     pub primitives: Vec<PrimitiveId>,
@@ -83,7 +82,7 @@ impl BinaryBvh {
         }
     }
 
-    /// Builds the level over instances that moved again.
+    /// Rebuilds the level over the instances after they moved.
     pub(super) fn follow(&mut self, scene: &Scene) {
         if let Some(instances) = &mut self.instances {
             let prototypes = std::mem::take(&mut instances.prototypes);
@@ -91,7 +90,7 @@ impl BinaryBvh {
         }
     }
 
-    /// Builds over a prototype, or over what belongs to none.
+    /// Builds over a prototype, or over what is outside of all.
     fn of_part(scene: &Scene, prototype: Option<PrototypeId>) -> Self {
         let (boxes, _) = boxes_of(scene, &scene.ids_of(prototype));
         let (nodes, primitives) = nodes_over(&boxes, LEAF_SIZE);

@@ -1,7 +1,7 @@
 //! Leaf blocks of triangles, in one of two layouts.
 //!
 //!   whole:    8 x 3 corners, 8 ids                       5 cache lines
-//!   indexed:  12 vertices, 8 x 3 four-bit names, 8 ids   3 cache lines; large meshes only
+//!   indexed:  12 vertices, 8 x 3 indices of 4 bits, 8 ids   3 cache lines; large meshes only
 //!
 //! After Benthin, Wald, Woop and Áfra, *Compressed-Leaf Bounding Volume Hierarchies*, 2018. Differs: vertices keep
 //! all their bits, so both layouts give the same hits.
@@ -23,7 +23,7 @@ pub enum Layout {
     Indexed,
 }
 
-/// Meshes share vertices from this many triangles on (160 MB of whole blocks).
+/// Triangles from which on blocks are indexed (160 MB of whole blocks).
 // Tuned: see docs/lab-notes.md#indexed-blocks
 const LARGE: usize = 4_000_000;
 
@@ -53,7 +53,7 @@ impl Layout {
     }
 }
 
-/// The leaf blocks of triangles, numbered as [`Child::index`](super::Child::index) has it.
+/// The leaf blocks of triangles, indexed by [`Child::index`](super::Child::index).
 #[derive(Clone, Debug)]
 pub enum TriangleBlocks {
     /// See [`Layout::Whole`].
@@ -95,7 +95,7 @@ impl TriangleBlocks {
         }
     }
 
-    /// Returns the ids of block `i`; [`PrimitiveId::NONE`](crate::ray::PrimitiveId::NONE) behind the last.
+    /// Returns the ids of block `i`; [`PrimitiveId::NONE`](crate::ray::PrimitiveId::NONE) after the last.
     ///
     /// # Panics
     /// If there is no such block.
@@ -113,7 +113,7 @@ impl TriangleBlocks {
 pub struct LeafBlocks<'a, B> {
     /// By [`Child::index`](super::Child::index).
     pub triangles: &'a [B],
-    /// As the triangles.
+    /// By [`Child::index`](super::Child::index), too.
     pub spheres: &'a [SphereBlock],
 }
 

@@ -1,4 +1,4 @@
-//! Boxes of primitives as the builder moves them: eight lanes each.
+//! Boxes of primitives in the builder: eight lanes each.
 //!
 //! Functions that run for each primitive and level, here and in [`split`](super::split), are `inline(always)` and
 //! free of `array::map` and iterator chains: see docs/lab-notes.md#builder-inlining
@@ -15,14 +15,14 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A box and its primitive: minus the lower corner, the id's bits, the upper corner, nothing. So a union is one
-/// maximum of eight lanes (the fourth then means nothing), and moving a primitive moves 32 bytes.
+/// A box and its primitive: the negated lower corner, the id's bits, the upper corner, an unused lane. So a union is one
+/// maximum of eight lanes (which makes the id meaningless), and moving a primitive moves 32 bytes.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub(super) struct Box8(F32x8);
 
 impl Box8 {
-    /// The empty box. Its half area is infinite, so its cost times no blocks is NaN and never the least.
+    /// The empty box. Its half area is infinite, so its cost times 0 blocks is NaN and never the minimum.
     pub(super) const EMPTY: Self = Self(F32x8::new([-1e30; LANES]));
 
     #[inline(always)]
@@ -81,7 +81,7 @@ impl Box8 {
         corners - corners.swap_halves()
     }
 
-    /// Corners alone: an id that is a denormal float would slow arithmetic down.
+    /// Only the corners: an id that is a denormal float would slow down arithmetic.
     #[inline(always)]
     fn corners<S: Simd>(self, simd: S) -> S::V8 {
         const COORDINATES: u32 = 0b0111_0111;
@@ -115,8 +115,8 @@ impl Box8 {
     }
 }
 
-/// The boxes of all primitives, given by ranges of ids, that a ray can hit; of many equal shapes only the first. Then the ids
-/// of those left out, each after the first, in order.
+/// The boxes of all primitives in these ranges of ids that a ray can hit; of many equal shapes only the first. Then, for
+/// each one left out, the ids of the first and of itself, in order.
 pub(super) fn boxes_of(scene: &Scene, ids: &[Range<u32>]) -> (Vec<Box8>, Vec<[PrimitiveId; 2]>) {
     let boxed = |id: PrimitiveId| primitive_box(scene, id);
     let mut boxes: Vec<Box8> = Vec::with_capacity(ids.iter().map(ExactSizeIterator::len).sum());
@@ -136,7 +136,7 @@ pub(super) fn boxes_of(scene: &Scene, ids: &[Range<u32>]) -> (Vec<Box8>, Vec<[Pr
     }
 }
 
-/// [`Scene::triangle`], certain to be part of the caller's loop.
+/// [`Scene::triangle`], inlined into the caller's loop.
 #[inline(always)]
 pub(super) fn corners(scene: &Scene, i: usize) -> [Vec3; 3] {
     let (t, v) = (scene.triangles(), scene.vertices());
@@ -180,8 +180,8 @@ pub(super) fn sphere_box(scene: &Scene, i: usize, id: PrimitiveId) -> Box8 {
     Box8::new(padded(scene.sphere_bounds(i)), id)
 }
 
-/// Reduces the ordered boxes to ids, in place: nodes and blocks are written without them, when the most memory is in
-/// use, and memory in use just now is the quickest to get.
+/// Reduces the ordered boxes to ids, in place: nodes and blocks need no boxes, and are written when the most memory is in
+/// use.
 pub(super) fn into_ids(boxes: Vec<Box8>) -> Vec<PrimitiveId> {
     let boxes = boxes.into_par_iter().with_min_len(1 << 14);
     boxes.map(|b| b.id()).collect()
@@ -190,7 +190,7 @@ pub(super) fn into_ids(boxes: Vec<Box8>) -> Vec<PrimitiveId> {
 /// This many boxes are sampled to find out whether many are equal.
 const SAMPLE: usize = 4096;
 
-/// Whether many boxes of a sample are equal. Two do not count: both triangles of an upright rectangle have one box.
+/// Whether many boxes of a sample are equal. Pairs are ignored: both triangles of an axis-aligned rectangle have one box.
 fn has_repeats(boxes: &[Box8]) -> bool {
     let stride = boxes.len().div_ceil(SAMPLE).max(1);
     let bits = |b: &Box8| {
@@ -202,9 +202,9 @@ fn has_repeats(boxes: &[Box8]) -> bool {
     sample.windows(3).any(|three| three[0] == three[2])
 }
 
-/// Of primitives of the same shape, bit for bit, keeps the one with the lowest id: all are hit at the same t, where
-/// the lowest id wins. Otherwise a ray that hits one of a million equal triangles would test them all. Those that rays may
-/// pass are kept up to the first that stops all.
+/// Of primitives of the same shape, bit for bit, keeps the one with the lowest id, which wins at equal t. Otherwise a ray
+/// that hits one of a million equal triangles would test them all. Primitives that rays may pass (cut-outs) are kept up to
+/// the first opaque one.
 fn first_of_each_shape(
     scene: &Scene,
     primitives: Vec<PrimitiveId>,

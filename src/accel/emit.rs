@@ -1,7 +1,7 @@
-//! Writes the planned tree as nodes and blocks, straight from the scene's columns, in parallel.
+//! Writes the planned tree as nodes and blocks, directly from the scene's arrays, in parallel.
 //!
 //!   nodes:  [above the subtrees][subtree 0, depth first][subtree 1] ...
-//!   blocks:                     [subtree 0, a node's blocks side by side, before those below it][subtree 1] ...
+//!   blocks:                     [subtree 0, a node's blocks adjacent, before those below it][subtree 1] ...
 
 use super::{
     Child, Layout, Node8,
@@ -24,7 +24,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
 
-/// What a hierarchy is stored as, its blocks of triangles as `B`.
+/// The stored form of a BVH, with its blocks of triangles as `B`.
 pub(super) struct Wide<B> {
     pub(super) nodes: Vec<Node8>,
     pub(super) triangle_blocks: B,
@@ -49,7 +49,7 @@ impl Wide<TriangleBlocks> {
 }
 
 impl<B> Wide<B> {
-    /// The same with blocks as `into` makes them.
+    /// The same with its blocks converted by `into`.
     pub(super) fn with_blocks<C>(self, into: impl FnOnce(B) -> C) -> Wide<C> {
         Wide {
             nodes: self.nodes,
@@ -60,7 +60,7 @@ impl<B> Wide<B> {
     }
 }
 
-/// Where a subtree's own nodes and blocks begin.
+/// Where the nodes and blocks of a subtree begin.
 #[derive(Clone, Copy, Default)]
 struct Start {
     node: usize,
@@ -68,8 +68,8 @@ struct Start {
     sphere_block: usize,
 }
 
-/// A column being written, a piece to each subtree. Memory is first touched by the thread that writes it: filling it
-/// with zeros beforehand would take as long as writing it.
+/// An array being written, a piece per subtree. It is not zeroed beforehand, which would take as long as writing it: the
+/// writing thread touches the memory first.
 struct Pieces<'a, T> {
     rest: &'a mut [MaybeUninit<T>],
 }
@@ -99,7 +99,7 @@ impl FromScene for TriangleBlock {
     #[inline(always)]
     fn of<S: Simd>(simd: S, scene: &Scene, ids: &[PrimitiveId]) -> (Self, Box8) {
         let mut around = Box8::EMPTY;
-        // The block's columns, corner after corner; lanes past the last triangle are a point.
+        // The block's arrays, corner after corner; lanes past the last triangle are a point.
         let mut columns = [[0.0; WIDTH]; 9];
         let mut id = [PrimitiveId::NONE.0; WIDTH];
         for (lane, &triangle) in ids.iter().enumerate().take(WIDTH) {
@@ -168,9 +168,9 @@ pub(super) fn emit<S: Simd, B: FromScene>(
     counts.depth = depth;
 
     let mut wide = Wide {
-        nodes: pages::column(counts.nodes),
-        triangle_blocks: pages::column(counts.triangle_blocks),
-        sphere_blocks: pages::column(counts.sphere_blocks),
+        nodes: pages::vec(counts.nodes),
+        triangle_blocks: pages::vec(counts.triangle_blocks),
+        sphere_blocks: pages::vec(counts.sphere_blocks),
         counts,
     };
     let mut nodes = Pieces::of(&mut wide.nodes, counts.nodes);
@@ -196,8 +196,8 @@ pub(super) fn emit<S: Simd, B: FromScene>(
         })
         .collect();
     jobs.into_par_iter().with_max_len(1).for_each(Emission::run);
-    // SAFETY: `above` has written its nodes, and each subtree all of its own: `run` checks that. Together they are
-    // as many as counted, and the capacity was reserved for them.
+    // SAFETY: `above` has written its nodes, and each subtree all of its nodes and blocks, which `run` checks. Together
+    // they are as many as counted, and the capacity was reserved for them.
     unsafe {
         wide.nodes.set_len(counts.nodes);
         wide.triangle_blocks.set_len(counts.triangle_blocks);
@@ -228,7 +228,7 @@ struct Above<'a> {
     counts: Counts,
 }
 
-/// A child of a node above the subtrees: one like it, or the root of a subtree, by index.
+/// A child of a node above the subtrees: another such node, or the root of a subtree, by index.
 #[derive(Clone, Copy)]
 enum Part {
     Node(usize),
@@ -311,7 +311,7 @@ impl<S: Simd, B: FromScene> Emission<'_, S, B> {
         self.steps.finished(self.primitives);
     }
 
-    /// Writes the next node in line and all below it; returns the box around it.
+    /// Writes the next node and all below it; returns the box around it.
     fn node(&mut self) -> Box8 {
         let simd = self.simd;
         simd.call(
@@ -348,7 +348,7 @@ impl<S: Simd, B: FromScene> Emission<'_, S, B> {
         bounds
     }
 
-    /// Writes the next block in line; returns the box around it.
+    /// Writes the next block; returns the box around it.
     #[inline(always)]
     fn block(&mut self, simd: S, ids: &[PrimitiveId]) -> (Child, Box8) {
         let first_sphere = self.scene.triangles().corners.len();

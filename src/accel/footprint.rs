@@ -1,4 +1,4 @@
-//! How wide bundles of rays are, in a scene of unknown cameras.
+//! The assumed width of ray bundles: cameras are not known when the BVH is built.
 
 use super::{boxes::Box8, tree::PARALLEL};
 use crate::simd::Simd;
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 const SCENE_IN_FOOTPRINTS: f32 = 4096.0;
 
 /// The area added to boxes. The scene's area is that of the box around all centres, which large ground triangles do
-/// not enlarge, or that of all primitives if that is less: the scene is then mostly empty.
+/// not enlarge, or the sum over all primitives if that is less, as in a mostly empty scene.
 pub(super) fn footprint<S: Simd>(simd: S, boxes: &[Box8]) -> f32 {
     let of_part = |boxes: &[Box8]| {
         simd.call(

@@ -1,4 +1,4 @@
-//! The hierarchy over instances, above those of their prototypes (two levels, as in Wald, Benthin and Slusallek, *Distributed
+//! The BVH over instances, above those of their prototypes (two levels, as in Wald, Benthin and Slusallek, *Distributed
 //! Interactive Ray Tracing of Dynamic Scenes*, 2003).
 
 use super::{
@@ -41,14 +41,14 @@ impl Instanced {
         }
     }
 
-    /// Builds the level over the instances again, at a level.
+    /// Rebuilds the upper BVH at an instruction set level.
     pub(super) fn follow<S: Simd>(&mut self, simd: S, scene: &Scene, quality: BuildQuality) {
         let steps = Steps::of(scene, &|_| ());
         self.nodes = nodes_over(simd, scene, quality, &steps);
     }
 
-    /// The nodes, the root first. Their leaves are blocks of one sphere, by whose index an instance is meant; its box, padded,
-    /// is that of the child.
+    /// The nodes, the root first. A leaf is a block of one sphere, whose index is that of an instance; the child's box is the
+    /// instance's padded box.
     #[inline(always)]
     pub fn nodes(&self) -> &[Node8] {
         &self.nodes
@@ -115,7 +115,7 @@ impl Nodes {
         }
     }
 
-    /// Writes the next node in line and all below it; returns the box around it.
+    /// Writes the next node and all below it; returns the box around it.
     fn write_node(&mut self, slots: &mut &[Slot], boxes: &[Box8]) -> Aabb {
         let node_i = self.0.len();
         self.0.push(Node8::new(&[]));

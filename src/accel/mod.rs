@@ -1,13 +1,13 @@
-//! Builds and stores the bounding volume hierarchies, in layouts of our own. The only module that names `obvhs`.
+//! Builds and stores the bounding volume hierarchies. The only module that uses `obvhs`.
 //!
 //! ```text
 //! boxes -> binary tree, top down, binned SAH (tree, split)
-//!       -> eight children a node, up to eight primitives a block (plan)
+//!       -> eight children per node, up to eight primitives per block (plan)
 //!       -> nodes and leaf blocks, written in parallel (emit)
 //! ```
 //!
-//! - [`Bvh`]: eight children a node; leaves are blocks of one kind of primitive. For packets and single rays.
-//! - [`BinaryBvh`]: two children a node, by obvhs (PLOC and reinsertion), for the scalar baseline.
+//! - [`Bvh`]: eight children per node; leaves are blocks of one kind of primitive. For packets and single rays.
+//! - [`BinaryBvh`]: two children per node, by obvhs (PLOC and reinsertion), for the scalar baseline.
 // Best against PLOC: see docs/lab-notes.md#ploc
 
 mod binary;
@@ -64,18 +64,18 @@ pub struct Bvh {
     /// The hierarchies of instances and prototypes, if the scene has instances.
     instanced: Option<Box<Instanced>>,
     scene: SceneId,
-    /// That of the scene's meshes, which stays while instances move.
+    /// The id of the scene's meshes, which stays the same while instances move.
     meshes: SceneId,
-    /// Triangles of the scene without an area, which have no place in the hierarchy.
+    /// Number of triangles without an area, which are not in the BVH.
     degenerate: usize,
-    /// A primitive and one that equals it, which has no place either; in order.
+    /// A primitive, and an equal one that is not in the BVH; in order.
     repeats: Vec<[PrimitiveId; 2]>,
 }
 
 /// Describes a BVH.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BvhStats {
-    /// The quality that was asked for.
+    /// The requested quality.
     pub quality: BuildQuality,
     /// How triangles are stored.
     pub layout: Layout,
@@ -117,8 +117,8 @@ impl Bvh {
         Self::build_with(scene, BuildQuality::Best)
     }
 
-    /// Builds a hierarchy of a given quality. The tree depends on scene and quality alone, not on the number of
-    /// threads (but see [`BuildQuality::Ploc`]).
+    /// Builds a hierarchy of a given quality. The tree depends only on scene and quality, not on the number of threads (but
+    /// see [`BuildQuality::Ploc`]).
     ///
     /// # Panics
     /// As [`Bvh::build`].
@@ -127,7 +127,7 @@ impl Bvh {
         Self::build_as(scene, quality, Layout::for_scene(scene))
     }
 
-    /// Does what [`build_with`](Self::build_with) does, and tells how far it is.
+    /// As [`build_with`](Self::build_with), and reports progress.
     ///
     /// # Panics
     /// As [`Bvh::build`].
@@ -171,7 +171,7 @@ impl Bvh {
         bvh
     }
 
-    /// Follows a scene whose instances [moved](Scene::set_time): builds the level over them again and keeps everything below.
+    /// Follows a scene whose instances [moved](Scene::set_time): rebuilds the level over them and keeps everything below.
     ///
     /// # Panics
     /// If the hierarchy was built from another scene.
@@ -198,7 +198,7 @@ impl Bvh {
         self.stats.build_time = start.elapsed();
     }
 
-    /// Builds over a prototype, or over what belongs to none.
+    /// Builds over a prototype, or over what is outside of all.
     fn of_part<S: Simd>(
         simd: S,
         (scene, prototype): (&Scene, Option<PrototypeId>),
@@ -252,7 +252,7 @@ impl Bvh {
         }
     }
 
-    /// Returns pairs of a primitive and one of equal shape that the hierarchy leaves out, since it never is the closest.
+    /// Returns pairs of a primitive and one of equal shape, which the BVH leaves out because it is never the closest.
     pub(crate) fn repeats(&self) -> &[[PrimitiveId; 2]] {
         &self.repeats
     }
@@ -263,7 +263,7 @@ impl Bvh {
         self.scene == scene.id()
     }
 
-    /// Returns what the hierarchy is made of.
+    /// Returns statistics of the hierarchy.
     #[must_use]
     pub fn stats(&self) -> &BvhStats {
         &self.stats

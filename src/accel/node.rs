@@ -1,5 +1,5 @@
-//! The wide node: eight child boxes in columns, and a child word each (Dammertz, Hanika and Keller, *Shallow Bounding
-//! Volume Hierarchies*, 2008, with eight children instead of four).
+//! The wide node: the boxes of eight children as a structure of arrays, and a word per child (Dammertz, Hanika and Keller,
+//! *Shallow Bounding Volume Hierarchies*, 2008, with eight children instead of four).
 
 use crate::{
     lanes::{F32x8, LANES},
@@ -127,7 +127,7 @@ impl Child {
     }
 }
 
-/// An inner node: the boxes of up to eight children, a column an axis, filled from lane 0 on. Empty lanes have
+/// An inner node: the boxes of up to eight children as a structure of arrays, filled from lane 0 on. Empty lanes have
 /// finite, inverted boxes; a test that sorts its distances must not rely on that.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]

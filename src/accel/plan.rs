@@ -13,12 +13,12 @@ const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = 0.8;
 const PRIMITIVE_COST: f32 = 0.05;
 
-/// The cheapest that a subtree of the binary tree can become, by the surface area heuristic.
+/// The cheapest form of a subtree of the binary tree, by the surface area heuristic.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Plan {
     /// Cost as one to seven children of a wide node: `cost[i - 1]` with at most i of them.
     cost: [f32; WIDTH - 1],
-    /// Primitives below, up to one more than fit a block.
+    /// Triangles below, capped at one more than fit a block.
     triangles: u8,
     spheres: u8,
     /// Whether the subtree, as one child, is a block.
@@ -51,7 +51,7 @@ impl Plan {
         };
         plan.cost[0] = visits * NODE_COST + best_split::<WIDTH>(left, right).1;
         if !may_be_block {
-            // Nor may a larger subtree.
+            // So that no larger subtree becomes a block either.
             plan.triangles = most;
         } else if plan.fits_block() {
             let block = plan.block_cost(visits);
@@ -95,7 +95,7 @@ impl Plan {
         visits * (BLOCK_COST + PRIMITIVE_COST * f32::from(self.triangles + self.spheres))
     }
 
-    /// How many of `slots` children the subtree takes: fewer where more do not pay.
+    /// How many of `slots` children the subtree uses: fewer if more do not pay.
     fn slots_used(&self, mut slots: usize) -> usize {
         while slots > 1 && (slots == WIDTH || self.cost[slots - 1] == self.cost[slots - 2]) {
             slots -= 1;
@@ -104,7 +104,7 @@ impl Plan {
     }
 }
 
-/// How to share `CHILDREN` slots out between two subtrees: the left one's share, and the cost.
+/// The best division of `CHILDREN` slots between two subtrees: the left one's share, and the cost.
 #[inline(always)]
 fn best_split<const CHILDREN: usize>(left: &Plan, right: &Plan) -> (usize, f32) {
     let mut best = (1, f32::INFINITY);
@@ -131,7 +131,7 @@ fn best_share(left: &Plan, right: &Plan, slots: usize) -> usize {
 
 /// A binary tree with plans.
 pub(super) trait Planned {
-    /// How a node is named.
+    /// A handle of a node.
     type Node: Copy;
     /// The plan of a node.
     fn plan(&self, node: Self::Node) -> &Plan;
@@ -157,8 +157,8 @@ impl<N: Copy> Children<N> {
     }
 }
 
-/// The up to eight nodes that become the children of the wide node for `node`, as planned. A node that is planned to
-/// be a block, but must not be, has itself as its only child, or its parts.
+/// The up to eight nodes that become the children of the wide node for `node`, as planned. A root that is planned as a
+/// block becomes the only child of the wide node, or its parts do.
 pub(super) fn widen<T: Planned>(tree: &T, node: T::Node) -> Children<T::Node> {
     let mut children = Children {
         nodes: [None; WIDTH],

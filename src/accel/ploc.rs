@@ -1,8 +1,8 @@
 //! Binary trees by obvhs: PLOC (Meister and Bittner 2018) and a little reinsertion (*Parallel Reinsertion for
 //! Bounding Volume Hierarchy Optimization*, Meister and Bittner 2018).
 //!
-//! Differs: boxes are roughened, and nothing is reinserted where all overlap, so that rows of equal boxes and crowds
-//! of them do not take quadratic time. (Far from the origin roughness is lost to rounding, and a row of equal boxes
+//! Differs: boxes are jittered, and nothing is reinserted where all overlap, so that rows of equal boxes and clusters of
+//! overlapping ones do not take quadratic time. (Far from the origin jitter is lost to rounding, and a row of equal boxes
 //! still does.)
 
 use super::boxes::Box8;
@@ -15,10 +15,10 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
-/// A binary tree with one box a leaf. Root is node 0; a tree over nothing has no nodes.
+/// A binary tree with one box per leaf. The root is node 0; a tree over nothing has no nodes.
 pub(super) struct BinaryTree {
     nodes: Vec<Bvh2Node>,
-    /// Which box, a leaf each.
+    /// The box of each leaf.
     leaves: Vec<u32>,
     /// Node indices, parents before children, left children's nodes before right ones'.
     parents_first: Vec<u32>,
@@ -95,13 +95,12 @@ impl BinaryTree {
     }
 }
 
-/// Above this overlap nothing is reinserted: the search would look everywhere, in quadratic time, and no tree is good
-/// there.
+/// Above this overlap nothing is reinserted: the search would take quadratic time, and no tree is good there.
 // Measured: docs/lab-notes.md#ploc-roughness
 const MAX_OVERLAP: f32 = 256.0;
 
-/// The average number of boxes that a random line through all of them is in at once: the sum of their areas over the
-/// area of the box around them.
+/// The mean number of boxes that a random line through the box around all of them meets: the sum of their areas over the
+/// area of that box.
 fn overlap(boxes: &[ObvhsAabb]) -> f32 {
     let sum_and_union = |(sum, all): (f32, ObvhsAabb), b: &ObvhsAabb| (sum + b.half_area(), all.union(b));
     // Summed part by part, in one order for any number of threads.
@@ -114,7 +113,7 @@ fn overlap(boxes: &[ObvhsAabb]) -> f32 {
     sum / all.half_area()
 }
 
-/// By how much boxes are roughened, as a fraction of their diagonals.
+/// How far the sides of boxes are jittered, as a fraction of their diagonals.
 const ROUGHNESS: f32 = 1.0 / 4096.0;
 /// The same for boxes that overlap so much that many are inside others.
 const ROUGHNESS_OF_CROWDS: f32 = 1.0 / 16.0;
@@ -122,7 +121,7 @@ const ROUGHNESS_OF_CROWDS: f32 = 1.0 / 16.0;
 /// Moves each side of a box out by up to `roughness` times its diagonal, by the id. PLOC merges mutually nearest
 /// boxes; with equal distances hardly any two are, and it takes quadratic time.
 fn roughened(bounds: &ObvhsAabb, id: u32, roughness: f32) -> ObvhsAabb {
-    // Knuth's multiplicative hash, stretched to four bits a side.
+    // Knuth's multiplicative hash, stretched to four bits per side.
     let mut bits = u64::from(id).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
     let step = bounds.diagonal().length() * roughness / 15.0;
     let mut side = || {
@@ -137,7 +136,7 @@ fn roughened(bounds: &ObvhsAabb, id: u32, roughness: f32) -> ObvhsAabb {
     }
 }
 
-/// A tree over `boxes`: obvhs' "medium" preset with one box a leaf.
+/// A tree over `boxes`: obvhs' "medium" preset with one box per leaf.
 pub(super) fn build(boxes: &[Box8]) -> BinaryTree {
     let mut tree = BinaryTree {
         nodes: Vec::new(),

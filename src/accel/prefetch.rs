@@ -60,7 +60,7 @@ pub fn prefetch<T>(element: &T) {
     let _ = element;
 }
 
-/// Prefetches all cache lines of `element` into the second-level cache, since much else is used before it.
+/// Prefetches all cache lines of `element` into the L2 cache, for later use.
 // Tuned: see docs/lab-notes.md#prefetch-rays
 #[inline(always)]
 pub fn prefetch_for_later<T>(element: &T) {

@@ -1,4 +1,4 @@
-//! How far a build is.
+//! Progress of a build.
 
 use super::tree::subtree_size;
 use crate::scene::Scene;
@@ -9,14 +9,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct BuildProgress {
     /// Steps done, of about equal time.
     pub done: u64,
-    /// Steps in all; an estimate.
+    /// Total number of steps, an estimate.
     pub total: u64,
 }
 
-/// Told from the threads that build, after every few thousand primitives.
+/// Called by the threads that build, every few thousand primitives.
 pub type OnBuild<'a> = &'a (dyn Fn(BuildProgress) + Sync);
 
-/// Finding the boxes of primitives, building and writing a subtree of them each take about as long as this many divisions.
+/// Finding the boxes of primitives, building a subtree and writing it each take about as long as this many divisions.
 const DIVISIONS: usize = 6;
 
 /// Counts the steps of a build: a primitive in a division.

@@ -1,19 +1,19 @@
-//! How much a build may cost.
+//! Build qualities: build time against tracing time.
 
 use super::split::Effort;
 
 /// Selects the hierarchy to build. All find the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {
-    /// The one that is built soonest.
+    /// The one that is built fastest.
     Fast,
     /// The one that is traced fastest.
     #[default]
     Best,
     /// [`Best`](Self::Best), but divided as PLOC (Meister and Bittner 2018, by obvhs, with reinsertion) would down to
-    /// sets of eight primitives. For comparison: it takes longer to build, three times the memory meanwhile, and is
-    /// traced no faster. With tens of millions of primitives the tree may depend on the number of threads, since
-    /// obvhs then sorts with all of them, unstably.
+    /// sets of eight primitives. For comparison: it takes longer to build, with three times the memory, and is traced no
+    /// faster. With tens of millions of primitives the tree may depend on the number of threads, because obvhs then sorts
+    /// unstably in parallel.
     Ploc,
 }
 

@@ -1,5 +1,5 @@
-//! Fits a hierarchy to moved vertices: leaf blocks and boxes are written again, the tree stays (Wald, Boulos and
-//! Shirley, *Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007).
+//! Refits a BVH to moved vertices: rewrites leaf blocks and boxes and keeps the tree (Wald, Boulos and Shirley, *Ray
+//! Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies*, 2007).
 
 use super::{Bvh, Child, Node8, TriangleBlocks, boxes};
 use crate::{
@@ -12,16 +12,15 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 impl Bvh {
-    /// Whether it may be fitted to the positions that the vertices of its scene have now: not if triangles have lost or
-    /// gained an area, several are equal, or blocks share vertices.
+    /// Whether it can be refitted to the current vertices of its scene: not if triangles have lost or gained an area, several
+    /// are equal, or blocks are indexed.
     pub(crate) fn may_refit(&self, scene: &Scene) -> bool {
         matches!(self.triangle_blocks, TriangleBlocks::Whole(_))
             && self.repeats.is_empty()
             && self.degenerate == scene.degenerate_triangles()
     }
 
-    /// Fits to the positions that the vertices of its scene have now. Returns false, with the hierarchy in pieces, if a
-    /// new one must be built.
+    /// Refits to the current vertices of its scene. Returns false, with the BVH unusable, if a new one must be built.
     #[must_use]
     pub(crate) fn refit(&mut self, scene: &Scene) -> bool {
         if !self.may_refit(scene) {
@@ -79,7 +78,7 @@ impl Bvh {
     }
 }
 
-/// Takes the spheres of a block from the scene: its origin may have moved.
+/// Reloads the spheres of a block from the scene, whose origin may have moved.
 fn move_spheres(block: &mut SphereBlock, scene: &Scene) {
     let first = scene.triangles().corners.len();
     let ids = block.id.iter().take_while(|&&id| id != PrimitiveId::NONE.0);
@@ -96,7 +95,7 @@ fn move_spheres(block: &mut SphereBlock, scene: &Scene) {
     *block = SphereBlock::new(&spheres);
 }
 
-/// Takes the corners of a block's triangles from the scene; returns whether all have an area.
+/// Reloads the corners of a block's triangles from the scene; returns whether all have an area.
 fn move_block(block: &mut TriangleBlock, scene: &Scene) -> bool {
     let mut triangles = [(PrimitiveId::NONE, [Vec3::ZERO; 3]); 8];
     let count = block

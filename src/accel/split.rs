@@ -2,7 +2,7 @@
 //! Volume Hierarchies*, 2007), counting leaf blocks instead of primitives, on all three axes or, for fast builds, on
 //! the one with the greatest extent of centres.
 //!
-//! Small sets have few bins, as in Embree: 9 primitives 5, 96 and more all of them. Here rays have no width; the
+//! Small sets have fewer bins, as in Embree: 9 primitives have 5, 96 and more have all. Here rays have no width; the
 //! tree's [later steps](super::tree) weigh the parts for bundles.
 
 use super::{boxes::Box8, plan::WIDTH};
@@ -21,9 +21,9 @@ const BINS: usize = 16;
 pub(super) struct Effort {
     /// The most bins of an axis, at most [`BINS`].
     pub(super) bins: usize,
-    /// Whether all axes are tried, not only the one on which the centres lie farthest apart.
+    /// Whether all axes are tried, not only the one with the greatest extent of centres.
     pub(super) all_axes: bool,
-    /// Whether sets that fit a block are divided where that may pay.
+    /// Whether sets that fit a block may be divided.
     pub(super) divides_blocks: bool,
 }
 
@@ -49,7 +49,7 @@ impl Binning {
         let bounds = centers.bounds();
         let extent = bounds.upper - bounds.lower;
         let widest = extent.max_position();
-        // Short of the number of bins, so that the last centre is in the last one despite rounding.
+        // Slightly less than the number of bins, so that the last centre is in the last bin despite rounding.
         let scale = |extent: f32| {
             if extent > LEAST_EXTENT {
                 bins as f32 * 0.9999 / extent
@@ -77,7 +77,7 @@ impl Binning {
     }
 }
 
-/// What falls into the bins: boxes and how many.
+/// The contents of the bins: boxes and counts.
 struct Bins {
     bounds: [[Box8; BINS]; 3],
     count: [[u32; BINS]; 3],
@@ -121,7 +121,7 @@ impl Bins {
         self
     }
 
-    /// The axis and the first bin of the second part where that is best.
+    /// The axis of the best division, and the first bin of its second part.
     #[inline(always)]
     fn best<S: Simd>(&self, simd: S, binning: &Binning) -> Option<(usize, usize)> {
         let bins = binning.bins;
@@ -149,8 +149,8 @@ impl Bins {
     }
 }
 
-/// The fewest leaf blocks for this many primitives, 0 for none: their cost, since a block costs nearly the same
-/// whatever it holds. (`plan` adds a little for each primitive.)
+/// The fewest leaf blocks for this many primitives. This is their cost, since a block costs nearly the same however full
+/// it is. (`plan` adds a little for each primitive.)
 // Tuned: see docs/lab-notes.md#block-sah
 #[inline(always)]
 fn blocks(primitives: u32) -> f32 {
@@ -159,8 +159,8 @@ fn blocks(primitives: u32) -> f32 {
 
 /// Divides `boxes` in place and returns how many are in the first part: at least one, and not all.
 ///
-/// `centers` is around their centres. If `halve`, both parts are equal: that ends what the heuristic would draw out
-/// (boxes each far larger than the one before).
+/// `centers` is around their centres. If `halve`, both parts are equal, which bounds the depth where the heuristic would
+/// split off one box at a time (boxes each far larger than the one before).
 #[inline(always)]
 pub(super) fn divide<S: Simd>(
     simd: S,
@@ -242,7 +242,7 @@ impl<S: Simd> Side<S> {
     }
 }
 
-/// Moves those that come first to the front, without a branch on it: it is unpredictable.
+/// Partitions without a branch on the side, which is unpredictable.
 #[inline(always)]
 fn partition<S: Simd>(boxes: &mut [Box8], side: &Side<S>) -> usize {
     let mut first = 0;
@@ -254,8 +254,8 @@ fn partition<S: Simd>(boxes: &mut [Box8], side: &Side<S>) -> usize {
     first
 }
 
-/// Partitions both halves, then swaps what is on the wrong side. The resulting order depends on the boxes alone, not
-/// on the number of threads.
+/// Partitions both halves, then swaps what is on the wrong side. The resulting order depends only on the boxes, not on the
+/// number of threads.
 fn partition_parallel<S: Simd>(boxes: &mut [Box8], side: &Side<S>) -> usize {
     if boxes.len() <= CHUNK {
         return side.simd.call(

@@ -1,4 +1,4 @@
-//! Builds the binary tree top down and turns it into the shape of a wide tree.
+//! Builds the binary tree top down and converts it to the structure of a wide tree.
 //!
 //!   all boxes -> top: threads share each division -> subtrees of 1024 to 4096 primitives
 //!   subtree: built, planned and stored as slots of a wide tree by one thread, in its cache
@@ -19,8 +19,8 @@ use crate::{geometry::IndexedBlock, scene::Scene, simd::Simd};
 use rayon::prelude::*;
 use std::marker::PhantomData;
 
-/// Primitives of a subtree with a root of its own: few enough for the cache, and for all threads to have some.
-/// Depends on the scene and not on the number of threads, so that every machine builds the same tree.
+/// Maximum primitives of a subtree that one thread builds: few enough for its cache, and for all threads to have some. It
+/// does not depend on the number of threads, so that every machine builds the same tree.
 // Tried: see docs/lab-notes.md#subtrees
 pub(super) fn subtree_size(count: usize) -> usize {
     (count / 32).clamp(1024, 4096)
@@ -29,7 +29,7 @@ pub(super) fn subtree_size(count: usize) -> usize {
 /// Larger sets find their centres' box in parallel.
 pub(super) const PARALLEL: usize = 1 << 15;
 
-/// How many levels the [`Divider`] may decide above one of `count` primitives; sets are halved after that.
+/// The number of levels that the [`Divider`] decides in a tree of `count` primitives; below, sets are halved.
 fn most_levels(count: usize) -> u32 {
     3 * (usize::BITS - count.leading_zeros()) + 16
 }
@@ -68,7 +68,7 @@ impl Top {
     }
 }
 
-/// The tree above the subtrees, as something planned.
+/// The tree above the subtrees as a [`Planned`] tree.
 #[derive(Default)]
 pub(super) struct TopTree<'a>(PhantomData<&'a Top>);
 
@@ -87,13 +87,13 @@ impl<'a> Planned for TopTree<'a> {
     }
 }
 
-/// How many of what a tree has.
+/// Counts of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Counts {
     pub(super) nodes: usize,
     pub(super) triangle_blocks: usize,
     pub(super) sphere_blocks: usize,
-    /// Nodes on the longest way down.
+    /// Nodes on the longest path down.
     pub(super) depth: usize,
     /// Blocks of 1, 2, ... 8 primitives.
     pub(super) leaf_sizes: [usize; WIDTH],
@@ -109,7 +109,7 @@ impl Counts {
     }
 }
 
-/// A wide subtree without its boxes: the primitives have been put into the order of its leaves.
+/// A wide subtree without its boxes; the primitives are in the order of its leaves.
 pub(super) struct Subtree {
     /// Index of its first primitive.
     pub(super) first: usize,
@@ -120,7 +120,7 @@ pub(super) struct Subtree {
     pub(super) slots: Vec<Slot>,
 }
 
-/// A child of a node: an inner node, which comes next in line, or a block and where its primitives begin.
+/// A child of a node: an inner node, which follows in this order, or a block and where its primitives begin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slot(u32);
 
@@ -255,7 +255,7 @@ pub(super) fn build<S: Simd>(
 // Tuned: see docs/lab-notes.md#wide-blocks
 const WIDE: f32 = 16.0;
 
-/// What stays the same all over a tree.
+/// The parameters of a tree.
 #[derive(Clone, Copy)]
 struct Job<'a, S> {
     simd: S,
@@ -284,7 +284,7 @@ impl<S: Simd> Job<'_, S> {
         }
     }
 
-    /// Whether what fits a block may be better off in several: it is far wider than a bundle. (In a row along an axis
+    /// Whether a set that fits a block may still be divided, because it is far wider than a bundle. (In a row along an axis
     /// bundles have no width.)
     #[inline(always)]
     fn pays_to_divide(&self, count: usize, bounds: Box8) -> bool {
@@ -293,7 +293,7 @@ impl<S: Simd> Job<'_, S> {
     }
 }
 
-/// `levels`: how often the divider may still decide; sets are halved after that.
+/// `levels`: for how many more levels the divider decides; below, sets are halved.
 fn build_top<D: Divider, S: Simd>(
     boxes: &mut [Box8],
     first: usize,

@@ -1,6 +1,6 @@
 //! The machine that results are measured on.
 
-/// Returns the name of the processor if the system tells it, else its architecture.
+/// Returns the name of the processor if the system provides it, else its architecture.
 #[must_use]
 pub fn machine() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

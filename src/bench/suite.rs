@@ -1,4 +1,4 @@
-//! The benchmark scenes: typical kinds, generated from a seed, so that everybody has them.
+//! The benchmark scenes: typical kinds, generated from a seed, so that nothing must be shipped.
 
 use crate::{
     generate::{GenerateError, Kind, Options, View, generate},

@@ -1,5 +1,5 @@
-//! Small loops of the kernels, written without closures and adaptors: those are not always inlined, and do not inherit
-//! the instruction set of the kernel then.
+//! Small loops of the kernels, without closures and iterator adaptors: when those are not inlined, they do not inherit
+//! the kernel's instruction set.
 
 /// The set bits of a mask, lowest first.
 #[inline(always)]
@@ -13,7 +13,7 @@ pub(super) fn bits64(mask: u64) -> Bits {
     Bits(mask)
 }
 
-/// See [`bits`]. An iterator, since closures do not inherit the instruction set of the kernel they are written in.
+/// See [`bits`].
 pub(super) struct Bits(u64);
 
 impl Iterator for Bits {
@@ -37,7 +37,7 @@ pub(super) fn part<T>(all: &[T], i: usize, size: usize) -> &[T] {
     &all[(i * size).min(all.len())..((i + 1) * size).min(all.len())]
 }
 
-/// The axis of the largest number, the last of equal ones. Without closures, which are not always inlined.
+/// The axis of the largest number, the last of equal ones.
 #[inline(always)]
 pub(super) fn largest_axis(numbers: [f32; 3]) -> usize {
     let last = if numbers[2] >= numbers[1] { 2 } else { 1 };

@@ -16,7 +16,7 @@ use super::{
     frustum::BundleFrustum,
     origins::RayOrigins,
     pairs::Pairs,
-    room::RayLanes,
+    scratch::RayLanes,
     sheared::ShearedSpace,
     single::SingleRayTask,
     slabs::in_order,
@@ -36,9 +36,9 @@ pub(super) struct Culling<'a, V: Lanes> {
     pub entry: Option<&'a Node8>,
     /// Whether boxes are also tested ray by ray.
     pub exact: bool,
-    /// Whether few remaining rays become single-ray tasks.
+    /// Whether rays become single-ray tasks once few of a packet remain.
     pub regroup: bool,
-    /// The direction octant: by axis, 1 if all rays go down, 0 if up. `None` if they differ.
+    /// The direction octant: for each axis 1 if all rays are negative along it, 0 if positive. `None` if they differ.
     pub octant: Option<[u8; 3]>,
     /// For rays with separate origins.
     pub space: ShearedSpace,
@@ -56,7 +56,7 @@ impl<V: Lanes> Culling<'_, V> {
 }
 
 impl Tracer<'_> {
-    /// Traces `packets` through the whole tree; rays that part from the others become single-ray `tasks`.
+    /// Traces `packets` through the whole tree; rays that diverge from the others become single-ray `tasks`.
     #[inline(always)]
     pub(super) fn traverse_bundle<B: TriangleLeaf, V: RayLanes, O: RayOrigins, const ANY: bool>(
         &mut self,
@@ -69,7 +69,7 @@ impl Tracer<'_> {
         self.bundle_stack.clear();
         match culling.entry {
             Some(entry) if O::ARE_SHARED && !ANY => {
-                // A call of its own, as in `trace`.
+                // A separate call, as in `trace`.
                 simd.call(
                     #[inline(always)]
                     || self.push_children::<B, V, O>(simd, blocks, entry, culling, packets, limits),
@@ -90,7 +90,7 @@ impl Tracer<'_> {
                 continue;
             }
             for p in bits(taken) {
-                let t = self.rooms.of::<V>().packets[p % PACKETS].farthest::<V>(simd);
+                let t = self.scratch.of::<V>().packets[p % PACKETS].farthest::<V>(simd);
                 limits.set(p, culling.limit(p, t));
             }
         }
@@ -104,11 +104,11 @@ impl Tracer<'_> {
         packets: u32,
         culling: &Culling<'_, V>,
     ) -> (u32, Limits<V>) {
-        // Where packets' rays end, a row a packet, then a lane a packet; all packets at once.
+        // The ends of the packets' rays: first a row, then a lane per packet; all packets at once.
         let mut ends = [V::Triangles::splat(simd, 0.0); REGISTER_LANES];
-        let room = self.rooms.of::<V>();
+        let scratch = self.scratch.of::<V>();
         for p in bits(packets) {
-            ends[p % REGISTER_LANES] = V::load(simd, &room.packets[p % PACKETS].t).fold_max_to_16();
+            ends[p % REGISTER_LANES] = V::load(simd, &scratch.packets[p % PACKETS].t).fold_max_to_16();
         }
         let farthest = V::Triangles::largest_of_each(&ends);
         let can_hit = farthest.gt(V::Packets::splat(simd, 0.0));
@@ -151,7 +151,7 @@ impl Tracer<'_> {
                 }
             };
             if let Some(leaf) = due {
-                // Packets may have ended while it waited.
+                // Packets may have finished while it waited.
                 let packets = limits.reached(leaf);
                 if packets != 0 {
                     return Some(Entry { packets, ..leaf });
@@ -183,7 +183,7 @@ impl Tracer<'_> {
         match (culling.frustum, &seen) {
             // All of them are tested ray by ray.
             _ if !O::ARE_SHARED => {}
-            // A packet on its own fills the bundle's frustum.
+            // A single packet fills the bundle's frustum.
             (Some(frustum), Some(seen)) if culling.regroup => {
                 for c in bits(candidates) {
                     pairs.put(c, packets & frustum.packets_of(seen, c, limits.lanes()));
@@ -208,7 +208,7 @@ impl Tracer<'_> {
             };
             chosen = pairs.children() & !few;
             if culling.frustum.is_none() {
-                near8 = nearest8::<V>(simd, node, &pairs, &self.rooms.of::<V>().packets);
+                near8 = nearest8::<V>(simd, node, &pairs, &self.scratch.of::<V>().packets);
             }
         }
         let places = self.bvh.places(blocks);
@@ -225,7 +225,7 @@ impl Tracer<'_> {
         }
     }
 
-    /// Narrows `pairs` to those with a ray that enters. Returns the children that so few rays enter that they go on
+    /// Narrows `pairs` to those with a ray that enters. Returns the children that so few rays enter that they continue
     /// alone.
     #[inline(always)]
     fn enter_children<V: RayLanes, O: RayOrigins, const ONE_OCTANT: bool>(
@@ -238,8 +238,8 @@ impl Tracer<'_> {
         pairs: &mut Pairs,
     ) -> u32 {
         let planes = O::seen_planes(simd, in_order(node, culling.octant), self.origin);
-        let room = self.rooms.of::<V>();
-        let entering = O::entering::<V, ONE_OCTANT>(simd, &planes, pairs, candidates, packets, room);
+        let scratch = self.scratch.of::<V>();
+        let entering = O::entering::<V, ONE_OCTANT>(simd, &planes, pairs, candidates, packets, scratch);
         *pairs = entering.pairs;
         if !culling.regroup {
             return 0;
@@ -265,11 +265,11 @@ impl Tracer<'_> {
         few: u32,
         pairs: &Pairs,
     ) {
-        let room = self.rooms.of::<V>();
+        let scratch = self.scratch.of::<V>();
         for c in bits(few) {
             for p in bits(pairs.packets(c)) {
-                let live = room.packets[p % PACKETS].live_bits::<V>(simd);
-                let (near, lanes) = O::enter::<V, ONE_OCTANT>(simd, planes, c, p, room);
+                let live = scratch.packets[p % PACKETS].live_bits::<V>(simd);
+                let (near, lanes) = O::enter::<V, ONE_OCTANT>(simd, planes, c, p, scratch);
                 let mut nears = V::Memory::ZERO;
                 near.store(&mut nears);
                 for i in bits(lanes.bits() & live) {

@@ -1,5 +1,5 @@
-//! Surfaces that are cut out in parts, or through which light passes: what bundles find there does not count, and is
-//! looked for again, ray by ray.
+//! Cut-outs and half-transparent surfaces: hits that kernels find there are invalid, so those rays are traced again, one at
+//! a time.
 
 use super::{Found, HitSink, Tracer, bits, visit};
 use crate::{
@@ -17,7 +17,7 @@ impl<'a> Tracer<'a> {
         self
     }
 
-    /// Lets occlusion rays pass only where surfaces are cut out, not where little of them is seen; or no longer.
+    /// Lets occlusion rays pass only where surfaces are cut out, not where their opacity is low; or no longer.
     pub(crate) fn stopping_where_dimmed(&mut self, stops: bool) -> &mut Self {
         self.stops_where_dimmed = stops;
         if let Some(instances) = &mut self.instances {
@@ -36,7 +36,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Replaces the hits that do not count.
+    /// Replaces the hits in cut-outs.
     pub(super) fn pass_closest(
         &self,
         scene: &Scene,
@@ -60,7 +60,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Frees the rays that only hit what does not count. Cost: docs/lab-notes.md#cut-outs
+    /// Unblocks the rays that hit only cut-outs and surfaces that let light pass. Cost: docs/lab-notes.md#cut-outs
     pub(super) fn pass_occluded(
         &self,
         scene: &Scene,
@@ -95,7 +95,7 @@ pub(super) fn ray(origins: Origins<'_>, rays: &[RayPacket], p: usize, lane: usiz
     rays[p].ray(lane, origin)
 }
 
-/// The closest hit that counts; of equally near ones, the one with the lowest id.
+/// The closest hit outside cut-outs; of equally near ones, the one with the lowest id.
 pub(super) struct Closest<'a> {
     pub scene: &'a Scene,
     pub best: Hit,

@@ -1,14 +1,14 @@
 //! The dominant axis of rays: a [frustum](super::frustum) holds only rays that share it.
 //!
 //! Dominant axis and slopes along it are those of Wald, Ize, Kensler, Knoll and Parker, *Ray Tracing Animated Scenes
-//! using Coherent Grid Traversal*, 2006. Differs: a bundle with several is divided, by packets, instead of traced ray
-//! by ray.
+//! using Coherent Grid Traversal*, 2006. Differs: a bundle with several axes is divided into groups of packets instead of
+//! traced ray by ray.
 
 use super::{PACKETS, bits, largest_axis, rays::Packet};
 use crate::simd::{EightLanes, LaneMask, Lanes, Vec3Lanes};
 use glam::Vec3;
 
-/// All rays of a frustum go at least this much along its axis, else its slopes are too far apart to cull anything.
+/// Least component of a frustum's rays along its axis; below, its slopes are too far apart to cull anything.
 pub(super) const LEAST_ALONG_K: f32 = 0.3;
 
 /// The sum of all lanes, times a factor that depends on the width alone.
@@ -54,7 +54,7 @@ impl DominantAxis {
     }
 }
 
-/// As many of `packets` (a bit each) as share a dominant axis; `None` if no packet's rays do.
+/// The largest subset of `packets` (a bit each) that shares a dominant axis; `None` if no packet's rays do.
 // Tuned: see docs/lab-notes.md#dividing-bundles
 #[inline(always)]
 pub(super) fn largest_group<V: Lanes>(

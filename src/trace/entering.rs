@@ -16,7 +16,7 @@ use crate::{
 pub(super) struct Entering {
     /// Packets with rays that enter.
     pub pairs: Pairs,
-    /// Children that at least two rays of one packet enter; into others the rays go on alone.
+    /// Children that at least two rays of one packet enter; into others the rays continue as single-ray tasks.
     // Tuned: see docs/lab-notes.md#lone-rays
     pub more: u32,
 }
@@ -75,7 +75,7 @@ pub(super) fn entering_by_packet<V: Lanes, const ONE_OCTANT: bool>(
     states: &[Packet<V::Memory>; PACKETS],
     slabs: &[PacketSlabs<V::Memory>; PACKETS],
 ) -> Entering {
-    // The children of eight packets, a byte a packet.
+    // The children of eight packets, a byte per packet.
     let (mut low, mut high) = (0, 0);
     let mut more = 0;
     for p in bits(packets) {

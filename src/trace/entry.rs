@@ -1,8 +1,8 @@
 //! Entry nodes: where neighbouring bundles of camera rays start instead of at the root.
 //!
 //! The frustum of up to 1024 rays descends once and finds up to eight subtrees that any of them may meet; these
-//! become the children of a made-up node. Without subtrees the bundles hit nothing. After Reshetov, Soupikov
-//! and Hurley, *Multi-Level Ray Tracing Algorithm*, 2005, who find one subtree with all that is met.
+//! become the children of a virtual node. Without subtrees the bundles hit nothing. After Reshetov, Soupikov
+//! and Hurley, *Multi-Level Ray Tracing Algorithm*, 2005, who find a single subtree.
 // Tuned: see docs/lab-notes.md#entry-nodes
 
 use super::{bits, frustum::Frustum};
@@ -51,7 +51,7 @@ pub(super) fn entry_node<V8: EightLanes>(nodes: &[Node8], frustum: &Frustum<V8>)
             met[largest].area = -1.0;
             continue;
         }
-        // The last one takes the place of the opened one.
+        // The last one replaces the opened one.
         count -= 1;
         met[largest] = met[count];
         for opened in &opened[..more] {
@@ -150,7 +150,7 @@ mod tests {
         assert!(hit > 10_000, "{hit}");
     }
 
-    /// Triangles in a corner of what is looked at, from afar and from among them.
+    /// Triangles in a corner of the view, seen from afar and from among them.
     #[test]
     fn what_may_not_be_hit_is_not_hit() {
         let mut random = fastrand::Rng::with_seed(7);

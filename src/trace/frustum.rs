@@ -5,9 +5,9 @@
 //!   frustum = [a0, a1] x [b0, b1] x a box of origins
 //!
 //! Slopes need no division, no case for a direction of 0, and fewer operations than corner rays (Reshetov, Soupikov
-//! and Hurley 2005) or interval arithmetic on reciprocals (Boulos et al. 2006). They are widened so that whatever a
-//! ray hits by the canonical tests is inside: those let a ray miss a box by 14 half-ulps of its distance, and the
-//! arithmetic here rounds a few more times.
+//! and Hurley 2005) or interval arithmetic on reciprocals (Boulos et al. 2006). They are widened so that every hit of the
+//! canonical tests is inside: a hit may miss its box by 14 half-ulps of its distance, and the arithmetic here rounds a few
+//! more times.
 
 use super::{
     PACKETS, bits,
@@ -40,7 +40,7 @@ pub(super) fn is_near(lower: [f32; 3], upper: [f32; 3]) -> bool {
     is_near
 }
 
-/// The axes that stand for k, i and j, the direction of rays along k, and their origins.
+/// The axes k, i and j, the sign of the rays along k, and their origins.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub k: usize,
@@ -67,7 +67,7 @@ pub(super) struct BundleFrustum<V: Lanes> {
     most_along_k: Column,
 }
 
-/// A frustum a packet, a lane each, and what else only rays with a shared origin need.
+/// The packets' frusta, a lane each, and what else only rays with a shared origin need.
 #[derive(Clone, Copy, Debug)]
 struct PacketFrusta<P, V8> {
     slopes: Slopes<P>,
@@ -108,8 +108,8 @@ pub(super) fn origins<V: Lanes, O: RayOrigins>(
 
 impl<V: Lanes> BundleFrustum<V> {
     /// The frusta of `members` (a bit each) of the packets, or one for all of them with separate origins; `None` if
-    /// not all rays share the dominant axis. Directions are numbers. Lanes without a ray count too: they hold a
-    /// neighbour's direction.
+    /// not all rays share the dominant axis. Directions are not NaN. Lanes without a ray are included: they hold a neighbour's
+    /// direction.
     #[inline(always)]
     pub fn new<O: RayOrigins>(
         simd: V::Simd,
@@ -160,8 +160,7 @@ impl<V: Lanes> BundleFrustum<V> {
         })
     }
 
-    /// The axes i, j and k, the first two swapped if rays go down k, so that the handedness along the rays stays the
-    /// same.
+    /// The axes i, j and k, the first two swapped if rays are negative along k, to keep the handedness along the rays.
     #[inline(always)]
     pub fn axes(&self) -> [usize; 3] {
         let Frame { k, i, j, sign, .. } = self.all.frame;
@@ -177,7 +176,8 @@ impl<V: Lanes> BundleFrustum<V> {
         1.0 + steepest_a * steepest_a + steepest_b * steepest_b
     }
 
-    /// The direction octant: by axis, 1 if all rays go down, 0 if up; `None` if they differ, or nearly do.
+    /// The direction octant: for each axis 1 if all rays are negative along it, 0 if positive; `None` if they differ, or nearly
+/// do.
     #[inline(always)]
     pub fn octant(&self) -> Option<[u8; 3]> {
         let Frame { k, i, j, sign, .. } = self.all.frame;
@@ -200,7 +200,7 @@ impl<V: Lanes> BundleFrustum<V> {
         t * self.most_along_k.0[p & 15] * (1.0 + SLACK)
     }
 
-    /// [`q_limit`](Self::q_limit) of all packets, a lane a packet.
+    /// [`q_limit`](Self::q_limit) of all packets, a lane each.
     #[inline(always)]
     pub fn q_limits(&self, t: V::Packets) -> V::Packets {
         t * V::Packets::load(t.simd(), &self.most_along_k) * (1.0 + SLACK)
@@ -212,7 +212,7 @@ impl<V: Lanes> BundleFrustum<V> {
         self.all.children(node)
     }
 
-    /// The packets that may hit something in box `child` of `seen` before their limits (a lane a packet).
+    /// The packets that may hit something in box `child` of `seen` before their limits (a lane per packet).
     #[inline(always)]
     pub fn packets_of(&self, seen: &Seen<Eight<V>>, child: usize, q_limit: V::Packets) -> u32 {
         let Some(own) = &self.own else {
@@ -294,7 +294,7 @@ impl<V8: EightLanes> Frustum<V8> {
     }
 
     /// A frustum around rays from `origin`; `None` if they do not share the dominant axis. Uses the slopes of the box
-    /// of directions: no division a ray, and hardly wider for neighbouring pixels.
+    /// of directions: no division per ray, and hardly wider for neighbouring pixels.
     #[inline(always)]
     pub fn around(simd: V8::Simd, origin: Vec3, rays: &[RayPacket]) -> Option<Self> {
         let mut low = Vec3Lanes::splat(simd, Vec3::MAX);
@@ -309,7 +309,7 @@ impl<V8: EightLanes> Frustum<V8> {
         let least = [low[0].max(-high[0]), low[1].max(-high[1]), low[2].max(-high[2])];
         let k = largest_axis(least);
         let along = least[k];
-        // Some rays go the other way, or no ray is live.
+        // Some rays have the other sign, or no ray is live.
         if !(LEAST_ALONG_K..=1.5).contains(&along) {
             return None;
         }

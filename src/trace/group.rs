@@ -1,4 +1,4 @@
-//! Groups of packets, traced a bundle at a time: fills packets with rays, traces them, and hands out the results.
+//! Groups of packets, traced bundle by bundle: fills packets with rays, traces them, and writes the results.
 
 use super::{
     BUNDLE, PACKETS, Tracer, bits,
@@ -10,7 +10,7 @@ use super::{
     part,
     policy::RayKind,
     rays::{self, Packet},
-    room::RayLanes,
+    scratch::RayLanes,
     sheared::ShearedSpace,
     single,
     sink::ResultSink,
@@ -26,7 +26,7 @@ use glam::Vec3;
 
 /// Packets that are traced in one order.
 pub(super) struct Group<'a> {
-    /// First packet, and the end.
+    /// First packet, and one past the last.
     pub start: usize,
     pub end: usize,
     /// Camera rays: the node to start at instead of the root.
@@ -36,8 +36,8 @@ pub(super) struct Group<'a> {
     pub order: Option<&'a [u16]>,
 }
 
-/// Prefetches packet `i` of the rays, if there is one. Called for each packet as another is made ready, since a core
-/// has few outstanding misses.
+/// Prefetches packet `i` of the rays, if it exists. Called for one packet at a time while another is prepared, since a
+/// core has few outstanding misses.
 // Tuned: see docs/lab-notes.md#prefetch-rays
 #[inline(always)]
 pub(super) fn prefetch_rays(rays: &[RayPacket], origins: &[Vec3x8], i: usize) {
@@ -68,8 +68,7 @@ fn fill<V: RayLanes, O: RayOrigins>(
         for &i in members {
             prefetch_rays(rays, origins, i + ahead);
         }
-        // Lanes without a ray repeat the last ones, with an end of 0; eights beyond the vector's lanes repeat the
-        // first.
+        // Lanes without a ray repeat the last ray with an end of 0; eights beyond the vector's lanes repeat the first.
         let at = |eight: usize| members[(eight % each).min(members.len() - 1)];
         let from = [&rays[at(0)], &rays[at(1)], &rays[at(2)], &rays[at(3)]];
         let [a, b, c, d] = from;
@@ -86,8 +85,7 @@ fn fill<V: RayLanes, O: RayOrigins>(
 }
 
 impl Tracer<'_> {
-    /// Traces a group, a bundle at a time. It calls [`trace`](Self::trace) once, since all of traversal is inlined
-    /// there.
+    /// Traces a group bundle by bundle. Has only one call of [`trace`](Self::trace), which inlines all of traversal.
     // Tuned: see docs/lab-notes.md#one-traversal
     #[inline(always)]
     pub(super) fn trace_group<B: TriangleLeaf, V: RayLanes, A: ResultSink, O: RayOrigins, const ANY: bool>(
@@ -107,7 +105,7 @@ impl Tracer<'_> {
             1
         };
         let kind = O::kind(ANY);
-        // Never set for camera rays: said here so that none of it is compiled for those.
+        // Never set for camera rays; the test removes that code for them.
         let order = if kind == RayKind::Camera {
             None
         } else {
@@ -127,7 +125,7 @@ impl Tracer<'_> {
             None => 0,
         };
         loop {
-            let (packets, mut count) = (&mut self.rooms.of_mut::<V>().packets, 0);
+            let (packets, mut count) = (&mut self.scratch.of_mut::<V>().packets, 0);
             let mut bundle: &[u16] = &[];
             if let Some(order) = order {
                 bundle = &order[first..order.len().min(first + V::COUNT * PACKETS)];
@@ -166,7 +164,7 @@ impl Tracer<'_> {
                 break;
             }
             self.trace::<B, V, O, ANY>(simd, blocks, filled, group.entry);
-            let packets = &self.rooms.of::<V>().packets;
+            let packets = &self.scratch.of::<V>().packets;
             for (p, packet) in packets.iter().enumerate() {
                 results.scatter(simd, start, packet, part(bundle, p, V::COUNT));
             }
@@ -186,7 +184,7 @@ impl Tracer<'_> {
         entry: Option<&Node8>,
     ) {
         let all = (1_u32 << count) - 1;
-        let (lower, upper) = frustum::origins::<V, O>(simd, &self.rooms.of::<V>().packets[..], all);
+        let (lower, upper) = frustum::origins::<V, O>(simd, &self.scratch.of::<V>().packets[..], all);
         let is_near = frustum::is_near(lower, upper);
         let point = Vec3::from(lower);
         let extent = (Vec3::from(upper) - point).length();
@@ -198,8 +196,7 @@ impl Tracer<'_> {
             let (packets, frustum) = if is_single || !is_near {
                 (left, None)
             } else {
-                // Calls of their own: without optimisation all that is inlined into one function takes megabytes of its
-                // stack.
+                // Separate calls: without optimisation, one function with all inlined code takes megabytes of stack.
                 simd.call(
                     #[inline(always)]
                     || self.next_group::<V, O>(simd, left),
@@ -219,10 +216,10 @@ impl Tracer<'_> {
                 octant: frustum.as_ref().and_then(BundleFrustum::octant),
             };
             if !O::ARE_SHARED {
-                let room = self.rooms.of_mut::<V>();
+                let scratch = self.scratch.of_mut::<V>();
                 simd.call(
                     #[inline(always)]
-                    || room.see_apart(simd, packets, &culling),
+                    || scratch.see_apart(simd, packets, &culling),
                 );
             }
             self.traverse_bundle::<B, V, O, ANY>(simd, blocks, packets, &culling);
@@ -244,7 +241,7 @@ impl Tracer<'_> {
         simd: V::Simd,
         packets: u32,
     ) -> (u32, Option<BundleFrustum<V>>) {
-        let states = &self.rooms.of::<V>().packets;
+        let states = &self.scratch.of::<V>().packets;
         let mut group = (packets, DominantAxis::of_most::<V>(simd, states, packets));
         loop {
             let frustum = BundleFrustum::new::<O>(simd, states, group.0, group.1);
@@ -261,9 +258,9 @@ impl Tracer<'_> {
     /// Makes a single-ray task of each ray of `packets`.
     #[inline(always)]
     fn go_alone<V: RayLanes>(&mut self, simd: V::Simd, packets: u32) {
-        let room = self.rooms.of::<V>();
+        let scratch = self.scratch.of::<V>();
         for p in bits(packets) {
-            for i in bits(room.packets[p % PACKETS].live_bits::<V>(simd)) {
+            for i in bits(scratch.packets[p % PACKETS].live_bits::<V>(simd)) {
                 self.tasks.push(single::SingleRayTask {
                     ray: (p * V::COUNT + i) as u32,
                     child: self.bvh.root(),

@@ -1,8 +1,8 @@
-//! Instances: rays that meet the box of one are traced, as their images in its prototype's space, through the prototype's
-//! hierarchy. Scenes without instances never come here.
+//! Instances: a ray that meets an instance's box is transformed into the prototype's space (its image) and traced through
+//! the prototype's BVH. Scenes without instances never run this.
 //!
-//! An instance is hit only within its padded box, where both planes and hits are computed as for primitives: so whatever is
-//! culled holds no hit, and all ways of tracing find the same ones.
+//! An instance is hit only within its padded box, whose planes are computed as for primitives: so culled boxes hold no hit,
+//! and all tracing methods find the same hits.
 
 mod groups;
 mod images;
@@ -18,7 +18,7 @@ use crate::{
 };
 use glam::Vec3;
 
-/// A child of a node: the node's index times eight, and its place there.
+/// A child of a node: the node's index times eight, plus the child's index.
 type Slot = u32;
 
 /// What tracing needs of a scene with instances.
@@ -46,13 +46,13 @@ struct Met {
 }
 
 impl Met {
-    /// The distance in the scene of a hit of the image.
+    /// The scene's distance of a hit of the image.
     #[inline(always)]
     fn distance(&self, t: f32) -> f32 {
         self.image.in_scene(t).max(self.near).min(self.far)
     }
 
-    /// More than any t of the image whose distance is `t_max` or less.
+    /// A t of the image above all those whose distance is `t_max` or less.
     #[inline(always)]
     fn beyond(&self, t_max: f32) -> f32 {
         if self.far <= t_max {
@@ -62,7 +62,7 @@ impl Met {
         }
     }
 
-    /// The t of the image whose distance, and that of all that is farther, is `t_max` or more; 0 if all are.
+    /// The t of the image from which on all distances are `t_max` or more; 0 if all are.
     #[inline(always)]
     fn end(&self, t_max: f32) -> f32 {
         if self.near >= t_max || self.far <= 0.0 {
@@ -77,9 +77,9 @@ impl Met {
 
 /// Where the results of a group go.
 enum Results<'r> {
-    /// Closest hits, and the instances that they are in.
+    /// Closest hits and their instances.
     Closest(&'r mut [HitPacket], &'r mut [[u32; LANES]]),
-    /// Occlusion: a bit a lane.
+    /// Occlusion: a bit per lane.
     Any(&'r mut [u8]),
 }
 
@@ -92,7 +92,7 @@ impl Results<'_> {
         }
     }
 
-    /// How far rays go that may still hit something; negative for others.
+    /// The ends of rays that may still hit something; negative for others.
     #[inline(always)]
     fn ends<S: Simd>(&self, simd: S, p: usize, rays: &RayPacket) -> S::V8 {
         let end = simd.load(&rays.t_max);
@@ -121,7 +121,7 @@ impl Results<'_> {
         }
     }
 
-    /// Notes that a ray is blocked: it is done.
+    /// Marks a ray as blocked.
     #[inline(always)]
     fn block(&mut self, (packet, lane): (usize, usize), end: &mut f32) {
         if let Self::Any(occluded) = self {
@@ -167,7 +167,7 @@ impl<'a> Instances<'a> {
         }))
     }
 
-    /// Holds to a level.
+    /// Uses a level from now on.
     pub fn hold_to(&mut self, level: Level) {
         self.nested.hold_to(level);
     }
@@ -215,7 +215,7 @@ impl<'a> Instances<'a> {
         }
     }
 
-    /// Traces a group of rays together, if that is possible, or else each in its own way.
+    /// Traces a group of rays together, if they share their origin and stay together, else in waves.
     #[inline(always)]
     fn trace<S: Simd>(
         &mut self,
@@ -233,7 +233,7 @@ impl<'a> Instances<'a> {
         self.trace_in_waves(simd, origins, rays, results);
     }
 
-    /// Notes that the closest hits of these lanes of a packet are outside of any instance after all.
+    /// Clears the instances of these lanes' closest hits.
     pub fn forget(&mut self, packet: usize, lanes: u32) {
         for lane in bits(lanes) {
             self.found[packet][lane] = InstanceId::NONE.0;
@@ -248,7 +248,7 @@ impl<'a> Instances<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// Traces through another hierarchy from now on, not a deeper one than the first.
+    /// Traces through another BVH from now on, which is no deeper than the first.
     fn through(&mut self, bvh: &'a Bvh) {
         self.bvh = bvh;
     }
@@ -264,7 +264,7 @@ impl<'a> Tracer<'a> {
         self
     }
 
-    /// Lets rays hit all of `scene`, which the BVH was built from: planes and instances, too, but not what is cut out.
+    /// Lets rays hit all of `scene`, which the BVH was built from, with planes, instances and cut-outs.
     #[must_use]
     pub fn of_scene(self, scene: &'a Scene) -> Self {
         self.through_cut_outs(scene)
@@ -272,8 +272,7 @@ impl<'a> Tracer<'a> {
             .with_planes(scene)
     }
 
-    /// Returns the instances that the closest hits of the last call are in, raw values of [`InstanceId`]; nothing if the scene
-    /// has none.
+    /// Returns the instances of the last call's closest hits, raw values of [`InstanceId`]; empty if the scene has none.
     #[must_use]
     pub fn instances_hit(&self) -> &[[u32; LANES]] {
         self.instances.as_ref().map_or(&[], |instances| &instances.found)

@@ -1,9 +1,9 @@
 //! Leaf blocks against the packets of a bundle: triangles for rays with a shared origin (separate origins:
 //! [`sheared`](super::sheared)), spheres, and the canonical test.
 //!
-//!   two blocks -> edge functions from the origin, once for the bundle, a triangle a lane
+//!   two blocks -> edge functions from the origin, once per bundle, a lane per triangle
 //!     x bundle frustum, x packet frusta -> pairs of triangle and packet
-//!       x rays, a ray a lane -> candidates -> canonical test -> hits
+//!       x rays, a lane per ray -> candidates -> canonical test -> hits
 //!
 //! Triangles are culled by the maximum of their edge functions over a frustum, as in Dmitriev, Havran and Seidel 2004
 //! (*SIMD Shaft Culling*) and Benthin and Wald 2009. Differs: a lane is a triangle, a frustum a box of directions.
@@ -102,8 +102,8 @@ struct Functions {
     tolerance: Column,
     /// Minus the tolerance.
     lowest: Column,
-    /// The same and a half: a weight whose products are rounded first differs from the fused one by six half-ulps at
-    /// most, the tolerance is twenty.
+    /// One and a half times that: a weight with unfused products differs from the fused one by at most six half-ulps, and the
+    /// tolerance is twenty.
     least: Column,
 }
 
@@ -142,7 +142,7 @@ impl Functions {
         ]
     }
 
-    /// Whether a ray may have a candidate in slot `i`: the least weight of any must not be below [`Self::least`].
+    /// Whether a ray may have a candidate in slot `i`: no weight is below [`Self::least`].
     #[inline(always)]
     fn may_hit<V: Lanes>(&self, d: &Vec3Lanes<V>, i: usize) -> bool {
         let simd = d.x.simd();
@@ -155,9 +155,9 @@ impl Functions {
     }
 }
 
-/// Tests blocks against packets with a shared origin. Everything that depends on the origin alone is computed once,
-/// for all triangles; triangles outside the frustum and packets that miss a triangle are dropped. Returns the packets
-/// that may have taken a hit, in occlusion those that are done.
+/// Tests blocks against packets with a shared origin. What depends only on the origin is computed once for all packets;
+/// triangles outside the frustum and packets that miss a triangle are dropped. Returns the packets that may have taken a
+/// hit, in occlusion those that are done.
 #[inline(always)]
 pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     simd: V::Simd,
@@ -186,8 +186,8 @@ pub(super) fn shared_origin<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     {
         triangles &= frustum.triangles(&edges);
     }
-    // The triangles of each packet, a bit a slot. Words have their own loops and no index, so that they stay in
-    // registers.
+    // The triangles of each packet, a bit per slot. Each word has its own loop and no index, so that it stays in a
+    // register.
     let places = V::Triangles::COUNT;
     let packets_a_word = 64 / places;
     let mut pairs = [0_u64; PACKETS / 4];
@@ -255,7 +255,7 @@ fn stored<V: TriangleLanes>(v: Vec3Lanes<V>) -> Columns3 {
     columns
 }
 
-/// Sets the bits of packet `p` in `pairs`, with `each` packets a word. Without an index, so that both words stay in
+/// Sets the bits of packet `p` in `pairs`, with `each` packets per word. Without an index, so that both words stay in
 /// registers.
 #[inline(always)]
 fn put(pairs: &mut [u64; 2], p: usize, each: usize, bits: u32) {
@@ -311,7 +311,7 @@ pub(super) fn interval<V: Lanes>(
     }
 }
 
-/// The canonical test of triangle `i` of a block; twin of [`EdgeFunctions::intersect`]. `tolerance`: negative, then
+/// The canonical test of triangle `i` of a block, like [`EdgeFunctions::intersect`]. `tolerance`: negative, then
 /// positive. `bounds`: the rays' interval in its padded box. Returns whether a lane may have taken it, in occlusion
 /// whether all lanes are done.
 // Tuned: see docs/lab-notes.md#occlusion-without-branches

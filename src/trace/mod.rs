@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! rays -> packets of 8, 16 or 32 -> bundles of up to 16 packets, which share one traversal (group, bundle)
-//!                                -> incoherent rays: sorted first (order), or one by one (single)
+//!                                -> incoherent rays: sorted first (order), or single rays (single)
 //!      -> result sink, in the order of the rays (sink)
 //! ```
-//! All ways find the same hits, bit for bit: they differ only in which boxes they skip, and skipped boxes hold no
-//! hit. A [`Tracer`] chooses among them by how coherent the last rays were (policy). Measurements: docs/lab-notes.md.
+//! All methods find the same hits, bit for bit: they differ only in the boxes that they skip, and skipped boxes hold no
+//! hit. A [`Tracer`] chooses by how coherent the last rays were (policy). Measurements: docs/lab-notes.md.
 
 mod bits;
 mod bundle;
@@ -25,7 +25,7 @@ mod pairs;
 mod planes;
 mod policy;
 mod rays;
-mod room;
+mod scratch;
 mod run;
 mod sheared;
 mod single;
@@ -50,16 +50,15 @@ use instances::Instances;
 use origins::{RayOrigins, Separate, Shared};
 use policy::CoherencePolicy;
 pub use policy::Method;
-use room::Rooms;
+use scratch::Scratch;
 use sink::ResultSink;
 pub(crate) use visit::{Found, HitSink, visit};
 
-/// Packets of a bundle at most: the lanes of the widest register.
+/// Maximum packets of a bundle: the lanes of the widest register.
 // Tuned: see docs/lab-notes.md#bundle-packets
 const PACKETS: usize = REGISTER_LANES;
 
-/// The most [`RayPacket`]s that are traced together. Calls with a multiple of it, of neighbours in space, are
-/// fastest.
+/// The most [`RayPacket`]s that are traced together. Calls with a multiple of it are fastest.
 pub const BUNDLE: usize = 2 * BUNDLE_OF_16;
 
 /// The most [`RayPacket`]s of a bundle whose packets hold sixteen rays.
@@ -77,12 +76,12 @@ pub struct Tracer<'a> {
     /// See [`Self::stopping_where_dimmed`].
     stops_where_dimmed: bool,
     instances: Option<Box<Instances<'a>>>,
-    /// Planes that rays hit beside what the BVH holds, and the id of the first.
+    /// Infinite planes, and the id of the first.
     planes: &'a [Plane],
     first_plane: PrimitiveId,
     policy: CoherencePolicy,
     level: Level,
-    rooms: Rooms,
+    scratch: Scratch,
     /// The origin of rays that share it.
     origin: Vec3,
     /// Candidates of rays with separate origins.
@@ -94,13 +93,13 @@ pub struct Tracer<'a> {
 }
 
 impl<'a> Tracer<'a> {
-    /// Creates a tracer that chooses its way by itself.
+    /// Creates a tracer that chooses among all methods.
     #[must_use]
     pub fn new(bvh: &'a Bvh) -> Self {
         Self::with_method(bvh, Method::Adaptive)
     }
 
-    /// Creates a tracer that is held to one way, to compare them.
+    /// Creates a tracer that uses only one method, for comparison.
     #[must_use]
     pub fn with_method(bvh: &'a Bvh, method: Method) -> Self {
         let size = bvh.stack_size();
@@ -113,7 +112,7 @@ impl<'a> Tracer<'a> {
             first_plane: PrimitiveId::NONE,
             policy: CoherencePolicy::new(method),
             level: Level::current(),
-            rooms: Rooms::new(),
+            scratch: Scratch::new(),
             origin: Vec3::ZERO,
             candidates: Box::new(sheared::Candidates::EMPTY),
             bundle_stack: Vec::with_capacity(size),
@@ -123,14 +122,14 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Holds the tracer to a level; else it uses the [current](Level::current) one. All give the same hits.
+    /// Sets the instruction set, by default the [current](Level::current) level. All give the same hits.
     #[must_use]
     pub fn at_level(mut self, level: Level) -> Self {
         self.hold_to(level);
         self
     }
 
-    /// Does what [`at_level`](Self::at_level) does.
+    /// As [`at_level`](Self::at_level), in place.
     pub(crate) fn hold_to(&mut self, level: Level) {
         self.level = level;
         if let Some(instances) = &mut self.instances {
@@ -167,7 +166,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Finds whether anything is hit before each ray's end: a bit a lane.
+    /// Finds whether anything is hit before each ray's end: a bit per lane.
     ///
     /// # Panics
     /// If `rays` and `occluded`, or separate origins, differ in length.
@@ -256,7 +255,7 @@ impl<'a> Tracer<'a> {
                     .is_some_and(|instanced| is_met(instanced.nodes()))
     }
 
-    /// Where camera rays start instead of the root, if that is known.
+    /// The entry node of camera rays, if there is one.
     #[inline(always)]
     fn entry<S: Simd>(&self, simd: S, rays: &[RayPacket]) -> Option<Node8> {
         if rays.len() <= BUNDLE_OF_16 {

@@ -1,11 +1,11 @@
-//! Sorts rays by direction, so that bundles hold rays that go the same way.
+//! Sorts rays by direction, so that bundles hold rays of similar directions.
 //!
-//!   512 packets -> key a ray -> counting sort -> packets of sorted rays -> results scattered back
+//!   512 packets -> a key per ray -> counting sort -> packets of sorted rays -> results scattered back
 //!     mirror rays: 24 squares of a cube map (`by_direction`)
 //!     shadow rays: 32 x 32 cells of an octahedron around the light, in Z order (`by_place`)
 //!
-//! After Boulos et al., *Adaptive Ray Packet Reordering*, 2008. Differs: one sort of a few thousand rays, only where
-//! the rays of single packets diverge and earlier rays were expensive.
+//! After Boulos et al., *Adaptive Ray Packet Reordering*, 2008. Differs: one sort of a few thousand rays, only if packets
+//! diverge and earlier rays were expensive.
 // Tuned: see docs/lab-notes.md#sorted-mirror-rays and #sorted-shadow-rays
 
 use super::largest_axis;
@@ -24,14 +24,14 @@ const SQUARES: usize = 6 * 4;
 
 /// Sorting pays if one packet in this many has rays through more than one face.
 const MIXED: usize = 4;
-/// One in this many packets is sampled to find that out.
-const ASKED: usize = 8;
+/// One in this many packets is sampled for these decisions.
+const SAMPLED: usize = 8;
 
 /// Cells along either side of the square in which rays with a shared origin are sorted.
 const CELLS: usize = 32;
 
-/// A packet is spread if the square around its rays' targets is larger than this many times its share of the square
-/// around all. (At most about twice its share on a smooth surface.)
+/// A packet is spread if the square around its rays' targets exceeds its share of the square around all targets by this
+/// factor. (On a smooth surface it is at most about 2.)
 const SPREAD: f32 = 2.5;
 
 /// Sorting rays with a shared origin pays if one packet in this many is spread.
@@ -128,12 +128,12 @@ impl Sorted {
     /// returns `false` if that would not pay.
     #[inline(always)]
     pub fn by_direction<S: Simd>(&mut self, simd: S, rays: &[RayPacket]) -> bool {
-        let asked = rays.iter().step_by(ASKED);
+        let sampled = rays.iter().step_by(SAMPLED);
         let mut mixed = 0;
-        for rays in asked.clone() {
+        for rays in sampled.clone() {
             mixed += usize::from(is_mixed(simd, rays));
         }
-        if mixed * MIXED < asked.len() {
+        if mixed * MIXED < sampled.len() {
             return false;
         }
         for (p, rays) in rays.iter().enumerate() {
@@ -157,10 +157,10 @@ impl Sorted {
         if rays.len() < FEWEST {
             return false;
         }
-        let octahedron = Octahedron::toward(sum_of_live(simd, rays.iter().step_by(ASKED)));
+        let octahedron = Octahedron::toward(sum_of_live(simd, rays.iter().step_by(SAMPLED)));
         let (mut lower, mut upper) = ([1.0_f32; 2], [-1.0_f32; 2]);
-        let mut sizes = [0.0_f32; PACKETS / ASKED];
-        for (size, rays) in sizes.iter_mut().zip(rays.iter().step_by(ASKED)) {
+        let mut sizes = [0.0_f32; PACKETS / SAMPLED];
+        for (size, rays) in sizes.iter_mut().zip(rays.iter().step_by(SAMPLED)) {
             let live = simd.load(&rays.t_max).gt(simd.splat(0.0));
             let places = octahedron.places(simd, rays);
             for i in 0..2 {
@@ -175,7 +175,7 @@ impl Sorted {
             .max(f32::MIN_POSITIVE);
         let share = SPREAD / rays.len() as f32 * size * size;
         let spread = sizes.iter().filter(|&&of| of * of > share).count();
-        if spread * SPREAD_ONE_IN < rays.len().div_ceil(ASKED) {
+        if spread * SPREAD_ONE_IN < rays.len().div_ceil(SAMPLED) {
             return false;
         }
         for (p, rays) in rays.iter().enumerate() {
@@ -273,7 +273,7 @@ fn squares<S: Simd>(simd: S, rays: &RayPacket) -> S::V8 {
     let face = face + below(pick!(d.x, d.y, d.z)) * 4.0;
     let a = below(pick!(d.y, d.z, d.x));
     let b = below(pick!(d.z, d.x, d.y));
-    // In range even where a direction is not a number.
+    // In range even if a direction is NaN.
     (face + a + b + b).min(simd.splat((SQUARES - 1) as f32))
 }
 
@@ -313,7 +313,7 @@ mod tests {
         assert_eq!(order, [0, 1, 2, 3, 4, 5, 6, 7, 16, 17, 18, 19, 20, 21, 22, 23]);
     }
 
-    /// Packets of rays toward a square, as wide as one in `parts` of it.
+    /// Packets of rays toward a square, each as wide as one of `parts` parts of it.
     fn toward(parts: usize, from: Vec3, u: Vec3, v: Vec3) -> Vec<RayPacket> {
         let mut random = fastrand::Rng::with_seed(1);
         let directions: Vec<[Vec3; LANES]> = (0..PACKETS)

@@ -1,4 +1,4 @@
-//! Rays that share their origin, and rays that have origins of their own: what is done differently.
+//! The differences between rays with a shared origin and rays with separate origins.
 
 use super::{
     Tracer,
@@ -7,7 +7,7 @@ use super::{
     leaf::{self, Leaves},
     pairs::Pairs,
     policy::{ENTRY_PACKETS, RayKind},
-    room::{RayLanes, Room},
+    scratch::{RayLanes, BundleScratch},
     sheared,
     slabs::enter,
     stack::{DeferredLeaves, Entry, Limits},
@@ -24,7 +24,7 @@ use glam::Vec3;
 pub(super) trait RayOrigins {
     const ARE_SHARED: bool;
 
-    /// What rays of these have in common.
+    /// The kind of rays with these origins.
     #[inline(always)]
     fn kind(is_any: bool) -> RayKind {
         RayKind::of(Self::ARE_SHARED, is_any)
@@ -43,7 +43,7 @@ pub(super) trait RayOrigins {
         pairs: &Pairs,
         candidates: u32,
         packets: u32,
-        room: &Room<V::Memory>,
+        scratch: &BundleScratch<V::Memory>,
     ) -> Entering;
 
     /// A lower bound on where the rays of packet `p` enter child `c`, and the rays that do.
@@ -52,10 +52,10 @@ pub(super) trait RayOrigins {
         planes: &[F32x8; 6],
         c: usize,
         p: usize,
-        room: &Room<V::Memory>,
+        scratch: &BundleScratch<V::Memory>,
     ) -> (V, V::Mask);
 
-    /// Tests a leaf, perhaps with another one that waits. Returns the packets whose ends came nearer; in occlusion,
+    /// Tests a leaf, perhaps together with another deferred one. Returns the packets whose ends came nearer, in occlusion
     /// those that are done.
     fn visit_leaf<B: TriangleLeaf, V: RayLanes, const ANY: bool>(
         tracer: &mut Tracer<'_>,
@@ -100,9 +100,9 @@ impl RayOrigins for Shared {
         pairs: &Pairs,
         _: u32,
         _: u32,
-        room: &Room<V::Memory>,
+        scratch: &BundleScratch<V::Memory>,
     ) -> Entering {
-        entering::<V, ONE_OCTANT>(simd, planes, pairs, &room.packets)
+        entering::<V, ONE_OCTANT>(simd, planes, pairs, &scratch.packets)
     }
 
     #[inline(always)]
@@ -111,9 +111,9 @@ impl RayOrigins for Shared {
         planes: &[F32x8; 6],
         c: usize,
         p: usize,
-        room: &Room<V::Memory>,
+        scratch: &BundleScratch<V::Memory>,
     ) -> (V, V::Mask) {
-        enter::<V, ONE_OCTANT>(simd, planes, c, &room.packets[p % super::PACKETS])
+        enter::<V, ONE_OCTANT>(simd, planes, c, &scratch.packets[p % super::PACKETS])
     }
 
     #[inline(always)]
@@ -145,7 +145,7 @@ impl RayOrigins for Shared {
         let count = 1 + usize::from(second.1 != 0);
         let met = (leaf.packets.count_ones() + second.1.count_ones()) as usize;
         tracer.policy.visited(count, met);
-        let packets = &mut tracer.rooms.of_mut::<V>().packets;
+        let packets = &mut tracer.scratch.of_mut::<V>().packets;
         simd.call(
             #[inline(always)]
             || leaf::shared_origin::<B, V, ANY>(simd, blocks, leaves, culling, packets),
@@ -177,9 +177,9 @@ impl RayOrigins for Separate {
         _: &Pairs,
         candidates: u32,
         packets: u32,
-        room: &Room<V::Memory>,
+        scratch: &BundleScratch<V::Memory>,
     ) -> Entering {
-        entering_by_packet::<V, ONE_OCTANT>(simd, planes, candidates, packets, &room.packets, &room.slabs)
+        entering_by_packet::<V, ONE_OCTANT>(simd, planes, candidates, packets, &scratch.packets, &scratch.slabs)
     }
 
     #[inline(always)]
@@ -188,11 +188,11 @@ impl RayOrigins for Separate {
         planes: &[F32x8; 6],
         c: usize,
         p: usize,
-        room: &Room<V::Memory>,
+        scratch: &BundleScratch<V::Memory>,
     ) -> (V, V::Mask) {
         let p = p % super::PACKETS;
-        room.slabs[p]
-            .load::<V>(simd, &room.packets[p])
+        scratch.slabs[p]
+            .load::<V>(simd, &scratch.packets[p])
             .enter::<ONE_OCTANT>(planes, c)
     }
 
@@ -206,8 +206,8 @@ impl RayOrigins for Separate {
         culling: &Culling<'_, V>,
         _: Limits<V>,
     ) -> u32 {
-        let (room, candidates) = (tracer.rooms.of_mut::<V>(), &mut tracer.candidates);
-        let (lines, states) = (&room.sheared, &mut room.packets);
+        let (scratch, candidates) = (tracer.scratch.of_mut::<V>(), &mut tracer.candidates);
+        let (lines, states) = (&scratch.sheared, &mut scratch.packets);
         let leaf = (leaf.child, leaf.packets);
         simd.call(
             #[inline(always)]

@@ -22,7 +22,7 @@ impl Pairs {
         self.high |= bits & is_high;
     }
 
-    /// From the children of packets 0 to 7 and of 8 to 15, a byte a packet.
+    /// From the children of packets 0 to 7 and of 8 to 15, a byte per packet.
     #[inline(always)]
     pub fn of_packets(low: u64, high: u64) -> Self {
         let (first, second) = (transposed(low), transposed(high));
@@ -48,14 +48,14 @@ impl Pairs {
     }
 }
 
-/// Of four times sixteen bits, each one's lowest: whether they are not 0.
+/// The lowest bit of each group of sixteen tells whether the group is not 0.
 #[inline(always)]
 fn nonzero(word: u64) -> u64 {
     const LOW: u64 = 0x7fff_7fff_7fff_7fff;
     ((((word & LOW) + LOW) | word) & !LOW) >> 15
 }
 
-/// Eight rows of eight bits with rows and columns exchanged (Warren, *Hacker's Delight*, 7-3).
+/// Transposes eight rows of eight bits (Warren, *Hacker's Delight*, 7-3).
 #[inline(always)]
 fn transposed(mut rows: u64) -> u64 {
     for (by, those) in [
@@ -69,7 +69,7 @@ fn transposed(mut rows: u64) -> u64 {
     rows
 }
 
-/// The four low bytes, each with a byte of room above it.
+/// The four low bytes, each with a zero byte above it.
 #[inline(always)]
 fn spread(bytes: u64) -> u64 {
     let pairs = ((bytes & 0xffff) | bytes << 16) & 0x0000_ffff_0000_ffff;

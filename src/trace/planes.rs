@@ -31,13 +31,13 @@ impl<'a> Tracer<'a> {
         })
     }
 
-    /// Whether plane `i` is not there, for it is not opaque enough.
+    /// Whether rays pass plane `i` because it is not opaque enough.
     fn is_missing(&self, i: u32, passes: impl Fn(&Scene, PrimitiveId, [f32; 2]) -> bool) -> bool {
         let id = PrimitiveId(self.first_plane.0 + i);
         self.cut_outs.is_some_and(|scene| passes(scene, id, [0.0; 2]))
     }
 
-    /// Replaces hits that are behind a plane. At equal distances primitives count, for their ids are lower.
+    /// Replaces hits that are behind a plane. At equal distances primitives win, because their ids are lower.
     #[inline(always)]
     pub(super) fn planes_closest<S: Simd>(
         &mut self,

@@ -1,17 +1,17 @@
-//! Decides how the next rays are grouped, by how coherent the last ones were.
+//! The coherence policy: decides how the next rays are grouped, by how coherent the last ones were.
 //!
 //! ```text
-//! kind of rays, cost of the last groups -> how many at a time; as they come or sorted; bundles or one by one
+//! kind of rays, cost of the last groups -> group size; unsorted or sorted; bundles or single rays
 //! ```
-//! Every heuristic of tracing that looks back is here. Hits never depend on it, only time does.
+//! Every heuristic that depends on earlier rays is here. It changes only the time, never the hits.
 
 /// Selects a traversal method; all give the same hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Whichever fits the rays: bundles, packets or single rays.
+    /// Bundles, packets or single rays, whichever suits the rays.
     #[default]
     Adaptive,
-    /// Packets on their own, never bundles or single rays.
+    /// Each packet by itself, never bundles or single rays.
     Packet,
     /// One ray against eight boxes, eight primitives at a time.
     Single,
@@ -24,7 +24,7 @@ pub(super) enum RayKind {
     Camera,
     /// One origin, any hit: shadow rays, from the light.
     Shadow,
-    /// Origins of their own: mirror rays and the like.
+    /// Separate origins: mirror rays and the like.
     Separate,
 }
 
@@ -43,7 +43,7 @@ impl RayKind {
 /// 256 rays, or eight of 128.
 pub(super) const ENTRY_PACKETS: usize = 128;
 
-/// How many groups skip sorting after it did not help.
+/// Groups that skip sorting after it did not help.
 const SKIPPED_SORTS: u32 = 8;
 
 /// A single ray through a subtree costs about as much as this many packets at a leaf.
@@ -53,8 +53,8 @@ const ALONE: usize = 8;
 // Tuned: see docs/lab-notes.md#sorted-shadow-rays
 const HIGH_X10: usize = 5;
 
-/// After an incoherent bundle this many go ray by ray before another is tried; the count doubles up to the maximum
-/// each time that one is incoherent again.
+/// After an incoherent bundle this many are traced as single rays before another bundle is tried; the count doubles up to
+/// the maximum each time that one is incoherent again.
 const SKIPPED_BUNDLES: std::ops::RangeInclusive<u32> = 3..=48;
 
 /// How rays are grouped.
@@ -65,10 +65,10 @@ pub(super) struct CoherencePolicy {
     backoff: [Backoff; 3],
     /// How many groups still skip sorting.
     skipped_sorts: u32,
-    /// Of the last group of shadow rays, whichever light it came from.
-    effort: Effort,
-    /// Of the current bundle.
-    visits: Visits,
+    /// The cost of the last group of shadow rays, from any light.
+    shadow_cost: BundleCost,
+    /// Leaves visited by the current bundle.
+    leaf_statistics: LeafStatistics,
 }
 
 impl CoherencePolicy {
@@ -77,8 +77,8 @@ impl CoherencePolicy {
             method,
             backoff: <[Backoff; 3]>::default(),
             skipped_sorts: 0,
-            effort: Effort::default(),
-            visits: Visits::default(),
+            shadow_cost: BundleCost::default(),
+            leaf_statistics: LeafStatistics::default(),
         }
     }
 
@@ -87,7 +87,7 @@ impl CoherencePolicy {
         self.method = method;
     }
 
-    /// Returns the method that was asked for.
+    /// Returns the selected method.
     pub fn method(&self) -> Method {
         self.method
     }
@@ -101,7 +101,7 @@ impl CoherencePolicy {
         }
     }
 
-    /// Returns whether a group of camera rays starts at a node of its own.
+    /// Returns whether a group of camera rays starts at an entry node.
     #[inline(always)]
     pub fn shares_entry(&self, kind: RayKind) -> bool {
         kind == RayKind::Camera && self.method == Method::Adaptive
@@ -112,7 +112,7 @@ impl CoherencePolicy {
     pub fn wants_sorting(&mut self, kind: RayKind) -> bool {
         let pays = match kind {
             RayKind::Camera => false,
-            RayKind::Shadow => std::mem::take(&mut self.effort).is_high(),
+            RayKind::Shadow => std::mem::take(&mut self.shadow_cost).is_high(),
             RayKind::Separate => {
                 let is_skipped = self.skipped_sorts > 0;
                 self.skipped_sorts = self.skipped_sorts.saturating_sub(1);
@@ -122,7 +122,7 @@ impl CoherencePolicy {
         pays && self.method == Method::Adaptive
     }
 
-    /// Notes that a sorted group was traced: where bundles were incoherent even so, sorting was in vain.
+    /// Records that a sorted group was traced: if bundles were still incoherent, sorting was in vain.
     #[inline(always)]
     pub fn traced_sorted(&mut self, kind: RayKind) {
         if kind == RayKind::Separate && self.backoff[kind as usize].is_on() {
@@ -130,28 +130,28 @@ impl CoherencePolicy {
         }
     }
 
-    /// Returns whether packets form bundles, which few remaining rays leave to go on alone.
+    /// Returns whether packets form bundles, whose last few rays continue as single-ray tasks.
     #[inline(always)]
     pub fn is_bundled(&self) -> bool {
         self.method != Method::Packet
     }
 
-    /// Begins a bundle. Returns whether its rays go one by one from the root on.
+    /// Begins a bundle. Returns whether its rays are traced as single rays from the root.
     #[inline(always)]
     pub fn begin_bundle(&mut self, kind: RayKind) -> bool {
-        self.visits = Visits::default();
+        self.leaf_statistics = LeafStatistics::default();
         self.method == Method::Single || self.is_bundled() && self.backoff[kind as usize].is_on()
     }
 
     /// Counts one or two leaves, visited by `packets`, with a shared origin.
     #[inline(always)]
     pub fn visited(&mut self, leaves: usize, packets: usize) {
-        self.visits.leaves += leaves;
-        self.visits.packets += packets;
+        self.leaf_statistics.leaves += leaves;
+        self.leaf_statistics.packets += packets;
     }
 
-    /// Ends a bundle of `rays`, of which `alone` went on alone, some of them more than once. `is_small`: less than half
-    /// of a bundle, as at a picture's edge, which says nothing about others.
+    /// Ends a bundle of `rays` with `alone` single-ray tasks, several for some rays. `is_small`: less than half of a bundle, as
+    /// at a picture's edge, which says nothing about others.
     #[inline(always)]
     pub fn end_bundle(&mut self, kind: RayKind, rays: usize, alone: usize, was_single: bool, is_small: bool) {
         let backoff = &mut self.backoff[kind as usize];
@@ -160,23 +160,23 @@ impl CoherencePolicy {
         } else if kind == RayKind::Separate {
             backoff.tried(alone > rays);
         } else if !is_small {
-            backoff.tried(self.visits.are_incoherent(kind, rays));
+            backoff.tried(self.leaf_statistics.are_incoherent(kind, rays));
         }
         if kind == RayKind::Shadow {
-            self.effort.add(rays, self.visits.packets, alone);
+            self.shadow_cost.add(rays, self.leaf_statistics.packets, alone);
         }
     }
 }
 
 /// Counts the leaves that bundles visited.
 #[derive(Clone, Copy, Debug, Default)]
-struct Visits {
+struct LeafStatistics {
     leaves: usize,
     /// Packets that visited them, summed over the leaves.
     packets: usize,
 }
 
-impl Visits {
+impl LeafStatistics {
     /// Whether a bundle of `rays` from one origin was incoherent: more than two leaves per ray, and fewer than two
     /// packets per leaf (one and a half for occlusion). Triangles are then far smaller than the gaps between its rays.
     // Tuned: see docs/lab-notes.md#incoherent-bundles
@@ -188,7 +188,7 @@ impl Visits {
 
 /// The cost of bundles with a shared origin.
 #[derive(Clone, Copy, Debug, Default)]
-struct Effort {
+struct BundleCost {
     rays: usize,
     /// Packets at leaves, summed over the leaves.
     packets: usize,
@@ -196,7 +196,7 @@ struct Effort {
     alone: usize,
 }
 
-impl Effort {
+impl BundleCost {
     /// Adds a bundle.
     #[inline(always)]
     fn add(&mut self, rays: usize, packets: usize, alone: usize) {
@@ -211,11 +211,11 @@ impl Effort {
     }
 }
 
-/// Counts the bundles that still go ray by ray.
+/// Counts the bundles that are still to be traced as single rays.
 #[derive(Debug, Default)]
 struct Backoff {
     left: u32,
-    /// The count of the last time; 0 if the last bundle was coherent.
+    /// The previous count; 0 if the last bundle was coherent.
     before: u32,
 }
 
@@ -224,12 +224,12 @@ impl Backoff {
         self.left > 0
     }
 
-    /// Notes that a bundle went ray by ray.
+    /// Records that a bundle was traced as single rays.
     fn one_less(&mut self) {
         self.left = self.left.saturating_sub(1);
     }
 
-    /// Notes that a bundle was tried.
+    /// Records that a bundle was tried.
     fn tried(&mut self, was_incoherent: bool) {
         if was_incoherent {
             let (least, most) = (*SKIPPED_BUNDLES.start(), *SKIPPED_BUNDLES.end());

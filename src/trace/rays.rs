@@ -1,6 +1,6 @@
-//! A packet of eight, sixteen or thirty-two rays on its way through the tree, and its best hits so far.
+//! A packet of eight, sixteen or thirty-two rays during traversal, with its best hits so far.
 //!
-//! Each field is a vector in memory, a lane a ray; `set` fills it from [`RayPacket`]s and `gather` from sorted rays.
+//! Each field is a vector in memory, a lane per ray; `set` fills it from [`RayPacket`]s and `gather` from sorted rays.
 //! (Packets: Wald, Slusallek, Benthin and Wagner, *Interactive Rendering with Coherent Ray Tracing*, 2001.)
 
 use super::{bits, origins::RayOrigins};
@@ -148,7 +148,7 @@ impl<M: Memory> Packet<M> {
         V::load(simd, &self.t).gt(V::splat(simd, 0.0))
     }
 
-    /// [`live`](Self::live), a bit a lane.
+    /// [`live`](Self::live), a bit per lane.
     #[inline(always)]
     pub fn live_bits<V: Lanes<Memory = M>>(&self, simd: V::Simd) -> u32 {
         self.live::<V>(simd).bits()

@@ -1,11 +1,11 @@
-//! Picks the kernel (lanes, leaf layout) and the groups for a call's rays.
+//! Chooses the kernel (lanes, leaf layout) and the groups for the rays of a call.
 
 use super::{
     Tracer,
     group::{Group, prefetch_rays},
     origins::RayOrigins,
     policy::{ENTRY_PACKETS, RayKind},
-    room::{RayLanes, Widths},
+    scratch::{RayLanes, Widths},
     sink::{AHEAD, ResultSink},
 };
 use crate::{
@@ -23,11 +23,11 @@ struct Work<'a, A> {
     /// Empty if they are shared.
     origins: &'a [Vec3x8],
     results: A,
-    /// The first packet that is not traced yet.
+    /// The next packet to trace.
     next: usize,
 }
 
-/// Copies rays and their origins, without those that are not valid. With a shared origin, `origins` is empty.
+/// Copies rays and their origins, without the invalid ones. With a shared origin, `origins` is empty.
 #[cold]
 fn without_invalid(
     rays: &[RayPacket],
@@ -100,8 +100,7 @@ impl Tracer<'_> {
         }
     }
 
-    /// Traces as the packets come, or sorted by direction. Returns early if there is an invalid ray among the next
-    /// ones.
+    /// Traces packets in order, or sorted by direction. Returns early if one of the next rays is invalid.
     #[inline(always)]
     fn run<'w, B: TriangleLeaf, V: RayLanes, A: ResultSink, O: RayOrigins, const ANY: bool>(
         &mut self,
@@ -117,9 +116,9 @@ impl Tracer<'_> {
         } = work;
         if O::ARE_SHARED {
             let origin = self.origin;
-            self.rooms.of_mut::<V>().start_at::<V>(simd, origin);
+            self.scratch.of_mut::<V>().start_at::<V>(simd, origin);
         } else {
-            self.rooms.of_mut::<V>().start_apart();
+            self.scratch.of_mut::<V>().start_apart();
         }
         let kind = O::kind(ANY);
         let mut sorted = std::mem::take(&mut self.sorted);
@@ -179,7 +178,7 @@ impl Tracer<'_> {
         }
     }
 
-    /// Whether all rays are [valid](crate::ray::Ray::is_valid): minima and maxima of others depend on the order.
+    /// Whether all rays are [valid](crate::ray::Ray::is_valid): with NaN, minima and maxima depend on the order.
     #[inline(always)]
     fn are_valid<S: Simd>(&self, simd: S, rays: &[RayPacket], origins: &[Vec3x8]) -> bool {
         let mut any = simd.mask(0);

@@ -1,7 +1,7 @@
 //! Leaf blocks against packets with separate origins: a candidate filter, then the canonical test.
 //!
-//! The filter takes rays as lines. Space is sheared along the dominant axis k of the frustum until rays run along k;
-//! then a point is tested against a triangle's edges in the plane, with 24 operations a triangle:
+//! The filter treats rays as lines. Space is sheared along the dominant axis k of the frustum until rays run along k; then
+//! a point is tested against a triangle's edges in 2D, with 24 operations per triangle:
 //!
 //!   block -> relative to the space -> sheared per packet -> candidates (above, below) -> canonical test -> hits
 //!
@@ -25,8 +25,8 @@ use crate::{
 };
 use glam::Vec3;
 
-/// A packet and a triangle that passed the filter: the rays that, as lines, do not clearly pass outside the triangle,
-/// by the side from which they come.
+/// A packet and a triangle that passed the filter: the rays whose lines may meet the triangle, by the side of its plane
+/// from which they come.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     /// No edge function is clearly negative: may hit if they start where the canonical test flips nothing.
@@ -69,11 +69,11 @@ impl Candidates {
     pub const EMPTY: Self = Self([Candidate::NONE; PACKETS * LANES]);
 }
 
-/// Tests a block against packets with separate origins: the filter first, which takes less than half the operations
-/// of the canonical edge functions, then the canonical test of the candidates.
+/// Tests a block against packets with separate origins: first the filter, which takes less than half the operations of the
+/// canonical edge functions, then the canonical test of the candidates.
 ///
-/// A line includes what is behind the ray, and each mirror ray passes through the triangle it starts on. So the
-/// canonical test ends early if no ray starts on the side of the plane from which its line would hit.
+/// A line extends behind the ray, so each mirror ray's line meets the triangle that it starts on. The canonical test
+/// therefore ends early if no ray starts on the side of the plane from which its line would hit.
 #[inline(always)]
 pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
     simd: V::Simd,
@@ -89,9 +89,9 @@ pub(super) fn separate_origins<B: TriangleLeaf, V: Lanes, const ANY: bool>(
         let block = &blocks.spheres[leaf.index()];
         return spheres::<V, Separate, ANY>(simd, block, leaf.count_bits(), culling, packets, states);
     }
-    let mut room = None;
+    let mut unpacked = None;
     let stored = &blocks.triangles[leaf.index()];
-    let block = stored.whole(simd, &mut room);
+    let block = stored.whole(simd, &mut unpacked);
     let corners = block.load(simd);
     let edges = Edges::new(&corners);
     let seen = SeenTriangles::new(&corners, &edges, &culling.space);
@@ -168,7 +168,7 @@ pub(super) struct ShearedSpace {
 }
 
 impl ShearedSpace {
-    /// Without a frustum no line misses anything.
+    /// Without a frustum nothing is filtered out.
     #[inline(always)]
     pub fn new<V: Lanes>(frustum: Option<&BundleFrustum<V>>, point: Vec3, extent: f32) -> Self {
         let (axes, stretch_squared) = match frustum {
@@ -216,8 +216,8 @@ impl<M: Memory> ShearedPacket<M> {
         q: M::ZERO,
     };
 
-    /// Sets the lines of a packet within the space's frustum. (Without a frustum they may be anything, and miss
-    /// nothing.)
+    /// Sets the lines of a packet within the space's frustum. (Without a frustum they may be anything; nothing is filtered
+    /// out.)
     #[inline(always)]
     pub fn set<V: Lanes<Memory = M>>(&mut self, simd: V::Simd, packet: &Packet<M>, space: &ShearedSpace) {
         let [i, j, k] = space.axes;

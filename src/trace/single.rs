@@ -1,19 +1,19 @@
 //! Single rays: each against eight boxes or primitives at a time, 32 in flight.
 //!
 //!   tasks -> 32 slots -> nodes: test 8 boxes -> next child -> blocks: candidate filter -> canonical test
-//!                   ^------------- bit masks say which slot is due for which step --------------'
+//!                   ^------------- bit masks hold the next step of each slot -------------------'
 //!
 //! Each step is a loop without a branch on rays, since neither branches nor addresses can be predicted; while one ray
-//! waits for memory, others go on. After Wald, Benthin and Boulos, *Getting Rid of Packets*, 2008, and Kocberber,
+//! waits for memory, others proceed. After Wald, Benthin and Boulos, *Getting Rid of Packets*, 2008, and Kocberber,
 //! Falsafi and Grot, *Asynchronous Memory Access Chaining*, 2015.
 // Tuned: see docs/lab-notes.md#single-rays
 
 use super::{
     Tracer, bits,
     rays::Packet,
-    room::RayLanes,
+    scratch::RayLanes,
     slabs::{MOST_OFFSET, NODE_PAD, OFFSET_ERROR},
-    slots::{SLOTS, Slot, Turns},
+    slots::{SLOTS, Slot, Steps},
 };
 use crate::{
     accel::{Bvh, Child, LeafBlocks, Node8, Places},
@@ -33,7 +33,7 @@ pub(super) struct SingleRayTask {
     /// Packet times lanes plus lane.
     pub ray: u32,
     pub child: Child,
-    /// A lower bound on where it enters that; may be negative.
+    /// A lower bound on where it enters the subtree; may be negative.
     pub near: f32,
 }
 
@@ -69,7 +69,7 @@ impl SingleRay {
         }
     }
 
-    /// A valid ray on its own.
+    /// From a valid ray.
     #[inline(always)]
     pub(super) fn of(ray: &Ray) -> Self {
         let d = ray.direction;
@@ -80,10 +80,10 @@ impl SingleRay {
     #[inline(always)]
     fn prepared(origin: Vec3, direction: Vec3, inv: Vec3) -> Self {
         let offset = origin * inv;
-        // What overflows is not culled.
+        // An overflow must not cull.
         let is_tame = offset.abs().cmplt(Vec3::splat(MOST_OFFSET));
         let error = Vec3::select(is_tame, offset.abs() * OFFSET_ERROR, Vec3::INFINITY);
-        // Lower planes are the near ones of rays that go up, the far ones of those that go down.
+        // Lower planes are the near ones if the direction is positive, else the far ones.
         let (offset, error) = (Vec3::select(is_tame, offset, Vec3::ZERO), error.copysign(inv));
         Self {
             packet: 0,
@@ -124,7 +124,7 @@ impl SingleRay {
         let far = far_x.min(far_y).min(far_z.min(simd.splat(t_max)));
         let near = near * (1.0 - NODE_PAD);
         let entered = near.le(far * (1.0 + NODE_PAD)).bits();
-        // Empty lanes hold inverted boxes, which the comparison has turned right side out.
+        // Empty lanes hold inverted boxes, which the minima and maxima have made valid.
         let entered = entered & node.valid_bits();
         let (at, missed) = (near.min(simd.splat(f32::MAX)), simd.splat(f32::INFINITY));
         (entered, S::V8::select(simd.mask(entered), at, missed))
@@ -141,7 +141,7 @@ impl Tracer<'_> {
     ) {
         let Self {
             bvh,
-            rooms,
+            scratch,
             tasks,
             slots,
             ..
@@ -149,29 +149,29 @@ impl Tracer<'_> {
         if tasks.is_empty() {
             return;
         }
-        let packets = &mut rooms.of_mut::<V>().packets;
+        let packets = &mut scratch.of_mut::<V>().packets;
         let places = bvh.places(blocks);
         let mut left = tasks.iter();
-        let mut turns = Turns::NONE;
+        let mut steps = Steps::NONE;
         for (i, slot) in slots.iter_mut().enumerate() {
             if !start(slot, &places, packets, &mut left, V::COUNT) {
                 break;
             }
-            turns.clear(1 << i);
-            turns.put(i, slot.child);
+            steps.clear(1 << i);
+            steps.put(i, slot.child);
         }
-        while turns.of(Child::EMPTY) != !0 {
+        while steps.of(Child::EMPTY) != !0 {
             loop {
-                let nodes = turns.of(Child::INNER);
+                let nodes = steps.of(Child::INNER);
                 for i in bits(nodes) {
                     slots[i % SLOTS].enter_children::<_, ANY>(simd, bvh);
                 }
-                pop_all::<_, _, ANY>(simd, &mut turns, nodes, slots, bvh, &places);
-                if turns.of(Child::INNER).count_ones() <= FEW {
+                pop_all::<_, _, ANY>(simd, &mut steps, nodes, slots, bvh, &places);
+                if steps.of(Child::INNER).count_ones() <= FEW {
                     break;
                 }
             }
-            let leaves = turns.of(Child::TRIANGLES);
+            let leaves = steps.of(Child::TRIANGLES);
             let mut candidates = 0;
             for i in bits(leaves) {
                 candidates |= u32::from(may_hit_block(simd, &slots[i % SLOTS], blocks.triangles)) << i;
@@ -179,22 +179,22 @@ impl Tracer<'_> {
             for i in bits(candidates) {
                 triangles::<_, B, V::Memory, ANY>(simd, &mut slots[i % SLOTS], blocks.triangles, packets);
             }
-            pop_all::<_, _, ANY>(simd, &mut turns, leaves, slots, bvh, &places);
-            let leaves = turns.of(Child::SPHERES);
+            pop_all::<_, _, ANY>(simd, &mut steps, leaves, slots, bvh, &places);
+            let leaves = steps.of(Child::SPHERES);
             for i in bits(leaves) {
                 spheres::<_, V::Memory, ANY>(simd, &mut slots[i % SLOTS], blocks.spheres, packets);
             }
-            pop_all::<_, _, ANY>(simd, &mut turns, leaves, slots, bvh, &places);
+            pop_all::<_, _, ANY>(simd, &mut steps, leaves, slots, bvh, &places);
             if left.len() == 0 {
                 continue;
             }
-            for i in bits(turns.of(Child::EMPTY)) {
+            for i in bits(steps.of(Child::EMPTY)) {
                 let slot = &mut slots[i % SLOTS];
                 if !start(slot, &places, packets, &mut left, V::COUNT) {
                     break;
                 }
-                turns.clear(1 << i);
-                turns.put(i, slot.child);
+                steps.clear(1 << i);
+                steps.put(i, slot.child);
             }
         }
         tasks.clear();
@@ -230,17 +230,17 @@ fn start<B: TriangleLeaf, M: Memory>(
 #[inline(always)]
 fn pop_all<S: Simd, B: TriangleLeaf, const ANY: bool>(
     simd: S,
-    turns: &mut Turns,
+    steps: &mut Steps,
     which: u32,
     slots: &mut [Slot; SLOTS],
     bvh: &Bvh,
     places: &Places<B>,
 ) {
-    turns.clear(which);
+    steps.clear(which);
     for i in bits(which) {
         let slot = &mut slots[i % SLOTS];
         slot.pop::<_, _, ANY>(simd, bvh, places);
-        turns.put(i, slot.child);
+        steps.put(i, slot.child);
     }
 }
 
@@ -248,8 +248,8 @@ fn pop_all<S: Simd, B: TriangleLeaf, const ANY: bool>(
 #[inline(always)]
 fn may_hit_block<S: Simd, B: TriangleLeaf>(simd: S, slot: &Slot, blocks: &[B]) -> bool {
     let (ray, leaf) = (&slot.ray, slot.child);
-    let mut room = None;
-    let corners = blocks[leaf.index()].whole(simd, &mut room).load(simd);
+    let mut unpacked = None;
+    let corners = blocks[leaf.index()].whole(simd, &mut unpacked).load(simd);
     let candidates = may_hit(&corners, simd.splat3(ray.origin), simd.splat3(ray.direction));
     candidates & leaf.count_bits() != 0
 }
@@ -300,8 +300,8 @@ fn triangles<S: Simd, B: TriangleLeaf, M: Memory, const ANY: bool>(
         &mut packets[ray.packet as usize % super::PACKETS],
         ray.lane as usize,
     );
-    let mut room = None;
-    let block = blocks[leaf.index()].whole(simd, &mut room);
+    let mut unpacked = None;
+    let block = blocks[leaf.index()].whole(simd, &mut unpacked);
     let found = triangle_block(simd, ray, block, leaf);
     let [u, v, w] = found.weights;
     for c in bits(found.hit) {

@@ -8,7 +8,7 @@ use crate::{
     simd::{Memory, Simd},
 };
 
-/// In long runs of results, memory is prefetched this many packets ahead.
+/// In long runs of results, memory is prefetched ahead by this many packets.
 // Tuned: see docs/lab-notes.md#prefetch-hits
 pub(super) const AHEAD: usize = 16;
 
@@ -55,7 +55,7 @@ impl ResultSink for &mut [HitPacket] {
     }
 }
 
-/// Occlusion: a bit a lane.
+/// Occlusion: a bit per lane.
 impl ResultSink for &mut [u8] {
     #[inline(always)]
     fn prefetch(&self, _: usize) {}

@@ -1,6 +1,6 @@
 //! Packets against the boxes of a node, ray by ray.
 //!
-//! Boxes only cull: what they hold must stay in, so entry distances are padded by more than the rounding of both this
+//! Boxes only cull and must never lose a hit, so entry distances are padded by more than the rounding of both this
 //! arithmetic and the [canonical interval](Packet::interval).
 
 use super::rays::Packet;
@@ -84,7 +84,7 @@ pub(super) fn corners<V: Lanes>(
     (Vec3Lanes::splat(simd, lower), Vec3Lanes::splat(simd, upper))
 }
 
-/// What a packet with separate origins needs to be tested against a node's boxes with one multiply-add a plane.
+/// Tests a packet with separate origins against a node's boxes with one multiply-add per plane.
 // Tuned: see docs/lab-notes.md#node-slabs
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PacketSlabs<M> {
@@ -102,7 +102,7 @@ impl<M: Memory> PacketSlabs<M> {
         for axis in 0..3 {
             let inv = V::load(simd, &packet.inv_direction[axis]);
             let offset = V::load(simd, &packet.origin[axis]) * inv;
-            // What overflows is not culled.
+            // An overflow must not cull.
             let is_tame = offset.abs().lt(V::splat(simd, MOST_OFFSET));
             let error = V::select(
                 is_tame,

@@ -6,14 +6,14 @@ use crate::simd::{Column, Eight, EightLanes, LaneMask, Lanes, REGISTER_LANES, Si
 /// Slopes are widened by this times (1 + |slope|), and distances along k by this fraction.
 pub(super) const SLACK: f32 = 2e-6;
 
-/// Rectangles of slopes, [a0, a1] x [b0, b1], as the box test reads them; a rectangle a lane, or the same in all.
+/// Rectangles of slopes, [a0, a1] x [b0, b1], as the box test reads them; one per lane, or the same in all.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slopes<V> {
     pub a: Range<V>,
     pub b: Range<V>,
 }
 
-/// From `low` to `high`, in the form in which they are added up.
+/// From `low` to `high`, as they are summed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Range<V> {
     pub low: V,
@@ -95,8 +95,8 @@ fn widen_up<V: Lanes>(slope: V) -> V {
     slope + (slope.all(1.0) + slope.abs()) * SLACK
 }
 
-/// The widened slopes of packets, a lane a packet: least and largest a, least and largest b; and how far their rays
-/// go along k at most. `None` if not all of them have that dominant axis.
+/// The widened slopes of packets, a lane each: least and largest a, least and largest b; and the largest component of
+/// their rays along k. `None` if not all of them have that dominant axis.
 #[inline(always)]
 pub(super) fn slopes_by_packet<V: Lanes>(
     simd: V::Simd,
@@ -142,8 +142,8 @@ pub(super) fn slopes_by_packet<V: Lanes>(
     Some(([a0, a1, b0, b1], most_along_k))
 }
 
-/// Like [`slopes_by_packet`], but for all rays together: with separate origins a packet's frustum holds nearly as
-/// much as the bundle's.
+/// Like [`slopes_by_packet`], but for all rays together: with separate origins a packet's frustum is nearly as large as
+/// the bundle's.
 // Tuned: see docs/lab-notes.md#frustum-separate-origins
 #[inline(always)]
 pub(super) fn slopes_of_all<V: Lanes>(

@@ -1,4 +1,4 @@
-//! The rays in flight of [`single`](super::single): what each visits next, and what it has yet to visit.
+//! The rays in flight of [`single`](super::single), each with its next child and its stack.
 
 use super::single::SingleRay;
 use crate::{
@@ -8,11 +8,11 @@ use crate::{
     simd::{EightLanes, LaneMask, Lanes, Simd},
 };
 
-/// Rays in flight, a bit each in [`Turns`].
+/// Rays in flight, a bit each in [`Steps`].
 // Tuned: see docs/lab-notes.md#slots
 pub(super) const SLOTS: usize = u32::BITS as usize;
 
-/// Children of one node that a ray has yet to visit, nearest first. Taking the nearest each time needs half the
+/// Children of one node that a ray has yet to visit, nearest first. Finding the nearest each time needs half the
 /// instructions of sorting all of them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
@@ -85,7 +85,7 @@ impl Slot {
         self.len += usize::from(entered != 0);
     }
 
-    /// Goes on with the next child.
+    /// Continues with the next child.
     #[inline(always)]
     pub fn pop<S: Simd, B: TriangleLeaf, const ANY: bool>(&mut self, simd: S, bvh: &Bvh, places: &Places<B>) {
         if ANY {
@@ -108,7 +108,7 @@ impl Slot {
         self.len -= usize::from(left == 0);
     }
 
-    /// Goes on with the nearest of the last siblings.
+    /// Continues with the nearest of the last siblings.
     #[inline(always)]
     fn pop_nearest<S: Simd>(&mut self, simd: S) {
         let siblings = &mut self.stack[self.len - 1];
@@ -152,14 +152,14 @@ impl Slot {
 }
 
 /// The next step of each slot: the [kind](Child::kind) of its child.
-pub(super) struct Turns {
-    /// The lower bit of the kind, a bit a slot.
+pub(super) struct Steps {
+    /// The lower bits of the kinds, a bit per slot.
     low: u32,
-    /// The upper bit.
+    /// The upper bits.
     high: u32,
 }
 
-impl Turns {
+impl Steps {
     /// All slots are done.
     pub const NONE: Self = Self { low: !0, high: !0 };
 

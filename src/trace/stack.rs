@@ -1,4 +1,4 @@
-//! What a bundle has yet to visit: a stack of subtrees, and a ring of leaves whose memory is on its way.
+//! What a bundle has yet to visit: a stack of subtrees, and a ring of leaves that are being prefetched.
 
 use super::PACKETS;
 use crate::{
@@ -22,11 +22,12 @@ impl Entry {
     };
 }
 
-/// This many leaves wait for their prefetch while other nodes and leaves are visited, where rays share their origin.
+/// Leaves that are deferred until their prefetch arrives, while other nodes and leaves are visited; only with a shared
+/// origin.
 // Tuned: see docs/lab-notes.md#deferred-leaves
 const DEFERRED_LEAVES: usize = 4;
 
-/// Leaves that wait, oldest first.
+/// Deferred leaves, oldest first.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DeferredLeaves {
     ring: [Entry; DEFERRED_LEAVES],
@@ -70,12 +71,12 @@ impl DeferredLeaves {
     }
 }
 
-/// The q (t without a frustum) beyond which each packet takes no hit, a lane a packet; -1 for packets that are done.
+/// The q (t without a frustum) beyond which each packet takes no hit, a lane each; -1 for packets that are done.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits<V: Lanes>(V::Packets);
 
 impl<V: Lanes> Limits<V> {
-    /// No packet takes anything but those of `live`, up to `farthest`.
+    /// Only the packets of `live` take hits, up to `farthest`.
     #[inline(always)]
     pub fn new(live: <V::Packets as Lanes>::Mask, farthest: V::Packets) -> Self {
         const { assert!(<V::Packets as Lanes>::COUNT == PACKETS, "a lane for each packet") }
@@ -87,7 +88,7 @@ impl<V: Lanes> Limits<V> {
         self.0
     }
 
-    /// The packets of an entry that it is not too far for.
+    /// The packets of an entry that reach it.
     #[inline(always)]
     pub fn reached(self, entry: Entry) -> u32 {
         entry.packets & self.0.all(entry.q_near).le(self.0).bits()

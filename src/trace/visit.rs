@@ -1,5 +1,5 @@
-//! Visits the leaf blocks that one ray meets, nearest first, and hands all hits in them to a sink: for queries that
-//! bundles do not answer, and for rays that come one at a time.
+//! Visits the leaf blocks that one ray meets, nearest first, and passes all hits in them to a sink: for queries that bundles
+//! do not support, and for calls with one ray.
 
 use super::{
     bits::bits,
@@ -42,25 +42,25 @@ impl Found {
 
 /// Says which hits count.
 pub(crate) trait HitSink {
-    /// Whether the sink decides itself where an edge passes nearer than `f32` can tell.
+    /// Whether the sink decides in cases where an edge is nearer to the ray than `f32` resolves.
     const WANTS_UNSURE: bool = false;
-    /// The ray's end: hits beyond it are not wanted.
+    /// The ray's end: hits beyond it are ignored.
     fn end(&self) -> f32;
-    /// Whether hits come nearer ones first, as far as is known, since a hit brings the end nearer.
+    /// Whether nearer leaves are visited first, since a hit shortens the ray.
     fn in_order(&self) -> bool {
         true
     }
     /// Takes a hit.
     fn take(&mut self, found: Found);
-    /// Takes a triangle, hit or not, that the line passes within a padded box and an edge nearer than `f32` can tell. It
-    /// may seem to be at 0 where its plane is known badly.
+    /// Takes a triangle, hit or not, that the line passes within its padded box, with an edge nearer than `f32` resolves. Its
+    /// t may be 0 if its plane is ill-conditioned.
     fn take_unsure(&mut self, _: Found, _: [Vec3; 3]) {}
 }
 
 /// What is yet to visit: a lower bound on where the ray enters it, and a node or leaf.
 type Stack = Vec<(f32, Child)>;
 
-/// Nodes and leaves that [`visit_all`] has asked for at a time.
+/// Nodes and leaves that [`visit_all`] prefetches at a time.
 const QUEUE: usize = 64;
 
 thread_local! {
@@ -68,8 +68,8 @@ thread_local! {
     static STACK: Cell<Stack> = const { Cell::new(Vec::new()) };
 }
 
-/// Hands all hits of a ray before the sink's end to the sink, in no order that is promised. A ray that is not
-/// [valid](Ray::is_valid) has none.
+/// Passes all hits of a ray before the sink's end to the sink, in no particular order. An [invalid](Ray::is_valid) ray has
+/// none.
 pub(crate) fn visit<K: HitSink>(level: Level, bvh: &Bvh, ray: &Ray, sink: &mut K) {
     if !ray.is_valid() {
         return;
@@ -124,8 +124,8 @@ fn visit_at<S: Simd, B: TriangleLeaf, K: HitSink>(
     }
 }
 
-/// Visits in no order: level by level, with a queue, so that nodes arrive from memory while others are visited. Those that
-/// the queue cannot hold go on the stack.
+/// Visits level by level, with a queue, so that nodes arrive from memory while others are visited. What the queue cannot
+/// hold goes on the stack.
 // Tuned: see docs/lab-notes.md#all-hits
 #[inline(always)]
 fn visit_all<S: Simd, B: TriangleLeaf, K: HitSink>(
@@ -182,8 +182,8 @@ fn leaf<S: Simd, B: TriangleLeaf, K: HitSink>(
     }
 }
 
-/// Returns the nearest child that the ray enters; the others go on the stack, the nearest last. Mostly there are one or
-/// two, for which sorting eight is too much.
+/// Returns the nearest child that the ray enters; the others go on the stack, the nearest last. Usually there are one or
+/// two, so sorting all eight would be wasteful.
 #[inline(always)]
 fn enter_nearest<S: Simd, B: TriangleLeaf>(
     simd: S,
@@ -245,8 +245,8 @@ fn triangles<S: Simd, B: TriangleLeaf, K: HitSink>(
     child: Child,
     sink: &mut K,
 ) {
-    let mut room = None;
-    let block = leaf.whole(simd, &mut room);
+    let mut unpacked = None;
+    let block = leaf.whole(simd, &mut unpacked);
     let found = triangle_block(simd, ray, block, child);
     let unsure = if K::WANTS_UNSURE { found.unsure } else { 0 };
     let wanted = found.hit | unsure;

@@ -1,5 +1,5 @@
-//! Rays of one origin: a group of packets descends to the instances together, and those rays that meet the box of one are
-//! traced through its prototype as rays that share the image of their origin.
+//! Rays with a shared origin: a group of packets descends to the instances together. The rays that meet an instance are
+//! traced through its prototype, where they share the image of the origin.
 
 use super::{
     Instances, Met, Results, Slot,
@@ -122,7 +122,7 @@ impl Group {
 }
 
 impl Instances<'_> {
-    /// Traces rays of one origin, all of them valid. Returns false, with nothing done, if they go too many ways.
+    /// Traces valid rays with a shared origin. Returns false, with nothing done, if they diverge too much.
     #[inline(always)]
     pub(super) fn trace_group<S: Simd>(
         &mut self,

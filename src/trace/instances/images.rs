@@ -1,4 +1,4 @@
-//! Rays that meet instances of one prototype, traced as their images through its hierarchy.
+//! Traces the images of rays that meet instances of one prototype through its BVH.
 
 use super::{Instances, Met, Results};
 use crate::{
@@ -9,8 +9,8 @@ use crate::{
 };
 use std::ops::Range;
 
-/// Where rays have more than this many primitives each in their way, they are traced ray by ray: triangles are smaller than
-/// what is between the rays.
+/// With more primitives per ray in the way than this, single rays are traced: triangles are smaller than the gaps between
+/// rays.
 // Tuned: see docs/lab-notes.md#sparse-instances
 const SPARSE: usize = 8;
 
@@ -26,7 +26,7 @@ pub(super) struct Meeting {
     pub walk: usize,
 }
 
-/// Rays that meet instances, and what they find there.
+/// Rays that meet instances, and their hits there.
 #[derive(Debug, Default)]
 pub(super) struct Images {
     pub met: Vec<Meeting>,
@@ -111,7 +111,7 @@ impl Instances<'_> {
     }
 }
 
-/// How much of a prototype is about where these rays enter it.
+/// The share of a prototype's box around the points where these rays enter it.
 fn share_of(met: &[Meeting], bounds: Aabb) -> f32 {
     let half_area = |bounds: Aabb| {
         let size = bounds.upper - bounds.lower;
@@ -127,7 +127,7 @@ fn share_of(met: &[Meeting], bounds: Aabb) -> f32 {
 }
 
 impl Images {
-    /// Packs these rays' images, eight a packet.
+    /// Packs these rays' images, eight to a packet.
     fn fill(&mut self, range: Range<usize>, is_any: bool) {
         let Self {
             met, rays, origins, ..

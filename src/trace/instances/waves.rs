@@ -1,5 +1,5 @@
-//! Rays with origins of their own: each walks over the instances alone, up to one that it meets. Then all go through the
-//! prototypes of what they have met together, and each walks on.
+//! Rays with separate origins, in waves: each ray traverses the BVH over the instances singly, up to one that it meets. Then
+//! all are traced through the prototypes together, and continue.
 
 use super::{
     Instances, Met, Results, Slot,
@@ -13,7 +13,7 @@ use crate::{
     trace::{bits::bits, cut_outs::ray, single::SingleRay},
 };
 
-/// A ray on its way over the instances.
+/// A ray that traverses the BVH over the instances.
 #[derive(Debug)]
 struct Walk {
     /// Its packet and lane.
@@ -35,7 +35,7 @@ pub(super) struct Waves {
 }
 
 impl Instances<'_> {
-    /// Traces rays that go many ways.
+    /// Traces incoherent rays.
     #[inline(always)]
     pub(super) fn trace_in_waves<S: Simd>(
         &mut self,
@@ -69,7 +69,7 @@ impl Instances<'_> {
         (self.waves, self.images) = (waves, images);
     }
 
-    /// Each ray goes on to an instance and through that.
+    /// One wave: each ray continues to its next instance and through it.
     #[inline(always)]
     fn wave<S: Simd>(&mut self, simd: S, waves: &mut Waves, images: &mut Images, results: &mut Results<'_>) {
         images.met.clear();

@@ -1,4 +1,4 @@
-//! The memory of a bundle: sixteen packets of up to sixteen rays, or sixteen of thirty-two.
+//! Scratch memory of a bundle: sixteen packets of up to sixteen rays, or sixteen of thirty-two.
 
 use super::{PACKETS, bits, bundle::Culling, rays::Packet, sheared::ShearedPacket, slabs::PacketSlabs};
 #[cfg(target_arch = "x86_64")]
@@ -6,21 +6,20 @@ use crate::simd::{Avx2, Avx512};
 use crate::simd::{Column, Lanes, Memory, Pair, Portable, Simd, Vec3Lanes, WideColumn};
 use glam::Vec3;
 
-/// Memory of a bundle.
+/// Scratch memory of a bundle.
 #[derive(Debug)]
-pub(super) struct Room<M> {
+pub(super) struct BundleScratch<M> {
     pub packets: Box<[Packet<M>; PACKETS]>,
-    /// The shared origin, as bits, that is written in all packets, and in how many lanes. The next call often has the
-    /// same.
+    /// The shared origin in all packets, as bits, and in how many lanes: the next call often has the same.
     shared: Option<([u32; 3], usize)>,
-    /// Sheared rays, only for bundles with separate origins. Apart from the packets, which it would make larger.
+    /// Sheared rays, only for bundles with separate origins; separate, to keep packets small.
     // Tuned: see docs/lab-notes.md#packet-memory
     pub sheared: Box<[ShearedPacket<M>; PACKETS]>,
     /// Like `sheared`.
     pub slabs: Box<[PacketSlabs<M>; PACKETS]>,
 }
 
-impl<M: Memory> Room<M> {
+impl<M: Memory> BundleScratch<M> {
     fn new() -> Self {
         Self {
             packets: Box::new([Packet::EMPTY; PACKETS]),
@@ -54,72 +53,72 @@ impl<M: Memory> Room<M> {
         }
     }
 
-    /// Packets get separate origins.
+    /// Forgets the shared origin: packets now have separate ones.
     pub fn start_apart(&mut self) {
         self.shared = None;
     }
 }
 
-/// Memory for every width.
+/// Scratch memory for every packet width.
 #[derive(Debug)]
-pub(super) struct Rooms {
-    narrow: Room<Column>,
-    wide: Room<WideColumn>,
+pub(super) struct Scratch {
+    narrow: BundleScratch<Column>,
+    wide: BundleScratch<WideColumn>,
 }
 
-impl Rooms {
+impl Scratch {
     pub fn new() -> Self {
         Self {
-            narrow: Room::new(),
-            wide: Room::new(),
+            narrow: BundleScratch::new(),
+            wide: BundleScratch::new(),
         }
     }
 
-    /// That of packets with these lanes.
+    /// The scratch memory of packets with these lanes.
     #[inline(always)]
-    pub fn of<V: RayLanes>(&self) -> &Room<V::Memory> {
+    pub fn of<V: RayLanes>(&self) -> &BundleScratch<V::Memory> {
         V::Memory::of(self)
     }
 
-    /// That of packets with these lanes.
+    /// As [`of`](Self::of).
     #[inline(always)]
-    pub fn of_mut<V: RayLanes>(&mut self) -> &mut Room<V::Memory> {
+    pub fn of_mut<V: RayLanes>(&mut self) -> &mut BundleScratch<V::Memory> {
         V::Memory::of_mut(self)
     }
 }
 
-/// Memory of a width that [`Rooms`] has.
-pub(super) trait InRooms: Memory {
-    fn of(rooms: &Rooms) -> &Room<Self>;
-    fn of_mut(rooms: &mut Rooms) -> &mut Room<Self>;
+/// A packet's memory of which [`Scratch`] has a width.
+pub(super) trait ScratchMemory: Memory {
+    fn of(scratch: &Scratch) -> &BundleScratch<Self>;
+    fn of_mut(scratch: &mut Scratch) -> &mut BundleScratch<Self>;
 }
 
-impl InRooms for Column {
+impl ScratchMemory for Column {
     #[inline(always)]
-    fn of(rooms: &Rooms) -> &Room<Self> {
-        &rooms.narrow
+    fn of(scratch: &Scratch) -> &BundleScratch<Self> {
+        &scratch.narrow
     }
     #[inline(always)]
-    fn of_mut(rooms: &mut Rooms) -> &mut Room<Self> {
-        &mut rooms.narrow
-    }
-}
-
-impl InRooms for WideColumn {
-    #[inline(always)]
-    fn of(rooms: &Rooms) -> &Room<Self> {
-        &rooms.wide
-    }
-    #[inline(always)]
-    fn of_mut(rooms: &mut Rooms) -> &mut Room<Self> {
-        &mut rooms.wide
+    fn of_mut(scratch: &mut Scratch) -> &mut BundleScratch<Self> {
+        &mut scratch.narrow
     }
 }
 
-/// Lanes that are rays.
-pub(super) trait RayLanes: Lanes<Memory: InRooms> {}
+impl ScratchMemory for WideColumn {
+    #[inline(always)]
+    fn of(scratch: &Scratch) -> &BundleScratch<Self> {
+        &scratch.wide
+    }
+    #[inline(always)]
+    fn of_mut(scratch: &mut Scratch) -> &mut BundleScratch<Self> {
+        &mut scratch.wide
+    }
+}
 
-impl<V: Lanes<Memory: InRooms>> RayLanes for V {}
+/// Lanes of rays.
+pub(super) trait RayLanes: Lanes<Memory: ScratchMemory> {}
+
+impl<V: Lanes<Memory: ScratchMemory>> RayLanes for V {}
 
 /// How many rays a packet holds at a level.
 // Tuned: see docs/lab-notes.md#pairs-of-vectors and #packets-of-32
