@@ -7,7 +7,7 @@ use crate::{
     simd::{Level, Simd, at_level},
 };
 
-/// Returns every primitive that has an area, of a prototype, or of what belongs to none.
+/// Returns every primitive with an area, of a prototype or outside of all.
 fn targets(scene: &Scene, prototype: Option<PrototypeId>) -> impl Iterator<Item = (PrimitiveId, Shape)> + '_ {
     let ids = scene.ids_of(prototype).into_iter().flatten();
     ids.map(PrimitiveId)
@@ -110,7 +110,8 @@ pub(super) fn any<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> bool {
     nearest_placed(simd, (scene, passing), ray, miss).is_hit() || planes::block(simd, scene, ray)
 }
 
-/// Returns all hits of triangles and spheres before the ray's end, by id; a sphere's nearest alone. None of instances.
+/// Returns all hits of triangles and spheres before the ray's end, by id, of a sphere only the nearest one. Ignores
+/// instances.
 #[must_use]
 pub fn all_hits(scene: &Scene, ray: &Ray) -> Vec<Hit> {
     at_level!(Level::current(), |simd| all(simd, scene, ray))
@@ -136,7 +137,7 @@ fn all<S: Simd>(simd: S, scene: &Scene, ray: &Ray) -> Vec<Hit> {
 #[derive(Clone, Debug)]
 pub struct Shapes<'a> {
     scene: &'a Scene,
-    /// Those of no prototype.
+    /// Shapes outside of all prototypes.
     own: Vec<(PrimitiveId, Shape)>,
     /// By prototype.
     prototypes: Vec<Vec<(PrimitiveId, Shape)>>,

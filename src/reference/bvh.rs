@@ -80,7 +80,7 @@ fn traverse(
     }
 }
 
-/// All that rays of a scene can hit: the binary BVH, planes and instances, without what is cut out.
+/// Everything that rays can hit in a scene: the binary BVH, planes and instances, without cut-outs.
 pub(crate) struct OverScene<'a> {
     scene: &'a Scene,
     bvh: &'a BinaryBvh,
@@ -119,13 +119,13 @@ impl Intersect for OverScene<'_> {
     }
 }
 
-/// Returns the closest hit of whole surfaces; at equal t the one with the lowest id.
+/// Returns the closest hit, ignoring cut-outs; at equal t the one with the lowest id.
 #[must_use]
 pub fn closest_hit(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> SceneHit {
     closest_hit_at(Level::current(), bvh, stack, ray, None)
 }
 
-/// Does [`closest_hit`] at a level. Rays pass where surfaces of the scene `cut_outs` are cut out.
+/// [`closest_hit`] at a level. Rays pass where surfaces of the scene `cut_outs` are cut out.
 fn closest_hit_at(
     level: Level,
     bvh: &BinaryBvh,
@@ -209,13 +209,13 @@ fn closest<S: Simd>(
     best
 }
 
-/// Returns whether any surface, taken as whole, is hit before the ray's end.
+/// Returns whether any surface is hit before the ray's end, ignoring cut-outs.
 #[must_use]
 pub fn occluded(bvh: &BinaryBvh, stack: &mut Stack, ray: &Ray) -> bool {
     occluded_at(Level::current(), bvh, stack, ray, None)
 }
 
-/// Does [`occluded`] at a level, with cut-outs as [`closest_hit_at`].
+/// [`occluded`] at a level, with cut-outs as in [`closest_hit_at`].
 fn occluded_at(
     level: Level,
     bvh: &BinaryBvh,

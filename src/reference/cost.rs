@@ -37,8 +37,8 @@ pub struct Stack {
     inside: Todo,
 }
 
-/// Returns the closest hit and its cost, without that of planes. Nearer children come first; packets and bundles would share
-/// some of the cost.
+/// Returns the closest hit and its cost, without that of planes. Nearer children are visited first. Packets and bundles
+/// share some of this cost.
 #[must_use]
 pub fn closest_hit(scene: &Scene, bvh: &Bvh, stack: &mut Stack, ray: &Ray) -> (SceneHit, Cost) {
     at_level!(Level::current(), |simd| counted(simd, scene, bvh, stack, ray))

@@ -1,4 +1,4 @@
-//! The scalar twins of `shade::draw`: random directions, with the same operations in the same order.
+//! The scalar version of `shade::draw`: random directions, with the same operations in the same order.
 
 use crate::{
     math::{COS, SIN, max, min},
@@ -23,7 +23,7 @@ pub(crate) fn disc([u, v]: [f32; 2]) -> [f32; 2] {
     }
 }
 
-/// Returns x, y and z along two vectors across the unit vector `axis` and along it.
+/// Returns the vector with the components x, y and z in an orthonormal basis whose z axis is `axis`.
 #[inline(always)]
 fn around<S: Simd>(simd: S, axis: Vec3, [x, y, z]: [f32; 3]) -> Vec3 {
     let sign = 1.0_f32.copysign(axis.z);
@@ -50,7 +50,7 @@ pub(super) fn scattered<S: Simd>(simd: S, normal: Vec3, geometric: Vec3, point: 
     simd.mul_add3(geometric, -2.0 * below, direction)
 }
 
-/// Returns the unit direction to a random point of a sphere, and the distance to it that way.
+/// Returns the unit direction to a random point of a sphere, and the distance in that direction.
 #[inline(always)]
 pub(super) fn cone<S: Simd>(simd: S, to_center: Vec3, radius: f32, point: [f32; 2]) -> (Vec3, f32) {
     let radius_squared = radius * radius;

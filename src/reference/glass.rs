@@ -1,4 +1,5 @@
-//! The scalar twin of `shade::glass` and `shade::blend`: branches in a list instead of queues, with the same operations in the same order.
+//! The scalar version of `shade::glass` and `shade::blend`, with the same operations in the same order; branches are in a
+//! list instead of queues.
 
 use super::{
     shade::{
@@ -23,23 +24,23 @@ const MAX_LAYERS: u32 = 64;
 #[derive(Clone, Copy)]
 struct Branch {
     ray: Ray,
-    /// The place in the list of the branch that it leaves.
+    /// Index of the parent branch in the list.
     parent: usize,
     /// The camera ray's is 0.
     depth: u32,
-    /// The factor of its colour in that of its parent, by channel.
+    /// Factor of its colour in that of its parent, by channel.
     factor: [f32; 3],
-    /// The factor of its colour in the pixel, by channel.
+    /// Factor of its colour in the pixel, by channel.
     weight: [f32; 3],
     /// The tinted glass that it is in.
     medium: Option<MaterialId>,
     /// The length of the path from the camera to its origin.
     travelled: f32,
-    /// How many surfaces the path went straight through.
+    /// Number of half-transparent surfaces on the path.
     layers: u32,
-    /// Whether it went straight on from the camera.
+    /// Whether the path is straight from the camera.
     is_straight: bool,
-    /// The factor of its opacity in that of its parent, if it goes straight on.
+    /// Factor of its opacity in that of its parent, if the path is straight.
     share: f32,
     color: [f32; 3],
     alpha: f32,
@@ -96,7 +97,7 @@ pub(super) fn radiance<S: Simd>(
     (color, if limits.transparent { alpha } else { 1.0 })
 }
 
-/// Traces and shades branch `i`, and appends those that leave it.
+/// Traces and shades branch `i`, and appends its branches.
 #[inline(always)]
 fn shade<S: Simd>(
     simd: S,
@@ -177,7 +178,7 @@ fn shade<S: Simd>(
     }
 }
 
-/// Appends the branch that goes straight on; one of little weight adds the background, unless that `shows_nothing`.
+/// Appends the branch that continues straight on; one of low weight adds the background, unless that `shows_nothing`.
 #[inline(always)]
 fn pass<S: Simd>(
     simd: S,
@@ -209,7 +210,7 @@ fn pass<S: Simd>(
     }
 }
 
-/// A branch that leaves `parent`, branch `i`, in another direction.
+/// A branch of `parent`, branch `i`, in another direction.
 #[inline(always)]
 fn child(parent: &Branch, i: usize) -> Branch {
     Branch {
@@ -222,7 +223,7 @@ fn child(parent: &Branch, i: usize) -> Branch {
     }
 }
 
-/// Appends the reflected and the refracted branch; those of little weight add the background.
+/// Appends the reflected and the refracted branch; those of low weight add the background.
 #[inline(always)]
 fn split<S: Simd>(
     simd: S,

@@ -1,4 +1,4 @@
-//! Instances: the scalar twin of `trace::instances`.
+//! Instances: the scalar version of `trace::instances`.
 
 use super::RaySlabs;
 use crate::{
@@ -39,7 +39,7 @@ impl Met {
         })
     }
 
-    /// The ray as the prototype meets it, up to about `t_max` in the scene.
+    /// The ray in the prototype's space, up to about `t_max` in the scene.
     #[inline(always)]
     pub fn up_to(&self, t_max: f32) -> Ray {
         Ray {
@@ -52,7 +52,7 @@ impl Met {
         }
     }
 
-    /// Replaces `best` by the hit that [`up_to`](Self::up_to) has in the prototype, if that is nearer.
+    /// Replaces `best` by the hit of [`up_to`](Self::up_to) in the prototype, if that is nearer.
     #[inline(always)]
     pub fn offer(&self, hit: &Hit, best: &mut SceneHit) {
         let t = min(max(self.image.in_scene(hit.t), self.near), self.far);

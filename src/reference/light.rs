@@ -1,4 +1,4 @@
-//! The scalar twin of `shade::light`, with the same operations in the same order.
+//! The scalar version of `shade::light`, with the same operations in the same order.
 
 use super::{
     draw::{by_cosine, cone},
@@ -76,7 +76,7 @@ fn towards<S: Simd>(simd: S, offset: Vec3) -> Seen {
     }
 }
 
-/// Returns the unit vector to the middle of a light, and the power that arrives from there if nothing is between.
+/// Returns the unit vector to the centre of a light, and the power that arrives from there unoccluded.
 #[cfg(feature = "viewer")]
 pub(crate) fn from_middle(light: &Light, from: Vec3) -> (Vec3, [f32; 3]) {
     at_level!(Level::current(), |simd| {
@@ -86,7 +86,7 @@ pub(crate) fn from_middle(light: &Light, from: Vec3) -> (Vec3, [f32; 3]) {
     })
 }
 
-/// Returns the share of a light's power that arrives if nothing is between.
+/// Returns the share of a light's power that arrives unoccluded.
 #[inline(always)]
 pub(super) fn share<S: Simd>(simd: S, light: &Light, seen: &Seen) -> f32 {
     let mut share = 1.0;

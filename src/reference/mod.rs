@@ -20,14 +20,14 @@ use crate::{ray::Hit, scene::Scene};
 pub(crate) use draw::disc;
 use primitive::{RaySlabs, intersect_shape};
 
-/// Which hits count.
+/// Where rays pass surfaces.
 #[derive(Clone, Copy)]
 enum Passing<'a> {
-    /// All: surfaces are whole.
+    /// Nowhere: cut-outs are ignored.
     Nowhere,
-    /// Rays pass where the scene's surfaces are cut out.
+    /// Where the scene's surfaces are cut out.
     CutOuts(&'a Scene),
-    /// Rays to light pass, too, where little of a surface is seen.
+    /// For rays to lights: at cut-outs and at surfaces of low opacity.
     Light(&'a Scene),
 }
 
@@ -36,7 +36,7 @@ impl<'a> Passing<'a> {
         scene.map_or(Self::Nowhere, passing)
     }
 
-    /// Whether a hit counts.
+    /// Whether a ray stops at a hit.
     #[inline(always)]
     fn counts(self, hit: &Hit) -> bool {
         match self {

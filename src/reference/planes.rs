@@ -1,4 +1,4 @@
-//! Infinite planes: the scalar twin of `trace::planes`.
+//! Infinite planes: the scalar version of `trace::planes`.
 
 use crate::{
     math::{max, max_abs},
@@ -17,7 +17,7 @@ fn intersect<S: Simd>(simd: S, plane: &Plane, ray: &Ray) -> Option<f32> {
     (t > 0.0 && t < HORIZON).then_some(t)
 }
 
-/// Returns the nearer one of the hits of planes and of `best`, the closest hit of all else.
+/// Returns the nearest of the hits of planes and of `best`, the closest hit of everything else.
 #[inline(always)]
 pub(super) fn closest<S: Simd>(simd: S, scene: &Scene, ray: &Ray, mut best: SceneHit) -> SceneHit {
     let ray = &ray.or_nothing();

@@ -16,7 +16,7 @@ const GEOMETRIC_PAD: f32 = 1.0 / 4_194_304.0;
 const INTERVAL_PAD: f32 = 4.0 / 16_777_216.0;
 /// Bound on the rounding error of an edge function, relative to the longest edge times twice the farthest corner.
 const FILTER: f32 = 20.0 / 16_777_216.0;
-/// Bound on the rounding error of the plane's distance, relative to the products that it is the sum of.
+/// Bound on the rounding error of the plane's distance, relative to the products in its sum.
 const PLANE_FILTER: f32 = 20.0 / 16_777_216.0;
 const EDGE_ERROR: f64 = 11.5 / 16_777_216.0;
 const PLANE_ERROR: f64 = 9.0 / 16_777_216.0;
@@ -144,9 +144,9 @@ fn one_norm(v: Vec3) -> f32 {
 
 /// A triangle before a ray, in `f64`.
 struct InF64 {
-    /// Whether `f32` is sure on which side of the plane the ray starts.
+    /// Whether `f32` determines the side of the plane on which the ray starts.
     is_side_known_in_f32: bool,
-    /// The same for `f64`.
+    /// Whether `f64` does.
     is_side_known: bool,
     /// Second corner, third, first; positive where the triangle is ahead.
     weights: [f32; 3],
@@ -191,7 +191,7 @@ fn exactly(ray: &Ray, corners: [Vec3; 3]) -> InF64 {
     } else {
         is_between(a, b) || is_between(b, c) || is_between(c, a)
     };
-    // The plane is met where the ray starts, and nowhere else; triangles beside this one are met by a ray that stays in it.
+    // The ray starts on the plane and meets it nowhere else, unless it lies in the plane and meets neighbouring triangles.
     let starts_in_plane =
         || orientation::sign([corners[0], corners[1], corners[2], ray.origin].map(point)) == 0.0;
     let is_passed = is_passed && (is_side_known || !starts_in_plane());
@@ -213,8 +213,8 @@ fn exactly(ray: &Ray, corners: [Vec3; 3]) -> InF64 {
 }
 
 impl InF64 {
-    /// Whether the ray meets the triangle: not if a weight is clearly negative, for then that is behind it. `weights` are
-    /// those of `f32`, which count if that knows the side.
+    /// Whether the ray meets the triangle: not if a weight is clearly negative, since the triangle is then behind the ray.
+    /// `weights` are those of `f32`, used if `f32` determines the side.
     fn passes(&self, weights: [f32; 3]) -> bool {
         let largest = self.sizes[0].max(self.sizes[1]).max(self.sizes[2]);
         let is_behind = |i: usize| {

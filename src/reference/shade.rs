@@ -1,4 +1,4 @@
-//! The scalar twin of the `shade` module: Whitted's algorithm as a loop, with the same operations in the same order.
+//! The scalar version of the `shade` module: Whitted's algorithm as a loop, with the same operations in the same order.
 
 use super::{
     draw::scattered,
@@ -17,7 +17,7 @@ use glam::Vec3;
 
 pub(super) const SURFACE_OFFSET: f32 = 32.0 / 16_777_216.0;
 
-/// A way to trace rays: brute force or a BVH.
+/// A tracing method: brute force or a BVH.
 pub trait Intersect {
     /// Returns the closest hit; at equal t the one with the lowest id of instance, none first, then of primitive.
     fn closest_hit(&mut self, ray: &Ray) -> SceneHit;
@@ -47,16 +47,16 @@ pub struct SecondaryRays {
     pub reflection: u64,
 }
 
-/// A camera ray's place in the picture, which decides on its random directions.
+/// A camera ray's sample in the picture, which seeds its random directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PixelSample {
     /// Absolute column and row.
     pub pixel: [u32; 2],
-    /// The number of the sample in its pixel.
+    /// Index of the sample in its pixel.
     pub number: u32,
-    /// How many samples each pixel has.
+    /// Samples per pixel.
     pub count: u32,
-    /// How wide the ray is, which decides on mipmaps.
+    /// The width of the ray, which selects mipmap levels.
     pub cone: RayCone,
 }
 
@@ -88,16 +88,16 @@ pub fn radiance(
     radiance_at(Level::current(), scene, intersect, from, limits, rays).0
 }
 
-/// What [`radiance`] traces.
+/// The settings of [`radiance`].
 #[derive(Clone, Copy)]
 pub(crate) struct Limits {
     pub max_depth: u32,
     pub shadows: bool,
-    /// Whether camera rays that go straight on to nothing show nothing.
+    /// Whether straight paths from the camera that hit nothing are transparent.
     pub transparent: bool,
 }
 
-/// Does [`radiance`] at a level. Returns also the opacity of what the ray hits, which is 1 unless one sees through it.
+/// [`radiance`] at a level. Also returns the opacity of what the ray hits.
 pub(crate) fn radiance_at(
     level: Level,
     scene: &Scene,
@@ -258,7 +258,7 @@ struct Light {
 #[derive(Clone, Copy)]
 pub(super) struct Draw {
     sample: PixelSample,
-    /// That of ambient light; those of the lights follow.
+    /// The sample dimensions of ambient light; those of the lights follow.
     first_pair: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The point on a surface that a ray hits, its normals, and how far secondary rays start off it.
+//! The point on a surface that a ray hits, its normals, and the offset of secondary rays.
 
 use super::{planes, shade::Surface};
 use crate::{
@@ -38,7 +38,7 @@ fn sphere<S: Simd>(simd: S, scene: &Scene, i: usize, ray: &Ray, t: f32) -> (Vec3
     (point, outward, outward, max_abs(center) + radius)
 }
 
-/// The same on an instance: that of its prototype, placed.
+/// The same on an instance: the prototype's point, transformed.
 #[inline(always)]
 fn placed<S: Simd>(
     simd: S,

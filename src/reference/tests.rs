@@ -25,7 +25,7 @@ fn bits(hit: &SceneHit) -> (u32, u32, u32, u32, u32) {
     )
 }
 
-/// Both ways of tracing at a level.
+/// A tracing method at a level.
 struct At<'a> {
     level: Level,
     scene: &'a Scene,

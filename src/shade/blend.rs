@@ -1,5 +1,5 @@
-//! Surfaces through which one sees, in part: what they scatter counts by their opacity, and a ray goes straight on for the
-//! rest. It is a branch, as those of glass are.
+//! Half-transparent surfaces: their colour is weighted by the opacity, and a ray continues straight on for the rest, as a
+//! branch like those of glass.
 
 use super::{
     SURFACE_OFFSET, TileColors,
@@ -15,10 +15,10 @@ use crate::{
     simd::{EightLanes, LaneMask, Lanes, Simd},
 };
 
-/// The most surfaces that a path goes straight through; the next one is opaque.
+/// The most half-transparent surfaces on a path; the next one is opaque.
 pub const MAX_LAYERS: u8 = 64;
 
-/// Makes the weights of surfaces their opacity, and `alpha`, if there is any, that of the rays.
+/// Multiplies the weights of surfaces by their opacity, and sets `alpha`, unless it is empty, to that of the rays.
 pub(super) fn weigh(
     scene: &Scene,
     (rays, hits): (&RayQueue, &[HitPacket]),
@@ -46,7 +46,7 @@ pub(super) fn weigh(
     });
 }
 
-/// Queues the rays that go on behind one material's points; those of little weight add the background, unless that is
+/// Queues the rays that continue behind one material's points; those of low weight add the background, unless that is
 /// `transparent`. They are multiplied by `base`, the material's base colour, with its tints.
 #[inline(always)]
 pub(super) fn pass<S: Simd>(

@@ -1,4 +1,4 @@
-//! Random directions: a point of the unit square for each lane, mapped to a disc, to a cone or a hemisphere.
+//! Random directions: a point of the unit square for each lane, mapped to a disc, a cone or a hemisphere.
 
 use crate::{
     lanes::{F32x8, LANES},
@@ -7,7 +7,7 @@ use crate::{
     sobol,
 };
 
-/// Which points are drawn.
+/// Selects the random points.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Draws<'a> {
     /// The first points of the tile's pixels, by packet; see
@@ -36,7 +36,7 @@ impl Draws<'_> {
     }
 }
 
-/// Sums a power series. Not a closure: that would not be inlined, and make a call of each operation.
+/// Sums a power series. Not a closure, which would not be inlined.
 #[inline(always)]
 fn series<S: Simd>(simd: S, x: S::V8, [a, b, c, d, e]: [f32; 5]) -> S::V8 {
     let sum = simd.splat(e) * x + simd.splat(d);
@@ -63,8 +63,8 @@ pub(crate) fn disc<S: Simd>(simd: S, [u, v]: [S::V8; 2]) -> [S::V8; 2] {
     ]
 }
 
-/// Returns x, y and z along two vectors across the unit vector `axis` and along it: Duff et al., *Building an Orthonormal
-/// Basis, Revisited*, JCGT 2017.
+/// Returns the vector with the components x, y and z in an orthonormal basis whose z axis is `axis`: Duff et al., *Building
+/// an Orthonormal Basis, Revisited*, JCGT 2017.
 #[inline(always)]
 pub(super) fn around<S: Simd>(simd: S, axis: Vec3Eight<S>, [x, y, z]: [S::V8; 3]) -> Vec3Eight<S> {
     let one = simd.splat(1.0);
@@ -84,8 +84,8 @@ pub(super) fn by_cosine<S: Simd>(simd: S, normal: Vec3Eight<S>, point: [S::V8; 2
     around(simd, normal, [x, y, z])
 }
 
-/// Returns a direction, distributed by the cosine to `normal`, on the side of the surface whose geometric normal is
-/// `geometric`: below it, it is mirrored.
+/// Returns a direction, distributed by the cosine to `normal`, mirrored if it is below the surface, whose geometric normal
+/// is `geometric`.
 #[inline(always)]
 pub(super) fn scattered<S: Simd>(
     simd: S,
@@ -106,8 +106,8 @@ pub(super) struct Cone<V> {
     pub distance: V,
 }
 
-/// Draws points of the sphere of `radius` whose centre is at `to_center` from each point. From inside the sphere light
-/// comes from the half of all directions around that.
+/// Draws points of the sphere of `radius` whose centre is at `to_center` from each point. Inside the sphere light comes
+/// from the hemisphere around that direction.
 #[inline(always)]
 pub(super) fn cone<S: Simd>(simd: S, to_center: Vec3Eight<S>, radius: f32, point: [S::V8; 2]) -> Cone<S::V8> {
     let (zero, one) = (simd.splat(0.0), simd.splat(1.0));

@@ -1,5 +1,5 @@
-//! Light of the environment: one random direction for each point and sample, drawn by the cosine or by the light itself. If
-//! there are suns, another one to them.
+//! Light of the environment: one random direction for each point and sample, by cosine or light importance sampling, and
+//! another one to the suns, if there are any.
 
 use super::{
     draw::{Draws, by_cosine},
@@ -14,7 +14,7 @@ use crate::{
     simd::{EightLanes, LaneMask, Lanes, Simd},
 };
 
-/// Which light of an environment.
+/// A part of an environment's light.
 #[derive(Clone, Copy)]
 pub(super) enum Part {
     /// All but its suns.
@@ -88,7 +88,7 @@ fn suns<V: EightLanes>(environment: &Environment, [u, v]: [V; 2]) -> (Vec3x8, [F
     (direction, power)
 }
 
-/// Returns directions: the left part of the unit square draws by the cosine, the other by the environment.
+/// Returns directions: the left part of the unit square samples by the cosine, the right one by the environment.
 #[inline(always)]
 fn drawn<S: Simd>(simd: S, environment: &Environment, s: &SurfacePacket, [u, v]: [S::V8; 2]) -> Vec3x8 {
     let share = environment.light_share();

@@ -106,7 +106,7 @@ impl Shader {
     }
 }
 
-/// The random points of a pair of dimensions at a depth.
+/// The random points of two sample dimensions at a depth.
 fn draws<'a>(
     first: &'a [[u32; LANES]],
     scene: &Scene,

@@ -1,4 +1,4 @@
-//! Glass: each ray that meets it goes on as two, one reflected and one refracted.
+//! Glass: each ray that meets it splits into a reflected and a refracted ray, its branches.
 //!
 //! ```text
 //! depth d      rays, a colour each   -- pass -->   depth d + 1: branches, a colour each
@@ -6,9 +6,9 @@
 //!   +--------------- colour += factor x colour ------- add_to ----+
 //! ```
 //!
-//! Shares are Fresnel's for unpolarised light, absorption is Beer and Lambert's. Light branches weigh less and less, so
-//! those below [`MIN_WEIGHT`] take the background instead of being traced: a pixel has at most `3 / MIN_WEIGHT` rays at a
-//! depth, and in fact a few.
+//! Weights follow Fresnel's equations for unpolarised light, absorption the law of Beer and Lambert. Branches with a weight
+//! below [`MIN_WEIGHT`] take the background instead of being traced, so a pixel has at most `3 / MIN_WEIGHT` rays at a
+//! depth, and usually a few.
 
 use super::{SURFACE_OFFSET, TileColors, material::Points, material::background, queue::RayQueue};
 use crate::{
@@ -19,24 +19,24 @@ use crate::{
     simd::{EightLanes, LaneMask, Lanes, Simd, Vec3Eight, Vec3Lanes},
 };
 
-/// Branches of glass whose weight in the pixel is less in all channels are not traced.
+/// Branches are not traced if their weight in the pixel is less in all channels.
 pub const MIN_WEIGHT: f32 = 1.0 / 512.0;
 
-/// The least cosine between a ray and a normal: shares of rays along a surface stay numbers.
+/// The least cosine between a ray and a normal, so that weights at grazing angles are not NaN.
 const MIN_COSINE: f32 = 1e-6;
 
 const ALL_LANES: u32 = u32::MAX >> (32 - LANES);
 
-/// What eight rays of a queue continue.
+/// The paths that eight rays of a queue continue.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Branch8 {
-    /// The factors of their colours in those of their parents, by channel.
+    /// Factors of their colours in those of their parents, by channel.
     pub(super) factor: [F32x8; 3],
-    /// The factors of their colours in the pixels, by channel.
+    /// Factors of their colours in the pixels, by channel.
     pub(super) weight: [F32x8; 3],
     /// The tinted glass that they are in.
     pub(super) medium: [Option<MaterialId>; LANES],
-    /// How many surfaces their paths went straight through.
+    /// Number of half-transparent surfaces on their paths.
     pub(super) layers: [u8; LANES],
     /// Lanes whose path went straight on from the camera.
     pub(super) straight: u32,
@@ -45,7 +45,7 @@ pub(super) struct Branch8 {
 }
 
 impl Branch8 {
-    /// Of camera rays.
+    /// The value for camera rays.
     const CAMERA: Self = Self {
         factor: [F32x8::splat(1.0); 3],
         weight: [F32x8::splat(1.0); 3],
@@ -119,8 +119,8 @@ impl Depth {
         }
     }
 
-    /// Ends the rays beyond the maximum depth, which going straight on does not count for. `depth` is that of rays which went
-    /// through nothing. Returns the number of rays left.
+    /// Ends the rays beyond the maximum depth. Half-transparent surfaces do not count: `depth` is that of rays that passed none.
+    /// Returns the number of remaining rays.
     pub fn end(&mut self, depth: u32, max_depth: u32) -> u64 {
         let branches = &mut self.rays.branches;
         for (packet, branch) in self.rays.rays.packets_mut().iter_mut().zip(branches) {
@@ -134,7 +134,7 @@ impl Depth {
         self.rays.active_rays()
     }
 
-    /// Gives the background to the rays that have ended.
+    /// Sets the colours of the ended rays to the background.
     #[inline(always)]
     pub fn add_ended<S: Simd>(&mut self, simd: S, scene: &Scene) {
         for (p, branch) in self.rays.branches.iter().enumerate() {
@@ -179,7 +179,7 @@ impl Depth {
     }
 }
 
-/// Tints the branches that reach a surface through glass, by the distance.
+/// Tints the branches that reach a surface through glass, by the distance in it.
 pub(super) fn absorb(scene: &Scene, rays: &mut RayQueue, hits: &[HitPacket]) {
     for (branch, hits) in rays.branches.iter_mut().zip(hits) {
         for lane in 0..LANES {
@@ -213,7 +213,7 @@ pub(super) fn branch_mirrored(rays: &RayQueue, next: &mut RayQueue) {
     }
 }
 
-/// The two ways on.
+/// The reflected and refracted directions.
 struct Split<S: Simd> {
     reflected: Vec3Eight<S>,
     refracted: Vec3Eight<S>,
@@ -246,8 +246,8 @@ fn split<S: Simd>(simd: S, index: f32, s: &SurfacePacket) -> Split<S> {
     }
 }
 
-/// Queues the reflected and then the refracted rays of one material's points, which keeps packets of one kind together;
-/// those of little weight add the background.
+/// Queues first the reflected and then the refracted rays of one material's points, which keeps packets coherent; those of
+/// low weight add the background.
 #[inline(always)]
 pub(super) fn pass<S: Simd>(
     simd: S,
@@ -326,7 +326,7 @@ pub(super) fn to8<S: Simd>([r, g, b]: [S::V8; 3]) -> [F32x8; 3] {
     [r.to8(), g.to8(), b.to8()]
 }
 
-/// What the rays are in behind the surface, or before it if they do not cross it.
+/// The media behind the surface, or those before it for rays that do not cross it.
 fn media(
     scene: &Scene,
     id: MaterialId,
@@ -344,7 +344,7 @@ fn media(
     medium
 }
 
-/// What reaches a camera inside the glass: 1 for all other rays, which [`absorb`] tints.
+/// Transmittance to a camera inside the glass; 1 for all other rays, which [`absorb`] tints.
 #[inline(always)]
 fn passed<S: Simd>(simd: S, scene: &Scene, id: MaterialId, rays: &RayQueue, s: &SurfacePacket) -> [F32x8; 3] {
     let mut passed = [F32x8::splat(1.0); 3];

@@ -1,5 +1,5 @@
-//! What lights send to points: the unit direction to a light, or to a random point of it, the way that a shadow ray
-//! goes, and what arrives there.
+//! Lights as seen from surface points: the unit direction and distance to a light or to a random point of it, and the
+//! light that arrives.
 
 use super::{
     draw::{Draws, cone},
@@ -17,15 +17,15 @@ use glam::Vec3;
 pub(super) struct Seen<S: Simd> {
     /// Unit directions to the light.
     pub to_light: Vec3Eight<S>,
-    /// Distances to it that way; not above 0 for points inside a sphere.
+    /// Distances to it in that direction; not above 0 for points inside a sphere.
     pub distance: S::V8,
-    /// The points that are seen of a rectangle.
+    /// The random points of a rectangle.
     pub on_light: Option<Vec3Eight<S>>,
-    /// The squares of the distances by which intensities fall off.
+    /// Squared distances for the falloff.
     squared: S::V8,
 }
 
-/// Returns a light as seen from the points of `s`; `draws` chooses the points of lights that are no points.
+/// Returns a light as seen from the points of `s`; `draws` chooses the points of area lights.
 #[inline(always)]
 pub(super) fn seen<S: Simd>(simd: S, shape: &LightShape, s: &SurfacePacket, draws: Draws<'_>) -> Seen<S> {
     let from = simd.load3(&s.point);
@@ -84,10 +84,10 @@ fn towards<S: Simd>(simd: S, offset: Vec3Eight<S>) -> Seen<S> {
     }
 }
 
-/// What a light sends towards eight points.
+/// The directional distribution of a light: falloff, cone and cosine.
 pub(super) struct Beam {
     light: Light,
-    /// Where a rectangle shines to.
+    /// The normal of a rectangle's lit side.
     front: Option<Vec3>,
     power: [f32; 3],
 }
@@ -102,7 +102,7 @@ impl Beam {
         })
     }
 
-    /// Returns the share of the light's power that arrives if nothing is between.
+    /// Returns the share of the light's power that arrives unoccluded.
     #[inline(always)]
     pub fn share<S: Simd>(&self, simd: S, seen: &Seen<S>) -> S::V8 {
         let (zero, one) = (simd.splat(0.0), simd.splat(1.0));

@@ -1,4 +1,4 @@
-//! Material passes: one for each kind of material, from light to colour and to mirrored rays.
+//! Material passes, one for each kind of material: incident light to colours and mirrored rays.
 
 use super::{SURFACE_OFFSET, TileColors, queue::RayQueue, surface::SurfacePacket, tint::Tint8};
 use crate::{
@@ -30,7 +30,7 @@ impl Light8 {
 pub struct IncidentLight<'a> {
     /// Intensity times colour.
     pub power: [f32; 3],
-    /// What arrives of it at each point; empty if that is the same everywhere.
+    /// The power that arrives at each point; empty if it is the same everywhere.
     pub powers: &'a [[F32x8; 3]],
     /// n.l at each point; 0 if the light is occluded or behind the surface.
     pub n_dot_l: &'a [F32x8],
@@ -43,7 +43,7 @@ pub struct IncidentLight<'a> {
 pub(super) struct Points<'a> {
     pub surfaces: &'a [SurfacePacket],
     pub light: &'a [Light8],
-    /// The factors of the base colour; empty if the scene has no colours beside those of materials.
+    /// Factors of the base colour; empty if only materials have colours.
     pub tints: &'a [Tint8],
     /// The ambient light; empty if it is the scene's everywhere.
     pub ambient: &'a [F32x8],
@@ -167,7 +167,7 @@ pub(super) fn color<S: Simd>(
         Material::Silhouette { color } | Material::Matte { color } | Material::Reflection { color, .. } => {
             color
         }
-        // It has no colour of its own: see `glass::pass`.
+        // Glass has no colour of its own: see `glass::pass`.
         Material::Glass { .. } => return,
         Material::BlinnPhong { diffuse, .. } => diffuse,
     };
@@ -328,7 +328,7 @@ fn mirror<S: Simd>(simd: S, share: f32, surfaces: &[SurfacePacket], next: &mut R
     }
 }
 
-/// Returns the background along eight directions. Twin of [`Scene::background_color`].
+/// Returns the background along eight directions; see [`Scene::background_color`].
 #[inline(always)]
 pub(crate) fn background<S: Simd>(simd: S, scene: &Scene, direction: &Vec3x8) -> [S::V8; 3] {
     if let Some(environment @ Environment::Picture(_)) = scene.environment() {

@@ -8,10 +8,10 @@
 //!    |                  gather           one run of occlusion rays per light
 //!    +---- mirrored --- material::color  light -> colours of the tile
 //!    +---- branches --- glass::pass      reflected and refracted rays
-//!                       blend::pass      rays that go straight on
+//!                       blend::pass      rays that continue behind half-transparent surfaces
 //! ```
 //!
-//! The scalar twin, with the same operations in the same order, is [`reference::shade`](crate::reference::shade).
+//! The scalar version, with the same operations in the same order, is [`reference::shade`](crate::reference::shade).
 
 mod blend;
 mod draw;
@@ -56,14 +56,14 @@ pub const LIGHT_OFFSET: f32 = 32.0 / (1 << 24) as f32;
 /// The settings of shading.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadeSettings {
-    /// Maximum ray depth; 1 disables reflections and refraction. Rays beyond it return the background. Going straight on
-    /// through a surface does not count.
+    /// Maximum ray depth; 1 disables reflections and refraction. Rays beyond it return the background. Half-transparent
+    /// surfaces do not count.
     pub max_depth: u32,
     /// Whether to trace shadow and ambient occlusion rays.
     pub shadows: bool,
-    /// The number of the sample in its pixel, which decides on random directions.
+    /// The index of the sample in its pixel, which seeds random directions.
     pub sample: u32,
-    /// How wide camera rays are, which decides on mipmaps.
+    /// The width of camera rays, which selects mipmap levels.
     pub cone: RayCone,
     /// Whether camera rays that hit nothing stay black, and [`TileColors::alpha`] is filled.
     pub transparent: bool,
@@ -73,7 +73,7 @@ pub struct ShadeSettings {
 #[derive(Debug, Default)]
 pub struct Shader {
     hits: Vec<HitPacket>,
-    /// The instances that they are in; empty if the scene has none.
+    /// The instances of the hits; empty if the scene has none.
     instances: Vec<[u32; LANES]>,
     by_material: HitQueue,
     surfaces: Vec<SurfacePacket>,
@@ -86,7 +86,7 @@ pub struct Shader {
     arriving: shadow::Arriving,
     shadow: shadow::Scratch,
     next: RayQueue,
-    /// The numbers of the first random points of the tile's pixels, by packet.
+    /// Indices of the first random points of the tile's pixels, by packet.
     first_points: Vec<[u32; LANES]>,
     /// The rays of each depth in scenes where rays branch.
     branches: Vec<glass::Depth>,
@@ -106,7 +106,7 @@ pub struct Shader {
 pub struct TileColors {
     /// Red, green and blue of each camera packet.
     pub packets: Vec<[F32x8; 3]>,
-    /// 1 for camera rays that hit something, less where one sees through all that they hit, else 0; empty unless [`ShadeSettings::transparent`].
+    /// Opacity of what each camera ray hits, 0 if that is nothing; empty unless [`ShadeSettings::transparent`].
     pub alpha: Vec<F32x8>,
 }
 
@@ -158,7 +158,7 @@ impl TileColors {
         }
     }
 
-    // Not inlined, for it is rare, so it enters the level by itself: only there is fusing one instruction.
+    // Rare, so not inlined; it therefore enters the level again, for fused multiply-adds.
     #[inline(never)]
     fn scatter<S: Simd>(
         &mut self,
@@ -232,8 +232,8 @@ impl Shader {
         self.first_points.clear();
     }
 
-    /// Adds the absolute pixels of the next camera packet, column and row, for scenes that
-    /// [are sampled](Scene::is_sampled), the samples that each pixel will have, and the number of the first of them here.
+    /// Adds the absolute pixels of the next camera packet, column and row, for scenes that [are sampled](Scene::is_sampled).
+    /// `samples`: the samples per pixel; `first`: the index of the first one here.
     pub fn push_pixels(&mut self, pixels: [[u32; 2]; LANES], samples: u32, first: u32) {
         self.first_points
             .push(pixels.map(|pixel| sobol::first_point(pixel, samples).wrapping_add(first)));
@@ -405,9 +405,9 @@ impl Shader {
 
     /// [`Self::shade`] for scenes with glass or blending, whose rays branch.
     ///
-    /// A pixel then has several rays at a depth, in an order that depends on its neighbours. So each ray has a colour of
-    /// its own, and from the last depth up the colours of branches are added to those that they leave: reflected after
-    /// refracted ones or those that go straight on, whatever packets they are in.
+    /// A pixel then has several rays at a depth, in an order that depends on its neighbours. So each ray has its own colour, and
+    /// from the last depth up the colours of branches are added to those of their parents in a fixed order: refracted or
+    /// straight branches, then reflected ones, whatever packets they are in.
     fn shade_branches(
         &mut self,
         scene: &Scene,
@@ -453,7 +453,7 @@ impl Shader {
         self.branches = depths;
     }
 
-    /// Fills the tints of all surfaces if the scene has colours beside those of materials.
+    /// Fills the tints of all surfaces if the scene has vertex or sphere colours, or textures.
     fn gather_tints(&mut self, scene: &Scene, level: Level, rays: &RayQueue, cone: RayCone) {
         self.tints.clear();
         let hits = &self.hits[..rays.rays.packets().len()];

@@ -81,7 +81,7 @@ impl RayQueue {
         self.weight.push(weight);
     }
 
-    /// Adds what [`Self::travelled`] returns of the packet pushed last.
+    /// Sets the [`Self::travelled`] of the last packet.
     #[inline(always)]
     pub fn push_travelled(&mut self, travelled: F32x8) {
         self.travelled.push(travelled);
@@ -101,7 +101,7 @@ impl RayQueue {
         matches!(self.rays.origins(), Origins::Shared(_))
     }
 
-    /// Returns whether each ray has a colour of its own, which it sets: a camera ray, and every ray of a scene with glass.
+    /// Returns whether each ray has its own colour, which it sets: camera rays, and all rays of a scene with glass.
     #[inline(always)]
     #[must_use]
     pub fn sets_colors(&self) -> bool {
@@ -148,13 +148,13 @@ impl RayQueue {
         }
     }
 
-    /// Returns how many surfaces the path of a ray went straight through.
+    /// Returns the number of half-transparent surfaces on the path of a ray.
     #[inline(always)]
     pub(super) fn layers(&self, p: usize, lane: usize) -> u8 {
         self.branches.get(p).map_or(0, |branch| branch.layers[lane])
     }
 
-    /// Returns the lanes of packet `p` whose path went straight on from the camera.
+    /// Returns the lanes of packet `p` whose path is straight from the camera.
     #[inline(always)]
     fn straight(&self, p: usize) -> u32 {
         let of_camera = if self.are_camera_rays { u32::MAX } else { 0 };
@@ -188,13 +188,13 @@ pub type RayIndex = u32;
 // Tuned: see docs/lab-notes.md#min-lanes-in-place
 const MIN_LANES_IN_PLACE: u32 = 3;
 
-/// Returns the most packets that the rays of `pixels` pixels can occupy at any level.
+/// Returns the most packets that the rays of `pixels` pixels can occupy at a depth.
 #[must_use]
 pub fn max_packets(pixels: usize, materials: usize) -> usize {
     pixels / MIN_LANES_IN_PLACE as usize + materials.min(pixels)
 }
 
-/// Materials whose buckets are reserved for all pixels of a tile in advance; others grow when they are hit.
+/// Number of materials whose buckets are reserved in advance for all pixels of a tile; others grow when they are hit.
 const EAGER_MATERIALS: usize = 64;
 
 /// Lanes of one packet that hit the same material.
@@ -324,8 +324,8 @@ impl HitQueue {
     }
 }
 
-/// Sorts the hits of `rays` by material. Misses take the background, or nothing if `transparent` and straight on: rays that
-/// [set colours](RayQueue::sets_colors) set those of the tile, others add to them.
+/// Sorts the hits of `rays` by material. Misses take the background, or nothing if `transparent` and straight from the
+/// camera: rays that [set colours](RayQueue::sets_colors) set those of the tile, others add to them.
 #[inline(always)]
 pub(super) fn sort<S: Simd>(
     simd: S,

@@ -1,4 +1,4 @@
-//! The shadow pass: finds the points that one light or the environment reaches.
+//! The shadow pass: finds the points that a light or the environment reaches.
 
 use super::{
     LIGHT_OFFSET, SURFACE_OFFSET,
@@ -19,7 +19,7 @@ use crate::{
 use glam::Vec3;
 use std::time::{Duration, Instant};
 
-/// What sends light.
+/// A source of light.
 #[derive(Clone, Copy)]
 pub(super) enum Source<'a> {
     Light(&'a Light),
@@ -74,7 +74,7 @@ pub struct Arriving {
     pub n_dot_l: Vec<F32x8>,
     /// The unit direction l to the light.
     pub to_light: Vec<Vec3x8>,
-    /// What arrives of its intensity times its colour; empty if that is the same at all points.
+    /// Intensity times colour that arrives at each point; empty if it is the same everywhere.
     pub power: Vec<[F32x8; 3]>,
 }
 
@@ -93,10 +93,11 @@ impl Arriving {
     }
 }
 
-/// Computes what arrives from a source of this power. Returns the number of shadow rays and the time spent tracing them.
+/// Computes the light that arrives from a source of this power. Returns the number of shadow rays and the time spent tracing
+/// them.
 ///
-/// Shadow rays of points run from the light to the surface, offset to the viewer's side, so they share their origin; those
-/// of other sources run from the surface. Packets without a point that faces the light are left out.
+/// Shadow rays of point lights run from the light to the surface, offset to the viewer's side, so they share their origin;
+/// those of other sources start at the surface. Packets without a point that faces the light are left out.
 pub(super) fn pass(
     (source, power): (Source<'_>, [f32; 3]),
     (draws, shadows): (Draws<'_>, bool),
@@ -225,7 +226,7 @@ fn ray<S: Simd>(
     }
 }
 
-/// Nothing arrives where the ray is blocked.
+/// Clears the light where the ray is blocked.
 #[inline(always)]
 fn take_blocked<S: Simd>(simd: S, arriving: &mut Arriving, scratch: &Scratch) {
     for (i, &surface_i) in scratch.surface.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Rays that leave surfaces for light, and ambient occlusion, by one random direction for each point and sample.
+//! Shadow rays that start at surfaces, and ambient occlusion: one random direction for each point and sample.
 
 use super::{
     LIGHT_OFFSET, SURFACE_OFFSET,
@@ -34,7 +34,7 @@ pub(super) fn push<S: Simd>(
     });
 }
 
-/// Queues rays from just off the surface to just before points of a light, which may lie in another surface.
+/// Queues rays from just off the surface to just before points of a light, which may lie on another surface.
 #[inline(always)]
 pub(super) fn push_to<S: Simd>(
     simd: S,

@@ -24,7 +24,7 @@ pub struct SurfacePacket {
     pub point: Vec3x8,
     /// Unit geometric normals on the viewer's side.
     pub geometric_normal: Vec3x8,
-    /// Unit shading normals, negated gathered with the geometric ones.
+    /// Unit shading normals, negated where the geometric ones are.
     pub normal: Vec3x8,
     /// Unit directions of the rays.
     pub direction: Vec3x8,
@@ -163,7 +163,7 @@ struct Points<S: Simd> {
     magnitude: S::V8,
 }
 
-// Not inlined, for it is called twice, so it enters the level by itself.
+// Called twice, so not inlined; it therefore enters the level again.
 #[inline(never)]
 fn push<S: Simd>(
     simd: S,
@@ -341,7 +341,7 @@ impl<S: Simd> Corners<S> {
     }
 }
 
-/// Values that depend on the triangles alone, not on the hits.
+/// Values that depend only on the triangles, not on the hits.
 struct Facet<S: Simd> {
     /// Unit normals.
     geometric: Vec3Eight<S>,

@@ -1,5 +1,4 @@
-//! Textures: factors of base colours, and emitted light, by one lookup for each point. Only scenes with textures run this
-//! pass.
+//! Textures: factors of base colours, and emitted light, one lookup per point. Only scenes with textures run this pass.
 
 use super::{
     queue::{HitQueue, RayQueue},
@@ -12,7 +11,7 @@ use crate::{
     scene::{RayCone, Scene, TexturePoint},
 };
 
-/// What beside the tint depends on textures, at each surface packet.
+/// Values other than the tint that depend on textures, for each surface packet.
 #[derive(Debug, Default)]
 pub(super) struct Textured {
     /// Emitted light, or 0.

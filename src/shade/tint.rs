@@ -1,5 +1,5 @@
-//! Tints: the colours that vertices and spheres give to hits, a packet of them beside each surface packet. Only scenes
-//! that have such colours run this pass.
+//! Tints: the colours of vertices and spheres at hits, a packet of them for each surface packet. Only scenes with such
+//! colours run this pass.
 
 use super::queue::{HitQueue, RayIndex};
 use crate::{
@@ -13,7 +13,7 @@ use glam::Vec3;
 /// The factors of a material's base colour at eight points: red, green and blue.
 pub type Tint8 = [F32x8; 3];
 
-/// What a tint depends on, for eight hits.
+/// The data of eight hits from which tints are computed.
 struct Hits8 {
     primitive: [u32; LANES],
     u: F32x8,
@@ -54,7 +54,7 @@ pub(super) fn gather<S: Simd>(
     );
 }
 
-// Not inlined, for it is called twice, so it enters the level by itself.
+// Called twice, so not inlined; it therefore enters the level again.
 #[inline(never)]
 fn tint<S: Simd>(simd: S, scene: &Scene, hits: &Hits8) -> Tint8 {
     simd.call(

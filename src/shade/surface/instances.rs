@@ -1,4 +1,4 @@
-//! Points on instances: those of their prototypes, placed. Scenes without instances never run this pass.
+//! Points on instances: transforms the prototypes' points. Scenes without instances never run this pass.
 
 use super::SurfacePacket;
 use crate::{
@@ -11,8 +11,8 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Places the points that are on instances. They are still where their prototypes have them, or for spheres nowhere, and their
-/// normals face any way.
+/// Transforms the points on instances. On input they are in their prototypes' space (points of spheres are not set), with
+/// normals on either side.
 #[inline(always)]
 pub(in crate::shade) fn place<S: Simd>(
     simd: S,
@@ -51,7 +51,7 @@ pub(in crate::shade) fn place<S: Simd>(
     );
 }
 
-/// Places one point, and turns its normals to the viewer.
+/// Transforms one point, and turns its normals to the viewer.
 #[inline(always)]
 fn place_lane<S: Simd>(simd: S, surface: &mut SurfacePacket, lane: usize, placement: &Placement) {
     let bit = 1 << lane;

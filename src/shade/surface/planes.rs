@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// Evaluates different primitives and planes.
-// Not inlined, for scenes without planes never need it, so it enters the level by itself.
+// Only scenes with planes need it, so it is not inlined; it therefore enters the level again.
 #[inline(never)]
 pub(super) fn with_planes<S: Simd>(simd: S, scene: &Scene, hits: &Hits8) -> Points<S> {
     simd.call(
