@@ -57,7 +57,7 @@ impl From<[f32; LANES]> for F32x8 {
     }
 }
 
-/// Eight vectors, a column an axis.
+/// Eight vectors, an array per axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vec3x8 {
     /// First components.

@@ -26,7 +26,7 @@ pub(crate) fn pad<V: Lanes>(max_abs: V) -> Vec3Lanes<V> {
     Vec3Lanes::new(pad, pad, pad)
 }
 
-/// Returns the box of a primitive as nodes must contain it; scalar twin of `pad`.
+/// Returns the box of a primitive as nodes must contain it; the scalar version of `pad`.
 #[must_use]
 pub fn padded(bounds: Aabb) -> Aabb {
     let pad = glam::Vec3::splat(bounds.max_abs() * GEOMETRIC_PAD);

@@ -82,7 +82,7 @@ impl IndexedBlock {
         true
     }
 
-    /// Coordinates of the vertices, a column an axis.
+    /// Coordinates of the vertices, an array per axis.
     #[inline(always)]
     fn axes(&self) -> &[Column; 3] {
         bytemuck::cast_ref(&self.lines)

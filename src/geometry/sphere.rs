@@ -12,7 +12,7 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Up to eight spheres, a column a coordinate. Lanes past the last sphere have radius 0 at a far place.
+/// Up to eight spheres, an array per coordinate. Lanes past the last sphere have radius 0 at a far place.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct SphereBlock {

@@ -40,7 +40,7 @@ const MAY_HIT: f32 = 40.0 / (1 << 24) as f32;
 // Tuned: see docs/lab-notes.md#side-of-the-plane
 const PLANE_SLACK: f32 = 20.0 / (1 << 24) as f32;
 
-/// Up to eight triangles, a column a coordinate. Lanes past the last triangle repeat a point: they have no area and
+/// Up to eight triangles, an array per coordinate. Lanes past the last triangle repeat a point: they have no area and
 /// are never hit.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
@@ -217,7 +217,7 @@ impl<V: Lanes> Edges<V> {
     }
 }
 
-/// Triangles relative to an origin, a lane a pair of triangle and origin. All vectors are flipped so that the
+/// Triangles relative to an origin, a lane per pair of triangle and origin. All vectors are flipped so that the
 /// determinant of a ray that meets the plane ahead is positive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgeFunctions<V> {
@@ -282,7 +282,7 @@ impl<V: EightLanes> EdgeFunctions<V> {
         [d.dot(self.u), d.dot(self.v), d.dot(self.w)]
     }
 
-    /// Returns the lanes whose rays do not clearly pass outside an edge (a bit a lane).
+    /// Returns the lanes whose rays do not clearly pass outside an edge (a bit per lane).
     #[inline(always)]
     #[must_use]
     pub fn candidates(&self, [u, v, w]: [V; 3]) -> u32 {

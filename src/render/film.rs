@@ -207,7 +207,7 @@ pub fn quantize(channel: f32) -> u8 {
     (channel.clamp(0.0, 1.0) * 255.0) as u8
 }
 
-/// Does what [`quantize`] does but for cutting off the fractions.
+/// [`quantize`] without truncation.
 #[inline(always)]
 fn to_bytes<V: EightLanes>(channel: V) -> V {
     channel.max(channel.all(0.0)).min(channel.all(1.0)) * 255.0

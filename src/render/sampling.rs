@@ -114,7 +114,7 @@ impl CameraRays {
         })
     }
 
-    /// Does [`Self::lens_point`] for eight pixels.
+    /// [`Self::lens_point`] for eight pixels.
     #[inline(always)]
     fn lens_points<S: Simd>(&self, simd: S, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> [S::V8; 2] {
         let Some(samples) = self.lens_samples else {
@@ -241,7 +241,7 @@ impl SampleOffsets {
         [self.warp(right), -self.warp(down)]
     }
 
-    /// Does [`Self::at`] for eight pixels. Nothing is decided in the loops over lanes, so that they become vectors.
+    /// [`Self::at`] for eight pixels. Nothing is decided in the loops over lanes, so that they become vectors.
     #[inline(always)]
     fn at8(&self, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> [F32x8; 2] {
         let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);

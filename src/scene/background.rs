@@ -6,7 +6,7 @@ use crate::{
 };
 use glam::Vec3;
 
-/// A constant colour, or a vertical gradient. It depends on a ray's direction alone, so mirrors show it as well.
+/// A constant colour, or a vertical gradient. It depends only on a ray's direction, so mirrors show it as well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Background {
     /// Colour straight down (-z), linear RGB.
@@ -46,7 +46,7 @@ impl Background {
         self.color_at(Portable, direction)
     }
 
-    /// Does [`Self::color`] at a level.
+    /// [`Self::color`] at a level.
     #[inline(always)]
     pub(crate) fn color_at<S: Simd>(&self, simd: S, direction: Vec3) -> [f32; 3] {
         let share = min(max(simd.mul_add(direction.z, 0.5, 0.5), 0.0), 1.0);

@@ -23,7 +23,7 @@ const SAME_AXIS: f64 = 1e-12;
 pub enum Step {
     /// A scaling about the origin.
     Scale(DVec3),
-    /// A rotation about an axis through the origin, counter-clockwise as seen from its tip.
+    /// A rotation about an axis through the origin, counterclockwise as seen from its tip.
     Rotate {
         /// Of any length but 0.
         axis: DVec3,

@@ -64,7 +64,7 @@ struct Steps {
     lens: [f32; 2],
 }
 
-/// The camera rays of one picture size. A ray depends on the absolute pixel alone, so a crop has the rays of the whole
+/// The camera rays of one picture size. A ray depends only on the absolute pixel, so a crop has the rays of the whole
 /// picture.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelRays {
@@ -195,7 +195,7 @@ impl PixelRays {
         self.toward(Portable, (center_right + right, center_up + up))
     }
 
-    /// Returns the unit direction from a pinhole through the point with these offsets; twin of [`Self::toward8`].
+    /// Returns the unit direction from a pinhole through the point with these offsets; as [`Self::toward8`].
     #[inline(always)]
     fn toward<S: Simd>(&self, simd: S, (right, up): (f32, f32)) -> Vec3 {
         let along_right = simd.mul_add3(self.right, right * self.step, self.forward);
@@ -250,7 +250,7 @@ impl PixelRays {
         self.toward8(simd, self.points_of(simd, pixels, offset))
     }
 
-    /// Does [`Self::rays`] for eight pixels anywhere. Only for one sample per pixel.
+    /// [`Self::rays`] for eight pixels anywhere. Only for one sample per pixel.
     #[inline(always)]
     pub(crate) fn rays_of<S: Simd>(
         &self,
@@ -280,7 +280,7 @@ impl PixelRays {
         [right, up]
     }
 
-    /// Does [`Self::points`] for pixels anywhere.
+    /// [`Self::points`] for pixels anywhere.
     #[inline(always)]
     fn points_of<S: Simd>(
         &self,
@@ -297,7 +297,7 @@ impl PixelRays {
         [right, up]
     }
 
-    /// Does [`Self::toward`] for eight points.
+    /// [`Self::toward`] for eight points.
     #[inline(always)]
     fn toward8<S: Simd>(&self, simd: S, [right, up]: [S::V8; 2]) -> Vec3x8 {
         let forward = simd.splat3(self.forward);
@@ -308,7 +308,7 @@ impl PixelRays {
             .to8()
     }
 
-    /// Does [`Self::ray_at`] for eight points of the picture and of the lens; for separate origins.
+    /// [`Self::ray_at`] for eight points of the picture and of the lens; for separate origins.
     #[inline(always)]
     fn leaving8<S: Simd>(&self, simd: S, [right, up]: [S::V8; 2], [a, b]: [S::V8; 2]) -> (Vec3x8, Vec3x8) {
         let Steps {

@@ -24,7 +24,7 @@ impl Transform {
         self.then(DMat3::from_diagonal(factors))
     }
 
-    /// Returns this followed by a rotation by `degrees` about `axis` through the origin, counter-clockwise as seen from
+    /// Returns this followed by a rotation by `degrees` about `axis` through the origin, counterclockwise as seen from
     /// the tip of the axis. The axis may have any length; a zero one rotates nothing. Quarter turns about the coordinate
     /// axes are exact.
     #[must_use]

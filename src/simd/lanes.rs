@@ -7,9 +7,9 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// Lanes of the widest register. A packet has at most as many, or twice as many in a [`Pair`].
 pub const REGISTER_LANES: usize = 16;
 
-/// One truth value a lane.
+/// One truth value per lane.
 pub trait LaneMask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// Returns the mask as a bit a lane, lane 0 the lowest.
+    /// Returns the mask as a bit per lane, lane 0 the lowest.
     fn bits(self) -> u32;
     /// Returns whether any lane is set.
     #[inline(always)]
@@ -36,7 +36,7 @@ pub trait Lanes:
     type Memory: Memory;
     /// [`REGISTER_LANES`] lanes: one per packet of a bundle, or per triangle of two leaves.
     type Packets: TriangleLanes<Simd = Self::Simd, Packets = Self::Packets>;
-    /// As many lanes as these, at most [`REGISTER_LANES`]: a lane a triangle.
+    /// As many lanes as these, at most [`REGISTER_LANES`]: a lane per triangle.
     type Triangles: TriangleLanes<Simd = Self::Simd, Packets = Self::Packets>;
     /// The number of lanes.
     const COUNT: usize;
@@ -65,16 +65,16 @@ pub trait Lanes:
     /// Returns `self * b - c`, rounded once.
     #[must_use]
     fn mul_sub(self, b: Self, c: Self) -> Self;
-    /// Returns `self * b + c`, rounded once or twice, whichever the CPU does faster. For culling alone.
+    /// Returns `self * b + c`, rounded once or twice, whichever the CPU does faster. Only for culling.
     #[must_use]
     fn mul_add_about(self, b: Self, c: Self) -> Self;
     /// Returns `self * b - c`, like [`mul_add_about`](Self::mul_add_about).
     #[must_use]
     fn mul_sub_about(self, b: Self, c: Self) -> Self;
-    /// Returns the smaller of two lanes, by comparison: `b` if either is NaN. Twin of [`math::min`](crate::math::min).
+    /// Returns the smaller of two lanes, by comparison: `b` if either is NaN. See [`math::min`](crate::math::min).
     #[must_use]
     fn min(self, b: Self) -> Self;
-    /// Returns the larger of two lanes, by comparison: `b` if either is NaN. Twin of [`math::max`](crate::math::max).
+    /// Returns the larger of two lanes, by comparison: `b` if either is NaN. See [`math::max`](crate::math::max).
     #[must_use]
     fn max(self, b: Self) -> Self;
     #[must_use]
@@ -84,7 +84,7 @@ pub trait Lanes:
     /// Returns the sign bits alone.
     #[must_use]
     fn sign(self) -> Self;
-    /// Returns the sign bits, a bit a lane.
+    /// Returns the sign bits, a bit per lane.
     fn sign_bits(self) -> u32;
     /// Returns the lanes with signs flipped where `sign` is negative; `sign` has sign bits alone.
     #[must_use]
@@ -124,7 +124,7 @@ pub trait TriangleLanes: Lanes<Memory = Column, Triangles = Self> {
     fn join(simd: Self::Simd, low: &F32x8, high: &F32x8) -> Self {
         Self::of_eights(simd, [low, high, low, high])
     }
-    /// Does [`EightLanes::picked8`] from the first column and, with sixteen lanes, from the second one.
+    /// [`EightLanes::picked8`] from the first column and, with sixteen lanes, from the second one.
     #[must_use]
     fn picked(simd: Self::Simd, from: [&Column; 2], places: [u32; 2]) -> Self;
     /// Returns in lane i the smallest lane of row i; none may be NaN.
@@ -159,10 +159,10 @@ pub trait EightLanes: TriangleLanes<Packets = Pair<Self>> + super::pair::Half<Wh
     fn same_bits(self, b: Self) -> u32;
     /// Returns the lanes without their fractions; undefined where that does not fit an `i32`.
     fn trunc(self) -> [i32; LANES];
-    /// Cuts off the fractions of three numbers a lane, from 0 to below 256, and packs them, two lanes in the lowest 48
+    /// Cuts off the fractions of three numbers per lane, from 0 to below 256, and packs them, two lanes in the lowest 48
     /// bits of a word: the first lane's first number is lowest.
     fn byte_pairs(numbers: [Self; 3]) -> [u64; LANES / 2];
-    /// Returns the scale that brings lanes near 1; twin of [`math::scale_to_one`](crate::math::scale_to_one).
+    /// Returns the scale that brings lanes near 1; as [`math::scale_to_one`](crate::math::scale_to_one).
     #[must_use]
     fn scale_to_one(self) -> Self;
     /// Returns an [`entry`] for each of the eight lanes in `chosen`, nearest last, and their count. What follows them
@@ -201,7 +201,7 @@ pub trait EightLanes: TriangleLanes<Packets = Pair<Self>> + super::pair::Half<Wh
             .into_iter()
             .fold(f32::NEG_INFINITY, crate::math::max)
     }
-    /// Raises lanes to a power; twin of [`math::powi`](crate::math::powi).
+    /// Raises lanes to a power; as [`math::powi`](crate::math::powi).
     #[inline(always)]
     #[must_use]
     fn powi(self, exponent: u32) -> Self {

@@ -96,7 +96,7 @@ pub trait Simd: Copy + std::fmt::Debug + Send + Sync + 'static {
         Self::V8::mask(self, bits)
     }
 
-    /// Returns the dot product `a.x b.x + (a.y b.y + a.z b.z)`; twin of [`Vec3Lanes::dot`].
+    /// Returns the dot product `a.x b.x + (a.y b.y + a.z b.z)`; as [`Vec3Lanes::dot`].
     #[inline(always)]
     #[must_use]
     fn dot(self, a: Vec3, b: Vec3) -> f32 {
@@ -115,7 +115,7 @@ pub trait Simd: Copy + std::fmt::Debug + Send + Sync + 'static {
         )
     }
 
-    /// Returns `b * s + a`; twin of [`Vec3Lanes::mul_add`].
+    /// Returns `b * s + a`; as [`Vec3Lanes::mul_add`].
     #[inline(always)]
     #[must_use]
     fn mul_add3(self, b: Vec3, s: f32, a: Vec3) -> Vec3 {

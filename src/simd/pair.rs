@@ -16,9 +16,9 @@ pub trait Half: Lanes<Memory = Column> {
     fn load_both(simd: Self::Simd, from: &Self::Whole) -> [Self; 2];
     /// Stores the lower lanes, then the upper ones.
     fn store_both(both: [Self; 2], to: &mut Self::Whole);
-    /// Does [`Lanes::fold_min_to_16`] of the two.
+    /// [`Lanes::fold_min_to_16`] of the two.
     fn fold_both_min(both: [Self; 2]) -> Self::Packets;
-    /// Does [`Lanes::fold_max_to_16`] of the two.
+    /// [`Lanes::fold_max_to_16`] of the two.
     fn fold_both_max(both: [Self; 2]) -> Self::Packets;
 }
 

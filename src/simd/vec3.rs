@@ -1,4 +1,4 @@
-//! Vectors of lanes, a column an axis.
+//! Vectors of lanes, an array per axis.
 
 #[cfg(doc)]
 use super::Simd;
@@ -7,7 +7,7 @@ use crate::lanes::Vec3x8;
 use glam::Vec3;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A vector a lane, a column an axis.
+/// A vector a lane, an array per axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Vec3Lanes<V> {
     /// First components.
@@ -81,7 +81,7 @@ impl<V: Lanes> Vec3Lanes<V> {
         Self::new(self.x.max(b.x), self.y.max(b.y), self.z.max(b.z))
     }
 
-    /// Returns the largest absolute component; twin of [`math::max_abs`](crate::math::max_abs).
+    /// Returns the largest absolute component; as [`math::max_abs`](crate::math::max_abs).
     #[inline(always)]
     #[must_use]
     pub fn max_abs(self) -> V {
@@ -95,14 +95,14 @@ impl<V: Lanes> Vec3Lanes<V> {
         Self::new(self.x.turn(sign), self.y.turn(sign), self.z.turn(sign))
     }
 
-    /// Returns the dot product; twin of [`Simd::dot`].
+    /// Returns the dot product; as [`Simd::dot`].
     #[inline(always)]
     #[must_use]
     pub fn dot(self, b: Self) -> V {
         self.x.mul_add(b.x, self.y.mul_add(b.y, self.z * b.z))
     }
 
-    /// Returns the cross product; twin of [`Simd::cross`].
+    /// Returns the cross product; as [`Simd::cross`].
     #[inline(always)]
     #[must_use]
     pub fn cross(self, b: Self) -> Self {
@@ -113,14 +113,14 @@ impl<V: Lanes> Vec3Lanes<V> {
         }
     }
 
-    /// Returns the dot product, for culling alone: see [`Lanes::mul_add_about`].
+    /// Returns the dot product, only for culling: see [`Lanes::mul_add_about`].
     #[inline(always)]
     #[must_use]
     pub fn dot_about(self, b: Self) -> V {
         self.x.mul_add_about(b.x, self.y.mul_add_about(b.y, self.z * b.z))
     }
 
-    /// Returns the cross product, for culling alone: see [`Lanes::mul_add_about`].
+    /// Returns the cross product, only for culling: see [`Lanes::mul_add_about`].
     #[inline(always)]
     #[must_use]
     pub fn cross_about(self, b: Self) -> Self {
@@ -150,7 +150,7 @@ impl<V: Lanes> Vec3Lanes<V> {
         Self::new(self.x.abs(), self.y.abs(), self.z.abs())
     }
 
-    /// Returns `self * s + a`; twin of [`Simd::mul_add3`].
+    /// Returns `self * s + a`; as [`Simd::mul_add3`].
     #[inline(always)]
     #[must_use]
     pub fn mul_add(self, s: V, a: Self) -> Self {
@@ -161,7 +161,7 @@ impl<V: Lanes> Vec3Lanes<V> {
         )
     }
 
-    /// Returns unit vectors; twin of [`Simd::normalize`].
+    /// Returns unit vectors; as [`Simd::normalize`].
     #[inline(always)]
     #[must_use]
     pub fn normalize(self) -> Self {

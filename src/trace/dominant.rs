@@ -11,7 +11,7 @@ use glam::Vec3;
 /// Least component of a frustum's rays along its axis; below, its slopes are too far apart to cull anything.
 pub(super) const LEAST_ALONG_K: f32 = 0.3;
 
-/// The sum of all lanes, times a factor that depends on the width alone.
+/// The sum of all lanes, times a factor that depends only on the width.
 #[inline(always)]
 fn sum_of_lanes<V: Lanes>(v: V) -> f32 {
     // min(a, b) + max(a, b) = a + b, so folding both sums the lanes.

@@ -1,7 +1,7 @@
 //! Equivalence checks: every tracing implementation must find what brute force finds, bit for bit, for closest hits and
 //! occlusion. The random scenes and rays are of the kinds that break ray tracers.
 //!
-//! A scene and its rays depend on the seed and the scene's number alone, so each can be repeated by itself.
+//! A scene and its rays depend only on the seed and the scene's number, so each can be repeated by itself.
 //!
 //! ```
 //! use octray::verify::{Settings, implementations, run};

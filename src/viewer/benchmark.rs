@@ -23,7 +23,7 @@ pub struct Report {
     pub frame_ms_p99: f64,
     /// The share of the frames in which every pixel of the window was traced.
     pub full_quality_share: f64,
-    /// Millions of rays a second while tracing and shading.
+    /// Millions of rays per second while tracing and shading.
     pub mrays_per_s: f64,
 }
 

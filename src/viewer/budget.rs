@@ -9,7 +9,7 @@
 
 use std::time::Duration;
 
-/// The default time of a moving frame: 60 frames a second.
+/// The default time of a moving frame: 60 frames per second.
 pub const DEFAULT_BUDGET: Duration = Duration::from_millis(16);
 
 /// Levels of resolution: shares of the window's sides, finest first.
@@ -23,9 +23,9 @@ const TRUST: u32 = 30;
 const RECENT: usize = 5;
 /// Frames between two given up ones for each to count as a stutter.
 const STUTTER: u64 = 10;
-/// How many budgets a frame may take before it becomes coarser than [`FIRST_LEVEL`]: 20 frames a second by default.
+/// How many budgets a frame may take before it becomes coarser than [`FIRST_LEVEL`]: 20 frames per second by default.
 const MOST_TIME: u32 = 3;
-/// How many budgets a frame of all pixels may take: 31 sharp frames a second are better than 60 coarse ones.
+/// How many budgets a frame of all pixels may take: 31 sharp frames per second are better than 60 coarse ones.
 const FULL_TIME: u32 = 2;
 /// A finer picture is preferred if it takes at most this factor longer. On a busy machine, frames wait for the
 /// processor however few pixels they have.
@@ -251,7 +251,7 @@ mod tests {
             (40.0, 640, 0.016),
             (50.0, 640, 0.016),
             (200.0, 320, 0.016),
-            // A quarter of the sides, as long as that leaves 20 frames a second.
+            // A quarter of the sides, as long as that leaves 20 frames per second.
             (400.0, 320, 0.032),
             (800.0, 320, 0.048),
             (1200.0, 240, 0.06),
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn all_pixels_may_take_twice_the_budget() {
-        // 33 frames a second of all pixels, then 27.
+        // 33 frames per second of all pixels, then 27.
         let cost = |milliseconds: f64| milliseconds * 1e6 / (1280.0 * 720.0);
         let mut budget = Budget::new(DEFAULT_BUDGET);
         for milliseconds in [15.0, 20.0, 28.0, 30.0, 10.0] {

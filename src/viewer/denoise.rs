@@ -1,4 +1,4 @@
-//! Takes the grain of soft light and ambient occlusion out of pictures of few samples a pixel.
+//! Takes the grain of soft light and ambient occlusion out of pictures of few samples per pixel.
 //!
 //! ```text
 //! picture of few samples / light as if nothing were occluded = share of light --+
@@ -75,7 +75,7 @@ pub struct Denoiser {
 }
 
 impl Denoiser {
-    /// Denoises a picture of these settings. With several samples a pixel, pixels at edges stay as they are: they show more
+    /// Denoises a picture of these settings. With several samples per pixel, pixels at edges stay as they are: they show more
     /// than the surface in their centre.
     pub fn run(&mut self, model: &Model, camera: &Camera, settings: &Settings, film: &mut Film) {
         self.find_surfaces(model, camera, settings);

@@ -33,7 +33,7 @@ pub enum Action {
     PrintCamera,
     /// Save the picture.
     Save,
-    /// Play the frames of a scene that moves, or stand.
+    /// Play the frames of an animated scene, or stand.
     Play,
     /// Stand at a frame this much further on.
     Step(i64),

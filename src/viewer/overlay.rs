@@ -19,7 +19,7 @@ const EMPTY: u32 = 0x0040_4040;
 pub struct Overlay<'a> {
     /// Whether the help is shown.
     pub help: bool,
-    /// Frames and rays a second.
+    /// Frames and rays per second.
     pub figures: Option<Vec<String>>,
     /// What is under the mouse.
     pub probed: Option<&'a [String]>,

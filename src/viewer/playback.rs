@@ -1,4 +1,4 @@
-//! Plays the frames of a scene that moves, in real time.
+//! Plays the frames of an animated scene, in real time.
 
 use super::window::App;
 use std::time::{Duration, Instant};
@@ -158,7 +158,7 @@ mod tests {
             seen.push(playback.frame());
         }
         assert_eq!(seen, [6, 7, 8]);
-        // A late one is not made up for: 25 frames a second, whatever was shown.
+        // A late one is not made up for: 25 frames per second, whatever was shown.
         assert!(playback.go_on(at(1.001)));
         assert_eq!(playback.frame(), 30);
         assert!(playback.go_on(at(4.001)));

@@ -1,7 +1,7 @@
-//! The pictures that are traced at rest: of 1, 4, 16, ... samples a pixel, up to a last number.
+//! The pictures that are traced at rest: of 1, 4, 16, ... samples per pixel, up to a last number.
 //!
 //! Each is traced from scratch, so that the last one has the bytes of `octray render --samples`. They share no samples:
-//! 64 cost 85 rays a pixel.
+//! 64 cost 85 rays per pixel.
 
 /// How much finer each picture is than the one before.
 const STEP: u32 = 4;
@@ -19,7 +19,7 @@ impl Progressive {
         self.done = 0;
     }
 
-    /// Returns the samples a pixel of the next picture; `None` after one of `last` samples.
+    /// Returns the samples per pixel of the next picture; `None` after one of `last` samples.
     #[must_use]
     pub fn next(&self, last: u32) -> Option<u32> {
         let next = self.done.saturating_mul(STEP).clamp(1, last.max(1));

@@ -50,13 +50,13 @@ pub struct Style {
 }
 
 impl Style {
-    /// Returns the samples a pixel of the last picture at rest.
+    /// Returns the samples per pixel of the last picture at rest.
     #[must_use]
     pub fn last_samples(&self) -> u32 {
         if self.antialias { self.settings.samples } else { 1 }
     }
 
-    /// Returns the settings of a picture of `size` with a number of samples a pixel. A single one goes through the centre.
+    /// Returns the settings of a picture of `size` with a number of samples per pixel. A single one goes through the centre.
     /// Brute force takes all samples in all pixels; normals and costs take those of a regular grid.
     #[must_use]
     pub fn settings(&self, [width, height]: [u32; 2], samples: u32) -> Settings {

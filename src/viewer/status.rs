@@ -14,7 +14,7 @@ pub struct Status {
     last: Option<Instant>,
     seconds_per_frame: Option<f64>,
     title_at: Option<Instant>,
-    /// Millions of rays a second of packets and of single rays, as last measured.
+    /// Millions of rays per second of packets and of single rays, as last measured.
     mrays: [Option<f64>; 2],
 }
 
@@ -43,7 +43,7 @@ impl Status {
         Some(format!("octray - {name} - {}", self.line(picture)))
     }
 
-    /// Returns frames and rays a second, resolution and samples.
+    /// Returns frames and rays per second, resolution and samples.
     pub fn line(&self, picture: &Picture) -> String {
         let [width, height] = picture.size;
         let [w, h] = picture.traced;
@@ -76,7 +76,7 @@ impl Status {
         line
     }
 
-    /// Returns millions of rays a second of both modes.
+    /// Returns millions of rays per second of both modes.
     pub fn modes(&self) -> Vec<String> {
         ["packets    ", "single rays"]
             .iter()

@@ -1,4 +1,4 @@
-//! Scenes that move: placements between keyframes have their closed forms, and a moved frame is that of a scene that
+//! Animated scenes: placements between keyframes have their closed forms, and a moved frame is that of a scene that
 //! stands there, whatever traces it.
 
 use crate::{instances::brute_force_agrees, sameness};

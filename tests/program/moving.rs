@@ -1,4 +1,4 @@
-//! Scenes that move: frames in pictures, animations, sheets and jobs, and which options go with them.
+//! Animated scenes: frames in pictures, animations, sheets and jobs, and which options go with them.
 
 use crate::program::Folder;
 use std::fs;

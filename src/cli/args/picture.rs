@@ -63,7 +63,7 @@ pub fn usual_samples(is_soft: bool) -> u32 {
     if is_soft { MANY_SAMPLES } else { 1 }
 }
 
-/// How many samples a pixel takes.
+/// Samples per pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Samples {
     Exactly(u32),

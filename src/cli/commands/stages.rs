@@ -14,7 +14,7 @@ use crate::{
 };
 use std::{path::PathBuf, sync::Arc};
 
-/// Does what [`load::load_and_list`] does; a bar shows how much is read, if `visible`.
+/// [`load::load_and_list`] with a progress bar, if `visible`.
 ///
 /// # Errors
 /// [`CliError`].
@@ -48,7 +48,7 @@ pub fn bytes_of(plan: &InputPlan) -> u64 {
     }
 }
 
-/// Does what [`Bvh::build_with`] does; a bar shows how far it is, if `visible`.
+/// [`Bvh::build_with`] with a progress bar, if `visible`.
 pub fn build(scene: &Scene, quality: BuildQuality, visible: bool) -> Bvh {
     let bar = StageBar::new(visible, "building", 0);
     let bvh = Bvh::build_watched(scene, quality, &|progress| {

@@ -1,4 +1,4 @@
-//! The frames of scenes that move: their number is found before anything is loaded, since all pictures are named then.
+//! The frames of animated scenes: their number is found before anything is loaded, since all pictures are named then.
 
 use super::{FrameRange, InputKind, Turntable, is_standard_input, kind_of};
 use crate::{cli::CliError, format};

@@ -1,7 +1,7 @@
 //! Where everything goes that octray says. Messages begin as clap's do.
 //!
 //! What is printed may hold names and values of strangers' files. Those who make a message clip each value; here the
-//! whole is made safe once more, whatever is in it: escaped, and cut at about a screen.
+//! whole is made safe once more, whatever is in it: escaped, and truncated to about a screen.
 
 use crate::{
     cli::CliError,

@@ -29,7 +29,7 @@ pub struct Animation<'a> {
 struct Buffer(Rc<RefCell<Vec<u8>>>);
 
 enum Encoder {
-    /// With the number of frames a second and of frames so far.
+    /// With the number of frames per second and of frames so far.
     Gif(Box<GifEncoder<Buffer>>, u32, u32),
     Png(Box<png::Writer<Buffer>>),
     Y4m,

@@ -18,7 +18,7 @@ use std::io::{self, Cursor};
 
 /// The samples of a tile or of the picture.
 pub enum Samples {
-    /// RGB or RGBA: a number of bytes a pixel.
+    /// RGB or RGBA: a number of bytes per pixel.
     Bytes(Vec<u8>, usize),
     Exr(Vec<Plane>),
 }

@@ -1,4 +1,4 @@
-//! Buffers and accessors. Every range is checked before it is read; elements are read one by one, so that no accessor
+//! Buffers and accessors. Every range is checked before it is read; elements are read one at a time, so that no accessor
 //! takes memory beside its buffer.
 
 use super::super::{

@@ -1,4 +1,4 @@
-//! The elements of an accessor: numbers in a buffer, read one by one.
+//! The elements of an accessor: numbers in a buffer, read one at a time.
 
 use super::buffers::Bytes;
 use gltf::accessor::DataType;

@@ -1,4 +1,4 @@
-//! Scenes that move in the window.
+//! Animated scenes in the window.
 
 use super::{BELOW_MESSAGE, SIZE, Screen, Viewer, difference, meshes, wait_for};
 

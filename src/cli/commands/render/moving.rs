@@ -1,4 +1,4 @@
-//! Frames of a scene that moves.
+//! Frames of an animated scene.
 
 use super::Call;
 use crate::{
