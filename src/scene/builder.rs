@@ -1,4 +1,4 @@
-//! The scene builder: refuses what cannot be rendered, so that no later layer meets a NaN, an index out of range or a
+//! The scene builder: rejects what cannot be rendered, so that no later layer meets a NaN, an index out of range or a
 //! radius of 0.
 
 mod instances;
@@ -146,7 +146,7 @@ pub(super) fn has_area([v0, v1, v2]: [Vec3; 3]) -> bool {
     (v1 - v0).cross(v2 - v0) != DVec3::ZERO || has_exact_area([v0, v1, v2])
 }
 
-/// [`has_area`] where rounding may have taken all of it: corners whose coordinates are of very different sizes.
+/// [`has_area`] where rounding may lose the whole area: corners whose coordinates have very different magnitudes.
 #[cold]
 fn has_exact_area(corners: [DVec3; 3]) -> bool {
     let [v0, v1, v2] = corners;
@@ -208,8 +208,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Makes an empty scene as [`SceneBuilder::new`] does, limited to `memory` bytes including the build of its BVH.
-    /// Sizes are estimated, and what would exceed the limit is refused before it is allocated.
+    /// Makes an empty scene like [`SceneBuilder::new`], limited to `memory` bytes including the build of its BVH. Sizes are
+    /// estimated, and whatever would exceed the limit is refused before it is allocated.
     #[must_use]
     pub fn within(memory: u64) -> Self {
         Self {
@@ -249,7 +249,7 @@ impl SceneBuilder {
         Ok(id)
     }
 
-    /// Adds a material that is like no other.
+    /// Adds a material without looking for an equal one.
     fn push_material(&mut self, material: Material) -> Result<MaterialId, SceneError> {
         if self.materials.len() >= MAX_MATERIALS {
             return Err(SceneError::TooMany {
@@ -267,7 +267,7 @@ impl SceneBuilder {
         Ok(id)
     }
 
-    /// Lets the background light the surfaces, or a picture that takes its place.
+    /// Sets the environment: the background or an image, which then also lights the scene.
     ///
     /// # Errors
     /// [`SceneError::OutOfRange`] for a colour that is not from 0 to 1, [`SceneError::OverLimit`].
@@ -319,7 +319,7 @@ impl SceneBuilder {
         }
     }
 
-    /// Records a sentence about something that was ignored or missing without being an error.
+    /// Records a note: a sentence about something that was ignored or missing, which is no error.
     pub fn add_note(&mut self, note: String) {
         self.sources.notes.push(note);
     }
@@ -335,8 +335,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Checks the limits of counts and memory before adding this many more. `vectors` are all normals and colours that
-    /// the scene will have then.
+    /// Checks the limits of counts and memory before adding this many more. `vectors`: the total number of normals and
+    /// colours afterwards.
     fn check_limits(
         &self,
         [triangles, spheres, vertices]: [usize; 3],

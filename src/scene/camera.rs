@@ -78,7 +78,7 @@ impl Camera {
         camera
     }
 
-    /// Returns whether the camera has a lens, so that each sample sees the scene from another point of it.
+    /// Returns whether the camera has a lens, so that each sample starts at another point of it.
     #[must_use]
     pub fn has_lens(&self) -> bool {
         self.view.lens.aperture > 0.0

@@ -1,28 +1,28 @@
-//! Checkerboards: cells of two colours, filtered without samples.
+//! Checkerboards in space, filtered analytically.
 
 use super::material::check_color;
 use crate::error::SceneError;
 use glam::{DVec3, Vec3};
 
-/// A checkerboard that fills space: cubes along the axes of the scene, two colours in turn.
+/// A checkerboard that fills space: cubes along the axes of the scene, with two alternating colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checker {
-    /// The colour of the cell from the scene's 0 0 0 on towards positive coordinates, and that of its neighbours: linear
-    /// RGB from 0 to 1.
+    /// The colour of the cell from the scene's origin to (size, size, size), and that of its neighbours: linear RGB from 0
+    /// to 1.
     pub colors: [[f32; 3]; 2],
     /// The side of a cell, scene units, above 0.
     pub size: f32,
 }
 
-/// A point is moved by this share of a cell along the normal, towards the positive side of its largest component: so all
-/// of a face between two layers of cells shows one of them, however its points are rounded.
+/// Points are moved by this share of a cell along the normal, towards the positive side of its largest component, so that
+/// a face between two layers of cells shows only one of them, however its points are rounded.
 const NUDGE: f64 = 1.0 / 1024.0;
 
 /// Footprints of more cells than this have the mean colour.
 const MANY_CELLS: f64 = 1e6;
 
 impl Checker {
-    /// Refuses constants out of range.
+    /// Rejects constants out of range.
     pub(super) fn check(&self) -> Result<(), SceneError> {
         self.colors.into_iter().try_for_each(check_color)?;
         let (what, value) = ("size", self.size);
@@ -35,11 +35,11 @@ impl Checker {
         Ok(())
     }
 
-    /// Returns the mean colour of what a ray's cone sees at a point of the scene: the cone is `width` wide there, the
-    /// ray has that direction, and the surface that unit normal.
+    /// Returns the mean colour within a ray's cone at a point of the scene. `width`: of the cone there; `normal`: a unit normal
+    /// of the surface.
     ///
-    /// The mean of an axis is that over the extent of the footprint along it, and their product is that of all three:
-    /// exactly so on a face across one of the axes (Quilez, *Filterable Procedurals*, 2017).
+    /// It is the product of the means over the footprint's extent along each axis, which is exact on a face across one of the
+    /// axes (Quilez, *Filterable Procedurals*, 2017).
     pub(super) fn color(&self, point: DVec3, normal: Vec3, direction: Vec3, width: f32) -> [f32; 3] {
         let (normal, direction) = (normal.as_dvec3(), direction.as_dvec3());
         let size = f64::from(self.size);
@@ -59,7 +59,7 @@ impl Checker {
             // The footprint is the ray's disc, moved along the ray onto the surface.
             let slope = direction[axis] / toward;
             let square = 1.0 - 2.0 * normal[axis] * slope + slope * slope;
-            // NaN stays: such rays run along the surface.
+            // NaN passes: such rays run along the surface.
             let stretch = if square < 0.0 { 0.0 } else { square.sqrt() };
             product *= mean(point[axis], width * stretch);
         }

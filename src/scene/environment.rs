@@ -1,8 +1,8 @@
 //! Light from all around: a background that lights surfaces, with importance sampling.
 //!
-//! A picture is sampled by the light of its texels (Pharr, Jakob and Humphreys, *Physically Based Rendering*, 4th edition,
-//! 12.5). Where some of them are much brighter than the mean, each point gets two samples: one of these suns, one of the
-//! rest. So neither's grain is that of the other.
+//! An image is sampled by the light of its texels (Pharr, Jakob and Humphreys, *Physically Based Rendering*, 4th edition,
+//! 12.5). If some of them, its suns, are much brighter than the mean, each point gets two samples, one of the suns and one
+//! of the rest, so that neither adds noise to the other.
 
 mod suns;
 
@@ -18,16 +18,16 @@ use suns::Suns;
 /// The largest width and height of an environment's picture, pixels.
 pub const MAX_ENVIRONMENT_SIDE: u32 = 1 << 14;
 
-/// What rays that leave the scene see, which lights its surfaces, too.
+/// What rays that leave the scene see, and what lights the scene.
 #[derive(Debug)]
 pub enum Environment {
     /// The scene's background: one colour or a gradient.
     Background(Background),
-    /// A picture of all directions.
+    /// An environment map.
     Picture(EnvironmentPicture),
 }
 
-/// An equirectangular picture: its columns are the azimuth, its rows the polar angle. Its middle is in the direction +x, its
+/// An equirectangular image: its columns are the azimuth, its rows the polar angle. Its middle is in the direction +x, its
 /// upper edge +z.
 #[derive(Debug)]
 pub struct EnvironmentPicture {
@@ -35,13 +35,13 @@ pub struct EnvironmentPicture {
     height: usize,
     /// Rows from the top; linear RGB, 0 or more.
     texels: Vec<[f32; 3]>,
-    /// What is much brighter than the rest, with samples of its own.
+    /// Texels that are much brighter than the mean, with separate samples.
     suns: Option<Suns>,
     /// For each row the probability that a sample of the rest is in it or in one above.
     rows: Vec<f32>,
     /// For each texel the probability that a sample of its row is in it or left of it.
     columns: Vec<f32>,
-    /// The part of a full turn by which the picture is turned.
+    /// Rotation, as a fraction of a full turn.
     turn: f32,
 }
 
@@ -155,7 +155,7 @@ impl EnvironmentPicture {
         [x, y.clamp(0, self.height as isize - 1) as usize]
     }
 
-    /// Where a direction is in the picture: from 0 to 1 from left to right and from top to bottom.
+    /// The position of a direction in the image: from 0 to 1 from left to right and from top to bottom.
     fn place(&self, direction: Vec3) -> [f32; 2] {
         let azimuth = libm::atan2f(direction.y, direction.x);
         let u = 0.5 - azimuth / TAU + self.turn;
@@ -180,8 +180,8 @@ impl EnvironmentPicture {
         })
     }
 
-    /// The direction of a random point around the middle of a texel. Points are spread as interpolation spreads the texel's
-    /// light: by a tent, which is folded at the upper and lower edge.
+    /// The direction of a random point around the centre of a texel. Points are distributed as interpolation spreads the
+    /// texel's light: by a tent, which is folded at the upper and lower edge.
     fn around(&self, [x, y]: [usize; 2], within: [f32; 2]) -> ([f32; 2], Vec3) {
         let [right, down] = within.map(tent);
         let (width, height) = (self.width as f32, self.height as f32);
@@ -199,15 +199,15 @@ impl EnvironmentPicture {
         ([u - u.floor(), v], direction)
     }
 
-    /// A direction, with a probability by the light from it; of all but the suns.
+    /// Samples a direction by the light from it, without the suns.
     fn sample(&self, [s, t]: [f32; 2]) -> Vec3 {
         let (y, v) = find(&self.rows, t);
         let (x, u) = find(self.row(y), s);
         self.around([x, y], [u, v]).1
     }
 
-    /// The light from a direction and its place, and the probability in samples, per steradian. Both are interpolated
-    /// between the texels that have a `probability`.
+    /// The light from a direction and its position in the image, and the probability density per steradian. Both are
+    /// interpolated between the texels that have a `probability`.
     fn part(
         &self,
         direction: Vec3,
@@ -244,7 +244,7 @@ impl EnvironmentPicture {
         })
     }
 
-    /// A direction, with a probability by the light of the suns from it, and that light over the probability.
+    /// Samples a direction by the light of the suns from it; returns it and that light over the probability density.
     fn sample_suns(&self, suns: &Suns, point: [f32; 2]) -> (Vec3, [f32; 3]) {
         let (texel, within) = suns.sample(point);
         let (place, direction) = self.around(texel, within);
@@ -258,24 +258,25 @@ impl EnvironmentPicture {
     }
 }
 
-/// The shares of directions that are drawn by the light. By the cosine alone, highlights at a flat angle would be grain, and
-/// so would pictures with bright parts that are too large for suns.
+/// The shares of directions that are sampled by the light. Only by the cosine, highlights at grazing angles would be noisy,
+/// and so would images with bright parts that are too large for suns.
 // Tuned: see docs/lab-notes.md#suns
 const BACKGROUND_SHARE: f32 = 1.0 / 32.0;
 const PICTURE_SHARE: f32 = 1.0 / 8.0;
 
-/// No texel is brighter.
+/// Maximum brightness of a texel.
 const MAX_LIGHT: f32 = 1e9;
 
-/// The largest half float, which files give as infinite beyond.
+/// The largest half float; files store larger values as infinite.
 const MAX_HALF: f32 = 65504.0;
 
-/// The share of a row of the sphere, of whose equator it is 1: rows near the poles fill less.
+/// Solid angle of a row relative to the equator's.
 fn share_of_row(y: usize, height: usize) -> f64 {
     libm::sin((y as f64 + 0.5) / height as f64 * std::f64::consts::PI)
 }
 
-/// Makes sums of brightness, as shares of their total, which it returns. They rise evenly if that is 0.
+/// Replaces brightness by its cumulative sums, as shares of the total, and returns the total. The sums rise evenly if it
+/// is 0.
 fn accumulate(row: &mut [f32]) -> f64 {
     let total: f64 = row.iter().map(|&brightness| f64::from(brightness)).sum();
     let (mut sum, count) = (0.0, row.len() as f64);
@@ -290,14 +291,14 @@ fn accumulate(row: &mut [f32]) -> f64 {
     total
 }
 
-/// The first entry of a table that is above `share`, and where `share` lies in it, from 0 to 1.
+/// The first entry of a table above `share`, and the position of `share` in it, from 0 to 1.
 fn find(table: &[f32], share: f32) -> (usize, f32) {
     let i = table.partition_point(|&sum| sum <= share).min(table.len() - 1);
     let before = if i == 0 { 0.0 } else { table[i - 1] };
     (i, ((share - before) / step(table, i)).clamp(0.0, 1.0))
 }
 
-/// Maps 0 to 1 to -1 to 1, with a probability that falls evenly from the middle.
+/// Maps [0, 1] to [-1, 1], distributed by a tent.
 fn tent(share: f32) -> f32 {
     if share < 0.5 {
         (2.0 * share).sqrt() - 1.0
@@ -312,7 +313,7 @@ fn step(table: &[f32], i: usize) -> f32 {
 }
 
 impl Environment {
-    /// Returns its memory beside the scene, bytes.
+    /// Returns the memory of its image, bytes.
     pub(super) fn memory_bytes(&self) -> usize {
         match self {
             Self::Background(_) => 0,
@@ -329,7 +330,7 @@ impl Environment {
         }
     }
 
-    /// Returns the share of directions that are drawn by the light itself; others are by the cosine to the surface.
+    /// Returns the share of directions that are sampled by the light; others are sampled by the cosine.
     #[inline]
     pub(crate) fn light_share(&self) -> f32 {
         match self {
@@ -338,14 +339,14 @@ impl Environment {
         }
     }
 
-    /// Returns whether some of its light has samples of its own.
+    /// Returns whether it has suns, which take a second sample.
     #[inline]
     pub(crate) fn has_suns(&self) -> bool {
         matches!(self, Self::Picture(picture) if picture.suns.is_some())
     }
 
-    /// Returns a random unit vector for a point of the unit square, of all but the suns.
-    // Not inlined: compiled once, not for each level, it is the same arithmetic everywhere.
+    /// Returns a random unit vector for a point of the unit square, without the suns.
+    // Not inlined: compiled once instead of for each level.
     #[inline(never)]
     pub(crate) fn sample(&self, point: [f32; 2]) -> Vec3 {
         match self {

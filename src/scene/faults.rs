@@ -1,4 +1,4 @@
-//! Counts mesh faults: degenerate, duplicate and inverted triangles. They are rendered all the same.
+//! Counts mesh defects: degenerate, duplicate and inverted triangles. They do not prevent rendering.
 
 use super::{Scene, Vertices, instance::gaps, weld::weld};
 use rayon::prelude::*;
@@ -57,7 +57,7 @@ impl Scene {
         }
     }
 
-    /// The first vertex at each vertex's place. Those of prototypes are in spaces of their own.
+    /// The first vertex at each vertex's position. Each prototype has its own space.
     fn welded(&self) -> Vec<u32> {
         let vertices = &self.vertices;
         if self.prototypes.is_empty() {
@@ -176,7 +176,7 @@ impl Groups {
         self.size[a as usize] += self.size[b as usize];
     }
 
-    /// Counts the triangles that face the rarer way within their component.
+    /// Counts the triangles with the less frequent orientation in their component.
     fn minorities(mut self) -> usize {
         let count = self.parent.len();
         let mut turned = vec![0_u32; count];

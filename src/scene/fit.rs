@@ -12,7 +12,7 @@ const MARGIN: f64 = 0.06;
 pub struct Fit {
     /// Position of the camera.
     pub eye: DVec3,
-    /// The point to look at, at the depth of the mesh's middle.
+    /// The point to look at, at the depth of the mesh's centre.
     pub target: DVec3,
     /// Height of the view at the target, scene units: that of an orthographic view.
     pub height: f64,
@@ -43,8 +43,8 @@ impl FitView {
         self.fit_around(&[PlacedMesh::in_place(mesh)], 0.0)
     }
 
-    /// As [`FitView::fit`], of several meshes in all their places, with a sphere of radius `reach` (scene units) around
-    /// every vertex. If they have more than 2^26 vertices there, boxes around them are fitted.
+    /// As [`FitView::fit`], for all placements of several meshes, with a sphere of radius `reach` (scene units) around every
+    /// vertex. If there are more than 2^26 placed vertices, boxes around the meshes are fitted.
     ///
     /// # Errors
     /// As [`FitView::fit`].
@@ -116,7 +116,7 @@ impl FitView {
         self.fit_turning_around(&[PlacedMesh::in_place(mesh)], 0.0)
     }
 
-    /// As [`FitView::fit_turning`], of several meshes as [`FitView::fit_around`] has them.
+    /// As [`FitView::fit_turning`], for several meshes as in [`FitView::fit_around`].
     ///
     /// # Errors
     /// As [`FitView::fit`].
@@ -137,8 +137,8 @@ impl FitView {
     }
 }
 
-/// Bounds the volume that meshes sweep when they turn about the middle of their box. Returns the middle and the corners
-/// of polygonal rings around the volume.
+/// Bounds the volume that meshes sweep when they turn about the centre of their box. Returns the centre and the corners of
+/// polygonal rings around the volume.
 fn swept_rings(axis: DVec3, meshes: &[PlacedMesh<'_>]) -> (DVec3, TriangleMesh) {
     const SLICES: usize = 64;
     const CORNERS: usize = 96;

@@ -1,4 +1,4 @@
-//! Images on surfaces: bytes with mipmaps, and how they are looked up.
+//! Texture images: bytes with mipmaps, and their lookup.
 
 use crate::{error::SceneError, math::srgb};
 use rayon::prelude::*;
@@ -10,13 +10,13 @@ pub const MAX_IMAGE_SIDE: u32 = 1 << 14;
 /// The least number of texels of a level that threads share.
 const WORTH_THREADS: usize = 1 << 16;
 
-/// What the bytes of an image stand for.
+/// The meaning of an image's bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Curve {
-    /// Display values, used as they are: a byte divided by 255.
+    /// Values used unchanged: a byte divided by 255.
     #[default]
     Display,
-    /// Light by the sRGB curve.
+    /// Encoded by the sRGB curve.
     Srgb,
 }
 
@@ -36,13 +36,13 @@ struct Level {
     texels: Vec<[u8; 4]>,
 }
 
-/// What lies beyond an image's edges.
+/// The wrap mode beyond an image's edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// The image again.
+    /// The image repeats.
     #[default]
     Repeat,
-    /// The image again, every other one mirrored.
+    /// The image repeats, every other time mirrored.
     Mirror,
     /// The texels of the edge.
     Clamp,
@@ -55,13 +55,13 @@ pub struct Texture {
     pub image: u32,
     /// Beyond the left and right edges, and beyond the upper and lower ones.
     pub wrap: [Wrap; 2],
-    /// Whether texels seen from near are squares instead of being interpolated.
+    /// Whether magnified texels are squares instead of interpolated.
     pub nearest: bool,
 }
 
 impl Image {
-    /// Makes an image of its pixels, rows from the top, and computes the mipmaps: means of the light that 2x2 texels
-    /// stand for, weighted by alpha.
+    /// Makes an image of its pixels, rows from the top, and computes the mipmaps: means of the linear light of 2x2 texels,
+    /// weighted by alpha.
     ///
     /// # Errors
     /// [`SceneError::ImageSize`] if a side is 0 or above [`MAX_IMAGE_SIDE`], [`SceneError::ArrayLength`] or
@@ -111,13 +111,13 @@ impl Image {
         (width as usize * height as usize).saturating_mul(16) / 3 + 64
     }
 
-    /// Sets what the bytes stand for.
+    /// Sets the meaning of the bytes.
     pub fn set_curve(&mut self, curve: Curve) {
         self.curve = curve;
     }
 
-    /// Returns red, green, blue and alpha at texture coordinates, interpolated between the four nearest texels of the two
-    /// levels nearest to `lod`, the binary logarithm of the size of what is averaged in texels of the first level.
+    /// Returns red, green, blue and alpha at texture coordinates, filtered trilinearly. `lod` is the binary logarithm of the
+    /// footprint's size in texels of the first level.
     #[must_use]
     pub(super) fn color(&self, texture: Texture, uv: [f32; 2], lod: f32) -> [f32; 4] {
         let last = self.levels.len() - 1;
@@ -204,10 +204,10 @@ fn whole_light() -> &'static [u32; 256] {
     LIGHT.get_or_init(|| std::array::from_fn(|byte| (light()[byte] * 65535.0 + 0.5) as u32))
 }
 
-/// Of how many 65535ths of light the bytes are tabulated together: less than half the step between dark bytes.
+/// Step of the table of display values, in 65535ths of light: less than half the step between dark bytes.
 const STEP: u32 = 8;
 
-/// The byte of light in 65535ths.
+/// The display byte of light in 65535ths.
 fn display(light: u32) -> u8 {
     static DISPLAY: OnceLock<Vec<u8>> = OnceLock::new();
     let table = DISPLAY.get_or_init(|| {

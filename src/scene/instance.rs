@@ -1,7 +1,7 @@
 //! Instances: meshes that are stored once, as prototypes, and placed any number of times.
 //!
-//! A ray is hit by an instance where its image in the prototype's space is hit by the prototype. The image is computed in
-//! `f64` and rounded once, by the same scalar code wherever rays are traced, so all of them find the same hits.
+//! A ray hits an instance where its image, the ray in the prototype's space, hits the prototype. The image is computed in
+//! `f64` and rounded once, by the same scalar code in all tracing methods, so that they find the same hits.
 
 #[cfg(feature = "gltf")]
 use super::{PlacedMesh, TriangleMesh};
@@ -21,20 +21,20 @@ pub const MAX_INSTANCES: usize = 1 << 24;
 /// The most prototypes of a scene.
 pub const MAX_PROTOTYPES: usize = 1 << 16;
 
-/// Rays that start farther than this from a prototype of about size 1 do not hit it: seen from there it is smaller than the
-/// steps of directions, and products of coordinates might overflow.
+/// Rays that start farther than this from a prototype of about size 1 do not hit it: from there it is smaller than the
+/// resolution of directions, and products of coordinates might overflow.
 const FARTHEST: f32 = 1e9;
 
-/// The least volume of a unit cube's image, as a share of what its sides' lengths allow: flatter ones are lost to the rounding of
-/// a matrix.
+/// The least volume of a transformed unit cube, as a share of the product of its side lengths: flatter matrices are
+/// numerically singular.
 const LEAST_SOLIDITY: f64 = 1e-9;
 
 /// The number of a prototype in its scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PrototypeId(pub u32);
 
-/// A mesh that instances place: parts of the scene's arrays. Positions there are in the prototype's own space, where they
-/// are at most about 1.
+/// A mesh that instances place: parts of the scene's arrays. Positions are in the prototype's space, with coordinates up to
+/// about 1.
 #[derive(Clone, Debug)]
 pub struct Prototype {
     /// Its triangles, by index.
@@ -53,18 +53,17 @@ pub struct Prototype {
 /// A placed prototype.
 #[derive(Clone, Copy, Debug)]
 pub struct Instance {
-    /// The map from the scene's space, relative to [`Scene::origin`], to the prototype's: three rows of a matrix, each with
-    /// what is added behind it.
+    /// The 3x4 matrix, row by row, from the scene's space relative to [`Scene::origin`] to the prototype's.
     to_prototype: [[f32; 4]; 3],
     prototype: PrototypeId,
 }
 
-/// A ray in a prototype's space. It has no end of its own.
+/// A ray in a prototype's space, without an end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ImageRay {
     /// The ray, its direction of unit length.
     pub ray: Ray,
-    /// How much longer the image of a distance is.
+    /// Length of the image of a unit distance.
     length: f64,
 }
 
@@ -93,7 +92,7 @@ impl ImageRay {
     /// The least t whose [distance in the scene](Self::in_scene) is `t_max` or more, or the largest number.
     #[must_use]
     pub fn end(&self, t_max: f32) -> f32 {
-        // No distance is less; and one step after the other to there would take long.
+        // No distance is less, and stepping there would take long.
         if t_max <= f32::MIN_POSITIVE {
             return 0.0;
         }
@@ -107,7 +106,7 @@ impl ImageRay {
         end
     }
 
-    /// More than any t whose distance in the scene is `t_max` or less, but not much more.
+    /// A t slightly above all those whose distance in the scene is `t_max` or less.
     #[inline]
     #[must_use]
     pub fn beyond(&self, t_max: f32) -> f32 {
@@ -119,15 +118,14 @@ impl ImageRay {
 }
 
 impl Instance {
-    /// Returns what is placed.
+    /// Returns the placed prototype.
     #[inline]
     #[must_use]
     pub fn prototype(&self) -> PrototypeId {
         self.prototype
     }
 
-    /// Returns the map from the prototype's space to the scene's, relative to [`Scene::origin`]: three rows of a matrix, each
-    /// with what is added behind it.
+    /// Returns the 3x4 matrix, row by row, from the prototype's space to the scene's, relative to [`Scene::origin`].
     #[must_use]
     pub fn to_scene(&self) -> [f32; 12] {
         let Placement { linear, offset, .. } = self.placement();
@@ -180,7 +178,7 @@ impl Instance {
         )
     }
 
-    /// The way back from the prototype's space.
+    /// The inverse: from the prototype's space to the scene's.
     #[must_use]
     pub(crate) fn placement(&self) -> Placement {
         let rows = self.to_prototype.map(|row| row.map(f64::from));
@@ -207,10 +205,10 @@ fn product(row: &[f32; 4], x: f32, y: f32, z: f32) -> f64 {
     f64::from(row[0]) * f64::from(x) + f64::from(row[1]) * f64::from(y) + f64::from(row[2]) * f64::from(z)
 }
 
-/// An instance's map from its prototype's space to the scene's.
+/// The transform from a prototype's space to the scene's.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placement {
-    /// The map to the prototype.
+    /// The matrix to the prototype.
     rows: [[f64; 4]; 3],
     linear: [[f64; 3]; 3],
     offset: [f64; 3],
@@ -243,8 +241,8 @@ impl Placement {
         Vec3::new((x / length) as f32, (y / length) as f32, (z / length) as f32)
     }
 
-    /// At least the largest coordinate in the scene of points with coordinates up to `magnitude`, in steps of whose size
-    /// positions are rounded.
+    /// An upper bound on the scene coordinates of points with coordinates up to `magnitude`; it bounds the rounding of
+    /// positions.
     #[must_use]
     pub fn magnitude(&self, magnitude: f32) -> f32 {
         let most = |i: usize| {
@@ -277,7 +275,7 @@ impl Placement {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unplaced {
     linear: [[f32; 3]; 3],
-    /// Where the prototype's origin stands.
+    /// The position of the prototype's origin.
     position: DVec3,
     prototype: PrototypeId,
 }
@@ -350,7 +348,7 @@ impl Prototype {
     }
 }
 
-/// Tells which transforms can place a mesh as an instance.
+/// Checks whether a transform can place a mesh as an instance.
 #[cfg(feature = "gltf")]
 pub(crate) struct Placing(Prototype);
 
@@ -439,7 +437,7 @@ impl Scene {
     }
 }
 
-/// What is left of the numbers up to `end` without the ranges `taken`, which are in order.
+/// The numbers up to `end` outside of the ranges `taken`, which are in order.
 pub(super) fn gaps(taken: impl Iterator<Item = Range<u32>>, end: u32) -> Vec<Range<u32>> {
     let (mut free, mut next) = (Vec::new(), 0);
     for taken in taken.chain(std::iter::once(end..end)) {

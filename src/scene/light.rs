@@ -1,28 +1,28 @@
-//! Lights: where light comes from, and how much of it arrives.
+//! Lights: shapes, power, falloff and cones.
 
 use super::{builder::usable, material::check_color};
 use crate::error::SceneError;
 use glam::{DVec3, Vec3};
 
-/// Falloff makes no light stronger than this, however near.
+/// Upper bound on the factor of falloff near a light.
 pub(crate) const MOST_FALLOFF: f32 = 1e9;
 
-/// The least difference of the cosines of a spot's angles, which makes its edge.
+/// The least difference of the cosines of a spot's angles: the width of its edge.
 const NARROWEST: f64 = 1e-6;
 
-/// A light. Lights are not seen themselves, and cast no shadows.
+/// A light. Lights are invisible and cast no shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// What it is and where.
+    /// Its shape and position.
     pub shape: LightShape,
     /// Intensity I_i: what a white matte surface that faces the light reflects. 0 or more.
     pub intensity: f32,
     /// Colour, linear RGB from 0 to 1.
     pub color: [f32; 3],
-    /// The distance at which the light has its intensity, if that falls off with the square of the distance. Scene units,
-    /// above 0.
+    /// The distance at which a light with inverse-square falloff has its intensity, scene units, above 0; `None` without
+    /// falloff.
     pub falloff: Option<f32>,
-    /// The cone that the light shines into.
+    /// The cone of a spot.
     pub spot: Option<Spot>,
 }
 
@@ -53,13 +53,13 @@ pub enum LightShape {
     Directional {
         /// The unit vector to the light.
         to_light: Vec3,
-        /// Sine of half the angle that the light fills; 0 for hard shadows.
+        /// Sine of the light's angular radius; 0 for hard shadows.
         sine: f32,
     },
 }
 
-/// A cone of light: full within the inner angle, none beyond the outer one, between them the square of a linear function
-/// of the angle's cosine, as `KHR_lights_punctual` of glTF recommends.
+/// A cone of light: full within the inner angle, none beyond the outer one, in between the square of a linear function of
+/// the angle's cosine, as `KHR_lights_punctual` of glTF recommends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {
     direction: Vec3,
@@ -102,7 +102,7 @@ impl Spot {
 }
 
 impl LightShape {
-    /// Makes a directional light; `to_light` has any length, and `degrees` is the angle that the light fills.
+    /// Makes a directional light; `to_light` has any length, and `degrees` is the angular diameter.
     ///
     /// # Errors
     /// [`SceneError::NotPositive`] for a direction of length 0, [`SceneError::OutOfRange`] unless the angle is from 0 to

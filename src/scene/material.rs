@@ -50,7 +50,7 @@ pub enum Material {
     Glass {
         /// Refractive index of the inside relative to the outside, [`INDEX_RANGE`].
         index: f32,
-        /// What is left of white light after `depth`, linear RGB.
+        /// The colour of white light after `depth`, linear RGB.
         tint: [f32; 3],
         /// The distance that `tint` belongs to, scene units, above 0.
         depth: f32,
@@ -101,7 +101,7 @@ impl Material {
         depth: 1.0,
     };
 
-    /// Returns what is left of light, by channel, after this distance inside the material.
+    /// Returns the transmittance, by channel, of this distance inside the material.
     ///
     /// Both modes call it: powers by `libm` are the same on every machine.
     #[must_use]

@@ -187,7 +187,7 @@ pub struct Scene {
     moving: Moving,
 }
 
-/// Tells scenes apart: no two have the same, except clones.
+/// Identifies a scene: only clones share an id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SceneId(u64);
 
@@ -203,7 +203,7 @@ impl Scene {
         self.id
     }
 
-    /// The id of what does not move: the meshes.
+    /// The id of the meshes, which do not move.
     pub(crate) fn meshes_id(&self) -> SceneId {
         self.moving.meshes
     }
@@ -265,7 +265,7 @@ impl Scene {
         self.background
     }
 
-    /// Returns what lights the surfaces from all around.
+    /// Returns the environment, if it lights the scene.
     #[inline]
     #[must_use]
     pub fn environment(&self) -> Option<&Environment> {
@@ -287,20 +287,20 @@ impl Scene {
         !matches!(self.environment, Some(Environment::Picture(_))) && self.background.is_constant()
     }
 
-    /// Returns the most light that a surface scatters in one sample: no more than 1, but for the environment, whose samples
-    /// are right only in the mean.
+    /// Returns the light to which each sample is clamped: 1, or none with an environment, whose samples are right only in
+    /// the mean.
     #[inline]
     pub(crate) fn most_light(&self) -> f32 {
         if self.environment.is_some() { f32::MAX } else { 1.0 }
     }
 
-    /// Returns how many rays leave a point for the environment: two if that has suns.
+    /// Returns the number of rays per point to the environment: two if it has suns.
     #[inline]
     pub(crate) fn environment_rays(&self) -> usize {
         (self.environment.as_ref()).map_or(0, |environment| 1 + usize::from(environment.has_suns()))
     }
 
-    /// Returns how many random points a depth takes: for ambient light, for each light and for the environment.
+    /// Returns the number of random points per depth: for ambient light, for each light and for the environment.
     #[inline]
     pub(crate) fn draws_per_depth(&self) -> usize {
         1 + self.lights.len() + self.environment_rays()
@@ -352,7 +352,7 @@ impl Scene {
         self.degenerate
     }
 
-    /// Returns whether vertices or spheres have colours of their own.
+    /// Returns whether vertices or spheres have colours.
     #[inline]
     #[must_use]
     pub fn has_colors(&self) -> bool {

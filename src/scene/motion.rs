@@ -1,4 +1,4 @@
-//! Motion: where instances and cameras are between keyframes. Times are numbers of frames.
+//! Motion: instances and cameras between keyframes. Times are frame numbers.
 //!
 //! All of it is computed in `f64` with `libm`, so that a frame is the same on every machine.
 
@@ -45,7 +45,7 @@ impl Step {
         }
     }
 
-    /// The step of this kind that changes nothing.
+    /// The identity of this kind of step.
     fn neutral(self) -> Self {
         match self {
             Self::Scale(_) => Self::Scale(DVec3::ONE),
@@ -54,7 +54,7 @@ impl Step {
         }
     }
 
-    /// The step at a share, from 0 to 1, of the way to another of its kind.
+    /// Interpolates to another step of its kind; `share` is from 0 to 1.
     fn towards(self, next: Self, share: f64) -> Self {
         match (self, next) {
             (Self::Scale(a), Self::Scale(b)) => Self::Scale(mix(a, b, share)),
@@ -71,8 +71,8 @@ impl Step {
     }
 }
 
-/// A rotation between two. About one axis, angles are interpolated, so that they may be whole turns; else the way is the
-/// shortest (Shoemake, *Animating Rotation with Quaternion Curves*, 1985).
+/// Interpolates two rotations: about the same axis the angles, which may be several turns, else by slerp (Shoemake,
+/// *Animating Rotation with Quaternion Curves*, 1985).
 fn rotation_between(
     (axis, degrees): (DVec3, f64),
     (next_axis, next_degrees): (DVec3, f64),
@@ -83,7 +83,7 @@ fn rotation_between(
         axis,
         degrees: from + (to - from) * share,
     };
-    // No rotation at all has every axis.
+    // At 0 degrees any axis is the same.
     if degrees == 0.0 {
         return about(next_axis, 0.0, next_degrees);
     }
@@ -143,8 +143,7 @@ impl<T> Track<T> {
         }
     }
 
-    /// The states around a time, and its share of the way from one to the other. Before the first and after the last there
-    /// is no way.
+    /// The states around a time, and the share for interpolation. Before the first and after the last state nothing moves.
     fn around(&self, time: f64) -> Option<(&T, &T, f64)> {
         let next = self.0.partition_point(|(at, _)| *at <= time);
         let last = self.0.get(next.saturating_sub(1))?;
@@ -214,8 +213,7 @@ impl Motion {
     /// Returns the placement at a time: between two keyframes each step is interpolated; before the first and after the last
     /// keyframe nothing moves.
     ///
-    /// Numbers are interpolated linearly, angles too if both rotations have the same axis; other rotations go the shortest
-    /// way, at even speed.
+    /// Numbers are interpolated linearly, and angles too if both rotations have the same axis; other rotations by slerp.
     #[must_use]
     pub fn at(&self, time: f64) -> Transform {
         let Some((from, to, share)) = self.0.around(time) else {
@@ -298,8 +296,8 @@ impl CameraMotion {
         Ok(())
     }
 
-    /// Returns the camera at a time: all numbers are interpolated linearly, of up vectors those of unit length; before the
-    /// first and after the last keyframe nothing moves.
+    /// Returns the camera at a time: all numbers are interpolated linearly, up vectors after normalisation; before the first
+    /// and after the last keyframe nothing moves.
     ///
     /// # Errors
     /// [`CameraError`] if the eye meets its target there, or the view is along the up vector; without keyframes.

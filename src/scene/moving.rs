@@ -1,4 +1,4 @@
-//! What moves in a scene, and the scene at a time. Meshes never change: only instances are placed again.
+//! Moving instances and cameras, and the scene at a time. Meshes never change; only instances are placed again.
 
 use super::{
     CameraMotion, Instance, Motion, NamedCamera, Prototype, PrototypeId, Scene, SceneBuilder, SceneId,
@@ -11,7 +11,7 @@ use crate::{
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The time at which a scene stands when it is built: its first frame.
+/// The time of a new scene: its first frame.
 const START: f64 = 1.0;
 
 /// Instances of a prototype that move together, by one statement of a scene.
@@ -20,10 +20,10 @@ struct MovingInstances {
     /// Their indices, which follow each other.
     ids: Range<usize>,
     prototype: PrototypeId,
-    /// Their own placements, before the motion.
+    /// Their placements, before the motion.
     transforms: Vec<Transform>,
     motion: Motion,
-    /// Where a file places them.
+    /// The place of their statement in a file.
     place: Option<SourcePos>,
 }
 
@@ -44,7 +44,7 @@ pub(super) struct Moving {
     time: f64,
     /// The box around what never moves, in world space.
     pub(super) still_bounds: Aabb,
-    /// Stays as it is when the scene's changes.
+    /// Unlike the scene's id, it stays the same when time changes.
     pub(super) meshes: SceneId,
 }
 
@@ -66,7 +66,7 @@ impl Moving {
         self.instances.is_empty() && self.cameras.is_empty()
     }
 
-    /// Finds the box around what never moves: `others`, which are no instances, and those instances that stay.
+    /// Finds the box around everything that never moves: `others` outside of instances, and static instances.
     pub(super) fn find_still(&mut self, others: Aabb, prototypes: &[Prototype], instances: &[Unplaced]) {
         if self.instances.is_empty() {
             return;
@@ -137,7 +137,7 @@ impl SceneBuilder {
         self.add_moving_instances(prototype, vec![*transform], motion, None)
     }
 
-    /// Adds instances that move together; `place` stands in errors.
+    /// Adds instances that move together; `place` is for errors.
     pub(crate) fn add_moving_instances(
         &mut self,
         prototype: PrototypeId,
@@ -186,7 +186,7 @@ impl SceneBuilder {
         self.add_moving_camera_of(name, motion, None)
     }
 
-    /// Adds a camera that moves; `place` stands in errors.
+    /// Adds a moving camera; `place` is for errors.
     pub(crate) fn add_moving_camera_of(
         &mut self,
         name: Option<String>,
@@ -207,11 +207,10 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Places the instances and cameras that move as they are at a time, a number of frames. A new scene stands at 1, its
-    /// first frame.
+    /// Moves instances and cameras to a time, in frames. A new scene is at 1, its first frame.
     ///
-    /// Meshes stay as they are, and so may a hierarchy over them: [`Bvh::follow`](crate::accel::Bvh::follow) builds only the
-    /// level over the instances again.
+    /// Meshes do not change, and a BVH can be kept: [`Bvh::follow`](crate::accel::Bvh::follow) rebuilds only the level over the
+    /// instances.
     ///
     /// # Errors
     /// [`SceneError::AtTime`] if something cannot be placed at that time; then the scene stays as it was.
@@ -256,7 +255,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Returns the scene's own cameras as they are at a time, wherever the scene stands.
+    /// Returns the scene's own cameras at a time, whatever the scene's current time.
     ///
     /// # Errors
     /// [`SceneError::AtTime`] if one makes no picture then.
@@ -276,7 +275,7 @@ impl Scene {
         !self.moving.is_empty()
     }
 
-    /// Returns the time at which the scene stands.
+    /// Returns the scene's current time, in frames.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.moving.time

@@ -1,22 +1,22 @@
-//! Surfaces through which one sees, in part: how opaque they are, and which rays they stop.
+//! Half-transparent surfaces: their opacity, and the rays that they stop.
 
 use super::{Primitive, Scene, SurfaceTextures, Texture, material::check_share};
 use crate::{error::SceneError, ray::PrimitiveId};
 
-/// What is less opaque than this is not there: no ray hits it.
+/// No ray hits surfaces with an opacity below this.
 const LEAST: f32 = 1.0 / 512.0;
 
-/// What is at least this opaque stops rays of light: shadow, ambient and environment rays.
+/// From this opacity on, surfaces stop shadow, ambient and environment rays.
 const STOPS_LIGHT: f32 = 0.5;
 
-/// How opaque a surface is. Of light from behind, the rest goes straight on.
+/// The opacity of a surface. The rest of the light from behind passes straight through.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Opacity {
     /// From 0, invisible, to 1.
     pub factor: f32,
     /// The image whose alpha multiplies it, on triangles; mipmaps are not used.
     pub map: Option<Texture>,
-    /// Whether light from behind is multiplied by the base colour, with its textures: coloured glass instead of gauze.
+    /// Whether light from behind is multiplied by the base colour, with its textures, as by coloured glass.
     pub is_tinted: bool,
 }
 
@@ -54,7 +54,7 @@ impl Opacity {
 }
 
 impl SurfaceTextures {
-    /// Returns whether some rays pass, by cut-outs or because little or nothing of the surface may be seen.
+    /// Returns whether some rays may pass, because of cut-outs or low opacity.
     pub(super) fn lets_rays_pass(&self) -> bool {
         let may_pass = |opacity: Opacity| opacity.map.is_some() || opacity.factor < STOPS_LIGHT;
         self.cut_out.is_some() || self.opacity.is_some_and(may_pass)
@@ -62,14 +62,14 @@ impl SurfaceTextures {
 }
 
 impl Scene {
-    /// Returns whether one sees through a surface, in part.
+    /// Returns whether a surface is half-transparent.
     #[inline]
     #[must_use]
     pub fn has_blending(&self) -> bool {
         self.has_blending
     }
 
-    /// Returns whether there may be no surface for some rays; see [`is_cut_out`](Self::is_cut_out) and
+    /// Returns whether some rays may pass surfaces; see [`is_cut_out`](Self::is_cut_out) and
     /// [`lets_light_pass`](Self::lets_light_pass).
     #[inline]
     #[must_use]
@@ -86,14 +86,14 @@ impl Scene {
         })
     }
 
-    /// Returns whether there is no surface, neither for camera nor for other rays.
+    /// Returns whether all rays pass the surface there.
     #[must_use]
     pub fn is_cut_out(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
-        // What is tinted is seen by its tint.
+        // A tinted surface is visible by its tint.
         self.is_less_opaque(id, weights, |opacity| if opacity.is_tinted { 0.0 } else { LEAST })
     }
 
-    /// Returns whether there is no surface for rays to lights, of ambient light and to the environment.
+    /// Returns whether shadow, ambient and environment rays pass the surface there.
     #[must_use]
     pub fn lets_light_pass(&self, id: PrimitiveId, weights: [f32; 2]) -> bool {
         self.is_less_opaque(id, weights, |_| STOPS_LIGHT)

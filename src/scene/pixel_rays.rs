@@ -7,8 +7,8 @@
 //!    a --__     |                       o+a --__       |
 //!   eye ----->  o  through the point o  o  --------->  o
 //! ```
-//! With slopes relative to the view direction, a ray from the point `a` of the lens has the slope of that from its middle
-//! less `a / focus`.
+//! With slopes relative to the view direction, a ray from the point `a` of the lens has the slope of the ray through its
+//! centre minus `a / focus`.
 
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
@@ -17,12 +17,12 @@ use crate::{
 };
 use glam::Vec3;
 
-/// How wide a camera ray's share of the picture is along its path, scene units: a cone from a pinhole, or a cylinder.
+/// The width of a camera ray's sample along its path, scene units: a cone from a pinhole, or a cylinder.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RayCone {
     /// Width where the ray starts.
     pub start: f32,
-    /// Further width for each unit of distance.
+    /// Additional width per unit of distance.
     pub spread: f32,
 }
 
@@ -45,7 +45,7 @@ impl RayCone {
     }
 }
 
-/// A lens in the rays' numbers.
+/// A lens in the units of [`PixelRays`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ThinLens {
     /// Scene units.
@@ -74,7 +74,7 @@ pub struct PixelRays {
     pub(super) up: Vec3,
     /// Half a sample's width: at distance 1, or everywhere if rays are parallel.
     pub(super) step: f32,
-    /// All rays have one direction, and origins of their own.
+    /// All rays have the same direction and separate origins.
     pub(super) is_parallel: bool,
     /// `None` for a pinhole.
     pub(super) lens: Option<ThinLens>,
@@ -90,7 +90,7 @@ impl PixelRays {
         self.eye
     }
 
-    /// Returns the origin of all rays, scene units relative to [`Scene::origin`](super::Scene::origin); `None` if they have origins of their own.
+    /// Returns the shared origin, scene units relative to [`Scene::origin`](super::Scene::origin); `None` for separate ones.
     #[must_use]
     pub fn shared_origin(&self) -> Option<Vec3> {
         (!self.is_parallel && self.lens.is_none()).then_some(self.eye)
@@ -102,7 +102,7 @@ impl PixelRays {
         self.samples_per_axis as u32
     }
 
-    /// Returns how wide a sample's share of its pixel is in the picture's middle.
+    /// Returns the cone of a sample at the picture's centre.
     #[must_use]
     pub fn cone(&self) -> RayCone {
         let width = 2.0 * self.step;
@@ -129,15 +129,15 @@ impl PixelRays {
         (right as f32, -down as f32)
     }
 
-    /// Returns the ray through sample `sample` (column, row) of pixel (`x`, `y`); row 0 is the top. If there is a lens, the
-    /// ray passes through its middle.
+    /// Returns the ray through sample `sample` (column, row) of pixel (`x`, `y`); row 0 is the top. It passes through the
+    /// centre of the lens.
     #[must_use]
     pub fn ray(&self, x: u32, y: u32, sample: [u32; 2]) -> Ray {
         self.ray_at(Portable, [x, y], sample, [0.0; 2], [0.0; 2])
     }
 
     /// Returns the ray through the point that is `offset` half pixels right and up from the pixel's centre, for one sample
-    /// per pixel; or for an offset of 0 through the sample. It leaves the point `lens` of a lens of radius 1.
+    /// per pixel; or, for an offset of 0, through the sample. It starts at the point `lens` of a lens of radius 1.
     #[inline(always)]
     pub(crate) fn ray_at<S: Simd>(
         &self,
@@ -169,7 +169,7 @@ impl PixelRays {
         )
     }
 
-    /// Returns how points of the picture and of the lens move rays with separate origins.
+    /// Returns the factors for rays with separate origins.
     #[inline(always)]
     fn steps(&self) -> Steps {
         let lens = self.lens.map_or([0.0; 2], |lens| [lens.slope, lens.radius]);
@@ -195,7 +195,7 @@ impl PixelRays {
         self.toward(Portable, (center_right + right, center_up + up))
     }
 
-    /// Returns the unit direction from a pinhole through the point with these offsets; as [`Self::toward8`].
+    /// Returns the unit direction from a pinhole through the point with these offsets, like [`Self::toward8`].
     #[inline(always)]
     fn toward<S: Simd>(&self, simd: S, (right, up): (f32, f32)) -> Vec3 {
         let along_right = simd.mul_add3(self.right, right * self.step, self.forward);
@@ -454,7 +454,7 @@ mod tests {
         }
     }
 
-    /// All rays of a pixel meet in the plane in focus, where that from the middle of the lens does.
+    /// All rays of a pixel meet in the plane in focus, at the point of the ray through the lens's centre.
     #[test]
     fn rays_through_a_lens_meet_in_focus() {
         let scene = SceneBuilder::new().finish();

@@ -1,4 +1,4 @@
-//! The points of meshes that stand in several places.
+//! The points of placed meshes, in world space.
 
 use super::{Transform, TriangleMesh};
 use crate::math::Aabb;
@@ -6,23 +6,23 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// If meshes have more points than this in all their places, boxes stand for them: a point takes some nanoseconds.
+/// If meshes have more placed points than this, the corners of their boxes replace them: a point takes some nanoseconds.
 const MOST_POINTS: usize = 1 << 26;
 
 /// The points that a thread takes at a time.
 const PIECE: usize = 1 << 14;
 
-/// A mesh and the places where it stands.
+/// A mesh and its placements.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedMesh<'a> {
-    /// The mesh; only its positions count.
+    /// The mesh; only its positions are used.
     pub mesh: &'a TriangleMesh,
-    /// The places.
+    /// The placements.
     pub placements: &'a [Transform],
 }
 
 impl<'a> PlacedMesh<'a> {
-    /// Returns a mesh that stands where it is.
+    /// Returns a mesh placed once, by the identity.
     #[must_use]
     pub fn in_place(mesh: &'a TriangleMesh) -> Self {
         Self {
@@ -31,7 +31,7 @@ impl<'a> PlacedMesh<'a> {
         }
     }
 
-    /// Returns the box around meshes in all their places: a slightly larger one if they have more than 2^26 points there.
+    /// Returns the box around all placements of meshes, slightly enlarged if they have more than 2^26 placed points.
     #[must_use]
     pub fn bounds(meshes: &[Self]) -> Aabb {
         Points::of(meshes).fold(
@@ -45,10 +45,10 @@ impl<'a> PlacedMesh<'a> {
 /// The coordinates of a mesh.
 type Columns<'a> = [Cow<'a, [f32]>; 3];
 
-/// The points of meshes in all their places, each rounded as if the mesh were stored there.
+/// All placed points of meshes, each rounded as if the mesh were baked.
 pub(super) struct Points<'a> {
     meshes: Vec<(Columns<'a>, &'a [Transform])>,
-    /// Whether they are the corners of boxes, as there are too many others.
+    /// Whether they are the corners of boxes, because there are too many points.
     pub(super) are_corners: bool,
 }
 
@@ -78,8 +78,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Adds all points to what `start` gives, in pieces on all threads, and joins these. The result must not depend on the
-    /// order.
+    /// Folds all points from `start`, in pieces on all threads, and joins the results, which must not depend on the order.
     pub(super) fn fold<T: Send>(
         &self,
         start: impl Fn() -> T + Sync + Send,
@@ -108,7 +107,7 @@ impl<'a> Points<'a> {
     }
 }
 
-/// Adds some points of a mesh in one of its places.
+/// Visits some points of a mesh in one of its placements.
 fn each_placed<T>(
     [x, y, z]: &[Cow<'_, [f32]>; 3],
     range: std::ops::Range<usize>,

@@ -10,7 +10,7 @@ pub const MAX_PLANES: usize = 64;
 /// An infinite plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Plane {
-    /// Its point nearest to the scene's origin, relative to that, scene units.
+    /// Its point nearest to the scene's origin, relative to it, scene units.
     pub point: Vec3,
     /// A unit normal.
     pub normal: Vec3,
@@ -19,7 +19,7 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Returns the plane relative to `origin`: then its point is the one nearest to that.
+    /// Returns the plane relative to `origin`, with the point nearest to it.
     fn relative_to(self, origin: Vec3) -> Self {
         let normal = self.normal.as_dvec3();
         let height = normal.dot(self.point.as_dvec3() - origin.as_dvec3()) / normal.length_squared();

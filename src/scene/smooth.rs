@@ -10,7 +10,7 @@ use std::collections::HashMap;
 /// no creases.
 const MAX_FACES: usize = 512;
 
-/// Peak memory, bytes per vertex and per triangle, if each corner gets a vertex of its own.
+/// Peak memory, bytes per vertex and per triangle, if each corner gets its own vertex.
 const BYTES: [usize; 2] = [44, 164];
 
 impl TriangleMesh {
@@ -18,9 +18,8 @@ impl TriangleMesh {
     ///
     /// The normal at a corner is the mean of the face normals around the vertex that are within `crease_degrees` of its
     /// own face's, weighted by angle (Thürmer and Wüthrich, *Computing Vertex Normals from Polygonal Facets*, 1998).
-    /// Vertices at the same position are welded first, and split where normals, colours or texture
-    /// coordinates differ. The result does not depend
-    /// on the machine or the number of threads.
+    /// Vertices at the same position are welded first, and split where normals, colours or texture coordinates differ. The
+    /// result does not depend on the machine or the number of threads.
     ///
     /// # Errors
     /// [`SceneError::TooMany`] or [`SceneError::NoMemory`]; the mesh is unchanged then.

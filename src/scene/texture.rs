@@ -1,4 +1,4 @@
-//! What textures give to the points of triangles: base colour, emission, opacity, and where there is no surface at all.
+//! Textures of triangles: base colour, emission, opacity and cut-outs.
 
 use super::{Checker, Image, MaterialId, Opacity, Primitive, Scene, Texture, material::check_color};
 use crate::{
@@ -14,11 +14,11 @@ pub struct SurfaceTextures {
     pub base: Option<Texture>,
     /// Multiplies the base colour, too.
     pub checker: Option<Checker>,
-    /// Where there is no surface.
+    /// Cut-outs: where rays pass.
     pub cut_out: Option<CutOut>,
-    /// How opaque it is where it is not cut out; glass has none.
+    /// Opacity outside of cut-outs; `None` for glass.
     pub opacity: Option<Opacity>,
-    /// Light that the surface adds to what it reflects, linear RGB from 0 to 1. It lights nothing else.
+    /// Emitted light, linear RGB from 0 to 1. It does not light other surfaces.
     pub emission: [f32; 3],
     /// Multiplies the emission.
     pub emission_map: Option<Texture>,
@@ -31,14 +31,14 @@ pub struct CutOut {
     pub texture: Texture,
     /// Which of its channels, 0 for red to 3 for alpha.
     pub channel: u8,
-    /// 0 or more; above 1 nothing is left of the surface.
+    /// Threshold, 0 or more; above 1 all of the surface is cut out.
     pub limit: f32,
 }
 
-/// Where a ray hits a surface, and how much of its surface the ray stands for.
+/// A hit, and the ray's footprint there.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint {
-    /// What is hit, and the weights of its corners.
+    /// The hit, with the barycentric weights.
     pub hit: SceneHit,
     /// The point relative to [`Scene::origin`], scene units; only for [`SurfaceTextures::checker`].
     pub point: Vec3,
@@ -53,7 +53,7 @@ pub struct TexturePoint {
     pub width: f32,
 }
 
-/// The least cosine between ray and normal that counts: a smaller one would blur surfaces seen edge-on to one colour.
+/// Lower bound on the cosine between ray and normal: smaller ones would blur surfaces at grazing angles to one colour.
 const LEAST_COSINE: f64 = 1.0 / 16.0;
 
 impl SurfaceTextures {
@@ -67,8 +67,7 @@ impl SurfaceTextures {
         emission_map: None,
     };
 
-    /// The same textures of other images: image `i` becomes `images[i]`. One that has none becomes an image that no scene
-    /// has.
+    /// The same textures with other images: image `i` becomes `images[i]`, or an invalid index if there is none.
     pub(crate) fn with_images(&self, images: &[u32]) -> Self {
         let other = |texture: Texture| Texture {
             image: images.get(texture.image as usize).copied().unwrap_or(u32::MAX),
@@ -90,7 +89,7 @@ impl SurfaceTextures {
         }
     }
 
-    /// Refuses constants out of range and images that are not there.
+    /// Rejects constants out of range and missing images.
     pub(super) fn check(&self, images: usize) -> Result<(), SceneError> {
         check_color(self.emission)?;
         if let Some(checker) = self.checker {
@@ -205,7 +204,7 @@ impl Scene {
             let Some(texture) = texture else { return [1.0; 3] };
             let image = &self.images[texture.image as usize];
             let [width, height] = image.size().map(f64::from);
-            // Half of the logarithm, for it is of an area.
+            // Half of the logarithm, because it is that of an area.
             let lod = 0.5 * libm::log2f((footprint * width * height) as f32);
             let [red, green, blue, _] = image.color(texture, at, lod);
             [red, green, blue]
@@ -217,8 +216,7 @@ impl Scene {
         )
     }
 
-    /// Returns the area of the image that the ray's cone covers, as a share of all of it: of an ellipse as long as the
-    /// surface is seen from the side, the area.
+    /// Returns the share of the image's area that the ray's cone covers: an ellipse that lengthens at grazing angles.
     fn footprint(&self, i: usize, point: &TexturePoint) -> f64 {
         let mut corners = self.triangle(i);
         if let Some(instance) = self.instance(point.hit.instance) {

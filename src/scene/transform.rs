@@ -61,7 +61,7 @@ impl Transform {
         }
     }
 
-    /// Returns the transform by three rows of a matrix, each with what is added behind it.
+    /// Returns the transform of a 3x4 matrix, row by row.
     #[must_use]
     pub fn from_rows([a, b, c]: [[f64; 4]; 3]) -> Self {
         let column = |i: usize| DVec3::new(a[i], b[i], c[i]);
@@ -80,14 +80,14 @@ impl Transform {
         }
     }
 
-    /// Returns the place of a point, rounded.
+    /// Returns the transformed point, rounded.
     #[inline]
     #[must_use]
     pub fn point(&self, point: Vec3) -> Vec3 {
         (self.linear * point.as_dvec3() + self.offset).as_vec3()
     }
 
-    /// Returns the place of a light's position, and its direction, of a new length; intensity, falloff and size stay.
+    /// Returns the light with its position and direction transformed; intensity, falloff and size stay.
     ///
     /// # Errors
     /// [`SceneError::NotPositive`] if nothing is left of the direction.
@@ -111,13 +111,13 @@ impl Transform {
         Ok(placed)
     }
 
-    /// Returns a sphere of as much volume as the image of a sphere, about the image of its centre.
+    /// Returns a sphere around the transformed centre with the volume of the transformed sphere.
     pub(crate) fn sphere(&self, center: DVec3, radius: f64) -> (DVec3, f64) {
         let scale = libm::cbrt(self.linear.determinant().abs());
         (self.linear * center + self.offset, radius * scale)
     }
 
-    /// Returns whether it takes all triangles to ones without area: onto a line or a point.
+    /// Returns whether it flattens everything onto a line or a point, so that no triangle has an area.
     #[must_use]
     pub fn collapses(&self) -> bool {
         let [a, b, c] = [self.linear.x_axis, self.linear.y_axis, self.linear.z_axis];
@@ -153,8 +153,8 @@ impl Transform {
         bits
     }
 
-    /// Returns the view of a camera that moves with the mesh: its field of view stays, and lengths are scaled as the up
-    /// vector is.
+    /// Returns the view of a camera that moves with the mesh: its field of view stays, and lengths are scaled like the up
+    /// vector.
     #[must_use]
     pub fn view(&self, view: &View) -> View {
         let up = self.linear * view.up;
@@ -174,7 +174,7 @@ impl Transform {
     }
 
     /// Transforms the vertices and normals of a mesh. Triangles of a mirrored mesh change their winding, so that their
-    /// front stays in front. Arrays of unequal length are left for the builder to refuse.
+    /// front stays in front. Arrays of unequal length are left for the builder to reject.
     pub fn apply(&self, mesh: &mut TriangleMesh) {
         if *self == Self::IDENTITY {
             return;

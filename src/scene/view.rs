@@ -1,4 +1,4 @@
-//! What a camera is given: where it stands, and how it sees.
+//! The parameters of a camera: position, projection and lens.
 
 use crate::classic;
 use glam::DVec3;
@@ -59,15 +59,15 @@ impl fmt::Display for CameraError {
 
 impl std::error::Error for CameraError {}
 
-/// How directions become a picture.
+/// The projection of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// All rays leave the eye.
+    /// All rays start at the eye.
     Perspective {
         /// Vertical field of view, degrees.
         fov_degrees: f64,
     },
-    /// All rays are parallel, and leave the plane through the eye.
+    /// All rays are parallel and start at the plane through the eye.
     Orthographic {
         /// Height of the view, scene units.
         height: f64,
@@ -93,7 +93,7 @@ impl Projection {
     }
 }
 
-/// A thin lens: what is at one distance is sharp.
+/// A thin lens, which is in focus at one distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// Diameter, scene units; 0 for a pinhole.
@@ -109,7 +109,7 @@ impl Lens {
         focus: None,
     };
 
-    /// The largest diameter, in distances in focus: directions stay finite in `f32`.
+    /// The largest diameter relative to the focus distance, so that directions stay finite in `f32`.
     const MAX_APERTURE: f64 = 1e6;
 
     /// Returns the lens of a scene that is scaled.

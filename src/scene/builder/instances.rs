@@ -16,12 +16,12 @@ use std::ops::Range;
 /// An instance, before and after it is placed, and its share of the hierarchy's build; bytes.
 pub(crate) const INSTANCE_BYTES: u64 = 260;
 
-/// How many triangles, spheres and vertices there were before a prototype.
+/// The numbers of triangles, spheres and vertices before a prototype.
 #[derive(Clone, Copy)]
 pub(crate) struct StartOfPrototype([u32; 3]);
 
 impl SceneBuilder {
-    /// Adds a prototype: the triangles and spheres that `add` adds are no part of the scene but where instances place them.
+    /// Adds a prototype of the triangles and spheres that `add` adds. They appear in the scene only where instances place them.
     ///
     /// # Errors
     /// That of `add`, or [`SceneError::TooMany`].
@@ -34,7 +34,7 @@ impl SceneBuilder {
         self.end_prototype(start)
     }
 
-    /// Begins a prototype, which has what is added from now on.
+    /// Begins a prototype: whatever is added from now on is part of it.
     pub(crate) fn start_prototype(&self) -> StartOfPrototype {
         StartOfPrototype(self.counts())
     }
@@ -62,7 +62,7 @@ impl SceneBuilder {
         Ok(PrototypeId(self.prototypes.len() as u32 - 1))
     }
 
-    /// Adds an instance of a prototype, placed by `transform`. One of nothing is left out.
+    /// Adds an instance of a prototype, placed by `transform`. Instances of empty prototypes are left out.
     ///
     /// # Errors
     /// [`SceneError::Flat`], [`SceneError::NotUsable`] if it ends up too far away, [`SceneError::TooMany`] or

@@ -1,4 +1,4 @@
-//! Light of a scene.
+//! Adding lights.
 
 use super::{MAX_LIGHTS, SceneBuilder, usable};
 use crate::{
@@ -18,8 +18,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Lets what is within `reach` of a surface block its ambient light: ambient occlusion. Scene units, above 0; `None`
-    /// for ambient light that reaches every surface.
+    /// Sets the distance within which geometry blocks ambient light (ambient occlusion), scene units, above 0; `None` for
+    /// ambient light that reaches every surface.
     ///
     /// # Errors
     /// [`SceneError::NotUsable`] or [`SceneError::NotPositive`].

@@ -176,7 +176,7 @@ impl SceneBuilder {
     }
 }
 
-/// Refuses channels outside [0, 1], and colours that are neither none nor `count`.
+/// Rejects channels outside [0, 1], and numbers of colours other than 0 and `count`.
 pub(super) fn check_colors(colors: &[[f32; 3]], count: usize) -> Result<(), SceneError> {
     if colors.is_empty() {
         return Ok(());
@@ -214,7 +214,7 @@ pub(super) fn first_where<T: Sync>(array: &[T], is_wrong: impl Fn(&T) -> bool + 
     Some(start + i)
 }
 
-/// What an error of memory names.
+/// The name in errors of memory.
 const TRIANGLES: &str = "triangles";
 
 pub(super) fn reserve<T>(array: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), SceneError> {
@@ -234,8 +234,8 @@ pub(super) fn reserve_for_append<T>(
     reserve(array, more.len(), what)
 }
 
-/// Appends what the elements from `base` to `end` have, `from` or nothing; `to` is as long as both need then, `missing`
-/// where there was nothing.
+/// Appends the values `from` of the elements from `base` to `end`, or nothing. `to` is padded with `missing` for elements
+/// without a value.
 pub(super) fn append_padded<T: Copy>(to: &mut Vec<T>, from: Vec<T>, [base, end]: [usize; 2], missing: T) {
     to.resize(base, missing);
     append(to, from);

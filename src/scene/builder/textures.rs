@@ -22,8 +22,7 @@ impl SceneBuilder {
         Ok(self.images.len() as u32 - 1)
     }
 
-    /// Adds a material with textures, emission or opacity. It is never shared. Glass lets light pass in a way of its
-    /// own, so it takes no opacity.
+    /// Adds a material with textures, emission or opacity, even if an equal one exists. Glass ignores the opacity.
     ///
     /// # Errors
     /// As [`SceneBuilder::add_material`]; also [`SceneError::UnknownImage`].

@@ -1,16 +1,16 @@
-//! Suns of an environment's picture: the texels that are much brighter than the mean.
+//! Suns of an environment map: the texels that are much brighter than the mean.
 //!
-//! A sun is a small part of all directions with much of the light. If one sample served both it and the rest, the few
-//! that meet the sun would be much brighter than the others: grain.
+//! A sun is a small solid angle with much of the light. If one sample served both it and the rest, the few samples that
+//! meet the sun would be much brighter than the others: noise.
 
 use super::{accumulate, find, share_of_row, step};
 use std::collections::TryReserveError;
 
-/// How many times as bright as the mean a sun is.
+/// Brightness of suns, relative to the mean.
 // Tuned: see docs/lab-notes.md#suns
 const TIMES_THE_MEAN: f64 = 4.0;
 
-/// The least share of the light that is worth rays of its own.
+/// The least share of the light that is worth separate rays.
 const LEAST_LIGHT: f64 = 1.0 / 256.0;
 
 /// At most one of this many texels is of a sun, which bounds the memory.
@@ -98,7 +98,7 @@ impl Suns {
         start as usize..self.ends[y] as usize
     }
 
-    /// A texel, with a probability by its light, and a point of the unit square.
+    /// Samples a texel by its light; also returns a point of the unit square.
     pub(super) fn sample(&self, [s, t]: [f32; 2]) -> ([usize; 2], [f32; 2]) {
         let (y, v) = find(&self.row_sums, t);
         let texels = self.texels(y);
@@ -106,7 +106,7 @@ impl Suns {
         ([self.columns[texels][i] as usize, y], [u, v])
     }
 
-    /// The probability that a sample is of a texel; `None` if that is no sun's.
+    /// The probability of a texel; `None` if it is not part of a sun.
     pub(super) fn probability(&self, [x, y]: [usize; 2]) -> Option<f32> {
         let texels = self.texels(y);
         let i = self.columns[texels.clone()].binary_search(&(x as u32)).ok()?;
