@@ -1,4 +1,4 @@
-//! Costs as colours: the heat maps of `octray render --aov heat` and of the live window are one.
+//! Costs as colours: the heat map of `octray render --aov heat` and of the live window.
 
 /// The cost that has the last colour; the scale is logarithmic, from 1.
 pub const HOTTEST: u32 = 4096;

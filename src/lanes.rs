@@ -1,5 +1,4 @@
-//! Eight numbers or vectors side by side, as rays, hits and queues hold them in memory: plain arrays, aligned for loads,
-//! the same on every CPU.
+//! Eight numbers or vectors in memory, for rays, hits and queues: plain arrays, aligned for loads, the same on every CPU.
 
 use glam::Vec3;
 
@@ -72,7 +71,7 @@ impl Vec3x8 {
     /// Eight zero vectors.
     pub const ZERO: Self = Self::splat(Vec3::ZERO);
 
-    /// Makes the vectors from their columns.
+    /// Makes the vectors from their components.
     #[inline(always)]
     #[must_use]
     pub const fn new(x: F32x8, y: F32x8, z: F32x8) -> Self {
@@ -90,7 +89,7 @@ impl Vec3x8 {
         }
     }
 
-    /// Makes the vectors, one a lane.
+    /// Makes the vectors, one per lane.
     #[inline]
     #[must_use]
     pub fn from_lanes(v: [Vec3; LANES]) -> Self {

@@ -1,7 +1,7 @@
-//! Boxes, and scalar twins of operations on lanes.
+//! Boxes, and scalar versions of operations on lanes.
 //!
-//! What decides a hit or a colour uses these functions, because glam does not specify the order and rounding of its
-//! own. The twins in `simd` do the same operations in the same order.
+//! Code that decides hits or colours uses these functions, because glam does not specify the order and rounding of its
+//! own. The lane versions in `simd` do the same operations in the same order.
 
 pub(crate) mod expansion;
 pub(crate) mod fused;
@@ -21,14 +21,14 @@ pub fn scale_to_one(size: f32) -> f32 {
 /// The exponent bits of an `f32`.
 pub(crate) const EXPONENT: u32 = 0xff << 23;
 
-/// Returns the larger number, or `b` if either is NaN. Twin of `Lanes::max`.
+/// Returns the larger number, or `b` if either is NaN, like `Lanes::max`.
 #[inline(always)]
 #[must_use]
 pub fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Returns the smaller number, or `b` if either is NaN. Twin of `Lanes::min`.
+/// Returns the smaller number, or `b` if either is NaN, like `Lanes::min`.
 #[inline(always)]
 #[must_use]
 pub fn min(a: f32, b: f32) -> f32 {

@@ -18,7 +18,7 @@ impl PrimitiveId {
 pub struct InstanceId(pub u32);
 
 impl InstanceId {
-    /// No instance: the id of what stands in the scene itself, and of misses.
+    /// No instance: the id of primitives outside of instances, and of misses.
     pub const NONE: Self = Self(u32::MAX);
 }
 
@@ -47,8 +47,7 @@ impl Ray {
         }
     }
 
-    /// Returns whether this is a ray: origin, direction and end are finite, and the direction is not zero. Anything else
-    /// hits nothing.
+    /// Returns whether origin, direction and end are finite and the direction is not zero. Invalid rays hit nothing.
     #[inline(always)]
     #[must_use]
     pub fn is_valid(&self) -> bool {
@@ -142,7 +141,7 @@ impl SceneHit {
 }
 
 impl From<Hit> for SceneHit {
-    /// A hit of what stands in the scene itself.
+    /// A hit outside of instances.
     #[inline(always)]
     fn from(hit: Hit) -> Self {
         Self {
@@ -161,7 +160,7 @@ impl std::ops::Deref for SceneHit {
     }
 }
 
-/// Directions and ends of eight rays, two cache lines. Origins are apart ([`Origins`]), because packets often share one.
+/// Directions and ends of eight rays, two cache lines. Origins are separate ([`Origins`]), because packets often share one.
 /// A lane without a ray has `t_max` 0 and any unit direction.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]

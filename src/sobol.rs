@@ -1,11 +1,11 @@
 //! Points of the two-dimensional Sobol' sequence, scrambled by hashes: Burley, *Practical Hash-based Owen Scrambling*,
 //! JCGT 2020.
 //!
-//! Every pair of dimensions (a point on a light, a direction) has a sequence of its own, padded as there: points of
-//! different pairs are independent. A pixel takes its points one after another from where it lies on a Z-order curve
-//! through the picture (Ahmed and Wonka, *Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical
-//! Ordering of Pixels*, 2020). So those of a pixel fill the square evenly, and so do those of a block of pixels together:
-//! what one has too much, its neighbours lack, and grain is fine.
+//! Each pair of dimensions (a point on a light, a direction) has its own sequence, independent of the others (padding).
+//! A pixel takes consecutive points, from an index given by its position on a Z-order curve through the picture (Ahmed and
+//! Wonka, *Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels*, 2020). So
+//! the points of a pixel fill the square evenly, and so do those of a block of pixels together: errors of neighbours
+//! cancel, and noise is fine-grained.
 
 /// Hashes 32 bits bijectively, by two rounds of multiply and xorshift.
 #[inline(always)]
@@ -52,13 +52,13 @@ pub(crate) fn scrambled(mut reversed: u32, seed: u32) -> u32 {
     reversed.reverse_bits()
 }
 
-/// Returns the number of a pixel's first point, by its absolute column and row and the points that each pixel has.
+/// Returns the index of a pixel's first point, by its absolute column and row and the points per pixel.
 #[inline(always)]
 pub(crate) fn first_point([x, y]: [u32; 2], count: u32) -> u32 {
     (spread(x) | spread(y) << 1).wrapping_mul(count)
 }
 
-/// Spreads the lower sixteen bits, with a 0 between them. (Further columns and rows repeat the grain of the first.)
+/// Spreads the lower sixteen bits, with a 0 between them. (Further columns and rows repeat the noise of the first.)
 #[inline(always)]
 fn spread(bits: u32) -> u32 {
     let bits = bits & 0xffff;

@@ -10,8 +10,8 @@ use crate::{
     simd::{Lanes, Vec3Lanes},
 };
 
-/// Primitives' boxes grow on all sides by this fraction of their largest absolute coordinate, so that a ray in the
-/// plane of a face, and a flat box, are inside.
+/// Primitives' boxes grow on all sides by this fraction of their largest absolute coordinate, so that rays in the plane of
+/// a face hit, and flat boxes have a volume.
 const GEOMETRIC_PAD: f32 = 1.0 / (1 << 22) as f32;
 
 /// The interval's ends move apart by this factor: three roundings each (difference, reciprocal, product), and one to
@@ -60,7 +60,7 @@ impl<V: Lanes> Slabs<V> {
     }
 }
 
-/// Returns where rays are inside boxes that are given relative to their origins, as [`Slabs::interval`] does.
+/// [`Slabs::interval`] of boxes that are given relative to the rays' origins.
 #[inline(always)]
 #[must_use]
 pub(crate) fn interval<V: Lanes>(inv: &Vec3Lanes<V>, lower: Vec3Lanes<V>, upper: Vec3Lanes<V>) -> (V, V) {

@@ -1,4 +1,4 @@
-//! Rays and triangles where `f32` is in doubt: decided in `f64`, where differences of corners are exact.
+//! Decides in `f64`, where differences of corners are exact, what `f32` cannot: whether rays meet triangles.
 
 use crate::math::orientation::{self, point};
 use glam::{DVec3, Vec3};
@@ -23,8 +23,8 @@ const PLANE_ERROR_64: f64 = 9.0 / (1_u64 << 53) as f64;
 /// distances from its origin: four half-ulps an offset, three for the product, and as many to spare.
 const ASIDE_ERROR_64: f64 = 22.0 / (1_u64 << 53) as f64;
 
-/// Returns whether a ray meets a triangle, edges included, where `f32` cannot tell: in `f64`. And weights and t: those of
-/// `f32`, unless that does not know on which side of the plane the ray starts.
+/// Decides in `f64` whether a ray meets a triangle, edges included. Also returns weights and t: those of `f32`, unless
+/// `f32` does not determine the side of the plane on which the ray starts.
 ///
 /// `direction` is of unit length. The columns are the edge functions, flipped towards the ray, t, and the interval of the
 /// triangle's box, which t is held to.
@@ -64,7 +64,7 @@ pub(crate) fn meets(
         );
     }
     let is_known = plane.abs() > size * PLANE_ERROR_64;
-    // A ray that starts in the plane meets it there alone; one that stays in it meets the triangles beside this one.
+    // The ray starts on the plane and meets it nowhere else, unless it lies in the plane and meets neighbouring triangles.
     if !is_known && orientation::sign([corners[0], corners[1], corners[2], origin].map(point)) == 0.0 {
         return (false, columns);
     }
@@ -85,14 +85,14 @@ pub(crate) fn meets(
     (t > 0.0 && edges.pass(weights, error), [u, v, w, t])
 }
 
-/// The line of a ray as the edges of a triangle see it, in `f64`: where `f32` cannot tell.
+/// The line of a ray and the edges of a triangle, in `f64`.
 struct LineAndEdges {
     direction: DVec3,
     /// Corners relative to the origin.
     corners: [DVec3; 3],
     /// The edge functions, not flipped: weights of second corner, third, first.
     weights: [f64; 3],
-    /// What the rounding of each is a fraction of.
+    /// Sizes that their rounding errors are relative to.
     sizes: [f64; 3],
 }
 

@@ -1,6 +1,6 @@
 //! Leaf blocks of triangles that share their vertices.
 //!
-//!   one cache line an axis:  12 coordinates | 3 ids | 8 x 4 bits: first (second, third) corners
+//!   one cache line per axis:  12 coordinates | 3 ids | 8 x 4 bits: first (second, third) corners
 
 use super::{TriangleBlock, TriangleLeaf};
 use crate::{
@@ -13,8 +13,8 @@ use glam::Vec3;
 /// Up to eight triangles whose corners are at most twelve vertices: three cache lines, where a [`TriangleBlock`]
 /// takes five.
 ///
-/// A line an axis: the vertices' coordinates, three ids, and a word that names the vertices of the eight first,
-/// second or third corners, four bits each.
+/// A line per axis: the vertices' coordinates, three ids, and a word with the vertex indices of the eight first, second
+/// or third corners, four bits each.
 #[derive(Clone, Copy, Debug)]
 pub struct IndexedBlock {
     lines: [Line; 3],
@@ -44,7 +44,7 @@ impl IndexedBlock {
     /// The most vertices of a block.
     pub const MOST_VERTICES: usize = 12;
 
-    /// Creates a block of at most eight triangles from their ids, the names of their corners, and these; `None` if
+    /// Creates a block of at most eight triangles from their ids, the vertex ids of their corners, and the corners; `None` if
     /// there are too many vertices. Lanes past the last triangle repeat a point.
     #[must_use]
     pub fn new(triangles: &[(PrimitiveId, [u32; 3], [Vec3; 3])]) -> Option<Self> {
@@ -64,7 +64,7 @@ impl IndexedBlock {
         Some(Self { lines })
     }
 
-    /// Returns whether triangles whose corners have these names, at most eight, have few enough vertices for a block.
+    /// Returns whether at most eight triangles with these vertex ids have few enough vertices for a block.
     #[inline]
     #[must_use]
     pub fn fits(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> bool {
@@ -88,14 +88,14 @@ impl IndexedBlock {
         bytemuck::cast_ref(&self.lines)
     }
 
-    /// The words that name the first, second and third corners.
+    /// The words with the indices of the first, second and third corners.
     #[inline(always)]
     fn places(&self) -> [u32; 3] {
         let [x, y, z] = &self.lines;
         [x.corners, y.corners, z.corners]
     }
 
-    /// The vertices at these places.
+    /// The vertices with these indices.
     #[inline(always)]
     fn corner<S: Simd>(&self, simd: S, places: u32) -> Vec3x8 {
         let [x, y, z] = self.axes();
@@ -161,7 +161,7 @@ impl TriangleLeaf for IndexedBlock {
     }
 }
 
-/// Vertices in the order in which they were first named.
+/// Vertex ids in the order of their first use.
 #[derive(Default)]
 struct Names {
     names: [u32; IndexedBlock::MOST_VERTICES],
@@ -169,7 +169,7 @@ struct Names {
 }
 
 impl Names {
-    /// The place of a vertex, which it is given now if it has none; `None` if there is no more room.
+    /// The index of a vertex, which is added if it is new; `None` if the block is full.
     #[inline(always)]
     fn place_of(&mut self, name: u32) -> Option<usize> {
         let mut place = self.count;

@@ -1,11 +1,11 @@
 //! The canonical tests: one primitive against eight rays, and eight primitives against one ray.
 //!
-//! What counts as a hit is decided here and nowhere else; [`reference`](mod@crate::reference) says the same in scalar
-//! code and must agree bit for bit. A path may hoist subexpressions that its rays share, such as the edge functions
-//! of a triangle seen from a shared origin; it may not reorder or replace an operation.
+//! Only this module decides what is a hit; [`reference`](mod@crate::reference) does the same in scalar code and must agree
+//! bit for bit. Callers may hoist subexpressions that rays share, such as the edge functions of a triangle seen from a shared
+//! origin, but may not reorder or replace an operation.
 //!
 //! A hit must also lie in the interval in which its ray passes the primitive's own padded box. So it lies in every
-//! box of the tree above it, whatever the tree, and no rounding puts a sliver's hit far from the sliver.
+//! box of any tree above it, and rounding never puts a sliver's hit far from the sliver.
 
 mod bounds;
 mod doubt;

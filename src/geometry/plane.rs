@@ -2,14 +2,14 @@
 
 use crate::simd::{Lanes, Vec3Lanes};
 
-/// Planes end at this distance from the start of a ray, scene units: what leaves the points there keeps coordinates whose
-/// products are finite.
+/// Planes end at this distance from the start of a ray, scene units, so that products of coordinates of secondary rays
+/// stay finite.
 const HORIZON: f32 = 1e9;
 
-/// Returns the rays that hit a plane, given a point of it and its unit normal, and where.
+/// Returns the rays that hit a plane, given a point of it and its unit normal, and their t.
 ///
-/// The sign of the numerator is that of the side on which a ray starts, exactly along a coordinate axis and else within
-/// the offset of secondary rays.
+/// The sign of the numerator is the side on which a ray starts: exact for planes across a coordinate axis, else within the
+/// offset of secondary rays.
 #[inline(always)]
 #[must_use]
 pub(crate) fn plane_hits<V: Lanes>(

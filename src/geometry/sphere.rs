@@ -12,7 +12,7 @@ use crate::{
 };
 use glam::Vec3;
 
-/// Up to eight spheres, an array per coordinate. Lanes past the last sphere have radius 0 at a far place.
+/// Up to eight spheres, an array per coordinate. Lanes past the last sphere have radius 0 far away.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct SphereBlock {
@@ -57,7 +57,7 @@ pub(crate) fn padded_sphere_boxes<V: Lanes>(center: Vec3Lanes<V>, radius: V) -> 
     (lower - pad, upper + pad)
 }
 
-/// Returns where the rays leave spheres, as [`sphere_hits`] tells where they hit.
+/// Returns where the rays leave spheres, like [`sphere_hits`].
 #[inline(always)]
 #[must_use]
 pub(crate) fn sphere_exit<V: Lanes>((nearest, discriminant): (V, V), (near, far): (V, V)) -> V {

@@ -8,8 +8,8 @@
 //!
 //!   the side of the plane on which a ray starts is a sign too: within its error bound `f64` takes over, for t as well
 //!
-//! So no ray passes between triangles with equal corners, and triangles are no wider than they are. t is left to `f32`
-//! where that knows the plane; a ray that starts in the plane itself misses.
+//! So no ray passes between triangles with equal corners, and triangles are not enlarged. t is that of `f32` unless the
+//! side of the plane is in doubt; a ray that starts on the plane itself misses.
 // Tried: see docs/lab-notes.md#edge-functions-in-f64
 
 use super::{
@@ -60,7 +60,7 @@ pub(crate) trait TriangleLeaf: Sized {
     /// Returns first, second and third corners: of two blocks in vectors of sixteen lanes, else of the first.
     #[must_use]
     fn corners<V: TriangleLanes>(simd: V::Simd, blocks: [&Self; 2]) -> [Vec3Lanes<V>; 3];
-    /// Returns the block as columns, unpacked into `room` if necessary.
+    /// Returns the block as a structure of arrays, unpacked into `room` if necessary.
     #[must_use]
     fn whole<'a, S: Simd>(&'a self, simd: S, room: &'a mut Option<TriangleBlock>) -> &'a TriangleBlock;
     /// Returns the id of triangle `lane`, as the raw value of [`PrimitiveId`].
@@ -160,8 +160,7 @@ pub(crate) fn padded_boxes<V: Lanes>([v0, v1, v2]: &[Vec3Lanes<V>; 3]) -> (Vec3L
     (lower - pad, upper + pad)
 }
 
-/// The edges of as many triangles as there are lanes, each in the direction its edge function takes it, and their
-/// normals.
+/// The edges of triangles, a lane each, in the directions of their edge functions, and their normals.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edges<V> {
     /// From the first corner to the third.
@@ -172,7 +171,7 @@ pub(crate) struct Edges<V> {
     pub w: Vec3Lanes<V>,
     /// Normals, twice the area long.
     pub normal: Vec3Lanes<V>,
-    /// The same with all products taken as positive: what rounding is a fraction of.
+    /// The same with all products taken as positive, to which rounding errors are relative.
     pub permanent: Vec3Lanes<V>,
 }
 
@@ -264,8 +263,8 @@ impl<V: Lanes> EdgeFunctions<V> {
 pub(crate) struct TriangleHits<V: Lanes> {
     /// Lanes that hit, a bit each.
     pub hit: u32,
-    /// Candidates, hit or not, that the line passes within a padded box, and an edge nearer than `f32` can tell. The plane
-    /// of some is known so badly that they may seem to be behind the ray.
+    /// Candidates, hit or not, that the line passes within their padded box, with an edge nearer than `f32` resolves. If their
+    /// plane is ill-conditioned, they may seem to be behind the ray.
     pub unsure: u32,
     /// Distances.
     pub t: V,
@@ -289,8 +288,8 @@ impl<V: EightLanes> EdgeFunctions<V> {
         u.min(v).min(w).ge(-self.tolerance).bits()
     }
 
-    /// Does the canonical test of the candidates, one ray in all lanes of `slabs` and `direction`. Hits lie within
-    /// the triangles' own boxes.
+    /// The canonical test of the candidates, one ray in all lanes of `slabs` and `direction`. Hits lie within the triangles'
+    /// own boxes.
     #[inline(always)]
     #[must_use]
     pub fn intersect(

@@ -1,10 +1,10 @@
 //! Fused multiply-add where the CPU has none: the same bits, by `f64`.
 //!
-//! The product of two `f32` is exact in `f64`. Its sum with the third number is rounded to odd, so that rounding it once
-//! more, to `f32`, gives what one rounding would have given: Boldo and Melquiond, *Emulation of a FMA and correctly
+//! The product of two `f32` is exact in `f64`. Its sum with the third number is rounded to odd, so that rounding it again
+//! to `f32` gives the correctly rounded result: Boldo and Melquiond, *Emulation of a FMA and correctly
 //! rounded sums: proved algorithms using rounding to odd*, IEEE Transactions on Computers 57(4) 2008.
 
-/// Whether all that this build runs on fuses, so that the compiler does it.
+/// Whether every CPU of this build has fused multiply-add, so that the compiler uses it.
 pub const IS_COMPILED_IN: bool = cfg!(any(
     target_feature = "fma",
     all(target_arch = "aarch64", target_feature = "neon")
@@ -21,7 +21,7 @@ pub fn mul_add(a: f32, b: f32, c: f32) -> f32 {
     }
 }
 
-/// Not inlined: it is several times the code of a call, in all of the scalar reference.
+/// Not inlined, because it is several times the code of a call and used throughout the scalar reference.
 #[inline(never)]
 fn emulated_apart(a: f32, b: f32, c: f32) -> f32 {
     emulated(a, b, c)
@@ -32,7 +32,7 @@ fn emulated_apart(a: f32, b: f32, c: f32) -> f32 {
 pub fn emulated(a: f32, b: f32, c: f32) -> f32 {
     let (product, c) = (f64::from(a) * f64::from(b), f64::from(c));
     let sum = product + c;
-    // What rounding took from the sum (Knuth); NaN, which counts as nothing, where that is not finite.
+    // The rounding error of the sum (Knuth); NaN, which is ignored, if the sum is not finite.
     let part = sum - product;
     let error = (product - (sum - part)) + (c - part);
     let is_inexact = u64::from(error.abs() > 0.0);
@@ -85,7 +85,7 @@ mod tests {
         [a, b, c]
     }
 
-    /// Ten million triples; a thousand million with `OCTRAY_LONG`.
+    /// Ten million triples; a billion with `OCTRAY_LONG`.
     #[test]
     fn emulated_sums_are_those_of_the_processor() {
         let rounds = if std::env::var_os("OCTRAY_LONG").is_some() {

@@ -44,7 +44,7 @@ pub(crate) fn sign(rows: [Row; 4]) -> f64 {
     for_each_product(&rows, |x, y| {
         let product = x * y;
         exact.add(product);
-        // What rounding took from the product is itself a number.
+        // The rounding error of the product is itself representable.
         exact.add(x.mul_add(y, -product));
     });
     exact.sign()

@@ -1,4 +1,4 @@
-//! Coordinates as they are kept: in `f32`, relative to the middle of what is far from 0, checked.
+//! Stored coordinates: in `f32`, checked, relative to the centre of geometry that is far from 0.
 
 use super::{Points, QueryError, geometry::Sphere};
 use crate::scene::{MAX_COORDINATE, MaterialId, Scene, SceneBuilder, TriangleMesh};
@@ -39,8 +39,8 @@ pub(super) fn scene_of(
     Ok((builder.finish(), offset))
 }
 
-/// Returns on each axis on which `f64` coordinates are farther from 0 than they extend their middle, else 0. Coordinates
-/// in `f32` need none: the scene does the same without rounding.
+/// Returns the centre on each axis on which `f64` coordinates are farther from 0 than they extend, else 0. Coordinates in
+/// `f32` need no offset: the scene subtracts one without rounding.
 fn offset_of(positions: Points<'_>, spheres: &[Sphere]) -> DVec3 {
     if positions.is_empty() && spheres.is_empty() {
         return DVec3::ZERO;
@@ -67,7 +67,7 @@ fn offset_of(positions: Points<'_>, spheres: &[Sphere]) -> DVec3 {
     DVec3::select(is_far, lower * 0.5 + upper * 0.5, DVec3::ZERO)
 }
 
-/// Checks a coordinate relative to the middle; `value` is the one that was given.
+/// Checks a coordinate relative to the centre; `value` is the original one.
 fn check_coordinate(what: &'static str, index: usize, relative: f64, value: f64) -> Result<(), QueryError> {
     if relative.abs() <= f64::from(MAX_COORDINATE) {
         Ok(())

@@ -1,9 +1,9 @@
-//! Through which triangles a ray's line passes where it meets an edge or a vertex, exactly: one of two at an edge, an
-//! even number of those of a closed mesh in all.
+//! Decides exactly which triangles a ray's line crosses where it meets an edge or a vertex: one of two at an edge, and an
+//! even number of those of a closed mesh in total.
 //!
-//! The canonical test tells all triangles that touch. Here origin and direction are moved by infinitesimal amounts, the
-//! same for all triangles, so that the line meets no edge: Edelsbrunner and Mücke, *Simulation of Simplicity*, 1990.
-//! Differs: only the ray is moved, not the vertices, of which several may lie at one position.
+//! The canonical test accepts all triangles that the ray touches. Here origin and direction are moved by infinitesimal
+//! amounts, the same for all triangles, so that the line meets no edge: Edelsbrunner and Mücke, *Simulation of Simplicity*,
+//! 1990. Differs: only the ray is moved, not the vertices, because several may have the same position.
 
 use crate::{
     math::orientation::{Row, point, sign},
@@ -25,9 +25,9 @@ fn axis(i: usize) -> Row {
     row
 }
 
-/// The terms of the moved line's determinants from the largest on: the axis along which the direction is moved, and that
-/// of the origin. They are moved by e^1, e^2, e^4 and e^8, e^16, e^32 for an e that is smaller than any number. Two ends
-/// of an edge differ along some axis, so that a term is not 0.
+/// The terms of the moved line's determinants in descending order: the axis along which the direction is moved, and that
+/// of the origin. They are moved by e^1, e^2, e^4 and e^8, e^16, e^32 for an infinitesimal e. The ends of an edge differ
+/// along some axis, so that some term is not 0.
 const MOVES: [[Option<usize>; 2]; 13] = [
     [None, None],
     [Some(0), None],

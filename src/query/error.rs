@@ -1,4 +1,4 @@
-//! What can be wrong with the arrays of a query.
+//! Errors of geometries and queries.
 
 use crate::error::SceneError;
 use std::fmt;
@@ -42,10 +42,10 @@ pub enum QueryError {
     },
     /// Memory ran out.
     NoMemory {
-        /// What it was for.
+        /// Its purpose.
         what: &'static str,
     },
-    /// An array has another length than those that it belongs to.
+    /// An array's length does not match the others.
     Length {
         /// Which array.
         what: &'static str,

@@ -1,4 +1,4 @@
-//! The geometry: what it is made from, and the questions that it answers.
+//! The geometry and its ray queries.
 
 use super::{
     Points, QueryError, Ray, Rays, Worker,
@@ -29,14 +29,14 @@ pub struct Sphere {
     pub radius: f32,
 }
 
-/// Rays of which all hits are found that are given to one thread at a time.
+/// Rays per task when all hits are found.
 const RAYS: usize = 256;
 
-/// Triangles and spheres, ready to be asked. All methods may be called from many threads at once.
+/// Triangles and spheres, ready for queries. All methods may be called from many threads at once.
 ///
-/// Primitive ids count the triangles in their order, then the spheres. Coordinates are kept in `f32`, on an axis on
-/// which the geometry is far from 0 relative to its middle. A triangle without area is never hit, and is not the
-/// closest to any point.
+/// Primitive ids count the triangles in their order, then the spheres. Coordinates are stored in `f32`, relative to the
+/// centre of the geometry on each axis on which it is far from 0. A triangle without area is never hit, and is never the
+/// closest to a point.
 ///
 /// ```
 /// use octray::{Geometry, Ray};
@@ -55,7 +55,7 @@ pub struct Geometry {
     spheres: Vec<Sphere>,
     bvh: Bvh,
     level: Level,
-    /// Coordinates are relative to this point, to which the scene's own origin is still to be added.
+    /// Coordinates are relative to the sum of this point and the scene's origin.
     pub(super) offset: DVec3,
     pub(super) is_closed: OnceLock<Result<(), QueryError>>,
 }
@@ -85,7 +85,7 @@ pub struct SurfacePoint {
 pub struct AllHits {
     /// The hits, ray by ray, each in order of t, then id.
     pub hits: Vec<Hit>,
-    /// Where the hits of each ray begin, and at last where they end: one more than there are rays.
+    /// Where the hits of each ray begin, and finally where the last ones end: one entry more than rays.
     pub starts: Vec<usize>,
 }
 
@@ -139,17 +139,16 @@ impl Geometry {
         })
     }
 
-    /// Holds the geometry's queries to a level; else they use the [current](Level::current) one. All give the same
-    /// answers.
+    /// Sets the instruction set of queries, by default the [current](Level::current) level. All give the same results.
     #[must_use]
     pub fn at_level(mut self, level: Level) -> Self {
         self.level = level;
         self
     }
 
-    /// Moves the vertices: boxes are fitted to them again, which mostly takes far less time than a new hierarchy. What
-    /// moves apart is then traced more slowly than a new geometry would be; answers are the same, to the bit. The
-    /// hierarchy is built anew where triangles equal each other or gain or lose their area, and from four million on.
+    /// Moves the vertices and refits the BVH, which usually is far faster than building a new one. If neighbours move apart,
+    /// queries are slower than with a new geometry; results are the same, bit for bit. The BVH is rebuilt if triangles are
+    /// equal, or gain or lose their area, and from four million triangles on.
     ///
     /// # Errors
     /// [`QueryError::Length`] if there are not as many positions as vertices, [`QueryError::Coordinate`] or
@@ -164,7 +163,7 @@ impl Geometry {
         Ok(())
     }
 
-    /// Returns a copy with moved vertices, while others go on to ask this one.
+    /// Returns a copy with moved vertices; other threads may keep using this one.
     ///
     /// # Errors
     /// As [`Geometry::refit`].
@@ -221,7 +220,7 @@ impl Geometry {
         (!bounds.is_empty()).then(|| [lower + self.offset, upper + self.offset])
     }
 
-    /// Returns the vertices relative to a point, and that point, world space: as they are kept, and as
+    /// Returns the stored vertices, which are relative to a point, and that point, world space: as
     /// [`Geometry::from_relative`] takes them.
     #[must_use]
     pub fn vertices(&self) -> (Vec<[f32; 3]>, DVec3) {
@@ -231,7 +230,7 @@ impl Geometry {
         (positions.collect(), self.middle())
     }
 
-    /// Returns the corners of a triangle as they are kept, world space.
+    /// Returns the stored corners of a triangle, world space.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -279,9 +278,8 @@ impl Geometry {
         any.is_hit
     }
 
-    /// Finds all hits of a ray, in order of t, then id: each triangle at most once, with all triangles that meet at an
-    /// edge or vertex which the ray meets. A sphere is hit where the ray enters it and where it leaves it. With a limit,
-    /// the nearest ones.
+    /// Finds all hits of a ray, or the nearest `limit` ones, in order of t, then id. At an edge or vertex all triangles that the
+    /// ray touches are hit, each once. A sphere is hit where the ray enters it and where it leaves it.
     #[must_use]
     pub fn all_hits(&self, ray: &Ray, limit: Option<usize>) -> Vec<Hit> {
         self.all_into(UnitRay::new(ray, self.middle()), limit, Vec::new())
@@ -294,11 +292,11 @@ impl Geometry {
         all.into_hits(first)
     }
 
-    /// Finds the hits of a ray through which its line passes: of the triangles that meet at an edge or vertex, one on
-    /// each sheet. So a ray from outside a closed mesh has an even number of them.
+    /// Finds the triangles that a ray crosses: of those that meet at an edge or vertex, one on each sheet. So a ray from outside
+    /// a closed mesh has an even number of crossings.
     ///
-    /// Where rounding cannot tell, exact signs do, for a line that is moved by infinitesimal amounts, the same for all
-    /// triangles. So parity holds whatever the mesh, unless the ray starts on it but for rounding.
+    /// Where rounding could decide, exact signs do, for a line that is moved by infinitesimal amounts, the same for all
+    /// triangles. So parity is right for any mesh, unless the ray starts within rounding error of it.
     #[must_use]
     pub fn crossings(&self, ray: &Ray) -> Vec<Hit> {
         self.crossings_of(UnitRay::new(ray, self.middle()))
@@ -341,7 +339,7 @@ impl Geometry {
         }
     }
 
-    /// Makes a worker for many rays, which traces on the thread that calls.
+    /// Makes a worker for many rays, which traces on the calling thread.
     #[must_use]
     pub fn worker(&self) -> Worker<'_> {
         Worker::new(self)
@@ -368,7 +366,7 @@ impl Geometry {
     /// Finds whether each of many rays hits anything, on the threads of the current rayon pool.
     ///
     /// # Panics
-    /// If rays and answers differ in number.
+    /// If rays and results differ in number.
     pub fn occluded_each<'r>(&self, rays: impl Into<Rays<'r>>, occluded: &mut [bool]) {
         let rays = rays.into();
         assert_eq!(rays.len(), occluded.len(), "an answer for each ray");

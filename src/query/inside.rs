@@ -1,5 +1,4 @@
-//! Inside or outside of a closed mesh: by the parity of exact crossings on the way to the nearest side of the box
-//! around it.
+//! Inside tests of a closed mesh: the parity of exact crossings on the way to the nearest side of its bounding box.
 
 use super::{QueryError, sinks::Crossings, unit::UnitRay};
 use crate::{
@@ -11,8 +10,7 @@ use crate::{
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Checks that every edge belongs to an even number of triangles, so that each way out crosses the mesh an odd or an
-/// even number of times alike.
+/// Checks that every edge belongs to an even number of triangles, so that all rays from a point have the same parity.
 pub(super) fn check_closed(scene: &Scene) -> Result<(), QueryError> {
     if !scene.spheres().radius.is_empty() {
         return Err(QueryError::HasSpheres);
@@ -39,7 +37,7 @@ pub(super) fn check_closed(scene: &Scene) -> Result<(), QueryError> {
     }
 }
 
-/// How far the directions to the six sides are aslant: many models have edges along the axes.
+/// Tilt of the directions to the six sides, because many models have edges along the axes.
 const ASIDE: [f64; 2] = [0.013_579_1, 0.007_313_7];
 
 /// Returns whether a point, relative to the scene's origin, is inside. The mesh is closed.

@@ -2,7 +2,7 @@
 //! outside.
 //!
 //! ```text
-//! positions, triangles, spheres -> Geometry: scene relative to its middle, BVH
+//! positions, triangles, spheres -> Geometry: scene relative to its centre, BVH
 //! rays (any length, f32 or f64) -> unit rays in f32 (unit) -> many: packets through the tracer (worker)
 //!                                                          -> one: a visit with a sink (sinks, crossings)
 //! points -> closest point (nearest), inside (inside: crossings on the way out)

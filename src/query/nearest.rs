@@ -27,12 +27,12 @@ pub struct ClosestPoint {
 /// More than the rounding of a distance in `f32`, as a fraction of it.
 const SLACK: f64 = 1e-6;
 
-/// More than the rounding of how far ahead a corner is, as a fraction of the 1-norm of its offset: one half-ulp for the
-/// offset, three for the dot product, and as many to spare.
+/// Bound on the rounding of a corner's distance along the direction, relative to the 1-norm of its offset: one half-ulp for
+/// the offset, three for the dot product, and as many to spare.
 const AHEAD_ERROR: f32 = 8.0 / (1 << 24) as f32;
 
-/// The square of twice a triangle's area, as a fraction of the products that it is the sum of, below which it may be
-/// mostly their rounding.
+/// If the square of twice a triangle's area is a smaller fraction than this of the products in its sum, it may be mostly
+/// rounding error.
 const LEAST_AREA: f64 = 1e-8;
 
 // Tuned: see docs/lab-notes.md#closest-points
@@ -43,12 +43,12 @@ thread_local! {
     static STACK: Cell<Stack> = const { Cell::new(Vec::new()) };
 }
 
-/// The best so far, and what culls.
+/// The best point so far, and the bounds for culling.
 struct Search {
     point: DVec3,
     best: ClosestPoint,
     squared: f64,
-    /// How far the point in `f32` is from the point.
+    /// Distance between the point and its rounding to `f32`.
     rounding: f64,
     /// Boxes whose squared scaled distance is above this hold nothing nearer.
     limit: f32,
@@ -212,7 +212,7 @@ fn triangles<S: Simd>(
     }
 }
 
-/// How far ahead triangles begin along a direction of at most unit length, at least 0: none of their points is nearer.
+/// Lower bounds on the distance of triangles: how far ahead they begin along a direction of at most unit length, at least 0.
 #[inline(always)]
 fn least_ahead<V: Lanes>(corners: [Vec3Lanes<V>; 3], direction: Vec3Lanes<V>) -> V {
     // Not `map`, which is not inlined here.
@@ -294,7 +294,7 @@ pub(super) fn on_triangle(point: DVec3, corners: [Vec3; 3]) -> DVec3 {
     if sum > largest * largest * LEAST_AREA {
         return a + ab * v + ac * w;
     }
-    // Of a needle these areas are mostly rounding: whatever is in it may be the nearest.
+    // These areas are mostly rounding in a needle, so any of its features may be the nearest.
     let edges = [on_edge(point, a, b), on_edge(point, a, c), on_edge(point, b, c)];
     let mut nearest = edges[0];
     let inside = (v >= 0.0 && w >= 0.0 && v + w <= 1.0).then(|| a + ab * v + ac * w);

@@ -1,5 +1,5 @@
-//! The order of rays with one origin: sorted by direction where neighbours in the array are not neighbours in space, as in
-//! the rows of a picture. The tracer sorts other rays by itself.
+//! Sorts rays with a shared origin by direction if neighbours in the array are not neighbours in space, as in the rows of a
+//! picture. The tracer itself sorts other rays.
 
 use crate::{
     lanes::{F32x8, LANES, Vec3x8},
@@ -30,7 +30,7 @@ const STEPS: f32 = (1 << BITS) as f32;
 /// Keys: cells ahead, then those behind.
 const KEYS: usize = 2 << (2 * BITS);
 
-/// One of this many packets is looked at for the axes.
+/// One in this many packets is sampled for the axes.
 const STRIDE: usize = 4;
 
 /// Rays in another order, and where they belong.
@@ -44,7 +44,8 @@ pub(super) struct Order {
     pub hits: Vec<HitPacket>,
 }
 
-/// A plane that directions are projected to, with its first axis along them: rows stay rows, whichever way they lie.
+/// A plane that directions are projected to, with its first axis along them, so that rows stay rows whatever their
+/// direction.
 struct Plane {
     forward: Vec3,
     axes: [Vec3; 2],
@@ -154,7 +155,7 @@ fn is_scattered(packets: &[RayPacket]) -> bool {
 }
 
 impl Order {
-    /// Sorts packets of rays into its own; `false` if they are good as they come.
+    /// Sorts packets of rays into its own; `false` if their order is good.
     pub(super) fn sort(&mut self, level: Level, packets: &[RayPacket]) -> bool {
         if !is_scattered(packets) {
             return false;

@@ -1,10 +1,10 @@
-//! Questions about points: the closest point, inside or outside, signed distances.
+//! Point queries: closest point, inside or outside, signed distance.
 
 use super::{ClosestPoint, Geometry, Points, QueryError, inside, nearest};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Points that are given to one thread at a time.
+/// Points per task.
 const POINTS: usize = 256;
 
 impl Geometry {
@@ -28,8 +28,8 @@ impl Geometry {
         for_points(points.into(), closest, |point| self.closest_point(point));
     }
 
-    /// Checks that the triangles enclose a space: that every edge belongs to an even number of them, vertices at one
-    /// position counting as one. The answer is kept.
+    /// Checks that the triangles enclose a volume: every edge belongs to an even number of them, where vertices at the same
+    /// position are one. The result is cached.
     ///
     /// # Errors
     /// [`QueryError::NotClosed`] with an open edge, or [`QueryError::HasSpheres`].
@@ -42,8 +42,8 @@ impl Geometry {
         self.is_closed.get_or_init(|| found).clone()
     }
 
-    /// Returns whether a point is inside the closed mesh: whether each way out of it crosses the mesh an odd number of
-    /// times. For a point on the surface it may be either.
+    /// Returns whether a point is inside the closed mesh: whether rays from it cross the mesh an odd number of times. For a
+    /// point on the surface it may be either.
     ///
     /// # Errors
     /// As [`Geometry::check_closed`].
@@ -56,7 +56,7 @@ impl Geometry {
         inside::contains(self.level(), self.bvh(), point - self.middle())
     }
 
-    /// Returns of many points whether they are inside, on the threads of the current rayon pool.
+    /// Finds which of many points are inside, on the threads of the current rayon pool.
     ///
     /// # Errors
     /// As [`Geometry::check_closed`].
@@ -73,8 +73,8 @@ impl Geometry {
         Ok(())
     }
 
-    /// Returns the distance of a point from the closed mesh, positive inside, negative outside; infinite with a minus if
-    /// there is nothing, NaN if the point is not finite in `f32`.
+    /// Returns the distance of a point from the closed mesh, positive inside, negative outside; -infinity if there is no
+    /// triangle, NaN if the point is not finite in `f32`.
     ///
     /// # Errors
     /// As [`Geometry::check_closed`].

@@ -35,7 +35,7 @@ impl Ray {
         }
     }
 
-    /// Makes a ray that ends before both points, so that it asks what is between them; t is 1 at `to`.
+    /// Makes a ray between two points, both excluded; t is 1 at `to`.
     #[must_use]
     pub fn between(from: impl Into<Vec3>, to: impl Into<Vec3>) -> Self {
         let from = from.into();
@@ -84,7 +84,7 @@ impl Points<'_> {
         }
     }
 
-    /// Eight of them from `i` on as columns, the last one repeated.
+    /// Eight of them from `i` on as a structure of arrays, the last one repeated.
     #[inline(always)]
     fn eight(&self, i: usize, columns: &mut [[f64; LANES]; 3]) {
         match self {
@@ -231,7 +231,7 @@ impl EightRays {
 }
 
 impl<'a> Rays<'a> {
-    /// Makes rays from arrays, without ends. One origin may serve for all.
+    /// Makes rays from arrays, without ends. A single origin is shared by all.
     ///
     /// # Errors
     /// [`QueryError::Length`] if there is neither one origin nor one for each direction.
@@ -310,7 +310,7 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// Whether all have one origin: then they are traced faster.
+    /// Whether all share their origin, which is faster to trace.
     pub(super) fn share_origin(&self) -> bool {
         let range = self.start..self.start + self.len;
         match self.source {
@@ -324,7 +324,7 @@ impl<'a> Rays<'a> {
         }
     }
 
-    /// Writes eight rays from `i` on; behind the last ray comes the last again.
+    /// Writes eight rays from `i` on, repeating the last one at the end.
     #[inline(always)]
     pub(super) fn eight<S: Simd>(&self, simd: S, i: usize, to: &mut EightRays) {
         let i = self.start + i;

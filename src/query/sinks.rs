@@ -1,4 +1,4 @@
-//! What the visit of one ray keeps: the closest hit, whether there is one, all of them, or crossings.
+//! The sinks of visits: the closest hit, any hit, all hits, or crossings.
 
 use super::{
     crossings::{self, Crossing},
@@ -110,7 +110,7 @@ impl PartialOrd for Ordered {
     }
 }
 
-/// The order in which hits are told: by t, then id.
+/// The order of reported hits: by t, then id.
 pub(super) fn in_order(a: &Hit, b: &Hit) -> Ordering {
     a.t.total_cmp(&b.t).then(a.primitive.cmp(&b.primitive))
 }
@@ -211,12 +211,12 @@ impl HitSink for All<'_> {
     }
 }
 
-/// Crossings: of the triangles that meet at an edge or vertex only those through which the line passes.
+/// Crossings: of the triangles that meet at an edge or vertex only those that the line crosses.
 pub(super) struct Crossings<'a> {
     ray: UnitRay,
     repeats: &'a [[PrimitiveId; 2]],
     hits: Vec<Hit>,
-    /// Where an edge is nearer than rounding.
+    /// Triangles of which an edge is within rounding error.
     unsure: Vec<(Hit, Crossing)>,
 }
 

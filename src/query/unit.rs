@@ -1,6 +1,6 @@
-//! Rays as the kernels take them: unit directions in `f32`, relative to the scene's origin, t as a length.
+//! Rays for the kernels: unit directions in `f32`, relative to the scene's origin, t as a distance.
 //!
-//! A direction's length goes in once: the t that is reported is the length divided by it in `f64`, rounded once.
+//! The reported t is the distance divided by the direction's length in `f64`, rounded once.
 
 use super::{Ray, rays::EightRays};
 use crate::{
@@ -12,14 +12,14 @@ use glam::DVec3;
 /// Squared lengths between these lose nothing to underflow and overflow.
 const ORDINARY: std::ops::Range<f64> = 1e-250..1e250;
 
-/// A ray as the kernels take it.
+/// A ray for the kernels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UnitRay {
-    /// Ends at the first length that is not before the end of the ray as given.
+    /// Ends at the first distance that is not before the original ray's end.
     pub ray: ray::Ray,
     /// Hits up to this distance are before the beginning.
     pub start: f32,
-    /// The length of the direction as given.
+    /// The length of the original direction.
     pub length: f64,
 }
 
@@ -68,7 +68,7 @@ fn end_of(t: f32, length: f64) -> f32 {
     }
 }
 
-/// By bisection, from the product on: the quotient grows with the distance, rounding included.
+/// By bisection, starting at the product: the quotient grows with the distance, rounding included.
 fn searched_end(t: f32, length: f64) -> f32 {
     let reaches = |bits: u32| reported(f32::from_bits(bits), length) >= t;
     let guess = ((f64::from(t) * length) as f32).min(T_MAX).to_bits();
@@ -96,7 +96,7 @@ pub(super) fn last_reported_as(t: f32, length: f64) -> f32 {
     end_of(t.next_up(), length).next_down()
 }
 
-/// Directions up to this length make no t of 0 from any distance that matters: those above 1e-25.
+/// Directions up to this length do not round t to 0 for any relevant distance, those above 1e-25.
 const LONG: f64 = 1e20;
 
 /// Returns the largest distance that is not reported as more than `t`.
@@ -109,7 +109,7 @@ fn start_of(t: f32, length: f64) -> f32 {
     }
 }
 
-/// Returns both ends as distances; what is not a number makes the ray invalid.
+/// Returns both ends as distances; NaN makes the ray invalid.
 #[inline(always)]
 fn ends(t_min: f32, t_max: f32, length: f64) -> (f32, f32) {
     if t_min.is_nan() || t_max.is_nan() || length.is_nan() {

@@ -1,4 +1,4 @@
-//! Many rays at a time: packets of them go through the [`Tracer`]; what it cannot tell alone is visited ray by ray.
+//! Many rays at a time, in packets through the [`Tracer`]; hits before `t_min` are replaced ray by ray.
 
 use super::{
     Geometry, Rays,
@@ -16,13 +16,13 @@ use crate::{
 use glam::Vec3;
 use std::cell::Cell;
 
-/// Packets that are prepared, traced and told at a time: they stay in the second-level cache.
+/// Packets that are prepared, traced and reported at a time: they stay in the L2 cache.
 const PACKETS: usize = 2048;
 
-/// Rays that are given to one thread at a time.
+/// Rays per task.
 pub(super) const PIECE: usize = PACKETS * LANES;
 
-/// The memory of a worker. A thread keeps it from call to call: getting new memory costs as much as tracing.
+/// The memory of a worker. A thread keeps it from call to call, because new memory costs as much as tracing.
 #[derive(Debug, Default)]
 struct Buffers {
     packets: Vec<RayPacket>,
@@ -41,7 +41,7 @@ thread_local! {
     static BUFFERS: Cell<Option<Box<Buffers>>> = const { Cell::new(None) };
 }
 
-/// Traces many rays on the thread that calls, with memory that is kept from call to call. [`Geometry::closest_hits`] and
+/// Traces many rays on the calling thread, with memory that is reused from call to call. [`Geometry::closest_hits`] and
 /// [`Geometry::occluded_each`] use all threads of rayon's pool instead.
 #[derive(Debug)]
 pub struct Worker<'a> {
@@ -67,7 +67,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Finds what [`Geometry::closest_hits`] finds.
+    /// As [`Geometry::closest_hits`].
     ///
     /// # Panics
     /// If rays and hits differ in number.
@@ -80,7 +80,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Finds what [`Geometry::occluded_each`] finds.
+    /// As [`Geometry::occluded_each`].
     ///
     /// # Panics
     /// If rays and answers differ in number.

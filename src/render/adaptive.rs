@@ -6,9 +6,9 @@
 //! pixels of the tile  <-- remaining samples --  those that differ from a neighbour
 //! ```
 //!
-//! After Mitchell, *Generating Antialiased Images at Low Sampling Densities*, 1987. Colour alone decides, because what
-//! does not show in it (an edge, a crease, a shadow) needs no more samples. Both modes decide by this code. The ring makes
-//! a pixel independent of its tile and of the crop.
+//! After Mitchell, *Generating Antialiased Images at Low Sampling Densities*, 1987. Only colour decides, because an edge,
+//! crease or shadow that does not show in it needs no more samples. Both modes share this code. The ring makes a pixel
+//! independent of its tile and of the crop.
 
 use super::{
     Pixel, Settings,
@@ -23,12 +23,12 @@ use crate::{
 /// First samples where light comes from points.
 const FIRST: u32 = 1;
 
-/// First samples where light or the lens is sampled too: the first four points of a sequence, one in each quarter of the
-/// pixel and of the light. After one, grain would look like edges everywhere.
+/// First samples if light or the lens is sampled too: the first four points of a sequence, one in each quarter of the pixel
+/// and of the light. After a single one, noise would look like edges everywhere.
 const FIRST_OF_SOFT: u32 = 4;
 
-/// The largest difference between neighbours that is not refined, in display values: less than one of four rays of ambient
-/// occlusion makes, more than the grain of soft light on a smooth surface.
+/// The largest difference between neighbours that is not refined, in display values: less than that of one in four ambient
+/// occlusion rays, more than the noise of soft light on a smooth surface.
 // Tuned: see docs/lab-notes.md#adaptive-samples
 const MAX_CONTRAST: f32 = 8.0 / 255.0;
 
@@ -60,8 +60,8 @@ impl FrameContext<'_> {
 }
 
 impl Settings {
-    /// Returns the camera rays that a pixel is expected to take, if light or the lens `is_sampled` or not; shares of refined
-    /// pixels as measured.
+    /// Returns the expected number of camera rays per pixel, from measured shares of refined pixels. `is_sampled`: whether
+    /// light or the lens is sampled.
     #[cfg(feature = "cli")]
     pub(crate) fn expected_samples(&self, is_sampled: bool) -> f64 {
         let (first, share) = if is_sampled {
@@ -76,8 +76,8 @@ impl Settings {
     }
 }
 
-/// The samples of the pixels of a tile and of the ring around it, as far as that is in the picture. Numbers of the same
-/// kind lie side by side, so that the loops over rows become vectors.
+/// The samples of the pixels of a tile and of the ring around it within the picture, as a structure of arrays, so that
+/// loops over rows vectorise.
 #[derive(Debug, Default)]
 pub(super) struct Neighborhood {
     /// Absolute.
@@ -96,7 +96,7 @@ pub(super) struct Neighborhood {
 struct Scratch {
     /// The display values of one channel.
     display: Vec<f32>,
-    /// Extremes of a row and those above and below, and one more at each end.
+    /// Extremes over each row and its neighbours, with one more entry at each end.
     low: Vec<f32>,
     high: Vec<f32>,
 }
@@ -286,8 +286,8 @@ impl Neighborhood {
     }
 }
 
-/// Returns the square root, which is about what the sRGB curve makes of a channel. Where linear values are shown, it
-/// refines more than is needed in the dark, and up to half in the light.
+/// Returns the square root, an approximation of the sRGB curve. Where linear values are shown, it refines more than is
+/// needed in dark areas, and as little as half in bright ones.
 #[inline(always)]
 fn display_value(channel: f32) -> f32 {
     less(more(channel, 0.0), 1.0).sqrt()

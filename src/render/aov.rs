@@ -1,7 +1,7 @@
 //! Arbitrary output variables (AOVs): depth, normal, albedo, primitive id and traversal cost of each pixel.
 //!
-//! They are those of one ray through the pixel's centre and that of the lens, because averages of distances or ids would
-//! be meaningless. If costs are asked for, rays are traced one at a time over the wide BVH in every mode.
+//! They belong to one ray through the centres of the pixel and the lens, because averages of distances or ids would be
+//! meaningless. If costs are requested, rays are traced one at a time over the wide BVH in every mode.
 
 use super::{
     Filter, Mode, OnProgress, Pattern, RenderError, Renderer, Settings,
@@ -41,9 +41,9 @@ pub struct Aov {
     pub albedo: [f32; 3],
     /// The primitive; [`PrimitiveId::NONE`] for a miss.
     pub primitive: PrimitiveId,
-    /// The instance that the primitive is part of there; [`InstanceId::NONE`] outside of any.
+    /// The instance that was hit; [`InstanceId::NONE`] outside of any.
     pub instance: InstanceId,
-    /// The traversal cost of the ray; 0 unless it was asked for.
+    /// The traversal cost of the ray; 0 unless requested.
     pub cost: Cost,
 }
 

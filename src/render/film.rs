@@ -17,7 +17,7 @@ pub trait Pixel: FromLanes + Copy + Default + Send + Sync {
     fn from_linear(rgb: [f32; 3], alpha: f32) -> Self;
 }
 
-/// The conversion of lanes, apart from [`Pixel`] because the crate keeps its vectors to itself.
+/// The conversion of lanes, separate from [`Pixel`] because vectors are not public.
 pub trait FromLanes: Sized {
     /// Converts eight pixels, red, green, blue and alpha; lane by lane the result is that of [`Pixel::from_linear`].
     fn from_lanes<S: Simd>(simd: S, rgba: [S::V8; 4]) -> [Self; LANES];

@@ -18,7 +18,7 @@ pub(super) struct TileRect {
 }
 
 impl TileRect {
-    /// Returns the rectangle in the picture of a tile of `window`.
+    /// Returns the rectangle of a tile of `window` in the whole picture.
     pub fn absolute(self, window: Crop) -> Self {
         Self {
             x: window.x0 + self.x,

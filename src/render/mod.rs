@@ -55,8 +55,8 @@ pub struct Settings {
     pub crop: Option<Crop>,
     /// Samples per pixel: a square number, or any number for [`Pattern::Sobol`].
     pub samples: u32,
-    /// Whether pixels that look like their neighbours take fewer samples than [`Settings::samples`]; the others have the
-    /// values that they have without it. Needs [`Pattern::Sobol`], whose first points are spread evenly.
+    /// Whether pixels that look like their neighbours take fewer samples than [`Settings::samples`]; the others keep their
+    /// values. Needs [`Pattern::Sobol`], whose first points are spread evenly.
     pub adaptive: bool,
     /// The positions of the samples in a pixel.
     pub pattern: Pattern,
@@ -189,7 +189,7 @@ pub struct Progress {
 /// The progress callback, called from the render threads after every tile; `Break` cancels the frame.
 pub type OnProgress<'a> = &'a (dyn Fn(Progress) -> ControlFlow<()> + Sync);
 
-/// The reasons for which rendering fails.
+/// The error of rendering.
 #[derive(Debug, PartialEq, Eq)]
 pub enum RenderError {
     /// A setting is out of range, or the picture does not fit into memory; the text says which and what is expected.

@@ -11,7 +11,7 @@ use std::{
 /// The text `Software` of every PNG file that octray writes: it tells octray's own pictures from other files.
 pub const SOFTWARE: &str = "octray";
 
-/// Writes 8 bits per channel, RGB or RGBA, row by row, as a PNG file. `texts` are keywords and what they say.
+/// Writes 8 bits per channel, RGB or RGBA, row by row, as a PNG file. `texts` are keywords and their texts.
 ///
 /// # Errors
 /// [`io::Error`] if `out` fails or a side is 0.

@@ -52,7 +52,7 @@ const TILE: [u32; 2] = [128, 16];
 pub struct Renderer<'a> {
     scene: &'a Scene,
     bvh: &'a Bvh,
-    /// Threads, if the last frame asked for another number than the current pool has.
+    /// Threads, if the last frame requested another number than the current pool has.
     pool: Option<ThreadPool>,
     /// Borrowed for one tile at a time, because the progress callback may render on the same thread.
     scratch: ThreadLocal<RefCell<TileScratch<'a>>>,
@@ -72,7 +72,7 @@ impl<'a> Renderer<'a> {
 
     /// Renders a frame into `film`, which is resized to the picture or its crop; every pixel is written.
     ///
-    /// Runs on the current rayon pool, or on a pool of its own if `settings` ask for another number of threads. After
+    /// Runs on the current rayon pool, or on its own pool if `settings` request another number of threads. After
     /// [`RenderError::Cancelled`] the film has the finished pixels, and the others are unchanged.
     ///
     /// # Errors

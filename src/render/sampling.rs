@@ -1,9 +1,9 @@
 //! Pixel sampling: a sample pattern in the unit square, warped by a pixel filter.
 //!
 //! Filters are importance-sampled: a point goes through the inverse of the filter's distribution, and every sample has
-//! weight 1 (Ernst, Stamminger and Greiner, *Filter Importance Sampling*, 2006). So pixels need no neighbours. Patterns
-//! that differ from pixel to pixel are seeded by a hash of the absolute pixel, so that a crop equals its part of the
-//! whole picture.
+//! weight 1 (Ernst, Stamminger and Greiner, *Filter Importance Sampling*, 2006). So pixels do not depend on their
+//! neighbours. Patterns that differ from pixel to pixel are seeded by a hash of the absolute pixel, so that a crop equals
+//! its part of the whole picture.
 
 use super::Settings;
 use crate::{
@@ -60,7 +60,7 @@ pub(crate) struct CameraRays {
     lens_samples: Option<u32>,
 }
 
-/// The pair of dimensions of points of the lens. Those of shading count from 0.
+/// The sample dimensions of points of the lens. Those of shading count from 0.
 const LENS: u32 = u32::MAX;
 
 #[derive(Clone, Copy)]
@@ -100,7 +100,7 @@ impl CameraRays {
         }
     }
 
-    /// Returns whether each sample sees the scene from another point of a lens.
+    /// Returns whether the camera has a lens.
     pub fn has_lens(&self) -> bool {
         self.lens_samples.is_some()
     }
@@ -128,12 +128,12 @@ impl CameraRays {
         shade::disc(simd, [simd.load(&F32x8::new(u)), simd.load(&F32x8::new(v))])
     }
 
-    /// Returns the shared origin of all rays, scene units; `None` if they have origins of their own.
+    /// Returns the shared origin, scene units; `None` for separate ones.
     pub fn shared_origin(&self) -> Option<Vec3> {
         self.pixel_rays.shared_origin()
     }
 
-    /// Returns how wide a sample's share of its pixel is.
+    /// Returns the cone of a sample.
     pub fn cone(&self) -> RayCone {
         let cone = self.pixel_rays.cone();
         match &self.offsets {
@@ -155,7 +155,7 @@ impl CameraRays {
         self.pixel_rays.directions_of(simd, pixels, &offset)
     }
 
-    /// Returns the origins and directions of what [`Self::directions_of`] is for.
+    /// Returns the origins and directions of the samples of [`Self::directions_of`].
     #[inline(always)]
     pub fn rays_of<S: Simd>(
         &self,
@@ -176,7 +176,7 @@ impl CameraRays {
         }
     }
 
-    /// Returns the number of a sample in its pixel.
+    /// Returns the index of a sample in its pixel.
     pub fn index(&self, [column, row]: [u32; 2]) -> u32 {
         row * self.samples[0] + column
     }
@@ -241,7 +241,7 @@ impl SampleOffsets {
         [self.warp(right), -self.warp(down)]
     }
 
-    /// [`Self::at`] for eight pixels. Nothing is decided in the loops over lanes, so that they become vectors.
+    /// [`Self::at`] for eight pixels. Loops over lanes have no branches, so that they vectorise.
     #[inline(always)]
     fn at8(&self, pixels: &[[u32; 2]; LANES], sample: [u32; 2]) -> [F32x8; 2] {
         let (mut right, mut up) = ([0.0; LANES], [0.0; LANES]);

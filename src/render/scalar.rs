@@ -93,7 +93,7 @@ impl ScalarTile<'_> {
         ));
     }
 
-    /// Adds the samples of an absolute pixel that it has not got, up to `count`.
+    /// Adds the missing samples of an absolute pixel, up to `count`.
     fn add_samples(&mut self, pixel: [u32; 2], count: u32, samples: &mut Samples) {
         let &FrameContext {
             scene,

@@ -31,7 +31,7 @@ pub(super) struct TileScratch<'a> {
     rays: RayQueue,
     sample: TileColors,
     sum: TileColors,
-    /// Of adaptive pictures.
+    /// For adaptive pictures.
     neighborhood: Neighborhood,
     /// The absolute pixels that take more samples.
     refined: Vec<[u32; 2]>,
@@ -42,7 +42,7 @@ pub(super) struct TileScratch<'a> {
 impl<'a> TileScratch<'a> {
     /// Reserves memory for tiles of `width` x `height` pixels.
     pub fn new(scene: &'a Scene, bvh: &'a Bvh, [width, height]: [u32; 2]) -> Self {
-        // Adaptive tiles have a ring around them, and packets do not divide it.
+        // Adaptive tiles have a ring around them, which whole packets exceed.
         let mut packets = 0;
         for_each_packet(width + 2, height + 2, |_| packets += 1);
         let pixels = packets * LANES;
@@ -178,7 +178,7 @@ impl<'a> TileScratch<'a> {
         }
     }
 
-    /// Traces and shades the camera rays of the queue; `sample` is the number that the first points of pixels lack.
+    /// Traces and shades the camera rays of the queue; `sample` is added to the indices of the pixels' first points.
     fn shade(&mut self, context: &FrameContext<'_>, sample: u32, transparent: bool) {
         let settings = ShadeSettings {
             max_depth: context.settings.max_depth,
@@ -191,7 +191,7 @@ impl<'a> TileScratch<'a> {
         self.shader.shade(context.scene, tracer, settings, rays, colors);
     }
 
-    /// Tells the shader which pixels these are.
+    /// Sets the pixels of the shader.
     fn set_pixels(&mut self, context: &FrameContext<'_>, rect: TileRect) {
         let samples = context.settings.samples;
         self.shader.clear_pixels();

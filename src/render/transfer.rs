@@ -39,7 +39,7 @@ struct Curve {
 
 /// Below it every value is byte 0.
 const LOWEST: f32 = 1.0 / 8192.0;
-/// Bits of a float that do not count for its interval: 128 of them have the same exponent.
+/// Low bits of a float that do not select its interval: 128 intervals have the same exponent.
 const SHIFT: u32 = 16;
 /// Those from [`LOWEST`] to 1.
 const INTERVALS: usize = ((1.0_f32.to_bits() - LOWEST.to_bits()) >> SHIFT) as usize + 1;

@@ -172,7 +172,7 @@ impl<T: HasAvx2> V8<T> {
         unsafe { _mm256_castps_si256(self.0) }
     }
 
-    /// The register; what has it has the token, too.
+    /// The register.
     #[inline(always)]
     pub(super) fn register(self) -> __m256 {
         self.0

@@ -171,7 +171,7 @@ macro_rules! halved {
 // Tuned: see docs/lab-notes.md#row-reductions
 macro_rules! of_each {
     ($reduce:ident, $rows:expr) => {{
-        // Rows i, i + 4, i + 8 and i + 12, for in the end each of these is in another 128 bits.
+        // Rows i, i + 4, i + 8 and i + 12, which end up in different 128-bit parts.
         let mut fours = [$rows[0]; 4];
         for (i, four) in fours.iter_mut().enumerate() {
             let (a, b) = (

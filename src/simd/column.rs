@@ -22,14 +22,14 @@ pub trait Memory: Copy + Debug {
 pub struct Column(pub [f32; REGISTER_LANES]);
 
 impl Column {
-    /// Creates a column of equal numbers.
+    /// Creates one with equal numbers.
     #[inline(always)]
     #[must_use]
     pub fn splat(a: f32) -> Self {
         Self([a; REGISTER_LANES])
     }
 
-    /// Returns places 0 to 7, then 8 to 15. (Casting the numbers alone checks alignment at each load:
+    /// Returns places 0 to 7, then 8 to 15. (Casting only the numbers would check alignment at each load:
     /// docs/lab-notes.md#packet-memory)
     #[inline(always)]
     #[must_use]
@@ -61,7 +61,7 @@ impl Memory for Column {
     }
 }
 
-/// Thirty-two places: two columns. A type of its own, since packets of sixteen in it would use half of a cache's
+/// Thirty-two places: two columns. A separate type, because packets of sixteen in it would use only half of a cache's
 /// sets.
 #[derive(Clone, Copy, Debug)]
 pub struct WideColumn(pub [Column; 2]);

@@ -1,4 +1,4 @@
-//! What kernels are generic over: 8, 16 or 32 rays, or 8 or 16 triangles.
+//! The vector traits of generic kernels: 8, 16 or 32 rays, or 8 or 16 triangles.
 
 use super::{Column, Memory, Pair, Simd};
 use crate::lanes::{F32x8, LANES};
@@ -44,7 +44,7 @@ pub trait Lanes:
     fn simd(self) -> Self::Simd;
     #[must_use]
     fn splat(simd: Self::Simd, a: f32) -> Self;
-    /// Returns `a` in as many lanes as these.
+    /// Returns `a` in all lanes.
     #[inline(always)]
     #[must_use]
     fn all(self, a: f32) -> Self {
@@ -65,7 +65,7 @@ pub trait Lanes:
     /// Returns `self * b - c`, rounded once.
     #[must_use]
     fn mul_sub(self, b: Self, c: Self) -> Self;
-    /// Returns `self * b + c`, rounded once or twice, whichever the CPU does faster. Only for culling.
+    /// Returns `self * b + c`, rounded once or twice, whichever is faster on the CPU. Only for culling.
     #[must_use]
     fn mul_add_about(self, b: Self, c: Self) -> Self;
     /// Returns `self * b - c`, like [`mul_add_about`](Self::mul_add_about).
@@ -81,12 +81,12 @@ pub trait Lanes:
     fn abs(self) -> Self;
     #[must_use]
     fn sqrt(self) -> Self;
-    /// Returns the sign bits alone.
+    /// Returns only the sign bits.
     #[must_use]
     fn sign(self) -> Self;
     /// Returns the sign bits, a bit per lane.
     fn sign_bits(self) -> u32;
-    /// Returns the lanes with signs flipped where `sign` is negative; `sign` has sign bits alone.
+    /// Returns the lanes with signs flipped where `sign` is negative; `sign` has only sign bits.
     #[must_use]
     fn turn(self, sign: Self) -> Self;
     fn lt(self, b: Self) -> Self::Mask;
@@ -141,7 +141,7 @@ pub trait EightLanes: TriangleLanes<Packets = Pair<Self>> + super::pair::Half<Wh
     fn load8(simd: Self::Simd, from: &F32x8) -> Self;
     #[must_use]
     fn to8(self) -> F32x8;
-    /// Returns columns as rows: lane i of result j is lane j of row i.
+    /// Transposes: lane i of result j is lane j of row i.
     #[must_use]
     fn transposed(rows: [Self; LANES]) -> [Self; LANES];
     /// Returns in lane i the place of `from` that bits 4 i to 4 i + 3 of `places` name.
@@ -159,8 +159,8 @@ pub trait EightLanes: TriangleLanes<Packets = Pair<Self>> + super::pair::Half<Wh
     fn same_bits(self, b: Self) -> u32;
     /// Returns the lanes without their fractions; undefined where that does not fit an `i32`.
     fn trunc(self) -> [i32; LANES];
-    /// Cuts off the fractions of three numbers per lane, from 0 to below 256, and packs them, two lanes in the lowest 48
-    /// bits of a word: the first lane's first number is lowest.
+    /// Truncates three numbers per lane, from 0 to below 256, and packs them, two lanes in the lowest 48 bits of a word: the
+    /// first lane's first number is lowest.
     fn byte_pairs(numbers: [Self; 3]) -> [u64; LANES / 2];
     /// Returns the scale that brings lanes near 1; as [`math::scale_to_one`](crate::math::scale_to_one).
     #[must_use]
@@ -179,7 +179,7 @@ pub trait EightLanes: TriangleLanes<Packets = Pair<Self>> + super::pair::Half<Wh
     fn first(self) -> f32 {
         self.lane(0)
     }
-    /// Returns the sum of the lanes, in no order that is promised.
+    /// Returns the sum of the lanes, in an unspecified order.
     #[inline(always)]
     fn sum(self) -> f32 {
         let [a, b, c, d, e, f, g, h] = self.to8().to_array();

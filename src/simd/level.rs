@@ -1,4 +1,4 @@
-//! The levels, and how code is entered that is compiled for one.
+//! The instruction set levels, and the entry into code that is compiled for one.
 
 use super::Portable;
 #[cfg(target_arch = "x86_64")]
@@ -9,11 +9,11 @@ use std::{
     sync::atomic::{AtomicU8, Ordering},
 };
 
-/// An instruction set that octray has code for and that this CPU runs. Every level computes the same, bit for bit.
+/// An instruction set that octray has code for and that this CPU has. Every level computes the same, bit for bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Level(Token);
 
-/// What [`at_level!`] tells apart: each proves that the CPU has the instructions.
+/// The cases of [`at_level!`]: each proves that the CPU has the instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Token {
     /// What the build was compiled for: on x86-64 without flags SSE2, on aarch64 NEON.
@@ -28,7 +28,7 @@ pub enum Token {
 
 /// Evaluates an expression with `$simd`, the token of a level. It should be one call of a function that is generic over
 /// [`Simd`](super::Simd) and marked `#[inline(always)]`, like all that it calls: what is not inlined is compiled for any
-/// CPU. Use it for calls that do much: those of a loop in a kernel do not.
+/// CPU. Use it for large pieces of work, not in the loops of a kernel.
 macro_rules! at_level {
     ($level:expr, |$simd:ident| $body:expr) => {
         match $crate::simd::Level::token($level) {
@@ -54,14 +54,14 @@ macro_rules! at_level {
 }
 pub(crate) use at_level;
 
-/// The level that the process is held to: its place among all levels plus 1, or 0.
+/// The level to which the process is limited: its index plus 1, or 0.
 static HELD: AtomicU8 = AtomicU8::new(0);
 
 impl Level {
-    /// What every CPU of the build's architecture has.
+    /// The level that every CPU of the build's architecture has.
     pub const PORTABLE: Self = Self(Token::Portable(Portable));
 
-    /// Returns all levels, the lowest first, and `None` for those that this CPU lacks.
+    /// Returns all levels, the lowest first, with `None` for those that this CPU lacks.
     fn each() -> [Option<Self>; 3] {
         #[cfg(target_arch = "x86_64")]
         let (avx2, avx512) = (
@@ -78,8 +78,7 @@ impl Level {
         Self::each().into_iter().flatten()
     }
 
-    /// Returns the level that is used where none is asked for: the highest of this CPU, or the one that the process is
-    /// [held](Self::hold) to.
+    /// Returns the default level: the highest of this CPU, or the one that was [set](Self::hold) for the process.
     #[must_use]
     pub fn current() -> Self {
         let [portable, avx2, avx512] = Self::each();
@@ -91,13 +90,13 @@ impl Level {
         highest.or(portable).unwrap_or(Self::PORTABLE)
     }
 
-    /// Holds the process to this level, for whatever starts from now on.
+    /// Makes this the process's default level from now on.
     pub fn hold(self) {
         let place = Self::each().iter().position(|&level| level == Some(self));
         HELD.store(place.map_or(0, |place| place as u8 + 1), Ordering::Relaxed);
     }
 
-    /// Returns the name by which [`FromStr`] knows it.
+    /// Returns the name that [`FromStr`] parses.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.0 {
@@ -109,7 +108,7 @@ impl Level {
         }
     }
 
-    /// Returns the instruction set's own name, such as "x86-64 AVX2+FMA".
+    /// Returns the name of the instruction set, such as "x86-64 AVX2+FMA".
     #[must_use]
     pub fn instructions(self) -> &'static str {
         match self.0 {
@@ -140,7 +139,7 @@ impl fmt::Display for Level {
     }
 }
 
-/// Returns the instruction set that octray uses in this process: that of [`Level::current`].
+/// Returns the instruction set of [`Level::current`], which octray uses in this process.
 #[must_use]
 pub fn isa() -> &'static str {
     Level::current().instructions()

@@ -6,12 +6,12 @@
 //! Avx2       one register       Pair of eights         -
 //! Avx512     one register       one register           Pair of sixteens
 //! ```
-//! A [`Level`] is an instruction set that this CPU has. Inside it is a token, a [`Simd`]: only this module makes one, after
-//! asking the CPU, and vectors are made from tokens and from other vectors alone. So safe code cannot run an instruction
-//! that the CPU lacks. [`at_level!`] enters the code that is compiled for a level; below it everything is inlined.
+//! A [`Level`] is an instruction set that this CPU has. It holds a token, a [`Simd`]: only this module makes one, after
+//! checking the CPU, and vectors come only from tokens and other vectors. So safe code cannot run an instruction that the
+//! CPU lacks. [`at_level!`] enters the code that is compiled for a level; below it everything is inlined.
 //!
-//! A lane's arithmetic depends neither on the level nor on how many lanes there are: all give the same bits. Culling
-//! alone may use [`Lanes::mul_add_about`].
+//! A lane's arithmetic depends neither on the level nor on the number of lanes: all give the same bits. Only culling may
+//! use [`Lanes::mul_add_about`].
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -47,7 +47,7 @@ pub type Vec3Eight<S> = Vec3Lanes<<S as Simd>::V8>;
 
 /// An instruction set that this CPU has: a value proves it.
 ///
-/// The functions on single numbers are the twins of those on [`Lanes`], with the same operations in the same order.
+/// The functions on single numbers do the same operations in the same order as those on [`Lanes`].
 pub trait Simd: Copy + std::fmt::Debug + Send + Sync + 'static {
     /// Eight lanes.
     type V8: EightLanes<Simd = Self>;
@@ -103,8 +103,7 @@ pub trait Simd: Copy + std::fmt::Debug + Send + Sync + 'static {
         self.mul_add(a.x, b.x, self.mul_add(a.y, b.y, a.z * b.z))
     }
 
-    /// Returns the cross product, each component `a * b - c * d` with the first product fused; twin of
-    /// [`Vec3Lanes::cross`].
+    /// Returns the cross product, each component `a * b - c * d` with the first product fused; as [`Vec3Lanes::cross`].
     #[inline(always)]
     #[must_use]
     fn cross(self, a: Vec3, b: Vec3) -> Vec3 {
@@ -126,8 +125,8 @@ pub trait Simd: Copy + std::fmt::Debug + Send + Sync + 'static {
         )
     }
 
-    /// Returns `v * (1 / |v|)`, with one rounding more than `v / |v|` but a single division; NaN for a zero vector. Twin
-    /// of [`Vec3Lanes::normalize`].
+    /// Returns `v * (1 / |v|)`, with one rounding more than `v / |v|` but a single division; NaN for a zero vector. As
+    /// [`Vec3Lanes::normalize`].
     // Tuned: see docs/lab-notes.md#normalize
     #[inline(always)]
     #[must_use]

@@ -1,7 +1,7 @@
 //! Twice as many lanes, as two vectors: sixteen without AVX-512, thirty-two with it.
 //!
-//! They serve as packet numbers (bundles of sixteen packets) and as rays that share their origin: more rays pass each
-//! node and leaf together.
+//! They hold values per packet (bundles of sixteen packets), or rays with a shared origin, so that more rays pass each node
+//! and leaf together.
 // Tuned: see docs/lab-notes.md#pairs-of-vectors
 
 use super::{Column, Eight, EightLanes, LaneMask, Lanes, Memory, REGISTER_LANES, TriangleLanes};

@@ -1,4 +1,4 @@
-//! The portable level: what the build was compiled for, by `wide`. The only module that names it.
+//! The portable level: the instructions that the build was compiled for, by `wide`. The only module that uses it.
 
 use super::{
     Column, EightLanes, LaneMask, Lanes, Pair, REGISTER_LANES, Simd, TriangleLanes, lanes,
@@ -11,7 +11,7 @@ use crate::{
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::f32x8;
 
-/// What every CPU has that runs the build.
+/// The token of the instructions that every CPU of the build has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Portable;
 
@@ -21,7 +21,7 @@ impl Simd for Portable {
 
     #[inline(always)]
     fn call<R>(self, f: impl FnOnce() -> R) -> R {
-        // A function of its own, as at other levels: without optimisation its stack is not the caller's.
+        // A separate function, as at other levels: without optimisation it does not enlarge the caller's stack frame.
         fn inner<R>(f: impl FnOnce() -> R) -> R {
             f()
         }
@@ -37,7 +37,7 @@ impl Simd for Portable {
 #[derive(Clone, Copy, Debug)]
 pub struct V8(f32x8);
 
-/// Not inlined: it is some hundred instructions, in all that is traced and shaded.
+/// Not inlined, because it is some hundred instructions and used everywhere in tracing and shading.
 #[inline(never)]
 fn fused_by_lane(a: f32x8, b: f32x8, c: f32x8) -> f32x8 {
     let (a, b, c) = (a.to_array(), b.to_array(), c.to_array());

@@ -1,4 +1,4 @@
-//! Vectors of lanes, an array per axis.
+//! Lanes of vectors as a structure of arrays.
 
 #[cfg(doc)]
 use super::Simd;
@@ -7,7 +7,7 @@ use crate::lanes::Vec3x8;
 use glam::Vec3;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A vector a lane, an array per axis.
+/// A vector per lane.
 #[derive(Clone, Copy, Debug)]
 pub struct Vec3Lanes<V> {
     /// First components.
@@ -26,7 +26,7 @@ impl<V> From<[V; 3]> for Vec3Lanes<V> {
 }
 
 impl<V: Lanes> Vec3Lanes<V> {
-    /// Makes the vectors from their columns.
+    /// Makes the vectors from their components.
     #[inline(always)]
     #[must_use]
     pub fn new(x: V, y: V, z: V) -> Self {

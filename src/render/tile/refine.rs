@@ -113,7 +113,7 @@ impl TileScratch<'_> {
         count
     }
 
-    /// Adds some samples of some pixels: of every eight pixels one packet for each sample, so bundles are narrow.
+    /// Adds some samples of some pixels: one packet per eight pixels and sample, so bundles are narrow.
     fn add_samples(
         &mut self,
         context: &FrameContext<'_>,
@@ -167,7 +167,7 @@ fn add_colors<S: Simd>(
     }
 }
 
-/// Returns pixels eight at a time, and how many each packet has; the lanes that are left have its first.
+/// Returns pixels eight at a time, and the number in each packet; unused lanes repeat its first pixel.
 fn packets(pixels: &[[u32; 2]]) -> impl Iterator<Item = ([[u32; 2]; LANES], usize)> {
     pixels.chunks(LANES).map(|pixels| {
         let packet = std::array::from_fn(|lane| *pixels.get(lane).unwrap_or(&pixels[0]));
